@@ -92,7 +92,7 @@ FRAMES: dict[str, str] = {name: frame.sentence for name, frame in FRAME_REGISTRY
 
 CURVATURES: dict[str, str] = {
     "exact": "radii of curvature of the ellipsoid",
-    "simplified": "first-order radii of chapter 8 (8.16), relative error up to 4.5e-5",
+    "simplified": "to first order in e² and H/a, 1/(R1+H) = (1/a)(1 + e²(1 - 1.5 sin²B) - H/a), error up to 4.5e-5",
     "spherical": "e² neglected: R1 = R2 = a, the equatorial radius, relative error up to 6.7e-3",
     "no-height": "height neglected: R1 and R2 at the surface of the ellipsoid, relative error h/a, 1.7e-3 at 11 km",
     "spherical-no-height": "e² and height neglected: the equatorial radius everywhere",

@@ -40,6 +40,27 @@ def mean_rate(time: Any, errors: Any) -> Array:
         return np.asarray(moment.sum(axis=-1) / (weight * weight).sum(axis=-1))
 
 
+def rate_uncertainty(time: Any, errors: Any) -> Array:
+    """Return the standard error of the slope of `mean_rate`, √(Σ (r − ṙ t)² / Σ t²).
+
+    The residuals of navigation errors are correlated over the whole run. They count as one, not as K independent ones.
+
+    Args:
+        time, errors: as for `mean_rate`.
+
+    Returns:
+        m/s, (N,), or () for one run; NaN for a run without an epoch after zero.
+
+    Raises:
+        InputError: the arrays have inconsistent shapes.
+    """
+    t, r = _pair(time, errors)
+    left = r - mean_rate(t, r)[..., None] * t
+    weight = np.where(np.isnan(r), 0.0, t)
+    with np.errstate(invalid="ignore", divide="ignore"):
+        return np.asarray(np.sqrt(np.nansum(left * left, axis=-1) / (weight * weight).sum(axis=-1)))
+
+
 def end_rate(time: Any, errors: Any) -> Array:
     """Return the error at the end over the time, r(T)/T.
 

@@ -13,16 +13,17 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass
-from functools import cache
-from math import cos, sin
+from functools import cache, partial
+from math import cos, factorial, floor, pi, sin
 from typing import Any
 
 import numpy as np
 
 from sinssim.algorithms import REGISTRY
 from sinssim.data import Array
-from sinssim.jit import bind, inline
-from sinssim.rotation.kernels import Matrix
+from sinssim.jit import bind, inline, kernel
+from sinssim.rotation import quaternion_from_euler
+from sinssim.rotation.kernels import Matrix, dcm_from_quaternion_k
 from sinssim.strapdown.assemble import parts
 from sinssim.strapdown.attitude.quaternion import dcm_k, start_k, step_k
 from sinssim.strapdown.increments.fit import is_uniform, weight_table
@@ -31,8 +32,16 @@ from sinssim.strapdown.increments.interval import fitted_turn_k as turn_k
 from sinssim.studies.cost import least_time, timed_data
 from sinssim.studies.operations import Operations, count
 
+_SINE = tuple((-1.0) ** k / factorial(2 * k + 1) for k in range(8))
+_COSINE = tuple((-1.0) ** k / factorial(2 * k) for k in range(9))
+"""Coefficients of the series up to x¹⁵ and x¹⁶: for |x| ≤ π/4 the next terms are below half a unit of rounding."""
+_TO_QUADRANTS, _WHOLE = 2.0 / pi, 1.5 * 2.0**52  # adding and subtracting 1.5·2⁵² rounds to a whole number
+_HIGH = floor(0.5 * pi * 2.0**32) / 2.0**32  # π/2 = high + low; whole numbers of quadrants times high are exact
+_LOW = 0.5 * pi - _HIGH + 0.5 * sin(pi)  # sin π of the number π is what π/2 lacks beyond its double, twice
+
 _COUNTED = 240
 _ROOM = 128  # matrices kept by the timed loop
+_BULK = 20_000
 _EULER = "euler"
 
 
@@ -72,6 +81,72 @@ def _dcm_by_functions_k(attitude: Any) -> Matrix:
         sh * cp, sh * u + ch * cr, sh * v - ch * sr,
         -sp, cp * sr, cp * cr,
     )  # fmt: skip
+
+
+@inline
+def sine_k(x: Any) -> Any:
+    """Sine to rounding, |x| up to some thousand, as a library computes it: reduction to ±π/4, then a polynomial."""
+    quadrant = (x * _TO_QUADRANTS + _WHOLE) - _WHOLE
+    y = (x - quadrant * _HIGH) - quadrant * _LOW
+    z = y * y
+    number = int(quadrant)
+    if number % 2 == 0:
+        tail = _SINE[4] + z * (_SINE[5] + z * (_SINE[6] + z * _SINE[7]))
+        value = y + y * z * (_SINE[1] + z * (_SINE[2] + z * (_SINE[3] + z * tail)))
+    else:
+        tail = _COSINE[4] + z * (_COSINE[5] + z * (_COSINE[6] + z * (_COSINE[7] + z * _COSINE[8])))
+        value = 1.0 + z * (_COSINE[1] + z * (_COSINE[2] + z * (_COSINE[3] + z * tail)))
+    return value if number % 4 < 2 else -value
+
+
+# Compiled loops over many attitudes: B and nothing else.
+@kernel
+def _matrices_from_quaternions(quaternions: Array, matrices: Array) -> None:
+    for k in range(quaternions.shape[0]):
+        q0, q1, q2, q3 = quaternions[k, 0], quaternions[k, 1], quaternions[k, 2], quaternions[k, 3]
+        (
+            matrices[k, 0], matrices[k, 1], matrices[k, 2], matrices[k, 3], matrices[k, 4], matrices[k, 5],
+            matrices[k, 6], matrices[k, 7], matrices[k, 8],
+        ) = dcm_from_quaternion_k(q0, q1, q2, q3)  # fmt: skip
+
+
+@kernel
+def _matrices_from_angles(angles: Array, matrices: Array) -> None:
+    for k in range(angles.shape[0]):
+        (
+            matrices[k, 0], matrices[k, 1], matrices[k, 2], matrices[k, 3], matrices[k, 4], matrices[k, 5],
+            matrices[k, 6], matrices[k, 7], matrices[k, 8],
+        ) = _dcm_by_functions_k((angles[k, 0], angles[k, 1], angles[k, 2]))  # fmt: skip
+
+
+@dataclass(frozen=True)
+class MatrixCost:
+    """Cost of B alone.
+
+    Attributes:
+        operations: floating-point operations of one matrix.
+        ns: processor time of one matrix on one core, among many, ns.
+    """
+
+    operations: Operations
+    ns: float
+
+
+def matrix_costs() -> tuple[MatrixCost, MatrixCost]:
+    """Count operations and measure time of B alone, over many attitudes in one loop.
+
+    Returns:
+        From a quaternion, and from three angles by sines and cosines.
+    """
+    angles = np.random.default_rng(1).uniform(-1.5, 1.5, (_BULK, 3))
+    quaternions = quaternion_from_euler(*angles.T)
+    found = []
+    for loop, attitudes in ((_matrices_from_quaternions, quaternions), (_matrices_from_angles, angles)):
+        matrices = np.empty((_BULK, 9))
+        ns = least_time(partial(loop, attitudes, matrices)) / _BULK
+        few = np.ascontiguousarray(attitudes[:4])
+        found.append(MatrixCost(count(loop, (few, np.empty((4, 9))), 4, needed=True)[0], ns))
+    return found[0], found[1]
 
 
 # A compiled loop over updates: attitude in a frame that turns at a constant rate, and B into one of several rows.

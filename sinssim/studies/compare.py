@@ -21,7 +21,7 @@ from sinssim.strapdown.nav_error import NavError, navigation_error
 from sinssim.studies import attitude_cost, cost, motions
 from sinssim.studies.headings import compare_headings
 from sinssim.studies.in_coordinates import coordinate_errors
-from sinssim.studies.instants import instants, rows_of
+from sinssim.studies.instants import drifts, instants, rows_of
 from sinssim.studies.results import Case, CoordinateError, Engine, ErrorGrowth, Row, StudyResult, fit_orders
 from sinssim.studies.schema import Part, Study, StudyMotion, with_set
 from sinssim.system.memory import machine_memory
@@ -389,7 +389,7 @@ def _navigate(case: Case, readings: Readings, part: Part, truth: _Truth, compari
     numbers: dict[str, Any] = {**error_numbers(NavError(*(getattr(error, f.name)[even] for f in fields(error))))}
     row = Row(
         **about,
-        **numbers,
+        **{**numbers, **drifts(error, even)},
         max_defect=float(np.max(solution.defect)),
         passages=len(solution.events),
         max_damage_arcsec=max((event.damage for event in solution.events), default=0.0) / ARCSEC,

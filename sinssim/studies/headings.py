@@ -34,7 +34,7 @@ FORMS = ("integrated", "arctangent of one argument", "arctangent of two argument
 STEEPEST = 85.0 * DEG
 """Pitch above which heading is not compared, rad: at ±90° it is not defined."""
 
-_JUMP = 0.5 * np.pi  # change of the error from one row to the next that counts as a jump
+_JUMP = 0.5 * np.pi  # change of the difference from the truth from one row to the next that counts as a jump
 _WRONG = 0.3 / 60.0 * DEG
 _KEPT = 2000
 
@@ -146,7 +146,8 @@ def compare_headings(
         )
         true = truth[rows]
         for form, own in headings(trajectory, imu, true).items():
-            error = own - true
+            apart = own - true
+            error = np.mod(apart + np.pi, 2.0 * np.pi) - np.pi  # a heading of 370° is one of 10°
             shown = np.unique(np.linspace(0, count, min(count + 1, _KEPT)).round().astype(np.intp))
             found.append(
                 Heading(
@@ -154,7 +155,7 @@ def compare_headings(
                     turns=float(true[-1] - true[0]) / (2.0 * np.pi),
                     max_error_arcsec=float(np.abs(error).max()) / ARCSEC,
                     final_error_arcsec=float(error[-1]) / ARCSEC,
-                    jumps=int(np.count_nonzero(np.abs(np.diff(error)) > _JUMP)),
+                    jumps=int(np.count_nonzero(np.abs(np.diff(apart)) > _JUMP)),
                     wrong=float(np.mean(np.abs(error) > _WRONG)),
                     least_hz=_least_rate(true, rate) if form == FORMS[-1] else 0.0,
                     time=imu.time[shown], heading=own[shown], truth=true[shown],

@@ -1,4 +1,4 @@
-"""The times of a navigation at which a study computes errors, and those that it keeps for plots over time."""
+"""The times of a navigation at which a study computes errors, those that it keeps for plots, and the errors' drifts."""
 
 from __future__ import annotations
 
@@ -9,6 +9,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from sinssim.data import NavSolution
+from sinssim.statistics.rates import mean_rate, rate_uncertainty
+from sinssim.strapdown.nav_error import NavError
+from sinssim.units import ARCSEC, UG
 
 Rows = NDArray[np.intp]
 
@@ -60,6 +63,27 @@ def rows_of(solution: NavSolution, rows: Rows) -> NavSolution:
     names = ["time", "latitude", "longitude", "height", "velocity_ned", "q_nb", "defect"]
     names += ["azimuth"] if solution.azimuth is not None else []
     return replace(solution, events=(), **{name: getattr(solution, name)[rows] for name in names})
+
+
+def drifts(error: NavError, rows: Rows) -> dict[str, float]:
+    """Return the drifts of velocity and attitude: errors per time, which do not depend on the duration of the motion.
+
+    Args:
+        error: errors of a navigation.
+        rows: the evenly spread rows to which lines through the origin are fitted.
+
+    Returns:
+        Slopes and their standard errors, as `sinssim.studies.results.Row` names them.
+    """
+    time = error.time[rows] - error.time[0]
+    found = {}
+    for name, unit, values, scale in (
+        ("velocity_drift", "ug", error.speed, UG),
+        ("attitude_drift", "arcsec_h", error.angle, ARCSEC / 3600.0),
+    ):
+        found[f"{name}_{unit}"] = float(mean_rate(time, values[rows])) / scale
+        found[f"{name}_uncertainty_{unit}"] = float(rate_uncertainty(time, values[rows])) / scale
+    return found
 
 
 def _spread(count: int, most: int) -> Rows:

@@ -69,6 +69,7 @@ class Row(Case):
         samples: number of samples.
         duration_s: duration of the motion.
         final_…, rms_…, max_…: errors; the final height error has a sign.
+        velocity_drift_…, attitude_drift_…: slopes of lines through the origin, and standard errors.
         max_defect: largest loss of norm or orthogonality.
         passages: number of passages of the attitude through an algorithm's singularity.
         max_damage_arcsec: largest damage by such a passage.
@@ -93,6 +94,10 @@ class Row(Case):
     final_attitude_error_arcsec: float = NAN
     rms_attitude_error_arcsec: float = NAN
     max_attitude_error_arcsec: float = NAN
+    velocity_drift_ug: float = NAN
+    velocity_drift_uncertainty_ug: float = NAN
+    attitude_drift_arcsec_h: float = NAN
+    attitude_drift_uncertainty_arcsec_h: float = NAN
     max_defect: float = NAN
     passages: int = 0
     max_damage_arcsec: float = 0.0
@@ -150,8 +155,8 @@ class Heading:
         form: how the heading is obtained.
         rate_hz: sample rate.
         turns: full turns of the true heading from start to end.
-        max_error_arcsec, final_error_arcsec: difference from the true heading; whole turns count.
-        jumps: number of jumps of the error by more than a quarter turn.
+        max_error_arcsec, final_error_arcsec: difference from the true heading modulo 360°.
+        jumps: number of jumps relative to the true heading by more than a quarter turn.
         wrong: part of the time with an error above 0.3′.
         least_hz: lowest rate of reading at which the form counts the turns; 0 if it does not depend on the reading.
         time: (K,) s.
@@ -209,6 +214,7 @@ class Verdict:
         points: the deciding numbers, motion by motion.
         numbers: the deciding numbers by name.
         judged: the verdict on each point, "" for one that only informs; empty if no point is judged.
+        measured, expected: the deciding figure, and what it would be if the claim held, each with its unit.
     """
 
     claim: str
@@ -218,6 +224,15 @@ class Verdict:
     points: tuple[str, ...] = ()
     numbers: dict[str, float] = field(default_factory=dict)
     judged: tuple[str, ...] = ()
+    measured: str = ""
+    expected: str = ""
+
+    @property
+    def title(self) -> str:
+        """The claim in a few words."""
+        from sinssim.studies.schema import CLAIM_WORDS
+
+        return CLAIM_WORDS[self.claim].title
 
     @property
     def lines(self) -> tuple[tuple[str, str], ...]:

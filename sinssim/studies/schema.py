@@ -9,7 +9,7 @@ from __future__ import annotations
 import itertools
 from collections import Counter
 from fnmatch import fnmatchcase
-from typing import Annotated, Literal, Self
+from typing import Annotated, Literal, NamedTuple, Self
 
 from pydantic import AfterValidator, Field, ValidationInfo, field_validator, model_validator
 
@@ -28,25 +28,68 @@ from sinssim.scenario.sections.within_imu.sensor_set import AttitudeSensor, Gyro
 from sinssim.section import Duration, Name, Rate, Section, Sentence
 from sinssim.sensors.imu.grades import GRADES
 
-CLAIMS: dict[str, str] = {
-    "velocity-rate": "10–20 Hz is enough for velocity and position",
-    "attitude-rate": (
-        "attitude needs 50–80 Hz and a high-order algorithm to stay within a few tenths of a minute of arc"
+
+class Wording(NamedTuple):
+    """A claim in words: a few for a line of a table, and a sentence."""
+
+    title: str
+    sentence: str
+
+
+CLAIM_WORDS: dict[str, Wording] = {
+    "velocity-rate": Wording("10–20 Hz for velocity and position", "10–20 Hz is enough for velocity and position"),
+    "attitude-rate": Wording(
+        "50–80 Hz and a high order for attitude",
+        "attitude needs 50–80 Hz and a high-order algorithm to stay within a few tenths of a minute of arc",
     ),
-    "cheapest": "quaternions are the cheapest at equal accuracy",
-    "orthogonality": "the two quaternions of (8.19) guarantee orthogonality",
-    "euler-heading": "integrated Euler angles carry the heading through turns without the limits of the arctangents",
-    "euler-limit": "the integration of Euler angles has no ±90° limit",
-    "simplified-radii": "simplified radii of curvature can cost as much as a high-quality gyro",
-    "latitude-rate": "1100 km/h to the north is 10 deg/h of latitude",
-    "gyro-free": "without gyros the position error grows with the square of time and worse",
-    "coning-drift": (
+    "cheapest": Wording("quaternions are the cheapest", "quaternions are the cheapest at equal accuracy"),
+    "trigonometric-matrix": Wording(
+        "B is dearer by sines than by quaternions",
+        "the matrix B costs more by trigonometric functions of the angles than from a quaternion",
+    ),
+    "orthogonality": Wording(
+        "(8.19) guarantees orthogonality", "the two quaternions of (8.19) guarantee orthogonality"
+    ),
+    "euler-heading": Wording(
+        "Euler angles carry heading through turns",
+        "integrated Euler angles carry the heading through turns without the limits of the arctangents",
+    ),
+    "euler-limit": Wording("Euler angles have no ±90° limit", "the integration of Euler angles has no ±90° limit"),
+    "simplified-radii": Wording(
+        "simplified radii cost as much as a gyro",
+        "simplified radii of curvature can cost as much as a high-quality gyro",
+    ),
+    "latitude-rate": Wording("1100 km/h to the north is 10 deg/h", "1100 km/h to the north is 10 deg/h of latitude"),
+    "accelerometer-term": Wording(
+        "an accelerometer error costs 2Δa/g",
+        "an accelerometer error Δa causes an error of the coordinate of at most 2Δa/g",
+    ),
+    "gyro-term": Wording(
+        "a gyro error costs Δω₀ t", "a gyro error Δω₀ causes an error of the coordinate that grows as Δω₀ t"
+    ),
+    "computer-errors": Wording(
+        "a computer's errors are the sensors'", "the errors of a good computer are those of the sensors"
+    ),
+    "gyro-free": Wording(
+        "without gyros errors grow as t²", "without gyros the position error grows with the square of time"
+    ),
+    "gravity-series": Wording(
+        "gravity series hold to 1e-5, 1e-4, 1e-2",
+        "the series of gravity are accurate to the orders 1e-5, 1e-4 and 1e-2",
+    ),
+    "coning-drift": Wording(
+        "drift of n samples under coning",
         "under coning by α at Ω, rotation vectors from n samples at a distance h drift by α²Ω(Ωh)²ⁿ n!/(2ⁿ⁺¹(2n+1)!!), "
-        "from one and the one before by α²Ω(Ωh)⁴/60"
+        "from one and the one before by α²Ω(Ωh)⁴/60",
     ),
 }
-
 """The claims that a study may decide: those of the textbook chapter, and further laws."""
+
+CLAIMS: dict[str, str] = {name: words.sentence for name, words in CLAIM_WORDS.items()}
+"""Their sentences by name."""
+
+COMPUTED = ("trigonometric-matrix", "accelerometer-term", "gyro-term", "gravity-series")
+"""Those that need no navigation: a study decides them, not one of its parts."""
 
 VARIANTS: dict[str, str] = {
     "rate-gyros": "three accelerometers and three rate gyros",
@@ -256,6 +299,14 @@ class Part(Section):
             )
         return self
 
+    @field_validator("decides")
+    @classmethod
+    def _by_navigations(cls, claims: tuple[str, ...]) -> tuple[str, ...]:
+        alone = [claim for claim in claims if claim in COMPUTED]
+        if alone:
+            raise ValueError(f"{listed(alone)} needs no navigation: name it in the study's decides, before the parts")
+        return claims
+
     @property
     def highest_hz(self) -> float:
         """The rate at which samples are generated; samples of lower rates are sums of them."""
@@ -288,10 +339,19 @@ class Study(Section):
         default=(),
         description="own content: files (.py) and project folders, relative to this file; see own-content.md",
     )
+    decides: tuple[Claim, ...] = Field(default=(), description="claims that need no navigation: " + ", ".join(COMPUTED))
     blocks: dict[str, ImuSection] = Field(
         default={}, description="the study's own sensor blocks, by name: [imu] sections"
     )
     parts: tuple[Part, ...] = Field(min_length=1)
+
+    @field_validator("decides")
+    @classmethod
+    def _alone(cls, claims: tuple[str, ...]) -> tuple[str, ...]:
+        by_parts = [claim for claim in claims if claim not in COMPUTED]
+        if by_parts:
+            raise ValueError(f"{listed(by_parts)} needs navigations: name it in the decides of a part that has them")
+        return claims
 
     @model_validator(mode="after")
     def _known_sensors(self) -> Self:

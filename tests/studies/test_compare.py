@@ -367,18 +367,6 @@ def test_shipped_study(name, tmp_path):
     assert failed <= ({"level"} if name == "poles" else set())
 
 
-@pytest.mark.slow
-def test_what_the_chapter_claims():
-    plan = load_study("chapter_claims")
-    found = {v.claim: v for v in compare(plan).verdicts}
-    assert set(found) == {claim for part in plan.parts for claim in part.decides}
-    assert found["euler-limit"].verdict == "refuted"
-    assert found["simplified-radii"].verdict == "partly"
-    assert found["latitude-rate"].verdict == "confirmed"
-    # M = a(1−e²) at the equator to 6384 km at 45°: 1100 km/h is 9.90 to 9.95 deg/h
-    assert 9.85 < found["latitude-rate"].numbers["latitude rate, deg/h"] < 9.96
-
-
 def test_the_console_table_cuts_no_number(capsys):
     """Many rates on 80 columns: fewer of them, and every number whole."""
     from rich.console import Console

@@ -162,7 +162,7 @@ def _show(result: StudyResult | TradeResult, directory: Path, quiet: bool, as_js
         else:
             from sinssim.recording.tables.study import show
 
-            show(result, console())
+            show(result, console(least_width=120))
         print(f"Report: {directory / 'report.html'}    (in any browser)")
         if (directory / "recording.rrd").exists():
             print(f"View:   {program_name()} view {directory}    (--web: in a browser)")

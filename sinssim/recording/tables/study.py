@@ -1,4 +1,4 @@
-"""The tables of a study, and its verdicts in words."""
+"""The tables of a study: verdicts, recommended engines, errors."""
 
 from __future__ import annotations
 
@@ -8,9 +8,9 @@ from typing import TYPE_CHECKING
 from rich import box
 from rich.table import Table
 
-from sinssim.formatting import capital, number_text
+from sinssim.formatting import number_text
 from sinssim.studies.naming import Label, labeller, one_draw, over_rates, sensors_of
-from sinssim.studies.results import Row, StudyResult
+from sinssim.studies.results import Pick, Row, StudyResult, Verdict
 
 if TYPE_CHECKING:
     from rich.console import Console
@@ -21,34 +21,56 @@ _CELL = 10
 
 
 def show(comparison: StudyResult, console: Console) -> None:
-    """Print a table for each motion of each part, and the verdicts.
+    """Print the verdicts, the recommended engines, and a table for each motion of the parts that decide no claim.
 
     Args:
         comparison: results of the study.
         console: the console to print on.
     """
+    if comparison.verdicts:
+        _show_verdicts(comparison.verdicts, console)
+    if comparison.picks:
+        _show_picks(comparison.picks, console)
     for part in comparison.study.parts:
         rows = comparison.of_part(part.title)
-        for motion in dict.fromkeys(row.motion for row in rows):
+        for motion in dict.fromkeys(row.motion for row in rows if not part.decides):
             here = [row for row in rows if row.motion == motion]
             if over_rates(part):
                 _show_rates(f"{part.title}: {motion}, largest attitude error in arcsec", here, labeller(rows), console)
             else:
                 _show_cases(f"{part.title}: {motion}, largest errors", here, labeller(rows, pace=True), console)
+        if said := one_draw(part, comparison.study):
+            console.print(f"{part.title}: {said}", markup=False)
     failed = sum(row.status == "failed" for row in comparison.rows)
     if failed:
         console.print(
             f"{failed} of {len(comparison.rows)} navigations failed; the report gives the reasons.", markup=False
         )
-    for pick in comparison.picks:
-        console.print(f"RECOMMENDED, {pick.part}, sensors {sensors_of(pick)}: {pick.reason}", markup=False)
-    for part in comparison.study.parts:
-        if said := one_draw(part, comparison.study):
-            console.print(f"{part.title}: {said}", markup=False)
-    for verdict in comparison.verdicts:
-        console.print(f"{verdict.verdict.upper()}: {capital(verdict.sentence)}. {verdict.reason}", markup=False)
-        for point, judged in verdict.lines:
-            console.print(f"  - {judged + ': ' if judged else ''}{point}", markup=False)
+
+
+def _show_verdicts(verdicts: list[Verdict], console: Console) -> None:
+    """Print a line for each claim: in words, verdict, the measured figure, and the figure if it held."""
+    table = _console_table()
+    table.add_column("claim", no_wrap=True)
+    for heading in ("verdict", "measured", "expected"):
+        table.add_column(heading, overflow="fold")
+    for verdict in verdicts:
+        table.add_row(verdict.title, verdict.verdict, verdict.measured or "–", verdict.expected or "–")
+    console.print(table, markup=False)
+
+
+def _show_picks(picks: list[Pick], console: Console) -> None:
+    """Print a line for each recommended engine."""
+    table = _console_table()
+    for heading in ("part", "sensors", "recommended engine"):
+        table.add_column(heading, overflow="fold")
+    for heading in ("horizontal\nm", "attitude\narcsec", "µs per s\nof motion"):
+        table.add_column(heading, justify="right", no_wrap=True)
+    for pick in picks:
+        keys = ("max_horizontal_error_m", "max_attitude_error_arcsec", "us_per_second")
+        errors = (number_text(pick.numbers.get(key, math.nan)) for key in keys)
+        table.add_row(pick.part, sensors_of(pick), pick.choice or pick.reason, *errors)
+    console.print(table, markup=False)
 
 
 def _show_rates(title: str, rows: list[Row], label: Label, console: Console) -> None:

@@ -61,4 +61,5 @@ def coning_drift(evidence: Evidence) -> Outcome:
         f"triple products dominates. They differ from the exact drift by at most {100.0 * farthest:.2g} %. Measured "
         "drift over the law, at Ωh:"
     )
-    return Outcome("confirmed" if good else "refuted", reason, tuple(said), numbers)
+    shown, expected = f"{worst:.3f} of the law", f"1 ± {LAW_HOLDS:g}"
+    return Outcome("confirmed" if good else "refuted", reason, tuple(said), numbers, shown, expected)

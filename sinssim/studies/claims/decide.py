@@ -1,7 +1,7 @@
 """Decides the textbook chapter's claims, and further laws, from the numbers of a study.
 
-A part of a study names the claims that it has the numbers for. The rules and their thresholds are beside this file, one
-file for each subject.
+A part of a study names the claims that it has the numbers for; the study names those that need no navigation. The rules
+and their thresholds are beside this file, one file for each subject.
 """
 
 from __future__ import annotations
@@ -9,12 +9,14 @@ from __future__ import annotations
 from collections.abc import Callable
 
 from sinssim.studies.claims.coning import coning_drift
-from sinssim.studies.claims.cost import cheapest
+from sinssim.studies.claims.cost import cheapest, trigonometric_matrix
 from sinssim.studies.claims.euler import euler_heading, euler_limit
+from sinssim.studies.claims.gravity_series import gravity_series
 from sinssim.studies.claims.gyro_free import gyro_free
+from sinssim.studies.claims.one_component import accelerometer_term, gyro_term
 from sinssim.studies.claims.orthogonality import orthogonality
 from sinssim.studies.claims.outcome import Evidence, Outcome, undecided
-from sinssim.studies.claims.position import latitude_rate, simplified_radii
+from sinssim.studies.claims.position import computer_errors, latitude_rate, simplified_radii
 from sinssim.studies.claims.rates import attitude_rate, velocity_rate
 from sinssim.studies.results import StudyResult, Verdict
 from sinssim.studies.schema import CLAIMS
@@ -28,9 +30,17 @@ _DECIDERS: dict[str, Callable[[Evidence], Outcome]] = {
     "euler-limit": euler_limit,
     "simplified-radii": simplified_radii,
     "latitude-rate": latitude_rate,
+    "computer-errors": computer_errors,
     "gyro-free": gyro_free,
     "coning-drift": coning_drift,
 }
+_COMPUTED: dict[str, Callable[[], Outcome]] = {
+    "trigonometric-matrix": trigonometric_matrix,
+    "accelerometer-term": accelerometer_term,
+    "gyro-term": gyro_term,
+    "gravity-series": gravity_series,
+}
+"""Claims decided by a computation of their own, without navigations."""
 
 
 def decide(comparison: StudyResult) -> list[Verdict]:
@@ -47,16 +57,23 @@ def decide(comparison: StudyResult) -> list[Verdict]:
     for claim, sentence in CLAIMS.items():
         parts = [part for part in comparison.study.parts if claim in part.decides]
         titles = [part.title for part in parts]
-        if not titles:
+        if not titles and claim not in comparison.study.decides:
             continue
         planned = sum(part.cases * len(part.motions) for part in parts)
         done = sum(row.part in titles for row in comparison.rows)
         if comparison.status != "finished" and done < planned:  # an incomplete set of numbers is not conclusive
             outcome = undecided(f"{planned - done} of its {planned} navigations were not reached")
+        elif claim in _COMPUTED:
+            outcome = _COMPUTED[claim]()
         else:
             outcome = _DECIDERS[claim](_evidence(comparison, titles))
         points, judged = tuple(p.text for p in outcome.points), tuple(p.verdict for p in outcome.points)
-        verdicts.append(Verdict(claim, sentence, outcome.verdict, outcome.reason, points, outcome.numbers, judged))
+        verdicts.append(
+            Verdict(
+                claim, sentence, outcome.verdict, outcome.reason, points, outcome.numbers, judged, outcome.measured,
+                outcome.expected,
+            )
+        )  # fmt: skip
     return verdicts
 
 

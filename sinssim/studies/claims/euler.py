@@ -10,8 +10,8 @@ from sinssim.studies.results import Heading, Row
 def euler_heading(evidence: Evidence) -> Outcome:
     """Decide on the heading through full turns: integrated, and from ratios of direction cosines by arctangents.
 
-    The verdict is that of the integrated heading, at the highest rate of each motion. Every form is judged beside it by
-    the same question: is the heading continuous, and right to a few tenths of a minute of arc?
+    The verdict is that of the integrated heading, at the highest rate of each motion: it must be right and must not
+    jump. The other forms are judged modulo 360°, beside it: a heading of 10° is that of 370°.
 
     Args:
         evidence: numbers of the deciding parts.
@@ -23,39 +23,44 @@ def euler_heading(evidence: Evidence) -> Outcome:
     if not turned:
         return undecided("a motion that turns through more than 360° of heading with a pitch below 85°")
     numbers: dict[str, float] = {}
-    points, integrated = [], []
+    points, integrated, errors = [], [], []
     for motion in dict.fromkeys(heading.motion for heading in turned):
         here = [heading for heading in turned if heading.motion == motion]
         highest = max(heading.rate_hz for heading in here)
         for heading in (h for h in here if h.rate_hz == highest):
-            right = not heading.jumps and heading.max_error_arcsec <= FEW_TENTHS_ARCSEC
-            verdict = "confirmed" if right else "refuted"
+            right = heading.max_error_arcsec <= FEW_TENTHS_ARCSEC
             if heading.form == "integrated":
-                integrated.append(verdict)
+                right = right and not heading.jumps
+                integrated.append("confirmed" if right else "refuted")
+                errors.append(heading.max_error_arcsec)
             name = f"{motion}, {heading.form}"
             numbers[f"{name}: jumps"] = float(heading.jumps)
             numbers[f"{name}: largest error, arcsec"] = heading.max_error_arcsec
             numbers[f"{name}: wrong, part of the time"] = heading.wrong
+            verdict = "confirmed" if right else "refuted"
             points.append(Point(f"{motion}, {heading.form} at {highest:g} Hz: {_said(heading)}", verdict))
     verdict = integrated[0] if len(set(integrated)) == 1 else "partly"
     most = max(turned, key=lambda heading: abs(heading.turns))
     reason = (
-        f"Through up to {abs(most.turns):.1f} turns of heading. Integrated angles count turns by themselves. An "
-        "arctangent of one argument is limited to ±90°, of two to ±180°; unwrapped, it counts turns, too, but must be "
-        "evaluated at least every half turn. A form is confirmed if it has no jump and stays within 0.3′ of the true "
-        "heading that counts turns:"
+        f"Through up to {abs(most.turns):.1f} turns of heading, errors modulo 360°. Integrated angles count turns by "
+        "themselves. The arctangent of one argument has limits: it is wrong by 180° in half of all headings. That of "
+        "two arguments is right in every quadrant and only restarts at ±180°; unwrapped, it counts turns, too, but "
+        "must be evaluated at least every half turn. So the advantage is one over the arctangent of one argument. A "
+        "form is confirmed if it stays within 0.3′, the integrated one also without a jump:"
     )
-    return Outcome(verdict, reason, tuple(points), numbers)
+    measured = f"{number_text(max(errors), 2)}″ in {abs(most.turns):.0f} turns"
+    return Outcome(verdict, reason, tuple(points), numbers, measured, "at most 18″ (0.3′), no jump")
 
 
 def _said(heading: Heading) -> str:
     if heading.max_error_arcsec < 3600.0:
-        text = f"off by at most {number_text(heading.max_error_arcsec, 2)}″, {heading.jumps or 'no'} jumps"
+        text = f"off by at most {number_text(heading.max_error_arcsec, 2)}″"
     else:
         text = (
-            f"{heading.jumps} jumps, off by up to {number_text(heading.max_error_arcsec / 3600.0)}°, wrong for "
-            f"{100.0 * heading.wrong:.0f} % of the time"
+            f"off by up to {number_text(heading.max_error_arcsec / 3600.0)}°, wrong for {100.0 * heading.wrong:.0f} % "
+            "of the time"
         )
+    text += f", {heading.jumps or 'no'} jumps"
     if heading.least_hz:
         text += f", read at least at {number_text(heading.least_hz, 2)} Hz"
     return text
@@ -92,7 +97,8 @@ def euler_limit(evidence: Evidence) -> Outcome:
         for row in found
     ]
     text += ". It is a limit where a passage costs more than 0.3′. Damage by the worst passage:"
-    return Outcome(_of_damage(worst), text, tuple(points), numbers)
+    measured = f"{number_text(worst.max_damage_arcsec)}″ by a passage at {worst.pace} Hz"
+    return Outcome(_of_damage(worst), text, tuple(points), numbers, measured, "at most 18″ (0.3′)")
 
 
 def _of_damage(row: Row) -> str:

@@ -47,4 +47,5 @@ def orthogonality(evidence: Evidence) -> Outcome:
         numbers["scale error of the forces, ppm"] = ppm
         text += f" At worst the resolved forces are {ppm:.2g} ppm too large: normalise."
     text += f" Kept means to {KEPT:g}:"
-    return Outcome(overall(points), text, tuple(points), numbers)
+    measured = f"norm in error by up to {worst.max_defect:.2g}"
+    return Outcome(overall(points), text, tuple(points), numbers, measured, f"at most {KEPT:g}")

@@ -5,8 +5,9 @@ from __future__ import annotations
 import math
 
 from sinssim.formatting import number_text
+from sinssim.sensors.imu.grades import GRADE_TABLE
 from sinssim.studies.claims.outcome import (
-    FEW_TENTHS_ARCSEC,
+    LOOKS_AHEAD,
     LOW_ORDER,
     PLAIN,
     Evidence,
@@ -14,23 +15,29 @@ from sinssim.studies.claims.outcome import (
     Point,
     base,
     by,
-    error_at,
+    drift_at,
     needed,
     of_motion,
+    overall,
     undecided,
 )
 from sinssim.studies.results import Row
+from sinssim.units import UG
 
 NEGLIGIBLE = 0.1
 """A rate is sufficient if its error is less than this fraction of the error of sensors of the 1 nmi/h grade."""
+SENSORS_UG = math.sqrt(2.0) * GRADE_TABLE["laser-standard"].accel.bias / UG
+"""Their error of the horizontal acceleration: biases of two accelerometers, 1σ."""
 
-_SLOW_HZ = (10.0, 20.0)
+_ENOUGH_HZ = 20.0
 _LEAST_HZ, _MOST_HZ = 50.0, 80.0
 
 
-# Long: one sentence for each motion, made of its numbers.
 def velocity_rate(evidence: Evidence) -> Outcome:
-    """Decide on slow velocity and position with fast attitude, relative to the errors of sensors.
+    """Decide on slow velocity and position with fast attitude, relative to the errors of accelerometers.
+
+    Both act as an error of the acceleration: the drift of the velocity in perfect navigation with slow rates, and the
+    bias of the accelerometers. So the comparison depends neither on a draw nor on the duration.
 
     Args:
         evidence: numbers of the deciding parts.
@@ -38,63 +45,53 @@ def velocity_rate(evidence: Evidence) -> Outcome:
     Returns:
         The outcome, with a verdict on each motion.
     """
-    rows = evidence.rows
     numbers: dict[str, float] = {}
     said = []
-    worst: dict[float, tuple[float, str]] = dict.fromkeys(_SLOW_HZ, (0.0, ""))
-    for motion, found in by(rows, of_motion).items():
-        real = [r for r in found if r.sensors != "ideal" and (not r.schedule_hz or len(set(r.schedule_hz)) == 1)]
-        words, enough = [], []
-        for rate in _SLOW_HZ:
-            slow = [r for r in found if r.sensors == "ideal" and r.schedule_hz[1:] == (rate, rate)]
-            if not slow or not real:
-                return undecided(
-                    "velocity and position at 10 and 20 Hz with perfect sensors, and real sensors at the full rate"
-                )
-            ratio = max(
-                slow[0].max_horizontal_error_m / real[0].max_horizontal_error_m,
-                slow[0].max_velocity_error_mps / real[0].max_velocity_error_mps,
-            )
-            worst[rate] = max(worst[rate], (ratio, motion))
-            enough.append(ratio < NEGLIGIBLE)
-            numbers[f"{motion}: {rate:g} Hz, m"] = slow[0].max_horizontal_error_m
-            numbers[f"{motion}: {rate:g} Hz, m/s"] = slow[0].max_velocity_error_mps
-            words.append(
-                f"{rate:g} Hz {slow[0].max_horizontal_error_m:.3g} m and {slow[0].max_velocity_error_mps:.3g} m/s"
-            )
-        numbers[f"{motion}: {real[0].sensors}, m"] = real[0].max_horizontal_error_m
-        numbers[f"{motion}: {real[0].sensors}, m/s"] = real[0].max_velocity_error_mps
-        words.append(
-            f"{real[0].sensors} sensors {real[0].max_horizontal_error_m:.3g} m and "
-            f"{real[0].max_velocity_error_mps:.3g} m/s"
+    limit = NEGLIGIBLE * SENSORS_UG
+    worst: dict[float, tuple[float, str]] = {}
+    for motion, found in by(evidence.rows, of_motion).items():
+        slow = {r.schedule_hz[1]: r for r in found if r.schedule_hz and r.schedule_hz[1] == r.schedule_hz[2]}
+        if _ENOUGH_HZ not in slow:
+            return undecided("velocity and position at 20 Hz with perfect sensors")
+        for rate, row in slow.items():
+            worst[rate] = max(worst.get(rate, (0.0, "")), (row.velocity_drift_ug, motion))
+            numbers[f"{motion}: {rate:g} Hz, µg"] = row.velocity_drift_ug
+            numbers[f"{motion}: {rate:g} Hz, m"] = row.max_horizontal_error_m
+        enough = slow[_ENOUGH_HZ].velocity_drift_ug < limit
+        drifts = ", ".join(
+            f"{rate:g} Hz {number_text(row.velocity_drift_ug, 2)} ± "
+            f"{number_text(row.velocity_drift_uncertainty_ug, 1)} µg"
+            for rate, row in sorted(slow.items(), reverse=True)
         )
-        said.append(Point(f"{motion}: {', '.join(words)}", _of_slow_rates(*enough)))
+        said.append(Point(f"{motion}: {drifts}", "confirmed" if enough else "refuted"))
     if not said:
         return undecided("any result")
-    loads = {row.pace: row.operations_per_step for row in rows if row.schedule_hz and row.operations_per_step > 0.0}
+    loads = {r.pace: r.operations_per_step for r in evidence.rows if r.schedule_hz and r.operations_per_step > 0.0}
     numbers |= {f"{pace}: operations per step": load for pace, load in loads.items()}
     if loads:
         shown = ", ".join(f"{pace} {load:.0f}" for pace, load in loads.items())
         said.append(Point(f"operations per fast step: {shown}"))
-    sufficient = {rate: ratio < NEGLIGIBLE for rate, (ratio, _) in worst.items()}
-    judged = ", ".join(
-        f"{rate:g} Hz {'is' if sufficient[rate] else 'is not'} ({100.0 * ratio:.2g} % on {motion})"
-        for rate, (ratio, motion) in worst.items()
-    )
-    numbers |= {f"{rate:g} Hz, part of what sensors cost": ratio for rate, (ratio, _) in worst.items()}
+    numbers |= {f"{rate:g} Hz, part of the sensors' error": drift / SENSORS_UG for rate, (drift, _) in worst.items()}
+    insufficient = [
+        f"{rate:g} Hz costs {100.0 * drift / SENSORS_UG:.2g} % on {motion}"
+        for rate, (drift, motion) in sorted(worst.items())
+        if drift >= limit
+    ]
+    drift, motion = worst[_ENOUGH_HZ]
     reason = (
-        f"A rate is sufficient if its error is less than {100.0 * NEGLIGIBLE:g} % of the sensors' error, in position "
-        f"and in velocity: {judged}. Largest errors due to the slow rates alone, and due to the sensors:"
+        "Drift of the velocity by the slow rates alone, with perfect sensors: it acts like an error of the "
+        f"acceleration. A rate is sufficient below {limit:.3g} µg, {100.0 * NEGLIGIBLE:g} % of the biases of two level "
+        f"accelerometers of the 1 nmi/h grade. At {_ENOUGH_HZ:g} Hz it is {100.0 * drift / SENSORS_UG:.2g} % of them "
+        f"on {motion}"
+        + (f"; lower rates are not sufficient everywhere: {'; '.join(insufficient)}" if insufficient else "")
+        + ":"
     )
-    return Outcome(_of_slow_rates(*sufficient.values()), reason, tuple(said), numbers)
-
-
-def _of_slow_rates(ten: bool, twenty: bool) -> str:
-    return "confirmed" if ten and twenty else "partly" if twenty else "refuted"
+    measured = f"{number_text(drift, 2)} µg at {_ENOUGH_HZ:g} Hz ({motion})"
+    return Outcome(overall(said), reason, tuple(said), numbers, measured, f"below {limit:.3g} µg")
 
 
 def attitude_rate(evidence: Evidence) -> Outcome:
-    """Find the lowest rate that keeps attitude within a few tenths of a minute of arc, motion by motion.
+    """Find the lowest rate that keeps attitude within a few tenths of a minute of arc in an hour, motion by motion.
 
     Args:
         evidence: numbers of the deciding parts.
@@ -104,43 +101,52 @@ def attitude_rate(evidence: Evidence) -> Outcome:
     """
     numbers: dict[str, float] = {}
     said: list[Point] = []
-    high: dict[str, float] = {}
-    low: dict[str, float] = {}
+    high: dict[str, Row] = {}
     for motion, found in by(evidence.rows, of_motion).items():
-        rows = list(needed(found, FEW_TENTHS_ARCSEC).values())
+        rows = list(needed(found).values())
         good = [r for r in rows if base(r.algorithm) not in (*LOW_ORDER, *PLAIN)]
         if not good:
-            return Outcome("refuted", f"On {motion} no algorithm of high order stays within 0.3′ at any rate.")
-        best = _least(good)
-        high[motion] = best.rate_hz
-        arcmin = best.max_attitude_error_arcsec / 60.0
+            return Outcome("refuted", f"On {motion} no algorithm of high order drifts by less than 0.3′/h at any rate.")
+        best = high[motion] = _least(good)
         numbers[f"{motion}: high order, Hz"] = best.rate_hz
-        numbers[f"{motion}: high order, arcmin"] = arcmin
+        numbers[f"{motion}: high order, arcsec/h"] = best.attitude_drift_arcsec_h
         fact = evidence.facts.get(motion)
         up_to = f" (up to {fact.max_rate_deg_s:.0f} deg/s)" if fact else ""
-        text = f"{motion}{up_to}: high order from {best.rate_hz:g} Hz ({best.algorithm}, {arcmin:.2g}′)"
+        text = f"{motion}{up_to}: high order from {_shown(best)}"
+        causal = [r for r in good if base(r.algorithm) not in LOOKS_AHEAD]
+        if base(best.algorithm) in LOOKS_AHEAD:
+            text += f", without later samples {f'from {_shown(_least(causal))}' if causal else 'at no rate'}"
+        if causal:
+            numbers[f"{motion}: high order without later samples, Hz"] = _least(causal).rate_hz
         slower = [r for r in rows if base(r.algorithm) in LOW_ORDER]
         text += ", " + _low_order(motion, found, slower, numbers)
-        low[motion] = _least(slower).rate_hz if slower else math.inf
         uncompensated = [r.rate_hz for r in rows if base(r.algorithm) in PLAIN]
         if uncompensated:
             text += f", high order without coning compensation from {min(uncompensated):g} Hz"
             numbers[f"{motion}: high order without coning compensation, Hz"] = min(uncompensated)
-        said.append(Point(text, _of_attitude(high[motion], low[motion])))
+        said.append(Point(text, _of_attitude(best.rate_hz, _least(slower).rate_hz if slower else math.inf)))
     if not said:
         return undecided("any result")
-    worst, plainest = (max(rates, key=lambda motion: rates[motion]) for rates in (high, low))
-    than = f"{low[plainest]:g} Hz" if math.isfinite(low[plainest]) else "a higher rate than any here"
+    worst = max(high, key=lambda motion: high[motion].rate_hz)
     reason = (
-        f"A high order needs at most {high[worst]:g} Hz, on {worst}; first and second order need {than} on "
-        f"{plainest}. The claim is confirmed on a motion if a high order needs 50 to 80 Hz, and partly so if it needs "
-        "less but a low order needs more than 50 Hz. Lowest rate that stays within 0.3′ to the end of the motion:"
+        "Lowest rate from which on the attitude drifts by at most 0.3′ in an hour, half as much as a gyro of the "
+        "1 nmi/h grade. The drift is a line fitted to the error, so that the duration of a motion does not matter. The "
+        f"claim is confirmed on a motion if a high order needs {_LEAST_HZ:g} to {_MOST_HZ:g} Hz, and partly so if it "
+        f"needs less but a low order needs more than {_LEAST_HZ:g} Hz. {high[worst].rate_hz:g} Hz with a high order is "
+        f"enough on every motion, and necessary on {worst}:"
     )
-    return Outcome(_of_attitude(high[worst], low[plainest]), reason, tuple(said), numbers)
+    measured = f"high order from {high[worst].rate_hz:g} Hz ({worst})"
+    return Outcome(overall(said), reason, tuple(said), numbers, measured, "50–80 Hz (0.3′ in an hour)")
+
+
+def _shown(row: Row) -> str:
+    ahead = ", uses later samples" if base(row.algorithm) in LOOKS_AHEAD else ""
+    drift, apart = row.attitude_drift_arcsec_h, row.attitude_drift_uncertainty_arcsec_h
+    return f"{row.rate_hz:g} Hz ({row.algorithm}{ahead}, {number_text(drift, 2)} ± {number_text(apart, 1)} ″/h)"
 
 
 def _least(rows: list[Row]) -> Row:
-    return min(rows, key=lambda row: (row.rate_hz, row.max_attitude_error_arcsec))
+    return min(rows, key=lambda row: (row.rate_hz, row.attitude_drift_arcsec_h))
 
 
 def _of_attitude(high: float, low: float) -> str:
@@ -148,12 +154,12 @@ def _of_attitude(high: float, low: float) -> str:
 
 
 def _low_order(motion: str, found: list[Row], slower: list[Row], numbers: dict[str, float]) -> str:
-    """Return the words on first and second order; their errors at 100 Hz and at the highest rate if none is enough."""
+    """Return the words on first and second order; their drifts at 100 Hz and at the highest rate if none is enough."""
     if slower:
         numbers[f"{motion}: low order, Hz"] = _least(slower).rate_hz
         return f"first and second order from {_least(slower).rate_hz:g} Hz"
     rates = sorted({100.0, max(row.rate_hz for row in found)} & {row.rate_hz for row in found})
-    errors = {rate: error_at(found, LOW_ORDER, rate) for rate in rates}
-    numbers |= {f"{motion}: low order at {rate:g} Hz, arcsec": error for rate, error in errors.items()}
-    shown = ", ".join(f"{number_text(error)}″ at {rate:g} Hz" for rate, error in errors.items())
+    drifts = {rate: drift_at(found, LOW_ORDER, rate) for rate in rates}
+    numbers |= {f"{motion}: low order at {rate:g} Hz, arcsec/h": drift for rate, drift in drifts.items()}
+    shown = ", ".join(f"{number_text(drift)} ″/h at {rate:g} Hz" for rate, drift in drifts.items())
     return f"first and second order at no rate (at best {shown})"

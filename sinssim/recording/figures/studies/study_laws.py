@@ -45,7 +45,8 @@ def turning(found: Sequence[Heading]) -> Figure:
             time = heading.time - heading.time[0]
             dashed = "--" if heading.form.endswith("unwrapped") else "-"
             top.plot(time, heading.heading / DEG, color=color, linewidth=width, linestyle=dashed, label=heading.form)
-            error = np.maximum(np.abs(heading.heading - heading.truth) / ARCSEC, _LEAST_ARCSEC)
+            apart = np.mod(heading.heading - heading.truth + np.pi, 2.0 * np.pi) - np.pi
+            error = np.maximum(np.abs(apart) / ARCSEC, _LEAST_ARCSEC)
             bottom.plot(time, error, color=color, linewidth=min(width, 2.0), linestyle=dashed)
         top.set_title(f"{motion}, {here[0].rate_hz:g} Hz")
         bottom.set_yscale("log")

@@ -303,7 +303,8 @@ def _attitude_costs(comparison: StudyResult) -> list[str]:
         "resolves forces, computed for every sample; velocity and position are left out. Only operations that attitude "
         "and B depend on are counted. B follows from a quaternion by products and is itself the variable of Poisson’s "
         "equation. Euler angles need sines and cosines: the engine has them from its step by the addition theorems; "
-        "the other line has six functions for each B. A sine counts as one operation, but takes the time of many.</p>",
+        "the other line has six functions for each B. In sums a function counts as the 24 additions and "
+        "multiplications of a sine to rounding.</p>",
         table(heads, lines, 1),
     ]
 
