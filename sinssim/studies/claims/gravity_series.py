@@ -45,8 +45,8 @@ def gravity_series(ceiling: float = CEILING) -> Outcome:
         points.append(Point(text, "confirmed" if error <= order else "refuted"))
     reason = (
         "The largest difference from the closed form of normal gravity, relative to gravity, over all latitudes and "
-        f"heights up to {ceiling / 1e3:g} km. The largest terms of height and latitude that the series omit are 4(H/a)³, "
-        "3(H/a)² and β sin²B; further ones are of the order f³ and f²:"
+        f"heights up to {ceiling / 1e3:g} km. The largest terms of height and latitude that the series omit are "
+        "4(H/a)³, 3(H/a)² and β sin²B; further ones are of the order f³ and f²:"
     )
     shown = ", ".join(number_text(error, 2) for error in worst)
     return Outcome(overall(points), reason, tuple(points), numbers, f"{shown} of g",
