@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import replace
 from functools import cache
+from itertools import combinations
 from typing import NamedTuple
 
 import numpy as np
@@ -15,10 +16,12 @@ from sinssim.earth.models import OMEGA_IE
 from sinssim.scenario.sections.imu import ImuSection
 from sinssim.sensors.expectation import Expectation, expect
 from sinssim.sensors.imu.emulate import emulate
+from sinssim.sensors.sets.geometry import READY, dilution, not_isolable
 from sinssim.sensors.sets.gyro_free import cube, position_error
 from sinssim.strapdown import one_component
 from sinssim.strapdown.nav_error import NavError, navigation_error
 from sinssim.strapdown.navigate import navigate
+from sinssim.studies.attitude_cost import count_attitude, matrix_costs
 from sinssim.studies.cost import count_operations
 from sinssim.truth.motions.analytic import OnEarth
 from sinssim.truth.motions.coning import classical_cone
@@ -67,6 +70,90 @@ def roll() -> Roll:
     scaled = emulate(ideal, ImuSection(grade="ideal", gyro_scale_ppm=(10.0, 0.0, 0.0)))
     perfect, wrong = errors(truth, ideal), errors(truth, scaled)
     return Roll(duration, float(perfect.angle.max()) / ARCSEC, float(wrong.angle[-1]) / ARCSEC)
+
+
+class Redundancy(NamedTuple):
+    """Six gyros along the normals of a dodecahedron: noise of an axis, relative to one gyro, and isolation of faults."""
+
+    all_six: float
+    four: float
+    isolable_after: int
+
+
+@cache
+def redundancy() -> Redundancy:
+    """Return the noise of an axis with six gyros and, at worst, with four, and the faults that can be isolated."""
+    six = READY["dodecahedron"]
+    left = {n: [np.delete(six, lost, axis=0) for lost in combinations(range(6), n)] for n in range(4)}
+    isolable = next(n for n, sets in left.items() if any(not_isolable(directions) for directions in sets))
+    four = max(dilution(directions) for directions in left[2])
+    return Redundancy(float(np.sqrt(dilution(six) / 3.0)), float(np.sqrt(four / 3.0)), isolable)
+
+
+class Exposure(NamedTuple):
+    """What ten rolls at 300 °/s cost by a misalignment of 5″, strapdown, and by 10 ppm on a platform, arcsec."""
+
+    misaligned_arcsec: float
+    platform_arcsec: float
+
+
+@cache
+def exposure() -> Exposure:
+    """Return the largest attitude error by the misalignment of one gyro, and the angle that a platform turns by."""
+    duration = roll().seconds
+    truth = table(Dwell(1.0), Turn((1.0, 0.0, 0.0), 3600.0 * DEG, 300.0 * DEG), Dwell(2.0), duration=duration)
+    misaligned = ImuSection(grade="ideal", gyro_misalignment_arcsec=(0.0, 0.0, 5.0, 0.0, 0.0, 0.0))
+    wrong = errors(truth, emulate(truth.increments(200.0), misaligned))
+    return Exposure(float(wrong.angle.max()) / ARCSEC, 1e-5 * OMEGA_IE * duration / ARCSEC)
+
+
+def azimuth_arcmin() -> float:
+    """Return the error of the azimuth after alignment by a gyro of 0.01 °/h at 50°, b/(Ω cos B), arcmin."""
+    return GYRO / (OMEGA_IE * float(np.cos(LATITUDE))) / ARCMIN
+
+
+class Steps(NamedTuple):
+    """Second-order steps on ten rolls at 100 Hz, arcsec, and what first-order ones lose of orthogonality."""
+
+    matrix_arcsec: float
+    quaternion_arcsec: float
+    matrix_skew: float
+    quaternion_skew: float
+
+
+@cache
+def steps() -> Steps:
+    """Return errors of second-order steps of the matrix and the quaternion, and the angles between the axes of B."""
+    duration = roll().seconds
+    truth = table(Dwell(1.0), Turn((1.0, 0.0, 0.0), 3600.0 * DEG, 300.0 * DEG), Dwell(2.0), duration=duration)
+    imu = truth.increments(100.0)
+    angles = [
+        float(errors(truth, imu, algorithm=name).angle.max()) / ARCSEC
+        for name in ("poisson-2-ortho", "quaternion-2-norm")
+    ]
+    defect = float(np.abs(navigate(imu, truth.state(0.0), algorithm="poisson-1").defect).max())
+    q = navigate(imu, truth.state(0.0), algorithm="quaternion-1").q_nb[-1] * 1.01  # of any norm
+    c = rotation.dcm_from_quaternion(q / np.linalg.norm(q)) * np.linalg.norm(q) ** 2
+    skew = c @ c.T - np.diag(np.diag(c @ c.T))
+    return Steps(*angles, defect, float(np.abs(skew).max()))
+
+
+class Matrices(NamedTuple):
+    """Operations of B, and of the attitude alone with B, by algorithm."""
+
+    by_products: float
+    by_functions: float
+    quaternion: float
+    poisson: float
+    euler: float
+
+
+@cache
+def matrices() -> Matrices:
+    """Return the operations of B from a quaternion and from angles, and of three algorithms with B."""
+    alone = [count_attitude(name)[0].total for name in ("quaternion", "poisson", "euler")]
+    by_products, by_functions = matrix_costs()
+    return Matrices(by_products.operations.total, by_functions.operations.total, *alone)
 
 
 class Loop(NamedTuple):

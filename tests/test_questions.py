@@ -108,6 +108,22 @@ def test_specific_force_and_rates_by_theory(numbers):
     assert numbers.tilted_nmi() == pytest.approx(2.0, rel=0.01)  # 1′ there and back, at the far point 2′
 
 
+def test_advantages_and_difficulties_by_theory(numbers):
+    """tr (HᵀH)⁻¹ of six best directions is 9/6; steps leave φ³/6 and φ³/24; a misaligned axis turns by 180° and back."""
+    redundancy, exposure, steps, matrices = (
+        numbers.redundancy(), numbers.exposure(), numbers.steps(), numbers.matrices(),
+    )  # fmt: skip
+    assert redundancy.all_six == pytest.approx(math.sqrt(9.0 / 6.0 / 3.0), rel=1e-9)
+    assert redundancy.isolable_after == 2
+    assert exposure.misaligned_arcsec == pytest.approx(2.0 * 5.0, rel=1e-3)
+    assert exposure.platform_arcsec == pytest.approx(1e-5 * 15.041 * 15.0, rel=1e-4)
+    azimuth = math.degrees(0.01 / 15.041 / math.cos(math.radians(50.0))) * 60.0
+    assert numbers.azimuth_arcmin() == pytest.approx(azimuth, rel=1e-4)
+    assert steps.matrix_arcsec / steps.quaternion_arcsec == pytest.approx(4.0, rel=0.01)
+    assert steps.quaternion_skew < 1e-15 < 1.0 < steps.matrix_skew
+    assert (matrices.by_products, matrices.by_functions) == (45.0, 18.0 + 6.0 * 24.0)
+
+
 def test_levels_by_the_square_of_the_interval(numbers):
     at_20, at_10 = numbers.levels((200.0, 20.0, 20.0))[0], numbers.levels((200.0, 10.0, 10.0))[0]
     assert at_10 / at_20 == pytest.approx(4.0, rel=0.05)
