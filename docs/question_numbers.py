@@ -73,7 +73,7 @@ def roll() -> Roll:
 
 
 class Redundancy(NamedTuple):
-    """Six gyros along the normals of a dodecahedron: noise of an axis, relative to one gyro, and isolation of faults."""
+    """Six gyros along the normals of a dodecahedron: noise of an axis, relative to one gyro, and isolation."""
 
     all_six: float
     four: float
@@ -127,10 +127,8 @@ def steps() -> Steps:
     duration = roll().seconds
     truth = table(Dwell(1.0), Turn((1.0, 0.0, 0.0), 3600.0 * DEG, 300.0 * DEG), Dwell(2.0), duration=duration)
     imu = truth.increments(100.0)
-    angles = [
-        float(errors(truth, imu, algorithm=name).angle.max()) / ARCSEC
-        for name in ("poisson-2-ortho", "quaternion-2-norm")
-    ]
+    both = ("poisson-2-ortho", "quaternion-2-norm")
+    angles = [float(errors(truth, imu, algorithm=name).angle.max()) / ARCSEC for name in both]
     defect = float(np.abs(navigate(imu, truth.state(0.0), algorithm="poisson-1").defect).max())
     q = navigate(imu, truth.state(0.0), algorithm="quaternion-1").q_nb[-1] * 1.01  # of any norm
     c = rotation.dcm_from_quaternion(q / np.linalg.norm(q)) * np.linalg.norm(q) ** 2

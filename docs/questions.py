@@ -74,12 +74,12 @@ def _advantages() -> str:
 - No mechanics: strapdown systems have no gimbals, bearings, slip rings or torquers. They are therefore smaller,
   lighter, cheaper and more reliable, and their start-up time is shorter.
 - All attitudes: in a full turn in pitch, which would cause gimbal lock on a platform with three gimbals, the attitude
-  error of the quaternion algorithm at 100 Hz is {small(loop.quaternion_arcsec)}″. Euler angles correspond to gimbals: in
-  the same turn their error is {digits(loop.euler_arcsec)}″.
+  error of the quaternion algorithm at 100 Hz is {small(loop.quaternion_arcsec)}″. Euler angles correspond to gimbals:
+  in the same turn their error is {digits(loop.euler_arcsec)}″.
 - Redundancy and monitoring: sensors can be added on any axis, because each is only a direction in the body. Six gyros
   along the normals of a dodecahedron measure each axis with {redundancy.all_six:.3f} of the noise of one gyro. A
-  fault can be isolated while five of them are left: {redundancy.isolable_after} faults in turn are survived, and the four
-  that remain measure an axis with at most {redundancy.four:.2f} of that noise. A platform needs a second platform.
+  fault can be isolated while five of them are left: {redundancy.isolable_after} faults in turn are survived, and the
+  four that remain measure an axis with at most {redundancy.four:.2f} of that noise. A platform needs a second platform.
 - Rates of the body: the same sensors give the angular rate and the specific force of the body for the flight control
   system, at the sampling rate. From a platform they must be differentiated: angles of gimbals with a noise of 20″, read
   at 200 Hz, give rates with a noise of {20.0 * math.sqrt(2.0) * 200.0 / 3600.0:.2f} °/s.
@@ -111,8 +111,8 @@ The computer must do all that the gimbals do: at 200 Hz the quaternion algorithm
 {operations * 200.0 / 1e6:.2f} million operations per second.
 
 The sensors cannot be turned at will, so that the alignment is computed and not levelled, and gyro biases remain in it:
-0.01 °/h of the east gyro leaves b/(Ω cos B) = {digits(numbers.azimuth_arcmin())}′ of azimuth at 50°. A platform can turn
-to calibrate its gyros; a strapdown system needs an [IMU that is rotated](rotating-units.md).
+0.01 °/h of the east gyro leaves b/(Ω cos B) = {digits(numbers.azimuth_arcmin())}′ of azimuth at 50°. A platform can
+turn to calibrate its gyros; a strapdown system needs an [IMU that is rotated](rotating-units.md).
 """
 
 
@@ -267,7 +267,8 @@ studies compare all algorithms.
 
 - A quaternion has four elements and one constraint, the norm; the matrix has nine elements and six constraints. One
   square root restores the norm.
-- The axes remain orthogonal: B from a quaternion of any norm has orthogonal axes, to rounding. Poisson's equation of first order loses {digits(steps.matrix_skew)} of orthogonality in ten rolls at 300 °/s, sampled at
+- The axes remain orthogonal: B from a quaternion of any norm has orthogonal axes, to rounding. Poisson's
+  equation of first order loses {digits(steps.matrix_skew)} of orthogonality in ten rolls at 300 °/s, sampled at
   100 Hz.
 - A step is more accurate, because it takes half the angle: in these rolls the second order is off by
   {digits(steps.quaternion_arcsec)}″, the matrix by {digits(steps.matrix_arcsec)}″,

@@ -2,8 +2,8 @@
 
 Run it from anywhere:  python scenarios/one_component.py [-o DIR]
 
-It draws the simulation over the closed forms (8.13) and (8.15) as figure_8_4.svg and .png, and prints their
-difference.
+It draws the simulation over the closed forms (8.13) and (8.15), with both components of the latter, as figure_8_4.svg
+and .png, and prints their difference.
 """
 
 from __future__ import annotations
@@ -53,30 +53,41 @@ def figure_8_4() -> Figure:
         The figure.
     """
     time, by_accelerometer, by_gyro = error_runs()
+    rate = one_component.schuler_rate()
     panels = (
         (
             "a   accelerometer error, 100 µg",
             by_accelerometer,
             one_component.accelerometer_error(time, ACCELEROMETER_BIAS),
             "Δy = (Δa/g)(1 − cos ω$_s$t)   (8.13)",
+            (),
         ),
         (
             "b   gyro error, 0.01 °/h",
             by_gyro,
             one_component.gyro_error(time, GYRO_DRIFT),
             "Δy = Δω$_0$(t − sin ω$_s$t / ω$_s$)   (8.15)",
+            (
+                ("Δω$_0$t", GYRO_DRIFT * time, "-."),
+                ("−Δω$_0$sin ω$_s$t / ω$_s$", -GYRO_DRIFT * np.sin(rate * time) / rate, ":"),
+            ),
         ),
     )
     figure = new_figure(7.0, 7.0)
-    period = 2.0 * np.pi / one_component.schuler_rate()
-    for axes, (title, simulated, closed, formula) in zip(figure.subplots(2, 1, sharex=True), panels, strict=True):
+    period = 2.0 * np.pi / rate
+    for axes, (title, simulated, closed, formula, components) in zip(
+        figure.subplots(2, 1, sharex=True), panels, strict=True
+    ):
         axes.plot(time, closed / ARCMIN, color=css(COLORS["poisson"]), linewidth=LINE * 4.0, alpha=0.6, label=formula)
         axes.plot(time, simulated / ARCMIN, color=css(COLORS["measured-attitude"]), label="simulation")
+        for words, component, dash in components:
+            axes.plot(time, component / ARCMIN, color=SOFT, linewidth=LINE, linestyle=dash, label=words)
         axes.axvline(period, color=SOFT, linewidth=THIN, linestyle="--")
         label = f" T$_s$ = {period / 60.0:.1f} min"
         axes.text(period, 0.9, label, transform=axes.get_xaxis_transform(), color=SOFT)
         axes.set(title=title, ylabel="error Δy of the coordinate [arcmin]", xlim=(0.0, _DURATION))
-        axes.set_ylim(0.0, 1.4 * float(simulated.max()) / ARCMIN)  # room for the legend
+        lowest = min((float(component.min()) for _, component, _ in components), default=0.0)
+        axes.set_ylim(1.3 * lowest / ARCMIN, 1.4 * float(simulated.max()) / ARCMIN)  # room for the legend
         axes.legend(loc="upper left")
         miles = axes.secondary_yaxis("right", functions=(lambda y: y, lambda y: y))
         miles.set_ylabel("≈ nautical miles")

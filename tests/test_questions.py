@@ -109,7 +109,7 @@ def test_specific_force_and_rates_by_theory(numbers):
 
 
 def test_advantages_and_difficulties_by_theory(numbers):
-    """tr (HᵀH)⁻¹ of six best directions is 9/6; steps leave φ³/6 and φ³/24; a misaligned axis turns by 180° and back."""
+    """tr (HᵀH)⁻¹ of six best directions is 9/6; steps leave φ³/6 and φ³/24; a misaligned axis turns by 180°."""
     redundancy, exposure, steps, matrices = (
         numbers.redundancy(), numbers.exposure(), numbers.steps(), numbers.matrices(),
     )  # fmt: skip
@@ -138,6 +138,17 @@ def test_diagrams_are_up_to_date(diagrams):
         words = [re.findall(r"<text[^>]*>([^<]*)<", svg) for svg in (kept, to_svg(draw(), name))]
         assert words[0] == words[1], f"{name}.svg: python docs/diagrams.py"
         assert words[0]
+
+
+def test_diagrams_have_what_the_chapters_have(diagrams):
+    """Axes of the start (8.1, 8.2), the loop closed over y (8.3), three turns and the vectors of their rates (8.7)."""
+    words = {
+        name: {text.get_text() for axes in draw().axes for text in axes.texts}
+        for name, draw in diagrams.DIAGRAMS.items()
+    }
+    assert {"ξ$_0$", "η$_0$"} <= words["one_component_axes"]
+    assert "α = ∫ω dt + y" in words["one_component_scheme"]
+    assert {"−ψ", "ϑ", "γ", "ψ̇", "ϑ̇", "γ̇"} <= words["frames"]
 
 
 def test_words_in_diagrams_do_not_overlap(diagrams):

@@ -25,6 +25,15 @@ def test_runs_show_the_closed_forms() -> None:
     assert np.abs(by_gyro - expected).max() < 1e-6 * expected.max()
 
 
+def test_panel_b_has_both_components_of_8_15() -> None:
+    """The line Δω₀ t and the oscillation −Δω₀ sin(ω_s t)/ω_s; their sum is the curve."""
+    panel = runpy.run_path(str(SCRIPT))["figure_8_4"]().axes[1]
+    lines = {str(line.get_label()): np.asarray(line.get_ydata()) for line in panel.lines}
+    parts = [lines["Δω$_0$t"], lines["−Δω$_0$sin ω$_s$t / ω$_s$"]]
+    assert np.abs(parts[0] + parts[1] - lines["simulation"]).max() < 1e-6
+    assert abs(parts[0][-1] - 8000.0 / 3600.0 * 0.01 * 60.0) < 1e-9
+
+
 def test_the_script_says_how_near_they_are(tmp_path: Path) -> None:
     command = [sys.executable, str(SCRIPT), "-o", str(tmp_path)]
     done = subprocess.run(command, capture_output=True, text=True, check=True)

@@ -102,6 +102,14 @@ def one_component_axes() -> Figure:
     c.arc(centre, 0.7, along, 90.0, POSITION)
     c.text(2.88, 1.22, "y", POSITION)
     here = ray(centre, radius, along)[1]
+    begin = ray(centre, radius, 90.0)[1]
+    for degrees, words, place in ((0.0, "ξ$_0$", (1.0, 0.0)), (90.0, "η$_0$", (0.0, 0.95))):
+        c.path(*ray(begin, 0.8, degrees), color=style.SOFT)
+        c.text(begin[0] + place[0], begin[1] + place[1], words, style.SOFT)
+    c.path(*ray(here, 1.5, 0.0), color=style.SOFT, head=False, dash="--")  # parallel to ξ₀ of the start
+    c.text(5.33, 2.38, "ξ$_0$", style.SOFT)
+    c.arc(here, 1.15, along - 90.0, 0.0, POSITION)
+    c.text(*ray(here, 1.26, 0.5 * (along - 90.0))[1], "y", POSITION)
     horizon = along - 90.0
     c.path(*ray(here, 1.35, horizon), color=VELOCITY)
     c.text(5.0, 1.65, "ξ, V", VELOCITY)
@@ -119,6 +127,7 @@ def one_component_axes() -> Figure:
     legend = (
         ("x, y: axes of the accelerometers", SENSOR),
         ("ξ, η: local horizon and vertical", VELOCITY),
+        ("ξ$_0$, η$_0$: the same at the start", style.SOFT),
         ("α: pitch of x above the horizon", ATTITUDE),
         ("y = S/R: coordinate on the Earth", POSITION),
     )
@@ -137,8 +146,8 @@ def one_component_scheme() -> Figure:
     c.box(4.95, 2.1, 0.55, 0.5, "∫", VELOCITY)
     c.box(5.95, 2.1, 0.55, 0.5, "1/R", POSITION)
     c.box(6.95, 2.1, 0.55, 0.5, "∫", POSITION)
-    c.sum(2.3, 0.6)
-    c.box(3.15, 0.6, 0.55, 0.5, "∫", ATTITUDE)
+    c.box(2.3, 0.6, 0.55, 0.5, "∫", ATTITUDE)
+    c.sum(3.15, 0.6)
     c.path((1.5, 2.1), (2.2, 2.1), color=SENSOR)
     c.text(1.85, 2.3, "a$_x$, a$_y$", SENSOR)
     c.path((4.1, 2.1), (4.675, 2.1), color=VELOCITY)
@@ -148,14 +157,14 @@ def one_component_scheme() -> Figure:
     c.path((6.225, 2.1), (6.675, 2.1), color=POSITION)
     c.path((7.225, 2.1), (7.6, 2.1), color=POSITION)
     c.text(7.42, 2.3, "y", POSITION)
-    c.path((1.5, 0.6), (2.17, 0.6), color=SENSOR)
-    c.text(1.83, 0.78, "ω", SENSOR)
-    c.path((2.43, 0.6), (2.875, 0.6), color=ATTITUDE)
-    c.text(2.63, 0.8, "α̇", ATTITUDE)
-    c.path((3.15, 0.85), (3.15, 1.85), color=ATTITUDE)
-    c.text(3.3, 1.35, "α", ATTITUDE)
-    c.path((6.45, 2.1), (6.45, 0.15), (2.3, 0.15), (2.3, 0.47), color=POSITION)
-    c.text(4.6, 0.3, "V/R: the horizon turns", POSITION)
+    c.path((1.5, 0.6), (2.025, 0.6), color=SENSOR)
+    c.text(1.77, 0.78, "ω", SENSOR)
+    c.path((2.575, 0.6), (3.02, 0.6), color=ATTITUDE)
+    c.text(2.79, 0.8, "∫ω", ATTITUDE)
+    c.path((3.15, 0.73), (3.15, 1.85), color=ATTITUDE)
+    c.text(3.95, 1.35, "α = ∫ω dt + y", ATTITUDE)
+    c.path((7.42, 2.1), (7.42, 0.6), (3.28, 0.6), color=POSITION)
+    c.text(5.35, 0.78, "y: the horizon turns with the place", POSITION)
     return c.figure
 
 
@@ -261,7 +270,7 @@ def frames() -> Figure:
 
 
 def _body(c: Canvas) -> None:
-    """Draw north, up and east in perspective with the body's axes and the angles between them."""
+    """Draw north, up and east in perspective with the body's axes, the three turns, and the vectors of their rates."""
     turn = np.deg2rad(-38.0)
     across, up = np.array([np.sin(turn), np.cos(turn)]), np.deg2rad(20.0)
 
@@ -270,39 +279,51 @@ def _body(c: Canvas) -> None:
         depth = n * across[0] + e * across[1]
         return 5.55 + float(x), 1.55 + float(h * np.cos(up) - depth * np.sin(up))
 
-    psi, theta = np.deg2rad(-45.0), np.deg2rad(28.0)  # yaw is counter-clockwise about H, so the heading is 45°
-    flat = (np.cos(psi), 0.0, -np.sin(psi))
-    forward = (np.cos(theta) * flat[0], np.sin(theta), np.cos(theta) * flat[2])
-    above = (-np.sin(theta) * flat[0], np.cos(theta), -np.sin(theta) * flat[2])
-    right = np.cross(forward, above)
+    def arc(first: Any, second: Any, end: float, radius: float) -> None:
+        """Draw a turn from one axis towards another one, with an arrow at its end."""
+        angles = np.linspace(0.0, end, 30)
+        points = [seen(*(radius * (np.cos(k) * first + np.sin(k) * second))) for k in angles]
+        c.axes.plot(*zip(*points[:-1], strict=True), color=ATTITUDE, lw=_STROKE)
+        c.path(points[-2], points[-1], color=ATTITUDE)
+
+    # yaw is counter-clockwise about H, so that the heading is 45°; then pitch about the level Z, then roll about X
+    psi, theta, gamma = np.deg2rad(-45.0), np.deg2rad(28.0), np.deg2rad(25.0)
+    north, height, east = np.eye(3)
+    flat, level = np.cos(psi) * north - np.sin(psi) * east, np.sin(psi) * north + np.cos(psi) * east
+    forward = np.cos(theta) * flat + np.sin(theta) * height
+    upright = -np.sin(theta) * flat + np.cos(theta) * height
+    above, right = np.cos(gamma) * upright + np.sin(gamma) * level, np.cos(gamma) * level - np.sin(gamma) * upright
     for name, tip, color, gap in (
-        ("N", (1.5, 0, 0), VELOCITY, (0.15, 0.05)),
-        ("H", (0, 1.5, 0), VELOCITY, (0.0, 0.15)),
-        ("E", (0, 0, 1.5), VELOCITY, (0.1, -0.14)),
-        ("X", tuple(1.7 * v for v in forward), SENSOR, (0.15, 0.05)),
-        ("Y", tuple(1.3 * v for v in above), SENSOR, (-0.12, 0.1)),
-        ("Z", tuple(1.3 * v for v in right), SENSOR, (-0.14, -0.05)),
+        ("N", 1.5 * north, VELOCITY, (0.15, 0.05)),
+        ("H", 1.5 * height, VELOCITY, (-0.1, 0.15)),
+        ("E", 1.5 * east, VELOCITY, (0.1, -0.14)),
+        ("X", 1.7 * forward, SENSOR, (0.15, 0.05)),
+        ("Y", 1.3 * above, SENSOR, (-0.12, 0.1)),
+        ("Z", 1.3 * right, SENSOR, (-0.14, -0.05)),
     ):
         end = seen(*tip)
         c.path(seen(0, 0, 0), end, color=color, width=1.5)
         c.text(end[0] + gap[0], end[1] + gap[1], name, color)
-    c.path(seen(0, 0, 0), seen(*(1.5 * v for v in flat)), color=style.SOFT, head=False, dash="--")
-    c.path(seen(*(1.5 * v for v in flat)), seen(*(1.7 * v for v in forward)), color=style.SOFT, head=False, dash=":")
-    heading = np.linspace(0.0, -psi, 30)
-    c.axes.plot(
-        *zip(*(seen(0.6 * np.cos(k), 0, 0.6 * np.sin(k)) for k in heading), strict=True), color=ATTITUDE, lw=_STROKE
-    )
-    nose = np.linspace(0.0, theta, 30)
-    c.axes.plot(
-        *zip(*(seen(*(np.array((flat[0] * np.cos(k), np.sin(k), flat[2] * np.cos(k))))) for k in nose), strict=True),
-        color=ATTITUDE, lw=_STROKE,
-    )  # fmt: skip
-    middle = seen(0.8 * np.cos(-0.5 * psi), 0, 0.8 * np.sin(-0.5 * psi))
+    for line, dash in (((0.0 * flat, 1.5 * flat), "--"), ((1.5 * flat, 1.7 * forward), ":")):
+        c.path(*(seen(*point) for point in line), color=style.SOFT, head=False, dash=dash)
+    for line in ((0.0 * level, 1.3 * level), (0.0 * upright, 1.3 * upright)):
+        c.path(*(seen(*point) for point in line), color=style.SOFT, head=False, dash="--")
+    arc(north, east, -psi, 0.6)
+    arc(flat, height, theta, 1.0)
+    arc(upright, level, gamma, 1.1)
+    for name, start, axis, gap in (  # the rates are vectors along the axes of the turns
+        ("ψ̇", 0.9 * height, height, (0.16, 0.02)),
+        ("ϑ̇", 0.8 * level, level, (-0.05, -0.17)),
+        ("γ̇", 1.1 * forward, forward, (0.0, 0.2)),
+    ):
+        tip = seen(*(start + 0.42 * axis))
+        c.path(seen(*start), tip, color=POSITION, width=2.6)
+        c.text(tip[0] + gap[0], tip[1] + gap[1], name, POSITION)
+    middle = seen(*(0.8 * (np.cos(0.5 * psi) * north - np.sin(0.5 * psi) * east)))
     c.text(*middle, "−ψ", ATTITUDE)
-    low = 0.25 * theta
-    side = seen(*(1.15 * np.array((flat[0] * np.cos(low), np.sin(low), flat[2] * np.cos(low)))))
-    c.text(*side, "ϑ", ATTITUDE)
-    c.text(5.7, 0.15, "body at γ = 0: X forward, Y up, Z right; roll γ about X", SENSOR)
+    c.text(*seen(*(1.18 * (np.cos(0.4 * theta) * flat + np.sin(0.4 * theta) * height))), "ϑ", ATTITUDE)
+    c.text(*seen(*(1.28 * (np.cos(0.5 * gamma) * upright + np.sin(0.5 * gamma) * level))), "γ", ATTITUDE)
+    c.text(5.75, 0.15, "turns and rates: ψ about H, ϑ about level Z, γ about X", SENSOR)
 
 
 @styled
