@@ -47,6 +47,9 @@ def test_the_budget_crosses_the_limit_at_that_time(tmp_path: Path) -> None:
     (stored,) = to_json(found, [answer])["requirements"]
     assert stored["exceeded_from_s"] == answer.exceeded.time
     assert stored["after_fixes_end_s"] == answer.exceeded.time - 12.0
+    assert re.match(r"The largest value is [\d.]+ m at ", list(lines_of(answer))[1])
+    (start,) = found.answers([f"position_north(0 s) <= {found.root_mean_square()[0, 0]} m"])
+    assert list(lines_of(start))[1].endswith(" at 0 s, which is the limit.")
     (inertial,) = sinssim.budget(cell.scenario, solution="inertial").answers(["position_north(run) <= 0.001 m"])
     assert inertial.exceeded is not None
     assert inertial.exceeded.fixes_end is None  # no filter, no fixes

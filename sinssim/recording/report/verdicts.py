@@ -35,7 +35,8 @@ def verdict_text(found: Verdict) -> str:
         return f"No run has a solution {one.instant}."
     value = f"{number_text(found.value / size)} {one.unit}" if math.isfinite(found.value) else "∞ (failed runs)"
     at = "at the end" if one.when == "end" else f"at {found.time:g} s"
-    text = f"In {found.runs} runs it is {value} {at}; the limit is {one.limit / size:g} {one.unit}."
+    it = "the largest value" if one.when == "run" else "it"
+    text = f"In {found.runs} runs {it} is {value} {at}; the limit is {one.limit / size:g} {one.unit}."
     if found.exceeded is not None:
         text += f" It is {found.exceeded.text}."
     if found.verdict != "undecided":

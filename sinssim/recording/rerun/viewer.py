@@ -32,7 +32,7 @@ _TIMELINE = "sim_time"
 _TILES = re.compile(r"walkers|tile\.|XDG_RUNTIME_DIR")
 """Lines of the viewer's output about maps without internet and the session, which explain no failure."""
 _START_SECONDS = 60.0
-_PICTURE_SECONDS = 180.0
+_PICTURE_SECONDS = 600.0
 """Longest time for a picture, on a machine that is busy with other work, s."""
 _LOOK_SECONDS = 0.3
 """Time between two looks at the viewer, s."""

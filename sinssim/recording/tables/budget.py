@@ -22,6 +22,9 @@ _ANY = 1000.0
 _LEAST = 1e-4
 """Sources with a smaller share of the horizontal mean square are counted, not listed."""
 
+_ROUNDING = 1e-9
+"""Share of the limit below which a margin is rounding."""
+
 FIXED_GAINS = (
     "If a source is halved or limited, the gains of the filter do not change; a filter whose model contains the "
     "change performs as well or better."
@@ -162,9 +165,11 @@ def lines_of(answer: Answer) -> Iterator[str]:
     verdict = "met" if answer.met else "NOT MET"
     yield f"{one.text}: {verdict}. {one.meaning[0].upper()}{one.meaning[1:]}."
     side = "below" if answer.met else "above"
+    share = abs(answer.margin) / one.limit
+    apart = f"{number(abs(answer.margin) / size)} {unit} ({100.0 * share:.3g} %) {side} the limit"
     yield (
-        f"It is {number(answer.value / size)} {unit} at {answer.time:g} s, {number(abs(answer.margin) / size)} {unit} "
-        f"({100.0 * abs(answer.margin) / one.limit:.3g} %) {side} the limit."
+        f"{'The largest value' if one.when == 'run' else 'It'} is {number(answer.value / size)} {unit} at "
+        f"{answer.time:g} s, {'which is the limit' if share < _ROUNDING else apart}."
     )
     if answer.exceeded is not None:
         yield f"It is {answer.exceeded.text}."
