@@ -32,12 +32,12 @@ _TIMELINE = "sim_time"
 _TILES = re.compile(r"walkers|tile\.|XDG_RUNTIME_DIR")
 """Lines of the viewer's output about maps without internet and the session, which explain no failure."""
 _START_SECONDS = 60.0
-_PICTURE_SECONDS = 600.0
+_PICTURE_SECONDS = 180.0
 """Longest time for a picture, on a machine that is busy with other work, s."""
 _LOOK_SECONDS = 0.3
 """Time between two looks at the viewer, s."""
-_ATTEMPTS = 2
-"""Viewers that are started for a picture; another program may take the port of the first one."""
+_ATTEMPTS = 3
+"""Viewers that are started for a picture: one may stop answering, and another program may take its port."""
 
 
 def find_recording(path: Path) -> Path:
