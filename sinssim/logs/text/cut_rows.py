@@ -57,7 +57,8 @@ def cut_row(name: str, line: int, place: Literal["first", "last"], fields: int, 
 def cut_rows(path: Path, delimiter: str | None, skip: int, width: int | None = None) -> CutRows:
     """Find the first and the last row of a text file if they were cut short.
 
-    A cut row has fewer fields than the row beside it, or ends within a number without the end of a line.
+    A cut row has fewer fields than the row beside it, or ends within a number without the end of a line. A remark in
+    words after the last row is left out like a cut row.
 
     Args:
         path: the file; empty lines and those that begin with # or % are no rows.
@@ -92,14 +93,16 @@ def cut_rows(path: Path, delimiter: str | None, skip: int, width: int | None = N
     if len(rows) < 2 or len(rows[-2][1]) != width:
         return CutRows(size, first, None, tuple(notes))
     k, fields = rows[-1]
-    if not _alike(fields, rows[-2][1]):
+    remark = len(fields) < width and not any(map(_is_number, fields)) and any(map(_is_number, rows[-2][1]))
+    if not remark and not _alike(fields, rows[-2][1]):
         return CutRows(size, first, None, tuple(notes))
     whole = end[k].endswith((b"\n", b"\r")) or not _is_number(rows[-2][1][-1]) or _is_number(fields[-1])
     if len(fields) > width or (len(fields) == width and whole):
         return CutRows(size, first, None, tuple(notes))
     kept = size - sum(map(len, end[k:]))
     last = _lines(path, kept) + 1
-    notes.append(cut_row(path.name, last, "last", len(fields), width))
+    said = f"{path.name}, line {last}: the last line is no row of numbers and is left out."
+    notes.append(said if remark else cut_row(path.name, last, "last", len(fields), width))
     return CutRows(kept, first, last, tuple(notes))
 
 

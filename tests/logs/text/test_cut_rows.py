@@ -75,5 +75,13 @@ def test_a_last_number_that_is_none(tmp_path: Path) -> None:
     cut = cut_rows(path, ",", 0)
     assert (cut.first, cut.last) == (None, 4)
     assert cut.without(path.read_bytes()) == b"1,2,3\n4,5,6\n7,8,9\n"
-    path.write_text("name of a rig\n1,2,3\n4,5,6\n7,8,9\nend\n")  # words are no numbers of a row
+    path.write_text("name of a rig\n1,2,3\n4,5,6\n7,8,9\n")  # words are no part of a row
     assert cut_rows(path, ",", 0).notes == ()
+
+
+def test_a_remark_after_the_last_row(tmp_path: Path) -> None:
+    path = tmp_path / "x.txt"
+    path.write_text("1 2 3 4 5 6 7\n2 2 3 4 5 6 7\n3 2 3 4 5 6 7\nStep: words = more\n")
+    found = read_file(path, "kf-gins-imu")
+    assert len(found.inertial["imu"].time) == 3
+    assert found.notes[0] == "x.txt, line 4: the last line is no row of numbers and is left out."
