@@ -14,6 +14,7 @@ from sinssim.inspection.inspection import Inspection
 from sinssim.inspection.layouts.reread import description_of
 from sinssim.logs.streams import Clock
 from sinssim.logs.text.description import DIRECTIONS
+from sinssim.system.user_file import read_text
 
 if TYPE_CHECKING:
     from sinssim.scenario import Scenario
@@ -221,7 +222,7 @@ def corrected_scenario(path: Path, folder: Path, found: list[Change]) -> str:
     """
     import tomlkit
 
-    document = tomlkit.parse(path.read_text(encoding="utf-8"))
+    document = tomlkit.parse(read_text(path))
     for keys, value, _ in found:
         table: Any = document
         for key in keys[:-1]:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import csv
 import importlib
 from pathlib import Path
 from typing import TYPE_CHECKING, Protocol, cast
@@ -134,6 +135,8 @@ def read_file(path: Path | str, format_name: str | None = None) -> Streams:
             found = format_module(name).read(path)
     except OSError as error:
         raise InputError(f"{path} cannot be read: {error.strerror or error}.") from error
+    except csv.Error as error:
+        raise InputError(f"{path} cannot be read as a table: {error}.") from error
     except MemoryError as error:
         raise InputError(f"{path} does not fit into memory. Split it into parts.") from error
     _check(found)

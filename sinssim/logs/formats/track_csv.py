@@ -219,12 +219,9 @@ def _time(path: Path, columns: Columns, notes: list[str]) -> tuple[Array, Clock]
     return moments - origin, Clock("utc", origin, f"UTC of the column {name}")
 
 
-def _fields(path: Path, lines: list[str], delimiter: str) -> list[list[str]]:
+def _fields(lines: list[str], delimiter: str) -> list[list[str]]:
     """Return the fields of some lines."""
-    try:
-        return list(csv.reader(lines, delimiter=delimiter, skipinitialspace=True))
-    except csv.Error as error:
-        raise InputError(f"{path} cannot be read as a table: {error}.") from error
+    return list(csv.reader(lines, delimiter=delimiter, skipinitialspace=True))
 
 
 def _listed(names: Iterable[str]) -> str:
@@ -249,7 +246,7 @@ def _csv(path: Path, notes: list[str]) -> dict[str, list[str]]:
     lines = [line for line in text.splitlines() if _is_line(line)]
     if not lines:
         raise InputError(f"{path} is empty.")
-    names = [name.strip() for name in _fields(path, lines[:1], _delimiter(lines[0]))[0]]
+    names = [name.strip() for name in _fields(lines[:1], _delimiter(lines[0]))[0]]
     columns: dict[str, list[str]] = {name: [] for name in names}
     if len(columns) < len(names):
         raise InputError(f"{path} has two columns of one name: {_listed(names)}.")
@@ -257,7 +254,7 @@ def _csv(path: Path, notes: list[str]) -> dict[str, list[str]]:
     if cut.notes:
         notes += cut.notes
         lines = [line for line in cut.without(data).decode("utf-8-sig").splitlines() if _is_line(line)]
-    for number, row in enumerate(_fields(path, lines[1:], _delimiter(lines[0])), start=1):
+    for number, row in enumerate(_fields(lines[1:], _delimiter(lines[0])), start=1):
         if len(row) != len(names):
             raise InputError(f"{path}, row {number}: {len(row)} fields, but the first line names {len(names)} columns.")
         for name, value in zip(names, row, strict=True):

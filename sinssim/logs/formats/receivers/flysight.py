@@ -18,6 +18,7 @@ from sinssim.logs.gps_time import WEEK
 from sinssim.logs.streams import Clock, FixStream, InertialStream, Streams
 from sinssim.logs.text.cut_rows import cut_rows
 from sinssim.logs.text.dates import date_seconds
+from sinssim.system.user_file import open_text
 from sinssim.units import DEG, G0
 
 _IMU = ("time", "wx", "wy", "wz", "ax", "ay", "az")
@@ -36,7 +37,7 @@ def read(path: Path) -> Streams:
     rows: dict[str, list[list[str]]] = {}
     columns: dict[str, list[str]] = {}
     units: dict[str, list[str]] = {}
-    with path.open(encoding="latin-1", newline="") as file:
+    with open_text(path, encoding="latin-1", newline="") as file:
         for number, fields in enumerate(csv.reader(file), start=1):
             if fields[:1] in (["$COL"], ["$UNIT"]) and len(fields) > 2:
                 (columns if fields[0] == "$COL" else units)[fields[1]] = fields[2:]
@@ -85,5 +86,5 @@ def read(path: Path) -> Streams:
 
 def _first_row(path: Path) -> int:
     """Return the number of lines before the rows."""
-    with path.open(encoding="latin-1") as file:
+    with open_text(path, encoding="latin-1") as file:
         return next((k for k, line in enumerate(file, start=1) if line.strip() == "$DATA"), 0)
