@@ -41,7 +41,7 @@ class Hypothesis:
             noise"; or "gyro", "accelerometer".
         kind: what it is.
         value: estimates of the states, or the factor or density that explains the innovations best.
-        sigma: 1σ of the estimates; empty for a fitted size.
+        sigma: 1σ of the estimates, or of the factors of σ; empty for another fitted size.
         gain: see `sinssim.estimation.checks.evidence.gain`.
         needed: gain from which it is named.
     """

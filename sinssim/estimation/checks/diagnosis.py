@@ -35,6 +35,8 @@ class Run(Protocol):
 
 _ROUNDS, _SETTLED = 5, 0.03
 """Most runs that find a factor of σ, and its relative change at which it is found."""
+_SURE = 2.576
+"""Half of the 99 % confidence interval of a factor of σ in units of its 1σ; an interval with 1 in it is no advice."""
 _COLUMNS = ("time", "latitude", "longitude", "height", "velocity_ned", "q_nb", "defect")
 _DECADES, _HALF = 6, math.sqrt(10.0)
 """Number of decades in which a noise is searched, and the finer step around the best one."""
@@ -136,7 +138,7 @@ def _measurement_noise(run: Run, model: ErrorModel, own: Estimate, sensors: Sequ
     which = [[sensor] for sensor in sensors] + ([list(sensors)] if len(sensors) > 1 else [])
     found = []
     for together in which:
-        factors, there = dict.fromkeys(together, 1.0), own
+        factors, there, settled = dict.fromkeys(together, 1.0), own, False
         for _ in range(_ROUNDS):
             sizes = {i.sensor: size_of_innovations(i) for i in there.innovations if i.sensor in factors}
             if not all(math.isfinite(size) and size > 0.0 for size in sizes.values()):
@@ -146,13 +148,31 @@ def _measurement_noise(run: Run, model: ErrorModel, own: Estimate, sensors: Sequ
             if again is None:
                 break
             there = again
-            if all(abs(size - 1.0) < _SETTLED for size in sizes.values()):
+            settled = all(abs(size - 1.0) < _SETTLED for size in sizes.values())
+            if settled:
                 break
-        if there is not own:
-            better = gain(own.innovations, there.innovations)
+        if not settled:  # the readings' own noise does not show in the innovations: no factor follows from them
+            continue
+        better = gain(own.innovations, there.innovations)
+        spread = _spread(run, model, factors, better, own)
+        if all(abs(math.log(factor)) > _SURE * spread for factor in factors.values()):
             value = tuple(factors[sensor] for sensor in together)
-            found.append(Hypothesis(", ".join(together), "measurement noise", value, (), better, math.inf))
+            sigma = tuple(spread * factor for factor in value)
+            found.append(Hypothesis(", ".join(together), "measurement noise", value, sigma, better, math.inf))
     return found
+
+
+def _spread(run: Run, model: ErrorModel, factors: Mapping[str, float], better: float, own: Estimate) -> float:
+    """Return the 1σ of the logarithm of factors of σ, from how much the gain falls where they are closer to 1.
+
+    The gain, twice the logarithm of the likelihood, is a parabola about its maximum, g − (ln f/f̂)²/σ². It is infinite
+    where the likelihood is flat, so that a factor of 1 cannot be told from the one that was found.
+    """
+    closer = {sensor: math.sqrt(factor) for sensor, factor in factors.items()}
+    there = _try(run, model, closer)
+    fall = better - (-math.inf if there is None else gain(own.innovations, there.innovations))
+    step = max(abs(math.log(factor)) for factor in closer.values())
+    return 0.0 if math.isinf(fall) else step / math.sqrt(fall) if fall > 0.0 else math.inf
 
 
 def _inertial_noise(run: Run, model: ErrorModel, own: Estimate, interval: float) -> list[Hypothesis]:

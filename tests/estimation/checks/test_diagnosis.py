@@ -5,7 +5,8 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from functools import cache
-from typing import Any
+from types import SimpleNamespace
+from typing import Any, cast
 
 import numpy as np
 import pytest
@@ -294,3 +295,34 @@ def test_a_walking_bias_is_named(triad: str, key: str, walk: float, density: flo
     cause = cause_of(Faulty(5 if triad == "gyro" else 6, ARM, unit={key: walk}))
     assert (cause.name, cause.kind) == (triad, "bias walk")
     assert cause.value[0] == pytest.approx(density, rel=0.4)
+
+
+def _innovated(true: float, predicted: float, factors: dict[str, float]) -> Estimate:
+    """Return an estimate of 400 innovations with a true σ, and an assumed one of the prediction and of the readings."""
+    assumed = predicted**2 + factors.get("baro", 1.0) ** 2
+    value = true * np.random.default_rng(4).standard_normal((400, 1))
+    of = Innovations(
+        "baro", "baro-height", np.arange(400.0), value, np.full((400, 1), assumed), value[:, 0] ** 2 / assumed,
+        np.ones(400, dtype=bool), Reasons(400, {}), np.inf,
+    )  # fmt: skip
+    return cast("Estimate", SimpleNamespace(innovations=(of,), time=np.arange(400.0)))
+
+
+@pytest.mark.parametrize(
+    ("true", "predicted", "factor"), [(2.0, 0.1, 2.0), (0.5, 0.1, 0.49), (3.0, 10.0, None), (1.01, 0.1, None)]
+)
+def test_a_factor_is_advised_only_where_the_readings_determine_it(
+    true: float, predicted: float, factor: float | None
+) -> None:
+    """A prediction that is less certain than the readings hides their noise; an interval about 1 is no advice."""
+
+    def run(model: ErrorModel, factors: Mapping[str, float], *, smooth: bool = False) -> Estimate:
+        return _innovated(true, predicted, dict(factors))
+
+    found = _measurement_noise(run, cast("ErrorModel", None), _innovated(true, predicted, {}), ["baro"])
+    if factor is None:
+        assert found == []
+        return
+    (one,) = found
+    assert one.value[0] == pytest.approx(factor, abs=4.0 * one.sigma[0])
+    assert one.sigma[0] == pytest.approx(factor / np.sqrt(800.0), rel=0.5)  # σ/√(2N)

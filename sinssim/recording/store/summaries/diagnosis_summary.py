@@ -279,7 +279,13 @@ def _of_satellites(cause: Hypothesis, scenario: Scenario) -> tuple[str, str]:
 def _noise_of_readings(cause: Hypothesis, scenario: Scenario) -> tuple[str, str]:
     """Return wrong σ of readings in words, and the keys."""
     sensors = cause.name.split(", ")
-    factors = listed([number_text(factor, 3) for factor in cause.value])
+    spread = cause.sigma or (0.0,) * len(cause.value)
+    factors = listed(
+        [
+            number_text(factor, 3) + (f" ± {number_text(sigma, 2)}" if sigma else "")
+            for factor, sigma in zip(cause.value, spread, strict=True)
+        ]
+    )
     many = len(sensors) > 1
     what = f"the σ of {listed(sensors)} {'are' if many else 'is'} {factors} times the assumed value{'s' * many}"
     return what, " and ".join(_keys_of_noise(sensors, cause.value, scenario))
