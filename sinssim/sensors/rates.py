@@ -24,10 +24,10 @@ from dataclasses import replace
 
 import numpy as np
 
+from sinssim import sensors
 from sinssim.data import Array, ImuData
 from sinssim.scenario.sections.imu import ImuSection
 from sinssim.sensors.imu.compensation import compensate
-from sinssim.sensors.imu.emulate import emulate
 from sinssim.sensors.imu.errors import ImuErrors, TriadErrors
 from sinssim.sensors.imu.rectification import rectified
 from sinssim.truth.trajectory import Trajectory
@@ -79,9 +79,9 @@ def measured_increments(
     else:
         true = rectified(trajectory, ideal, errors)
     if section.output == "increments":
-        read = emulate(true, errors, seed, rounded=True)
+        read = sensors.emulate(true, errors, seed, rounded=True)
     else:
-        read = _rounded(emulate(true, _without_pulses(errors), seed, rounded=True), errors)
+        read = _rounded(sensors.emulate(true, _without_pulses(errors), seed, rounded=True), errors)
         if read.time is not true.time:  # jitter: navigation multiplies the rates by the intervals of the stamps
             longer = (np.diff(read.time) / np.diff(true.time))[:, None]
             read = replace(read, dtheta=read.dtheta * longer, dvel=read.dvel * longer)
