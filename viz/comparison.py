@@ -1,4 +1,4 @@
-"""A study of algorithms: accuracy as a function of rate and cost, growth of the errors, verdicts."""
+"""A study of algorithms: verdicts, growth of the errors. The report has accuracy as a function of rate and cost."""
 
 from __future__ import annotations
 
@@ -22,7 +22,6 @@ def blueprint(run: RunInfo) -> rrb.Blueprint:
         The layout.
     """
     panels = json.loads(run.label("panels", "[]"))
-    pictures = json.loads(run.label("pictures", "[]"))
 
     def growth(entity: str, title: str, end: float, legend: bool) -> rrb.TimeSeriesView:
         start, stop = (rrb.TimeRangeBoundary.absolute(seconds=t) for t in (run.start, end))
@@ -34,17 +33,12 @@ def blueprint(run: RunInfo) -> rrb.Blueprint:
             plot_legend=rrb.PlotLegend(visible=legend, corner=rrb.Corner2D.RightBottom),
         )
 
-    images = [rrb.Spatial2DView(origin=f"/{entity}", name=title) for entity, title in pictures]
     plots = [growth(*panel) for panel in panels]
     return rrb.Blueprint(
         rrb.Horizontal(
-            rrb.Vertical(
-                rrb.Tabs(*images) if images else rrb.TextDocumentView(origin="/comparison/verdicts"),
-                rrb.TextDocumentView(origin="/comparison/verdicts", name="Verdicts"),
-                row_shares=[3, 2],
-            ),
+            rrb.TextDocumentView(origin="/comparison/verdicts", name="Verdicts"),
             rrb.Grid(*plots, grid_columns=1 if len(plots) < 4 else 2, name="Growth of the errors"),
-            column_shares=[3, 2],
+            column_shares=[1, 1],
         ),
         collapse_panels=True,
     )

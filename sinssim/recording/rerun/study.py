@@ -1,4 +1,4 @@
-"""The Rerun recording of a study: growth of the errors by algorithm, accuracy against rate and cost, the verdicts."""
+"""The Rerun recording of a study: the verdicts as text, and the growth of the errors as plots of the viewer."""
 
 from __future__ import annotations
 
@@ -6,14 +6,10 @@ import json
 from pathlib import Path
 
 import numpy as np
-import rerun as rr
 
 from sinssim.data import Array
 from sinssim.formatting import capital, number_text
-from sinssim.recording.figures.canvas import to_png
 from sinssim.recording.figures.studies import study as figures
-from sinssim.recording.figures.studies import study_laws as laws
-from sinssim.recording.report.studies import study_laws
 from sinssim.recording.rerun.rrd import Recording
 from sinssim.recording.rerun.viewer import RUN_ENTITY
 from sinssim.recording.rerun.views import RunInfo, all_views
@@ -41,14 +37,13 @@ def record(comparison: StudyResult, path: Path) -> None:
     with Recording(path, run.application, all_views(run)) as recording:
         paint = figures.palette(comparison)
         panels = _draw_growth(recording, comparison, paint)
-        pictures = _draw_figures(recording, comparison, paint)
         recording.document("comparison/verdicts", _markdown(comparison))
         run = RunInfo(
             run.name,
             run.start,
             run.end,
             algorithms,
-            labels={"kind": "study", "panels": json.dumps(panels), "pictures": json.dumps(pictures)},
+            labels={"kind": "study", "panels": json.dumps(panels)},
             ranges=dict(recording.ranges),
         )
         recording.document(RUN_ENTITY, run.to_json())
@@ -99,43 +94,12 @@ def _rgb(color: str) -> tuple[int, int, int]:
     return r, g, b
 
 
-def _draw_figures(recording: Recording, comparison: StudyResult, paint: figures.Paint) -> list[tuple[str, str]]:
-    """Record the report's figures, and the costs, as pictures.
-
-    Returns:
-        Entity and title of each.
-    """
-    pictures: list[tuple[str, str]] = []
-
-    def picture(entity: str, title: str, data: bytes) -> None:
-        recording.static(entity, rr.EncodedImage(contents=data, media_type="image/png"))
-        pictures.append((entity, title))
-
-    for number_, part in enumerate(comparison.study.parts, start=1):
-        rows = comparison.of_part(part.title)
-        if not any(row.status == "done" for row in rows):
-            continue
-        entity = f"comparison/figures/{number_}"
-        if over_rates(part):
-            label = labeller(rows)
-            for over, draw in (("rate", figures.against_rate), ("cost", figures.against_cost)):
-                drawn = draw(rows, label, paint)
-                picture(f"{entity}/{over}", f"{part.title}: accuracy against {over}", to_png(drawn))
-        else:
-            drawn = figures.bars(rows, labeller(rows, pace=True), line_labeller(part, rows), paint)
-            picture(f"{entity}/bars", part.title, to_png(drawn))
-        if turned := [heading for heading in comparison.headings if heading.part == part.title]:
-            drawn = laws.turning(study_laws.at_highest_rate(turned))
-            picture(f"{entity}/turning", f"{part.title}: heading and its error", to_png(drawn))
-        if "gyro-free" in part.decides and (blocks := study_laws.gyro_free_blocks(comparison, part)):
-            picture(f"{entity}/power", f"{part.title}: power of time", to_png(laws.power_of_time(blocks)))
-    if comparison.costs:
-        picture("comparison/figures/costs", "Cost of a step", to_png(figures.costs(comparison)))
-    return pictures
-
-
 def _markdown(comparison: StudyResult) -> str:
     lines = [f"# {comparison.study.name}", "", comparison.study.description, ""]
+    if comparison.verdicts:
+        lines += ["| claim | verdict | measured | expected |", "|---|---|---|---|"]
+        lines += [f"| {v.title} | {v.verdict} | {v.measured} | {v.expected} |" for v in comparison.verdicts]
+        lines.append("")
     for verdict in comparison.verdicts:
         lines += [f"**{verdict.verdict.upper()}**: {capital(verdict.sentence)}. {verdict.reason}", ""]
         lines += [*(f"- {f'*{judged}*: ' if judged else ''}{point}" for point, judged in verdict.lines), ""]
