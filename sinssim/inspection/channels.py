@@ -9,6 +9,8 @@ from sinssim.inspection.finding import Finding, doubt, fact, wrong
 
 _CHANCE = 1e-4
 """Probability that a channel which works seems frozen in a log."""
+_RARE = 5
+"""Most runs of at least half the length of the longest one; of a sensor that freezes there are a few in a log."""
 _LEAST_FROZEN = 20
 """Equal samples in a row below which nothing is frozen: fewer may be a reading held by the logger."""
 _SATURATED = 3
@@ -68,7 +70,7 @@ def _of_axis(subject: str, name: str, axis: Array, quantum: float, unit: str, sc
     found = []
     spread = float(np.std(np.diff(axis)))
     longest, start = _longest_run(axis)
-    if longest >= _LEAST_FROZEN and _frozen(axis, start, longest, quantum):
+    if longest >= _LEAST_FROZEN and not _usual(axis, start, longest) and _frozen(axis, start, longest, quantum):
         found.append(
             doubt(
                 subject,
@@ -120,9 +122,20 @@ def _frozen(axis: Array, start: int, length: int, quantum: float) -> bool:
     return len(axis) * same**length < _CHANCE
 
 
+def _usual(axis: Array, start: int, length: int) -> bool:
+    """Return whether half as long runs of this value are usual: those of a dead band, or of a laser gyro at rest."""
+    ends, lengths = _runs(axis)
+    return int(((2 * lengths >= length) & (axis[ends] == axis[start])).sum()) > _RARE
+
+
+def _runs(axis: Array) -> tuple[Array, Array]:
+    """Return the last indices and the lengths of the runs of equal values."""
+    ends = np.flatnonzero(np.append(np.diff(axis) != 0.0, True))
+    return ends, np.diff(np.append(-1, ends))
+
+
 def _longest_run(axis: Array) -> tuple[int, int]:
     """Return length and first index of the longest run of equal values."""
-    ends = np.flatnonzero(np.append(np.diff(axis) != 0.0, True))
-    lengths = np.diff(np.append(-1, ends))
+    ends, lengths = _runs(axis)
     k = int(np.argmax(lengths))
     return int(lengths[k]), int(ends[k] - lengths[k] + 1)

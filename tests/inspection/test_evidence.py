@@ -135,6 +135,17 @@ def test_equal_numbers_of_a_coarse_resolution_are_no_freeze() -> None:
     assert said.numbers["frozen"] == 30
 
 
+def test_runs_of_a_dead_band_are_no_freeze() -> None:
+    """A laser gyro at rest counts 0 most of the time, for as long as the base does not swing."""
+    rng = np.random.default_rng(3)
+    swing = np.abs(np.sin(np.linspace(0.0, 200.0, 20000)))[:, None]
+    values = np.round(rng.normal(0.0, 2.0, (20000, 3)) * swing)
+    values[np.abs(values) < 2.0] = 0.0
+    ends = np.flatnonzero(np.diff(values[:, 0]))
+    assert np.diff(ends).max() > 40
+    assert not any("same number" in f.text for f in channel_findings("gyros", values * DEG, "°/s", DEG))
+
+
 def test_leap_seconds_are_named() -> None:
     """Times of a unit that are GPS time but are taken for UTC run 18 s ahead."""
     unit = worlds.readings(50.0)

@@ -23,7 +23,7 @@ from sinssim.logs.text.selection import RowLayout, read_rows, selected_text
 from sinssim.system.memory import machine_memory
 from sinssim.system.user_file import open_file, read_bytes, user_file
 
-TEXT = (".csv", ".txt", ".tsv", ".dat", ".asc")
+TEXT = (".csv", ".txt", ".tsv", ".dat", ".asc", ".log")
 """Suffixes of text files."""
 SUFFIXES = (*TEXT, ".parquet", ".npz")
 """Suffixes of the files that can be a log."""
