@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import numpy as np
+from numpy.typing import NDArray
 
 from sinssim.data import Array
 from sinssim.inspection.finding import Finding, doubt, fact, wrong
@@ -128,7 +129,7 @@ def _usual(axis: Array, start: int, length: int) -> bool:
     return int(((2 * lengths >= length) & (axis[ends] == axis[start])).sum()) > _RARE
 
 
-def _runs(axis: Array) -> tuple[Array, Array]:
+def _runs(axis: Array) -> tuple[NDArray[np.intp], NDArray[np.intp]]:
     """Return the last indices and the lengths of the runs of equal values."""
     ends = np.flatnonzero(np.append(np.diff(axis) != 0.0, True))
     return ends, np.diff(np.append(-1, ends))
