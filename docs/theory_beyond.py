@@ -163,6 +163,18 @@ BEYOND = (
     ),
     Row(
         "",
+        "Alignment of a platform: (s + 1/τ)³ and s² + 2ζω₀s + ω₀²; final tilts ∇/g, azimuth d_E/Ω_N − tan φ ∇_E/g; "
+        "noise N √(3/(16 τ))/Ω_N",
+        ("platform.alignment.AlignmentLoops",),
+        (
+            "platform/test_alignment.py::test_poles_are_the_designed_ones",
+            "platform/test_alignment.py::test_final_errors",
+            "platform/test_alignment.py::test_the_loop_with_large_angles_ends_as_the_linear_one",
+            "platform/test_alignment.py::test_covariance_ends_at_the_final_errors_and_the_noise",
+        ),
+    ),
+    Row(
+        "",
         "Radius of the circle that contains a given fraction of a bivariate normal distribution (Hoyt)",
         ("statistics.circles.circle_radius",),
         ("statistics/test_circles.py::test_against_marcum_q",),
