@@ -62,11 +62,10 @@ from sinssim.scenario.sections.imu import ImuSection
 from sinssim.sensors.expectation import expect
 from sinssim.sensors.imu.grades import GRADES
 from sinssim.strapdown.increments.fit import weight_table
+from sinssim.studies.claims.position import COMPUTER_SHARE as SHARE
 from sinssim.truth.motions.great_circle import GreatCircle
 from sinssim.units import ARCSEC, DEG, DEG_H, DEG_SQRT_H, UG
 
-SHARE = 0.01
-"""Error of a good computer at most, relative to that of the sensors; 1 % adds 0.005 % to the root of squares."""
 LOST = 1e6  # m: a solution this far off is no solution
 
 
@@ -230,7 +229,7 @@ def study_single(c: Cruise) -> list[dict[str, Any]]:
 
 
 def needed(rates: list[float]) -> list[dict[str, Any]]:
-    """Return the shortest words by grade and rate, for errors below `SHARE` of those of the sensors after an hour."""
+    """Return the shortest words by grade and rate, for errors of at most 1 % of those of the sensors after an hour."""
     rows = []
     for grade in GRADES:
         total = expect(ImuSection(grade=grade), LATITUDE).total
