@@ -20,6 +20,8 @@ if TYPE_CHECKING:
 
 _ROW_S = 1.0
 """A covariance is kept each second: epochs are at whole seconds, or samples in a run of less than 500 s."""
+DIVERGED = "the filter diverged"
+"""Beginning of the failure of a run whose filter diverged."""
 _DEPENDENT = 1e-9
 """Eigenvalue of the correlation matrix of a block below which a combination of its states counts as known."""
 
@@ -51,7 +53,7 @@ def fill_in_filtered(plan: Plan, run: Run, errors: RunErrors, row: int) -> None:
     estimate = aided.estimate
     if estimate.divergence is not None:
         reason = estimate.divergence.reason.rstrip(".")
-        raise RunError(f"the filter diverged at t = {estimate.divergence.time:.2f} s: {reason}.")
+        raise RunError(f"{DIVERGED} at t = {estimate.divergence.time:.2f} s: {reason}.")
     epochs, rows = rows_at(plan.epochs, estimate.time)
     error = aided.error_at(rows)
     check_finite(error)

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterator, Mapping
 from dataclasses import replace
 from typing import TYPE_CHECKING, Any
 
@@ -9,11 +10,13 @@ import numpy as np
 
 from sinssim import units
 from sinssim.data import Array
+from sinssim.ensembles.filtered import DIVERGED
 from sinssim.ensembles.run_errors import COMPONENTS
+from sinssim.formatting import number_text
 from sinssim.own_content.in_scenario import own_files
 from sinssim.requirements.exceeded import NEVER
 from sinssim.requirements.verdict import CONFIDENCE
-from sinssim.statistics.chi_square import share_inside
+from sinssim.statistics.chi_square import extreme, share_inside
 from sinssim.statistics.circles import circle_radius
 from sinssim.statistics.order_statistics import Percentile, cep, percentile, r95
 from sinssim.statistics.rates import END, LINE, to_nmi_h
@@ -53,8 +56,8 @@ def ensemble_numbers(result: EnsembleResult, status: str = "finished") -> dict[s
     Returns:
         The contents of `summary.json`, apart from the versions: definitions, numbers of runs, the errors at the end
         and at the times asked for, rates in both definitions, components, the comparison with the regulation,
-        requirements, consistency of a filter, failures, the worst, median and best runs, and files outside the package
-        on which the numbers depend. Numbers that are not finite are as they are.
+        requirements, a filter's NEES, NIS and verdict, failures, the worst, median and best runs, and files outside the
+        package on which the numbers depend. Numbers that are not finite are as they are.
     """
     plan = result.plan
     lasts = float(plan.epochs[-1] - plan.start)
@@ -90,6 +93,7 @@ def ensemble_numbers(result: EnsembleResult, status: str = "finished") -> dict[s
         "looks": list(result.looks),
         "nees": {name: _mean_square(one) for name, one in result.nees.items()},
         "nis": {name: _mean_square(one) for name, one in result.nis.items()},
+        "consistency": consistency(result),
         "failures": {str(number): text for number, text in result.failures.items()},
         "named_runs": named_runs(result),
         "notes": result.notes,
@@ -280,6 +284,80 @@ def _at(result: EnsembleResult) -> list[dict[str, Any]]:
             row[key] = band(replace(one, **there))
         rows.append(row)
     return rows
+
+
+def consistency(result: EnsembleResult) -> dict[str, Any] | None:
+    """Judge a filter by all runs: no better than the worst of its tests, with at most 1 % of false alarms.
+
+    The tests are ANEES of each block at each epoch, whose sum over independent runs is χ², and NIS of each sensor over
+    all epochs, since innovations are independent in time, too. As for a single run, an ANEES below 1 does not count,
+    because the initial state may have been better than assumed.
+
+    Args:
+        result: the ensemble.
+
+    Returns:
+        `verdict`, "consistent" or "not consistent"; `runs` that did not fail and `diverged`, the number of those whose
+        filter did; `worst`, the test with the least probability: its `test`, `name`, `time_s` (None over all epochs),
+        `value`, `limit`, `probability` (Bonferroni over `tests`) and `level`; `hints`, the causes as for a single run.
+        None without a filter, or if no run has a test.
+    """
+    from sinssim.estimation.checks.consistency import FALSE_ALARM
+    from sinssim.estimation.from_scenario.filter_states import hints
+    from sinssim.estimation.from_scenario.unknown_gravity import gravity_notes
+
+    tests: list[tuple[str, str, float | None, float, float]] = []
+    for name, one in result.nees.items():
+        there = np.flatnonzero(np.isfinite(one.value))
+        tests += [("ANEES", name, float(result.time[k]), float(one.value[k]), float(one.freedom[k])) for k in there]
+    for name, one in result.nis.items():
+        tests.append(("NIS", name, None, _mean_square(one)["mean"], float(one.freedom.sum())))
+    values, freedom, both = ([one[3] for one in tests], [one[4] for one in tests], [one[0] == "NIS" for one in tests])
+    found = extreme(values, freedom, both, FALSE_ALARM)
+    diverged = sum(text.startswith(DIVERGED) for text in result.failures.values())
+    if found is None and not diverged:
+        return None
+    sound = not diverged and found is not None and found.probability >= FALSE_ALARM
+    worst: dict[str, Any] | None = None
+    if found is not None:
+        test, name, time, value, _ = tests[found.place]
+        worst = {"test": test, "name": name, "time_s": time, "value": value, "limit": found.limit,
+                 "probability": found.probability, "tests": found.tests, "level": found.level}  # fmt: skip
+    scenario = result.plan.scenario
+    return {
+        "verdict": "consistent" if sound else "not consistent",
+        "runs": int((~result.failed).sum()),
+        "diverged": diverged,
+        "worst": worst,
+        "hints": [] if sound else [*gravity_notes(scenario), *hints(scenario)],
+    }
+
+
+def consistency_sentences(numbers: Mapping[str, Any]) -> Iterator[str]:
+    """Write the verdict on a filter over all runs in sentences.
+
+    Args:
+        numbers: of an ensemble, from `ensemble_numbers`.
+
+    Yields:
+        Whole sentences, the causes first; none without a filter.
+    """
+    found = numbers["consistency"]
+    if found is None:
+        return
+    yield from found["hints"]
+    runs, diverged, worst = found["runs"], found["diverged"], found["worst"]
+    said = [f"it diverged in {diverged} of {numbers['runs']} runs"] if diverged else []
+    if worst is not None:
+        when = "over all epochs" if worst["time_s"] is None else f"at {worst['time_s']:g} s"
+        p = f"= {number_text(worst['probability'], 2)}" if worst["probability"] > 1e-300 else "< 1e-300"
+        said.append(
+            f"the worst of {worst['tests']} tests, {worst['test']} of {worst['name']} {when}, is "
+            f"{number_text(worst['value'])}, with the limit {number_text(worst['limit'])} for "
+            f"{100.0 * worst['level']:g} % of false alarms in all tests together; p {p} (χ², Bonferroni)"
+        )
+    the = "Therefore the" if found["hints"] else "The"
+    yield f"{the} filter is {found['verdict']} over {runs} {'run' if runs == 1 else 'runs'}: {'; '.join(said)}."
 
 
 def _mean_square(one: MeanSquare) -> dict[str, float]:

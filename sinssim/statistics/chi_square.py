@@ -57,6 +57,56 @@ def mean_square_band(freedom: Any, confidence: float = 0.95) -> Band:
     return Band(np.asarray(chi2.ppf(tail, some) / some), np.asarray(chi2.isf(tail, some) / some), confidence)
 
 
+@short_repr
+@dataclass(frozen=True)
+class Extreme:
+    """The least probable of several mean normalised squares.
+
+    Attributes:
+        place: its index.
+        probability: of a value as unlikely in any of them, for a correct filter, at most (Bonferroni).
+        limit: value that a correct filter exceeds in any of them with the probability `level`.
+        level: that probability.
+        tests: number of values that count.
+    """
+
+    place: int
+    probability: float
+    limit: float
+    level: float
+    tests: int
+
+
+def extreme(values: Any, freedom: Any, two_sided: Any, level: float) -> Extreme | None:
+    """Return the least probable of several mean normalised squares per degree of freedom.
+
+    Args:
+        values: (K,), whether they depend on each other or not; NaN does not count.
+        freedom: degrees of freedom of each, (K,).
+        two_sided: whether a small value of each is unlikely, too, (K,).
+        level: probability that a correct filter exceeds the limit in any of them.
+
+    Returns:
+        The value with the least probability; None if none counts.
+    """
+    from scipy.stats import chi2
+
+    x, n, both = np.asarray(values, float), np.asarray(freedom, float), np.asarray(two_sided, bool)
+    there = np.isfinite(x) & (n > 0.0)
+    tests = int(there.sum())
+    if not tests:
+        return None
+    with np.errstate(invalid="ignore"):
+        upper, lower = chi2.sf(x * n, n), chi2.cdf(x * n, n)
+        single = np.where(there, np.where(both, np.minimum(2.0 * np.minimum(upper, lower), 1.0), upper), np.inf)
+        # where probabilities are too small for a number, the one farthest from its expectation, in units of its σ
+        far = np.where(there, np.abs(x - 1.0) * np.sqrt(0.5 * n), 0.0)
+    place = int(np.lexsort((-far, single))[0])
+    tail = level / tests / (2.0 if both[place] else 1.0)
+    limit = chi2.ppf(tail, n[place]) if both[place] and x[place] < 1.0 else chi2.isf(tail, n[place])
+    return Extreme(place, min(tests * float(single[place]), 1.0), float(limit / n[place]), level, tests)
+
+
 def share_inside(values: Any, band: Band) -> float:
     """Return the share of epochs at which a mean normalised square lies in its band.
 

@@ -7,7 +7,7 @@ from collections.abc import Mapping, Sequence
 from typing import TYPE_CHECKING, Any
 
 from sinssim.data import Array
-from sinssim.ensembles.summary import DEFINITIONS
+from sinssim.ensembles.summary import DEFINITIONS, consistency_sentences
 from sinssim.formatting import capital, number_text, signed
 from sinssim.recording.figures import ensemble as figures
 from sinssim.recording.figures.canvas import to_svg
@@ -190,6 +190,7 @@ def _with_error(value: float, error: float) -> str:
 def _consistency(result: EnsembleResult, numbers: Mapping[str, Any]) -> list[str]:
     body = [
         "<h2>Consistency of the filter</h2>",
+        *(f"<p><strong>{words(sentence)}</strong></p>" for sentence in consistency_sentences(numbers)),
         "<p>Mean over the runs per degree of freedom, with the 95 % band of χ² for this number of runs; a filter with "
         "a correct covariance has 1, and an overconfident filter has more. Neighbouring epochs are correlated: "
         "biases are constant in a run, so the mean of a correct filter can be outside the band for some time.</p>",

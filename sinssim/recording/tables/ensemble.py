@@ -10,7 +10,7 @@ from rich import box
 from rich.table import Table
 
 from sinssim import units
-from sinssim.ensembles.summary import DEFINITIONS
+from sinssim.ensembles.summary import DEFINITIONS, consistency_sentences
 from sinssim.formatting import number_text
 from sinssim.recording.report.ensemble import opening, regulation, with_band
 from sinssim.recording.report.verdicts import requirement_lines
@@ -76,6 +76,8 @@ def _show_consistency(numbers: Mapping[str, Any], console: Console) -> None:
         "Biases are constant in a run: in few runs a block can be outside its band at all epochs by chance.",
         markup=False,
     )
+    for sentence in consistency_sentences(numbers):
+        console.print(sentence, markup=False)
 
 
 def _show_failures(result: EnsembleResult, console: Console) -> None:
