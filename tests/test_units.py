@@ -8,6 +8,7 @@ from fractions import Fraction
 import pytest
 
 from sinssim import units
+from sinssim.logs.text.fix_description import UNITS_OF
 from sinssim.noise_identification.units import UNITS
 from sinssim.sensors.imu.datasheet import to_si
 from sinssim.statistics.rates import to_nmi_h
@@ -79,3 +80,12 @@ def test_terms_of_allan_deviations() -> None:
 def test_rates_in_nautical_miles_an_hour() -> None:
     assert float(to_nmi_h(1.0)) == pytest.approx(float(Fraction(3600, 1852)), rel=1e-15)
     assert math.isclose(float(to_nmi_h(units.KNOT)), 1.0, rel_tol=1e-15)
+
+
+@pytest.mark.parametrize(
+    ("dimension", "unit", "exact"),
+    [("length", "mm", 0.001), ("length", "cm", 0.01), ("speed", "mm/s", 0.001), ("speed", "cm/s", 0.01),
+     ("angle", "1e-7 deg", 1.7453292519943295e-9)],
+)  # fmt: skip
+def test_units_of_recorded_fixes(dimension: str, unit: str, exact: float) -> None:
+    assert UNITS_OF[dimension][unit] == pytest.approx(exact, rel=1e-15)
