@@ -131,7 +131,7 @@ def test_list_shows_a_broken_view_beside_the_others(
     views = json.loads(capsys.readouterr().out)
     assert views["broken"].startswith("(cannot be used: SyntaxError")
     assert views["binary"].startswith("(cannot be used: UnicodeDecodeError")
-    assert views["flight"].startswith("The flight: its path")
+    assert views["flight"].startswith("The motion: its path")
 
 
 def test_a_grade_for_one_run(capsys: pytest.CaptureFixture[str], tmp_path: Path) -> None:

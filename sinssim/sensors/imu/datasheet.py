@@ -212,9 +212,9 @@ def in_words(key: str, known: Collection[str]) -> str | None:
 
 def _without_unit(words: str) -> tuple[str, str]:
     """Split words of a data sheet from a unit at their end; the unit is "" if there is none."""
-    units = {unit for term in TERMS for unit in term.units}
-    unit = max((unit for unit in units if words.endswith(f"_{unit}")), key=len, default="")
-    words = words.removesuffix(f"_{unit}") if unit else words
+    units = {respelled(unit): unit for term in TERMS for unit in term.units}
+    short = max((short for short in units if words.endswith(f"_{short}")), key=len, default="")
+    words, unit = (words.removesuffix(f"_{short}"), units[short]) if short else (words, "")
     while (shorter := _NOT_PART.sub("", words)) != words:
         words = shorter
     return words, unit
