@@ -98,6 +98,40 @@ def clock_keys(
         yield "time_offset_s", round(stated - inspection.late, 3), f"the unit's stamps are {word}"
 
 
+_LATEST_FIX_S = 1.5
+"""Time before the first fix from which on the run begins later, s: navigation starts from a fix of the last 2 s."""
+
+
+def since(inspection: Inspection, time: float) -> float:
+    """Return a time of the fixes as time since the first row of the unit, s.
+
+    Args:
+        inspection: what was found.
+        time: on the clock of the fixes, s.
+    """
+    assert inspection.inertial is not None
+    return time + (inspection.offset or 0.0) - float(inspection.inertial.time[0])
+
+
+def starts(inspection: Inspection, *, of_reference: bool = False) -> float:
+    """Return when the run has to begin, s since the first row of the unit: at the first fix if that comes late.
+
+    Args:
+        inspection: what was found.
+        of_reference: whether a reference gives the start, which has to contain the first instant.
+    """
+    if inspection.fixes is None or inspection.offset is None:
+        return 0.0
+    fixes = inspection.fixes
+    known = fixes.time[np.isfinite(fixes.latitude) & np.isfinite(fixes.longitude) & np.isfinite(fixes.height)]
+    first = since(inspection, float(known[0])) if len(known) else 0.0
+    if of_reference and inspection.inertial is not None:
+        steps = np.diff(inspection.inertial.time)
+        late = first > 0.0 or bool((steps == 0.0).any())  # even stamps begin a little before the first one
+        return max(first, 0.0) + 2.0 * float(np.mean(steps)) if late else 0.0
+    return first if first > _LATEST_FIX_S else 0.0
+
+
 def changes(
     inspection: Inspection, scenario: Scenario, clocks: tuple[Clock, Clock | None]
 ) -> tuple[list[Change], list[str]]:

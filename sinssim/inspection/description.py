@@ -9,8 +9,9 @@ from typing import Any
 
 import numpy as np
 
-from sinssim.inspection.corrections import bridges, clock_keys
+from sinssim.inspection.corrections import bridges, clock_keys, since, starts
 from sinssim.inspection.inspection import Inspection
+from sinssim.inspection.layouts.inertial import relative
 from sinssim.inspection.standing import IMPOSSIBLE
 from sinssim.inspection.velocity_match import seen
 from sinssim.logs.streams import Clock
@@ -52,7 +53,7 @@ def suggested_scenario(
         "",
         *begin,
         "[log.imu]",
-        f"file = {_text(_relative(path, folder))}",
+        f"file = {_text(relative(path, folder))}",
     ]
     lines += _file_keys(keys)
     axes = inspection.mounting.axes if inspection.mounting else None
@@ -77,7 +78,7 @@ def suggested_scenario(
         lines.append("check_scale = false  # the specific force is far from gravity: is that the motion?")
     lines += list(_tables("log.imu", keys))
     if fixes is not None:
-        lines += ["", "[log.gnss]", f"file = {_text(_relative(fixes[0], folder))}", *_file_keys(fixes[1])]
+        lines += ["", "[log.gnss]", f"file = {_text(relative(fixes[0], folder))}", *_file_keys(fixes[1])]
         if inspection.velocity_delay is not None and abs(inspection.velocity_delay) > 1e-3:
             lines.append(f"velocity_delay_s = {inspection.velocity_delay:.3f}  # velocities are older than positions")
         if inspection.fixes is not None and inspection.fixes.datum != "ellipsoid":
@@ -87,11 +88,11 @@ def suggested_scenario(
         lines += [
             "",
             "[log.reference]  # its attitude is taken as that of the vehicle; mounting_deg transforms it to the IMU",
-            f"file = {_text(_relative(reference[0], folder))}",
+            f"file = {_text(relative(reference[0], folder))}",
             *_file_keys({"format": reference[1]}),
         ]
-    if fixes is not None and _course_known(inspection) is False:
-        lines += ["", "[log.start]", "heading_deg = 0.0  # which is it? The fixes do not move, and show no course"]
+    if fixes is not None:
+        lines += _start(inspection)
     elif fixes is None and reference is None:
         lines += ["", "[log.start]  # which are they? A run needs them"]
         lines += [f"# {key} = 0.0" for key in ("latitude_deg", "longitude_deg", "height_m", "heading_deg")]
@@ -103,38 +104,9 @@ def suggested_scenario(
     return "\n".join(lines) + "\n"
 
 
-_LATEST_FIX_S = 1.5
-"""Time before the first fix from which on the run begins later, s: navigation starts from a fix of the last 2 s."""
-
-
-def _since(inspection: Inspection, time: float) -> float:
-    """Return a time of the fixes as time since the first row of the unit, s."""
-    assert inspection.inertial is not None
-    return time + (inspection.offset or 0.0) - float(inspection.inertial.time[0])
-
-
-def _starts(inspection: Inspection, *, of_reference: bool = False) -> float:
-    """Return when the run has to begin, s since the first row of the unit: at the first fix if that comes late.
-
-    Args:
-        inspection: what was found.
-        of_reference: whether a reference gives the start, which has to contain the first instant.
-    """
-    if inspection.fixes is None or inspection.offset is None:
-        return 0.0
-    fixes = inspection.fixes
-    known = fixes.time[np.isfinite(fixes.latitude) & np.isfinite(fixes.longitude) & np.isfinite(fixes.height)]
-    first = _since(inspection, float(known[0])) if len(known) else 0.0
-    if of_reference and inspection.inertial is not None:
-        steps = np.diff(inspection.inertial.time)
-        late = first > 0.0 or bool((steps == 0.0).any())  # even stamps begin a little before the first one
-        return max(first, 0.0) + 2.0 * float(np.mean(steps)) if late else 0.0
-    return first if first > _LATEST_FIX_S else 0.0
-
-
 def _begin(inspection: Inspection, *, of_reference: bool) -> Iterator[str]:
     """Yield the span of the run if the satellites or the reference come later, or a gap cannot be bridged."""
-    late, last = _starts(inspection, of_reference=of_reference), None
+    late, last = starts(inspection, of_reference=of_reference), None
     what = "the reference gives the initial state" if of_reference else "first fix, which gives the initial position"
     if inspection.inertial is not None and (span := bridges(inspection.inertial.time, _BRIDGED)[1]) is not None:
         if span[0] > late:
@@ -157,7 +129,7 @@ def _stop(inspection: Inspection) -> tuple[float, float] | None:
     """Return the first quiet span within the run, in which the fixes show no motion, s since the first row."""
     if inspection.quiet is None or inspection.inertial is None or inspection.fixes is None:
         return None
-    zero, start = float(inspection.inertial.time[0]), _starts(inspection)
+    zero, start = float(inspection.inertial.time[0]), starts(inspection)
     spans = ((max(begin - zero, start), end - zero) for begin, end in inspection.quiet.spans)
     return next((span for span in spans if span[1] - span[0] >= 3.0), None)
 
@@ -167,10 +139,10 @@ def _course_known(inspection: Inspection) -> bool | None:
     curve = None if inspection.fixes is None else seen(inspection.fixes)
     if curve is None or inspection.fixes is None:
         return None
-    begin = _starts(inspection)
+    begin = starts(inspection)
     later = np.ones(len(curve.time), dtype=bool)
     if inspection.offset is not None:
-        later = np.array([_since(inspection, t) >= begin for t in curve.time])
+        later = np.array([since(inspection, t) >= begin for t in curve.time])
     size = max(_SIGMA_DOPPLER[0], inspection.residual or 0.0)  # as `_sigmas` writes it
     if inspection.fixes.velocity_ned is None:
         size = _SIGMA_OF_STEPS
@@ -182,15 +154,37 @@ def _course_known(inspection: Inspection) -> bool | None:
     return first_course(curve.time[later], np.column_stack([north, east])[later], sigma[later]) is not None
 
 
+def _start(inspection: Inspection) -> list[str]:
+    """Return the table [log.start] of a log with fixes: the attitude where the course does not give the heading.
+
+    The course is the heading of a unit whose axes in the vehicle are known. Of any other unit, one in a hand included,
+    the match with the fixes gives the attitude.
+    """
+    unit = inspection.inertial
+    assert unit is not None
+    lines, named = ["", "[log.start]"], unit.axes is not None or inspection.mounting is not None
+    found = None
+    if inspection.attitude is not None and not named:
+        found = inspection.attitude(float(unit.time[0]) + starts(inspection))
+    if found is not None:
+        roll, pitch, heading = np.degrees(found[0])
+        why = f"of the unit by the match with the fixes, ± {np.degrees(found[1]):.1f}°: its mounting is not known"
+        return [
+            *lines,
+            f"roll_deg = {roll:.2f}",
+            f"pitch_deg = {pitch:.2f}",
+            f"heading_deg = {heading % 360.0:.1f}  # {why}",
+        ]
+    if _course_known(inspection) is False:
+        return [*lines, "heading_deg = 0.0  # which is it? The fixes do not move, and show no course"]
+    if named:
+        return []
+    question = "does x of the unit point forward? The course of the fixes is taken as its heading"
+    return [*lines, f"# heading_deg = 0.0  # {question}"]
+
+
 def _name(path: Path) -> str:
     return "".join(c if c.isalnum() and c.isascii() else "_" for c in path.stem.lower()).strip("_") or "log"
-
-
-def _relative(path: Path, folder: Path) -> str:
-    try:
-        return path.resolve().relative_to(folder.resolve()).as_posix()
-    except ValueError:
-        return path.resolve().as_posix()
 
 
 def _text(value: str) -> str:
@@ -237,12 +231,13 @@ def _imu(inspection: Inspection) -> Iterator[str]:
         angles = ", ".join(f"{a:.2f}" for a in np.degrees(inspection.mounting.angles))
         yield f"mounting_deg = [{angles}]  # if the vehicle moves where it points"
     quiet = inspection.quiet
-    if quiet is None:
+    if quiet is None or (_vibrates(inspection) and not _shaken(inspection)):
         if inspection.fast is None:
             yield 'grade = "mems-industrial"  # which is it? give the nearest of `sinssim list grades`'
             return
         gyro, accel = (float(np.max(density)) for density in inspection.fast)
-        yield f'grade = "{_grade(gyro)}"  # which is it? nearest in noise, with motion in it: no span is at rest'
+        why = "no span is at rest" if quiet is None else "nothing shows how much of the shaking is an error"
+        yield f'grade = "{_grade(gyro)}"  # which is it? nearest in noise, with motion in it: {why}'
         yield f"gyro_arw_deg_sqrt_h = {gyro / DEG_SQRT_H:.3g}  # what changes from sample to sample in motion"
         yield f"accel_vrw_ug_sqrt_hz = {accel / (1e-6 * G0):.4g}  # the same"
         return
@@ -264,12 +259,22 @@ def _imu(inspection: Inspection) -> Iterator[str]:
         yield f"gyro_flicker_deg_h = {floor / DEG_H:.4g}  # flicker, which makes the bias wander within minutes"
 
 
+def _vibrates(inspection: Inspection) -> bool:
+    """Return whether the readings shake more in motion than at rest."""
+    return any(f.subject == "vibration" and f.grade == "doubt" for f in inspection.findings)
+
+
 def _shaken(inspection: Inspection) -> bool:
-    """Return whether the readings shake more in motion than at rest, and are fast enough to follow it."""
+    """Return whether `vibration_noise` describes the shaking in motion.
+
+    It takes a part of the shaking of the second before. The readings have to be fast enough to show it, and, if there
+    are fixes, they have to agree with them: otherwise all of the shaking may be an error, jolts after a calm second
+    included, and its mean over the whole log is the noise.
+    """
     stream = inspection.inertial
     if stream is None or float(np.median(np.diff(stream.time))) > _SLOWEST_VIBRATION:
         return False
-    return any(f.subject == "vibration" and f.grade == "doubt" for f in inspection.findings)
+    return _vibrates(inspection) and (inspection.fixes is None or inspection.residual is not None)
 
 
 _SIGMA_FIXED = (0.02, 0.02, 0.04)

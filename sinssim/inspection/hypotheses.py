@@ -155,5 +155,8 @@ def judge_reading(
             f"In windows of {window:.3g} s the velocity of the fixes changes by {own.moved:.3g} m/s rms, and the data "
             f"explain it to {own.residual:.3g} m/s only; so does every other interpretation of the columns."
         )
-        fix = "Are the files of the same vehicle and day, and the columns those of an IMU?"
+        fix = (
+            "Are the files of the same vehicle and day, and the columns those of an IMU? If so, navigation with these "
+            "inertial data is not better than the fixes alone."
+        )
     return Reading([doubt("units and axes", text, fix, **numbers)])

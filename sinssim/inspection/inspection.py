@@ -2,8 +2,9 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Sequence
+from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass, field, replace
+from functools import partial
 from typing import Any
 
 import numpy as np
@@ -14,7 +15,7 @@ from sinssim.errors import InputError
 from sinssim.inspection.channels import channel_findings
 from sinssim.inspection.finding import Finding, doubt, fact, wrong
 from sinssim.inspection.fixes import fix_findings
-from sinssim.inspection.mounting import Mounting, attitude_finding, mounting
+from sinssim.inspection.mounting import Mounting, attitude_by_match, attitude_finding, mounting
 from sinssim.inspection.moves import Moves, motion_of
 from sinssim.inspection.standing import (
     AtRest,
@@ -52,6 +53,8 @@ class Inspection:
         drift: how much faster the unit's clock runs than that of the receiver, s/s; 0 if the data show none.
         velocity_delay: age of the velocities at their stamps, s; None if unknown.
         mounting: the unit in its vehicle; None if unknown.
+        attitude: gives roll, pitch and heading of the unit at an instant on its clock, rad, by the match, and the 1σ of
+            the heading, or None; None if the reading of the inertial data is not certain.
         reading: matrices from the stated readings of gyros and accelerometers to the right ones, (3, 3); None if the
             stated ones are right.
     """
@@ -67,6 +70,7 @@ class Inspection:
     drift: float = 0.0
     velocity_delay: float | None = None
     mounting: Mounting | None = None
+    attitude: Callable[[float], tuple[Array, float] | None] | None = None
     reading: tuple[Array, Array] | None = None
 
     @property
@@ -283,6 +287,8 @@ def _inspect_together(
     if any(f.grade == "fact" for f in found.readings):
         result.residual = offset.match.residual
     curve = pushed(time, rate, force)
+    if result.residual is not None:
+        result.attitude = partial(attitude_by_match, curve, fixes, offset.match, offset.value)
     placed = mounting(curve, fixes, offset.match, offset.value)
     if placed is not None:
         result.findings.append(_mounting_finding(placed))

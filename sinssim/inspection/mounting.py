@@ -17,6 +17,7 @@ from sinssim.data import Array
 from sinssim.inspection.finding import Finding, doubt, fact
 from sinssim.inspection.velocity_match import Match, Pushed, Seen
 from sinssim.logs.text.description import DIRECTIONS
+from sinssim.sensors.from_readings.first_course import WORST
 
 _FAST = 5.0  # m/s, at which the direction of a velocity of 0.05 m/s noise is good to 0.6°
 _STRAIGHT = np.radians(3.0)  # rad/s; in turns the body of a vehicle does not point along the velocity
@@ -150,6 +151,41 @@ def attitude_finding(
         return fact("reference", text, **numbers)
     fix = "Its axes or its clock differ from the description, or it is wrong: do not judge attitudes by it."
     return doubt("reference", text, fix, **numbers)
+
+
+def attitude_by_match(
+    curve: Pushed, fixes: Seen, agreement: Match, offset: float, begin: float
+) -> tuple[Array, float] | None:
+    """Return the attitude of the unit at an instant, which needs neither its mounting nor a motion along one axis.
+
+    Args:
+        curve: the inertial curve.
+        fixes: the curve of the fixes.
+        agreement: the match at the right offset.
+        offset: the unit's clock minus that of the fixes, s.
+        begin: the instant on the unit's clock, s.
+
+    Returns:
+        Roll, pitch and heading, (3,) rad, from the first window that gives the heading to `WORST` and carried back by
+        the gyros without their biases; and the 1σ of the heading, rad. None if no window gives it.
+    """
+    alike = np.sqrt(max(_LASTING / float(np.median(np.diff(fixes.time))), 1.0))
+    uncertain = alike * agreement.each / np.sqrt(np.maximum(agreement.turning, 1e-12))
+    sure = np.flatnonzero((uncertain < WORST) & (agreement.centre + offset >= begin))
+    if not len(sure):
+        return None
+    w = int(sure[0])
+    row, middle = (
+        min(int(np.searchsorted(curve.time, t)), len(curve.time) - 1) for t in (begin, agreement.centre[w] + offset)
+    )
+    since = curve.by_accel_bias[row] - curve.by_accel_bias[middle]
+    drift = rotation.quaternion_from_rotation_vector(-since @ agreement.bias[:3])
+    q_ib = rotation.multiply(agreement.q_ib0[w], rotation.multiply(drift, curve.q_b0b[row]))
+    near = int(np.argmin(np.abs(fixes.time + offset - begin)))
+    north, up = fixes.north[near], fixes.up[near]
+    c_ni = np.stack([north, np.cross(north, up), -up])
+    q_nb = rotation.quaternion_from_dcm(c_ni @ rotation.dcm_from_quaternion(q_ib))
+    return np.array(rotation.euler_from_quaternion(q_nb)), float(uncertain[w])
 
 
 def _mean_direction(along: Array, weight: Array, window: Array) -> tuple[Array, Array]:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import tomllib
 from collections.abc import Callable
 from dataclasses import replace
 from pathlib import Path
@@ -9,7 +10,11 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from sinssim import rotation
+from sinssim.inspection.description import suggested_scenario
+from sinssim.inspection.finding import doubt
 from sinssim.inspection.inspection import Inspection, inspect_streams
+from sinssim.inspection.standing import at_rest
 from sinssim.logs.streams import Clock, FixStream, InertialStream, Streams
 from tests.inspection import worlds
 
@@ -42,6 +47,23 @@ def test_a_good_log() -> None:
     assert result.quiet is not None
     assert result.quiet.spans[0][0] < 3.0
     assert result.quiet.spans[0][1] == pytest.approx(30.0, abs=3.0)
+
+
+@pytest.mark.parametrize("turn_deg", [(0.0, 0.0, 130.0), (80.0, 30.0, -60.0)])
+def test_the_attitude_at_the_start_needs_no_mounting(turn_deg: tuple[float, float, float]) -> None:
+    """The match gives the attitude of a unit in any position, while the vehicle still stands."""
+    unit = worlds.readings()
+    turned = rotation.dcm_from_quaternion(rotation.quaternion_from_euler(*np.radians(turn_deg)))
+    result = _inspect(replace(unit, gyro=unit.gyro @ turned, accel=unit.accel @ turned), worlds.fixes())
+    assert result.attitude is not None
+    found = result.attitude(10.0)
+    assert found is not None
+    angles, sigma = found
+    right = rotation.dcm_from_quaternion(worlds.drive().state(np.array([10.0])).q_nb[0]) @ worlds.TO_UNIT @ turned
+    error = rotation.dcm_from_quaternion(rotation.quaternion_from_euler(*angles)) @ right.T
+    off = np.abs(rotation.rotation_vector_from_quaternion(rotation.quaternion_from_dcm(error)))
+    assert off[:2].max() < np.radians(1.0)
+    assert off[2] < 3.0 * sigma < np.radians(30.0)
 
 
 def test_clocks_without_a_common_origin() -> None:
@@ -170,3 +192,23 @@ def test_gyros_that_sense_the_earth() -> None:
     said = _said(_inspect(replace(unit, gyro=gyro, accel=accel), None), "gyros", "fact")
     assert "they sense it" in said
     assert "15.0" in said
+
+
+@pytest.mark.parametrize(("rate_hz", "residual"), [(50.0, 0.05), (50.0, None), (10.0, 0.05)])
+def test_shaking_that_nothing_confirms_is_noise(rate_hz: float, residual: float | None, tmp_path: Path) -> None:
+    """A part of the shaking is described where fixes confirm the readings and the samples show it; else all of it."""
+    unit = worlds.readings(rate_hz)
+    quiet = at_rest(unit.time, unit.gyro, unit.accel)
+    shaking = np.full(3, 0.004), np.full(3, 0.1)
+    shakes = doubt("vibration", "It shakes.", "Increase the noise.")
+    result = Inspection([shakes], unit, worlds.fixes(), quiet, shaking, residual=residual)
+    files = (tmp_path / "imu.csv", {}, GPS), (tmp_path / "gnss.pos", {}, GPS)
+    told = tomllib.loads(suggested_scenario(result, *files, tmp_path))
+    if residual is not None and rate_hz > 15.0:
+        assert told["filter"]["vibration_noise"] == 0.4
+        assert told["imu"]["accel_vrw_ug_sqrt_hz"] < 1e3
+    else:
+        assert "vibration_noise" not in told["filter"]
+        assert told["imu"]["gyro_arw_deg_sqrt_h"] == pytest.approx(np.degrees(0.004) * 60.0, rel=0.01)
+        assert told["imu"]["accel_vrw_ug_sqrt_hz"] == pytest.approx(0.1 / 9.80665e-6, rel=0.01)
+    assert told["log"]["start"] == {}  # nothing shows the attitude: it is a question

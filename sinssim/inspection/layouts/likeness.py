@@ -18,6 +18,8 @@ _COPY = 0.999
 """Least correlation of two columns of the same readings."""
 _FILLED = 0.2
 """Least share of rows with readings: rows of other sensors between them leave these fields empty."""
+_COARSEST = float(np.radians(2.0))
+"""Coarsest resolution of gyros, rad/s: 11 bits of ±2000 °/s, with the sign. Coarser steps are no rad/s."""
 _LASTING_S = 10.0
 _LASTING = 0.7
 """Least ratio of the mean of the readings over `_LASTING_S`, as a vector, to the mean of their magnitudes, in half of
@@ -117,5 +119,12 @@ def gyro_unit_of(table: TextTable, three: Three, kind: Literal["rates", "increme
     if kind == "increments":
         return "rad", False
     # a turn of a vehicle is 5 to 100 °/s: numbers above 10 are no rad/s
-    fast = float(np.nanpercentile(np.abs(table.values[:, list(three)]), 99.0))
-    return ("deg/s" if fast > 6.0 else "rad/s"), False
+    values = table.values[:, list(three)]
+    fast = float(np.nanpercentile(np.abs(values), 99.0))
+    return ("deg/s" if fast > 6.0 or resolution(values) > _COARSEST else "rad/s"), False
+
+
+def resolution(values: Array) -> float:
+    """Return the least step between the values of three columns, the largest of the three; 0 without one."""
+    steps = [np.diff(np.unique(axis[np.isfinite(axis)])) for axis in values.T]
+    return max((float(s[s > 1e-6].min(initial=np.inf)) for s in steps if (s > 1e-6).any()), default=0.0)

@@ -2,14 +2,17 @@
 
 from __future__ import annotations
 
+from pathlib import Path
 from typing import Any
 
 import numpy as np
 import pytest
 
 from sinssim.data import Array
+from sinssim.inspection.layouts.likeness import gyro_unit_of
 from sinssim.inspection.layouts.names import axis, quantity, triads, unit_of
 from sinssim.inspection.layouts.reread import description_of
+from sinssim.inspection.layouts.text_table import read_table
 
 
 def test_columns_change_order_sign_and_unit_as_the_matrix_says() -> None:
@@ -66,3 +69,14 @@ def test_triads_follow_the_axes_of_the_names_not_their_places() -> None:
 )
 def test_units_of_names(name: str, unit: str | None) -> None:
     assert unit_of(name, ("mrad/s", "rad/s", "deg/s", "deg/h")) == unit
+
+
+@pytest.mark.parametrize(("step", "unit"), [(0.0571, "deg/s"), (0.001, "rad/s")])
+def test_gyros_with_steps_of_degrees_are_no_rad(step: float, unit: str, tmp_path: Path) -> None:
+    """Steps of 0.0571 rad/s are 3.3 °/s, which no gyro has; steps of 0.001 fit both units. Both are questions."""
+    rates = step * np.rint(np.random.default_rng(2).normal(0.0, 1.2, (400, 3)) / step)
+    path = tmp_path / "log.csv"
+    np.savetxt(
+        path, np.column_stack([np.arange(400) * 0.02, rates]), delimiter=",", header="t,x,y,z", comments="", fmt="%.4f"
+    )
+    assert gyro_unit_of(read_table(path), (1, 2, 3), "rates") == (unit, False)
