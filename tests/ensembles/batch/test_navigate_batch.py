@@ -137,6 +137,10 @@ def test_threads_and_remainders_do_not_matter() -> None:
         batch = navigate_batch(ideal(), start(), errors[first:last], seeds[first:last], rows, threads=threads, **held())
         return np.concatenate([batch.latitude, batch.longitude, batch.height, batch.velocity_ned[..., 2]], axis=1)
 
+    told: list[int] = []
+    navigate_batch(ideal(), start(), errors, seeds, rows, threads=1, progress=told.append, **held())
+    assert sum(told) == runs
+    assert min(told) > 0
     whole = go(0, runs, 1)
     assert len(np.unique(whole[:, 1])) == runs  # the runs differ
     np.testing.assert_array_equal(go(0, runs, 2), whole)
