@@ -51,10 +51,11 @@ def stage_bars(show: bool) -> Iterator[Progress | None]:
         # In the order of the stages; each bar appears when its stage begins.
         tasks = {stage: bars.add_task(text, total=1.0, start=False, visible=False) for stage, text in _STAGES.items()}
 
-        def report(stage: str, fraction: float) -> None:
+        def report(text: str, fraction: float) -> None:
+            stage, _, work = text.partition(": ")
             if not bars.tasks[tasks[stage]].started:
                 bars.start_task(tasks[stage])
-            bars.update(tasks[stage], completed=fraction, visible=True)
+            bars.update(tasks[stage], completed=fraction, visible=True, description=f"{_STAGES[stage]} {work}"[:60])
 
         with _compilation_bar(bars):
             yield report

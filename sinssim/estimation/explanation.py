@@ -63,12 +63,17 @@ class Diagnosis:
         refusals: spans of refused readings.
         sizes: factor by which the innovations of each sensor are larger than assumed.
         hypotheses: all that were tried, the one with the largest gain first.
+        runs: number of runs of the filter that the search took, and `seconds`, their duration, s.
+        cut: whether the search ended at its limit, with hypotheses untried.
     """
 
     until: float
     refusals: tuple[Refusals, ...]
     sizes: Mapping[str, float]
     hypotheses: tuple[Hypothesis, ...]
+    runs: int = 0
+    seconds: float = 0.0
+    cut: bool = False
 
     @property
     def cause(self) -> Hypothesis | None:

@@ -75,7 +75,8 @@ def run(
         scenario: the scenario.
         directory: run directory to write; nothing is written if not given.
         overwrite: whether an existing run in the directory may be replaced.
-        progress: called with one of `STAGES` and the fraction done, 0…1.
+        progress: called with one of `STAGES` and the fraction done, 0…1; "filter: " and what is tried while
+            `filter.diagnose` searches.
 
     Returns:
         The finished run; that of a one-component scenario has `one_component` instead of trajectory and solutions, that
@@ -187,7 +188,7 @@ def _compute(run: Run, folder: RunDirectory | None, stages: Stages) -> Run:
             run.forget()  # the filter needs none of it, and takes the most memory itself
             give_back_memory()
             with stages("filter"):
-                run.aided = _aid(run)
+                run.aided = _aid(run, stages.within("filter"))
                 of_filter = plain(filter_numbers(run.aided, run.scenario))
                 of_filter["remarks"] += worse_than_inertial(run.aided, horizontal)
                 if phases:
@@ -313,7 +314,7 @@ def _navigate(run: Run, height: Array | HeightReadings | None) -> None:
     )
 
 
-def _aid(run: Run) -> Aided:
+def _aid(run: Run, progress: Progress | None = None) -> Aided:
     """Run the scenario's filter from the initial state of the inertial solutions."""
     from sinssim.estimation.from_scenario.aided_run import aid_run
 
@@ -322,7 +323,9 @@ def _aid(run: Run) -> Aided:
     error, ellipsoid = scenario.navigation.initial_error, trajectory.ellipsoid
     initial = initial_state_with_errors(start, error, ellipsoid, scenario.seed, run.axes)
     monitored = run.readings.monitored
-    return aid_run(scenario, trajectory, run.compensated, initial, run.true_errors, monitored=monitored)
+    return aid_run(
+        scenario, trajectory, run.compensated, initial, run.true_errors, monitored=monitored, progress=progress
+    )
 
 
 def _leave(folder: RunDirectory, run: Run, stages: Stages, error: BaseException) -> None:

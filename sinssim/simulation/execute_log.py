@@ -23,7 +23,7 @@ if TYPE_CHECKING:
     from sinssim.logs.reference import Reference
     from sinssim.recording.store.directory import RunDirectory
     from sinssim.simulation.result import Run
-    from sinssim.simulation.stages import Stages
+    from sinssim.simulation.stages import Progress, Stages
     from sinssim.strapdown.frames.vertical import HeightReadings
     from sinssim.truth.trajectory import Trajectory
 
@@ -110,7 +110,7 @@ def compute_log(run: Run, folder: RunDirectory | None, stages: Stages) -> Run:
     if run.scenario.filter is not None:
         check_memory(run.scenario, recorded=run.recorded, of_log=log.rates)
         with stages("filter"):
-            run.aided = _aid(run, prepared, trajectory)
+            run.aided = _aid(run, prepared, trajectory, stages.within("filter"))
     run.reference, whose = _compared_with(run, log.reference)
     run.errors = {name: _error(run.reference, solution) for name, solution in run.solutions.items()}
     numbers = {
@@ -175,7 +175,7 @@ def _height(run: Run, prepared: Prepared) -> Array | HeightReadings | None:
     )
 
 
-def _aid(run: Run, prepared: Prepared, trajectory: Trajectory) -> RecordedAided:
+def _aid(run: Run, prepared: Prepared, trajectory: Trajectory, progress: Progress) -> RecordedAided:
     """Run the filter; without a reference it is compared with its own smoothed solution, which has no error then."""
     from sinssim.estimation.from_scenario.recorded_run import (
         aid_recorded,
@@ -185,7 +185,7 @@ def _aid(run: Run, prepared: Prepared, trajectory: Trajectory) -> RecordedAided:
     )
     from sinssim.strapdown.nav_error import NavError
 
-    estimate = aid_recorded(prepared, run.compensated, first_of(run, prepared))
+    estimate = aid_recorded(prepared, run.compensated, first_of(run, prepared), progress=progress)
     reference = prepared.log.reference
     if reference is None and estimate.smoothed is not None:
         reference = as_reference("the smoothed solution", estimate.smoothed.solution)

@@ -7,7 +7,7 @@ from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 
 Progress = Callable[[str, float], None]
-"""Called with one of `STAGES` and the fraction done, 0…1."""
+"""Called with one of `STAGES`, which ": " and the present work may follow, and the fraction done, 0…1."""
 
 STAGES = ("flight", "truth", "imu", "navigate", "budget", "filter", "record")
 
@@ -24,6 +24,14 @@ class Stages:
         self.report = progress
         self._seconds = dict.fromkeys(STAGES, 0.0)
         self._begin = time.perf_counter()
+
+    def within(self, stage: str) -> Progress:
+        """Return a function of the present work within a stage and the fraction done.
+
+        Args:
+            stage: one of `STAGES`.
+        """
+        return lambda what, fraction: self.report(f"{stage}: {what}", fraction)
 
     @contextmanager
     def __call__(self, stage: str) -> Iterator[None]:

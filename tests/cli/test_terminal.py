@@ -33,3 +33,16 @@ def test_compilation_is_shown(bars, monkeypatch):
         assert terminal.getvalue() == during
     assert "Compiling" not in before
     assert "Compiling, once" in during
+
+
+@pytest.mark.parametrize("said", [["filter: gyro scale"], ["filter: gyro scale", "filter"]])
+def test_the_bar_of_a_stage_tells_its_present_work(said, monkeypatch):
+    """The last state of the bar stays on the terminal."""
+    terminal = Terminal()
+    monkeypatch.setattr("sys.stderr", terminal)
+    monkeypatch.setenv("TERM", "xterm")
+    with stage_bars(show=True) as progress:
+        for text in said:
+            progress(text, 0.3)
+    shown = terminal.getvalue().rpartition("Filtering")[2]
+    assert ("gyro scale" in shown) == (len(said) == 1)

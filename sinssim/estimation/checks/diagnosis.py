@@ -25,6 +25,10 @@ from sinssim.estimation.result import Estimate
 from sinssim.strapdown.nav_error import navigation_error
 
 
+class LimitReachedError(SinssimError):
+    """The search has taken as many runs as it may; what is untried is left out."""
+
+
 class Run(Protocol):
     """Runs the filter with another error model, and with factors of the σ of some sensors."""
 
@@ -76,7 +80,7 @@ def diagnose(run: Run, model: ErrorModel, interval: float, until: float) -> Diag
 
 
 def _try(run: Run, model: ErrorModel, factors: Mapping[str, float]) -> Estimate | None:
-    """Run the filter; None if it fails, which speaks against the hypothesis."""
+    """Run the filter; None if it fails, which speaks against the hypothesis, or if the search is at its limit."""
     try:
         found = run(model, factors)
     except SinssimError:
@@ -169,7 +173,12 @@ def _spread(run: Run, model: ErrorModel, factors: Mapping[str, float], better: f
     where the likelihood is flat, so that a factor of 1 cannot be told from the one that was found.
     """
     closer = {sensor: math.sqrt(factor) for sensor, factor in factors.items()}
-    there = _try(run, model, closer)
+    try:
+        there = run(model, closer)
+    except LimitReachedError:
+        return math.inf
+    except SinssimError:
+        there = None
     fall = better - (-math.inf if there is None else gain(own.innovations, there.innovations))
     step = max(abs(math.log(factor)) for factor in closer.values())
     return 0.0 if math.isinf(fall) else step / math.sqrt(fall) if fall > 0.0 else math.inf

@@ -16,7 +16,7 @@ from sinssim.errors import InputError, SinssimError
 from sinssim.estimation import ErrorModel, Estimate
 from sinssim.estimation.estimate import estimate
 from sinssim.estimation.from_scenario.along_the_way import with_declination
-from sinssim.estimation.from_scenario.diagnosis import diagnosed
+from sinssim.estimation.from_scenario.diagnosis import Progress, diagnosed
 from sinssim.estimation.from_scenario.filter_model import filter_model
 from sinssim.estimation.from_scenario.filter_states import inertial_sigma
 from sinssim.estimation.from_scenario.memory import ROWS
@@ -56,6 +56,7 @@ def aid_run(
     monitored: Sequence[Monitored] = (),
     history: bool = True,
     row_s: float | None = None,
+    progress: Progress | None = None,
 ) -> Aided:
     """Emulate a scenario's aiding sensors, run its filter, and compare the estimate with the truth.
 
@@ -70,6 +71,7 @@ def aid_run(
             solution is the same.
         row_s: least time between stored rows of the covariance, s; by default about 2000 rows are kept, all of them if
             the scenario smooths.
+        progress: called with what a diagnosis tries and the fraction done.
 
     Returns:
         The aided solution; if the filter diverged, it ends there.
@@ -100,7 +102,17 @@ def aid_run(
     axes = axes_along(navigation.frame, trajectory.state, trajectory.start, trajectory.end)
     added = noise_of_combination(model, scenario, monitored, edges)
     solution = filtered(
-        scenario, start, measurements, model, trajectory.ellipsoid.name, axes, history, row_s, encoders, added
+        scenario,
+        start,
+        measurements,
+        model,
+        trajectory.ellipsoid.name,
+        axes,
+        history,
+        row_s,
+        encoders,
+        added,
+        progress=progress,
     )
     give_back_memory()
     used = (monitored[0].used, monitored[1].used) if monitored else None
@@ -120,6 +132,7 @@ def filtered(
     encoders: Encoders | None = None,
     added: AddedNoise | None = None,
     bridged: AddedNoise | None = None,
+    progress: Progress | None = None,
 ) -> Estimate:
     """Run a scenario's filter on measurements from anywhere.
 
@@ -136,6 +149,7 @@ def filtered(
         added: noise of the inertial sensors in addition to the model's; by default that of vibration, if the section
             has any.
         bridged: noise of bridged gaps in the readings; None without gaps.
+        progress: called with what a diagnosis tries and the fraction done.
 
     Returns:
         The estimate; its solution is that of the vehicle, its history that of the block.
@@ -174,7 +188,7 @@ def filtered(
         **options,
     )
     if history and section.diagnose:
-        found = diagnosed(found, start, readings, options)
+        found = diagnosed(found, start, readings, options, progress)
     for key in ("axes", "added_noise", "encoders"):
         del options[key]
     if section.backward and history:

@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+import time
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import replace
 from typing import Any
 
@@ -12,7 +13,7 @@ from sinssim.data import ImuData, Measurements
 from sinssim.estimation.checks.candidates import widened
 from sinssim.estimation.checks.consistency import consistency
 from sinssim.estimation.checks.cure import vibration_untold
-from sinssim.estimation.checks.diagnosis import diagnose
+from sinssim.estimation.checks.diagnosis import LimitReachedError, diagnose
 from sinssim.estimation.estimate import estimate
 from sinssim.estimation.explanation import Diagnosis
 from sinssim.estimation.initial_alignment.start import Start
@@ -23,8 +24,23 @@ _FIRST_S = 300.0
 """Shortest time that is looked at. It is doubled until the innovations within it speak against the filter, so that a
 fault that shows early costs little however long the run is."""
 
+_SAMPLES, _MOST, _FEWEST = 3_000_000, 70, 30
+"""Limit of the search: inertial samples that all its runs take together, about two minutes at 40 µs for each; most runs
+in any case, more than any model has needed; and runs that are allowed however long the time is: those of the states,
+of the start and of the measurement noise, the most likely causes, which come first. The search for inertial noise, with
+six decades for each sensor, is then cut."""
 
-def diagnosed(found: Estimate, start: Start, readings: Sequence[Measurements], options: Mapping[str, Any]) -> Estimate:
+Progress = Callable[[str, float], None]
+"""Called with what is tried and the fraction of the most runs, 0…1."""
+
+
+def diagnosed(
+    found: Estimate,
+    start: Start,
+    readings: Sequence[Measurements],
+    options: Mapping[str, Any],
+    progress: Progress | None = None,
+) -> Estimate:
     """Return an estimate with its diagnosis, if its innovations speak against the filter.
 
     Args:
@@ -32,6 +48,7 @@ def diagnosed(found: Estimate, start: Start, readings: Sequence[Measurements], o
         start: increments, state and covariance that the filter started with.
         readings: its measurements.
         options: arguments of `estimate`.
+        progress: called before each run of the filter.
 
     Returns:
         The estimate.
@@ -42,7 +59,7 @@ def diagnosed(found: Estimate, start: Start, readings: Sequence[Measurements], o
     lasts = _FIRST_S
     while begin + lasts < end and (options["encoders"] is not None or _consistent_until(found, begin + lasts)):
         lasts *= 2.0
-    seen = _diagnosis(found, start, readings, options, min(begin + lasts, end))
+    seen = _diagnosis(found, start, readings, options, min(begin + lasts, end), progress or (lambda what, part: None))
     if seen is not None and seen.cause is not None and seen.cause.kind != "inertial noise":
         # a better explanation was found than the vibration that the estimate's remark suspects
         suspected = vibration_untold(found.innovations, start.imu, found.model, options["added_noise"])
@@ -68,21 +85,67 @@ def _part(innovations: Innovations, until: float) -> Innovations:
 
 
 def _diagnosis(
-    found: Estimate, start: Start, readings: Sequence[Measurements], options: Mapping[str, Any], until: float
+    found: Estimate,
+    start: Start,
+    readings: Sequence[Measurements],
+    options: Mapping[str, Any],
+    until: float,
+    progress: Progress,
 ) -> Diagnosis | None:
     edges = start.imu.time
     stop = int(np.searchsorted(edges, until - 1e-9))
     imu = ImuData(edges[: stop + 1], start.imu.dtheta[:stop], start.imu.dvel[:stop])
     within = [_rows(m, m.time <= edges[stop] + 1e-9) for m in readings]
 
+    most = most_runs(stop)
+    runs, refused, begin = 0, 0, time.perf_counter()
+
     def run(model: ErrorModel, factors: Mapping[str, float], *, smooth: bool = False) -> Estimate:
+        nonlocal runs, refused
+        if runs >= most and not smooth:  # the size of the best explanation is found in any case
+            refused += 1
+            raise LimitReachedError("the search is at its limit.")
+        progress(_tried(found.model, model, factors), min(runs / most, 1.0))
+        runs += 1
         told = [replace(m, sigma=factors.get(m.label, 1.0) * m.sigma) for m in within]
         own = {**options, "axes": model.axes}
         known = widened(start.covariance, found.model, model)
         return estimate(imu, start.state, told, model, covariance=known, smooth=smooth, history=False, **own)
 
     interval = float(np.median(np.diff(imu.time)))
-    return diagnose(run, found.model, interval, float(edges[stop]))
+    seen = diagnose(run, found.model, interval, float(edges[stop]))
+    progress("done", 1.0)
+    took = time.perf_counter() - begin
+    return None if seen is None else replace(seen, runs=runs, seconds=took, cut=refused > 0)
+
+
+def most_runs(samples: int) -> int:
+    """Return how many runs of the filter a search may take.
+
+    Args:
+        samples: inertial samples of each run.
+    """
+    return min(max(_SAMPLES // max(samples, 1), _FEWEST), _MOST)
+
+
+def _tried(own: ErrorModel, model: ErrorModel, factors: Mapping[str, float]) -> str:
+    """Return in which a model differs from the filter's own, in a few words."""
+    if factors:
+        return f"σ of {', '.join(factors)}"
+    if (model.gyro_noise, model.accel_noise) != (own.gyro_noise, own.accel_noise):
+        return "inertial noise"
+    known = {block.name: block for block in own.blocks}
+    for block in model.blocks:
+        there = known.get(block.name)
+        if there is None or not np.array_equal(there.sigma, block.sigma):
+            return (
+                block.name
+                if there is None or block.name not in ("position", "velocity", "attitude")
+                else f"initial {block.name}"
+            )
+        if there is not block:
+            return f"random walk of {block.name}"
+    return "the filter itself"
 
 
 def _rows(m: Measurements, which: np.ndarray[Any, np.dtype[np.bool_]]) -> Measurements:

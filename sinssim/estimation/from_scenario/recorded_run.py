@@ -12,6 +12,7 @@ from sinssim.data import Array, ImuData, Measurements, NavSolution
 from sinssim.errors import InputError
 from sinssim.estimation import ErrorModel, Estimate, Smoothed
 from sinssim.estimation.from_scenario.aided_run import coarse_alignment, filtered
+from sinssim.estimation.from_scenario.diagnosis import Progress
 from sinssim.estimation.from_scenario.filter_model import filter_model
 from sinssim.estimation.from_scenario.filter_states import with_states
 from sinssim.estimation.from_scenario.memory import ROWS
@@ -151,7 +152,9 @@ class JudgedOutages:
     growth: tuple[tuple[Array, Array], ...]
 
 
-def aid_recorded(prepared: Prepared, imu: ImuData, start: Start, *, history: bool = True) -> Estimate:
+def aid_recorded(
+    prepared: Prepared, imu: ImuData, start: Start, *, history: bool = True, progress: Progress | None = None
+) -> Estimate:
     """Run a scenario's filter on recorded sensors.
 
     Args:
@@ -159,6 +162,7 @@ def aid_recorded(prepared: Prepared, imu: ImuData, start: Start, *, history: boo
         imu: increments that the engine navigates on, after compensation.
         start: state that navigation starts from.
         history: whether to keep the history for smoothing and observability.
+        progress: called with what a diagnosis tries and the fraction done.
 
     Returns:
         The estimate; if the filter diverged, it ends there.
@@ -178,7 +182,16 @@ def aid_recorded(prepared: Prepared, imu: ImuData, start: Start, *, history: boo
         begin = coarse_alignment(scenario, _ELLIPSOID, start, measurements, model)
     row_s = 0.0 if section.smooth and history else lasts / ROWS
     return filtered(
-        scenario, begin, measurements, model, _ELLIPSOID, None, history, row_s, bridged=prepared.log.bridged
+        scenario,
+        begin,
+        measurements,
+        model,
+        _ELLIPSOID,
+        None,
+        history,
+        row_s,
+        bridged=prepared.log.bridged,
+        progress=progress,
     )
 
 

@@ -110,7 +110,8 @@ class FilterSection(Section):
         default=False,
         description="whether the program searches for the cause if the innovations are inconsistent with the filter: "
         "the filter then runs up to seventy times over the first minutes, each time with another lever arm, delay, "
-        "sensor error, initial error or noise",
+        "sensor error, initial error or noise; the runs together take about two minutes at most, or thirty times as "
+        "long as the filter",
     )
     initial_sigma: InitialSigmaSection = Field(default=InitialSigmaSection())
 

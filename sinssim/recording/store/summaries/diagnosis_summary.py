@@ -77,6 +77,9 @@ def diagnosis_numbers(estimate: Estimate, scenario: Scenario) -> dict[str, Any]:
     return {
         "diagnosis": {
             "until_s": found.until,
+            "runs": found.runs,
+            "seconds": round(found.seconds, 1),
+            "cut": found.cut,
             "false_alarm": FALSE_ALARM,
             "refused": [
                 {"sensor": r.sensor, "from_s": r.start, "to_s": r.end, "count": r.count} for r in found.refusals
@@ -101,9 +104,23 @@ def diagnosis_numbers(estimate: Estimate, scenario: Scenario) -> dict[str, Any]:
             "what_to_try": [
                 *_refused(list(found.sizes), found.refusals, _kinds(estimate)),
                 *_explained(found, factors, scenario),
+                *_cost(found),
             ],
         }
     }
+
+
+def _cost(found: Diagnosis) -> Iterator[str]:
+    """Tell what the search took, and whether it ended before everything was tried."""
+    if found.runs:
+        cut = (
+            " It ended at this limit of runs, before everything was tried: the search for noise comes last. A shorter "
+            "scenario that shows the fault early is searched in full."
+        )
+        yield (
+            f"The search took {found.runs} runs of the filter over the data until {round(found.until, 1):g} s, "
+            f"{number_text(found.seconds, 2)} s in all.{cut if found.cut else ''}"
+        )
 
 
 def _without_hypotheses(estimate: Estimate) -> dict[str, Any]:
