@@ -132,6 +132,15 @@ def starts(inspection: Inspection, *, of_reference: bool = False) -> float:
     return first if first > _LATEST_FIX_S else 0.0
 
 
+def first_stop(inspection: Inspection) -> tuple[float, float] | None:
+    """Return the first quiet span within the run, in which the fixes show no motion, s since the first row."""
+    if inspection.quiet is None or inspection.inertial is None or inspection.fixes is None:
+        return None
+    zero, start = float(inspection.inertial.time[0]), starts(inspection)
+    spans = ((max(begin - zero, start), end - zero) for begin, end in inspection.quiet.spans)
+    return next((span for span in spans if span[1] - span[0] >= 3.0), None)
+
+
 def changes(
     inspection: Inspection, scenario: Scenario, clocks: tuple[Clock, Clock | None]
 ) -> tuple[list[Change], list[str]]:

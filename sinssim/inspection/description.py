@@ -9,13 +9,13 @@ from typing import Any
 
 import numpy as np
 
-from sinssim.inspection.corrections import bridges, clock_keys, since, starts
+from sinssim.inspection.corrections import bridges, clock_keys, first_stop, since, starts
 from sinssim.inspection.inspection import Inspection
 from sinssim.inspection.layouts.inertial import relative
 from sinssim.inspection.standing import IMPOSSIBLE
-from sinssim.inspection.velocity_match import seen
+from sinssim.inspection.velocity_match import Seen, seen
 from sinssim.logs.streams import Clock
-from sinssim.sensors.from_readings.first_course import first_course
+from sinssim.sensors.from_readings.first_course import WORST, first_course
 from sinssim.sensors.imu.grades import GRADE_TABLE
 from sinssim.units import DEG, DEG_H, DEG_SQRT_H, G0
 
@@ -125,20 +125,15 @@ _SLOWEST_VIBRATION = 0.2 / 3
 """Longest interval of samples that show vibration, s, as `sinssim.sensors.from_readings.vibration` needs it."""
 
 
-def _stop(inspection: Inspection) -> tuple[float, float] | None:
-    """Return the first quiet span within the run, in which the fixes show no motion, s since the first row."""
-    if inspection.quiet is None or inspection.inertial is None or inspection.fixes is None:
-        return None
-    zero, start = float(inspection.inertial.time[0]), starts(inspection)
-    spans = ((max(begin - zero, start), end - zero) for begin, end in inspection.quiet.spans)
-    return next((span for span in spans if span[1] - span[0] >= 3.0), None)
-
-
 def _course_known(inspection: Inspection) -> bool | None:
     """Return whether the fixes show a course within the run, as its start needs it; None without fixes."""
     curve = None if inspection.fixes is None else seen(inspection.fixes)
-    if curve is None or inspection.fixes is None:
-        return None
+    return None if curve is None else _course(inspection, curve) is not None
+
+
+def _course(inspection: Inspection, curve: Seen) -> tuple[float, float] | None:
+    """Return when the fixes first show a course within the run, s on the unit's clock, and the course, rad."""
+    assert inspection.fixes is not None
     begin = starts(inspection)
     later = np.ones(len(curve.time), dtype=bool)
     if inspection.offset is not None:
@@ -151,24 +146,45 @@ def _course_known(inspection: Inspection) -> bool | None:
     sigma = np.full(len(curve.time), size)
     north = np.sum(curve.relative * curve.north, axis=1)
     east = np.sum(curve.relative * np.cross(curve.north, curve.up), axis=1)
-    return first_course(curve.time[later], np.column_stack([north, east])[later], sigma[later]) is not None
+    found = first_course(curve.time[later], np.column_stack([north, east])[later], sigma[later])
+    if found is None:
+        return None
+    k = int(np.flatnonzero(later)[found[0]])
+    return float(curve.time[k]) + (inspection.offset or 0.0), float(np.arctan2(east[k], north[k]))
+
+
+def _sideways(inspection: Inspection) -> bool:
+    """Return whether the vehicle does not point along its first course, as a copter, by three times the 1σ of both."""
+    curve = None if inspection.fixes is None else seen(inspection.fixes)
+    course = None if curve is None else _course(inspection, curve)
+    if course is None or inspection.attitude is None or inspection.mounting is None:
+        return False
+    found = inspection.attitude(course[0])
+    if found is None:
+        return False
+    heading = inspection.mounting.of_vehicle(found[0])[2]
+    off = abs((heading - course[1] + np.pi) % (2.0 * np.pi) - np.pi)
+    return bool(off > 3.0 * np.hypot(found[1], WORST))
 
 
 def _start(inspection: Inspection) -> list[str]:
     """Return the table [log.start] of a log with fixes: the attitude where the course does not give the heading.
 
-    The course is the heading of a unit whose axes in the vehicle are known. Of any other unit, one in a hand included,
+    The course is the heading of a unit whose axes in the vehicle are known, unless the match contradicts it. Otherwise
     the match with the fixes gives the attitude.
     """
     unit = inspection.inertial
     assert unit is not None
     lines, named = ["", "[log.start]"], unit.axes is not None or inspection.mounting is not None
     found = None
-    if inspection.attitude is not None and not named:
+    sideways = unit.axes is None and _sideways(inspection)
+    if inspection.attitude is not None and (sideways or not named):
         found = inspection.attitude(float(unit.time[0]) + starts(inspection))
     if found is not None:
-        roll, pitch, heading = np.degrees(found[0])
-        why = f"of the unit by the match with the fixes, ± {np.degrees(found[1]):.1f}°: its mounting is not known"
+        placed = inspection.mounting
+        roll, pitch, heading = np.degrees(found[0] if placed is None else placed.of_vehicle(found[0]))
+        why = f"by the match with the fixes, ± {np.degrees(found[1]):.1f}°: the "
+        why += "mounting is not known" if placed is None else "vehicle does not point along its first course"
         return [
             *lines,
             f"roll_deg = {roll:.2f}",
@@ -353,7 +369,7 @@ def _filter(inspection: Inspection, land: bool) -> Iterator[str]:
     if float(np.median(np.diff(inspection.inertial.time))) > _SLOWEST_WHEELS:
         yield "# the nonholonomic constraint and the detection of stops need at least 8 samples in half a second"
         return
-    stop = _stop(inspection)
+    stop = first_stop(inspection)
     off = "" if land else "# "
     if not land:
         yield "# For a land vehicle (--vehicle land), see docs/estimation.md:"

@@ -287,7 +287,7 @@ def _inspect_together(
     if any(f.grade == "fact" for f in found.readings):
         result.residual = offset.match.residual
     curve = pushed(time, rate, force)
-    if result.residual is not None:
+    if result.residual is not None or offset.shown:  # a wrong reading has no clear minimum at an offset
         result.attitude = partial(attitude_by_match, curve, fixes, offset.match, offset.value)
     placed = mounting(curve, fixes, offset.match, offset.value)
     if placed is not None:

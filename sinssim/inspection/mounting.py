@@ -51,6 +51,16 @@ class Mounting:
         """Whether the data show it: with fewer windows there is no scatter, and with more of it no nearest axis."""
         return self.windows >= _LEAST_WINDOWS and bool(np.max(self.sigma) < _KNOWN)
 
+    def of_vehicle(self, of_unit: Array) -> Array:
+        """Return roll, pitch and heading of the vehicle from those of the unit, (3,) rad."""
+        named = np.zeros((3, 3))
+        for column, name in enumerate(self.axes):
+            row, sign = DIRECTIONS[name]
+            named[row, column] = sign
+        c_vs, c_ns = (rotation.dcm_from_quaternion(rotation.quaternion_from_euler(*a)) for a in (self.angles, of_unit))
+        q_nv = rotation.quaternion_from_dcm(c_ns @ (c_vs @ named).T)
+        return np.array(rotation.euler_from_quaternion(q_nv))
+
 
 def mounting(curve: Pushed, fixes: Seen, agreement: Match, offset: float) -> Mounting | None:
     """Find the mounting.

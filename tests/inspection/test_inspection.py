@@ -64,6 +64,9 @@ def test_the_attitude_at_the_start_needs_no_mounting(turn_deg: tuple[float, floa
     off = np.abs(rotation.rotation_vector_from_quaternion(rotation.quaternion_from_dcm(error)))
     assert off[:2].max() < np.radians(1.0)
     assert off[2] < 3.0 * sigma < np.radians(30.0)
+    if result.mounting is not None:
+        of_vehicle = rotation.euler_from_quaternion(worlds.drive().state(np.array([10.0])).q_nb[0])
+        assert result.mounting.of_vehicle(angles) == pytest.approx(np.array(of_vehicle), abs=3.0 * sigma)
 
 
 def test_clocks_without_a_common_origin() -> None:
