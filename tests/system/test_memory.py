@@ -5,10 +5,12 @@ from __future__ import annotations
 import platform
 import subprocess
 import sys
+from pathlib import Path
 
 import numpy as np
 import pytest
 
+from sinssim.system import memory
 from sinssim.system.memory import machine_memory, shared
 
 FREED = """
@@ -69,3 +71,11 @@ def test_freed_blocks_go_back_to_the_system() -> None:
 
 def test_the_machine_has_memory() -> None:
     assert machine_memory() > 1e8
+
+
+def test_the_least_limit_counts(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """A container with 64 MB on a larger machine, and one without a limit."""
+    (tmp_path / "limit").write_text("64000000\n")
+    (tmp_path / "none").write_text("max\n")
+    monkeypatch.setattr(memory, "_CGROUP", (tmp_path / "none", tmp_path / "limit"))
+    assert machine_memory() == 64e6

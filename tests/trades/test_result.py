@@ -13,7 +13,7 @@ from sinssim.requirements.quantity import Quantity
 from sinssim.trades.cells import Cell, cells_of
 from sinssim.trades.measure import CellNumbers, CellVerdict, Word
 from sinssim.trades.result import CellResult, TradeResult
-from sinssim.trades.summary import cell_table, grids, headline, markdown, requirement_lines, unit_for
+from sinssim.trades.summary import _rounded, cell_table, grids, headline, markdown, requirement_lines, unit_for
 from tests.trades.examples import BIAS, GRADE, study
 
 R95 = (10.0, 20.0, 30.0, 40.0, float("nan"), 60.0)
@@ -144,3 +144,8 @@ def test_markdown(tmp_path: Path) -> None:
         assert len({line.replace("\\|", "").count("|") for line in block.splitlines()}) == 1
     assert "cell 5, grade laser-standard, gyro bias σ 0.01 deg/h: failed: the flight failed." in text
     assert text.count("sinssim budget ") == 6
+
+
+@pytest.mark.parametrize(("runs", "said"), [(7, 7), (98, 98), (137, 140), (1234, 1200), (98_765, 99_000)])
+def test_further_runs_have_two_digits(runs: int, said: int) -> None:
+    assert _rounded(runs) == said

@@ -6,6 +6,7 @@ import json
 import shutil
 from datetime import UTC, datetime
 from pathlib import Path
+from types import SimpleNamespace
 from xml.etree import ElementTree
 
 import numpy as np
@@ -17,6 +18,7 @@ from sinssim.logs.read import read_file
 from sinssim.logs.recorded_run import RecordedRun
 from sinssim.logs.streams import SolutionStream
 from sinssim.logs.writers.export import Exported, export
+from sinssim.logs.writers.navigators import rtklib_pos
 from sinssim.logs.writers.registry import WRITERS
 from sinssim.units import DEG
 from tests.logs.short_run import short_run
@@ -256,6 +258,19 @@ def test_rtklib_pos(run: RecordedRun, truth: SolutionStream, place: Path) -> Non
     assert np.abs(numbers[:, 0] - truth.latitude / DEG).max() <= 0.5e-9 + 1e-12
     assert np.abs(numbers[:, 2] - truth.height).max() <= 0.5e-4 + 1e-9
     assert np.abs(numbers[:, 15] + truth.velocity_ned[:, 2]).max() <= 0.5e-5 + 1e-9  # up
+
+
+def test_rtklib_velocity_is_positive_up(place: Path) -> None:
+    """A climb at 2 m/s, 3 m/s to the north and 4 m/s to the east: vn, ve and vu are the last three numbers."""
+    one = np.ones(1)
+    solution = SolutionStream(one, 0.9 * one, 0.2 * one, 100.0 * one, velocity_ned=np.array([[3.0, 4.0, -2.0]]))
+    content = SimpleNamespace(
+        solution=solution, solution_name="aided", run=SimpleNamespace(name="climb", fixes=()),
+        stamps=lambda time: (np.full(len(time), 1_451_260_818), np.zeros(len(time), dtype=np.int64)),
+    )  # fmt: skip
+    rtklib_pos.write(content, place)  # type: ignore[arg-type]
+    (row,) = (line.split() for line in place.read_text().splitlines() if not line.startswith("%"))
+    assert [float(number) for number in row[-3:]] == [3.0, 4.0, 2.0]
 
 
 def test_nmea_by_pynmeagps(run: RecordedRun, truth: SolutionStream, place: Path) -> None:

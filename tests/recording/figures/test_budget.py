@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from typing import Any
 
+import numpy as np
 import pytest
 
 import sinssim
@@ -43,6 +44,16 @@ def test_any_budget_is_drawn(imu: dict[str, Any]) -> None:
     units = [unit for unit, _ in units_of_budget(found)]
     assert [panel.get_ylabel() for panel in figures[2].axes] == units  # those of the table
     assert [head.partition(", ")[2] for head in time_columns(found, ())[0][2::3]] == units[:1] + units
+
+
+def test_curves_are_the_budgets_sigma_in_the_unit_of_the_axis() -> None:
+    """North position, east velocity and heading at the end, in the unit that the panel names."""
+    size = {"m": 1.0, "mm": 1e-3, "m/s": 1.0, "mm/s": 1e-3, "deg": np.pi / 180.0, "arcmin": np.pi / 10_800.0,
+            "arcsec": np.pi / 648_000.0}  # fmt: skip
+    found = result(grade="tactical")
+    for number, (panel, line) in enumerate(zip(sigma_figure(found, ()).axes, (0, 1, 2), strict=True)):
+        shown = float(np.asarray(panel.lines[line].get_ydata())[-1]) * size[panel.get_ylabel()]
+        assert shown == pytest.approx(float(found.sigma()[-1, 3 * number + line]), rel=1e-12)
 
 
 def test_limits_lie_where_the_requirements_say() -> None:
