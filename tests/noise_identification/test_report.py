@@ -6,6 +6,7 @@ import json
 import re
 import subprocess
 import tomllib
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -192,6 +193,13 @@ def test_a_constant_channel_is_left_out_unless_it_was_asked_for(tmp_path):
         noise_report(file, channels=["gyro_y"])
     with pytest.raises(InputError, match="all channels are constant"):
         noise_report(write(tmp_path / "flat.parquet", 0.0 * gyro + 1.0, 0.0 * accel))
+
+
+@pytest.mark.parametrize(("misfit", "said"), [(0.05, "describe the spectrum to 5 % only"), (0.6, "by 60 % rms")])
+def test_a_misfit_is_said_in_per_cent(report, misfit, said):
+    channel = report.channels[0]
+    remarks = list(replace(channel, fit=replace(channel.fit, misfit=misfit)).remarks())
+    assert any(said in remark for remark in remarks)
 
 
 def test_a_spike_is_said_with_its_time(tmp_path):

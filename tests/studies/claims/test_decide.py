@@ -137,6 +137,9 @@ def test_orthogonality(defect, expected):
     found = verdict("orthogonality", row("two-quaternions", max_defect=defect), row("poisson-2", max_defect=1e-3))
     assert found.verdict == expected
     assert found.numbers["greatest defect"] == defect
+    # lengths are off by twice the norm's error: 1e-6 is 2 ppm of a force
+    ppm = found.numbers.get("scale error of the forces, ppm")
+    assert ppm == (None if expected == "confirmed" else pytest.approx(2.0))
 
 
 @pytest.mark.parametrize(("damage", "expected"), [(600.0, "refuted"), (0.1, "confirmed")])
