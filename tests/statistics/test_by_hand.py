@@ -21,7 +21,7 @@ NAN = math.nan
 
 
 def test_rates_and_their_standard_error() -> None:
-    """Σtr = 361 and 351, Σt² = 155 and 130; the sum of squared residuals is Σr² − (Σtr)²/Σt² = 17394/155 and 169/130."""
+    """Σtr = 361 and 351, Σt² = 155 and 130; the squared residuals Σr² − (Σtr)²/Σt² are 17394/155 and 169/130."""
     time, errors = np.array([3.0, 5.0, 11.0]), np.array([[7.0, 2.0, 30.0], [7.0, NAN, 30.0], [7.0, 2.0, NAN]])
     assert mean_rate(time, errors) == pytest.approx([361.0 / 155.0, 2.7, 31.0 / 34.0], rel=1e-14)
     wanted = [math.sqrt(17394.0) / 155.0, 0.1, math.sqrt(53.0 - 31.0**2 / 34.0) / math.sqrt(34.0)]
