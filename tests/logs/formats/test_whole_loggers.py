@@ -92,10 +92,10 @@ def test_flysight(tmp_path: Path) -> None:
     )
 
 
-@pytest.mark.parametrize(
-    ("header", "speed", "climb"), [("velocity kmh", 1.0 / 3.6, 1.0 / 3.6), ("velocity knots\nvertical velocity "
-    "m/s", 1852.0 / 3600.0, 1.0)]
-)  # fmt: skip
+KMH, KNOTS = "velocity kmh", "velocity knots\nvertical velocity m/s"
+
+
+@pytest.mark.parametrize(("header", "speed", "climb"), [(KMH, 1.0 / 3.6, 1.0 / 3.6), (KNOTS, 1852.0 / 3600.0, 1.0)])
 def test_vbox(tmp_path: Path, header: str, speed: float, climb: float) -> None:
     """Minutes, west positive; over midnight; a row without a fix has zeros."""
     text = "File created on 31/12/2016 at 23:59:59\n\n[header]\nsatellites\ntime\n" + header
