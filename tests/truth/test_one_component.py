@@ -109,10 +109,53 @@ def test_a_number_is_a_steady_motion() -> None:
     assert np.allclose(found.dvel[:, 0], (G - 250.0**2 / R) * np.sin(np.radians(3.0)), rtol=1e-13)
 
 
+def straight(**more: Any) -> PlaneMotion:
+    """Return V = 100 + 2t m/s, H = 1000 + 5t m, ϑ = 3° + 0.1°/s t, which two rows give in either interpolation."""
+    rows = {"velocity_mps": ((0.0, 100.0), (200.0, 500.0)), "height_m": ((0.0, 1000.0), (200.0, 2000.0)),
+            "pitch_deg": ((0.0, 3.0), (200.0, 23.0))}  # fmt: skip
+    return PlaneMotion(OneComponentSection(
+        variant="one-integral", gyro={}, duration_s=200.0, motion={**rows, "interpolation": "spline"},
+        radius_m=6.3e6, gravity_mps2=9.7, mounting_angle_deg=4.0, coordinate_deg=-20.0, **more,
+    ))  # fmt: skip
+
+
+def test_the_state_at_half_a_minute() -> None:
+    """V = 160 m/s, H = 1150 m, ϑ = 6°."""
+    plain, high = (straight(altitude_effects=on).state(np.array([30.0])) for on in (False, True))
+    for state, turn, along, up in (
+        (plain, 160.0 / 6.3e6, 2.0, 9.7 - 160.0**2 / 6.3e6),
+        (high, 160.0 / 6_301_150.0, 2.0 + 160.0 * 5.0 / 6_301_150.0,
+         9.7 * (6.3e6 / 6_301_150.0) ** 2 - 160.0**2 / 6_301_150.0),
+    ):  # fmt: skip
+        assert (state.time[0], state.velocity[0], state.height[0]) == pytest.approx((30.0, 160.0, 1150.0))
+        assert np.degrees([state.body_pitch[0], state.pitch[0]]) == pytest.approx([6.0, 10.0])
+        assert state.rate[0] == pytest.approx(np.radians(0.1) - turn, rel=1e-13)
+        assert (state.horizontal[0], state.vertical[0]) == pytest.approx((along, up), rel=1e-14)
+
+
+def test_increments_of_the_straight_motion() -> None:
+    """Over 30 … 40 s the vehicle goes 1700 m; the pitch grows by 1°; it began at −20°."""
+    found = straight().increments(0.1)
+    assert found.time.tolist() == list(range(0, 201, 10))
+    assert found.coordinate[[0, 3, 4]] == pytest.approx(np.radians(-20.0) + np.array([0.0, 3900.0, 5600.0]) / 6.3e6)
+    assert found.dtheta[3] == pytest.approx(np.radians(1.0) - 1700.0 / 6.3e6, rel=1e-12)
+    assert found.drate[3] == pytest.approx(-20.0 / 6.3e6, rel=1e-9)
+    x = quad(lambda t: 2.0 * np.cos(np.radians(7.0 + 0.1 * t)) + (9.7 - (100.0 + 2.0 * t) ** 2 / 6.3e6)
+             * np.sin(np.radians(7.0 + 0.1 * t)), 30.0, 40.0)[0]  # fmt: skip
+    y = quad(lambda t: (9.7 - (100.0 + 2.0 * t) ** 2 / 6.3e6) * np.cos(np.radians(7.0 + 0.1 * t))
+             - 2.0 * np.sin(np.radians(7.0 + 0.1 * t)), 30.0, 40.0)[0]  # fmt: skip
+    assert found.dvel[3] == pytest.approx([x, y], rel=1e-12)
+
+
 def test_a_height_near_the_centre_of_the_earth_is_refused() -> None:
-    section = OneComponentSection(
-        variant="one-integral", gyro={}, duration_s=10.0, radius_m=1e5, altitude_effects=True,
-        motion={"height_m": -60_000.0},
-    )  # fmt: skip
-    with pytest.raises(InputError, match="height_m reaches -60000 m; with altitude_effects it must stay above"):
-        PlaneMotion(section)
+    """Half the radius of 100 km is the limit, wherever in the motion."""
+    common = {"variant": "one-integral", "gyro": {}, "duration_s": 10.0, "radius_m": 1e5}
+    deep = {"height_m": ((0.0, 0.0), (5.0, -60_000.0), (10.0, -200.0))}
+    with pytest.raises(InputError) as error:
+        PlaneMotion(OneComponentSection(**common, altitude_effects=True, motion=deep))
+    assert str(error.value) == (
+        "one_component.motion.height_m reaches -60000 m; with altitude_effects it must stay above half the radius, "
+        "-50000 m."
+    )
+    PlaneMotion(OneComponentSection(**common, altitude_effects=True, motion={"height_m": -49_900.0}))
+    PlaneMotion(OneComponentSection(**common, motion=deep))

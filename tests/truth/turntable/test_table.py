@@ -9,13 +9,15 @@ import pytest
 from scipy.spatial.transform import Rotation
 
 from sinssim.ensembles.truth import truth_key
+from sinssim.errors import InputError
 from sinssim.scenario import Scenario
 from sinssim.scenario.duration import expected_duration
 from sinssim.scenario.summary import plan_lines
 from sinssim.simulation import run
 from sinssim.truth.source import fly
+from sinssim.truth.turntable.section import TurntableSection
 from sinssim.truth.turntable.sequences import SEQUENCES
-from sinssim.truth.turntable.table import draw_table_errors
+from sinssim.truth.turntable.table import draw_table_errors, settling
 from sinssim.units import ARCSEC
 
 
@@ -103,3 +105,85 @@ def test_mounting_turns_the_positions_and_the_axes() -> None:
         }  # fmt: skip
         assert result.chi_square_of_errors is not None
         assert result.chi_square_of_errors[0] < 65.0  # of 21: once in 10^6
+
+
+def test_dwells_of_given_turns() -> None:
+    """A turn takes its angle by its rate, the ramp, and the settling; a turn may have a rate and a dwell of its own."""
+    turns = (
+        {"axis": (1.0, 0.0, 0.0), "angle_deg": -90.0},
+        {"axis": (0.0, 2.0, 0.0), "angle_deg": 120.0, "rate_deg_s": 20.0, "dwell_s": 7.0},
+    )
+    table = TurntableSection(
+        turns=turns, dwell_s=50.0, first_dwell_s=11.0, rate_deg_s=30.0, ramp_s=2.0, settle_s=0.5, heading_deg=33.0,
+        pitch_deg=-4.0,
+    )  # fmt: skip
+    assert table.dwells == ((0.0, 11.0), (16.5, 66.5), (75.0, 82.0))
+    assert table.duration_s == 82.0
+    assert table.start_deg == (0.0, -4.0, 33.0)
+    assert TurntableSection(sequence="19-positions").start_deg == (-90.0, 0.0, 0.0)
+    assert TurntableSection(roll_deg=5.0).start_deg == (5.0, 0.0, 0.0)
+    assert len(TurntableSection().all_turns) == 18  # the usual sequence
+    with pytest.raises(InputError, match=r"turn 2 by 40° never reaches 20°/s with ramp_s = 2\.5; .* at most 2, or"):
+        TurntableSection(turns=({**turns[0], "rate_deg_s": 5.0}, {**turns[1], "angle_deg": 40.0}), ramp_s=2.5)
+
+
+def test_the_axis_that_points_down() -> None:
+    """Six positions: forward turns right, down, left and up; then the nose goes up and down."""
+    down = [
+        np.round(positions(scenario(sequence="six-positions")).as_matrix()[:, 2]).astype(int).tolist(),
+        np.round(positions(scenario(sequence="six-positions-and-rates")).as_matrix()[:, 2]).astype(int).tolist(),
+    ]
+    six = [[0, 0, 1], [0, 1, 0], [0, 0, -1], [0, -1, 0], [-1, 0, 0], [1, 0, 0]]
+    assert down == [six, six + 6 * [[1, 0, 0]]]
+    full = SEQUENCES["six-positions-and-rates"].turns[5:]
+    assert [(axis.index(1.0), angle) for axis, angle in full] == [
+        (0, 360.0), (0, -360.0), (1, 360.0), (1, -360.0), (2, 360.0), (2, -360.0),
+    ]  # fmt: skip
+
+
+def test_four_headings_of_each_face() -> None:
+    """In each group of four of the 24 positions the same axis points down, and each turn within it is by 90°."""
+    found = positions(scenario(sequence="24-positions")).as_matrix().reshape(6, 4, 3, 3)
+    assert np.abs(np.diff(found[:, :, 2], axis=1)).max() < 1e-9
+    # of a turn by 90° about the vertical, the next north row is a former east row or its opposite
+    assert np.abs(np.abs(np.einsum("gki,gki->gk", found[:, 1:, 0], found[:, :-1, 1])) - 1.0).max() < 1e-9
+    assert {tuple(row) for row in np.round(found[:, 0, 2]).astype(int).tolist()} == {
+        (0, 0, 1), (0, 0, -1), (0, 1, 0), (0, -1, 0), (1, 0, 0), (-1, 0, 0),
+    }  # fmt: skip
+
+
+def test_nineteen_positions_are_those_of_the_toolbox() -> None:
+    """PSINS, in axes right, forward, up: three turns about forward and back, one about up, three about right and back,
+    two about up, and three back; right, forward, up are here Y, X, −Z."""
+    x, y, back = (1.0, 0.0, 0.0), (0.0, 1.0, 0.0), (0.0, 0.0, -1.0)
+    axes = [x] * 6 + [back] + [y] * 6 + [back] * 5
+    signs = [1, 1, 1, -1, -1, -1, 1, 1, 1, 1, -1, -1, -1, 1, 1, -1, -1, -1]
+    assert SEQUENCES["19-positions"].turns == tuple((a, 90.0 * sign) for a, sign in zip(axes, signs, strict=True))
+    found = positions(scenario(sequence="19-positions")).as_matrix()
+    assert found[0] == pytest.approx(np.array([[1.0, 0.0, 0.0], [0.0, 0.0, 1.0], [0.0, -1.0, 0.0]]), abs=1e-9)
+    for k in range(7):  # there and back
+        assert found[6 - k] == pytest.approx(found[k], abs=1e-9)
+        assert found[13 - k] == pytest.approx(found[7 + k], abs=1e-9)
+
+
+def test_sizes_of_the_errors_of_the_table() -> None:
+    """Tilt and positions about three axes, and the direction of an axis about the two across it: 1σ of each."""
+    table = TurntableSection(sequence="six-positions", position_sigma_arcsec=40.0, tilt_sigma_arcsec=90.0)
+    draws = [draw_table_errors(table, seed) for seed in range(300)]
+    tilt, axis = np.array([d.tilt for d in draws]) / ARCSEC, np.array([d.axis for d in draws]) / ARCSEC
+    # 900 and 300 numbers: 5 σ of their standard deviation
+    assert np.sqrt(np.mean(tilt**2)) == pytest.approx(90.0, rel=5.0 / np.sqrt(1800.0))
+    expected = 40.0 * np.array([[0, 1, 1]] * 3 + [[1, 1, 0]] * 2)
+    assert np.sqrt(np.mean(axis**2, axis=0)) == pytest.approx(expected, rel=5.0 / np.sqrt(600.0), abs=1e-12)
+
+
+def test_a_turn_ends_beside_its_position_by_the_errors_of_both_axes() -> None:
+    """To first order the settling is ε' − e^[−θn×] ε + (I − e^[−θn×]) η: here from angles of some 1e-6 rad."""
+    before, after = 1e-6 * np.array([3.0, -5.0, 7.0]), 1e-6 * np.array([2.0, 4.0, -6.0])
+    n = np.array([0.0, 0.0, 1.0])
+    # a turn by +90° about z takes the axes back by −90°: (x, y, z) of the former axes is (y, −x, z) in the new ones
+    expected = after - 1e-6 * np.array([-5.0, -3.0, 7.0])
+    assert settling(n, n, 0.5 * np.pi, before, after) == pytest.approx(expected, abs=1e-10)
+    # an axis tilted by η about x, turned by 180°: 2η are left
+    tilted = Rotation.from_rotvec([1e-6, 0.0, 0.0]).apply(n)
+    assert settling(n, tilted, np.pi, np.zeros(3), np.zeros(3)) == pytest.approx([2e-6, 0.0, 0.0], abs=1e-11)
