@@ -61,8 +61,10 @@ def looks_text(result: EnsembleResult) -> str:
     numbers = f"{', '.join(first)} and {last}" if first else last
     limit = ""
     if any(one.verdict == "undecided" for one in result.verdicts):
-        limit = f" {last} runs are the most for this --runs; a further series of tests has its own probability of "
-        "error of 5 %."
+        limit = (
+            f" {last} runs are the most for this --runs; a further series of tests has its own probability of error of "
+            "5 %."
+        )
     return (
         f"Tested after {numbers} runs. Each of at most {LOOKS} tests errs with at most {5 / LOOKS:g} %, all together "
         f"with at most 5 %.{limit}"
