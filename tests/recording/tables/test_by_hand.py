@@ -1,0 +1,251 @@
+"""The tables on the console, from results whose every number is written by hand: whole lines, heads and units."""
+
+from __future__ import annotations
+
+from math import log, nan, pi, sqrt
+from types import SimpleNamespace
+
+import numpy as np
+import pytest
+
+from sinssim.alignment.axes import Angles
+from sinssim.alignment.report import AlignmentReport
+from sinssim.calibration.parameters import Parameter
+from sinssim.calibration.result import CalibrationResult
+from sinssim.data import ImuData
+from sinssim.noise_identification.channels import CHANNELS, LogChannel
+from sinssim.noise_identification.fit import TermEstimate
+from sinssim.noise_identification.report import ChannelNoise
+from sinssim.noise_identification.units import units_of
+from sinssim.recording.tables import alignment, calibration, expectation, inspection, noise, one_component
+from sinssim.scenario.sections.imu import ImuSection
+from sinssim.sensors.expectation import Contribution, Expectation, Term
+from tests.recording.by_hand import ARCMIN, printed
+
+DEG, DEG_H, UG = pi / 180.0, pi / 648_000.0, 9.80665e-6
+
+
+def angles(*values: float, size: float = 1.0) -> Angles:
+    return Angles(*(np.asarray(value * size) for value in values))
+
+
+def test_an_alignment() -> None:
+    """Errors 3 and −6 arcmin; σ of the total 5, 13 and 25 arcmin from 3, 4; 5, 12; 7, 24; latitude by one source."""
+    budget = {
+        "gyro bias": angles(3.0, 5.0, 7.0, 2.0, size=ARCMIN),
+        "nothing": angles(0.0, 0.0, 0.0, 0.0),
+        "accelerometer bias": angles(4.0, 12.0, 24.0, 0.0, size=ARCMIN),
+        "tiny": angles(1e-6, 0.0, 0.0, 0.0, size=ARCMIN),
+    }
+    truth = angles(50.0, 2.0, nan, 48.1, size=DEG)
+    found = angles(50.05, 1.9, -3.0, 48.123456, size=DEG)
+    determination = SimpleNamespace(
+        **found._asdict(), warnings=("the base moved.",), earth_rate=15.0411 * DEG_H, gravity=np.float64(9.81236)
+    )
+    report = AlignmentReport(
+        "session", "disturbed", ImuData(np.array([50.0, 200.0, 350.0]), np.zeros((2, 3)), np.zeros((2, 3))),
+        determination, mean=angles(0.5, 0.0, -0.25, 0.0, size=ARCMIN), budget=budget, truth=truth, residual=0.001234,
+        crossing=angles(1234.0, 56.0, 7.5, 890.0), mean_angles=angles(49.0, 2.5, -3.5, nan, size=DEG),
+    )  # fmt: skip
+    assert printed(lambda console: alignment.show(report, console)) == [
+        "session: 300 s, 2 samples, gravity's cone in inertial space",
+        "bias dominates eq. (1) on the",
+        "determined, ° σ, ′ from, s true, ° error, ′ same data, °",
+        "heading 50.05000 5.000 1.23e+03 50.00000 3.000 49.00000",
+        "roll 1.90000 13.000 56 2.00000 -6.000 2.50000",
+        "pitch -3.00000 25.000 7.5 not determined – -3.50000",
+        "latitude 48.12346 2.000 890 48.10000 1.407 not determined",
+        "Measured: Earth rate 15.0411 deg/h, gravity 9.81236 m/s².",
+        "Residual velocity after the fit of the cone (heave, sway, noise): 0.00123 m/s rms.",
+        "The base moved.",
+        "Expected error by source, σ in ′",
+        "source heading roll pitch latitude",
+        "gyro bias 3.000 5.000 7.000 2.000",
+        "accelerometer bias 4.000 12.000 24.000 –",
+        "tiny <0.001 – – –",
+        "total 5.000 13.000 25.000 2.000",
+        "known mean error 0.500 – -0.250 –",
+    ]
+    quiet = AlignmentReport("log", "quiet", report.imu, determination)
+    assert printed(lambda console: alignment.show(quiet, console))[:3] == [
+        "log: 300 s, 2 samples, eq. (1) on a quiet base", "determined, °", "heading 50.05000",
+    ]  # fmt: skip
+
+
+def test_a_calibration() -> None:
+    """A gyro bias of 0.5 deg/h with 1σ = 0.02, true 0.46: 2σ; a scale of 30 ppm that is not seen; an arm of −7 mm."""
+    parameters = (Parameter("gyro", "bias", 1, 1, 3.0 * DEG_H), Parameter("accel", "scale", 2, 2, 50e-6),
+                  Parameter("accel", "arm", 1, 2, 0.012))  # fmt: skip
+    solution = SimpleNamespace(
+        chi_square=12.34, degrees=11, observable=np.array([True, False, True]), transformed=None,
+        covariance=np.diag([(0.02 * DEG_H) ** 2, 50e-6**2, 0.5e-3**2]),
+    )  # fmt: skip
+    estimate = SimpleNamespace(values=np.array([0.5 * DEG_H, 0.0, -7e-3]), solution=solution)
+    known = CalibrationResult(
+        SimpleNamespace(name="table"), "separate", parameters, estimate, np.zeros((4, 2)),
+        np.array([0.46 * DEG_H, 30e-6, -5.5e-3]), ("A note.",),
+    )  # fmt: skip
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr(CalibrationResult, "unobservable", ["accel scale z"])
+        lines = printed(lambda console: calibration.show(known, console))
+    assert lines == [
+        "table: calibration, separate method, 4 positions",
+        "parameter estimate 1σ unit before, 1σ true error/σ",
+        "gyro bias y 0.5000 0.0200 deg/h 3.00 0.4600 +2.00",
+        "accel scale z – 50.0 ppm 50.0 30.0 −0.60 not observable",
+        "accel arm yz −7.000 0.500 mm 12.0 −5.500 −3.00",
+        "Misalignments refer to the axes of the table's positions, in which [turntable] gives attitudes and turns.",
+        "The sequence does not determine the following, which stay 0 in the compensation (factors are in units of "
+        "each error's 1σ before): accel scale z.",
+        "Residuals: χ² = 12.3 with 11 degrees of freedom.",
+        "Errors of the observable parameters: χ² = 13.0 with 2 degrees of freedom.",
+        "A note.",
+    ]
+    log = CalibrationResult(SimpleNamespace(name="log"), "systematic", parameters, estimate, np.zeros((4, 2)), None, ())
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr(CalibrationResult, "unobservable", [])
+        lines = printed(lambda console: calibration.show(log, console))
+    assert lines[1:4] == ["parameter estimate 1σ unit before, 1σ", "gyro bias y 0.5000 0.0200 deg/h 3.00",
+                          "accel scale z – 50.0 ppm 50.0 not observable"]  # fmt: skip
+    assert lines[-2:] == ["The sequence determines every parameter.",
+                          "Residuals: χ² = 12.3 with 11 degrees of freedom."]  # fmt: skip
+
+
+def test_the_expectation_of_a_grade() -> None:
+    """Contributions of 3000 m and 4000 m add up to 5000 m: 2.7 nmi in two hours; its class is 0.8326 of it."""
+    terms = (Term("gyro_walk", 12_345.6, "deg/√h", 3.59, "1/√s", "noise"),
+             Term("x", 0.0123456, "ppm", 1.23456e-8, "1", "scale"))  # fmt: skip
+    contributions = (Contribution("walk", "turning 90°", 4000.0), Contribution("bias", "at rest", 3000.0))
+    section = ImuSection(grade="ideal")
+    lines = printed(lambda console: expectation.show(Expectation(section, 45.5 * DEG, 7200.0, terms, contributions),
+                                                     console))  # fmt: skip
+    assert lines[2:] == [
+        "Value (1σ)",
+        "term value SI is",
+        "gyro_walk 12346 deg/√h 3.59 /√s noise",
+        "x 0.01235 ppm 1.235e-08 scale",
+        "Horizontal position error that each",
+        "alone causes in 2 h, latitude 45.5°",
+        "m (1σ) nmi from vehicle",
+        "4,000 2.16 walk turning 90°",
+        "3,000 1.62 bias at rest",
+        "5,000 2.70 total",
+        "Vehicle: turning 90°, at 3°/s at the start, then at rest; at rest, level, heading north.",
+        "All together: root of the sum of squares.",
+        f"Half of all runs end within {sqrt(log(2.0)) * 5000.0 / 1852.0 / 2.0:.2f} nmi per hour, which is called the "
+        "class of a unit.",
+    ]
+    lost = Expectation(section, 0.5, 3600.0, terms, (Contribution("bias", "at rest", 6e5),))
+    found = printed(lambda console: expectation.show(lost, console))
+    assert "> 500,000 > 270 bias at rest" in found
+    assert "> 500,000 > 270 total" in found
+    assert found[-1] == "The linear theory is not valid beyond 500 km: the position is lost."
+    bias = Expectation(section, 45.0 * DEG, 600.0, (Term("accel_bias", 50.0, "µg", 50.0 * UG, "m/s²", "bias"),), ())
+    # b (cosh(√2 ω t) − 1)/(2 ω²) with ω t = 0.745: 0.5 b t² (1 + (ω t)²/6 + …)
+    w2 = 9.806 / 6.378e6 * 600.0**2
+    height = 0.5 * 50.0 * UG * 600.0**2 * (1.0 + w2 / 6.0 + w2**2 / 90.0)
+    shown = printed(lambda console: expectation.show(bias, console))[-1]
+    assert shown.startswith("Height is not included: unaided, its error grows to ")
+    assert shown.endswith(" m in 0.166667 h for the bias of the down accelerometer alone.")
+    assert float(shown.split(" grows to ")[1].split(" m in ")[0]) == pytest.approx(height, rel=2e-3)
+    assert printed(lambda console: expectation.show(Expectation(section, 0.5, 60.0, (), ()), console))[-1] == (
+        "The sensors have no errors."
+    )
+
+
+def test_the_findings_of_an_inspection() -> None:
+    def finding(subject: str, grade: str, text: str, fix: str = "") -> SimpleNamespace:
+        return SimpleNamespace(subject=subject, grade=grade, text=text, fix=fix)
+
+    findings = [finding("logs/imu.csv", "fact", "It has 5 rows."), finding("logs/imu.csv", "doubt", "Late.", "Cut it."),
+                finding("clock", "wrong", "It runs back.")]  # fmt: skip
+    assert printed(lambda console: inspection.show(SimpleNamespace(findings=findings), console)) == [
+        "imu.csv It has 5 rows.", "doubt Late. Cut it.", "clock WRONG It runs back.",
+        "1 error, 1 doubt. Results from data with errors are worthless.",
+    ]  # fmt: skip
+    assert printed(lambda console: inspection.show(SimpleNamespace(findings=findings[:1] * 2), console))[-1] == (
+        "0 errors, 0 doubts."
+    )
+
+
+class Fit(SimpleNamespace):
+    """A fit that describes its record."""
+
+    exchangeable, possible, aside, misfit = (), None, (), 0.0
+
+
+def channel(which: LogChannel, estimates: dict[str, TermEstimate], mean: float, interval: float = 0.04) -> ChannelNoise:
+    """Return noise with the lowest upper end of the band at the second of three averaging times."""
+    fit = Fit(estimates=estimates, likely={"Q": 0.0, "N": 1.0}, mean=mean, interval=interval, correlation_time=123.456,
+              correlation_band=(100.4, 150.6))  # fmt: skip
+    size = which.units.rate[1]
+    deviation = SimpleNamespace(deviation=np.array([5.0, 0.25, 0.2]) * size, tau=np.array([1.0, 30.0, 300.0]))
+    return ChannelNoise(which, deviation, np.ones(3), np.zeros(3), np.array([6.0, 0.3, 0.4]) * size, fit, None)
+
+
+def test_the_noise_of_a_log() -> None:
+    hour = 60.0  # √3600 s
+    gyro = {
+        "Q": TermEstimate(2.0 * DEG / 3600.0, 1.0 * DEG / 3600.0, 3.0 * DEG / 3600.0),
+        "N": TermEstimate(0.12 * DEG / hour, 0.11 * DEG / hour, 0.13 * DEG / hour),
+        "B": TermEstimate(0.5 * DEG_H, 0.4 * DEG_H, 0.6 * DEG_H),
+        "K": TermEstimate(None, -0.3 * DEG_H / hour, 0.2 * DEG_H / hour),
+        "R": TermEstimate(-0.7 * DEG_H / 3600.0, -0.8 * DEG_H / 3600.0, -0.6 * DEG_H / 3600.0),
+        "sigma_b": TermEstimate(0.9 * DEG_H, 0.8 * DEG_H, 1.1 * DEG_H),
+    }
+    accel = {
+        "N": TermEstimate(30.0 * UG, 20.0 * UG, 40.0 * UG),
+        "Q": TermEstimate(5e-3, 4e-3, 6e-3),
+        "sigma_b": TermEstimate(None, 0.0, 7.0 * UG),
+    }
+    other = {"N": TermEstimate(0.6, 0.5, 0.7)}
+    report = SimpleNamespace(
+        source="rest.csv", duration=3600.0, count=90_000, interval=0.04, remarks=("One remark.",),
+        channels=(channel(CHANNELS[1], gyro, -2.5 * DEG_H), channel(CHANNELS[5], accel, 1000.0 * UG),
+                  channel(LogChannel("p_pa", units_of("Pa")), other, 101_325.0)),
+    )  # fmt: skip
+    tau = "τ_b = 123.5 s (100 … 151)"
+    assert printed(lambda console: noise.show(report, console)) == [
+        "rest.csv: 3600 s, 90000 samples at 25 Hz",
+        "One remark.",
+        "gyro_y: mean -2.500 deg/h, lowest Allan deviation 0.2500 deg/h at 30 s",
+        "value 95 % band unit equivalent",
+        f"Q quantisation 2.000 1.000 … 3.000 arcsec pulse of {2.0 * sqrt(12.0):.3f} arcsec",
+        "N random walk 0.1200 0.1100 … 0.1300 deg/√h 7.200 deg/h/√Hz",
+        f"B bias instability, flicker 0.5000 0.4000 … 0.6000 deg/h Allan deviation of {0.5 * 0.66428:.4f} deg/h",
+        "K rate random walk not observable < 0.3000 deg/h/√h",
+        "R rate ramp -0.7000 -0.8000 … -0.6000 deg/h/h",
+        f"σ_b Gauss-Markov bias, 1σ 0.9000 0.8000 … 1.100 deg/h {tau}",
+        "accel_z: mean 1000 µg, lowest Allan deviation 0.2500 µg at 30 s",
+        "value 95 % band unit equivalent",
+        f"Q quantisation 5.000 4.000 … 6.000 mm/s pulse of {5.0 * sqrt(12.0):.2f} mm/s",
+        f"N random walk 30.00 20.00 … 40.00 µg/√Hz {30.0 * UG * 60.0:.5f} m/s/√h",
+        f"σ_b Gauss-Markov bias, 1σ not observable < 7.000 µg {tau}",
+        "p_pa: mean 101325 Pa, lowest Allan deviation 0.2500 Pa at 30 s",
+        "value 95 % band unit equivalent",
+        "N random walk 0.6000 0.5000 … 0.7000 Pa/√Hz 3.000 Pa (1σ) of a sample",
+    ]
+
+
+def test_a_run_of_one_component() -> None:
+    errors = {"final_position_error_m": -3.5, "rms_position_error_m": 2.25, "max_position_error_m": 4.75,
+              "max_velocity_error_mps": 0.125, "max_pitch_error_arcsec": 90.0}  # fmt: skip
+    other = {key: 2.0 * value for key, value in errors.items()} | {"max_pitch_error_arcsec": None}
+    found = {
+        "variant": "one-integral", "schuler_period_s": 5064.0, "errors": {"simulation": errors, "equation_8_11": other},
+        "differences": {"equation_8_11": {"max_m": 0.0625, "relative": 0.0132}},
+    }  # fmt: skip
+    summary = {"one_component": found, "timing": {"truth_s": 0.125, "navigation_s": 2.5, "recording_s": 0.0}}
+    scenario = SimpleNamespace(name="plane", description="It moves.")
+    assert printed(lambda console: one_component.show(scenario, summary, console)) == [
+        "It moves.",
+        "plane: errors against the truth",
+        "position velocity pitch difference",
+        "final, m rms, m max, m max, m/s max, arcmin max, m relative",
+        "simulation -3.500 2.250 4.750 0.1250 1.500",
+        "equation (8.11) -7.000 4.500 9.500 0.2500 – 0.06250 1.3e-02",
+        "Variant “one-integral”: pitch by one integral of a gyro's rate. Schuler period 84.40 min.",
+        "Difference: from the simulated error minus that with perfect sensors; relative: its ratio to the largest "
+        "value of that error.",
+        "Time: truth 0.12 s, navigation 2.50 s",
+    ]
