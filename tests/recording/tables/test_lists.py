@@ -57,7 +57,8 @@ def test_the_errors_of_a_run() -> None:
         patch.setattr(run, "sentences", lambda found: [f"sentences of {sorted(found)}"])
         lines = printed(lambda console: run.show(scenario, failed, console))
     assert lines[3:7] == [f"quaternion {ROW}", "euler 2.000 4.000 6.000 12.00 18.00 –",
-                          "aided 4.000 8.000 12.00 24.00 36.00 6.000", "smoothed 3.000 6.000 9.000 18.00 27.00 4.500"]  # fmt: skip
+                          "aided 4.000 8.000 12.00 24.00 36.00 6.000",
+                          "smoothed 3.000 6.000 9.000 18.00 27.00 4.500"]  # fmt: skip
     assert lines[7] == "Leg 3 was cut."
     samples = round(20.0 * scenario.imu.rate_hz)
     assert f"Flagged by the sensors, of {samples:,} samples: 1,200 saturated." in lines
@@ -172,7 +173,8 @@ def row(algorithm: str, rate: float, size: float, **changes: Any) -> Row:
 
 def test_a_study() -> None:
     parts = [SimpleNamespace(title=title, decides=(), sensors=("ideal",), variants=("rate-gyros",), rates_hz=rates,
-                             schedules_hz=()) for title, rates in (("rates", (10.0, 20.0, 50.0)), ("cases", (10.0,)))]  # fmt: skip
+                             schedules_hz=())
+             for title, rates in (("rates", (10.0, 20.0, 50.0)), ("cases", (10.0,)))]  # fmt: skip
     lines = [row("euler", rate, 10.0 / rate) for rate in (50.0, 10.0, 20.0)]
     lines += [row("poisson", rate, 40.0 / rate) for rate in (10.0, 20.0)]
     cases = [row("euler", 10.0, 0.75), row("poisson", 10.0, 5.0, status="failed")]
