@@ -171,8 +171,25 @@ def test_euroc(run: Path, tmp_path: Path) -> None:
     close(table(imu)[:, 1:], 2.0 * GYRO * flu, 2.0 * ACCEL * flu)
     truth = tmp_path / "out" / "mav0" / "state_groundtruth_estimate0" / "data.csv"
     assert [name.split()[0] for name in truth.read_text().splitlines()[0].split(",")] == (
-        "#timestamp p_RS_R_x p_RS_R_y p_RS_R_z q_RS_w q_RS_x q_RS_y q_RS_z v_RS_R_x v_RS_R_y v_RS_R_z b_w_RS_S_x "
-        "b_w_RS_S_y b_w_RS_S_z b_a_RS_S_x b_a_RS_S_y b_a_RS_S_z".split()
+        [
+            "#timestamp",
+            "p_RS_R_x",
+            "p_RS_R_y",
+            "p_RS_R_z",
+            "q_RS_w",
+            "q_RS_x",
+            "q_RS_y",
+            "q_RS_z",
+            "v_RS_R_x",
+            "v_RS_R_y",
+            "v_RS_R_z",
+            "b_w_RS_S_x",
+            "b_w_RS_S_y",
+            "b_w_RS_S_z",
+            "b_a_RS_S_x",
+            "b_a_RS_S_y",
+            "b_a_RS_S_z",
+        ]
     )
     assert truth.read_text().splitlines()[1].startswith(f"{UNIX}250000000,")
     position, velocity, turned = local()
