@@ -134,8 +134,7 @@ def inspect_streams(files: Sequence[Streams], described: Described | None = None
         result.fixes = fixes[0][2]
         result.findings += time_findings(fixes[0][1], result.fixes.time, "fixes")
         delay = velocity_delay(result.fixes)
-        shown = delay is not None and delay.sigma < min(abs(delay.value) / 3.0, _SHOWN_DELAY * _step(result.fixes))
-        result.velocity_delay = delay.value if delay is not None and shown else None
+        result.velocity_delay = delay.value if delay is not None and _delayed(delay, _step(result.fixes)) else None
         result.findings += _delay_findings(result.fixes, delay, said.delay)
         result.findings += fix_findings(result.fixes, result.velocity_delay or 0.0)
     if not inertial:
@@ -186,7 +185,7 @@ def _delay_findings(fixes: FixStream, found: Delay | None, described: float) -> 
         return [fact("fixes", f"{text}; {1e3 * described:.0f} ms are described.", **numbers)]
     if described:
         text += f"; {1e3 * described:.0f} ms are described"
-    elif abs(delay) < max(0.1 * step, 3.0 * sigma):
+    elif not _delayed(found, step):
         return [fact("fixes", f"{text}: no delay is described.", **numbers)]
     why = " (half an interval: they are means over it)" if abs(delay / step - 0.5) < 0.15 else ""
     return [doubt("fixes", f"{text}{why}.", f"Describe a velocity delay of {delay:.3f} s.", **numbers)]
@@ -194,6 +193,11 @@ def _delay_findings(fixes: FixStream, found: Delay | None, described: float) -> 
 
 _SHOWN_DELAY = 1.0 / 6.0
 """Largest 1σ of a delay that the data show, in intervals of the fixes: half an interval is then 3σ."""
+
+
+def _delayed(found: Delay, step: float) -> bool:
+    """Return whether the data show that velocities are older, by a tenth of the interval of the fixes or more."""
+    return found.sigma < _SHOWN_DELAY * step and abs(found.value) >= max(0.1 * step, 3.0 * found.sigma)
 
 
 def _step(fixes: FixStream) -> float:

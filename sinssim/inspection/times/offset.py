@@ -252,7 +252,9 @@ def velocity_delay(fixes: FixStream) -> Delay | None:
     bounds = (grid[best - 1], grid[best + 1])
     value = float(minimize_scalar(cost, bounds=bounds, method="bounded", options={"xatol": 1e-4}).x)
     h = 0.1 * step
-    low, here, high = (-np.sum(curve(at + value + d) * to, axis=1) for d in (-h, 0.0, h))
+    # differences scatter by the noise alone, correlations also by the motion at both ends of a part
+    same = regular[inside][:, None]
+    low, here, high = (0.5 * np.sum((curve(at + value + d) * same - to) ** 2, axis=1) for d in (-h, 0.0, h))
     return Delay(value, _scatter(low, here, high, h))
 
 
