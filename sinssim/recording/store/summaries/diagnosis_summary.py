@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import replace
 from typing import TYPE_CHECKING, Any
 
 from sinssim import units
@@ -166,7 +167,8 @@ def _refused(sensors: Sequence[str], refused: Sequence[Refusals], kinds: Mapping
         if spans:
             shown = sorted(spans[:_SHOWN], key=lambda r: r.start)
             told = ", ".join(f"{r.start:g} … {r.end:g} s ({r.count})" for r in shown)
-            more = f", and {len(spans) - _SHOWN} shorter spans" if len(spans) > _SHOWN else ""
+            rest = len(spans) - _SHOWN
+            more = f", and {rest} shorter span{'s' * (rest > 1)}" if rest > 0 else ""
             off = _off(spans[0], kinds.get(sensor, "")) if alone else ""
             yield f"The gate rejected consecutive measurements of {sensor}: {told}{more}.{off}"
 
@@ -279,8 +281,9 @@ def _of_satellites(cause: Hypothesis, scenario: Scenario) -> tuple[str, str]:
             told = None if log is None else [a + b for a, b in zip(log.lever_arm_m, sure, strict=True)]
         case "gnss time offset":
             late = cause.value[0]
-            side = "late" if late > 0.0 else "early"
-            what = f"the time stamps of the fixes are too {side} by {with_sigma(cause, 1.0, 's')}"
+            side, size = ("late", 1.0) if late > 0.0 else ("early", -1.0)
+            shown = replace(cause, value=(size * late,))
+            what = f"the time stamps of the fixes are too {side} by {with_sigma(shown, 1.0, 's')}"
             key, state = "time_offset_s", f"{where}.time_offset_sigma_s = {wide}"
             told = None if log is None else [log.time_offset_s - late]
         case _:

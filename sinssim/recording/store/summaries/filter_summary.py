@@ -28,11 +28,13 @@ if TYPE_CHECKING:
 
 
 _UNITS = (
+    ("_rad_per_mps2", "deg/g", units.DEG / units.G0),
     ("_radps", "deg/h", units.DEG_H),
     ("_mps2", "µg", units.UG),
     ("_mps", "m/s", 1.0),
     ("_rad", "arcmin", units.ARCMIN),
     ("_m", "m", 1.0),
+    ("_s", "s", 1.0),
     ("", "ppm", units.PPM),
 )
 """Unit suffixes of columns, and the corresponding display units."""

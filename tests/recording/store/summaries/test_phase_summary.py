@@ -5,7 +5,16 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from sinssim.recording.store.summaries.phase_summary import Phase, phase_numbers, phase_tables, phases_of
+from sinssim.recording.store.summaries.phase_summary import (
+    HEADS,
+    SOURCE_HEADS,
+    Phase,
+    phase_numbers,
+    phase_rows,
+    phase_tables,
+    phases_of,
+    source_tables,
+)
 from sinssim.strapdown.nav_error import NavError
 from sinssim.truth.trajectory import FlightEvent
 from sinssim.units import ARCMIN, ARCSEC
@@ -75,3 +84,98 @@ def test_cells_are_short_and_rounding_is_zero() -> None:
     ((name, lines),) = phase_tables({"phases": {"quaternion": rows}})
     assert name == "quaternion"
     assert lines[0][:4] == ("taxi", "0 … 10", "0", "0")
+
+
+def test_every_number_of_a_phase() -> None:
+    """Positions (3, 4, 2) and (−9, 12, −5) m, velocities of 7 and 9 m/s, φ = (3, −4, 30)″ and (5, 12, −90)″."""
+    time = np.array([20.0, 30.0, 44.0])
+    error = NavError(
+        time,
+        np.array([[3.0, 4.0, 2.0], [-9.0, 12.0, -5.0], [-9.0, 4.0, 1.0]]),
+        np.array([[2.0, 3.0, 6.0], [1.0, -4.0, 8.0], [1.0, 2.0, 2.0]]),
+        np.array([[3.0, -4.0, 30.0], [5.0, 12.0, -90.0], [0.6, 0.8, 60.0]]) * ARCSEC,
+    )
+    moved = [Phase("taxi", 20.0, 30.0), Phase("flight", 30.0, 50.0)]
+    first, last = phase_numbers(moved, time, error.rows)
+    assert first == pytest.approx(
+        {
+            "phase": "taxi", "from_s": 20.0, "to_s": 30.0, "horizontal_error_m": 15.0,
+            "horizontal_added_m": np.hypot(12.0, 8.0), "height_error_m": 5.0, "height_added_m": 7.0,
+            "velocity_error_mps": 9.0, "velocity_added_mps": np.sqrt(1.0 + 49.0 + 4.0), "heading_error_arcmin": 1.5,
+            "heading_added_arcmin": 2.0, "tilt_error_arcsec": 13.0, "tilt_added_arcsec": np.hypot(2.0, 16.0),
+        }
+    )  # fmt: skip
+    assert last == pytest.approx(
+        {
+            "phase": "flight", "from_s": 30.0, "to_s": 44.0, "horizontal_error_m": np.hypot(9.0, 4.0),
+            "horizontal_added_m": 8.0, "height_error_m": -1.0, "height_added_m": -6.0, "velocity_error_mps": 3.0,
+            "velocity_added_mps": np.sqrt(36.0 + 36.0), "heading_error_arcmin": -1.0, "heading_added_arcmin": -2.5,
+            "tilt_error_arcsec": 1.0, "tilt_added_arcsec": np.hypot(4.4, 11.2),
+        }
+    )  # fmt: skip
+    ((name, lines),) = phase_tables({"phases": {"euler": [first, last]}})
+    assert (name, lines) == (
+        "euler",
+        [
+            ("taxi", "20 … 30", "15.0", "14.4", "9.00", "7.35", "1.50", "2.00", "13.0", "16.1"),
+            ("flight", "30 … 44", "9.85", "8.00", "3.00", "8.49", "−1.00", "−2.50", "1.00", "12.0"),
+        ],
+    )
+    assert list(HEADS.values()) == [
+        ("horizontal", "m"), ("added", "m"), ("velocity", "m/s"), ("added", "m/s"), ("heading", "arcmin"),
+        ("added", "arcmin"), ("tilt", "arcsec"), ("added", "arcsec"),
+    ]  # fmt: skip
+    unknown = next(phase_tables({"phases": {"e": [{**first, "tilt_added_arcsec": None}]}}))
+    assert unknown[1][0][-1] == "–"
+
+
+def test_rows_of_a_solution_that_begins_later() -> None:
+    """A start at 25 s: taxi is over, 25 s of the standstill are an alignment; zero velocity goes on aligning."""
+    phases = [Phase("taxi", 0.0, 20.0), Phase("standstill", 20.0, 60.0), Phase("take-off", 60.0, 70.0),
+              Phase("standstill", 70.0, 95.0)]  # fmt: skip
+    time = np.array([25.0, 60.0, 90.0])
+    rows = [(row["phase"], row["from_s"], row["to_s"]) for row in phase_rows(phases, time, fine=True)]
+    assert rows == [("alignment", 20.0, 25.0), ("fine alignment", 25.0, 60.0), ("take-off", 60.0, 70.0),
+                    ("standstill", 70.0, 90.0)]  # fmt: skip
+    exact = [row["phase"] for row in phase_rows(phases, np.array([60.0, 95.0]), fine=False)]
+    assert exact == ["alignment", "take-off", "standstill"]
+
+
+@pytest.mark.parametrize(
+    ("leg", "phase"),
+    [("parked", "standstill"), ("stop", "standstill"), ("takeoff", "take-off"), ("land", "landing"),
+     ("straight", "under way"), ("turn", "under way"), ("hold", "flight")],
+)  # fmt: skip
+def test_the_phase_of_a_leg(leg: str, phase: str) -> None:
+    found = phases_of(events(("taxi", 5.0), (leg, 7.0)), driven=True)
+    assert found == [Phase("taxi", 0.0, 5.0), Phase(phase, 5.0, 12.0)]
+    assert phases_of(events(("taxi", 5.0), ("straight", 7.0)))[1].name == "flight"
+
+
+def test_the_flight_to_each_waypoint_is_a_phase() -> None:
+    legs = [
+        FlightEvent(3.0, "leg 4 (taxi) begins"),
+        FlightEvent(8.0, "leg 4 (taxi) ends"),
+        FlightEvent(8.0, "leg 5 (waypoint) begins"),
+        FlightEvent(20.0, "ALPHA reached: 31 m away, height 900 m"),
+        FlightEvent(33.0, "BRAVO reached: 12 m away, height 800 m"),
+        FlightEvent(40.0, "leg 5 (waypoint) ends"),
+    ]
+    assert phases_of(legs) == [
+        Phase("taxi", 3.0, 8.0), Phase("flight to ALPHA", 8.0, 20.0), Phase("flight to BRAVO", 20.0, 33.0),
+        Phase("flight", 33.0, 40.0),
+    ]  # fmt: skip
+
+
+def test_the_sources_of_a_phase_in_words() -> None:
+    """At most two sources of a tenth or more; what a phase does not change is 0."""
+    horizontal = {"horizontal_sigma_m": 12.345, "shares": {"gyro bias": 0.614, "start": 0.2, "accel bias": 0.15}}
+    heading = {"heading_sigma_arcmin": 0.5, "shares": {"gyro bias": 0.996, "start": 0.004}}
+    rows = [{"phase": "taxi", "sources": {"horizontal": horizontal, "heading": heading,
+                                          "tilt": {"tilt_sigma_arcsec": 1e-12, "shares": {}}}}]  # fmt: skip
+    found = dict(source_tables({"phases": {"euler": rows, "poisson": [{"no_sources": "because."}], "none": []}}))
+    assert found == {
+        "euler": [("taxi", "12.3 m: gyro bias 61\u00a0%, start 20\u00a0%", "0.500 arcmin: gyro bias 100\u00a0%", "0")],
+        "poisson": "because.",
+    }
+    assert SOURCE_HEADS["tilt"] == ("tilt_sigma_arcsec", "arcsec")
