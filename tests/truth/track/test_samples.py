@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from dataclasses import replace
 from typing import Any
 
@@ -63,6 +64,53 @@ def test_missing_heights_are_interpolated_and_said() -> None:
     none = checked_samples(samples(height=(slice(None), np.nan)), LAND)
     assert np.array_equal(none.height, np.zeros(20))
     assert "No row has a height" in none.notes[0]
+
+
+def test_heights_are_interpolated_in_time_and_left_out_samples_counted() -> None:
+    """Missing at 3 s of 2 … 6 s between 10 and 50 m; before the first known one it is that."""
+    time, height = np.array([0.0, 2.0, 3.0, 6.0, 9.0]), np.array([np.nan, 10.0, np.nan, 50.0, 20.0])
+    given = TrackSamples("a.gpx", "fix", time, 0.5 + 1e-6 * time, 0.1 + 0.0 * time, height)
+    found = checked_samples(given, LAND)
+    np.testing.assert_allclose(found.height, [10.0, 10.0, 20.0, 50.0, 20.0])
+    assert found.notes == ("2 of 5 fixes have no height, first fix 1; it is interpolated in time.",)
+    one = checked_samples(given.part(slice(1, None)), LAND)
+    assert one.notes == ("1 of 4 fixes has no height, first fix 3; it is interpolated in time.",)
+    again = given.part(np.array([1, 1, 3, 3, 4, 4, 4]))
+    kept = checked_samples(again, LAND)
+    assert kept.rows.tolist() == [2, 4, 5]
+    assert kept.notes == ("4 fixes with the time of the previous one left out, the first of them fix 2.",)
+
+
+def test_messages_have_their_numbers() -> None:
+    """A jump of 400 m in 2 s at row 3, the limits of heights and speeds, a norm, a time that goes back."""
+    time = np.array([10.0, 12.0, 14.0, 16.0])
+    north = np.array([0.0, 100.0, 500.0, 600.0]) / 6.357e6  # the meridian's radius at latitude 0.5
+    given = TrackSamples("a.csv", "row", time, 0.5 + north, 0.1 + 0.0 * time, 0.0 * time)
+    with pytest.raises(InputError) as error:
+        checked_samples(given, LAND)
+    assert str(error.value).startswith("a.csv, row 3 (at 4 s): it lies ")
+    assert " m from row 2, 2 s before: a speed of " in str(error.value)
+    assert str(error.value).endswith(
+        "m/s, more than 150 m/s of such a vehicle; max_speed_mps allows more. Remove the wrong row, or check the unit "
+        "of the times and angles."
+    )
+    said = re.search(r"it lies (\S+) m .* speed of (\S+) m/s", str(error.value))
+    assert said is not None
+    assert (float(said[1]), float(said[2])) == pytest.approx((400.0, 200.0), rel=2e-3)
+    with pytest.raises(InputError, match=r"more than 190 m/s, max_speed_mps\. Remove"):
+        checked_samples(given, LAND, 190.0)
+    assert len(checked_samples(given, LAND, 210.0)) == 4
+    for height in (-12_001.0, 1_000_001.0):
+        with pytest.raises(
+            InputError, match=rf"row 1 \(at 0 s\): its height, {height:.8g} m, is not from -12000 to 1e\+06 m"
+        ):
+            checked_samples(replace(given, height=np.array([height, 0.0, 0.0, 0.0])), LAND)
+    q = np.tile([1.0, 0.0, 0.0, 0.0], (4, 1))
+    q[2] *= 1.25
+    with pytest.raises(InputError, match=r"row 3 \(at 4 s\): its quaternion has the norm 1\.25; it must be 1\."):
+        checked_samples(replace(given, latitude=0.5 + 0.1 * north, q_nb=q), LAND)
+    with pytest.raises(InputError, match=r"row 3 \(at 1 s\): its time lies 1 s before that of row 2: times must"):
+        checked_samples(replace(given, time=np.array([10.0, 12.0, 11.0, 16.0])), LAND)
 
 
 def test_higher_speed_is_allowed_on_demand() -> None:

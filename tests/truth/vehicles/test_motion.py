@@ -204,6 +204,104 @@ def test_swaying_ship_aligns_itself() -> None:
     assert np.linalg.norm(run.errors["quaternion"].velocity_ned[0]) < 0.03
 
 
+def test_place_and_height_on_the_road() -> None:
+    """Heading 60° for 2 km on a smooth road 400 m up: on the ellipsoid's radii there, and level again at the end."""
+    legs = ({"type": "straight", "distance_m": 2000.0, "speed_mps": 10.0},)
+    motion = curve(drive(*legs, road="smooth", heading_deg=60.0, longitude_deg=8.0))
+    state = motion.state(np.array([0.0, motion.end]))
+    lat = np.radians(47.0)
+    w = 1.0 - WGS84.e2 * np.sin(lat) ** 2
+    north, east = (2000.0 * part(np.radians(60.0)) for part in (np.cos, np.sin))
+    assert np.diff(state.latitude)[0] == pytest.approx(north / (WGS84.a * (1.0 - WGS84.e2) / w**1.5 + 400.0), rel=2e-6)
+    middle = lat + 0.5 * north / 6.367e6  # of the parallel's radius
+    assert np.diff(state.longitude)[0] == pytest.approx(
+        east / ((WGS84.a / np.sqrt(1.0 - WGS84.e2 * np.sin(middle) ** 2) + 400.0) * np.cos(middle)), rel=2e-6
+    )
+    assert np.degrees([state.latitude[0], state.longitude[0]]) == pytest.approx([47.0, 8.0], abs=1e-12)
+    np.testing.assert_allclose(state.height, 400.0, atol=1e-6)
+    assert np.degrees(euler_from_quaternion(state.q_nb)[2]) == pytest.approx([60.0, 60.0], abs=1e-6)
+    assert (motion.start, motion.end) == (0.0, pytest.approx(205.0))  # 10 s to speed up, in which half the way is lost
+    assert set(motion.channels) == {"road_height_m"}
+    assert motion.channels["road_height_m"].unit == "m"
+
+
+def test_a_body_pitches_up_as_it_speeds_up() -> None:
+    """0.3° per m/s²: the S-shaped change of speed by 10 m/s at a mean of 2 m/s² has 4 m/s² in its middle, at 2.5 s."""
+    legs = ({"type": "straight", "distance_m": 300.0, "speed_mps": 10.0},)
+    stiff = curve(drive(*legs, road="smooth", suspension_hz=10.0, suspension_damping=0.7, acceleration_mps2=2.0))
+    _, pitch, _ = euler_from_quaternion(stiff.state(np.array([2.5])).q_nb)
+    assert np.degrees(pitch[0]) == pytest.approx(1.2, rel=2e-3)
+
+
+def test_a_body_follows_a_slope_of_the_road(monkeypatch: pytest.MonkeyPatch) -> None:
+    """A road that rises by 1 in 50 from 200 m on: 10 s later pitch and height are those of the middle of the axles."""
+    asked = []
+
+    def heights(length: float, at_reference: float, highest: float, seed: int) -> np.ndarray:
+        asked.append((length, at_reference, highest, seed))
+        x = road.STEP * np.arange(int(length / road.STEP) + 3)
+        return 0.02 * np.maximum(x - 200.0, 0.0)
+
+    monkeypatch.setattr(road, "heights", heights)
+    legs = ({"type": "straight", "distance_m": 500.0, "speed_mps": 8.0},)
+    motion = curve(drive(*legs, road="C", wheelbase_m=4.0), seed=7)
+    t = np.array([50.0, 55.0])
+    state = motion.state(t)
+    centre = 8.0 * t - 32.0 + 2.0  # the rear axle has the way; 32 m are lost in speeding up
+    np.testing.assert_allclose(state.height - 400.0, 0.02 * (centre - 200.0), rtol=2e-3)
+    np.testing.assert_allclose(euler_from_quaternion(state.q_nb)[1], 0.02, rtol=1e-3)
+    channel = motion.channels["road_height_m"]
+    np.testing.assert_allclose(np.interp(t, channel.time, channel.values), 0.02 * (centre - 200.0), rtol=1e-4)
+    ((length, at_reference, highest, seed),) = asked
+    assert (length, at_reference, seed) == (pytest.approx(508.0), 256e-6, 7)
+    assert highest == pytest.approx(road.HIGHEST)  # at 8 m/s, 0.35 of 100 Hz is 4.4 cycles/m
+    curve(drive({"type": "straight", "distance_m": 5000.0, "speed_mps": 50.0}, road="E"), seed=7)
+    assert asked[-1][1:3] == (4096e-6, pytest.approx(0.7, rel=1e-3))
+
+
+def test_a_hull_follows_a_long_wave(monkeypatch: pytest.MonkeyPatch) -> None:
+    """One wave of 3 m and 50 s towards 60°, which a hull of short periods rides: heave, surge and sway, roll and pitch.
+
+    At the place h = 3 cos ωt; the water is ahead of its mean by 3 sin ωt, and the surface slopes by 3k sin ωt.
+    """
+    omega = 2.0 * np.pi / 50.0
+    one = sea.Sea(np.array([omega]), np.array([omega**2 / sea.G]), np.array([3.0]), np.array([0.0]))
+    asked = []
+    monkeypatch.setattr(sea, "waves", lambda height, peak, seed: asked.append((height, peak, seed)) or one)
+    quick = {f"{name}_{key}": value for name in ("roll", "pitch", "heave")
+             for key, value in (("period_s", 0.3), ("damping", 0.7))}  # fmt: skip
+    section = voyage({"type": "stop", "duration_s": 120.0}, significant_height_m=2.0, peak_period_s=9.0,
+                     waves_towards_deg=60.0, heading_deg=20.0, longitude_deg=5.0, **quick)  # fmt: skip
+    motion = curve(section, seed=4)
+    assert asked == [(2.0, pytest.approx(2.0 * np.pi / 9.0), 4)]
+    t = np.linspace(1.0, 119.0, 60)
+    state = motion.state(t)
+    roll, pitch, heading = euler_from_quaternion(state.q_nb)
+    height, along = 3.0 * np.cos(omega * t), 3.0 * np.sin(omega * t)
+    slope = along * omega**2 / sea.G
+    np.testing.assert_allclose(state.height, height, atol=0.03)
+    north, east = (state.latitude - np.radians(54.0)) * 6.3774e6, (state.longitude - np.radians(5.0)) * 3.7565e6
+    np.testing.assert_allclose(north, along * 0.5, atol=0.03)
+    np.testing.assert_allclose(east, along * np.sqrt(0.75), atol=0.04)
+    # the waves go 40° to the right of the bow: on the rising face ahead the bow goes up, and the right side up
+    np.testing.assert_allclose(pitch, slope * np.cos(np.radians(40.0)), atol=1e-4)
+    np.testing.assert_allclose(roll, -slope * np.sin(np.radians(40.0)), atol=1e-4)
+    np.testing.assert_allclose(np.degrees(heading), 20.0, atol=1e-9)
+    wave = motion.channels["wave_height_m"]
+    np.testing.assert_allclose(np.interp(t, wave.time, wave.values), height, atol=1e-3)
+    assert set(motion.channels) == {"wave_height_m"}
+
+
+def test_a_ship_heels_outwards() -> None:
+    """5° per m/s² of lateral acceleration: 0.2 m/s² in the middle of a turn to the left heel it to the right by 1°."""
+    legs = ({"type": "straight", "duration_s": 200.0, "speed_mps": 5.0}, {"type": "turn", "angle_deg": -180.0})
+    motion = curve(voyage(*legs, sea_state=0, lateral_mps2=0.2, roll_damping=0.7, roll_period_s=2.0))
+    begin, end = (event.time for event in motion.events if event.text.startswith("leg 2 "))
+    roll, pitch, _ = euler_from_quaternion(motion.state(np.array([0.5 * (begin + end)])).q_nb)
+    assert np.degrees(roll[0]) == pytest.approx(1.0, rel=1e-4)
+    assert pitch[0] == pytest.approx(0.0, abs=1e-9)
+
+
 def test_same_seed_same_motion_and_another_seed_another() -> None:
     section = drive({"type": "straight", "distance_m": 100.0, "speed_mps": 5.0})
     one, again, other = (curve(section, seed).state(np.array([15.0])) for seed in (1, 1, 2))

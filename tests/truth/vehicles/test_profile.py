@@ -79,3 +79,60 @@ def test_leg_that_cannot_be_is_named(legs: list[dict[str, Any]], words: str) -> 
 def test_straight_ends_once() -> None:
     with pytest.raises(ValidationError, match="after distance_m or after duration_s: give exactly one"):
         section({"type": "straight", "speed_mps": 3.0})
+
+
+def test_a_drive_by_hand() -> None:
+    """At 2 m/s² and 3 m/s²: 10 s at rest; 12 m/s in 6 s and 36 m, 264 m at it; a turn by −90° at 0.25 rad/s.
+
+    The turn lasts π/2/0.25 s and a ramp of at least 2 s more; then 20 s, of which 2 s to 8 m/s; then 4 s to rest.
+    """
+    profile = Profile(section(*LEGS[:4], LEGS[6]), 2.0, 3.0)
+    turn = 0.5 * np.pi / 0.25
+    edges = np.cumsum([0.0, 10.0, 6.0 + 264.0 / 12.0, turn + 2.0, 20.0, 4.0 + 5.0])
+    assert [event.time for event in profile.events] == pytest.approx(np.repeat(edges, 2)[1:-1].tolist())
+    assert [event.text for event in profile.events[:4]] == [
+        "leg 1 (stop) begins", "leg 1 (stop) ends", "leg 2 (straight) begins", "leg 2 (straight) ends",
+    ]  # fmt: skip
+    assert profile.duration == pytest.approx(edges[-1])
+    at = profile.at(
+        np.array([5.0, 13.0, 20.0, edges[2] + 0.5 * turn + 1.0, edges[3] + 1.0, edges[3] + 10.0, edges[-1]])
+    )
+    way = 300.0 + 12.0 * (turn + 2.0)
+    assert at.speed == pytest.approx([0.0, 6.0, 12.0, 12.0, 10.0, 8.0, 0.0])
+    assert at.acceleration == pytest.approx([0.0, 4.0, 0.0, 0.0, -4.0, 0.0, 0.0], abs=1e-12)
+    # the integral of S from 0 to its middle is 1/8 − 2/4π²
+    half = 0.125 - 0.5 / np.pi**2
+    assert at.way == pytest.approx([
+        0.0, 12.0 * 6.0 * half, 36.0 + 48.0, 300.0 + 6.0 * (turn + 2.0), way + 12.0 - 8.0 * half, way + 20.0 + 64.0,
+        way + 20.0 + 144.0 + 16.0,
+    ])  # fmt: skip
+    assert np.degrees(at.heading) == pytest.approx([30.0, 30.0, 30.0, -15.0, -60.0, -60.0, -60.0])
+    assert at.rate == pytest.approx([0.0, 0.0, 0.0, -0.25, 0.0, 0.0, 0.0], abs=1e-12)
+    # ∫ω² dt with the mean rate of each ramp
+    assert profile.turning == pytest.approx(2.0 * 0.125**2 * 2.0 + 0.0625 * (turn - 2.0))
+    assert [*sum(stops(profile), ())] == pytest.approx([0.0, 10.0, edges[4] + 4.0, edges[5]])
+
+
+def test_a_small_turn_only_begins_and_ends() -> None:
+    """10° at up to 12°/s would take 0.8 s: two ramps of 2 s at up to 5°/s instead. By 480° a ramp is a quarter."""
+    small = Profile(section({"type": "straight", "distance_m": 50.0, "speed_mps": 5.0},
+                            {"type": "turn", "angle_deg": 10.0, "rate_deg_s": 12.0}), 1.0, 1.5)  # fmt: skip
+    begin = small.events[2].time
+    assert small.duration - begin == pytest.approx(4.0)
+    assert np.degrees(small.at(np.array([begin + 2.0])).rate) == pytest.approx([5.0])
+    wide = Profile(section({"type": "straight", "distance_m": 50.0, "speed_mps": 5.0},
+                           {"type": "turn", "angle_deg": 480.0, "rate_deg_s": 12.0}), 1.0, 1.5)  # fmt: skip
+    begin = wide.events[2].time
+    assert wide.duration - begin == pytest.approx(50.0)
+    assert np.degrees(wide.at(begin + np.array([5.0, 10.0, 40.0, 45.0])).rate) == pytest.approx([6.0, 12.0, 12.0, 6.0])
+
+
+def test_messages_have_their_numbers() -> None:
+    with pytest.raises(InputError) as error:
+        Profile(section({"type": "straight", "duration_s": 9.0, "speed_mps": 20.0}), 2.0, 1.5)
+    assert str(error.value) == (
+        "drive.legs.1 (straight): duration_s = 9 is too short for the change of speed from 0 to 20 m/s, which takes "
+        "10 s; give a larger value, or a larger acceleration_mps2."
+    )
+    with pytest.raises(InputError, match=r"distance_m = 90 is too short .* from 0 to 20 m/s, which takes 100 m; give"):
+        Profile(section({"type": "straight", "distance_m": 90.0, "speed_mps": 20.0}), 2.0, 1.5)
