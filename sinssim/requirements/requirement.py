@@ -99,7 +99,8 @@ class Requirement:
         """
         if self.when == "at" and self.time > duration + 1e-6:
             raise InputError(
-                f"requirement {self.text!r}: {self.time:g} s lies outside the run, which lasts {duration:g} s."
+                f"requirement {self.text!r}: {self.time:g} s lies outside the run, which lasts {duration:g} s; give a "
+                "time up to this, or (end)."
             )
 
 

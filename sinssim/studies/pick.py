@@ -2,8 +2,9 @@
 
 An engine is accurate enough if its errors are negligible beside those of good sensors, or hardly larger than those of
 the best engine of the part. On every motion the largest horizontal error must be at most a tenth of a nautical mile per
-hour, or 1.1 of the least, and the largest attitude error at most 0.3′, or 1.1 of the least. With ideal sensors the
-first limit usually decides. With real sensors, whose errors are common to all engines, it is mostly the second.
+hour, or 1.1 of the least, and the drift of the attitude, as for the claims, at most 0.3′ per hour, or 1.1 of the least.
+With ideal sensors the first limit usually decides. With real sensors, whose errors are common to all engines, it is
+mostly the second.
 """
 
 from __future__ import annotations
@@ -12,6 +13,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 from sinssim.formatting import number_text
+from sinssim.studies.claims.outcome import ALLOWED_ARCSEC_H
 from sinssim.studies.naming import varying
 from sinssim.studies.results import Pick, Row, StudyResult
 from sinssim.studies.schema import Part
@@ -19,8 +21,6 @@ from sinssim.units import NAUTICAL_MILE
 
 ALLOWED_MILES_PER_HOUR = 0.1
 """A tenth of the error of sensors of the 1 nmi/h grade."""
-ALLOWED_ARCSEC = 18.0
-"""The chapter's few tenths of a minute of arc: 0.3′."""
 HARDLY_WORSE = 1.1
 
 _ENGINE = ("algorithm", "frame", "gravity", "curvature", "ellipsoid")
@@ -48,8 +48,8 @@ class _Candidate:
         return max(row.max_horizontal_error_m for row in self.rows)
 
     @property
-    def attitude(self) -> float:
-        return max(row.max_attitude_error_arcsec for row in self.rows)
+    def drift(self) -> float:
+        return max(row.attitude_drift_arcsec_h for row in self.rows)
 
 
 def picks(comparison: StudyResult) -> list[Pick]:
@@ -93,12 +93,12 @@ def _pick(part: Part, sensors: str, variant: str, rows: Sequence[Row]) -> Pick:
     )
     numbers = {
         "max_horizontal_error_m": chosen.horizontal,
-        "max_attitude_error_arcsec": chosen.attitude,
+        "attitude_drift_arcsec_h": chosen.drift,
         "us_per_second": chosen.cost[0],
         "candidates": float(count),
         "accurate_enough": float(len(enough)),
         "best_max_horizontal_error_m": best.horizontal,
-        "best_max_attitude_error_arcsec": best.attitude,
+        "best_attitude_drift_arcsec_h": best.drift,
         "best_us_per_second": best.cost[0],
     }
     return Pick(part.title, sensors, variant, chosen.name, _reason(chosen, best, enough, candidates) + without, numbers)
@@ -112,7 +112,7 @@ def _candidates(rows: Sequence[Row]) -> list[_Candidate]:
         here = [row for row in done if row.motion == motion]
         least[motion] = (
             min(row.max_horizontal_error_m for row in here),
-            min(row.max_attitude_error_arcsec for row in here),
+            min(row.attitude_drift_arcsec_h for row in here),
         )
     groups: dict[tuple[str, ...], list[Row]] = {}
     for row in rows:
@@ -125,11 +125,11 @@ def _candidates(rows: Sequence[Row]) -> list[_Candidate]:
             continue
         judged = []
         for row in own:
-            metres, arcsec = least[row.motion]
+            metres, drift = least[row.motion]
             allowed = ALLOWED_MILES_PER_HOUR * NAUTICAL_MILE * row.duration_s / 3600.0
             judged += [
                 (row, " m", row.max_horizontal_error_m, metres, max(allowed, HARDLY_WORSE * metres)),
-                (row, "″", row.max_attitude_error_arcsec, arcsec, max(ALLOWED_ARCSEC, HARDLY_WORSE * arcsec)),
+                (row, " ″/h", row.attitude_drift_arcsec_h, drift, max(ALLOWED_ARCSEC_H, HARDLY_WORSE * drift)),
             ]
         row, unit, error, _, allowed = max(judged, key=lambda one: one[2] / one[4])
         words = " · ".join([str(getattr(own[0], name)) for name in dimensions] or [own[0].algorithm])
@@ -150,12 +150,12 @@ def _reason(
 ) -> str:
     def said(one: _Candidate) -> str:
         return (
-            f"{number_text(one.horizontal)} m and {number_text(one.attitude)}″ at most, {number_text(one.cost[0])} µs "
+            f"{number_text(one.horizontal)} m and {number_text(one.drift)} ″/h at most, {number_text(one.cost[0])} µs "
             "of processor time per second of motion"
         )
 
     text = f"{chosen.name}: {said(chosen)}."
-    allowed = f"{ALLOWED_MILES_PER_HOUR:g} nmi/h and {ALLOWED_ARCSEC / 60.0:g}′"
+    allowed = f"{ALLOWED_MILES_PER_HOUR:g} nmi/h and {ALLOWED_ARCSEC_H / 60.0:g}′/h"
     bars = f"{allowed}, or within 10 % of the least error, on every motion"
     if not enough:
         return f"{text} It has the smallest errors; none of {len(candidates)} stays below {bars}."
@@ -164,7 +164,7 @@ def _reason(
     if cheaper:
         out = min(cheaper, key=lambda one: one.excess)
         row, unit = out.worst
-        error = row.max_horizontal_error_m if unit == " m" else row.max_attitude_error_arcsec
+        error = row.max_horizontal_error_m if unit == " m" else row.attitude_drift_arcsec_h
         text += f" Cheaper, but in error by {number_text(error)}{unit} on {row.motion}: {out.name}."
     if best is not chosen:
         text += f" {best.name} has the smallest errors: {said(best)}."

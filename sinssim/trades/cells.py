@@ -5,15 +5,19 @@ from __future__ import annotations
 import hashlib
 import itertools
 import json
+from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import cached_property
 from pathlib import Path
 
 from sinssim.errors import InputError
+from sinssim.scenario.duration import expected_duration
 from sinssim.scenario.load import load_scenario
 from sinssim.scenario.schema import Scenario
 from sinssim.trades.keys import toml_text
 from sinssim.trades.schema import TradeStudy
+from sinssim.truth.flight.cache import flight_key
+from sinssim.truth.source import true_motion
 
 _WITHOUT_EFFECT = ("name", "description", "views", "output", "recording")
 """Keys of a scenario that do not change a number of a cell."""
@@ -42,8 +46,6 @@ class Cell:
         """Digest of its flight; "" for another motion."""
         if self.scenario is None or self.scenario.flight is None:
             return ""
-        from sinssim.truth.flight.cache import flight_key
-
         return flight_key(self.scenario.flight, self.scenario.seed)
 
 
@@ -97,43 +99,63 @@ def cells_of(study: TradeStudy) -> tuple[Cell, ...]:
         The cells. Values that do not go together are the cell's mistake.
 
     Raises:
-        InputError: the scenario cannot be used, a fixed key is wrong, or a value of an axis is allowed in no cell; the
-            message names the axis, the value, and the first cell.
+        InputError: the scenario cannot be used, a fixed key is wrong, a time lies outside the run, or a value of an
+            axis is allowed in no cell; the message names the axis, the value, and the first cell.
+        RunError: JSBSim failed.
     """
     load_scenario(study.scenario, study.set)  # mistakes that have nothing to do with the axes
-    cells = []
+    cells, flown = [], dict[str, float]()
     for number, place in enumerate(itertools.product(*map(range, study.shape)), start=1):
         pairs = [pair for axis, k in zip(study.axes, place, strict=True) for pair in axis.settings(k)]
         settings = tuple(f"{key}={toml_text(value)}" for key, value in pairs)
-        try:
-            scenario = load_scenario(study.scenario, (*study.set, *settings))
-            mistake = _kind_mistake(study, scenario)
-        except InputError as error:
-            scenario, mistake = None, str(error)
-        cells.append(Cell(number, place, settings, None if mistake else scenario, mistake))
-    _check_values(study, cells)
+        scenario, mistake = _scenario_of(study, settings, flown)
+        cells.append(Cell(number, place, settings, scenario, mistake))
+    _check_values(study, cells, flown)
     return tuple(cells)
 
 
-def _kind_mistake(study: TradeStudy, scenario: Scenario) -> str:
-    """Return why a scenario has no budget; "" if it has, or if an ensemble is wanted."""
-    if study.cell == "ensemble":
-        if scenario.one_component is None:
-            return ""
-        return f"the scenario {scenario.name} has [one_component], which has no ensemble."
-    from sinssim.error_budget.served import check_kind
-
+def _scenario_of(study: TradeStudy, settings: Sequence[str], flown: dict[str, float]) -> tuple[Scenario | None, str]:
+    """Return the scenario of some settings and "", or None and why it cannot be used."""
     try:
-        check_kind(scenario, "inertial" if study.inertial else None)
+        scenario = load_scenario(study.scenario, (*study.set, *settings))
+        if study.cell == "budget":
+            from sinssim.error_budget.served import check_kind
+
+            check_kind(scenario, "inertial" if study.inertial else None)
+        elif scenario.one_component is not None:
+            raise InputError(f"the scenario {scenario.name} has [one_component], which has no ensemble.")
+        _check_times(study, scenario, flown)
     except InputError as error:
-        return str(error)
-    return ""
+        return None, str(error)
+    return scenario, ""
 
 
-def _check_values(study: TradeStudy, cells: list[Cell]) -> None:
-    """Raise for a value of an axis that is allowed in no cell."""
-    if not any(cell.scenario is None for cell in cells):
+def _check_times(study: TradeStudy, scenario: Scenario, flown: dict[str, float]) -> None:
+    """Raise for a time of a study outside a run; `flown` keeps the durations of flights."""
+    if not study.instants or scenario.log is not None:  # which has no ensemble
         return
+    lasts = expected_duration(scenario)
+    if scenario.flight is not None and study.instants[-1] > lasts:  # of a flight this is an estimate
+        key = flight_key(scenario.flight, scenario.seed)
+        if key not in flown:
+            motion = true_motion(scenario)
+            flown[key] = motion.end - motion.start
+        lasts = flown[key]
+    for one in study.requirements:
+        one.check_within(lasts)
+    if study.instants[-1] > lasts + 1e-6:
+        raise InputError(
+            f"t = {study.instants[-1]:g} s lies outside the run, which lasts {lasts:g} s; give a time up to this."
+        )
+
+
+def _check_values(study: TradeStudy, cells: list[Cell], flown: dict[str, float]) -> None:
+    """Raise for a value of an axis that is allowed in no cell."""
+    mistakes = {cell.mistake for cell in cells}
+    if mistakes == {""}:
+        return
+    if mistakes == {mistake := _scenario_of(study, (), flown)[1]}:  # it has nothing to do with the axes
+        raise InputError(f"the study {study.name}: {mistake}")
     wrong = []
     for number, axis in enumerate(study.axes):
         for k in range(len(axis.values)):
@@ -141,7 +163,7 @@ def _check_values(study: TradeStudy, cells: list[Cell]) -> None:
             if all(cell.scenario is None for cell in here):
                 wrong.append((number, k, here))
     if all(cell.scenario is None for cell in cells):  # values of one axis may spoil those of the others
-        alone = [one for one in wrong if _wrong_alone(study, one[0], one[1])]
+        alone = [one for one in wrong if _wrong_alone(study, one[0], one[1], flown)]
         wrong = alone or wrong[:1]
     lines: dict[tuple[int, str], str] = {}
     for number, k, here in wrong:
@@ -159,13 +181,10 @@ def _check_values(study: TradeStudy, cells: list[Cell]) -> None:
         raise InputError(f"the study {study.name}: {found}")
 
 
-def _wrong_alone(study: TradeStudy, number: int, k: int) -> bool:
+def _wrong_alone(study: TradeStudy, number: int, k: int, flown: dict[str, float]) -> bool:
     """Return whether a value of an axis cannot be used even with all other axes left out."""
     settings = [f"{key}={toml_text(value)}" for key, value in study.axes[number].settings(k)]
-    try:
-        return bool(_kind_mistake(study, load_scenario(study.scenario, (*study.set, *settings))))
-    except InputError:
-        return True
+    return _scenario_of(study, settings, flown)[0] is None
 
 
 def command_of(study: TradeStudy, cell: Cell, program: str = "sinssim") -> str:

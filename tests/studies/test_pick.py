@@ -8,6 +8,7 @@ import pytest
 from rich.console import Console
 
 from sinssim.recording.tables.study import show
+from sinssim.studies.claims.outcome import needed
 from sinssim.studies.naming import one_draw
 from sinssim.studies.pick import picks
 from sinssim.studies.results import Row, StudyResult
@@ -28,7 +29,7 @@ def row(motion: str, algorithm: str, metres: float, arcsec: float, rate: float =
     case = {
         "part": "p", "motion": motion, "variant": "rate-gyros", "sensors": "ideal", "algorithm": algorithm,
         "frame": "level", "gravity": "normal", "curvature": "exact", "rate_hz": rate, "schedule_hz": (), "slow": "",
-        "max_attitude_error_arcsec": arcsec, "max_horizontal_error_m": metres, "duration_s": 3600.0,
+        "attitude_drift_arcsec_h": arcsec, "max_horizontal_error_m": metres, "duration_s": 3600.0,
         "ns_per_step": COST[algorithm],
     }  # fmt: skip
     return Row(**{**case, **more})
@@ -49,14 +50,41 @@ def test_the_cheapest_that_is_accurate_enough_everywhere() -> None:
     assert pick.choice == "euler"
     assert pick.numbers["us_per_second"] == pytest.approx(80.0 * 50.0 / 1e3)
     assert pick.numbers["accurate_enough"] == 2
-    assert "2 of 3 stay below 0.1 nmi/h and 0.3′" in pick.reason
-    assert "184 m and 17.9″ at most, 4.00 µs" in pick.reason
-    assert "Cheaper, but in error by 18.1″ on b: poisson-1." in pick.reason
+    assert "2 of 3 stay below 0.1 nmi/h and 0.3′/h" in pick.reason
+    assert "184 m and 17.9 ″/h at most, 4.00 µs" in pick.reason
+    assert "Cheaper, but in error by 18.1 ″/h on b: poisson-1." in pick.reason
     assert "quaternion has the smallest errors: 1.00e-06 m" in pick.reason
     (pick,) = picked(rows + both("poisson-1", (MILE + 1.0, 1.0), (1.0, 1.0)))
     assert (pick.choice, "Cheaper, but in error by 186 m on a: poisson-1." in pick.reason) == ("euler", True)
     (pick,) = picked(rows + both("poisson-1", (1.0, 1.0), (1.0, 1.0)))
     assert pick.choice == "poisson-1"
+
+
+def test_both_bars_are_per_hour_whatever_the_duration() -> None:
+    """Ten minutes and ten hours: a sixth and ten times of 185.2 m; an error at the end of 0.1″ or 100″ says nothing."""
+    for hours, arcsec in ((1.0 / 6.0, 0.1), (10.0, 100.0)):
+        more = {"duration_s": 3600.0 * hours, "max_attitude_error_arcsec": arcsec}
+        best = both("quaternion", (1.0, 1.0), (1.0, 1.0), **more)
+        for metres, drift, enough in (
+            (0.99 * MILE * hours, 17.9, True), (1.01 * MILE * hours, 17.9, False), (1.0, 18.1, False),
+        ):  # fmt: skip
+            (pick,) = picked(
+                best + both("poisson-1", (metres, drift), (1.0, 1.0), **more), algorithms=["quaternion", "poisson-1"]
+            )
+            assert (pick.choice == "poisson-1") == enough
+
+
+def test_the_pick_agrees_with_the_claim_on_the_rate_of_attitude() -> None:
+    """At 40 Hz 0.3″ in a minute are 18.1 ″/h; at 80 Hz they are less."""
+    rows = [
+        row(m, "quaternion", 1.0, drift, rate, duration_s=60.0, max_attitude_error_arcsec=drift / 60.0)
+        for m in "ab" for rate, drift in ((40.0, 18.1), (80.0, 4.0), (400.0, 0.1))
+    ]  # fmt: skip
+    (pick,) = picked(rows, algorithms=["quaternion"], rates_hz=[40.0, 80.0, 400.0])
+    assert pick.choice == "quaternion at 80 Hz"
+    assert needed(rows)["quaternion"].rate_hz == 80.0
+    assert pick.numbers["attitude_drift_arcsec_h"] == 4.0
+    assert pick.numbers["best_attitude_drift_arcsec_h"] == 0.1
 
 
 def test_real_sensors_are_shared_by_all_engines() -> None:

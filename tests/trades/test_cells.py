@@ -4,13 +4,16 @@ from __future__ import annotations
 
 import shlex
 from pathlib import Path
+from types import SimpleNamespace
 from typing import Any
 
 import pytest
 
 from sinssim.errors import InputError
 from sinssim.scenario.load import load_scenario
+from sinssim.trades import cells
 from sinssim.trades.cells import cells_of, command_of, digest_of, name_of
+from sinssim.trades.schema import Axis, TradeStudy
 from tests.trades.examples import AIDED, BIAS, GRADE, study
 
 
@@ -102,3 +105,45 @@ def test_values_that_do_not_go_together_are_the_cells_mistake(tmp_path: Path) ->
 def test_a_fixed_key_that_is_wrong(tmp_path: Path) -> None:
     with pytest.raises(InputError, match=r"Did you mean 'imu\.rate_hz'"):
         cells_of(study(tmp_path, set=("imu.rte_hz=3.0",)))
+
+
+@pytest.mark.parametrize("kind", ["budget", "ensemble"])
+def test_times_outside_the_run_are_refused_beforehand(tmp_path: Path, kind: str) -> None:
+    """They have nothing to do with the axes, so that none is named; the run lasts 60 s."""
+    made = study(tmp_path, cell=kind, require=("r95(end) <= 1 m", "r95(2 min) <= 1 km"))
+    with pytest.raises(InputError) as error:
+        cells_of(made)
+    assert str(error.value) == (
+        "the study small: requirement 'r95(2 min) <= 1 km': 120 s lies outside the run, which lasts 60 s; give a time "
+        "up to this, or (end)."
+    )
+    with pytest.raises(InputError, match=r"the study small: t = 60\.5 s lies outside the run, which lasts 60 s; give"):
+        cells_of(study(tmp_path, cell=kind, times_s=(60.5, 7.0)))
+    assert len(cells_of(study(tmp_path, cell=kind, times_s=(60.0,), require=("r95(60 s) <= 1 m",)))) == 6
+
+
+def test_a_time_outside_the_run_of_some_cells_is_their_mistake(tmp_path: Path) -> None:
+    lengths = {"key": "parked.duration_s", "values": (50.0, 70.0)}
+    long, wrong = {"key": "parked.duration_s", "values": (80.0, 70.0)}, {"key": GRADE, "values": ("ideal", "tactical")}
+    with pytest.raises(InputError, match=r"the value 50 cannot be used .* 65 s lies outside the run, which lasts 50 s"):
+        cells_of(study(tmp_path, axes=(wrong, lengths), times_s=(65.0,)))
+    assert not any(cell.mistake for cell in cells_of(study(tmp_path, axes=(wrong, long), times_s=(65.0,))))
+
+
+def test_the_duration_of_a_flight_is_that_of_the_flight_and_not_its_estimate(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Flown once for all cells, and only for times beyond the estimate of 5064 s."""
+    flown = []
+
+    def motion(scenario: Any) -> Any:
+        flown.append(scenario)
+        return SimpleNamespace(start=2.0, end=5101.0)
+
+    monkeypatch.setattr(cells, "true_motion", motion)
+    axis = Axis(key=GRADE, values=("laser-navigation", "laser-standard"))
+    for time in (5000.0, 5099.0):
+        made = TradeStudy(name="f", scenario="first_flight", axes=(axis,), require=(f"r95({time} s) <= 1 km",))
+        assert len(cells_of(made)) == 2
+    assert len(flown) == 1
+    made = TradeStudy(name="f", scenario="first_flight", axes=(axis,), require=("r95(5100 s) <= 1 km",))
+    with pytest.raises(InputError, match="5100 s lies outside the run, which lasts 5099 s"):
+        cells_of(made)

@@ -64,10 +64,10 @@ def _show_picks(picks: list[Pick], console: Console) -> None:
     table = _console_table()
     for heading in ("part", "sensors", "recommended engine"):
         table.add_column(heading, overflow="fold")
-    for heading in ("horizontal\nm", "attitude\narcsec", "µs per s\nof motion"):
+    for heading in ("horizontal\nm", "attitude\narcsec/h", "µs per s\nof motion"):
         table.add_column(heading, justify="right", no_wrap=True)
     for pick in picks:
-        keys = ("max_horizontal_error_m", "max_attitude_error_arcsec", "us_per_second")
+        keys = ("max_horizontal_error_m", "attitude_drift_arcsec_h", "us_per_second")
         errors = (number_text(pick.numbers.get(key, math.nan)) for key in keys)
         table.add_row(pick.part, sensors_of(pick), pick.choice or pick.reason, *errors)
     console.print(table, markup=False)
