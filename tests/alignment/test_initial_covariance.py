@@ -10,6 +10,7 @@ from scipy.stats import chi2
 from sinssim import earth
 from sinssim.alignment import (
     STATES,
+    Stillness,
     align_disturbed,
     determine,
     expected_errors,
@@ -149,3 +150,92 @@ def test_what_is_not_determined_cannot_start_navigation():
         initial_covariance(pole, expected_errors(SECTION).sigma, 300.0)
     with pytest.raises(InputError, match="one vehicle"):
         initial_state(determine(*ideal_readings([0.3, 0.4], 0.1, 0.2, 0.5)), 0.0, 0.0)
+
+
+def test_covariance_by_differences_of_the_determination() -> None:
+    """Each block of P₀ from the change of eq. (1) by each mean reading: no formula of the theory."""
+    heading, roll, pitch, latitude, height, duration = 1.2, 0.3, -0.2, -0.7, 4000.0, 80.0
+    gyro, accel = ideal_readings(heading, roll, pitch, latitude)
+    found = determine(gyro, accel)
+    c_nb = Rotation.from_euler("ZYX", [heading, pitch, roll])
+
+    def of(readings: np.ndarray) -> np.ndarray:
+        """North error, m, and φ."""
+        one = determine(readings[:3], readings[3:])
+        phi = -(Rotation.from_euler("ZYX", [one.heading, one.pitch, one.roll]) * c_nb.inv()).as_rotvec()
+        return np.r_[(one.latitude - latitude) * (earth.radii(latitude)[0] + height), phi]
+
+    mean = np.r_[gyro, accel]
+    steps = np.r_[np.full(3, 1e-4 * OMEGA_IE), np.full(3, 1e-4)]
+    slope = np.column_stack([(of(mean + s) - of(mean - s)) / (2.0 * s.max()) for s in np.diag(steps)])
+    sizes = {"bias": np.array([1.0, 2.0, 3.0]), "scale": np.array([4.0, 1.0, 2.0]),
+             "misalignment": np.array([[0.0, 1.0, 2.0], [3.0, 0.0, 4.0], [5.0, 6.0, 0.0]])}  # fmt: skip
+    gyros, accels = (
+        TriadErrors(
+            bias=unit * sizes["bias"], scale=unit * relative * sizes["scale"],
+            misalignment=unit * relative * sizes["misalignment"], random_walk=walk, quantum=quantum,
+        )
+        for unit, relative, walk, quantum in ((1e-8, 1e3, 3e-7, 2e-6), (3e-4, 0.3, 2e-4, 5e-3))
+    )  # fmt: skip
+    spread = np.array([5.0, 6.0, 7.0]), np.array([0.02, 0.03, 0.04])
+    covariance = initial_covariance(
+        found, ImuErrors(gyros, accels), duration, height=height, position_sigma=spread[0], velocity_sigma=spread[1],
+        states=STATES,
+    )  # fmt: skip
+    # readings by the sensors' constants, in the order of the states
+    apart = [(0, 1), (0, 2), (1, 0), (1, 2), (2, 0), (2, 1)]
+    by_error, variance = np.zeros((6, 24)), []
+    for first in (0, 3):
+        for axis in range(3):
+            by_error[first + axis, first + axis] = 1.0
+            by_error[first + axis, 6 + first + axis] = mean[first + axis]
+        for k, (i, j) in enumerate(apart):
+            by_error[first + i, 12 + 2 * first + k] = mean[first + j]
+    for name in ("bias", "scale", "misalignment"):
+        for triad in (gyros, accels):
+            value = getattr(triad, name)
+            variance += [value[i, j] ** 2 for i, j in apart] if name == "misalignment" else list(value**2)
+    noise = np.repeat([3e-7**2 / 80.0 + 2e-6**2 / (6.0 * 80.0**2), 2e-4**2 / 80.0 + 5e-3**2 / (6.0 * 80.0**2)], 3)
+    of_readings = by_error @ np.diag(variance) @ by_error.T + np.diag(noise)
+    expected = np.zeros((33, 33))
+    rows = [0, 6, 7, 8]
+    expected[np.ix_(rows, rows)] = slope @ of_readings @ slope.T
+    expected[np.ix_(rows, range(9, 33))] = slope @ by_error @ np.diag(variance)
+    expected[9:, rows] = expected[rows, 9:].T
+    expected[9:, 9:] = np.diag(variance)
+    expected[range(1, 6), range(1, 6)] = [36.0, 49.0, 4e-4, 9e-4, 16e-4]
+    scale = np.sqrt(np.diag(expected))
+    np.testing.assert_allclose(
+        covariance / np.outer(scale, scale), expected / np.outer(scale, scale), rtol=0, atol=1e-6
+    )
+
+    # what the base may have turned: half of its mean square at the last instant, and its rate in the mean
+    still = Stillness((), True, np.array([3e-6, -4e-6, 1e-6]), 2e-6, 7e-6, duration, accel / np.linalg.norm(accel))
+    more = initial_covariance(
+        found, ImuErrors(gyros, accels), duration, height=height, position_sigma=spread[0], velocity_sigma=spread[1],
+        states=STATES, still=still,
+    ) - covariance  # fmt: skip
+    turn, c = still.turn_covariance, c_nb.as_matrix()
+    expected = np.zeros((33, 33))
+    expected[np.ix_(rows, rows)] = slope[:, :3] @ turn @ slope[:, :3].T / duration**2
+    expected[6:9, 6:9] += 0.5 * c @ turn @ c.T
+    np.testing.assert_allclose(more / np.outer(scale, scale), expected / np.outer(scale, scale), rtol=0, atol=1e-6)
+
+
+def test_names_and_order_of_the_states() -> None:
+    expected = [f"{what} {axis}" for what in ("position", "velocity", "attitude") for axis in ("north", "east", "down")]
+    for what in ("bias", "scale"):
+        for triad in ("gyro", "accelerometer"):
+            expected += [f"{triad} {what} {axis}" for axis in ("forward", "right", "down")]
+    for triad in ("gyro", "accelerometer"):
+        expected += [f"{triad} misalignment {pair}" for pair in ("xy", "xz", "yx", "yz", "zx", "zy")]
+    assert list(STATES) == expected
+
+
+@pytest.mark.parametrize(
+    ("name", "values", "unit"), [("position_sigma", [1.0, -2.0, 3.0], "m"), ("velocity_sigma", [1.0, 2.0, -3.0], "m/s")]
+)
+def test_standard_deviations_are_not_negative(name: str, values: list[float], unit: str) -> None:
+    with pytest.raises(InputError) as info:
+        initial_covariance(determine(*ideal_readings(*ANGLES, 0.5)), ImuErrors(), 300.0, **{name: values})
+    assert str(info.value) == f"{name} = {values} {unit} must be standard deviations: zero or more."

@@ -10,8 +10,9 @@ import pytest
 from pyarrow import csv, table
 from rerun.chunk import RrdReader
 
-from sinssim.alignment import ideal_readings
-from sinssim.alignment.report import align_source
+from sinssim.alignment import Angles, Determination, ideal_readings
+from sinssim.alignment.determination import Flags
+from sinssim.alignment.report import AlignmentReport, _part, align_source
 from sinssim.cli.process import main
 from sinssim.data import ImuData
 from sinssim.errors import InputError
@@ -291,3 +292,68 @@ def test_mistakes_are_named(scenario, tmp_path, capsys, arguments, text):
     assert code == 2
     assert text in err
     assert out == ""
+
+
+def angles(*values: float) -> Angles:
+    return Angles(*(np.asarray(value) for value in values))
+
+
+def test_every_number_of_the_report_with_its_unit() -> None:
+    """By hand: an error across north, a sum of squares of 3 and 4, an undetermined latitude."""
+    found = Determination(
+        *(np.asarray(x) for x in (np.radians(0.5), np.radians(-2.0), np.radians(3.0), np.nan, 5e-5, 9.81)),
+        Flags(*(np.asarray(flag) for flag in (False, False, False, True))), ("one.", "two."),
+    )  # fmt: skip
+    report = AlignmentReport(
+        "car.csv", "disturbed", ImuData(np.array([7.0, 8.5, 11.0, 20.0]), np.zeros((3, 3)), np.zeros((3, 3))), found,
+        mean=angles(*np.radians([1.0, 2.0, 3.0, 4.0]) / 60.0),
+        budget={"gyro bias": angles(*np.radians([3.0, 6.0, 9.0, 0.0]) / 60.0),
+                "angle random walk": angles(*np.radians([4.0, 8.0, 12.0, 5.0]) / 60.0)},
+        crossing=angles(100.0, np.inf, 0.0, 300.0),
+        truth=angles(*np.radians([359.75, -2.5, 3.5, 50.0])),
+        residual=0.0123, mean_angles=angles(*np.radians([10.0, 20.0, 30.0, 40.0])),
+    )  # fmt: skip
+
+    def named(*values: float | None) -> dict[str, object]:
+        numbers = [None if value is None else pytest.approx(value, rel=1e-9) for value in values]
+        return dict(zip(("heading", "roll", "pitch", "latitude"), numbers, strict=True))
+
+    assert report.to_json() == {
+        "source": "car.csv", "method": "disturbed", "duration_s": 13.0, "samples": 3,
+        "heading_deg": pytest.approx(0.5), "roll_deg": pytest.approx(-2.0), "pitch_deg": pytest.approx(3.0),
+        "latitude_deg": None,
+        "earth_rate_deg_h": pytest.approx(np.degrees(5e-5) * 3600.0), "gravity_mps2": 9.81,
+        "warnings": ["one.", "two."],
+        "residual_velocity_mps": 0.0123, "eq_1_on_the_same_data_deg": named(10.0, 20.0, 30.0, 40.0),
+        "error_arcmin": named(45.0, 30.0, -30.0, None), "known_error_arcmin": named(1.0, 2.0, 3.0, 4.0),
+        "sigma_arcmin": named(5.0, 10.0, 15.0, 5.0),
+        "sigma_by_source_arcmin": {"gyro bias": named(3.0, 6.0, 9.0, 0.0),
+                                   "angle random walk": named(4.0, 8.0, 12.0, 5.0)},
+        "bias_takes_over_s": named(100.0, None, 0.0, 300.0),
+    }  # fmt: skip
+
+
+def test_a_part_of_a_session_holds_both_its_ends() -> None:
+    imu = ImuData(
+        np.array([7.0, 7.5, 8.5, 10.0, 12.0]), np.arange(12.0).reshape(4, 3), 20.0 + np.arange(12.0).reshape(4, 3)
+    )
+    for start, end, first, last in ((7.5, 10.0, 1, 3), (None, 8.5, 0, 2), (8.0, None, 2, 4), (7.4, 11.9, 1, 3)):
+        part = _part(imu, start, end, "car")
+        np.testing.assert_array_equal(part.time, imu.time[first : last + 1])
+        np.testing.assert_array_equal(part.dtheta, imu.dtheta[first:last])
+        np.testing.assert_array_equal(part.dvel, imu.dvel[first:last])
+    with pytest.raises(InputError) as info:
+        _part(imu, 8.6, 11.0, "car")
+    assert str(info.value) == "car: there is no session from 8.6 to 11.0 s; the data run from 7 to 12 s."
+
+
+def test_a_quiet_scenario_is_compared_with_the_middle_of_its_part(scenario, monkeypatch):
+    """A heading that moves by 2 mas is within rounding of the test for motion."""
+    turning = Swaying(np.radians(50.0), 0.3, 0.0, 0.01, 0.02, 1.0, 300.0, [Sway("heading", 1e-8, 1 / 1200)])
+    monkeypatch.setattr(importlib.import_module("sinssim.truth.source"), "fly", lambda plan: turning)
+    report = align_source(scenario, start=60.0, end=260.0, settings=("imu.grade=ideal",))
+    assert float(report.truth.heading) - 1.0 == pytest.approx(1e-8 * np.sin(2 * np.pi * 160.0 / 1200.0), rel=1e-6)
+    np.testing.assert_allclose(
+        [report.truth.roll, report.truth.pitch, report.truth.latitude], [0.01, 0.02, np.radians(50)]
+    )
+    assert (report.warmed, report.duration, report.samples) == (60.0, 200.0, 2000)
