@@ -14,6 +14,7 @@ from sinssim.data import Array, Measurements
 from sinssim.estimation import Block, ErrorModel, Innovations, error_model
 from sinssim.estimation.checks.consistency import Consistency, anees, consistency, nees, sensor_consistency
 from sinssim.estimation.estimate import estimate
+from sinssim.estimation.result import Divergence
 from tests.estimation.worlds import balanced, biases_only, errors_of, metres, one_run, positions, velocities, weaving
 
 SIGMA = biases_only("laser-standard")
@@ -181,8 +182,31 @@ def test_a_report_names_what_is_wrong_and_nothing_else() -> None:
     refused = innovations(np.full((5, 1), 4.0), float(chi2.isf(1e-3, 1)))
     of_run: Any = SimpleNamespace(innovations=(innovations(white), replace(refused, sensor="baro")), divergence=None)
     (sentence,) = consistency(of_run).sentences
-    assert sentence.startswith("baro: optimistic")
-    assert "none accepted; 5 of 5 measurements rejected where 0.005 are expected" in sentence
+    assert sentence == (
+        "baro: optimistic, the noise is larger than the filter assumes: none accepted; 5 of 5 measurements rejected "
+        "where 0.005 are expected."
+    )
+    # each sensor has half of a hundredth, shared with the others
+    square = chi2.isf(0.5 * 0.8 * 0.005 / 2.0 / 4.0, 500)
+    loud = innovations(np.sqrt(square / np.sum(white**2)) * white)
+    for others, said in ((1, True), (2, False)):
+        quiet = tuple(innovations(white) for _ in range(others))
+        of_run = SimpleNamespace(innovations=(loud, *quiet), divergence=Divergence(17.126, "gnss 4", "it broke down"))
+        *found, last = consistency(of_run).sentences
+        assert last == "The filter diverged at t = 17.13 s: it broke down."
+        tests = ", ".join(
+            f"{one.name} {one.value:.3g} (95 % band {one.lower:.3g} … {one.upper:.3g})"
+            for one in sensor_consistency(loud).tests
+        )
+        assert len(sensor_consistency(loud).tests) == 3
+        assert found == (
+            [
+                f"gnss: optimistic, the noise is larger than the filter assumes: {tests}; 0 of 500 measurements rejected "
+                "where 0 are expected."
+            ]
+            if said
+            else []
+        )
 
 
 @pytest.mark.parametrize(("probability", "size"), [(0.02, 3), (0.1, 1), (0.3, 3)])

@@ -12,8 +12,10 @@ from sinssim.estimation.checks.divergence_checks import (
     Diverged,
     check_covariance,
     contradiction,
+    remarks,
 )
 from sinssim.estimation.result import Innovations, Reasons
+from tests.estimation.checks.made import readings
 
 
 def sensor(name: str, time: Array, accepted: Array, looked_at: Array) -> Innovations:
@@ -98,3 +100,49 @@ def test_a_covariance_may_be_singular_but_not_indefinite(least: float, sound: bo
     else:
         with pytest.raises(Diverged, match="no longer positive definite"):
             check_covariance(covariance, np.arange(6), 1.0, "")
+
+
+def test_what_is_said_of_a_contradiction() -> None:
+    """From 21 s on, every 4 s; what was not compared before does not count. Ten in 30 s are the fewest."""
+    time = np.array([5.0, 9.0, 13.0, 17.0, *(21.0 + 4.0 * np.arange(12.0))])
+    first = readings("gnss", time, time < 20.0, nis=np.where(time == 17.0, np.nan, 1.0))
+    later = readings("baro", np.array([22.5, 23.5]), np.zeros(2))
+    found = contradiction([later, first])
+    assert found is not None
+    assert (found.time, found.measurement) == (21.0, "gnss 4 (valid at 21.000 s)")
+    assert found.reason == (
+        "from this measurement on, the gate rejected all 14 measurements in 44 s: either the sensors are wrong, or the "
+        "filter is overconfident"
+    )
+    for step, count, there in ((3.4, 10, True), (3.3, 10, False), (4.0, 9, False)):
+        spell = readings("gnss", 50.0 + step * np.arange(float(count)), np.zeros(count))
+        assert (contradiction([spell]) is not None) == there
+
+
+def test_what_is_said_of_readings_that_were_not_used() -> None:
+    used = np.arange(20) >= 3
+    sensors = [
+        readings("gnss", np.arange(20.0), used, nis=np.where(np.arange(20) < 2, np.nan, 1.0),
+                 reasons={0: "before the start", 1: "before the start", 2: "gate"}),
+        readings("baro", np.arange(5.0), np.zeros(5), nis=np.array([np.nan, np.nan, np.nan, 1.0, 1.0]),
+                 reasons={0: "without a fix", 1: "outside of the data", 2: "without a fix", 3: "gate", 4: "gate"}),
+        readings("still", np.zeros(0), np.zeros(0), kind="zero-velocity"),
+        readings("heading", np.zeros(0), np.zeros(0), kind="heading"),
+        readings("late", np.arange(20.0), np.ones(20)),
+        readings("pending", np.arange(20.0), np.ones(20)),
+    ]  # fmt: skip
+    assert remarks(sensors, [0, 0, 0, 0, 3, 2]) == [
+        "gnss: some of 20 measurements could not be used (2 before the start).",
+        "gnss: the gate rejected 1 of 20 measurements.",
+        "baro: none of 5 measurements was used (2 without a fix, 1 outside of the data; 2 rejected by the gate); the "
+        "sensor corrects nothing.",
+        "still: there was no measurement (the vehicle was never at rest); the sensor corrects nothing.",
+        "heading: there was no measurement; the sensor corrects nothing.",
+        "late: 3 of 20 measurements arrive after the end of the run; only the smoothed solution uses them.",
+    ]
+    assert remarks(sensors[3:4], [0])[-1] == "No measurement was used: the result is the inertial solution."
+    assert remarks([], []) == ["There are no measurements: the result is the inertial solution."]
+    one = readings("one", np.array([4.0]), np.ones(1))
+    assert remarks([one], [1]) == [
+        "one: 1 of 1 measurements arrive after the end of the run; only the smoothed solution uses them."
+    ]

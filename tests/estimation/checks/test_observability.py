@@ -7,12 +7,13 @@ import pytest
 
 from sinssim import rotation
 from sinssim.alignment.budget import expected_errors
-from sinssim.estimation import error_model
+from sinssim.estimation import Block, ErrorModel, error_model
 from sinssim.estimation.checks.observability import observability
 from sinssim.estimation.estimate import estimate
 from sinssim.scenario.sections.imu import ImuSection
 from sinssim.truth.motions.great_circle import GreatCircle
 from sinssim.truth.motions.parked import Parked
+from tests.estimation.checks.made import history
 from tests.estimation.worlds import biases_only, errors_of, one_run, positions, standing, velocities, weaving
 
 
@@ -174,3 +175,36 @@ def test_fewer_rows_tell_the_same() -> None:
         for j in range(before + 1, row + 1):
             fed = every.transition[j] @ fed + every.fed_back[j]
         np.testing.assert_allclose(some.fed_back[k], fed, rtol=1e-6, atol=1e-12)
+
+
+def test_singular_values_by_the_stacked_matrix() -> None:
+    """Rows R^(−½) H Ψ of readings in three intervals, each with Ψ from the first row, in units of σ₀."""
+    rng = np.random.default_rng(6)
+    model = ErrorModel(
+        (Block("position", (2.0, 3.0, 0.0)), Block("velocity", 0.5), Block("attitude", (1e-3, 2e-3, 5e-3))), 1e-4, 1e-3
+    )
+    time = np.array([1.0, 2.0, 4.0, 7.0, 8.0])
+    phi = np.eye(9) + 0.1 * rng.normal(size=(5, 9, 9))
+    seen = rng.normal(size=(5, 2, 9)) / model.sigma.clip(0.1)  # H over σ of the readings
+    seen[0] *= 50.0  # what was read before the part began
+    information = np.einsum("kmi,kmj->kij", seen, seen)
+    covariance = np.tile(np.diag(np.arange(1.0, 10.0) ** 2 * 1e-8), (5, 1, 1))
+    made = history(time, transition=phi, information=information, covariance=covariance)
+    for begin, end, rows in ((-np.inf, 7.5, [0, 1, 2, 3]), (2.0, np.inf, [1, 2, 3, 4])):
+        found = observability(model, made, begin, end, every=2)
+        psi, stack, values = np.eye(9), np.zeros((0, 9)), [np.zeros(9)]
+        for row in rows[1:]:
+            stack = np.vstack([stack, seen[row] @ psi * model.sigma])
+            psi = phi[row] @ psi
+            values.append(np.r_[np.linalg.svd(stack, compute_uv=False), np.zeros(9)][:9])
+        np.testing.assert_array_equal(found.time, time[[rows[0], rows[2], rows[3]]])
+        np.testing.assert_allclose(found.singular, np.array(values)[[0, 2, 3]], rtol=1e-6, atol=1e-6)
+        limit = np.sqrt(np.diag(np.linalg.inv(np.eye(9) + stack.T @ stack)))
+        np.testing.assert_allclose(found.limit, limit, rtol=1e-9)
+        reduction = np.arange(1.0, 10.0) * 1e-4 / np.where(model.sigma > 0.0, model.sigma, np.inf)
+        reduction[2] = 1.0  # a state without uncertainty
+        np.testing.assert_allclose(found.reduction, reduction, rtol=1e-12)
+        for value, direction in zip(found.singular[-1], found.directions, strict=True):
+            assert np.linalg.norm(stack @ direction) == pytest.approx(value, abs=1e-6)
+        assert found.seen.tolist() == [bool(one <= 0.5 and s > 0.0) for one, s in zip(limit, model.sigma, strict=True)]
+        np.testing.assert_array_equal(found.observable, found.seen & (reduction <= 0.5))
