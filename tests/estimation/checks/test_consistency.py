@@ -201,8 +201,8 @@ def test_a_report_names_what_is_wrong_and_nothing_else() -> None:
         assert len(sensor_consistency(loud).tests) == 3
         assert found == (
             [
-                f"gnss: optimistic, the noise is larger than the filter assumes: {tests}; 0 of 500 measurements rejected "
-                "where 0 are expected."
+                f"gnss: optimistic, the noise is larger than the filter assumes: {tests}; 0 of 500 measurements "
+                "rejected where 0 are expected."
             ]
             if said
             else []

@@ -201,8 +201,8 @@ def test_vibration_that_the_filter_was_not_told_of(monkeypatch: pytest.MonkeyPat
     rms = np.degrees(np.sqrt((0.03**2 + 0.04**2) / 2.0))
     expected = [
         f"The gate rejected 2 % of all measurements, and the inertial data contain vibration: the gyros by {rms:.3g} "
-        "°/s (rms, right), 35 times the assumed noise of a sample. Vibration adds noise that the filter does not model: "
-        "set filter.vibration_noise (about 0.4), or increase filter.inertial_noise_factor."
+        "°/s (rms, right), 35 times the assumed noise of a sample. Vibration adds noise that the filter does not model"
+        ": set filter.vibration_noise (about 0.4), or increase filter.inertial_noise_factor."
     ]
     loud = ErrorModel(MODEL.blocks, 1e-4, 0.01)  # of a sample 1e-3 rad/s, and 0.1 m/s²
     assert cure.vibration_untold(sensors, imu, loud, None) == (expected if said else [])
