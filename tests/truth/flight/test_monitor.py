@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from typing import Any, cast
 
 import pytest
@@ -10,12 +11,13 @@ from sinssim.errors import InputError
 from sinssim.scenario.duration import leg_durations
 from sinssim.scenario.sections.flight import FlightSection
 from sinssim.truth.flight.aircraft import load_aircraft
-from sinssim.truth.flight.autopilot import INTERVAL, AircraftState, Autopilot
+from sinssim.truth.flight.autopilot import BANK, HEADING, INTERVAL, PITCH, AircraftState, Autopilot
 from sinssim.truth.flight.flight_log import FlightLog, flight_log
 from sinssim.truth.flight.jsbsim_flight import fly_plan
 from sinssim.truth.flight.leg import LegError
 from sinssim.truth.flight.monitor import Monitor
-from sinssim.truth.flight.shortfall import not_attained
+from sinssim.truth.flight.shortfall import not_attained, shortfall
+from sinssim.truth.trajectory import FlightEvent
 
 
 def plan(aircraft: str, height: float, airspeed: float, *legs: dict[str, Any], **start: float) -> FlightSection:
@@ -140,3 +142,92 @@ def test_fuel_and_contact_are_watched(change: dict[str, float], words: str) -> N
     model.values |= change
     with pytest.raises(LegError, match=words):
         monitor.watch(cast(Any, flight.legs[0]), pilot, state)
+
+
+@pytest.mark.parametrize(
+    ("extra", "remedy"),
+    [
+        ({}, "a higher airspeed or a lower load factor"),
+        ({"turbulence": {"severity": 3}}, "a higher airspeed, a lower load factor or weaker turbulence"),
+        ({"wind": {"down_mps": -1.0}}, "a higher airspeed, a lower load factor or weaker vertical wind and gusts"),
+    ],
+)
+def test_a_stall_lasts_a_second(extra: dict[str, Any], remedy: str) -> None:
+    """Ten updates in a row beyond the angle of the stall."""
+    whole = plan("f16", 3000.0, 350.0, HOLD).model_dump(exclude_none=True)
+    section, aircraft = FlightSection.model_validate({**whole, **extra}), load_aircraft("f16")
+    stall = aircraft.performance.stall_alpha_deg
+    monitor, pilot, state = (
+        Monitor(_Model({"propulsion/total-fuel-lbs": 9.0}), section, aircraft),
+        Autopilot(aircraft, INTERVAL),
+        AircraftState(),
+    )
+    leg = cast(Any, section.legs[0])
+    for alpha_deg, times in ((stall + 0.1, 9), (stall - 0.1, 1), (stall + 0.1, 9)):
+        state.alpha = math.radians(alpha_deg)
+        for _ in range(times):
+            monitor.watch(leg, pilot, state)
+    with pytest.raises(LegError, match="the aircraft stalled") as error:
+        monitor.watch(leg, pilot, state)
+    assert error.value.remedy == remedy
+
+
+def test_a_heading_near_the_pole() -> None:
+    """At 89.9° the pole is 11.12 km away; at 200 m/s and 20° of bank a turn has a radius of 11.21 km."""
+    section, aircraft = plan("737", 9000.0, 280.0, HOLD), load_aircraft("737")
+    monitor, pilot, state = (
+        Monitor(_Model({"propulsion/total-fuel-lbs": 9.0}), section, aircraft),
+        Autopilot(aircraft, INTERVAL),
+        AircraftState(),
+    )
+    leg = cast(Any, section.legs[0])
+    pilot.bank_limit, state.latitude, state.ground_speed = math.radians(20.0), math.radians(-89.9), 199.0
+    monitor.watch(leg, pilot, state)
+    state.ground_speed = 200.0
+    with pytest.raises(LegError) as error:
+        monitor.watch(leg, pilot, state)
+    assert error.value.reason == (
+        "the pole is 11.1 km away, and a heading cannot be held within the turn radius of 11.2 km"
+    )
+    pilot.lateral = BANK
+    monitor.watch(leg, pilot, state)
+    pilot.lateral, state.height_above_ground = HEADING, -0.1
+    with pytest.raises(LegError, match="hit the ground"):
+        monitor.watch(leg, pilot, state)
+
+
+def test_what_a_leg_did_not_attain() -> None:
+    """Limits of 50 m, 5° and 10 kt or 5 %; three times as much in turbulence."""
+    leg, aircraft = cast(Any, plan("737", 9000.0, 280.0, HOLD).legs[0]), load_aircraft("737")
+    pilot, state = Autopilot(aircraft, INTERVAL), AircraftState()
+    kt = 1852.0 / 3600.0
+    pilot.height, pilot.airspeed, pilot.heading = 3000.0, 300.0 * kt, math.radians(358.0)
+    state.time, state.height, state.cas, state.psi = 77.4, 2951.0, 286.0 * kt, math.radians(2.0)
+
+    def said(**change: float) -> str | None:
+        kept = {name: getattr(state, name) for name in change}
+        for name, value in change.items():
+            setattr(state, name, value)
+        event = shortfall("leg 4 (hold)", leg, pilot, state, turbulent=False)
+        calm = shortfall("leg 4 (hold)", leg, pilot, state, turbulent=True)
+        for name, value in kept.items():
+            setattr(state, name, value)
+        assert calm is None
+        assert event is None or event.time == 77.4
+        return None if event is None else event.text
+
+    begin = "leg 4 (hold) did not reach its targets: at its end "
+    assert said() is None
+    assert said(height=2949.0) == begin + "the height is 2949 m instead of 3000 m"
+    assert said(cas=284.0 * kt) == begin + "the airspeed is 284 kt instead of 300 kt"
+    assert said(psi=math.radians(4.0)) == begin + "the heading is 4° instead of 358°"
+    assert said(height=3051.0, psi=math.radians(352.0)) == (
+        begin + "the height is 3051 m instead of 3000 m, the heading is 352° instead of 358°"
+    )
+    pilot.airspeed = 100.0 * kt
+    assert said(cas=109.0 * kt) is None
+    assert said(cas=111.0 * kt) == begin + "the airspeed is 111 kt instead of 100 kt"
+    pilot.vertical = PITCH
+    assert said(cas=100.0 * kt, height=0.0) is None
+    events = [FlightEvent(1.0, "leg 1 (hold) ends"), FlightEvent(77.4, begin + "the heading is 4° instead of 358°")]
+    assert not_attained(events) == [f"{begin}the heading is 4° instead of 358° (at 77 s)."]
