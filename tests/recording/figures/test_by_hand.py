@@ -1,0 +1,300 @@
+"""Figures of budgets, calibrations, alignments and noise from numbers written by hand: lines, bars, limits, words."""
+
+from __future__ import annotations
+
+from math import cos, exp, inf, log, pi, sqrt
+from types import SimpleNamespace
+
+import numpy as np
+import pytest
+
+from sinssim.alignment.axes import Angles, Attitude
+from sinssim.calibration.parameters import Parameter
+from sinssim.calibration.result import CalibrationResult
+from sinssim.error_budget.limits import Allowance, Answer
+from sinssim.noise_identification.channels import CHANNELS
+from sinssim.noise_identification.fit import TermEstimate
+from sinssim.noise_identification.report import ChannelNoise
+from sinssim.recording.figures import alignment, budget, calibration, noise
+from sinssim.recording.figures.limits import draw_limits, height_of, instant_of, of_quantities
+from sinssim.recording.style import COLORS, SOFT, css
+from sinssim.requirements.requirement import parse_requirement
+from tests.recording.by_hand import ARCMIN, CEP, R95, hand_budget
+from tests.recording.figures.drawn import bars, check_band, check_line, legend, limits, linear, texts, ticks, words
+
+NONE = Allowance((), inf, 0.0)
+DEG_H, UG = pi / 648_000.0, 9.80665e-6
+
+
+def answer(text: str, value: float) -> Answer:
+    return Answer(parse_requirement(text), value, 0.0, (), None, NONE)
+
+
+def test_the_growth_of_a_budget() -> None:
+    """R95 grows by 50 · 2.4477 m in an hour, CEP by 50 · 1.1774 m; 64, 36 and 0.0004 % of the square are its sources."""
+    asked = [answer("r95(run) <= 0.15 km", 160.0), answer("cep(30 min) <= 40 m", 30.0), answer("heading <= 1 deg", 0.0)]
+    above, below = budget.growth_figure(hand_budget(), asked).axes
+    minutes = linear(0.0, 120.0, 13)
+    grown = np.array(linear(0.0, 2.0, 13)) * 2500.01**0.5
+    check_line(above.lines[0], "R95: 95 % of all runs", minutes, grown * R95, css(COLORS["aided"]))
+    check_line(above.lines[1], "CEP: half of all runs", minutes, grown * CEP, css(COLORS["smoothed"]))
+    check_line(above.lines[2], "r95(run) <= 0.15 km: not met", [0.0, 1.0], [150.0] * 2, css(COLORS["measured"]), "--")
+    check_line(above.lines[3], "cep(30 min) <= 40 m: met", [30.0], [40.0], css(COLORS["truth"]))
+    assert len(above.lines) == 4
+    assert words(above) == ("CEP and R95", "", "horizontal error [m]")
+    assert above.get_xlim() == (0.0, 120.0)
+    assert above.get_ylim()[0] == 0.0
+    assert above.get_ylim()[1] == pytest.approx(1.05 * grown[-1] * R95)
+    assert words(below) == ("Horizontal position: shares of the sources", "time [min]", "share of the mean square [%]")
+    assert below.get_ylim() == (0.0, 100.0)
+    assert legend(below) == ["gyros: random walk", "accelerometers: bias", "gyros: bias"]  # from the top down
+    whole = 2500.01
+    ends = np.cumsum([0.0, 160_000.0 / whole, 90_000.0 / whole, 1.0 / whole])
+    for low, high, part in zip(ends[:-1], ends[1:], below.collections, strict=True):
+        check_band(part, minutes[1:], [low] * 12, [high] * 12)
+
+
+@pytest.mark.parametrize(
+    ("end", "unit"), [(300.0, ("s", 1.0)), (312.0, ("min", 60.0)), (10_800.0, ("min", 60.0)), (12_000.0, ("h", 3600.0))]
+)
+def test_the_time_axis_of_a_budget(end: float, unit: tuple[str, float]) -> None:
+    assert budget.time_unit(hand_budget(end)) == unit
+
+
+def test_shares_of_errors_that_are_equal_in_every_run() -> None:
+    """A given error of 30 m north and 40 m east beside σ of 0 to 100 m: after an hour half of 2 · 50² + 50²."""
+    found = hand_budget()
+    found.mean["height"][:, :2] = 30.0, 40.0
+    names, parts = budget.shares(found)
+    # by their mean share plus that at the end: 0.36 + 0.57, 0.44 + 0.11 and 0.20 + 0.32
+    assert names == ["gyros: bias", "errors equal in every run", "accelerometers: bias", "gyros: random walk"]
+    whole = 7500.02
+    np.testing.assert_allclose(parts[:, 6], [3200.0 / whole, 2500.0 / whole, 1800.0 / whole, 0.02 / whole], rtol=1e-12)
+    np.testing.assert_allclose(parts[:, 0], [0.0, 1.0, 0.0, 0.0])
+    assert len(set(budget.palette([str(k) for k in range(8)]))) == 8
+    assert budget.palette(["x", budget.OTHERS])[1] == (170, 170, 170)
+
+
+def test_the_ranking_of_a_budget() -> None:
+    left, right = budget.ranking_figure(hand_budget()).axes
+    blue = css(COLORS["aided"])
+
+    def less(a: float, b: float, walk: float) -> float:
+        return 2.0 * R95 * (sqrt(2500.01) - sqrt(a * a + b * b + walk * walk))
+
+    gains = [less(30.0, 20.0, 0.1), less(15.0, 40.0, 0.1), less(30.0, 40.0, 0.05)]
+    alone = [80.0 * R95, 60.0 * R95, 0.2 * R95]
+    for panel, values, title in ((left, gains, "Decrease of R95 if this source were halved"),
+                                 (right, alone, "R95 from this source alone")):  # fmt: skip
+        assert bars(panel) == [(2.0 - k, pytest.approx(value), blue) for k, value in enumerate(values)]
+        assert words(panel) == (title, "m", "")
+        assert panel.get_xlim() == (0.0, pytest.approx(1.18 * values[0]))
+        first = [t.get_position() for t in panel.texts]
+        assert first == [(pytest.approx(v + 0.015 * values[0]), 2 - k) for k, v in enumerate(values)]
+    assert ticks(left, "y") == [(2.0, "gyros: bias"), (1.0, "accelerometers: bias"), (0.0, "gyros: random walk")]
+    assert texts(left) == [f"{gains[0]:.1f}", f"{gains[1]:.1f}", "0"]
+    assert texts(right) == ["196", "147", "0.490"]
+    early = budget.ranking_figure(hand_budget(), 3600.0).axes[1]
+    assert bars(early)[0] == (2.0, pytest.approx(40.0 * R95), blue)
+
+
+def test_the_sigmas_of_a_budget() -> None:
+    """σ without the mean: 20 m/h down. The filter's own σ are 1 to 9 of the SI units an hour."""
+    figure = budget.sigma_figure(hand_budget(filtered=True), [answer("tilt_north <= 1 arcmin", 0.0)])
+    hours, minutes = np.array(linear(0.0, 2.0, 13)), linear(0.0, 120.0, 13)
+    grown = ((50.0001, 50.0001, 20.0), (5.0, 5.0, 13.0), (0.25, 0.5, 1.1))
+    names = (("north", "east", "down"), ("north", "east", "down"), ("tilt north", "tilt east", "heading"))
+    titles = (("σ of the position", "m", 1.0), ("σ of the velocity", "mm/s", 1e-3),
+              ("σ of the attitude", "arcmin", ARCMIN))  # fmt: skip
+    assert len(figure.axes) == 3
+    for row, panel in enumerate(figure.axes):
+        title, unit, size = titles[row]
+        assert words(panel) == (title, "time [min]", unit)
+        top = 1.25 * 2.0 * max(grown[row])
+        assert limits(panel) == ((0.0, 120.0), (0.0, pytest.approx(top, rel=1e-5)))
+        for k, axis in enumerate(("north", "east", "down")):
+            check_line(panel.lines[2 * k], names[row][k], minutes, hours * sqrt(2500.01) if grown[row][k] == 50.0001
+                       else hours * grown[row][k], css(COLORS[axis]))  # fmt: skip
+            own = (3.0 * row + k + 1.0) / size * hours
+            check_line(panel.lines[2 * k + 1], "filter's own" if k == 2 else "", minutes, own, None, ":")
+    check_line(figure.axes[2].lines[-1], "tilt_north <= 1 arcmin: met", [0.0, 1.0], [1.0, 1.0])
+    assert legend(figure) == ["tilt_north <= 1 arcmin: met"]
+
+
+def test_limits_over_time() -> None:
+    """In units of 10 m and 60 s: a rate of 2 m/s for 300 s are 60; beyond 1.5 times the highest curve only a name."""
+    from matplotlib.figure import Figure
+
+    axes = Figure().subplots()
+    axes.set_ylim(0.0, 50.0)
+    judged = [(parse_requirement(text), verdict) for text, verdict in
+              (("rate(300 s) <= 2 m/s", "met"), ("r95(run) <= 400 m", "undecided"), ("cep(end) <= 750 m", "not met"),
+               ("cep(end) <= 751 m", "met"), ("cep(120 s) <= 20 m", "met"))]  # fmt: skip
+    drawn = draw_limits(axes, judged, 500.0, 10.0, 60.0, 900.0)
+    assert len(drawn) == 5
+    good, bad, grey = (css(COLORS[name]) for name in ("truth", "measured", "run"))
+    check_line(axes.lines[0], "rate(300 s) <= 2 m/s: met", [5.0], [60.0], good)
+    check_line(axes.lines[1], "r95(run) <= 400 m: undecided", [0.0, 1.0], [40.0, 40.0], grey, "--")
+    check_line(axes.lines[2], "cep(end) <= 750 m: not met", [15.0], [75.0], bad)
+    check_line(axes.lines[3], "cep(end) <= 751 m: met (above the plot)", [], [], good)
+    check_line(axes.lines[4], "cep(120 s) <= 20 m: met", [2.0], [2.0], good)
+    assert axes.get_ylim() == (0.0, pytest.approx(82.5))
+    rate = parse_requirement("rate(end) <= 2 m/s")
+    assert (height_of(rate, 900.0), instant_of(rate, 900.0)) == (1800.0, 900.0)
+    assert (height_of(judged[0][0], 900.0), instant_of(judged[0][0], 900.0)) == (600.0, 300.0)
+    assert of_quantities(judged, ("rate", "heading")) == judged[:1]
+
+
+def calibrated(method: str = "separate", truth: bool = True) -> CalibrationResult:
+    """Return 1σ of 0.02, 1 and 5e-4 of the sizes before, the second not observable; errors of 2, −0.6 and −5 σ."""
+    parameters = (Parameter("gyro", "bias", 1, 1, 3.0 * DEG_H), Parameter("accel", "scale", 2, 2, 50e-6),
+                  Parameter("accel", "arm", 1, 2, 0.012))  # fmt: skip
+    sigma = np.array([0.06 * DEG_H, 50e-6, 6e-6])
+    solution = SimpleNamespace(covariance=np.diag(sigma**2), observable=np.array([True, False, True]),
+                               singular=np.array([2000.0, 50.0, 0.5, 1e-9]))  # fmt: skip
+    values = np.array([0.5 * DEG_H, 0.0, -7e-3])
+    gyro, accel = np.outer([1.0, -2.0, 3.0, 5.0], [1.0, 10.0, 100.0]), np.outer([7.0, -11.0], [1.0, 10.0, 100.0])
+    scale = (DEG_H, UG) if method == "separate" else (1.0, 1.0)
+    estimate = SimpleNamespace(values=values, solution=solution, residual_gyro=gyro * scale[0],
+                               residual_accel=accel * scale[1])  # fmt: skip
+    known = values - np.array([2.0, -0.6, -5.0]) * sigma if truth else None
+    return CalibrationResult(SimpleNamespace(name="table"), method, parameters, estimate, np.zeros((4, 2)), known, ())
+
+
+def test_the_parameters_of_a_calibration() -> None:
+    left, right = calibration.parameters_figure(calibrated()).axes
+    own, lost = css(COLORS["aided"]), css(COLORS["refused"])
+    assert bars(left) == [(2.0, pytest.approx(0.02), own), (1.0, pytest.approx(1.0), lost),
+                          (0.0, pytest.approx(5e-4), own)]  # fmt: skip
+    assert words(left) == ("What the sequence determines (pink: not observable)",
+                           "1σ after the calibration over 1σ before", "")  # fmt: skip
+    assert ticks(left, "y") == [(2.0, "gyro bias y"), (1.0, "accel scale z"), (0.0, "accel arm yz")]
+    assert left.get_xlim() == (pytest.approx(2.5e-4), 2.0)
+    assert left.get_xscale() == "log"
+    check_line(left.lines[0], "", [1.0, 1.0], [0.0, 1.0], css(COLORS["limit"]))
+    (dots,) = (one for one in right.collections if len(one.get_offsets()) == 3)
+    np.testing.assert_allclose(dots.get_offsets(), [[2.0, 2.0], [-0.6, 1.0], [-5.0, 0.0]], rtol=1e-12)
+    assert right.get_xlim() == (pytest.approx(-5.5), pytest.approx(5.5))
+    assert words(right) == ("Errors against the truth", "error over 1σ", "")
+    (band,) = right.patches
+    assert (band.get_x(), band.get_width()) == (-1.0, 2.0)
+    (alone,) = calibration.parameters_figure(calibrated(truth=False)).axes
+    assert bars(alone) == bars(left)
+
+
+def test_the_singular_values_of_a_calibration() -> None:
+    """Those of at least 10 are observable; the least is drawn at 0.001."""
+    from sinssim.calibration.least_squares import OBSERVABLE
+
+    (panel,) = calibration.observability_figure(calibrated()).axes
+    assert 0.5 < OBSERVABLE < 50.0
+    check_line(panel.lines[0], "observable", [1.0, 2.0], [2000.0, 50.0], css(COLORS["aided"]))
+    check_line(panel.lines[1], "not observable", [3.0, 4.0], [0.5, 1e-3], css(COLORS["refused"]))
+    check_line(panel.lines[2], "limit", [0.0, 1.0], [OBSERVABLE] * 2, css(COLORS["limit"]))
+    assert words(panel) == ("Singular values", "direction, by falling information", "1σ before over 1σ after")
+
+
+def test_the_residuals_of_a_calibration() -> None:
+    gyros, accels = calibration.residual_figure(calibrated()).axes
+    for panel, parts, label, name in ((gyros, (1.0, -2.0, 3.0, 5.0), "gyros, deg/h", "position or turn"),
+                                      (accels, (7.0, -11.0), "accelerometers, µg", "position")):  # fmt: skip
+        assert words(panel)[1:] == (name, label)
+        for axis, word in enumerate("xyz"):
+            check_line(panel.lines[axis], word, range(1, len(parts) + 1), np.array(parts) * 10.0**axis,
+                       css(COLORS[word]))  # fmt: skip
+    (panel,) = calibration.residual_figure(calibrated("systematic")).axes
+    assert words(panel) == ("Residuals", "observation", "velocity, 1σ")
+    check_line(panel.lines[2], "down", [1, 2], [700.0, -1100.0], css(COLORS["down"]))
+
+
+def test_the_budget_of_an_alignment() -> None:
+    """σ of 3 and 4 arcmin: 5 in all; of 0.3 and 0.4 arcmin: 30 arcsec; each panel has its unit."""
+    from matplotlib.figure import Figure
+
+    def angles(*minutes: float) -> Angles:
+        return Angles(*(np.asarray(value * ARCMIN) for value in minutes))
+
+    sources = {"bias": angles(3.0, 0.3, 0.0, 0.003), "none": angles(0.0, 0.0, 0.0, 0.0),
+               "noise": angles(4.0, 0.4, 7.0, 0.0)}  # fmt: skip
+    panels = list(Figure().subplots(1, 4))
+    alignment.draw_budget(sources, panels)
+    values = ([3.0, 4.0, 5.0], [18.0, 24.0, 30.0], [0.0, 7.0, 7.0], [0.18, 0.0, 0.18])
+    shown = (["3.00", "4.00", "5.00"], ["18.00", "24.00", "30.00"], ["", "7.00", "7.00"], ["0.18", "", "0.18"])
+    for panel, name, unit, lengths, said in zip(panels, Angles._fields, ("arcmin", "arcsec", "arcmin", "arcsec"),
+                                                values, shown, strict=True):  # fmt: skip
+        own = css(COLORS[name])
+        assert bars(panel) == [(2.0, pytest.approx(lengths[0]), own), (1.0, pytest.approx(lengths[1]), own),
+                               (0.0, pytest.approx(lengths[2]), SOFT)]  # fmt: skip
+        assert words(panel) == (name, f"σ [{unit}]", "")
+        assert panel.get_xlim() == (0.0, pytest.approx(1.28 * lengths[2]))
+        assert texts(panel) == said
+        assert ticks(panel, "y") == [(2.0, "bias"), (1.0, "noise"), (0.0, "total")]
+    assert [t.get_position() for t in panels[0].texts] == [(pytest.approx(v + 0.1), 2 - k) for k, v in
+                                                           enumerate((3.0, 4.0, 5.0))]  # fmt: skip
+
+
+def test_the_curves_of_an_alignment() -> None:
+    """A gyro bias gives the heading b/(U cos φ) at any time; white noise N the same with N/√T; both cross at (N/b)²."""
+    from matplotlib.figure import Figure
+
+    from sinssim.sensors.imu.errors import ImuErrors, TriadErrors
+
+    bias, walk, latitude = 0.01 * DEG_H, 0.004 * DEG_H * 60.0, 0.8
+    sigma = ImuErrors(TriadErrors(bias=np.full(3, bias), random_walk=walk), TriadErrors())
+    panel = Figure().subplots()
+    alignment.draw_curves(panel, "heading", Attitude(0.7, 0.0, 0.0), latitude, {"block": sigma}, "quiet")
+    time = np.array([exp(log(2e4) * k / 199.0) for k in range(200)])
+    east = 7.292115e-5 * cos(latitude)
+    assert panel.lines[0].get_label() == "block"
+    floor = np.asarray(panel.lines[1].get_ydata()) * ARCMIN
+    np.testing.assert_allclose(floor, bias / east, rtol=2e-3)
+    whole = np.asarray(panel.lines[0].get_ydata()) * ARCMIN
+    np.testing.assert_allclose(whole, np.hypot(bias, walk / np.sqrt(time)) / east, rtol=2e-3)
+    np.testing.assert_allclose(panel.lines[0].get_xdata(), time, rtol=1e-9)
+    crossing = (walk / bias) ** 2
+    assert crossing == pytest.approx(576.0)
+    check = panel.lines[2]
+    assert float(check.get_xdata()[0]) == pytest.approx(crossing, rel=2e-3)
+    assert float(check.get_ydata()[0]) == pytest.approx(sqrt(2.0) * bias / east / ARCMIN, rel=2e-3)
+    assert texts(panel) == ["576 s"]
+    assert words(panel) == ("heading", "session length T [s]", "σ of the heading [arcmin]")
+    assert legend(panel) == ["block", "not reduced by averaging", "bias dominates"]
+    tilts = Figure().subplots()
+    level = ImuErrors(TriadErrors(), TriadErrors(bias=np.full(3, 50.0 * UG)))
+    alignment.draw_curves(tilts, "roll", Attitude(0.7, 0.0, 0.0), latitude, {"block": level}, "quiet")
+    np.testing.assert_allclose(tilts.lines[1].get_ydata(), 50e-6 * 206_264.8, rtol=2e-3)  # b/g in arcsec
+    assert words(tilts) == ("roll", "session length T [s]", "σ of the roll [arcsec]")
+
+
+class Fit(SimpleNamespace):
+    """A fit whose sum is 2/τ and whose terms are 3 τ, in SI."""
+
+    def allan_deviation(self, tau: np.ndarray, symbol: str | None = None) -> np.ndarray:
+        return 2.0 * DEG_H / tau if symbol is None else 3.0 * DEG_H * tau
+
+
+def test_the_allan_deviations_of_a_log() -> None:
+    tau = np.array([0.5, 5.0, 50.0])
+    estimates = {"N": TermEstimate(0.12 * DEG_H * 60.0, 0.0, 1.0), "B": TermEstimate(None, 0.0, 1.0),
+                 "sigma_b": TermEstimate(0.5 * DEG_H, 0.0, 1.0)}  # fmt: skip
+    deviation = SimpleNamespace(tau=tau, deviation=np.array([9.0, 4.0, 700.0]) * DEG_H)
+    low, high = np.array([8.0, 3.0, 600.0]) * DEG_H, np.array([10.0, 6.0, 900.0]) * DEG_H
+    one = ChannelNoise(CHANNELS[2], deviation, np.ones(3), low, high, Fit(estimates=estimates), None)
+    figure = noise.noise_figure(SimpleNamespace(source="rest.csv", duration=3600.5, interval=0.02, channels=(one, one)))
+    panel, _ = figure.axes
+    check_band(panel.collections[0], tau, [8.0, 3.0, 600.0], [10.0, 6.0, 900.0])
+    measured = css(COLORS["measured"])
+    check_line(panel.lines[0], "measured", tau, [9.0, 4.0, 700.0], measured)
+    check_line(panel.lines[1], "sum of terms", tau, 2.0 / tau, css(COLORS["fit"]))
+    check_line(panel.lines[2], "N = 0.1200 deg/√h", tau, 3.0 * tau, css(COLORS["N"]))
+    check_line(panel.lines[3], "σ$_b$ = 0.5000 deg/h", tau, 3.0 * tau, css(COLORS["sigma_b"]))
+    assert len(panel.lines) == 4
+    assert words(panel) == ("gyro_z (down)", "averaging time τ [s]", "Allan deviation [deg/h]")
+    assert limits(panel) == ((0.5, 50.0), (pytest.approx(1.2), pytest.approx(1750.0)))
+    assert figure._suptitle.get_text() == "rest.csv: overlapping Allan deviation, 3600.5 s at 50 Hz"
+    flat = SimpleNamespace(tau=tau, deviation=np.array([3.0, 4.0, 2.5]) * DEG_H)
+    other = ChannelNoise(CHANNELS[2], flat, np.ones(3), flat.deviation, flat.deviation, Fit(estimates={}), None)
+    (panel,) = noise.noise_figure(
+        SimpleNamespace(source="x", duration=1.0, interval=1.0, channels=(other,))
+    ).axes  # of 1 to 10 only one label would be within
+    assert panel.get_ylim() == (pytest.approx(1.0), pytest.approx(10.0))
