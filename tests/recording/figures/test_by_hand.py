@@ -31,7 +31,7 @@ def answer(text: str, value: float) -> Answer:
 
 
 def test_the_growth_of_a_budget() -> None:
-    """R95 grows by 50 · 2.4477 m in an hour, CEP by 50 · 1.1774 m; 64, 36 and 0.0004 % of the square are its sources."""
+    """R95 grows by 50 · 2.4477 m an hour, CEP by 50 · 1.1774 m; sources have 64, 36 and 0.0004 % of the square."""
     asked = [answer("r95(run) <= 0.15 km", 160.0), answer("cep(30 min) <= 40 m", 30.0), answer("heading <= 1 deg", 0.0)]
     above, below = budget.growth_figure(hand_budget(), asked).axes
     minutes = linear(0.0, 120.0, 13)
