@@ -23,7 +23,8 @@ A_FT = 6378137.0 / FOOT
 
 # name of the channel, JSBSim's property, metres or so in its unit, unit of the channel
 WANTED = [
-    ("airspeed_mps", "velocities/vtrue-fps", FOOT, "m/s"), ("calibrated_airspeed_mps", "velocities/vc-fps", FOOT, "m/s"),
+    ("airspeed_mps", "velocities/vtrue-fps", FOOT, "m/s"),
+    ("calibrated_airspeed_mps", "velocities/vc-fps", FOOT, "m/s"),
     ("alpha_rad", "aero/alpha-rad", 1.0, "rad"), ("beta_rad", "aero/beta-rad", 1.0, "rad"),
     ("load_factor", "accelerations/Nz", 1.0, "g"), ("vertical_speed_mps", "velocities/h-dot-fps", FOOT, "m/s"),
     ("height_above_ground_m", "position/h-agl-ft", FOOT, "m"), ("elevator_rad", "fcs/elevator-pos-rad", 1.0, "rad"),
@@ -43,7 +44,7 @@ def test_a_log_in_si_units() -> None:
     ]  # fmt: skip
     rows = [[float(k + 1) for k in range(16)], [100.0 + 2.0 * k for k in range(16)]]
     events = (FlightEvent(0.05, "something"),)
-    log = flight_log(FlightRecord(array("d", sum(poses, [])), array("d", sum(rows, [])), events))
+    log = flight_log(FlightRecord(array("d", np.ravel(poses)), array("d", np.ravel(rows)), events))
     assert log.time == pytest.approx([0.0, 1.0 / 30.0, 2.0 / 30.0, 0.1])
     np.testing.assert_allclose(log.position_ecef, [[6378137.0, 0.3048 * 30.0 * k, 0.0] for k in range(4)], rtol=1e-15)
     assert log.events == events
