@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, TypeVar
@@ -13,7 +13,7 @@ from sinssim import rotation
 from sinssim.errors import InputError
 from sinssim.inspection.corrections import changes, corrected_columns, corrected_scenario
 from sinssim.inspection.description import suggested_scenario
-from sinssim.inspection.finding import doubt, fact
+from sinssim.inspection.finding import Finding, doubt, fact, wrong
 from sinssim.inspection.inspection import Described, Inspection, inspect_streams
 from sinssim.inspection.layouts.gravity import opposite, other_units
 from sinssim.inspection.layouts.guess import Guessed, fix_words, guess_files
@@ -98,6 +98,7 @@ def inspect(paths: Sequence[Path | str], folder: Path | str = ".", *, land: bool
         if guessed.unit[1].gravity is None:
             _decided(result, guessed.unit[1])
         result.findings.insert(1, fact(str(guessed.unit[0].path), _words(*guessed.unit)))
+        result.findings += _uneven(*guessed.unit)
     for table, layout in guessed.fixes:
         result.findings.insert(1, fact(str(table.path), f"The columns of the fixes are: {fix_words(table, layout)}."))
     if land and scenario is None and any(one.inertial for one in files) and result.mounting is None:
@@ -259,6 +260,24 @@ def _of_sum(files: list[Streams], guessed: Guessed) -> tuple[Inspection, Guessed
         fix = "For down, as in iOS, reverse the signs of log.imu.accel and log.imu.gravity."
         result.findings.append(doubt("accelerometers", text, fix))
     return result, guessed
+
+
+_SHOWN = 5  # lines named one by one
+
+
+def _uneven(table: TextTable, layout: Layout) -> Iterator[Finding]:
+    """Yield what is wrong with files of a unit in which rows have another width, which a run does not read."""
+    others = (other[0] for other in (layout.other, layout.gravity) if other is not None)
+    for path, of in {one.path: one for one in (table, *others)}.items():
+        if of.uneven and not of.rows:  # a run that selects rows does not see the others
+            lines, count = [str(line) for line in of.uneven[:_SHOWN]], len(of.uneven)
+            named = ", ".join(lines) + (f" and {count - _SHOWN} more" if count > _SHOWN else "")
+            text = (
+                f"{count} row{'s' * (count > 1)} {'have' if count > 1 else 'has'} another number of fields than the "
+                f"{of.values.shape[1]} of the others: line{'s' * (count > 1)} {named}."
+            )
+            fix = "The inspection leaves them out, and a run refuses the file: repair or remove them."
+            yield wrong(str(path), text, fix, uneven_rows=count)
 
 
 def _words(table: TextTable, layout: Layout) -> str:

@@ -11,6 +11,7 @@ import pytest
 from sinssim import rotation
 from sinssim.errors import InputError
 from sinssim.inspection.files import inspect
+from sinssim.inspection.finding import wrong
 from sinssim.inspection.layouts.inertial import guess_layout
 from sinssim.inspection.layouts.text_table import read_table
 from sinssim.logs.read import folder_of
@@ -260,3 +261,29 @@ def test_a_folder_of_a_format_takes_only_its_own_files(
     assert folder_of(start / "mav0" / "imu0" / "data.csv") == start / "mav0"
     assert [one.path.name for one in inspect([start / "imu.csv"], tmp_path).files] == ["imu.csv"]
     assert own.is_file()
+
+
+def test_rows_of_another_width_are_named_as_a_run_refuses_them(tmp_path: Path) -> None:
+    """Of seven such rows in two files the lines of five are named; a run names the first one."""
+    unit = worlds.readings(50.0)
+    gyro, accel = tmp_path / "gyro.csv", tmp_path / "accel.csv"
+    for path, values in ((gyro, unit.gyro), (accel, unit.accel)):
+        names = f"t_s,{path.stem}_x,{path.stem}_y,{path.stem}_z"
+        np.savetxt(path, np.column_stack([unit.time, values]), delimiter=",", header=names, comments="", fmt="%.5f")
+    assert not any("another number" in f.text for f in inspect([gyro, accel], tmp_path).inspection.findings)
+    for path, odd in ((gyro, range(12, 78, 11)), (accel, (40,))):
+        lines = path.read_text().splitlines()
+        for line in odd:
+            lines[line - 1] += ",0"
+        path.write_text("\n".join(lines) + "\n")
+    found = inspect([gyro, accel], tmp_path)
+    said = [f for f in found.inspection.findings if "another number" in f.text]
+    fix = "The inspection leaves them out, and a run refuses the file: repair or remove them."
+    many = "6 rows have another number of fields than the 4 of the others: lines 12, 23, 34, 45, 56 and 1 more."
+    one = "1 row has another number of fields than the 4 of the others: line 40."
+    assert said == [wrong(str(gyro), many, fix, uneven_rows=6), wrong(str(accel), one, fix, uneven_rows=1)]
+    assert not found.inspection.usable
+    assert found.scenario is not None
+    (tmp_path / "drive.toml").write_text(found.scenario)
+    with pytest.raises(InputError, match=r"gyro\.csv, line 12: it has 5 fields but line 1 has 4"):
+        inspect([tmp_path / "drive.toml"])

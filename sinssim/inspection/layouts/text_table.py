@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import csv
 import re
+from collections.abc import Iterator
 from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import Any
@@ -49,6 +50,7 @@ class TextTable:
         kinds: texts of the columns that hold a few different words, from 0, (N,) each.
         lasts: duration of the fixes that were recorded with it, s; None if it is not known.
         notes: a sentence on each row that was cut short and is left out.
+        uneven: lines of other rows that are left out, from 1, because they have another number of fields.
     """
 
     path: Path
@@ -64,6 +66,7 @@ class TextTable:
     kinds: dict[int, NDArray[np.str_]] = field(default_factory=dict)
     lasts: float | None = None
     notes: tuple[str, ...] = ()
+    uneven: tuple[int, ...] = ()
 
     @property
     def words(self) -> tuple[str, ...] | None:
@@ -164,13 +167,15 @@ def read_table(path: Path) -> TextTable:
     if any(len(word) > _LONGEST_WORD for word in names or comment or ()):
         names = comment = None
     dates = {k: f for k, f in enumerate(fields) if is_date(f)}
-    values, kinds = _values(path, delimiter, first, widths[first], decimal, dates)
+    values, kinds, whole = _values(path, delimiter, first, widths[first], decimal, dates)
     values = np.where(np.abs(values) < _LARGEST, values, np.nan)
     clocks = {k: date_seconds([text])[1] for k, text in dates.items()}
     skip = heading - (names is not None)
+    uneven = () if whole else tuple(k for k in _uneven(path, delimiter, first, widths[first]) if k != cut.last)
     return TextTable(
-        path, delimiter, skip, names, values, decimal, dates, comment, clocks, kinds=kinds, notes=cut.notes
-    )
+        path, delimiter, skip, names, values, decimal, dates, comment, clocks, kinds=kinds, notes=cut.notes,
+        uneven=uneven,
+    )  # fmt: skip
 
 
 def _heading(
@@ -230,24 +235,33 @@ _MOST_KINDS = 40
 
 def _values(
     path: Path, delimiter: str, skip: int, width: int, decimal: str, dates: dict[int, str]
-) -> tuple[Array, dict[int, NDArray[np.str_]]]:
-    """Return the numbers after the heading, (N, width), and the words of columns that hold a few different ones."""
+) -> tuple[Array, dict[int, NDArray[np.str_]], bool]:
+    """Return the numbers after the heading, (N, width), the words of columns that hold a few, and if no row is uneven.
+
+    Rows of another width are left out.
+    """
     from pyarrow import ArrowInvalid, csv, string
 
     names = [str(k) for k in range(width)]
     if delimiter == "whitespace":
-        return _slow_values(path, delimiter, skip, width, dates), {}
+        return _slow_values(path, delimiter, skip, width, dates), {}, False
+    uneven = []
+
+    def left_out(_: object) -> str:
+        uneven[:] = [True]
+        return "skip"
+
     try:
         table = csv.read_csv(
             user_file(path),
             read_options=csv.ReadOptions(skip_rows=skip, column_names=names, encoding="latin-1"),
-            parse_options=csv.ParseOptions(delimiter=delimiter, invalid_row_handler=lambda row: "skip"),
+            parse_options=csv.ParseOptions(delimiter=delimiter, invalid_row_handler=left_out),
             convert_options=csv.ConvertOptions(
                 decimal_point=decimal, column_types={names[k]: string() for k in dates}, strings_can_be_null=True
             ),
         )
     except ArrowInvalid:
-        return _slow_values(path, delimiter, skip, width, dates), {}
+        return _slow_values(path, delimiter, skip, width, dates), {}, False
     columns, kinds = [], {}
     for k, column in enumerate(table.columns):
         if k in dates:
@@ -259,7 +273,15 @@ def _values(
             columns.append(_some_numbers(column.to_pylist()))
             if column.type == string() and 1 < len(column.unique()) <= _MOST_KINDS:
                 kinds[k] = np.array([(text or "").strip() for text in column.to_pylist()])
-    return np.column_stack(columns), kinds
+    return np.column_stack(columns), kinds, not uneven
+
+
+def _uneven(path: Path, delimiter: str, skip: int, width: int) -> Iterator[int]:
+    """Yield the lines, from 1, of rows with another number of fields."""
+    with open_text(path, encoding="latin-1") as file:
+        for number, line in enumerate(file, start=1):
+            if number > skip and line.strip() and len(_split(line, delimiter)) != width:
+                yield number
 
 
 def _some_numbers(texts: list[Any]) -> Array:
