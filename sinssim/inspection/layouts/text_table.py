@@ -245,7 +245,7 @@ def _values(
     names = [str(k) for k in range(width)]
     if delimiter == "whitespace":
         return _slow_values(path, delimiter, skip, width, dates), {}, False
-    uneven = []
+    uneven: list[bool] = []
 
     def left_out(_: object) -> str:
         uneven[:] = [True]
