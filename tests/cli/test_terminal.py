@@ -3,11 +3,14 @@
 from __future__ import annotations
 
 import io
+from types import SimpleNamespace
 
 import numba
 import pytest
 
-from sinssim.cli.terminal import one_bar, stage_bars
+from sinssim.cli import terminal
+from sinssim.cli.terminal import console, one_bar, print_json, program_name, stage_bars
+from sinssim.simulation.stages import STAGES
 
 
 class Terminal(io.StringIO):
@@ -46,3 +49,56 @@ def test_the_bar_of_a_stage_tells_its_present_work(said, monkeypatch):
             progress(text, 0.3)
     shown = terminal.getvalue().rpartition("Filtering")[2]
     assert ("gyro scale" in shown) == (len(said) == 1)
+
+
+def test_the_width_of_tables(monkeypatch: pytest.MonkeyPatch) -> None:
+    """A table is as wide as the terminal, but never narrower than it needs."""
+    monkeypatch.setattr("shutil.get_terminal_size", lambda: SimpleNamespace(columns=133))
+    assert [console(least).width for least in (120, 133, 150)] == [133, 133, 150]
+
+
+def test_json_is_readable_where_the_output_can_hold_it(capsys, monkeypatch) -> None:
+    print_json({"σ": [1.5, None]})
+    assert capsys.readouterr().out == '{\n  "σ": [\n    1.5,\n    null\n  ]\n}\n'
+    monkeypatch.setattr(terminal, "holds_everything", lambda stream: False)
+    print_json({"σ": 2})
+    assert capsys.readouterr().out == '{\n  "\\u03c3": 2\n}\n'
+
+
+@pytest.mark.parametrize(
+    ("found", "called", "name"),
+    [
+        ("/usr/bin/sinssim", "x", "sinssim"),
+        (None, "/opt/bin/sinssim", "/opt/bin/sinssim"),
+        (None, "/opt/sinssim/__main__.py", "python3.99 -m sinssim"),
+    ],
+)
+def test_the_name_of_this_program(found, called, name, monkeypatch) -> None:
+    monkeypatch.setattr("shutil.which", lambda program: found if program == "sinssim" else None)
+    monkeypatch.setattr("sys.argv", [called])
+    monkeypatch.setattr("sys.executable", "/opt/python3.99")
+    assert program_name() == name
+
+
+def test_bars_only_on_a_terminal(monkeypatch) -> None:
+    with stage_bars(show=True) as stages, one_bar(show=True) as one:  # captured: no terminal
+        assert stages is one is None
+    monkeypatch.setattr("sys.stderr", Terminal())
+    with stage_bars(show=False) as stages, one_bar(show=False) as one:
+        assert stages is one is None
+
+
+def test_each_stage_has_its_text(monkeypatch) -> None:
+    shown = Terminal()
+    monkeypatch.setattr("sys.stderr", shown)
+    monkeypatch.setenv("TERM", "xterm")
+    with stage_bars(show=True) as progress:
+        for k, stage in enumerate(STAGES):
+            progress(stage, 0.11 * (k + 1))
+    last = shown.getvalue()
+    texts = ["Flying", "Fitting the true motion", "Sensing", "Navigating", "Sources of the phases", "Filtering",
+             "Recording"]  # fmt: skip
+    places = [last.rindex(text) for text in texts]
+    assert places == sorted(places)
+    for k, place in enumerate(places):
+        assert f" {11 * (k + 1)}%" in last[place : place + 200], texts[k]
