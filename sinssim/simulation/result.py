@@ -291,7 +291,7 @@ class Run:
         except RunError:
             return None
         truth = self.truth if len(solution.time) == len(self.time) else self.trajectory.state(solution.time)
-        return navigation_error(truth, solution, self.trajectory.ellipsoid)
+        return navigation_error(truth, solution, self.trajectory.ellipsoid, self.axes)
 
     @cached_property
     def platform_errors_by_cause(self) -> ErrorsByCause | None:

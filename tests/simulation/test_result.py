@@ -90,3 +90,25 @@ def test_what_is_forgotten_comes_back_with_the_same_bits(tmp_path, sensors, algo
     for found in ("solutions", "errors"):
         for part, values in vars(kept[found][algorithm]).items():
             np.testing.assert_array_equal(getattr(getattr(result, found)[algorithm], part), values)
+
+
+def test_near_a_pole_the_comparison_beside_a_platform_has_the_axes_of_the_run():
+    """30 m to the east at 1 km from the pole turn north by 0.03 rad, 6 m/s of 200 m/s; in the run's axes nothing turns.
+
+    The flight hardly turns, so that the solution without the errors of turns has nearly the errors of the other one."""
+    path = {"latitude_deg": 89.99, "longitude_deg": 10.0, "altitude_m": 1000.0, "course_deg": 30.0, "speed_mps": 200.0}
+    scenario = {
+        "name": "pole",
+        "great_circle": {**path, "duration_s": 5.0},
+        "imu": {"grade": "laser-standard", "rate_hz": 10.0, "sensor_set": {"type": "platform"}},
+        "navigation": {
+            "algorithms": ["platform", "quaternion"],
+            "frame": "wander",
+            "initial_error": {"east_m": 30.0},
+        },
+    }
+    found = run(Scenario.model_validate(scenario))
+    assert found.axes == "transported"
+    for name, slack in (("position_ned", 1e-3), ("velocity_ned", 1e-4), ("attitude", 1e-6)):
+        own, other = getattr(found.without_errors_of_turns, name), getattr(found.errors["quaternion"], name)
+        np.testing.assert_allclose(own, other, rtol=0, atol=slack, err_msg=name)
