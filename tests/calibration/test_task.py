@@ -16,8 +16,9 @@ from sinssim.calibration.least_squares import Solution
 from sinssim.calibration.noise import noise_of
 from sinssim.calibration.parameters import errors_of, parameters, values_of
 from sinssim.calibration.result import CalibrationResult
-from sinssim.calibration.spans import Dwells
-from sinssim.calibration.systematic import _coarse, _levelled, arm_pull, steps
+from sinssim.calibration.separate import _first_trust
+from sinssim.calibration.spans import Dwells, planned
+from sinssim.calibration.systematic import _coarse, _levelled, arm_pull, linearise, steps
 from sinssim.calibration.task import Estimate, make_task
 from sinssim.data import ImuData
 from sinssim.earth.models import OMEGA_IE
@@ -220,6 +221,31 @@ def test_errors_and_their_chi_square() -> None:
     np.testing.assert_allclose(one.normalised_error, 2.0)
     assert one.chi_square_of_errors == (pytest.approx(92.0), 23)
     assert replace(one, truth=None).chi_square_of_errors is None
+    none = replace(one.estimate.solution, observable=np.zeros(24, dtype=bool))
+    assert replace(one, estimate=replace(one.estimate, solution=none)).chi_square_of_errors == (0.0, 0)
+
+
+def test_rounding_of_the_velocity_has_a_twelfth_of_a_squared_pulse() -> None:
+    """A pulse of 6 mm/s, as a sway of 6 mm/s/√12; the larger of the table's errors makes readings less trusted."""
+    described = table()
+    ideal = fly(described).increments(20.0)
+    task = make_task(described, described.calibration, ideal, planned(described.turntable, ideal.time))
+    ends, observed = steps(task)
+    found = [
+        linearise(
+            replace(task, accel=replace(task.accel, quantum=quantum),
+                    section=task.section.model_copy(update={"velocity_sigma_mm_s": sway})),
+            ideal, task.attitude[0], ends, observed,
+        )[0]
+        for quantum, sway in ((6e-3, 1e-6), (0.0, 6.0 / np.sqrt(12.0)))
+    ]  # fmt: skip
+    np.testing.assert_allclose(found[0], found[1], rtol=1e-9, atol=1e-12)
+    white = [1e9 * np.eye(2), 2e6 * np.eye(2)]
+    level = (7.0 * ARCSEC) ** 2  # of the tilt; the positions have 3″
+    longest = float(np.diff(task.dwells.seconds(ideal.time)).max())
+    beyond = level * max(2.0 * np.pi * 1e9, np.linalg.norm(task.force) * longest * 2e6)
+    assert _first_trust(task, white) == pytest.approx(1.0 / beyond)
+    assert _first_trust(task, [1e-3 * w for w in white]) == 1.0
 
 
 def test_remarks() -> None:

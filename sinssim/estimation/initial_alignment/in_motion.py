@@ -195,7 +195,9 @@ def _together(position: Array, velocity: Array) -> tuple[NDArray[np.intp], NDArr
         return np.zeros(0, dtype=np.intp), np.zeros(0, dtype=np.intp)
     after = np.clip(np.searchsorted(velocity, position), 1, max(len(velocity) - 1, 1))
     nearest = np.where(velocity[after] - position < position - velocity[after - 1], after, after - 1)
-    rows, first = np.unique(nearest, return_index=True)
+    closest_first = np.argsort(np.abs(velocity[nearest] - position), kind="stable")
+    rows, first = np.unique(nearest[closest_first], return_index=True)
+    first = closest_first[first]
     step = float(np.median(np.diff(velocity)))
     near = np.abs(velocity[rows] - position[first]) < 0.5 * step
     return first[near], rows[near]
