@@ -14,6 +14,7 @@ from sinssim.inspection.inspection import Inspection
 from sinssim.inspection.layouts.reread import description_of
 from sinssim.logs.streams import Clock
 from sinssim.logs.text.description import DIRECTIONS
+from sinssim.sensors.from_readings.stops import LEAST_S
 from sinssim.system.user_file import read_text
 
 if TYPE_CHECKING:
@@ -132,13 +133,18 @@ def starts(inspection: Inspection, *, of_reference: bool = False) -> float:
     return first if first > _LATEST_FIX_S else 0.0
 
 
+SHORTEST_STOP = LEAST_S + 1.0
+"""Shortest stop from which the noise at rest is learned, s: what a run needs, and a second for its windows and for the
+digits of the times."""
+
+
 def first_stop(inspection: Inspection) -> tuple[float, float] | None:
     """Return the first quiet span within the run, in which the fixes show no motion, s since the first row."""
     if inspection.quiet is None or inspection.inertial is None or inspection.fixes is None:
         return None
     zero, start = float(inspection.inertial.time[0]), starts(inspection)
     spans = ((max(begin - zero, start), end - zero) for begin, end in inspection.quiet.spans)
-    return next((span for span in spans if span[1] - span[0] >= 3.0), None)
+    return next((span for span in spans if span[1] - span[0] >= SHORTEST_STOP), None)
 
 
 def changes(

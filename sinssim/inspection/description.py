@@ -9,7 +9,7 @@ from typing import Any
 
 import numpy as np
 
-from sinssim.inspection.corrections import bridges, clock_keys, first_stop, since, starts
+from sinssim.inspection.corrections import SHORTEST_STOP, bridges, clock_keys, first_stop, since, starts
 from sinssim.inspection.inspection import Inspection
 from sinssim.inspection.layouts.inertial import relative
 from sinssim.inspection.standing import IMPOSSIBLE
@@ -377,7 +377,7 @@ def _filter(inspection: Inspection, land: bool) -> Iterator[str]:
     yield from ("", f"{off}[aiding.land_vehicle]", *(f"{off}{key}" for key in wheels))
     if stop is None:
         yield ""
-        yield "# no zero velocities: the data contain no stop of 3 s or more, from which the noise at rest follows"
+        yield f"# no zero velocities: there is no stop of {SHORTEST_STOP:g} s or more, which shows the noise at rest"
         return
     learn = f"learn_s = [[{stop[0]:.1f}, {stop[1]:.1f}]]"
     for table, keys in (

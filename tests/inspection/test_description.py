@@ -10,12 +10,14 @@ from typing import Any
 import numpy as np
 import pytest
 
+from sinssim.data import ImuData
 from sinssim.inspection.description import suggested_scenario
 from sinssim.inspection.finding import doubt, fact
 from sinssim.inspection.inspection import Inspection
 from sinssim.inspection.mounting import Mounting
 from sinssim.inspection.standing import AtRest
 from sinssim.logs.streams import Clock, FixStream, InertialStream
+from sinssim.sensors.from_readings.stops import learn_rest
 
 GPS = Clock("gps", 1_400_000_000)
 HERE = Path("/drives")
@@ -152,7 +154,7 @@ def test_the_whole_scenario_of_a_drive() -> None:
     The first fix is at 95 + 7.25 − 100 s. The gap of 0.66 s lacks 0.64 s, written in twentieths. The steps have the
     errors of two fixes, 3.3/√2 = 2.33 m. The calmest axes have 2e-5 rad/√s and 1e-3 m/s/√s; 2e-5 lies nearest to 0.1
     °/√h. What a resolution hides counts in place of a smaller mean rate, 9e-5 rad/s. Gravity is 9.83/1.002 m/s², which
-    9.83 exceeds by 2001 µg. The first stop that lasts 3 s after the first fix begins at 103.3 s.
+    9.83 exceeds by 2001 µg. The first stop that lasts 6 s after the first fix begins at 103.3 s.
     """
     gyro = {"columns": ["w x", 7], "unit": "deg/s", "rows": {"kind": 'a "b"'}}
     keys = {"format": "text", "time": 3, "delimiter": "\t", "held": True, "gyro": gyro}
@@ -296,6 +298,17 @@ def test_the_start_is_a_question_where_nothing_shows_it() -> None:
     assert "[filter]" not in alone
 
 
+def test_the_noise_at_rest_is_learned_from_a_stop_that_is_long_enough() -> None:
+    """A run needs windows of 5 s in all; a second more leaves room for the digits and for windows of slow samples."""
+    text = _told(_found(quiet=_quiet(spans=[(103.36, 109.24), (110.16, 116.24)])), land=True)
+    (begin, end), *_ = tomllib.loads(text)["aiding"]["zero_velocity"]["learn_s"]
+    assert (begin, end) == (10.2, 16.2)
+    imu = ImuData(time := np.arange(400) / 17.0, np.full((399, 3), 1e-3), np.full((399, 3), 2e-3))
+    assert learn_rest(imu, spans=[(begin + 0.05, end - 0.05)]).seconds > 5.0
+    assert time[-1] > end
+    assert "# no zero velocities: there is no stop" in _told(_found(quiet=_quiet(spans=[(103.36, 109.24)])))
+
+
 def test_a_gap_that_cannot_be_bridged_bounds_the_run() -> None:
     """Parts from 100 to 104 s, 115 to 121 s and 140 to 142 s: the second one is the longest."""
     parts = [begin + 0.02 * np.arange(50 * length + 1) for begin, length in ((100.0, 4), (115.0, 6), (140.0, 2))]
@@ -308,7 +321,7 @@ def test_a_gap_that_cannot_be_bridged_bounds_the_run() -> None:
     ]
     text = _told(result)
     assert "max_gap_s" not in text
-    assert "# no zero velocities: the data contain no stop of 3 s or more, from which the noise at rest follows" in text
+    assert "# no zero velocities: there is no stop of 6 s or more, which shows the noise at rest" in text
 
 
 def test_a_scale_far_from_gravity_and_slow_samples() -> None:

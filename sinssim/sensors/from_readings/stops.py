@@ -108,12 +108,12 @@ def learn_rest(
         raise InputError(
             "to learn the noise at rest, give velocity fixes, or spans in which the vehicle is stationary."
         )
-    seconds = window_s / _STEPS * int(np.count_nonzero(still))
-    if seconds < LEAST_S:
+    begins, ends = found.begin[still], found.end[still]
+    seconds = float(np.sum(ends - np.maximum(begins, np.append(-np.inf, ends)[:-1])))  # windows overlap
+    if seconds < LEAST_S - 1e-6:
         raise InputError(
             f"the vehicle stands for {seconds:.3g} s of the data; its vibration at rest is learned from {LEAST_S:g} s "
-            f"or "
-            "more. Give spans in which the vehicle is known to be stationary, or the times of its stops."
+            "or more. Give spans in which the vehicle is known to be stationary, or the times of its stops."
         )
     variance, mean = np.median(found.variance[still], axis=0), np.median(found.mean[still], axis=0)
     # robust: a quarter of the windows may belong to the beginning or the end of a stop
