@@ -216,7 +216,9 @@ def _span(result: OneComponentResult, found: Mapping[str, Any]) -> tuple[tuple[f
     start, end = float(result.truth.time[0]), float(result.truth.time[-1])
     period = found["schuler_period_s"]
     count = min(12, int((end - start) / period))
-    marks = [Mark(k * period, f"T = {period / 60.0:.1f} min" if k == 1 else f"{k} T") for k in range(1, count + 1)]
+    marks = [
+        Mark(start + k * period, f"T = {period / 60.0:.1f} min" if k == 1 else f"{k} T") for k in range(1, count + 1)
+    ]
     return (start, end), marks
 
 

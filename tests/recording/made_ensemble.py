@@ -1,0 +1,95 @@
+"""An ensemble of five runs at three epochs whose every number is chosen; only what is shown of it."""
+
+from __future__ import annotations
+
+from math import inf, nan
+from types import SimpleNamespace
+from typing import Any
+
+import numpy as np
+
+from sinssim.requirements.requirement import parse_requirement
+
+TIME = np.array([100.0, 160.0, 400.0])
+ARCMIN = np.pi / 10_800.0
+NORTH = np.array([[0.0, 3.0, 30.0], [0.0, -4.0, 20.0], [nan, nan, nan], [0.0, 5.0, -50.0], [0.0, nan, -10.0]])
+EAST = np.array([[0.0, 4.0, -10.0], [0.0, 6.0, 25.0], [nan, nan, nan], [0.0, -12.0, 15.0], [0.0, 1.0, 40.0]])
+SIGMA = {
+    "position_ned": np.array([[0.0, 0.0, 0.0], [3.0, 7.0, 11.0], [30.0, 70.0, 110.0]]),
+    "velocity_ned": np.array([[nan] * 3, [0.001, 0.002, 0.003], [0.01, 0.02, 0.04]]),
+    "attitude": np.array([[0.5, 1.0, 9.0], [1.0, 2.0, 12.0], [2.0, 3.0, 15.0]]) * ARCMIN,
+}
+
+
+def percentile(value: list[float], low: list[float], high: list[float]) -> Any:
+    return SimpleNamespace(value=np.array(value), low=np.array(low), high=np.array(high))
+
+
+class Result:
+    """Stands in for `EnsembleResult`."""
+
+    def __init__(self, *verdicts: tuple[str, str], filtered: bool = True) -> None:
+        scenario: Any = SimpleNamespace(name="trial", seed=17, description="", to_toml=lambda: "name = 1")
+        self.plan = SimpleNamespace(
+            scenario=scenario, solution="aided", epochs=TIME, start=100.0, keys=("imu.a", "imu.b")
+        )
+        self.time, self.elapsed = TIME, TIME - 100.0
+        self.failed = np.array([False, False, True, False, False])
+        self.cep = percentile([0.0, 4.5, 42.0], [0.0, 3.0, 35.0], [0.0, 8.5, 60.0])
+        self.r95 = percentile([0.0, 13.0, 90.0], [0.0, 10.0, 75.0], [0.0, 17.0, inf])
+        self.verdicts = tuple(SimpleNamespace(requirement=parse_requirement(t), verdict=v) for t, v in verdicts)
+        self.nees = {"attitude": self._square("attitude", [nan, 1.25, 0.75])} if filtered else {}
+        self.nis = {name: self._square(name, [nan] * 3 if name == "baro" else [2.0, 0.5, 1.5])
+                    for name in ("baro", "gnss")} if filtered else {}  # fmt: skip
+        self.failures = {2: "it <fell> over."}
+        self.errors = SimpleNamespace(spans=lambda: [slice(0, 2), slice(2, 3)], column=self._column)
+        self.computed, self.seconds = 3, 12.34
+        self.looks, self.notes, self.ranking = (), (), ()
+
+    def __len__(self) -> int:
+        return 5
+
+    @staticmethod
+    def _square(name: str, value: list[float]) -> Any:
+        return SimpleNamespace(name=name, value=np.array(value))
+
+    @staticmethod
+    def _column(name: str, epochs: slice, runs: slice) -> np.ndarray:
+        return {"position_n_m": NORTH, "position_e_m": EAST}[name][runs, epochs]
+
+    @staticmethod
+    def spread(quantity: str) -> Any:
+        return SimpleNamespace(sigma=SIGMA[quantity])
+
+    @staticmethod
+    def command(run: int) -> str:
+        return f"sinssim run <{run}>"
+
+    @staticmethod
+    def member(run: int) -> Any:
+        return SimpleNamespace(seed=1000 + run)
+
+
+def band(value: float, low: float, high: float) -> dict[str, float]:
+    return {"value": value, "low": low, "high": high}
+
+
+NUMBERS: dict[str, Any] = {
+    "status": "interrupted", "failed": 1,
+    "final_horizontal_m": {"cep": band(42.0, 35.0, 60.0), "r95": band(90.0, 75.0, inf)},
+    "at": [{"time_s": 60.0, "cep_m": band(4.5, 3.0, 8.5), "r95_m": band(13.0, 10.0, 17.0)}],
+    "rate_nmi_h": {
+        "line": {"cep": band(0.27, 0.22, 0.33), "r95": band(0.58, 0.48, 0.73)},
+        "end": {"cep": band(0.37, 0.32, 0.43), "r95": band(0.68, 0.61, 0.83)},
+    },
+    "circles_of_covariance_m": {"cep": 44.0, "r95": 95.5},
+    "part_121": {
+        "rule": "14 CFR Part 121", "verdict": "met",
+        "quantities": {"rate of all": {**band(0.27, 0.22, 0.33), "limit": 2.5},
+                       "CEP": {**band(1.5, 1.25, 1.75), "limit": 4.0}},
+    },
+    "named_runs": [
+        {"rank": "the <worst>", "run": 3, "failure": None, "rate_nmi_h": 0.75, "final_horizontal_m": 52.2},
+        {"rank": "median", "run": 2, "failure": "it fell", "rate_nmi_h": None, "final_horizontal_m": None},
+    ],
+}  # fmt: skip
