@@ -221,8 +221,9 @@ class Route:
             cut = [c.tangent if c else 0.0 for c in corners]
             ends = [tangent / hypot(*metres) for tangent, metres in zip(cut, ground, strict=True)]
             if sum(ends) > angle:
+                whole = angle * 0.5 * (hypot(*ground[0]) + hypot(*ground[1]))
                 raise InputError(
-                    f"the leg from {self.named(number)} to {self.named(number + 1)} has {angle * self._radius:.5g} m, "
+                    f"the leg from {self.named(number)} to {self.named(number + 1)} has {whole:.5g} m, "
                     f"but the turns at its ends need {cut[0]:.4g} m and {cut[1]:.4g} m of them: give a smaller "
                     "turn_radius_m, a larger bank_deg or a lower speed_mps."
                 )

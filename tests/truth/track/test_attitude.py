@@ -6,7 +6,16 @@ import numpy as np
 import pytest
 
 from sinssim import rotation
-from sinssim.truth.track.attitude import _standstills
+from sinssim.truth.track.attitude import (
+    _carried,
+    _hold,
+    _hold_pitch,
+    _pointing,
+    _rising,
+    _Span,
+    _standstills,
+    _wide_enough,
+)
 from sinssim.truth.track.curve import TrackCurve, from_samples
 from tests.truth.motions import Array
 
@@ -133,3 +142,101 @@ def test_sea_is_flat() -> None:
     track = from_samples(t, *place(8.0 * t, 50.0 * np.sin(0.02 * t)), 3.0 * np.sin(0.1 * t), vehicle="sea")
     roll, pitch, _ = rotation.euler_from_quaternion(track.state(np.linspace(0.0, 590.0, 300)).q_nb)
     assert max(np.abs(roll).max(), np.abs(pitch).max()) < 1e-9
+
+
+def test_a_held_pitch_goes_over_from_slope_to_slope() -> None:
+    """2 m/s up a slope of 0.1 for 20 s, 20 s slow, 2 m/s down a slope of 0.05: both are held."""
+    time = np.arange(0.0, 60.0)
+    speed = np.where((time >= 20.0) & (time < 40.0), 0.2, 2.0)
+    slope = np.where(time < 30.0, 0.1, -0.05)
+    nose = np.arctan(slope)
+    nose[20:40] = 9.0  # of a slow path, mostly noise
+    _hold_pitch(time, nose, slope * speed, speed, _Span(20, 40))
+    np.testing.assert_allclose(nose[:20], np.arctan(0.1))
+    np.testing.assert_allclose(nose[20:36], np.arctan(0.1), atol=1e-12)
+    np.testing.assert_allclose(nose[40:], np.arctan(-0.05))
+    # the last 4 s before 40 s are a smooth step between them
+    share = np.array([0.0, 0.25, 0.5, 0.75])
+    step = share**3 * (10.0 - 15.0 * share + 6.0 * share**2)
+    np.testing.assert_allclose(nose[36:40], (1.0 - step) * np.arctan(0.1) + step * np.arctan(-0.05), atol=1e-12)
+
+
+def test_pitch_at_an_edge_of_a_slow_part_turns_to_the_mean() -> None:
+    """The slope before it grows by 0.01 each second to 0.15: the mean of the last five seconds is 0.125."""
+    time = np.arange(0.0, 40.0)
+    speed = np.where(time < 16.0, 2.0, 0.2)
+    slope = np.where(time < 16.0, 0.01 * time, 0.0)
+    nose = np.zeros(40)
+    _hold_pitch(time, nose, slope * speed, speed, _Span(16, 40))
+    mean = np.arctan(np.mean(slope[10:16]))
+    edge, rate = np.arctan(0.15), np.arctan(0.15) - np.arctan(0.14)
+    x = 0.5  # 1 s of 2 s on the way to the mean, while the rate died out over a second by half of it
+    assert nose[16] == pytest.approx(0.5 * (edge + rate * 0.5) + 0.5 * mean, abs=1e-12)
+    assert x**3 * (10.0 - 15.0 * x + 6.0 * x**2) == 0.5
+    np.testing.assert_allclose(nose[18:], mean, atol=1e-12)
+    back = np.zeros(40)
+    _hold_pitch(time, back, (slope * speed)[::-1], speed[::-1], _Span(0, 24))
+    np.testing.assert_allclose(back[:24], nose[:15:-1], atol=1e-12)
+
+
+def test_a_turn_that_a_stop_interrupts() -> None:
+    """A course of 0.2 rad/s before and 0.3 rad/s after a stop of 20 s: each dies out, and begins, in a second.
+
+    The integral of what is left of a rate of 1 after a second is half a second.
+    """
+    time = np.arange(0.0, 60.0)
+    up = np.tile([0.0, 0.0, 1.0], (60, 1))
+    # clockwise from above: the course at angle a is (cos a, −sin a, 0)
+    angle = np.where(time < 20.0, 0.2 * (time - 19.0), np.where(time >= 40.0, 1.5 + 0.3 * (time - 40.0), 9.0))
+    course = np.column_stack([np.cos(angle), -np.sin(angle), 0.0 * angle])
+
+    def held(most: float, mean_before: float) -> Array:
+        ahead = course.copy()
+        _hold(time, ahead, course, up, _Span(20, 40), most, mean_before, 0.0)
+        found = np.unwrap(np.arctan2(-ahead[:, 1], ahead[:, 0]))
+        return found - found[19]
+
+    found = held(10.0, 0.0)
+    np.testing.assert_allclose(found[20:38], 0.1, atol=1e-12)  # 0.2 rad/s · 0.5 s
+    # the last 2 s (or 15/8 of 1.5/10 s) go over to 1.5 − 0.3 · 0.5 before the course goes on; at half of them, both
+    assert found[39] == pytest.approx(0.5 * 0.1 + 0.5 * (1.5 - 0.15), abs=1e-12)
+    np.testing.assert_allclose(found[40:] - found[40], 0.3 * (time[40:] - 40.0), atol=1e-9)
+    np.testing.assert_allclose(held(10.0, 0.4)[21:38], 0.5, atol=1e-12)
+    # the rate is limited to 0.1 rad/s; the turn by 1.5 rad then takes 28 s, more than the 20 s of the stop
+    assert held(0.1, 0.0)[20] == pytest.approx(0.05, abs=0.01)
+
+
+def test_the_roll_rises_away_from_standstills() -> None:
+    """0 within, and a smooth step of 2 s on both sides."""
+    time = np.arange(0.0, 12.0, 0.5)
+    found = _rising(time, [_Span(8, 14)])  # 4 … 6.5 s
+    np.testing.assert_allclose(found[8:14], 0.0)
+    x = np.array([0.75, 0.5, 0.25])
+    step = x**3 * (10.0 - 15.0 * x + 6.0 * x**2)
+    np.testing.assert_allclose(found[[5, 6, 7]], step)
+    np.testing.assert_allclose(found[[16, 15, 14]], step)
+    np.testing.assert_allclose(found[[0, 4, 17, 23]], 1.0)
+
+
+def test_standstills_are_widened_for_the_turn_on_the_spot() -> None:
+    """A turn of 1.6 rad at 0.8 rad/s takes 15/8 · 2 = 3.75 s; a stop of a second gains 1.375 s on either side."""
+    time = np.arange(0.0, 20.0, 0.25)
+    up = np.tile([0.0, 0.0, 1.0], (80, 1))
+    angle = np.where(time < 10.0, 0.0, 1.6)
+    course = np.column_stack([np.cos(angle), -np.sin(angle), 0.0 * angle])
+    ((first, last),) = _wide_enough(time, course, up, [_Span(38, 42)], 0.8)  # 9.5 … 10.5 s
+    assert time[last] - time[first] == pytest.approx(3.75, abs=0.51)
+    assert time[last] - time[first] >= 3.75
+    assert 0.5 * (time[first] + time[last]) == pytest.approx(10.0, abs=0.26)
+    assert _wide_enough(time, course, up, [_Span(30, 34)], 0.8) == [_Span(30, 34)]  # no turn within
+
+
+def test_headings_from_north_and_carried_along() -> None:
+    """At 30° of longitude on the equator east is (−½, √¾, 0); 60° are half north and √¾ east."""
+    up = np.array([np.cos(np.radians(30.0)), np.sin(np.radians(30.0)), 0.0])
+    found = _pointing(up, np.radians(60.0))
+    np.testing.assert_allclose(found, [-0.5 * np.sqrt(0.75), 0.75, 0.5], atol=1e-12)
+    # a direction to the east, carried a quarter of the way around the equator, is still to the east
+    there = np.array([[-np.sin(np.radians(30.0)), np.cos(np.radians(30.0)), 0.0]])
+    np.testing.assert_allclose(_carried(_pointing(up, 0.5 * np.pi), up, there), [-up], atol=1e-12)
+    np.testing.assert_allclose(_carried(_pointing(up, 0.0), up, there), [[0.0, 0.0, 1.0]], atol=1e-12)

@@ -14,7 +14,7 @@ from sinssim.errors import InputError
 from sinssim.truth.track.corner import Corner, integrated_step7, step7
 from sinssim.truth.track.curve import track_curve
 from sinssim.truth.track.prepare import prepared
-from sinssim.truth.track.route import Route
+from sinssim.truth.track.route import Route, _stepped
 from sinssim.truth.track.section import TrackSection, Waypoint
 from sinssim.truth.track.timetable import Timetable
 from sinssim.truth.track.vehicles import VEHICLES
@@ -162,3 +162,62 @@ def test_refusals(change: dict[int, dict[str, Any]], words: list[str]) -> None:
         prepared(TrackSection(vehicle="land", waypoints=waypoints), "normal", "wgs84")
     for word in words:
         assert word in str(error.value)
+
+
+def test_radii_and_ramps_of_the_corners() -> None:
+    """Given; of a bank, v²/(g tan φ) at the larger of both speeds; else v²/a, at least 5 m. A ramp takes a time."""
+
+    def corners(vehicle: str, *points: Waypoint) -> tuple[Corner | None, ...]:
+        return Route(points, VEHICLES[vehicle], WGS84).corners
+
+    def at(east: float, north: float, **keys: Any) -> Waypoint:
+        return Waypoint(latitude_deg=north / 111e3, longitude_deg=east / 111e3, **keys)
+
+    east, by_bank, by_default, straight, end = corners(
+        "aircraft", at(0.0, 0.0, speed_mps=100.0), at(60e3, 0.0, bank_deg=30.0, speed_mps=150.0), at(60e3, 60e3),
+        at(60e3, 120e3, turn_radius_m=5.0), at(60e3, 180e3),
+    )  # fmt: skip
+    assert (east, end) == (None, None)
+    assert straight is None  # along the meridian
+    assert by_bank is not None
+    assert by_bank.radius == pytest.approx(150.0**2 / (9.80665 * np.tan(np.radians(30.0))))
+    assert by_bank.angle == pytest.approx(-0.5 * np.pi, abs=0.02)  # to the left
+    assert by_bank.ramp == pytest.approx(150.0 * 5.0)
+    assert by_default is None
+    _, land, _ = corners("land", at(0.0, 0.0, speed_mps=12.0), at(1e3, 0.0, speed_mps=8.0), at(1e3, -1e3))
+    assert land is not None
+    assert (land.radius, land.ramp) == (pytest.approx(72.0), pytest.approx(18.0))  # 2 m/s², 1.5 s
+    assert land.angle == pytest.approx(0.5 * np.pi, abs=0.02)
+    _, slow, _ = corners("land", at(0.0, 0.0, speed_mps=3.0), at(1e3, 0.0), at(1e3, -1e3))
+    assert slow is not None
+    assert slow.radius == 5.0
+    _, ship, _ = corners("sea", at(0.0, 0.0, speed_mps=8.0), at(9e3, 0.0), at(9e3, -9e3))
+    assert ship is not None
+    assert (ship.radius, ship.ramp) == (pytest.approx(320.0), pytest.approx(80.0))  # 0.2 m/s², 10 s
+
+
+def test_messages_of_a_route() -> None:
+    def route(*points: tuple[float, float], **keys: Any) -> Route:
+        given = tuple(Waypoint(latitude_deg=lat, longitude_deg=lon, speed_mps=9.0, **keys) for lat, lon in points)
+        return Route(given, VEHICLES["land"], WGS84)
+
+    with pytest.raises(InputError, match=r"track\.waypoints\.1 and track\.waypoints\.2 lie opposite each other"):
+        route((10.0, 20.0), (-10.0, -160.0))
+    with pytest.raises(InputError, match=r"track\.waypoints\.2: the turn has a radius of 700 km, too large"):
+        route((0.0, 0.0), (0.0, 10.0), (10.0, 10.0), turn_radius_m=700e3)
+    with pytest.raises(InputError) as error:
+        route((0.0, 0.0), (0.0, 0.01), (0.01, 0.01), turn_radius_m=1500.0)
+    # 0.01° of the equator; R and half a ramp
+    assert str(error.value).startswith(
+        "the leg from track.waypoints.1 to track.waypoints.2 has 1113.2 m, but the turns at its ends need 0 m and "
+        "1507 m of them: give a smaller turn_radius_m"
+    )
+
+
+def test_heights_go_over_in_smooth_steps() -> None:
+    """Of degree 9: a half in the middle, and 1 − 0.0489 at three quarters; both ends are flat."""
+    found = _stepped(np.array([-5.0, 10.0, 20.0, 25.0, 30.0, 60.0, 99.0]), np.array([10.0, 30.0, 90.0]),
+                     np.array([100.0, 300.0, 200.0]))  # fmt: skip
+    at = 0.75**5 * (126.0 - 420.0 * 0.75 + 540.0 * 0.75**2 - 315.0 * 0.75**3 + 70.0 * 0.75**4)
+    assert at == pytest.approx(1.0 - 0.04893, abs=1e-5)  # the regularised incomplete beta function I_0.75(5, 5)
+    assert found == pytest.approx([100.0, 100.0, 200.0, 100.0 + 200.0 * at, 300.0, 250.0, 200.0])
