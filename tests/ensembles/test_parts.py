@@ -145,7 +145,7 @@ def test_epochs_at_whole_seconds_and_samples() -> None:
     """About 500: of 1700 s each 3 s, of 40 s with samples of 50 ms each 0.05 s, of 62 s with 0.04 s each 0.12 s."""
     assert np.diff(_epochs(truth(1700.0, 0.5), None)).tolist() == [3.0] * 566 + [2.0]
     assert np.diff(_epochs(truth(40.0, 0.05), None)) == pytest.approx(0.05)
-    assert np.diff(_epochs(truth(62.0, 0.04), None)) == pytest.approx(0.12)
+    assert np.diff(_epochs(truth(62.0, 0.04), None))[:-1] == pytest.approx(0.12)
     given = _epochs(truth(10.0, 0.5), 3.2)
     assert given.tolist() == [5.0, 8.0, 11.5, 14.5, 15.0]  # the samples nearest to 3.2, 6.4 and 9.6 s, and the end
     for step, words in ((0.49, "from one sample, 0.5 s, to the length of the run, 10 s"), (10.1, "10.1 must be from")):
