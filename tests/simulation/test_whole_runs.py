@@ -1,0 +1,111 @@
+"""What a run as a whole says: whether its flight was cached, the sources of its phases, the instants of its outages."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from types import SimpleNamespace
+from typing import Any
+
+import numpy as np
+import pytest
+
+from sinssim.data import ImuData
+from sinssim.scenario import Scenario
+from sinssim.simulation import execute, execute_log
+from sinssim.simulation.result import Run
+from sinssim.simulation.stages import Stages
+from tests.recording.store.test_motion_streams import rows
+
+
+@pytest.mark.parametrize(
+    ("fractions", "flown", "cached"), [((0.2, 0.9, 1.0), True, False), ((1.0,), True, True), ((1.0,), False, None)]
+)
+def test_a_cached_flight_is_there_at_once(
+    monkeypatch: pytest.MonkeyPatch, fractions: tuple[float, ...], flown: bool, cached: bool | None
+) -> None:
+    told: list[tuple[str, float]] = []
+
+    def fly(scenario: Any, flying: Any, meanwhile: Any) -> str:
+        for fraction in fractions:
+            flying(fraction)
+        return "trajectory"
+
+    followed = []
+    monkeypatch.setattr("sinssim.truth.source.fly", fly)
+    monkeypatch.setattr(execute, "_follow", lambda run, trajectory: followed.append(trajectory))
+    run = SimpleNamespace(scenario=SimpleNamespace(flight="f" if flown else None))
+    assert execute._fly(run, False, Stages(lambda stage, fraction: told.append((stage, fraction)))) is cached
+    assert followed == ["trajectory"]
+    assert told == [
+        ("flight", 0.0),
+        *(("flight", f) for f in fractions),
+        ("flight", 1.0),
+        ("truth", 0.0),
+        ("truth", 1.0),
+    ]
+
+
+def test_the_sources_of_a_phase_are_those_of_its_solution(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> None:
+    """The budget without the filter belongs to the algorithm, that with it to the aided solution."""
+    budgets = {"inertial": "none of the algorithm", "filter": "none of the filter"}
+    monkeypatch.setattr(execute, "budgets_of_phases", lambda run, phases: budgets)
+    monkeypatch.setattr(execute, "draw_sections", lambda run: None)
+    monkeypatch.setattr(execute, "run_report", lambda run, summary, drawn: "page")
+    legs = [{"type": "stop", "duration_s": 12.0}, {"type": "straight", "distance_m": 60.0, "speed_mps": 8.0}]
+    drive = {"latitude_deg": 47.0, "longitude_deg": 8.0, "road": "smooth", "legs": legs}
+    scenario = Scenario.model_validate(
+        {"name": "m", "drive": drive, "imu": {"grade": "laser-navigation", "rate_hz": 20}, "aiding": {"gnss": {}},
+         "filter": {}, "recording": {"keep": "report"}}
+    )  # fmt: skip
+    run = execute.run(scenario, tmp_path / "run")
+    found = {name: {row["no_sources"] for row in rows} for name, rows in run.summary["phases"].items()}
+    assert found == {"quaternion": {"none of the algorithm"}, "aided": {"none of the filter"}}
+    for rows_of in run.summary["phases"].values():
+        assert [row["phase"] for row in rows_of] == ["standstill", "under way"]
+        assert (rows_of[0]["from_s"], rows_of[0]["to_s"]) == (0.0, 12.0)
+        assert rows_of[1]["to_s"] == run.summary["end_s"] == run.time[-1]
+    assert (run.summary["start_s"], run.summary["flight_cached"], run.summary["rate_hz"]) == (0.0, None, 20.0)
+
+
+def test_a_run_on_recorded_sensors(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Two outages are four events; a GPS second has its fraction; the rest is what the log says of itself."""
+    seen: dict[str, Any] = {}
+    time = np.array([7.0, 7.5, 8.5])
+    imu = ImuData(time, rows(1.0, 3, 2), rows(2.0, 3, 2))
+    own = Scenario.model_validate(
+        {"name": "x", "parked": {"latitude_deg": 50.0, "duration_s": 5.0}, "imu": {"grade": "ideal"}}
+    )
+    log = SimpleNamespace(
+        imu=imu,
+        outages=((7.25, 7.75), (8.0, 8.25)),
+        reference=None,
+        notes=("A note.",),
+        rates={},
+        zero=SimpleNamespace(seconds=1_300_000_000, fraction=0.1234567),
+    )
+    prepared = SimpleNamespace(
+        scenario=own, log=log, moved=None, start=SimpleNamespace(state="first", words="It starts.")
+    )
+    monkeypatch.setattr("sinssim.estimation.from_scenario.recorded_run.prepare", lambda scenario: prepared)
+
+    def solve(scenario: Any, trajectory: Any, imu: Any, attitude: Any, height: Any) -> Any:
+        seen.update(trajectory=trajectory, imu=imu)
+        return {}, {}
+
+    monkeypatch.setattr(execute_log, "solve", solve)
+    run = execute_log.compute_log(Run(own), None, Stages(lambda stage, fraction: None))
+    motion = seen["trajectory"]
+    assert seen["imu"] is imu
+    assert (motion.first, motion.start, motion.end) == ("first", 7.0, 8.5)
+    assert [(event.time, event.text) for event in motion.events] == [
+        (7.25, "GNSS withheld"),
+        (7.75, "GNSS available again"),
+        (8.0, "GNSS withheld"),
+        (8.25, "GNSS available again"),
+    ]
+    assert (run.summary["start_s"], run.summary["end_s"], run.summary["flagged_samples"]) == (7.0, 8.5, {})
+    assert run.summary["log"] == {
+        "reference_file": None, "compared_with": None, "knows": [], "notes": ["A note.", "It starts."],
+        "time_0_gps_s": 1_300_000_000.123457,
+    }  # fmt: skip
+    assert run.summary["algorithms"]["quaternion"]["final_horizontal_error_m"] is None
