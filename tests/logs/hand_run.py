@@ -89,3 +89,25 @@ def hand_run(folder: Path) -> Path:
     (folder / "summary.json").write_text(json.dumps({"algorithms": {"euler": {}}}))
     (folder / "scenario.toml").write_text(f'name = "by hand"\n[aiding.gnss]\nlever_arm_m = {list(ARM)}\n')
     return folder
+
+
+def log_run(folder: Path, **reference: object) -> Path:
+    """Write a run on recorded sensors by hand: solutions euler and aided, and a reference that has everything."""
+    run = hand_run(folder)
+    streams = run / "streams"
+    table = parquet.read_table(streams / "truth.parquet").to_pydict()
+    for k, axis in enumerate(("north", "east", "down")):
+        table[f"sigma_{axis}_m"] = [0.5 + k, 1.25 + k, 2.5 + k, 3.75 + k]
+    parquet.write_table(pa.table(table), streams / "reference.parquet")
+    (streams / "truth.parquet").unlink()
+    (streams / "nav_aided.parquet").write_bytes((streams / "nav_euler.parquet").read_bytes())
+    log = {
+        "reference_file": "truth.nav",
+        "knows": ["position", "velocity", "attitude"],
+        "time_0_gps_s": WEEK * 604800 + SECONDS + 0.125,
+    }
+    (run / "summary.json").write_text(json.dumps({"algorithms": {"euler": {}}, "log": log}))
+    keys = {"file": "truth.nav", "lever_arm_m": [0.25, 0.5, -0.75], **reference}
+    lines = "\n".join(f"{key} = {json.dumps(value)}" for key, value in keys.items())
+    (run / "scenario.toml").write_text(f"[log.gnss]\nlever_arm_m = {list(ARM)}\n[log.reference]\n{lines}\n")
+    return run

@@ -325,3 +325,34 @@ def test_counts_of_novatel_units() -> None:
     assert set(found) == set(published)
     for kind, pair in published.items():
         assert found[kind] == pytest.approx(pair, rel=2e-7), kind
+
+
+def test_the_log_that_counts_if_there_are_several(tmp_path: Path) -> None:
+    """Positions of the satellites alone before those of the navigator; its extended logs before short ones."""
+    names = {
+        "BESTNAV": 1, "BESTPOS": 2, "BESTGNSSPOS": 3, "INSPVASX": 4, "INSPVA": 5, "INSPVAS": 6, "INSPVAX": 7,
+    }  # fmt: skip
+    place = 'WGS84,1.0,1.0,1.0,"",0.0,0.0,9,9,9,9,00,00,00,00'
+    rest = "-16.5,1.5,-2.5,3.5,10.5,-20.25,130.75,1,1,1,1,1,1,1,1,1,3,0"
+    logs = {
+        name: f"SOL_COMPUTED,SINGLE,51.5,-114.25,{number}.5,0.0,{place}"
+        if name.startswith("BEST")
+        else f"INS_SOLUTION_GOOD,INS_PSRSP,51.375,-114.625,{number}.5,{rest}"
+        if name.endswith("X")
+        else f"2300,100.500,40.25,116.5,{number}.5,1.5,-2.5,3.5,4.5,-5.5,276.5,INS_SOLUTION_GOOD"
+        for name, number in names.items()
+    }
+    path = tmp_path / "x.log"
+    for fixes, solution in (
+        ("BESTGNSSPOS", "INSPVAX"),
+        ("BESTPOS", "INSPVAS"),
+        ("BESTNAV", "INSPVA"),
+        (None, "INSPVASX"),
+    ):
+        path.write_text("".join(_novatel(name, 2300, "100.500", body) + "\r\n" for name, body in logs.items()))
+        found = read_file(path)
+        heights = [float(one.height[0]) for one in (*found.fixes.values(), *found.solutions.values())]
+        undulation = 16.5 if solution.endswith("X") else 0.0
+        assert heights == [*([names[fixes] + 0.5] if fixes else []), names[solution] + 0.5 - undulation]
+        for name in (fixes, solution):
+            logs.pop(name, None)

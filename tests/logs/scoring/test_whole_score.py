@@ -241,26 +241,8 @@ def test_a_cubic_is_interpolated_exactly() -> None:
     )
 
 
-def log_run(folder: Path, **reference: object) -> Path:
-    """Write a run on recorded sensors by hand: solutions euler and aided, and a reference that has everything."""
-    run = hand_run.hand_run(folder)
-    streams = run / "streams"
-    table = parquet.read_table(streams / "truth.parquet").to_pydict()
-    for k, axis in enumerate(("north", "east", "down")):
-        table[f"sigma_{axis}_m"] = [0.5 + k, 1.25 + k, 2.5 + k, 3.75 + k]
-    parquet.write_table(pa.table(table), streams / "reference.parquet")
-    (streams / "truth.parquet").unlink()
-    (streams / "nav_aided.parquet").write_bytes((streams / "nav_euler.parquet").read_bytes())
-    log = {"reference_file": "truth.nav", "knows": ["position", "velocity", "attitude"], "time_0_gps_s": START + 0.125}
-    (run / "summary.json").write_text(json.dumps({"algorithms": {"euler": {}}, "log": log}))
-    keys = {"file": "truth.nav", "lever_arm_m": [0.25, 0.5, -0.75], **reference}
-    lines = "\n".join(f"{key} = {json.dumps(value)}" for key, value in keys.items())
-    (run / "scenario.toml").write_text(f"[log.gnss]\nlever_arm_m = {list(ARM)}\n[log.reference]\n{lines}\n")
-    return run
-
-
 def test_a_run_on_recorded_sensors(tmp_path: Path) -> None:
-    run = RecordedRun(log_run(tmp_path / "a", gap_s=0.75))
+    run = RecordedRun(hand_run.log_run(tmp_path / "a", gap_s=0.75))
     assert run.of_log
     assert run.start_gps_s == START + 0.125
     assert (run.name, run.ellipsoid, run.motion) == ("a", "wgs84", "reference")
@@ -307,7 +289,7 @@ def test_a_run_on_recorded_sensors(tmp_path: Path) -> None:
 
 def test_a_delay_of_the_reference_s_velocities(tmp_path: Path) -> None:
     """They are valid before their stamps, and the reference is then not whole: the filter's solution stands for it."""
-    run = RecordedRun(log_run(tmp_path / "a", velocity_delay_s=0.125))
+    run = RecordedRun(hand_run.log_run(tmp_path / "a", velocity_delay_s=0.125))
     assert (run.motion, run.solutions) == ("aided", ["euler", "aided"])
     found = reference_of(run)
     assert found.gap is None
