@@ -180,7 +180,7 @@ def test_a_study() -> None:
     cases = [row("euler", 10.0, 0.75), row("poisson", 10.0, 5.0, status="failed")]
     verdict = Verdict("coning", "It is so.", "refuted", "Because.", measured="3 m", expected="")
     pick = Pick("rates", "ideal", "rate-gyros", "euler at 10 Hz", "it is best",
-                {"max_horizontal_error_m": 1.25, "max_attitude_error_arcsec": 0.5, "us_per_second": 37.5})  # fmt: skip
+                {"max_horizontal_error_m": 1.25, "attitude_drift_arcsec_h": 0.5, "us_per_second": 37.5})  # fmt: skip
     none = Pick("cases", "tactical", "platform", "", "none qualifies")
     result = SimpleNamespace(
         verdicts=[], picks=[pick, none], rows=lines + cases, of_part={"rates": lines, "cases": cases}.get,
@@ -188,7 +188,7 @@ def test_a_study() -> None:
     )  # fmt: skip
     shown = printed(lambda console: study.show(result, console))
     assert shown == [
-        "horizontal attitude µs per s", "part sensors recommended engine m arcsec of motion",
+        "horizontal attitude µs per s", "part sensors recommended engine m arcsec/h of motion",
         "rates ideal euler at 10 Hz 1.25 0.500 37.5",
         "cases tactical, platform none qualifies – – –",
         "rates: cone, largest attitude error in arcsec",
