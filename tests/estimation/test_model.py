@@ -8,8 +8,10 @@ import pytest
 from sinssim.alignment.budget import expected_errors
 from sinssim.alignment.initial_conditions import STATES
 from sinssim.errors import InputError
-from sinssim.estimation import Block, ErrorModel, error_model
+from sinssim.estimation import BLOCKS, Block, ErrorModel, error_model
 from sinssim.scenario.sections.imu import ImuSection
+from sinssim.sensors.imu.errors import ImuErrors, TriadErrors, WarmUp
+from sinssim.sensors.noise import flicker
 
 NAVIGATION = (Block("position", 10.0), Block("velocity", 0.1), Block("attitude", (1e-3, 1e-3, 1e-2)))
 
@@ -118,3 +120,58 @@ def test_a_sensors_block_is_as_large_as_its_sigma() -> None:
 def test_refused(make: object, message: str) -> None:
     with pytest.raises(InputError, match=message):
         make()  # type: ignore[operator]
+
+
+def test_axes_units_and_limits_of_the_blocks() -> None:
+    body, ned, pairs = ("forward", "right", "down"), ("north", "east", "down"), ("xy", "xz", "yx", "yz", "zx", "zy")
+    expected = {
+        "position": (ned, "m"), "velocity": (ned, "m/s"), "attitude": (ned, "rad"),
+        "gnss lever arm": (body, "m"), "gnss time offset": (("",), "s"),
+    }  # fmt: skip
+    for triad, unit in (("gyro", "rad/s"), ("accelerometer", "m/s²")):
+        for what in ("bias", "instability"):
+            expected[f"{triad} {what}"] = (body, unit)
+        expected[f"{triad} scale"], expected[f"{triad} misalignment"] = (body, ""), (pairs, "rad")
+    assert expected == BLOCKS
+    for name, (axes, unit) in expected.items():
+        block = Block(name, 1.0)
+        assert (block.size, block.unit) == (len(axes), unit)
+        assert block.states == ((name,) if len(axes) == 1 else tuple(f"{name} {axis}" for axis in axes))
+    own = [
+        Block("gyro bias", 0.1), Block("baro delay", 1.0), Block("gnss time offset", 1.0),
+        Block("wheels mounting", np.ones(2)), Block("radar delay", 1.0, correlation_time=9.0),
+    ]  # fmt: skip
+    model = ErrorModel((*NAVIGATION, *own), 0.0, 0.0)
+    # 100 m, 5 m/s, 1 mrad; 5 ms of a constant delay, 10 mrad of mounting
+    expected_largest = [*[100.0] * 3, *[5.0] * 3, *[1e-3] * 3, *[np.inf] * 3, 5e-3, 5e-3, 1e-2, 1e-2, np.inf]
+    np.testing.assert_array_equal(model.largest, expected_largest)
+    np.testing.assert_allclose(model.decay, [*[0.0] * 16, 1.0 / 9.0])
+    np.testing.assert_allclose(model.density[-1], np.sqrt(2.0 / 9.0))
+
+
+def test_covariance_between_blocks() -> None:
+    """A matrix of 2 × 3 stands at its rows and columns, and mirrored; that of a block that is not there nowhere."""
+    matrix = np.arange(1.0, 7.0).reshape(2, 3)
+    blocks = (*NAVIGATION, Block("gp bias", (2.0, 3.0)), Block("gyro bias", (4.0, 5.0, 6.0)))
+    model = ErrorModel(
+        blocks, 0.0, 0.0, correlations=(("gp bias", "gyro bias", matrix), ("gp bias", "gyro scale", matrix))
+    )
+    expected = np.diag([100.0] * 3 + [0.01] * 3 + [1e-6, 1e-6, 1e-4, 4.0, 9.0, 16.0, 25.0, 36.0])
+    expected[9:11, 11:], expected[11:, 9:11] = matrix, matrix.T
+    np.testing.assert_allclose(model.covariance, expected)
+
+
+def test_start_of_a_drifting_bias() -> None:
+    """Bias 3, temperature 0.4 per kelvin at 10 K and flicker 12 whose mean over a second has its own variance: 13."""
+    one = np.ones(3)
+    rate = np.sqrt(flicker.variance_of_mean(100.0))
+    sigma = ImuErrors(
+        TriadErrors(bias=3e-6 * one, bias_temperature=0.4e-6 * one, flicker=12e-6 / rate, ramp=1e-8 * one,
+                    rate_walk=2e-8),
+        TriadErrors(), warm_up=WarmUp(10.0, 30.0, 400.0),
+    )  # fmt: skip
+    block = error_model(sigma, duration=900.0).blocks[3]
+    np.testing.assert_allclose(block.sigma, 13e-6 * one, rtol=1e-9)
+    # K² + R²T + (βΔΘ)²/τ + 3 (2 ln 2/π) B² over the second from which an estimate takes that long at least
+    walk = 4e-16 + 1e-16 * 900.0 + (0.4e-6 * 20.0) ** 2 / 400.0 + 3.0 * 2.0 * np.log(2.0) / np.pi * (12e-6 / rate) ** 2
+    np.testing.assert_allclose(block.density, np.sqrt(walk) * one, rtol=1e-9)

@@ -232,3 +232,75 @@ def test_a_kind_whose_file_is_missing_is_named_with_its_path(monkeypatch: pytest
         measurement_kind("range")
     with pytest.raises(InputError, match=r"unknown kind of measurement 'rage'.*Did you mean 'range'"):
         measurement_kind("rage")
+
+
+def row(
+    columns: str, axes: str, unit: str, rounding: str | None = None, flags: str = "", velocities: int = 0
+) -> dict[str, object]:
+    names = ("mean_rate", "needs_rate", "at_antenna", "on_gnss_clock", "of_north", "same_in_all_axes")
+    return {
+        "columns": tuple(columns.split()), "axes": tuple(axes.split()) or ("",), "unit": unit, "rounding": rounding,
+        "velocities": velocities, "flags": {name for name in names if name in flags.split()},
+    }  # fmt: skip
+
+
+VELOCITY_COLUMNS = "velocity_n_mps velocity_e_mps velocity_d_mps"
+EXPECTED = {
+    "gnss-position": row("latitude_rad longitude_rad height_m", "n e d", "m", None,
+                         "at_antenna on_gnss_clock same_in_all_axes"),
+    "gnss-velocity": row(VELOCITY_COLUMNS, "n e d", "mps", "accelerometers", "at_antenna on_gnss_clock of_north", 3),
+    "baro-height": row("height_m", "", "m"),
+    "zero-velocity": row(VELOCITY_COLUMNS, "n e d", "mps", "accelerometers", "same_in_all_axes", 3),
+    "zero-rate": row("rate_x_radps rate_y_radps rate_z_radps", "x y z", "radps", None, "mean_rate", 3),
+    "heading": row("heading_rad", "", "rad", "gyros", "of_north"),
+    "baseline-heading": row("heading_rad", "", "rad", "gyros", "on_gnss_clock of_north"),
+    "attitude": row("q_nb_w q_nb_x q_nb_y q_nb_z", "x y z", "rad", "gyros", "of_north"),
+    "earth-attitude": row("q_eb_w q_eb_x q_eb_y q_eb_z", "x y z", "rad", "gyros"),
+    "speed": row("speed_mps", "", "mps", "accelerometers", "", 1),
+    "airspeed": row("airspeed_mps", "", "mps", "accelerometers", "of_north"),
+    "land-velocity": row("velocity_right_mps velocity_down_mps pitch_rad yaw_rad", "right down", "mps",
+                         "accelerometers", "needs_rate", 2),
+}  # fmt: skip
+"""Columns and units of the streams; which sensors' rounding is in a prediction; what a reading depends on."""
+
+
+@pytest.mark.parametrize("name", KINDS)
+def test_what_each_kind_says_of_itself(name: str) -> None:
+    kind, expected = measurement_kind(name), EXPECTED[name]
+    flags = {
+        flag for flag in ("mean_rate", "needs_rate", "at_antenna", "on_gnss_clock", "of_north") if getattr(kind, flag)
+    }
+    flags |= set() if kind.turns_with_north else {"same_in_all_axes"}
+    found = {own: getattr(kind, own) for own in ("columns", "axes", "unit", "rounding", "velocities")}
+    assert {**found, "flags": flags} == expected
+    model = ErrorModel((Block("position", 1.0), Block("velocity", 1.0), Block("attitude", 1.0)), 3e-4, 5e-3, 6e-5, 6e-3)
+    noise = kind.noise(model, np.array([0.5, 2.0]))
+    pulse = {"gyros": 6e-5, "accelerometers": 6e-3, None: 0.0}[expected["rounding"]]  # type: ignore[index]
+    variance = np.full(2, pulse**2 / 12.0)  # a pulse rounds evenly
+    if name == "zero-rate":  # N²/T, and rounding at both ends of the mean
+        variance = np.array([9e-8 / 0.5 + 2.0 * 3.6e-9 / 12.0 / 0.25, 9e-8 / 2.0 + 2.0 * 3.6e-9 / 12.0 / 4.0])
+    np.testing.assert_allclose(noise, variance, rtol=1e-12)
+
+
+def test_own_errors_and_what_a_diagnosis_tries() -> None:
+    own = {name: dict(measurement_kind(name).own_errors) for name in KINDS if measurement_kind(name).own_errors}
+    assert own == {
+        "heading": {"deviation": (("sin", "cos"), "rad")},
+        "airspeed": {"wind": (("n", "e"), "mps")},
+        "land-velocity": {
+            "mounting": (("pitch", "yaw"), "rad"), "lever arm": (("forward", "right", "down"), "m"),
+            "slip": (("",), "rad_per_mps2"),
+        },
+    }  # fmt: skip
+    diagnosed = {name: dict(measurement_kind(name).diagnosed) for name in KINDS if measurement_kind(name).diagnosed}
+    assert diagnosed == {
+        "attitude": {"bias": 0.5}, "earth-attitude": {"bias": 0.5}, "baro-height": {"bias": 1000.0, "scale": 0.3},
+        "speed": {"scale": 0.3}, "airspeed": {"bias": 30.0, "scale": 0.3, "wind": 30.0}, "heading": {"bias": 1.0},
+        "baseline-heading": {"bias": 1.0}, "land-velocity": {"mounting": 0.3, "lever arm": 3.0},
+    }  # fmt: skip
+
+
+def test_a_latitude_in_degrees_is_a_fault() -> None:
+    kind = measurement_kind("gnss-position")
+    beyond = "a latitude beyond a pole (radians are expected)"
+    assert [kind.fault(np.array([x, 3.0, 100.0])) for x in (1.57, -1.57, 1.58, -1.58)] == ["", "", beyond, beyond]
