@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from functools import cache
+from types import SimpleNamespace
 from typing import Any
 
 import numpy as np
@@ -94,6 +95,40 @@ def test_exclusions_change_the_noise_and_the_biases() -> None:
     sigma = float(expected_errors(scenario(None).imu).sigma.gyro.bias[0])
     assert jump.time == pytest.approx(20.05, abs=0.11)
     assert jump.jump == pytest.approx(sigma**2 * increase, rel=1e-6, abs=1e-9 * sigma**2)
+
+
+def test_an_exclusion_of_a_walking_bias() -> None:
+    """(σ² + K² t)(P_after − P_before), t from the start of the data; an instability gathers nothing."""
+    walk, instability = np.radians(30.0 / 3600.0) / 60.0, np.radians(7.0 / 3600.0)
+    plan = scenario({}, imu={"gyro_rrw_deg_h_sqrt_h": 30.0, "gyro_instability_deg_h": 7.0})
+    model, axes = filter_model(plan), READY["dodecahedron"]
+    edges = 3.0 + 0.5 * np.arange(41)
+    used = [np.ones((40, 6), dtype=bool) for _ in range(2)]
+    used[0][25:, 4] = False  # from the 26th sample on, which begins at 15.5 s
+    used[1][10:, 1] = False
+    monitored: Any = [SimpleNamespace(kind=kind, used=own) for kind, own in zip(("gyro", "accel"), used, strict=True)]
+    added = noise_of_combination(model, plan, monitored, edges)
+    assert added is not None
+    np.testing.assert_allclose(added.time, [3.0, 8.0, 15.5])
+    h = np.array(axes)
+    whole, without = (np.linalg.inv(rows.T @ rows) for rows in (h, np.delete(h, 4, axis=0)))
+    single = float(expected_errors(scenario(None).imu).sigma.gyro.bias[0])
+    changes = {change.block: change for change in added.changes if change.time == 15.5}
+    expected = (single**2 + walk**2 * 12.5) * (without - whole)
+    np.testing.assert_allclose(changes["gyro bias"].jump, expected, rtol=1e-6, atol=1e-9 * single**2)
+    np.testing.assert_allclose(
+        changes["gyro bias"].density, walk**2 * (without - whole), rtol=1e-6, atol=1e-9 * walk**2
+    )
+    expected = instability**2 * (without - whole)
+    np.testing.assert_allclose(changes["gyro instability"].jump, expected, rtol=1e-6, atol=1e-9 * instability**2)
+    # white noise: that of the smallest direction of all sensors is in the model, the rest is added
+    noise = float(expected_errors(scenario(None).imu).sigma.gyro.random_walk)
+    least = np.linalg.eigvalsh(whole)[0]
+    root = added.gyro[2]
+    np.testing.assert_allclose(root @ root.T, noise**2 * (without - least * np.eye(3)), rtol=1e-6, atol=1e-9 * noise**2)
+    assert not added.gyro[1].any()
+    assert added.accel[1].any()
+    assert {change.time for change in added.changes} == {8.0, 15.5}
 
 
 def test_true_parameters_follow_the_combination() -> None:
