@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING
 
-from sinssim import moved
 from sinssim.lazy import on_first_use
 
 __version__ = "0.1.0"
@@ -132,5 +131,3 @@ __getattr__, __dir__ = on_first_use(
         "use": "sinssim.own_content.registry",
     },
 )
-
-moved.install()

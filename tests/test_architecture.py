@@ -18,8 +18,8 @@ PACKAGE = Path(sinssim.__file__).parent
 
 LAYERS = [
     # what stands under everything
-    "errors", "lazy", "moved", "units", "formatting", "algorithms", "frames", "system", "data", "arguments",
-    "transverse", "checks", "own_content", "jit", "rotation", "earth", "statistics", "requirements",
+    "errors", "lazy", "units", "formatting", "algorithms", "frames", "system", "data", "arguments",
+    "transverse", "checks", "own_content", "jit", "rotation", "earth", "mechanization", "statistics", "requirements",
     # the engine knows nothing of scenarios, truth or sensors
     "strapdown",
     # what a scenario is made of: tables of names, keys and limits beside what they describe

@@ -16,7 +16,6 @@ from sinssim.ensembles.fill_in import check_finite, fill_in, rows_at
 from sinssim.ensembles.run_errors import RunErrors
 from sinssim.ensembles.truth import truth_key
 from sinssim.errors import RunError
-from sinssim.frames import BARO_TIME_CONSTANT
 from sinssim.scenario.sections.ensemble import EnsembleSection
 from sinssim.sensors.sets.true_errors import draw_true_errors
 from sinssim.simulation.initial_error import initial_state_with_errors
@@ -131,18 +130,12 @@ def _navigate(plan: Plan, members: Sequence[Member], truth: Truth, edges: NDArra
         initial_state_with_errors(start, navigation.initial_error, trajectory.ellipsoid, one.seed, axes)
         for one in members
     ]
-    loop = navigation.vertical == "baro-loop"
     return navigate_batch(
         truth.ideal,
         initial,
         [draw_true_errors(scenario.imu, one.seed).imu for one in members],
         [one.seed for one in members],
         edges,
-        algorithm=plan.solution,
-        gravity=navigation.gravity,
-        ellipsoid=navigation.ellipsoid_over(trajectory.ellipsoid.name),
-        curvature=navigation.curvature,
-        vertical=navigation.vertical,
+        navigation.mechanization(plan.solution, trajectory.ellipsoid.name),
         height=None if navigation.vertical == "free" else truth.state.height,
-        baro_time_constant=navigation.baro_time_constant_s if loop else BARO_TIME_CONSTANT,
     )

@@ -19,7 +19,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import replace
 from functools import partial
-from typing import Any
+from typing import Unpack
 
 import numpy as np
 
@@ -27,7 +27,6 @@ from sinssim.arguments import doubles, number
 from sinssim.checks import checked_initial
 from sinssim.data import Array, ImuData, Measurements, NavState
 from sinssim.earth.harmonics.field import DisturbingField
-from sinssim.earth.models import ellipsoid_by_name
 from sinssim.errors import InputError, RunError, check_name, shortened
 from sinssim.estimation.checks.cure import vibration_untold
 from sinssim.estimation.checks.divergence_checks import contradiction, remarks
@@ -39,7 +38,7 @@ from sinssim.estimation.model import ErrorModel
 from sinssim.estimation.nominal import MeanGyroRates, at, solution_of
 from sinssim.estimation.result import Estimate
 from sinssim.estimation.smoother import smooth as smoothed
-from sinssim.frames import FRAME_REGISTRY, FRAMES
+from sinssim.mechanization import Mechanization, Options, chosen
 from sinssim.sensors.from_readings.vibration import AddedNoise
 from sinssim.sensors.imu.encoder import Encoders
 from sinssim.strapdown import navigate
@@ -56,6 +55,7 @@ def estimate(
     initial: NavState,
     measurements: Sequence[Measurements],
     model: ErrorModel,
+    mechanization: Mechanization | None = None,
     *,
     covariance: Array | None = None,
     loop: str = "closed",
@@ -65,18 +65,11 @@ def estimate(
     smooth: bool = False,
     history: bool = False,
     row_s: float = 0.0,
-    algorithm: str = "quaternion",
-    frame: str = "level",
-    gravity: str = "normal",
-    ellipsoid: str = "wgs84",
-    curvature: str = "exact",
-    rates_hz: tuple[float, ...] | None = None,
-    slow_quantities: str = "hold",
-    route: tuple[float, float, float, float] | None = None,
     axes: str | None = None,
     added_noise: AddedNoise | None = None,
     field: DisturbingField | None = None,
     encoders: Encoders | None = None,
+    **options: Unpack[Options],
 ) -> Estimate:
     """Estimate the errors of inertial navigation from aiding measurements, and correct it.
 
@@ -85,6 +78,9 @@ def estimate(
         initial: state at imu.time[0], with the errors that the model describes.
         measurements: one entry for each sensor and kind of measurement; there may be none.
         model: the error model.
+        mechanization: that of the engine: a free vertical channel, and any algorithm but functional-iteration. With
+            rates_hz, or an algorithm of several samples, the engine is corrected at its rows, and measurements between
+            two rows are compared with a state between them.
         covariance: P₀ of the first m states, (m, m), for example from `sinssim.alignment.initial_covariance`; it
             replaces the diagonal of the model's sigma.
         loop: "closed" feeds errors back into engine and compensator, "open" only corrects the output.
@@ -95,10 +91,6 @@ def estimate(
         history: whether to keep the history that observability is computed from.
         row_s: least time between stored rows of the history and covariances, s; by default there is one at every
             measurement and every second. Each row holds six n × n matrices.
-        algorithm: attitude algorithm of the engine, any but functional-iteration.
-        frame, gravity, ellipsoid, curvature, rates_hz, slow_quantities, route: of the engine, as for `navigate`. With
-            rates_hz, or an algorithm of several samples, the engine is corrected at its rows, and measurements between
-            two rows are compared with a state between them.
         axes: axes of the errors, see `ErrorModel.axes`; by default those of `sinssim.strapdown.polar.axes_of` for the
             pure inertial solution and the position measurements.
         added_noise: noise of the inertial sensors in addition to the model's, along the run, for example by vibration
@@ -106,6 +98,7 @@ def estimate(
         field: disturbing field that the engine knows beside normal gravity.
         encoders: of a block that turns in the vehicle: the state is that of the block, the measurements are those of
             the vehicle.
+        **options: fields of the mechanization by name instead.
 
     Returns:
         The estimate; if the filter diverges, it ends there.
@@ -114,7 +107,7 @@ def estimate(
         InputError: the data, the measurements or the model cannot be used, or a name is unknown.
     """
     check_name("loop", loop, ("closed", "open"))
-    check_name("frame", frame, FRAMES)
+    of = chosen(mechanization, options)
     if not isinstance(model, ErrorModel):
         raise InputError(f"model must be an ErrorModel, as error_model() makes one, not {shortened(repr(model))}.")
     gate = None if gate is None else number("gate", gate, "a probability")
@@ -123,19 +116,15 @@ def estimate(
         raise InputError(f"gate = {gate} must be a probability between 0 and 1, or None for no gate.")
     if not feedback_s > 0.0:
         raise InputError(f"feedback_s = {feedback_s} s must be positive.")
-    options: dict[str, Any] = {
-        "algorithm": algorithm, "frame": frame, "gravity": gravity, "ellipsoid": ellipsoid, "curvature": curvature,
-        "rates_hz": rates_hz, "slow_quantities": slow_quantities,
-    }  # fmt: skip
     latitude, longitude, _, velocity, _ = checked_initial(initial)
-    own_route = route
-    if route is None and FRAME_REGISTRY[frame].takes_route:  # one for all segments
-        own_route = route_along(latitude, longitude, velocity)
-    engine = Segments(imu, **options, route=own_route, field=field)
-    unaided = partial(navigate, imu, initial, **options, route=route)
+    in_segments = of
+    if of.route is None and of.in_frame.takes_route:  # one for all segments
+        in_segments = replace(of, route=route_along(latitude, longitude, velocity))
+    engine = Segments(imu, in_segments, field=field)
+    unaided = partial(navigate, imu, initial, of)
     if field is not None:
-        on = partial(navigate, initial=initial, **options, route=route)
-        unaided = partial(navigate_in_field, imu, field, ellipsoid_by_name(ellipsoid), on)
+        on = partial(navigate, initial=initial, mechanization=of)
+        unaided = partial(navigate_in_field, imu, field, of.earth, on)
     failure, reached = [], [np.asarray(latitude)]
     try:
         reached.append(unaided().latitude)
@@ -144,7 +133,7 @@ def estimate(
     readings, epochs = take_in(measurements, model, engine.time, rate_hz)
     if axes is None:
         reached += [r.data.value[r.usable, 0] for r in readings if r.data.kind == "gnss-position"]
-        axes = axes_of(frame, *reached)
+        axes = axes_of(of.frame, *reached)
     model = replace(model, axes=axes)
     del reached
     give_back_memory()  # what was in between is as large as a quarter of the filter's record
@@ -154,8 +143,8 @@ def estimate(
         epochs,
         readings,
         MeanGyroRates(imu),
-        gravity,
-        ellipsoid_by_name(ellipsoid),
+        of.gravity,
+        of.earth,
         added=added_noise,
         long_rows=len(engine.time) - 1 < len(imu),
         encoders=encoders,
@@ -167,14 +156,14 @@ def estimate(
     innovations = tuple(g.innovations() for g in loops.gates)
     rows, covariances = record.rows(count)
     kept = record.history() if count and (smooth or history) else None
-    time, solution = epochs.time[:count], record.solution(count, algorithm)
+    time, solution = epochs.time[:count], record.solution(count, of.algorithm)
     if not failure and not any(i.accepted.any() for i in innovations):
         # bit for bit, unlike navigation by segments
         inertial = unaided()
         edge = epochs.edge[:count].astype(np.intp)
         fraction = (time - inertial.time[edge]) / np.diff(inertial.time)[np.minimum(edge, len(inertial.time) - 2)]
         fraction[epochs.on_edge[:count]] = 0.0
-        solution = solution_of(time, at(inertial, edge, fraction, around.ellipsoid, axes), algorithm)
+        solution = solution_of(time, at(inertial, edge, fraction, around.ellipsoid, axes), of.algorithm)
     return Estimate(
         model=model,
         time=time,
@@ -184,7 +173,7 @@ def estimate(
         rows=rows,
         covariance=covariances,
         innovations=innovations,
-        smoothed=smoothed(model, kept, around.ellipsoid, algorithm) if kept is not None and smooth else None,
+        smoothed=smoothed(model, kept, around.ellipsoid, of.algorithm) if kept is not None and smooth else None,
         history=kept if history else None,
         divergence=divergence or contradiction(innovations),
         remarks=(

@@ -6,6 +6,7 @@ from collections.abc import Callable
 from dataclasses import dataclass, field, replace
 from functools import cache
 from math import degrees
+from typing import Unpack
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -14,16 +15,15 @@ from sinssim import earth, rotation
 from sinssim.algorithms import PLATFORM
 from sinssim.checks import checked_initial, first_not_finite, not_finite_in
 from sinssim.data import Array, NavSolution, NavState
-from sinssim.errors import InputError, RunError, check_name
-from sinssim.frames import BARO_TIME_CONSTANT, CURVATURES, FRAMES
+from sinssim.errors import InputError, RunError
 from sinssim.jit import bind
+from sinssim.mechanization import Mechanization, Options, chosen
 from sinssim.platform.force import Forces
 from sinssim.sensors.imu.errors import ImuErrors
 from sinssim.sensors.sets.platform import PlatformErrors, without_errors_of_turns
 from sinssim.strapdown.frames.azimuth import FREE_AZIMUTH, TRANSVERSE, WANDER
 from sinssim.strapdown.frames.radii import FORMS
-from sinssim.strapdown.frames.vertical import NUMBERS, HeightReadings, checked_channel, height_reference
-from sinssim.strapdown.navigate import check_used
+from sinssim.strapdown.frames.vertical import NUMBERS, HeightReadings, height_reference
 from sinssim.strapdown.polar import POLAR_LIMIT
 from sinssim.system.short_repr import short_repr
 from sinssim.transverse import route_pole, too_near
@@ -75,16 +75,10 @@ def navigate_platform(
     errors: ImuErrors | None = None,
     of_platform: PlatformErrors | None = None,
     seed: int = 0,
+    mechanization: Mechanization | None = None,
     *,
-    frame: str = "level",
-    gravity: str = "normal",
-    ellipsoid: str = "wgs84",
-    curvature: str = "exact",
-    vertical: str = "free",
     height: ArrayLike | HeightReadings | None = None,
-    baro_time_constant: float = BARO_TIME_CONSTANT,
-    route: tuple[float, float, float, float] | None = None,
-    azimuth: float = 0.0,
+    **options: Unpack[Options],
 ) -> PlatformSolution:
     """Navigate with a platform from a given initial state.
 
@@ -98,11 +92,11 @@ def navigate_platform(
         errors: errors of the gyros and accelerometers; none if not given.
         of_platform: errors of torquers and pick-offs; none if not given.
         seed: the run's seed, for the noises.
-        frame: one of `FRAMES`: "level", "wander", "free-azimuth" and "transverse" are levelled platforms turned with
-            the frame; with "inertial" the platform keeps its direction in inertial space, that of north, east and down
-            at the start.
-        gravity, ellipsoid, curvature, vertical, height, baro_time_constant, route, azimuth: of the navigator, as for
-            `navigate`.
+        mechanization: of the navigator; its algorithm has no effect. In the frames "level", "wander", "free-azimuth"
+            and "transverse" the platform is level and turned with the frame; with "inertial" it keeps its direction in
+            inertial space, that of north, east and down at the start.
+        height: as for `navigate`.
+        **options: fields of the mechanization by name instead.
 
     Returns:
         The solution at every edge. Its attitude is that of the gimbals.
@@ -114,10 +108,8 @@ def navigate_platform(
     from sinssim.sensors.imu.pack import pack
     from sinssim.sensors.noise.random_numbers import key
 
-    check_name("frame", frame, FRAMES)
-    check_name("curvature", curvature, CURVATURES)
-    check_used(frame, curvature, None, "hold", route, azimuth)
-    baro_time_constant = checked_channel(vertical, height, baro_time_constant)
+    of = chosen(mechanization, {**options, "algorithm": PLATFORM} if options or mechanization is None else {})
+    frame = of.frame
     count = len(forces.push)
     time = np.ascontiguousarray(time, dtype=np.float64)
     if count < 1 or time.shape != (count + 1,) or len(forces.q_ib) != count + 1:
@@ -128,12 +120,12 @@ def navigate_platform(
     row = first_not_finite(forces.push)
     if row is not None:
         raise InputError(f"the specific force in the interval from t = {time[row]:.6f} s is not a finite number.")
-    reference, climb = height_reference(vertical, height, time)
+    reference, climb = height_reference(of.vertical, height, time)
     own, torqued, rule = of_platform or PlatformErrors(), frame != "inertial", _RULES[frame]
     at_null = without_errors_of_turns(errors or ImuErrors())
     at_null = replace(at_null, gyro=replace(at_null.gyro, quantum=0.0, limit=0.0))
     packed = pack([at_null], float(time[0]))
-    body, (key_0, key_1) = earth.ellipsoid_by_name(ellipsoid), key(seed)
+    body, (key_0, key_1) = of.earth, key(seed)
 
     rows = count + 1
     latitude, longitude, altitude, of_x = (np.empty(rows) for _ in range(4))
@@ -143,19 +135,19 @@ def navigate_platform(
     if frame == "level":
         pole[2] = 1.0  # the Earth's
     elif rule == TRANSVERSE:
-        pole = route_pole(route, float(latitude[0]), float(longitude[0]), velocity[0])
-    of_x[0] = azimuth if rule != TRANSVERSE else _towards(pole, float(latitude[0]), float(longitude[0]))
+        pole = route_pole(of.route, float(latitude[0]), float(longitude[0]), velocity[0])
+    of_x[0] = of.azimuth if rule != TRANSVERSE else _towards(pole, float(latitude[0]), float(longitude[0]))
     q_wb = rotation.multiply(_about_down(-of_x[0]), q_nb)
     q_ip[0] = rotation.multiply(forces.q_ib[0], rotation.conjugate(q_wb))
     q_wp = np.empty((0 if torqued else rows, 4))
     commanded, readings, drift = (np.empty((count, 3)) for _ in range(3))
     flagged = _flagged(packed.active)
     flags = np.zeros((count if flagged else 0, 6), dtype=np.uint8)
-    _engine("" if curvature in ("exact", "simplified") else curvature)(
+    _engine("" if of.curvature in ("exact", "simplified") else of.curvature)(
         time, forces.push, q_ip, torqued, own.torquer_scale, packed.active, packed.conditions, packed.parameters,
         key_0, key_1, packed.kinds, packed.spans, packed.amounts,
-        earth.parameters(body), earth.gravity_number(gravity), curvature == "simplified", NUMBERS[vertical], reference,
-        climb, baro_time_constant, rule, pole,
+        earth.parameters(body), earth.gravity_number(of.gravity), of.curvature == "simplified", NUMBERS[of.vertical],
+        reference, climb, of.baro_time_constant, rule, pole,
         latitude, longitude, altitude, velocity, of_x, q_wp, commanded, readings, drift, flags,
     )  # fmt: skip
     _check(frame, pole, time, latitude, longitude, altitude, velocity, q_ip)

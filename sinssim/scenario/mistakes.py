@@ -153,6 +153,11 @@ def _place(
 ) -> str:
     path, holders = _walk(error["loc"], model)
     text = _sentence(error, model, path, holders)
+    if error["type"] == "value_error":  # of a table, about the key that it begins with
+        name = re.match(r"[\w.]+", str(error["ctx"]["error"]))
+        key = (*path, *_names(name[0])) if name else path
+        if key != path and (key in lines or ".".join(key) in overridden):
+            text, path = text.replace(": ", ".", 1) if path else text, key
     written = _as_written(path, [*lines, *(tuple(key.split(".")) for key in overridden)])
     if written != path:
         text += f" (given as {'.'.join(written)})"

@@ -20,7 +20,6 @@ __getattr__, __dir__ = on_first_use(
         "STAGES": "sinssim.simulation.stages",
         "Run": "sinssim.simulation.result",
         "RunResult": "sinssim.simulation.result",
-        "initial_state": "sinssim.simulation.initial_error",  # the former name
         "initial_state_with_errors": "sinssim.simulation.initial_error",
         "run": "sinssim.simulation.execute",
     },

@@ -10,7 +10,6 @@ from sinssim import earth, rotation, units
 from sinssim.data import Array, NavState
 from sinssim.earth.coordinates import radii
 from sinssim.earth.models import Ellipsoid
-from sinssim.moved import former_names
 from sinssim.strapdown.polar import carried
 
 if TYPE_CHECKING:
@@ -68,6 +67,3 @@ def initial_state_with_errors(
         truth.velocity_ned + velocity,
         q_nb,
     )
-
-
-__getattr__ = former_names(__name__, {"initial_state": "initial_state_with_errors"})

@@ -3,7 +3,8 @@
 from __future__ import annotations
 
 import os
-from typing import TYPE_CHECKING, Any
+from dataclasses import replace
+from typing import TYPE_CHECKING
 
 import numpy as np
 
@@ -100,8 +101,6 @@ def solve(
         block = block_of(trajectory, scenario.imu)
         initial = turned_in(initial, block, float(imu.time[0]))
         encoders = encoders_of(block, None if errors is None else errors.encoders, imu.time)
-    route = None if section.route_deg is None else tuple(np.radians(section.route_deg))
-    vertical = "free" if height is None else section.vertical
     if section.alignment is not None:
         from sinssim.simulation.own_alignment import align_itself, without_alignment
 
@@ -110,21 +109,14 @@ def solve(
         imu = without_alignment(imu, count)
         height = height[count:] if isinstance(height, np.ndarray) else height
 
-    name = section.ellipsoid_over(trajectory.ellipsoid.name)
     field = known_field(scenario)
-    common: dict[str, Any] = {
-        "frame": section.frame,
-        "gravity": section.gravity,
-        "ellipsoid": name,
-        "curvature": section.curvature,
-        "vertical": vertical,
-        "height": None if vertical == "free" else height,
-        "baro_time_constant": section.baro_time_constant_s if vertical == "baro-loop" else BARO_TIME_CONSTANT,
-        "route": route,
-        "azimuth": float(np.radians(section.azimuth_deg)),
-    }
+    if section.vertical == "free":
+        height = None
 
     def by(algorithm: str) -> NavSolution | RunError:
+        of = section.mechanization(algorithm, trajectory.ellipsoid.name)
+        if height is None:
+            of = replace(of, vertical="free", baro_time_constant=BARO_TIME_CONSTANT)
         try:
             if algorithm == PLATFORM:
                 from sinssim.platform.force import inertial_forces
@@ -139,21 +131,13 @@ def solve(
                 felt = trajectory.disturbance_ned(imu.time, true) if isinstance(trajectory, Disturbed) else None
                 forces = inertial_forces(imu.time, true, trajectory.gravity, trajectory.ellipsoid, felt)
                 return navigate_platform(
-                    imu.time, forces, initial, errors.imu, errors.platform, scenario.seed, **common
+                    imu.time, forces, initial, errors.imu, errors.platform, scenario.seed, of, height=height
                 )
 
             def on(felt: ImuData) -> NavSolution:
-                return navigate_set(
-                    felt,
-                    attitude,
-                    initial,
-                    algorithm=algorithm,
-                    rates_hz=section.rates_hz,
-                    slow_quantities=section.slow_quantities,
-                    **common,
-                )
+                return navigate_set(felt, attitude, initial, of, height)
 
-            found = on(imu) if field is None else navigate_in_field(imu, field, ellipsoid_by_name(name), on)
+            found = on(imu) if field is None else navigate_in_field(imu, field, of.earth, on)
             return found if encoders is None else encoders.turned_out(found)
         except RunError as error:
             return error

@@ -10,7 +10,7 @@ the Schuler oscillation (8.14).
 from __future__ import annotations
 
 from math import cos, pi, sin
-from typing import Any
+from typing import Unpack
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -30,8 +30,8 @@ from sinssim.earth.kernels import (
     radii_k,
 )
 from sinssim.errors import InputError, RunError
-from sinssim.frames import BARO_TIME_CONSTANT
 from sinssim.jit import kernel
+from sinssim.mechanization import Mechanization, Options, chosen
 from sinssim.rotation.kernels import rotate_k
 from sinssim.strapdown.frames.vertical import (
     BARO_LOOP,
@@ -39,7 +39,6 @@ from sinssim.strapdown.frames.vertical import (
     NUMBERS,
     HeightReadings,
     baro_loop_k,
-    checked_channel,
     height_reference,
     loop_gains_k,
 )
@@ -138,12 +137,10 @@ def navigate_by_attitude(
     dvel: ArrayLike,
     q_ib: ArrayLike,
     initial: NavState,
+    mechanization: Mechanization | None = None,
     *,
-    gravity: str = "normal",
-    ellipsoid: str = "wgs84",
-    vertical: str = "free",
     height: ArrayLike | HeightReadings | None = None,
-    baro_time_constant: float = BARO_TIME_CONSTANT,
+    **options: Unpack[Options],
 ) -> NavSolution:
     """Navigate by velocity increments and measured attitudes.
 
@@ -153,11 +150,9 @@ def navigate_by_attitude(
         q_ib: attitude relative to inertial space measured at the edges, unit quaternions, (N+1, 4); it must turn by
             well under half a turn between edges.
         initial: state at time[0], scalars; its attitude is not used.
-        gravity: one of `GRAVITY_MODELS`.
-        ellipsoid: name of the reference ellipsoid.
-        vertical: "free", "baro-loop" or "truth", as for `navigate`.
-        height: reference height, (N+1,) m; for the last two.
-        baro_time_constant: time constant of the baro loop, s.
+        mechanization: gravity, ellipsoid and vertical channel.
+        height: reference height for the vertical channel, (N+1,) m, as for `navigate`.
+        **options: fields of the mechanization by name instead.
 
     Returns:
         The solution at every edge; its attitude is the measured one, referred to the computed place.
@@ -169,10 +164,9 @@ def navigate_by_attitude(
     """
     time, dvel, q_ib, defect = _checked(time, dvel, q_ib)
     count = len(dvel)
-    baro_time_constant = checked_channel(vertical, height, baro_time_constant)
-    reference, climb = height_reference(vertical, height, time)
-    body = earth.ellipsoid_by_name(ellipsoid)
-    model = earth.gravity_number(gravity)
+    of = chosen(mechanization, options)
+    reference, climb = height_reference(of.vertical, height, time)
+    body, model = of.earth, earth.gravity_number(of.gravity)
 
     latitude, longitude, altitude = (np.empty(count + 1) for _ in range(3))
     velocity_ned = np.empty((count + 1, 3))
@@ -183,7 +177,8 @@ def navigate_by_attitude(
     velocity += np.cross([0.0, 0.0, body.omega], position)
     push, shift = _pushes(time, dvel, q_ib)
     _integrate(
-        earth.parameters(body), model, time, push, shift, NUMBERS[vertical], reference, climb, baro_time_constant,
+        earth.parameters(body), model, time, push, shift, NUMBERS[of.vertical], reference, climb,
+        of.baro_time_constant,
         position, velocity, latitude, longitude, altitude, velocity_ned,
     )  # fmt: skip
     q_in = earth.q_en(latitude, longitude + body.omega * time)
@@ -218,15 +213,21 @@ def _checked(time: ArrayLike, dvel: ArrayLike, q_ib: ArrayLike) -> tuple[Array, 
     return time, dvel, q_ib, defect
 
 
-def navigate_set(imu: ImuData, attitude: Array | None, initial: NavState, **options: Any) -> NavSolution:
+def navigate_set(
+    imu: ImuData,
+    attitude: Array | None,
+    initial: NavState,
+    mechanization: Mechanization,
+    height: ArrayLike | HeightReadings | None = None,
+) -> NavSolution:
     """Navigate with the readings of a sensor set: by its gyros, or by its measured attitude if it has one.
 
     Args:
         imu: increments; those of angle are not used if the attitude is measured.
         attitude: measured attitude relative to inertial space at the edges, (N+1, 4), or None.
         initial: state at the start.
-        options: options of `navigate`; with a measured attitude, gravity, ellipsoid and those of the vertical channel
-            apply.
+        mechanization: with a measured attitude, gravity, ellipsoid and those of the vertical channel apply.
+        height: as for `navigate`.
 
     Returns:
         The solution.
@@ -236,7 +237,5 @@ def navigate_set(imu: ImuData, attitude: Array | None, initial: NavState, **opti
         RunError: the frame cannot follow the motion, or the numbers overflow.
     """
     if attitude is None:
-        return navigate(imu, initial, **options)
-    used = ("gravity", "ellipsoid", "vertical", "height", "baro_time_constant")
-    own = {name: options[name] for name in used if name in options}
-    return navigate_by_attitude(imu.time, imu.dvel, attitude, initial, **own)
+        return navigate(imu, initial, mechanization, height=height)
+    return navigate_by_attitude(imu.time, imu.dvel, attitude, initial, mechanization, height=height)

@@ -7,31 +7,24 @@ rates or an algorithm of several samples at the slow instants or the ends of upd
 
 from __future__ import annotations
 
+from typing import Unpack
+
 import numpy as np
 
-from sinssim.algorithms import ALGORITHMS, REGISTRY, schedule, three_rates
-from sinssim.checks import checked_increments, checked_initial
+from sinssim.algorithms import ALGORITHMS
+from sinssim.checks import checked_initial
 from sinssim.data import Array, ImuData, NavSolution, NavState
 from sinssim.earth.gravity import gravity_number
 from sinssim.earth.harmonics.field import DisturbingField
 from sinssim.earth.kernels import parameters
-from sinssim.earth.models import ellipsoid_by_name
 from sinssim.errors import InputError, check_name
-from sinssim.frames import (
-    CURVATURES,
-    FRAME_REGISTRY,
-    FRAMES,
-    SLOW_QUANTITIES,
-    check_correctable,
-    check_three_rates,
-)
-from sinssim.own_content.registry import ensure
+from sinssim.frames import check_correctable
+from sinssim.mechanization import Mechanization, Options, chosen
 from sinssim.strapdown.disturbance import disturbance_of_segment
-from sinssim.strapdown.files import frame_file, three_rate_file
-from sinssim.strapdown.frames.problem import Problem, check_solution
-from sinssim.strapdown.frames.vertical import FREE
-from sinssim.strapdown.increments.fit import WINDOW, is_uniform, weight_table
-from sinssim.strapdown.navigate import check_used, summed
+from sinssim.strapdown.frames.problem import Problem
+from sinssim.strapdown.increments.fit import WINDOW, weight_table
+from sinssim.strapdown.navigate import solve_problem
+from sinssim.strapdown.updates import updates
 
 _NO_REFERENCE = np.empty(0)
 
@@ -41,16 +34,10 @@ class Segments:
 
     Args:
         imu: increments of the whole run.
-        algorithm: an attitude algorithm that is a set of parts: all but functional-iteration.
-        frame: navigation frame, one of `sinssim.FRAMES`.
-        gravity: one of `sinssim.GRAVITY_MODELS`.
-        ellipsoid: name of the reference ellipsoid.
-        curvature: radii of curvature, one of `sinssim.frames.CURVATURES`.
-        rates_hz: rates of the fast, medium and slow part, Hz, as for `navigate`.
-        slow_quantities: treatment of slow quantities between slow instants, one of `SLOW_QUANTITIES`. At the start of a
-            segment they have no earlier value and are held for one slow interval.
-        route: for the transverse frame, latitude and longitude of A and of B, rad; without it the frame follows the
-            great circle along the velocity at the start of each segment.
+        mechanization: algorithm, frame, models and rates; the algorithm is a set of parts, any but
+            functional-iteration. Slow quantities have no earlier value at the start of a segment and are held for one
+            slow interval; without a route, the transverse frame follows the great circle along the velocity at the
+            start of each segment.
         field: the disturbing field that the navigator knows beside normal gravity; None for none.
 
     Attributes:
@@ -61,63 +48,29 @@ class Segments:
             navigates by windows.
     """
 
-    # Long: every option is checked by name, and the rows follow from algorithm and rates.
     def __init__(
         self,
         imu: ImuData,
+        mechanization: Mechanization | None = None,
         *,
-        algorithm: str = "quaternion",
-        frame: str = "level",
-        gravity: str = "normal",
-        ellipsoid: str = "wgs84",
-        curvature: str = "exact",
-        rates_hz: tuple[float, ...] | None = None,
-        slow_quantities: str = "hold",
-        route: tuple[float, float, float, float] | None = None,
         field: DisturbingField | None = None,
+        **options: Unpack[Options],
     ) -> None:
-        ensure("algorithms", algorithm)
-        ensure("frames", frame)
-        for kind, name, known in (
-            ("algorithm", algorithm, ALGORITHMS),
-            ("frame", frame, FRAMES),
-            ("curvature", curvature, CURVATURES),
-            ("treatment of slow quantities", slow_quantities, SLOW_QUANTITIES),
-        ):
-            check_name(kind, name, known)
-        check_used(frame, curvature, rates_hz, slow_quantities, route)
-        check_correctable(algorithm)
-        self._time, self._dtheta, self._dvel = checked_increments(imu)
-        self._algorithm, self._frame, self._route = algorithm, frame, route
-        self._gravity, self._curvature = gravity_number(gravity), curvature
-        self._ellipsoid, self._field = ellipsoid_by_name(ellipsoid), field
-        self._earth = parameters(self._ellipsoid)
-        self._uniform = is_uniform(self._time)
-        entry = REGISTRY[algorithm]
-        if entry.needs_equal_intervals and not self._uniform:
-            raise InputError(f"{algorithm} needs equal sampling intervals, for which its coefficients hold.")
-        self._rates: tuple[int, int, bool] | None = None
-        self._per_row = entry.samples
-        if rates_hz is not None:
-            check_three_rates(algorithm, frame)
-            if not self._uniform:
-                raise InputError("rates_hz: the three-rate schedule needs equal sampling intervals.")
-            count = len(self._dtheta)
-            ratio, medium, slow = schedule(three_rates(rates_hz), count / float(self._time[-1] - self._time[0]))
-            self._dtheta, self._dvel = summed(self._dtheta, ratio), summed(self._dvel, ratio)
-            self._time = np.ascontiguousarray(self._time[: len(self._dtheta) * ratio + 1 : ratio])
-            self._rates, self._per_row = (medium, slow, slow_quantities == "extrapolate"), medium * slow
-        if len(self._dtheta) < self._per_row:
-            raise InputError(f"the data, {len(imu)} samples, are shorter than one row of the solution.")
-        self.time = np.ascontiguousarray(self._time[:: self._per_row])  # kernels are compiled for such arrays
+        of = chosen(mechanization, options)
+        check_name("algorithm", of.algorithm, ALGORITHMS)
+        check_correctable(of.algorithm)
+        if of.vertical != "free" or of.azimuth:
+            raise InputError("segments have a free vertical channel, and begin with x to the north (azimuth = 0).")
+        self._of, self._field, self._data = of, field, updates(imu, of)
+        self._earth, self._gravity = parameters(of.earth), gravity_number(of.gravity)
+        self.time = self._data.at_rows(self._data.sample_time)
         # samples around a segment that its fit uses; an algorithm of several samples uses its own alone
-        across = self._rates is not None or (entry.samples == 1 and FRAME_REGISTRY[frame].starts_anywhere)
+        across = self._data.rates is not None or (of.samples == 1 and of.in_frame.starts_anywhere)
         self._around = WINDOW - 1 if across else 0
-        self._weights = weight_table(self._time, self._uniform)
 
     def _start(self, first: int) -> int:
         """Return the number of the first sample that the segment from a row on depends on."""
-        return max(first * self._per_row - self._around, 0)
+        return max(first * self._data.per_row - self._around, 0)
 
     def samples(self, first: int, last: int) -> tuple[int, ImuData]:
         """Return the increments that a segment depends on: its own and those of neighbours in the fit.
@@ -128,9 +81,10 @@ class Segments:
         Returns:
             Number of samples before the segment, and the samples (views of the data).
         """
-        start, end = self._start(first), min(last * self._per_row + self._around, len(self._dtheta))
-        samples = ImuData(self._time[start : end + 1], self._dtheta[start:end], self._dvel[start:end])
-        return first * self._per_row - start, samples
+        data = self._data
+        start, end = self._start(first), min(last * data.per_row + self._around, len(data.dtheta))
+        samples = ImuData(data.time[start : end + 1], data.dtheta[start:end], data.dvel[start:end])
+        return first * data.per_row - start, samples
 
     def navigate(self, first: int, last: int, state: NavState, samples: ImuData) -> NavSolution:
         """Navigate over one segment.
@@ -152,10 +106,10 @@ class Segments:
         latitude, longitude, height = (np.atleast_1d(x) for x in (state.latitude, state.longitude, state.height))
         nominal = NavSolution(
             self.time[first : first + 1], latitude, longitude, height, np.atleast_2d(state.velocity_ned),
-            np.atleast_2d(state.q_nb), np.zeros(1), self._algorithm,
+            np.atleast_2d(state.q_nb), np.zeros(1), self._of.algorithm,
         )  # fmt: skip
         for _ in range(2):  # the path from the disturbance at the start, and the disturbance along this path
-            felt = disturbance_of_segment(self._field, self._ellipsoid, samples, nominal)
+            felt = disturbance_of_segment(self._field, self._of.earth, samples, nominal)
             nominal = self._navigate(first, last, state, ImuData(samples.time, samples.dtheta, samples.dvel + felt))
         return nominal
 
@@ -167,26 +121,19 @@ class Segments:
         latitude[0], longitude[0], height[0], velocity[0], q_nb[0] = checked_initial(state)
         time = self.time[first : last + 1]
         dtheta, dvel = np.ascontiguousarray(samples.dtheta), np.ascontiguousarray(samples.dvel)
-        entry = FRAME_REGISTRY[self._frame]
         problem = Problem(
-            self._algorithm, time, dtheta, dvel, self._weights_of(start, len(dtheta)), self._uniform, self._earth,
-            self._gravity, self._curvature, FREE, _NO_REFERENCE, _NO_REFERENCE, 1.0, self._route, latitude, longitude,
-            height, velocity, q_nb, defect, np.zeros(rows if entry.has_azimuth else 0),
-            first * self._per_row - start,
+            self._of, time, dtheta, dvel, self._weights_of(start, len(dtheta)), self._data.uniform, self._earth,
+            self._gravity, _NO_REFERENCE, _NO_REFERENCE, latitude, longitude, height, velocity, q_nb, defect,
+            np.zeros(rows if self._of.in_frame.has_azimuth else 0), first * self._data.per_row - start,
         )  # fmt: skip
-        file = frame_file(self._frame)
-        if self._rates is not None:
-            three_rate_file(self._frame).solve(problem, self._frame, *self._rates)
-        else:
-            file.solve(problem, self._frame)
-        file.check(problem, self._frame)
-        check_solution(problem)
-        return NavSolution(time, latitude, longitude, height, velocity, q_nb, defect, self._algorithm)
+        solve_problem(problem, self._data.rates)
+        return NavSolution(time, latitude, longitude, height, velocity, q_nb, defect, self._of.algorithm)
 
     def _weights_of(self, start: int, count: int) -> Array:
         """Return the weights of the fits within some samples."""
+        data = self._data
         if self._around:
-            return self._weights if self._uniform else self._weights[start : start + count]
-        if self._uniform and count >= WINDOW:
-            return self._weights
-        return weight_table(self._time[start : start + count + 1], self._uniform)
+            return data.weights if data.uniform else data.weights[start : start + count]
+        if data.uniform and count >= WINDOW:
+            return data.weights
+        return weight_table(data.time[start : start + count + 1], data.uniform)

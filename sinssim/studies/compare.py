@@ -17,6 +17,7 @@ from sinssim.algorithms import REGISTRY
 from sinssim.data import Array, ImuData
 from sinssim.errors import InputError, RunError, SinssimError
 from sinssim.frames import OF_TRUTH, check_three_rates
+from sinssim.mechanization import Mechanization
 from sinssim.strapdown.nav_error import NavError, navigation_error
 from sinssim.studies import attitude_cost, cost, motions
 from sinssim.studies.headings import compare_headings
@@ -362,19 +363,19 @@ def _navigate(case: Case, readings: Readings, part: Part, truth: _Truth, compari
             about["attitude_ns_per_step"] = alone.ns_per_step
             about["attitude_operations_per_step"] = alone.operations.total
     trajectory = truth.trajectory
-    options = {
-        "algorithm": case.algorithm,
-        "frame": case.frame,
-        "gravity": case.gravity,
-        "ellipsoid": trajectory.ellipsoid.name if case.ellipsoid == OF_TRUTH else case.ellipsoid,
-        "curvature": case.curvature,
-        "rates_hz": case.schedule_hz or None,
-        "slow_quantities": case.slow or "hold",
-        "vertical": part.vertical,
-        "height": None if part.vertical == "free" else truth.reference(imu),
-    }
+    height = None if part.vertical == "free" else truth.reference(imu)
     try:
-        solution = navigate_set(readings.imu, readings.attitude, truth.initial, **options)
+        mechanization = Mechanization(
+            algorithm=case.algorithm,
+            frame=case.frame,
+            gravity=case.gravity,
+            ellipsoid=trajectory.ellipsoid.name if case.ellipsoid == OF_TRUTH else case.ellipsoid,
+            curvature=case.curvature,
+            rates_hz=case.schedule_hz or None,
+            slow_quantities=case.slow or "hold",
+            vertical=part.vertical,
+        )
+        solution = navigate_set(readings.imu, readings.attitude, truth.initial, mechanization, height)
     except RunError as failure:
         return Row(**about, status="failed", message=str(failure)), None, []
     except InputError as mistake:

@@ -159,7 +159,7 @@ def test_route_of_the_transverse_frame() -> None:
         (
             100.0,
             {"route_deg": [50.0, 0.0, 60.0, 20.0]},
-            'navigation.route_deg: a route is only for frame = "transverse"',
+            'navigation.route_deg would have no effect: it is for frame = "transverse"',
         ),
         (100.0, {"frame": "transverse", "route_deg": [50.0, 0.0, 50.0, 360.0]}, "coincide or are antipodal"),
         (100.0, {"frame": "transverse", "route_deg": [50.0, 0.0, -50.0, 180.0]}, "coincide or are antipodal"),

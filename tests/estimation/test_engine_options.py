@@ -13,6 +13,7 @@ from sinssim.earth.models import ELLIPSOIDS
 from sinssim.estimation.estimate import estimate
 from sinssim.estimation.model import error_model
 from sinssim.frames import FRAMES
+from sinssim.mechanization import Mechanization
 from sinssim.scenario import load_scenario
 from sinssim.simulation import run as run_scenario
 from sinssim.strapdown import navigate
@@ -120,11 +121,12 @@ def test_the_options_of_a_scenario_reach_the_filter(monkeypatch: pytest.MonkeyPa
         "aiding.gnss.outages_s=[]",
     ]  # fmt: skip
     run_scenario(load_scenario("polar_flight", wanted))
-    assert reached["algorithm"] == "euler"
-    assert reached["frame"] == "transverse"
-    assert reached["route"] == pytest.approx(np.radians([88.0, 0.0, 88.0, 90.0]))
-    assert (reached["curvature"], reached["ellipsoid"], reached["gravity"]) == ("spherical", "krasovsky-1940", "j2")
-    assert (reached["rates_hz"], reached["slow_quantities"]) == ((100.0, 50.0, 10.0), "extrapolate")
+    of: Mechanization = reached["mechanization"]
+    assert of == Mechanization(
+        algorithm="euler", frame="transverse", route=of.route, curvature="spherical", ellipsoid="krasovsky-1940",
+        gravity="j2", rates_hz=(100.0, 50.0, 10.0), slow_quantities="extrapolate",
+    )  # fmt: skip
+    assert of.route == pytest.approx(np.radians([88.0, 0.0, 88.0, 90.0]))
 
 
 @pytest.mark.parametrize(

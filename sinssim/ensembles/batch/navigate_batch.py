@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field
-from typing import Any
+from typing import Unpack
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -14,18 +14,16 @@ from sinssim.checks import checked_imu, checked_initial
 from sinssim.data import Array, ImuData, NavState
 from sinssim.earth.gravity import gravity_number
 from sinssim.earth.kernels import parameters
-from sinssim.earth.models import ellipsoid_by_name
 from sinssim.ensembles.batch import layout
 from sinssim.ensembles.batch.engines import engine
 from sinssim.ensembles.batch.served import FRAME, served_algorithm
 from sinssim.errors import InputError, RunError, check_name
-from sinssim.frames import BARO_TIME_CONSTANT, CURVATURES
-from sinssim.own_content.registry import ensure
+from sinssim.mechanization import Mechanization, Options, chosen
 from sinssim.sensors.imu.emulate import at_the_sensors, emulate
 from sinssim.sensors.imu.errors import ImuErrors
 from sinssim.sensors.imu.pack import pack
 from sinssim.sensors.noise.random_numbers import key
-from sinssim.strapdown.frames.vertical import NUMBERS, checked_channel, height_reference
+from sinssim.strapdown.frames.vertical import NUMBERS, height_reference
 from sinssim.strapdown.increments.fit import WINDOW, is_uniform, weight_table
 from sinssim.strapdown.navigate import navigate
 from sinssim.system.threads import thread_pool
@@ -68,23 +66,18 @@ class BatchSolution:
         )
 
 
-# Long: the public function checks every option by name before it chooses the kernel.
 def navigate_batch(
     ideal: ImuData,
     initial: NavState | Sequence[NavState],
     errors: Sequence[ImuErrors],
     seeds: Sequence[int],
     epochs: ArrayLike,
+    mechanization: Mechanization | None = None,
     *,
-    algorithm: str = "quaternion",
-    gravity: str = "normal",
-    ellipsoid: str = "wgs84",
-    curvature: str = "exact",
-    vertical: str = "free",
     height: ArrayLike | None = None,
-    baro_time_constant: float = BARO_TIME_CONSTANT,
     threads: int = 1,
     progress: Callable[[int], None] | None = None,
+    **options: Unpack[Options],
 ) -> BatchSolution:
     """Measure one motion by the sensors of many runs and navigate each in the level frame; keep the epochs only.
 
@@ -99,11 +92,11 @@ def navigate_batch(
             same in all, and there are no faults.
         seeds: seeds of the runs, R.
         epochs: numbers of the edges in ideal.time to keep, increasing, (E,).
-        algorithm: attitude algorithm that `served_algorithm` admits.
-        gravity, ellipsoid, curvature, vertical, height, baro_time_constant: as for `navigate`; the height is the same
-            in all runs, (N+1,) m.
+        mechanization: of all runs; an algorithm that `served_algorithm` admits, in the frame "level", at one rate.
+        height: as for `navigate`, the same in all runs, (N+1,) m.
         threads: number of threads; each takes `layout.LANES` runs at a time.
         progress: called with the number of finished runs, from the threads.
+        **options: fields of the mechanization by name instead.
 
     Returns:
         The solutions at the epochs. A run that leaves the range of the kernel (a rotation beyond 14° in an interval,
@@ -113,17 +106,17 @@ def navigate_batch(
     Raises:
         InputError: an option is unknown or not served, or the data cannot be used.
     """
-    ensure("algorithms", algorithm)
-    check_name("algorithm", algorithm, ALGORITHMS)
-    check_name("curvature", curvature, CURVATURES)
-    if (reason := served_algorithm(algorithm)) is not None:
-        raise InputError(f"a batch cannot be navigated by {algorithm}: {reason}.")
+    of = chosen(mechanization, options)
+    check_name("algorithm", of.algorithm, ALGORITHMS)
+    if (reason := served_algorithm(of.algorithm)) is not None:
+        raise InputError(f"a batch cannot be navigated by {of.algorithm}: {reason}.")
+    if of.frame != FRAME or of.rates_hz is not None:
+        raise InputError(f'a batch is navigated in the frame "{FRAME}", at the rate of the data.')
     ideal = checked_imu(ideal)
     count, runs = len(ideal), len(errors)
     if count < WINDOW:
         raise InputError(f"a batch needs at least {WINDOW} samples; there are {count}.")
-    baro_time_constant = checked_channel(vertical, height, baro_time_constant)
-    reference, climb = height_reference(vertical, height, ideal.time)
+    reference, climb = height_reference(of.vertical, height, ideal.time)
     edges = _checked_epochs(epochs, count)
     _check_errors(errors, seeds)
     felt = at_the_sensors(ideal, errors[0])
@@ -131,12 +124,12 @@ def navigate_batch(
     keys = np.array([key(int(seed)) for seed in seeds], dtype=np.uint64).T.copy()
     start = _initial(initial, runs)
     uniform = is_uniform(ideal.time)
-    kernel = engine(algorithm, gravity_number(gravity), NUMBERS[vertical], curvature, packed.active)
+    kernel = engine(of.algorithm, gravity_number(of.gravity), NUMBERS[of.vertical], of.curvature, packed.active)
     out, left = np.empty((10, len(edges), runs)), np.zeros(runs)
     data = (
         *(np.ascontiguousarray(a, dtype=np.float64) for a in (ideal.time, felt.dtheta, felt.dvel)),
-        weight_table(ideal.time, uniform), uniform, parameters(ellipsoid_by_name(ellipsoid)),
-        reference, climb, baro_time_constant, packed.conditions, packed.parameters, keys,
+        weight_table(ideal.time, uniform), uniform, parameters(of.earth),
+        reference, climb, of.baro_time_constant, packed.conditions, packed.parameters, keys,
         packed.kinds, packed.spans, packed.amounts, start, edges,
     )  # fmt: skip
 
@@ -150,16 +143,13 @@ def navigate_batch(
         for _ in pool.map(lane, range(0, runs, layout.LANES)):
             pass
 
-    options: dict[str, Any] = {
-        "algorithm": algorithm, "gravity": gravity, "ellipsoid": ellipsoid, "curvature": curvature,
-        "vertical": vertical, "height": height, "baro_time_constant": baro_time_constant,
-    }  # fmt: skip
     failures: dict[int, RunError] = {}
     alone = tuple(int(run) for run in np.flatnonzero(left))
     for run in alone:
         own = initial if isinstance(initial, NavState) else initial[run]
         try:
-            solution = navigate(emulate(ideal, errors[run], int(seeds[run]), rounded=True), own, frame=FRAME, **options)
+            imu = emulate(ideal, errors[run], int(seeds[run]), rounded=True)
+            solution = navigate(imu, own, of, height=height)
         except RunError as error:
             failures[run] = error
             out[:, :, run] = np.nan

@@ -164,14 +164,7 @@ def filtered(
         "rate_hz": section.rate_hz,
         "gate": section.gate or None,
         "row_s": row_s,
-        "algorithm": navigation.algorithms[0],
-        "frame": navigation.frame,
-        "gravity": navigation.gravity,
-        "ellipsoid": navigation.ellipsoid_over(ellipsoid),
-        "curvature": navigation.curvature,
-        "rates_hz": navigation.rates_hz,
-        "slow_quantities": navigation.slow_quantities,
-        "route": None if navigation.route_deg is None else tuple(np.radians(navigation.route_deg)),
+        "mechanization": navigation.in_segments(ellipsoid),
         "field": known_field(scenario),
     }
     readings = [_after(m, float(start.imu.time[0])) for m in measurements]

@@ -33,6 +33,7 @@ from sinssim.estimation.estimate import estimate
 from sinssim.estimation.intake import averaging_intervals
 from sinssim.estimation.measurements.kind import measurement_kind
 from sinssim.estimation.model import NAVIGATION
+from sinssim.mechanization import Mechanization
 from sinssim.sensors.from_readings.vibration import AddedNoise, vibration, vibration_noise
 
 WIDER = 10.0
@@ -61,7 +62,7 @@ def run_backward(
         imu: increments of the forward run.
         measurements: readings of the forward run.
         vibration_share: `filter.vibration_noise`.
-        options: those of `estimate` in the forward run, with the name of the ellipsoid.
+        options: those of `estimate` in the forward run, with its mechanization.
         bridged: noise of bridged gaps in the forward run; None without gaps.
 
     Returns:
@@ -70,6 +71,7 @@ def run_backward(
     Raises:
         InputError: as for `estimate`.
     """
+    forwards: Mechanization = options["mechanization"]
     count = int(np.searchsorted(imu.time, forward.time[-1] + 1e-6)) - 1
     imu = ImuData(imu.time[: count + 1], imu.dtheta[:count], imu.dvel[:count])
     turned = reversed_imu(imu)
@@ -84,7 +86,7 @@ def run_backward(
         start_model(forward),
         axes=forward.model.axes,
         added_noise=added,
-        **{**options, "ellipsoid": in_reverse_time(options["ellipsoid"])},
+        **{**options, "mechanization": replace(forwards, ellipsoid=in_reverse_time(forwards.ellipsoid))},
     )
     return _in_forward_time(found, imu.time, kinds)
 

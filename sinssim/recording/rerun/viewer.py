@@ -32,12 +32,11 @@ _TIMELINE = "sim_time"
 _TILES = re.compile(r"walkers|tile\.|XDG_RUNTIME_DIR")
 """Lines of the viewer's output about maps without internet and the session, which explain no failure."""
 _START_SECONDS = 60.0
-_PICTURE_SECONDS = 180.0
-"""Longest time for a picture, on a machine that is busy with other work, s."""
+_PICTURE_SECONDS = (30.0, 90.0, 180.0)
+"""Longest time for a picture, s: a viewer that has stopped answering is replaced, and the next one has longer, for a
+machine that is busy with other work. It takes 3 s on an idle one."""
 _LOOK_SECONDS = 0.3
 """Time between two looks at the viewer, s."""
-_ATTEMPTS = 3
-"""Viewers that are started for a picture: one may stop answering, and another program may take its port."""
 
 
 def find_recording(path: Path) -> Path:
@@ -193,12 +192,12 @@ def screenshot(
         raise InputError(f"the picture {picture} cannot be written: there is no folder {picture.absolute().parent}.")
     timed = _is_timed(find_recording(path))
     with _files(path, view, menu=False) as files:
-        for attempt in range(1, _ATTEMPTS + 1):
+        for seconds in _PICTURE_SECONDS:
             try:
-                png = _picture_of(files, size, timed, time_s)
+                png = _picture_of(files, size, timed, time_s, seconds)
                 break
             except RunError:
-                if attempt == _ATTEMPTS:
+                if seconds == _PICTURE_SECONDS[-1]:
                     raise
     try:
         with draft(picture) as beside:
@@ -207,7 +206,9 @@ def screenshot(
         raise InputError(f"the picture {picture} cannot be written: {error.strerror}.") from error
 
 
-def _picture_of(files: Sequence[str], size: tuple[int, int], timed: bool, time_s: float | None) -> bytes:
+def _picture_of(
+    files: Sequence[str], size: tuple[int, int], timed: bool, time_s: float | None, seconds: float
+) -> bytes:
     """Return the picture of a viewer that shows all of its files, as soon as it does not change any more."""
     from rerun.experimental import ViewerClient
 
@@ -216,7 +217,7 @@ def _picture_of(files: Sequence[str], size: tuple[int, int], timed: bool, time_s
     with _Viewer([*arguments, *files], quiet=True) as viewer:
         viewer.wait_for_port(port)
         client = ViewerClient.connect(f"rerun+http://127.0.0.1:{port}/proxy")
-        deadline = time.monotonic() + _PICTURE_SECONDS
+        deadline = time.monotonic() + seconds
         viewer.until(lambda: _loaded(client, timed) and (len(files) == 1 or _laid_out(client)), deadline)
         moment = viewer.until(lambda: (_middle(client) if time_s is None else time_s,), deadline)[0]
         if moment is not None:

@@ -3,24 +3,22 @@
 from __future__ import annotations
 
 import math
-from typing import Annotated, Literal, Self
+import re
+from dataclasses import replace
+from typing import Annotated, Any, Literal, Self
 
 from pydantic import Field, ValidationInfo, field_validator, model_validator
 
-from sinssim.algorithms import MEASURED_ATTITUDE, PLATFORM, schedule
+from sinssim.algorithms import MEASURED_ATTITUDE
 from sinssim.errors import InputError
 from sinssim.frames import (
     BARO_TIME_CONSTANT,
     CURVATURES,
-    FRAME_REGISTRY,
     OF_TRUTH,
     SLOW_QUANTITIES,
     VERTICALS,
-    check_curvature,
-    check_three_rates,
-    frames_that,
-    listed,
 )
+from sinssim.mechanization import Mechanization
 from sinssim.scenario.sections.choices import (
     Algorithm,
     Curvature,
@@ -73,6 +71,9 @@ class InitialErrorSection(Section):
         default=0.0, description="1σ of the random tilt about north, and about east"
     )
     heading_sigma_arcmin: _ArcminSigma = Field(default=0.0, description="1σ of the random heading error")
+
+
+_KEYS = {"azimuth": "azimuth_deg", "route": "route_deg", "baro_time_constant": "baro_time_constant_s"}
 
 
 class AlignmentSection(Section):
@@ -149,6 +150,37 @@ class NavigationSection(Section):
         """Return the name of the navigator's ellipsoid for a true Earth of the given name."""
         return true if self.ellipsoid == OF_TRUTH else self.ellipsoid
 
+    def mechanization(self, algorithm: str, true_ellipsoid: str) -> Mechanization:
+        """Return the options of a navigator.
+
+        Args:
+            algorithm: one of the section's.
+            true_ellipsoid: name of the ellipsoid of the truth.
+        """
+        route: Any = None if self.route_deg is None else tuple(map(math.radians, self.route_deg))
+        return Mechanization(
+            algorithm=algorithm,
+            frame=self.frame,
+            gravity=self.gravity,
+            ellipsoid=self.ellipsoid_over(true_ellipsoid),
+            curvature=self.curvature,
+            rates_hz=self.rates_hz,
+            slow_quantities=self.slow_quantities,
+            vertical=self.vertical,
+            baro_time_constant=self.baro_time_constant_s if self.vertical == "baro-loop" else BARO_TIME_CONSTANT,
+            route=route,
+            azimuth=math.radians(self.azimuth_deg),
+        )
+
+    def in_segments(self, true_ellipsoid: str) -> Mechanization:
+        """Return the options of a filter's engine: the first algorithm, a free vertical channel, x to the north.
+
+        Args:
+            true_ellipsoid: name of the ellipsoid of the truth.
+        """
+        of = self.mechanization(self.algorithms[0], true_ellipsoid)
+        return replace(of, vertical="free", baro_time_constant=BARO_TIME_CONSTANT, azimuth=0.0)
+
     @model_validator(mode="after")
     def _algorithms_once(self) -> Self:
         if len(set(self.algorithms)) < len(self.algorithms):
@@ -166,17 +198,12 @@ class NavigationSection(Section):
 
     @model_validator(mode="after")
     def _everything_is_used(self) -> Self:
-        check_curvature(self.frame, self.curvature)
-        if self.azimuth_deg and not FRAME_REGISTRY[self.frame].takes_azimuth:
-            able = listed(frames_that(lambda entry: entry.takes_azimuth))
-            raise ValueError(
-                f'azimuth_deg would have no effect: it is for the frames {able}; here frame = "{self.frame}"'
-            )
-        if self.slow_quantities != "hold" and self.rates_hz is None:
-            raise ValueError(
-                f'slow_quantities = "{self.slow_quantities}" would have no effect: it belongs to a schedule, and '
-                "rates_hz is not given"
-            )
+        for algorithm in self.algorithms:
+            try:
+                self.mechanization(algorithm, "wgs84")
+            except InputError as error:  # its options are named like the keys, but for their units
+                text = re.sub(r"^(azimuth|route|baro_time_constant)\b", lambda name: _KEYS[name[0]], str(error))
+                raise ValueError(text.rstrip(".")) from error
         angles = ("roll_arcmin", "pitch_arcmin", "heading_arcmin", "tilt_sigma_arcmin", "heading_sigma_arcmin")
         wrong = [name for name in angles if getattr(self.initial_error, name)]
         if wrong and MEASURED_ATTITUDE in self.algorithms:
@@ -186,24 +213,6 @@ class NavigationSection(Section):
             )
         return self
 
-    @field_validator("rates_hz")
-    @classmethod
-    def _rates_can_be_had(
-        cls, rates: tuple[float, float, float] | None, info: ValidationInfo
-    ) -> tuple[float, float, float] | None:
-        if rates is not None:
-            try:
-                schedule(rates, rates[0])
-                if MEASURED_ATTITUDE in info.data.get("algorithms", ()):
-                    raise InputError("navigation with a measured attitude cannot run at three rates")
-                if PLATFORM in info.data.get("algorithms", ()):
-                    raise InputError("navigation on a platform has no fast part and cannot run at three rates")
-                for algorithm in info.data.get("algorithms", ()):
-                    check_three_rates(algorithm, info.data.get("frame", "level"))
-            except InputError as error:
-                raise ValueError(str(error).removeprefix("rates_hz: ")) from error  # the message already names the key
-        return rates
-
     @field_validator("route_deg")
     @classmethod
     def _route_is_one(
@@ -211,9 +220,6 @@ class NavigationSection(Section):
     ) -> tuple[float, float, float, float] | None:
         if route is None:
             return route
-        if "frame" in info.data and not FRAME_REGISTRY[info.data["frame"]].takes_route:
-            able = listed(frames_that(lambda entry: entry.takes_route))
-            raise ValueError(f'a route is only for frame = "{able}"; here frame = "{info.data["frame"]}"')
         lat_a, lon_a, lat_b, lon_b = map(math.radians, route)
         cosine = math.sin(lat_a) * math.sin(lat_b) + math.cos(lat_a) * math.cos(lat_b) * math.cos(lon_b - lon_a)
         if 1.0 - abs(cosine) < 1e-12:

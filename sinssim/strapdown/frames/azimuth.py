@@ -297,7 +297,7 @@ def azimuth_rule(problem: Problem, frame: str) -> tuple[int, Array]:
     p, rule = problem, _RULES[frame]
     if rule != TRANSVERSE:
         return rule, np.zeros(3)
-    return rule, route_pole(p.route, float(p.latitude[0]), float(p.longitude[0]), p.velocity[0])
+    return rule, route_pole(p.mechanization.route, float(p.latitude[0]), float(p.longitude[0]), p.velocity[0])
 
 
 def solve(problem: Problem, frame: str) -> None:

@@ -11,25 +11,23 @@ from sinssim.checks import not_finite_in
 from sinssim.data import Array
 from sinssim.earth.kernels import EarthParameters
 from sinssim.errors import RunError
+from sinssim.mechanization import Mechanization
+from sinssim.strapdown.frames.vertical import NUMBERS
 
 
 class Problem(NamedTuple):
     """Increments, models and an initial state, and the arrays of the solution, whose first rows hold that state.
 
     Attributes:
-        algorithm: attitude algorithm, one of `sinssim.ALGORITHMS`.
+        mechanization: the options of the navigator.
         time: times of the rows of the solution, (N+1,) s.
         dtheta, dvel: increments of angle, rad, and velocity, m/s, (M, 3); M is N times the samples of one update.
         weights: weights of the fit of rate and specific force, see `increments.fit.weight_table`.
         uniform: whether all intervals are equal.
         earth: parameters of the ellipsoid.
         gravity: number of the gravity model.
-        curvature: radii of curvature, one of `sinssim.frames.CURVATURES`.
-        vertical: number of the vertical channel, see `frames.vertical`.
         height_reference: reference height of the vertical channel, (N+1,) m; empty for a free one.
         climb_reference: reference down velocity of the vertical channel, (N+1,) m/s; empty unless the height is held.
-        time_constant: time constant of the baro loop, s.
-        route: latitude and longitude of A and of B, rad, for a frame that takes a route.
         latitude, longitude: of the solution, (N+1,) rad.
         height: (N+1,) m.
         velocity: north, east, down, (N+1, 3) m/s.
@@ -40,7 +38,7 @@ class Problem(NamedTuple):
         first: number of the first navigated increment; the fit uses those before it.
     """
 
-    algorithm: str
+    mechanization: Mechanization
     time: Array
     dtheta: Array
     dvel: Array
@@ -48,12 +46,8 @@ class Problem(NamedTuple):
     uniform: bool
     earth: EarthParameters
     gravity: int
-    curvature: str
-    vertical: int
     height_reference: Array
     climb_reference: Array
-    time_constant: float
-    route: tuple[float, float, float, float] | None
     latitude: Array
     longitude: Array
     height: Array
@@ -64,19 +58,26 @@ class Problem(NamedTuple):
     first: int = 0
 
     @property
+    def algorithm(self) -> str:
+        """The attitude algorithm, one of `sinssim.ALGORITHMS`."""
+        return self.mechanization.algorithm
+
+    @property
     def simplified(self) -> bool:
         """Whether the radii of curvature are those of (8.16), which the engines have beside the exact ones."""
-        return self.curvature == "simplified"
+        return self.mechanization.curvature == "simplified"
 
     @property
     def form(self) -> str:
         """The form of the engine with these radii, one of `radii.FORMS`; "" for exact ones and those of (8.16)."""
-        return "" if self.curvature in ("exact", "simplified") else self.curvature
+        curvature = self.mechanization.curvature
+        return "" if curvature in ("exact", "simplified") else curvature
 
     @property
     def channel(self) -> tuple[int, Array, Array, float]:
         """The vertical channel for the engines: number, two references, time constant."""
-        return self.vertical, self.height_reference, self.climb_reference, self.time_constant
+        of = self.mechanization
+        return NUMBERS[of.vertical], self.height_reference, self.climb_reference, of.baro_time_constant
 
     @property
     def solution(self) -> tuple[Array, Array, Array, Array, Array, Array]:

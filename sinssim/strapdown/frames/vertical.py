@@ -16,11 +16,11 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import ArrayLike
 
-from sinssim.arguments import POSITIVE, number, numbers
+from sinssim.arguments import numbers
 from sinssim.checks import first_not_finite
 from sinssim.data import Array
 from sinssim.errors import InputError, check_name
-from sinssim.frames import BARO_TIME_CONSTANT, VERTICALS
+from sinssim.frames import VERTICALS
 from sinssim.jit import inline, strict_inline
 
 FREE, BARO_LOOP, HELD = 0, 1, 2
@@ -69,34 +69,6 @@ class HeightReadings:
         return out
 
 
-def checked_channel(vertical: str, height: ArrayLike | HeightReadings | None, time_constant: float) -> float:
-    """Raise for an invalid time constant, and for options without effect in a vertical channel.
-
-    Args:
-        vertical: one of `VERTICALS`.
-        height: reference height, None if there is none.
-        time_constant: of the baro loop, s.
-
-    Returns:
-        The time constant, s.
-
-    Raises:
-        InputError: the channel is unknown, or an option is invalid; the message names the option and its requirement.
-    """
-    check_name("vertical channel", vertical, VERTICALS)
-    time_constant = number("baro_time_constant", time_constant, "s", low=POSITIVE)
-    if height is not None and vertical == "free":
-        raise InputError(
-            'height would have no effect: vertical = "free" uses no height reference; "baro-loop" and "truth" do.'
-        )
-    if time_constant != BARO_TIME_CONSTANT and vertical != "baro-loop":
-        raise InputError(
-            f'baro_time_constant = {time_constant:g} would have no effect: it is an option of vertical = "baro-loop"; '
-            f'here vertical = "{vertical}".'
-        )
-    return time_constant
-
-
 def height_reference(vertical: str, height: ArrayLike | HeightReadings | None, time: Array) -> tuple[Array, Array]:
     """Return the references of a vertical channel.
 
@@ -110,10 +82,14 @@ def height_reference(vertical: str, height: ArrayLike | HeightReadings | None, t
         the channel does not need them.
 
     Raises:
-        InputError: the channel is unknown, the required height is missing or has a wrong shape, or a height is not
-            finite.
+        InputError: the channel is unknown, the required height is missing or has a wrong shape, a height is not finite,
+            or it would have no effect.
     """
     check_name("vertical channel", vertical, VERTICALS)
+    if height is not None and vertical == "free":
+        raise InputError(
+            'height would have no effect: vertical = "free" uses no height reference; "baro-loop" and "truth" do.'
+        )
     if vertical == "free":
         return np.empty(0), np.empty(0)
     if height is None:

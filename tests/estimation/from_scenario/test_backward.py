@@ -23,6 +23,7 @@ from sinssim.estimation.from_scenario.backward import (
 )
 from sinssim.estimation.measurements.kind import Prediction, measurement_kind, observe
 from sinssim.estimation.nominal import rows_of
+from sinssim.mechanization import Mechanization
 from sinssim.scenario import Scenario
 from sinssim.scenario.sections.imu import ImuSection
 from sinssim.sensors.aiding.registry import KINDS
@@ -34,7 +35,7 @@ from tests.estimation.worlds import biases_only, errors_of, one_run, positions, 
 SIGMA_ALL = expected_errors(ImuSection(grade="mems-industrial")).sigma
 SIGMA = biases_only("laser-standard")
 MODEL = error_model(SIGMA, position=(5.0, 5.0, 5.0), velocity=0.1, attitude=(3e-4, 3e-4, 3e-3))
-OPTIONS: dict[str, Any] = {"rate_hz": 5.0, "ellipsoid": "wgs84"}
+OPTIONS: dict[str, Any] = {"rate_hz": 5.0, "mechanization": Mechanization()}
 
 
 @pytest.mark.parametrize("frame", ["level", "wander", "inertial"])

@@ -2,11 +2,14 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
 from sinssim import emulate
 from sinssim.data import ImuData
+from sinssim.mechanization import Mechanization
 from sinssim.scenario.sections.imu import ImuSection
 from sinssim.sensors.sets.reading import Readings, read, sums
 from sinssim.strapdown.measured_attitude import navigate_set
@@ -71,14 +74,14 @@ def test_what_is_not_measured_is_not_a_number(cone):
     _, readings = read(cone, cone.increments(100.0), section("attitude-sensor", 100.0))
     assert np.isnan(readings.imu.dtheta).all()
     with pytest.raises(ValueError, match=r"imu.dtheta\[0\]"):
-        navigate_set(readings.imu, None, cone.state(0.0))
+        navigate_set(readings.imu, None, cone.state(0.0), Mechanization())
 
 
 @pytest.mark.parametrize("kind", SETS)
 def test_perfect_sensors_of_every_set_navigate(cone, kind):
     true, measured = read(cone, cone.increments(200.0), section(kind, 200.0))
     for readings in (true, measured):
-        solution = navigate_set(readings.at(2).imu, readings.at(2).attitude, cone.state(0.0))
+        solution = navigate_set(readings.at(2).imu, readings.at(2).attitude, cone.state(0.0), Mechanization())
         truth = cone.state(solution.time)
         # A 3 Hz cone at 100 Hz, 6e-3 rad a sample: what is left is the splines of the sets without gyros.
         np.testing.assert_allclose(solution.latitude, truth.latitude, rtol=0, atol=1e-5 / 6.4e6)
@@ -92,13 +95,13 @@ def test_every_set_has_the_same_vertical_channels(vertical):
     ideal = flight.increments(10.0)
     truth = flight.state(ideal.time)
     biased = ImuData(ideal.time, ideal.dtheta, ideal.dvel + 0.1 * np.array([0.0, 0.0, 1e-4 * 9.80665]))
-    options = {"frame": "inertial", "vertical": vertical, "height": truth.height}
+    of = Mechanization(frame="inertial", vertical=vertical)
     if vertical == "baro-loop":
-        options["baro_time_constant"] = 30.0
+        of = replace(of, baro_time_constant=30.0)
     attitude, _ = read(flight, ideal, section("attitude-sensor", 10.0))
     errors = {}
     for kind, readings in (("gyros", Readings(biased)), ("attitude", Readings(biased, attitude.attitude))):
-        solution = navigate_set(readings.imu, readings.attitude, flight.state(0.0), **options)
+        solution = navigate_set(readings.imu, readings.attitude, flight.state(0.0), of, truth.height)
         errors[kind] = navigation_error(truth, solution, flight.ellipsoid)
     offset = {"baro-loop": None, "truth": 0.0}[vertical]
     height = errors["gyros"].height

@@ -12,6 +12,7 @@ import pyarrow.parquet as pq
 import pytest
 
 from sinssim.errors import InputError, RunError
+from sinssim.mechanization import Mechanization
 from sinssim.recording.rerun.viewer import read_run_info
 from sinssim.recording.rerun.views import all_views
 from sinssim.recording.store.summaries.redundancy_summary import redundancy_sentences
@@ -113,10 +114,10 @@ def test_a_failed_first_algorithm_leaves_the_comparison_to_the_next(monkeypatch:
 
     navigate_set = measured_attitude.navigate_set
 
-    def euler_fails(*arguments: Any, algorithm: str, **options: Any) -> Any:
-        if algorithm == "euler":
+    def euler_fails(imu: Any, attitude: Any, initial: Any, of: Mechanization, *height: Any) -> Any:
+        if of.algorithm == "euler":
             raise RunError("it fails.", time=1.0)
-        return navigate_set(*arguments, algorithm=algorithm, **options)
+        return navigate_set(imu, attitude, initial, of, *height)
 
     monkeypatch.setattr(measured_attitude, "navigate_set", euler_fails)
     result = run(scenario({}, {"faults": [STEP]}, navigation={"algorithms": ["euler", "quaternion"]}))

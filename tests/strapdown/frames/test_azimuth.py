@@ -9,6 +9,7 @@ import numpy as np
 import pytest
 
 from sinssim.errors import RunError
+from sinssim.mechanization import Mechanization
 from sinssim.strapdown.frames.azimuth import azimuth_rule, check
 
 
@@ -20,7 +21,7 @@ def northwards(*longitude_deg: float) -> Any:
         latitude=np.zeros(rows),
         longitude=np.radians(longitude_deg),
         velocity=np.tile([100.0, 0.0, 0.0], (rows, 1)),
-        route=None,
+        mechanization=Mechanization(frame="transverse"),
     )
 
 
