@@ -23,6 +23,7 @@ if TYPE_CHECKING:
     from sinssim.estimation.result import Estimate, Innovations
     from sinssim.frames import FRAMES
     from sinssim.logs.load import load_log
+    from sinssim.mechanization import Mechanization
     from sinssim.own_content.registry import use
     from sinssim.recording.finished.run_streams import load_streams
     from sinssim.scenario.load import load_scenario
@@ -56,6 +57,7 @@ __all__ = [
     "Innovations",
     "InputError",
     "Measurements",
+    "Mechanization",
     "NavError",
     "NavSolution",
     "NavState",
@@ -102,6 +104,7 @@ __getattr__, __dir__ = on_first_use(
         "Innovations": "sinssim.estimation.result",
         "InputError": "sinssim.errors",
         "Measurements": "sinssim.data",
+        "Mechanization": "sinssim.mechanization",
         "NavError": "sinssim.strapdown.nav_error",
         "NavSolution": "sinssim.data",
         "NavState": "sinssim.data",

@@ -94,13 +94,13 @@ def test_a_section_gives_its_values_in_si() -> None:
         algorithms=("euler", "quaternion"), frame="transverse", gravity="j2", curvature="no-height",
         route_deg=(10.0, 20.0, 30.0, 40.0), vertical="baro-loop", baro_time_constant_s=35.0,
     )  # fmt: skip
-    assert section.mechanization("quaternion", "grs80") == Mechanization(
-        algorithm="quaternion", frame="transverse", gravity="j2", ellipsoid="grs80", curvature="no-height",
+    assert section.mechanization("quaternion", "pz-90.11") == Mechanization(
+        algorithm="quaternion", frame="transverse", gravity="j2", ellipsoid="pz-90.11", curvature="no-height",
         route=(0.17453292519943295, 0.3490658503988659, 0.5235987755982988, 0.6981317007977318),
         vertical="baro-loop", baro_time_constant=35.0,
     )  # fmt: skip
-    in_segments = section.in_segments("grs80")
+    in_segments = section.in_segments("pz-90.11")
     assert (in_segments.algorithm, in_segments.vertical) == ("euler", "free")
     own = NavigationSection(frame="wander", azimuth_deg=-90.0, ellipsoid="krasovsky-1940")
-    assert own.mechanization("quaternion", "grs80").ellipsoid == "krasovsky-1940"
-    assert own.mechanization("quaternion", "grs80").azimuth == pytest.approx(-np.pi / 2, abs=1e-15)
+    assert own.mechanization("quaternion", "pz-90.11").ellipsoid == "krasovsky-1940"
+    assert own.mechanization("quaternion", "pz-90.11").azimuth == pytest.approx(-np.pi / 2, abs=1e-15)
