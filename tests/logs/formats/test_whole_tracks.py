@@ -212,3 +212,18 @@ def test_track_tables(tmp_path: Path) -> None:
         datum="ellipsoid",
         q_nb=[[0.5, -0.5, 0.5, 0.5], [0.1, 0.3, -0.3, 0.9]],
     )
+
+
+@pytest.mark.parametrize(
+    ("unit", "size"),
+    [("m", 1.0), ("meters", 1.0), ("metre", 1.0), ("km", 1000.0), ("ft", 0.3048), ("feet", 0.3048), ("foot", 0.3048)],
+)
+def test_units_of_heights_and_angles_of_tracks(tmp_path: Path, unit: str, size: float) -> None:
+    path = tmp_path / "a.csv"
+    for angle, turn in (("deg", DEGREE), ("degrees", DEGREE), ("rad", 1.0), ("radians", 1.0), ("°", DEGREE)):
+        path.write_text(
+            f"time_s,Latitude [{angle}],Longitude ({angle}),Height [{unit}]\n0.5,0.25,-1.5,7.5\n", encoding="utf-8"
+        )
+        track = track_csv.read(path).solutions["track"]
+        np.testing.assert_allclose([track.latitude[0], track.longitude[0]], [0.25 * turn, -1.5 * turn], rtol=1e-14)
+        assert track.height[0] == pytest.approx(7.5 * size, rel=1e-14)
