@@ -17,7 +17,7 @@ from sinssim.logs.recorded_run import RecordedRun
 from sinssim.logs.scoring.clock_match import match_clock
 from sinssim.logs.scoring.log_reference import reference_of
 from sinssim.logs.scoring.score import Judge, common_span
-from sinssim.logs.scoring.truth_at import TruthAt
+from sinssim.logs.scoring.truth_at import TruthAt, interpolation_error
 from sinssim.logs.streams import Clock, SolutionStream
 from tests.logs import hand_run
 from tests.logs.formats.whole import attitude, whole
@@ -337,3 +337,57 @@ def test_errors_of_a_run_follow_from_truth_and_solution(tmp_path: Path) -> None:
     parquet.write_table(other, run / "streams" / "nav_mine.parquet")
     with pytest.raises(InputError, match="the rule of its errors is 7, and this version computes rule 1"):
         RecordedRun(run).errors("mine")
+
+
+def test_a_score_against_a_reference(tmp_path: Path) -> None:
+    """At the reference's point; its own σ north and east, 0.5 and 1.5 m to 3.75 and 4.75 m, is √(64.25/4) = 4 m rms."""
+    run = RecordedRun(hand_run.log_run(tmp_path / "a", lever_arm_m=[0.0, 0.0, 0.0], gap_s=0.75))
+    judge = Judge(run, START)
+    latitude, longitude, height, velocity, q = solution()
+    columns = [START + TIME, latitude, longitude, height, velocity, q]
+    score = judge.score(write(tmp_path / "own.csv", names=f"{PLACE},{MORE}", columns=columns))
+    # only rows 20 ms from one of the reference's, which has less than three a second, are known: here they are the same
+    assert score.sentences[3:] == (
+        "Its clock: GPS time, the column gps_s, with a date.",
+        "4 rows, from 0.250 s to 1.750 s.",
+        "It is compared with the reference truth.nav. The reference is interpolated, and known at 4 of 4 rows.",
+        "The reference's own σ is 4 m horizontally (rms); smaller errors are insignificant.",
+    )
+    np.testing.assert_allclose(score.error.position_ned, OFF * [1.0, 1.0, -1.0], atol=3e-4)
+    np.testing.assert_allclose(score.error.velocity_ned, FASTER, atol=1e-9)
+    np.testing.assert_allclose(score.error.attitude, TILT, atol=1e-9)
+
+
+def test_a_lever_arm_of_a_reference(tmp_path: Path) -> None:
+    """Of an antenna only if its lever arm is that of the reference; a solution without attitude cannot be turned."""
+    latitude, longitude, height, _, _ = solution()
+    path = write(tmp_path / "own.csv", names=PLACE, columns=[START + TIME, latitude, longitude, height])
+    other = Judge(RecordedRun(hand_run.log_run(tmp_path / "a")), START)
+    with pytest.raises(
+        InputError,
+        match=r"the reference truth\.nav has a lever arm of 0\.935 m, and the "
+        r"solution has no",
+    ):
+        other.score(path)
+    with pytest.raises(InputError, match="--antenna gnss: its lever arm is not that of the reference"):
+        other.score(path, antenna="gnss")
+    with pytest.raises(InputError, match="GNSS receiver"):
+        other.score(path, antenna="galileo")
+    same = Judge(RecordedRun(hand_run.log_run(tmp_path / "b", lever_arm_m=list(ARM))), START)
+    found = same.score(path, antenna="gnss").error
+    np.testing.assert_allclose(found.position_ned, OFF * [1.0, 1.0, -1.0], atol=3e-4)
+
+
+def test_the_error_of_an_interpolation_of_fourth_powers() -> None:
+    """Left out samples of c t⁴ in the first interval of 2h are off by 1/2·1/2·3/2·5/2 (2h)⁴ c; a sixteenth is shown."""
+    time = 0.5 * np.arange(11)
+    turn = Rotation.from_rotvec(np.outer(0.002 * time**4, [2.0, -1.0, 2.0]) / 3.0)
+    here = np.full(11, 0.5), np.full(11, -1.5)
+    truth = SolutionStream(time, *here, 8.0 * time**4, "ellipsoid", np.zeros((11, 3)), turn.as_quat(scalar_first=True))
+    metres, angle = interpolation_error(truth)
+    assert metres == pytest.approx(0.9375 * 0.5**4 * 8.0, rel=1e-6)
+    assert angle == pytest.approx(0.9375 * 0.5**4 * 0.002, rel=1e-5)
+    short = SolutionStream(
+        *(values[:8] for values in (time, *here, time)), "ellipsoid", np.zeros((8, 3)), np.zeros((8, 4))
+    )
+    assert np.isnan(interpolation_error(short)).all()
