@@ -121,3 +121,61 @@ def test_four_positions_cancel_all_but_the_bias_along_the_axis() -> None:
     along[2, 2] = 1.0
     assert np.abs(biases - along).max() < 1e-6
     assert np.abs(products).max() < 1e-5
+
+
+def test_angles_and_rates_of_a_cycle_by_hand() -> None:
+    """90° at 30°/s and −45° on the inner axis, ramps of 1 s, stops of 2 s: turns of 4 s and 2.5 s; then −90°.
+
+    In the middle of a ramp the rate is half, and 13/32 of half the ramp's angle is behind: x³ − x⁴/2 at x = 1/2.
+    """
+    section = {**KINDS["steps"], "dwell_s": 2.0, "ramp_s": 1.0}
+    turns = turning(TypeAdapter(Rotation).validate_python(section), 100.0, 200.0)
+    t = 100.0 + np.array([0.0, 0.5, 1.0, 2.0, 3.5, 4.0, 6.0, 6.5, 8.5, 11.0, 14.5, 16.5, 17.0])
+    half = 30.0 * (0.125 - 0.03125)
+    outer = [0.0, half, 15.0, 45.0, 90.0 - half, 90.0, 90.0, 90.0, 90.0, 90.0 - 15.0, half, 0.0, half]
+    inner = [0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, -half, -45.0, -45.0, -45.0, -45.0, -45.0]
+    # turns of 4, 2.5 and 4 s with stops of 2 s: they begin at 0, 6, 10.5 and, in the next cycle, at 16.5 s
+    outer[9] = 90.0 - 30.0 * (0.125 - 0.03125)
+    outer[10] = 0.0
+    np.testing.assert_allclose(turns.angles(t) / DEG, np.column_stack([outer, inner]), atol=1e-9)
+    rates = turns.rate(100.0 + np.array([0.5, 2.0, 5.0, 6.5, 11.0])) / DEG
+    across = np.linalg.norm(rates, axis=1)
+    np.testing.assert_allclose(across, [15.0, 30.0, 0.0, 15.0, 15.0], atol=1e-9)
+    begins = [0.0, 1.0, 3.0, 4.0, 6.0, 7.0, 7.5, 8.5, 10.5, 11.5, 13.5, 14.5, 16.5]
+    np.testing.assert_allclose(turns.breaks[:12], 100.0 + np.array(begins[1:]), atol=1e-9)
+    assert turns.breaks[-1] < 200.0
+    assert turns.two_axes
+    assert turns.fastest == pytest.approx(30.0 * DEG)
+
+
+def test_contents_of_a_rotation() -> None:
+    """Both rates of a continuous one; a wobble of n cycles multiplies the outer angle."""
+    section = {"type": "continuous", "rate_deg_s": -13.0, "inner_rate_deg_s": 7.0, "axis": (0.0, 3.0, 4.0)}
+    turns = made(section, 30.0)
+    np.testing.assert_allclose(turns.outer, [0.0, 0.6, 0.8])
+    assert turns.fastest == pytest.approx(20.0 * DEG)
+    assert len(turns.breaks) == 0
+    np.testing.assert_allclose(turns.angles(np.array([0.0, 10.0])) / DEG, [[0.0, 0.0], [-130.0, 70.0]])
+    wobbling = made({**section, "wobble_arcsec": 36.0, "wobble_cycles": 3, "wobble_phase_deg": 20.0}, 30.0)
+    assert wobbling.fastest == pytest.approx(80.0 * DEG)
+    assert (wobbling.wobble, wobbling.cycles, wobbling.phase) == (
+        pytest.approx(0.01 * DEG),
+        3,
+        pytest.approx(20.0 * DEG),
+    )
+    assert not made({"type": "continuous", "rate_deg_s": 5.0}, 30.0).two_axes
+    # the wobble tilts by ε, across the axis, and goes round n times a turn
+    still, tilted = turns.attitude(np.array([5.0])), wobbling.attitude(np.array([5.0]))
+    nu = rotation.rotation_vector_from_quaternion(rotation.multiply(tilted, rotation.conjugate(still)))[0]
+    assert np.linalg.norm(nu) == pytest.approx(0.01 * DEG, rel=1e-6)
+    assert nu @ turns.outer == pytest.approx(0.0, abs=1e-12)
+
+
+def test_what_a_rotating_unit_tells_of_itself() -> None:
+    parked = Parked(0.8, 0.1, 50.0, np.array([1.0, 0.0, 0.0, 0.0]), 30.0)
+    base = Vibrating(parked, (Tone("roll", 0.01, 1.5), Tone("down", 0.02, 2.0)))
+    assert base.fastest == pytest.approx(2.0 * 4.0 * np.pi)  # products have twice the frequency
+    block = TurningBlock(base, made(KINDS["reversing"], 30.0))
+    assert block.fastest == pytest.approx(8.0 * np.pi + 10.0 * DEG)
+    np.testing.assert_allclose(block.breaks, block.turns.breaks)
+    assert (block.start, block.end, block.gravity) == (0.0, 30.0, "normal")
