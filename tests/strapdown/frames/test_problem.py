@@ -13,10 +13,9 @@ from sinssim import ImuData, NavState, navigate
 from sinssim.errors import InputError, RunError
 from sinssim.strapdown.frames import level
 from sinssim.strapdown.frames.problem import check_solution, ran_away
-from sinssim.strapdown.frames.vertical import NOTHING_NEW, OVERDUE, HeightReadings, checked_channel, height_reference
+from sinssim.strapdown.frames.vertical import NOTHING_NEW, OVERDUE, HeightReadings, height_reference
 from sinssim.strapdown.iteration.functional_iteration import engine
 from sinssim.strapdown.iteration.windows import chebyshev_points, windows
-from sinssim.strapdown.navigate import summed
 
 
 def test_readings_since_the_row_before() -> None:
@@ -46,11 +45,8 @@ def test_references_of_the_vertical_channel() -> None:
         height_reference("truth", readings, time)
     with pytest.raises(InputError, match=r"height\[2\] = inf m at t = 3\.000000 s is not a finite number\."):
         height_reference("truth", np.array([1.0, 2.0, np.inf, 4.0]), time)
-    with pytest.raises(InputError, match=r'baro_time_constant = 7 would have no effect: .* here vertical = "truth"'):
-        checked_channel("truth", height, 7.0)
     with pytest.raises(InputError, match='height would have no effect: vertical = "free" uses no height reference'):
-        checked_channel("free", height, 30.0)
-    assert checked_channel("baro-loop", height, 7.0) == 7.0
+        height_reference("free", height, time)
 
 
 def problem(**change: Any) -> Any:
@@ -95,11 +91,6 @@ def test_the_level_frame_ends_near_a_pole(sign: float) -> None:
     assert error.value.time == 10.5
     with pytest.raises(RunError, match="the navigation's latitude diverged"):
         level.check(problem(latitude=np.array([1.5, sign * 1.6, 1.5])), "level")
-
-
-def test_sums_of_increments_drop_what_is_left() -> None:
-    rows = np.arange(21.0).reshape(7, 3)
-    np.testing.assert_array_equal(summed(rows, 3), [[9.0, 12.0, 15.0], [36.0, 39.0, 42.0]])
 
 
 def test_options_without_effect_and_data_that_are_too_short() -> None:
