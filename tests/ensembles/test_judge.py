@@ -65,6 +65,19 @@ def test_a_run_that_has_ended_does_not_count() -> None:
     assert judge(few, parse_requirement("r95(2700 s) <= 1 nmi")).verdict == "undecided"
 
 
+def test_the_rate_of_a_run_is_that_of_its_own_time() -> None:
+    """The worst two of ten runs end after a quarter of the hour, with 9 and 10 nmi/h: 2.25 and 2.5 nmi."""
+    result = straight(np.arange(1.0, 11.0))
+    result.errors.position_ned[8:, 16:] = np.nan
+    result.errors.final[8:, 0] = result.errors.position_ned[8:, 15, 0]
+    result.errors.end[8:] = 900.0
+    found = judge(result, parse_requirement("rate(end) <= 30 nmi/h"))
+    assert found.value / NMI_H == pytest.approx(np.percentile(np.arange(1.0, 11.0), 95.0, method="median_unbiased"))
+    assert found.time == 3600.0
+    r95 = judge(result, parse_requirement("r95(end) <= 30 nmi")).value / 1852.0
+    assert r95 == pytest.approx(8.0)  # the largest of 1 … 8, 2.25 and 2.5 nmi
+
+
 def test_before_a_filter_has_begun_there_is_nothing_to_judge() -> None:
     result = straight(np.full(200, 1.0), failed=1)
     result.errors.position_ned[:, :10] = np.nan
