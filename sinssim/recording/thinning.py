@@ -93,9 +93,11 @@ def screen_vectors(stream: Stream, events: Sequence[float] = ()) -> Iterator[tup
     """
     start, end = float(stream.time[0]), float(stream.time[-1])
     found: dict[str, list[tuple[Array, Array]]] = {vector.name: [] for vector in stream.vectors}
+    places = np.searchsorted(stream.time, np.asarray(events, dtype=np.float64))
     for rows in blocks(len(stream.time)):
         time = stream.time[rows]
-        near = [at for at in events if time[0] <= at <= time[-1]]
+        near = [at for at, place in zip(events, places, strict=True)
+                if rows.start - AROUND < place < rows.stop + AROUND]  # fmt: skip
         for vector in stream.vectors:
             values = vector.values[rows]
             k = screen_rows(time, values, start, end, near)

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import pytest
 
+from sinssim.recording.plane_errors import EQUATION_COLORS, EQUATION_NAMES, ROW_NAMES, SIMULATION_COLOR
 from sinssim.recording.style import COLORS, colors, css, stacked_widths, tint
 
 
@@ -41,3 +42,13 @@ def test_lines_that_coincide_are_seen_under_one_another() -> None:
     assert stacked_widths(1) == [1.5]
     assert stacked_widths(3) == pytest.approx([4.86, 2.7, 1.5])
     assert stacked_widths(4) == [1.5] * 4
+
+
+def test_each_error_equation_has_a_name_and_a_colour_of_its_own() -> None:
+    assert EQUATION_NAMES == {
+        "equation_8_10": "equation (8.10)", "equation_8_11": "equation (8.11)", "equation_8_12": "first order (8.12)",
+        "closed_form": "closed form at rest",
+    }  # fmt: skip
+    assert ROW_NAMES == {"simulation": "simulation", "perfect_sensors": "perfect sensors", **EQUATION_NAMES}
+    assert list(EQUATION_COLORS) == list(EQUATION_NAMES)
+    assert len({*EQUATION_COLORS.values(), SIMULATION_COLOR}) == 5

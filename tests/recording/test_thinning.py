@@ -101,6 +101,26 @@ def test_a_stream_is_thinned_block_by_block_without_a_trace_of_the_blocks(series
     np.testing.assert_array_equal(found["a"][1], values[k])
 
 
+@pytest.mark.parametrize("place", [BLOCK - 3, BLOCK, BLOCK + 1, BLOCK + AROUND - 1, 7])
+def test_rows_around_an_event_stay_at_the_edge_of_a_block(place: int) -> None:
+    """A constant needs its ends alone; an event lies at a row, or between two of them."""
+    time = np.arange(3.0 * BLOCK)
+    stream = Stream("s", time, (Vector("a", ("a",), np.full((len(time), 1), 2.5)),))
+    for at in (float(place), place - 0.5):
+        ((_, kept, values),) = screen_vectors(stream, [at])
+        assert set(np.arange(max(place - AROUND, 0), place + AROUND, dtype=float)) <= set(kept)
+        assert len(kept) <= 6 + 3 * AROUND
+        assert set(values.ravel()) == {2.5}
+
+
+def test_a_constant_is_drawn_by_its_ends() -> None:
+    time = 50.0 + np.arange(9000.0)
+    rows = screen_rows(time, np.full((9000, 2), -3.5), time[0], time[-1])
+    assert rows.tolist() == [0, 8999]
+    rows = screen_rows(time, np.full((9000, 2), -3.5), time[0], time[-1], [4050.5])  # between rows 4000 and 4001
+    assert rows.tolist() == [0, *range(4001 - AROUND, 4001 + AROUND), 8999]
+
+
 def test_sparse_parts_of_a_record_stay_whole():
     time = np.concatenate((np.arange(0.0, 1.0, 1e-5), np.arange(1.0, 1000.0)))
     values = np.random.default_rng(2).standard_normal((len(time), 1))

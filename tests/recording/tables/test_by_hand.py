@@ -135,10 +135,20 @@ def test_the_expectation_of_a_grade() -> None:
         f"Half of all runs end within {sqrt(log(2.0)) * 5000.0 / 1852.0 / 2.0:.2f} nmi per hour, which is called the "
         "class of a unit.",
     ]
+    found = expectation.to_json(Expectation(section, 45.5 * DEG, 7200.0, terms, contributions))
+    assert found["circular_error_probable_nmi"] == pytest.approx(sqrt(log(2.0)) * 5000.0 / 1852.0, rel=1e-4)
+    assert found["root_sum_square_m"] == pytest.approx(5000.0)
+    assert found["root_sum_square_nmi"] == pytest.approx(5000.0 / 1852.0)
+    assert (found["latitude_deg"], found["duration_s"]) == (pytest.approx(45.5), 7200.0)
+    assert found["contributions"][1] == {"term": "bias", "assumes": "at rest", "position_m": 3000.0}
+    assert found["terms"][0] == {"name": "gyro_walk", "value": 12_345.6, "unit": "deg/√h", "si": 3.59,
+                                 "si_unit": "1/√s", "meaning": "noise"}  # fmt: skip
+    assert found["linear"]
     lost = Expectation(section, 0.5, 3600.0, terms, (Contribution("bias", "at rest", 6e5),))
     found = printed(lambda console: expectation.show(lost, console))
     assert "> 500,000 > 270 bias at rest" in found
     assert "> 500,000 > 270 total" in found
+    assert not expectation.to_json(lost)["linear"]
     assert found[-1] == "The linear theory is not valid beyond 500 km: the position is lost."
     bias = Expectation(section, 45.0 * DEG, 600.0, (Term("accel_bias", 50.0, "µg", 50.0 * UG, "m/s²", "bias"),), ())
     # b (cosh(√2 ω t) − 1)/(2 ω²) with ω t = 0.745: 0.5 b t² (1 + (ω t)²/6 + …)
