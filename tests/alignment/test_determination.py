@@ -253,3 +253,31 @@ def test_zeros_have_no_sign_and_a_vehicle_upside_down_a_roll_of_plus_180_degrees
     assert [str(angle) for angle in (level.heading, level.roll)] == ["0.0", "0.0"]
     over, _, _ = solve([5e-5, 0.0, 5e-5], [0.0, 0.0, 9.81])
     assert (over.heading, over.roll) == (0.0, np.pi)
+
+
+def test_why_an_angle_is_not_determined() -> None:
+    """Each sentence, with the first element that it holds for, of four vehicles."""
+    gyro, accel = ideal_readings(0.3, 0.1, np.radians([10.0, 10.0, 89.97, 10.0]), np.radians([40.0, 89.96, 40.0, 40.0]))
+    gyro[3] *= 1.3
+    found = determine(gyro, accel)
+    assert found.warnings == (
+        "heading and roll are not determined (element [2]): the longitudinal axis is vertical (pitch 89.970 deg).",
+        "the heading is not determined (element [1]): at latitude 89.960 deg the Earth's rate has no horizontal part.",
+        "heading and latitude are not determined (element [3]): the gyros read 19.55 deg/h, but the Earth turns at "
+        "15.041 deg/h: their errors are too large, the vehicle turned, or their unit is wrong (for an array rad/s).",
+    )
+    flags = found.undetermined
+    assert [flags.heading.tolist(), flags.roll.tolist(), flags.pitch.tolist(), flags.latitude.tolist()] == [
+        [False, True, True, True], [False, False, True, False], [False] * 4, [False, False, False, True],
+    ]  # fmt: skip
+    for name in ("heading", "roll", "pitch", "latitude"):
+        np.testing.assert_array_equal(np.isnan(getattr(found, name)), getattr(flags, name))
+    doubted = doubt(
+        found, Angles(np.radians(1.0), np.radians([1.0, 42.34, 50.0, 1.0]), np.radians(2.0), np.radians(3.0))
+    )
+    assert doubted.warnings[3:] == (
+        "the roll is not determined (element [1]): with these instruments its standard deviation would be 42.3 deg.",
+    )
+    assert doubted.undetermined.roll.tolist() == [False, True, True, False]
+    assert doubted.earth_rate is found.earth_rate
+    assert doubted.gravity is found.gravity

@@ -10,6 +10,7 @@ import pytest
 from sinssim.alignment import (
     Attitude,
     best_headings,
+    coefficients,
     determine,
     error_budget,
     expected_errors,
@@ -18,6 +19,8 @@ from sinssim.alignment import (
     set_sigma,
     total,
 )
+from sinssim.alignment.budget import reading_errors, reading_variances
+from sinssim.alignment.theory import linear
 from sinssim.earth.models import OMEGA_IE
 from sinssim.errors import InputError
 from sinssim.scenario.sections.imu import ImuSection
@@ -216,3 +219,119 @@ def test_scale_factors_alone_want_a_cardinal_heading_and_the_best_is_never_worse
 def test_mistakes_are_named(count, angle, text):
     with pytest.raises(InputError, match=text):
         best_headings(count, LATITUDE, GRADE, 300.0, angle=angle)
+
+
+OFF = 1.0 - np.eye(3)
+SIZES = {
+    "gyro": {"bias": 1e-8, "scale": 1e-4, "misalignment": 1e-4, "asymmetry": 1e-4, "quadratic": 1.0, "cubic": 1e4,
+             "cross_axis": 1.0, "bias_temperature": 1e-9, "scale_temperature": 1e-5, "ramp": 1e-10,
+             "g_sensitivity": 1e-9},
+    "accel": {"bias": 1e-3, "scale": 1e-4, "misalignment": 1e-4, "asymmetry": 1e-4, "quadratic": 1e-5, "cubic": 1e-6,
+              "cross_axis": 1e-5, "bias_temperature": 1e-4, "scale_temperature": 1e-5, "ramp": 1e-5},
+}  # fmt: skip
+"""Sizes of errors whose effects at rest are alike."""
+
+
+def uneven(name: str) -> TriadErrors:
+    """Return 1σ that differ for every axis and every pair of axes."""
+    rng, found = np.random.default_rng(len(name)), {}
+    for field, size in SIZES[name].items():
+        whole = field in ("misalignment", "cross_axis", "g_sensitivity")
+        found[field] = size * rng.uniform(0.5, 2.0, (3, 3) if whole else 3)
+        if field in ("misalignment", "cross_axis"):
+            found[field] *= OFF
+    return TriadErrors(**found)
+
+
+UNEVEN = ImuErrors(uneven("gyro"), uneven("accel"), warm_up=WarmUp(8.0, 3.0, 100.0))
+
+
+def one_by_one(sigma: ImuErrors) -> list[ImuErrors]:
+    """Return blocks with one error each, of 1σ."""
+    found = []
+    for name in ("gyro", "accel"):
+        triad = getattr(sigma, name)
+        for field in SIZES[name]:
+            value = getattr(triad, field)
+            for index in np.argwhere(value):
+                alone = np.zeros_like(value)
+                alone[tuple(index)] = value[tuple(index)]
+                found.append(ImuErrors(**{name: TriadErrors(**{field: alone})}, warm_up=sigma.warm_up))
+    return found
+
+
+def test_every_error_alone_and_the_sum_of_their_squares() -> None:
+    """The budget of one session, and the mean of three positions one after the other, from each error's own effect on
+    each angle: 1σ of it through the readings and the first-order theory."""
+    attitude = Attitude(np.array([0.7, 2.9, 4.4]), np.array([0.1, -0.3, 0.2]), np.array([-0.2, 0.05, 0.3]))
+    gyro, accel = ideal_readings(*attitude, LATITUDE)
+    every = one_by_one(UNEVEN)
+    assert len(every) == 2 * (3 * 8 + 2 * 6) + 9
+    square, of_set = np.zeros(4), np.zeros(4)
+    for error in every:
+        effects = []
+        for k in range(3):
+            c = coefficients(Attitude(*(angle[k] for angle in attitude)), LATITUDE)
+            effects.append(linear(c, *reading_errors(error, gyro[k], accel[k], 80.0, 80.0 * k)))
+        of_set += np.mean(effects, axis=0) ** 2
+        c = coefficients(Attitude(*(angle[1] for angle in attitude)), LATITUDE)
+        square += np.square(linear(c, *reading_errors(error, gyro[1], accel[1], 200.0, 50.0)))
+    budget = error_budget(Attitude(*(angle[1] for angle in attitude)), LATITUDE, UNEVEN, 200.0, start=50.0)
+    np.testing.assert_allclose(total(budget), np.sqrt(square), rtol=1e-9)
+    np.testing.assert_allclose(set_sigma(attitude, LATITUDE, UNEVEN, 240.0), np.sqrt(of_set), rtol=1e-9)
+
+
+def test_errors_of_readings_by_the_model_of_the_sensors() -> None:
+    """Each axis by the sentence of its term, at rates and forces without symmetry; 50 s … 250 s after switching on."""
+    g, a = UNEVEN.gyro, UNEVEN.accel
+    x, f = np.array([0.3, -0.5, 0.7]), np.array([1.1, 2.3, -9.1])
+    # 3 + 5 e^(−t/100), mean over the session
+    warmth = 3.0 + 5.0 * 100.0 * (np.exp(-0.5) - np.exp(-2.5)) / 200.0
+
+    def reading(t: TriadErrors, own: np.ndarray, force: np.ndarray | None) -> list[float]:
+        found = []
+        for i in range(3):
+            one = t.bias[i] + t.scale[i] * own[i] + sum(t.misalignment[i, j] * own[j] for j in range(3))
+            one += 0.5 * t.asymmetry[i] * abs(own[i]) + t.quadratic[i] * own[i] ** 2 + t.cubic[i] * own[i] ** 3
+            one += own[i] * sum(t.cross_axis[i, j] * own[j] for j in range(3))
+            one += (t.bias_temperature[i] + t.scale_temperature[i] * own[i]) * warmth + t.ramp[i] * 150.0
+            if force is not None:
+                one += sum(t.g_sensitivity[i, j] * force[j] for j in range(3))
+            found.append(one)
+        return found
+
+    rates, forces = reading_errors(UNEVEN, x, f, 200.0, 50.0)
+    np.testing.assert_allclose(rates, reading(g, x, f), rtol=1e-12)
+    np.testing.assert_allclose(forces, reading(a, f, None), rtol=1e-12)
+
+
+def test_sources_by_name_and_axis() -> None:
+    """The variance of every axis by every source, written out."""
+    x, f = np.array([0.3, -0.5, 0.7]), np.array([1.1, 2.3, -9.1])
+    triads = [
+        TriadErrors(**{name: getattr(own, name) for name in ("bias", "scale", "misalignment", "ramp")}, rate_walk=walk,
+                    random_walk=white, quantum=quantum, instability=wander, correlation_time=40.0)
+        for own, walk, white, quantum, wander in (
+            (UNEVEN.gyro, 0.03, 0.7, 0.4, 0.2), (UNEVEN.accel, 0.05, 0.9, 0.6, 0.8),
+        )
+    ]  # fmt: skip
+    found = reading_variances(ImuErrors(*triads), x, f, 20.0, start=70.0)
+    shape = 2.0 * (0.5 - 1.0 + np.exp(-0.5)) / 0.25
+    for name, integral, own, triad in (("gyro", "angle", x, triads[0]), ("accelerometer", "velocity", f, triads[1])):
+        expected = {
+            f"{name} bias": triad.bias**2,
+            f"{name} scale factor": (triad.scale * own) ** 2,
+            f"{name} misalignment": np.array([np.sum((triad.misalignment[i] * own) ** 2) for i in range(3)]),
+            f"{name} ramp": (triad.ramp * 80.0) ** 2,
+            f"{name} rate random walk": triad.rate_walk**2 * (70.0 + 20.0 / 3.0),
+            f"{name} bias instability": triad.instability**2 * shape,
+            f"{integral} random walk": triad.random_walk**2 / 20.0,
+            f"{integral} quantisation": triad.quantum**2 / 6.0 / 400.0,
+        }
+        for source, variance in expected.items():
+            own_value = found.pop(source)
+            np.testing.assert_allclose(own_value, np.broadcast_to(variance, own_value.shape), rtol=1e-9, err_msg=source)
+    assert not any(np.any(value) for value in found.values())
+    disturbed = reading_variances(ImuErrors(*triads), x, f, 20.0, "disturbed")
+    np.testing.assert_allclose(disturbed["angle random walk"], 0.49 / 20.0 * 10.0 / 7.0)
+    np.testing.assert_allclose(disturbed["velocity random walk"], 0.81 / 20.0)
