@@ -170,3 +170,22 @@ def test_free_inertial_navigation_after_a_calibration(method: str) -> None:
     assert found.low < predicted < found.high
     assert abs(ratio - 1.0) < 4.0 * np.sqrt(2.0 * np.sum(square**2) / 100.0) / square.sum()
     assert predicted < 0.7 * before
+
+
+def test_a_nominal_heading_that_is_trusted_is_kept() -> None:
+    """Half a degree off what the turns show, with a 1σ of 0.01°: the attitude stays, and the estimate comes to rest."""
+    at = {"dwell_s": 10.0, "calibration": {"attitude_sigma_deg": 0.01}}
+    described, flown = (scenario("systematic", "19-positions", heading_deg=h, **at) for h in (40.0, 40.5))
+    ideal = fly(flown).increments(20.0)
+    task = make_task(described, described.calibration, ideal, planned(described.turntable, ideal.time))
+    found = systematic(task)
+    assert found.iterations <= 5
+    # the heading that is off is not in the errors of the sensors, but in the residuals
+    assert np.abs(found.values / task.size).max() < 0.5
+    assert found.solution.chi_square > 10.0
+
+
+def test_progress_of_a_calibration() -> None:
+    told: list[float] = []
+    calibrate(scenario("separate", "six-positions", dwell_s=5.0), progress=told.append)
+    assert told == [0.0, 0.5, 1.0]

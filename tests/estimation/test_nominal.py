@@ -8,10 +8,11 @@ import numpy as np
 import pytest
 from scipy.spatial.transform import Rotation
 
-from sinssim.data import ImuData, NavSolution
+from sinssim.data import ImuData, NavSolution, NavState
 from sinssim.earth.models import WGS84
-from sinssim.estimation.nominal import MeanGyroRates, at, near, solution_of
+from sinssim.estimation.nominal import MeanGyroRates, at, motion, near, solution_of
 from sinssim.sensors.imu.errors import ImuErrors, TriadErrors
+from tests.oracles import error_equations as oracle
 
 LATITUDE, LONGITUDE, HEIGHT = 0.9, -3.14158, 800.0
 W = 1.0 - 6.69437999014e-3 * np.sin(LATITUDE) ** 2
@@ -102,3 +103,31 @@ def test_mean_rates_over_parts_of_samples() -> None:
     # around an instant: one mean interval of 1 s on either side
     around = gyros.at(np.array([4.25, 2.0]), ImuErrors())
     np.testing.assert_allclose(around, np.outer([(0.5e-3 + 2e-3 + 4e-3 + 1e-3) / 2.0, 2e-3 / 1.0], axis), rtol=1e-12)
+
+
+def test_the_specific_force_of_a_vehicle_on_a_parallel() -> None:
+    """East at 220 m/s, 5 km high, while the speed grows by 0.4 m/s²: Δv/T + (2ω_ie + ω_en) × v − g."""
+    v, earth = np.array([0.0, 220.0, 0.0]), oracle.Earth()
+    ie, en = oracle.rates(earth, LATITUDE, 5000.0, v)
+    state = NavState(
+        np.full(2, LATITUDE), np.array([0.1, 0.2]), np.full(2, 5000.0),
+        np.array([[0.0, 219.6, 0.0], [0.0, 220.4, 0.0]]), np.tile([1.0, 0.0, 0.0, 0.0], (2, 1)),
+    )  # fmt: skip
+    attitude = Rotation.from_euler("ZYX", [0.4, 0.1, -0.2])
+    middle = NavState(
+        state.latitude[:1], np.array([0.15]), state.height[:1], v[None], attitude.as_quat(scalar_first=True)[None]
+    )
+    found = motion(state, middle, np.array([2.0]), RATE[None], "normal", WGS84)
+    force = (
+        np.array([0.0, 0.4, 0.0])
+        + np.cross(2.0 * ie + en, v)
+        - [0.0, 0.0, oracle.gravity_down(earth, LATITUDE, 5000.0)]
+    )
+    np.testing.assert_allclose(found.force_n[0, [1, 2]], force[[1, 2]], rtol=0, atol=1e-5)
+    # 5 km high gravity leans towards the equator by 8e-6 m/s² per km and sin 2φ
+    assert found.force_n[0, 0] == pytest.approx(force[0] + 5.0 * 8.2e-6 * np.sin(2.0 * LATITUDE), abs=2e-6)
+    np.testing.assert_allclose(found.force_b[0], attitude.inv().apply(found.force_n[0]), rtol=1e-12)
+    np.testing.assert_allclose(found.c_nb[0], attitude.as_matrix(), rtol=0, atol=1e-12)
+    np.testing.assert_array_equal(found.rate_b, RATE[None])
+    still = motion(state, middle, np.array([0.0]), RATE[None], "normal", WGS84)  # the first epoch has no interval
+    assert np.isfinite(still.force_n).all()

@@ -12,7 +12,7 @@ from sinssim.data import ImuData, Measurements, NavSolution, NavState
 from sinssim.errors import InputError
 from sinssim.estimation import Block, ErrorModel
 from sinssim.estimation.from_scenario import recorded_run
-from sinssim.estimation.from_scenario.aided_run import _assumed_mounting, coarse_alignment
+from sinssim.estimation.from_scenario.aided_run import _assumed_mounting, coarse_alignment, navigate_beside
 from sinssim.estimation.from_scenario.recorded_run import (
     RecordedAided,
     all_readings,
@@ -24,6 +24,7 @@ from sinssim.estimation.initial_alignment.recorded_start import RecordedStart
 from sinssim.estimation.initial_alignment.start import Start
 from sinssim.scenario import Scenario
 from sinssim.strapdown.nav_error import NavError
+from sinssim.truth.motions.parked import Parked
 from sinssim.units import ARCMIN
 
 TIME = np.array([2.0, 2.5, 3.5, 4.0])
@@ -162,3 +163,26 @@ def test_an_alignment_as_long_as_the_run() -> None:
     assert str(info.value) == (
         "filter.alignment_s = 2: the run lasts 2 s, and the filter needs time after the alignment."
     )
+
+
+def test_another_system_of_the_vehicle_has_noise_of_its_own(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Its grade at its own place, the rate of the scenario, the true height; its seed is that of no run."""
+    scenario = driven().model_copy(update={"seed": 12})
+    scenario = scenario.model_copy(update={"imu": scenario.imu.model_copy(update={"rate_hz": 10.0})})
+    truth = Parked(0.8, 0.2, 300.0, np.array([1.0, 0.0, 0.0, 0.0]), 10.0)
+    seen: list[tuple[Any, int]] = []
+
+    def emulated(ideal: ImuData, section: Any, seed: int) -> ImuData:
+        seen.append((section, seed))
+        return ideal
+
+    monkeypatch.setattr("sinssim.sensors.imu.emulate.emulate", emulated)
+    found = navigate_beside(scenario, truth, "laser-standard", (3.0, 2.0, -1.0))
+    ((section, seed),) = seen
+    assert (section.grade, section.rate_hz) == ("laser-standard", 10.0)
+    assert seed > 1 << 40
+    assert len(found.time) == 101
+    np.testing.assert_allclose((found.latitude - 0.8) * 6.37e6, 3.0, rtol=0.01)
+    np.testing.assert_allclose((found.longitude - 0.2) * 6.39e6 * np.cos(0.8), 2.0, rtol=0.01)
+    np.testing.assert_allclose(found.height, 301.0, rtol=0, atol=1e-3)
+    np.testing.assert_allclose(found.velocity_ned, 0.0, rtol=0, atol=1e-4)
