@@ -5,6 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
+from sinssim.earth import declination
 from sinssim.earth.declination import decimal_year, field_along, magnetic_field
 from sinssim.errors import InputError
 
@@ -79,3 +80,35 @@ def test_models_meet_at_their_limits() -> None:
     assert 0.0 < np.abs(1e9 * (after - before)).max() < 140.0
     late = magnetic_field(*place, 2029.999), magnetic_field(*place, 2030.0)
     assert 0.0 < np.abs(1e9 * (late[1] - late[0])).max() < 0.2
+
+
+def test_the_model_is_evaluated_every_two_hundred_metres(monkeypatch: pytest.MonkeyPatch) -> None:
+    """1 km to the east on the equator with a point each 31 m: the first, the first beyond each 200 m, the last.
+
+    Between them the field is straight in Earth-fixed axes, which hardly turn.
+    """
+    asked: list[np.ndarray] = []
+
+    def known(latitude: np.ndarray, longitude: np.ndarray, height: np.ndarray, year: float) -> np.ndarray:
+        assert year == 2026.5
+        np.testing.assert_array_equal(height, 100.0)
+        asked.append(longitude * (6.371e6 + 100.0))
+        return np.column_stack([np.cumsum(np.ones(len(latitude))) ** 2, 0.0 * latitude, 0.0 * latitude])
+
+    monkeypatch.setattr(declination, "magnetic_field", known)
+    way = 31.0 * np.arange(34.0)
+    found = field_along(0.0 * way, way / (6.371e6 + 100.0), np.full(34, 100.0), 2026.5)
+    np.testing.assert_allclose(asked[0], [0.0, 217.0, 403.0, 620.0, 806.0, 1023.0], atol=1e-6)
+    expected = np.interp(way, [0.0, 217.0, 403.0, 620.0, 806.0, 1023.0], [1.0, 4.0, 9.0, 16.0, 25.0, 36.0])
+    np.testing.assert_allclose(found[:, 0], expected, rtol=1e-6)
+    np.testing.assert_allclose(found[:, 1:], 0.0, atol=1e-2)
+    assert declination.BLACKOUT == 2e-6  # the WMM's blackout zone: 2000 nT
+
+
+def test_models_by_year_and_longitudes_round_the_earth() -> None:
+    """241° east is 119° west; each model serves from its year on, and the last one until 2030."""
+    east, west = (magnetic_field(0.6, np.radians(x), 0.0, 2026.0) for x in (241.0, -119.0))
+    np.testing.assert_allclose(east, west, rtol=1e-9)
+    grid = magnetic_field(np.array([[0.1], [0.2]]), np.array([0.3, 0.4, 0.5]), 100.0, 2026.0)
+    assert grid.shape == (2, 3, 3)
+    np.testing.assert_array_equal(grid[1, 2], magnetic_field(0.2, 0.5, 100.0, 2026.0))

@@ -84,3 +84,40 @@ def test_a_model_that_varies_and_a_file_that_is_not_there(tmp_path: Path) -> Non
         read_icgem(file)
     with pytest.raises(InputError, match=r"none\.gfc: the coefficients of gravity cannot be read"):
         read_icgem(tmp_path / "none.gfc")
+
+
+def test_lines_are_counted_from_the_first_of_the_file(tmp_path: Path) -> None:
+    """Seven lines of header, then degree 0 in line 8, degree 2 from line 9 on."""
+    file = write(tmp_path / "a.gfc", 3)
+    lines = file.read_text(encoding="utf-8").splitlines()
+    for row, change, words in (
+        (10, "gfc 2 1 0.5", 'line 10: "gfc 2 1 0.5" is not "gfc degree order C S": is it truncated?'),
+        (11, "gfc 2 3 0.5 0.5", "line 11: degree 2, order 3, C = 0.5, S = 0.5 are impossible"),
+        (13, "trnd 3 1 0.5 0.5", 'line 13: "trnd" belongs to a model that varies with time; only "gfc" is used'),
+    ):
+        file.write_text("\n".join([*lines[: row - 1], change, *lines[row:]]), encoding="utf-8")
+        with pytest.raises(InputError) as error:
+            read_icgem(file)
+        assert str(error.value) == f"{file}: {words}."
+    file.write_text("\n".join([*lines[:11], *lines[12:13]]), encoding="utf-8")
+    with pytest.raises(InputError) as error:
+        read_icgem(file)
+    assert str(error.value) == (
+        f"{file}: the coefficient of degree 3 and order 0 is missing, with 2 others up to degree 3: the file is "
+        "truncated."
+    )
+
+
+@pytest.mark.parametrize(("gm", "radius", "fine"), [
+    ("3.95e14", "6.31e6", True), ("4.05e14", "6.49e6", True), ("3.89e14", "6.4e6", False), ("4.11e14", "6.4e6", False),
+    ("4.0e14", "6.29e6", False), ("4.0e14", "6.51e6", False),
+])  # fmt: skip
+def test_constants_of_another_body(gm: str, radius: str, fine: bool, tmp_path: Path) -> None:
+    file = write(tmp_path / "a.gfc", 2, gm=gm)
+    file.write_text(file.read_text(encoding="utf-8").replace("0.63781363E+07", radius), encoding="utf-8")
+    if fine:
+        model = read_icgem(file)
+        assert (model.gm, model.radius, model.name) == (float(gm), float(radius), "TEST")
+        return
+    with pytest.raises(InputError, match=r"are not those of the Earth in m³/s² and m, 3.986e14 and 6.378e6"):
+        read_icgem(file)

@@ -9,10 +9,12 @@ import pytest
 
 import sinssim
 from sinssim import InputError, NavState, Trajectory, navigate, rotation
-from sinssim.earth.models import OMEGA_IE
+from sinssim.earth.models import ELLIPSOIDS, OMEGA_IE
 from sinssim.truth.curve import Curve
 from sinssim.truth.motions.great_circle import GreatCircle
+from sinssim.truth.track import curve
 from sinssim.truth.track.curve import from_samples
+from sinssim.truth.track.knots import TrackOptions
 from tests.oracles import integrator as oracle
 from tests.truth.motions import Array, ecef, synthetic_flight
 
@@ -246,3 +248,51 @@ def test_refusals(change: dict[str, Any], words: str) -> None:
     with pytest.raises(InputError) as error:
         from_samples(**given)
     assert words in str(error.value)
+
+
+def test_every_option_arrives(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Each of unlike values, and the limit of the speed, which lets 90 m/s of a ship pass."""
+    seen: dict[str, Any] = {}
+
+    def fitted(samples: Any, options: TrackOptions, gravity: str, ellipsoid: Any) -> Any:
+        seen.update(samples=samples, options=options, gravity=gravity, ellipsoid=ellipsoid)
+        return "knots", "fit", {"a": "channel"}
+
+    monkeypatch.setattr(curve, "fitted", fitted)
+    monkeypatch.setattr(curve, "track_curve", lambda *given, **more: (given, more))
+    t = np.arange(5.0, 15.0)
+    found = from_samples(
+        t, 0.8 + 90.0 * t / 6.37e6, 0.2 + 0.0 * t, 7.0 + t, vehicle="sea", smoothing_s=1.0, height_smoothing_s=2.0,
+        attitude_smoothing_s=3.0, height_sigma_m=4.0, pitch="slope", standstill_mps=5.0, heading=6.0, gap_s=7.0,
+        max_speed_mps=100.0, recorded_point_m=(8.0, 9.0, 10.0), lever_arm_m=(11.0, 12.0, 13.0),
+        q_bs=(0.6, 0.8, 0.0, 0.0), gravity="j2", ellipsoid=ELLIPSOIDS["krasovsky-1940"],
+    )  # fmt: skip
+    assert seen["options"] == TrackOptions(
+        vehicle="sea", smoothing=1.0, height_smoothing=2.0, attitude_smoothing=3.0, height_sigma=4.0, gap=7.0,
+        pitch="slope", standstill=5.0, heading=6.0, point=(8.0, 9.0, 10.0),
+    )  # fmt: skip
+    assert (seen["gravity"], seen["ellipsoid"].name) == ("j2", "krasovsky-1940")
+    assert seen["samples"].time.tolist() == t.tolist()
+    assert seen["samples"].height.tolist() == (7.0 + t).tolist()
+    given, more = found
+    assert given[:2] == ("knots", "fit")
+    assert given[2:5] == ((11.0, 12.0, 13.0), (0.6, 0.8, 0.0, 0.0), "j2")
+    assert more == {"channels": {"a": "channel"}}
+    with pytest.raises(InputError, match="more than 80 m/s, max_speed_mps"):
+        from_samples(t, 0.8 + 90.0 * t / 6.37e6, 0.2 + 0.0 * t, t, vehicle="sea", max_speed_mps=80.0)
+    from_samples(t, 0.8 + 1e-7 * t, 0.2 + 0.0 * t, t, position_sigma_m=0.25)
+    assert seen["options"] == TrackOptions(sigma=0.25)
+
+
+def test_messages_of_samples_have_their_numbers() -> None:
+    t = np.arange(30.0)
+    with pytest.raises(InputError) as error:
+        from_samples(t, np.where(t > 3.5, 45.0, 0.5), 0.0 * t, 0.0 * t)
+    assert str(error.value) == (
+        "sample 5: latitude = 45 rad lies beyond ±π/2: give radians, for example numpy.radians(latitude); 45° would be "
+        "0.785398 rad."
+    )
+    with pytest.raises(
+        InputError, match=r"longitude has the shape \(29,\), but time has \(30,\): one number per sample"
+    ):
+        from_samples(t, 0.5 + 0.0 * t, t[1:], 0.0 * t)

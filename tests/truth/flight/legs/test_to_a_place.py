@@ -12,6 +12,7 @@ from sinssim.truth.flight.aircraft import load_aircraft
 from sinssim.truth.flight.autopilot import INTERVAL, AircraftState, Autopilot
 from sinssim.truth.flight.leg import LegError
 from sinssim.truth.flight.legs.waypoint import WaypointLeg
+from tests.truth.flight.test_dead_reckoning import Thinning
 
 R, KNOT = 6_371_009.0, 1852.0 / 3600.0
 TRAINER = load_aircraft("c172x")
@@ -136,3 +137,16 @@ def test_circling_is_noticed_after_two_turns() -> None:
         "0.7 km, and the waypoint was never nearer than 0.6 km"
     )
     assert "a capture_radius_m above 100" in error.value.remedy
+
+
+def test_the_top_of_descent_is_that_of_the_speed_in_the_middle() -> None:
+    """At 900 m the true airspeed is 1.09 times the calibrated one, and a headwind takes 4.5 m/s: 50 m/s again."""
+    pilot, m = made(0.0, 0.0)
+    m.air = Thinning(((0.0, (-4.5, 0.0, 0.0)),))
+    flown = place(10_000.0, height_m=800.0, path_deg=3.0).fly(pilot, m, TRAINER.performance)
+    slope = math.tan(math.radians(3.0))
+    top = 200.0 / slope + slope * 2500.0 / 0.3
+    for before, begun in ((2.0, False), (-2.0, True)):
+        m.latitude = (9500.0 - top - before) / R
+        next(flown)
+        assert bool(pilot.remarks) == begun
