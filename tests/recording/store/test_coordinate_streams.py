@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
@@ -10,9 +11,10 @@ import pyarrow.parquet as pq
 import pytest
 
 from sinssim import earth, rotation
-from sinssim.data import Array
+from sinssim.data import Array, NavSolution
 from sinssim.errors import InputError
 from sinssim.recording.store import streams
+from sinssim.recording.store.coordinate_streams import CoordinateStreams
 from sinssim.scenario import Scenario
 from sinssim.simulation import run
 from sinssim.strapdown.coordinates import conditional, earth_fixed, inertial, level_axes
@@ -126,3 +128,76 @@ def test_the_azimuth_of_the_axes_at_the_start(tmp_path: Path) -> None:
     speed = np.hypot(north, east)
     wanted = [np.radians(30.0), speed * np.cos(course), speed * np.sin(course), down, heading]
     np.testing.assert_allclose(columns(tmp_path / "run", "frame_quaternion")[0, 1:], wanted, atol=1e-9)
+
+
+def test_every_column_by_its_name() -> None:
+    """Two instants on the equator, at the longitudes 0 and 0.6 rad, 2 s apart; north is z, and up is outwards.
+
+    The nose points north with the wings level, which is a turn of −90° about y at the longitude zero."""
+    time, a, rate = np.array([5.0, 7.0]), 6378137.0, 7.292115e-5
+    half = np.sqrt(0.5)
+    heading = np.radians([350.0, 10.0])
+    turned = np.column_stack((np.cos(heading / 2.0), np.zeros((2, 2)), np.sin(heading / 2.0)))
+    velocity = np.array([[3.0, 200.0, -7.0], [4.0, 300.0, -8.0]])
+    level = np.tile([1.0, 0.0, 0.0, 0.0], (2, 1))
+    motion = NavSolution(time, np.zeros(2), np.array([0.0, 0.6]), np.array([10.0, 20.0]), velocity, level, np.zeros(2))
+    kinds = ("earth-fixed", "inertial", "frame", "conditional")
+    coordinates = CoordinateStreams(kinds, None, earth.WGS84, np.array([0.0, 0.0, 1.0]), (0.0, -0.2))
+    assert [stream.name for stream in coordinates.of("truth", time, motion)] == [
+        "earth_fixed_truth", "inertial_truth", "conditional_truth",
+    ]  # fmt: skip
+    own = replace(motion, azimuth=np.radians([30.0, 90.0]))
+    held = {stream.name: table(stream) for stream in coordinates.of("euler", time, own)}
+    assert list(held) == ["earth_fixed_euler", "inertial_euler", "frame_euler", "conditional_euler"]
+    for name, axes, angle, added in (("earth_fixed", "e", 0.6, 0.0), ("inertial", "i", 0.6 + 2.0 * rate, rate)):
+        out, east = np.array([np.cos(angle), np.sin(angle)]), np.array([-np.sin(angle), np.cos(angle)])
+        second = 8.0 * out + (300.0 + added * (a + 20.0)) * east
+        about = np.array([np.cos(angle / 2), 0.0, 0.0, np.sin(angle / 2)])
+        q = rotation.multiply(about, np.array([half, 0.0, -half, 0.0]))
+        expected = {
+            "time_s": time, f"x_{axes}_m": [a + 10.0, (a + 20.0) * out[0]], f"y_{axes}_m": [0.0, (a + 20.0) * out[1]],
+            f"z_{axes}_m": [0.0, 0.0], f"vx_{axes}_mps": [7.0, second[0]],
+            f"vy_{axes}_mps": [200.0 + added * (a + 10.0), second[1]], f"vz_{axes}_mps": [3.0, 4.0],
+            f"q_{axes}b_w": [half, q[0]], f"q_{axes}b_x": [0.0, q[1]], f"q_{axes}b_y": [-half, q[2]],
+            f"q_{axes}b_z": [0.0, q[3]],
+        }  # fmt: skip
+        found = held[f"{name}_euler"]
+        angles = [found.pop(f"about_{axis}_i_rad") for axis in "xyz"] if axes == "i" else []
+        assert list(found) == list(expected)
+        for column, wanted in expected.items():
+            np.testing.assert_allclose(found[column], wanted, rtol=1e-12, atol=1e-8, err_msg=column)
+        if angles:
+            np.testing.assert_allclose(angles[1], np.full(2, -np.pi / 2.0), atol=1e-7)
+    along = np.cos(np.radians(30.0)), np.sin(np.radians(30.0))
+    frame = {
+        "time_s": time, "azimuth_of_x_rad": np.radians([30.0, 90.0]),
+        "velocity_x_mps": [3.0 * along[0] + 200.0 * along[1], 300.0],
+        "velocity_y_mps": [200.0 * along[0] - 3.0 * along[1], -4.0], "velocity_d_mps": [-7.0, -8.0],
+        "heading_from_x_rad": np.radians([330.0, 270.0]),
+    }  # fmt: skip
+    route = {
+        "time_s": time, "conditional_latitude_rad": [0.0, 0.0], "conditional_longitude_rad": [0.2, 0.8],
+        "azimuth_of_x_rad": [0.0, 0.0], "velocity_x_mps": [3.0, 4.0], "velocity_y_mps": [200.0, 300.0],
+        "velocity_d_mps": [-7.0, -8.0], "heading_from_x_rad": [0.0, 0.0],
+    }  # fmt: skip
+    for name, expected in (("frame", frame), ("conditional", route)):
+        assert list(held[f"{name}_euler"]) == list(expected)
+        for column, wanted in expected.items():
+            np.testing.assert_allclose(held[f"{name}_euler"][column], wanted, rtol=1e-12, atol=1e-8, err_msg=column)
+    north = replace(motion, q_nb=turned)
+    for angles, wanted in (("0..360", [350.0, 10.0]), ("-180..180", [-10.0, 10.0]), ("continuous", [350.0, 370.0])):
+        (stream,) = replace(coordinates, names=(), angles=angles).of("euler", time, north)
+        found = table(stream)
+        assert (stream.name, list(found)) == ("angles_euler", ["time_s", "roll_rad", "pitch_rad", "heading_rad"])
+        if angles == "continuous":  # whole turns are free at the start
+            assert np.diff(found["heading_rad"]) == pytest.approx(np.radians(20.0))
+        else:
+            np.testing.assert_allclose(np.degrees(found["heading_rad"]), wanted, atol=1e-9)
+
+
+def table(stream: streams.Stream) -> dict[str, Array]:
+    found = {"time_s": stream.time}
+    for vector in stream.vectors:
+        rows = np.asarray(vector.values[0 : len(stream.time)])
+        found |= {name: rows[:, k] for k, name in enumerate(vector.columns)}
+    return found
