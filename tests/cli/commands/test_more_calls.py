@@ -174,6 +174,8 @@ def test_check(sinssim: Sinssim, put: Put) -> None:
     drawn, saved = put("recording.figures.plan.plan_figure", "figure"), put("recording.figures.canvas.save")
     assert sinssim("check", "parked", "--plot", "p.png") == "one\ntwo\nplot        p.png\n"
     assert (drawn.args[0].name, saved.args) == ("parked", ("figure", Path("p.png")))
+    sinssim("check", "one_component", "--plot", "p.png", code=2)  # it has no plan to draw
+    assert len(saved.calls) == 1
     found = json.loads(sinssim("check", "parked", "--json", "--set", "seed=7"))
     assert (found["expected_duration_s"], found["scenario"]["seed"]) == (62, 7)
     assert expected.args[0].seed == 7
