@@ -50,10 +50,10 @@ def test_flysight(tmp_path: Path) -> None:
     rows = ["$FLYS,1", "$COL,IMU,time,wx,wy,wz,ax,ay,az,temperature", "$UNIT,IMU,s,deg/s,deg/s,deg/s,g,g,g,deg C"]
     rows += ["$COL,TIME,time,tow,week", "$UNIT,TIME,s,s,", "$DATA"]
     rows += ["$IMU,100.500,1.5,-2.5,3.5,0.25,-0.125,0.75,24.5", "$TIME,100.6,230400.85,2374"]
-    rows += ["$TIME,101.0,230401.35,2374", "$TIME,101.5,230401.85,2374"]
+    rows += ["$TIME,101.0,230401.35,2374", "$TIME,101.5,230402.05,2374"]
     rows += ["$IMU,102.750,4.5,5.5,-6.5,-0.5,0.375,1.25,24.6"]
     sensors.write_text("\r\n".join(rows) + "\r\n")
-    # GPS time minus that of the device: 1 436 025 900.25, .35, .35 → 2374 weeks + 230 300.35 s
+    # GPS time minus that of the device: 1 436 025 900.25, .35, .55 → 2374 weeks + 230 300.35 s
     imu = only(
         read_file(sensors),
         2374 * 604800 + 230400,

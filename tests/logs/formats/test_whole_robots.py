@@ -71,6 +71,7 @@ def test_ulog(tmp_path: Path) -> None:
         ("sensor_gps", 0),
         ("vehicle_attitude", 0),
         ("vehicle_local_position", 0),
+        ("sensor_gps", 1),
     ]
     imu, gps = "<QQ6fII", "<QQ3d6fB"
     angles = [[10.0, 0.0, 350.0], [10.0, 0.0, 30.0]]  # 40° of heading in 0.4 s, through north
@@ -83,6 +84,7 @@ def test_ulog(tmp_path: Path) -> None:
                         -6.5, 6)),
         (3, struct.pack("<Q4f", 2_000_000, *attitude(angles)[0])),
         (3, struct.pack("<Q4f", 2_400_000, *-attitude(angles)[1])),
+        (5, struct.pack(gps, 2_700_000, 0, 1.5, 2.5, 3.5, 4.5, 5.5, 6.5, 7.5, 8.5, 9.5, 5)),
         (4, struct.pack("<Qdd7fB", 2_100_000, -33.5, 151.25, 81.5, 60_000.0, -120_000.0, -12.25, 1.5, -2.5, 3.5, 1)),
         (4, struct.pack("<Qdd7fB", 2_200_000, -33.5, 151.25, 81.5, 1.0, 2.0, 3.0, 4.0, 5.0, 6.0, 0)),
         (4, struct.pack("<Qdd7fB", 2_300_000, -33.5, 151.25, 81.5, 0.0, 0.0, 7.5, -4.5, 5.5, -6.5, 1)),
@@ -132,6 +134,8 @@ def test_ulog(tmp_path: Path) -> None:
             0: "no fix", 1: "no fix", 2: "2D", 3: "3D", 4: "differential", 5: "float", 6: "fixed", 8: "extrapolated",
         },
     )  # fmt: skip
+    assert (streams["gnss_1"].height.tolist(), streams["gnss_1"].quality.tolist()) == ([3.5], [5])
+    assert list(streams) == ["imu", "imu_1", "gnss", "gnss_1", "solution"]
     # a place at an angle of 134.16 km / 6371 km from the reference, as a turn of the reference on the sphere
     north_axis = np.array([-np.sin(-33.5 * np.pi / 180), 0.0, np.cos(-33.5 * np.pi / 180)])
     up = np.array([np.cos(-33.5 * np.pi / 180), 0.0, np.sin(-33.5 * np.pi / 180)])

@@ -11,8 +11,10 @@ from pyarrow import parquet
 
 from sinssim.errors import InputError
 from sinssim.logs.recorded_run import RecordedRun
+from sinssim.logs.streams import FixStream
 from sinssim.logs.writers.content import choose
 from sinssim.logs.writers.export import export
+from sinssim.logs.writers.navigators import kf_gins
 from tests.logs import hand_run
 from tests.logs.hand_run import BESIDE, FIX, FIX_TIME, SECONDS, TIME, WEEK
 from tests.logs.writers.exported import close, table
@@ -121,3 +123,12 @@ def test_the_end_of_a_week(tmp_path: Path) -> None:
         export(run, "kf-gins", tmp_path / "out", start="2017-01-07T23:59:41Z")
     export(run, "kf-gins", tmp_path / "out", start="2017-01-07T23:59:40Z")
     assert table(tmp_path / "out" / "imu.txt", None, 0)[-1, 0] == 604799.75
+
+
+def test_fixes_without_sigma_in_a_file_of_kf_gins(tmp_path: Path) -> None:
+    """Its loader needs seven numbers: 1 m stands for what is not known."""
+    here = np.radians([[-33.5, 151.25], [-33.25, 151.5]])
+    fixes = FixStream(np.array([0.25, 1.75]), here[:, 0], here[:, 1], np.array([81.75, 82.5]))
+    kf_gins._write_gnss(fixes, 100.5, tmp_path / "gnss.txt")
+    expected = [[100.75, -33.5, 151.25, 81.75, 1.0, 1.0, 1.0], [102.25, -33.25, 151.5, 82.5, 1.0, 1.0, 1.0]]
+    np.testing.assert_allclose(table(tmp_path / "gnss.txt", None, 0), expected, rtol=1e-14)

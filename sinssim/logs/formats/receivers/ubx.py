@@ -50,8 +50,13 @@ def read(path: Path) -> Streams:
     module = library("pyubx2", "pyubx2", str(path))
     found: dict[str, dict[int, Any]] = {kind: {} for kind in _KINDS}
     bad = 0
+
+    def told(error: Exception) -> None:
+        nonlocal bad
+        bad += "checksum" in str(error)  # other errors are stray bytes, which are no message
+
     with open_file(path) as file:
-        reader = module.UBXReader(file, protfilter=2, quitonerror=0)
+        reader = module.UBXReader(file, protfilter=2, quitonerror=1, errorhandler=told)
         while True:
             try:
                 raw, message = reader.read()
