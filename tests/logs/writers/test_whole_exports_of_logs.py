@@ -115,6 +115,37 @@ def test_the_start_of_kf_gins_from_a_filtered_solution(tmp_path: Path) -> None:
     np.testing.assert_allclose(np.mod(numbers["initatt"], 360.0), np.mod(BESIDE[4][1], 360.0), rtol=1e-12)
 
 
+def test_the_noise_of_kf_gins(tmp_path: Path) -> None:
+    """Stated sizes times the filter's factor 2; T is 1000 h, σ = √(S T/2) of the density S that drives a bias.
+
+    Gyros: 1 °/√h; √(3² + 8²) °/h at the start; 2 · 8²/1800 + 5²/3600 (°/h)²/s. Accelerometers: 200 µg/√Hz are
+    0.117680 m/s/√h; √(300² + 400²) = 500 µg are 490.3325 mGal; 400 µg √(2/900 · 1.8e6) are 24 809.1 mGal.
+    """
+    run = hand_run.hand_run(tmp_path / "mine")
+    sizes = {
+        "gyro_arw_deg_sqrt_h": 0.5, "gyro_bias_sigma_deg_h": 3.0, "gyro_instability_deg_h": 4.0,
+        "gyro_correlation_time_s": 1800.0, "gyro_rrw_deg_h_sqrt_h": 5.0, "gyro_scale_sigma_ppm": 700.0,
+        "accel_vrw_ug_sqrt_hz": 100.0, "accel_bias_sigma_ug": 300.0, "accel_instability_ug": 200.0,
+        "accel_correlation_time_s": 900.0, "accel_rrw_ug_sqrt_h": 0.0, "accel_scale_sigma_ppm": 800.0,
+    }  # fmt: skip
+    text = "".join(f"{key} = {value}\n" for key, value in sizes.items())
+    (run / "scenario.toml").write_text(f'[filter]\ninertial_noise_factor = 2.0\n[imu]\ngrade = "tactical"\n{text}')
+    done = export(run, "kf-gins", tmp_path / "out", start=hand_run.START)
+    assert any(said.endswith("and the noise of the run's sensors.") for said in done.sentences)
+    lines = [line.split("#")[0].split(":") for line in (tmp_path / "out" / "kf-gins.yaml").read_text().splitlines()]
+    given = {
+        key.strip(): [float(x) for x in value.strip(" []").split(",")] for key, value in lines[8:-1] if "[" in value
+    }
+    expected = {
+        "arw": 1.0, "initbgstd": np.sqrt(73.0), "gbstd": np.sqrt((128.0 / 1800.0 + 25.0 / 3600.0) * 1.8e6),
+        "initsgstd": 700.0, "vrw": 200e-6 * 9.80665 * 60.0, "initbastd": 490.3325,
+        "abstd": 400.0 * np.sqrt(4000.0) * 0.980665,
+        "initsastd": 800.0,
+    }  # fmt: skip
+    for key, value in expected.items():
+        np.testing.assert_allclose(given[key], [value] * 3, rtol=1e-7, err_msg=key)
+
+
 def test_the_end_of_a_week(tmp_path: Path) -> None:
     """GPS week 1930 ends at 2017-01-07 23:59:42 UTC, 1 s of it is left: the last reading is 0.75 s too late."""
     assert WEEK == 1930
