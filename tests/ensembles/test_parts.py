@@ -11,14 +11,18 @@ import numpy as np
 import pytest
 from scipy.stats import norm
 
-from sinssim.ensembles import filtered, members
+from sinssim.ensembles import filtered, members, together
 from sinssim.ensembles.fill_in import check_finite, fill_in, rows_at
+from sinssim.ensembles.judge import check_kept
 from sinssim.ensembles.members import Member, member
 from sinssim.ensembles.plan import _epochs, _with_times, make_plan, own_motions, with_runs
+from sinssim.ensembles.predicted import predicted_sigma
 from sinssim.ensembles.run_errors import RunErrors, column_names, empty, groups_of, spans_of
+from sinssim.ensembles.running import room
 from sinssim.ensembles.running.run import duration_text
 from sinssim.ensembles.truth import truth_key
 from sinssim.errors import InputError, RunError
+from sinssim.requirements.requirement import parse_requirements
 from sinssim.scenario.schema import Scenario
 from sinssim.strapdown.nav_error import NavError
 from tests.ensembles.examples import AIDED, PARKED, scenario
@@ -233,3 +237,50 @@ def test_members_draw_from_their_own_seed() -> None:
 )
 def test_time_left_in_words(seconds: float, text: str) -> None:
     assert duration_text(seconds) == text
+
+
+def test_the_prediction_is_that_of_the_time_since_the_start(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Epochs at 10, 13 and 40 s of a run that starts at 10 s; the budget has a further instant."""
+    asked: dict[str, Any] = {}
+
+    def budget(scenario: Any, **given: Any) -> Any:
+        asked.update(given)
+        return fake(time=np.array([0.0, 1.0, 3.0, 30.0]), sigma=lambda: np.arange(36.0).reshape(4, 9))
+
+    monkeypatch.setattr("sinssim.error_budget.analyse.budget", budget)
+    plan = replace(make_plan(scenario()), epochs=np.array([10.0, 13.0, 40.0]), start=10.0)
+    found = predicted_sigma(plan)
+    assert found is not None
+    assert found[:, 0].tolist() == [0.0, 18.0, 27.0]
+    assert asked == {"times": [0.0, 3.0, 30.0], "solution": "inertial"}
+    predicted_sigma(replace(plan, solution="aided"))
+    assert asked["solution"] == "filter"
+
+
+def test_how_many_runs_at_a_time(monkeypatch: pytest.MonkeyPatch) -> None:
+    """The cores, or as many runs as the memory holds: each has 600 samples of 30 s, and a file of 64 runs."""
+    plan = replace(make_plan(scenario()), epochs=np.array([0.0, 10.0, 30.0]), start=0.0)
+    each = room._SAMPLE_BYTES * 600.0 + room._OF_FILE * 64 * 8.0 * 9 * 3
+    monkeypatch.setattr("os.cpu_count", lambda: 5)
+    for memory, count in ((3.5 * each, 3), (0.5 * each, 1), (99.0 * each, 5)):
+        monkeypatch.setattr(room, "machine_memory", lambda memory=memory: memory / room._OF_MEMORY)
+        assert room.runs_at_a_time(plan) == count
+
+
+def test_the_next_epochs_of_an_ensemble_that_is_continued() -> None:
+    plan = replace(make_plan(scenario()), epochs=np.array([10.0, 13.5, 40.0]), start=10.0)
+    check_kept(plan, parse_requirements(["r95(3.5 s) <= 1 m", "r95(end) <= 1 m"]), [30.0])
+    with pytest.raises(InputError, match=r"times \(--at\): 20 s: .* nearest epochs are 3\.5 s and 30 s"):
+        check_kept(plan, (), [20.0])
+
+
+def test_samples_from_which_a_batch_pays() -> None:
+    """(n + 7000) runs from 4e7 on: of 1000 samples 5000 runs, of 93 000 samples 400 runs."""
+    base = scenario(great_circle={"latitude_deg": 0.0, "course_deg": 9.0, "speed_mps": 9.0, "duration_s": 30.0},
+                    parked=None, navigation={})  # fmt: skip
+    for samples, runs, reason in (
+        (1000, 5000, None), (1000, 4999, "5e+06 samples are too few to compensate for compiling the batch"),
+        (93_000, 400, None), (93_000, 399, "3.71e+07 samples are too few to compensate for compiling the batch"),
+    ):  # fmt: skip
+        truths: Any = fake(of=lambda scenario, n=samples: fake(ideal=range(n)))
+        assert together.alone_because(with_runs(make_plan(base), runs), truths) == reason
