@@ -74,6 +74,29 @@ def test_a_barometer_in_the_air_of_the_day(bias: float, error: str) -> None:
 
 
 @pytest.mark.parametrize(
+    ("scale", "said"),
+    [
+        ({"scale_sigma_ppm": 20_000.0}, False),
+        ({"scale_sigma_ppm": 10_000.0}, True),
+        ({"scale_ppm": 20_000.0, "scale_sigma_ppm": 1.0}, False),
+    ],
+)
+def test_a_scale_factor_that_covers_the_air_of_the_day(scale: dict[str, float], said: bool) -> None:
+    """At 3000 m and 20 K above the standard day the error is 3000 m · 20/278, 215 m less 3 %: 3 · 76 m or 3 · 47 m."""
+    start = {"on": "air", "latitude_deg": 48.0, "longitude_deg": 11.0, "altitude_m": 3000.0, "airspeed_kt": 280.0}
+    flight = {"aircraft": "737", "start": start, "legs": [{"type": "hold", "duration_s": 60.0}],
+              "atmosphere": {"isa_deviation_k": 20.0}}  # fmt: skip
+    aiding = {"gnss": {}, "baro": {"bias_sigma_m": 47.0 if "scale_ppm" not in scale else 40.0, **scale}}
+    plan = Scenario.model_validate({"name": "n", "flight": flight, "aiding": aiding, "filter": {}})
+    notes = list(barometer_of_the_day(plan))
+    assert bool(notes) == said
+    if said:
+        error = float(notes[0].partition("has an error of ")[2].partition(" m")[0])
+        assert error == pytest.approx(3000.0 * 20.0 / 278.0, rel=0.1)
+        assert "at a height of 3000 m" in notes[0]
+
+
+@pytest.mark.parametrize(
     ("imu", "sigma"),
     [({"gyro_scale_sigma_ppm": 7.0}, "7"), ({"gyro_scale_ppm": [1.0, 2.0, 3.0]}, ""), ({"grade": "ideal"}, ""),
      ({"sensor_set": {"type": "platform", "torquer_scale_sigma_ppm": 3.0}, "gyro_scale_sigma_ppm": 7.0}, "")],
