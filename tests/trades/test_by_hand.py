@@ -11,6 +11,7 @@ import pytest
 
 from sinssim.requirements.quantity import Quantity, parse_quantity
 from sinssim.requirements.requirement import parse_requirement
+from sinssim.trades.cells import cells_of, command_of
 from sinssim.trades.result import CellResult, TradeResult
 from sinssim.trades.running.write import to_json
 from sinssim.trades.schema import Axis, TradeStudy
@@ -191,6 +192,22 @@ def test_the_file_of_numbers(tmp_path: Path) -> None:
     assert (found["cells"][1]["values"], found["cells"][1]["requirements"]) == ({}, [])
     assert (to_json(made(tmp_path))["seconds"], to_json(made(tmp_path))["computed"]) == (12.35, 4)
     assert to_json(made(tmp_path))["notes"] == ["A note."]
+
+
+def test_the_command_of_a_cell(tmp_path: Path) -> None:
+    """Runs, fixed and varied keys, times that no requirement has, requirements."""
+    asked = {"times_s": (30.0, 40.5), "require": ("r95(40.5 s) <= 1 km",), "axes": (UNITS, RISING)}
+    runs = study(tmp_path, cell="ensemble", runs=70, set=("seed=9",), **asked)
+    varied = ["--set", f'{GRADE}="laser-standard"', "--set", f"{BIAS}=0.01"]
+    ends = ["--at", "30", "--require", "r95(40.5 s) <= 1 km"]
+    line = shlex.split(command_of(runs, cells_of(runs)[4], "python -m sinssim"))
+    assert line == ["python -m sinssim", "ensemble", runs.scenario, "--runs", "70", "--set", "seed=9", *varied, *ends]
+    plain = study(tmp_path, inertial=True, **asked)
+    line = shlex.split(command_of(plain, cells_of(plain)[4]))
+    assert line == ["sinssim", "budget", plain.scenario, "--inertial", *varied, *ends]
+    assert cells_of(plain)[4].number == 5
+    assert cells_of(plain)[4].place == (1, 1)
+    assert cells_of(plain)[4].settings == (f'{GRADE}="laser-standard"', f"{BIAS}=0.01")
 
 
 def test_markdown(tmp_path: Path) -> None:

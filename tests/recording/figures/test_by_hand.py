@@ -2,16 +2,20 @@
 
 from __future__ import annotations
 
-from math import cos, exp, inf, log, pi, sqrt
+from dataclasses import replace
+from math import cos, exp, inf, log, nan, pi, sqrt
 from types import SimpleNamespace
 
 import numpy as np
 import pytest
 
 from sinssim.alignment.axes import Angles, Attitude
+from sinssim.alignment.report import AlignmentReport
 from sinssim.calibration.parameters import Parameter
 from sinssim.calibration.result import CalibrationResult
+from sinssim.data import ImuData
 from sinssim.error_budget.limits import Allowance, Answer
+from sinssim.errors import InputError
 from sinssim.noise_identification.channels import CHANNELS
 from sinssim.noise_identification.fit import TermEstimate
 from sinssim.noise_identification.report import ChannelNoise
@@ -259,11 +263,43 @@ def test_the_curves_of_an_alignment() -> None:
     assert texts(panel) == ["576 s"]
     assert words(panel) == ("heading", "session length T [s]", "σ of the heading [arcmin]")
     assert legend(panel) == ["block", "not reduced by averaging", "bias dominates"]
+    low, high = floor.min() / ARCMIN, whole.max() / ARCMIN
+    bottom, top = panel.get_ylim()
+    assert low / 4.0 < bottom < low / 1.5 < 4.0 * high < top < 10.0 * high  # room below, and for the legend above
     tilts = Figure().subplots()
     level = ImuErrors(TriadErrors(), TriadErrors(bias=np.full(3, 50.0 * UG)))
     alignment.draw_curves(tilts, "roll", Attitude(0.7, 0.0, 0.0), latitude, {"block": level}, "quiet")
     np.testing.assert_allclose(tilts.lines[1].get_ydata(), 50e-6 * 206_264.8, rtol=2e-3)  # b/g in arcsec
     assert words(tilts) == ("roll", "session length T [s]", "σ of the roll [arcsec]")
+
+
+def test_the_figure_of_a_session() -> None:
+    """The bars above the curves; a line at the 300 s of the session; nothing without sensors or angles."""
+    from sinssim.sensors.imu.errors import ImuErrors, TriadErrors
+
+    def angles(*values: float) -> Angles:
+        return Angles(*(np.asarray(value) for value in values))
+
+    sigma = ImuErrors(TriadErrors(bias=np.full(3, 0.01 * DEG_H)), TriadErrors(bias=np.full(3, 50.0 * UG)))
+    determination = SimpleNamespace(attitude=Attitude(0.7, 0.0, 0.0), latitude=np.float64(0.8))
+    imu = ImuData(np.array([50.0, 200.0, 350.0]), np.zeros((2, 3)), np.zeros((2, 3)))
+    report = AlignmentReport("session", "quiet", imu, determination, sigma,
+                             budget={"bias": angles(3.0 * ARCMIN, 1e-4, 2e-4, 5e-4)})  # fmt: skip
+    figure = alignment.session_figure(report)
+    assert figure._suptitle.get_text() == "session: expected error of a session of 300 s"
+    middles = [panel.get_window_extent().y0 for panel in figure.axes]
+    assert min(middles[:4]) > max(middles[4:])
+    for name, above, below in zip(Angles._fields, figure.axes[:4], figure.axes[4:], strict=True):
+        assert words(above)[0] == name
+        unit = {"roll": "arcsec", "pitch": "arcsec"}.get(name, "arcmin")
+        assert words(below)[1:] == ("session length T [s]", f"σ of the {name} [{unit}]")
+        (line,) = (one for one in below.lines if one.get_label() == "duration")
+        check_line(line, "duration", [300.0, 300.0], [0.0, 1.0], SOFT, ":")
+    assert bars(figure.axes[0])[0][1] == pytest.approx(3.0)
+    unknown = SimpleNamespace(attitude=Attitude(nan, 0.0, 0.0), latitude=np.float64(0.8))
+    for changed in ({"sigma": None}, {"budget": None}, {"determination": unknown}):
+        with pytest.raises(InputError, match="session: nothing to plot"):
+            alignment.session_figure(replace(report, **changed))
 
 
 class Fit(SimpleNamespace):

@@ -3,12 +3,14 @@
 from __future__ import annotations
 
 import re
+import struct
 from pathlib import Path
 
 import matplotlib
 import pytest
 
 import sinssim
+from sinssim.errors import InputError
 from sinssim.recording import style
 from sinssim.recording.figures.canvas import new_figure, save, styled, to_png, to_svg
 
@@ -46,6 +48,28 @@ def test_one_figure_as_svg_png_and_pdf(tmp_path: Path) -> None:
     svg = to_svg(drawn(), "one")
     assert svg.startswith("<svg")
     assert ">time [s]<" in svg
+
+
+def test_pictures_of_known_size_without_a_date(tmp_path: Path) -> None:
+    """3 in by 2 in at 150 points an inch, in every form; two files of one figure have the same bytes."""
+    save(drawn(), tmp_path / "line.png")
+    for data in (to_png(drawn()), (tmp_path / "line.png").read_bytes()):
+        assert struct.unpack(">II", data[16:24]) == (450, 300)  # of the header of a PNG file
+    for name in ("one.svg", "two.svg"):
+        save(drawn(), tmp_path / name)
+    one, two = ((tmp_path / name).read_text(encoding="utf-8") for name in ("one.svg", "two.svg"))
+    assert one == two
+    assert "dc:date" not in one
+    assert 'width="216pt" height="144pt"' in one
+    first, second = (to_svg(drawn(), name) for name in ("one", "two"))
+    inner = [set(re.findall(r'\bid="([^"]*)"', svg)) for svg in (first, second)]
+    assert inner[0]
+    assert not inner[0] & inner[1]  # two figures on one page
+    assert "DejaVu" not in first
+    assert "<metadata>" not in first
+    for wrong in ("line.gif", "line"):
+        with pytest.raises(InputError, match=r"must end in \.svg, \.png, \.pdf"):
+            save(drawn(), tmp_path / wrong)
 
 
 @pytest.mark.parametrize("file", DRAWING, ids=lambda file: file.stem)

@@ -2,13 +2,15 @@
 
 from __future__ import annotations
 
+from math import inf
 from pathlib import Path
 
 import numpy as np
 import pytest
+from matplotlib.figure import Figure
 
 from sinssim.recording.figures.studies import trade, trade_grid, trade_map
-from sinssim.recording.style import COLORS, css
+from sinssim.recording.style import COLORS, ON_DARK, ON_LIGHT, css
 from sinssim.requirements.quantity import Quantity
 from sinssim.trades.result import TradeResult
 from sinssim.trades.schema import Axis
@@ -33,6 +35,10 @@ def test_curves_in_the_order_of_the_numbers(tmp_path: Path) -> None:
     assert legend(figure) == ["A", "B", ASK[0]]
     assert figure.legends[0].get_title().get_text() == "unit"
     assert figure._supxlabel.get_text() == "bands: 95 % confidence"
+    few = made(tmp_path)
+    few.cells[0].numbers.values["r95_end_m_high"] = inf  # of the middle one of the first line
+    panel = trade.trade_figure(few, Quantity("r95", "end")).axes[0]
+    check_band(panel.collections[0], [0.01, 0.02, 0.05], [160.0, 80.0, 240.0], [300.0, 100.0, 450.0])
     alone = trade.trade_figure(made(tmp_path, (RISING,)), Quantity("cep", "at", 30.0)).axes[0]
     check_line(alone.lines[0], "", [0.01, 0.02, 0.05], [100.0 / 3.0, 50.0 / 3.0, 50.0], css(COLORS["cep"]))
     assert len(alone.lines) == 1
@@ -102,6 +108,13 @@ def test_the_map(tmp_path: Path) -> None:
     found = {tuple(text.get_position()): text.get_text() for text in panel.texts}
     assert found == {(0.5, 0.5): "100", (1.5, 0.5): "200", (2.5, 0.5): "300", (0.5, 1.5): "400", (1.5, 1.5): "500",
                      (2.5, 1.5): "–"}  # fmt: skip
+    # white numbers beyond 0.55 of the way from 100 to 500: 400 and 500
+    white = [text.get_text() for text in panel.texts if text.get_color() == ON_DARK]
+    assert white == ["400", "500"]
+    assert {text.get_color() for text in panel.texts if text.get_text() not in white} == {ON_LIGHT}
+    assert type(panel.collections[0].norm).__name__ == "Normalize"
+    wider = trade_map.heat_map(made(tmp_path), Quantity("r95", "end")).axes[0]
+    assert type(wider.collections[0].norm).__name__ == "LogNorm"  # beyond a ratio of 5
     frames = [(round(one.get_x() + 0.46, 9), round(one.get_y() + 0.46, 9)) for one in panel.patches]
     assert frames == [(0.5, 0.5), (1.5, 0.5), (2.5, 0.5)]
     mesh = panel.collections[0]
@@ -128,6 +141,25 @@ def test_panels_of_a_grid(tmp_path: Path) -> None:
     assert [trade_grid.layout(count) for count in (1, 3, 4, 7)] == [(1, 1), (1, 3), (2, 3), (3, 3)]
     shades = trade_grid.family_colors(Axis(key=BIAS, values=(2.0, 1.0, 5.0)))
     assert shades == [(80, 122, 165), (150, 200, 235), (10, 45, 95)]  # the second is the least
+
+
+@pytest.mark.parametrize(
+    ("low", "high", "numbers"),
+    [
+        (8.0, 60.0, ["10", "20", "30", "50"]), (8.0, 79.0, ["10", "20", "30", "50", "70"]),
+        (8.0, 81.0, ["10", "20", "50"]), (3.0, 899.0, ["5", "10", "20", "50", "100", "200", "500"]),
+        (3.0, 901.0, ["10", "100"]), (0.02, 0.5, ["0.02", "0.05", "0.1", "0.2", "0.5"]),
+        (5e5, 3e6, ["500000", "700000", "1e+06", "2e+06", "3e+06"]),
+    ],
+)  # fmt: skip
+def test_plain_numbers_on_a_logarithmic_axis(low: float, high: float, numbers: list[str]) -> None:
+    """Within a ratio of 10 also threes and sevens, within 300 twos and fives, beyond only powers of ten."""
+    axes = Figure().subplots()
+    axes.set_yscale("log")
+    axes.set_ylim(low, high)
+    trade_grid.plain_scale(axes.yaxis, low, high)
+    at = axes.yaxis.get_major_locator()()
+    assert [axes.yaxis.get_major_formatter()(value, 0) for value in at] == numbers
 
 
 def test_the_scale_of_a_picture(tmp_path: Path) -> None:
