@@ -234,6 +234,8 @@ def test_what_a_study_asks_for() -> None:
     assert plan.drawn == (Quantity("rate", "at", 120.0), Quantity("cep", "run"))
     assert len(plan.quantities) == 12 + 11 + 12 + 2  # no rate at the start
     assert plan.axis_index(BIAS) == plan.axis_index("gyro bias σ") == 0
+    late = plan.model_copy(update={"times_s": (640.0, 33.0, 0.0, 90.0, 512.5, 7.25)})
+    assert late.instants == (0.0, 7.25, 33.0, 90.0, 120.0, 512.5, 640.0)
     assert TradeStudy(name="s", scenario="parked", axes=(Axis(**RISING),)).drawn == (Quantity("r95", "end"),)
     linked = Axis(keys=(BIAS, ACCEL), values=((0.1, 2.0), (0.3, 4.0)))
     assert (linked.title, linked.name_of(1)) == ("gyro bias σ & accel bias σ", "0.3 & 4")
