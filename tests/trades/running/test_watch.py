@@ -50,6 +50,22 @@ def test_time_left(clock: Clock) -> None:
     assert seen[-1] == ("2/10 cells, 32/64 runs, 38 s left", pytest.approx(0.25))
 
 
+def test_flights_that_are_still_to_be_flown_count(clock: Clock) -> None:
+    """Two further cells of 5 s and flights of 20 s; half a cell later 7.5 s and 8 s."""
+    seen: list[tuple[str, float]] = []
+    watch = Watch("mine", "3 budgets", 3, 30.0, lambda text, part: seen.append((text, part)), lambda text: None)
+    watch.flying(20.0)
+    watch.begin()
+    clock.now += 5.0
+    watch.finish()
+    assert seen[-1] == ("1/3 cells, 30 s left", pytest.approx(1.0 / 3.0))
+    watch.flying(8.4)
+    assert seen[-1] == ("1/3 cells, flying", pytest.approx(1.0 / 3.0))
+    watch.begin()
+    watch.inside(0.5)
+    assert seen[-1] == ("1/3 cells, 16 s left", pytest.approx(0.5))
+
+
 def test_a_failed_cell_tells_nothing(clock: Clock) -> None:
     """It may fail at once; the others take their time."""
     seen: list[str] = []
