@@ -141,6 +141,10 @@ def test_a_part_of_a_run_and_a_wrong_scale(tmp_path: Path) -> None:
     ):
         load_log(section.model_copy(update={"from_s": 3.25, "to_s": 3.5}))
     text = (tmp_path / "imu.csv").read_text()
+    (tmp_path / "imu.csv").write_text(text.replace(repr(START + 11.0), repr(START + 11.125)))
+    log = load_log(section)
+    np.testing.assert_allclose(log.imu.time, [0.5, 1.125, 1.5, 2.0, 2.5])
+    assert log.rate_hz == pytest.approx(2.0), "by the usual interval"
     for force, fits in ((14.6, True), (14.8, False), (6.9, True), (6.8, False)):
         (tmp_path / "imu.csv").write_text(text.replace("-9.75", repr(-force)))
         if fits:

@@ -37,17 +37,17 @@ def judge(tmp_path_factory: pytest.TempPathFactory) -> Judge:
     return Judge(RecordedRun(hand_run.hand_run(tmp_path_factory.mktemp("runs") / "mine")), START)
 
 
-def radii() -> tuple[np.ndarray, np.ndarray]:
+def radii(a: float, f: float) -> tuple[np.ndarray, np.ndarray]:
     """Distances of a radian of latitude and of longitude at the true places, m (meridian, prime vertical)."""
-    e2, sine = 0.0066943799901413165, np.sin(np.radians(LATITUDE))
-    meridian = 6378137.0 * (1.0 - e2) / (1.0 - e2 * sine**2) ** 1.5
-    vertical = 6378137.0 / np.sqrt(1.0 - e2 * sine**2)
+    e2, sine = f * (2.0 - f), np.sin(np.radians(LATITUDE))
+    meridian = a * (1.0 - e2) / (1.0 - e2 * sine**2) ** 1.5
+    vertical = a / np.sqrt(1.0 - e2 * sine**2)
     return meridian + HEIGHT, (vertical + HEIGHT) * np.cos(np.radians(LATITUDE))
 
 
-def solution() -> tuple[np.ndarray, ...]:
+def solution(a: float = 6378137.0, f: float = 1.0 / 298.257223563) -> tuple[np.ndarray, ...]:
     """Latitude, longitude in degrees, height, velocity, quaternion of a solution that is off by the above."""
-    north, east = radii()
+    north, east = radii(a, f)
     true = Rotation.from_quat(attitude(ANGLES.tolist()), scalar_first=True)
     own = Rotation.from_rotvec(TILT).inv() * true
     return (
@@ -287,6 +287,22 @@ def test_a_run_on_recorded_sensors(tmp_path: Path) -> None:
     np.testing.assert_allclose(found.q_nb, attitude(ANGLES.tolist()), atol=1e-15)
 
 
+def test_the_order_of_solutions_and_uneven_intervals(tmp_path: Path) -> None:
+    """Algorithms as in the summary, then the filter's; an interval ends at its stamp, the first begins with the run."""
+    run = hand_run.hand_run(tmp_path / "mine")
+    streams = run / "streams"
+    for name in ("smoothed", "zeta", "backward", "aided", "alpha"):
+        (streams / f"nav_{name}.parquet").write_bytes((streams / "nav_euler.parquet").read_bytes())
+    (run / "summary.json").write_text(json.dumps({"algorithms": {"zeta": {}, "euler": {}}}))
+    columns = parquet.read_table(streams / "imu_measured.parquet").to_pydict()
+    parquet.write_table(pa.table({**columns, "time_s": [0.5, 1.25, 1.75]}), streams / "imu_measured.parquet")
+    recorded = RecordedRun(run)
+    assert recorded.solutions == ["truth", "zeta", "euler", "aided", "backward", "smoothed", "alpha"]
+    interval = recorded.increments("measured").interval
+    assert interval is not None
+    assert interval.tolist() == [[0.25, 0.25], [0.75, 0.75], [0.5, 0.5]]
+
+
 def test_a_delay_of_the_reference_s_velocities(tmp_path: Path) -> None:
     """They are valid before their stamps, and the reference is then not whole: the filter's solution stands for it."""
     run = RecordedRun(hand_run.log_run(tmp_path / "a", velocity_delay_s=0.125))
@@ -303,14 +319,14 @@ def test_a_delay_of_the_reference_s_velocities(tmp_path: Path) -> None:
 def test_errors_of_a_run_follow_from_truth_and_solution(tmp_path: Path) -> None:
     """Errors are not stored: their columns come from the files of both, by the ellipsoid in the solution's file."""
     run = hand_run.hand_run(tmp_path / "mine")
-    latitude, longitude, height, velocity, q = solution()
+    latitude, longitude, height, velocity, q = solution(7e6, 1.0 / 150.0)
     columns = {
         "time_s": TIME, "latitude_rad": np.radians(latitude), "longitude_rad": np.radians(longitude),
         "height_m": height,
         **{f"velocity_{axis}_mps": velocity[:, k] for k, axis in enumerate("ned")},
         **{f"q_nb_{axis}": q[:, k] for k, axis in enumerate("wxyz")},
     }  # fmt: skip
-    rule = {"version": 1, "against": "truth", "a_m": 6378137.0, "f": 1.0 / 298.257223563, "axes": "north"}
+    rule = {"version": 1, "against": "truth", "a_m": 7e6, "f": 1.0 / 150.0, "axes": "north"}
     table = pa.table(columns).replace_schema_metadata({"sinssim.error": json.dumps(rule)})
     parquet.write_table(table, run / "streams" / "nav_mine.parquet")
     recorded = RecordedRun(run)
@@ -325,11 +341,11 @@ def test_errors_of_a_run_follow_from_truth_and_solution(tmp_path: Path) -> None:
         "phi_n_rad", "phi_e_rad", "phi_d_rad",
     ]  # fmt: skip
     (run / "streams" / "nav_euler.parquet").unlink()
-    part = Judge(RecordedRun(run), START).run_errors((0.75, 1.25))["mine"]
-    np.testing.assert_array_equal(part.time, TIME[1:3])
-    np.testing.assert_array_equal(part.position_ned, found[1:4, 1:3].T)
-    np.testing.assert_array_equal(part.velocity_ned, found[4:7, 1:3].T)
-    np.testing.assert_array_equal(part.attitude, found[7:10, 1:3].T)
+    part = Judge(RecordedRun(run), START).run_errors((0.25, 1.25))["mine"]
+    np.testing.assert_array_equal(part.time, TIME[:3])
+    np.testing.assert_array_equal(part.position_ned, found[1:4, :3].T)
+    np.testing.assert_array_equal(part.velocity_ned, found[4:7, :3].T)
+    np.testing.assert_array_equal(part.attitude, found[7:10, :3].T)
     parquet.write_table(table.set_column(0, "time_s", pa.array(TIME + 0.01)), run / "streams" / "nav_mine.parquet")
     with pytest.raises(InputError, match=r"nav_mine\.parquet and .*truth\.parquet have different times"):
         RecordedRun(run).errors("mine")

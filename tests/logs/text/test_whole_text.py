@@ -84,15 +84,15 @@ def test_samples_of_a_table(tmp_path: Path) -> None:
     ]
     (tmp_path / "x.csv").write_text("t,a,b,c,d,e,f,warm\n" + "\n".join(rows) + "\n")
     layout = LogDescription.model_validate({
-        "kind": "rates", "time": "t", "time_unit": "ms", "axes": ["right", "forward", "up"],
+        "kind": "rates", "time": "t", "time_unit": "ms", "axes": ["right", "down", "forward"],
         "gyro": {"columns": ["a", "b", "c"], "unit": "mrad/s", "signs": [1, 1, -1]},
         "accel": {"columns": ["d", "e", "f"], "unit": "ft/s^2"},
     })  # fmt: skip
     found = read_samples(tmp_path / "x.csv", layout, quantities=["warm"])
     assert (found.kind, found.time_unit_stated, found.clock) == ("rates", True, None)
     np.testing.assert_allclose(found.time, [0.15, 0.25, 0.35, 0.5], rtol=1e-14)
-    gyro = np.array([[-2.5, 1.5, 3.5], [8.5, 7.5, -9.5], [0.25, 0.5, 0.125]]) * 1e-3
-    accel = np.array([[5.5, 4.5, 6.5], [-11.5, 10.5, -12.5], [2.25, 1.25, -3.25]]) * 0.3048
+    gyro = np.array([[-3.5, 1.5, -2.5], [9.5, 7.5, 8.5], [-0.125, 0.5, 0.25]]) * 1e-3
+    accel = np.array([[-6.5, 4.5, 5.5], [12.5, 10.5, -11.5], [3.25, 1.25, 2.25]]) * 0.3048
     np.testing.assert_allclose(found.triads["gyro"], gyro, rtol=1e-14)
     np.testing.assert_allclose(found.triads["accel"], accel, rtol=1e-14)
     assert found.quantities["warm"].tolist() == [20.5, 22.5, 23.5]
