@@ -275,9 +275,9 @@ def test_bias_instability_is_the_mean_of_a_gauss_markov_process(ratio):
 def test_the_mean_of_a_gauss_markov_process_by_quadrature(x: float) -> None:
     """σ² 2/T² ∫(T − t) e^(−t/τ) dt: the mean over T of the correlation of two instants."""
     share, _ = quad(lambda t: 2.0 * (1.0 - t) * np.exp(-t * x), 0.0, 1.0, epsabs=1e-13, epsrel=1e-13)
-    sigma = ImuErrors(gyro=TriadErrors(instability=1e-8, correlation_time=1000.0))
+    sigma = ImuErrors(gyro=TriadErrors(instability=1.0, correlation_time=1000.0))
     heading = error_budget(LEVEL, LATITUDE, sigma, 1000.0 * x)["gyro bias instability"].heading
-    assert heading * OMEGA_IE * np.cos(LATITUDE) == pytest.approx(1e-8 * np.sqrt(share), rel=1e-7)
+    assert heading * OMEGA_IE * np.cos(LATITUDE) == pytest.approx(np.sqrt(share), rel=1e-7)
 
 
 def test_noise_falls_with_the_session_and_bias_does_not():

@@ -12,7 +12,7 @@ from rerun.chunk import RrdReader
 
 from sinssim.alignment import Angles, Determination, ideal_readings
 from sinssim.alignment.determination import Flags
-from sinssim.alignment.report import AlignmentReport, _part, align_source
+from sinssim.alignment.report import AlignmentReport, _part, align_session, align_source
 from sinssim.cli.process import main
 from sinssim.data import ImuData
 from sinssim.errors import InputError
@@ -357,3 +357,39 @@ def test_a_quiet_scenario_is_compared_with_the_middle_of_its_part(scenario, monk
         [report.truth.roll, report.truth.pitch, report.truth.latitude], [0.01, 0.02, np.radians(50)]
     )
     assert (report.warmed, report.duration, report.samples) == (60.0, 200.0, 2000)
+
+
+def test_the_expected_errors_of_a_session_that_begins_warm() -> None:
+    """Level, to the north: a ramp R of the right gyro is R (t + T/2)/(U cos φ) of heading, a bias of the forward
+    accelerometer b/g of pitch; the noise is that of T, the crossing that of both."""
+    imu = session_to_the_north()
+    section = ImuSection(
+        grade="ideal", gyro_ramp_sigma_deg_h_per_h=0.5, accel_bias_sigma_ug=30.0, gyro_arw_deg_sqrt_h=0.001,
+        gyro_bias_deg_h=(0.0, 0.002, 0.0),
+    )  # fmt: skip
+    report = align_session(imu, "here", section, warmed=70.0)
+    horizontal = np.radians(15.041067 / 3600.0) * np.cos(0.9)
+    ramp = np.radians(0.5 / 3600.0) / 3600.0 * (70.0 + 50.0)
+    walk = np.radians(0.001) / 60.0 / np.sqrt(100.0)
+    assert report.budget is not None
+    assert report.budget["gyro ramp"].heading == pytest.approx(ramp / horizontal, rel=1e-4)
+    assert report.budget["angle random walk"].heading == pytest.approx(walk / horizontal, rel=1e-4)
+    assert report.budget["accelerometer bias"].pitch == pytest.approx(30e-6 * 9.80665 / 9.81, rel=1e-3)
+    assert report.mean is not None
+    assert report.mean.heading == pytest.approx(-np.radians(0.002 / 3600.0) / horizontal, rel=1e-4)
+    # N/√T = √(R² (70 s + T/2)²), with the tilts' part by tan φ and the accelerometer to the right
+    tilt = np.tan(0.9) * 30e-6
+    length = report.crossing.heading
+    lasting = np.hypot(np.radians(0.5 / 3600.0) / 3600.0 * (70.0 + 0.5 * length) / horizontal, tilt)
+    assert walk * np.sqrt(100.0 / length) / horizontal == pytest.approx(lasting, rel=2e-3)
+    assert (report.method, report.warmed, report.samples) == ("quiet", 70.0, 400)
+    for latitude, method in ((None, "disturbed"), (0.9, "disturbed, latitude known")):
+        report = align_session(imu, "here", section, method="disturbed", latitude=latitude)
+        assert report.method == method
+        assert report.mean_angles is not None
+        assert (report.budget["angle random walk"].latitude == 0.0) == (latitude is not None)
+
+
+def session_to_the_north() -> ImuData:
+    gyro, accel = ideal_readings(0.0, 0.0, 0.0, 0.9)
+    return ImuData(3.0 + 0.25 * np.arange(401), np.tile(gyro * 0.25, (400, 1)), np.tile(accel * 0.25, (400, 1)))

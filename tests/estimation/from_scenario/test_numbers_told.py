@@ -12,7 +12,7 @@ import pytest
 
 from sinssim.data import Measurements
 from sinssim.estimation import Block, ErrorModel
-from sinssim.estimation.from_scenario import filter_states, unknown_gravity
+from sinssim.estimation.from_scenario import diagnosis, filter_states, unknown_gravity
 from sinssim.estimation.from_scenario.diagnosis import _part, _rows, _tried
 from sinssim.estimation.from_scenario.filter_states import choice, hints, notes, weights
 from sinssim.estimation.from_scenario.memory import needed_memory
@@ -225,3 +225,18 @@ def test_parts_of_innovations_and_readings() -> None:
     assert some.correlation is not None
     assert len(some.correlation) == 2
     assert _rows(m, np.ones(3, dtype=bool)) is m
+
+
+@pytest.mark.parametrize(("consistent_for", "until"), [(0.0, 305.0), (310.0, 605.0), (700.0, 1205.0), (5000.0, 2000.0)])
+def test_a_search_looks_at_the_first_time_that_shows_a_fault(
+    monkeypatch: pytest.MonkeyPatch, consistent_for: float, until: float
+) -> None:
+    """300 s from the start at 5 s, doubled until the innovations speak against the filter, at most to the end."""
+    seen: list[float] = []
+    monkeypatch.setattr(diagnosis, "consistency", lambda found: SimpleNamespace(consistent=False))
+    monkeypatch.setattr(diagnosis, "_consistent_until", lambda found, end: end < consistent_for)
+    monkeypatch.setattr(diagnosis, "_diagnosis", lambda *given: seen.append(given[4]))
+    monkeypatch.setattr(diagnosis, "replace", lambda found, **more: (found, more))
+    start: Any = SimpleNamespace(imu=SimpleNamespace(time=np.array([5.0, 2000.0])))
+    diagnosis.diagnosed("found", start, [], {"encoders": None})  # type: ignore[arg-type]
+    assert seen == [until]

@@ -15,12 +15,13 @@ from sinssim.data import ImuData, Measurements, NavState
 from sinssim.earth.models import OMEGA_IE, WGS84
 from sinssim.errors import InputError, RunError
 from sinssim.estimation.initial_alignment.by_course import align_by_course
-from sinssim.estimation.initial_alignment.in_motion import _block, _edges, _Fixes, _moved, _together
+from sinssim.estimation.initial_alignment.in_motion import _block, _edges, _Fixes, _moved, _together, align_in_motion
 from sinssim.estimation.initial_alignment.position_differences import velocity_of_positions
 from sinssim.estimation.initial_alignment.recorded_start import _place, _resting, _speed, recorded_start
 from sinssim.logs.reference import Reference
 from sinssim.scenario.sections.log import LogStart
 from sinssim.sensors import ImuErrors, TriadErrors
+from tests.estimation.worlds import weaving
 
 PLACE = (np.radians(60.0), np.radians(-20.0), 500.0)
 # radii of the meridian and of the prime vertical at 60° of WGS-84
@@ -272,3 +273,44 @@ def test_fixes_of_an_alignment_in_motion() -> None:
     expected = speed[0] - q_nb.apply(np.cross([0.1, -0.2, 0.3] - spin, arm))
     np.testing.assert_allclose(found.velocity_ned, expected, rtol=1e-9)
     assert isinstance(found, NavState)
+
+
+def test_what_an_alignment_in_motion_needs() -> None:
+    time = np.arange(1.0, 61.0)
+    position = fixes("gnss-position", time, np.tile(PLACE, (60, 1)), [1.0, 2.0, 3.0])
+    velocity = fixes("gnss-velocity", time, np.tile([50.0, 10.0, 0.0], (60, 1)), 0.1)
+    imu = ImuData(0.5 * np.arange(125), np.zeros((124, 3)), np.tile([0.0, 0.0, -0.5 * G60], (124, 1)))
+    with pytest.raises(InputError) as info:
+        align_in_motion(imu, velocity, velocity, SIGMA)
+    assert str(info.value) == "alignment in motion needs measurements of kind 'gnss-position', not 'gnss-velocity'."
+    short = ImuData(imu.time[:80], imu.dtheta[:79], imu.dvel[:79])  # to 39.5 s
+    with pytest.raises(InputError) as info:
+        align_in_motion(short, position, velocity, SIGMA)
+    assert str(info.value) == (
+        "alignment in motion has 39 times with position and velocity over 38 s within the inertial data; at least 40 s "
+        "of them are needed."
+    )
+
+
+def test_the_start_in_motion_is_three_times_as_wide_as_the_alignment() -> None:
+    flight, ideal = weaving(100.0, 20.0)
+    time = np.arange(0.5, 60.1, 0.5)
+    state = flight.state(time)
+    value = np.column_stack([state.latitude, state.longitude, state.height])
+    position = fixes("gnss-position", time, value, [1.0, 2.0, 3.0])
+    velocity = fixes("gnss-velocity", time, state.velocity_ned, [0.1, 0.2, 0.3])
+    sigma = ImuErrors(TriadErrors(random_walk=1e-6), TriadErrors(random_walk=1e-4))
+    imu = ImuData(ideal.time[:1401], ideal.dtheta[:1400], ideal.dvel[:1400])
+    found = align_in_motion(imu, position, velocity, sigma)
+    assert found.edge == 10
+    np.testing.assert_allclose(np.diag(found.covariance)[:6], 9.0 * np.array([1.0, 4.0, 9.0, 0.01, 0.04, 0.09]))
+    np.testing.assert_allclose(np.sqrt(np.diag(found.covariance)[6:]), 3.0 * found.sigma)
+    assert not found.covariance[:6, 6:].any()
+    turned = (
+        Rotation.from_quat(found.state.q_nb, scalar_first=True)
+        * Rotation.from_quat(state.q_nb[0], scalar_first=True).inv()
+    )
+    assert turned.magnitude() < 1e-3
+    assert found.residual < 0.02
+    np.testing.assert_allclose(found.state.velocity_ned, state.velocity_ned[0], rtol=0, atol=1e-9)
+    np.testing.assert_allclose([found.state.latitude, found.state.longitude], value[0, :2], rtol=0, atol=1e-12)
