@@ -8,6 +8,7 @@ from scipy.stats import chi2
 
 from sinssim.data import Array
 from sinssim.estimation import Block, ErrorModel
+from sinssim.estimation.checks import against_truth
 from sinssim.estimation.checks.against_truth import ALL, _between_edges, _noise, actual_consistency
 from sinssim.estimation.result import History
 from tests.estimation.checks.made import MODEL, history
@@ -182,3 +183,54 @@ def test_what_is_said_of_errors_larger_than_stated(share: float, larger: bool) -
         f"{test.lower:.3g} … {test.upper:.3g}).",
     )
     assert found.sentences == (said if larger else ())
+
+
+def test_the_covariance_of_normalised_errors_of_several_rows(monkeypatch: pytest.MonkeyPatch) -> None:
+    """E[yₖ yⱼᵀ] = Bₖ Ψₖ … Ψⱼ₊₁ Pⱼ Bⱼᵀ, and the sum of the squares, of three rows of two of nine states."""
+    rng = np.random.default_rng(8)
+    root, decay, e = rng.normal(size=(3, 9, 9)), rng.normal(size=(2, 9, 9)), rng.normal(size=(3, 9))
+    p = root @ root.transpose(0, 2, 1) * np.outer(10.0 ** np.arange(-4, 5), 10.0 ** np.arange(-4, 5))
+    states = np.array([2, 7])
+    seen: list[tuple[str, float, Array]] = []
+    monkeypatch.setattr(against_truth, "weighted_test", lambda *given: seen.append(given))
+    against_truth._of_block("two", e, p, decay, states)
+    ((name, square, weights),) = seen
+    b = []
+    for k in range(3):
+        own = p[k][np.ix_(states, states)]
+        whitening = np.zeros((2, 9))
+        whitening[:, states] = np.linalg.inv(np.linalg.cholesky(own))
+        b.append(whitening)
+    lasting = {(1, 0): decay[0], (2, 1): decay[1], (2, 0): decay[1] @ decay[0]}
+    together = np.eye(6)
+    for (k, j), psi in lasting.items():
+        block = b[k] @ psi @ p[j] @ b[j].T
+        together[2 * k : 2 * k + 2, 2 * j : 2 * j + 2] = block
+        together[2 * j : 2 * j + 2, 2 * k : 2 * k + 2] = block.T
+    expected = np.linalg.eigvalsh(together)
+    np.testing.assert_allclose(weights, expected[expected > 0.0], rtol=1e-8)
+    assert name == "NEES, two"
+    assert square == pytest.approx(sum(np.sum((b[k] @ e[k]) ** 2) for k in range(3)), rel=1e-9)
+
+
+def test_rows_of_the_nees_are_even_and_end_with_the_last(monkeypatch: pytest.MonkeyPatch) -> None:
+    """At most twelve numbers: of nine states every fourth row of five, of three every second; the decay is between."""
+    rng = np.random.default_rng(9)
+    decay, errors, state = rng.normal(size=(5, 9, 9)), rng.normal(size=(5, 9)), rng.normal(size=(5, 9))
+    made = history(TIME, decay=decay, state=state, covariance=np.tile(np.diag([1.0] * 8 + [0.0]), (5, 1, 1)))
+    seen: dict[str, tuple[Array, Array, list[int]]] = {}
+    monkeypatch.setattr(against_truth, "_ROWS", 12)
+    monkeypatch.setattr(
+        against_truth, "_of_block", lambda name, e, p, psi, states: seen.update({name: (e, psi, states.tolist())})
+    )
+    list(against_truth._nees(MODEL, made, errors))
+    assert list(seen) == [ALL, "position", "velocity", "attitude"]
+    e, psi, states = seen["position"]
+    assert states == [0, 1, 2]
+    np.testing.assert_array_equal(e, (errors - state)[[0, 2, 4]])
+    np.testing.assert_allclose(psi, [decay[2] @ decay[1], decay[4] @ decay[3]])
+    e, psi, states = seen[ALL]
+    assert states == list(range(8))  # the last is known exactly
+    np.testing.assert_array_equal(e, (errors - state)[[0, 4]])
+    np.testing.assert_allclose(psi, [decay[4] @ decay[3] @ decay[2] @ decay[1]])
+    assert seen["attitude"][2] == [6, 7]

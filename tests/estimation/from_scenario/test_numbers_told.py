@@ -11,14 +11,15 @@ import numpy as np
 import pytest
 
 from sinssim.data import Measurements
+from sinssim.errors import InputError
 from sinssim.estimation import Block, ErrorModel
-from sinssim.estimation.from_scenario import diagnosis, filter_states, unknown_gravity
+from sinssim.estimation.from_scenario import diagnosis, filter_states, memory, unknown_gravity
 from sinssim.estimation.from_scenario.diagnosis import _part, _rows, _tried
 from sinssim.estimation.from_scenario.filter_states import choice, hints, notes, weights
-from sinssim.estimation.from_scenario.memory import needed_memory
+from sinssim.estimation.from_scenario.memory import check_memory, needed_memory
 from sinssim.estimation.from_scenario.recorded_errors import recorded_sensors
 from sinssim.estimation.from_scenario.unknown_gravity import UnknownGravity, gravity_notes
-from sinssim.estimation.result import Innovations, Reasons
+from sinssim.estimation.result import Divergence, Innovations, Reasons
 from sinssim.scenario import Scenario
 from sinssim.scenario.excitation import Excitation
 from tests.estimation.from_scenario.test_filter_states import standing
@@ -240,3 +241,42 @@ def test_a_search_looks_at_the_first_time_that_shows_a_fault(
     start: Any = SimpleNamespace(imu=SimpleNamespace(time=np.array([5.0, 2000.0])))
     diagnosis.diagnosed("found", start, [], {"encoders": None})  # type: ignore[arg-type]
     assert seen == [until]
+
+
+def test_what_is_said_of_too_little_memory(monkeypatch: pytest.MonkeyPatch) -> None:
+    """A run of 500 s on a machine of 0.431 GB, of which the program takes 0.43: the filter's part is the largest."""
+    scenario = standing("ideal", 500.0, states=(), rate_hz=10.0)
+    needed = needed_memory(scenario).total
+    monkeypatch.setattr(memory, "machine_memory", lambda: 0.4312e9)
+    with pytest.raises(InputError) as info:
+        check_memory(scenario)
+    text = str(info.value)
+    assert text.startswith(
+        f"filter.rate_hz = 10: a run of about 500 s with a filter of 9 states needs {needed / 1e9:.3g} GB of memory; "
+        "this machine has 0.431 GB. A run of "
+    )
+    fits = float(text.removesuffix(" s would fit; lower rates need less, too.").split("A run of ")[1])
+    parked = scenario.parked.model_copy(update={"duration_s": fits})
+    assert needed_memory(scenario.model_copy(update={"parked": parked})).total == pytest.approx(0.4312e9, rel=1e-4)
+    monkeypatch.setattr(memory, "machine_memory", lambda: needed)
+    check_memory(scenario)
+
+
+def test_a_backward_solution_that_cannot_be_is_said(monkeypatch: pytest.MonkeyPatch) -> None:
+    from sinssim.estimation.from_scenario import aided_run, backward
+
+    forward: Any = SimpleNamespace(divergence=Divergence(3.0, "", "x"), remarks=("before",), backward=None)
+    monkeypatch.setattr(aided_run, "replace", lambda one, **more: SimpleNamespace(**{**vars(one), **more}))
+    imu: Any = None
+    found = aided_run._with_backward(forward, imu, [], 0.0, {}, None)
+    assert found.remarks == (
+        "before", "There is no backward solution, because the filter diverged: the state to start from is not known.",
+    )  # fmt: skip
+    forward.divergence = None
+    at = "The backward solution diverged at 12.3 s: it broke down."
+    for end, remarks in ((None, ("before",)), (Divergence(12.34, "b 1", "it broke down"), ("before", at))):
+        result = SimpleNamespace(divergence=end)
+        monkeypatch.setattr(backward, "run_backward", lambda *given, result=result: result)
+        found = aided_run._with_backward(forward, imu, [], 0.0, {}, None)
+        assert found.remarks == remarks
+        assert (found.backward is result) == (end is None)
