@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 import pytest
 
-from sinssim import algorithms, frames, lazy, section
+from sinssim import lazy, section
 from sinssim.arguments import POSITIVE, doubles, names, number, quaternion, vector
 from sinssim.checks import (
     check_finite,
@@ -257,91 +257,6 @@ def test_a_motion_that_comes_too_near() -> None:
     other = sentence(place(-0.3, -0.5), 1.23456, 2.0, 0.5, "now")
     assert "within 200 m of its route's pole at -17.1887°, -28.6479° with 2 m/s" in other
     assert "the vehicle is 1.235 m from there now." in other
-
-
-def test_words_and_lists() -> None:
-    assert (frames.listed(["a"]), frames.listed(["a", "b"]), frames.listed(["a", "b", "c"], "or")) == (
-        "a",
-        "a and b",
-        "a, b or c",
-    )
-    assert frames.frames_that(lambda frame: frame.takes_azimuth) == ["wander", "free-azimuth"]
-    assert frames.frames_that(lambda frame: not frame.passes_poles) == ["level"]
-    assert frames.frames_that(lambda frame: frame.takes_route) == ["transverse"]
-    assert frames.frames_that(lambda frame: not frame.has_radii) == ["inertial"]
-    frames.check_curvature("inertial", "exact")
-    with pytest.raises(InputError, match="level, wander, free-azimuth and transverse have them"):
-        frames.check_curvature("inertial", "simplified")
-    with pytest.raises(InputError, match="windows of samples"):
-        frames.check_correctable(next(name for name, entry in algorithms.REGISTRY.items() if entry.windowed))
-    assert frames.BARO_TIME_CONSTANT == 50.0
-
-
-def test_rates_that_divide() -> None:
-    """33.3333 Hz is a third of 100 Hz as people write it; 100.001 Hz is not 100 Hz, and a slower rate none."""
-    ratio = algorithms.whole_ratio
-    assert [ratio(100.0, slow) for slow in (100.0, 33.3333, 7.0, 150.0)] == [1, 3, None, None]
-    assert ratio(300.0005, 100.0) == 3
-    assert ratio(300.0007, 100.0) is None  # 2e-6 of the ratio
-    assert (ratio(99_999.991, 1.0), ratio(99_999.985, 1.0)) == (100_000, None)  # 0.01
-    assert algorithms.three_rates([200, 50, 10]) == (200.0, 50.0, 10.0)
-    assert algorithms.three_rates((200.0, 10.0)) == (200.0, 10.0, 10.0)
-    for wrong in ([200.0], [200.0, 50.0, 10.0, 5.0], "200", [200.0, inf], 5.0):
-        with pytest.raises(InputError, match="must be three finite numbers, Hz"):
-            algorithms.three_rates(wrong)
-    assert algorithms.schedule((200.0, 50.0, 10.0), 400.0) == (2, 4, 5)
-    for rates, said in (
-        (
-            (300.0, 50.0, 10.0),
-            "the fast rate, 300 Hz, does not divide the data's rate, 400 Hz, a whole number of times; "
-            "use 400 or 200 Hz.",
-        ),
-        (
-            (200.0, 30.0, 10.0),
-            "the medium rate, 30 Hz, does not divide the fast rate, 200 Hz, a whole number of times; "
-            "use 33.3333333 or 28.5714286 Hz.",
-        ),
-        (
-            (200.0, 50.0, 60.0),
-            "the slow rate, 60 Hz, does not divide the medium rate, 50 Hz, a whole number of times; use 50 Hz.",
-        ),
-        ((200.0, 50.0, 0.0), "the slow rate, 0.0 Hz, must be positive."),
-    ):
-        with pytest.raises(InputError) as error:
-            algorithms.schedule(rates, 400.0)
-        assert str(error.value) == f"rates_hz: {said}"
-
-
-def test_what_an_algorithm_is() -> None:
-    """Each name tells order, normalisation and number of samples; only these differ within a family."""
-    registry = algorithms.REGISTRY
-    word = {"1": "first", "2": "second", "3": "third", "4": "fourth"}
-    for name, entry in list(registry.items())[:27]:
-        family, _, rest = name.partition("-")
-        assert algorithms.family(name) == {"rotation": "rotation-vector", "two": name, "functional": name}.get(
-            family, family
-        )
-        order, _, end = rest.partition("-")
-        if order in word and family in ("poisson", "quaternion"):
-            normal = {"poisson": "ORTHONORMAL", "quaternion": "NORMALIZED"}[family]
-            assert (entry.variant["ORDER"], entry.variant[normal]) == (int(order), bool(end))
-            assert f"{word[order]}-order" in entry.sentence
-            assert entry.sentence.endswith("after each step") == bool(end)
-    vectors = {name: entry for name, entry in registry.items() if name.startswith("rotation-vector")}
-    about = {name[16:]: (e.samples, e.sample_by_sample, e.needs_equal_intervals) for name, e in vectors.items()}
-    assert about == {
-        "1": (1, True, False),
-        "1p": (1, True, True),
-        "2": (2, False, True),
-        "3": (3, False, True),
-        "4": (4, False, True),
-    }
-    windowed = registry["functional-iteration"]
-    assert (windowed.windowed, windowed.sample_by_sample, windowed.samples) == (True, False, 1)
-    one, two = registry["euler"], registry["poisson-2"]
-    twice = algorithms.by_name(one, two, algorithms.replace(two, name="euler"))
-    assert list(twice) == ["euler", "poisson-2"]
-    assert "has the name twice, for the files attitude.euler and attitude.poisson" in twice["euler"].problem
 
 
 def test_the_rows_of_a_solution_and_the_name_of_a_sensor() -> None:
