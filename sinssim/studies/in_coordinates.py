@@ -44,7 +44,7 @@ def coordinate_errors(
     found = []
     for kind in kinds:
         values = [
-            CoordinateStreams((kind,), None, of, pole, begin).of("", solution.time, motion)
+            CoordinateStreams((kind,), None, of, pole, begin, float(solution.time[0])).of("", solution.time, motion)
             for of, motion in ((ellipsoid, true), (own, solution))
         ]
         for right, computed in zip(*values, strict=True):

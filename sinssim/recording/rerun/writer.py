@@ -117,13 +117,13 @@ class RunWriter:
             self._draw(lambda: self._recording.document("about/scenario", toml))
             self._draw(self._draw_flight, time, truth, trajectory.events, scenario.output.angles, kind)
             own = ellipsoid_by_name(scenario.navigation.ellipsoid_over(trajectory.ellipsoid.name))
-            self._coordinates = _coordinate_streams(scenario, own, truth)
+            self._coordinates = _coordinate_streams(scenario, own, truth, float(time[0]))
             if ideal is None:
                 return
             self.without_satellites(time, truth, () if scenario.aiding is None else scenario.aiding.outages)
             for stream in (truth_stream(time, truth), imu_stream("ideal", ideal)):
                 self._stream(stream)
-            for stream in _coordinate_streams(scenario, trajectory.ellipsoid, truth).of("truth", time, truth):
+            for stream in replace(self._coordinates, ellipsoid=trajectory.ellipsoid).of("truth", time, truth):
                 self._stream(stream)
             for stream in channel_streams(trajectory.channels):
                 self._stream(stream)
@@ -396,10 +396,10 @@ def _open(file: Path, about: RunInfo) -> Recording:
     return Recording(file, about.application, all_views(about))
 
 
-def _coordinate_streams(scenario: Scenario, ellipsoid: Ellipsoid, truth: NavState) -> CoordinateStreams:
+def _coordinate_streams(scenario: Scenario, ellipsoid: Ellipsoid, truth: NavState, epoch: float) -> CoordinateStreams:
     """Return what makes the streams in the coordinates that a scenario records, of a motion on an ellipsoid."""
     route = scenario.navigation.route_deg
     start = (float(truth.latitude[0]), float(truth.longitude[0]))
     pole = route_pole(None if route is None else tuple(np.radians(route)), *start, truth.velocity_ned[0])
     begin = start if route is None else (float(np.radians(route[0])), float(np.radians(route[1])))
-    return CoordinateStreams(scenario.coordinates, scenario.output.angles, ellipsoid, pole, begin)
+    return CoordinateStreams(scenario.coordinates, scenario.output.angles, ellipsoid, pole, begin, epoch)

@@ -29,6 +29,7 @@ class CoordinateStreams:
         ellipsoid: of the geodetic coordinates.
         pole: pole of the route of conditional coordinates, Earth-fixed unit vector, (3,).
         start: latitude and longitude of the start of that route, rad.
+        epoch: instant at which the inertial axes are the Earth's, s: the start of the run, for all motions of it.
     """
 
     names: tuple[str, ...]
@@ -36,6 +37,7 @@ class CoordinateStreams:
     ellipsoid: Ellipsoid
     pole: Array
     start: tuple[float, float]
+    epoch: float
 
     def of(self, name: str, time: Array, motion: Motion) -> Iterator[Stream]:
         """Yield the streams of one motion.
@@ -67,9 +69,8 @@ class CoordinateStreams:
             case "earth-fixed":
                 return _cartesian("e"), lambda rows: tuple(coordinates.earth_fixed(rows_of(rows), self.ellipsoid))
             case "inertial":
-                first = float(time[0])
                 return _cartesian("i"), lambda rows: tuple(
-                    coordinates.inertial(rows_of(rows), time[rows], self.ellipsoid, first)
+                    coordinates.inertial(rows_of(rows), time[rows], self.ellipsoid, self.epoch)
                 )
             case "frame":
                 of_x = getattr(motion, "azimuth", np.zeros(0))

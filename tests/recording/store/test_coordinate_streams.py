@@ -137,15 +137,22 @@ def test_every_column_by_its_name() -> None:
     time, a, rate = np.array([5.0, 7.0]), 6378137.0, 7.292115e-5
     half = np.sqrt(0.5)
     heading = np.radians([350.0, 10.0])
-    turned = np.column_stack((np.cos(heading / 2.0), np.zeros((2, 2)), np.sin(heading / 2.0)))
+    turned = rotation.multiply(
+        np.column_stack((np.cos(heading / 2.0), np.zeros((2, 2)), np.sin(heading / 2.0))),
+        rotation.multiply(
+            np.array([np.cos(0.05), 0.0, np.sin(0.05), 0.0]), np.array([np.cos(0.1), np.sin(0.1), 0.0, 0.0])
+        ),
+    )  # roll 0.2 rad, pitch 0.1 rad
     velocity = np.array([[3.0, 200.0, -7.0], [4.0, 300.0, -8.0]])
     level = np.tile([1.0, 0.0, 0.0, 0.0], (2, 1))
     motion = NavSolution(time, np.zeros(2), np.array([0.0, 0.6]), np.array([10.0, 20.0]), velocity, level, np.zeros(2))
     kinds = ("earth-fixed", "inertial", "frame", "conditional")
-    coordinates = CoordinateStreams(kinds, None, earth.WGS84, np.array([0.0, 0.0, 1.0]), (0.0, -0.2))
+    coordinates = CoordinateStreams(kinds, None, earth.WGS84, np.array([0.0, 0.0, 1.0]), (0.0, -0.2), 5.0)
     assert [stream.name for stream in coordinates.of("truth", time, motion)] == [
-        "earth_fixed_truth", "inertial_truth", "conditional_truth",
-    ]  # fmt: skip
+        "earth_fixed_truth",
+        "inertial_truth",
+        "conditional_truth",
+    ]
     own = replace(motion, azimuth=np.radians([30.0, 90.0]))
     held = {stream.name: table(stream) for stream in coordinates.of("euler", time, own)}
     assert list(held) == ["earth_fixed_euler", "inertial_euler", "frame_euler", "conditional_euler"]
@@ -189,10 +196,30 @@ def test_every_column_by_its_name() -> None:
         (stream,) = replace(coordinates, names=(), angles=angles).of("euler", time, north)
         found = table(stream)
         assert (stream.name, list(found)) == ("angles_euler", ["time_s", "roll_rad", "pitch_rad", "heading_rad"])
+        np.testing.assert_allclose(found["roll_rad"], [0.2, 0.2])
+        np.testing.assert_allclose(found["pitch_rad"], [0.1, 0.1])
         if angles == "continuous":  # whole turns are free at the start
             assert np.diff(found["heading_rad"]) == pytest.approx(np.radians(20.0))
         else:
             np.testing.assert_allclose(np.degrees(found["heading_rad"]), wanted, atol=1e-9)
+
+
+def test_inertial_axes_are_the_same_for_all_motions_of_a_run(tmp_path: Path) -> None:
+    """A parked vehicle that aligns itself for 20 s: its solution begins 20 s after the truth, in the same axes."""
+    parked = {"latitude_deg": 50.0, "longitude_deg": 10.0, "duration_s": 30.0}
+    scenario = {
+        "name": "p", "parked": parked, "imu": {"grade": "ideal", "rate_hz": 10.0},
+        "output": {"coordinates": ["inertial"]},
+        "navigation": {"alignment": {"duration_s": 20.0}, "vertical": "truth"}, "recording": {"keep": "streams"},
+    }  # fmt: skip
+    run(Scenario.model_validate(scenario), tmp_path / "run")
+    true, found = (columns(tmp_path / "run", f"inertial_{name}") for name in ("truth", "quaternion"))
+    assert (true[0, 0], found[0, 0]) == (0.0, 20.0)
+    place = earth.geodetic_to_ecef(np.radians(50.0), np.radians(10.0), 0.0)
+    assert true[0, 1:4] == pytest.approx(place, abs=1e-6)
+    later = true[true[:, 0] >= 20.0]
+    np.testing.assert_allclose(found[:, 1:4], later[:, 1:4], atol=1e-3)  # the Earth turns by 6 km in 20 s
+    np.testing.assert_allclose(found[:, 4:7], later[:, 4:7], atol=1e-3)
 
 
 def table(stream: streams.Stream) -> dict[str, Array]:
