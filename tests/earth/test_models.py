@@ -2,11 +2,21 @@
 
 from __future__ import annotations
 
+import re
+
 import numpy as np
 import pytest
 
-from sinssim.earth.coordinates import displaced
-from sinssim.earth.models import ELLIPSOIDS, WGS84, describe_ellipsoids, ellipsoid_by_name, in_reverse_time
+from sinssim.earth.coordinates import displaced, ecef_to_eci, ecef_to_geodetic, geodetic_to_ecef
+from sinssim.earth.models import (
+    ELLIPSOIDS,
+    GRAVITY_MODELS,
+    WGS84,
+    describe_ellipsoids,
+    ellipsoid_by_name,
+    in_reverse_time,
+)
+from sinssim.errors import InputError
 
 
 def test_constants_in_words() -> None:
@@ -40,3 +50,21 @@ def test_small_displacements_are_over_the_radii_of_curvature() -> None:
     # north at the pole is along the meridian opposite to that of the longitude
     assert np.degrees(pole[1]) == pytest.approx([-80.0])
     assert (0.5 * np.pi - pole[0]) * 6399593.6 == pytest.approx([20.0], rel=1e-6)
+
+
+def test_places_that_cannot_be_used_are_named() -> None:
+    with pytest.raises(InputError, match=r"arrays of the shapes \(2,\), \(3,\), \(\) do not fit together\."):
+        geodetic_to_ecef([0.1, 0.2], [0.1, 0.2, 0.3], 0.0)
+    with pytest.raises(InputError, match=r"vectors of 3 components in the last axis, got an array of shape \(2, 2\)\."):
+        ecef_to_eci([[1.0, 2.0], [3.0, 4.0]], 0.0)
+    with pytest.raises(InputError, match=r"position \[1000\.\s+2000\.\s+3000\.\] m \(row 2\) lies within 1000 km of"):
+        ecef_to_geodetic([[7e6, 0.0, 0.0], [0.0, 6.4e6, 0.0], [1e3, 2e3, 3e3], [0.0, 0.0, 6.4e6]])
+
+
+def test_names_of_gravity_in_words() -> None:
+    """The errors that the table promises are measured in the tests of gravity; here that they stand at their names."""
+    stated = {name: re.findall(r"[\d.]+e-\d+", text) for name, text in GRAVITY_MODELS.items()}
+    assert stated == {
+        "normal": [], "j2": [], "somigliana": [], "order-1e-5": ["2e-7", "1.6e-5"], "order-1e-4": ["3.2e-5", "5.5e-4"],
+        "order-1e-2": ["5.3e-3", "6e-3"],
+    }  # fmt: skip

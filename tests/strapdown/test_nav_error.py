@@ -106,3 +106,18 @@ def test_arguments_that_are_swapped_or_something_else():
         navigation_error(solution, solution)
     with pytest.raises(InputError, match=r"second argument .* is a NavState"):
         navigation_error(true, true)
+
+
+def test_errors_in_some_rows():
+    time = np.arange(4.0)
+    position, velocity, attitude = (factor * np.arange(12.0).reshape(4, 3) for factor in (1.0, 10.0, 100.0))
+    error = NavError(time, position, velocity, attitude)
+    for part in (error.at(slice(1, 3)), error.rows(np.array([1, 2]))):
+        assert part.time.tolist() == [1.0, 2.0]
+        np.testing.assert_array_equal(part.position_ned, [[3.0, 4.0, 5.0], [6.0, 7.0, 8.0]])
+        np.testing.assert_array_equal(part.velocity_ned, [[30.0, 40.0, 50.0], [60.0, 70.0, 80.0]])
+        np.testing.assert_array_equal(part.attitude, [[300.0, 400.0, 500.0], [600.0, 700.0, 800.0]])
+        np.testing.assert_allclose(part.horizontal, [5.0, np.sqrt(85.0)])
+        np.testing.assert_array_equal(part.height, [-5.0, -8.0])
+        np.testing.assert_allclose(part.speed, [10.0 * np.sqrt(50.0), 10.0 * np.sqrt(149.0)])
+        np.testing.assert_allclose(part.angle, [100.0 * np.sqrt(50.0), 100.0 * np.sqrt(149.0)])

@@ -12,7 +12,7 @@ from sinssim.earth.coordinates import ecef_to_geodetic
 from sinssim.earth.models import WGS84
 from sinssim.errors import InputError
 from sinssim.truth.track import knots as module
-from sinssim.truth.track import smoothing
+from sinssim.truth.track import prepare, smoothing
 from sinssim.truth.track.knots import TrackOptions, knots_of_samples
 from sinssim.truth.track.prepare import _options, prepared
 from sinssim.truth.track.samples import TrackSamples
@@ -192,3 +192,17 @@ def test_events_of_a_plan_are_at_its_waypoints() -> None:
     # a right angle of arcs alone is cut by R (√2 − 1) = 24.85 m, with clothoids of 15 m by 15²/(24 R) = 0.16 m more
     assert note.endswith("track.waypoints.2 (bend).")
     assert note.startswith("Corners pass their waypoints at up to 24.9")
+
+
+def test_a_route_that_takes_too_long(monkeypatch: pytest.MonkeyPatch) -> None:
+    """111.3 km of the equator at 10 m/s on a knot each tenth of a second."""
+    monkeypatch.setattr(prepare, "_MOST_KNOTS", 100_000)
+    section = TrackSection(vehicle="land", waypoints=(
+        Waypoint(latitude_deg=0.0, longitude_deg=20.0, speed_mps=10.0), Waypoint(latitude_deg=0.0, longitude_deg=21.0),
+    ))  # fmt: skip
+    with pytest.raises(InputError) as error:
+        prepared(section, "normal", "wgs84")
+    assert str(error.value) == (
+        "the planned route takes 1.113e+04 s and needs 111321 knots, more than 100000: give a shorter route, or a "
+        "higher speed_mps."
+    )

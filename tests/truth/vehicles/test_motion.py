@@ -302,6 +302,32 @@ def test_a_ship_heels_outwards() -> None:
     assert pitch[0] == pytest.approx(0.0, abs=1e-9)
 
 
+def test_waves_have_frequencies_in_equal_bands() -> None:
+    """256 bands from half the peak's frequency to four times it, or to 2 Hz, but at least to twice the peak's."""
+    for omega_p, highest in ((0.8, 3.2), (5.0, 4.0 * np.pi), (7.0, 14.0)):
+        one = sea.waves(2.0, omega_p, 3)
+        edges = np.linspace(0.5 * omega_p, highest, 257)
+        assert np.all((one.omega > edges[:-1]) & (one.omega < edges[1:]))
+        np.testing.assert_allclose(one.k, one.omega**2 / 9.80665)
+    assert sea.peak(2.0, 8.0) == pytest.approx(0.25 * np.pi)
+    # a unit of variance at the peak: 5/16 H² e^−1.25/ω_p
+    assert sea.density(0.8, 2.0, 0.8) == pytest.approx(1.25 / 0.8 * np.exp(-1.25))
+
+
+def test_a_road_has_no_waves_beyond_its_range() -> None:
+    """Up to 0.5 cycles/m of the 2.83 of the standard, and from 0.011 on; its period is longer than the road."""
+    heights = road.heights(300.0, ROADS["E"], 0.5, 5)
+    assert len(heights) == 4096  # of 0.1 m, the power of two above 3002
+    assert len(road.heights(90.0, ROADS["E"], 0.5, 5)) == 2048  # two periods of the longest wave, 182 m
+    size = np.abs(np.fft.rfft(heights))
+    n = np.fft.rfftfreq(4096, 0.1)
+    inside = (n >= 0.011) & (n <= 0.5)
+    assert size[~inside].max() < 1e-9 * size.max()
+    assert size[inside].min() > 1e-4 * size.max()
+    found = road.density([0.01, 0.02, 0.2, 2.9], 64e-6)
+    assert found.tolist() == pytest.approx([0.0, 64e-6 * 25.0, 64e-6 / 4.0, 0.0])
+
+
 def test_same_seed_same_motion_and_another_seed_another() -> None:
     section = drive({"type": "straight", "distance_m": 100.0, "speed_mps": 5.0})
     one, again, other = (curve(section, seed).state(np.array([15.0])) for seed in (1, 1, 2))

@@ -2,8 +2,11 @@
 
 from __future__ import annotations
 
+from typing import Any
+
 import pytest
 
+from sinssim.errors import InputError
 from sinssim.truth.flight.aircraft import Envelope
 from sinssim.truth.flight.planning.envelope import best_ceiling, ceiling, climb_rate, descent_rate, speed_range
 
@@ -63,3 +66,19 @@ def test_ceilings_are_on_the_safe_side_of_the_rate_by_a_two_hundredth() -> None:
     assert ceiling(ENVELOPE, 150.0, 1.0) == 5000.0
     assert ceiling(ENVELOPE, 150.0, 20.0) == 200.0
     assert best_ceiling(ENVELOPE) == (5000.0, 150.0)
+
+
+@pytest.mark.parametrize(
+    ("change", "words"),
+    [
+        ({"min_kt": (60.0, 70.0)}, "min_kt needs 3 entries, one for each height_m"),
+        ({"descent_mps": ((4.0, 5.0, 9.0),) * 4}, "descent_mps needs 3 entries, one for each height_m"),
+        ({"airspeed_kt": (100.0, 150.0)}, "each row of climb_mps needs 2 values, one for each airspeed_kt"),
+        ({"descent_mps": ((4.0, 5.0),) * 3}, "each row of descent_mps needs 3 values, one for each airspeed_kt"),
+        ({"height_m": (200.0, 5000.0, 2000.0)}, "the values of height_m must increase"),
+        ({"airspeed_kt": (100.0, 100.0, 250.0)}, "the values of airspeed_kt must increase"),
+    ],
+)
+def test_tables_that_do_not_fit(change: dict[str, Any], words: str) -> None:
+    with pytest.raises(InputError, match=words):
+        Envelope(**{**ENVELOPE.model_dump(), **change})
