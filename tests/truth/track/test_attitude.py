@@ -6,17 +6,23 @@ import numpy as np
 import pytest
 
 from sinssim import rotation
+from sinssim.earth.coordinates import q_en
+from sinssim.earth.gravity import gravitation_ecef
+from sinssim.earth.models import WGS84
 from sinssim.truth.track.attitude import (
     _carried,
     _hold,
     _hold_pitch,
     _pointing,
+    _reversals,
     _rising,
     _Span,
     _standstills,
     _wide_enough,
+    attitude_from_motion,
 )
 from sinssim.truth.track.curve import TrackCurve, from_samples
+from sinssim.truth.track.vehicles import VEHICLES
 from tests.truth.motions import Array
 
 DEG = np.pi / 180.0
@@ -240,3 +246,42 @@ def test_headings_from_north_and_carried_along() -> None:
     there = np.array([[-np.sin(np.radians(30.0)), np.cos(np.radians(30.0)), 0.0]])
     np.testing.assert_allclose(_carried(_pointing(up, 0.5 * np.pi), up, there), [-up], atol=1e-12)
     np.testing.assert_allclose(_carried(_pointing(up, 0.0), up, there), [[0.0, 0.0, 1.0]], atol=1e-12)
+
+
+def test_a_sharp_turn_between_two_knots_is_a_stop() -> None:
+    """More than 0.3 rad."""
+    angle = np.array([0.0, 0.29, 0.60, 0.61, 0.90, 0.61])
+    course = np.column_stack([np.cos(angle), np.sin(angle), 0.0 * angle])
+    assert _reversals(course).tolist() == [False, True, True, False, False, False]
+
+
+def east_over_the_equator(speed: float, climb: float, lateral: float, lift: float, vehicle: str) -> Array:
+    """Return roll and pitch of three equal knots at 0°, 0° to the east, with a specific force to the right and up."""
+    position, velocity = np.tile([6378137.0, 0.0, 0.0], (3, 1)), np.tile([climb, speed, 0.0], (3, 1))
+    omega = np.array([0.0, 0.0, 7.292115e-5])
+    force = np.array([lift, 0.0, -lateral])  # to the right of east is south
+    carried = 2.0 * np.cross(omega, velocity[0]) + np.cross(omega, np.cross(omega, position[0]))
+    acceleration = np.tile(force - carried + gravitation_ecef(position[0]), (3, 1))
+    found = attitude_from_motion(
+        np.arange(3.0), position, velocity, acceleration, np.tile([1.0, 0.0, 0.0], (3, 1)), VEHICLES[vehicle], "normal",
+        WGS84,
+    )  # fmt: skip
+    q_nb = rotation.multiply(rotation.conjugate(q_en(np.zeros(3), np.zeros(3))), found.q_eb)
+    roll, pitch, heading = rotation.euler_from_quaternion(q_nb)
+    np.testing.assert_allclose(heading, 0.5 * np.pi, atol=1e-12)
+    return np.array([roll[1], pitch[1]])
+
+
+@pytest.mark.parametrize(("lateral", "lift", "roll"), [
+    (2.0, 9.0, np.arctan2(2.0, 9.0)), (-3.0, 9.0, np.arctan2(-3.0, 9.0)),
+    (2.0, 0.3, np.arctan2(2.0, 1.0)),  # in free fall at least 1 m/s² counts
+])  # fmt: skip
+def test_the_roll_takes_the_lateral_force_away(lateral: float, lift: float, roll: float) -> None:
+    np.testing.assert_allclose(east_over_the_equator(100.0, 0.0, lateral, lift, "aircraft"), [roll, 0.0], atol=1e-9)
+    np.testing.assert_allclose(east_over_the_equator(100.0, 0.0, lateral, lift, "land"), [0.0, 0.0], atol=1e-9)
+
+
+@pytest.mark.parametrize(("speed", "pitch"), [(2.6, np.arctan(0.1)), (2.4, 0.0)])
+def test_the_slope_of_a_slow_path_is_no_pitch(speed: float, pitch: float) -> None:
+    """On land below half of five times 1 m/s."""
+    np.testing.assert_allclose(east_over_the_equator(speed, 0.1 * speed, 0.0, 9.8, "land"), [0.0, pitch], atol=1e-12)
