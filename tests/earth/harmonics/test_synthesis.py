@@ -181,6 +181,22 @@ def test_a_degree_of_two_thousand_neither_overflows_nor_vanishes() -> None:
     np.testing.assert_allclose(evaluated(model, r)[:, 0], sectoral * np.cos(latitude) ** n, rtol=1e-10, atol=1e-40)
 
 
+def test_the_shipped_model_is_the_published_one() -> None:
+    """Pavlis et al. 2012: constants, and the tide-free coefficients of degree 2 and the first of degree 3."""
+    model = shipped()
+    assert (model.name, model.gm, model.radius, model.degree) == ("egm2008", 3.986004415e14, 6378136.3, 120)
+    assert model.c[2, 0] == pytest.approx(-0.484165143790815e-3, rel=1e-12)
+    assert (model.c[2, 2], model.s[2, 2]) == pytest.approx((2.43938357328313e-6, -1.40027370385934e-6), rel=1e-12)
+    assert model.c[3, 0] == pytest.approx(0.957161207093473e-6, rel=1e-12)
+    assert np.triu(model.c, 1).any() == np.triu(model.s, 1).any() == model.s[:, 0].any() == 0.0
+    cut = model.to_degree(3)
+    assert (cut.degree, cut.c.shape, cut.s[2, 2]) == (3, (4, 4), model.s[2, 2])
+    for degree in (1, 121):
+        with pytest.raises(InputError) as error:
+            model.to_degree(degree)
+        assert str(error.value) == f"degree = {degree}: egm2008 has coefficients to degree 120; give 2 to 120."
+
+
 def test_a_degree_that_the_model_does_not_have() -> None:
     with pytest.raises(InputError, match="egm2008 has coefficients to degree 120"):
         shipped().to_degree(121)

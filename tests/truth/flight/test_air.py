@@ -30,7 +30,14 @@ PROFILE = [
 
 @pytest.mark.parametrize(
     ("height", "pressure", "temperature"),  # ICAO Doc 7488, by geometric height
-    [(0.0, 101325.0, 288.150), (1000.0, 89876.3, 281.651), (5000.0, 54048.3, 255.676), (15000.0, 12111.8, 216.650)],
+    [
+        (0.0, 101325.0, 288.150),
+        (1000.0, 89876.3, 281.651),
+        (5000.0, 54048.3, 255.676),
+        (15000.0, 12111.8, 216.650),
+        (20000.0, 5529.31, 216.650),
+        (25000.0, 2549.22, 221.552),
+    ],
 )
 def test_standard_atmosphere_is_that_of_the_tables(height: float, pressure: float, temperature: float) -> None:
     assert Air().pressure(height) == pytest.approx(pressure, rel=1e-5)

@@ -88,3 +88,18 @@ def test_thinned_knots_keep_both_ends() -> None:
     assert (kept[0], kept[-1]) == (time[0], time[-1])
     assert np.diff(kept).min() >= 0.35
     assert np.diff(kept).max() < 1.6
+
+
+def test_cross_validation_needs_thirty_samples_and_looks_at_the_middle(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Noise at the ends alone is not seen if only the hundred samples in the middle are looked at."""
+    rng = np.random.default_rng(6)
+    noisy = rng.standard_normal((40, 1))
+    assert tau_by_cross_validation(np.arange(29.0), noisy[:29], np.ones(29)) == 0.0
+    assert tau_by_cross_validation(np.arange(40.0), noisy, np.ones(40)) > 0.0
+    time = np.arange(300.0)
+    values = 100.0 * np.sin(0.05 * time)[:, None] + np.where(np.abs(time - 149.5) < 52.0, 0.0, 1.0)[:, None] * (
+        rng.standard_normal((300, 1))
+    )
+    assert tau_by_cross_validation(time, values, np.ones(300)) > 0.0
+    monkeypatch.setattr(smoothing, "_ROWS", 100)
+    assert tau_by_cross_validation(time, values, np.ones(300)) == 0.0

@@ -360,3 +360,41 @@ def test_taxiing_that_takes_too_long_or_ends_askew() -> None:
     askew.state.ground_speed, askew.state.psi = 5.0, math.radians(75.0)
     with pytest.raises(LegError, match="the turn is not finished at the end of distance_m = 50: 15° are left"):
         askew.fly(TaxiLeg(type="taxi", distance_m=50.0, heading_deg=90.0))
+
+
+def test_engines_are_stopped_for_half_a_minute() -> None:
+    """They run on for 2 s; 30 s for their thrust, and 3 s of the stop, at rest all the time."""
+
+    def stops(pilot: Autopilot, state: AircraftState) -> None:
+        if state.time > 12.0:
+            state.engines_running = False
+
+    cockpit = Cockpit(stops)
+    cockpit.state.ground_speed = 0.0
+    rows = cockpit.fly(ParkedLeg(type="park", duration_s=3.0, engines="off"), "engines", "standing")
+    assert {row[0] for row in rows} == {False}
+    assert len(rows) == pytest.approx((2.0 + 30.0 + 3.0) * 30.0, abs=3)
+    assert [row[1] for row in rows].index(True) == pytest.approx(32.0 * 30.0, abs=2)
+    running = Cockpit()
+    running.state.ground_speed = 0.0
+    with pytest.raises(LegError, match="the engines do not stop"):
+        running.fly(ParkedLeg(type="park", duration_s=3.0, engines="off"))
+    assert running.state.time == pytest.approx(100.0, abs=0.1)
+
+
+def test_engines_start_and_idle() -> None:
+    """Running after 4 s, 10 s of idling; after 90 s without it is an error."""
+
+    def starts(pilot: Autopilot, state: AircraftState) -> None:
+        state.engines_running = pilot.engines and state.time > 14.0
+
+    cockpit = Cockpit(starts)
+    cockpit.state.engines_running, cockpit.pilot.engines, cockpit.state.ground_speed = False, False, 0.0
+    rows = cockpit.fly(ParkedLeg(type="park", duration_s=1.0, engines="running"), "engines", "brakes")
+    assert set(rows) == {(True, 1.0)}
+    assert len(rows) == pytest.approx((4.0 + 10.0 + 1.0) * 30.0, abs=4)
+    dead = Cockpit()
+    dead.state.engines_running, dead.state.ground_speed = False, 0.0
+    with pytest.raises(LegError, match="the engines do not start within 90 s"):
+        dead.fly(TaxiLeg(type="taxi", distance_m=50.0))
+    assert dead.state.time == pytest.approx(100.0, abs=0.1)
