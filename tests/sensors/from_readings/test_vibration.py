@@ -7,7 +7,7 @@ import pytest
 
 from sinssim.data import Array, ImuData
 from sinssim.errors import InputError
-from sinssim.sensors.from_readings.vibration import AddedNoise, vibration, vibration_noise
+from sinssim.sensors.from_readings.vibration import AddedNoise, Change, Vibration, vibration, vibration_noise
 from sinssim.sensors.from_readings.windows import windows_of
 
 RATE_HZ = 200.0
@@ -91,3 +91,52 @@ def test_windows() -> None:
     np.testing.assert_allclose(found.change[:, 2], -1.0, rtol=1e-9)
     with pytest.raises(InputError, match=r"a window of 0\.01 s needs at least 8 samples"):
         windows_of(readings(ramp, ramp), 0.01, 0.5)
+
+
+def test_the_level_of_what_alternates() -> None:
+    """Of n = 7 samples four are opposite to the middle one: a (1 + 1/n), which counts √(n/(n − 1)) times."""
+    time = np.arange(121) / 30.0
+    signs = (-1.0) ** np.arange(120)[:, None]
+    rates, forces = signs * (0.2, 0.3, 0.5) + (1.0, -2.0, 3.0), signs * (2.0, 7.0, 3.0)
+    found = vibration(ImuData(time, rates / 30.0, forces / 30.0), 1.0)
+    root = 8.0 / 7.0 * np.sqrt(7.0 / 6.0)
+    np.testing.assert_allclose(found.time, [1.0, 2.0, 3.0, 4.0])
+    np.testing.assert_allclose(found.gyro[1:3], np.tile(root * np.array((0.2, 0.3, 0.5)), (2, 1)), rtol=1e-9)
+    np.testing.assert_allclose(found.accel[1:3], np.tile(root * np.array((2.0, 7.0, 3.0)), (2, 1)), rtol=1e-9)
+    assert found.interval == pytest.approx(1.0 / 30.0)
+
+
+def test_densities_of_windows() -> None:
+    """κ s √Δt of the window before, from a window before the first one on."""
+    gyro = np.array([[1.0, 2.0, 3.0], [4.0, 5.0, 6.0], [7.0, 8.0, 9.0]])
+    found = vibration_noise(Vibration(np.array((2.0, 3.5, 5.0)), gyro, 10.0 * gyro, 0.04, 0.0), 0.5, 0.25)
+    np.testing.assert_allclose(found.time, [0.5, 2.0, 3.5, 5.0])
+    np.testing.assert_allclose(found.gyro, 0.5 * 0.2 * gyro[[0, 0, 1, 2]])
+    np.testing.assert_allclose(found.accel, 0.25 * 0.2 * 10.0 * gyro[[0, 0, 1, 2]])
+
+
+def _noise(time: tuple[float, ...], gyro: tuple[float, ...], accel: tuple[float, ...]) -> AddedNoise:
+    return AddedNoise(np.array(time), np.outer(gyro, (1.0, 2.0, 4.0)), np.outer(accel, (1.0, 3.0, 5.0)))
+
+
+def test_noises_together_and_in_reverse_time() -> None:
+    """3 and 4 are 5 together; a noise from 6 s on in a run from 2 to 12 s lasts until 8 s in reverse time."""
+    both = _noise((0.0, 6.0), (3.0, 5.0), (8.0, 6.0)).plus(_noise((0.0, 4.0), (4.0, 12.0), (15.0, 8.0)))
+    np.testing.assert_array_equal(both.time, [0.0, 4.0, 6.0])
+    np.testing.assert_allclose(both.gyro[:, 1], 2.0 * np.array((5.0, np.hypot(3.0, 12.0), 13.0)))
+    np.testing.assert_allclose(both.accel[:, 2], 5.0 * np.array((17.0, np.hypot(8.0, 8.0), 10.0)))
+    back = _noise((0.0, 6.0), (3.0, 5.0), (8.0, 6.0)).mirrored(2.0, 12.0)
+    np.testing.assert_allclose(densities(back, np.array((7.9, 8.1)))[:, [0, 3]], [[25.0, 36.0], [9.0, 64.0]])
+
+
+def test_changes_drive_states() -> None:
+    """A jump at 2.5 s falls into the second interval, and the density lasts from then on: half of it, then all."""
+    change = Change(2.5, "gyro bias", np.diag((1.0, 2.0, 3.0)), np.diag((0.1, 0.2, 0.4)))
+    other = Change(0.5, "no state", np.eye(3), np.eye(3))
+    noise = AddedNoise(np.zeros(1), np.zeros((1, 3)), np.zeros((1, 3)), (change, other))
+    place = slice(6, 9)
+    found = list(noise.of_states(np.array((1.0, 2.0, 3.0, 5.0)), {"gyro bias": place}))
+    assert [(k, at) for k, at, _ in found] == [(1, place), (1, place), (2, place)]
+    expected = [np.diag((1.0, 2.0, 3.0)), 0.5 * np.diag((0.1, 0.2, 0.4)), 2.0 * np.diag((0.1, 0.2, 0.4))]
+    for (_, _, covariance), right in zip(found, expected, strict=True):
+        np.testing.assert_allclose(covariance, right)
