@@ -5,12 +5,15 @@ from __future__ import annotations
 import shlex
 from math import inf, nan, pi
 from pathlib import Path
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
 
+from sinssim.errors import InputError
 from sinssim.requirements.quantity import Quantity, parse_quantity
 from sinssim.requirements.requirement import parse_requirement
+from sinssim.trades import cells
 from sinssim.trades.cells import cells_of, command_of
 from sinssim.trades.result import CellResult, TradeResult
 from sinssim.trades.running.write import to_json
@@ -208,6 +211,35 @@ def test_the_command_of_a_cell(tmp_path: Path) -> None:
     assert cells_of(plain)[4].number == 5
     assert cells_of(plain)[4].place == (1, 1)
     assert cells_of(plain)[4].settings == (f'{GRADE}="laser-standard"', f"{BIAS}=0.01")
+
+
+def test_times_within_a_flight(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """Estimated at 100 s, flown once from 10 s to 150 s: it lasts 140 s; shorter times need no flight."""
+    flown: list[str] = []
+
+    def fly(scenario: SimpleNamespace) -> SimpleNamespace:
+        flown.append(scenario.name)
+        return SimpleNamespace(start=10.0, end=150.0)
+
+    monkeypatch.setattr(cells, "expected_duration", lambda scenario: 100.0)
+    monkeypatch.setattr(cells, "flight_key", lambda flight, seed: f"{flight} {seed}")
+    monkeypatch.setattr(cells, "true_motion", fly)
+    flight, parked = (SimpleNamespace(name=str(f), flight=f, seed=3, log=None) for f in ("climb", None))
+    known: dict[str, float] = {}
+    for time in (90.0, 120.0, 140.0):
+        cells._check_times(study(tmp_path, times_s=(time, 5.0)), flight, known)
+    assert (flown, known) == (["climb"], {"climb 3": 140.0})
+    with pytest.raises(
+        InputError, match=r"t = 140\.5 s lies outside the run, which lasts 140 s; give a time"
+    ):
+        cells._check_times(study(tmp_path, times_s=(140.5, 5.0)), flight, known)
+    with pytest.raises(InputError, match=r"t = 120 s lies outside the run, which lasts 100 s"):
+        cells._check_times(study(tmp_path, times_s=(120.0,)), parked, known)
+    with pytest.raises(InputError, match=r"'cep\(150 s\) <= 1 m': 150 s lies outside the run, which lasts 140 s"):
+        cells._check_times(study(tmp_path, require=("cep(150 s) <= 1 m",)), flight, known)
+    parked.log = "recorded"
+    cells._check_times(study(tmp_path, times_s=(120.0,)), parked, known)
+    assert len(flown) == 1
 
 
 def test_markdown(tmp_path: Path) -> None:

@@ -13,6 +13,8 @@ import pytest
 
 from sinssim.ensembles.summary import DEFINITIONS
 from sinssim.recording.finished.run_list import Entry
+from sinssim.recording.store.summaries.phase_summary import HEADS as HEADS_OF_PHASES
+from sinssim.recording.store.summaries.phase_summary import NOTE, SOURCE_NOTE
 from sinssim.recording.tables import ensemble, run, runs, score, study
 from sinssim.studies.results import Pick, Row, Verdict
 from tests.recording import fake_run
@@ -118,6 +120,28 @@ def test_outages_and_phases_of_a_run() -> None:
     lines = printed(lambda console: run.show(fake_run.scenario(), many, console))
     assert "16 outages: errors at the end, against the truth" in lines
     assert not any(line.startswith("100 …") for line in lines)
+
+
+def test_the_sources_of_the_phases() -> None:
+    """The two largest sources of a tenth or more; the notes come before all other lines."""
+
+    def of(key: str, size: float, **shares: float) -> dict[str, Any]:
+        return {key: size, "shares": shares}
+
+    sources = {
+        "horizontal": of("horizontal_sigma_m", 12.34, gyros=0.615, accels=0.25, baro=0.125),
+        "heading": of("heading_sigma_arcmin", 0.567, walk=0.95, bias=0.05), "tilt": of("tilt_sigma_arcsec", 0.0),
+    }  # fmt: skip
+    row = dict.fromkeys(HEADS_OF_PHASES, 1.5) | {"phase": "taxi", "from_s": 0.0, "to_s": 60.0}
+    found = summary(phases={"aided": [row | {"sources": sources}], "euler": [row | {"no_sources": "It has a gap."}]})
+    lines = printed(lambda console: run.show(fake_run.scenario(), found, console))
+    start = lines.index("aided: sources of what each phase added, 1σ of all runs")
+    assert lines[start + 1 : start + 3] == [
+        "phase horizontal heading tilt", "taxi 12.3 m: gyros 62 %, accels 25 % 0.567 arcmin: walk 95 % 0",
+    ]  # fmt: skip
+    assert lines[start + 3] == NOTE
+    assert lines[start + 4] == SOURCE_NOTE
+    assert lines[start + 5] == "euler: the sources of the phases' errors are unknown (no budget). It has a gap."
 
 
 def test_finished_runs(tmp_path: Path) -> None:
