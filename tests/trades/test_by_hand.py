@@ -229,9 +229,7 @@ def test_times_within_a_flight(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) 
     for time in (90.0, 120.0, 140.0):
         cells._check_times(study(tmp_path, times_s=(time, 5.0)), flight, known)
     assert (flown, known) == (["climb"], {"climb 3": 140.0})
-    with pytest.raises(
-        InputError, match=r"t = 140\.5 s lies outside the run, which lasts 140 s; give a time"
-    ):
+    with pytest.raises(InputError, match=r"t = 140\.5 s lies outside the run, which lasts 140 s; give a time"):
         cells._check_times(study(tmp_path, times_s=(140.5, 5.0)), flight, known)
     with pytest.raises(InputError, match=r"t = 120 s lies outside the run, which lasts 100 s"):
         cells._check_times(study(tmp_path, times_s=(120.0,)), parked, known)

@@ -17,6 +17,7 @@ import pytest
 
 import sinssim
 from sinssim.errors import InputError
+from sinssim.recording.finished import report
 from sinssim.recording.finished.compared_runs import compare_runs
 from sinssim.recording.finished.comparison import write_comparison
 from sinssim.recording.finished.finished_run import FinishedRun, is_marked, kind_of, size_of
@@ -163,6 +164,17 @@ def test_the_report_of_a_comparison(pair: list[Path]) -> None:
     assert shown is not None
     first = schuler_minutes(0.26, 1503.0)  # of the first row of the first run
     assert float(shown[1]) == pytest.approx(first, abs=0.008)
+
+
+def test_the_period_is_that_of_the_first_run_on_its_ellipsoid(
+    pair: list[Path], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    seen: list[Any] = []
+    monkeypatch.setattr(report, "schuler_period", lambda *given: seen.append(given) or 5000.0)
+    assert report._period(compare_runs(pair)) == 5000.0
+    ((state, ellipsoid),) = seen
+    assert (ellipsoid.a, ellipsoid.f) == (6_378_245.0, pytest.approx(1.0 / 298.3))
+    assert (state.latitude.tolist(), state.height.tolist()) == ([pytest.approx(0.26)], [1503.0])
 
 
 def test_the_report_of_runs_of_one_scenario(tmp_path: Path) -> None:
