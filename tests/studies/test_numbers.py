@@ -168,6 +168,15 @@ def test_an_order_with_its_uncertainty() -> None:
     assert order.quantity == "max_attitude_error_arcsec"
 
 
+def test_an_error_near_the_best_algorithms_does_not_count() -> None:
+    """The best has 0.1″: 2.9″ is below thirty times of it, and 3.1″ above."""
+    for last, high in ((2.9, 80.0), (3.1, 160.0)):
+        errors = zip([10.0, 20.0, 40.0, 80.0, 160.0], [800.0, 200.0, 50.0, 12.5, last], strict=True)
+        rows = [row("a", rate, error) for rate, error in errors]
+        (order,) = (one for one in fit_orders([*rows, row("best", 160.0, 0.1)]) if one.algorithm == "a")
+        assert order.high_hz == high
+
+
 def test_names_of_rows() -> None:
     rows = [row("a", 20.0, 1.0), row("b", 20.0, 1.0), row("a", 70.0, 1.0, frame="wander"), row("a", 400.0, 1.0)]
     assert varying(rows) == ("algorithm", "frame")
