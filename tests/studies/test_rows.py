@@ -48,7 +48,7 @@ def navigated(monkeypatch: pytest.MonkeyPatch, change: Any) -> Any:
 
 
 def test_what_stands_beside_the_errors(monkeypatch: pytest.MonkeyPatch) -> None:
-    """Two passages with damages of 2″ and 5″; 20 samples in 2 s; costs of the navigation and of the attitude's own B."""
+    """Two passages with damages of 2″ and 5″; 20 samples in 2 s; costs of navigation and attitude."""
     events = tuple(
         SimpleNamespace(time=1.0, damage=size * ARCSEC, text=text) for size, text in ((5.0, "a."), (2.0, "b."))
     )
