@@ -178,12 +178,12 @@ def test_an_error_near_the_best_algorithms_does_not_count() -> None:
 
 
 def test_names_of_rows() -> None:
-    rows = [row("a", 20.0, 1.0), row("b", 20.0, 1.0), row("a", 70.0, 1.0, frame="wander"), row("a", 400.0, 1.0)]
+    rows = [row("a", 20.0, 1.0), row("b", 20.0, 1.0), row("a", 90.0, 1.0, frame="wander"), row("a", 400.0, 1.0)]
     assert varying(rows) == ("algorithm", "frame")
     assert [labeller(rows)(one) for one in rows] == ["a · level", "b · level", "a · wander", "a · level"]
-    assert labeller(rows, pace=True)(rows[2]) == "a · wander · 70 Hz"
+    assert labeller(rows, pace=True)(rows[2]) == "a · wander · 90 Hz"
     assert labeller(rows[:1], pace=True)(rows[0]) == "a"
-    assert at_one_rate(rows) == [rows[2]]  # 70 Hz is nearer to 50 Hz than 20 Hz, in ratio
+    assert at_one_rate(rows) == [rows[2]]  # 90 Hz is nearer to 50 Hz than 20 Hz, in ratio
     part = {"title": "p", "motions": [MOTION], "rates_hz": [40.0, 20.0, 10.0]}
     assert over_rates(Part.model_validate(part))
     assert not over_rates(Part.model_validate({**part, "rates_hz": [40.0, 20.0]}))
