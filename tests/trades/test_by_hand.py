@@ -40,7 +40,8 @@ SECOND = pi / 648_000.0
 
 def test_the_table_of_the_cells(tmp_path: Path) -> None:
     """Lengths share the unit of the largest, and so do speeds and angles; verdicts with what no column shows."""
-    heads, rows, count = cell_table(without(made(tmp_path), 5))
+    result = made(tmp_path)
+    heads, rows, count = cell_table(without(result, 5))
     assert heads == ["cell", "unit", "gyro bias σ, deg/h", "CEP, m", "R95, m", "rate, nmi/h", "v north, mm/s",
                      "v east, mm/s", "tilt n, arcsec", "tilt e, arcsec", "heading, arcsec", *ASK]  # fmt: skip
     assert count == 3
@@ -65,6 +66,17 @@ def test_the_table_of_the_cells(tmp_path: Path) -> None:
     assert list(definitions(runs)) == ["CEP, R95", "velocity, tilt, heading", "rate", "band"]
     runs.cells[0].numbers.values["nees_mean"] = 1.0
     assert list(definitions(runs))[-1] == "NEES"
+    said = definitions(runs)
+    assert said["CEP, R95"] == "50th and 95th percentile over the runs; the error of a failed run is infinite"
+    assert said["rate"].startswith("R95 of ")
+    assert said["rate"].endswith(", of each run; 1 nmi = 1852 m")
+    assert said["velocity, tilt, heading"].endswith("over the runs that did not fail; 1σ where its mean is zero")
+    assert "95 % confidence: of percentiles by order statistics, of a root mean square by χ²" in said["band"]
+    assert "mean of all states per degree of freedom" in said["NEES"]
+    assert "lies in its 95 % band" in said["NEES"]
+    of_budget = definitions(result)
+    assert of_budget["CEP, R95"] == "radius of the circle that contains half, or 95 %, of all runs"
+    assert of_budget["rate"] == "R95 divided by the time since the start; 1 nmi = 1852 m"
 
 
 def test_units(tmp_path: Path) -> None:

@@ -14,7 +14,9 @@ from sinssim.alignment.report import AlignmentReport
 from sinssim.calibration.parameters import Parameter
 from sinssim.calibration.result import CalibrationResult
 from sinssim.data import ImuData
+from sinssim.error_budget.inputs.sources import Source
 from sinssim.error_budget.limits import Allowance, Answer
+from sinssim.error_budget.result import BudgetResult
 from sinssim.errors import InputError
 from sinssim.noise_identification.channels import CHANNELS
 from sinssim.noise_identification.fit import TermEstimate
@@ -77,6 +79,19 @@ def test_shares_of_errors_that_are_equal_in_every_run() -> None:
     np.testing.assert_allclose(parts[:, 0], [0.0, 1.0, 0.0, 0.0])
     assert len(set(budget.palette([str(k) for k in range(8)]))) == 8
     assert budget.palette(["x", budget.OTHERS])[1] == (170, 170, 170)
+
+
+def test_the_smallest_of_many_sources_are_one() -> None:
+    """Ten sources of 1 to 10 m: eight have a colour of their own; 1 and 2 m are together 5/385 of the square."""
+    sources = tuple(Source(f"s{k}", f"error {k}", "gyros", "random", 1.0, "m") for k in range(1, 11))
+    covariance = {f"s{k}": np.tile(np.diag([k * k, *[0.0] * 8]), (2, 1, 1)) for k in range(1, 11)}
+    result = BudgetResult(SimpleNamespace(name="many"), "inertial", np.array([1.0, 2.0]), sources, covariance, {})
+    names, parts = budget.shares(result)
+    assert names == [*(f"gyros: error {k}" for k in range(10, 2, -1)), "all others"]
+    np.testing.assert_allclose(parts[:, 1], [*(k * k / 385.0 for k in range(10, 2, -1)), 5.0 / 385.0])
+    left, right = budget.ranking_figure(result).axes
+    assert (len(left.patches), len(right.patches)) == (10, 10)
+    assert [length for _, length, _ in bars(right)] == pytest.approx([1.959964 * k for k in range(10, 0, -1)], rel=1e-4)
 
 
 def test_the_ranking_of_a_budget() -> None:

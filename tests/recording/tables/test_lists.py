@@ -295,6 +295,9 @@ def test_an_ensemble() -> None:
         "heading 0.250 ° rms",
     ]
     assert sheet[0].endswith(" in flight, 80 runs")
+    assert "Common terms: navigation grade 0.5 to 1 nmi/h CEP, tactical grade 10 to 20 nmi/h. Definitions:" in sheet
+    assert f"CEP, R95: {DEFINITIONS['CEP, R95']}." in sheet
+    assert DEFINITIONS["CEP, R95"].startswith("50th and 95th percentile of r over the runs")
     assert len(sheet) == 12 + len(DEFINITIONS)
 
 
