@@ -207,3 +207,38 @@ def test_correlations_are_part_of_the_noise() -> None:
             take_in([replace(given, correlation=np.array([rho, wrong]))], MODEL, IMU_TIME, 10.0)
     with pytest.raises(InputError, match="has the shape"):
         take_in([replace(given, correlation=np.eye(3))], MODEL, IMU_TIME, 10.0)
+
+
+def test_what_is_wrong_with_readings_is_said_with_its_numbers() -> None:
+    time = np.array([1.25, 2.5, 3.75])
+    good = Measurements("gnss-position", time, time + 0.5, np.zeros((3, 3)), np.ones((3, 3)), name="m8")
+    sigma = np.ones((3, 3))
+    sigma[1, 2] = -0.5
+    early = time + np.array([0.5, -0.25, -1.0])
+    for wrong, text in (
+        (
+            replace(good, value=np.zeros((3, 1))),
+            "measurements of 'm8': time, arrival, value, sigma and lever_arm have the shapes ((3,), (3,), (3, 1), "
+            "(3, 3), (3,)); 3 measurements of kind 'gnss-position' have ((3,), (3,), (3, 3), (3, 3), (3,)).",
+        ),
+        (
+            replace(good, sigma=sigma),
+            "measurements of 'm8': sigma[1] = [ 1.   1.  -0.5] at t = 2.5 s; every 1σ must be a positive number, or R is "
+            "not positive definite.",
+        ),
+        (
+            replace(good, arrival=early),
+            "measurements of 'm8': measurement 1 is valid at t = 2.500000 s and arrives at 2.250000 s, which is earlier; "
+            "a measurement must not arrive before it is valid.",
+        ),
+    ):
+        with pytest.raises(InputError) as info:
+            take_in([wrong], MODEL, IMU_TIME, 10.0)
+        assert str(info.value) == text
+    model = ErrorModel((*MODEL.blocks, Block("m8 scale", 1.0)), 0.0, 0.0)
+    with pytest.raises(InputError) as info:
+        take_in([good], model, IMU_TIME, 10.0)
+    assert str(info.value) == (
+        "block 'm8 scale' has 1 states; measurements of 'm8' are of kind 'gnss-position', whose blocks of states are "
+        "m8 bias (3), m8 delay (1)."
+    )
