@@ -223,13 +223,13 @@ def test_what_is_wrong_with_readings_is_said_with_its_numbers() -> None:
         ),
         (
             replace(good, sigma=sigma),
-            "measurements of 'm8': sigma[1] = [ 1.   1.  -0.5] at t = 2.5 s; every 1σ must be a positive number, or R is "
-            "not positive definite.",
+            "measurements of 'm8': sigma[1] = [ 1.   1.  -0.5] at t = 2.5 s; every 1σ must be a positive number, or R "
+            "is not positive definite.",
         ),
         (
             replace(good, arrival=early),
-            "measurements of 'm8': measurement 1 is valid at t = 2.500000 s and arrives at 2.250000 s, which is earlier; "
-            "a measurement must not arrive before it is valid.",
+            "measurements of 'm8': measurement 1 is valid at t = 2.500000 s and arrives at 2.250000 s, which is "
+            "earlier; a measurement must not arrive before it is valid.",
         ),
     ):
         with pytest.raises(InputError) as info:

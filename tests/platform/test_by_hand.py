@@ -20,6 +20,7 @@ from sinssim.platform.force import inertial_forces
 from sinssim.platform.navigate import _check, navigate_platform
 from sinssim.strapdown.nav_error import NavError, navigation_error
 from tests.oracles.s_turn import STurn
+from tests.platform.test_navigate import on_a_parallel
 
 
 def parked(time: np.ndarray) -> NavState:
@@ -77,6 +78,19 @@ def test_errors_of_the_start_in_a_wander_frame(frame: str, azimuth: float, off: 
     assert np.abs(found.position[START] - own).max() < 0.01 * largest
     assert found.apart(error) < 0.015 * largest
     assert found.apart(error) == pytest.approx(np.linalg.norm(found.total - own, axis=1).max(), rel=1e-9)
+
+
+def test_an_error_of_the_start_turns_with_north_at_high_latitude() -> None:
+    """At 75° north, eastwards at 220 m/s, north turns by 7.4° in 1000 s: a part of 500 m to the north is then east."""
+    time, truth, forces = on_a_parallel(np.radians(75.0), 220.0, 1000.0, 5.0)
+    first = NavState(
+        truth.latitude[0] + 500.0 / 6.4e6, truth.longitude[0], truth.height[0], truth.velocity_ned[0], truth.q_nb[0]
+    )
+    solution = navigate_platform(time, forces, first, vertical="truth", height=truth.height)
+    found = errors_by_cause(truth, forces, solution, _none(), WGS84)
+    own = navigation_error(truth, solution).position_ned[np.searchsorted(time, found.time), :2]
+    assert np.abs(own[:, 1]).max() > 40.0
+    assert np.abs(found.total - own).max() < 0.01 * np.abs(own).max()
 
 
 def _none() -> Any:
