@@ -229,3 +229,11 @@ def test_even_instants_of_stamps_that_are_even() -> None:
     time, interval = even_stamps(7.5 + 0.25 * number)
     assert interval == pytest.approx(0.25, rel=1e-9)
     np.testing.assert_allclose(time, 7.5 + 0.25 * number, atol=1e-9)
+
+
+def test_even_instants_lie_in_the_middle_of_stamps_that_jitter() -> None:
+    """Every other stamp is 20 ms late, the others 20 ms early, beginning with a late one."""
+    true = 7.5 + 0.25 * np.arange(200.0)
+    time, interval = even_stamps(true + np.tile([0.02, -0.02], 100))
+    assert interval == pytest.approx(0.25, rel=1e-5)
+    np.testing.assert_allclose(time, true, atol=1e-3)
