@@ -235,5 +235,5 @@ def test_even_instants_lie_in_the_middle_of_stamps_that_jitter() -> None:
     """Every other stamp is 20 ms late, the others 20 ms early, beginning with a late one."""
     true = 7.5 + 0.25 * np.arange(200.0)
     time, interval = even_stamps(true + np.tile([0.02, -0.02], 100))
-    assert interval == pytest.approx(0.25, rel=1e-5)
-    np.testing.assert_allclose(time, true, atol=1e-3)
+    assert interval == pytest.approx(0.25, abs=4e-6)  # of 200 instants the jitter tilts the line by 6 · 0.02/200² s
+    np.testing.assert_allclose(time, true, atol=4e-4)
