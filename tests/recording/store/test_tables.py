@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import importlib
+import io
 import json
 from dataclasses import dataclass, fields
 from math import nan
@@ -15,12 +17,14 @@ import pytest
 
 from sinssim.data import ImuData
 from sinssim.errors import InputError
-from sinssim.recording.store import parquet, run_streams, study
+from sinssim.logs.scoring.score import Score
+from sinssim.recording.store import ensemble, parquet, run_streams, score, study, summary
 from sinssim.recording.store.run_streams import RunStreams, StreamTable
 from sinssim.recording.store.streams import Stream, Vector
 from sinssim.studies.cost import Cost
 from sinssim.studies.operations import Operations
 from sinssim.studies.results import Case, CoordinateError, Heading, Order, Pick, Row, Verdict
+from sinssim.system.outputs import written
 from sinssim.truth.trajectory import FlightEvent
 from tests.recording.store.test_filter_streams import error, motion
 from tests.recording.store.test_motion_streams import TIME, rows
@@ -237,3 +241,58 @@ def test_a_stream_as_a_table() -> None:
 def test_a_library_that_is_not_installed() -> None:
     with pytest.raises(InputError, match=r"pip install 'sinssim\[no_such_library\]', or take arrow\(\)"):
         run_streams._needed("no_such_library")
+
+
+def test_scores_beside_a_run(tmp_path: Path) -> None:
+    """RUN/scores has the report, the recording, and a folder of each solution; the run's files stay."""
+    folder = tmp_path / "run"
+    folder.mkdir()
+    (folder / "summary.json").write_text("{}")
+    (folder / ".sinssim.json").write_text('{"files": ["summary.json"]}')
+    judge = SimpleNamespace(run=SimpleNamespace(path=folder, solutions={}))
+    one = Score("mine", Path("m.csv"), "csv", motion(40.0, "x"), error(50.0), 2.5, ())
+    found = score.write_scores(judge, [one], (5.0, 6.0), "<p>page</p>", lambda path: path.write_text("recording"))
+    assert found == folder / "scores/report.html"
+    held = sorted(path.relative_to(folder).as_posix() for path in folder.rglob("*") if path.is_file())
+    assert held == [
+        ".sinssim.json", "scores/mine/error_mine.parquet", "scores/mine/nav_mine.parquet", "scores/mine/score.json",
+        "scores/recording.rrd", "scores/report.html", "summary.json",
+    ]  # fmt: skip
+    numbers = json.loads((folder / "scores/mine/score.json").read_text())
+    assert (numbers["name"], numbers["compared_to_s"], numbers["compute_s"]) == ("mine", 6.0, 2.5)
+    assert (found.read_text(), (folder / "scores/recording.rrd").read_text()) == ("<p>page</p>", "recording")
+    nav = pq.read_table(folder / "scores/mine/nav_mine.parquet").to_pydict()
+    assert nav["height_m"] == rows(40.0, 3)[:, 2].tolist()
+    wrong = pq.read_table(folder / "scores/mine/error_mine.parquet").to_pydict()
+    assert wrong["position_e_m"] == rows(50.0, 3)[:, 1].tolist()
+    assert sorted(written(folder)) == [name for name in held if name != ".sinssim.json"]
+
+
+def test_the_files_of_an_ensemble(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """The prediction is that of a finished ensemble alone."""
+    seen = []
+    monkeypatch.setattr(ensemble, "ensemble_numbers", lambda result, status: {"status": status, "x": nan})
+    monkeypatch.setattr(ensemble, "predicted_sigma", lambda plan: f"of {plan}")
+    report = importlib.import_module("sinssim.recording.report.ensemble")
+    monkeypatch.setattr(report, "ensemble_report", lambda *args: seen.append(args) or "page")
+    for module, name in (("figures.ensemble", "overview"), ("figures.canvas", "save"), ("rerun.ensemble", "record")):
+        monkeypatch.setattr(importlib.import_module(f"sinssim.recording.{module}"), name, lambda *_: None)
+    result = SimpleNamespace(plan="plan")
+    files = ["report.html", "summary.json", "recording.rrd", "ensemble.svg", "ensemble.png"]
+    assert ensemble.write_ensemble(result, tmp_path) == files
+    numbers = json.loads((tmp_path / "summary.json").read_text())
+    assert (numbers["status"], numbers["x"], numbers["versions"]["numpy"]) == ("finished", None, np.__version__)
+    ensemble.write_ensemble(result, tmp_path, "interrupted")
+    assert [args[3] for args in seen] == ["of plan", None]
+    assert seen[0][0] is result
+    assert "Python" in seen[0][2]
+    assert "processor" in seen[0][2]
+
+
+def test_the_name_of_the_processor(monkeypatch: pytest.MonkeyPatch) -> None:
+    text = "processor : 0\nvendor_id : V\nmodel : 6\nmodel name\t: Fast CPU: 3 GHz\nmodel name\t: Second\n"
+    monkeypatch.setattr(summary, "open", lambda *_, **__: io.StringIO(text), raising=False)
+    assert summary.processor() == "Fast CPU: 3 GHz"
+    monkeypatch.setattr(summary, "open", lambda *_, **__: io.StringIO(""), raising=False)
+    monkeypatch.setattr(summary.platform, "processor", lambda: "arm")
+    assert summary.processor() == "arm"
