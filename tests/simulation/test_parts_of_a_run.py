@@ -260,12 +260,11 @@ def test_what_an_algorithm_navigates_with(monkeypatch: pytest.MonkeyPatch) -> No
     """Every choice of [navigation] reaches the engine; an algorithm that fails leaves the others."""
     seen: dict[str, Any] = {}
 
-    def navigate_set(imu: Any, attitude: Any, initial: Any, **options: Any) -> str:
-        name = options["algorithm"]
-        seen[name] = (imu, attitude, initial, options)
-        if name == "euler":
+    def navigate_set(imu: Any, attitude: Any, initial: Any, of: Any, height: Any) -> str:
+        seen[of.algorithm] = (imu, attitude, initial, {**vars(of), "height": height})
+        if of.algorithm == "euler":
             raise RunError("it fails.", time=2.0)
-        return f"by {name}"
+        return f"by {of.algorithm}"
 
     monkeypatch.setattr("sinssim.strapdown.measured_attitude.navigate_set", navigate_set)
     own = scenario(
