@@ -8,7 +8,7 @@ import xml.etree.ElementTree as ET
 import numpy as np
 import pytest
 
-from sinssim.recording.report import plot
+from sinssim.recording.report import drawing, page, plot
 from sinssim.recording.report.plot import Line, Mark
 from sinssim.recording.scales import envelope, suiting, tick_label, ticks
 
@@ -176,3 +176,125 @@ def test_lines_of_other_instants_and_angles_coincide():
     level = np.zeros(501)
     roll, pitch = plot.Line("roll", often, level, "#000000", turn=360.0), plot.Line("pitch", often, level, "#111111")
     assert ">pitch (same as roll)<" in plot.plot("angles", "deg", [roll, pitch], (0.0, 100.0), least=1e-3)
+
+
+def texts(svg: str) -> dict[str, tuple[float, float, str]]:
+    found = ET.fromstring(svg).iter(f"{SVG}text")
+    return {
+        "".join(t.itertext()): (float(t.get("x", 0)), float(t.get("y", 0)), t.get("text-anchor", "")) for t in found
+    }
+
+
+def test_a_plot_to_the_pixel() -> None:
+    """480 px for 10…34 s, 190 px for −4…6 m: 20 px a second, 19 px a metre, below title and marks."""
+    time, values = np.array([10.0, 16.0, 34.0]), np.array([-4.0, 6.0, 1.0])
+    marks = [Mark(22.0, "here"), Mark(28.0, "", faint=True)]
+    svg = plot.plot("name", "m", [Line("", time, values, "#010203", 2.0, "4 5")], (10.0, 34.0), marks=marks)
+    found = texts(svg)
+    assert found["name [m]"][:2] == (64.0, 15.0)
+    top, bottom = 38.0, 228.0  # the title ends at 22, named marks need 16
+    assert {name: found[name] for name in ("−4", "0", "6")} == {
+        "−4": (58.0, bottom + 4.0, "end"), "0": (58.0, bottom - 76.0 + 4.0, "end"), "6": (58.0, top + 4.0, "end"),
+    }  # fmt: skip
+    assert found["12"] == (104.0, bottom + 15.0, "middle")  # every 3 s: at most nine steps
+    assert found["33"] == (524.0, bottom + 15.0, "middle")
+    assert found["time [s]"] == (544.0, bottom + 32.0, "end")
+    assert found["here"][1] == top - 4.0
+    assert abs(found["here"][0] + 0.5 * 0.92 * 6.4 * 4 - 304.0) < 0.1  # in the middle over its line
+    root = ET.fromstring(svg)
+    assert root.get("viewBox") == "0 0 560 266"
+    inner = root.find(f"{SVG}svg")
+    assert inner is not None
+    assert [inner.get(k) for k in ("x", "y", "width", "height")] == ["64", "38", "480", "190"]
+    (line,) = inner.iter(f"{SVG}polyline")
+    assert line.get("points") == "0,190 120,0 480,95"
+    assert (line.get("stroke"), line.get("stroke-width"), line.get("stroke-dasharray")) == ("#010203", "2", "4 5")
+    paths = [(p.get("class"), p.get("d")) for p in root.findall(f"{SVG}path")]
+    assert ("mark", "M304.0 38.0L304.0 228.0") in paths
+    assert ("grid", "M424.0 38.0L424.0 228.0") in paths
+    assert ("axis", "M64.0 228.0L544.0 228.0M64.0 152.0L544.0 152.0") in paths
+
+
+def test_a_given_axis_dots_and_zero() -> None:
+    dotted = Line("", np.array([0.0, 50.0]), np.array([1.0, -2.0]), "#010203", dots=3.0)
+    svg = plot.plot("x", "σ", [dotted], (0.0, 100.0), axis=(-6.0, 6.0, 2.0))
+    found = texts(svg)
+    assert {"−6", "−4", "−2", "0", "2", "4", "6"} <= set(found)
+    assert 'd="M0 79h0M240 126.5h0"' in svg
+    high = plot.plot(
+        "x", "m", [Line("", np.array([0.0, 1.0]), np.array([30.0, 40.0]), "red")], (0.0, 1.0), from_zero=True
+    )
+    assert {"0", "10", "20", "30", "40"} <= set(texts(high))
+    reference = Line("", np.array([0.0, 1.0]), np.array([0.0, 900.0]), "red", reference=True)
+    own = Line("", np.array([0.0, 1.0]), np.array([30.0, 40.0]), "red")
+    assert "900" not in texts(plot.plot("x", "m", [reference, own], (0.0, 1.0)))
+
+
+def test_a_legend_breaks_its_lines() -> None:
+    """An entry is 56 px and 6.4 px a letter wide; a row ends 16 px before the edge."""
+    lines = [Line(name, np.empty(0), np.empty(0), "#010203") for name in ("a" * 20, "b" * 10, "c" * 10)]
+    svg, end = plot.legend(lines, 560)
+    found = texts(f'<svg xmlns="http://www.w3.org/2000/svg">{svg}</svg>')
+    # 64, then + 56 + 128 = 248, then + 56 + 64 = 368, which ends at 488
+    assert [found[name][:2] for name in ("a" * 20, "b" * 10, "c" * 10)] == [(104.0, 34.0), (288.0, 34.0), (408.0, 34.0)]
+    assert end == 40
+    svg, end = plot.legend(lines, 480)
+    found = texts(f'<svg xmlns="http://www.w3.org/2000/svg">{svg}</svg>')
+    assert found["c" * 10][:2] == (104.0, 50.0)
+    assert end == 56
+    assert 'points="64,30 98,30"' in svg
+    assert plot.legend(lines[:1], 560) == ("", 22)
+
+
+def test_angles_are_cut_where_they_jump_by_more_than_half_a_turn() -> None:
+    time, values = np.arange(5.0), np.array([170.0, -10.0, 171.0, 179.0, -179.0])
+    pieces = list(plot._pieces(Line("", time, values, "red", turn=360.0), 0.0, 4.0, 480))
+    assert [(t.tolist(), v.tolist()) for t, v in pieces] == [
+        ([0.0, 1.0], [170.0, -10.0]), ([2.0, 3.0], [171.0, 179.0]), ([4.0], [-179.0]),
+    ]  # fmt: skip
+
+
+@pytest.mark.parametrize(("count", "patterns"), [(1, [""]), (2, ["", "9 9"]), (3, ["", "9 9", "4 5"]), (4, [""] * 4)])
+def test_dashes(count: int, patterns: list[str]) -> None:
+    assert plot.dashes(count) == patterns
+
+
+def test_a_table() -> None:
+    """The first columns hold words; complete cells stay as they are."""
+    html = page.table(
+        ("a", "<th class=x>b</th>", "c"), [("1", '<td class="text">2</td>', "3")], 1, "<tr><th>u</th></tr>"
+    )
+    assert html == (
+        '<div class="wide"><table><thead><tr><th>u</th></tr><tr><th class=name>a</th><th class=x>b</th><th>c</th></tr>'
+        '</thead><tbody>\n<tr><td class=name>1</td><td class="text">2</td><td>3</td></tr>\n</tbody></table></div>'
+    )
+    assert page.words(" a  <b>\n& 'c' ") == "a &lt;b&gt; &amp; &#x27;c&#x27;"
+    assert page.verbatim('a  "<b>"\n') == 'a  "&lt;b&gt;"\n'
+    assert page.swatch("#123456") == '<span class="swatch" style="background:#123456"></span>'
+    whole = page.page("a < b", ["one", "two"], "own {}")
+    assert "<title>a &lt; b</title>" in whole
+    assert whole.endswith("own {}</style></head>\n<body>\none\ntwo\n</body></html>\n")
+
+
+def test_a_drawing_to_the_pixel() -> None:
+    """A box is 14 px high and 15 px a line; an arrow's head is 9 px long and 7.2 px wide, its line ends before."""
+    d = drawing.Drawing(200.0, 100.0, "about <it>")
+    d.box(100.0, 50.0, 80.0, ["one", "two", "x{nb}"], "#010203")
+    d.circle(20.0, 30.0, 11.0, "#040506", "+")
+    d.line([(10.0, 20.0), (10.0, 60.0), (50.0, 90.0)], "#070809", dashes="5 4", width=2.5)
+    d.line([(1.0, 2.0), (3.0, 4.0)], head=False)
+    svg = d.svg()
+    assert 'viewBox="0 0 200 100"' in svg
+    assert 'aria-label="about &lt;it&gt;"' in svg
+    assert '<rect x="60.0" y="20.5" width="80.0" height="59.0"' in svg
+    assert [round(y - 4.2, 6) for y in (float(t) for t in re.findall(r'<text x="100.0" y="([\d.]+)"', svg))] == [
+        35.0, 50.0, 65.0,
+    ]  # fmt: skip
+    assert '<tspan dy="3" font-size="9.5">nb</tspan>' in svg
+    assert '<circle cx="20.0" cy="30.0" r="11.0" class="block" fill="#fff" stroke="#040506"' in svg
+    # along (0.8, 0.6): 6.3 px before the tip; 9 px behind it, 3.6 px aside along (−0.6, 0.8)
+    assert '<polyline points="10.0,20.0 10.0,60.0 45.0,86.2" fill="none" stroke="#070809" stroke-width="2.5"' in svg
+    assert '<polygon points="50.0,90.0 40.6,87.5 45.0,81.7" fill="#070809"/>' in svg
+    assert 'stroke-dasharray="5 4"' in svg
+    assert '<polyline points="1.0,2.0 3.0,4.0" fill="none" stroke="#555555"' in svg
+    assert svg.count("<polygon") == 1
