@@ -172,7 +172,7 @@ def test_bad_input() -> None:
         return {**good, name: changed}
 
     wrong = [
-        ({**good, "q_ib": q[:-1]}, r"q_ib \(10, 4\) do not belong together"),
+        ({**good, "q_ib": q[:-1]}, r"time \(11,\), dvel \(10, 3\) and q_ib \(10, 4\) do not belong together"),
         ({**good, "dvel": imu.dvel[0]}, r"dvel \(3,\)"),
         ({**good, "dvel": 0.0}, r"dvel \(1,\)"),
         ({**good, "dvel": [[1.0, 2.0], [3.0]]}, "dvel is not an array of numbers"),

@@ -103,7 +103,12 @@ def test_without_sways_it_is_a_parked_vehicle():
     [
         ({"latitude": 1.6}, "within ±90°"),
         ({"duration": 0.0}, "duration = 0.0 must be"),
-        ({"sways": (Sway("yaw", 0.1, 1.0),)}, "'yaw'"),
+        (
+            {"sways": (Sway("yaw", 0.1, 1.0),)},
+            "unknown coordinate 'yaw' of a sway; known: roll, pitch, heading, north, east, down.",
+        ),
+        ({"sways": (Sway("roll", 0.1, np.nan),)}, "a sway's frequency_hz = nan"),
+        ({"sways": (0.1, 0.2)}, "sways = (0.1, 0.2) must be a list of Sway(coordinate, …)."),
         ({"gravity": "moon"}, "moon"),
     ],
 )
