@@ -17,7 +17,7 @@ from sinssim.noise_identification.allan import AllanDeviation, confidence_band
 from sinssim.noise_identification.channels import CHANNELS, LogChannel, clock, even_increments, part
 from sinssim.noise_identification.fit import NoiseFit, TermEstimate
 from sinssim.noise_identification.imu_block import ImuLine, block_text, imu_block
-from sinssim.noise_identification.report import ChannelNoise, NoiseReport, noise_report
+from sinssim.noise_identification.report import ChannelNoise, NoiseReport, _spike, noise_report
 from sinssim.noise_identification.units import NAMES, SYMBOLS, UNITS, four_digits, symbol_text, unit_in_name, units_of
 
 DEG = np.pi / 180.0
@@ -431,3 +431,15 @@ def test_gravity_within_five_per_cent(tmp_path: Path, factor: float, said: bool)
         "removed, the log's units, times or kind (increments or rates) are wrong."
     )
     assert found.remarks == ((expected,) if said else ())
+
+
+def test_the_size_of_a_spike() -> None:
+    """Second differences of 0, 1, 0, 1, … are 2, which is 0.6745 σ; that of a sample with 100 more is 202."""
+    increments = np.tile([0.0, 1.0], 20)
+    increments[7] += 100.0
+    found = _spike(increments, 5.0 + 0.25 * np.arange(41))
+    assert found == (7.0, pytest.approx(202.0 / 2.0 * 0.6745))  # the end of the eighth interval
+    increments[7] = 16.0  # 32 are 10.8 σ; 29 would be 9.8 σ
+    assert _spike(increments, np.arange(41.0)) == (8.0, pytest.approx(16.0 * 0.6745))
+    increments[7] = 14.5
+    assert _spike(increments, np.arange(41.0)) is None
