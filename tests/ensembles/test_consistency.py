@@ -71,6 +71,20 @@ def test_errors_larger_than_stated_name_the_worst_test() -> None:
         assert worst["limit"] == pytest.approx(chi2.isf(0.01 / tests, 3 * RUNS) / (3 * RUNS), rel=1e-9)
 
 
+@pytest.mark.parametrize(("probability", "verdict"), [(0.008, "not consistent"), (0.012, "consistent")])
+def test_both_sides_of_one_per_cent(probability: float, verdict: str) -> None:
+    """All 124 tests at what is expected, but one: the attitude at one instant, with 90 degrees of freedom."""
+    result = drawn(3)
+    for name, size in STATES.items():
+        result.errors.nees[name][:] = float(size)
+    result.errors.nis["gnss-position"][:] = 3.0
+    result.errors.nees["attitude"][:, 20] = chi2.isf(probability / 124.0, 90) / RUNS
+    found = consistency(result)
+    assert found is not None
+    assert (found["verdict"], found["worst"]["time_s"]) == (verdict, 20.0)
+    assert found["worst"]["probability"] == pytest.approx(probability, rel=1e-6)
+
+
 @pytest.mark.parametrize("size", [1.0 / 1.1, 1.1])
 def test_innovations_of_another_size_on_both_sides(size: float) -> None:
     """3690 degrees of freedom have a σ of 2.3 % of the mean, and the mean is off by 17 or 21 %."""

@@ -78,6 +78,16 @@ def test_the_rate_of_a_run_is_that_of_its_own_time() -> None:
     assert r95 == pytest.approx(8.0)  # the largest of 1 … 8, 2.25 and 2.5 nmi
 
 
+def test_rates_by_the_time_since_the_start() -> None:
+    """Of a run that begins at 5000 s of its clock."""
+    result = straight(np.full(100, 1.0))
+    result.plan = replace(result.plan, epochs=result.plan.epochs + 5000.0, start=5000.0)
+    result.errors.end += 5000.0
+    for when, time in (("1800 s", 1800.0), ("end", 3600.0)):
+        found = judge(result, parse_requirement(f"rate({when}) <= 2 nmi/h"))
+        assert (found.value / NMI_H, found.time) == pytest.approx((1.0, time))
+
+
 def test_before_a_filter_has_begun_there_is_nothing_to_judge() -> None:
     result = straight(np.full(200, 1.0), failed=1)
     result.errors.position_ned[:, :10] = np.nan

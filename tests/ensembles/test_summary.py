@@ -285,6 +285,17 @@ def test_along_and_across_the_track(track: float, verdict: str) -> None:
                                                        "flights, r(T)/T")  # fmt: skip
 
 
+def test_the_rule_is_that_of_the_duration_and_not_of_the_clock() -> None:
+    """30 s of a run that begins ten hours after the zero of its time."""
+    result = seven()
+    result.plan = replace(result.plan, epochs=TIME + 36_000.0, start=36_010.0, extra=(36_020.0,))
+    result.errors.end += 36_000.0
+    found = ensemble_numbers(result)
+    assert "up to 10 h" in found["part_121"]["rule"]
+    assert (found["start_s"], found["end_s"]) == (36_010.0, 36_040.0)
+    close(found["rate_nmi_h"], ensemble_numbers(seven())["rate_nmi_h"])
+
+
 def test_every_column_of_the_tables(tmp_path) -> None:
     result = seven()
     epochs, runs = (pq.read_table(file).to_pydict() for file in result.to_parquet(tmp_path))
