@@ -19,8 +19,10 @@ from sinssim.strapdown.disturbance import navigate_in_field
 from sinssim.strapdown.nav_error import navigation_error
 from sinssim.truth.gravity.disturbed import Disturbed
 from sinssim.truth.gravity.remainder import RemainderModel
+from sinssim.truth.motions.analytic import OnEarth
 from sinssim.truth.motions.great_circle import GreatCircle
 from sinssim.truth.motions.parked import Parked
+from sinssim.truth.motions.rocking import SpinRock
 from sinssim.units import ARCSEC, MGAL
 
 
@@ -166,3 +168,16 @@ def test_a_platform_feels_the_field_as_strapdown_sensors_do() -> None:
     platform, strapdown = (run.errors[name].position_ned[-1, :2] for name in ("platform", "quaternion"))
     assert np.hypot(*strapdown) > 50.0
     np.testing.assert_allclose(platform, strapdown, rtol=0, atol=0.01 * np.hypot(*strapdown))
+
+
+def test_the_disturbance_of_a_body_that_spins_between_samples() -> None:
+    """2 rad/s about the vertical at 1 Hz, in a remainder that is constant at rest: integrals of its sine and cosine."""
+    base = OnEarth(SpinRock([0.0, 0.0, 1.0], 2.0, 0.0, 1.0), radians(40.0), 0.0, 0.0, (1.0, 0.0, 0.0, 0.0), 4.0)
+    motion = Disturbed(base, None, RemainderModel(2, (5.0 * ARCSEC, 6.0 * ARCSEC, 30.0 * MGAL), 20e3), seed=5)
+    north, east, down = motion.disturbance_ned(1.0)
+    t = np.arange(5.0)
+    sine, cosine = np.diff(np.sin(2.0 * t)) / 2.0, -np.diff(np.cos(2.0 * t)) / 2.0  # of cos 2t and of sin 2t
+    expected = np.column_stack([north * sine + east * cosine, east * sine - north * cosine, np.full(4, down)])
+    imu = motion.increments(1.0)
+    np.testing.assert_allclose(base.increments(1.0).dvel - imu.dvel, expected, rtol=0, atol=2e-10)
+    assert np.abs(expected).max() > 1e-5

@@ -216,6 +216,8 @@ def test_table_goes_where_it_was_told() -> None:
     # still; half-way up a smooth ramp; full rate; full rate; half-way up a linear ramp
     assert rates == pytest.approx([0.0, 30.0, 60.0, 40.0, 20.0], rel=0.0, abs=1e-12)
     assert np.abs(TABLE.rate(TABLE.breaks)[0]).max() == 0.0
+    # a ramp is half a wave: of 60°/s and 0.3 s, 40°/s and 0.2 s, 150°/s and 0.5 s, the second is the quickest
+    assert TABLE.fastest == pytest.approx(40.0 * DEG + np.pi / 0.2)
 
 
 @pytest.mark.parametrize(("samples", "alpha", "phase"), [(1, 1.0, 0.2), (2, 1.0, 0.2), (3, 0.1, 0.2), (4, 0.03, 0.3)])
