@@ -89,6 +89,20 @@ def test_ranking_of_the_sources(result: BudgetResult) -> None:
     assert (early.source.name, early.alone) == ("accel_vrw", pytest.approx(40.0 * R95))
 
 
+def test_shares_of_given_errors_that_partly_cancel() -> None:
+    """(3, 0) and (−1, 2) m add to (2, 2): of its square 8 m², they have 6 and 2."""
+    one, other = np.zeros((1, 9)), np.zeros((1, 9))
+    one[0, :2], other[0, :2] = (3.0, 0.0), (-1.0, 2.0)
+    mean = {"initial_given": one, "accel_vrw": other}
+    made = BudgetResult(scenario(name="made"), "inertial", TIME[3:], (START, WALK), {}, mean)
+    assert made.bias[0, :2].tolist() == [2.0, 2.0]
+    found = {one.source.name: (one.share, one.alone) for one in made.improvements()}
+    assert found["initial_given"] == pytest.approx((0.75, 3.0))
+    assert found["accel_vrw"] == pytest.approx((0.25, math.sqrt(5.0)))
+    gains = {one.source.name: one.gain for one in made.improvements()}
+    assert gains["initial_given"] == pytest.approx(math.sqrt(8.0) - math.hypot(0.5, 2.0))
+
+
 def test_instants_of_tables_and_rankings(result: BudgetResult) -> None:
     """R95 at 100 s is more than 1.5 times that at the end; without it the end alone is ranked."""
     assert result.instants_to_rank == (600.0, 100.0)
