@@ -160,6 +160,14 @@ def test_a_root_mean_square_of_fifty_runs() -> None:
     assert found.more_runs == 193 - 50
 
 
+def test_the_instant_that_is_hardest_to_decide_counts_for_further_runs() -> None:
+    """0.95 of the limit needs 0.5 (1.96/0.05)² = 768.3 runs, 0.9 needs 192.1; 0.1 is met."""
+    errors = np.tile([0.9, 0.95, 0.1], (50, 1))
+    for order in ([0, 1, 2], [1, 2, 0]):
+        found = verdict(parse_requirement("heading(run) <= 1 rad"), TIME, errors[:, order])
+        assert (found.verdict, found.more_runs) == ("undecided", 769 - 50)
+
+
 def test_several_looks_and_instants_share_the_probability_of_error() -> None:
     """CEP, 1 of 10 within: P = 11/1024 = 1.07 %; two-sided 2.15 %, so that it is not met at 5 % but not at 5 %/3."""
     one, ten = parse_requirement("cep(run) <= 1 m"), inside(1, 10)
