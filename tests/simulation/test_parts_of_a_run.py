@@ -303,3 +303,25 @@ def test_what_an_algorithm_navigates_with(monkeypatch: pytest.MonkeyPatch) -> No
     ) == (pytest.approx(pi / 6.0), "free", None, 50.0, None)
     with pytest.raises(RunError, match="it fails"):
         solve(scenario(navigation={"algorithms": ["euler"]}), trajectory, imu, None, None)
+
+
+def test_navigation_after_an_alignment(monkeypatch: pytest.MonkeyPatch) -> None:
+    """It begins after the samples of the alignment, on the navigator's ellipsoid, with the heights from there on."""
+    seen: dict[str, Any] = {}
+
+    def align(own: Any, imu: Any, place: Any, ellipsoid: Any) -> tuple[int, str]:
+        seen["ellipsoid"] = ellipsoid.name
+        return 2, "aligned"
+
+    def navigate_set(imu: Any, attitude: Any, initial: Any, of: Any, height: Any) -> str:
+        seen.update(time=imu.time.tolist(), initial=initial, height=height.tolist())
+        return "solution"
+
+    monkeypatch.setattr(own_alignment, "align_itself", align)
+    monkeypatch.setattr("sinssim.strapdown.measured_attitude.navigate_set", navigate_set)
+    navigation = {"alignment": {"duration_s": 10.0}, "ellipsoid": "krasovsky-1940", "vertical": "truth"}
+    own = scenario(imu={"grade": "tactical"}, navigation=navigation)
+    trajectory = SimpleNamespace(state=lambda t: truth(), start=0.0, end=1.0, ellipsoid=WGS84)
+    imu = ImuData(np.arange(4.0), np.zeros((3, 3)), np.zeros((3, 3)))
+    solve(own, trajectory, imu, None, np.array([5.0, 6.0, 8.0, 9.0]))
+    assert seen == {"ellipsoid": "krasovsky-1940", "time": [2.0, 3.0], "initial": "aligned", "height": [8.0, 9.0]}

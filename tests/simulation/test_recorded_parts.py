@@ -12,7 +12,7 @@ import pytest
 from sinssim.errors import InputError
 from sinssim.recording.store.directory import RunDirectory
 from sinssim.simulation import outages
-from sinssim.simulation.execute_log import RecordedMotion, _compared_with, _error, _height
+from sinssim.simulation.execute_log import RecordedMotion, _aid, _compared_with, _error, _height, _known_errors
 from sinssim.simulation.finish import about, keep
 from sinssim.simulation.result import Run
 from sinssim.simulation.stages import Stages
@@ -186,3 +186,31 @@ def test_withheld_fixes_judge_outages_if_there_is_no_reference() -> None:
     for name in ("time", "latitude", "longitude", "height"):
         np.testing.assert_array_equal(getattr(found, name), getattr(fixes, name))
     assert outages._reference(run, SimpleNamespace(log=SimpleNamespace(reference="r", fixes=fixes))) == "r"
+
+
+def test_the_known_errors_of_a_unit_are_those_given_as_numbers() -> None:
+    imu = {"grade": "ideal", "gyro_bias_deg_h": [3.0, -4.0, 5.0], "accel_bias_sigma_ug": 70.0}
+    found = _known_errors(SimpleNamespace(scenario=scenario(imu=imu)))
+    np.testing.assert_allclose(found.gyro.bias, np.array([3.0, -4.0, 5.0]) * np.pi / 648_000.0)
+    assert found.accel.bias.tolist() == [0.0, 0.0, 0.0]
+
+
+def test_a_filter_without_a_reference_is_compared_with_its_smoothed_solution(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Until the end of the run; the smoothed solution itself has no known error then."""
+    where, seen = "sinssim.estimation.from_scenario.recorded_run", []
+    estimate = SimpleNamespace(smoothed=SimpleNamespace(solution="smoothed"), solution="aided")
+    monkeypatch.setattr(f"{where}.aid_recorded", lambda *args, **options: estimate)
+    monkeypatch.setattr(f"{where}.all_readings", lambda prepared: "readings")
+    monkeypatch.setattr(f"{where}.as_reference", lambda name, solution: (name, solution))
+    monkeypatch.setattr(
+        f"{where}.compare_recorded", lambda *args: seen.append(args) or SimpleNamespace(smoothed_error=None)
+    )
+    monkeypatch.setattr("sinssim.simulation.execute_log.first_of", lambda run, prepared: "first")
+    run = SimpleNamespace(time=np.array([3.0, 9.0]), compensated="imu")
+    prepared = SimpleNamespace(log=SimpleNamespace(reference=None))
+    _aid(run, prepared, None, None)
+    prepared.log.reference = "given"
+    _aid(run, prepared, None, None)
+    assert seen == [
+        (estimate, "readings", ("the smoothed solution", "smoothed"), 9.0), (estimate, "readings", "given", 9.0),
+    ]  # fmt: skip
