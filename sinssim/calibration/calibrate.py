@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable
 from dataclasses import replace
 from pathlib import Path
 
@@ -15,7 +15,8 @@ from sinssim.calibration.spans import Dwells, between, detected, planned
 from sinssim.calibration.task import Estimate, Task, make_task
 from sinssim.data import Array, ImuData
 from sinssim.errors import InputError, unknown_name
-from sinssim.scenario.load import load_scenario
+from sinssim.progress import Progress, shown
+from sinssim.scenario.load import Overrides, as_scenario
 from sinssim.scenario.schema import Scenario
 from sinssim.sensors.imu.errors import draw, stated
 from sinssim.sensors.imu.terms import TERMS
@@ -34,16 +35,16 @@ def calibrate(
     scenario: Scenario | str | Path,
     *,
     method: str | None = None,
-    overrides: Sequence[str] = (),
-    progress: Callable[[float], None] | None = None,
+    overrides: Overrides = (),
+    progress: Progress | bool | None = None,
 ) -> CalibrationResult:
     """Estimate the errors of a scenario's IMU from the sequence of [turntable].
 
     Args:
         scenario: the scenario, or its file or name.
         method: one of `METHODS`; default: that of [calibration].
-        overrides: settings "key=value" for a file, as in `load_scenario`.
-        progress: called with the fraction done, 0…1.
+        overrides: settings "key=value", as for `load_scenario`.
+        progress: called with "Calibrating" and the fraction done, 0…1; True shows a bar.
 
     Returns:
         Values, covariance, observability, residuals, and in a simulation the true values.
@@ -52,8 +53,7 @@ def calibrate(
         InputError: the scenario has no sequence, the data do not contain its dwells, or a file cannot be used.
         RunError: the data do not fit the sequence.
     """
-    if not isinstance(scenario, Scenario):
-        scenario = load_scenario(scenario, overrides)
+    scenario = as_scenario(scenario, overrides)
     if scenario.turntable is None:
         raise InputError(
             f"the scenario {scenario.name} has no sequence to calibrate with: add [turntable], for example with "
@@ -64,22 +64,18 @@ def calibrate(
         if method not in METHODS:
             raise unknown_name("method of calibration", method, METHODS)
         section = section.model_copy(update={"method": method})
-    _tell(progress, 0.0)
-    imu, dwells, notes = _readings(scenario, section)
-    _tell(progress, 0.5)
-    task = make_task(scenario, section, imu, dwells)
-    estimate = _METHODS[section.method](task)
-    _tell(progress, 1.0)
+    with shown(progress) as report:
+        report("Calibrating", 0.0)
+        imu, dwells, notes = _readings(scenario, section)
+        report("Calibrating", 0.5)
+        task = make_task(scenario, section, imu, dwells)
+        estimate = _METHODS[section.method](task)
+        report("Calibrating", 1.0)
     truth = _truth(scenario, section.method, task.known) if scenario.log is None else None
     result = CalibrationResult(
         scenario, section.method, task.known, estimate, dwells.seconds(imu.time), truth, tuple(notes)
     )
     return replace(result, notes=(*notes, *_remarks(scenario, task, result)))
-
-
-def _tell(progress: Callable[[float], None] | None, fraction: float) -> None:
-    if progress is not None:
-        progress(fraction)
 
 
 def _separate(task: Task) -> Estimate:

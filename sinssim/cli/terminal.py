@@ -1,12 +1,10 @@
-"""The terminal: progress bars, the console for tables, JSON, and the name of this program."""
+"""The terminal: the console for tables, JSON, and the name of this program."""
 
 from __future__ import annotations
 
 import json
 import shutil
 import sys
-from collections.abc import Callable, Iterator
-from contextlib import contextmanager
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -14,90 +12,15 @@ from sinssim.system.encoding import holds_everything
 
 if TYPE_CHECKING:
     from rich.console import Console
-    from rich.progress import Progress as Bars
-
-_STAGES = {
-    "flight": "Flying",
-    "truth": "Fitting the true motion",
-    "imu": "Sensing",
-    "navigate": "Navigating",
-    "budget": "Sources of the phases",
-    "filter": "Filtering",
-    "record": "Recording",
-}
-"""Text of the bar of each stage of a run, in order."""
-
-Progress = Callable[[str, float], None]
 
 
-@contextmanager
-def stage_bars(show: bool) -> Iterator[Progress | None]:
-    """Show a bar for each stage of a run while it lasts, on standard error and only on a terminal.
+def has_bars(quiet: bool) -> bool:
+    """Return whether progress is shown: on a terminal, unless the command is quiet.
 
     Args:
-        show: whether bars are wanted.
-
-    Yields:
-        A function of a stage and its fraction done; None without bars.
+        quiet: --quiet.
     """
-    if not show or not sys.stderr.isatty():
-        yield None
-        return
-    from rich.console import Console
-    from rich.progress import BarColumn, Progress, TaskProgressColumn, TextColumn, TimeElapsedColumn
-
-    columns = (TextColumn("{task.description:<24}"), BarColumn(), TaskProgressColumn(), TimeElapsedColumn())
-    with Progress(*columns, console=Console(stderr=True)) as bars:
-        # In the order of the stages; each bar appears when its stage begins.
-        tasks = {stage: bars.add_task(text, total=1.0, start=False, visible=False) for stage, text in _STAGES.items()}
-
-        def report(text: str, fraction: float) -> None:
-            stage, _, work = text.partition(": ")
-            if not bars.tasks[tasks[stage]].started:
-                bars.start_task(tasks[stage])
-            bars.update(tasks[stage], completed=fraction, visible=True, description=f"{_STAGES[stage]} {work}"[:60])
-
-        with _compilation_bar(bars):
-            yield report
-
-
-@contextmanager
-def one_bar(show: bool) -> Iterator[Progress | None]:
-    """Show one bar for a whole task, on standard error and only on a terminal.
-
-    Args:
-        show: whether a bar is wanted.
-
-    Yields:
-        A function of the text beside the bar and the fraction done; None without a bar.
-    """
-    if not show or not sys.stderr.isatty():
-        yield None
-        return
-    from rich.console import Console
-    from rich.progress import BarColumn, Progress, TaskProgressColumn, TextColumn, TimeElapsedColumn
-
-    columns = (TextColumn("{task.description:<40}"), BarColumn(), TaskProgressColumn(), TimeElapsedColumn())
-    with Progress(*columns, console=Console(stderr=True), transient=True) as bars:
-        task = bars.add_task("", total=1.0)
-        with _compilation_bar(bars):
-            yield lambda text, fraction: bars.update(task, description=text[:40], completed=fraction)
-
-
-@contextmanager
-def _compilation_bar(bars: Bars) -> Iterator[None]:
-    """Show an additional bar while kernels are compiled; the cache keeps them for later runs."""
-    from sinssim.jit import compilation
-
-    task = bars.add_task("Compiling, once", total=None, start=False, visible=False)
-
-    def show(compiling: bool) -> None:
-        if compiling and not bars.tasks[task].started:
-            bars.start_task(task)
-        bars.update(task, visible=compiling, refresh=compiling)
-
-    with compilation(show):
-        yield
+    return not quiet and sys.stderr.isatty()
 
 
 def console(least_width: int = 0) -> Console:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterable, Sequence
 from dataclasses import replace
+from pathlib import Path
 from typing import TYPE_CHECKING, NamedTuple, Protocol
 
 import numpy as np
@@ -32,8 +33,10 @@ from sinssim.error_budget.result import Added, BudgetResult
 from sinssim.error_budget.served import check_kind
 from sinssim.error_budget.shares import SensorAngle, SensorGiven, SensorSource, Shares
 from sinssim.errors import InputError
+from sinssim.progress import Progress, shown
 from sinssim.requirements.requirement import parse_requirements
 from sinssim.scenario.duration import check_times
+from sinssim.scenario.load import Overrides, as_scenario
 from sinssim.sensors.aiding.barometer import BarometerSection
 from sinssim.sensors.imu.emulate import digital
 from sinssim.sensors.imu.errors import warm_up
@@ -48,8 +51,7 @@ if TYPE_CHECKING:
     from sinssim.scenario.sections.navigation import InitialErrorSection
     from sinssim.truth.trajectory import Trajectory
 
-Progress = Callable[[str, float], None]
-"""Called with "flight", "truth" or "budget" and the fraction done, 0…1."""
+_STAGES = {"flight": "Flying", "truth": "Fitting the true motion", "budget": "Propagating covariances"}
 
 _NEGLIGIBLE = 0.01
 """Given errors of readings below this share of σ, everywhere, come from the interpolation of the motion."""
@@ -93,12 +95,13 @@ class _InertialErrors(NamedTuple):
 
 
 def budget(
-    scenario: Scenario,
+    scenario: Scenario | str | Path,
     *,
+    overrides: Overrides = (),
     times: Iterable[float] = (),
     require: str | Requirement | Iterable[str | Requirement] = (),
     solution: str | None = None,
-    progress: Progress | None = None,
+    progress: Progress | bool | None = None,
     truth: KnownTruth | None = None,
     marks: Iterable[float] = (),
 ) -> BudgetResult:
@@ -108,12 +111,13 @@ def budget(
     filter, by the gains of the covariance propagation of the filter (consider analysis).
 
     Args:
-        scenario: the scenario.
+        scenario: the scenario, or its file or name.
+        overrides: settings "key=value", as for `load_scenario`.
         times: further times of the results, s since the start of the run.
         require: requirements, or their texts, whose times are further times of the results; the method `answers` tests
             them.
         solution: "inertial" or "filter"; by default the filter's if the scenario has one.
-        progress: called with the progress.
+        progress: called with "flight", "truth" or "budget" and the fraction done, 0…1; True shows a bar for each.
         truth: the true motion of the scenario, if it is known already; by default it is computed.
         marks: times in s since the start of the run, which delimit the intervals of `BudgetResult.added`.
 
@@ -123,7 +127,21 @@ def budget(
     Raises:
         InputError: the scenario has no budget, or one of the times lies outside the run.
     """
-    say = progress or (lambda stage, fraction: None)
+    scenario = as_scenario(scenario, overrides)
+    with shown(progress, _STAGES) as say:
+        return _budget(scenario, times, require, solution, truth, tuple(marks), say)
+
+
+def _budget(
+    scenario: Scenario,
+    times: Iterable[float],
+    require: str | Requirement | Iterable[str | Requirement],
+    solution: str | None,
+    truth: KnownTruth | None,
+    marks: tuple[float, ...],
+    say: Progress,
+) -> BudgetResult:
+    """Compute a budget; see `budget`."""
     kind = check_kind(scenario, solution)
     check_times(scenario)
     if scenario.filter is not None:
@@ -159,7 +177,7 @@ def budget(
     of_constants = emulated_constants(scenario, fixed, ideal)
     theta, velocity = (np.concatenate(parts) for parts in zip(of_constants, of_one_run, by_field, strict=True))
     inertial = _InertialErrors(fixed, named, (theta, velocity))
-    marked = Marks(_instants(ideal.time, marks, 0)) if (marks := tuple(marks)) else None
+    marked = Marks(_instants(ideal.time, marks, 0)) if marks else None
     outputs = _instants(ideal.time, (*times, *marks, *(one.time for one in wanted if one.when == "at")))
     initial = initial_errors(scenario, _given_start(scenario, trajectory))
     if kind == "inertial":

@@ -18,8 +18,11 @@ from sinssim.scenario.toml_file import read_toml, validate
 from sinssim.sensors.imu.grade_file import SUFFIX
 from sinssim.sensors.imu.grades import find_grade
 
+Overrides = str | Sequence[str]
+"""Settings "key.path=value" that replace values of a scenario."""
 
-def load_scenario(path: str | Path, overrides: str | Sequence[str] = ()) -> Scenario:
+
+def load_scenario(path: str | Path, overrides: Overrides = ()) -> Scenario:
     """Load and check a scenario.
 
     Args:
@@ -39,15 +42,46 @@ def load_scenario(path: str | Path, overrides: str | Sequence[str] = ()) -> Scen
     text, data = read_toml(file)
     data.setdefault("name", file.stem)
     _files_from(data, file.parent)
+    return _overridden(data, text, str(path), overrides, file)
+
+
+def as_scenario(scenario: Scenario | str | Path, overrides: Overrides = ()) -> Scenario:
+    """Return a scenario that is given as such, or by its file or name.
+
+    Args:
+        scenario: the scenario, the path of a TOML file, or a name as in `sinssim list scenarios`.
+        overrides: settings, as for `load_scenario`.
+
+    Returns:
+        The scenario with these settings.
+
+    Raises:
+        InputError: as for `load_scenario`.
+    """
+    if isinstance(scenario, str | Path):
+        return load_scenario(scenario, overrides)
+    given: object = scenario
+    if not isinstance(given, Scenario):
+        shown = shortened(repr(given))
+        raise InputError(f'scenario = {shown} must be a Scenario, or its file or name, for example "parked".')
+    if not overrides:
+        return given
+    text = given.to_toml()
+    return _overridden(tomllib.loads(text), text, given.name, overrides, None)
+
+
+def _overridden(data: dict[str, Any], text: str, source: str, overrides: Overrides, file: Path | None) -> Scenario:
+    """Return the checked scenario of a file's contents and settings."""
     overrides = (overrides,) if isinstance(overrides, str) else overrides  # a str is a sequence of strings itself
     if not isinstance(overrides, Sequence) or not all(isinstance(setting, str) for setting in overrides):
         shown = shortened(repr(overrides))
         raise InputError(f'overrides = {shown} must be a list of settings, for example ["imu.rate_hz=200"].')
     overridden = {override(data, setting) for setting in overrides}
     _files_from(data, Path.cwd())
-    warn_of_changes(file, data.get("use"))
+    if file is not None:
+        warn_of_changes(file, data.get("use"))
     _check_grade(data.get("imu"))
-    return validate(Scenario, data, text, str(path), overridden)
+    return validate(Scenario, data, text, source, overridden)
 
 
 def _check_grade(imu: Any) -> None:

@@ -14,6 +14,7 @@ from sinssim.data import Array
 from sinssim.earth.coordinates import geodetic_to_ecef
 from sinssim.errors import SinssimError
 from sinssim.logs.stored.error_rule import ErrorRule
+from sinssim.progress import Progress, shown
 from sinssim.recording.report.run_report import draw_sections, run_report
 from sinssim.recording.store.directory import RunDirectory
 from sinssim.recording.store.summaries.against_inertial import horizontal_of, worse_than_inertial
@@ -33,6 +34,7 @@ from sinssim.recording.store.summary import (
     singularities,
 )
 from sinssim.scenario.duration import check_times
+from sinssim.scenario.load import Overrides, as_scenario
 from sinssim.scenario.route import check_route, check_route_flown
 from sinssim.scenario.sections.within_imu.sensor_set import Redundant
 from sinssim.simulation.execute_log import compute_log
@@ -42,7 +44,7 @@ from sinssim.simulation.initial_error import initial_state_with_errors
 from sinssim.simulation.navigation import height_reference, solve
 from sinssim.simulation.phase_sources import add_sources, budgets_of_phases
 from sinssim.simulation.result import Run
-from sinssim.simulation.stages import Progress, Stages
+from sinssim.simulation.stages import STAGES, Stages
 from sinssim.strapdown.files import check_own_files
 from sinssim.system.memory import give_back_memory, map_large_arrays
 from sinssim.truth.flight.shortfall import not_attained
@@ -56,11 +58,12 @@ if TYPE_CHECKING:
 
 
 def run(
-    scenario: Scenario,
+    scenario: Scenario | str | Path,
     directory: Path | str | None = None,
     *,
+    overrides: Overrides = (),
     overwrite: bool = False,
-    progress: Progress | None = None,
+    progress: Progress | bool | None = None,
 ) -> Run:
     """Run a scenario: fly, sense, navigate by each algorithm, compare with the truth, and record.
 
@@ -72,11 +75,12 @@ def run(
     `-interrupted` at the end of its name. If the disk is full, nothing is left.
 
     Args:
-        scenario: the scenario.
+        scenario: the scenario, or its file or name.
         directory: run directory to write; nothing is written if not given.
+        overrides: settings "key=value", as for `load_scenario`.
         overwrite: whether an existing run in the directory may be replaced.
         progress: called with one of `STAGES` and the fraction done, 0…1; "filter: " and what is tried while
-            `filter.diagnose` searches.
+            `filter.diagnose` searches. True shows a bar for each stage.
 
     Returns:
         The finished run; that of a one-component scenario has `one_component` instead of trajectory and solutions, that
@@ -89,8 +93,14 @@ def run(
     Warns:
         SinssimWarning: a leg of the flight is beyond the limits of the aircraft.
     """
+    scenario = as_scenario(scenario, overrides)
     check_own_files(scenario.navigation.algorithms, scenario.navigation.frame)
-    stages = Stages(progress or (lambda stage, fraction: None))
+    with shown(progress, STAGES) as report:
+        return _run(scenario, directory, overwrite, Stages(report))
+
+
+def _run(scenario: Scenario, directory: Path | str | None, overwrite: bool, stages: Stages) -> Run:
+    """Compute a run by what its scenario describes; leave what a failed one had."""
     result = Run(scenario, recorded=directory is not None)
     compute = _compute
     if scenario.one_component is not None:

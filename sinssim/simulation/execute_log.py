@@ -21,9 +21,10 @@ from sinssim.truth.trajectory import Channel, FlightEvent
 if TYPE_CHECKING:
     from sinssim.estimation.from_scenario.recorded_run import Prepared, RecordedAided
     from sinssim.logs.reference import Reference
+    from sinssim.progress import Progress
     from sinssim.recording.store.directory import RunDirectory
     from sinssim.simulation.result import Run
-    from sinssim.simulation.stages import Progress, Stages
+    from sinssim.simulation.stages import Stages
     from sinssim.strapdown.frames.vertical import HeightReadings
     from sinssim.truth.trajectory import Trajectory
 

@@ -3,13 +3,21 @@
 from __future__ import annotations
 
 import time
-from collections.abc import Callable, Iterator
+from collections.abc import Iterator
 from contextlib import contextmanager
 
-Progress = Callable[[str, float], None]
-"""Called with one of `STAGES`, which ": " and the present work may follow, and the fraction done, 0…1."""
+from sinssim.progress import Progress
 
-STAGES = ("flight", "truth", "imu", "navigate", "budget", "filter", "record")
+STAGES = {
+    "flight": "Flying",
+    "truth": "Fitting the true motion",
+    "imu": "Sensing",
+    "navigate": "Navigating",
+    "budget": "Sources of the phases",
+    "filter": "Filtering",
+    "record": "Recording",
+}
+"""The stages of a run in order, and the text of the bar of each."""
 
 
 class Stages:

@@ -18,6 +18,7 @@ from sinssim.data import Array, ImuData
 from sinssim.errors import InputError, RunError, SinssimError
 from sinssim.frames import OF_TRUTH, check_three_rates
 from sinssim.mechanization import Mechanization
+from sinssim.progress import Progress, shown
 from sinssim.strapdown.nav_error import NavError, navigation_error
 from sinssim.studies import attitude_cost, cost, motions
 from sinssim.studies.headings import compare_headings
@@ -32,9 +33,6 @@ if TYPE_CHECKING:
     from sinssim.recording.store.directory import RunDirectory
     from sinssim.sensors.sets.reading import Readings
     from sinssim.truth.trajectory import Trajectory
-
-Progress = Callable[[str, float], None]
-"""Called with a description of the current work and the total fraction done."""
 
 Navigated = tuple[Row, ErrorGrowth | None, list[CoordinateError]]
 
@@ -56,7 +54,7 @@ def compare(
     *,
     overwrite: bool = False,
     limit_minutes: float = LIMIT_MINUTES,
-    progress: Progress | None = None,
+    progress: Progress | bool | None = None,
     say: Callable[[str], None] | None = None,
 ) -> StudyResult:
     """Run a study, decide its claims, and write its report.
@@ -68,7 +66,7 @@ def compare(
         directory: directory to write; nothing is written if not given.
         overwrite: whether an existing study or run in the directory may be replaced.
         limit_minutes: expected duration above which the study is refused.
-        progress: called with the progress.
+        progress: called with a description of the current work and the fraction done; True shows a bar.
         say: called beforehand with the expected duration, if it is long.
 
     Returns:
@@ -85,10 +83,12 @@ def compare(
     folder = None if directory is None else RunDirectory(Path(directory), overwrite=overwrite)
     comparison = StudyResult(study)
     begin = time.perf_counter()
-    report = progress or (lambda what, fraction: None)
     try:
         try:
-            _run(comparison, limit_minutes, report, say or (lambda text: None))
+            with shown(progress) as report:
+                _run(comparison, limit_minutes, report, say or (lambda text: None))
+                if folder is not None:
+                    report("Writing the report", 1.0)
         except (KeyboardInterrupt, SinssimError) as stop:
             comparison.status = "interrupted" if isinstance(stop, KeyboardInterrupt) else "failed"
             comparison.seconds = time.perf_counter() - begin
@@ -97,8 +97,6 @@ def compare(
                 stop.add_note(f"{_navigations(comparison)} finished; the report is {place / 'report.html'}.")
             raise
         comparison.seconds = time.perf_counter() - begin
-        if folder is not None:
-            report("Writing the report", 1.0)
         try:
             _finish(comparison, folder)
         except KeyboardInterrupt as interrupt:  # the long work is done: write it anyway, unless interrupted again

@@ -9,7 +9,8 @@ import numba
 import pytest
 
 from sinssim.cli import terminal
-from sinssim.cli.terminal import console, one_bar, print_json, program_name, stage_bars
+from sinssim.cli.terminal import console, has_bars, print_json, program_name
+from sinssim.progress import shown
 from sinssim.simulation.stages import STAGES
 
 
@@ -20,13 +21,13 @@ class Terminal(io.StringIO):
         return True
 
 
-@pytest.mark.parametrize("bars", [stage_bars, one_bar])
-def test_compilation_is_shown(bars, monkeypatch):
+@pytest.mark.parametrize("stages", [STAGES, None])
+def test_compilation_is_shown(stages, monkeypatch):
     """Only while something is compiled that was not there."""
     terminal = Terminal()
     monkeypatch.setattr("sys.stderr", terminal)
     monkeypatch.setenv("TERM", "xterm")
-    with bars(show=True) as progress:
+    with shown(True, stages) as progress:
         progress("flight", 0.5)
         before = terminal.getvalue()
         seven = numba.njit(lambda x: 2.0 * x + 1.0)
@@ -44,11 +45,11 @@ def test_the_bar_of_a_stage_tells_its_present_work(said, monkeypatch):
     terminal = Terminal()
     monkeypatch.setattr("sys.stderr", terminal)
     monkeypatch.setenv("TERM", "xterm")
-    with stage_bars(show=True) as progress:
+    with shown(True, STAGES) as progress:
         for text in said:
             progress(text, 0.3)
-    shown = terminal.getvalue().rpartition("Filtering")[2]
-    assert ("gyro scale" in shown) == (len(said) == 1)
+    last = terminal.getvalue().rpartition("Filtering")[2]
+    assert ("gyro scale" in last) == (len(said) == 1)
 
 
 def test_the_width_of_tables(monkeypatch: pytest.MonkeyPatch) -> None:
@@ -80,22 +81,35 @@ def test_the_name_of_this_program(found, called, name, monkeypatch) -> None:
     assert program_name() == name
 
 
-def test_bars_only_on_a_terminal(monkeypatch) -> None:
-    with stage_bars(show=True) as stages, one_bar(show=True) as one:  # captured: no terminal
-        assert stages is one is None
+def test_bars_only_on_a_terminal_unless_quiet(monkeypatch, capsys) -> None:
+    assert not has_bars(quiet=False)  # captured: no terminal
     monkeypatch.setattr("sys.stderr", Terminal())
-    with stage_bars(show=False) as stages, one_bar(show=False) as one:
-        assert stages is one is None
+    assert has_bars(quiet=False)
+    assert not has_bars(quiet=True)
+
+
+@pytest.mark.parametrize("progress", [None, False])
+def test_nothing_is_shown_unless_asked_for(progress, capsys) -> None:
+    with shown(progress, STAGES) as report:
+        report("flight", 0.5)
+    assert capsys.readouterr().err == ""
+
+
+def test_a_given_function_is_told() -> None:
+    told = []
+    with shown(lambda text, fraction: told.append((text, fraction)), STAGES) as report:
+        report("filter: gyro scale", 0.25)
+    assert told == [("filter: gyro scale", 0.25)]
 
 
 def test_each_stage_has_its_text(monkeypatch) -> None:
-    shown = Terminal()
-    monkeypatch.setattr("sys.stderr", shown)
+    terminal = Terminal()
+    monkeypatch.setattr("sys.stderr", terminal)
     monkeypatch.setenv("TERM", "xterm")
-    with stage_bars(show=True) as progress:
+    with shown(True, STAGES) as progress:
         for k, stage in enumerate(STAGES):
             progress(stage, 0.11 * (k + 1))
-    last = shown.getvalue()
+    last = terminal.getvalue()
     texts = ["Flying", "Fitting the true motion", "Sensing", "Navigating", "Sources of the phases", "Filtering",
              "Recording"]  # fmt: skip
     places = [last.rindex(text) for text in texts]

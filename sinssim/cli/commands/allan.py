@@ -8,7 +8,8 @@ from typing import Annotated
 import typer
 
 from sinssim.cli.options import ColumnsFile, Debug, FromTime, Json, Quiet, ToTime
-from sinssim.cli.terminal import console, one_bar, print_json
+from sinssim.cli.terminal import console, has_bars, print_json
+from sinssim.progress import shown
 
 
 # Long: every option is a parameter, and the docstring is the help.
@@ -83,7 +84,7 @@ def command(
         from sinssim.errors import InputError
 
         raise InputError("--imu and --json exclude each other; give one of them.")
-    with one_bar(show=not quiet) as progress:
+    with shown(has_bars(quiet)) as progress:
         report = noise_report(
             log,
             columns=columns,

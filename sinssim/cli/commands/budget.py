@@ -8,9 +8,7 @@ from typing import Annotated
 import typer
 
 from sinssim.cli.options import Debug, GradeOption, Json, Quiet, ScenarioName, Settings, with_grade
-from sinssim.cli.terminal import console, one_bar, print_json, program_name
-
-_TEXT = {"flight": "Flying", "truth": "Fitting the true motion", "budget": "Propagating covariances"}
+from sinssim.cli.terminal import console, has_bars, print_json, program_name
 
 
 # Long: every option is a parameter, and the docstring is the help.
@@ -91,16 +89,15 @@ def command(
     from sinssim.error_budget.limits import answers
     from sinssim.recording.store.budget import to_json, write_budget
 
-    with one_bar(show=not quiet) as bar:
-        result = budget(
-            plan,
-            times=at or (),
-            require=wanted,
-            solution="inertial" if inertial else None,
-            progress=None if bar is None else lambda stage, fraction: bar(_TEXT[stage], fraction),
-        )
-        found = answers(result, wanted, names)
-        place = write_budget(result, found, directory, times=at or (), overwrite=overwrite)
+    result = budget(
+        plan,
+        times=at or (),
+        require=wanted,
+        solution="inertial" if inertial else None,
+        progress=has_bars(quiet),
+    )
+    found = answers(result, wanted, names)
+    place = write_budget(result, found, directory, times=at or (), overwrite=overwrite)
     if as_json:
         print_json(to_json(result, found, at or ()))
     elif not quiet:

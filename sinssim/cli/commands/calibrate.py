@@ -8,7 +8,7 @@ from typing import Annotated
 import typer
 
 from sinssim.cli.options import Debug, GradeOption, Json, Quiet, ScenarioName, Settings, with_grade
-from sinssim.cli.terminal import console, one_bar, print_json
+from sinssim.cli.terminal import console, has_bars, print_json
 
 
 def command(
@@ -51,11 +51,8 @@ def command(
 
     plan = load_scenario(scenario, with_grade(settings, grade))
     directory = out or Path("runs") / f"{plan.name}-calibration"
-    with one_bar(show=not quiet) as bar:
-        result = calibrate(
-            plan, method=method, progress=None if bar is None else lambda fraction: bar("Calibrating", fraction)
-        )
-        place = write_calibration(result, directory, overwrite=overwrite)
+    result = calibrate(plan, method=method, progress=has_bars(quiet))
+    place = write_calibration(result, directory, overwrite=overwrite)
     if as_json:
         print_json(to_json(result))
     elif not quiet:

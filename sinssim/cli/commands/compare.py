@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Annotated
 import typer
 
 from sinssim.cli.options import Debug, Json, OutFolder, Quiet
-from sinssim.cli.terminal import console, notes_of, one_bar, print_json, program_name
+from sinssim.cli.terminal import console, has_bars, notes_of, print_json, program_name
 
 if TYPE_CHECKING:
     from sinssim.studies.results import StudyResult
@@ -129,11 +129,10 @@ def command(
             print(text, file=sys.stderr)
 
     try:
-        with one_bar(show=not quiet) as progress:
-            result = compare(
-                plan, directory, resume=resume, overwrite=overwrite, limit_minutes=limit_minutes, threads=threads,
-                progress=progress, say=say,
-            )  # fmt: skip
+        result = compare(
+            plan, directory, resume=resume, overwrite=overwrite, limit_minutes=limit_minutes, threads=threads,
+            progress=has_bars(quiet), say=say,
+        )  # fmt: skip
     except KeyboardInterrupt as interrupt:
         if not notes_of(interrupt):
             interrupt.add_note("No navigation had finished.")

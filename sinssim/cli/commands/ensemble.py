@@ -9,7 +9,7 @@ from typing import Annotated
 import typer
 
 from sinssim.cli.options import Debug, GradeOption, Json, Quiet, ScenarioName, Settings, with_grade
-from sinssim.cli.terminal import console, one_bar, print_json, program_name
+from sinssim.cli.terminal import console, has_bars, print_json, program_name
 
 
 # Long: every option is a parameter, and the docstring is the help.
@@ -105,12 +105,11 @@ def command(
         if not quiet:
             print(text, file=sys.stderr)
 
-    with one_bar(show=not quiet) as progress:
-        result = ensemble(
-            plan, runs, directory, resume=resume, overwrite=overwrite, threads=threads, workers=workers,
-            scheduler=scheduler, require=wanted, until_decided=until_decided, times=at or (),
-            progress=progress, say=say,
-        )  # fmt: skip
+    result = ensemble(
+        plan, runs, directory, resume=resume, overwrite=overwrite, threads=threads, workers=workers,
+        scheduler=scheduler, require=wanted, until_decided=until_decided, times=at or (),
+        progress=has_bars(quiet), say=say,
+    )  # fmt: skip
     from sinssim.ensembles.summary import ensemble_numbers
 
     numbers = ensemble_numbers(result)

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Annotated, Literal
 import typer
 
 from sinssim.cli.options import Debug, GradeOption, Json, OutFolder, Quiet, Settings, scenario_names, with_grade
-from sinssim.cli.terminal import console, notes_of, print_json, program_name, stage_bars
+from sinssim.cli.terminal import console, has_bars, notes_of, print_json, program_name
 
 if TYPE_CHECKING:
     from sinssim.inspection.raw_files import Suggestion
@@ -121,8 +121,7 @@ def command(
     from sinssim.system.outputs import write_text
 
     try:
-        with stage_bars(show=not quiet) as progress:
-            result = run(plan, directory, overwrite=overwrite, progress=progress)
+        result = run(plan, directory, overwrite=overwrite, progress=has_bars(quiet))
     except KeyboardInterrupt as interrupt:
         if not notes_of(interrupt):
             interrupt.add_note("Nothing had been recorded.")

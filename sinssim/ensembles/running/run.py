@@ -19,7 +19,9 @@ from sinssim.ensembles.running.room import check_disk, check_memory, runs_at_a_t
 from sinssim.ensembles.running.tasks import Compute, OnRun, make_chunk, work_through
 from sinssim.ensembles.truth import TruthCache
 from sinssim.errors import InputError, RunError, shortened
+from sinssim.progress import Progress, shown
 from sinssim.requirements.requirement import parse_requirements
+from sinssim.scenario.load import Overrides, as_scenario
 from sinssim.scenario.planned.warning import warn_of_limits
 from sinssim.scenario.sections.ensemble import MOST_RUNS, EnsembleSection
 from sinssim.system.drafts import Draft
@@ -29,16 +31,14 @@ if TYPE_CHECKING:
     from sinssim.requirements.requirement import Requirement
     from sinssim.scenario import Scenario
 
-Progress = Callable[[str, float], None]
-"""Called with runs done, rate and time left in words, and the fraction done."""
-
 
 # Long: every option is a parameter.
 def ensemble(
-    scenario: Scenario,
+    scenario: Scenario | str | Path,
     runs: int | None = None,
     directory: Path | str | None = None,
     *,
+    overrides: Overrides = (),
     resume: bool = False,
     overwrite: bool = False,
     threads: int | None = None,
@@ -47,7 +47,7 @@ def ensemble(
     require: str | Requirement | Iterable[str | Requirement] = (),
     until_decided: bool = False,
     times: Iterable[float] = (),
-    progress: Progress | None = None,
+    progress: Progress | bool | None = None,
     say: Callable[[str], None] | None = None,
 ) -> EnsembleResult:
     """Run an ensemble: many runs of a scenario that differ in their random numbers, and in the varied keys.
@@ -57,9 +57,10 @@ def ensemble(
     and can be continued.
 
     Args:
-        scenario: the scenario, with or without an [ensemble] section.
+        scenario: the scenario, with or without an [ensemble] section, or its file or name.
         runs: number of runs; by default that of the section, or 1000.
         directory: directory of the ensemble; by default the runs are kept only in memory.
+        overrides: settings "key=value", as for `load_scenario`.
         resume: whether an ensemble in the directory is continued, or extended to more runs.
         overwrite: whether an ensemble in the directory is replaced.
         threads: number of runs computed at a time on this machine: threads, or processes for runs with a filter; by
@@ -70,7 +71,7 @@ def ensemble(
         until_decided: whether the number of runs is doubled, at most four times, until each requirement is met or not
             met. The repeated tests share the probability of error of 5 %.
         times: times since the start for further lines of the tables, s; they become epochs.
-        progress: called with the progress.
+        progress: called with runs done, rate and time left in words, and the fraction done; True shows a bar.
         say: called with remarks, such as a damaged file whose runs are computed again.
 
     Returns:
@@ -84,6 +85,7 @@ def ensemble(
     Warns:
         SinssimWarning: a leg of the flight is beyond the limits of the aircraft; once, not for each run.
     """
+    scenario = as_scenario(scenario, overrides)
     section = scenario.ensemble or EnsembleSection()
     count = _whole("runs", section.runs if runs is None else runs, MOST_RUNS)
     _check_workers(threads, workers, scheduler)
@@ -94,9 +96,9 @@ def ensemble(
     wanted = parse_requirements(require)
     if until_decided and not wanted:
         raise InputError("until_decided (--until-decided) needs a requirement: give one with require (--require).")
-    report, tell = progress or (lambda text, fraction: None), say or (lambda text: None)
-    report("Flying", 0.0)
-    with _spare(scenario, count, threads, later=resume or workers is not None or scheduler is not None) as spare:
+    tell, later = say or (lambda text: None), resume or workers is not None or scheduler is not None
+    with shown(progress) as report, _spare(scenario, count, threads, later=later) as spare:
+        report("Flying", 0.0)
         how = _How(TruthCache(), spare, threads, workers, scheduler, tuple(float(time) for time in times))
         kept = kept_epochs(Path(directory)) if resume and directory is not None else None
         warn_of_limits(scenario)

@@ -16,7 +16,7 @@ from sinssim.errors import InputError, SinssimError
 from sinssim.estimation import ErrorModel, Estimate
 from sinssim.estimation.estimate import estimate
 from sinssim.estimation.from_scenario.along_the_way import with_declination
-from sinssim.estimation.from_scenario.diagnosis import Progress, diagnosed
+from sinssim.estimation.from_scenario.diagnosis import diagnosed
 from sinssim.estimation.from_scenario.filter_model import filter_model
 from sinssim.estimation.from_scenario.filter_states import inertial_sigma
 from sinssim.estimation.from_scenario.memory import ROWS
@@ -24,6 +24,7 @@ from sinssim.estimation.from_scenario.redundant_set import noise_of_combination
 from sinssim.estimation.from_scenario.true_parameters import InertialParameters
 from sinssim.estimation.from_scenario.truth_comparison import Aided, compare_with_truth
 from sinssim.estimation.initial_alignment.start import Start, at_rest, by_course, in_motion
+from sinssim.progress import Progress
 from sinssim.sensors.aiding.base.sensor import AidingReadings, Vehicle
 from sinssim.sensors.aiding.land_vehicle import LandVehicleSection
 from sinssim.sensors.from_readings.vibration import AddedNoise, vibration, vibration_noise

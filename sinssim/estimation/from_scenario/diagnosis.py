@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import time
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import replace
 from typing import Any
 
@@ -19,6 +19,7 @@ from sinssim.estimation.explanation import Diagnosis
 from sinssim.estimation.initial_alignment.start import Start
 from sinssim.estimation.model import ErrorModel
 from sinssim.estimation.result import Estimate, Innovations
+from sinssim.progress import Progress
 
 _FIRST_S = 300.0
 """Shortest time that is looked at. It is doubled until the innovations within it speak against the filter, so that a
@@ -29,9 +30,6 @@ _SAMPLES, _MOST, _FEWEST = 3_000_000, 70, 30
 in any case, more than any model has needed; and runs that are allowed however long the time is: those of the states,
 of the start and of the measurement noise, the most likely causes, which come first. The search for inertial noise, with
 six decades for each sensor, is then cut."""
-
-Progress = Callable[[str, float], None]
-"""Called with what is tried and the fraction of the most runs, 0…1."""
 
 
 def diagnosed(

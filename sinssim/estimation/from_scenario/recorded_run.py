@@ -12,7 +12,6 @@ from sinssim.data import Array, ImuData, Measurements, NavSolution
 from sinssim.errors import InputError
 from sinssim.estimation import ErrorModel, Estimate, Smoothed
 from sinssim.estimation.from_scenario.aided_run import coarse_alignment, filtered
-from sinssim.estimation.from_scenario.diagnosis import Progress
 from sinssim.estimation.from_scenario.filter_model import filter_model
 from sinssim.estimation.from_scenario.filter_states import with_states
 from sinssim.estimation.from_scenario.memory import ROWS
@@ -23,6 +22,7 @@ from sinssim.estimation.initial_alignment.start import Start
 from sinssim.logs.load import RecordedLog, load_log
 from sinssim.logs.reference import Reference
 from sinssim.logs.reference_motion import ReferenceMotion
+from sinssim.progress import Progress
 from sinssim.scenario.excitation import Excitation
 from sinssim.scenario.sections.filter import InitialSigmaSection
 from sinssim.sensors.aiding.base.sensor import AidingReadings, AidingSensor, Vehicle

@@ -7,6 +7,8 @@ from pathlib import Path
 from typing import overload
 
 from sinssim.errors import InputError
+from sinssim.progress import Progress
+from sinssim.scenario.load import Overrides
 from sinssim.studies.compare import LIMIT_MINUTES
 from sinssim.studies.compare import compare as compare_algorithms
 from sinssim.studies.results import StudyResult
@@ -16,14 +18,13 @@ from sinssim.trades.result import TradeResult
 from sinssim.trades.running.run import trade
 from sinssim.trades.schema import TradeStudy
 
-Progress = Callable[[str, float], None]
 Say = Callable[[str], None]
 
 
 @overload
 def compare(
     study: TradeStudy, directory: Path | str | None = None, *, resume: bool = False, overwrite: bool = False,
-    limit_minutes: float = LIMIT_MINUTES, threads: int | None = None, progress: Progress | None = None,
+    limit_minutes: float = LIMIT_MINUTES, threads: int | None = None, progress: Progress | bool | None = None,
     say: Say | None = None,
 ) -> TradeResult: ...  # fmt: skip
 
@@ -31,15 +32,16 @@ def compare(
 @overload
 def compare(
     study: Study, directory: Path | str | None = None, *, resume: bool = False, overwrite: bool = False,
-    limit_minutes: float = LIMIT_MINUTES, threads: int | None = None, progress: Progress | None = None,
+    limit_minutes: float = LIMIT_MINUTES, threads: int | None = None, progress: Progress | bool | None = None,
     say: Say | None = None,
 ) -> StudyResult: ...  # fmt: skip
 
 
 @overload
 def compare(
-    study: str | Path, directory: Path | str | None = None, *, resume: bool = False, overwrite: bool = False,
-    limit_minutes: float = LIMIT_MINUTES, threads: int | None = None, progress: Progress | None = None,
+    study: str | Path, directory: Path | str | None = None, *, overrides: Overrides = (), resume: bool = False,
+    overwrite: bool = False,
+    limit_minutes: float = LIMIT_MINUTES, threads: int | None = None, progress: Progress | bool | None = None,
     say: Say | None = None,
 ) -> TradeResult | StudyResult: ...  # fmt: skip
 
@@ -48,11 +50,12 @@ def compare(
     study: str | Path | Study | TradeStudy,
     directory: Path | str | None = None,
     *,
+    overrides: Overrides = (),
     resume: bool = False,
     overwrite: bool = False,
     limit_minutes: float = LIMIT_MINUTES,
     threads: int | None = None,
-    progress: Progress | None = None,
+    progress: Progress | bool | None = None,
     say: Say | None = None,
 ) -> TradeResult | StudyResult:
     """Run a study: a comparison of algorithms, or a trade study over a scenario's keys.
@@ -60,11 +63,12 @@ def compare(
     Args:
         study: the study, its file, or a name from `sinssim list studies`.
         directory: directory to write; by default nothing is written.
+        overrides: settings "key=value" of a study's file, such as "axes.1.values=[1.0, 2.0]".
         resume: whether a trade study in the directory is continued, or extended by further values of its axes.
         overwrite: whether a study in the directory is replaced.
         limit_minutes: expected duration above which the study is refused.
         threads: number of runs of a trade study's ensembles computed at a time; by default the number of cores.
-        progress: called with the progress.
+        progress: called with a description of the current work and the fraction done; True shows a bar.
         say: called with remarks, such as the expected duration.
 
     Returns:
@@ -74,7 +78,9 @@ def compare(
         InputError: the study or the directory cannot be used, or the study would take too long.
         RunError: a flight cannot be flown, every cell failed, or the results cannot be written.
     """
-    plan = load_any_study(study) if isinstance(study, str | Path) else study
+    if overrides and not isinstance(study, str | Path):
+        raise InputError("overrides change the file of a study; this study is loaded already.")
+    plan = load_any_study(study, overrides) if isinstance(study, str | Path) else study
     if isinstance(plan, TradeStudy):
         return trade(
             plan, directory, resume=resume, overwrite=overwrite, limit_minutes=limit_minutes, threads=threads,

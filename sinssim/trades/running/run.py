@@ -11,6 +11,7 @@ from pathlib import Path
 from sinssim.ensembles.running.run import stored_runs
 from sinssim.ensembles.truth import TruthCache, truth_key
 from sinssim.errors import InputError, RunError, SinssimError
+from sinssim.progress import Progress, shown
 from sinssim.scenario.duration import check_times, expected_duration
 from sinssim.scenario.planned.warning import warn_of_limits
 from sinssim.scenario.sections.ensemble import EnsembleSection
@@ -19,7 +20,7 @@ from sinssim.trades.cells import Cell, cells_of, digest_of
 from sinssim.trades.measure import CellNumbers, of_budget, of_ensemble
 from sinssim.trades.result import CellResult, TradeResult
 from sinssim.trades.running.directory import TradeDirectory
-from sinssim.trades.running.watch import Progress, TooLongError, Watch
+from sinssim.trades.running.watch import TooLongError, Watch
 from sinssim.trades.schema import TradeStudy
 
 Say = Callable[[str], None]
@@ -37,7 +38,7 @@ def trade(
     overwrite: bool = False,
     limit_minutes: float = LIMIT_MINUTES,
     threads: int | None = None,
-    progress: Progress | None = None,
+    progress: Progress | bool | None = None,
     say: Say | None = None,
 ) -> TradeResult:
     """Compute every cell of a trade study, and write its report.
@@ -53,7 +54,7 @@ def trade(
         overwrite: whether a study in the directory is replaced.
         limit_minutes: expected duration above which the study is refused.
         threads: number of runs of an ensemble computed at a time; by default the number of the machine's cores.
-        progress: called with the progress.
+        progress: called with cells done and time left in words, and the fraction done; True shows a bar.
         say: called with remarks, such as the expected duration or a damaged file.
 
     Returns:
@@ -72,8 +73,8 @@ def trade(
         raise InputError("resume and overwrite exclude each other: continue the study, or replace it.")
     cells = cells_of(study)
     speak = say or (lambda text: None)
-    report = progress or (lambda text, fraction: None)
     with contextlib.ExitStack() as stack:
+        report = stack.enter_context(shown(progress))
         place = stack.enter_context(Draft()).path / "study" if directory is None else Path(directory)
         folder = TradeDirectory(place, study, resume=resume, overwrite=overwrite)
         stack.callback(folder.close)

@@ -8,9 +8,7 @@ from collections.abc import Callable
 
 from sinssim.ensembles.running.run import duration_text
 from sinssim.errors import InputError
-
-Progress = Callable[[str, float], None]
-"""Called with cells done and time left in words, and the fraction done."""
+from sinssim.progress import Progress
 
 LONG_SECONDS = 30.0
 """Expected duration above which a study is announced."""
@@ -35,7 +33,7 @@ class Watch:
             what: what is computed, in words: "24 ensembles of 200 runs".
             cells: number of cells to be computed.
             limit_minutes: expected duration above which the study is refused.
-            report: called with the progress.
+            report: called with cells done and time left in words, and the fraction done.
             say: called with the expected duration, if it is long.
         """
         self._name, self._what, self._cells, self._limit = name, what, cells, limit_minutes
