@@ -186,6 +186,6 @@ def test_a_nominal_heading_that_is_trusted_is_kept() -> None:
 
 
 def test_progress_of_a_calibration() -> None:
-    told: list[float] = []
-    calibrate(scenario("separate", "six-positions", dwell_s=5.0), progress=told.append)
-    assert told == [0.0, 0.5, 1.0]
+    told: list[tuple[str, float]] = []
+    calibrate(scenario("separate", "six-positions", dwell_s=5.0), progress=lambda *what: told.append(what))
+    assert told == [("Calibrating", 0.0), ("Calibrating", 0.5), ("Calibrating", 1.0)]

@@ -95,7 +95,7 @@ def install(count: int, replace=setattr) -> FakeTrajectory:
     replace(
         sinssim.strapdown.measured_attitude,
         "navigate",
-        lambda imu, initial, *, algorithm, **_: fake.solutions[algorithm],
+        lambda imu, initial, of, **_: fake.solutions[of.algorithm],
     )
     return fake
 

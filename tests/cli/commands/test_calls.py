@@ -29,7 +29,7 @@ def test_run(sinssim: Sinssim, put: Put) -> None:
     shown, opened = put("recording.tables.run.show"), put("recording.rerun.viewer.open_viewer")
     assert sinssim("run", "parked") == report("runs/parked") + view("runs/parked")
     plan, place = ran.args
-    assert (plan.name, place, ran.options) == ("parked", Path("runs/parked"), {"overwrite": False, "progress": None})
+    assert (plan.name, place, ran.options) == ("parked", Path("runs/parked"), {"overwrite": False, "progress": False})
     assert shown.args[:2] == (plan, SUMMARY)
     assert shown.args[2].width >= 120
     assert sinssim("run", "parked", "-o", "a/b", "--keep", "summary") == "Summary: a/b/summary.json\n"
@@ -99,10 +99,10 @@ def test_allan(sinssim: Sinssim, put: Put) -> None:
     options = ("--channel", "gyro", "--channel", "p=hPa", "--from", 3, "--to", 70, "--correlation-time", 40,
                "--columns", "c.toml", "--plot", "p.svg", "--record", "r.rrd")  # fmt: skip
     assert sinssim("allan", "log.csv", *options, "--imu") == "[imu]\n"
+    assert callable(reported.options.pop("progress"))
     assert (reported.args, reported.options) == (
         (Path("log.csv"),),
-        {"columns": Path("c.toml"), "channels": ("gyro", "p=hPa"), "start": 3.0, "end": 70.0, "correlation_time": 40.0,
-         "progress": None},
+        {"columns": Path("c.toml"), "channels": ("gyro", "p=hPa"), "start": 3.0, "end": 70.0, "correlation_time": 40.0},
     )  # fmt: skip
     assert (saved.args, recorded.args) == (("figure", Path("p.svg")), (Path("r.rrd"), found))
     assert json.loads(sinssim("allan", "log.csv", "--json")) == SUMMARY
@@ -117,7 +117,7 @@ def test_budget(sinssim: Sinssim, put: Put) -> None:
     numbers, shown = put("recording.store.budget.to_json", SUMMARY), put("recording.tables.budget.show")
     assert sinssim("budget", "parked") == report("place") + view("place")
     plan = found.args[0]
-    assert found.options == {"times": (), "require": (), "solution": None, "progress": None}
+    assert found.options == {"times": (), "require": (), "solution": None, "progress": False}
     assert wrote.args == ("result", ("answer",), Path("runs/parked-budget"))
     assert wrote.options == {"times": (), "overwrite": False}
     assert shown.args[:2] == ("result", ("answer",))
@@ -148,7 +148,7 @@ def test_calibrate(sinssim: Sinssim, put: Put) -> None:
         "Report:       place/report.html    (in any browser)\n"
         'Compensation: place/compensation.toml    ([compensation] with file = "…")\n'
     )
-    assert (found.args[0].name, found.options) == ("calibration_table", {"method": None, "progress": None})
+    assert (found.args[0].name, found.options) == ("calibration_table", {"method": None, "progress": False})
     assert (wrote.args, wrote.options) == (("result", Path("runs/calibration_table-calibration")), {"overwrite": False})
     assert shown.args[0] == "result"
     more = ("--method", "systematic", "-o", "d", "--overwrite", "--json")
@@ -164,7 +164,7 @@ def test_compare(sinssim: Sinssim, put: Put, tmp_path: Path) -> None:
     options = dict(compared.options)
     options.pop("say")
     assert (plan.name, place) == ("coning", Path("runs/coning"))
-    assert options == {"resume": False, "overwrite": False, "limit_minutes": 30.0, "threads": None, "progress": None}
+    assert options == {"resume": False, "overwrite": False, "limit_minutes": 30.0, "threads": None, "progress": False}
     assert shown.args[0] == "result"
     (tmp_path / "d").mkdir()
     (tmp_path / "d/recording.rrd").touch()
@@ -210,7 +210,7 @@ def test_ensemble(sinssim: Sinssim, put: Put) -> None:
     assert (plan.name, runs, place) == ("parked", None, Path("runs/parked-ensemble"))
     assert options == {
         "resume": False, "overwrite": False, "threads": None, "workers": None, "scheduler": None, "require": (),
-        "until_decided": False, "times": (), "progress": None,
+        "until_decided": False, "times": (), "progress": False,
     }  # fmt: skip
     assert (shown.args[0], shown.args[3]) == ("result", "sinssim")
     more = ("-n", 12, "-o", "d", "--resume", "--overwrite", "--threads", 3, "--workers", 4, "--scheduler", "tcp://x",

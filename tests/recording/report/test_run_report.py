@@ -368,10 +368,10 @@ def test_an_algorithm_without_a_solution_leaves_the_others_theirs(tmp_path, monk
     fake = fake_run.install(300, monkeypatch.setattr)
     fake.solutions["poisson"].velocity_ned[150:] = 1e200  # finite, its square is not
 
-    def navigate(imu, initial, *, algorithm, **_):
-        if algorithm == "quaternion":
+    def navigate(imu, initial, of, **_):
+        if of.algorithm == "quaternion":
             raise RunError("the attitude ran away at t = 1.25 s.", time=1.25)
-        return fake.solutions[algorithm]
+        return fake.solutions[of.algorithm]
 
     monkeypatch.setattr("sinssim.strapdown.measured_attitude.navigate", navigate)
     result = run(fake_run.scenario(), tmp_path / "run")
@@ -403,8 +403,8 @@ def test_an_algorithm_without_a_solution_leaves_the_others_theirs(tmp_path, monk
 def test_no_solution_at_all_is_a_failure_of_the_run(tmp_path, monkeypatch):
     fake_run.install(300, monkeypatch.setattr)
 
-    def navigate(*_, algorithm, **__):
-        raise RunError(f"{algorithm} met the pole.", time=1.0)
+    def navigate(imu, initial, of, **_):
+        raise RunError(f"{of.algorithm} met the pole.", time=1.0)
 
     monkeypatch.setattr("sinssim.strapdown.measured_attitude.navigate", navigate)
     with pytest.raises(RunError, match="quaternion met the pole"):
