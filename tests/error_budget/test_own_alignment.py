@@ -9,6 +9,8 @@ import pytest
 
 import sinssim
 from sinssim.data import Array
+from sinssim.earth import radii
+from sinssim.earth.models import ELLIPSOIDS
 from sinssim.ensembles.execute import errors_of_runs
 from sinssim.ensembles.plan import make_plan
 from sinssim.ensembles.truth import TruthCache
@@ -98,3 +100,30 @@ def test_the_tilt_cancels_the_bias_that_made_it(tables: dict[str, Any]) -> None:
     after = aligned.time[-1] - aligned.time[0]
     alone = told.sigma()[np.searchsorted(told.time, after), :2]
     assert np.all(aligned.sigma()[-1, :2] < 0.01 * alone)
+
+
+def test_the_start_depends_on_the_given_latitude_by_its_derivative(monkeypatch: pytest.MonkeyPatch) -> None:
+    """A start whose velocity grows by 3, −5 and 7 m/s per radian: over a meridian of 6.38e6 m, 1e-6 m/s per metre."""
+    from types import SimpleNamespace
+
+    from sinssim.error_budget import own_alignment
+
+    slope, turn = np.array([3.0, -5.0, 7.0]), 0.2
+    q = np.array([1.0, 0.0, 0.0, 0.0])
+
+    def aligned(*_: Any) -> Any:
+        step = _[-1]
+        half = 0.5 * turn * step
+        return SimpleNamespace(velocity_ned=0.5 + slope * step, q_nb=np.array([np.cos(half), 0.0, 0.0, np.sin(half)]))
+
+    monkeypatch.setattr(own_alignment, "_aligned", aligned)
+    curve = SimpleNamespace(ellipsoid=ELLIPSOIDS["wgs84"])
+    state = SimpleNamespace(q_nb=np.array([q, q]))
+    motion: Any = SimpleNamespace(state=state, trajectory=curve)
+    place = SimpleNamespace(latitude=np.array([0.7]), height=np.array([500.0]))
+    monkeypatch.setattr(own_alignment, "rows_of", lambda *_: place)
+    session: Any = SimpleNamespace(motion=motion, last=np.zeros((3, 17 - 9)))
+    found = own_alignment._end(SimpleNamespace(), motion, session, 1, 9)  # type: ignore[arg-type]
+    meridian = float(radii(np.array([0.7]), ELLIPSOIDS["wgs84"])[0][0]) + 500.0
+    np.testing.assert_allclose(found[3:6, 0], slope / meridian, rtol=1e-6)
+    np.testing.assert_allclose(found[6:9, 0], [0.0, 0.0, -turn / meridian], rtol=1e-6, atol=1e-18)

@@ -44,3 +44,16 @@ def test_known_names_need_no_list_of_packages() -> None:
     _of_packages.cache_clear()
     load_scenario("aided_airliner", ["imu.grade=adis16475-1"])
     assert _of_packages.cache_info().misses == 0
+
+
+def test_the_first_of_two_files_of_a_name_counts(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, caplog: pytest.LogCaptureFixture
+) -> None:
+    files = []
+    for place in ("early", "late"):
+        (tmp_path / place / "algorithms").mkdir(parents=True)
+        files.append(tmp_path / place / "algorithms" / "mine.py")
+        files[-1].write_text(f'"""Mine, {place}."""\n')
+    monkeypatch.setenv("SINSSIM_CONTENT", f"{tmp_path / 'early'}:{tmp_path / 'late'}")
+    assert offered("algorithms", packages=False)["mine"].file == files[0]
+    assert f"{files[0]} is used, {files[1]} is ignored." in caplog.text

@@ -10,7 +10,9 @@ import pytest
 
 from sinssim.errors import InputError
 from sinssim.inspection.files import inspect
+from sinssim.inspection.layouts.gravity import contains
 from sinssim.inspection.layouts.guess import guess_files
+from sinssim.inspection.layouts.inertial import Layout
 from sinssim.inspection.layouts.sum_sign import relative_sign
 from sinssim.inspection.layouts.text_table import read_table
 from sinssim.logs.files import inertial_stream
@@ -169,3 +171,14 @@ def test_gravity_needs_an_acceleration() -> None:
     ):
         with pytest.raises(ValueError, match=named):
             LogImu.model_validate({"file": "log.csv", **keys})
+
+
+def test_accelerations_that_contain_gravity_lie_along_it_axis_by_axis(tmp_path: Path) -> None:
+    """Along (1, 0, 0) is 9 of a norm of 9; in the wrong order it would be 0.3."""
+    path = tmp_path / "log.csv"
+    rows = [f"{0.1 * k:.1f},9.0,0.2,0.3,9.8,0.0,0.0" for k in range(30)]
+    path.write_text("t_s,acc_x,acc_y,acc_z,gravity_x,gravity_y,gravity_z\n" + "\n".join(rows) + "\n")
+    table = read_table(path)
+    gravity = (table, Layout("rates", 0, "s", None, (4, 5, 6), "rad/s", "m/s^2", True))
+    assert contains(table, (1, 2, 3), gravity)
+    assert not contains(table, (3, 2, 1), gravity)

@@ -168,6 +168,17 @@ def test_what_is_missing(judge: Judge, tmp_path: Path) -> None:
     assert score.sigma is None
 
 
+def test_one_row_within_the_run_is_too_few(judge: Judge, tmp_path: Path) -> None:
+    latitude, longitude, *_ = solution()
+    points = "".join(
+        f'<trkpt lat="{latitude[k]}" lon="{longitude[k]}"><time>{stamp}</time></trkpt>'
+        for k, stamp in enumerate(("2017-01-01T23:59:59.25Z", "2017-01-02T05:00:00Z"))
+    )
+    (tmp_path / "one.gpx").write_text(f"<gpx><trk><trkseg>{points}</trkseg></trk></gpx>")
+    with pytest.raises(InputError, match=r"one\.gpx has 1 rows within the run, .*; 2 are needed"):
+        judge.score(tmp_path / "one.gpx")
+
+
 @pytest.mark.parametrize(
     ("zero", "said"),
     [

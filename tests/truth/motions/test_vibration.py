@@ -207,3 +207,10 @@ def test_bad_input() -> None:
         band_noise("yaw", 1.0, 2.0, 1.0, 0)
     with pytest.raises(InputError, match="Known: down"):
         band_noise("up", 1.0, 1.0, 2.0, 0)
+
+
+def test_the_phases_of_noise_are_those_of_a_whole_turn() -> None:
+    """4000 phases: a quarter of them in each quadrant, within 4σ."""
+    phases = np.array([tone.phase for tone in band_noise("roll", 1e-3, 5.0, 50.0, seed=3, count=4000)])
+    quarters = np.bincount((phases // (0.5 * np.pi)).astype(int), minlength=4)
+    np.testing.assert_allclose(quarters, 1000.0, rtol=0, atol=4.0 * np.sqrt(4000 * 0.25 * 0.75))

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from itertools import pairwise
 from pathlib import Path
 from typing import Any
@@ -158,3 +159,19 @@ def test_labels_do_not_overlap(tmp_path: Path, axes: tuple[dict[str, Any], ...])
             boxes = [tick.get_window_extent(renderer) for tick in panel.get_xticklabels() if tick.get_text()]
             turned = any(tick.get_rotation() for tick in panel.get_xticklabels())
             assert turned or all(a.x1 < b.x0 for a, b in pairwise(boxes)), one.name
+
+
+def test_growth_ends_with_the_longest_run(tmp_path: Path) -> None:
+    """Cells of 60, 300 and 7200 s: minutes, to the end of the longest."""
+    whole = made(tmp_path, NUMBERS)
+    ends = (60.0, 300.0, 7200.0)
+    cells = []
+    for one, end in zip(whole.cells, ends, strict=True):
+        assert one.numbers is not None
+        cells.append(replace(one, numbers=replace(one.numbers, time=np.array([0.0, 0.5 * end, end]))))
+    figure = growth_figure(replace(whole, cells=tuple(cells)))
+    assert figure is not None
+    (panel,) = figure.axes
+    assert panel.get_xlabel() == "time [min]"
+    assert panel.get_xlim() == (0.0, 120.0)
+    assert [line.get_xdata()[-1] for line in panel.lines] == pytest.approx([1.0, 5.0, 120.0])
