@@ -47,7 +47,6 @@ _WORDS = {
 }
 _NO_HEIGHT = re.compile(r"wave|geoid|undul|separ|baro|press|relat", re.IGNORECASE)
 _UNCERTAIN = re.compile(r"acc|std|sigma|accuracy|err|(?:^|[\W_])sd|var|cov|dop", re.IGNORECASE)
-_RAW = {"1e-7 deg": 1.8e9}
 _R = 6.371e6  # m; roles are judged by ratios of 10 %
 _ALIKE = 0.9
 """Least correlation of a velocity with the differences of the positions."""

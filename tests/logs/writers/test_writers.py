@@ -239,6 +239,19 @@ def test_geojson_is_cut_at_the_antimeridian(run: RecordedRun, truth: SolutionStr
     assert [len(f["properties"]["coordTimes"]) for f in features] == list(map(len, lines))
 
 
+def test_geojson_is_not_cut_beside_a_pole(run: RecordedRun, place: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """A step past a pole changes the longitude by up to 180°; only a larger one crosses the antimeridian."""
+    from sinssim.logs.writers.maps import geojson
+    from sinssim.logs.writers.maps.path_points import Points
+
+    longitude = np.array([10.0, 150.0, 170.0, -170.0])
+    points = Points(np.full(4, 89.9), longitude, np.full(4, 7.0), ["a", "b", "c", "d"], 4)
+    monkeypatch.setattr(geojson, "path_points", lambda content: points)
+    made(run, "geojson", place)
+    lines = [f["geometry"]["coordinates"] for f in json.loads(place.read_text())["features"]]
+    assert lines == [[[10.0, 89.9, 7.0], [150.0, 89.9, 7.0], [170.0, 89.9, 7.0]], [[-170.0, 89.9, 7.0]] * 2]
+
+
 def test_sbet(run: RecordedRun, truth: SolutionStream, place: Path) -> None:
     made(run, "sbet", place)
     rows = np.frombuffer(place.read_bytes(), dtype="<f8").reshape(-1, 17)
