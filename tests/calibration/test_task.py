@@ -170,10 +170,10 @@ def test_coarse_biases_and_levelling() -> None:
     assert (Rotation.from_quat(q, scalar_first=True) * tilted.inv()).magnitude() < 1e-5  # gravity is 8e-6 rad off down
 
 
-def result(method: str = "separate", scale: float = 1.0) -> CalibrationResult:
+def result(method: str = "separate", scale: float = 1.0, arms: bool = False) -> CalibrationResult:
     """Values 1, 2, 3 … and 1σ 0.1, 0.2 … in the units of each parameter; the last one is not observable."""
     described = scenario(method, "six-positions", imu={"gyro_asymmetry_sigma_ppm": 30.0, "accel_delay_ms": 2.0})
-    known = parameters(described.imu, method)
+    known = parameters(described.imu, method, arms=arms)
     unit, number = np.array([one.unit[1] for one in known]), np.arange(1.0, len(known) + 1.0)
     seen = number < len(known)
     solution = Solution(
@@ -291,3 +291,12 @@ def test_residuals_are_mean_readings_less_the_ideal_ones() -> None:
         assert size < 1e-3 * G0
         np.testing.assert_allclose(values, expected, rtol=0, atol=1e-3 * size)
     assert np.sum(found.estimate.normalised**2) == pytest.approx(found.estimate.solution.chi_square, rel=1e-3)
+
+
+def test_the_compensation_file_gives_the_arm_of_each_accelerometer_in_a_row() -> None:
+    """The systematic method's arms, each other: accelerometer x is first, its forward, right and down place."""
+    one = result("systematic", arms=True)
+    arms = errors_of(one.parameters, one.estimate.values).arms
+    assert len(np.unique(arms)) > 3
+    rows = tomllib.loads(compensation_text(one))["compensation"]["accel_arms_mm"]
+    np.testing.assert_allclose(rows, 1e3 * arms, rtol=1e-6)

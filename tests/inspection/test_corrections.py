@@ -5,6 +5,7 @@ from __future__ import annotations
 import os
 from collections.abc import Callable
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import pytest
@@ -179,3 +180,17 @@ def test_gaps_are_bridged_or_left_out() -> None:
     bridge, span = bridges(np.delete(short, slice(5000, 6500)), 0.1)
     assert bridge == pytest.approx(2.3, abs=0.1)  # within the longest part
     assert span == (0.0, pytest.approx(52.3, abs=0.02))
+
+
+def test_a_drift_of_the_clock_adds_to_the_one_that_is_described() -> None:
+    """30 ppm are described and 20 ppm more are seen: 50.0006 ppm, to a tenth."""
+    from types import SimpleNamespace
+
+    from sinssim.inspection.corrections import _of_clocks
+
+    log: Any = SimpleNamespace(imu=SimpleNamespace(clock_drift_ppm=30.0, time_offset_s=0.0), gnss=None)
+    seen: Any = SimpleNamespace(offset=None, inertial=None, drift=2e-5, velocity_delay=None, findings=())
+    clocks: Any = (SimpleNamespace(origin_gps_s=None), None)
+    assert [(key, value) for key, value, _ in _of_clocks(seen, log, clocks)] == [
+        (("log", "imu", "clock_drift_ppm"), 50.0)
+    ]

@@ -242,3 +242,14 @@ def test_more_samples_than_memory(monkeypatch: pytest.MonkeyPatch) -> None:
     with pytest.raises(InputError, match=r"rate_hz = 1000 makes 1e\+05 samples .* Use at most 46.5\."):
         check_times(sensed({"rate_hz": 1000.0}))
     check_times(sensed({"rate_hz": 46.5}))
+
+
+def test_a_part_of_a_log_lasts_from_its_beginning_to_its_end() -> None:
+    from types import SimpleNamespace
+
+    from sinssim.scenario.duration import expected_duration
+
+    nothing: dict[str, Any] = dict.fromkeys(("flight", "track", "drive", "voyage"))
+    for begin, lasts in ((None, 90.0), (25.5, 64.5)):
+        log = SimpleNamespace(from_s=begin, to_s=90.0)
+        assert expected_duration(SimpleNamespace(**nothing, log=log)) == lasts  # type: ignore[arg-type]

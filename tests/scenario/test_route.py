@@ -59,6 +59,13 @@ def test_a_flights_start_and_waypoints() -> None:
     with pytest.raises(InputError, match="at the start"):
         check_route(planned(**flight(40.0 + 200.0 * METRE, hold)))
     check_route(planned(**flight(40.0 + 300.0 * METRE, hold)))
+    # 123.5 m/s through the air are 73.5 m/s against the wind at the least: 147 m instead of 247 m
+    windy = flight(40.0 + 200.0 * METRE, hold)
+    windy["flight"]["wind"] = {"from_deg": 270.0, "speed_mps": 50.0}
+    check_route(planned(**windy))
+    windy["flight"]["start"]["latitude_deg"] = 40.0 + 140.0 * METRE
+    with pytest.raises(InputError, match=r"with 73\.4\d? m/s .* at the start"):
+        check_route(planned(**windy))
     there = {"type": "waypoint", "latitude_deg": 40.0, "longitude_deg": 0.0, "capture_radius_m": 200.0}
     with pytest.raises(InputError, match=r"200 m from there or less at the end of leg 1, a waypoint"):
         check_route(planned(**flight(39.5, there)))

@@ -207,3 +207,16 @@ def test_numbers_that_diverge() -> None:
     q = inertial_attitude(trajectory.state(imu.time), imu.time)
     with pytest.raises(RunError, match="height diverged"):
         navigate_by_attitude(imu.time, imu.dvel * 1e306, q, trajectory.state(0.0))
+
+
+def test_inertial_axes_are_the_earths_at_time_zero_and_not_at_the_first_sample() -> None:
+    """A parked vehicle from 5000 s on: the place stays, and the attitude is the true one, not 0.36 rad off."""
+    t = 5000.0 + np.arange(201) / 10.0
+    parked = Parked(0.9, 0.3, 200.0, (np.cos(0.3), 0.0, 0.0, np.sin(0.3)), 6000.0)
+    truth = parked.state(t)
+    measured = inertial_attitude(truth, t, parked.ellipsoid)
+    imu = parked.increments(10.0)
+    solution = navigate_by_attitude(t, imu.dvel[50_000:50_200], measured, parked.state(5000.0))
+    error = navigation_error(truth, solution, parked.ellipsoid)
+    assert error.angle.max() < 1e-8
+    assert error.horizontal.max() < 1e-3

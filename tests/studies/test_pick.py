@@ -48,8 +48,13 @@ def test_the_cheapest_that_is_accurate_enough_everywhere() -> None:
     rows = both("quaternion", (1e-6, 1e-6), (1e-6, 1e-6)) + both("euler", (MILE - 1.0, 1.0), (1.0, 17.9))
     (pick,) = picked(rows + both("poisson-1", (1.0, 1.0), (1.0, 18.1)))
     assert pick.choice == "euler"
-    assert pick.numbers["us_per_second"] == pytest.approx(80.0 * 50.0 / 1e3)
-    assert pick.numbers["accurate_enough"] == 2
+    assert pick.numbers == pytest.approx(
+        {
+            "max_horizontal_error_m": MILE - 1.0, "attitude_drift_arcsec_h": 17.9, "us_per_second": 4.0,
+            "candidates": 3.0, "accurate_enough": 2.0, "best_max_horizontal_error_m": 1e-6,
+            "best_attitude_drift_arcsec_h": 1e-6, "best_us_per_second": 5.0,
+        }
+    )  # fmt: skip
     assert "2 of 3 stay below 0.1 nmi/h and 0.3′/h" in pick.reason
     assert "184 m and 17.9 ″/h at most, 4.00 µs" in pick.reason
     assert "Cheaper, but in error by 18.1 ″/h on b: poisson-1." in pick.reason

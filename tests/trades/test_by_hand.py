@@ -211,10 +211,10 @@ def test_the_file_of_numbers(tmp_path: Path) -> None:
 
 def test_the_command_of_a_cell(tmp_path: Path) -> None:
     """Runs, fixed and varied keys, times that no requirement has, requirements."""
-    asked = {"times_s": (30.0, 40.5), "require": ("r95(40.5 s) <= 1 km",), "axes": (UNITS, RISING)}
+    asked = {"times_s": (30.1234567, 40.5), "require": ("r95(40.5 s) <= 1 km",), "axes": (UNITS, RISING)}
     runs = study(tmp_path, cell="ensemble", runs=70, set=("seed=9",), **asked)
     varied = ["--set", f'{GRADE}="laser-standard"', "--set", f"{BIAS}=0.01"]
-    ends = ["--at", "30", "--require", "r95(40.5 s) <= 1 km"]
+    ends = ["--at", "30.1234567", "--require", "r95(40.5 s) <= 1 km"]
     line = shlex.split(command_of(runs, cells_of(runs)[4], "python -m sinssim"))
     assert line == ["python -m sinssim", "ensemble", runs.scenario, "--runs", "70", "--set", "seed=9", *varied, *ends]
     plain = study(tmp_path, inertial=True, **asked)

@@ -149,3 +149,20 @@ def test_markdown(tmp_path: Path) -> None:
 @pytest.mark.parametrize(("runs", "said"), [(7, 7), (98, 98), (137, 140), (1234, 1200), (98_765, 99_000)])
 def test_further_runs_have_two_digits(runs: int, said: int) -> None:
     assert _rounded(runs) == said
+
+
+def test_one_requirement_that_is_not_met_decides_for_all(tmp_path: Path) -> None:
+    """Not met before undecided, undecided before met."""
+    texts = ("r95(end) <= 35 m", "cep(end) <= 5 m")
+    plan = study(tmp_path, require=texts)
+    words: list[tuple[Word, Word]] = [
+        ("met", "met"), ("met", "undecided"), ("undecided", "not met"), ("not met", "undecided"), ("undecided", "met"),
+        ("not met", "met"),
+    ]  # fmt: skip
+    cells = []
+    for cell, two in zip(cells_of(plan), words, strict=True):
+        found = tuple(CellVerdict(t, w, 1.0, 2.0, "m", 60.0, 0) for t, w in zip(texts, two, strict=True))
+        cells.append(CellResult(cell, CellNumbers({}, found, np.zeros(1), np.zeros(1), np.zeros(1)), ""))
+    result = TradeResult(plan, tuple(cells))
+    assert result.verdicts().tolist() == [["met", "undecided", "not met"], ["not met", "undecided", "not met"]]
+    assert result.verdicts(texts[1]).ravel().tolist() == [two[1] for two in words]

@@ -121,7 +121,10 @@ def test_budget(sinssim: Sinssim, put: Put) -> None:
     assert wrote.args == ("result", ("answer",), Path("runs/parked-budget"))
     assert wrote.options == {"times": (), "overwrite": False}
     assert shown.args[:2] == ("result", ("answer",))
+    assert shown.args[3] == ()
     assert plan.name == "parked"
+    assert sinssim("budget", "parked", "--at", 7, "--at", 9) == report("place") + view("place")
+    assert shown.args[3] == [7.0, 9.0]
     options = ("--require", "r95(60 s) <= 2 km", "--free", "gyro_bias, accel_bias", "--at", 7, "--at", 9, "--inertial",
                "--overwrite", "-o", "d", "--json")  # fmt: skip
     assert json.loads(sinssim("budget", "parked", *options)) == SUMMARY

@@ -26,6 +26,10 @@ def test_no_reading_where_tyres_slide() -> None:
     # a block that is turned by 90° measures it along its forward axis
     turned = land_velocity(imu, angles=(0.0, np.pi / 2.0))
     assert len(turned) == 60
+    # 5 m/s² along (−sin ψ, cos ψ), the direction to the right of a vehicle whose block is turned by ψ = 0.5
+    force[1000:2000, :2] = 5.0 * np.array([-np.sin(0.5), np.cos(0.5)])
+    slid = land_velocity(ImuData(time, np.zeros((3000, 3)), force / 100.0), limit=4.9, angles=(0.0, 0.5))
+    assert not ((slid.time > 11.0) & (slid.time < 19.0)).any()
     with pytest.raises(InputError, match=r"sigma has the shape \(3,\)"):
         land_velocity(imu, sigma=(0.1, 0.1, 0.1))
 

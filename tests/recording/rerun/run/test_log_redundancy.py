@@ -5,6 +5,7 @@ from __future__ import annotations
 from typing import Any
 
 import numpy as np
+import pytest
 
 from sinssim.recording.rerun.run import log_redundancy as view
 from sinssim.strapdown.nav_error import NavError
@@ -27,6 +28,15 @@ def test_statistics_thresholds_and_sensors_in_use() -> None:
     used = [[1.0, 2.0, 3.0, 4.0]] * 3 + [[1.0, 2.0, NONE, 4.0]]
     drawn.shows("redundancy/gyro/used", ["1", "2", "3", "4"], at, used)
     drawn.shows("redundancy/accel/used", ["1", "2", "3", "4"], at, [[1.0, 2.0, 3.0, 4.0]] * 4)
+
+
+def test_a_thinned_statistic_keeps_its_peaks(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Two rows for four samples: the larger of each pair, so that an alarm is never hidden."""
+    monkeypatch.setattr(view, "thinned", lambda count: np.array([0, 2]))
+    drawn: Any = Drawn()
+    view.draw_monitoring(drawn, TIME, [GYROS])
+    drawn.shows("redundancy/gyro/statistic", ["sample", "1 s"], TIME[[1, 3]], [[9.0, 5.0], [31.0, 45.0]])
+    drawn.shows("redundancy/gyro/threshold", ["threshold"], TIME[[1, 3]], [[20.0], [20.0]], [PINK])
 
 
 def test_events_of_the_monitoring() -> None:
