@@ -69,6 +69,9 @@ def test_a_flights_start_and_waypoints() -> None:
     there = {"type": "waypoint", "latitude_deg": 40.0, "longitude_deg": 0.0, "capture_radius_m": 200.0}
     with pytest.raises(InputError, match=r"200 m from there or less at the end of leg 1, a waypoint"):
         check_route(planned(**flight(39.5, there)))
+    windy = flight(39.5, there)
+    windy["flight"]["wind"] = {"from_deg": 270.0, "speed_mps": 50.0}
+    check_route(planned(**windy))  # 147 m at 73.5 m/s
     check_route(planned(**flight(39.5, {**there, "capture_radius_m": 500.0})))  # it may or may not come near
 
 

@@ -86,8 +86,12 @@ def test_readings_lie_within_the_stops() -> None:
     assert not standstill(find_stops(idling(30.0, 1, 5.0), rest, ratio=1e-6))[0].time.size
 
 
-def test_the_scatter_of_many_windows_is_that_of_the_mean() -> None:
-    """The median of 1400 differences of white noise is good to 5 %; it is 0.6745 √2 σ."""
-    imu = idling(1400.0, 5)
-    rest = learn_rest(imu, spans=[(0.0, 1400.0)])
-    np.testing.assert_allclose(rest.scatter, np.array([*GYRO, *ACCEL]) / 10.0, rtol=0.12)
+def test_the_scatter_is_that_of_the_means_of_the_windows() -> None:
+    """Offsets that change every second, 1σ of 3e-4 rad/s and 0.02 m/s², without any noise within a second."""
+    rng = np.random.default_rng(5)
+    sigma = np.repeat((3e-4, 0.02), 3)
+    offset = np.repeat(rng.normal(size=(2000, 6)) * sigma, 10, axis=0)
+    time = 0.1 * np.arange(20_001)
+    force = offset[:, 3:] + np.array([0.0, 0.0, -9.8])
+    rest = learn_rest(ImuData(time, 0.1 * offset[:, :3], 0.1 * force), spans=[(0.0, 2000.0)])
+    np.testing.assert_allclose(rest.scatter, sigma, rtol=0.12)  # the median of 2000 is good to 4 %
