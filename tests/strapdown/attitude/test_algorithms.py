@@ -19,6 +19,7 @@ from sinssim.algorithms import REGISTRY
 from sinssim.strapdown import coning_drift
 from sinssim.strapdown.assemble import parts
 from sinssim.strapdown.attitude import rotation_vector
+from sinssim.strapdown.attitude.quaternion_picard import unit_k
 from sinssim.strapdown.increments.interval import BodyTurn, FrameTurn
 from sinssim.strapdown.iteration import windows
 from tests.oracles.s_turn import Flight, STurn
@@ -707,3 +708,9 @@ def test_coefficients_hold_for_equal_intervals_only(algorithm):
             ),
             algorithm=algorithm,
         )
+
+
+def test_the_defect_of_a_quaternion_is_its_distance_from_length_one():
+    """(1.2, 0, 1.6, 0) has the length 2."""
+    assert unit_k(1.2, 0.0, 1.6, 0.0) == pytest.approx((0.6, 0.0, 0.8, 0.0, 1.0), abs=1e-15)
+    assert unit_k(0.3, 0.0, 0.0, -0.4)[4] == pytest.approx(0.5, abs=1e-15)
