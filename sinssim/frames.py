@@ -149,23 +149,6 @@ def frames_that(wanted: Callable[[Frame], bool]) -> list[str]:
     return [name for name, frame in FRAME_REGISTRY.items() if wanted(frame)]
 
 
-def check_curvature(frame: str, curvature: str) -> None:
-    """Raise for other than exact radii of curvature in a frame without radii.
-
-    Args:
-        frame: one of `FRAMES`.
-        curvature: one of `CURVATURES`.
-
-    Raises:
-        InputError: they would have no effect.
-    """
-    if curvature != "exact" and not FRAME_REGISTRY[frame].has_radii:
-        raise InputError(
-            f'curvature = "{curvature}" would have no effect: frame = "{frame}" has no radii of curvature; '
-            f"{listed(frames_that(lambda entry: entry.has_radii))} have them."
-        )
-
-
 def check_correctable(algorithm: str) -> None:
     """Raise for an algorithm that a filter cannot correct between its updates.
 

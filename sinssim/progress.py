@@ -6,6 +6,8 @@ from collections.abc import Callable, Iterator, Mapping
 from contextlib import contextmanager
 from typing import TYPE_CHECKING
 
+from sinssim.errors import InputError
+
 if TYPE_CHECKING:
     from rich.progress import Progress as Bars
 
@@ -26,7 +28,12 @@ def shown(progress: Progress | bool | None, stages: Mapping[str, str] | None = N
 
     Yields:
         The function.
+
+    Raises:
+        InputError: it is something else.
     """
+    if progress is not None and not callable(progress) and not isinstance(progress, bool):
+        raise InputError(f"progress = {progress!r} must be a function of a text and a fraction, or True for bars.")
     if not isinstance(progress, bool):
         yield progress or _silent
         return

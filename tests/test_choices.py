@@ -9,6 +9,7 @@ import pytest
 
 from sinssim import algorithms, frames
 from sinssim.errors import InputError
+from sinssim.mechanization import Mechanization
 
 
 def test_words_and_lists() -> None:
@@ -21,9 +22,9 @@ def test_words_and_lists() -> None:
     assert frames.frames_that(lambda frame: not frame.passes_poles) == ["level"]
     assert frames.frames_that(lambda frame: frame.takes_route) == ["transverse"]
     assert frames.frames_that(lambda frame: not frame.has_radii) == ["inertial"]
-    frames.check_curvature("inertial", "exact")
+    Mechanization(frame="inertial", curvature="exact")
     with pytest.raises(InputError, match="level, wander, free-azimuth and transverse have them"):
-        frames.check_curvature("inertial", "simplified")
+        Mechanization(frame="inertial", curvature="simplified")
     for fine in ("quaternion", "unknown"):
         frames.check_correctable(fine)
     with pytest.raises(InputError, match="windows of samples"):

@@ -76,3 +76,9 @@ def test_progress_is_shown_if_asked_for(capsys: pytest.CaptureFixture[str]) -> N
     shown = capsys.readouterr().err
     assert "Navigating" in shown
     assert "100%" in shown
+
+
+def test_progress_is_a_function_or_true() -> None:
+    progress: Any = "yes"
+    with pytest.raises(InputError, match="progress = 'yes' must be a function of a text and a fraction, or True"):
+        sinssim.run("parked", overrides=SHORT, progress=progress)

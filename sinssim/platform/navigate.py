@@ -108,7 +108,7 @@ def navigate_platform(
     from sinssim.sensors.imu.pack import pack
     from sinssim.sensors.noise.random_numbers import key
 
-    of = chosen(mechanization, {**options, "algorithm": PLATFORM} if options or mechanization is None else {})
+    of = replace(chosen(mechanization, options), algorithm=PLATFORM)  # which has no fast part: rates are refused
     frame = of.frame
     count = len(forces.push)
     time = np.ascontiguousarray(time, dtype=np.float64)

@@ -16,6 +16,7 @@ from sinssim import NavState, rotation
 from sinssim.data import Array
 from sinssim.earth.models import WGS84
 from sinssim.errors import InputError, RunError
+from sinssim.mechanization import Mechanization
 from sinssim.platform.force import Forces, inertial_forces
 from sinssim.platform.navigate import PlatformSolution, navigate_platform
 from sinssim.sensors.imu.errors import Fault, ImuErrors, TriadErrors
@@ -311,5 +312,7 @@ def test_what_cannot_be_used_is_named() -> None:
         navigate_platform(time[1:], forces, first)
     with pytest.raises(InputError, match="curvature"):
         navigate_platform(time, forces, first, frame="inertial", curvature="spherical")
+    with pytest.raises(InputError, match="a platform has no fast part and cannot run at three rates"):
+        navigate_platform(time, forces, first, mechanization=Mechanization(rates_hz=(100.0, 50.0)))
     with pytest.raises(InputError, match=r"not a finite number"):
         navigate_platform(time, Forces(np.full_like(forces.push, np.nan), forces.q_ib), first)
