@@ -19,7 +19,7 @@ from sinssim.sensors import draw
 from sinssim.sensors.imu.emulate import emulate
 from sinssim.sensors.imu.error_kernel import STATES, advance, begin, draw_sample, measure
 from sinssim.sensors.imu.pack import pack
-from sinssim.sensors.noise.random_numbers import key
+from sinssim.statistics.random_numbers import key
 
 SAMPLES = 504_000  # 84 min at 100 Hz
 REPEATS = 9

@@ -34,7 +34,7 @@ from sinssim.scenario.sections.imu import ImuSection
 from sinssim.sensors import draw
 from sinssim.sensors.imu.emulate import emulate
 from sinssim.sensors.imu.pack import pack
-from sinssim.sensors.noise.random_numbers import key
+from sinssim.statistics.random_numbers import key
 from sinssim.strapdown import navigate
 from sinssim.strapdown.increments.fit import weight_table
 

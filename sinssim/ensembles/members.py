@@ -93,7 +93,7 @@ def _drawn(one: Normal | Uniform | Choice, seed: int) -> Any:
     """Return the value of a varied key in the run of a seed."""
     from scipy.special import ndtr
 
-    from sinssim.sensors.noise.random_numbers import normals
+    from sinssim.statistics.random_numbers import normals
 
     normal = float(normals(seed, f"vary {one.key}", 0, 1)[0])
     uniform = float(ndtr(normal))

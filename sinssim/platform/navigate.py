@@ -106,7 +106,7 @@ def navigate_platform(
         RunError: the frame cannot follow the motion, or the numbers overflow.
     """
     from sinssim.sensors.imu.pack import pack
-    from sinssim.sensors.noise.random_numbers import key
+    from sinssim.statistics.random_numbers import key
 
     of = replace(chosen(mechanization, options), algorithm=PLATFORM)  # which has no fast part: rates are refused
     frame = of.frame
@@ -179,7 +179,7 @@ def _flagged(active: int) -> bool:
 
 def _noise(seed: int, rows: int) -> Array:
     """Return the noise of the pick-offs, of 1σ = 1, (rows, 3)."""
-    from sinssim.sensors.noise.random_numbers import normals
+    from sinssim.statistics.random_numbers import normals
 
     return np.stack([normals(seed, "gimbal pick-off noise", axis, rows) for axis in range(3)], axis=1)
 

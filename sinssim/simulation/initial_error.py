@@ -31,7 +31,7 @@ def initial_state_with_errors(
     Returns:
         The state, scalars.
     """
-    from sinssim.sensors.noise.random_numbers import normals
+    from sinssim.statistics.random_numbers import normals
 
     def draw(term: str, *sigma: float) -> Array:
         return np.array([s * normals(seed, f"initial {term}", i, 1)[0] if s else 0.0 for i, s in enumerate(sigma)])

@@ -37,7 +37,7 @@ def test_values_follow_from_one_normal_number(normal: float, place: int, monkeyp
     """Φ(1.2) = 0.885 is in the fifth fifth, Φ(−0.3) = 0.382 in the second."""
     asked: list[Any] = []
     monkeypatch.setattr(
-        "sinssim.sensors.noise.random_numbers.normals", lambda *given: asked.append(given) or np.array([normal])
+        "sinssim.statistics.random_numbers.normals", lambda *given: asked.append(given) or np.array([normal])
     )
     vary = (
         {"type": "normal", "key": "navigation.initial_error.north_m", "mean": 10.0, "sigma": 5.0},

@@ -47,7 +47,7 @@ def test_random_errors_of_the_start(monkeypatch: pytest.MonkeyPatch) -> None:
         drawn.append((seed, term, axis))
         return np.array([axis + 1.0])
 
-    monkeypatch.setattr("sinssim.sensors.noise.random_numbers.normals", normals)
+    monkeypatch.setattr("sinssim.statistics.random_numbers.normals", normals)
     error = InitialErrorSection(
         position_sigma_m=5.0,
         height_sigma_m=7.0,

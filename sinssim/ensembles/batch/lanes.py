@@ -31,7 +31,7 @@ from sinssim.ensembles.batch.variables import keep_level_k, level_k
 from sinssim.jit import inline, kernel, rebound, strict_inline, strict_kernel, wide_vectors
 from sinssim.rotation.kernels import SERIES
 from sinssim.sensors.imu.error_kernel import NOISES, PARAMETERS, TERM_NUMBERS, Counts, advance, begin, channel_k
-from sinssim.sensors.noise.random_numbers import Words, normal_pair
+from sinssim.statistics.random_numbers import Words, normal_pair
 from sinssim.strapdown.attitude.quaternion import quaternion_k, start_k
 from sinssim.strapdown.frames.level import EXACT_EVERY, refreshed_k, start_level_k, step_level_k
 from sinssim.strapdown.frames.vertical import BARO_LOOP, FREE, HELD, error_after_k, loop_gains_k

@@ -22,7 +22,7 @@ from sinssim.mechanization import Mechanization, Options, chosen
 from sinssim.sensors.imu.emulate import at_the_sensors, emulate
 from sinssim.sensors.imu.errors import ImuErrors
 from sinssim.sensors.imu.pack import pack
-from sinssim.sensors.noise.random_numbers import key
+from sinssim.statistics.random_numbers import key
 from sinssim.strapdown.frames.vertical import NUMBERS, height_reference
 from sinssim.strapdown.increments.fit import WINDOW, is_uniform, weight_table
 from sinssim.strapdown.navigate import navigate

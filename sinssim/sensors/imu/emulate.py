@@ -43,7 +43,7 @@ Allan deviations over τ, sampled with T, of each noise alone:
     b  Gauss-Markov, exactly at every τ = T, 2T, …: σ²(τ) = σ_b² (2τ_b/τ) [1 − (τ_b/2τ)(3 − 4e^(−τ/τ_b) + e^(−2τ/τ_b))]
        (IEEE Std 952): K = σ_b√(2/τ_b) far below τ_b, 0.617 σ_b at its top τ = 1.89 τ_b
 
-Every term has its own random numbers (`sinssim.sensors.noise.random_numbers`), so that switching a term off does not
+Every term has its own random numbers (`sinssim.statistics.random_numbers`), so that switching a term off does not
 change the draws of the others.
 """
 
@@ -121,7 +121,7 @@ def digital(ideal: ImuData) -> ImuData:
 def _measured(felt: ImuData, packed: Packed, seed: int) -> ImuData:
     """Return the output for increments at the sensors, stages 2 to 8 without jitter."""
     from sinssim.sensors.imu import error_kernel as kernel
-    from sinssim.sensors.noise.random_numbers import key
+    from sinssim.statistics.random_numbers import key
 
     key_0, key_1 = key(seed)
     dtheta, dvel = (np.ascontiguousarray(rows, dtype=np.float64) for rows in (felt.dtheta, felt.dvel))
@@ -200,7 +200,7 @@ def _check_faults(errors: ImuErrors, time: Array) -> None:
 def _jittered(time: Array, errors: ImuErrors, seed: int) -> Array:
     """Return time stamps with jitter, except for the first and the last; the given time stamps if there is no
     jitter."""
-    from sinssim.sensors.noise.random_numbers import normals
+    from sinssim.statistics.random_numbers import normals
 
     if not any(fault.kind == "jitter" for fault in errors.faults):
         return time

@@ -21,7 +21,7 @@ import numpy as np
 from sinssim import rotation
 from sinssim.data import Array, NavSolution, NavState
 from sinssim.scenario.sections.imu import ImuSection
-from sinssim.sensors.noise.random_numbers import normals
+from sinssim.statistics.random_numbers import normals
 from sinssim.truth.motions.turning import PART, Turning
 from sinssim.truth.motions.turning_block import TurningBlock
 from sinssim.truth.trajectory import Trajectory

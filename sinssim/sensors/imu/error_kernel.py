@@ -25,7 +25,7 @@ from sinssim.jit import strict_inline, strict_kernel
 from sinssim.sensors.imu.terms import SLOTS, STAGES, non_linearity
 from sinssim.sensors.noise.flicker import DIRECT, RATES, STATIONARY, WEIGHTS
 from sinssim.sensors.noise.gauss_markov import lost, mean_step
-from sinssim.sensors.noise.random_numbers import Words, normal_pair, normal_pairs, normal_pairs_of_runs, term_number
+from sinssim.statistics.random_numbers import Words, normal_pair, normal_pairs, normal_pairs_of_runs, term_number
 
 # Stages as bits of `active`; that of faults is not in the table of terms
 TILTED, BENT, G_SENSITIVE, WARMING, RAMPING = (

@@ -153,7 +153,7 @@ def draw(section: ImuSection, seed: int = 0) -> ImuErrors:
     Raises:
         InputError: the seed cannot be used.
     """
-    from sinssim.sensors.noise.random_numbers import key
+    from sinssim.statistics.random_numbers import key
 
     key(seed)  # refuses an invalid seed
     return with_triads(section, _triad(section, "gyro", seed), _triad(section, "accel", seed))
@@ -240,7 +240,7 @@ def _triad(section: ImuSection, triad: str, seed: int) -> TriadErrors:
 
 def _turn_on(seed: int, term: ErrorTerm) -> Array:
     """Draw one number for each axis of a term, or each of its angles."""
-    from sinssim.sensors.noise.random_numbers import pairs
+    from sinssim.statistics.random_numbers import pairs
 
     which = ("gyro", "accel").index(term.triad)
     drawn = np.array([pairs(seed, term.field, axis, 1)[which, 0] for axis in range(term.size)])

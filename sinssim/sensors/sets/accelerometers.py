@@ -65,7 +65,7 @@ def emulate_accelerometers(
         InputError: the arrays do not belong together, the number of accelerometers is not a multiple of three, or
             `emulate` refuses the data.
     """
-    from sinssim.sensors.noise.random_numbers import key
+    from sinssim.statistics.random_numbers import key
 
     time, force, direction = doubles("time", time), doubles("force", force), doubles("direction", direction)
     count = len(direction)

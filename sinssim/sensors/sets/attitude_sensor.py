@@ -13,7 +13,7 @@ from sinssim.errors import InputError
 from sinssim.scenario.sections.imu import ImuSection
 from sinssim.scenario.sections.within_imu.sensor_set import AttitudeSensor
 from sinssim.sensors.imu.errors import draw
-from sinssim.sensors.noise.random_numbers import normals
+from sinssim.statistics.random_numbers import normals
 from sinssim.units import ARCSEC
 
 

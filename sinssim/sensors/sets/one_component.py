@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from sinssim.data import Array
-from sinssim.sensors.noise.random_numbers import normals
+from sinssim.statistics.random_numbers import normals
 from sinssim.truth.one_component import PlaneIncrements, PlaneMotion
 from sinssim.units import ARCSEC, DEG_H, DEG_SQRT_H, PPM, UG
 

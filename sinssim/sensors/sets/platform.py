@@ -28,7 +28,7 @@ from sinssim.scenario.sections.imu import ImuSection
 from sinssim.scenario.sections.within_imu.sensor_set import Platform
 from sinssim.sensors.imu.errors import ImuErrors, stated
 from sinssim.sensors.imu.terms import of_triad
-from sinssim.sensors.noise.random_numbers import normals
+from sinssim.statistics.random_numbers import normals
 from sinssim.units import ARCSEC, PPM
 
 (_SCALE,) = (term for term in of_triad("gyro") if term.field == "scale")

@@ -20,7 +20,7 @@ import numpy as np
 from sinssim.data import Array
 from sinssim.errors import InputError
 from sinssim.jit import kernel
-from sinssim.sensors.noise.random_numbers import normals
+from sinssim.statistics.random_numbers import normals
 
 AT_1_OVER_E = {2: 2.1461932206205825, 3: 2.904629975029914}
 """βd at which the correlation of the order is 1/e."""

@@ -49,7 +49,7 @@ def draw_table_errors(section: TurntableSection, seed: int) -> TableErrors:
     Returns:
         The errors.
     """
-    from sinssim.sensors.noise.random_numbers import normals
+    from sinssim.statistics.random_numbers import normals
 
     turns = section.all_turns
     sigma = section.position_sigma_arcsec * ARCSEC

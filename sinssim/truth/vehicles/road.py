@@ -6,7 +6,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from sinssim.data import Array
-from sinssim.sensors.noise.random_numbers import normals
+from sinssim.statistics.random_numbers import normals
 
 REFERENCE = 0.1
 """Wave number of the class limits, cycles/m."""

@@ -19,7 +19,7 @@ from numpy.typing import ArrayLike
 
 from sinssim.data import Array
 from sinssim.jit import kernel
-from sinssim.sensors.noise.random_numbers import normals
+from sinssim.statistics.random_numbers import normals
 
 G = 9.80665
 """Gravity of the waves, m/s²."""

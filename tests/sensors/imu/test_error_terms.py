@@ -298,7 +298,7 @@ NOISES = {"random_walk": 1e-6, "instability": 1e-5, "rate_walk": 1e-6, "flicker"
 def test_switching_one_noise_off_leaves_the_random_numbers_of_the_others(off: str) -> None:
     from sinssim.sensors.imu import error_kernel as kernel
     from sinssim.sensors.imu.pack import pack
-    from sinssim.sensors.noise.random_numbers import key
+    from sinssim.statistics.random_numbers import key
 
     def numbers(errors: ImuErrors) -> np.ndarray:
         packed = pack([errors], 0.0)

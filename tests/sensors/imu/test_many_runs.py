@@ -14,7 +14,7 @@ from sinssim.sensors.imu.error_kernel import FAULTY, STATES, advance, begin, dra
 from sinssim.sensors.imu.errors import ImuErrors
 from sinssim.sensors.imu.pack import pack
 from sinssim.sensors.imu.placement import what_is_felt
-from sinssim.sensors.noise.random_numbers import key
+from sinssim.statistics.random_numbers import key
 from tests.sensors.imu.test_error_terms import lively
 
 MIX = np.uint64(0x9E3779B97F4A7C15)

@@ -21,7 +21,7 @@ def white(seed: int, term: str, sigma: Sequence[float] | Array, count: int) -> A
     Returns:
         (M, k).
     """
-    from sinssim.sensors.noise.random_numbers import normals  # needs the compiler
+    from sinssim.statistics.random_numbers import normals  # needs the compiler
 
     return np.column_stack([s * normals(seed, term, i, count) for i, s in enumerate(sigma)])
 
@@ -63,7 +63,7 @@ def turn_on(seed: int, term: str, fixed: float | None, sigma: float, axis: int =
     """
     if fixed is not None and not sigma:
         return fixed
-    from sinssim.sensors.noise.random_numbers import normals
+    from sinssim.statistics.random_numbers import normals
 
     drawn = sigma * float(normals(seed, term, axis, 1)[0])
     return drawn if fixed is None else fixed + drawn

@@ -12,7 +12,7 @@ from scipy import stats
 
 from sinssim.errors import InputError
 from sinssim.jit import strict_kernel
-from sinssim.sensors.noise.random_numbers import key, normal_pair, normals, pairs, philox, term_number
+from sinssim.statistics.random_numbers import key, normal_pair, normals, pairs, philox, term_number
 from tests.oracles.philox import philox as by_definition
 
 
