@@ -28,6 +28,7 @@ if TYPE_CHECKING:
     from sinssim.recording.finished.run_streams import load_streams
     from sinssim.scenario.load import load_scenario
     from sinssim.scenario.schema import Scenario
+    from sinssim.scenario.true_motion import block_of
     from sinssim.sensors.imu.emulate import emulate
     from sinssim.sensors.imu.grades import GRADES
     from sinssim.simulation.execute import run
@@ -38,7 +39,6 @@ if TYPE_CHECKING:
     from sinssim.trades.running.compare import compare
     from sinssim.trades.schema import TradeStudy
     from sinssim.truth.curve import Curve
-    from sinssim.truth.motions.turning_block import block_of
     from sinssim.truth.source import fly
     from sinssim.truth.trajectory import Trajectory
 
@@ -117,7 +117,7 @@ __getattr__, __dir__ = on_first_use(
         "TradeResult": "sinssim.trades.result",
         "TradeStudy": "sinssim.trades.schema",
         "Trajectory": "sinssim.truth.trajectory",
-        "block_of": "sinssim.truth.motions.turning_block",
+        "block_of": "sinssim.scenario.true_motion",
         "budget": "sinssim.error_budget.analyse",
         "calibrate": "sinssim.calibration.calibrate",
         "compare": "sinssim.trades.running.compare",

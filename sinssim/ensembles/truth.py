@@ -164,8 +164,8 @@ def has_remainder(scenario: Scenario) -> bool:
 
 
 def _truth(scenario: Scenario) -> Truth:
+    from sinssim.scenario.true_motion import block_of
     from sinssim.sensors.imu.emulate import digital
-    from sinssim.truth.motions.turning_block import block_of
     from sinssim.truth.source import true_motion
 
     trajectory = true_motion(scenario)

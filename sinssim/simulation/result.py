@@ -131,7 +131,7 @@ class Run:
     @cached_property
     def block(self) -> Trajectory:
         """The motion of the sensors: that of the rotating IMU with [imu.rotation], else `trajectory`."""
-        from sinssim.truth.motions.turning_block import block_of
+        from sinssim.scenario.true_motion import block_of
 
         return block_of(self.trajectory, self.scenario.imu)
 

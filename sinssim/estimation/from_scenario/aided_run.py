@@ -25,6 +25,7 @@ from sinssim.estimation.from_scenario.true_parameters import InertialParameters
 from sinssim.estimation.from_scenario.truth_comparison import Aided, compare_with_truth
 from sinssim.estimation.initial_alignment.start import Start, at_rest, by_course, in_motion
 from sinssim.progress import Progress
+from sinssim.scenario.true_motion import block_of
 from sinssim.sensors.aiding.base.sensor import AidingReadings, Vehicle
 from sinssim.sensors.aiding.land_vehicle import LandVehicleSection
 from sinssim.sensors.from_readings.vibration import AddedNoise, vibration, vibration_noise
@@ -32,7 +33,6 @@ from sinssim.sensors.imu.encoder import Encoders, encoders_of, turned_in
 from sinssim.strapdown.polar import axes_along
 from sinssim.system.memory import give_back_memory, shared
 from sinssim.truth.gravity.from_scenario import known_field
-from sinssim.truth.motions.turning_block import block_of
 from sinssim.truth.source import block_mounting
 
 if TYPE_CHECKING:

@@ -25,7 +25,6 @@ from pydantic import Field, ValidationInfo, create_model, field_validator, model
 
 from sinssim.scenario.sections.within_imu.faults import Fault, check_sensors, concerns_gyros, faulty_sensors
 from sinssim.scenario.sections.within_imu.laser_gyro import LaserGyroSection
-from sinssim.scenario.sections.within_imu.rotation import Rotation
 from sinssim.scenario.sections.within_imu.sensor_set import (
     AttitudeSensor,
     Gyros,
@@ -39,6 +38,7 @@ from sinssim.sensors.imu.datasheet import in_scenario_units, not_absurd
 from sinssim.sensors.imu.error_term import ErrorTerm
 from sinssim.sensors.imu.grades import find_grade
 from sinssim.sensors.imu.terms import TERMS
+from sinssim.truth.motions.imu_rotation import Rotation
 
 Celsius = Annotated[float, Field(ge=-500.0, le=500.0)]
 Place = Annotated[float, Field(ge=-1e4, le=1e4)]

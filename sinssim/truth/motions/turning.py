@@ -17,16 +17,19 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
+from typing import Self
 
 import numpy as np
 
 from sinssim import rotation
 from sinssim.data import Array
-from sinssim.scenario.sections.within_imu.rotation import Continuous, Rotation
-from sinssim.units import ARCSEC, DEG
 
 PART = 2048
 """Instants that are computed at a time, so that what is between stays in the processor's cache."""
+
+
+Piece = tuple[str, float, float, float]
+"""Axis, duration s, rate at the begin and at the end rad/s."""
 
 
 @dataclass(frozen=True)
@@ -63,46 +66,25 @@ class Profile:
         angle = self.angle[k] + self.rate[k] * since + self.gain[k] * lasts * x * x * x * (1.0 - 0.5 * x)
         return angle, rate
 
+    @classmethod
+    def constant(cls, rate: float, start: float, end: float) -> Self:
+        """Return the profile of a constant rate, with the angle 0 at the start."""
+        one = np.ones(1)
+        return cls(start * one, (end - start) * one, 0.0 * one, rate * one, 0.0 * one)
 
-def _constant(rate: float, start: float, end: float) -> Profile:
-    """Return the profile of a constant rate, with the angle 0 at the start."""
-    one = np.ones(1)
-    return Profile(start * one, (end - start) * one, 0.0 * one, rate * one, 0.0 * one)
-
-
-_Piece = tuple[str, float, float, float]
-"""Axis, duration s, rate at the begin and at the end rad/s."""
-
-
-def _cycle(section: Rotation) -> list[_Piece]:
-    """Return the pieces of one cycle of turns and stops; each turn has a ramp, a cruise, a ramp, and a stop."""
-    if isinstance(section, Continuous):
-        return []
-    pieces: list[_Piece] = []
-    for axis, turn in section.turns:
-        rate, ramp = float(np.copysign(section.rate_deg_s, turn)) * DEG, section.ramp_s
-        cruise = abs(turn) / section.rate_deg_s - ramp  # the two ramps take half a ramp's angle each
-        pieces.append((axis, ramp, 0.0, rate))
-        if cruise > 1e-9:
-            pieces.append((axis, cruise, rate, rate))
-        pieces.append((axis, ramp, rate, 0.0))
-        if section.dwell_s:
-            pieces.append((axis, section.dwell_s, 0.0, 0.0))
-    return pieces
-
-
-def _repeated(cycle: Sequence[_Piece], axis: str, start: float, end: float) -> Profile:
-    """Return the profile of one axis along a cycle that is repeated to the end."""
-    lasts = np.array([piece[1] for piece in cycle])
-    count = int(np.ceil((end - start) / lasts.sum())) + 1
-    own = np.array([piece[0] == axis for piece in cycle])
-    before, after = (np.where(own, [piece[k] for piece in cycle], 0.0) for k in (2, 3))
-    turns = 0.5 * (before + after) * lasts
-    number = np.arange(count)[:, None]
-    begin = start + number * lasts.sum() + (np.cumsum(lasts) - lasts)
-    angle = number * turns.sum() + (np.cumsum(turns) - turns)
-    whole = [np.broadcast_to(row, begin.shape).ravel() for row in (lasts, angle, before, after - before)]
-    return Profile(begin.ravel(), whole[0], whole[1], whole[2], whole[3])
+    @classmethod
+    def repeated(cls, cycle: Sequence[Piece], axis: str, start: float, end: float) -> Self:
+        """Return the profile of one axis along a cycle that is repeated to the end."""
+        lasts = np.array([piece[1] for piece in cycle])
+        count = int(np.ceil((end - start) / lasts.sum())) + 1
+        own = np.array([piece[0] == axis for piece in cycle])
+        before, after = (np.where(own, [piece[k] for piece in cycle], 0.0) for k in (2, 3))
+        turns = 0.5 * (before + after) * lasts
+        number = np.arange(count)[:, None]
+        begin = start + number * lasts.sum() + (np.cumsum(lasts) - lasts)
+        angle = number * turns.sum() + (np.cumsum(turns) - turns)
+        whole = [np.broadcast_to(row, begin.shape).ravel() for row in (lasts, angle, before, after - before)]
+        return cls(begin.ravel(), whole[0], whole[1], whole[2], whole[3])
 
 
 @dataclass(frozen=True)
@@ -199,34 +181,3 @@ class Turning:
             omega = omega + rotation.rotate(rotation.conjugate(outer), tilting)
         inner = rotation.quaternion_from_rotation_vector(-beta[:, None] * self.inner)
         return np.asarray(rotation.rotate(inner, omega) + beta_rate[:, None] * self.inner)  # (3)
-
-
-def turning(section: Rotation, start: float, end: float) -> Turning:
-    """Return the rotation that a scenario describes.
-
-    Args:
-        section: the [imu.rotation] table.
-        start, end: first and last instant of the run, s; both angles are 0 at the start.
-
-    Returns:
-        The rotation.
-    """
-    if isinstance(section, Continuous):
-        profiles = [_constant(rate * DEG, start, end) for rate in (section.rate_deg_s, section.inner_rate_deg_s)]
-        breaks, most = np.zeros(0), (abs(section.rate_deg_s) + abs(section.inner_rate_deg_s)) * DEG
-    else:
-        profiles = [_repeated(_cycle(section), axis, start, end) for axis in ("outer", "inner")]
-        breaks, most = profiles[0].begin, section.rate_deg_s * DEG
-        breaks = breaks[(breaks > start) & (breaks < end)]
-    outer, inner = (np.array(axis, dtype=np.float64) for axis in (section.outer, section.inner_axis))
-    return Turning(
-        outer / np.linalg.norm(outer),
-        inner / np.linalg.norm(inner),
-        profiles[0],
-        profiles[1],
-        section.wobble_arcsec * ARCSEC,
-        section.wobble_cycles,
-        section.wobble_phase_deg * DEG,
-        breaks,
-        most * (1.0 + (section.wobble_cycles if section.wobble_arcsec else 0)),
-    )

@@ -17,16 +17,13 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from sinssim import rotation
-from sinssim.arguments import check_kind
 from sinssim.data import Array, ImuData, NavState
 from sinssim.truth.motions.quadrature import integrate_samples
-from sinssim.truth.motions.turning import Turning, turning
+from sinssim.truth.motions.turning import Turning
 from sinssim.truth.sample_times import check_instants, part_by_part
 
 if TYPE_CHECKING:
-    from sinssim.scenario.sections.imu import ImuSection
     from sinssim.truth.trajectory import Trajectory
-
 
 _SLOW, _FEW, _MANY = 0.2, 4, 8
 """Phase of the fastest oscillation in a sample, rad, up to which four Gauss-Legendre points have an error of 3e-16 of
@@ -94,24 +91,3 @@ class TurningBlock:
             rotation.rotate(q_bv, own.dtheta) + change[:, :3],
             rotation.rotate(q_bv, own.dvel) + change[:, 3:],
         )
-
-
-def block_of(vehicle: Trajectory, section: ImuSection) -> Trajectory:
-    """Return the true motion of the IMU, which is that of a rotating IMU with [imu.rotation].
-
-    Args:
-        vehicle: the true motion at the block's place, in the axes of its mounting.
-        section: the [imu] section of a scenario.
-
-    Returns:
-        The motion of the rotating IMU; that of the vehicle without [imu.rotation].
-
-    Raises:
-        InputError: the section is not an [imu] section.
-    """
-    from sinssim.scenario.sections.imu import ImuSection
-
-    check_kind("section", section, ImuSection, "ImuSection, for example scenario.imu")
-    if section.rotation is None:
-        return vehicle
-    return TurningBlock(vehicle, turning(section.rotation, vehicle.start, vehicle.end))

@@ -17,7 +17,7 @@ from sinssim.error_budget.inputs.given_readings import emulated_constants, given
 from sinssim.error_budget.inputs.sources import Constants
 from sinssim.error_budget.inputs.turning import angle_errors, of_turning
 from sinssim.scenario import Scenario
-from sinssim.truth.motions.turning_block import block_of
+from sinssim.scenario.true_motion import block_of
 from tests.error_budget.worlds import scenario
 
 ARCSEC = math.radians(1.0 / 3600.0)

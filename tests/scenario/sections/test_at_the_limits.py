@@ -27,8 +27,8 @@ from sinssim.scenario.sections.within_imu.faults import (
     faulty_sensors,
 )
 from sinssim.scenario.sections.within_imu.laser_gyro import LaserGyroSection
-from sinssim.scenario.sections.within_imu.rotation import SEQUENCES, Continuous, Indexed, Reversing
 from sinssim.scenario.sections.within_truth.gravity import GravitySection
+from sinssim.truth.motions.imu_rotation import SEQUENCES, Continuous, Indexed, Reversing
 
 RING = {"perimeter_mm": 400.0, "area_mm2": 9000.0, "lock_in_deg_h": 300.0, "dither_amplitude_arcsec": 150.0,
         "dither_frequency_hz": 400.0}  # fmt: skip

@@ -9,7 +9,7 @@ import pytest
 from sinssim.alignment.report import align_source
 from sinssim.errors import InputError
 from sinssim.scenario import Scenario, load_scenario
-from sinssim.scenario.sections.within_imu.rotation import SEQUENCES
+from sinssim.truth.motions.imu_rotation import SEQUENCES
 
 TEXT = """\
 name = "turning"

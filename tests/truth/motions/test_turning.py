@@ -12,9 +12,9 @@ from pydantic import TypeAdapter
 from scipy.integrate import quad_vec
 
 from sinssim import rotation
-from sinssim.scenario.sections.within_imu.rotation import Rotation
+from sinssim.truth.motions.imu_rotation import Rotation
 from sinssim.truth.motions.parked import Parked
-from sinssim.truth.motions.turning import Turning, turning
+from sinssim.truth.motions.turning import Turning
 from sinssim.truth.motions.turning_block import TurningBlock
 from sinssim.truth.motions.vibration import Tone, Vibrating
 from sinssim.units import DEG
@@ -33,7 +33,7 @@ KINDS: dict[str, dict[str, Any]] = {
 
 
 def made(section: dict[str, Any], end: float) -> Turning:
-    return turning(TypeAdapter(Rotation).validate_python(section), 0.0, end)
+    return TypeAdapter(Rotation).validate_python(section).turning(0.0, end)
 
 
 @pytest.mark.parametrize("kind", KINDS)
@@ -49,7 +49,7 @@ def test_rate_is_the_derivative_of_the_attitude(kind: str, wobble: float) -> Non
 @pytest.mark.parametrize("kind", ["reversing", "indexed", "steps"])
 def test_turns_have_their_angles_and_return(kind: str) -> None:
     section = TypeAdapter(Rotation).validate_python(KINDS[kind])
-    turns = turning(section, 0.0, 1000.0)
+    turns = section.turning(0.0, 1000.0)
     per = [abs(turn) / section.rate_deg_s + section.ramp_s + section.dwell_s for _, turn in section.turns]
     expected = np.zeros((len(per) + 1, 2))
     for k, (axis, turn) in enumerate(section.turns):
@@ -90,7 +90,7 @@ def cycle_of(sequence: str, dwell: float = 20.0) -> tuple[Turning, float]:
     section = {"type": "indexed", "sequence": sequence, "rate_deg_s": 10.0, "ramp_s": 1.0, "dwell_s": dwell}
     whole = TypeAdapter(Rotation).validate_python(section)
     lasts = sum(abs(turn) / 10.0 + 1.0 + dwell for _, turn in whole.turns)
-    return turning(whole, 0.0, lasts), lasts
+    return whole.turning(0.0, lasts), lasts
 
 
 def left_of(sequence: str) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
@@ -129,7 +129,7 @@ def test_angles_and_rates_of_a_cycle_by_hand() -> None:
     In the middle of a ramp the rate is half, and 13/32 of half the ramp's angle is behind: x³ − x⁴/2 at x = 1/2.
     """
     section = {**KINDS["steps"], "dwell_s": 2.0, "ramp_s": 1.0}
-    turns = turning(TypeAdapter(Rotation).validate_python(section), 100.0, 200.0)
+    turns = TypeAdapter(Rotation).validate_python(section).turning(100.0, 200.0)
     t = 100.0 + np.array([0.0, 0.5, 1.0, 2.0, 3.5, 4.0, 6.0, 6.5, 8.5, 11.0, 14.5, 16.5, 17.0])
     half = 30.0 * (0.125 - 0.03125)
     outer = [0.0, half, 15.0, 45.0, 90.0 - half, 90.0, 90.0, 90.0, 90.0, 90.0 - 15.0, half, 0.0, half]

@@ -20,11 +20,15 @@ The order here is the package's own and follows from their conditions:
 from __future__ import annotations
 
 import math
-from typing import Annotated, Literal, Self
+from typing import TYPE_CHECKING, Annotated, Literal, Self
 
+import numpy as np
 from pydantic import Field, model_validator
 
+from sinssim.data import Array
 from sinssim.section import Axis, Duration, NotNegative, Positive, Section, Turn, Vector3
+from sinssim.truth.motions.turning import Piece, Profile, Turning
+from sinssim.units import ARCSEC, DEG
 
 Half = tuple[str, float]
 _OUT, _IN = "outer", "inner"
@@ -102,9 +106,41 @@ class _OnAxes(Section):
         raise NotImplementedError
 
     @property
+    def _total_deg_s(self) -> float:
+        """Highest rate of the block in the vehicle, deg/s."""
+        return self.fastest_deg_s
+
+    @property
     def mean_square_rate_deg2_s2(self) -> float:
         """Mean square of the turning rate over the run, for estimates."""
         raise NotImplementedError
+
+    def _profiles(self, start: float, end: float) -> tuple[Profile, Profile, Array]:
+        """Return the angles of the outer and the inner axis, and the instants at which their accelerations jump."""
+        raise NotImplementedError
+
+    def turning(self, start: float, end: float) -> Turning:
+        """Return the rotation of the block during a run.
+
+        Args:
+            start, end: first and last instant of the run, s; both angles are 0 at the start.
+
+        Returns:
+            The rotation.
+        """
+        outer_profile, inner_profile, breaks = self._profiles(start, end)
+        outer, inner = (np.array(axis, dtype=np.float64) for axis in (self.outer, self.inner_axis))
+        return Turning(
+            outer / np.linalg.norm(outer),
+            inner / np.linalg.norm(inner),
+            outer_profile,
+            inner_profile,
+            self.wobble_arcsec * ARCSEC,
+            self.wobble_cycles,
+            self.wobble_phase_deg * DEG,
+            breaks,
+            self._total_deg_s * DEG * (1.0 + (self.wobble_cycles if self.wobble_arcsec else 0)),
+        )
 
     def check_rate(self, rate_hz: float) -> None:
         """Raise ValueError if the samples cannot follow the turning.
@@ -152,6 +188,14 @@ class Continuous(_OnAxes):
         """Mean square of the turning rate."""
         return self.rate_deg_s**2 + self.inner_rate_deg_s**2
 
+    @property
+    def _total_deg_s(self) -> float:
+        return abs(self.rate_deg_s) + abs(self.inner_rate_deg_s)
+
+    def _profiles(self, start: float, end: float) -> tuple[Profile, Profile, Array]:
+        outer, inner = (Profile.constant(rate * DEG, start, end) for rate in (self.rate_deg_s, self.inner_rate_deg_s))
+        return outer, inner, np.zeros(0)
+
     @model_validator(mode="after")
     def _turns(self) -> Self:
         if self.rate_deg_s == 0.0:
@@ -159,7 +203,58 @@ class Continuous(_OnAxes):
         return self
 
 
-class Reversing(_OnAxes):
+class _InTurns(_OnAxes):
+    """A rotation in turns with ramps and stops, in cycles that are repeated until the end of the run."""
+
+    if TYPE_CHECKING:  # each kind has these keys, with its own defaults and descriptions
+        rate_deg_s: _SlowRate
+        ramp_s: Positive
+        dwell_s: float
+
+    @property
+    def turns(self) -> tuple[Half, ...]:
+        """Turns of one cycle."""
+        raise NotImplementedError
+
+    @property
+    def fastest_deg_s(self) -> float:
+        """Highest rate, deg/s."""
+        return self.rate_deg_s
+
+    @property
+    def mean_square_rate_deg2_s2(self) -> float:
+        """Mean square of the turning rate, the ramps taken for turns at the full rate."""
+        angle = sum(abs(turn) for _, turn in self.turns)
+        return angle * self.rate_deg_s / (angle / self.rate_deg_s + len(self.turns) * (self.ramp_s + self.dwell_s))
+
+    def _cycle(self) -> list[Piece]:
+        """Return the pieces of one cycle: each turn has a ramp, a cruise, a ramp, and a stop."""
+        pieces: list[Piece] = []
+        for axis, turn in self.turns:
+            rate, ramp = float(np.copysign(self.rate_deg_s, turn)) * DEG, self.ramp_s
+            cruise = abs(turn) / self.rate_deg_s - ramp  # the two ramps take half a ramp's angle each
+            pieces.append((axis, ramp, 0.0, rate))
+            if cruise > 1e-9:
+                pieces.append((axis, cruise, rate, rate))
+            pieces.append((axis, ramp, rate, 0.0))
+            if self.dwell_s:
+                pieces.append((axis, self.dwell_s, 0.0, 0.0))
+        return pieces
+
+    def _profiles(self, start: float, end: float) -> tuple[Profile, Profile, Array]:
+        outer, inner = (Profile.repeated(self._cycle(), axis, start, end) for axis in (_OUT, _IN))
+        return outer, inner, outer.begin[(outer.begin > start) & (outer.begin < end)]
+
+    def _check_ramps(self, turn: float, key: str) -> None:
+        rate, ramp = self.rate_deg_s, self.ramp_s
+        if rate * ramp > turn * (1.0 + 1e-9):
+            raise ValueError(
+                f"ramp_s = {ramp:g}: {key} = {turn:g} is over before the rate of {rate:g} deg/s is reached; use a ramp "
+                f"of at most {turn / rate:g} s or a lower rate_deg_s"
+            )
+
+
+class Reversing(_InTurns):
     """The IMU rotates forwards and backwards by the same angle, which cancels the effect of the scale-factor error."""
 
     type: Literal["reversing"] = Field(description="forwards and back")
@@ -175,27 +270,17 @@ class Reversing(_OnAxes):
         return self.axis
 
     @property
-    def fastest_deg_s(self) -> float:
-        """Highest rate, deg/s."""
-        return self.rate_deg_s
-
-    @property
-    def mean_square_rate_deg2_s2(self) -> float:
-        """Mean square of the turning rate, the ramps taken for turns at the full rate."""
-        return _mean_square(self.turns, self.rate_deg_s, self.ramp_s + self.dwell_s)
-
-    @property
     def turns(self) -> tuple[Half, ...]:
         """Turns of one cycle."""
         return (_OUT, self.turn_deg), (_OUT, -self.turn_deg)
 
     @model_validator(mode="after")
     def _has_room(self) -> Self:
-        _check_ramps(self.turn_deg, self.rate_deg_s, self.ramp_s, "turn_deg")
+        self._check_ramps(self.turn_deg, "turn_deg")
         return self
 
 
-class Indexed(_OnAxes):
+class Indexed(_InTurns):
     """The IMU rotates from position to position and stops in each."""
 
     type: Literal["indexed"] = Field(description="turns with stops")
@@ -230,36 +315,13 @@ class Indexed(_OnAxes):
             return self.axis
         return (1.0, 0.0, 0.0) if any(axis == _IN for axis, _ in self.turns) else (0.0, 0.0, 1.0)
 
-    @property
-    def fastest_deg_s(self) -> float:
-        """Highest rate, deg/s."""
-        return self.rate_deg_s
-
-    @property
-    def mean_square_rate_deg2_s2(self) -> float:
-        """Mean square of the turning rate, the ramps taken for turns at the full rate."""
-        return _mean_square(self.turns, self.rate_deg_s, self.ramp_s + self.dwell_s)
-
     @model_validator(mode="after")
     def _one_sequence(self) -> Self:
         if self.sequence is not None and self.steps is not None:
             raise ValueError("sequence and steps both give the turns: keep one of them")
         for number, (_, turn) in enumerate(self.turns, start=1):
-            _check_ramps(abs(turn), self.rate_deg_s, self.ramp_s, f"steps.{number}.turn_deg")
+            self._check_ramps(abs(turn), f"steps.{number}.turn_deg")
         return self
-
-
-def _mean_square(turns: tuple[Half, ...], rate: float, between: float) -> float:
-    angle = sum(abs(turn) for _, turn in turns)
-    return angle * rate / (angle / rate + len(turns) * between)
-
-
-def _check_ramps(turn: float, rate: float, ramp: float, key: str) -> None:
-    if rate * ramp > turn * (1.0 + 1e-9):
-        raise ValueError(
-            f"ramp_s = {ramp:g}: {key} = {turn:g} is over before the rate of {rate:g} deg/s is reached; use a ramp of "
-            f"at most {turn / rate:g} s or a lower rate_deg_s"
-        )
 
 
 Rotation = Annotated[Continuous | Reversing | Indexed, Field(discriminator="type")]
