@@ -2,9 +2,11 @@
 
 from __future__ import annotations
 
+import ast
 import importlib
 import sys
-from collections.abc import Callable, Mapping
+from collections.abc import Callable
+from pathlib import Path
 from typing import Any
 
 
@@ -20,17 +22,24 @@ def from_later_stage(module: str, name: str) -> Any:
     return getattr(importlib.import_module(module), name)
 
 
-def on_first_use(package: str, home: Mapping[str, str]) -> tuple[Callable[[str], Any], Callable[[], list[str]]]:
-    """Return the `__getattr__` and `__dir__` of a package whose names are in modules below it.
+def on_first_use(package: str) -> tuple[Callable[[str], Any], Callable[[], list[str]], list[str]]:
+    """Return the `__getattr__`, `__dir__` and `__all__` of a package whose names are in modules below it.
+
+    The names are those that its `__init__.py` imports under `if TYPE_CHECKING:`, where editors and type checkers see
+    them; the form `from module import name as name` offers them to users.
 
     Args:
         package: full name of the package.
-        home: full name of the module of each name.
 
     Returns:
-        The two functions.
+        The two functions, and the names.
     """
     own = vars(sys.modules[package])
+    tree = ast.parse(Path(own["__file__"]).read_text(encoding="utf-8"))
+    block = next(node for node in tree.body if isinstance(node, ast.If))
+    home = {
+        alias.name: str(node.module) for node in block.body if isinstance(node, ast.ImportFrom) for alias in node.names
+    }
 
     def load(name: str) -> Any:
         if name not in home:
@@ -38,4 +47,4 @@ def on_first_use(package: str, home: Mapping[str, str]) -> tuple[Callable[[str],
         own[name] = value = getattr(importlib.import_module(home[name]), name)
         return value
 
-    return load, lambda: sorted({*own, *home})
+    return load, lambda: sorted({*own, *home}), sorted(home)

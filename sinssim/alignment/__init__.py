@@ -7,111 +7,41 @@ from typing import TYPE_CHECKING
 from sinssim.lazy import on_first_use
 
 if TYPE_CHECKING:
-    from sinssim.alignment.axes import Angles, Attitude, paper_axes
-    from sinssim.alignment.base_motion import Departure, Stillness, determine_session, motion_errors, stillness
-    from sinssim.alignment.budget import (
-        AVERAGED,
-        MOTION,
-        SOURCES,
-        Expected,
-        bias_takes_over,
-        error_budget,
-        expected_errors,
-        total,
-    )
-    from sinssim.alignment.determination import Determination, determine
-    from sinssim.alignment.disturbed import DisturbedAlignment, align_disturbed
-    from sinssim.alignment.drift import Drift, largest_drift
-    from sinssim.alignment.initial_conditions import STATES, initial_covariance, initial_state
-    from sinssim.alignment.orientation import BestHeadings, best_headings, set_sigma
-    from sinssim.alignment.readings_at_rest import ideal_readings
-    from sinssim.alignment.session import mean_readings
-    from sinssim.alignment.theory import (
-        Coefficients,
-        ErrorStatistics,
-        InstrumentErrors,
-        coefficients,
-        error_statistics,
-        errors,
-    )
+    from sinssim.alignment.axes import Angles as Angles
+    from sinssim.alignment.axes import Attitude as Attitude
+    from sinssim.alignment.axes import paper_axes as paper_axes
+    from sinssim.alignment.base_motion import Departure as Departure
+    from sinssim.alignment.base_motion import Stillness as Stillness
+    from sinssim.alignment.base_motion import determine_session as determine_session
+    from sinssim.alignment.base_motion import motion_errors as motion_errors
+    from sinssim.alignment.base_motion import stillness as stillness
+    from sinssim.alignment.budget import AVERAGED as AVERAGED
+    from sinssim.alignment.budget import MOTION as MOTION
+    from sinssim.alignment.budget import SOURCES as SOURCES
+    from sinssim.alignment.budget import Expected as Expected
+    from sinssim.alignment.budget import bias_takes_over as bias_takes_over
+    from sinssim.alignment.budget import error_budget as error_budget
+    from sinssim.alignment.budget import expected_errors as expected_errors
+    from sinssim.alignment.budget import total as total
+    from sinssim.alignment.determination import Determination as Determination
+    from sinssim.alignment.determination import determine as determine
+    from sinssim.alignment.disturbed import DisturbedAlignment as DisturbedAlignment
+    from sinssim.alignment.disturbed import align_disturbed as align_disturbed
+    from sinssim.alignment.drift import Drift as Drift
+    from sinssim.alignment.drift import largest_drift as largest_drift
+    from sinssim.alignment.initial_conditions import STATES as STATES
+    from sinssim.alignment.initial_conditions import initial_covariance as initial_covariance
+    from sinssim.alignment.initial_conditions import initial_state as initial_state
+    from sinssim.alignment.orientation import BestHeadings as BestHeadings
+    from sinssim.alignment.orientation import best_headings as best_headings
+    from sinssim.alignment.orientation import set_sigma as set_sigma
+    from sinssim.alignment.readings_at_rest import ideal_readings as ideal_readings
+    from sinssim.alignment.session import mean_readings as mean_readings
+    from sinssim.alignment.theory import Coefficients as Coefficients
+    from sinssim.alignment.theory import ErrorStatistics as ErrorStatistics
+    from sinssim.alignment.theory import InstrumentErrors as InstrumentErrors
+    from sinssim.alignment.theory import coefficients as coefficients
+    from sinssim.alignment.theory import error_statistics as error_statistics
+    from sinssim.alignment.theory import errors as errors
 
-__all__ = [
-    "AVERAGED",
-    "MOTION",
-    "SOURCES",
-    "STATES",
-    "Angles",
-    "Attitude",
-    "BestHeadings",
-    "Coefficients",
-    "Departure",
-    "Determination",
-    "DisturbedAlignment",
-    "Drift",
-    "ErrorStatistics",
-    "Expected",
-    "InstrumentErrors",
-    "Stillness",
-    "align_disturbed",
-    "best_headings",
-    "bias_takes_over",
-    "coefficients",
-    "determine",
-    "determine_session",
-    "error_budget",
-    "error_statistics",
-    "errors",
-    "expected_errors",
-    "ideal_readings",
-    "initial_covariance",
-    "initial_state",
-    "largest_drift",
-    "mean_readings",
-    "motion_errors",
-    "paper_axes",
-    "set_sigma",
-    "stillness",
-    "total",
-]
-
-__getattr__, __dir__ = on_first_use(
-    __name__,
-    {
-        "AVERAGED": "sinssim.alignment.budget",
-        "MOTION": "sinssim.alignment.budget",
-        "Angles": "sinssim.alignment.axes",
-        "Attitude": "sinssim.alignment.axes",
-        "BestHeadings": "sinssim.alignment.orientation",
-        "Coefficients": "sinssim.alignment.theory",
-        "Departure": "sinssim.alignment.base_motion",
-        "Drift": "sinssim.alignment.drift",
-        "motion_errors": "sinssim.alignment.base_motion",
-        "Determination": "sinssim.alignment.determination",
-        "DisturbedAlignment": "sinssim.alignment.disturbed",
-        "ErrorStatistics": "sinssim.alignment.theory",
-        "Expected": "sinssim.alignment.budget",
-        "InstrumentErrors": "sinssim.alignment.theory",
-        "SOURCES": "sinssim.alignment.budget",
-        "STATES": "sinssim.alignment.initial_conditions",
-        "Stillness": "sinssim.alignment.base_motion",
-        "align_disturbed": "sinssim.alignment.disturbed",
-        "best_headings": "sinssim.alignment.orientation",
-        "bias_takes_over": "sinssim.alignment.budget",
-        "coefficients": "sinssim.alignment.theory",
-        "determine": "sinssim.alignment.determination",
-        "determine_session": "sinssim.alignment.base_motion",
-        "error_budget": "sinssim.alignment.budget",
-        "error_statistics": "sinssim.alignment.theory",
-        "errors": "sinssim.alignment.theory",
-        "expected_errors": "sinssim.alignment.budget",
-        "ideal_readings": "sinssim.alignment.readings_at_rest",
-        "initial_covariance": "sinssim.alignment.initial_conditions",
-        "initial_state": "sinssim.alignment.initial_conditions",
-        "largest_drift": "sinssim.alignment.drift",
-        "mean_readings": "sinssim.alignment.session",
-        "paper_axes": "sinssim.alignment.axes",
-        "set_sigma": "sinssim.alignment.orientation",
-        "stillness": "sinssim.alignment.base_motion",
-        "total": "sinssim.alignment.budget",
-    },
-)
+__getattr__, __dir__, __all__ = on_first_use(__name__)

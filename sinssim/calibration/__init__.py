@@ -7,11 +7,7 @@ from typing import TYPE_CHECKING
 from sinssim.lazy import on_first_use
 
 if TYPE_CHECKING:
-    from sinssim.calibration.calibrate import calibrate
-    from sinssim.calibration.result import CalibrationResult
+    from sinssim.calibration.calibrate import calibrate as calibrate
+    from sinssim.calibration.result import CalibrationResult as CalibrationResult
 
-__all__ = ["CalibrationResult", "calibrate"]
-
-__getattr__, __dir__ = on_first_use(
-    __name__, {"CalibrationResult": "sinssim.calibration.result", "calibrate": "sinssim.calibration.calibrate"}
-)
+__getattr__, __dir__, __all__ = on_first_use(__name__)

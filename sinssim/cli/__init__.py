@@ -7,15 +7,7 @@ from typing import TYPE_CHECKING
 from sinssim.lazy import on_first_use
 
 if TYPE_CHECKING:
-    from sinssim.__main__ import program
-    from sinssim.cli.process import main
+    from sinssim.__main__ import program as program
+    from sinssim.cli.process import main as main
 
-__all__ = ["main", "program"]
-
-__getattr__, __dir__ = on_first_use(
-    __name__,
-    {
-        "main": "sinssim.cli.process",
-        "program": "sinssim.__main__",
-    },
-)
+__getattr__, __dir__, __all__ = on_first_use(__name__)

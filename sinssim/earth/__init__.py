@@ -7,106 +7,38 @@ from typing import TYPE_CHECKING
 from sinssim.lazy import on_first_use
 
 if TYPE_CHECKING:
-    from sinssim.earth.coordinates import (
-        displaced,
-        ecef_to_eci,
-        ecef_to_geodetic,
-        eci_to_ecef,
-        geodetic_to_ecef,
-        q_en,
-        radii,
-    )
-    from sinssim.earth.datums import DATUMS, change_datum
-    from sinssim.earth.gravity import gravitation_ecef, gravity_ned, gravity_number, surface_gravity
-    from sinssim.earth.kernels import (
-        GRAVITY_NUMBERS,
-        EarthParameters,
-        closed_gravity_k,
-        ecef_to_geodetic_k,
-        geodetic_sincos_k,
-        geodetic_to_ecef_k,
-        gravitation_ecef_k,
-        gravity_ned_k,
-        j2_gravitation_k,
-        near_gravity_k,
-        normal_gravitation_k,
-        parameters,
-        q_en_k,
-        radii_k,
-    )
-    from sinssim.earth.models import ELLIPSOIDS, GRAVITY_MODELS, OMEGA_IE, WGS84, Ellipsoid, ellipsoid_by_name
+    from sinssim.earth.coordinates import displaced as displaced
+    from sinssim.earth.coordinates import ecef_to_eci as ecef_to_eci
+    from sinssim.earth.coordinates import ecef_to_geodetic as ecef_to_geodetic
+    from sinssim.earth.coordinates import eci_to_ecef as eci_to_ecef
+    from sinssim.earth.coordinates import geodetic_to_ecef as geodetic_to_ecef
+    from sinssim.earth.coordinates import q_en as q_en
+    from sinssim.earth.coordinates import radii as radii
+    from sinssim.earth.datums import DATUMS as DATUMS
+    from sinssim.earth.datums import change_datum as change_datum
+    from sinssim.earth.gravity import gravitation_ecef as gravitation_ecef
+    from sinssim.earth.gravity import gravity_ned as gravity_ned
+    from sinssim.earth.gravity import gravity_number as gravity_number
+    from sinssim.earth.gravity import surface_gravity as surface_gravity
+    from sinssim.earth.kernels import GRAVITY_NUMBERS as GRAVITY_NUMBERS
+    from sinssim.earth.kernels import EarthParameters as EarthParameters
+    from sinssim.earth.kernels import closed_gravity_k as closed_gravity_k
+    from sinssim.earth.kernels import ecef_to_geodetic_k as ecef_to_geodetic_k
+    from sinssim.earth.kernels import geodetic_sincos_k as geodetic_sincos_k
+    from sinssim.earth.kernels import geodetic_to_ecef_k as geodetic_to_ecef_k
+    from sinssim.earth.kernels import gravitation_ecef_k as gravitation_ecef_k
+    from sinssim.earth.kernels import gravity_ned_k as gravity_ned_k
+    from sinssim.earth.kernels import j2_gravitation_k as j2_gravitation_k
+    from sinssim.earth.kernels import near_gravity_k as near_gravity_k
+    from sinssim.earth.kernels import normal_gravitation_k as normal_gravitation_k
+    from sinssim.earth.kernels import parameters as parameters
+    from sinssim.earth.kernels import q_en_k as q_en_k
+    from sinssim.earth.kernels import radii_k as radii_k
+    from sinssim.earth.models import ELLIPSOIDS as ELLIPSOIDS
+    from sinssim.earth.models import GRAVITY_MODELS as GRAVITY_MODELS
+    from sinssim.earth.models import OMEGA_IE as OMEGA_IE
+    from sinssim.earth.models import WGS84 as WGS84
+    from sinssim.earth.models import Ellipsoid as Ellipsoid
+    from sinssim.earth.models import ellipsoid_by_name as ellipsoid_by_name
 
-__all__ = [
-    "DATUMS",
-    "ELLIPSOIDS",
-    "GRAVITY_MODELS",
-    "GRAVITY_NUMBERS",
-    "OMEGA_IE",
-    "WGS84",
-    "EarthParameters",
-    "Ellipsoid",
-    "change_datum",
-    "closed_gravity_k",
-    "displaced",
-    "ecef_to_eci",
-    "ecef_to_geodetic",
-    "ecef_to_geodetic_k",
-    "eci_to_ecef",
-    "ellipsoid_by_name",
-    "geodetic_sincos_k",
-    "geodetic_to_ecef",
-    "geodetic_to_ecef_k",
-    "gravitation_ecef",
-    "gravitation_ecef_k",
-    "gravity_ned",
-    "gravity_ned_k",
-    "gravity_number",
-    "j2_gravitation_k",
-    "near_gravity_k",
-    "normal_gravitation_k",
-    "parameters",
-    "q_en",
-    "q_en_k",
-    "radii",
-    "radii_k",
-    "surface_gravity",
-]
-
-__getattr__, __dir__ = on_first_use(
-    __name__,
-    {
-        "DATUMS": "sinssim.earth.datums",
-        "ELLIPSOIDS": "sinssim.earth.models",
-        "EarthParameters": "sinssim.earth.kernels",
-        "Ellipsoid": "sinssim.earth.models",
-        "GRAVITY_MODELS": "sinssim.earth.models",
-        "GRAVITY_NUMBERS": "sinssim.earth.kernels",
-        "OMEGA_IE": "sinssim.earth.models",
-        "WGS84": "sinssim.earth.models",
-        "change_datum": "sinssim.earth.datums",
-        "closed_gravity_k": "sinssim.earth.kernels",
-        "displaced": "sinssim.earth.coordinates",
-        "ecef_to_eci": "sinssim.earth.coordinates",
-        "ecef_to_geodetic": "sinssim.earth.coordinates",
-        "ecef_to_geodetic_k": "sinssim.earth.kernels",
-        "eci_to_ecef": "sinssim.earth.coordinates",
-        "ellipsoid_by_name": "sinssim.earth.models",
-        "geodetic_sincos_k": "sinssim.earth.kernels",
-        "geodetic_to_ecef": "sinssim.earth.coordinates",
-        "geodetic_to_ecef_k": "sinssim.earth.kernels",
-        "gravitation_ecef": "sinssim.earth.gravity",
-        "gravitation_ecef_k": "sinssim.earth.kernels",
-        "gravity_ned": "sinssim.earth.gravity",
-        "gravity_ned_k": "sinssim.earth.kernels",
-        "gravity_number": "sinssim.earth.gravity",
-        "j2_gravitation_k": "sinssim.earth.kernels",
-        "near_gravity_k": "sinssim.earth.kernels",
-        "normal_gravitation_k": "sinssim.earth.kernels",
-        "parameters": "sinssim.earth.kernels",
-        "q_en": "sinssim.earth.coordinates",
-        "q_en_k": "sinssim.earth.kernels",
-        "radii": "sinssim.earth.coordinates",
-        "radii_k": "sinssim.earth.kernels",
-        "surface_gravity": "sinssim.earth.gravity",
-    },
-)
+__getattr__, __dir__, __all__ = on_first_use(__name__)

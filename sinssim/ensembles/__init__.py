@@ -7,19 +7,10 @@ from typing import TYPE_CHECKING
 from sinssim.lazy import on_first_use
 
 if TYPE_CHECKING:
-    from sinssim.ensembles.members import Member, member, run_seed
-    from sinssim.ensembles.result import EnsembleResult
-    from sinssim.ensembles.running.run import ensemble
+    from sinssim.ensembles.members import Member as Member
+    from sinssim.ensembles.members import member as member
+    from sinssim.ensembles.members import run_seed as run_seed
+    from sinssim.ensembles.result import EnsembleResult as EnsembleResult
+    from sinssim.ensembles.running.run import ensemble as ensemble
 
-__all__ = ["EnsembleResult", "Member", "ensemble", "member", "run_seed"]
-
-__getattr__, __dir__ = on_first_use(
-    __name__,
-    {
-        "EnsembleResult": "sinssim.ensembles.result",
-        "Member": "sinssim.ensembles.members",
-        "ensemble": "sinssim.ensembles.running.run",
-        "member": "sinssim.ensembles.members",
-        "run_seed": "sinssim.ensembles.members",
-    },
-)
+__getattr__, __dir__, __all__ = on_first_use(__name__)

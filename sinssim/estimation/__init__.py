@@ -10,44 +10,16 @@ from typing import TYPE_CHECKING
 from sinssim.lazy import on_first_use
 
 if TYPE_CHECKING:
-    from sinssim.estimation.model import BLOCKS, Block, ErrorModel, error_model
-    from sinssim.estimation.result import (
-        Divergence,
-        Estimate,
-        History,
-        Innovations,
-        Smoothed,
-        nominal_errors,
-        state_errors,
-    )
+    from sinssim.estimation.model import BLOCKS as BLOCKS
+    from sinssim.estimation.model import Block as Block
+    from sinssim.estimation.model import ErrorModel as ErrorModel
+    from sinssim.estimation.model import error_model as error_model
+    from sinssim.estimation.result import Divergence as Divergence
+    from sinssim.estimation.result import Estimate as Estimate
+    from sinssim.estimation.result import History as History
+    from sinssim.estimation.result import Innovations as Innovations
+    from sinssim.estimation.result import Smoothed as Smoothed
+    from sinssim.estimation.result import nominal_errors as nominal_errors
+    from sinssim.estimation.result import state_errors as state_errors
 
-__all__ = [
-    "BLOCKS",
-    "Block",
-    "Divergence",
-    "ErrorModel",
-    "Estimate",
-    "History",
-    "Innovations",
-    "Smoothed",
-    "error_model",
-    "nominal_errors",
-    "state_errors",
-]
-
-__getattr__, __dir__ = on_first_use(
-    __name__,
-    {
-        "BLOCKS": "sinssim.estimation.model",
-        "Block": "sinssim.estimation.model",
-        "Divergence": "sinssim.estimation.result",
-        "ErrorModel": "sinssim.estimation.model",
-        "Estimate": "sinssim.estimation.result",
-        "History": "sinssim.estimation.result",
-        "Innovations": "sinssim.estimation.result",
-        "Smoothed": "sinssim.estimation.result",
-        "error_model": "sinssim.estimation.model",
-        "nominal_errors": "sinssim.estimation.result",
-        "state_errors": "sinssim.estimation.result",
-    },
-)
+__getattr__, __dir__, __all__ = on_first_use(__name__)

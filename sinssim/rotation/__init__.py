@@ -7,106 +7,36 @@ from typing import TYPE_CHECKING
 from sinssim.lazy import on_first_use
 
 if TYPE_CHECKING:
-    from sinssim.rotation.angles import HEADING_RANGES, continuous_angles, heading_in, shown_heading
-    from sinssim.rotation.arrays import (
-        conjugate,
-        dcm_from_quaternion,
-        euler_from_quaternion,
-        multiply,
-        normalize,
-        quaternion_from_dcm,
-        quaternion_from_euler,
-        quaternion_from_rotation_vector,
-        rotate,
-        rotation_vector_from_quaternion,
-    )
-    from sinssim.rotation.kernels import (
-        SERIES,
-        Matrix,
-        Quaternion,
-        Vector,
-        cross_k,
-        dcm_from_quaternion_k,
-        euler_from_quaternion_k,
-        half_angle_series_k,
-        multiply_k,
-        quaternion_from_dcm_k,
-        quaternion_from_euler_k,
-        quaternion_from_rotation_vector_k,
-        rotate_k,
-        rotation_series_k,
-        rotation_vector_from_quaternion_k,
-        sincos_k,
-        small_rotation_series_k,
-    )
+    from sinssim.rotation.angles import HEADING_RANGES as HEADING_RANGES
+    from sinssim.rotation.angles import continuous_angles as continuous_angles
+    from sinssim.rotation.angles import heading_in as heading_in
+    from sinssim.rotation.angles import shown_heading as shown_heading
+    from sinssim.rotation.arrays import conjugate as conjugate
+    from sinssim.rotation.arrays import dcm_from_quaternion as dcm_from_quaternion
+    from sinssim.rotation.arrays import euler_from_quaternion as euler_from_quaternion
+    from sinssim.rotation.arrays import multiply as multiply
+    from sinssim.rotation.arrays import normalize as normalize
+    from sinssim.rotation.arrays import quaternion_from_dcm as quaternion_from_dcm
+    from sinssim.rotation.arrays import quaternion_from_euler as quaternion_from_euler
+    from sinssim.rotation.arrays import quaternion_from_rotation_vector as quaternion_from_rotation_vector
+    from sinssim.rotation.arrays import rotate as rotate
+    from sinssim.rotation.arrays import rotation_vector_from_quaternion as rotation_vector_from_quaternion
+    from sinssim.rotation.kernels import SERIES as SERIES
+    from sinssim.rotation.kernels import Matrix as Matrix
+    from sinssim.rotation.kernels import Quaternion as Quaternion
+    from sinssim.rotation.kernels import Vector as Vector
+    from sinssim.rotation.kernels import cross_k as cross_k
+    from sinssim.rotation.kernels import dcm_from_quaternion_k as dcm_from_quaternion_k
+    from sinssim.rotation.kernels import euler_from_quaternion_k as euler_from_quaternion_k
+    from sinssim.rotation.kernels import half_angle_series_k as half_angle_series_k
+    from sinssim.rotation.kernels import multiply_k as multiply_k
+    from sinssim.rotation.kernels import quaternion_from_dcm_k as quaternion_from_dcm_k
+    from sinssim.rotation.kernels import quaternion_from_euler_k as quaternion_from_euler_k
+    from sinssim.rotation.kernels import quaternion_from_rotation_vector_k as quaternion_from_rotation_vector_k
+    from sinssim.rotation.kernels import rotate_k as rotate_k
+    from sinssim.rotation.kernels import rotation_series_k as rotation_series_k
+    from sinssim.rotation.kernels import rotation_vector_from_quaternion_k as rotation_vector_from_quaternion_k
+    from sinssim.rotation.kernels import sincos_k as sincos_k
+    from sinssim.rotation.kernels import small_rotation_series_k as small_rotation_series_k
 
-__all__ = [
-    "HEADING_RANGES",
-    "SERIES",
-    "Matrix",
-    "Quaternion",
-    "Vector",
-    "conjugate",
-    "continuous_angles",
-    "cross_k",
-    "dcm_from_quaternion",
-    "dcm_from_quaternion_k",
-    "euler_from_quaternion",
-    "euler_from_quaternion_k",
-    "half_angle_series_k",
-    "heading_in",
-    "multiply",
-    "multiply_k",
-    "normalize",
-    "quaternion_from_dcm",
-    "quaternion_from_dcm_k",
-    "quaternion_from_euler",
-    "quaternion_from_euler_k",
-    "quaternion_from_rotation_vector",
-    "quaternion_from_rotation_vector_k",
-    "rotate",
-    "rotate_k",
-    "rotation_series_k",
-    "rotation_vector_from_quaternion",
-    "rotation_vector_from_quaternion_k",
-    "shown_heading",
-    "sincos_k",
-    "small_rotation_series_k",
-]
-
-__getattr__, __dir__ = on_first_use(
-    __name__,
-    {
-        "HEADING_RANGES": "sinssim.rotation.angles",
-        "Matrix": "sinssim.rotation.kernels",
-        "Quaternion": "sinssim.rotation.kernels",
-        "SERIES": "sinssim.rotation.kernels",
-        "Vector": "sinssim.rotation.kernels",
-        "conjugate": "sinssim.rotation.arrays",
-        "continuous_angles": "sinssim.rotation.angles",
-        "cross_k": "sinssim.rotation.kernels",
-        "dcm_from_quaternion": "sinssim.rotation.arrays",
-        "dcm_from_quaternion_k": "sinssim.rotation.kernels",
-        "euler_from_quaternion": "sinssim.rotation.arrays",
-        "euler_from_quaternion_k": "sinssim.rotation.kernels",
-        "half_angle_series_k": "sinssim.rotation.kernels",
-        "heading_in": "sinssim.rotation.angles",
-        "multiply": "sinssim.rotation.arrays",
-        "multiply_k": "sinssim.rotation.kernels",
-        "normalize": "sinssim.rotation.arrays",
-        "quaternion_from_dcm": "sinssim.rotation.arrays",
-        "quaternion_from_dcm_k": "sinssim.rotation.kernels",
-        "quaternion_from_euler": "sinssim.rotation.arrays",
-        "quaternion_from_euler_k": "sinssim.rotation.kernels",
-        "quaternion_from_rotation_vector": "sinssim.rotation.arrays",
-        "quaternion_from_rotation_vector_k": "sinssim.rotation.kernels",
-        "rotate": "sinssim.rotation.arrays",
-        "rotate_k": "sinssim.rotation.kernels",
-        "rotation_series_k": "sinssim.rotation.kernels",
-        "rotation_vector_from_quaternion": "sinssim.rotation.arrays",
-        "rotation_vector_from_quaternion_k": "sinssim.rotation.kernels",
-        "shown_heading": "sinssim.rotation.angles",
-        "sincos_k": "sinssim.rotation.kernels",
-        "small_rotation_series_k": "sinssim.rotation.kernels",
-    },
-)
+__getattr__, __dir__, __all__ = on_first_use(__name__)

@@ -7,18 +7,9 @@ from typing import TYPE_CHECKING
 from sinssim.lazy import on_first_use
 
 if TYPE_CHECKING:
-    from sinssim.scenario.content import find_content, list_content
-    from sinssim.scenario.load import load_scenario
-    from sinssim.scenario.schema import Scenario
+    from sinssim.scenario.content import find_content as find_content
+    from sinssim.scenario.content import list_content as list_content
+    from sinssim.scenario.load import load_scenario as load_scenario
+    from sinssim.scenario.schema import Scenario as Scenario
 
-__all__ = ["Scenario", "find_content", "list_content", "load_scenario"]
-
-__getattr__, __dir__ = on_first_use(
-    __name__,
-    {
-        "Scenario": "sinssim.scenario.schema",
-        "find_content": "sinssim.scenario.content",
-        "list_content": "sinssim.scenario.content",
-        "load_scenario": "sinssim.scenario.load",
-    },
-)
+__getattr__, __dir__, __all__ = on_first_use(__name__)

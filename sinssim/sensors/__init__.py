@@ -7,19 +7,10 @@ from typing import TYPE_CHECKING
 from sinssim.lazy import on_first_use
 
 if TYPE_CHECKING:
-    from sinssim.sensors.imu.emulate import emulate
-    from sinssim.sensors.imu.errors import ImuErrors, TriadErrors, draw
-    from sinssim.sensors.imu.grades import GRADES
+    from sinssim.sensors.imu.emulate import emulate as emulate
+    from sinssim.sensors.imu.errors import ImuErrors as ImuErrors
+    from sinssim.sensors.imu.errors import TriadErrors as TriadErrors
+    from sinssim.sensors.imu.errors import draw as draw
+    from sinssim.sensors.imu.grades import GRADES as GRADES
 
-__all__ = ["GRADES", "ImuErrors", "TriadErrors", "draw", "emulate"]
-
-__getattr__, __dir__ = on_first_use(
-    __name__,
-    {
-        "GRADES": "sinssim.sensors.imu.grades",
-        "ImuErrors": "sinssim.sensors.imu.errors",
-        "TriadErrors": "sinssim.sensors.imu.errors",
-        "draw": "sinssim.sensors.imu.errors",
-        "emulate": "sinssim.sensors.imu.emulate",
-    },
-)
+__getattr__, __dir__, __all__ = on_first_use(__name__)

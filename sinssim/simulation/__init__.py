@@ -7,20 +7,10 @@ from typing import TYPE_CHECKING
 from sinssim.lazy import on_first_use
 
 if TYPE_CHECKING:
-    from sinssim.simulation.execute import run
-    from sinssim.simulation.initial_error import initial_state_with_errors
-    from sinssim.simulation.result import Run, RunResult
-    from sinssim.simulation.stages import STAGES
+    from sinssim.simulation.execute import run as run
+    from sinssim.simulation.initial_error import initial_state_with_errors as initial_state_with_errors
+    from sinssim.simulation.result import Run as Run
+    from sinssim.simulation.result import RunResult as RunResult
+    from sinssim.simulation.stages import STAGES as STAGES
 
-__all__ = ["STAGES", "Run", "RunResult", "initial_state_with_errors", "run"]
-
-__getattr__, __dir__ = on_first_use(
-    __name__,
-    {
-        "STAGES": "sinssim.simulation.stages",
-        "Run": "sinssim.simulation.result",
-        "RunResult": "sinssim.simulation.result",
-        "initial_state_with_errors": "sinssim.simulation.initial_error",
-        "run": "sinssim.simulation.execute",
-    },
-)
+__getattr__, __dir__, __all__ = on_first_use(__name__)

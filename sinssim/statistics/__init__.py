@@ -7,47 +7,20 @@ from typing import TYPE_CHECKING
 from sinssim.lazy import on_first_use
 
 if TYPE_CHECKING:
-    from sinssim.statistics.chi_square import Band, mean_square_band, share_inside
-    from sinssim.statistics.circles import circle_radius, share_in_circle
-    from sinssim.statistics.order_statistics import Percentile, cep, percentile, r95, runs_for_band
-    from sinssim.statistics.rates import end_rate, mean_rate, to_nmi_h
-    from sinssim.statistics.standard_deviation import Spread, spread
+    from sinssim.statistics.chi_square import Band as Band
+    from sinssim.statistics.chi_square import mean_square_band as mean_square_band
+    from sinssim.statistics.chi_square import share_inside as share_inside
+    from sinssim.statistics.circles import circle_radius as circle_radius
+    from sinssim.statistics.circles import share_in_circle as share_in_circle
+    from sinssim.statistics.order_statistics import Percentile as Percentile
+    from sinssim.statistics.order_statistics import cep as cep
+    from sinssim.statistics.order_statistics import percentile as percentile
+    from sinssim.statistics.order_statistics import r95 as r95
+    from sinssim.statistics.order_statistics import runs_for_band as runs_for_band
+    from sinssim.statistics.rates import end_rate as end_rate
+    from sinssim.statistics.rates import mean_rate as mean_rate
+    from sinssim.statistics.rates import to_nmi_h as to_nmi_h
+    from sinssim.statistics.standard_deviation import Spread as Spread
+    from sinssim.statistics.standard_deviation import spread as spread
 
-__all__ = [
-    "Band",
-    "Percentile",
-    "Spread",
-    "cep",
-    "circle_radius",
-    "end_rate",
-    "mean_rate",
-    "mean_square_band",
-    "percentile",
-    "r95",
-    "runs_for_band",
-    "share_in_circle",
-    "share_inside",
-    "spread",
-    "to_nmi_h",
-]
-
-__getattr__, __dir__ = on_first_use(
-    __name__,
-    {
-        "Band": "sinssim.statistics.chi_square",
-        "Percentile": "sinssim.statistics.order_statistics",
-        "Spread": "sinssim.statistics.standard_deviation",
-        "cep": "sinssim.statistics.order_statistics",
-        "circle_radius": "sinssim.statistics.circles",
-        "end_rate": "sinssim.statistics.rates",
-        "mean_rate": "sinssim.statistics.rates",
-        "mean_square_band": "sinssim.statistics.chi_square",
-        "percentile": "sinssim.statistics.order_statistics",
-        "r95": "sinssim.statistics.order_statistics",
-        "runs_for_band": "sinssim.statistics.order_statistics",
-        "share_in_circle": "sinssim.statistics.circles",
-        "share_inside": "sinssim.statistics.chi_square",
-        "spread": "sinssim.statistics.standard_deviation",
-        "to_nmi_h": "sinssim.statistics.rates",
-    },
-)
+__getattr__, __dir__, __all__ = on_first_use(__name__)

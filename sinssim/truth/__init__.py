@@ -7,17 +7,9 @@ from typing import TYPE_CHECKING
 from sinssim.lazy import on_first_use
 
 if TYPE_CHECKING:
-    from sinssim.truth.source import fly
-    from sinssim.truth.trajectory import Channel, FlightEvent, Trajectory
+    from sinssim.truth.source import fly as fly
+    from sinssim.truth.trajectory import Channel as Channel
+    from sinssim.truth.trajectory import FlightEvent as FlightEvent
+    from sinssim.truth.trajectory import Trajectory as Trajectory
 
-__all__ = ["Channel", "FlightEvent", "Trajectory", "fly"]
-
-__getattr__, __dir__ = on_first_use(
-    __name__,
-    {
-        "Channel": "sinssim.truth.trajectory",
-        "FlightEvent": "sinssim.truth.trajectory",
-        "Trajectory": "sinssim.truth.trajectory",
-        "fly": "sinssim.truth.source",
-    },
-)
+__getattr__, __dir__, __all__ = on_first_use(__name__)
