@@ -33,7 +33,7 @@ from sinssim.estimation.from_scenario.recorded_run import Prepared, prepare
 from sinssim.noise_identification.allan import AllanDeviation, allan_deviation
 from sinssim.recording.figures.canvas import save
 from sinssim.scenario import Scenario
-from sinssim.scenario.toml_file import read_toml
+from sinssim.toml_file import read_toml
 from sinssim.units import ARCMIN, DEG_H, UG
 
 Array = NDArray[np.float64]

@@ -6,9 +6,10 @@ import math
 from collections.abc import Iterator
 from typing import Annotated, Any
 
-from pydantic import AfterValidator, BaseModel, ConfigDict, Field, ValidationError, model_validator
+from pydantic import AfterValidator, ConfigDict, Field, ValidationError, model_validator
 
 from sinssim.errors import InputError
+from sinssim.mistakes import Table, report
 from sinssim.system.short_repr import described
 
 
@@ -26,7 +27,7 @@ class _Words(str):
         return str(self)
 
 
-class Section(BaseModel):
+class Section(Table):
     """One table of a scenario file: immutable, without unknown keys, type conversions, NaN or infinity."""
 
     def __init__(self, /, *unnamed: object, **data: Any) -> None:
@@ -36,8 +37,6 @@ class Section(BaseModel):
         try:
             super().__init__(**data)
         except ValidationError as error:
-            from sinssim.scenario.mistakes import report
-
             raise InputError(report(error, type(self), {}, (), type(self).__name__)) from error
 
     # pydantic then makes nested tables itself and gives the full path of a mistake in them

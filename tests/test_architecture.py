@@ -18,14 +18,14 @@ PACKAGE = Path(sinssim.__file__).parent
 LAYERS = [
     # what stands under everything
     "errors", "lazy", "units", "formatting", "algorithms", "frames", "system", "data", "arguments",
-    "transverse", "checks", "own_content", "jit", "rotation", "progress", "earth", "mechanization",
+    "transverse", "checks", "mistakes", "section", "toml_file", "own_content", "content", "jit", "rotation",
+    "progress", "earth", "mechanization",
     "statistics", "requirements",
     # the engine knows nothing of scenarios, truth or sensors
     "strapdown",
     # what a scenario is made of: tables of names, keys and limits beside what they describe
     "sensors.noise", "sensors.imu.error_term", "sensors.imu.terms", "sensors.imu.datasheet",
     "sensors.sets.geometry",
-    "scenario.content", "scenario.mistakes", "section", "scenario.toml_file",
     "sensors.imu.grade_file", "sensors.imu.grades",
     "truth.trajectory", "truth.sample_times", "truth.block", "truth.flight.air", "sensors.from_readings",
     "sensors.aiding",
@@ -60,7 +60,7 @@ HOMES = {
     "jsbsim": {"truth.flight"},
     "filterpy": {"estimation"},
     "typer": {"cli"},
-    "tomllib": {"scenario"},
+    "tomllib": {"toml_file", "scenario.load"},
     "rich": {"cli", "recording.tables", "progress"},
     "matplotlib": {"recording.figures"},
 }

@@ -12,7 +12,7 @@ from pathlib import Path
 
 import pytest
 
-from sinssim.scenario.content import package_content
+from sinssim.content import package_content
 from tests.scenario.examples import PARKED
 
 CHECKOUT = Path(__file__).parents[1]

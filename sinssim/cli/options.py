@@ -41,7 +41,7 @@ def scenario_names(incomplete: str) -> list[str]:
     Returns:
         The names with this beginning.
     """
-    from sinssim.scenario.content import list_content
+    from sinssim.content import list_content
 
     return [name for name in list_content("scenarios") if name.startswith(incomplete)]
 

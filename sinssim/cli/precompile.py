@@ -12,10 +12,10 @@ import numpy as np
 
 from sinssim import earth
 from sinssim.alignment.disturbed import inertial_curve
+from sinssim.content import package_content
 from sinssim.error_budget.analyse import budget
 from sinssim.estimation.from_scenario import filter_states
 from sinssim.scenario import Scenario, load_scenario
-from sinssim.scenario.content import package_content
 from sinssim.scenario.sections.within_imu.sensor_set import Redundant
 from sinssim.simulation.execute import rehearse, run
 from sinssim.system.drafts import Draft

@@ -59,7 +59,7 @@ class Member:
         from pydantic import ValidationError
 
         from sinssim.errors import InputError
-        from sinssim.scenario.mistakes import report
+        from sinssim.mistakes import report
         from sinssim.scenario.variation import with_values
 
         contents = with_values(self.base.contents(without=("ensemble",)), {"seed": self.seed, **self.values})

@@ -7,10 +7,10 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
+from sinssim.content import list_content
 from sinssim.errors import InputError
 from sinssim.inspection.files import inspect
 from sinssim.logs.read import candidates, read_file
-from sinssim.scenario.content import list_content
 
 NAME = "suggested.toml"
 """File of the suggested scenario in the run directory."""

@@ -13,11 +13,11 @@ from typing import Annotated, Any
 
 from pydantic import AfterValidator
 
+from sinssim.content import find_content, package_content
 from sinssim.errors import InputError
 from sinssim.own_content.layout import Item, items_of
 from sinssim.own_content.modules import file_digest, source_of
 from sinssim.own_content.registry import NAMED, register, registered
-from sinssim.scenario.content import find_content, package_content
 from sinssim.section import Section
 from sinssim.sensors.imu.grades import GRADE_TABLE, grade_file, grade_name
 from sinssim.system.user_file import read_text

@@ -7,8 +7,8 @@ from collections.abc import Iterable
 from contextlib import suppress
 from pathlib import Path
 
+from sinssim.content import package_content
 from sinssim.errors import InputError
-from sinssim.scenario.content import package_content
 
 _FILES = {
     "README.md": "what everything is, and what to type",

@@ -7,8 +7,8 @@ from typing import TYPE_CHECKING
 from sinssim.lazy import on_first_use
 
 if TYPE_CHECKING:
-    from sinssim.scenario.content import find_content as find_content
-    from sinssim.scenario.content import list_content as list_content
+    from sinssim.content import find_content as find_content
+    from sinssim.content import list_content as list_content
     from sinssim.scenario.load import load_scenario as load_scenario
     from sinssim.scenario.schema import Scenario as Scenario
 

@@ -6,10 +6,10 @@ import types
 from collections.abc import Iterator, Mapping
 from typing import Annotated, Any, Union, get_args, get_origin
 
-from pydantic import BaseModel, ValidationError
+from pydantic import ValidationError
 
 from sinssim.errors import InputError, shortened, unknown_name
-from sinssim.scenario.mistakes import describe
+from sinssim.mistakes import Table, describe
 from sinssim.scenario.sections.ensemble import Choice, EnsembleSection, Normal, Uniform
 
 _NOT_VARIED = {
@@ -18,7 +18,7 @@ _NOT_VARIED = {
 }
 
 
-def check_variation(scenario: BaseModel, section: EnsembleSection, contents: dict[str, Any]) -> None:
+def check_variation(scenario: Table, section: EnsembleSection, contents: dict[str, Any]) -> None:
     """Check that the varied keys exist, are numbers, and may have the values of their distributions.
 
     Args:
@@ -81,7 +81,7 @@ def _extremes(one: Normal | Uniform | Choice, where: str, whole: bool) -> Iterat
                 yield f"values.{number}", value
 
 
-def _check_key(scenario: BaseModel, path: str, where: str) -> bool:
+def _check_key(scenario: Table, path: str, where: str) -> bool:
     """Raise unless a path leads to a number of the scenario; return whether it is a whole number."""
     names = path.split(".")
     if names[0] in _NOT_VARIED:
@@ -90,7 +90,7 @@ def _check_key(scenario: BaseModel, path: str, where: str) -> bool:
     annotation: Any = None
     for index, name in enumerate(names):
         above = ".".join(names[:index])
-        if isinstance(here, BaseModel):
+        if isinstance(here, Table):
             fields = type(here).model_fields
             if name not in fields:
                 raise ValueError(f"{where}: {_unknown(name, above, fields)}")
@@ -111,12 +111,12 @@ def _check_key(scenario: BaseModel, path: str, where: str) -> bool:
             raise ValueError(f"{where} has no value in the scenario{_write(scenario, path, annotation)}")
         if isinstance(here, tuple) and here and isinstance(here[0], int | float):
             raise ValueError(f"{where} has {len(here)} entries; vary one of them: {path}.1 to {path}.{len(here)}")
-        shown = "a table" if isinstance(here, BaseModel) else shortened(repr(here), 40)
+        shown = "a table" if isinstance(here, Table) else shortened(repr(here), 40)
         raise ValueError(f"{where} is {shown}, not a number; only numbers can be varied")
     return int in kinds and float not in kinds
 
 
-def _write(scenario: BaseModel, path: str, annotation: Any) -> str:
+def _write(scenario: Table, path: str, annotation: Any) -> str:
     """Return what to write for a key that is left out, so that its entries can be varied."""
     *tables, key = path.split(".")
     arrays = [get_args(kind) for kind in _types(annotation) if get_origin(kind) is tuple]
@@ -130,7 +130,7 @@ def _write(scenario: BaseModel, path: str, annotation: Any) -> str:
         above = getattr(above, name, None)
     words = key.split("_")
     siblings = ("_".join([*words[:i], "sigma", *words[i:]]) for i in range(1, len(words)))
-    sigma = next((name for name in siblings if isinstance(above, BaseModel) and name in type(above).model_fields), "")
+    sigma = next((name for name in siblings if isinstance(above, Table) and name in type(above).model_fields), "")
     if not sigma:
         return f": give {key} its {len(arrays[0])} numbers in {place} first, and vary {entries}"
     return (

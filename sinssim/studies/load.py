@@ -6,12 +6,12 @@ from collections.abc import Sequence
 from pathlib import Path
 from typing import Any
 
+from sinssim.content import find_content
 from sinssim.errors import InputError
 from sinssim.own_content.in_scenario import resolved_use
-from sinssim.scenario.content import find_content
 from sinssim.scenario.load import override
-from sinssim.scenario.toml_file import read_toml, validate
 from sinssim.studies.schema import Study
+from sinssim.toml_file import read_toml, validate
 
 
 def load_study(path: str | Path, overrides: Sequence[str] = ()) -> Study:

@@ -6,12 +6,12 @@ from collections.abc import Sequence
 from pathlib import Path
 from typing import Any
 
+from sinssim.content import find_content, list_content
 from sinssim.errors import InputError
-from sinssim.scenario.content import find_content, list_content
 from sinssim.scenario.load import override
-from sinssim.scenario.toml_file import read_toml, validate
 from sinssim.studies.load import load_study
 from sinssim.studies.schema import Study
+from sinssim.toml_file import read_toml, validate
 from sinssim.trades.cells import scenario_beside
 from sinssim.trades.schema import TradeStudy
 

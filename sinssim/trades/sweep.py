@@ -8,10 +8,10 @@ from decimal import Decimal
 from pathlib import Path
 from typing import Any
 
+from sinssim.content import find_content, list_content
 from sinssim.errors import InputError, shortened
-from sinssim.scenario.content import find_content, list_content
 from sinssim.scenario.load import override, parse_value
-from sinssim.scenario.toml_file import read_toml, validate
+from sinssim.toml_file import read_toml, validate
 from sinssim.trades.schema import MOST_CELLS, TradeStudy
 
 FORM = (

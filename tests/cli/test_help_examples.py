@@ -8,7 +8,7 @@ from pathlib import Path
 
 import pytest
 
-from sinssim.scenario.content import list_content
+from sinssim.content import list_content
 
 COMMANDS = Path(__file__).parents[2] / "sinssim" / "cli" / "commands"
 EXAMPLES = [

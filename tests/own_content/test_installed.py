@@ -6,10 +6,10 @@ from pathlib import Path
 
 import pytest
 
+from sinssim.content import find_content, list_content
 from sinssim.own_content.installed import _of_packages, offered
 from sinssim.own_content.registry import described
 from sinssim.scenario import load_scenario
-from sinssim.scenario.content import find_content, list_content
 
 
 def install(site: Path, name: str, value: str) -> Path:

@@ -7,9 +7,9 @@ from pathlib import Path
 
 import pytest
 
+from sinssim.content import package_content
 from sinssim.errors import InputError
 from sinssim.own_content.new_project import new_project
-from sinssim.scenario.content import package_content
 from tests.cli.test_cli import call
 
 

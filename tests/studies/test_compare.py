@@ -13,8 +13,8 @@ import numpy as np
 import pyarrow.parquet as pq
 import pytest
 
+from sinssim.content import list_content
 from sinssim.errors import InputError
-from sinssim.scenario.content import list_content
 from sinssim.studies import compare as module
 from sinssim.studies.compare import compare
 from sinssim.studies.load import load_study

@@ -9,8 +9,8 @@ import pytest
 
 from sinssim import ALGORITHMS
 from sinssim.algorithms import whole_ratio
+from sinssim.content import list_content
 from sinssim.errors import InputError
-from sinssim.scenario.content import list_content
 from sinssim.studies.load import load_study
 
 PART = """\

@@ -6,8 +6,8 @@ from pathlib import Path
 
 import pytest
 
+from sinssim.content import list_content
 from sinssim.errors import InputError
-from sinssim.scenario.content import list_content
 from sinssim.studies.load import load_study
 from sinssim.studies.schema import Study
 from sinssim.trades.cells import cells_of

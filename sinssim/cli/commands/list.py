@@ -115,7 +115,7 @@ def names_of(kind: Listing) -> Mapping[str, str]:
 
             return {**describe_sensors(), **described("aiding")}
         case Listing.VIEWS:
-            from sinssim.scenario.content import list_content
+            from sinssim.content import list_content
 
             return {name: _first_sentence(file) for name, file in list_content("viz").items()}
         case Listing.AIRCRAFT:
@@ -128,14 +128,14 @@ def names_of(kind: Listing) -> Mapping[str, str]:
 
 def _descriptions(kind: Literal["aircraft", "scenarios", "studies", "grades"]) -> dict[str, str]:
     """Return the descriptions in the TOML files of a content folder."""
-    from sinssim.scenario.content import list_content
+    from sinssim.content import list_content
 
     return {name: _description(file) for name, file in list_content(kind).items()}
 
 
 def _description(file: Path) -> str:
     """Return a TOML file's description; an invalid file must not hide the others."""
-    from sinssim.scenario.toml_file import read_toml
+    from sinssim.toml_file import read_toml
 
     try:
         return str(read_toml(file)[1].get("description", ""))

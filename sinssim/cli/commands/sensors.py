@@ -46,8 +46,8 @@ def command(
     """
     from sinssim.scenario.load import override
     from sinssim.scenario.sections.imu import ImuSection
-    from sinssim.scenario.toml_file import validate
     from sinssim.sensors.imu.grades import find_grade
+    from sinssim.toml_file import validate
 
     find_grade(grade)
     data: dict[str, object] = {"grade": grade}

@@ -115,7 +115,7 @@ def read_samples(
     if isinstance(description, LogDescription):
         layout, source = description, "the description"
     elif description is not None:
-        from sinssim.scenario.toml_file import read_toml, validate
+        from sinssim.toml_file import read_toml, validate
 
         source = str(description)
         text, data = read_toml(Path(description))

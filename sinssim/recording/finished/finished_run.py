@@ -94,7 +94,7 @@ class FinishedRun:
     @cached_property
     def scenario(self) -> dict[str, Any]:
         """Contents of scenario.toml, as text and values without checks: older versions wrote other keys."""
-        from sinssim.scenario.toml_file import read_toml
+        from sinssim.toml_file import read_toml
 
         return read_toml(self.path / "scenario.toml")[1]
 

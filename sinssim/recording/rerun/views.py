@@ -13,8 +13,8 @@ from pathlib import Path
 from types import ModuleType
 from typing import TYPE_CHECKING, Any
 
+from sinssim.content import find_content, list_content, package_content, warn_of_two
 from sinssim.errors import InputError, unknown_name
-from sinssim.scenario.content import find_content, list_content, package_content, warn_of_two
 from sinssim.system.drafts import Draft
 
 if TYPE_CHECKING:

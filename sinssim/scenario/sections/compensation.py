@@ -6,15 +6,14 @@ from collections.abc import Iterator
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any, Self
 
-from pydantic import Field, ValidationInfo, create_model, field_validator, model_validator
+from pydantic import Field, create_model, model_validator
 
 from sinssim.errors import InputError
 from sinssim.scenario.sections.imu import Places
-from sinssim.scenario.toml_file import read_toml
-from sinssim.section import Section
-from sinssim.sensors.imu.datasheet import in_scenario_units, not_absurd
+from sinssim.sensors.imu.datasheet import ErrorTable
 from sinssim.sensors.imu.error_term import ErrorTerm
 from sinssim.sensors.imu.terms import TERMS
+from sinssim.toml_file import read_toml
 
 _SENSORS = {"gyro": "gyros", "accel": "accelerometers"}
 
@@ -31,10 +30,10 @@ def _keys(term: ErrorTerm) -> Iterator[tuple[str, Any]]:
 
 
 if TYPE_CHECKING:
-    _Terms = Section
+    _Terms = ErrorTable
 else:
     _Terms = create_model(
-        "_Terms", __base__=Section, **{key: kind for term in TERMS if term.calibrated for key, kind in _keys(term)}
+        "_Terms", __base__=ErrorTable, **{key: kind for term in TERMS if term.calibrated for key, kind in _keys(term)}
     )
 
 
@@ -58,11 +57,6 @@ class CompensationSection(_Terms):
 
     @model_validator(mode="before")
     @classmethod
-    def _other_units(cls, data: Any) -> Any:
-        return in_scenario_units(data, cls.model_fields)
-
-    @model_validator(mode="before")
-    @classmethod
     def _of_file(cls, data: Any) -> Any:
         """Replace the file by its contents."""
         if not isinstance(data, dict) or not isinstance(data.get("file"), str):
@@ -77,11 +71,6 @@ class CompensationSection(_Terms):
         if "file" in table:
             raise ValueError(f"file: {path} refers to another file; give that one")
         return {**table, **{key: value for key, value in data.items() if key != "file"}}
-
-    @field_validator("*")
-    @classmethod
-    def _of_a_sensor(cls, value: Any, info: ValidationInfo) -> Any:
-        return not_absurd(str(info.field_name), value)
 
     @model_validator(mode="after")
     def _values_have_uncertainties(self) -> Self:

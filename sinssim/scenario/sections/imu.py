@@ -33,8 +33,8 @@ from sinssim.scenario.sections.within_imu.sensor_set import (
     SensorSet,
     SixAccelerometers,
 )
-from sinssim.section import LeverArm, NotNegative, Positive, Section, Vector3
-from sinssim.sensors.imu.datasheet import in_scenario_units, not_absurd
+from sinssim.section import LeverArm, NotNegative, Positive, Vector3
+from sinssim.sensors.imu.datasheet import ErrorTable
 from sinssim.sensors.imu.error_term import ErrorTerm
 from sinssim.sensors.imu.grades import find_grade
 from sinssim.sensors.imu.terms import TERMS
@@ -64,7 +64,7 @@ def _keys(term: ErrorTerm) -> Iterator[tuple[str, Any]]:
     yield term.sigma_key, (sigma | None, Field(default=None, description=_SIGMA))
 
 
-class _Block(Section):
+class _Block(ErrorTable):
     """Grade, rate, sensor set and place of a sensor block."""
 
     grade: str = Field(
@@ -130,16 +130,6 @@ class ImuSection(_Terms):
     )
     faults: tuple[Fault, ...] = Field(default=(), description="faults in the run")
     rotation: Rotation | None = Field(default=None, description="rotation of the IMU in the vehicle")
-
-    @model_validator(mode="before")
-    @classmethod
-    def _other_units(cls, data: Any) -> Any:
-        return in_scenario_units(data, cls.model_fields)
-
-    @field_validator(*(key for term in TERMS for key in term.keys))
-    @classmethod
-    def _of_a_sensor(cls, value: Any, info: ValidationInfo) -> Any:
-        return not_absurd(str(info.field_name), value)
 
     @field_validator("grade")
     @classmethod

@@ -8,7 +8,10 @@ from collections.abc import Collection
 from functools import cache
 from typing import Any, NamedTuple
 
+from pydantic import ValidationInfo, field_validator, model_validator
+
 from sinssim.errors import InputError, respelled
+from sinssim.section import Section
 from sinssim.sensors.imu.error_term import ErrorTerm
 from sinssim.sensors.imu.terms import TERMS
 
@@ -27,6 +30,11 @@ class DatasheetLine(NamedTuple):
     term: ErrorTerm
     sigma: bool
     factor: float
+
+    @property
+    def key(self) -> str:
+        """Key in the unit of scenarios."""
+        return self.term.sigma_key if self.sigma else self.term.key
 
 
 @cache
@@ -97,37 +105,6 @@ def not_absurd(key: str, value: Any) -> Any:
                     f"{number:g} is larger than that of any sensor; its magnitude must be at most {most:g}"
                 )
     return value
-
-
-def in_scenario_units(data: Any, known: Collection[str]) -> Any:
-    """Convert errors in other units to the keys and units of scenarios.
-
-    Args:
-        data: a table of a scenario; anything else is returned unchanged.
-        known: keys of the table. A key with an unknown unit stays unchanged, and the schema refuses it.
-
-    Returns:
-        The table.
-
-    Raises:
-        ValueError: an error is given twice, in two units.
-    """
-    if not isinstance(data, dict):
-        return data
-    converted: dict[str, Any] = {}
-    for key, value in data.items():
-        try:
-            stated = None if key in known else line(key)
-        except InputError:
-            stated = None
-        if stated is not None:
-            term = stated.term
-            key = term.sigma_key if stated.sigma else term.key
-            value = _times(value, stated.factor / term.unit)
-        if key in converted:
-            raise ValueError(f"{key} is given twice, in two units: keep one of them")
-        converted[key] = value
-    return converted
 
 
 def _times(value: Any, factor: float) -> Any:
@@ -247,3 +224,42 @@ def _hint(name: str, triads: tuple[str, ...], unit: str) -> str:
     if name in ("scale", "misalignment", "bias", "asymmetry", "g_sensitivity"):
         return "it is {keys}, the 1σ of an error that differs from run to run"
     return "it is {keys}"
+
+
+class ErrorTable(Section):
+    """A table with error terms: their units may be any of data sheets, and absurdly large errors are refused."""
+
+    @model_validator(mode="before")
+    @classmethod
+    def _in_own_units(cls, data: Any) -> Any:
+        """Convert errors in other units to the table's; a key with an unknown unit stays, and the schema refuses it."""
+        if not isinstance(data, dict):
+            return data
+        converted: dict[str, Any] = {}
+        for key, value in data.items():
+            try:
+                stated = None if key in cls.model_fields else line(key)
+            except InputError:
+                stated = None
+            if stated is not None:
+                key, value = stated.key, _times(value, stated.factor / stated.term.unit)
+            if key in converted:
+                raise ValueError(f"{key} is given twice, in two units: keep one of them")
+            converted[key] = value
+        return converted
+
+    @field_validator("*")
+    @classmethod
+    def _of_a_sensor(cls, value: Any, info: ValidationInfo) -> Any:
+        return not_absurd(str(info.field_name), value)
+
+    @classmethod
+    def key_for(cls, given: str) -> str | None:
+        """Return the field for an error term in another unit."""
+        stated = line(given)
+        return None if stated is None else stated.key
+
+    @classmethod
+    def in_words(cls, unknown: str) -> str | None:
+        """Return the error term that a word of data sheets means."""
+        return in_words(unknown, cls.model_fields)

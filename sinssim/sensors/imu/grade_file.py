@@ -8,19 +8,19 @@ from functools import lru_cache
 from pathlib import Path
 from typing import Annotated, Any
 
-from pydantic import Field, ValidationInfo, create_model, field_validator, model_validator
+from pydantic import Field, create_model, model_validator
 
-from sinssim.scenario.toml_file import read_toml, validate
-from sinssim.section import Section, Sentence
-from sinssim.sensors.imu.datasheet import in_scenario_units, not_absurd, to_si
+from sinssim.section import Sentence
+from sinssim.sensors.imu.datasheet import ErrorTable, to_si
 from sinssim.sensors.imu.error_term import ErrorTerm
 from sinssim.sensors.imu.terms import TERMS
+from sinssim.toml_file import read_toml, validate
 
 SUFFIX = ".toml"
 """End of the name of a grade's file; the names of other grades do not end so."""
 
 _OF_THE_BLOCK = (
-    *(key for term in TERMS if term.default is not None for key in term.keys),
+    *(f"{term.name}_{unit}" for term in TERMS if term.default is not None for unit in term.units),
     *("rate_hz", "sensor_set", "lever_arm_m", "mounting_deg", "temperature_start_c", "temperature_steady_c"),
     *("warm_up_time_s", "accel_arms_mm", "accel_delay_ms", "laser_gyro", "faults", "rotation"),
 )
@@ -114,7 +114,7 @@ def _number(term: ErrorTerm) -> Any:
 
 
 _KEYS = {grade_key(term): (_number(term), Field(default=None)) for term in TERMS if of_grades(term)}
-_Terms: Any = create_model("_Terms", __base__=Section, **dict[str, Any](_KEYS))
+_Terms: Any = create_model("_Terms", __base__=ErrorTable, **dict[str, Any](_KEYS))
 
 
 class _GradeFile(_Terms):  # type: ignore[misc]
@@ -126,17 +126,11 @@ class _GradeFile(_Terms):  # type: ignore[misc]
 
     @model_validator(mode="before")
     @classmethod
-    def _other_units(cls, data: Any) -> Any:
-        data = in_scenario_units(data, cls.model_fields)
+    def _no_block(cls, data: Any) -> Any:
         for key in data if isinstance(data, dict) else ():
             if key in _OF_THE_BLOCK:
                 raise ValueError(f"{key} is not part of a grade: give it in the scenario's [imu]")
         return data
-
-    @field_validator(*_KEYS)
-    @classmethod
-    def _of_a_sensor(cls, value: Any, info: ValidationInfo) -> Any:
-        return not_absurd(str(info.field_name), value)
 
 
 def read_grade(file: Path) -> Grade:

@@ -5,8 +5,8 @@ from __future__ import annotations
 from functools import lru_cache
 from pathlib import Path
 
+from sinssim.content import find_content, list_content
 from sinssim.errors import InputError, nearest, shortened
-from sinssim.scenario.content import find_content, list_content
 from sinssim.sensors.imu.grade_file import SUFFIX, Grade, TriadGrade, read_grade
 from sinssim.units import ARCSEC, DEG_H, DEG_SQRT_H, MPS_SQRT_H, PPM, UG
 

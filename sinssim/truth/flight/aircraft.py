@@ -9,9 +9,9 @@ from typing import Self
 
 from pydantic import Field, model_validator
 
-from sinssim.scenario.content import find_content
-from sinssim.scenario.toml_file import read_toml, validate
+from sinssim.content import find_content
 from sinssim.section import NotNegative, Positive, Section, Vector3
+from sinssim.toml_file import read_toml, validate
 
 
 class Mounting(Section):

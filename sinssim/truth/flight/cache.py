@@ -19,7 +19,7 @@ from pathlib import Path
 
 import numpy as np
 
-from sinssim.scenario.content import find_content
+from sinssim.content import find_content
 from sinssim.scenario.sections.flight import FlightSection
 from sinssim.system.drafts import draft
 from sinssim.system.kernel_files import cache_root

@@ -17,8 +17,8 @@ from pathlib import Path
 from typing import Any
 from xml.etree import ElementTree
 
+from sinssim.content import find_content
 from sinssim.errors import InputError
-from sinssim.scenario.content import find_content
 from sinssim.scenario.sections.flight import AirStart, FlightSection, RunwayStart, Turbulence
 from sinssim.scenario.sections.within_flight.wind import Gust
 from sinssim.system.drafts import Draft

@@ -12,10 +12,10 @@ import pytest
 import rerun.blueprint as rrb
 from rerun.chunk import RrdReader
 
+from sinssim import content
 from sinssim.errors import InputError
 from sinssim.recording.rerun.viewer import find_recording, read_run_info
 from sinssim.recording.rerun.views import RunInfo, all_views, load_view, view_names
-from sinssim.scenario import content
 from sinssim.simulation import run
 from tests.recording import fake_run
 

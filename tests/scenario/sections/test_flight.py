@@ -8,8 +8,8 @@ from typing import Any
 import pytest
 from pydantic import ValidationError
 
+from sinssim.content import list_content
 from sinssim.errors import InputError
-from sinssim.scenario.content import list_content
 from sinssim.scenario.sections.flight import FlightSection
 from sinssim.truth.flight.aircraft import load_aircraft
 from sinssim.truth.flight.legs.turn import TurnLeg

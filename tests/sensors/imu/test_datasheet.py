@@ -172,6 +172,13 @@ def test_what_a_scenario_refuses(tmp_path: Path, text: str, message: str) -> Non
         load_scenario(file)
 
 
+def test_a_mistake_in_a_sigma_is_not_said_to_be_given_as_the_error(tmp_path: Path) -> None:
+    file = tmp_path / "block.toml"
+    file.write_text(HEAD + "gyro_bias_deg_h = [1.0, 0.0, 0.0]\ngyro_bias_sigma_deg_h = -1.0\n", encoding="utf-8")
+    with pytest.raises(InputError, match=r"line 6: imu.gyro_bias_sigma_deg_h = -1.0 must be at least 0\.$"):
+        load_scenario(file)
+
+
 def test_what_is_no_number_stays_for_the_schema_to_refuse() -> None:
     with pytest.raises(ValidationError, match="valid number"):
         ImuSection.model_validate({"gyro_arw_deg_h_sqrt_hz": "much"})

@@ -8,7 +8,7 @@ import tomllib
 
 import pytest
 
-from sinssim.scenario.content import list_content
+from sinssim.content import list_content
 from sinssim.scenario.sections.imu import ImuSection
 from sinssim.sensors.imu.grade_file import Grade
 from sinssim.sensors.imu.grades import GRADE_TABLE, find_grade

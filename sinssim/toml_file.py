@@ -8,13 +8,13 @@ from collections.abc import Collection
 from pathlib import Path
 from typing import Any, TypeVar
 
-from pydantic import BaseModel, ValidationError
+from pydantic import ValidationError
 
 from sinssim.errors import InputError, shortened
-from sinssim.scenario.mistakes import key_lines, report
+from sinssim.mistakes import Table, key_lines, report
 from sinssim.system.user_file import read_text
 
-Model = TypeVar("Model", bound=BaseModel)
+Model = TypeVar("Model", bound=Table)
 
 _DEEPEST = 20  # nesting depth of tables and arrays; a scenario needs six
 _MOST_DOTS = 100  # of a key; more than `_DEEPEST`, because such dots may also lie in a text

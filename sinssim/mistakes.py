@@ -15,7 +15,6 @@ from pydantic import BaseModel, ValidationError
 from pydantic_core import ErrorDetails
 
 from sinssim.errors import InputError, nearest, respelled, shortened
-from sinssim.sensors.imu import datasheet
 
 _MANY = 40  # more keys than this are no help in a message
 
@@ -76,9 +75,28 @@ _TYPES = {
 }
 
 
+class Table(BaseModel):
+    """A table of a file, with what it knows of keys that are not its fields."""
+
+    @classmethod
+    def own_table(cls, name: str) -> type[Table] | None:
+        """Return the class of a table outside the package, for the words of a mistake in it."""
+        return None
+
+    @classmethod
+    def key_for(cls, given: str) -> str | None:
+        """Return the field for a key in another unit; an `InputError` names the units if it cannot have this one."""
+        return None
+
+    @classmethod
+    def in_words(cls, unknown: str) -> str | None:
+        """Return what to give instead of a key that is a word of data sheets."""
+        return None
+
+
 def report(
     error: ValidationError,
-    model: type[BaseModel],
+    model: type[Table],
     lines: Mapping[tuple[str, ...], int],
     overridden: Collection[str],
     source: str,
@@ -108,7 +126,7 @@ def report(
 
 def describe(
     errors: Sequence[ErrorDetails],
-    model: type[BaseModel],
+    model: type[Table],
     lines: Mapping[tuple[str, ...], int],
     overridden: Collection[str],
 ) -> tuple[list[str], int]:
@@ -147,7 +165,7 @@ def describe(
 
 def _place(
     error: ErrorDetails,
-    model: type[BaseModel],
+    model: type[Table],
     lines: Mapping[tuple[str, ...], int],
     overridden: Collection[str],
 ) -> str:
@@ -158,7 +176,7 @@ def _place(
         key = (*path, *_names(name[0])) if name else path
         if key != path and (key in lines or ".".join(key) in overridden):
             text, path = text.replace(": ", ".", 1) if path else text, key
-    written = _as_written(path, [*lines, *(tuple(key.split(".")) for key in overridden)])
+    written = _as_written(path, holders, [*lines, *(tuple(key.split(".")) for key in overridden)])
     if written != path:
         text += f" (given as {'.'.join(written)})"
         path = written
@@ -176,21 +194,18 @@ def _place(
     return text
 
 
-def _as_written(path: tuple[str, ...], keys: Iterable[tuple[str, ...]]) -> tuple[str, ...]:
-    """Return the key as written in the file, for an error term given in another unit than the schema's."""
+def _as_written(path: tuple[str, ...], holders: list[type[Table]], keys: Iterable[tuple[str, ...]]) -> tuple[str, ...]:
+    """Return the key as written in the file, for a quantity given in another unit than the table's."""
     for key in keys:
         size = len(key)
         if size <= len(path) and key[:-1] == path[: size - 1] and key[-1] != path[size - 1]:
             with suppress(InputError):
-                stated = datasheet.line(key[-1])
-                if stated is not None and path[size - 1] in stated.term.keys:
+                if any(kind.key_for(key[-1]) == path[size - 1] for kind in holders):
                     return (*key, *path[size:])
     return path
 
 
-def _sentence(
-    error: ErrorDetails, model: type[BaseModel], path: tuple[str, ...], holders: list[type[BaseModel]]
-) -> str:
+def _sentence(error: ErrorDetails, model: type[Table], path: tuple[str, ...], holders: list[type[Table]]) -> str:
     kind, value, context = error["type"], error["input"], error.get("ctx", {})
     name = ".".join(path)
     if kind == "extra_forbidden":
@@ -233,23 +248,27 @@ def _sentence(
     return shortened(f"{name}: {message}".removeprefix(": "), 1000).removesuffix(".")
 
 
-def _nearest(path: tuple[str, ...], holders: list[type[BaseModel]]) -> str | None:
+def _nearest(path: tuple[str, ...], holders: list[type[Table]]) -> str | None:
     """Return the intended key: the same quantity in another unit, or the nearest spelling."""
     known = sorted({field for holder in holders for field in holder.model_fields})
     same = [field for field in known if _same_quantity(path[-1], field) and _split_unit(field)[1]]
     return next(iter(same), None) or nearest(path[-1], known)
 
 
-def _unknown_key(path: tuple[str, ...], value: object, holders: list[type[BaseModel]]) -> str:
+def _unknown_key(path: tuple[str, ...], value: object, holders: list[type[Table]]) -> str:
     name, table, meant = ".".join(path), ".".join(path[:-1]), _nearest(path, holders)
     fields = {field for holder in holders for field in holder.model_fields}
-    if not _same_quantity(path[-1], meant) and (words := datasheet.in_words(path[-1], fields)):
+    differs = not _same_quantity(path[-1], meant)
+    if differs and (words := next(filter(None, (holder.in_words(path[-1]) for holder in holders)), None)):
         return f"unknown key '{name}' (= {_show(value)}): {words}"
-    if (own := _in_own_units(path[-1])) is not None:
-        return f"unknown key '{name}'. Did you mean '{'.'.join((*path[:-1], own))}'?"
+    own = respelled(path[-1])
+    with suppress(InputError):
+        if own != path[-1] and any(holder.key_for(own) for holder in holders):
+            return f"unknown key '{name}'. Did you mean '{'.'.join((*path[:-1], own))}'?"
     try:
-        datasheet.line(path[-1])
-    except InputError as error:  # an error of the sensor block, with an unknown unit
+        for holder in holders:
+            holder.key_for(path[-1])
+    except InputError as error:  # a known quantity in an unknown unit
         return f"unknown key '{name}' (= {_show(value)}): {str(error).removesuffix('.')}"
     if meant is None:
         place = f"[{table}]" if table else "The file's top level"
@@ -273,14 +292,6 @@ def _same_quantity(key: str, meant: str | None) -> bool:
     return meant is not None and respelled(_split_unit(key)[0]) == respelled(_split_unit(meant)[0])
 
 
-def _in_own_units(key: str) -> str | None:
-    """Return the key of an error of the sensor block in the usual spelling of its unit; None if it has none."""
-    own = respelled(key)
-    with suppress(InputError):
-        return own if own != key and datasheet.line(own) is not None else None
-    return None
-
-
 def _split_unit(key: str) -> tuple[str, str]:
     """Split a key into the quantity and its unit, "" if it has none: "gyro_bias_deg_h" → "gyro_bias", "deg_h"."""
     parts = key.split("_")
@@ -291,7 +302,7 @@ def _split_unit(key: str) -> tuple[str, str]:
     return key, ""
 
 
-def _explain(path: tuple[str, ...], holders: list[type[BaseModel]]) -> str:
+def _explain(path: tuple[str, ...], holders: list[type[Table]]) -> str:
     for holder in holders:
         field = holder.model_fields.get(path[-1])
         if field and field.description:
@@ -312,7 +323,7 @@ def _show(value: object) -> str:
     return f"{value:.12g}" if isinstance(value, float) and len(text) > 12 else shortened(text, 40)
 
 
-def _walk(loc: tuple[int | str, ...], model: type[BaseModel]) -> tuple[tuple[str, ...], list[type[BaseModel]]]:
+def _walk(loc: tuple[int | str, ...], model: type[Table]) -> tuple[tuple[str, ...], list[type[Table]]]:
     """Follow a location through the models.
 
     Returns:
@@ -353,12 +364,12 @@ def _below(here: list[Any], part: int | str) -> list[Any]:
         return [entry for kind in here for entry in _entries(kind)]
     models = _models(here)
     fields = [kind.model_fields[part].annotation for kind in models if part in kind.model_fields]
-    fields += [own for kind in models if hasattr(kind, "own_table") and (own := kind.own_table(part)) is not None]
+    fields += [own for kind in models if (own := kind.own_table(part)) is not None]
     fields += [get_args(kind)[1] for kind in here if get_origin(kind) is dict]
     return [option for field in fields for option in _options(field)] or [k for k in models if part in _tags(k)]
 
 
-def _types(loc: tuple[int | str, ...], model: type[BaseModel]) -> list[Any]:
+def _types(loc: tuple[int | str, ...], model: type[Table]) -> list[Any]:
     """Return the possible types at a location."""
     here: list[Any] = [model]
     for part in loc:
@@ -366,13 +377,13 @@ def _types(loc: tuple[int | str, ...], model: type[BaseModel]) -> list[Any]:
     return here
 
 
-def _kinds(loc: tuple[int | str, ...], model: type[BaseModel]) -> list[str]:
+def _kinds(loc: tuple[int | str, ...], model: type[Table]) -> list[str]:
     """Return the tags of the union's members at a location."""
     return [tag for kind in _models(_types(loc, model)) for tag in _tags(kind)]
 
 
-def _models(types_: list[Any]) -> list[type[BaseModel]]:
-    return [kind for kind in types_ if isinstance(kind, type) and issubclass(kind, BaseModel)]
+def _models(types_: list[Any]) -> list[type[Table]]:
+    return [kind for kind in types_ if isinstance(kind, type) and issubclass(kind, Table)]
 
 
 def _options(annotation: Any) -> Iterator[Any]:
@@ -395,7 +406,7 @@ def _entries(annotation: Any) -> Iterator[Any]:
                 yield from _options(entry)
 
 
-def _tags(model: type[BaseModel]) -> list[str]:
+def _tags(model: type[Table]) -> list[str]:
     """Return the values of `type` or `on` that select a model in a union."""
     fields = [model.model_fields[key] for key in ("type", "on") if key in model.model_fields]
     return [tag for field in fields if get_origin(field.annotation) is Literal for tag in get_args(field.annotation)]

@@ -7,8 +7,8 @@ from pathlib import Path
 import pytest
 
 import sinssim
+from sinssim.content import find_content, list_content, package_content
 from sinssim.errors import InputError
-from sinssim.scenario.content import find_content, list_content, package_content
 from tests.scenario.examples import PARKED
 
 
