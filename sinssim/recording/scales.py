@@ -3,16 +3,12 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from typing import TYPE_CHECKING
 
 import numpy as np
 from numpy.typing import NDArray
 
 from sinssim import units
 from sinssim.data import Array
-
-if TYPE_CHECKING:
-    from sinssim.error_budget.result import BudgetResult
 
 Rows = NDArray[np.intp]
 _PLOT_ROWS = 16384
@@ -44,23 +40,6 @@ def suiting(scale: Scale, *values: Array) -> tuple[str, float]:
     ends = [float(reduce(v, axis=None)) for v in values if v.size for reduce in (np.fmax.reduce, np.fmin.reduce)]
     largest = np.nan if np.isnan(ends).any() else max(map(abs, ends), default=0.0)
     return next(((name, size) for name, size, most in scale if largest <= most), scale[-1][:2])
-
-
-def units_of_budget(result: BudgetResult) -> tuple[tuple[str, float], tuple[str, float], tuple[str, float]]:
-    """Return one unit each for the lengths, velocities and angles in all tables and figures of a budget.
-
-    Args:
-        result: the budget.
-
-    Returns:
-        Name and size in SI of the units.
-    """
-    errors = result.root_mean_square()
-    return (
-        suiting(LENGTHS, errors[:, :3], result.cep, result.r95),
-        suiting(SPEEDS, errors[:, 3:6]),
-        suiting(ANGLES, errors[:, 6:]),
-    )
 
 
 def envelope(time: Array, values: Array, start: float, end: float, columns: int) -> tuple[Array, Array]:

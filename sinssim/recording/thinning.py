@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 from sinssim.data import Array
 from sinssim.jit import strict_kernel
 from sinssim.recording.scales import Rows
-from sinssim.recording.store.streams import Stream, blocks
+from sinssim.recording.streams import Stream, blocks
 
 COLUMNS = 4000
 """Columns of pixels that are told apart: a wide screen has as many."""

@@ -23,8 +23,8 @@ from sinssim.recording.scales import (
     ticks,
     time_ticks,
     time_unit,
-    units_of_budget,
 )
+from sinssim.recording.tables.budget import units_of_budget
 
 SECOND, MINUTE, DEGREE = pi / 648_000.0, pi / 10_800.0, pi / 180.0
 

@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from sinssim.recording.store.streams import BLOCK, Stream, Vector
+from sinssim.recording.streams import BLOCK, Stream, Vector
 from sinssim.recording.thinning import AROUND, COLUMNS, is_long, screen_rows, screen_vectors
 
 COUNT = 200_004

@@ -15,7 +15,7 @@ from sinssim.formatting import number_text
 from sinssim.recording import style
 from sinssim.recording.figures.canvas import new_figure, styled
 from sinssim.recording.figures.limits import CIRCLES, Judged, draw_limits, of_quantities
-from sinssim.recording.scales import units_of_budget
+from sinssim.recording.tables.budget import units_of_budget
 from sinssim.requirements.requirement import COMPONENTS
 
 if TYPE_CHECKING:

@@ -12,7 +12,7 @@ from sinssim.logs.stored.made_by import reason_of, warn_of_version
 from sinssim.logs.stored.streams import StoredStreams, first_line
 from sinssim.recording.finished.finished_run import FinishedRun
 from sinssim.recording.store.run_streams import StreamTable
-from sinssim.recording.store.streams import Stream, Vector
+from sinssim.recording.streams import Stream, Vector
 
 _TEXT = "events"
 """The stream of texts, which is no table of numbers."""

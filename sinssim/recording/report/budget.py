@@ -9,8 +9,16 @@ from sinssim.error_budget.result import BudgetResult
 from sinssim.recording.figures.budget import growth_figure, ranking_figure, sigma_figure
 from sinssim.recording.figures.canvas import to_svg
 from sinssim.recording.report.page import page, table, words
-from sinssim.recording.scales import units_of_budget
-from sinssim.recording.tables.budget import RATE, allowance_cells, lines_of, number, ranking_cells, time_columns, when
+from sinssim.recording.tables.budget import (
+    RATE,
+    allowance_cells,
+    lines_of,
+    number,
+    ranking_cells,
+    time_columns,
+    units_of_budget,
+    when,
+)
 from sinssim.units import NAUTICAL_MILE
 
 

@@ -19,7 +19,7 @@ from sinssim.recording.rerun.viewer import RUN_ENTITY
 from sinssim.recording.rerun.views import RunInfo, all_views
 from sinssim.recording.scales import ANGLES, SPEEDS, Scale, suiting, thinned
 from sinssim.recording.store.one_component import EQUATIONS, markdown
-from sinssim.recording.store.streams import Stream
+from sinssim.recording.streams import Stream
 from sinssim.units import ARCMIN, DEG
 
 if TYPE_CHECKING:

@@ -19,7 +19,7 @@ import rerun.blueprint as rrb
 from sinssim.data import Array
 from sinssim.errors import RunError
 from sinssim.recording import style
-from sinssim.recording.store.streams import Rows, Stream, blocks
+from sinssim.recording.streams import Rows, Stream, blocks
 from sinssim.recording.thinning import is_long, screen_vectors
 from sinssim.system.drafts import draft
 from sinssim.truth.trajectory import FlightEvent

@@ -29,7 +29,6 @@ from sinssim.recording.store import parquet
 from sinssim.recording.store.coordinate_streams import CoordinateStreams
 from sinssim.recording.store.filter_streams import filter_streams
 from sinssim.recording.store.streams import (
-    Stream,
     channel_streams,
     error_stream,
     gravity_stream,
@@ -42,6 +41,7 @@ from sinssim.recording.store.streams import (
     set_streams,
     truth_stream,
 )
+from sinssim.recording.streams import Stream
 from sinssim.strapdown.nav_error import NavError
 from sinssim.transverse import route_pole
 from sinssim.truth.gravity.disturbed import Disturbed

@@ -11,7 +11,7 @@ import numpy as np
 from sinssim import earth, rotation
 from sinssim.data import Array, NavSolution, NavState
 from sinssim.earth.models import Ellipsoid
-from sinssim.recording.store.streams import Computed, Stream, Vector
+from sinssim.recording.streams import Computed, Stream, Vector
 from sinssim.strapdown import coordinates
 
 Motion = NavState | NavSolution

@@ -10,7 +10,8 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from sinssim.estimation.measurements.kind import measurement_kind
-from sinssim.recording.store.streams import Computed, Stream, Vector, error_stream, nav_stream
+from sinssim.recording.store.streams import error_stream, nav_stream
+from sinssim.recording.streams import Computed, Stream, Vector
 
 if TYPE_CHECKING:
     from sinssim.data import Array, Measurements

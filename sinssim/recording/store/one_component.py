@@ -11,8 +11,8 @@ import numpy as np
 from sinssim.data import Array
 from sinssim.formatting import number_text
 from sinssim.recording.plane_errors import ROW_NAMES
-from sinssim.recording.store.streams import Stream, Vector
 from sinssim.recording.store.summary import plain
+from sinssim.recording.streams import Stream, Vector
 from sinssim.strapdown.one_component import projections
 from sinssim.strapdown.one_component_errors import PlaneErrors
 from sinssim.units import ARCSEC, DEG

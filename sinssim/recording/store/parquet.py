@@ -7,7 +7,7 @@ from itertools import chain
 from pathlib import Path
 from typing import Any
 
-from sinssim.recording.store.streams import BLOCK, Stream, blocks
+from sinssim.recording.streams import BLOCK, Stream, blocks
 from sinssim.system import memory
 from sinssim.system.drafts import draft
 from sinssim.truth.trajectory import FlightEvent

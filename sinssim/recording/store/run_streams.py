@@ -12,14 +12,8 @@ from sinssim.data import Array
 from sinssim.errors import InputError, unknown_name
 from sinssim.recording.store.filter_streams import filter_streams
 from sinssim.recording.store.parquet import arrow_table
-from sinssim.recording.store.streams import (
-    Stream,
-    error_stream,
-    imu_stream,
-    nav_stream,
-    reference_stream,
-    truth_stream,
-)
+from sinssim.recording.store.streams import error_stream, imu_stream, nav_stream, reference_stream, truth_stream
+from sinssim.recording.streams import Stream
 from sinssim.system.short_repr import described, html_table
 
 if TYPE_CHECKING:

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING
 from sinssim.error_budget.inputs.sources import Source
 from sinssim.error_budget.limits import Allowance, Answer
 from sinssim.error_budget.result import BudgetResult
-from sinssim.recording.scales import units_of_budget
+from sinssim.recording.scales import ANGLES, LENGTHS, SPEEDS, suiting
 from sinssim.units import NAUTICAL_MILE
 
 if TYPE_CHECKING:
@@ -33,6 +33,23 @@ FIXED_GAINS = (
 
 RATE = "R95 divided by the time since the start"
 """Definition of the rate."""
+
+
+def units_of_budget(result: BudgetResult) -> tuple[tuple[str, float], tuple[str, float], tuple[str, float]]:
+    """Return one unit each for the lengths, velocities and angles in all tables and figures of a budget.
+
+    Args:
+        result: the budget.
+
+    Returns:
+        Name and size in SI of the units.
+    """
+    errors = result.root_mean_square()
+    return (
+        suiting(LENGTHS, errors[:, :3], result.cep, result.r95),
+        suiting(SPEEDS, errors[:, 3:6]),
+        suiting(ANGLES, errors[:, 6:]),
+    )
 
 
 def number(value: float) -> str:

@@ -11,8 +11,7 @@ import sinssim
 from sinssim.error_budget.limits import answers
 from sinssim.recording.figures.budget import OTHERS, growth_figure, palette, ranking_figure, shares, sigma_figure
 from sinssim.recording.figures.canvas import to_svg
-from sinssim.recording.scales import units_of_budget
-from sinssim.recording.tables.budget import time_columns
+from sinssim.recording.tables.budget import time_columns, units_of_budget
 from sinssim.requirements.requirement import parse_requirements
 from tests.error_budget.worlds import SHORT_TURN, scenario
 

@@ -13,8 +13,9 @@ import pytest
 from sinssim import earth, rotation
 from sinssim.data import Array, NavSolution
 from sinssim.errors import InputError
-from sinssim.recording.store import streams
+from sinssim.recording import streams
 from sinssim.recording.store.coordinate_streams import CoordinateStreams
+from sinssim.recording.streams import Stream
 from sinssim.scenario import Scenario
 from sinssim.simulation import run
 from sinssim.strapdown.coordinates import conditional, earth_fixed, inertial, level_axes
@@ -222,7 +223,7 @@ def test_inertial_axes_are_the_same_for_all_motions_of_a_run(tmp_path: Path) -> 
     np.testing.assert_allclose(found[:, 4:7], later[:, 4:7], atol=1e-3)
 
 
-def table(stream: streams.Stream) -> dict[str, Array]:
+def table(stream: Stream) -> dict[str, Array]:
     found = {"time_s": stream.time}
     for vector in stream.vectors:
         rows = np.asarray(vector.values[0 : len(stream.time)])

@@ -10,7 +10,7 @@ import pytest
 
 from sinssim.data import Array, ImuData, NavSolution, NavState
 from sinssim.recording.store import streams
-from sinssim.recording.store.streams import Stream
+from sinssim.recording.streams import Stream, blocks
 from sinssim.sensors.sets.monitor import Monitored
 from sinssim.sensors.sets.reading import Readings
 from sinssim.strapdown.nav_error import NavError
@@ -239,5 +239,5 @@ def test_the_true_gravity_field() -> None:
 
 
 def test_rows_come_in_blocks() -> None:
-    assert list(streams.blocks(0)) == [slice(0, 0)]
-    assert list(streams.blocks(40_000)) == [slice(0, 16384), slice(16384, 32768), slice(32768, 40_000)]
+    assert list(blocks(0)) == [slice(0, 0)]
+    assert list(blocks(40_000)) == [slice(0, 16384), slice(16384, 32768), slice(32768, 40_000)]

@@ -8,8 +8,10 @@ import numpy as np
 import pyarrow.parquet as pq
 import pytest
 
-from sinssim.recording.store import parquet, streams
-from sinssim.recording.store.streams import Computed, Stream, Vector, channel_streams
+from sinssim.recording import streams
+from sinssim.recording.store import parquet
+from sinssim.recording.store.streams import channel_streams
+from sinssim.recording.streams import Computed, Stream, Vector
 from sinssim.truth.trajectory import Channel
 
 

@@ -20,7 +20,7 @@ from sinssim.errors import InputError
 from sinssim.logs.scoring.score import Score
 from sinssim.recording.store import ensemble, parquet, run_streams, score, study, summary
 from sinssim.recording.store.run_streams import RunStreams, StreamTable
-from sinssim.recording.store.streams import Stream, Vector
+from sinssim.recording.streams import Stream, Vector
 from sinssim.studies.cost import Cost
 from sinssim.studies.operations import Operations
 from sinssim.studies.results import Case, CoordinateError, Heading, Order, Pick, Row, Verdict

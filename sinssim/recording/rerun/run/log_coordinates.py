@@ -11,7 +11,7 @@ from sinssim import units
 from sinssim.data import Array
 from sinssim.recording import style
 from sinssim.recording.scales import Rows, thinned
-from sinssim.recording.store.streams import Stream, Vector, blocks
+from sinssim.recording.streams import Stream, Vector, blocks
 
 if TYPE_CHECKING:
     from sinssim.recording.rerun.rrd import Recording

@@ -13,7 +13,7 @@ from sinssim.data import Array
 from sinssim.recording import style
 from sinssim.recording.filter_axes import EDGE, NAVIGATION, settled
 from sinssim.recording.scales import Rows, suiting, thinned
-from sinssim.recording.store.streams import Computed
+from sinssim.recording.streams import Computed
 
 if TYPE_CHECKING:
     from sinssim.estimation import Innovations

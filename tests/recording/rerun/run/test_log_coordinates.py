@@ -8,7 +8,7 @@ import numpy as np
 
 from sinssim.recording.rerun.run.log_coordinates import draw_coordinates
 from sinssim.recording.store import streams
-from sinssim.recording.store.streams import Computed, Stream, Vector
+from sinssim.recording.streams import Computed, Stream, Vector
 from sinssim.units import DEG
 
 
