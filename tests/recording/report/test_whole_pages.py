@@ -1,0 +1,251 @@
+"""Whole pages: their sections in order, from stand-ins for the sections, and the sentences that they add themselves."""
+
+from __future__ import annotations
+
+from html import escape
+from types import SimpleNamespace
+from typing import Any
+
+import numpy as np
+import pytest
+
+from sinssim.recording.report import calibration, log_report
+from sinssim.recording.report.studies import study as study_report
+from sinssim.studies.cost import Cost
+from sinssim.studies.operations import Operations
+from sinssim.studies.results import Order, Row
+from sinssim.truth.turntable.sequences import SEQUENCES
+from tests.recording.spies import cells
+
+
+def body(html: str) -> list[str]:
+    """Return the lines of a page's body."""
+    return html.partition("<body>\n")[2].removesuffix("\n</body></html>\n").split("\n")
+
+
+def stand_ins(monkeypatch: pytest.MonkeyPatch, module: Any, *names: str) -> None:
+    """Replace functions by those that return their own name and arguments that are texts or numbers."""
+    for name in names:
+
+        def said(*given: Any, own: str = name, **further: Any) -> list[str]:
+            plain = [one for one in (*given, *further.values()) if isinstance(one, str | float | tuple)]
+            return [f"({own.strip('_')}{''.join(f' {one}' for one in plain)})"]
+
+        monkeypatch.setattr(module, name, said)
+
+
+def log_run(aided: Any) -> Any:
+    scenario = SimpleNamespace(
+        name="drive <1>", description="From A\n to B.", imu=SimpleNamespace(rate_hz=200.0, grade="x/own unit.toml"),
+        navigation=SimpleNamespace(frame="wander"), to_toml=lambda about: f"{about} = 1 < 2\n",
+    )  # fmt: skip
+    return SimpleNamespace(scenario=scenario, time=np.array([50.0, 60.0, 650.0]), errors={}, aided=aided,
+                           about_filter="about")  # fmt: skip
+
+
+LOG = {"compared_with": "ref.csv", "reference_file": "ref.csv", "knows": ["velocity"], "notes": ["Read <it>."]}
+LOG_PARTS = ("_recording", "error_tables", "error_plots", "_schuler", "singularity_table", "filter_section",
+             "_uncertainty_of_reference", "_estimates", "outage_section", "made", "failure", "_known", "Compared",
+             "outage_sentence")  # fmt: skip
+
+
+def log_summary(**more: Any) -> dict[str, Any]:
+    return {"status": "finished", "start_s": 50.0, "end_s": 650.0, "log": LOG, "failures": {"euler": "It fell."},
+            "algorithms": {"euler": {}, "poisson": {}}, "singularities": [], "filter": {}, **more}  # fmt: skip
+
+
+def test_a_run_on_recorded_sensors(monkeypatch: pytest.MonkeyPatch) -> None:
+    stand_ins(monkeypatch, log_report, *LOG_PARTS)
+    monkeypatch.setattr(log_report, "failure", lambda item: f"({item[0]}: {item[1]})")
+    monkeypatch.setattr(log_report, "singularity_table", lambda events: f"({len(events)} events)")
+    page = log_report.log_report(log_run(object()), log_summary(outages={}))
+    assert "<title>drive &lt;1&gt;: run</title>" in page
+    said = [
+        "<h1>drive &lt;1&gt;</h1>", '<p class="lead">From A to B.</p>',
+        "<p>Recorded sensors, 600 s at 200 Hz; the filter assumes the grade own unit with the changes in [imu]. "
+        "Navigation in the frame “wander”.</p>",
+        "<p>Read &lt;it&gt;.</p>",
+        "<p>Errors are differences from the reference ref.csv; it has no attitude.</p>",
+        "<p>(outage_sentence)</p>",
+        "<h2>The recording</h2>", "(recording (50.0, 650.0))",
+        "<h2>Navigation errors</h2>", "(euler: It fell.)", "(error_tables ref.csv)", "(error_plots)",
+        "<h2>Singular attitudes</h2>", "(0 events)",
+        "<h2>The aided solution</h2>", "(filter_section (50.0, 650.0))",
+        "(uncertainty_of_reference (50.0, 650.0))", "(estimates (50.0, 650.0))",
+        "<h2>Outages</h2>", "(outage_section)",
+        "<h2>How the run was computed</h2>", "(made)",
+        "<h2>Scenario</h2>", "<pre>about = 1 &lt; 2</pre>",
+    ]  # fmt: skip
+    assert body(page) == said
+    # Without a filter, and with every solution failed: neither its section nor plots; without outages no section.
+    page = log_report.log_report(log_run(None), log_summary(failures={"euler": "a", "poisson": "b"}))
+    left = [*said[:5], *said[6:9], "(euler: a)", "(poisson: b)", said[10], *said[12:14], *said[20:]]
+    assert body(page) == left
+    own = {"compared_with": "poisson", "reference_file": None, "knows": [], "notes": []}
+    page = log_report.log_report(log_run(None), log_summary(log=own, failures={}, status="failed", message="No <fuel>."))
+    assert body(page)[2] == '<p class="broken"><strong>The run failed.</strong> No &lt;fuel&gt;.</p>'
+    assert body(page)[6:10] == ["(recording (50.0, 650.0))", "<h2>Differences of the solutions</h2>",
+                                "(error_tables poisson)", "(error_plots)"]  # fmt: skip
+    page = log_report.log_report(log_run(None), log_summary(log=own | {"compared_with": None}, failures={}))
+    assert body(page)[5:8] == ["(recording (50.0, 650.0))", "<h2>Differences of the solutions</h2>",
+                               "<h2>Singular attitudes</h2>"]  # fmt: skip
+
+
+def row(algorithm: str, rate: float = 10.0, status: str = "done", part: str = "one", **more: Any) -> Row:
+    return Row(part, "cone", "rate-gyros", "ideal", algorithm, "level", "normal", "exact", rate, (), "hold",
+               status=status, **more)  # fmt: skip
+
+
+def study_part(title: str, rates: tuple[float, ...] = (10.0,), **more: Any) -> Any:
+    return SimpleNamespace(**{"title": title, "text": "", "schedules_hz": (), "rates_hz": rates, "decides": (),
+                              "sensors": ("ideal",), "variants": ("rate-gyros",), **more})  # fmt: skip
+
+
+def study_result(rows: list[Row], *parts: Any, **more: Any) -> Any:
+    own = SimpleNamespace(name="All <of> them", description="What is\nbest?", seed=17, parts=parts,
+                          block=lambda name: None)  # fmt: skip
+    return SimpleNamespace(
+        **{"study": own, "rows": rows, "status": "finished", "seconds": 12.6, "verdicts": [], "picks": [],
+           "orders": [], "headings": [], "of_part": lambda title: [r for r in rows if r.part == title], **more}
+    )  # fmt: skip
+
+
+def test_a_study(monkeypatch: pytest.MonkeyPatch) -> None:
+    stand_ins(monkeypatch, study_report, "_part", "_costs")
+    for name in ("_verdicts", "_picks", "_motions", "_method"):
+        monkeypatch.setattr(study_report, name, lambda *_, own=name: f"({own.strip('_')})")
+    monkeypatch.setattr(study_report, "to_svg", lambda figure, name: f"({figure}: {name})")
+    monkeypatch.setattr(study_report, "three_rates", lambda: "three rates")
+    monkeypatch.setattr(study_report.figures, "palette", lambda comparison: {})
+    monkeypatch.setattr(study_report, "one_draw", lambda part, study: "One & draw." if part.title == "two" else "")
+    rows = [row("poisson"), row("euler", part="two"), row("euler", 20.0, part="two")]
+    parts = (study_part("one", text="See <it>."), study_part("two", schedules_hz=((1.0, 2.0, 4.0),)),
+             study_part("three"))  # fmt: skip
+    found = study_result(rows, *parts, verdicts=[1], picks=[2])
+    page = study_report.html_report(found, {})
+    assert "<title>All &lt;of&gt; them: comparison</title>" in page
+    said = [
+        "<h1>All &lt;of&gt; them</h1>", '<p class="lead">What is best?</p>',
+        '<p class="note">3 navigations in 13 s, seed 17.</p>',
+        "<h2>Claims and verdicts</h2>", "(verdicts)", "<h2>Recommended engines</h2>", "(picks)",
+        "<h2>1. one</h2>", "<p>See &lt;it&gt;.</p>", "(part part1)",
+        "<h2>2. two</h2>", '<p class="note"><strong>One &amp; draw.</strong></p>', "(three rates: rates2)",
+        "(part part2)",
+        "<h2>3. three</h2>", "<p>Not reached.</p>",
+        "<h2>Cost of a step</h2>", "(costs)", "<h2>Motions</h2>", "(motions)", "<h2>How it was measured</h2>",
+        "(method)",
+    ]  # fmt: skip
+    assert body(page) == said
+    for status, words in (("interrupted", "was interrupted"), ("failed", "failed")):
+        found = study_result(rows[:1], study_part("one"), status=status)
+        assert body(study_report.html_report(found, {}))[2:4] == [
+            f'<p class="note">1 navigation in 13 s, seed 17. <strong>The study {words}; the report shows the finished '
+            "cases.</strong></p>", "<h2>1. one</h2>",
+        ]  # fmt: skip
+
+
+DRAWN = ("against_rate", "against_cost", "defect_against_rate", "bars", "growth", "orders")
+
+
+def names_of(body: list[str]) -> list[str]:
+    """Return pieces of HTML, each table by its first row, the paragraphs of notes left out."""
+    return [
+        "table " + ", ".join(cells(one)[0]) if one.startswith('<div class="wide">') else one
+        for one in body
+        if not one.startswith("<p class=note>")
+    ]
+
+
+def test_a_part_over_rates(monkeypatch: pytest.MonkeyPatch) -> None:
+    for name in DRAWN:
+        monkeypatch.setattr(study_report.figures, name, lambda rows, *_, own=name: f"{own} of {len(rows)}")
+    monkeypatch.setattr(study_report, "to_svg", lambda figure, name: f"({figure}: {name})")
+    stand_ins(monkeypatch, study_report, "coordinate_tables")
+    stand_ins(monkeypatch, study_report.study_laws, "turning", "power_of_time")
+    monkeypatch.setattr(study_report.study_laws, "guarantees", lambda *_: "(guarantees)")
+    rows = [row("euler", rate, max_attitude_error_arcsec=1.0, max_horizontal_error_m=2.0, max_defect=defect)
+            for rate, defect in ((10.0, 0.0), (20.0, 1e-12), (40.0, 0.0))]  # fmt: skip
+    rows.append(row("poisson", 40.0, status="failed", message="It <fell>."))
+    rows.append(row("euler", 80.0, status="failed", message="It <fell>."))
+    rows.append(row("dcm", 80.0, status="failed", message="Late.", passages=2))
+    part = study_part("one", (10.0, 20.0, 40.0, 80.0))
+    order = Order("one", "cone", "euler", "max_attitude_error_arcsec", 2.0, 0.25, 4, 10.0, 40.0)
+    found = study_report._part(study_result(rows, part, orders=[order]), part, rows, dict.fromkeys(
+        ("euler", "poisson", "dcm"), "#123456"), "part7")  # fmt: skip
+    pivot = "10 Hz, 20 Hz, 40 Hz, 80 Hz"
+    assert names_of(found) == [
+        "<h3>Accuracy against rate</h3>", "(against_rate of 6: part7rate)",
+        "<h3>Accuracy against cost</h3>", "(against_cost of 6: part7cost)",
+        "<details open><summary>Largest attitude error, ″: cone</summary>", "table , " + pivot,
+        "<details><summary>Largest horizontal error, m: cone</summary>", "table , " + pivot,
+        "<h3>Order of convergence</h3>", "(orders of 1: part7orders)", "table , cone: attitude, cone: position",
+        "<h3>Loss of norm or orthogonality</h3>", "(defect_against_rate of 6: part7defect)", "(guarantees)",
+        "(coordinate_tables)", "(turning part7)", "(power_of_time part7)",
+        "<h3>Passages through the singular attitude</h3>",
+        "table , motion, rate, Hz, passages, largest damage, ′, horizontal max, m, event",
+        "<h3>Failed navigations</h3><ul>",
+        "<li><strong>cone · poisson · 40 Hz; cone · euler · 80 Hz</strong>: It &lt;fell&gt;.</li>",
+        "<li><strong>cone · dcm · 80 Hz</strong>: Late.</li>", "</ul>",
+    ]  # fmt: skip
+
+
+def test_costs(monkeypatch: pytest.MonkeyPatch) -> None:
+    """2500 ns a step are 0.40 million steps a second; at 40 Hz 100 µs a second of motion."""
+    monkeypatch.setattr(study_report, "to_svg", lambda figure, name: f"({figure}: {name})")
+    monkeypatch.setattr(study_report.figures, "costs", lambda comparison: "drawn")
+    operations = Operations(10.0, 20.0, 3.25, 4.5, 5.75)
+    costs = [Cost("euler", "level", 2500.0, operations, (40.0, 20.0, 5.0)), Cost("dcm", "ned", 312.5, operations)]
+    found = study_report._costs(study_result([], costs=dict(enumerate(costs)), attitude_costs=[]))
+    assert found[2] == "(drawn: costs)"
+    counted = ["10", "20", "3.2", "4.5", "5.8", "176"]
+    assert cells(found[3]) == [
+        ["algorithm", "frame", "rates, Hz", "+ −", "×", "÷", "√", "sin, cos, …", "all", "ns per step",
+         "million steps/s", "µs per s of motion"],
+        ["euler", "level", "40/20/5", *counted, "2500", "0.40", "100.0"],
+        ["dcm", "ned", "every sample", *counted, "312", "3.20", "–"],
+    ]  # fmt: skip
+
+
+def test_how_a_study_was_measured() -> None:
+    said = study_report._method(study_result([]), {"sinssim": "1.2", "processor": "a <b>"})
+    assert said.endswith("<p class=note>sinssim 1.2, processor a &lt;b&gt;.</p>")
+
+
+@pytest.mark.parametrize("name", [None, "24-positions"])
+def test_a_calibration(monkeypatch: pytest.MonkeyPatch, name: str | None) -> None:
+    """The sequence lasts from the begin of its first dwell to the end of its last one: 400 s − 15 s."""
+    for figure in ("parameters_figure", "observability_figure", "residual_figure"):
+        monkeypatch.setattr(calibration, figure, lambda result, own=figure: own)
+    monkeypatch.setattr(calibration, "to_svg", lambda figure, name: f"({figure}: {name})")
+    monkeypatch.setattr(calibration, "heads", lambda result: ["parameter", "estimate", "unit", ""])
+    monkeypatch.setattr(calibration, "cells", lambda result: [["a <b>", "−1.5", "µg", "not & seen"], list("cdef")])
+    monkeypatch.setattr(calibration, "sentences", lambda result: ["χ² < 3.", "So."])
+    monkeypatch.setattr(calibration, "compensation_text", lambda result: "[compensation]\nx = 1 & 2\n")
+    ready = None if name is None else SEQUENCES[name]
+    scenario = SimpleNamespace(name="table <2>", description="Twelve\npositions", turntable=SimpleNamespace(ready=ready))
+    dwells = np.array([[15.0, 75.0], [90.0, 150.0], [170.0, 400.0]])
+    result: Any = SimpleNamespace(scenario=scenario, method="separate", dwells=dwells)
+    page = calibration.calibration_report(result)
+    assert "<title>table &lt;2&gt;: calibration</title>" in page
+    given = ("given by [[turntable.turns]]." if ready is None else
+             f"“24-positions”: {escape(ready.about)} ({escape(ready.source)}).")  # fmt: skip
+    lines = body(page)
+    assert lines[:5] == [
+        "<h1>table &lt;2&gt;: calibration</h1>", '<p class="lead">Twelve positions</p>',
+        "<p>Means in known positions and integrals over known turns; the errors of the table are nuisance parameters "
+        "with the stated accuracy.</p>",
+        f"<p>Sequence: 3 positions in 385 s, {given}</p>", "<h2>Parameters</h2>",
+    ]  # fmt: skip
+    assert cells(page) == [["parameter", "estimate", "unit", ""], ["a &lt;b&gt;", "−1.5", "µg", "not &amp; seen"],
+                           list("cdef")]  # fmt: skip
+    end = lines.index("<p>χ² &lt; 3.</p>")
+    assert lines[end + 1 : end + 4] == [
+        "<p>So.</p>", "(parameters_figure: parameters)", "<h2>Observability of the sequence</h2>",
+    ]  # fmt: skip
+    assert lines[end + 5 :] == [
+        "(observability_figure: observability)", "<h2>Residuals</h2>", "(residual_figure: residuals)",
+        "<h2>Compensation</h2>",
+        "<details><summary>compensation.toml</summary><pre>[compensation]", "x = 1 &amp; 2", "</pre></details>",
+    ]  # fmt: skip
+    result.method = "systematic"
+    assert body(calibration.calibration_report(result))[2].startswith("<p>Navigation errors during the sequence: in ")
