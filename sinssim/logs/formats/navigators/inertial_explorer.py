@@ -54,14 +54,14 @@ def read(path: Path) -> Streams:
         fields = line.replace(",", " ").split()
         if not fields or number in (cut.first, cut.last):
             continue
-        if len(fields) not in (width, width - 1) and rows:
-            break  # a footer
+        if len(fields) not in (width, width - 1):
+            if rows:
+                break  # a footer
+            raise InputError(f"{path}, line {number}: it has {len(fields)} fields; the names need {width}.")
         try:
             rows.append([_number(field) for field in fields[:width]] + [np.nan] * (width - len(fields)))
         except ValueError as error:
             raise InputError(f"{path}, line {number}: {error}.") from error
-        if len(rows[-1]) != width:
-            raise InputError(f"{path}, line {number}: it has {len(fields)} fields; the names need {width}.")
     if len(rows) < 2:
         raise InputError(f"{path} has {len(rows)} rows below its names; at least two are needed.")
     table = np.array(rows)
