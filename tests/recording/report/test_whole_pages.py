@@ -82,7 +82,9 @@ def test_a_run_on_recorded_sensors(monkeypatch: pytest.MonkeyPatch) -> None:
     left = [*said[:5], *said[6:9], "(euler: a)", "(poisson: b)", said[10], *said[12:14], *said[20:]]
     assert body(page) == left
     own = {"compared_with": "poisson", "reference_file": None, "knows": [], "notes": []}
-    page = log_report.log_report(log_run(None), log_summary(log=own, failures={}, status="failed", message="No <fuel>."))
+    page = log_report.log_report(
+        log_run(None), log_summary(log=own, failures={}, status="failed", message="No <fuel>.")
+    )
     assert body(page)[2] == '<p class="broken"><strong>The run failed.</strong> No &lt;fuel&gt;.</p>'
     assert body(page)[6:10] == ["(recording (50.0, 650.0))", "<h2>Differences of the solutions</h2>",
                                 "(error_tables poisson)", "(error_plots)"]  # fmt: skip
@@ -222,7 +224,9 @@ def test_a_calibration(monkeypatch: pytest.MonkeyPatch, name: str | None) -> Non
     monkeypatch.setattr(calibration, "sentences", lambda result: ["χ² < 3.", "So."])
     monkeypatch.setattr(calibration, "compensation_text", lambda result: "[compensation]\nx = 1 & 2\n")
     ready = None if name is None else SEQUENCES[name]
-    scenario = SimpleNamespace(name="table <2>", description="Twelve\npositions", turntable=SimpleNamespace(ready=ready))
+    scenario = SimpleNamespace(
+        name="table <2>", description="Twelve\npositions", turntable=SimpleNamespace(ready=ready)
+    )
     dwells = np.array([[15.0, 75.0], [90.0, 150.0], [170.0, 400.0]])
     result: Any = SimpleNamespace(scenario=scenario, method="separate", dwells=dwells)
     page = calibration.calibration_report(result)
