@@ -74,8 +74,8 @@ def test_a_filter_that_diverges_fails_its_run(monkeypatch: pytest.MonkeyPatch) -
     rows = np.array([1.0, 2.0, 3.0])[:, None]
     estimate = SimpleNamespace(divergence=None, time=np.array([20.0, 20.5, 21.0]), sigma=rows * np.arange(1.0, 12.0),
                                rows=np.empty(0, int), innovations=())  # fmt: skip
-    error = SimpleNamespace(time=np.arange(3.0), position_ned=rows * np.arange(3.0), velocity_ned=rows * np.arange(3, 6.0),
-                            attitude=rows * np.arange(6, 9.0))  # fmt: skip
+    error = SimpleNamespace(time=np.arange(3.0), position_ned=rows * np.arange(3.0),
+                            velocity_ned=rows * np.arange(3, 6.0), attitude=rows * np.arange(6, 9.0))  # fmt: skip
     aided = SimpleNamespace(estimate=estimate, error_at=lambda at: SimpleNamespace(
         **{name: value[at] for name, value in vars(error).items()}))  # fmt: skip
     monkeypatch.setattr("sinssim.estimation.from_scenario.aided_run.aid_run",
@@ -166,7 +166,8 @@ def test_why_runs_are_computed_alone() -> None:
         (["imu.sensor_set.type=redundant"], 'imu.sensor_set.type = "redundant"'),
         (["compensation.gyro_bias_sigma_deg_h=0.01"],
          "its inertial data are compensated by a calibration of each run"),
-        (['imu.rotation={type="indexed", sequence="16-position", rate_deg_s=10.0, dwell_s=120.0}'], "its IMU rotates in the vehicle"),
+        (['imu.rotation={type="indexed", sequence="16-position", rate_deg_s=10.0, dwell_s=120.0}'],
+         "its IMU rotates in the vehicle"),
     ],
 )  # fmt: skip
 def test_what_a_batch_does_not_serve(changes: list[str], words: str) -> None:

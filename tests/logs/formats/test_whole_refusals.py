@@ -32,7 +32,7 @@ CSV = "time_s,latitude_deg,longitude_deg,height_m\n"
     [
         ("a.nav", NAV.format(100.5) + NAV.format(101.5) + NAV.format(102.5).replace("2200", "2200.5"),
          "kf-gins-solution", ", row 3: 2200.5 is not a GPS week; the first column is the week, or 0."),
-        ("a.nav", NAV.format(100.5) + NAV.format(101.5).replace("2200", "-3") + NAV.format(102.5).replace("2200", "7.5"),
+        ("a.nav", NAV.format(100.5) + "-3" + NAV.format(101.5)[4:] + "7.5" + NAV.format(102.5)[4:],
          "kf-gins-solution", ", row 2: -3 is not a GPS week; the first column is the week, or 0."),
         ("a.txt", "remark\n" + IE + 2 * "2200 1.5 30 40 50 60\n", "inertial-explorer",
          ", line 4: it has 6 fields; the names need 5."),
@@ -155,8 +155,8 @@ def test_novatel_units_that_are_not_known() -> None:
     assert novatel._inertial([], 2200, notes) == novatel._fixes([], [], 2200) == novatel._solutions([], 2200) == {}
     kind, (name, turn, force) = next(iter(novatel.SCALES.items()))
     imu = novatel._inertial([(None, raw(kind))], 2200, notes)["imu"]
-    whole(imu, time=[604807.5], gyro=[[turn, -2.0 * turn, 3.0 * turn]], accel=[[4.0 * force, -5.0 * force, 6.0 * force]],
-          kind="increments", axes=imu.axes)  # fmt: skip
+    whole(imu, time=[604807.5], gyro=[[turn, -2.0 * turn, 3.0 * turn]],
+          accel=[[4.0 * force, -5.0 * force, 6.0 * force]], kind="increments", axes=imu.axes)  # fmt: skip
     assert notes[1] == f"IMU type {kind}, {name}: counts of {turn:.6g} rad and {force:.6g} m/s, in the axes of the IMU."
 
 
@@ -165,8 +165,8 @@ def test_novatel_scale_by_gravity(monkeypatch: pytest.MonkeyPatch) -> None:
     time, counts = np.array([10.0, 10.004, 10.008, 10.012]), np.tile([3.0, 4.0, 12.0, 9.0, 9.0, 9.0], (4, 1))
     scales = {5: ("five", 1e-6, 0.007), 9: ("nine", 2e-6, 0.1)}
     monkeypatch.setattr(novatel_ascii, "SCALES", scales)
-    said = (r"^x: RAWIMU does not name the IMU, and with no known scale factors its specific force is gravity \(nearest "
-            r"five: 22\.75 m/s²\)\. Log RAWIMUSX, which names the IMU\.$")  # fmt: skip
+    said = (r"^x: RAWIMU does not name the IMU, and with no known scale factors its specific force is gravity "
+            r"\(nearest five: 22\.75 m/s²\)\. Log RAWIMUSX, which names the IMU\.$")  # fmt: skip
     with pytest.raises(InputError, match=said):
         novatel_ascii._scale_of(Path("x"), "RAWIMU", time, counts)
     with pytest.raises(InputError, match=r"^x: one RAWIMU is not enough\.$"):
