@@ -141,6 +141,8 @@ def test_variance_is_that_of_the_reading_and_of_a_pulse() -> None:
 def test_a_second_reading_within_a_microsecond_is_left_out() -> None:
     (readings,), _ = take_in([heights([1.0, 1.0000009, 1.0000021])], MODEL, IMU_TIME, 10.0)
     assert readings.usable.tolist() == [0, 2]
+    (readings,), _ = take_in([heights([0.0, 1e-6, 2e-6])], MODEL, IMU_TIME, 10.0)  # a whole one counts as within
+    assert readings.usable.tolist() == [0, 2]
 
 
 GOOD = heights([1.0, 2.0])
