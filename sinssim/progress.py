@@ -35,10 +35,10 @@ def shown(progress: Progress | bool | None, stages: Mapping[str, str] | None = N
     if progress is not None and not callable(progress) and not isinstance(progress, bool):
         raise InputError(f"progress = {progress!r} must be a function of a text and a fraction, or True for bars.")
     if not isinstance(progress, bool):
-        yield progress or _silent
+        yield progress or silent
         return
     if not progress:
-        yield _silent
+        yield silent
         return
     from rich.console import Console
     from rich.progress import BarColumn, Progress, TaskProgressColumn, TextColumn, TimeElapsedColumn
@@ -62,7 +62,7 @@ def shown(progress: Progress | bool | None, stages: Mapping[str, str] | None = N
         yield report
 
 
-def _silent(text: str, fraction: float) -> None:
+def silent(text: str, fraction: float) -> None:
     """Report nothing."""
 
 

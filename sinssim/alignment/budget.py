@@ -89,12 +89,6 @@ class Expected(NamedTuple):
         gyro, accel = self.sigma.gyro, self.sigma.accel
         return InstrumentErrors(gyro.bias, gyro.scale, accel.bias, accel.scale)
 
-    @property
-    def instrument_means(self) -> InstrumentErrors:
-        """Known biases and scale-factor errors."""
-        gyro, accel = self.mean.gyro, self.mean.accel
-        return InstrumentErrors(gyro.bias, gyro.scale, accel.bias, accel.scale)
-
 
 def expected_errors(section: ImuSection) -> Expected:
     """Return means and standard deviations of the errors described by a sensor section.

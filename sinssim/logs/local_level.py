@@ -15,8 +15,6 @@ Q_ENU_NED = np.array([0.0, _R, _R, 0.0])
 """Takes vectors from north-east-down to east-north-up (half a turn about the middle of north and east)."""
 Q_FRD_FLU = np.array([0.0, 1.0, 0.0, 0.0])
 """Takes vectors from forward-left-up to forward-right-down (half a turn about forward)."""
-Q_FRD_RFU = Q_ENU_NED
-"""Takes vectors from right-front-up to forward-right-down, the same exchange of axes."""
 
 
 def swapped(v: Array) -> Array:

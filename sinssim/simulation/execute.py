@@ -14,7 +14,7 @@ from sinssim.data import Array
 from sinssim.earth.coordinates import geodetic_to_ecef
 from sinssim.errors import SinssimError
 from sinssim.logs.stored.error_rule import ErrorRule
-from sinssim.progress import Progress, shown
+from sinssim.progress import Progress, shown, silent
 from sinssim.recording.report.run_report import draw_sections, run_report
 from sinssim.recording.store.directory import RunDirectory
 from sinssim.recording.store.summaries.against_inertial import horizontal_of, worse_than_inertial
@@ -324,7 +324,7 @@ def _navigate(run: Run, height: Array | HeightReadings | None) -> None:
     )
 
 
-def _aid(run: Run, progress: Progress | None = None) -> Aided:
+def _aid(run: Run, progress: Progress = silent) -> Aided:
     """Run the scenario's filter from the initial state of the inertial solutions."""
     from sinssim.estimation.from_scenario.aided_run import aid_run
 

@@ -52,12 +52,6 @@ class CellResult:
         there = () if self.numbers is None else self.numbers.verdicts
         return next((one for one in there if one.requirement == requirement), None)
 
-    @property
-    def meets_all(self) -> bool:
-        """Whether it meets every requirement; False without one."""
-        verdicts = () if self.numbers is None else self.numbers.verdicts
-        return bool(verdicts) and all(one.verdict == "met" for one in verdicts)
-
 
 @dataclass(eq=False, repr=False)
 class TradeResult:

@@ -8,7 +8,7 @@ from typing import Annotated, Any, Literal, Self
 
 from pydantic import AfterValidator, Field, model_validator
 
-from sinssim.errors import InputError, shortened
+from sinssim.errors import shortened
 from sinssim.requirements.quantity import Quantity, parse_quantity, quantity_of
 from sinssim.requirements.requirement import Requirement, parse_requirement
 from sinssim.scenario.sections.ensemble import Runs
@@ -256,27 +256,6 @@ class TradeStudy(Section):
             return self
         contents = self.model_dump(exclude_unset=True)
         return TradeStudy(**{**contents, "require": (*self.require, *added)})
-
-    def axis_index(self, name: str) -> int:
-        """Return the number of an axis, from 0.
-
-        Args:
-            name: its name, or one of its keys.
-
-        Returns:
-            The number.
-
-        Raises:
-            InputError: there is no such axis.
-        """
-        for number, axis in enumerate(self.axes):
-            if name == axis.title or name in axis.paths:
-                return number
-        raise InputError(f"{shortened(name)!r} is not an axis of the study {self.name}: {', '.join(self._names)}.")
-
-    @property
-    def _names(self) -> list[str]:
-        return [axis.title for axis in self.axes]
 
 
 def _same(a: Any, b: Any) -> bool:

@@ -341,7 +341,9 @@ def test_mean_and_sigma_of_one_error_have_the_statistics_of_the_paper():
     result = determine(*(np.array(part) for part in zip(*readings, strict=True)))
     found = np.stack([result.heading - heading, result.roll - roll, result.pitch - pitch, result.latitude - LATITUDE])
     attitude = Attitude(heading, roll, pitch)
-    theory = error_statistics(attitude, LATITUDE, expected.instrument_means, expected.instrument_sigmas)
+    gyro, accel = expected.mean.gyro, expected.mean.accel
+    means = InstrumentErrors(gyro.bias, gyro.scale, accel.bias, accel.scale)
+    theory = error_statistics(attitude, LATITUDE, means, expected.instrument_sigmas)
     for errors, by_mean, by_sigma in zip(found, theory.mean, theory.sigma, strict=True):
         assert abs(by_mean) > 0.5 * by_sigma  # far from zero in 600 sessions
         assert errors.mean() == pytest.approx(by_mean, abs=4 * by_sigma / np.sqrt(runs) + 1e-3 * abs(by_mean))

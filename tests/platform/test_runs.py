@@ -17,7 +17,7 @@ from sinssim.ensembles.plan import make_plan
 from sinssim.ensembles.truth import TruthCache
 from sinssim.errors import InputError, RunError
 from sinssim.recording.finished.run_streams import load_streams
-from sinssim.recording.rerun.viewer import read_run_info
+from sinssim.recording.rerun.viewer import find_run_info
 from sinssim.recording.rerun.views import all_views
 from sinssim.scenario import Scenario, load_scenario
 from sinssim.scenario.summary import plan_lines
@@ -164,7 +164,7 @@ def test_side_by_side(tmp_path: Path) -> None:
     error = load_streams(tmp_path / "run")["error_platform"]
     np.testing.assert_array_equal(error["position_e_m"], result.errors["platform"].position_ned[:, 1])
     np.testing.assert_array_equal(error["phi_d_rad"], result.errors["platform"].attitude[:, 2])
-    shown = read_run_info(tmp_path / "run" / "recording.rrd")
+    shown = find_run_info(tmp_path / "run" / "recording.rrd")
     for entity in ("horizontal", "attitude", "sensed", "commanded", "gimbals"):
         assert f"platform/{entity}" in shown.ranges
     assert all_views(shown, "platform").root_container.contents[-1].name == "platform"

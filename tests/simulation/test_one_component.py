@@ -16,7 +16,7 @@ from scipy.integrate import solve_ivp
 from scipy.interpolate import CubicSpline
 
 from sinssim.errors import RunError
-from sinssim.recording.rerun.viewer import read_run_info
+from sinssim.recording.rerun.viewer import find_run_info
 from sinssim.recording.rerun.views import load_view
 from sinssim.recording.store.one_component import numbers
 from sinssim.recording.tables.one_component import show
@@ -205,7 +205,7 @@ def test_a_run_writes_everything(variant: str, tmp_path: Path) -> None:
     assert "a &lt;test&gt;" in report
     assert "nan" not in report.lower().replace("nanosecond", "")
     assert "https://" not in report
-    info = read_run_info(folder / "recording.rrd")
+    info = find_run_info(folder / "recording.rrd")
     assert info.label("kind") == "one-component"
     recorded = {chunk.entity_path for chunk in RrdReader(folder / "recording.rrd").stream()}
     shown = [view.origin for view in views(load_view("one_component", info).root_container)]

@@ -256,13 +256,13 @@ def test_report_stands_alone(written):
 def test_recording_is_valid_and_shows_the_comparison(written):
     import rerun_cli
 
-    from sinssim.recording.rerun.viewer import read_run_info
+    from sinssim.recording.rerun.viewer import find_run_info
     from sinssim.recording.rerun.views import all_views
 
     recording = written / "recording.rrd"
     binary = Path(rerun_cli.__file__).parent / "rerun"
     subprocess.run([binary, "rrd", "verify", recording], check=True, capture_output=True)
-    run = read_run_info(recording)
+    run = find_run_info(recording)
     assert run.label("kind") == "study"
     assert [tab.name for tab in all_views(run).root_container.contents] == ["comparison"]
     with pytest.raises(InputError, match="Known: comparison"):

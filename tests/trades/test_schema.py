@@ -21,10 +21,6 @@ def test_axes_and_their_words(tmp_path: Path) -> None:
     assert (grade.heading, grade.numeric) == ("grade", False)
     assert (bias.heading, bias.numeric, bias.logarithmic) == ("gyro bias σ, deg/h", True, True)
     assert bias.name_of(2) == "0.1"
-    assert made.axis_index("grade") == 0
-    assert made.axis_index(BIAS) == 1
-    with pytest.raises(InputError, match="'speed' is not an axis of the study small: grade, gyro bias σ"):
-        made.axis_index("speed")
 
 
 def test_linked_keys_change_together() -> None:

@@ -125,11 +125,11 @@ def stored_runs(
     runs: int | None,
     directory: Path,
     *,
-    times: Iterable[float] = (),
-    truths: TruthCache | None = None,
-    threads: int | None = None,
-    progress: Progress | None = None,
-    say: Callable[[str], None] | None = None,
+    times: Iterable[float],
+    truths: TruthCache,
+    threads: int | None,
+    progress: Progress,
+    say: Callable[[str], None],
 ) -> EnsembleResult:
     """Run an ensemble, or continue it, in a directory without a report: a part of something larger.
 
@@ -151,13 +151,12 @@ def stored_runs(
         RunError: workers died again and again.
     """
     count = _whole("runs", (scenario.ensemble or EnsembleSection()).runs if runs is None else runs, MOST_RUNS)
-    cache = truths or TruthCache()
-    plan = with_runs(make_plan(scenario, cache, times=times), count)
+    plan = with_runs(make_plan(scenario, truths, times=times), count)
     check_memory(plan, count)
     folder = EnsembleDirectory(directory, plan, resume=True)
     try:
-        how = _How(cache, SparePool(0), threads, None, None)
-        return _continued(folder, count, how, progress or (lambda text, fraction: None), say or (lambda text: None))
+        how = _How(truths, SparePool(0), threads, None, None)
+        return _continued(folder, count, how, progress, say)
     finally:
         folder.close()
 

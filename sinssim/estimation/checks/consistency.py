@@ -15,7 +15,6 @@ Li and Kirubarajan, Estimation with Applications to Tracking and Navigation, 200
 
 from __future__ import annotations
 
-from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -263,38 +262,3 @@ def nees(errors: Array, covariance: Array, states: slice | None = None) -> Array
     n = x.shape[-1]
     solved = scaled_solve(p.reshape(-1, n, n), x.reshape(-1, n, 1)).reshape(x.shape)
     return np.asarray(np.einsum("...i,...i->...", x, solved))
-
-
-@dataclass(frozen=True)
-class Anees:
-    """NEES of an ensemble of runs: mean over the runs at each epoch, per degree of freedom.
-
-    Attributes:
-        name: which states.
-        value: (K,); 1 is expected, larger values mean an optimistic filter.
-        lower, upper: 95 % band of one epoch.
-        inside: fraction of the epochs inside it.
-    """
-
-    name: str
-    value: Array
-    lower: float
-    upper: float
-    inside: float
-
-
-def anees(name: str, values: Sequence[Array], freedom: int) -> Anees:
-    """Return the average NEES of an ensemble.
-
-    Args:
-        name: which states.
-        values: NEES of each run at the same epochs, M times (K,).
-        freedom: number of states n.
-
-    Returns:
-        The average and its band.
-    """
-    runs = len(values)
-    mean = np.mean(values, axis=0) / freedom
-    lower, upper = (float(scipy.special.chdtri(runs * freedom, tail)) / (runs * freedom) for tail in (0.975, 0.025))
-    return Anees(name, mean, lower, upper, float(np.mean((mean >= lower) & (mean <= upper))))

@@ -24,7 +24,7 @@ from sinssim.estimation.from_scenario.redundant_set import noise_of_combination
 from sinssim.estimation.from_scenario.true_parameters import InertialParameters
 from sinssim.estimation.from_scenario.truth_comparison import Aided, compare_with_truth
 from sinssim.estimation.initial_alignment.start import Start, at_rest, by_course, in_motion
-from sinssim.progress import Progress
+from sinssim.progress import Progress, silent
 from sinssim.scenario.true_motion import block_of
 from sinssim.sensors.aiding.base.sensor import AidingReadings, Vehicle
 from sinssim.sensors.aiding.land_vehicle import LandVehicleSection
@@ -57,7 +57,7 @@ def aid_run(
     monitored: Sequence[Monitored] = (),
     history: bool = True,
     row_s: float | None = None,
-    progress: Progress | None = None,
+    progress: Progress = silent,
 ) -> Aided:
     """Emulate a scenario's aiding sensors, run its filter, and compare the estimate with the truth.
 
@@ -133,7 +133,7 @@ def filtered(
     encoders: Encoders | None = None,
     added: AddedNoise | None = None,
     bridged: AddedNoise | None = None,
-    progress: Progress | None = None,
+    progress: Progress = silent,
 ) -> Estimate:
     """Run a scenario's filter on measurements from anywhere.
 

@@ -19,7 +19,7 @@ from sinssim.estimation.explanation import Diagnosis
 from sinssim.estimation.initial_alignment.start import Start
 from sinssim.estimation.model import ErrorModel
 from sinssim.estimation.result import Estimate, Innovations
-from sinssim.progress import Progress
+from sinssim.progress import Progress, silent
 
 _FIRST_S = 300.0
 """Shortest time that is looked at. It is doubled until the innovations within it speak against the filter, so that a
@@ -37,7 +37,7 @@ def diagnosed(
     start: Start,
     readings: Sequence[Measurements],
     options: Mapping[str, Any],
-    progress: Progress | None = None,
+    progress: Progress = silent,
 ) -> Estimate:
     """Return an estimate with its diagnosis, if its innovations speak against the filter.
 
@@ -57,7 +57,7 @@ def diagnosed(
     lasts = _FIRST_S
     while begin + lasts < end and (options["encoders"] is not None or _consistent_until(found, begin + lasts)):
         lasts *= 2.0
-    seen = _diagnosis(found, start, readings, options, min(begin + lasts, end), progress or (lambda what, part: None))
+    seen = _diagnosis(found, start, readings, options, min(begin + lasts, end), progress)
     if seen is not None and seen.cause is not None and seen.cause.kind != "inertial noise":
         # a better explanation was found than the vibration that the estimate's remark suspects
         suspected = vibration_untold(found.innovations, start.imu, found.model, options["added_noise"])

@@ -22,7 +22,7 @@ from sinssim.estimation.initial_alignment.start import Start
 from sinssim.logs.load import RecordedLog, load_log
 from sinssim.logs.reference import Reference
 from sinssim.logs.reference_motion import ReferenceMotion
-from sinssim.progress import Progress
+from sinssim.progress import Progress, silent
 from sinssim.scenario.excitation import Excitation
 from sinssim.scenario.sections.filter import InitialSigmaSection
 from sinssim.sensors.aiding.base.sensor import AidingReadings, AidingSensor, Vehicle
@@ -153,7 +153,7 @@ class JudgedOutages:
 
 
 def aid_recorded(
-    prepared: Prepared, imu: ImuData, start: Start, *, history: bool = True, progress: Progress | None = None
+    prepared: Prepared, imu: ImuData, start: Start, *, history: bool = True, progress: Progress = silent
 ) -> Estimate:
     """Run a scenario's filter on recorded sensors.
 

@@ -102,24 +102,6 @@ def find_run_info(recording: Path) -> RunInfo | None:
         ) from error
 
 
-def read_run_info(recording: Path) -> RunInfo:
-    """Return the information about the run in its recording.
-
-    Args:
-        recording: an .rrd file that a run wrote.
-
-    Returns:
-        The information that views need.
-
-    Raises:
-        InputError: the file cannot be read, or is not a recording of a run.
-    """
-    run = find_run_info(recording)
-    if run is None:
-        raise InputError(f"{recording} does not describe a run (it has no {RUN_ENTITY}); no view can be made of it.")
-    return run
-
-
 def open_viewer(path: Path, view: str | None = None) -> None:
     """Open a run in Rerun's own viewer, and return when its window is closed.
 

@@ -16,7 +16,6 @@ from numpy.typing import ArrayLike
 
 from sinssim.data import Array
 from sinssim.studies.results import ErrorGrowth
-from sinssim.units import DEG
 
 SCHULER_RATE = np.sqrt(9.81 / 6371000.0)
 """ω_s, rad/s."""
@@ -100,8 +99,3 @@ def fitted_power(time: Array, error: Array, start: float, end: float) -> tuple[f
     x = np.log(at)
     measured = np.interp(x, np.log(time), np.log(error))
     return float(np.polyfit(x, measured, 1)[0]), float(np.polyfit(x, np.log(coordinate(at)), 1)[0])
-
-
-def tilt_deg(growth: ErrorGrowth) -> float:
-    """Return the largest attitude error, deg."""
-    return float(np.deg2rad(growth.attitude.max() / 3600.0)) / DEG

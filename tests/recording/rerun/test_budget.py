@@ -11,7 +11,7 @@ from rerun.chunk import RrdReader
 
 import sinssim
 from sinssim.recording.rerun.budget import record
-from sinssim.recording.rerun.viewer import read_run_info
+from sinssim.recording.rerun.viewer import find_run_info
 from sinssim.recording.rerun.views import all_views, load_view
 from tests.error_budget.worlds import SHORT_TURN, scenario
 
@@ -31,7 +31,7 @@ def views(part: rrb.Container | rrb.View) -> list[rrb.View]:
 
 
 def test_the_view_shows_what_is_recorded(recording: Path) -> None:
-    info = read_run_info(recording)
+    info = find_run_info(recording)
     entities = {chunk.entity_path for chunk in RrdReader(recording).stream()}
     shown = views(load_view("budget", info).root_container)
     assert {type(view) for view in shown} == {rrb.TimeSeriesView, rrb.Spatial2DView, rrb.TextDocumentView}
@@ -45,4 +45,4 @@ def test_the_view_shows_what_is_recorded(recording: Path) -> None:
 
 
 def test_other_views_are_left_out(recording: Path) -> None:
-    assert [tab.name for tab in all_views(read_run_info(recording)).root_container.contents] == ["budget"]
+    assert [tab.name for tab in all_views(find_run_info(recording)).root_container.contents] == ["budget"]

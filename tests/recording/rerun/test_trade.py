@@ -13,7 +13,7 @@ from rerun.chunk import RrdReader
 import sinssim
 from sinssim.recording.figures.studies.trade import pictures
 from sinssim.recording.rerun.trade import record
-from sinssim.recording.rerun.viewer import read_run_info
+from sinssim.recording.rerun.viewer import find_run_info
 from sinssim.recording.rerun.views import all_views, load_view
 from sinssim.trades.measure import CellNumbers
 from sinssim.trades.result import CellResult, TradeResult
@@ -42,7 +42,7 @@ def values_of(recording: Path, entity: str) -> list[float]:
 def test_the_view_shows_what_is_recorded(result: TradeResult) -> None:
     assert result.directory is not None
     recording = result.directory / "recording.rrd"
-    info = read_run_info(recording)
+    info = find_run_info(recording)
     assert [tab.name for tab in all_views(info).root_container.contents] == ["trade"]
     entities = {chunk.entity_path for chunk in RrdReader(recording).stream()}
     shown = views(load_view("trade", info).root_container)
@@ -76,5 +76,5 @@ def test_of_many_cells_some_are_recorded(result: TradeResult, tmp_path: Path) ->
         result.study, tuple(CellResult(one.cell, failure="it fell.") for one in result.cells), "failed"
     )
     record(failed, pictures(failed), tmp_path / "recording.rrd")
-    shown = views(load_view("trade", read_run_info(tmp_path / "recording.rrd")).root_container)
+    shown = views(load_view("trade", find_run_info(tmp_path / "recording.rrd")).root_container)
     assert "0 of 6 cells" in next(view.name for view in shown if isinstance(view, rrb.TimeSeriesView))

@@ -235,7 +235,7 @@ def test_a_recording_of_another_version_is_refused_by_its_version(directory, mon
 
     monkeypatch.setattr(viewer.RunInfo, "from_json", older)
     with pytest.raises(InputError, match=r"made by another version of sinssim than .*unexpected keyword argument"):
-        viewer.read_run_info(directory / "recording.rrd")
+        viewer.find_run_info(directory / "recording.rrd")
 
 
 def test_the_web_page_asks_no_other_machine_but_for_map_tiles():

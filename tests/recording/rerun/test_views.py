@@ -14,7 +14,7 @@ from rerun.chunk import RrdReader
 
 from sinssim import content
 from sinssim.errors import InputError
-from sinssim.recording.rerun.viewer import find_recording, read_run_info
+from sinssim.recording.rerun.viewer import find_recording, find_run_info
 from sinssim.recording.rerun.views import RunInfo, all_views, load_view, view_names
 from sinssim.simulation import run
 from tests.recording import fake_run
@@ -42,7 +42,7 @@ def test_the_packages_own_views_come_first():
 
 @pytest.mark.parametrize("name", OWN)
 def test_plots_name_their_unit_show_the_whole_run_and_only_what_is_recorded(recording, name):
-    info = read_run_info(recording)
+    info = find_run_info(recording)
     entities = {chunk.entity_path for chunk in RrdReader(recording).stream()}
     plots = 0
     for view in views(load_view(name, info).root_container):
@@ -61,7 +61,7 @@ def test_plots_name_their_unit_show_the_whole_run_and_only_what_is_recorded(reco
 
 
 def test_all_views_become_tabs_with_the_asked_one_in_front(recording):
-    info = read_run_info(recording)
+    info = find_run_info(recording)
     tabs = all_views(info, "sensors").root_container
     names = list(OWN)  # those of a study are left out, and those of what this run did not have
     assert [tab.name for tab in tabs.contents] == names
@@ -86,7 +86,7 @@ def tab_names(info: RunInfo, *arguments, **options) -> list[str]:
 
 
 def test_a_view_of_ones_own_is_found_where_the_user_said(recording, tmp_path, monkeypatch):
-    info = read_run_info(recording)
+    info = find_run_info(recording)
     own = own_view(tmp_path / "views", "speeds")
     assert "speeds" in tab_names(info, str(own))
     assert tab_names(replace(info, views=(str(own),))) == [*OWN, "speeds"]
@@ -101,7 +101,7 @@ def test_a_view_of_ones_own_is_found_where_the_user_said(recording, tmp_path, mo
 
 
 def test_two_views_of_one_name_are_named_with_their_paths(recording, tmp_path, monkeypatch, caplog):
-    info = read_run_info(recording)
+    info = find_run_info(recording)
     one, other = own_view(tmp_path / "one", "twice"), own_view(tmp_path / "other", "twice")
     assert tab_names(replace(info, views=(str(one), str(other)))) == [*OWN, "twice"]
     said = f"There are two views named twice: {other} is used, {one} is ignored."
@@ -116,7 +116,7 @@ def test_two_views_of_one_name_are_named_with_their_paths(recording, tmp_path, m
 
 def test_no_code_is_run_from_the_folder_that_one_stands_in(recording, tmp_path, monkeypatch, caplog):
     content._warn_once.cache_clear()
-    info = read_run_info(recording)
+    info = find_run_info(recording)
     for folder in (tmp_path, tmp_path / "viz"):
         own_view(folder, "plot", MARKED + VIEW)
         own_view(folder, "flight", MARKED + VIEW)
@@ -170,15 +170,15 @@ def test_a_view_that_does_not_work_says_which_and_why(recording, tmp_path):
     broken = tmp_path / "broken.py"
     broken.write_text("def blueprint(run):\n    return run.no_such_thing\n")
     with pytest.raises(InputError, match=r"broken\.py does not work: AttributeError.*no_such_thing"):
-        all_views(read_run_info(recording), str(broken))
+        all_views(find_run_info(recording), str(broken))
     with pytest.raises(InputError, match="unknown view 'sensor'"):
-        all_views(read_run_info(recording), "sensor")
+        all_views(find_run_info(recording), "sensor")
     with pytest.raises(InputError, match="the view 'filter' needs a run with a filter; fake has none"):
-        all_views(read_run_info(recording), "filter")
+        all_views(find_run_info(recording), "filter")
 
 
 def test_what_views_know_about_a_run_survives_its_recording(recording):
-    info = read_run_info(recording)
+    info = find_run_info(recording)
     assert RunInfo.from_json(info.to_json()) == info
     assert {"position", "velocity", "tilt", "azimuth", "gyro_sum", "sensor_window", "height_scale"} <= set(info.labels)
 
@@ -224,7 +224,7 @@ def test_paths_that_are_no_recording_are_refused(tmp_path):
     (tmp_path / "recording.rrd").write_bytes(b"RRF2 not really")
     assert find_recording(tmp_path) == tmp_path / "recording.rrd"
     with pytest.raises(InputError, match="is not a recording by sinssim"):
-        read_run_info(tmp_path / "recording.rrd")
+        find_run_info(tmp_path / "recording.rrd")
 
 
 @pytest.mark.parametrize(("labels", "shown"), [({"events": "no"}, False), ({"events": "yes"}, True), ({}, True)])
@@ -235,4 +235,4 @@ def test_a_run_without_events_has_no_panel_of_them(labels, shown):
 
 def test_a_run_says_whether_it_has_events(recording):
     entities = {chunk.entity_path for chunk in RrdReader(recording).stream()}
-    assert (read_run_info(recording).label("events") == "yes") == ("/events" in entities)
+    assert (find_run_info(recording).label("events") == "yes") == ("/events" in entities)

@@ -19,7 +19,7 @@ from scipy.stats import chi2
 from sinssim.data import NavSolution, NavState
 from sinssim.errors import InputError, RunError
 from sinssim.recording.finished.run_streams import load_streams
-from sinssim.recording.rerun.viewer import find_recording, read_run_info
+from sinssim.recording.rerun.viewer import find_recording, find_run_info
 from sinssim.recording.store.directory import RunDirectory
 from sinssim.scenario.sections.navigation import InitialErrorSection
 from sinssim.simulation import initial_state_with_errors, run
@@ -210,7 +210,7 @@ def test_recording_is_valid_and_says_what_it_is(recorded):
     reader = RrdReader(recording)
     assert [store.application_id for store in reader.recordings()] == ["sinssim fake"]
     assert {store.application_id for store in reader.blueprints()} == {"sinssim fake"}
-    info = read_run_info(find_recording(result.directory))
+    info = find_run_info(find_recording(result.directory))
     assert (info.name, info.start, info.end, info.algorithms) == ("fake", 0.0, COUNT / 100.0, fake_run.ALGORITHMS)
     documents = {
         chunk.entity_path: chunk.to_record_batch().column("TextDocument:text")[0].as_py()[0]

@@ -13,7 +13,7 @@ import pytest
 
 from sinssim.errors import InputError, RunError
 from sinssim.mechanization import Mechanization
-from sinssim.recording.rerun.viewer import read_run_info
+from sinssim.recording.rerun.viewer import find_run_info
 from sinssim.recording.rerun.views import all_views
 from sinssim.recording.store.summaries.redundancy_summary import redundancy_sentences
 from sinssim.scenario import Scenario, load_scenario
@@ -101,7 +101,7 @@ def test_with_and_without_monitoring(tmp_path: Path) -> None:
     assert last == pytest.approx(own["final_horizontal_error_m"], rel=1e-6)
     texts = pq.read_table(streams / "events.parquet")["text"].to_pylist()
     assert "gyro 3 excluded" in texts
-    shown = read_run_info(tmp_path / "run" / "recording.rrd")
+    shown = find_run_info(tmp_path / "run" / "recording.rrd")
     assert shown.label("redundancy_algorithm") == "quaternion"
     for entity in ("gyro/statistic", "gyro/threshold", "accel/used", "horizontal", "attitude"):
         assert f"redundancy/{entity}" in shown.ranges

@@ -17,7 +17,7 @@ from sinssim.logs.scoring.score import Judge, common_span
 from sinssim.logs.writers.registry import DEFAULT_START
 from sinssim.recording.report.run.errors import Compared
 from sinssim.recording.rerun.run.score import record
-from sinssim.recording.rerun.viewer import read_run_info
+from sinssim.recording.rerun.viewer import find_run_info
 from sinssim.recording.rerun.views import all_views, load_view
 from sinssim.recording.store.score import known_numbers
 from tests.logs.short_run import short_run
@@ -65,11 +65,11 @@ def values_of(recording: Path) -> Callable[[str], Array]:
 
 def number_of(recording: Path, name: str) -> int:
     """Return the number of a solution in the entities."""
-    return read_run_info(recording).algorithms.index(name)
+    return find_run_info(recording).algorithms.index(name)
 
 
 def test_the_lines_are_the_errors_and_the_given_sigma(recording: Path, values_of: Callable[[str], Array]) -> None:
-    info, number = read_run_info(recording), number_of(recording, "too high")
+    info, number = find_run_info(recording), number_of(recording, "too high")
     assert info.label("height") == "m"
     np.testing.assert_allclose(values_of(f"score/height/{number}"), OFFSET, atol=1e-8)
     np.testing.assert_allclose(values_of(f"score/height/{number}_sigma"), [[3 * SIGMA, -3 * SIGMA]] * 201, rtol=1e-12)
@@ -83,7 +83,7 @@ def test_the_lines_are_the_errors_and_the_given_sigma(recording: Path, values_of
 
 
 def test_the_view_shows_what_is_recorded(recording: Path) -> None:
-    info = read_run_info(recording)
+    info = find_run_info(recording)
     assert [tab.name for tab in all_views(info).root_container.contents] == ["score"]
     entities = {chunk.entity_path for chunk in RrdReader(recording).stream()}
     shown = views(load_view("score", info).root_container)
@@ -96,7 +96,7 @@ def test_the_view_shows_what_is_recorded(recording: Path) -> None:
 
 
 def test_what_no_solution_has_has_no_plot(recording: Path) -> None:
-    info = read_run_info(recording)
+    info = find_run_info(recording)
     without = {entity: both for entity, both in info.ranges.items() if "tilt" not in entity}
     shown = views(load_view("score", type(info)(**{**vars(info), "ranges": without})).root_container)
     assert not [view for view in shown if "Tilt" in str(view.name)]

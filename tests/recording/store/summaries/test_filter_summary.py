@@ -14,7 +14,7 @@ from rerun.chunk import RrdReader
 
 from sinssim.estimation import BLOCKS
 from sinssim.recording import style
-from sinssim.recording.rerun.viewer import read_run_info
+from sinssim.recording.rerun.viewer import find_run_info
 from sinssim.recording.rerun.views import all_views, load_view
 from sinssim.recording.store.filter_streams import state_columns
 from sinssim.recording.store.summaries import filter_summary
@@ -142,7 +142,7 @@ def test_recording_equals_parquet_and_is_valid(recorded):
 def test_view_shows_what_is_recorded_over_the_whole_run(recorded):
     result, _ = recorded
     recording = result.directory / "recording.rrd"
-    info = read_run_info(recording)
+    info = find_run_info(recording)
     assert "filter" in [tab.name for tab in all_views(info, "filter").root_container.contents]
     entities = {chunk.entity_path for chunk in RrdReader(recording).stream()}
     found = views(load_view("filter", info).root_container)
@@ -161,7 +161,7 @@ def test_view_shows_what_is_recorded_over_the_whole_run(recorded):
 
 def test_bands_are_three_sigma_around_zero_with_the_error_in_the_same_unit(recorded):
     result, _ = recorded
-    info = read_run_info(result.directory / "recording.rrd")
+    info = find_run_info(result.directory / "recording.rrd")
     found = result.aided.estimate
     sizes = {"mm": 1e-3, "m": 1.0, "km": 1e3, "arcsec": np.pi / 648e3, "arcmin": np.pi / 10.8e3, "deg": np.pi / 180}
     for entity, column, sign in (("position_east", 1, 1.0), ("height", 2, -1.0), ("azimuth", 8, 1.0)):
