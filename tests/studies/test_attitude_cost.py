@@ -2,12 +2,15 @@
 
 from __future__ import annotations
 
+from typing import Any
+
 import numpy as np
 import pytest
 from scipy.spatial.transform import Rotation
 
 from sinssim.algorithms import REGISTRY
 from sinssim.strapdown.increments.fit import weight_table
+from sinssim.studies import attitude_cost
 from sinssim.studies.attitude_cost import _loop, attitude_costs, count_attitude
 
 COUNT = 60
@@ -65,3 +68,27 @@ def test_lines_of_a_report():
     assert 0.1 < quaternion.ns_per_step < 1e5
     assert [cost.name for cost in attitude_costs("euler")] == ["euler", "euler, B by sines and cosines"]
     assert attitude_costs("functional-iteration") == []  # attitude, velocity and position are iterated together
+
+
+def test_b_alone_from_many_attitudes(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Both loops fill 20 000 matrices, row by row; the time is shared among them."""
+    filled, times = [], iter((40_000.0, 70_000.0))
+
+    def timed(call: Any) -> float:
+        call()
+        loop, (attitudes, matrices) = call.func, call.args
+        filled.append((loop, attitudes, matrices))
+        return next(times)
+
+    monkeypatch.setattr(attitude_cost, "least_time", timed)
+    by_quaternion, by_angles = attitude_cost.matrix_costs()
+    assert (by_quaternion.ns, by_angles.ns) == (2.0, 3.5)
+    assert (by_angles.operations.function, by_angles.operations.multiply, by_angles.operations.add) == (6.0, 14.0, 4.0)
+    assert by_quaternion.operations.function == by_quaternion.operations.root == 0.0
+    (_, quaternions, first), (_, angles, second) = filled
+    assert len(angles) == len(quaternions) == 20_000
+    assert -1.5 < angles.min() < -1.49
+    assert 1.49 < angles.max() < 1.5
+    exact = Rotation.from_euler("ZYX", angles[:, ::-1]).as_matrix().reshape(-1, 9)
+    np.testing.assert_allclose(first, exact, rtol=0.0, atol=2e-15)
+    np.testing.assert_allclose(second, exact, rtol=0.0, atol=2e-15)
