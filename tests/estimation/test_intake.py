@@ -45,6 +45,15 @@ def test_readings_within_a_microsecond_of_an_edge_or_of_each_other_share_its_epo
     np.testing.assert_allclose(epochs.time[epochs.second], time[::100])
 
 
+def test_readings_a_whole_microsecond_apart_share_an_epoch() -> None:
+    early = 1.25e-6  # a microsecond later is one in binary numbers too
+    (one, two), epochs = take_in(
+        [heights([early]), replace(heights([early + 1e-6]), name="late")], MODEL, IMU_TIME, 10.0
+    )
+    assert epochs.time[:3].tolist() == [0.0, early, 0.1]
+    assert (one.epoch.tolist(), two.epoch.tolist()) == ([1], [1])
+
+
 @pytest.mark.parametrize(("rate_hz", "stride"), [(0.5, 200), (1000.0, 1)])
 def test_slow_and_fast_predictions(rate_hz: float, stride: int) -> None:
     """Slower than a second, every epoch is on its grid; faster than the data, there is one at every edge."""

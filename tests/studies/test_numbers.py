@@ -142,6 +142,21 @@ def test_headings_compared_with_the_truth(monkeypatch: pytest.MonkeyPatch) -> No
     assert [found[form].least_hz > 0.0 for form in FORMS] == [False, False, False, True]
 
 
+def test_the_lowest_rate_that_counts_turns() -> None:
+    """A turn by 30° in each sample is counted from every fifth sample, 150°, and not from every sixth, half a turn.
+
+    It begins at rest, four turns wound up. One sample of 100° leaves every third, 160°; two of 170° leave all alone.
+    """
+    steps = np.concatenate([np.zeros(20), np.full(180, 30.0)])
+    turning = np.radians(1500.0 - np.cumsum(steps))
+    assert headings._least_rate(turning, 40.0) == pytest.approx(8.0)
+    steps[100] = 100.0
+    assert headings._least_rate(np.radians(np.cumsum(steps)), 40.0) == pytest.approx(40.0 / 3.0)
+    steps[100:102] = 170.0
+    assert headings._least_rate(np.radians(np.cumsum(steps)), 40.0) == pytest.approx(40.0)
+    assert headings._least_rate(np.radians(np.arange(9.0)), 40.0) == pytest.approx(8.0)  # of 9 samples 2 are left
+
+
 def test_errors_in_coordinates() -> None:
     """A difference in metres, an angle within half a turn, and of quaternions the angle between them."""
     true = np.array([[5.0, 3.1, 1.0], [7.0, -3.0, 2.0]])

@@ -29,8 +29,13 @@ def made(each: Array, window: float = 8.0, bias: Array = BIAS) -> Match:
 
 
 def found(
-    monkeypatch: pytest.MonkeyPatch, offset: float, change: float, missed: Array = MISSED, good: float = 0.3,
-    first: float | None = None, windows: int = 12,
+    monkeypatch: pytest.MonkeyPatch,
+    offset: float,
+    change: float,
+    missed: Array = MISSED,
+    good: float = 0.3,
+    first: float | None = None,
+    windows: int = 12,
 ) -> Any:
     """Return the drift of clocks that are apart by an offset in the middle of the log, and by `change` more at its end
     than at its begin: the square of each residual is FLOOR + STEEP e², e the time by which the window is off."""
