@@ -69,8 +69,8 @@ def test_the_whole_verdict(monkeypatch: pytest.MonkeyPatch) -> None:
     assert (found.verdict, found.measured, found.expected) == ("confirmed", "1.020 of the law", "1 ± 0.03")
     assert found.reason == (
         "The law is the leading term. Where it is within 3 % of the exact drift, measured drifts are 1.020 of it in "
-        "the worst case; elsewhere (exact ratio in brackets) the next term or the floor of triple products dominates. They "
-        "differ from the exact drift by at most 2 %. Measured drift over the law, at Ωh:"
+        "the worst case; elsewhere (exact ratio in brackets) the next term or the floor of triple products dominates. "
+        "They differ from the exact drift by at most 2 %. Measured drift over the law, at Ωh:"
     )
 
 
