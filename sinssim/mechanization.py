@@ -139,7 +139,7 @@ class Mechanization:
         if self.baro_time_constant != BARO_TIME_CONSTANT and self.vertical != "baro-loop":
             raise unused(
                 f"baro_time_constant = {self.baro_time_constant:g}",
-                f'it is an option of vertical = "baro-loop"; here vertical = "{self.vertical}".',
+                f'it belongs to vertical = "baro-loop"; here vertical = "{self.vertical}".',
             )
 
     @property

@@ -12,9 +12,13 @@ from contextlib import suppress
 from typing import Annotated, Any, Literal, Union, get_args, get_origin
 
 from pydantic import BaseModel, ValidationError
+from pydantic.fields import FieldInfo
 from pydantic_core import ErrorDetails
 
 from sinssim.errors import InputError, nearest, respelled, shortened
+
+ONE_OF_SEVERAL = "one of several"
+"""Name of a field whose value is one of several tables, in the locations of mistakes; no file has it."""
 
 _MANY = 40  # more keys than this are no help in a message
 
@@ -77,6 +81,11 @@ _TYPES = {
 
 class Table(BaseModel):
     """A table of a file, with what it knows of keys that are not its fields."""
+
+    @classmethod
+    def file_keys(cls) -> dict[str, FieldInfo]:
+        """Return the keys that the table may have in a file."""
+        return cls.model_fields
 
     @classmethod
     def own_table(cls, name: str) -> type[Table] | None:
@@ -144,6 +153,7 @@ def describe(
     """
     # pydantic also reports an array with a bad entry as too short, a misspelt key as missing, and a number that may be
     # whole or not as both; of an array or a text, it names the mistakes of either.
+    errors = [{**error, "loc": tuple(part for part in error["loc"] if part != ONE_OF_SEVERAL)} for error in errors]
     parents = {error["loc"][:length] for error in errors for length in range(len(error["loc"]))}
     meant = {
         (*error["loc"][:-1], key)
@@ -157,6 +167,7 @@ def describe(
         for error in errors
         if not (error["type"] == "too_short" and error["loc"] in parents)
         and not (error["type"] == "missing" and error["loc"] in meant)
+        and not (error["type"] == "no_table" and any(key in meant for key in error["ctx"]["tables"]))
         and not (error["loc"][-1:] == ("int",) and (*error["loc"][:-1], "float") in found)
         and not (error["loc"][-1:] == ("str",) and error["loc"][:-1] in arrays)
     ]
@@ -250,14 +261,14 @@ def _sentence(error: ErrorDetails, model: type[Table], path: tuple[str, ...], ho
 
 def _nearest(path: tuple[str, ...], holders: list[type[Table]]) -> str | None:
     """Return the intended key: the same quantity in another unit, or the nearest spelling."""
-    known = sorted({field for holder in holders for field in holder.model_fields})
+    known = sorted({field for holder in holders for field in holder.file_keys()})
     same = [field for field in known if _same_quantity(path[-1], field) and _split_unit(field)[1]]
     return next(iter(same), None) or nearest(path[-1], known)
 
 
 def _unknown_key(path: tuple[str, ...], value: object, holders: list[type[Table]]) -> str:
     name, table, meant = ".".join(path), ".".join(path[:-1]), _nearest(path, holders)
-    fields = {field for holder in holders for field in holder.model_fields}
+    fields = {field for holder in holders for field in holder.file_keys()}
     differs = not _same_quantity(path[-1], meant)
     if differs and (words := next(filter(None, (holder.in_words(path[-1]) for holder in holders)), None)):
         return f"unknown key '{name}' (= {_show(value)}): {words}"
@@ -304,7 +315,7 @@ def _split_unit(key: str) -> tuple[str, str]:
 
 def _explain(path: tuple[str, ...], holders: list[type[Table]]) -> str:
     for holder in holders:
-        field = holder.model_fields.get(path[-1])
+        field = holder.file_keys().get(path[-1])
         if field and field.description:
             return f" ({field.description})"
     return ""
@@ -340,7 +351,7 @@ def _walk(loc: tuple[int | str, ...], model: type[Table]) -> tuple[tuple[str, ..
             pass  # a number that may be whole or not
         elif _array_of(here, part):
             pass  # an array or a text
-        elif any(part in kind.model_fields for kind in models) or not any(part in _tags(kind) for kind in models):
+        elif any(part in kind.file_keys() for kind in models) or not any(part in _tags(kind) for kind in models):
             path.append(shortened(part))
             holders = models or holders
         # else: a location contains the tag of a union's member, a file does not
@@ -363,7 +374,7 @@ def _below(here: list[Any], part: int | str) -> list[Any]:
     if isinstance(part, int):
         return [entry for kind in here for entry in _entries(kind)]
     models = _models(here)
-    fields = [kind.model_fields[part].annotation for kind in models if part in kind.model_fields]
+    fields = [keys[part].annotation for kind in models if part in (keys := kind.file_keys())]
     fields += [own for kind in models if (own := kind.own_table(part)) is not None]
     fields += [get_args(kind)[1] for kind in here if get_origin(kind) is dict]
     return [option for field in fields for option in _options(field)] or [k for k in models if part in _tags(k)]

@@ -3,8 +3,8 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator
-from typing import Annotated, Any
+from collections.abc import Iterator, Mapping
+from typing import Annotated, Any, ClassVar
 
 from pydantic import AfterValidator, ConfigDict, Field, ValidationError, model_validator
 
@@ -73,6 +73,31 @@ class Section(Table):
         if own in data:
             raise ValueError(f"{key} and {own} are one quantity: keep one of them")
         return own
+
+
+class Source(Section):
+    """A table that says what is navigated: a true motion, or recorded sensors. A scenario has exactly one."""
+
+    table: ClassVar[str]
+    """Its name in the scenario."""
+    travels: ClassVar[bool] = False
+    """Whether the vehicle leaves its place; the default height channel is then the baro loop."""
+    recorded: ClassVar[bool] = False
+    """Whether the sensors are recorded, not simulated."""
+    in_space: ClassVar[bool] = True
+    """Whether the tables of a run in three dimensions apply: sensors, aiding, navigation, filter."""
+    idle: ClassVar[Mapping[str, str]] = {}
+    """Tables that would have no effect beside this one, with the reason."""
+
+    @property
+    def has_readings(self) -> bool:
+        """Whether it brings readings of aiding sensors."""
+        return False
+
+    @property
+    def known_duration(self) -> float | None:
+        """Duration, s, if a key of the table says it."""
+        return getattr(self, "duration_s", None)
 
 
 Latitude = Annotated[float, Field(ge=-90.0, le=90.0)]

@@ -34,9 +34,9 @@ LAYERS = [
     "truth.flight.ground", "truth.flight.legs",
     "logs.streams", "logs.gps_time", "logs.utc", "logs.formats.registry", "logs.read", "truth.panels", "truth.curve",
     "truth.track",
-    "truth.vehicles", "truth.motions", "truth.turntable.sequences", "truth.turntable.section", "calibration.section",
+    "truth.vehicles", "truth.motions", "truth.turntable.sequences", "truth.turntable.section",
     "logs.text.description", "logs.text.fix_description",
-    "own_content.aiding", "own_content.in_scenario", "own_content.new_project",
+    "own_content.aiding", "own_content.new_project",
     "scenario",
     # data flows right, imports point left
     "truth", "sensors", "logs", "ensembles.batch", "platform", "noise_identification", "alignment", "inspection",

@@ -41,7 +41,7 @@ def test_the_options_by_name_are_the_fields() -> None:
         ({"slow_quantities": "extrapolate"}, 'slow_quantities = "extrapolate" would have no effect'),
         (
             {"baro_time_constant": 20.0},
-            'baro_time_constant = 20 would have no effect: it is an option of vertical = "b',
+            'baro_time_constant = 20 would have no effect: it belongs to vertical = "b',
         ),
         ({"baro_time_constant": -20.0, "vertical": "baro-loop"}, "baro_time_constant = -20"),
         ({"rates_hz": (100.0, 30.0, 10.0)}, "the medium rate, 30 Hz, does not divide the fast rate"),

@@ -10,7 +10,6 @@ import numpy as np
 
 from sinssim.calibration.parameters import Parameter, in_accelerometer_frame, values_of
 from sinssim.calibration.result import CalibrationResult
-from sinssim.calibration.section import CalibrationSection
 from sinssim.calibration.spans import Dwells, between, detected, planned
 from sinssim.calibration.task import Estimate, Task, make_task
 from sinssim.data import Array, ImuData
@@ -18,6 +17,7 @@ from sinssim.errors import InputError, unknown_name
 from sinssim.progress import Progress, shown
 from sinssim.scenario.load import Overrides, as_scenario
 from sinssim.scenario.schema import Scenario
+from sinssim.scenario.sections.calibration import CalibrationSection
 from sinssim.sensors.imu.errors import draw, stated
 from sinssim.sensors.imu.terms import TERMS
 from sinssim.statistics.chi_square import mean_square_band

@@ -10,11 +10,11 @@ from sinssim import earth, rotation
 from sinssim.calibration.least_squares import Solution
 from sinssim.calibration.noise import TriadNoise, noise_of
 from sinssim.calibration.parameters import Parameter, errors_of, parameters
-from sinssim.calibration.section import CalibrationSection
 from sinssim.calibration.spans import Dwells
 from sinssim.data import Array, ImuData
 from sinssim.earth.models import ELLIPSOIDS
 from sinssim.scenario.schema import Scenario
+from sinssim.scenario.sections.calibration import CalibrationSection
 from sinssim.sensors.imu.compensation import compensate_checked
 from sinssim.truth.source import block_mounting
 from sinssim.truth.turntable.section import TurntableSection

@@ -17,7 +17,7 @@ from sinssim.ensembles.fill_in import WITHIN
 from sinssim.ensembles.members import member
 from sinssim.ensembles.truth import TruthCache, truth_key
 from sinssim.errors import InputError
-from sinssim.own_content.in_scenario import own_digests
+from sinssim.scenario.own_files import own_digests
 from sinssim.system.short_repr import short_repr
 
 if TYPE_CHECKING:

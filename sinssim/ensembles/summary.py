@@ -13,9 +13,9 @@ from sinssim.data import Array
 from sinssim.ensembles.filtered import DIVERGED
 from sinssim.ensembles.run_errors import COMPONENTS
 from sinssim.formatting import number_text
-from sinssim.own_content.in_scenario import own_files
 from sinssim.requirements.exceeded import NEVER
 from sinssim.requirements.verdict import CONFIDENCE
+from sinssim.scenario.own_files import own_files
 from sinssim.statistics.chi_square import extreme, share_inside
 from sinssim.statistics.circles import circle_radius
 from sinssim.statistics.order_statistics import Percentile, cep, percentile, r95

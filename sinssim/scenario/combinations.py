@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
 from typing import TYPE_CHECKING
 
 from sinssim.algorithms import PLATFORM
@@ -14,9 +13,8 @@ if TYPE_CHECKING:
     from sinssim.scenario.sections.compensation import CompensationSection
     from sinssim.scenario.sections.filter import FilterSection
     from sinssim.scenario.sections.imu import ImuSection
-    from sinssim.scenario.sections.log import LogSection
     from sinssim.scenario.sections.navigation import NavigationSection
-    from sinssim.section import Section
+    from sinssim.section import Source
 
 _OF_TURNS = ("BENT", "LIMITED", "QUANTISED")
 """Stages of the error terms that gyros on a platform do not have, because they sense no turns."""
@@ -53,7 +51,7 @@ def check_filter(
     section: FilterSection | None,
     imu: ImuSection,
     aiding: AidingSection | None,
-    log: LogSection | None,
+    source: Source,
     vertical: str,
 ) -> None:
     """Raise ValueError for a filter without readings or without inertial sensors, and for readings without use.
@@ -62,12 +60,11 @@ def check_filter(
         section: the [filter] section, if there is one.
         imu: the [imu] section.
         aiding: the [aiding] section, if there is one.
-        log: the [log] section, if there is one.
+        source: the source.
         vertical: the vertical channel of the navigators.
     """
-    recorded = log is not None and (log.gnss is not None or bool(log.others))
-    if section is not None and aiding is None and not recorded:
-        where = "aiding.gnss" if log is None else "log.gnss"
+    if section is not None and aiding is None and not source.has_readings:
+        where = "log.gnss" if source.recorded else "aiding.gnss"
         raise ValueError(f"[filter] needs an aiding sensor: add one, for example [{where}]")
     if aiding is not None and section is None:
         if list(aiding.sensors()) != ["baro"]:
@@ -130,7 +127,11 @@ def check_platform(imu: ImuSection, navigation: NavigationSection) -> None:
 
 
 def check_rotation(
-    imu: ImuSection, section: FilterSection | None, aiding: AidingSection | None, others: Mapping[str, Section | None]
+    imu: ImuSection,
+    section: FilterSection | None,
+    aiding: AidingSection | None,
+    source: Source,
+    navigation: NavigationSection,
 ) -> None:
     """Raise ValueError if a part of a scenario cannot be used with a block that turns in the vehicle.
 
@@ -138,17 +139,21 @@ def check_rotation(
         imu: the [imu] section.
         section: the [filter] section, if there is one.
         aiding: the [aiding] section, if there is one.
-        others: the tables "log", "one_component" and "navigation.alignment", None where there is none.
+        source: the source.
+        navigation: the [navigation] section.
     """
     if imu.rotation is None:
         return
-    for name, why in (
-        ("log", "contains recorded data without the angles of a rotating IMU"),
-        ("one_component", "has no attitude"),
-        ("navigation.alignment", "assumes the inertial data of a vehicle at rest, but the IMU rotates"),
-    ):
-        if others[name] is not None:
-            raise ValueError(f"[{name}] {why}: remove it, or [imu.rotation]")
+    if source.recorded:
+        raise ValueError(
+            f"[{source.table}] contains recorded data without the angles of a rotating IMU: remove it, or "
+            "[imu.rotation]"
+        )
+    if navigation.alignment is not None:
+        raise ValueError(
+            "[navigation.alignment] assumes the inertial data of a vehicle at rest, but the IMU rotates: remove it, or "
+            "[imu.rotation]"
+        )
     if section is not None:
         if section.alignment_s is not None:
             raise ValueError(

@@ -7,9 +7,9 @@ from collections.abc import Iterator
 
 from sinssim.algorithms import PLATFORM
 from sinssim.errors import InputError
-from sinssim.scenario.schema import Scenario
 from sinssim.scenario.sections.flight import FlightSection
 from sinssim.scenario.sections.one_component import OneComponentSection
+from sinssim.scenario.tables import Tables
 from sinssim.system.memory import machine_memory
 from sinssim.truth.flight.aircraft import load_aircraft
 from sinssim.truth.flight.dead_reckoning import DeadReckoning
@@ -113,7 +113,7 @@ def planned_turning(flight: FlightSection) -> float:
     return [plan.turning for _, _, plan in reckon_legs(flight)][-1]
 
 
-def check_times(scenario: Scenario) -> None:
+def check_times(scenario: Tables) -> None:
     """Raise for a run that is too short or too long for its sensors, as far as this is known beforehand.
 
     The duration of a flight is an estimate, so up to twice the estimate plus ten minutes is accepted.
@@ -170,13 +170,13 @@ def _check_plane(section: OneComponentSection) -> None:
         )
 
 
-def sample_bytes(scenario: Scenario, first: float = _SAMPLE_BYTES) -> float:
+def sample_bytes(scenario: Tables, first: float = _SAMPLE_BYTES) -> float:
     """Return the memory per sample of a run, bytes; `first` is that of a run with one algorithm."""
     more = _PLATFORM_BYTES if PLATFORM in scenario.navigation.algorithms else 0.0
     return first + _ALGORITHM_BYTES * (len(scenario.navigation.algorithms) - 1) + more
 
 
-def expected_duration(scenario: Scenario) -> float:
+def expected_duration(scenario: Tables) -> float:
     """Estimate the duration of a scenario's motion.
 
     Args:

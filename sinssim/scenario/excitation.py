@@ -7,7 +7,6 @@ from typing import NamedTuple
 
 from sinssim.earth.models import OMEGA_IE
 from sinssim.scenario.duration import expected_duration, planned_turning
-from sinssim.scenario.schema import Scenario
 from sinssim.scenario.sections.flight import FlightSection, Turbulence
 from sinssim.scenario.sections.motion import (
     ConingMotion,
@@ -17,6 +16,7 @@ from sinssim.scenario.sections.motion import (
     ScullingMotion,
     SpinConeMotion,
 )
+from sinssim.scenario.tables import Tables
 from sinssim.units import ARCSEC, DEG, G0
 
 _RADIUS = 6.371e6  # radius of the Earth, m
@@ -38,7 +38,7 @@ class Excitation(NamedTuple):
     force: float
 
 
-def excitation(scenario: Scenario) -> Excitation:
+def excitation(scenario: Tables) -> Excitation:
     """Estimate the rotation and acceleration of a scenario's motion.
 
     The estimate contains the Earth's rate and the transport rate, a flight's manoeuvres and turbulence or the rates of

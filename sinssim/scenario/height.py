@@ -4,14 +4,14 @@ from __future__ import annotations
 
 import math
 
-from sinssim.scenario.schema import Scenario
+from sinssim.scenario.tables import Tables
 from sinssim.sensors.aiding.barometer import BarometerSection
 
 _E_FOLD_S = math.sqrt(6.371e6 / (2.0 * 9.81))
 """√(R/2g): time in which an error of unaided height grows e-fold, s. Gravity falls by 2g/R per metre."""
 
 
-def height_words(scenario: Scenario) -> str:
+def height_words(scenario: Tables) -> str:
     """Describe the height reference and its effect on the horizontal solution.
 
     Args:

@@ -11,9 +11,9 @@ from typing import Any
 
 from sinssim.content import find_content
 from sinssim.errors import InputError, shortened
-from sinssim.own_content.in_scenario import resolved_use, warn_of_changes
 from sinssim.scenario.schema import Scenario
 from sinssim.scenario.sections.log import files_from
+from sinssim.scenario.use import resolved_use, warn_of_changes
 from sinssim.sensors.imu.grade_file import SUFFIX
 from sinssim.sensors.imu.grades import find_grade
 from sinssim.toml_file import read_toml, validate

@@ -7,9 +7,9 @@ from collections.abc import Iterator
 
 from sinssim.frames import OF_TRUTH
 from sinssim.scenario.duration import reckon_legs
-from sinssim.scenario.schema import Scenario
 from sinssim.scenario.sections.imu import ImuSection
 from sinssim.scenario.sections.within_imu.sensor_set import Platform, Redundant
+from sinssim.scenario.tables import Tables
 from sinssim.sensors.aiding.barometer import BarometerSection
 from sinssim.sensors.aiding.gnss import GnssSection
 from sinssim.sensors.imu.datasheet import to_si
@@ -79,7 +79,7 @@ def _says(imu: ImuSection, name: str) -> bool:
     return any(value) if isinstance(value, tuple) else bool(value)
 
 
-def times_not_reached(scenario: Scenario, end: float) -> Iterator[str]:
+def times_not_reached(scenario: Tables, end: float) -> Iterator[str]:
     """Yield notes on outages, faults, stops and alignments beyond the end of the run.
 
     Args:
@@ -108,7 +108,7 @@ def times_not_reached(scenario: Scenario, end: float) -> Iterator[str]:
             )
 
 
-def earth_of_the_navigator(scenario: Scenario) -> Iterator[str]:
+def earth_of_the_navigator(scenario: Tables) -> Iterator[str]:
     """Yield a note if the navigator has other constants of the Earth than the truth.
 
     Args:
@@ -125,7 +125,7 @@ def earth_of_the_navigator(scenario: Scenario) -> Iterator[str]:
         )
 
 
-def barometer_of_the_day(scenario: Scenario) -> Iterator[str]:
+def barometer_of_the_day(scenario: Tables) -> Iterator[str]:
     """Yield a note if the filter does not know by how much the air makes the barometer wrong.
 
     Args:
@@ -153,7 +153,7 @@ def barometer_of_the_day(scenario: Scenario) -> Iterator[str]:
         )
 
 
-def torquer_taken(scenario: Scenario) -> Iterator[str]:
+def torquer_taken(scenario: Tables) -> Iterator[str]:
     """Yield a note on the default torquing scale factor of a platform.
 
     Args:

@@ -13,9 +13,9 @@ from sinssim.data import Array, NavState
 from sinssim.errors import InputError
 from sinssim.frames import FRAME_REGISTRY
 from sinssim.scenario.duration import plan_at_start, reckon_legs
-from sinssim.scenario.schema import Scenario
 from sinssim.scenario.sections.flight import FlightSection
 from sinssim.scenario.sections.truth import GreatCircleSection
+from sinssim.scenario.tables import Tables
 from sinssim.transverse import RADIUS, distance_from_pole, nearest_allowed, normal, route_pole, sentence, too_near
 from sinssim.truth.flight.legs.waypoint import WaypointLeg
 
@@ -33,7 +33,7 @@ class _Approach(NamedTuple):
     when: str
 
 
-def check_route(scenario: Scenario) -> None:
+def check_route(scenario: Tables) -> None:
     """Raise for a plan that comes too near to the pole of its route, as far as this is known before the flight.
 
     The place of a vehicle at rest and a great circle are known completely; of a flight, the start and the waypoints.
@@ -57,7 +57,7 @@ def check_route(scenario: Scenario) -> None:
             raise InputError(f"navigation.route_deg: {why}")
 
 
-def check_route_flown(scenario: Scenario, time: Array, truth: NavState) -> None:
+def check_route_flown(scenario: Tables, time: Array, truth: NavState) -> None:
     """Raise for a true motion that comes too near to the pole of its route.
 
     Args:
@@ -85,13 +85,13 @@ def check_route_flown(scenario: Scenario, time: Array, truth: NavState) -> None:
         raise InputError(f"navigation.{'frame' if route is None else 'route_deg'}: {near[1]}")
 
 
-def _step(scenario: Scenario) -> float:
+def _step(scenario: Tables) -> float:
     """Return the shortest step of the scenario's algorithms, s."""
     known = [REGISTRY[name].samples for name in scenario.navigation.algorithms if name in REGISTRY]
     return min(known, default=1) / scenario.imu.rate_hz
 
 
-def _approaches(scenario: Scenario, pole: Array) -> Iterator[_Approach]:
+def _approaches(scenario: Tables, pole: Array) -> Iterator[_Approach]:
     rest = scenario.parked or scenario.motion or scenario.turntable
     if rest is not None:
         yield _Approach(math.radians(rest.latitude_deg), math.radians(rest.longitude_deg), 0.0, 0.0, "all the time")
@@ -120,7 +120,7 @@ def _on_circle(circle: GreatCircleSection, pole: Array) -> Iterator[_Approach]:
         yield _Approach(latitude, longitude, 0.0, circle.speed_mps, f"at t = {seconds:.0f} s")
 
 
-def _on_track(scenario: Scenario) -> Iterator[_Approach]:
+def _on_track(scenario: Tables) -> Iterator[_Approach]:
     """Yield places along a track."""
     from sinssim.earth.coordinates import ecef_to_geodetic
     from sinssim.truth.track.prepare import prepared

@@ -7,7 +7,6 @@ from collections.abc import Iterator, Mapping
 
 from pydantic import BaseModel
 
-from sinssim.own_content.in_scenario import own_files
 from sinssim.scenario.duration import check_times, expected_duration, leg_durations
 from sinssim.scenario.height import height_words
 from sinssim.scenario.notes import (
@@ -19,19 +18,20 @@ from sinssim.scenario.notes import (
     times_not_reached,
     torquer_taken,
 )
+from sinssim.scenario.own_files import own_files
 from sinssim.scenario.planned.limits import limit_notes
 from sinssim.scenario.route import check_route
-from sinssim.scenario.schema import Scenario
 from sinssim.scenario.sections.imu import ImuSection
 from sinssim.scenario.sections.one_component import SENSOR_OF, WAYS, OneComponentSection
 from sinssim.scenario.sections.within_imu.sensor_set import AttitudeSensor, Platform, Redundant, SixAccelerometers
+from sinssim.scenario.tables import Tables
 from sinssim.sensors.imu.grades import grade_name
 from sinssim.truth.flight.legs.waypoint import WaypointLeg
 from sinssim.truth.track.section import TrackSection
 
 
 # Long: one line for each table of the scenario, in the order of the console.
-def plan_lines(scenario: Scenario) -> Iterator[str]:
+def plan_lines(scenario: Tables) -> Iterator[str]:
     """Summarise a scenario.
 
     Args:
@@ -125,7 +125,7 @@ def plan_lines(scenario: Scenario) -> Iterator[str]:
         yield f"note        {sentence}"
 
 
-def _track_lines(scenario: Scenario, section: TrackSection) -> Iterator[str]:
+def _track_lines(scenario: Tables, section: TrackSection) -> Iterator[str]:
     """Summarise a track: how it fits its samples, what is assumed, and what is doubtful."""
     from sinssim.truth.track.fit import fit_lines
     from sinssim.truth.track.prepare import prepared
@@ -141,7 +141,7 @@ def _track_lines(scenario: Scenario, section: TrackSection) -> Iterator[str]:
         yield f"  note{'':<21} {sentence}"
 
 
-def _plane_lines(scenario: Scenario, section: OneComponentSection) -> Iterator[str]:
+def _plane_lines(scenario: Tables, section: OneComponentSection) -> Iterator[str]:
     """Summarise a one-component run."""
     motion = section.motion
     lines = [("one component", WAYS[section.variant])]
@@ -226,7 +226,7 @@ def redundant_words(section: Redundant) -> str:
     return f"{number} single gyros and {number} single accelerometers {where}"
 
 
-def field_words(scenario: Scenario) -> str:
+def field_words(scenario: Tables) -> str:
     """Return the true gravity field, and what the navigator knows of it.
 
     Args:
@@ -290,7 +290,7 @@ def route_words(leg: BaseModel) -> list[str]:
     return found
 
 
-def named_places(scenario: Scenario) -> list[tuple[str, float, float]]:
+def named_places(scenario: Tables) -> list[tuple[str, float, float]]:
     """Return the waypoints of a scenario that have a name.
 
     Args:

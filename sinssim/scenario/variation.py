@@ -91,7 +91,7 @@ def _check_key(scenario: Table, path: str, where: str) -> bool:
     for index, name in enumerate(names):
         above = ".".join(names[:index])
         if isinstance(here, Table):
-            fields = type(here).model_fields
+            fields = type(here).file_keys()
             if name not in fields:
                 raise ValueError(f"{where}: {_unknown(name, above, fields)}")
             annotation, here = fields[name].annotation, getattr(here, name)
@@ -130,7 +130,7 @@ def _write(scenario: Table, path: str, annotation: Any) -> str:
         above = getattr(above, name, None)
     words = key.split("_")
     siblings = ("_".join([*words[:i], "sigma", *words[i:]]) for i in range(1, len(words)))
-    sigma = next((name for name in siblings if isinstance(above, Table) and name in type(above).model_fields), "")
+    sigma = next((name for name in siblings if isinstance(above, Table) and name in above.file_keys()), "")
     if not sigma:
         return f": give {key} its {len(arrays[0])} numbers in {place} first, and vary {entries}"
     return (

@@ -6,9 +6,10 @@ import json
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from sinssim.own_content.in_scenario import FOLDER, own_files
 from sinssim.recording.store.directory import RunDirectory
 from sinssim.recording.store.summary import versions
+from sinssim.scenario.own_files import own_files
+from sinssim.scenario.use import FOLDER
 from sinssim.system.outputs import write_text
 
 if TYPE_CHECKING:

@@ -8,8 +8,8 @@ from typing import Any
 
 from sinssim.content import find_content
 from sinssim.errors import InputError
-from sinssim.own_content.in_scenario import resolved_use
 from sinssim.scenario.load import override
+from sinssim.scenario.use import resolved_use
 from sinssim.studies.schema import Study
 from sinssim.toml_file import read_toml, validate
 

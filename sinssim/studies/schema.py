@@ -17,7 +17,6 @@ from sinssim.algorithms import ALGORITHMS, MEASURED_ATTITUDE, whole_ratio
 from sinssim.algorithms import schedule as whole_rates
 from sinssim.errors import InputError, unknown_name
 from sinssim.frames import CURVATURES, FRAME_REGISTRY, OF_TRUTH, frames_that, listed
-from sinssim.own_content.in_scenario import Use
 from sinssim.own_content.registry import ensure
 from sinssim.scenario.sections.choices import Curvature, Frame, Gravity, OwnEllipsoid, Schedule, Vertical
 from sinssim.scenario.sections.imu import ImuSection
@@ -25,6 +24,7 @@ from sinssim.scenario.sections.motion import MotionSection, VibrationSection
 from sinssim.scenario.sections.output import COORDINATES, Coordinates
 from sinssim.scenario.sections.truth import GreatCircleSection, ParkedSection
 from sinssim.scenario.sections.within_imu.sensor_set import AttitudeSensor, Gyros, SensorSet, SixAccelerometers
+from sinssim.scenario.use import Use
 from sinssim.section import Duration, Name, Rate, Section, Sentence
 from sinssim.sensors.imu.grades import GRADES
 

@@ -6,16 +6,17 @@ import hashlib
 import json
 import logging
 from pathlib import Path
-from types import SimpleNamespace
 
 import pytest
 
 from sinssim.errors import InputError
-from sinssim.own_content.in_scenario import OwnFile, complete_use, resolved_use, warn_of_changes
 from sinssim.own_content.installed import named_paths
 from sinssim.own_content.layout import Item, items_of, outline, syntax_words
 from sinssim.own_content.modules import failure, file_digest, load_module, source_of
 from sinssim.own_content.registry import described, registered, sentence_of, use
+from sinssim.scenario.load import load_scenario
+from sinssim.scenario.own_files import OwnFile
+from sinssim.scenario.use import resolved_use, warn_of_changes
 
 
 def digest(text: str) -> str:
@@ -191,11 +192,11 @@ def test_an_algorithm_and_a_frame_by_their_files(tmp_path: Path) -> None:
     assert described("algorithms")["plain"] == f"A plain one. ({tmp_path}/algorithms/plain.py)"
     assert registered("frames", "mine").file == tmp_path / "frames/mine.py"
     assert registered("frames", "plain") is None
-    names = SimpleNamespace(algorithms=("quaternion", "plain"), frame="mine")
-    scenario = SimpleNamespace(navigation=names, aiding=None, use=())
-    assert complete_use(scenario) == (f"{tmp_path}/algorithms/plain.py", f"{tmp_path}/frames/mine.py")
-    scenario.use = (str(tmp_path),)
-    assert complete_use(scenario) == (str(tmp_path),)
+    names = ['navigation.algorithms=["quaternion", "plain"]', "navigation.frame=mine"]
+    scenario = load_scenario("parked", names)
+    assert scenario.as_written()["use"] == (f"{tmp_path}/algorithms/plain.py", f"{tmp_path}/frames/mine.py")
+    scenario = load_scenario("parked", [*names, f'use=["{tmp_path}"]'])
+    assert scenario.as_written()["use"] == (str(tmp_path),)
 
 
 def test_paths_of_the_environment(

@@ -14,10 +14,10 @@ import sinssim
 from sinssim.algorithms import ALGORITHMS
 from sinssim.ensembles import run_seed
 from sinssim.errors import InputError, RunError
-from sinssim.own_content.in_scenario import own_digests
 from sinssim.own_content.registry import forget
 from sinssim.rotation import conjugate, multiply
 from sinssim.scenario import load_scenario
+from sinssim.scenario.own_files import own_digests
 from sinssim.studies.load import load_study
 from tests.extending.pages import read_page
 

@@ -27,7 +27,7 @@ OWN = {
     "truth/flight/cache.py": "cached flights",
     "earth/harmonics/coefficients.py": "a file of the package",
     "cli/commands/list.py": "views, which the package imports",
-    "own_content/in_scenario.py": "the summary of a run directory",
+    "scenario/use.py": "the summary of a run directory",
     "__main__.py": "the null device",
     "jit.py": "sources and kernels",
 }

@@ -9,8 +9,8 @@ from itertools import pairwise
 
 from sinssim.errors import InputError
 from sinssim.scenario.duration import plan_at_start
-from sinssim.scenario.schema import Scenario
 from sinssim.scenario.sections.flight import FlightSection
+from sinssim.scenario.tables import Tables
 from sinssim.truth.flight.aircraft import Envelope, Performance, load_aircraft
 from sinssim.truth.flight.dead_reckoning import DeadReckoning, bearing, distance
 from sinssim.truth.flight.leg import LegBase
@@ -41,7 +41,7 @@ class Finding:
     text: str
 
 
-def check_limits(scenario: Scenario) -> None:
+def check_limits(scenario: Tables) -> None:
     """Raise for a flight plan beyond the limits of its aircraft, as far as its aircraft.toml gives them.
 
     Args:
@@ -55,7 +55,7 @@ def check_limits(scenario: Scenario) -> None:
         raise InputError("\n".join(refused))
 
 
-def limit_notes(scenario: Scenario) -> Iterator[str]:
+def limit_notes(scenario: Tables) -> Iterator[str]:
     """Yield a note on each leg that will be flown otherwise than it is written.
 
     Args:
@@ -67,7 +67,7 @@ def limit_notes(scenario: Scenario) -> Iterator[str]:
     yield from (finding.text for finding in findings(scenario) if not finding.refused)
 
 
-def findings(scenario: Scenario) -> Iterator[Finding]:
+def findings(scenario: Tables) -> Iterator[Finding]:
     """Compare the legs of a flight with the aircraft's limits, in straight legs without turbulence.
 
     Args:

@@ -4,10 +4,10 @@ from __future__ import annotations
 
 from sinssim.errors import warn
 from sinssim.scenario.planned.limits import findings
-from sinssim.scenario.schema import Scenario
+from sinssim.scenario.tables import Tables
 
 
-def warn_of_limits(*scenarios: Scenario) -> None:
+def warn_of_limits(*scenarios: Tables) -> None:
     """Warn of the legs that an aircraft cannot fly, or not as they are written, once for each sentence.
 
     Args:

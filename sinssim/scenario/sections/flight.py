@@ -7,12 +7,12 @@ north. A leg begins with the heading, height and airspeed at the end of the prev
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, Annotated, Any, Literal, Self, Union, get_args
+from typing import TYPE_CHECKING, Annotated, Any, ClassVar, Literal, Self, Union, get_args
 
 from pydantic import AfterValidator, BeforeValidator, Field, model_validator
 
 from sinssim.scenario.sections.within_flight.wind import Atmosphere, Wind
-from sinssim.section import Heading, Latitude, Longitude, NotNegative, Section
+from sinssim.section import Heading, Latitude, Longitude, NotNegative, Section, Source
 from sinssim.truth.flight.air import STANDARD_PRESSURE, Air
 from sinssim.truth.flight.aircraft import aircraft_exists
 from sinssim.truth.flight.leg import Airspeed, Altitude, LegBase
@@ -98,7 +98,7 @@ class Turbulence(Section):
     wind_at_6m_mps: NotNegative = Field(default=7.7, le=100.0, description="wind speed 6 m above the ground")
 
 
-class FlightSection(Section):
+class FlightSection(Source):
     """A flight: aircraft, start, legs, wind, atmosphere and turbulence.
 
     Attributes:
@@ -109,6 +109,9 @@ class FlightSection(Section):
         atmosphere: temperature and pressure of the air; None: the standard atmosphere.
         turbulence: turbulence; None: calm air.
     """
+
+    table: ClassVar[str] = "flight"
+    travels: ClassVar[bool] = True
 
     aircraft: Annotated[str, BeforeValidator(_name), AfterValidator(aircraft_exists)] = Field(
         description="see `sinssim list aircraft`"

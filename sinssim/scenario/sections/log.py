@@ -3,9 +3,9 @@
 from __future__ import annotations
 
 import re
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping
 from pathlib import Path
-from typing import Annotated, Any, Literal, Self
+from typing import Annotated, Any, ClassVar, Literal, Self
 
 from pydantic import AfterValidator, Field, model_validator
 
@@ -24,6 +24,7 @@ from sinssim.section import (
     Noise,
     Positive,
     Section,
+    Source,
     Spread,
     Velocity,
 )
@@ -335,8 +336,16 @@ class LogOutages(Section):
             begin += self.every_s
 
 
-class LogSection(Section):
+class LogSection(Source):
     """Recorded sensors: the IMU, the aiding sensors, and the reference."""
+
+    table: ClassVar[str] = "log"
+    recorded: ClassVar[bool] = True
+    idle: ClassVar[Mapping[str, str]] = {
+        "vibration": "would add a motion to a recorded one",
+        "isolator": "would change a recorded motion",
+        "ensemble": "makes many runs of a simulation, but a recording is a single run",
+    }
 
     from_s: Moment | None = Field(
         default=None, description="start of the run, counted from the first row of the IMU file"
@@ -359,6 +368,16 @@ class LogSection(Section):
         if self.outages is not None and self.gnss is None:
             raise ValueError("outages are GNSS outages and need [log.gnss], which is missing")
         return self
+
+    @property
+    def has_readings(self) -> bool:
+        """Whether it brings readings of aiding sensors."""
+        return self.gnss is not None or bool(self.others)
+
+    @property
+    def known_duration(self) -> float | None:
+        """Duration, s, if the end is given."""
+        return None if self.to_s is None else self.to_s - (self.from_s or 0.0)
 
     def files(self) -> Iterator[tuple[str, LogFile]]:
         """Yield key and table of each file."""

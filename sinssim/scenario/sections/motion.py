@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import Annotated, Literal, Self
+from typing import Annotated, ClassVar, Literal, Self
 
 from pydantic import Field, model_validator
 
@@ -17,6 +17,7 @@ from sinssim.section import (
     NotNegative,
     Positive,
     Section,
+    Source,
     Turn,
     TurnRate,
 )
@@ -69,7 +70,11 @@ class VibrationSection(Section):
         return self
 
 
-class _Placed(Section):
+class PlacedMotion(Source):
+    """A motion about a place."""
+
+    table: ClassVar[str] = "motion"
+
     latitude_deg: Latitude = Field(default=45.0, description="latitude of the place")
     longitude_deg: Longitude = Field(default=0.0, description="longitude of the place")
     altitude_m: Height = Field(default=0.0, description="height of the place above the ellipsoid")
@@ -78,7 +83,7 @@ class _Placed(Section):
     heading_deg: Heading = Field(default=0.0, description="mean heading")
 
 
-class ConingMotion(_Placed):
+class ConingMotion(PlacedMotion):
     """Classical coning: the forward axis describes a cone, and the sensor block has no net rotation."""
 
     type: Literal["coning"]
@@ -87,7 +92,7 @@ class ConingMotion(_Placed):
     duration_s: Duration = Field(description="duration")
 
 
-class ScullingMotion(_Placed):
+class ScullingMotion(PlacedMotion):
     """A rotation about the forward axis in phase with an oscillation to the right."""
 
     type: Literal["sculling"]
@@ -97,7 +102,7 @@ class ScullingMotion(_Placed):
     duration_s: Duration = Field(description="duration")
 
 
-class SpinConeMotion(_Placed):
+class SpinConeMotion(PlacedMotion):
     """The sensor block spins about its forward axis while that axis describes a cone."""
 
     type: Literal["spin-cone"]
@@ -107,7 +112,7 @@ class SpinConeMotion(_Placed):
     duration_s: Duration = Field(description="duration")
 
 
-class SpinRockMotion(_Placed):
+class SpinRockMotion(PlacedMotion):
     """A spin with superimposed rocking about one axis; the sensor block's lever arm is that of [imu]."""
 
     type: Literal["spin-rock"]
@@ -150,7 +155,7 @@ class TurnStep(Section):
 Step = Annotated[DwellStep | TurnStep, Field(discriminator="type")]
 
 
-class RotationTableMotion(_Placed):
+class RotationTableMotion(PlacedMotion):
     """A sequence of steps on a rotation table."""
 
     type: Literal["rotation-table"]

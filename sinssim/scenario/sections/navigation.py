@@ -200,7 +200,9 @@ class NavigationSection(Section):
     def _everything_is_used(self) -> Self:
         for algorithm in self.algorithms:
             try:
-                self.mechanization(algorithm, "wgs84")
+                options = self.mechanization(algorithm, "wgs84")
+                if "vertical" in self.model_fields_set:  # otherwise the scenario may still choose it
+                    replace(options, baro_time_constant=self.baro_time_constant_s)
             except InputError as error:  # its options are named like the keys, but for their units
                 text = re.sub(r"^(azimuth|route|baro_time_constant)\b", lambda name: _KEYS[name[0]], str(error))
                 raise ValueError(text.rstrip(".")) from error

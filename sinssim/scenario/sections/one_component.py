@@ -4,12 +4,12 @@ from __future__ import annotations
 
 import math
 from itertools import pairwise
-from typing import Annotated, Any, Literal, Self
+from typing import Annotated, Any, ClassVar, Literal, Self
 
 from pydantic import AfterValidator, BeforeValidator, Field, model_validator
 
 from sinssim.earth.models import MEAN_GRAVITY, MEAN_RADIUS
-from sinssim.section import Duration, NotNegative, Rate, Section
+from sinssim.section import Duration, NotNegative, Rate, Section, Source
 
 Row = tuple[float, float]
 
@@ -143,9 +143,12 @@ class PlaneInitialError(Section):
     rate_deg_h: _Error = Field(default=0.0, description='Δω; a key of "two-integrals" only')
 
 
-class OneComponentSection(Section):
+class OneComponentSection(Source):
     """The one-component system of chapter 8 (section 8.1): two accelerometers and a sensor that determines the
     pitch."""
+
+    table: ClassVar[str] = "one_component"
+    in_space: ClassVar[bool] = False
 
     variant: Literal["measured", "one-integral", "two-integrals"] = Field(
         description="measured: by [one_component.attitude_sensor]; one-integral: by [one_component.gyro]; "

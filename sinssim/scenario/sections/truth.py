@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from typing import ClassVar
+
 from pydantic import Field
 
 from sinssim.earth.models import ELLIPSOIDS
@@ -13,12 +15,15 @@ from sinssim.section import (
     Latitude,
     Longitude,
     Section,
+    Source,
     Speed,
 )
 
 
-class ParkedSection(Section):
+class ParkedSection(Source):
     """A stationary vehicle at any place on the Earth, including the poles, with any attitude."""
+
+    table: ClassVar[str] = "parked"
 
     latitude_deg: Latitude = Field(description="geodetic latitude, north positive")
     longitude_deg: Longitude = Field(default=0.0, description="longitude, east positive")
@@ -29,8 +34,11 @@ class ParkedSection(Section):
     duration_s: Duration = Field(description="duration")
 
 
-class GreatCircleSection(Section):
+class GreatCircleSection(Source):
     """Level flight at constant height and ground speed along a great circle: truth in closed form."""
+
+    table: ClassVar[str] = "great_circle"
+    travels: ClassVar[bool] = True
 
     latitude_deg: Latitude = Field(description="latitude at the start")
     longitude_deg: Longitude = Field(default=0.0, description="longitude at the start")

@@ -19,10 +19,10 @@ import numpy as np
 from sinssim.ensembles.running.directory import MANIFEST as ENSEMBLE
 from sinssim.ensembles.running.directory import NUMERIC, all_files, difference, other_versions
 from sinssim.errors import InputError
-from sinssim.own_content.in_scenario import own_digests
 from sinssim.recording.store.growing_directory import GrowingDirectory, Kind
 from sinssim.recording.store.summary import plain, versions
 from sinssim.scenario.load import load_scenario
+from sinssim.scenario.own_files import own_digests
 from sinssim.system.outputs import MARK, remove, write_text
 from sinssim.trades.measure import CellNumbers, CellVerdict
 from sinssim.trades.schema import TradeStudy

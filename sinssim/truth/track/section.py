@@ -2,13 +2,13 @@
 
 from __future__ import annotations
 
-from typing import Annotated, Literal, Self
+from typing import Annotated, ClassVar, Literal, Self
 
 from pydantic import Field, field_validator, model_validator
 
 from sinssim.errors import shortened, unknown_name
 from sinssim.logs.formats.registry import FORMATS
-from sinssim.section import Heading, Height, Latitude, LeverArm, Longitude, Section, Speed
+from sinssim.section import Heading, Height, Latitude, LeverArm, Longitude, Section, Source, Speed
 
 _Smoothing = Annotated[float, Field(ge=0.0, le=1e4)]
 _Distance = Annotated[float, Field(gt=0.0, le=1e6)]
@@ -46,10 +46,13 @@ class Waypoint(Section):
         return self
 
 
-class TrackSection(Section):
+class TrackSection(Source):
     """Recorded or planned motion: a file of positions with times, with or without attitude, or waypoints. The program
     computes a smooth curve, along which the ideal sensors are exact; see tracks.md.
     """
+
+    table: ClassVar[str] = "track"
+    travels: ClassVar[bool] = True
 
     file: str | None = Field(default=None, description="recorded track, relative to this file")
     format: str | None = Field(

@@ -2,12 +2,12 @@
 
 from __future__ import annotations
 
-from typing import Annotated, Self
+from typing import Annotated, ClassVar, Self
 
 from pydantic import Field, field_validator, model_validator
 
 from sinssim.errors import unknown_name
-from sinssim.section import Axis, Heading, Height, Latitude, Longitude, Section
+from sinssim.section import Axis, Heading, Height, Latitude, Longitude, Section, Source
 from sinssim.truth.turntable.sequences import SEQUENCES, Sequence
 
 _Rate = Annotated[float, Field(ge=1e-3, le=3600.0)]
@@ -37,8 +37,10 @@ class TableTurn(Section):
         return angle
 
 
-class TurntableSection(Section):
+class TurntableSection(Source):
     """A calibration on a turntable: dwells in positions, and turns between them. See docs/calibration.md."""
+
+    table: ClassVar[str] = "turntable"
 
     latitude_deg: Latitude = Field(default=45.0, description="latitude of the laboratory")
     longitude_deg: Longitude = Field(default=0.0, description="longitude of the laboratory")

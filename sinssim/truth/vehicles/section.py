@@ -6,7 +6,7 @@ from typing import Annotated, Any, ClassVar, Literal, Self, Union
 
 from pydantic import Field, model_validator
 
-from sinssim.section import Heading, Height, Latitude, Longitude, Section
+from sinssim.section import Heading, Height, Latitude, Longitude, Section, Source
 
 _Lasting = Annotated[float, Field(gt=0.0, le=86_400.0)]
 _Distance = Annotated[float, Field(gt=0.0, le=2e6)]
@@ -69,8 +69,10 @@ VehicleLeg = Annotated[Union[Straight, Turn, Stop], Field(discriminator="type")]
 """One leg, selected by `type`."""
 
 
-class VehicleSection(Section):
+class VehicleSection(Source):
     """What [drive] and [voyage] have in common; the vehicle begins at rest."""
+
+    travels: ClassVar[bool] = True
 
     latitude_deg: Latitude = Field(description="latitude of the start")
     longitude_deg: Longitude = Field(default=0.0, description="longitude of the start")
@@ -84,6 +86,8 @@ class DriveSection(VehicleSection):
     spectral density of ISO 8608, G(n) = G(0.1)·(n/0.1)⁻² for wave numbers n of 0.011 to 2.83 cycles/m. The left and the
     right wheels follow the same profile, so the roughness causes heave and pitch. The body rolls in turns.
     """
+
+    table: ClassVar[str] = "drive"
 
     road: Literal["smooth", "A", "B", "C", "D", "E"] = Field(
         default="B", description="road class of ISO 8608, or smooth"
@@ -113,6 +117,8 @@ class VoyageSection(VehicleSection):
     surge and sway follow the waves, and roll and pitch follow the wave slope across and along the hull, each as a
     damped oscillator. The frequency of encounter depends on the speed and the heading.
     """
+
+    table: ClassVar[str] = "voyage"
 
     sea_state: Annotated[int, Field(ge=0, le=9)] = Field(
         default=3, description="WMO sea state; the wave height is the middle of its range"

@@ -1,0 +1,447 @@
+"""The tables of a scenario file: one typed, frozen model each, with the unit of every quantity in its name."""
+
+from __future__ import annotations
+
+import os
+from collections.abc import Iterable, Mapping
+from pathlib import Path
+from typing import Any, Self
+
+from pydantic import (
+    Field,
+    GetJsonSchemaHandler,
+    SerializeAsAny,
+    SerializerFunctionWrapHandler,
+    field_validator,
+    model_serializer,
+    model_validator,
+)
+from pydantic.fields import FieldInfo
+from pydantic.json_schema import JsonSchemaValue
+from pydantic_core import CoreSchema
+
+from sinssim.algorithms import MEASURED_ATTITUDE, PLATFORM, schedule
+from sinssim.errors import InputError, shortened, unknown_name
+from sinssim.frames import check_correctable, listed
+from sinssim.mistakes import ONE_OF_SEVERAL
+from sinssim.own_content.layout import Item, items_of
+from sinssim.own_content.registry import NAMED, registered
+from sinssim.scenario.combinations import check_compensation, check_filter, check_platform, check_rotation
+from sinssim.scenario.sections.aiding import AidingSection
+from sinssim.scenario.sections.calibration import CalibrationSection
+from sinssim.scenario.sections.compensation import CompensationSection
+from sinssim.scenario.sections.ensemble import EnsembleSection
+from sinssim.scenario.sections.filter import FilterSection
+from sinssim.scenario.sections.flight import FlightSection
+from sinssim.scenario.sections.imu import ImuSection
+from sinssim.scenario.sections.isolator import IsolatorSection
+from sinssim.scenario.sections.log import LogSection
+from sinssim.scenario.sections.motion import MotionSection, PlacedMotion, VibrationSection
+from sinssim.scenario.sections.navigation import NavigationSection, check_alignment
+from sinssim.scenario.sections.one_component import OneComponentSection
+from sinssim.scenario.sections.output import OF_FRAME, OutputSection, RecordingSection
+from sinssim.scenario.sections.truth import GreatCircleSection, ParkedSection, TruthSection
+from sinssim.scenario.sections.within_truth.gravity import GravitySection, check_gravity, check_gravity_of_log
+from sinssim.scenario.source import TABLES, TRAVELLING, AnySource, Given
+from sinssim.scenario.use import Use
+from sinssim.scenario.variation import check_variation
+from sinssim.section import Name, Section, Sentence
+from sinssim.sensors.aiding.gnss import GnssSection
+from sinssim.truth.track.section import TrackSection
+from sinssim.truth.turntable.section import TurntableSection
+from sinssim.truth.vehicles.section import DriveSection, VoyageSection
+
+_IN_SPACE = (
+    "vibration",
+    "isolator",
+    "truth",
+    "gravity",
+    "imu",
+    "compensation",
+    "aiding",
+    "navigation",
+    "filter",
+    "output",
+    "ensemble",
+)
+"""The tables of a run in three dimensions, which a run in a plane does not have."""
+
+
+class Tables(Section):
+    """The contents of a scenario file."""
+
+    name: Name = Field(description="short name, also the name of the run directory")
+    description: Sentence = Field(default="", description="one sentence")
+    seed: int = Field(default=0, ge=0, le=2**63 - 1, description="seed of the random numbers")
+    use: Use = Field(
+        default=(),
+        description="own content: files (.py) and project folders, relative to this file; see own-content.md",
+    )
+    source: AnySource = Field(validation_alias=ONE_OF_SEVERAL)
+    sequence: TurntableSection | None = Field(default=None, validation_alias="turntable")
+    """The sequence of a recorded calibration: [turntable] beside [log]."""
+    calibration: CalibrationSection | None = None
+    vibration: tuple[VibrationSection, ...] = Field(
+        default=(), description="vibration of the sensor block, added to the motion"
+    )
+    isolator: IsolatorSection | None = None
+    truth: TruthSection = Field(default=TruthSection())
+    gravity: GravitySection | None = None
+    imu: ImuSection = Field(default_factory=ImuSection)
+    compensation: CompensationSection | None = None
+    aiding: SerializeAsAny[AidingSection] | None = None
+    navigation: NavigationSection = Field(default=NavigationSection())
+    filter: FilterSection | None = None
+    output: OutputSection = Field(default=OutputSection())
+    recording: RecordingSection = Field(default=RecordingSection())
+    ensemble: EnsembleSection | None = None
+    views: tuple[str, ...] = Field(
+        default=(),
+        description="files (.py) of your own views, relative to this file, recorded with the run; see views.md",
+    )
+
+    @field_validator("views")
+    @classmethod
+    def _views_are_files(cls, views: tuple[str, ...]) -> tuple[str, ...]:
+        for view in views:
+            if not (view.endswith(".py") and os.path.isfile(view)):
+                raise ValueError(
+                    f"there is no view {shortened(view)!r}; give the path of a Python file, with the ending .py"
+                )
+        return views
+
+    @model_validator(mode="before")
+    @classmethod
+    def _in_one_field(cls, data: Any) -> Any:
+        """Gather the tables of which one is the source; [turntable] beside [log] is the sequence of its calibration."""
+        if not isinstance(data, dict):
+            return data
+        rest = {key: value for key, value in data.items() if key not in TABLES or value is not None}
+        beside = {"turntable"} if "log" in rest else set()
+        given = tuple(Given(name, rest.pop(name)) for name in TABLES if name in rest and name not in beside)
+        return {**rest, ONE_OF_SEVERAL: given}
+
+    @model_validator(mode="before")
+    @classmethod
+    def _depends_on_other_tables(cls, data: Any) -> Any:
+        """Fill in the defaults of [navigation]: the baro loop for what moves or has a barometer, and a platform."""
+        navigation = data.get("navigation", {}) if isinstance(data, dict) else None
+        if isinstance(navigation, NavigationSection):
+            navigation = {key: getattr(navigation, key) for key in navigation.model_fields_set}
+        if not isinstance(navigation, dict):
+            return data
+        usual: dict[str, Any] = {"vertical": "free"} if navigation else {}
+        if _inner(data, "aiding", "baro") is not None or any(data.get(name) is not None for name in TRAVELLING):
+            usual["vertical"] = "baro-loop"
+        if _inner(data, "imu", "sensor_set", "type") == PLATFORM:
+            usual["algorithms"] = (PLATFORM, "quaternion")  # the platform itself, and strapdown navigation
+        return {**data, "navigation": {**usual, **navigation}} if usual else data
+
+    @model_validator(mode="after")
+    def _tables_apply_to_the_source(self) -> Self:
+        given = [name for name in type(self).model_fields if name in self.model_fields_set and getattr(self, name)]
+        others = [f"[{name}]" for name in given if name in _IN_SPACE]
+        if others and not self.source.in_space:
+            does, it = ("does", "it") if len(others) == 1 else ("do", "them")
+            raise ValueError(
+                f"{' and '.join(others)} {does} not apply to [{self.source.table}], which has its own sensors and "
+                f"states: remove {it}"
+            )
+        for name, why in self.source.idle.items():
+            if name in given:
+                raise ValueError(f"[{name}] {why} ([{self.source.table}]): remove it")
+        return self
+
+    @model_validator(mode="after")
+    def _log_has_what_it_needs(self) -> Self:
+        if self.log is None:
+            return self
+        check_gravity_of_log(self.gravity, self.navigation)
+        if "grade" not in self.imu.model_fields_set:
+            raise ValueError(
+                "imu.grade: give the grade of the IMU that recorded the log, or the nearest grade (`sinssim list "
+                "grades`) and the values of its data sheet that differ; the filter assumes these errors"
+            )
+        if self.imu.faults:
+            raise ValueError("imu.faults would have no effect: the data are recorded ([log]); remove them")
+        if self.imu.sensor_set.type != "gyros":
+            raise ValueError(
+                f"[log] has three gyros and three accelerometers; imu.sensor_set.type = "
+                f'"{self.imu.sensor_set.type}" is another set'
+            )
+        if self.log.outages is not None and self.filter is None:
+            raise ValueError("log.outages need a [filter]: without a filter, GNSS is not used")
+        return self
+
+    @model_validator(mode="after")
+    def _calibration_has_a_table(self) -> Self:
+        if self.calibration is not None and self.turntable is None:
+            raise ValueError("[calibration] needs the sequence that it works on: add [turntable]")
+        if self.sequence is not None and self.calibration is None:
+            raise ValueError(
+                "[turntable] with [log] describes the sequence of a calibration: add [calibration], or remove it"
+            )
+        return self
+
+    @model_validator(mode="after")
+    def _filter_has_what_it_needs(self) -> Self:
+        check_rotation(self.imu, self.filter, self.aiding, self.source, self.navigation)
+        check_filter(self.filter, self.imu, self.aiding, self.source, self.navigation.vertical)
+        return self
+
+    @model_validator(mode="after")
+    def _own_alignment_is_possible(self) -> Self:
+        check_alignment(self.navigation, self.imu.sensor_set.type, self.source.recorded, self.filter is not None)
+        return self
+
+    @model_validator(mode="after")
+    def _filter_navigates_as_the_section_says(self) -> Self:
+        if self.filter is None:
+            return self
+        try:
+            check_correctable(self.navigation.algorithms[0])
+        except InputError as error:
+            raise ValueError(
+                f"navigation.algorithms = {list(self.navigation.algorithms)}: [filter] navigates by the first of them, "
+                f"and {str(error).rstrip('.')}: put another first, or remove [filter]"
+            ) from error
+        return self
+
+    @model_validator(mode="after")
+    def _no_sensor_is_faster_than_the_samples(self) -> Self:
+        for name, sensor in (self.aiding.sensors() if self.aiding else {}).items():
+            if sensor.rate_hz > self.imu.rate_hz:
+                raise ValueError(
+                    f"aiding.{name}.rate_hz = {sensor.rate_hz:g} must be at most imu.rate_hz = {self.imu.rate_hz:g}"
+                )
+        return self
+
+    @model_validator(mode="after")
+    def _alignment_has_what_it_needs(self) -> Self:
+        if self.filter is None or self.filter.alignment_s is None:
+            return self
+        if self.log is not None:
+            if self.filter.alignment == "in-motion" and (self.log.gnss is None or len(self.log.gnss.use) < 2):
+                raise ValueError('filter.alignment = "in-motion" needs [log.gnss] with position and velocity')
+            return self
+        if self.aiding is None:
+            return self
+        wanted, gnss = self.filter.alignment_s, self.aiding.sensor(GnssSection)
+        how = self.filter.alignment
+        if how != "at-rest" and (gnss is None or not (gnss.position and gnss.velocity)):
+            raise ValueError(f'filter.alignment = "{how}" needs [aiding.gnss] with position and velocity')
+        lasts = self.source.known_duration
+        if lasts is not None and wanted >= lasts:
+            raise ValueError(
+                f"filter.alignment_s = {wanted:g} must be less than duration_s = {lasts:g}: the filter needs time "
+                "after the alignment"
+            )
+        return self
+
+    @model_validator(mode="after")
+    def _frame_has_the_coordinates(self) -> Self:
+        frame = self.navigation.frame
+        for name in self.output.coordinates or ():
+            able = [other for other, own in OF_FRAME.items() if name in own]
+            if name in ("frame", "conditional") and frame not in able:
+                raise ValueError(
+                    f'output.coordinates: "{name}" needs the frame {listed(able, "or")}; navigation.frame is "{frame}"'
+                )
+        return self
+
+    @property
+    def coordinates(self) -> tuple[str, ...]:
+        """The coordinates to record, given or those of the frame."""
+        given = self.output.coordinates
+        return OF_FRAME.get(self.navigation.frame, ()) if given is None else given
+
+    @model_validator(mode="after")
+    def _rates_divide_the_samples(self) -> Self:
+        if self.navigation.rates_hz is not None:
+            try:
+                schedule(self.navigation.rates_hz, self.imu.rate_hz)
+            except InputError as error:
+                raise ValueError(f"navigation.{error}") from error
+        return self
+
+    @model_validator(mode="after")
+    def _navigated_as_the_sensors_allow(self) -> Self:
+        kind = self.imu.sensor_set.type
+        if (kind == "attitude-sensor") != (MEASURED_ATTITUDE in self.navigation.algorithms):
+            raise ValueError(
+                f'imu.sensor_set.type = "attitude-sensor" requires navigation.algorithms = ["{MEASURED_ATTITUDE}"] '
+                f'(with navigation.frame = "inertial"), and vice versa; here imu.sensor_set.type = "{kind}" and '
+                f"navigation.algorithms = {list(self.navigation.algorithms)}"
+            )
+        check_platform(self.imu, self.navigation)
+        check_gravity(self.gravity, self.navigation, self.truth, kind)
+        check_compensation(self.compensation, kind)
+        return self
+
+    @model_validator(mode="after")
+    def _ensemble_is_possible(self) -> Self:
+        if self.ensemble is None:
+            return self
+        known = [*self.navigation.algorithms, *(["aided"] if self.filter else [])]
+        if self.ensemble.solution is not None and self.ensemble.solution not in known:
+            raise ValueError(f"ensemble.solution: {unknown_name('solution', self.ensemble.solution, known)}")
+        if self.ensemble.vary:
+            try:
+                check_variation(self, self.ensemble, self.contents(without=("ensemble",)))
+            except ValueError as error:
+                raise ValueError(f"ensemble.{error}") from error
+        return self
+
+    @classmethod
+    def file_keys(cls) -> dict[str, FieldInfo]:
+        """Return the keys of a file, in the order in which one is written."""
+        fields = dict(cls.model_fields)
+        del fields["sequence"]  # which is [turntable]
+        beside = {"turntable": {"calibration": fields.pop("calibration")}}
+        found: dict[str, FieldInfo] = {}
+        for key, field in fields.items():
+            for name, table in TABLES.items() if key == "source" else ((key, field),):
+                found |= {name: table, **beside.get(name, {})}
+        return found
+
+    @model_serializer(mode="wrap")
+    def _as_in_a_file(self, dumped: SerializerFunctionWrapHandler) -> dict[str, Any]:
+        """Give the source and the sequence the names of their tables."""
+        found = dumped(self)
+        tables = {"turntable": found.pop("sequence", None), self.source.table: found.pop("source", None)}
+        found = {**dict.fromkeys(TABLES), **found, **tables}
+        return {key: found[key] for key in self.file_keys() if key in found}
+
+    @classmethod
+    def __get_pydantic_json_schema__(cls, core: CoreSchema, handler: GetJsonSchemaHandler) -> JsonSchemaValue:
+        """Return the schema of a file, in which each of the sources is a key."""
+        reference = handler(core)
+        schema = handler.resolve_ref_schema(reference)
+        properties = schema["properties"]
+        sources = zip(TABLES, properties.pop(ONE_OF_SEVERAL)["oneOf"], strict=True)
+        properties |= {name: {"anyOf": [kind, {"type": "null"}], "default": None} for name, kind in sources}
+        schema["properties"] = {key: properties[key] for key in cls.file_keys()}
+        schema["required"].remove(ONE_OF_SEVERAL)
+        return reference
+
+    def model_copy(self, *, update: Mapping[str, Any] | None = None, deep: bool = False) -> Self:
+        """Return a copy with other values of some keys, of which one may be the table of another source."""
+        inner = {"source" if key in TABLES else key: value for key, value in (update or {}).items()}
+        return super().model_copy(update=inner, deep=deep)
+
+    @property
+    def flight(self) -> FlightSection | None:
+        """The table [flight]."""
+        return self.source if isinstance(self.source, FlightSection) else None
+
+    @property
+    def parked(self) -> ParkedSection | None:
+        """The table [parked]."""
+        return self.source if isinstance(self.source, ParkedSection) else None
+
+    @property
+    def great_circle(self) -> GreatCircleSection | None:
+        """The table [great_circle]."""
+        return self.source if isinstance(self.source, GreatCircleSection) else None
+
+    @property
+    def motion(self) -> MotionSection | None:
+        """The table [motion]."""
+        return self.source if isinstance(self.source, PlacedMotion) else None
+
+    @property
+    def track(self) -> TrackSection | None:
+        """The table [track]."""
+        return self.source if isinstance(self.source, TrackSection) else None
+
+    @property
+    def drive(self) -> DriveSection | None:
+        """The table [drive]."""
+        return self.source if isinstance(self.source, DriveSection) else None
+
+    @property
+    def voyage(self) -> VoyageSection | None:
+        """The table [voyage]."""
+        return self.source if isinstance(self.source, VoyageSection) else None
+
+    @property
+    def turntable(self) -> TurntableSection | None:
+        """The table [turntable]: the motion, or the sequence of a recorded calibration."""
+        return self.source if isinstance(self.source, TurntableSection) else self.sequence
+
+    @property
+    def log(self) -> LogSection | None:
+        """The table [log]."""
+        return self.source if isinstance(self.source, LogSection) else None
+
+    @property
+    def one_component(self) -> OneComponentSection | None:
+        """The table [one_component]."""
+        return self.source if isinstance(self.source, OneComponentSection) else None
+
+    def own_items(self) -> list[Item]:
+        """Return the algorithms, frame and aiding sensors outside the package that the scenario names, in its order."""
+        names: dict[str, Iterable[str]] = {
+            "algorithms": self.navigation.algorithms,
+            "frames": (self.navigation.frame,),
+            "aiding": self.aiding.sensors() if self.aiding else (),
+        }
+        found = (registered(kind, name) for kind in NAMED for name in names[kind])
+        return [item for item in found if item is not None]
+
+    def __reduce__(self) -> Any:
+        """Return how another process makes the scenario: from its contents if it names own content."""
+        return (type(self).model_validate, (self.contents(),)) if self.own_items() else super().__reduce__()
+
+    def contents(self, without: Iterable[str] = ()) -> dict[str, Any]:
+        """Return the contents of the scenario's file with every default, as TOML can hold them.
+
+        Args:
+            without: tables to leave out.
+
+        Returns:
+            Tables, arrays and values by key; `Scenario.model_validate` makes an equal scenario of them.
+        """
+        found = {key: value for key, value in self.as_written().items() if key not in set(without)}
+        return dict(_without_none(found))
+
+    def as_written(self) -> dict[str, Any]:
+        """Return the contents of the scenario's file with every default, as `model_dump`.
+
+        Returns:
+            Tables and values by key; without the tables of three dimensions for a run in a plane. `use` also has the
+            files of own content that the scenario names and that neither a path nor an installed package brings.
+        """
+        items = [item for item in self.own_items() if not item.package]
+        brought = {item.file for path in self.use for item in items_of(Path(path))} if items else set()
+        use = (*self.use, *(str(item.file) for item in items if item.file not in brought))
+        return {**self.model_dump(exclude=None if self.source.in_space else set(_IN_SPACE)), "use": use}
+
+    def to_toml(self, about_filter: Iterable[str] = ()) -> str:
+        """Return the scenario as a TOML file with every default written out.
+
+        Args:
+            about_filter: comment lines for [filter].
+
+        Returns:
+            Text that loads back to an equal scenario.
+        """
+        import tomli_w
+
+        text = tomli_w.dumps(self.contents())
+        comment = "".join(f"# {line}\n" for line in about_filter)
+        return text.replace("\n[filter]\n", f"\n[filter]\n{comment}")
+
+
+def _inner(table: Any, *names: str) -> Any:
+    """Return a value within tables, each a dictionary or a section; None if there is none."""
+    for name in names:
+        table = table.get(name) if isinstance(table, dict) else getattr(table, name, None)
+    return table
+
+
+def _without_none(value: Any) -> Any:
+    """Drop missing optional values, which TOML cannot express, and turn tuples into arrays, at any depth."""
+    if isinstance(value, dict):
+        return {key: _without_none(item) for key, item in value.items() if item is not None}
+    return [_without_none(item) for item in value] if isinstance(value, tuple) else value
