@@ -84,7 +84,8 @@ def phases_of(events: Iterable[FlightEvent], driven: bool = False) -> list[Phase
 
 
 def phase_rows(phases: Sequence[Phase], time: Array, fine: bool) -> list[dict[str, Any]]:
-    """Return the phases of a solution: an alignment before its first row, and the rest of the standstill after it.
+    """Return the phases of a solution: an alignment before its first row, the rest of the standstill after it, and
+    none that begins after its last row, where a filter has diverged.
 
     Args:
         phases: of the motion.
@@ -92,13 +93,13 @@ def phase_rows(phases: Sequence[Phase], time: Array, fine: bool) -> list[dict[st
         fine: whether the solution goes on aligning itself while the vehicle stands, by zero velocity.
 
     Returns:
-        For each phase `phase`, `from_s` and `to_s`; those that end before the solution begins are left out.
+        For each phase `phase`, `from_s` and `to_s`; those outside the solution are left out.
     """
     rows: list[dict[str, Any]] = []
-    start = float(time[0])
+    start, end = float(time[0]), float(time[-1])
     for phase in phases:
         begin, name = phase.start, phase.name
-        if phase.end < start - 1e-9:
+        if phase.end < start - 1e-9 or begin > end - 1e-9:
             continue
         if begin < start - 1e-9:
             rows.append({"phase": "alignment", "from_s": begin, "to_s": start})
@@ -106,7 +107,7 @@ def phase_rows(phases: Sequence[Phase], time: Array, fine: bool) -> list[dict[st
         if name == _STILL and fine and len(rows) <= 1:
             name = "fine alignment"
         if phase.end - begin > 1e-9:
-            rows.append({"phase": name, "from_s": begin, "to_s": min(phase.end, float(time[-1]))})
+            rows.append({"phase": name, "from_s": begin, "to_s": min(phase.end, end)})
     return rows
 
 

@@ -139,6 +139,11 @@ def test_rows_of_a_solution_that_begins_later() -> None:
                     ("standstill", 70.0, 90.0)]  # fmt: skip
     exact = [row["phase"] for row in phase_rows(phases, np.array([60.0, 95.0]), fine=False)]
     assert exact == ["alignment", "take-off", "standstill"]
+    for last, kept in ((65.0, 3), (60.0, 2)):  # the filter diverged: later phases have no errors
+        cut = phase_rows(phases, np.array([25.0, last]), fine=True)
+        assert [(row["phase"], row["to_s"]) for row in cut] == [
+            ("alignment", 25.0), ("fine alignment", 60.0), ("take-off", last),
+        ][:kept]  # fmt: skip
 
 
 @pytest.mark.parametrize(
