@@ -1,0 +1,282 @@
+"""Pages of runs, ensembles and trade studies: their sections in order, and which of them a result has."""
+
+from __future__ import annotations
+
+import xml.etree.ElementTree as ET
+from types import SimpleNamespace
+from typing import Any
+
+import numpy as np
+import pytest
+
+from sinssim.recording.report import ensemble as ensemble_report
+from sinssim.recording.report import run_report as report
+from sinssim.recording.report.run import flight, redundancy, sensors, track
+from sinssim.recording.report.run.platform import platform_errors
+from sinssim.recording.report.studies import trade as trade_report
+from sinssim.scenario import Scenario
+from sinssim.scenario.sections.imu import ImuSection
+from sinssim.scenario.sections.within_imu.sensor_set import Redundant
+from tests.recording.made_monitoring import GYROS, SECTION
+from tests.recording.report.test_whole_pages import body, stand_ins
+from tests.recording.spies import cells
+
+ARCSEC, PPM = np.pi / 648_000.0, 1e-6
+
+
+def run_of(**more: Any) -> Any:
+    scenario = SimpleNamespace(name="<s>", description="d", track=None, flight=None,
+                               to_toml=lambda about: f"{about} < 2\n", imu=None)  # fmt: skip
+    return SimpleNamespace(**{"scenario": scenario, "aided": None, "time": np.array([50.0, 60.0, 350.0]),
+                              "about_filter": "x", **more})  # fmt: skip
+
+
+NONE = report.Sections("", None, "sensors", "", "", "", "", "axes")
+EVERY = report.Sections(
+    f"flight [{report.MAP}]", lambda tracks: f"map of {dict(tracks)}", "sensors", "redundancy", "platform", "turning",
+    "errors", "axes",
+)  # fmt: skip
+LAST = ["<h2>How the run was computed</h2>", "(made)",
+        "<details><summary>Scheme of the navigation, and its axes</summary>", "scheme", "words", "axes", "</details>",
+        "<h2>Scenario</h2>", "<pre>x &lt; 2</pre>"]  # fmt: skip
+
+
+@pytest.fixture
+def parts(monkeypatch: pytest.MonkeyPatch) -> None:
+    stand_ins(monkeypatch, report, "_in_short", "error_tables", "phase_section", "filter_section", "made")
+    monkeypatch.setattr(report, "failure", lambda item: f"({item[0]}: {item[1]})")
+    monkeypatch.setattr(report, "singularity_table", lambda events: f"({len(events)} events)")
+    monkeypatch.setattr(report, "scheme", lambda scenario: "scheme")
+    monkeypatch.setattr(report, "scheme_words", lambda scenario: "words")
+
+
+def summary(**more: Any) -> dict[str, Any]:
+    return {"status": "finished", "failures": {"euler": "It fell."}, "algorithms": {}, "singularities": [1, 2], **more}
+
+
+@pytest.mark.usefixtures("parts")
+def test_a_run_with_everything() -> None:
+    aided = SimpleNamespace(estimate=SimpleNamespace(solution="solution"))
+    html = report.run_report(run_of(aided=aided), summary(filter={}, phases={"a": []}), EVERY)
+    assert "<title>&lt;s&gt;: run</title>" in html
+    said = [
+        "<h1>&lt;s&gt;</h1>", '<p class="lead">d</p>', "<p>(in_short)</p>", "<h2>Motion</h2>",
+        "flight [map of {'aided': 'solution'}]", "<h2>Sensor errors of this run</h2>", "sensors",
+        "<h2>Monitoring of the redundant sensors</h2>", "redundancy", "<h2>Platform and strapdown</h2>", "platform",
+        "<h2>Rotating IMU</h2>", "turning", "<h2>Navigation errors</h2>", "(euler: It fell.)", "(error_tables)",
+        "errors", "<h2>What each phase added</h2>", "(phase_section)", "<h2>Singular attitudes</h2>", "(2 events)",
+        "<h2>The aided solution</h2>", "(filter_section (50.0, 350.0))", *LAST,
+    ]  # fmt: skip
+    assert body(html) == said
+    assert "<h2>What each phase added</h2>" not in report.run_report(run_of(), summary(), EVERY)
+    assert "<h2>The aided solution</h2>" not in report.run_report(run_of(aided=aided), summary(), EVERY)
+    for what, name in (("track", "Track"), ("flight", "Flight")):
+        one = run_of()
+        setattr(one.scenario, what, object())
+        assert f"<h2>{name}</h2>" in body(report.run_report(one, summary(), EVERY))
+    assert "flight [map of {}]" in body(report.run_report(run_of(), summary(), EVERY))
+
+
+@pytest.mark.usefixtures("parts")
+def test_a_run_that_failed_early() -> None:
+    html = report.run_report(run_of(), summary(status="failed", message="No <fuel>."), NONE)
+    assert body(html) == [
+        "<h1>&lt;s&gt;</h1>", '<p class="lead">d</p>',
+        '<p class="broken"><strong>The run failed.</strong> No &lt;fuel&gt;.</p>', "<p>(in_short)</p>",
+        "<h2>Sensor errors of this run</h2>", "sensors", *LAST,
+    ]  # fmt: skip
+
+
+def test_sections_that_a_run_has(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Monitoring needs readings, errors need the truth as well; Schuler's period is that of the true motion."""
+    for name in ("flight_section", "redundancy_section", "platform_section", "turning_section", "error_plots"):
+        monkeypatch.setattr(report, name, lambda run, *given, own=name: [own, *map(str, given)])
+    monkeypatch.setattr(report, "map_of", lambda run, trajectory, truth: f"chart of {truth} in {trajectory.name}")
+    monkeypatch.setattr(report, "sensor_errors", lambda scenario, errors, sensed: [f"sensors {errors} {sensed}"])
+    monkeypatch.setattr(report, "axes_drawing", lambda run: "axes")
+    monkeypatch.setattr(report, "schuler_period", lambda truth, ellipsoid: f"period of {truth} on {ellipsoid}")
+    trajectory = SimpleNamespace(name="motion", ellipsoid="ellipsoid", __str__=lambda self: "t")
+    run = run_of(trajectory=trajectory, truth="truth", true_errors="own", sensed="kinds")
+    run.has = lambda *what: set(what) <= {"truth", "errors", "readings"}
+    found = report.draw_sections(run)
+    assert found == report.Sections(
+        f"flight_section{trajectory}truth", "chart of truth in motion", "sensors own kinds", "redundancy_section",
+        "platform_section", "turning_section", "error_plotsperiod of truth on ellipsoid", "axes",
+    )  # type: ignore[arg-type]  # fmt: skip
+    run.has = lambda *what: set(what) <= {"truth"}
+    early = report.draw_sections(run)
+    assert (early.flight, early.sensors) == (found.flight, "sensors own kinds")
+    assert not any((early.redundancy, early.platform, early.turning, early.errors, early.axes))
+    run.has = lambda *what: False
+    assert report.draw_sections(run) == report.Sections("", None, "sensors own kinds", "", "", "", "", "")
+
+
+def test_monitoring_that_there_is_and_is_not(monkeypatch: pytest.MonkeyPatch) -> None:
+    stand_ins(monkeypatch, redundancy, "_about", "_with_and_without")
+    monkeypatch.setattr(redundancy, "_tests", lambda found, section: [f"({len(found)} tests)"])
+    monkeypatch.setattr(redundancy, "_alarms", lambda found: f"{len(found)} alarms")
+    monkeypatch.setattr(redundancy, "_statistic", lambda one, run, span: f"[{one.kind} {span}]")
+    imu = SimpleNamespace(sensor_set=SECTION)
+    run = run_of(readings=SimpleNamespace(monitored=(GYROS, GYROS)), has=lambda *what: what == ("truth", "errors"))
+    run.scenario.imu = imu
+    *first, note, tests, both = redundancy.redundancy_section(run)
+    assert first == [
+        "(about)", "2 alarms", '<div class="pair">[gyro (50.0, 350.0)][gyro (50.0, 350.0)]</div>',
+    ]  # fmt: skip
+    assert "Values above 2 thresholds are clipped." in note
+    assert (tests, both) == ("(2 tests)", "(with_and_without (50.0, 350.0))")
+    run.has = lambda *what: False
+    assert list(redundancy.redundancy_section(run))[-1] == "(2 tests)"
+    run.readings.monitored = ()
+    assert list(redundancy.redundancy_section(run)) == [
+        "(about)", "<p>The sensors are not monitored: all of them are always used.</p>",
+    ]  # fmt: skip
+    imu.sensor_set = ImuSection().sensor_set
+    assert not list(redundancy.redundancy_section(run))
+
+
+def test_the_source_of_the_true_motion(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(flight, "field_words", lambda scenario: "words of the field")
+    level = SimpleNamespace(words=lambda: "from 270°, 20 kt")
+    plain: dict[str, Any] = dict.fromkeys(
+        ("flight", "track", "parked", "great_circle", "motion", "drive", "voyage", "turntable", "isolator", "gravity")
+    )
+    flown = SimpleNamespace(aircraft="c172x", wind=level, atmosphere=None, turbulence=None)
+    found = list(flight._source(SimpleNamespace(**{**plain, "vibration": (), "flight": flown, "gravity": 1})))  # type: ignore[arg-type]
+    assert found == [
+        ("flown by JSBSim, aircraft", "c172x"), ("wind", "from 270°, 20 kt"), ("turbulence", "none"),
+        ("gravity field", "words of the field"),
+    ]  # fmt: skip
+    flown.atmosphere = SimpleNamespace(words=lambda: "10 K warmer")
+    assert ("atmosphere", "10 K warmer") in list(
+        flight._source(SimpleNamespace(**{**plain, "vibration": (), "flight": flown}))  # type: ignore[arg-type]
+    )
+    for waypoints, kind in (((1,), "planned route"), ((), "recorded track")):
+        own = SimpleNamespace(waypoints=waypoints, what="a.csv")
+        scenario: Any = SimpleNamespace(**{**plain, "vibration": (), "track": own})
+        assert list(flight._source(scenario)) == [(kind, "a.csv")]
+    shaken = Scenario.model_validate({
+        "name": "s", "parked": {"latitude_deg": 50.5, "duration_s": 20.0},
+        "vibration": [{"coordinate": "pitch", "rms_arcsec": 20.0, "low_hz": 2.0, "high_hz": 5.0}],
+    })  # fmt: skip
+    assert list(flight._source(shaken)) == [
+        ("parked", "latitude_deg = 50.5, duration_s = 20"),
+        ("vibration", "coordinate = pitch, rms_arcsec = 20, low_hz = 2, high_hz = 5"),
+    ]
+
+
+def test_waypoints_on_a_map() -> None:
+    """Names to the right of their diamonds, near the right edge to the left; none outside of the map."""
+    frame: Any = SimpleNamespace(width=300.0, height=100.0, scale=2.0, pixels=lambda x, y: (x, y))
+    projection: Any = SimpleNamespace(plane=lambda latitude, longitude: (latitude, longitude))
+    places = [("ALPHA", 40.0, 60.0), ("BRAVO", 560.0, 200.0), ("CHARLIE", 601.0, 50.0), ("DELTA", 30.0, -1.0),
+              ("E", 583.0, 20.0)]  # fmt: skip
+    drawn = track._waypoints(places, projection, frame)
+    texts = [ET.fromstring(one) for one in drawn[1::2]]
+    assert [(one.text, float(one.get("x", "")), float(one.get("y", "")), one.get("text-anchor")) for one in texts] == [
+        ("ALPHA", 47.0, 75.0, "start"), ("BRAVO", 553.0, 215.0, "end"), ("E", 590.0, 35.0, "start"),
+    ]  # fmt: skip
+    corners = ET.fromstring(drawn[0]).get("points", "").split()
+    assert [tuple(map(float, one.split(","))) for one in corners] == [
+        (40.0, 55.0), (45.0, 60.0), (40.0, 65.0), (35.0, 60.0), (40.0, 55.0),
+    ]  # fmt: skip
+
+
+def test_errors_of_torquers_and_pickoffs() -> None:
+    """Given errors and their 1σ; in inertial axes nothing is torqued."""
+    errors: Any = SimpleNamespace(torquer_scale=np.array([30.0, -45.5, 7.25]) * PPM,
+                                  pickoff=np.array([2.0, -3.0, 5.5]) * ARCSEC)  # fmt: skip
+    given = ImuSection(sensor_set={"type": "platform", "torquer_scale_ppm": (30.0, -45.0, 7.0),
+                                   "torquer_scale_sigma_ppm": 12.5, "pickoff_arcsec": (2.0, -3.0, 5.5)})  # fmt: skip
+    rows = cells(platform_errors(given, errors, "level"))
+    assert rows[-2][1:] == ["ppm", "30.00", "−45.50", "7.250", "given ± 12.5"]
+    assert rows[-1][1:] == ["arcsec", "2.000", "−3.000", "5.500", "given"]
+    drawn = ImuSection(sensor_set={"type": "platform", "pickoff_sigma_arcsec": 6.5})
+    (row,) = cells(platform_errors(drawn, errors, "inertial"))[1:]
+    assert row[1:] == ["arcsec", "2.000", "−3.000", "5.500", "6.5"]
+
+
+def test_residual_errors_of_single_sensors(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Each sensor's error minus its calibration; gyros first."""
+    monkeypatch.setattr(sensors, "single_errors", lambda blocks, section, kind: f"[{kind}: {blocks} of {section}]")
+    monkeypatch.setattr(sensors, "imperfect_calibration", lambda error, calibration: f"{error}-{calibration}")
+    for name in ("_noises", "_table", "_null_shift"):
+        monkeypatch.setattr(sensors, name, lambda *_: "")
+    monkeypatch.setattr(sensors, "_of_noise", lambda *_: ())
+    scenario: Any = SimpleNamespace(
+        seed=41, compensation=object(), imu=ImuSection(grade="tactical", sensor_set=Redundant(type="redundant"))
+    )
+    true: Any = SimpleNamespace(
+        single_sensors=("a", "b"), single_calibrations=("c", "d"), calibration=None, left="left", platform=None,
+        imu=SimpleNamespace(gyro=None, accel=None),
+    )  # fmt: skip
+    found = list(sensors.sensor_errors(scenario, true, ()))
+    assert "The error of each sensor was drawn with the seed 41 from a normal distribution" in found[0]
+    assert found[-3:] == [
+        "<h3>Residual errors after calibration</h3><p>Errors that the compensation does not remove.</p>",
+        "[gyro: ('a-c', 'b-d') of left]", "[accel: ('a-c', 'b-d') of left]",
+    ]  # fmt: skip
+    ideal = SimpleNamespace(error=np.zeros((2, 3)))
+    assert list(sensors.sensor_errors(scenario, true, [ideal]))[-1] == "<p>All sensors are ideal.</p>"  # type: ignore[list-item]
+
+
+def test_an_ensemble(monkeypatch: pytest.MonkeyPatch) -> None:
+    for name in ("growth", "cloud", "rates", "components"):
+        monkeypatch.setattr(ensemble_report.figures, name, lambda *given, own=name: f"{own} {given[1:]}")
+    monkeypatch.setattr(ensemble_report.figures, "units_of", lambda result: ("m", "mm/s", "deg"))
+    monkeypatch.setattr(ensemble_report, "to_svg", lambda figure, name: f"({figure}: {name})")
+    for name in ("opening", "_regulation", "_runs", "_failures", "_method", "definitions"):
+        monkeypatch.setattr(ensemble_report, name, lambda *given, own=name: f"({own})")
+    for name in ("headline", "_components"):
+        monkeypatch.setattr(ensemble_report, name, lambda numbers, units, own=name: f"({own} {units})")
+    monkeypatch.setattr(ensemble_report, "_consistency", lambda result, numbers: ["(consistency)"])
+    monkeypatch.setattr(ensemble_report, "requirement_section", lambda result: ["(requirements)"])
+
+    class Result(SimpleNamespace):
+        def __len__(self) -> int:
+            return 80
+
+    plan = SimpleNamespace(scenario=SimpleNamespace(name="<s>", description="From\nA."))
+    result: Any = Result(plan=plan, notes=["A <note>."], nees={"all": 1}, failures={3: "It fell."})
+    html = ensemble_report.ensemble_report(result, {}, {}, "predicted")  # type: ignore[arg-type]
+    assert "<title>&lt;s&gt;: ensemble</title>" in html
+    said = [
+        "<h1>&lt;s&gt;: an ensemble of 80 runs</h1>", '<p class="lead">From A.</p>', '<p class="note">(opening)</p>',
+        "<p><strong>A &lt;note&gt;.</strong></p>", "(requirements)", "<h2>Errors of the population</h2>",
+        "(headline m)", "(_regulation)", "<h3>Growth of the position error</h3>", "(growth (): growth)",
+        "<h3>Errors at the end</h3>", "(cloud (): cloud)", "<h3>Rates of the runs</h3>", "(rates (): rates)",
+        "<h2>Errors by component</h2>", "(components ('predicted',): components)",
+        "(_components ('m', 'mm/s', 'deg'))", "(consistency)", "<h2>Runs to examine</h2>", "(_runs)",
+        "<h2>Failed runs</h2>", "(_failures)", "<h2>Definitions</h2>", "(definitions)",
+        "<h2>How it was computed</h2>", "(_method)",
+    ]  # fmt: skip
+    assert body(html) == said
+    result.nees, result.failures, plan.scenario.description = {}, {}, ""
+    assert body(ensemble_report.ensemble_report(result, {}, {})) == [
+        one.replace("'predicted'", "None") for k, one in enumerate(said) if k not in (1, 17, 20, 21)
+    ]
+
+
+@pytest.mark.parametrize(("shape", "said"), [((3, 4, 5), False), ((4, 4, 5), True), ((5,), False)])
+def test_panels_of_a_trade_study(monkeypatch: pytest.MonkeyPatch, shape: tuple[int, ...], said: bool) -> None:
+    """The last two axes are within a panel: of 80 cells in a grid of 4 × 4 × 5, four panels."""
+    for name in ("headline", "_definitions", "_method"):
+        monkeypatch.setattr(trade_report, name, lambda *_, own=name: own.strip("_"))
+    monkeypatch.setattr(trade_report, "instants", lambda result: [])
+    monkeypatch.setattr(trade_report, "cell_table", lambda result, when, bands: (["h"], [["1"]], 1))
+    monkeypatch.setattr(trade_report, "to_svg", lambda figure, name: f"({figure}: {name})")
+    monkeypatch.setattr(trade_report, "MOST_PANELS", 3)
+
+    class Result(SimpleNamespace):
+        def __len__(self) -> int:
+            return int(np.prod(shape))
+
+    study = SimpleNamespace(name="<t>", description="d", requirements=(), shape=shape, axes=shape, cell="budget")
+    result: Any = Result(study=study, notes=["n"], failures={})
+    picture: Any = SimpleNamespace(title="R95 & more", figure="drawn", name="r95")
+    lines = body(trade_report.trade_report(result, [picture], {}))
+    assert lines[:5] == ["<h1>&lt;t&gt;: a trade study</h1>", '<p class="lead">d</p>', '<p class="note">headline</p>',
+                         "<p><strong>n</strong></p>", "<h2>Trade-offs</h2>"]  # fmt: skip
+    panels = ["<p class=note>The figures show 3 of 4 panels; the table has all.</p>"] if said else []
+    assert lines[5:][: len(panels) + 4] == [*panels, "<h3>R95 &amp; more</h3>", "(drawn: r95)", "<h2>Cells</h2>",
+                                            "<h3>At the end</h3>"]  # fmt: skip
