@@ -1,0 +1,205 @@
+"""What each kind of recording holds: documents, pictures and the run that its views are made for."""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Iterator
+from contextlib import contextmanager
+from pathlib import Path
+from types import SimpleNamespace
+from typing import Any
+
+import numpy as np
+import pytest
+
+from sinssim.recording.rerun import alignment, budget, ensemble, noise, one_component, study
+from sinssim.recording.rerun.viewer import RUN_ENTITY
+
+
+class Kept:
+    """Stands in for a recording, for the class of recordings, and for one that replaces a file when it is complete."""
+
+    def __init__(self) -> None:
+        self.opened: list[Any] = []
+        self.texts: dict[str, str] = {}
+        self.fixed: dict[str, Any] = {}
+        self.streams: list[tuple[str, bool]] = []
+        self.views: list[Any] = []
+        self.ranges = {"an entity": (1.5, 2.5)}
+
+    def __call__(self, path: Path, application: str, views: Any = None) -> Any:
+        self.opened = [path.name, application, views]
+        return self
+
+    def __enter__(self) -> Any:
+        return self
+
+    def __exit__(self, *error: object) -> None:
+        pass
+
+    def document(self, entity: str, text: str) -> None:
+        self.texts[entity] = text
+
+    def static(self, entity: str, archetype: Any) -> None:
+        self.fixed[entity] = archetype
+
+    def stream(self, stream: Any, *, thin: bool) -> None:
+        self.streams.append((stream.name, thin))
+
+    def blueprint(self, views: Any) -> None:
+        self.views.append(views)
+
+    @property
+    def run(self) -> dict[str, Any]:
+        return dict(json.loads(self.texts[RUN_ENTITY]))
+
+
+@pytest.fixture
+def kept(monkeypatch: pytest.MonkeyPatch) -> Kept:
+    found = Kept()
+    for module in (budget, ensemble, one_component, study):
+        monkeypatch.setattr(module, "Recording", found)
+        monkeypatch.setattr(module, "all_views", lambda run: ("views", run.name, dict(run.labels)))
+
+    @contextmanager
+    def whole(path: Path, application: str) -> Iterator[Any]:
+        yield found(path, application)
+
+    for module in (alignment, noise):
+        monkeypatch.setattr(module, "whole_recording", whole)
+        monkeypatch.setattr(module, "plain_text", lambda show: f"table of {show.args[0].source}\n")
+    for module in (budget, noise):
+        monkeypatch.setattr(module, "to_png", lambda figure: figure)
+        monkeypatch.setattr(module.rr, "EncodedImage", lambda contents, media_type: (contents, media_type))
+    return found
+
+
+def scenario(**more: Any) -> Any:
+    return SimpleNamespace(**{"name": "short", "to_toml": lambda: "seed = 3", "views": ("own.py",), **more})
+
+
+def test_a_budget(kept: Kept, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(budget, "judged_of", lambda answers: f"judged {answers}")
+    monkeypatch.setattr(budget, "_draw", lambda recording, result, judged: {"position": "km", "judged": judged})
+    monkeypatch.setattr(budget, "growth_figure", lambda result, answers: f"growth with {answers}")
+    monkeypatch.setattr(budget, "ranking_figure", lambda result: "ranking")
+    monkeypatch.setattr(budget, "_markdown", lambda result, answers: f"tables with {answers}")
+    result: Any = SimpleNamespace(scenario=scenario(), time=np.array([50.0, 60.0, 350.0]))
+    budget.record(result, ("answer",), Path("x/recording.rrd"))  # type: ignore[arg-type]
+    assert kept.opened == ["recording.rrd", "sinssim short", ("views", "short", {"kind": "budget"})]
+    assert kept.fixed == {"budget/figures/growth": ("growth with ('answer',)", "image/png"),
+                          "budget/figures/ranking": ("ranking", "image/png")}  # fmt: skip
+    assert kept.texts["budget/tables"] == "tables with ('answer',)"
+    run = kept.run
+    assert (run["name"], run["start"], run["end"]) == ("short", 50.0, 350.0)
+    assert run["labels"] == {"kind": "budget", "position": "km", "judged": "judged ('answer',)"}
+    assert run["ranges"] == {"an entity": [1.5, 2.5]}
+    assert kept.views == [("views", "short", run["labels"])]
+
+
+@pytest.mark.parametrize("filtered", [True, False])
+def test_an_ensemble(kept: Kept, monkeypatch: pytest.MonkeyPatch, filtered: bool) -> None:
+    drawn: list[str] = []
+    for name, labels in (("_draw_growth", {"growth": "m"}), ("_draw_components", {"velocity": "mm/s"}),
+                         ("_draw_consistency", None)):  # fmt: skip
+
+        def draw(recording: Any, result: Any, own: str = name, said: Any = labels) -> Any:
+            drawn.append(own)
+            return said
+
+        monkeypatch.setattr(ensemble, name, draw)
+    monkeypatch.setattr(ensemble, "_markdown", lambda result, numbers: f"# {numbers}")
+
+    class Result(SimpleNamespace):
+        def __len__(self) -> int:
+            return 80
+
+    plan = SimpleNamespace(scenario=scenario(), solution="poisson")
+    result: Any = Result(time=np.array([50.0, 60.0, 350.0]), plan=plan, nees={"all": 1} if filtered else {})
+    ensemble.record(result, {"n": 1}, Path("recording.rrd"))
+    assert drawn == ["_draw_growth", "_draw_components", *(["_draw_consistency"] if filtered else [])]
+    assert kept.texts["about/summary"] == "# {'n': 1}"
+    assert kept.texts["about/scenario"] == "```toml\nseed = 3\n```"
+    run = kept.run
+    assert (run["name"], run["start"], run["end"], run["algorithms"]) == ("short ensemble", 50.0, 350.0, ["poisson"])
+    assert run["labels"] == {"kind": "ensemble", "runs": "80", "filter": "yes" if filtered else "", "growth": "m",
+                             "velocity": "mm/s"}  # fmt: skip
+    assert run["ranges"] == {"an entity": [1.5, 2.5]}
+
+
+def test_a_run_of_one_component(kept: Kept, monkeypatch: pytest.MonkeyPatch) -> None:
+    motion: list[Any] = []
+    monkeypatch.setattr(one_component, "_draw_errors", lambda recording, result: {"position": "km"})
+    monkeypatch.setattr(one_component, "_draw_pendulum", lambda recording, result: {"pendulum": "deg"})
+    monkeypatch.setattr(one_component, "_draw_motion", lambda recording, result: motion.append(result))
+    monkeypatch.setattr(one_component, "markdown", lambda found: f"# {found}")
+    result: Any = SimpleNamespace(truth=SimpleNamespace(time=np.array([50.0, 60.0, 350.0])),
+                                  section=SimpleNamespace(variant="level"))  # fmt: skip
+    for detail, thin in (("light", True), ("full", False)):
+        own = scenario(recording=SimpleNamespace(detail=detail))
+        one_component.record(Path("recording.rrd"), own, result, {"n": 1}, [SimpleNamespace(name="motion")])  # type: ignore[list-item]
+        assert kept.streams.pop() == ("motion", thin)
+    assert motion == [result] * 2
+    assert kept.texts["about/summary"] == "# {'n': 1}"
+    assert kept.texts["about/scenario"] == "```toml\nseed = 3\n```"
+    run = kept.run
+    assert (run["name"], run["start"], run["end"], run["algorithms"]) == ("short", 50.0, 350.0, ["level"])
+    assert run["labels"] == {"kind": "one-component", "position": "km", "pendulum": "deg"}
+    assert (run["ranges"], run["views"]) == ({"an entity": [1.5, 2.5]}, ["own.py"])
+    assert kept.views[-1] == ("views", "short", run["labels"])
+
+
+def test_a_study(kept: Kept, monkeypatch: pytest.MonkeyPatch) -> None:
+    """It ends with the longest motion; each algorithm once, in the order of the rows."""
+    monkeypatch.setattr(study.figures, "palette", lambda comparison: "paint")
+    monkeypatch.setattr(study, "_draw_growth", lambda recording, comparison, paint: [("entity", paint, 350.0, True)])
+    monkeypatch.setattr(study, "_markdown", lambda comparison: "# verdicts")
+    rows = [SimpleNamespace(algorithm=name) for name in ("poisson", "euler", "poisson")]
+    histories = {k: SimpleNamespace(time=np.array([0.0, end])) for k, end in enumerate((300.0, 420.0, 350.0))}
+    result: Any = SimpleNamespace(study=SimpleNamespace(name="all"), rows=rows, histories=histories)
+    study.record(result, Path("recording.rrd"))
+    run = kept.run
+    assert (run["name"], run["start"], run["end"]) == ("all", 0.0, 420.0)
+    assert run["algorithms"] == ["poisson", "euler"]
+    assert run["labels"]["kind"] == "study"
+    assert json.loads(run["labels"]["panels"]) == [["entity", "paint", 350.0, True]]
+    assert (run["ranges"], kept.texts["comparison/verdicts"]) == ({"an entity": [1.5, 2.5]}, "# verdicts")
+    assert kept.opened[2] == ("views", "all", {"kind": "study"})
+    result.histories = {}
+    study.record(result, Path("recording.rrd"))
+    assert kept.run["end"] == 1.0
+
+
+def test_an_alignment(kept: Kept, monkeypatch: pytest.MonkeyPatch) -> None:
+    import rerun.blueprint as rrb
+
+    def views(*titles: str) -> Any:
+        return lambda *_: [rrb.TimeSeriesView(origin=title, name=title) for title in titles]
+
+    monkeypatch.setattr(alignment, "_record_angles", views("heading", "roll"))
+    monkeypatch.setattr(alignment, "_record_departures", views("turn"))
+    monkeypatch.setattr(alignment, "_record_budget", views("bars"))
+    monkeypatch.setattr(alignment, "_sources", lambda report: "sources")
+    session: Any = SimpleNamespace(source="log", budget={"a": 1})
+    alignment.record_alignment(Path("a.rrd"), session)
+    assert kept.opened[:2] == ["a.rrd", "sinssim_alignment"]
+    assert kept.texts == {"session/summary": "```\ntable of log\n```\nsources"}
+    root = kept.views[0].root_container
+    tabs = root.contents if len(root.contents) > 1 else root.contents[0].contents
+    assert [(tab.name, [one.name for one in tab.contents]) for tab in tabs if tab.name != "Summary"] == [
+        ("Session", ["heading", "roll", "turn"]), ("Error budget", ["bars"]),
+    ]  # fmt: skip
+    session.budget = None
+    alignment.record_alignment(Path("a.rrd"), session)
+    assert len(kept.views) == 2
+
+
+def test_a_record_of_noise(kept: Kept, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(noise, "_record_streams", lambda recording, report: [])
+    monkeypatch.setattr(noise, "noise_figure", lambda report: f"figure of {report.source}")
+    found: Any = SimpleNamespace(source="rest.csv")
+    noise.record_noise(Path("n.rrd"), found)
+    assert kept.opened[:2] == ["n.rrd", "sinssim_noise"]
+    assert kept.fixed == {"noise/allan": ("figure of rest.csv", "image/png")}
+    assert kept.texts == {"noise/summary": "```\ntable of rest.csv\n```\n"}
+    assert len(kept.views) == 1
