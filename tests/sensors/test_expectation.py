@@ -347,3 +347,32 @@ def test_physics_of_a_laser_gyro() -> None:
     assert terms["gyro_quantum"] == pytest.approx(1.61483, rel=1e-5)
     assert terms["gyro_arw"] == pytest.approx(0.0051279, rel=1e-4)
     assert "angle quantisation" in {c.term for c in expected.contributions}
+
+
+SIZES: dict[str, tuple[float, ...]] = {
+    "gyro_bias_deg_h": (0.01, -0.02, 0.05), "gyro_scale_ppm": (100.0, -200.0, 500.0),
+    "gyro_asymmetry_ppm": (70.0, -90.0, 300.0), "gyro_quadratic_ppm_per_deg_s": (1e3, -3e3, 2e3),
+    "gyro_cubic_ppm_per_deg2_s2": (2e3, -5e3, 3e3), "gyro_misalignment_arcsec": (5.0, 7.0, -11.0, 13.0, 17.0, -19.0),
+    "gyro_g_sensitivity_deg_h_per_g": (0.01, 0.02, 0.03, 0.05, 0.07, -0.09, 0.04, 0.06, 0.11),
+    "gyro_ramp_deg_h_per_h": (0.01, 0.03, -0.2), "gyro_bias_temperature_deg_h_per_c": (1e-3, -3e-3, 2e-3),
+    "gyro_scale_temperature_ppm_per_c": (2.0, 3.0, -7.0), "accel_bias_ug": (30.0, -70.0, 50.0),
+    "accel_scale_ppm": (20.0, -30.0, 70.0), "accel_misalignment_arcsec": (3.0, 5.0, -7.0, 11.0, 2.0, -13.0),
+    "accel_ramp_ug_per_h": (20.0, 50.0, 30.0), "accel_bias_temperature_ug_per_c": (2.0, -5.0, 3.0),
+    "accel_scale_temperature_ppm_per_c": (1.0, 3.0, 2.0),
+}  # fmt: skip
+
+
+@pytest.mark.parametrize("key", SIZES)
+def test_axes_add_in_squares(key: str) -> None:
+    """Errors on several axes, each of its own size, are independent of one another."""
+    size = SIZES[key]
+
+    def expected(values: tuple[float, ...]) -> dict[str, float]:
+        found = expect(block(**{key: values}, **WARMING), NORTHERN).contributions
+        return {f"{one.term}, {one.assumes}": one.position for one in found}
+
+    alone = [expected(tuple(value if k == i else 0.0 for k, value in enumerate(size))) for i in range(len(size))]
+    together = expected(size)
+    squares = {term: float(np.sqrt(sum(one.get(term, 0.0) ** 2 for one in alone))) for term in together}
+    assert together == pytest.approx(squares, rel=1e-12)
+    assert max(together.values()) > 1.0

@@ -83,3 +83,17 @@ def test_flicker_is_averaged_as_long_as_the_filter_needs() -> None:
     quick_s, smooth_s = quick["gyro bias"][3::4], smooth["gyro bias"][3::4]
     for k in range(3, 20):
         np.testing.assert_allclose(smooth_s[k], quick_s[k - 3 : k + 1].mean(axis=0), rtol=1e-9)
+
+
+def test_each_triad_has_a_mean_of_its_own_length() -> None:
+    """White noise that flicker falls below after 4 s in the gyros, and after 2 s in the accelerometers."""
+    times_s = {"gyro": (1e-6, 4.0), "accel": (1e-4, 2.0)}
+    flicker = {k: white / np.sqrt(s) / np.sqrt(2.0 * np.log(2.0) / np.pi) for k, (white, s) in times_s.items()}
+    both = {k: TriadErrors(flicker=flicker[k], random_walk=white) for k, (white, _) in times_s.items()}
+    (smooth,) = InertialParameters(TrueErrors(ImuErrors(**both)), EDGES, 7).at(EDGES[1:])
+    bare = ImuErrors(**{k: TriadErrors(flicker=size) for k, size in flicker.items()})
+    (sample,) = InertialParameters(TrueErrors(bare), EDGES, 7).at(EDGES[1:])
+    for name, seconds in (("gyro bias", 4), ("accelerometer bias", 2)):
+        slow, quick = smooth[name][3::4], sample[name][3::4]  # at whole seconds; the quick ones are means over one
+        for k in range(4, 20):
+            np.testing.assert_allclose(slow[k], quick[k + 1 - seconds : k + 1].mean(axis=0), rtol=1e-9)

@@ -13,7 +13,7 @@ from sinssim.scenario import Scenario
 from sinssim.scenario.sections.imu import ImuSection
 from sinssim.sensors import draw
 from sinssim.sensors.imu.emulate import emulate
-from sinssim.sensors.imu.errors import ImuErrors
+from sinssim.sensors.imu.errors import ImuErrors, TriadErrors
 from sinssim.sensors.imu.rectification import rectified
 from sinssim.truth.motions.isolator import Mount
 from sinssim.truth.motions.parked import Parked
@@ -143,6 +143,24 @@ def test_size_effect_as_accelerometers_at_their_places_feel_it() -> None:
         exact = pull[:, i].reshape(-1, points).sum(axis=1) * 0.01 / points
         assert np.abs(found[:, i] - exact).max() < 1e-5 * np.abs(exact).max()
         assert np.abs(emulate(ideal, errors).dvel[:, i] - ideal.dvel[:, i] - exact).max() > 1e-2 * np.abs(exact).max()
+
+
+def test_arms_and_bent_responses_together_are_both_alone() -> None:
+    """Gyros, too: what they do to a turn is no arm of an accelerometer."""
+    block = Vibrating(parked(1.0), [Tone("roll", 1e-3, 31.0, 0.3), Tone("yaw", 2e-3, 83.0), shaken("down", 0.2, 61.0)])
+    ideal = block.increments(100.0)
+    arms = np.array([[0.05, -0.02, 0.03], [-0.03, 0.06, 0.02], [0.01, 0.03, -0.06]])
+    gyro, accel = (TriadErrors(quadratic=size * np.array([1.0, -2.0, 3.0])) for size in (1e-3, 1e-4))
+    both, armed, bent = (
+        rectified(block, ideal, errors)
+        for errors in (ImuErrors(gyro, accel, arms=arms), ImuErrors(arms=arms), ImuErrors(gyro, accel))
+    )
+    for name in ("dtheta", "dvel"):
+        parts = [getattr(one, name) - getattr(ideal, name) for one in (both, armed, bent)]
+        np.testing.assert_allclose(parts[0], parts[1] + parts[2], rtol=0.0, atol=1e-15)
+        assert np.abs(parts[2]).max() > 1e-10
+    np.testing.assert_array_equal(armed.dtheta, ideal.dtheta)
+    assert np.abs(armed.dvel - ideal.dvel).max() > 1e-8
 
 
 def test_nothing_to_add() -> None:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from itertools import pairwise
 from typing import Any
 
 import pytest
@@ -214,6 +215,20 @@ def test_a_waypoint_in_a_climb() -> None:
     assert heights == sorted(heights)
     assert heights[10] == pytest.approx(1000.0 * 10.5 / 20.0, abs=8.0)
     assert state.trace[-11][0] * R == pytest.approx(19_500.0 * 10.5 / 20.0, rel=1e-3)
+
+
+def test_a_waypoint_in_a_climb_of_a_given_speed() -> None:
+    """10 m/s at the speed of half the height, 105 m/s; the steps of 975 m are in the middle of the slope."""
+    state = plan(wind=(0.0, 0.0), heading=0.0, trace=[])
+    leg = WaypointLeg(
+        type="waypoint", latitude_deg=math.degrees(20e3 / R), longitude_deg=math.degrees(0.3), height_m=1000.0,
+        vertical_speed_mps=10.0,
+    )  # fmt: skip
+    leg.reckon(state)
+    assert state.trace is not None
+    heights = [height for _, _, height in state.trace[-21:-1]]
+    assert [b - a for a, b in pairwise(heights[4:10])] == pytest.approx([975.0 * 10.0 / 105.0] * 5, rel=1e-6)
+    assert heights[-1] == pytest.approx(1000.0)
 
 
 def test_slopes_at_the_places_of_a_route() -> None:
