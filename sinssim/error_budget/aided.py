@@ -204,7 +204,7 @@ class Consider:
             if event > begin:
                 self._advance(phi, q, came, steps, number, branches)
                 number += 1
-            self._take(line.observed.get(event, ()), true, event, now, branches)
+            self._take(line.observed.get(event, ()), true, now, branches)
             if event in self._begins:
                 for branch in branches:
                     branch.cross = np.zeros_like(branch.cross)
@@ -283,7 +283,6 @@ class Consider:
         self,
         observed: Sequence[Observed],
         true: Mapping[tuple[int, int], Array],
-        event: int,
         now: float,
         branches: list[_Branch],
     ) -> None:
@@ -297,9 +296,9 @@ class Consider:
                     branches.insert(k, branches[k].fork(arrival))
             for branch in branches:
                 if arrival < branch.until - _SAME or branch.until == np.inf:
-                    self._correct(branch, one, true[one.sensor, one.row], data, event)
+                    self._correct(branch, one, true[one.sensor, one.row], data)
 
-    def _correct(self, branch: _Branch, one: Observed, h_true: Array, data: Measurements, event: int) -> None:
+    def _correct(self, branch: _Branch, one: Observed, h_true: Array, data: Measurements) -> None:
         p, h = branch.covariance, one.h
         seen = p @ h.T
         if one.interval:  # the reading shares the gyros' noise with the state

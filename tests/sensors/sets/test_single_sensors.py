@@ -72,7 +72,7 @@ def test_the_input_across_an_axis_follows_from_the_estimate_itself() -> None:
         np.testing.assert_allclose(found.dvel, perfect.dvel, rtol=0.0, atol=1e-14)
         block = _combined(found, AXES, used)
         np.testing.assert_allclose(block.dtheta, BLOCK.dtheta, rtol=0.0, atol=2e-15)
-        np.testing.assert_allclose(block.dvel, BLOCK.dvel, rtol=0.0, atol=1e-14)
+        np.testing.assert_allclose(block.dvel, BLOCK.dvel, rtol=0.0, atol=1e-13)
     assert _compensated(readings(), (), AXES, (None, None)) is None
 
 
