@@ -35,8 +35,8 @@ from sinssim.sensors import draw
 from sinssim.sensors.imu.emulate import emulate
 from sinssim.sensors.imu.pack import pack
 from sinssim.statistics.random_numbers import key
-from sinssim.strapdown import navigate
 from sinssim.strapdown.increments.fit import weight_table
+from sinssim.strapdown.navigate import navigate
 
 SENSORS: dict[str, Any] = {
     "grade": "laser-standard",

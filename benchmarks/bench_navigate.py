@@ -23,8 +23,8 @@ import numpy as np
 
 import sinssim
 from sinssim import rotation
-from sinssim.strapdown import navigate as api
 from sinssim.strapdown.frames import level
+from sinssim.strapdown.navigate import navigate as api
 from tests.oracles.s_turn import Flight, STurn
 
 

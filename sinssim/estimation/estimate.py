@@ -41,8 +41,8 @@ from sinssim.estimation.smoother import smooth as smoothed
 from sinssim.mechanization import Mechanization, Options, chosen
 from sinssim.sensors.from_readings.vibration import AddedNoise
 from sinssim.sensors.imu.encoder import Encoders
-from sinssim.strapdown import navigate
 from sinssim.strapdown.disturbance import navigate_in_field
+from sinssim.strapdown.navigate import navigate
 from sinssim.strapdown.polar import axes_of
 from sinssim.strapdown.segments import Segments
 from sinssim.system.memory import give_back_memory

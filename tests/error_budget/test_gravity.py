@@ -16,8 +16,8 @@ from sinssim.error_budget.result import BudgetResult
 from sinssim.scenario import Scenario
 from sinssim.sensors.imu.emulate import digital
 from sinssim.simulation.result import Run
-from sinssim.strapdown import navigate
 from sinssim.strapdown.nav_error import navigation_error
+from sinssim.strapdown.navigate import navigate
 from sinssim.truth.gravity.disturbed import Disturbed
 from sinssim.truth.gravity.from_scenario import remainder_model
 from sinssim.truth.gravity.values import gravity_values

@@ -16,7 +16,7 @@ from sinssim.estimation.linearisation import Linearisation, Surroundings, linear
 from sinssim.estimation.nominal import MeanGyroRates, near
 from sinssim.estimation.result import corrected
 from sinssim.sensors.imu.errors import ImuErrors
-from sinssim.strapdown import navigate
+from sinssim.strapdown.navigate import navigate
 from tests.estimation.drives import drive
 from tests.estimation.worlds import positions, velocities
 

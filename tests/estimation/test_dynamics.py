@@ -15,8 +15,8 @@ from sinssim.estimation import BLOCKS, Block, ErrorModel
 from sinssim.estimation.dynamics import NominalMotion, driving_noise, dynamics, transition
 from sinssim.sensors import ImuErrors, TriadErrors
 from sinssim.sensors.imu.emulate import emulate
-from sinssim.strapdown import navigate
 from sinssim.strapdown.nav_error import navigation_error
+from sinssim.strapdown.navigate import navigate
 
 ALL = ErrorModel(tuple(Block(name, 1.0) for name in BLOCKS if not name.startswith("gnss ")), 0.0, 0.0)
 RATE_HZ, SPAN = 20.0, 4.0

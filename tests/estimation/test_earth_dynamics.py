@@ -15,8 +15,8 @@ from sinssim.estimation.dynamics import NominalMotion, dynamics, transition
 from sinssim.estimation.earth_dynamics import earth_dynamics, local_from_earth, transported_transition
 from sinssim.estimation.estimate import estimate
 from sinssim.estimation.model import error_model
-from sinssim.strapdown import navigate
 from sinssim.strapdown.coordinates import earth_fixed
+from sinssim.strapdown.navigate import navigate
 from tests.estimation.test_dynamics import ALL, RATE_HZ, SPAN, STEPS, perturbed
 from tests.estimation.worlds import biases_only, one_run, positions, velocities, weaving
 from tests.oracles import integrator as oracle

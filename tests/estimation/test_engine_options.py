@@ -16,8 +16,8 @@ from sinssim.frames import FRAMES
 from sinssim.mechanization import Mechanization
 from sinssim.scenario import load_scenario
 from sinssim.simulation import run as run_scenario
-from sinssim.strapdown import navigate
 from sinssim.strapdown.nav_error import navigation_error
+from sinssim.strapdown.navigate import navigate
 from tests.estimation.worlds import biases_only, one_run, positions, velocities, weaving
 
 SIGMA = biases_only("tactical")

@@ -19,8 +19,8 @@ from sinssim.estimation.nominal import rows_of
 from sinssim.estimation.result import corrected
 from sinssim.scenario.sections.imu import ImuSection
 from sinssim.sensors import ImuErrors, TriadErrors
-from sinssim.strapdown import navigate
 from sinssim.strapdown.nav_error import navigation_error
+from sinssim.strapdown.navigate import navigate
 from sinssim.truth.motions.great_circle import GreatCircle
 from sinssim.truth.motions.parked import Parked
 from tests.estimation.worlds import (

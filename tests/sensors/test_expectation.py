@@ -17,8 +17,8 @@ from sinssim.scenario.sections.within_imu.sensor_set import SixAccelerometers
 from sinssim.sensors.expectation import ACCELERATING, AT_REST, GATHERING, SPEED, TURN, TURN_RATE, TURNING, expect
 from sinssim.sensors.imu.emulate import emulate
 from sinssim.sensors.noise import flicker
-from sinssim.strapdown import navigate
 from sinssim.strapdown.nav_error import navigation_error
+from sinssim.strapdown.navigate import navigate
 from sinssim.truth.curve import Curve
 from sinssim.truth.motions.analytic import OnEarth
 from sinssim.truth.motions.parked import Parked

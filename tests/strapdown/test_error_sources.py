@@ -22,8 +22,8 @@ from sinssim.earth.models import ELLIPSOIDS, Ellipsoid
 from sinssim.scenario.sections.imu import ImuSection
 from sinssim.sensors import ImuErrors, TriadErrors, draw
 from sinssim.sensors.imu.emulate import emulate
-from sinssim.strapdown import navigate
 from sinssim.strapdown.nav_error import NavError, navigation_error
+from sinssim.strapdown.navigate import navigate
 from sinssim.truth.motions.great_circle import GreatCircle
 from sinssim.truth.motions.parked import Parked
 from tests.oracles import error_equations

@@ -12,8 +12,8 @@ import pytest
 from sinssim.data import ImuData, NavState
 from sinssim.errors import InputError, RunError
 from sinssim.frames import FRAME_REGISTRY, FRAMES
-from sinssim.strapdown import navigate
 from sinssim.strapdown.nav_error import navigation_error
+from sinssim.strapdown.navigate import navigate
 from sinssim.strapdown.segments import Segments
 from tests.oracles.s_turn import STurn
 

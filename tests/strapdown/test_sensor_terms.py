@@ -21,8 +21,8 @@ from sinssim.sensors.imu.emulate import emulate
 from sinssim.sensors.imu.errors import Fault, WarmUp
 from sinssim.sensors.laser_gyro.gas_flow import NullShift
 from sinssim.sensors.laser_gyro.ring import LaserGyro
-from sinssim.strapdown import navigate
 from sinssim.strapdown.nav_error import NavError, navigation_error
+from sinssim.strapdown.navigate import navigate
 from sinssim.truth.motions.analytic import OnEarth
 from sinssim.truth.motions.great_circle import GreatCircle
 from sinssim.truth.motions.rocking import SpinRock

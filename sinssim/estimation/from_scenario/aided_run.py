@@ -226,7 +226,7 @@ def navigate_beside(scenario: Scenario, trajectory: Trajectory, grade: str, leve
     """Return the solution of another inertial system of the vehicle, started from the true state at its own place."""
     from sinssim.scenario.sections.imu import ImuSection
     from sinssim.sensors.imu.emulate import emulate
-    from sinssim.strapdown import navigate
+    from sinssim.strapdown.navigate import navigate
     from sinssim.truth.motions.vibration import Vibrating
 
     place = Vibrating(trajectory, (), lever_arm)

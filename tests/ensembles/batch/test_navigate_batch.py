@@ -17,7 +17,7 @@ from sinssim.scenario.sections.imu import ImuSection
 from sinssim.sensors import draw
 from sinssim.sensors.imu.emulate import emulate
 from sinssim.sensors.imu.errors import Fault, ImuErrors
-from sinssim.strapdown import navigate
+from sinssim.strapdown.navigate import navigate
 from tests.oracles.s_turn import Flight, STurn
 
 SECTIONS: dict[str, dict[str, Any]] = {

@@ -27,8 +27,8 @@ from sinssim.mechanization import Mechanization
 from sinssim.scenario import Scenario
 from sinssim.scenario.sections.imu import ImuSection
 from sinssim.sensors.aiding.registry import KINDS
-from sinssim.strapdown import navigate
 from sinssim.strapdown.nav_error import navigation_error
+from sinssim.strapdown.navigate import navigate
 from sinssim.truth.curve import Curve
 from tests.estimation.worlds import biases_only, errors_of, one_run, positions, velocities, weaving
 

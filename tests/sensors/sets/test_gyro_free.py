@@ -15,8 +15,8 @@ from sinssim.scenario.sections.imu import ImuSection
 from sinssim.sensors import draw
 from sinssim.sensors.sets.accelerometers import axes_about, draw_accelerometers, emulate_accelerometers
 from sinssim.sensors.sets.gyro_free import AccelerometerSet, cube, gyro_free_increments, position_error
-from sinssim.strapdown import navigate
 from sinssim.strapdown.nav_error import navigation_error
+from sinssim.strapdown.navigate import navigate
 from sinssim.truth.accelerometers import velocity_increments
 from sinssim.truth.curve import Curve
 from sinssim.truth.motions.parked import Parked

@@ -14,9 +14,9 @@ from sinssim.earth.harmonics.coefficients import shipped
 from sinssim.earth.harmonics.field import DisturbingField
 from sinssim.earth.models import WGS84
 from sinssim.scenario import Scenario
-from sinssim.strapdown import navigate
 from sinssim.strapdown.disturbance import navigate_in_field
 from sinssim.strapdown.nav_error import navigation_error
+from sinssim.strapdown.navigate import navigate
 from sinssim.truth.gravity.disturbed import Disturbed
 from sinssim.truth.gravity.remainder import RemainderModel
 from sinssim.truth.motions.analytic import OnEarth

@@ -11,8 +11,8 @@ from scipy.integrate import quad_vec
 from scipy.spatial.transform import Rotation
 
 from sinssim.errors import InputError
-from sinssim.strapdown import navigate
 from sinssim.strapdown.nav_error import navigation_error
+from sinssim.strapdown.navigate import navigate
 from sinssim.truth.curve import Curve
 from sinssim.truth.motions.analytic import OnEarth
 from sinssim.truth.motions.coning import classical_cone
