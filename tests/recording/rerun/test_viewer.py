@@ -12,6 +12,7 @@ import urllib.error
 import urllib.request
 from pathlib import Path
 from types import SimpleNamespace
+from typing import Any
 from urllib.parse import parse_qs, urlsplit
 
 import psutil
@@ -245,3 +246,46 @@ def test_the_web_page_asks_no_other_machine_but_for_map_tiles():
     assert "fonts" not in found
     assert "favicon.ico" in found
     assert found.index("window.fetch =") < found.index("re_viewer.js")
+
+
+def client(*recordings: Any, loading: bool = False, moved: list[Any] | None = None, layout: Any = None) -> Any:
+    """Return a stand-in for what a viewer tells of itself."""
+    return SimpleNamespace(
+        get_state=lambda: SimpleNamespace(recordings=recordings, loading=loading),
+        set_time=lambda *given, **more: moved.append((given, more)) if moved is not None else None,
+        get_blueprint=lambda name: SimpleNamespace(blueprint=layout if name == "recording" else {}),
+    )
+
+
+def shown(*timelines: tuple[str, int | None, int | None], now: int | None = None) -> Any:
+    lines = [SimpleNamespace(name=name, start=start, end=end) for name, start, end in timelines]
+    return SimpleNamespace(timelines=lines, current_time=now)
+
+
+def test_the_middle_of_the_recorded_time() -> None:
+    """From the earliest start, 40 s, to the latest end, 90 s; other timelines and open ends do not count."""
+    one = shown((viewer._TIMELINE, 50 * 10**9, 90 * 10**9), ("log_time", 0, 10**18))
+    two = shown((viewer._TIMELINE, 40 * 10**9, 70 * 10**9), (viewer._TIMELINE, 0, None))
+    assert viewer._middle(client(one, two)) == pytest.approx(65.0)
+    assert viewer._middle(client(shown(("log_time", 0, 10**9)))) is None
+
+
+def test_the_cursor_is_moved_once() -> None:
+    """It is there within a millisecond; else it is moved and paused, to be looked at again."""
+    moved: list[Any] = []
+    assert viewer._moved(client(shown(now=None), shown(now=65 * 10**9 + 900_000), moved=moved), 65.0)
+    assert not viewer._moved(client(shown(now=65 * 10**9 + 1_100_000), moved=moved), 65.0)
+    assert moved == [((viewer._TIMELINE,), {"duration": 65.0, "play_state": "paused"})]
+
+
+def test_a_viewer_that_has_loaded() -> None:
+    ready = shown((viewer._TIMELINE, 0, 5))
+    assert viewer._loaded(client(ready), True)
+    assert not viewer._loaded(client(ready, loading=True), True)
+    assert not viewer._loaded(client(), False)
+    assert viewer._loaded(client(shown()), False)
+    assert not viewer._loaded(client(shown((viewer._TIMELINE, 0, None))), True)
+    panel = {"/top_panel": {"PanelBlueprint": {"state": "Hidden"}}}
+    assert viewer._laid_out(client(layout=panel))
+    assert not viewer._laid_out(client(layout={"/top_panel": {"PanelBlueprint": {"state": "Collapsed"}}}))
+    assert not viewer._laid_out(client(layout={}))
