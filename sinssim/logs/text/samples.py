@@ -174,7 +174,9 @@ def _samples(
     quantities = {name: table.column(column, gaps=not given.all()) for name, column in others.items()}
     lengths = {name: len(column) for name, column in (*values.items(), *quantities.items())}
     if layout.rate_hz is not None:
-        edges, clock = np.arange(max(lengths.values()) + 1) / layout.rate_hz, None
+        count, clock = max(lengths.values()), None
+        fresh = given if len(given) == count else np.ones(count, dtype=bool)
+        edges = _before_first(table.path, np.arange(1.0, count + 1.0)[fresh]) / layout.rate_hz
     elif layout.time is None:
         raise InputError(f"{source}: the times of the samples are missing: give a time column or rate_hz.")
     else:
@@ -183,11 +185,11 @@ def _samples(
             notes.append(f"{table.path.name}: {int((~fresh).sum())} copies of the preceding row are skipped.")
         if len(given) == len(fresh):
             fresh &= given
-        if not fresh.all():
-            values = {name: value[fresh] for name, value in values.items()}
-            quantities = {name: value[fresh] for name, value in quantities.items()}
-            lengths = {name: len(column) for name, column in (*values.items(), *quantities.items())}
         edges, clock = _edges(table, layout, fresh, inertial=bool(triads))
+    if not fresh.all():
+        values = {name: value[fresh] for name, value in values.items()}
+        quantities = {name: value[fresh] for name, value in quantities.items()}
+        lengths = {name: len(column) for name, column in (*values.items(), *quantities.items())}
     if set(lengths.values()) != {len(edges) - 1}:
         counted = ", ".join(f"{name} {length}" for name, length in lengths.items())
         raise InputError(f"{table.path}: the columns differ in length: {counted}, time {len(edges) - 1} samples.")
@@ -198,8 +200,9 @@ def _samples(
             rates = rates / np.diff(edges)
         if not np.max(rates) <= most:
             k = int(np.argmax(~(rates <= most)))
+            place = table.place(int(np.flatnonzero(fresh)[k]))
             raise InputError(
-                f"{table.place(k)}: the {WORDS[name]} read {rates[k]:.4g} {unit}, but no such sensor exceeds {most:g}. "
+                f"{place}: the {WORDS[name]} read {rates[k]:.4g} {unit}, but no such sensor exceeds {most:g}. "
                 "Units, times or kind (increments or rates) of the log are wrong."
             )
     if not given.all():
@@ -255,6 +258,13 @@ def _fresh(table: Table, layout: LogDescription, columns: Sequence[Array]) -> ND
     return ~same
 
 
+def _before_first(path: Path, ends: Array) -> Array:
+    """Return the edges of intervals with these ends, the first of which is as long as the second, (N+1,)."""
+    if len(ends) < 2:
+        raise InputError(f"{path} has {len(ends)} sample{'s' * (len(ends) != 1)}; a log needs at least two.")
+    return np.concatenate([[2.0 * ends[0] - ends[1]], ends])
+
+
 def _edges(
     table: Table, layout: LogDescription, fresh: NDArray[np.bool_], inertial: bool
 ) -> tuple[Array, Clock | None]:
@@ -263,11 +273,9 @@ def _edges(
     assert column is not None  # checked by the caller
     ends, clock = table.times(column, TIME_UNITS[unit or "s"])
     ends = ends[fresh]
-    if len(ends) < 2:
-        raise InputError(f"{path} has {len(ends)} sample{'s' * (len(ends) != 1)}; a log needs at least two.")
+    edges = _before_first(path, ends)
     if np.max(np.abs(ends)) > 1e15:  # beyond this, half a second is less than the last digit of a double
         raise InputError(f"{path}: its times reach {np.max(np.abs(ends)):.3g} s, which is impossible for a log.")
-    edges = np.concatenate([[2.0 * ends[0] - ends[1]], ends])
     steps = np.diff(edges)
     # stamps that will be made even may repeat, or be out of order by some samples
     least = -_DISORDER * float(np.median(np.abs(steps))) if getattr(layout, "stamps", "") == "even" else 0.0

@@ -80,8 +80,11 @@ def test_an_ensemble(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(ensemble, "predicted_sigma", lambda plan: f"prediction of {plan}")
     monkeypatch.setattr(ensemble, "versions", lambda: {"sinssim": "1.2"})
     monkeypatch.setattr(ensemble, "processor", lambda: "fast")
-    monkeypatch.setattr("sinssim.recording.report.ensemble.ensemble_report",
-                        lambda result, numbers, about, predicted: f"{numbers['status']} {list(about)} {predicted}")  # fmt: skip
+
+    def report(result: Any, numbers: Any, about: Any, predicted: Any) -> str:
+        return f"{numbers['status']} {list(about)} {predicted}"
+
+    monkeypatch.setattr("sinssim.recording.report.ensemble.ensemble_report", report)
     monkeypatch.setattr("sinssim.recording.figures.ensemble.overview", lambda result: "overview")
     monkeypatch.setattr("sinssim.recording.figures.canvas.save", writes("picture"))
     monkeypatch.setattr("sinssim.recording.rerun.ensemble.record", writes("recording"))
