@@ -1,0 +1,119 @@
+"""Lines below the tables of the console: which there are, and in which order."""
+
+from __future__ import annotations
+
+import datetime
+from math import pi
+from pathlib import Path
+from types import SimpleNamespace
+from typing import Any
+
+import pytest
+
+from sinssim.recording.finished.run_list import Entry
+from sinssim.recording.tables import ensemble, expectation, noise, run, runs, study
+from sinssim.scenario.sections.imu import ImuSection
+from sinssim.sensors.expectation import Contribution, Expectation, Term
+from tests.recording import fake_run
+from tests.recording.by_hand import printed
+from tests.recording.tables.test_by_hand import channel
+from tests.recording.tables.test_lists import summary
+
+
+def test_the_fit_of_a_track(monkeypatch: pytest.MonkeyPatch) -> None:
+    """The track's curve is made in the truth's gravity and on its ellipsoid."""
+    track = object()
+    scenario = SimpleNamespace(track=track, truth=SimpleNamespace(gravity="normal", ellipsoid="grs80"))
+
+    def prepared(*given: object) -> SimpleNamespace:
+        return SimpleNamespace(fit="fit" if given == (track, "normal", "grs80") else None)
+
+    monkeypatch.setattr("sinssim.truth.track.prepare.prepared", prepared)
+    monkeypatch.setattr("sinssim.truth.track.fit.fit_sentences", lambda fit: [f"The {fit} is close.", "Assumed."])
+    assert list(run._about_track(scenario)) == ["The fit is close.", "Assumed."]  # type: ignore[arg-type]
+    scenario.track = None  # type: ignore[assignment]
+    assert not list(run._about_track(scenario))  # type: ignore[arg-type]
+    monkeypatch.setattr(run, "_about_track", lambda scenario: ["Of the track."])
+    assert "Of the track." in printed(lambda console: run.show(fake_run.scenario(), summary(), console))
+
+
+def test_runs_of_another_version(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(runs, "is_of_another", lambda path: path.name == "b")
+    date = datetime.datetime(2024, 5, 6, 7, 8, 9).astimezone()
+    entries = [Entry(Path(name), "run", "s", "finished", "", None, 5, date, sinssim="0.7") for name in "abc"]
+    lines = printed(lambda console: runs.show_list(entries, Path("here"), console))
+    assert lines[-2:] == ["3 in here, 15 B.", "b was written by sinssim 0.7."]
+
+
+def test_keys_without_effect_on_an_expectation(monkeypatch: pytest.MonkeyPatch) -> None:
+    """They come after the class of the unit; asked for the duration."""
+    monkeypatch.setattr(expectation, "keys_without_effect", lambda section, end: [f"imu.x has no effect in {end:g} s."])
+    terms = (Term("gyro_bias", 0.01, "deg/h", 5e-8, "rad/s", "bias"),)
+    own = Expectation(ImuSection(grade="ideal"), 0.5, 1800.0, terms, (Contribution("bias", "at rest", 926.0),))
+    lines = printed(lambda console: expectation.show(own, console))
+    # 0.8326 · 926 m are 0.4163 nmi in half an hour
+    assert lines[-2:] == [
+        "Half of all runs end within 0.83 nmi per hour, which is called the class of a unit.",
+        "imu.x has no effect in 1800 s.",
+    ]  # fmt: skip
+
+
+def test_remarks_on_a_channel(monkeypatch: pytest.MonkeyPatch) -> None:
+    from sinssim.noise_identification.channels import CHANNELS
+    from sinssim.noise_identification.fit import TermEstimate
+    from sinssim.noise_identification.report import ChannelNoise
+
+    monkeypatch.setattr(ChannelNoise, "remarks", lambda self: [f"A remark on {self.name}."])
+    one = channel(CHANNELS[0], {"N": TermEstimate(0.1 * pi / 180.0 / 60.0, 0.0, 1.0)}, 0.0)
+    report: Any = SimpleNamespace(source="x", duration=1.0, count=2, interval=0.5, remarks=(), channels=(one, one))
+    lines = printed(lambda console: noise.show(report, console))
+    assert [k for k, line in enumerate(lines) if line == "A remark on gyro_x."] == [4, 8]
+    assert len(lines) == 9
+
+
+def test_one_draw_of_a_study(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Said below the tables of its part."""
+    monkeypatch.setattr(study, "one_draw", lambda part, study: f"One draw of {study}." if part.title == "b" else "")
+    parts = [SimpleNamespace(title=title, decides=("x",)) for title in "abc"]
+    found: Any = SimpleNamespace(verdicts=[], picks=[], rows=[SimpleNamespace(status="failed")] * 2 + [
+        SimpleNamespace(status="done")], of_part=lambda title: [],
+        study=SimpleNamespace(parts=parts, __str__=None))  # fmt: skip
+    found.study = type("Study", (SimpleNamespace,), {"__str__": lambda self: "all"})(parts=parts)
+    assert printed(lambda console: study.show(found, console)) == [
+        "b: One draw of all.", "2 of 3 navigations failed; the report gives the reasons.",
+    ]  # fmt: skip
+
+
+def test_the_order_below_an_ensemble(monkeypatch: pytest.MonkeyPatch) -> None:
+    """The rule, requirements, consistency, failures; then worst, median and best."""
+    monkeypatch.setattr(ensemble, "regulation", lambda numbers: "The rule.")
+    monkeypatch.setattr(ensemble, "requirement_lines", lambda result: ["R1: met.", "R2: not met."])
+    monkeypatch.setattr(ensemble, "consistency_sentences", lambda numbers: ["Consistent."])
+    monkeypatch.setattr(ensemble, "_show_failures", lambda result, console: console.print("Failures."))
+    monkeypatch.setattr(ensemble, "opening", lambda result, numbers: "Opening.")
+    monkeypatch.setattr(ensemble, "with_band", lambda found: str(found))
+    rates = {"line": {"cep": 1, "r95": 2}, "end": {"cep": 3, "r95": 4}}
+    named = [{"rank": rank, "run": k} for k, rank in enumerate(("worst", "worst 2", "median", "best"))]
+    numbers: dict[str, Any] = {"at": [], "final_horizontal_m": {"cep": 5, "r95": 6}, "rate_nmi_h": rates, "nees": {},
+                               "nis": {}, "named_runs": named}  # fmt: skip
+
+    class Result(SimpleNamespace):
+        def __len__(self) -> int:
+            return 80
+
+    plan = SimpleNamespace(scenario=SimpleNamespace(name="s", imu=SimpleNamespace(grade="tactical")))
+    result: Any = Result(plan=plan, nees={"all": 1}, command=lambda number, program: f"{program} {number}")
+    lines = printed(lambda console: ensemble.show(result, numbers, console, "other"))
+    assert lines[3:] == [
+        "horizontal error at the end, m 5 6", "rate by the line Σ t r / Σ t², nmi/h 1 2",
+        "rate at the end r(T)/T, nmi/h 3 4", "The rule.", "R1: met.", "R2: not met.", *lines[9:-5],
+        "Consistent.", "Failures.", "worst other 0", "median other 2", "best other 3",
+    ]  # fmt: skip
+    assert lines[-6].startswith("Biases are constant in a run")
+    numbers["components"] = {f"{name}_{unit}": {"rms": 1.0} for name, unit in (
+        ("velocity_n", "mps"), ("velocity_e", "mps"), ("velocity_d", "mps"), ("attitude_n", "rad"),
+        ("attitude_e", "rad"), ("attitude_d", "rad"))}  # fmt: skip
+    sheet = printed(lambda console: ensemble.show_sheet(result, numbers, console))
+    at = sheet.index("The rule.")
+    assert sheet[at + 1 : at + 3] == ["R1: met.", "R2: not met."]
+    assert sheet[0] == "Performance of tactical in s, 80 runs"
