@@ -42,7 +42,9 @@ def check_memory(plan: Plan, runs: int) -> None:
     epochs, lasts = len(plan.epochs), float(plan.epochs[-1] - plan.start)
     halved = (epochs >> times for times in range(1, epochs.bit_length() - 1))
     enough = next((number for number in halved if memory_needed(plan, runs, number) <= have), None)
-    fewer = "" if enough is None else f", or keep fewer epochs: ensemble.epoch_s = {lasts / enough:.3g}, for example"
+    fewer = (
+        "" if enough is None else f", or keep fewer epochs: ensemble.epoch_s = {lasts / (enough - 1):.3g}, for example"
+    )
     raise InputError(
         f"runs = {runs}: the statistics of {runs} runs at {epochs} epochs need {size_text(needed)} of memory, and "
         f"{size_text(have)} can be used on this machine. Compute fewer runs{fewer}."
