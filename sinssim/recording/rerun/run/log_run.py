@@ -236,10 +236,8 @@ def _draw_kind(recording: Recording, kind: SensorComparison) -> dict[str, str]:
 
 
 def _means(time: Array, increments: Array, edges: Rows) -> Array:
-    """Return mean rates between chosen edges: sums of whole increments, so nothing is aliased."""
+    """Return mean rates between chosen edges, the last one among them: sums of whole increments, without aliasing."""
     sums: Array = np.add.reduceat(increments, edges[:-1], axis=0)
-    if edges[-1] < len(increments):
-        sums[-1] = increments[edges[-2] : edges[-1]].sum(axis=0)
     means: Array = sums / np.diff(time[edges])[:, np.newaxis]
     return means
 
