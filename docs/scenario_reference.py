@@ -234,7 +234,7 @@ CHOSEN = {
     "TrackSection": {"file"},
     "Quantity": {"column"},
     "Triple": {"columns"},
-    "LogOutages": {"length_s", "every_s"},
+    "Outages": {"length_s", "every_s"},
 }
 
 LEG_EXAMPLES: dict[str, dict[str, Any]] = {leg.__name__: leg.example for leg in (*LEGS, Straight, Turn, Stop)} | {

@@ -128,6 +128,23 @@ Duration = Annotated[float, Field(gt=0.0, le=1e9)]
 Moment = Annotated[float, Field(ge=0.0, le=1e9)]
 """Time since the beginning, s, with the limit of `Duration`."""
 
+
+def in_order(span: tuple[float, float]) -> tuple[float, float]:
+    """Return a time interval; raise ValueError if it does not end after it begins."""
+    if not span[0] < span[1]:
+        raise ValueError(f"the interval from {span[0]:g} s to {span[1]:g} s must end after it begins")
+    return span
+
+
+Span = Annotated[tuple[Moment, Moment], AfterValidator(in_order)]
+"""Beginning and end of an interval of the run, s."""
+
+TimeSpread = Annotated[float, Field(ge=0.0, le=1.0)]
+"""1σ of an error of time, s."""
+
+Factor = Annotated[float, Field(ge=1e-3, le=1e3)]
+"""Factor of a standard deviation."""
+
 Timeout = Annotated[float, Field(gt=0.0, le=1e6)]
 """Time after which a leg has failed, s: at most eleven days, more than the endurance of any aircraft."""
 

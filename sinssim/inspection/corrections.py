@@ -18,8 +18,8 @@ from sinssim.sensors.from_readings.stops import LEAST_S
 from sinssim.system.user_file import read_text
 
 if TYPE_CHECKING:
+    from sinssim.logs.log import Log, LogImu
     from sinssim.scenario import Scenario
-    from sinssim.scenario.sections.log import LogImu, LogSection
 
 _EPOCH = datetime(1980, 1, 6)
 LONGEST_BRIDGE = 10.0
@@ -238,7 +238,7 @@ def _placed(inspection: Inspection, scenario: Scenario) -> Iterator[Change]:
         yield ("log", "imu", "axes"), axes, "direction of motion and gravity"
 
 
-def _of_clocks(inspection: Inspection, log: LogSection, clocks: tuple[Clock, Clock | None]) -> Iterator[Change]:
+def _of_clocks(inspection: Inspection, log: Log, clocks: tuple[Clock, Clock | None]) -> Iterator[Change]:
     """Yield offset and drift of the unit's clock, and the delay of the velocities."""
     for key, value, why in clock_keys(inspection, *clocks, log.imu.time_offset_s):
         yield ("log", "imu", key), value, why

@@ -24,9 +24,9 @@ from sinssim.inspection.times.drift import even_times
 from sinssim.logs.aiding import quality_factor
 from sinssim.logs.clocks import file_clock, gps_instant
 from sinssim.logs.files import fix_stream, inertial_stream, solution_stream
+from sinssim.logs.log import LogFile, LogReference
 from sinssim.logs.read import candidates, folder_of, read_file
 from sinssim.logs.streams import Clock, FixStream, InertialStream, SolutionStream, Streams
-from sinssim.scenario.sections.log import LogFile, LogReference
 from sinssim.truth.source import block_mounting
 
 if TYPE_CHECKING:

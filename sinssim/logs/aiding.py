@@ -9,8 +9,8 @@ from numpy.typing import NDArray
 
 from sinssim.data import Array, Measurements
 from sinssim.errors import InputError
+from sinssim.logs.log import LogGnss, LogOther, LogReference
 from sinssim.logs.streams import FixStream, OtherStream
-from sinssim.scenario.sections.log import LogGnss, LogOther, LogReference
 from sinssim.sensors.aiding.base.sensor import AidingReadings
 
 Spans = Sequence[tuple[float, float]]

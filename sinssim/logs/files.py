@@ -15,6 +15,7 @@ from sinssim.data import Array
 from sinssim.errors import InputError, unknown_name
 from sinssim.logs.formats.registry import FORMATS
 from sinssim.logs.gps_time import EPOCH_UNIX, gps_from_unix
+from sinssim.logs.log import TEXT_FORMAT, LogFile, LogImu, LogOther
 from sinssim.logs.read import candidates, read_file
 from sinssim.logs.streams import Clock, FixStream, InertialStream, OtherStream, SolutionStream, Streams
 from sinssim.logs.text.columns import SUFFIXES, Table
@@ -22,7 +23,6 @@ from sinssim.logs.text.description import TIME_UNITS, TRIADS, LogDescription, un
 from sinssim.logs.text.fix_description import SIGNS, UNITS_OF, FixColumns, Quantity, SolutionColumns, Triple
 from sinssim.logs.text.joined import joined, with_gravity
 from sinssim.logs.text.samples import read_samples
-from sinssim.scenario.sections.log import TEXT_FORMAT, LogFile, LogImu, LogOther
 
 _Stream = TypeVar("_Stream")
 _OWN_TIMES = Clock("machine", None, "times in a column, without a date")

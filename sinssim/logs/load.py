@@ -20,10 +20,10 @@ from sinssim.logs.aiding import gnss_readings, other_readings, quality_factor, q
 from sinssim.logs.clocks import FileClock, Instant, date_of, file_clock, gps_instant, offset
 from sinssim.logs.files import fix_stream, inertial_stream, other_stream, solution_stream
 from sinssim.logs.increments import bridge_noise, gap_words, made_increments
+from sinssim.logs.log import Log, LogFile, LogGnss, LogImu, LogReference
 from sinssim.logs.reference import Reference
 from sinssim.logs.streams import Clock, FixStream, InertialStream, SolutionStream
 from sinssim.logs.text.no_gravity import WITHOUT_GRAVITY, without_gravity
-from sinssim.scenario.sections.log import LogFile, LogGnss, LogImu, LogReference, LogSection
 from sinssim.sensors.aiding.base.sensor import AidingReadings
 from sinssim.sensors.from_readings.vibration import AddedNoise
 from sinssim.units import G0
@@ -76,7 +76,7 @@ class RecordedLog:
         return {one.measurements.label: len(one.time) / lasts for one in self.sensed if len(one.time)}
 
 
-def load_log(section: LogSection, mounting_deg: Vector3 | None = None) -> RecordedLog:
+def load_log(section: Log, mounting_deg: Vector3 | None = None) -> RecordedLog:
     """Load recorded sensors.
 
     Args:

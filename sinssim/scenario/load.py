@@ -11,8 +11,8 @@ from typing import Any
 
 from sinssim.content import find_content
 from sinssim.errors import InputError, shortened
+from sinssim.logs.log import files_from
 from sinssim.scenario.schema import Scenario
-from sinssim.scenario.sections.log import files_from
 from sinssim.scenario.use import resolved_use, warn_of_changes
 from sinssim.sensors.imu.grade_file import SUFFIX
 from sinssim.sensors.imu.grades import find_grade

@@ -4,8 +4,8 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING, Any
 
+from sinssim.logs.log import Log
 from sinssim.scenario.sections.flight import FlightSection
-from sinssim.scenario.sections.log import LogSection
 from sinssim.scenario.sections.motion import MotionSection
 from sinssim.scenario.sections.one_component import OneComponentSection
 from sinssim.scenario.sections.truth import GreatCircleSection, ParkedSection
@@ -39,7 +39,7 @@ class Scenario(Tables):
             drive: DriveSection | None = None,
             voyage: VoyageSection | None = None,
             turntable: TurntableSection | None = None,
-            log: LogSection | None = None,
+            log: Log | None = None,
             one_component: OneComponentSection | None = None,
             **others: Any,
         ) -> None: ...

@@ -8,8 +8,8 @@ from pydantic import BeforeValidator, Discriminator, Tag
 from pydantic.fields import FieldInfo
 from pydantic_core import PydanticCustomError
 
+from sinssim.logs.log import Log
 from sinssim.scenario.sections.flight import FlightSection
-from sinssim.scenario.sections.log import LogSection
 from sinssim.scenario.sections.motion import MotionSection
 from sinssim.scenario.sections.one_component import OneComponentSection
 from sinssim.scenario.sections.truth import GreatCircleSection, ParkedSection
@@ -51,7 +51,7 @@ AnySource = Annotated[
     | Annotated[DriveSection, _Contents, Tag("drive")]
     | Annotated[VoyageSection, _Contents, Tag("voyage")]
     | Annotated[TurntableSection, _Contents, Tag("turntable")]
-    | Annotated[LogSection, _Contents, Tag("log")]
+    | Annotated[Log, _Contents, Tag("log")]
     | Annotated[OneComponentSection, _Contents, Tag("one_component")],
     Discriminator(lambda one: getattr(one, "table", None)),
     BeforeValidator(_the_only_one),

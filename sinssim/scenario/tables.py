@@ -23,6 +23,7 @@ from pydantic_core import CoreSchema
 from sinssim.algorithms import MEASURED_ATTITUDE, PLATFORM, schedule
 from sinssim.errors import InputError, shortened, unknown_name
 from sinssim.frames import check_correctable, listed
+from sinssim.logs.log import Log
 from sinssim.mistakes import ONE_OF_SEVERAL
 from sinssim.own_content.layout import Item, items_of
 from sinssim.own_content.registry import NAMED, registered
@@ -35,7 +36,6 @@ from sinssim.scenario.sections.filter import FilterSection
 from sinssim.scenario.sections.flight import FlightSection
 from sinssim.scenario.sections.imu import ImuSection
 from sinssim.scenario.sections.isolator import IsolatorSection
-from sinssim.scenario.sections.log import LogSection
 from sinssim.scenario.sections.motion import MotionSection, PlacedMotion, VibrationSection
 from sinssim.scenario.sections.navigation import NavigationSection, check_alignment
 from sinssim.scenario.sections.one_component import OneComponentSection
@@ -370,9 +370,9 @@ class Tables(Section):
         return self.source if isinstance(self.source, TurntableSection) else self.sequence
 
     @property
-    def log(self) -> LogSection | None:
+    def log(self) -> Log | None:
         """The table [log]."""
-        return self.source if isinstance(self.source, LogSection) else None
+        return self.source if isinstance(self.source, Log) else None
 
     @property
     def one_component(self) -> OneComponentSection | None:

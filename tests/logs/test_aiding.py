@@ -6,8 +6,8 @@ import numpy as np
 
 from sinssim.logs.aiding import gnss_readings, quality_factor, quality_words
 from sinssim.logs.formats.receivers import nmea, novatel
+from sinssim.logs.log import LogGnss
 from sinssim.logs.streams import FixStream
-from sinssim.scenario.sections.log import LogGnss
 
 
 def fixes(quality: list[int], words: dict[int, str], sigma: float = 0.02) -> FixStream:

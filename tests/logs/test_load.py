@@ -10,8 +10,8 @@ import pytest
 
 from sinssim.errors import InputError
 from sinssim.logs.load import load_log
-from sinssim.scenario.outages import outage_settings
-from sinssim.scenario.sections.log import LogOutages, LogSection
+from sinssim.logs.log import Log
+from sinssim.logs.outages import Outages, outage_settings
 from tests.logs.drive import ATTITUDE, FIXES, RATES, REFERENCE, drive, write_csv, write_rates, write_reference
 
 TRUTH = drive(20.0)
@@ -24,10 +24,10 @@ def folder(tmp_path: Path) -> Path:
     return tmp_path
 
 
-def section(folder: Path, gnss: dict[str, Any] | None = None, **more: Any) -> LogSection:
+def section(folder: Path, gnss: dict[str, Any] | None = None, **more: Any) -> Log:
     imu = {"file": str(folder / "imu.csv"), **RATES, **more.pop("imu", {})}
     fixes = {"file": str(folder / "gnss.csv"), **FIXES, **(gnss or {})}
-    return LogSection.model_validate({"imu": imu, "gnss": fixes, **more})
+    return Log.model_validate({"imu": imu, "gnss": fixes, **more})
 
 
 def test_a_part_of_the_files(folder: Path) -> None:
@@ -63,7 +63,7 @@ def test_codes_of_quality_become_factors(folder: Path) -> None:
     plain = {key: value for key, value in FIXES.items() if key not in ("velocity", "velocity_sigma_mps")}
     given = {**plain, "quality": "Q", "quality_factors": {"1": 1.0, "2": 20.0}}
     imu = {"file": str(folder / "imu.csv"), **RATES}
-    log = load_log(LogSection.model_validate({"imu": imu, "gnss": {"file": str(folder / "gnss.csv"), **given}}))
+    log = load_log(Log.model_validate({"imu": imu, "gnss": {"file": str(folder / "gnss.csv"), **given}}))
     (place,) = (readings.measurements for readings in log.sensed)
     assert 7.0 not in place.time
     assert len(place) == 19
@@ -200,28 +200,28 @@ def test_mistakes_of_the_description_are_found_before_reading(folder: Path, gnss
 
 
 def test_regular_outages_lie_within_the_run() -> None:
-    regular = LogOutages(length_s=15.0, every_s=45.0)
+    regular = Outages(length_s=15.0, every_s=45.0)
     assert regular.spans(0.0, 160.0) == ((45.0, 60.0), (90.0, 105.0), (135.0, 150.0))
     assert regular.spans(0.0, 149.0) == ((45.0, 60.0), (90.0, 105.0))
-    assert LogOutages(length_s=15.0, every_s=45.0, first_s=10.0, at_s=((70.0, 80.0),)).spans(0.0, 75.0) == (
+    assert Outages(length_s=15.0, every_s=45.0, first_s=10.0, at_s=((70.0, 80.0),)).spans(0.0, 75.0) == (
         (10.0, 25.0), (55.0, 70.0), (70.0, 80.0),
     )  # fmt: skip
     with pytest.raises(ValueError, match="must be less than every_s"):
-        LogOutages(length_s=45.0, every_s=45.0)
+        Outages(length_s=45.0, every_s=45.0)
 
 
 def test_several_beginnings_are_further_passes() -> None:
-    several = LogOutages(length_s=15.0, every_s=45.0, first_s=(30.0, 45.0))
+    several = Outages(length_s=15.0, every_s=45.0, first_s=(30.0, 45.0))
     assert several.spans(0.0, 100.0) == ()
     assert several.passes(0.0, 100.0) == (((30.0, 45.0), (75.0, 90.0)), ((45.0, 60.0),))
-    assert LogOutages(length_s=15.0, every_s=45.0, first_s=30.0).passes(0.0, 100.0) == ()
+    assert Outages(length_s=15.0, every_s=45.0, first_s=30.0).passes(0.0, 100.0) == ()
     for wrong, message in (
         ({"at_s": ((1.0, 2.0),), "first_s": (30.0, 45.0)}, "give length_s and every_s"),
         ({"length_s": 1.0, "every_s": 9.0, "first_s": (5.0, 5.0)}, "give each beginning once"),
         ({"length_s": 1.0, "every_s": 9.0, "first_s": (5.0, 6.0), "at_s": ((1.0, 2.0),)}, "exclude each other"),
     ):
         with pytest.raises(ValueError, match=message):
-            LogOutages.model_validate(wrong)
+            Outages.model_validate(wrong)
 
 
 def test_outages_as_people_write_them() -> None:

@@ -22,9 +22,9 @@ from sinssim.logs.local_level import (
     q_nb_from_enu_flu,
     swapped,
 )
+from sinssim.logs.log import Log
 from sinssim.logs.streams import Clock
 from sinssim.logs.utc import gps_seconds
-from sinssim.scenario.sections.log import LogSection
 from tests.logs.formats.whole import attitude
 
 START = 1451260818
@@ -77,7 +77,7 @@ def test_every_stream_in_the_run_s_time(tmp_path: Path) -> None:
     The unit's own times are divided by 1.004096; the run lasts 3.5/1.004096 = 3.4857 s. Of the fixes the second to
     the fifth are within, of the reference those up to 5 s before and after, at −5.25 + k s.
     """
-    section = LogSection.model_validate({**files(tmp_path), "outages": {"at_s": [[1.0, 2.0]]}})
+    section = Log.model_validate({**files(tmp_path), "outages": {"at_s": [[1.0, 2.0]]}})
     log = load_log(section, (5.0, -6.0, 30.0))
     slow = 1.004096
     np.testing.assert_allclose(log.imu.time, 0.5 * np.arange(8) / slow, rtol=1e-12)
@@ -132,7 +132,7 @@ def test_every_stream_in_the_run_s_time(tmp_path: Path) -> None:
 
 def test_a_part_of_a_run_and_a_wrong_scale(tmp_path: Path) -> None:
     tables = files(tmp_path)
-    section = LogSection.model_validate({"imu": {**tables["imu"], "clock_drift_ppm": 0.0}, "from_s": 0.5, "to_s": 2.75})
+    section = Log.model_validate({"imu": {**tables["imu"], "clock_drift_ppm": 0.0}, "from_s": 0.5, "to_s": 2.75})
     np.testing.assert_allclose(load_log(section).imu.time, [0.5, 1.0, 1.5, 2.0, 2.5])
     with pytest.raises(
         InputError,

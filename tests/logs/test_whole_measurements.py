@@ -9,8 +9,8 @@ import pytest
 
 from sinssim.errors import InputError
 from sinssim.logs.aiding import gnss_readings, other_readings, quality_factor, quality_words, withheld
+from sinssim.logs.log import LogGnss, LogOther
 from sinssim.logs.streams import FixStream, OtherStream
-from sinssim.scenario.sections.log import LogGnss, LogOther
 
 NAN = float("nan")
 COVARIANCE = np.array([[0.25, 0.0625, -0.1875], [0.0625, 0.5625, 0.28125], [-0.1875, 0.28125, 1.0]])

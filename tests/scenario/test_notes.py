@@ -7,6 +7,7 @@ from typing import Any
 import pytest
 
 from sinssim.errors import InputError
+from sinssim.logs.outages import Outages, outage_spans
 from sinssim.scenario.notes import (
     barometer_of_the_day,
     coarse_rates,
@@ -14,10 +15,8 @@ from sinssim.scenario.notes import (
     times_not_reached,
     torquer_taken,
 )
-from sinssim.scenario.outages import outage_spans
 from sinssim.scenario.schema import Scenario
 from sinssim.scenario.sections.imu import ImuSection
-from sinssim.scenario.sections.log import LogOutages
 from sinssim.scenario.variation import with_values
 from sinssim.units import ARCSEC, DEG_SQRT_H
 
@@ -142,13 +141,13 @@ def test_windows_of_the_monitoring() -> None:
 
 def test_outages_within_a_run() -> None:
     """Of 15 s every 40 s in a run from 5 s to 100 s: the first after a period, the last must end within the run."""
-    regular = LogOutages(length_s=15.0, every_s=40.0)
+    regular = Outages(length_s=15.0, every_s=40.0)
     assert regular.spans(5.0, 100.0) == ((45.0, 60.0), (85.0, 100.0))
     assert regular.spans(5.0, 99.9) == ((45.0, 60.0),)
-    assert LogOutages(length_s=15.0, every_s=40.0, first_s=2.0).spans(5.0, 60.0) == ((42.0, 57.0),)
-    both = LogOutages(at_s=((70.0, 80.0), (0.0, 5.0), (100.0, 110.0), (99.0, 120.0)), length_s=15.0, every_s=40.0)
+    assert Outages(length_s=15.0, every_s=40.0, first_s=2.0).spans(5.0, 60.0) == ((42.0, 57.0),)
+    both = Outages(at_s=((70.0, 80.0), (0.0, 5.0), (100.0, 110.0), (99.0, 120.0)), length_s=15.0, every_s=40.0)
     assert both.spans(5.0, 100.0) == ((45.0, 60.0), (70.0, 80.0), (85.0, 100.0), (99.0, 120.0))
-    several = LogOutages(length_s=15.0, every_s=40.0, first_s=(10.0, 30.0))
+    several = Outages(length_s=15.0, every_s=40.0, first_s=(10.0, 30.0))
     assert several.spans(5.0, 100.0) == ()
     assert several.passes(5.0, 100.0) == (((10.0, 25.0), (50.0, 65.0)), ((30.0, 45.0), (70.0, 85.0)))
 

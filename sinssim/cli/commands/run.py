@@ -95,9 +95,9 @@ def command(
     """
     from sinssim.errors import InputError
     from sinssim.inspection.raw_files import NAME, are_raw
+    from sinssim.logs.outages import outage_settings
     from sinssim.recording.store.directory import check_place
     from sinssim.scenario import find_content
-    from sinssim.scenario.outages import outage_settings
 
     settings = [*with_grade(settings, grade), *_kept(keep, recording)]
     suggestion = _suggestion(scenario, out, overwrite) if are_raw(scenario) else None

@@ -14,8 +14,8 @@ from sinssim.units import PPM
 
 if TYPE_CHECKING:
     from sinssim.estimation.from_scenario.filter_model import HasStates
+    from sinssim.logs.log import LogOther
     from sinssim.scenario import Scenario
-    from sinssim.scenario.sections.log import LogOther
 
 
 @dataclass(frozen=True)

@@ -23,7 +23,7 @@ from sinssim.logs.load import RecordedLog
 from sinssim.sensors.from_readings.first_course import USUAL, first_course
 
 if TYPE_CHECKING:
-    from sinssim.scenario.sections.log import LogStart
+    from sinssim.logs.log import LogStart
     from sinssim.section import Vector3
 
 _RESTING = 0.3

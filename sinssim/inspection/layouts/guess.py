@@ -16,9 +16,9 @@ from sinssim.inspection.layouts.names import quantity, triads
 from sinssim.inspection.layouts.text_table import TextTable
 from sinssim.inspection.layouts.time_column import UncertainUnitError
 from sinssim.logs.files import fix_stream
+from sinssim.logs.log import LogGnss
 from sinssim.logs.streams import Streams
 from sinssim.logs.text.description import TIME_UNITS
-from sinssim.scenario.sections.log import LogGnss
 
 
 @dataclass(frozen=True)

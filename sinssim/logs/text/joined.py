@@ -9,10 +9,10 @@ from numpy.typing import NDArray
 
 from sinssim.data import Array
 from sinssim.errors import InputError
+from sinssim.logs.log import LogImu
 from sinssim.logs.streams import Clock
 from sinssim.logs.text.description import TriadColumns, TriadName
 from sinssim.logs.text.samples import Samples, read_samples
-from sinssim.scenario.sections.log import LogImu
 
 
 def joined(section: LogImu, samples: Samples, name: TriadName) -> tuple[Array, dict[TriadName, Array], tuple[str, ...]]:

@@ -10,10 +10,10 @@ from typing import Protocol, cast
 
 from sinssim.errors import InputError, check_name
 from sinssim.logs.gps_time import date_from_gps, parse_date
+from sinssim.logs.outages import outage_spans
 from sinssim.logs.recorded_run import RecordedRun
 from sinssim.logs.writers.content import Content, choose
 from sinssim.logs.writers.registry import DEFAULT_START, WRITERS
-from sinssim.scenario.outages import outage_spans
 from sinssim.system.drafts import Draft, draft
 from sinssim.system.outputs import publish
 

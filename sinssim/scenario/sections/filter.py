@@ -7,7 +7,7 @@ from typing import Annotated, Literal, Self
 from pydantic import AfterValidator, Field, model_validator
 
 from sinssim.errors import unknown_name
-from sinssim.section import Positive, Section
+from sinssim.section import Factor, Positive, Section
 
 NAVIGATION_STATES = ("position", "velocity", "attitude")
 LEAST_IN_MOTION_S = 45.0
@@ -31,7 +31,6 @@ def _known(name: str) -> str:
     return name
 
 
-Factor = Annotated[float, Field(ge=1e-3, le=1e3)]
 VibrationNoise = Annotated[float, Field(ge=0.0, le=10.0)]
 PositionSigma = Annotated[float, Field(ge=1e-6, le=2e7)]
 """m: from below any sensor's resolution to half the Earth's circumference."""

@@ -11,7 +11,19 @@ from pydantic import Field, model_validator
 
 from sinssim import earth, rotation
 from sinssim.data import Array, NavState
-from sinssim.section import CorrelationTime, Duration, LeverArm, Moment, Noise, Offset, Section, Spread, Velocity
+from sinssim.section import (
+    CorrelationTime,
+    Duration,
+    LeverArm,
+    Moment,
+    Noise,
+    Offset,
+    Section,
+    Spread,
+    TimeSpread,
+    Velocity,
+    in_order,
+)
 from sinssim.sensors.aiding.base.lever_arm import state_at
 from sinssim.sensors.aiding.base.random_errors import correlated, turn_on, white
 from sinssim.sensors.aiding.base.sensor import (
@@ -20,7 +32,6 @@ from sinssim.sensors.aiding.base.sensor import (
     Mask,
     SensorState,
     Vehicle,
-    in_order,
     within,
 )
 from sinssim.truth.trajectory import Trajectory
@@ -29,7 +40,6 @@ _DOWN = np.array([1.0, 1.0, -1.0])
 """Factors from north, east, up to north, east, down."""
 
 TimeOffset = Annotated[float, Field(ge=-10.0, le=10.0)]
-TimeSpread = Annotated[float, Field(ge=0.0, le=1.0)]
 """s: a filter linearises a delay; larger ones are found beforehand."""
 Averaging = Annotated[float, Field(ge=0.0, le=2.0)]
 """s: of a receiver that differences positions or phases."""

@@ -15,9 +15,9 @@ from pydantic import Field, model_validator
 
 from sinssim import earth, rotation
 from sinssim.data import Array, ImuData, Measurements
-from sinssim.section import Noise
+from sinssim.section import Noise, Span
 from sinssim.sensors.aiding.base.random_errors import white
-from sinssim.sensors.aiding.base.sensor import AidingReadings, AidingSensor, Mask, Span, Vehicle, within
+from sinssim.sensors.aiding.base.sensor import AidingReadings, AidingSensor, Mask, Vehicle, within
 from sinssim.units import DEG_H
 
 if TYPE_CHECKING:

@@ -18,8 +18,8 @@ from sinssim.estimation.initial_alignment.by_course import align_by_course
 from sinssim.estimation.initial_alignment.in_motion import _block, _edges, _Fixes, _moved, _together, align_in_motion
 from sinssim.estimation.initial_alignment.position_differences import velocity_of_positions
 from sinssim.estimation.initial_alignment.recorded_start import _place, _resting, _speed, recorded_start
+from sinssim.logs.log import LogStart
 from sinssim.logs.reference import Reference
-from sinssim.scenario.sections.log import LogStart
 from sinssim.sensors import ImuErrors, TriadErrors
 from tests.estimation.worlds import weaving
 

@@ -17,9 +17,9 @@ from sinssim.inspection.layouts.sum_sign import relative_sign
 from sinssim.inspection.layouts.text_table import read_table
 from sinssim.logs.files import inertial_stream
 from sinssim.logs.load import load_log
+from sinssim.logs.log import LogImu
 from sinssim.logs.text.no_gravity import without_gravity
 from sinssim.scenario import load_scenario
-from sinssim.scenario.sections.log import LogImu
 from sinssim.units import G0
 from tests.inspection import phone, worlds
 

@@ -10,8 +10,8 @@ import pytest
 from sinssim.inspection.layouts.guess import Guessed, guess_files
 from sinssim.inspection.layouts.text_table import read_table
 from sinssim.logs.files import fix_stream, inertial_stream
+from sinssim.logs.log import LogGnss, LogImu
 from sinssim.logs.streams import FixStream, InertialStream
-from sinssim.scenario.sections.log import LogGnss, LogImu
 
 _RATE, _COUNT = 50.0, 2000
 _G = 9.80665

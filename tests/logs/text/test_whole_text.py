@@ -8,6 +8,7 @@ import numpy as np
 import pytest
 
 from sinssim.errors import InputError
+from sinssim.logs.log import LogImu
 from sinssim.logs.streams import Clock
 from sinssim.logs.text.cut_rows import CutRows, cut_rows
 from sinssim.logs.text.dates import date_seconds
@@ -17,7 +18,6 @@ from sinssim.logs.text.joined import joined, with_gravity
 from sinssim.logs.text.no_gravity import without_gravity
 from sinssim.logs.text.samples import read_samples, slow, with_readings
 from sinssim.logs.text.selection import read_rows, selected_text
-from sinssim.scenario.sections.log import LogImu
 
 NAN = float("nan")
 

@@ -8,10 +8,10 @@ from typing import Any
 import pytest
 from pydantic import BaseModel, ValidationError
 
+from sinssim.logs.outages import Outages
 from sinssim.scenario.schema import Scenario
 from sinssim.scenario.sections.flight import FlightSection
 from sinssim.scenario.sections.imu import ImuSection
-from sinssim.scenario.sections.log import LogOutages
 from sinssim.scenario.sections.motion import TurnStep, VibrationSection
 from sinssim.scenario.sections.navigation import NavigationSection
 from sinssim.scenario.sections.one_component import ArmAccelerometer, OneComponentSection
@@ -66,7 +66,7 @@ LIMITS: list[tuple[type[BaseModel], dict[str, Any], str, Any, Any, str]] = [
     (OneComponentSection, PLANE, "motion", {"velocity_mps": -12_000.0}, {"velocity_mps": 12_001.0},
      "12001 of row 1 must be from -12000 to 12000"),
     (ArmAccelerometer, {}, "arm_m", -1e-4, -0.9e-4, "at least 0.0001 m"),
-    (LogOutages, {"every_s": 40.0}, "length_s", 39.9, 40.0, "length_s = 40 must be less than every_s = 40"),
+    (Outages, {"every_s": 40.0}, "length_s", 39.9, 40.0, "length_s = 40 must be less than every_s = 40"),
     (NavigationSection, {"frame": "transverse"}, "route_deg", [10.0, 20.0, -10.0, -159.9], [10.0, 20.0, -10.0, -160.0],
      "coincide or are antipodal"),
     (GravitySection, {"model": "egm2008"}, "degree", 120, 121, "121"),

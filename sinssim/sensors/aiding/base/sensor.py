@@ -11,15 +11,15 @@ from __future__ import annotations
 import math
 from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass, field
-from typing import TYPE_CHECKING, Annotated, ClassVar, NamedTuple
+from typing import TYPE_CHECKING, ClassVar, NamedTuple
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
-from pydantic import AfterValidator, Field
+from pydantic import Field
 
 from sinssim.data import Array, ImuData, Measurements
 from sinssim.errors import InputError
-from sinssim.section import LeverArm, Moment, Noise, Rate, Section
+from sinssim.section import LeverArm, Moment, Noise, Rate, Section, Span
 from sinssim.sensors.aiding.registry import SENSORS
 from sinssim.system.short_repr import short_repr
 from sinssim.truth.sample_times import sample_edges
@@ -31,16 +31,6 @@ if TYPE_CHECKING:
 Mask = NDArray[np.bool_]
 Spans = Sequence[tuple[float, float]]
 
-
-def in_order(span: tuple[float, float]) -> tuple[float, float]:
-    """Return a time interval; raise ValueError if it does not end after it begins."""
-    if not span[0] < span[1]:
-        raise ValueError(f"the interval from {span[0]:g} s to {span[1]:g} s must end after it begins")
-    return span
-
-
-Span = Annotated[tuple[Moment, Moment], AfterValidator(in_order)]
-"""Beginning and end of an interval of the run, s."""
 
 Noise3 = tuple[Noise, Noise, Noise]
 

@@ -1,4 +1,4 @@
-"""The [log] section of a scenario: recorded sensors, an optional reference solution, and where navigation starts."""
+"""The table [log]: recorded sensors, an optional reference solution, and where navigation starts."""
 
 from __future__ import annotations
 
@@ -10,11 +10,12 @@ from typing import Annotated, Any, ClassVar, Literal, Self
 from pydantic import AfterValidator, Field, model_validator
 
 from sinssim.errors import unknown_name
+from sinssim.logs.outages import Outages
 from sinssim.logs.text.description import UNITS, LogDescription, TriadColumns
 from sinssim.logs.text.fix_description import FixColumns, Quantity, SolutionColumns
-from sinssim.scenario.sections.filter import Factor
 from sinssim.section import (
     CorrelationTime,
+    Factor,
     Heading,
     Height,
     Latitude,
@@ -26,10 +27,9 @@ from sinssim.section import (
     Section,
     Source,
     Spread,
+    TimeSpread,
     Velocity,
 )
-from sinssim.sensors.aiding.base.sensor import Span
-from sinssim.sensors.aiding.gnss import TimeSpread
 
 TEXT_FORMAT = "text"
 """The format whose columns the section itself describes."""
@@ -267,76 +267,7 @@ class LogStart(Section):
         return self
 
 
-class LogOutages(Section):
-    """Injected GNSS outages, which show the performance of the system without GNSS."""
-
-    at_s: tuple[Span, ...] = Field(default=(), description="[from, to] of each outage, in the time of the run")
-    length_s: Positive | None = Field(default=None, description="length of regular outages")
-    every_s: Positive | None = Field(default=None, description="period of regular outages")
-    first_s: Moment | tuple[Moment, ...] | None = Field(
-        default=None,
-        description="start of the first regular outage; default: one period after the start; with several values, the "
-        "filter makes one further pass for each, and the outages of these passes are evaluated together",
-    )
-
-    @model_validator(mode="after")
-    def _regular(self) -> Self:
-        if (self.length_s is None) != (self.every_s is None):
-            raise ValueError("length_s and every_s belong together: regular outages need both")
-        if self.length_s is not None and self.every_s is not None and self.length_s >= self.every_s:
-            raise ValueError(
-                f"length_s = {self.length_s:g} must be less than every_s = {self.every_s:g}, or there would be no fix"
-            )
-        if not self.at_s and self.length_s is None:
-            raise ValueError("give at_s, or length_s and every_s")
-        if isinstance(self.first_s, tuple):
-            if self.length_s is None:
-                raise ValueError("several beginnings (first_s) are those of regular outages: give length_s and every_s")
-            if not self.first_s or len(set(self.first_s)) < len(self.first_s):
-                raise ValueError("first_s: give each beginning once, for example [30.0, 45.0, 60.0]")
-            if self.at_s:
-                raise ValueError("at_s and several beginnings (first_s) exclude each other")
-        return self
-
-    def spans(self, start: float, end: float) -> tuple[tuple[float, float], ...]:
-        """Return the outages within a run, in order.
-
-        Args:
-            start, end: of the run, s.
-
-        Returns:
-            Beginning and end of each, s; a regular outage that would not end within the run is left out. None with
-            several beginnings, whose outages are those of further passes of the filter.
-        """
-        if isinstance(self.first_s, tuple):
-            return ()
-        found = [span for span in self.at_s if span[0] < end and span[1] > start]
-        return tuple(sorted((*found, *self._regular_spans(self.first_s, start, end))))
-
-    def passes(self, start: float, end: float) -> tuple[tuple[tuple[float, float], ...], ...]:
-        """Return the outages of each further pass of the filter.
-
-        Args:
-            start, end: of the run, s.
-
-        Returns:
-            For each of several beginnings the outages within the run, as `spans`; none otherwise.
-        """
-        beginnings = self.first_s if isinstance(self.first_s, tuple) else ()
-        return tuple(tuple(self._regular_spans(first, start, end)) for first in beginnings)
-
-    def _regular_spans(self, first: float | None, start: float, end: float) -> Iterator[tuple[float, float]]:
-        """Yield the regular outages from a beginning on."""
-        if self.length_s is None or self.every_s is None:
-            return
-        begin = start + self.every_s if first is None else first
-        while begin + self.length_s <= end:
-            if begin >= start:
-                yield begin, begin + self.length_s
-            begin += self.every_s
-
-
-class LogSection(Source):
+class Log(Source):
     """Recorded sensors: the IMU, the aiding sensors, and the reference."""
 
     table: ClassVar[str] = "log"
@@ -356,7 +287,7 @@ class LogSection(Source):
     others: tuple[LogOther, ...] = Field(default=(), description="further aiding sensors")
     reference: LogReference | None = None
     start: LogStart = LogStart()
-    outages: LogOutages | None = None
+    outages: Outages | None = None
 
     @model_validator(mode="after")
     def _span(self) -> Self:
