@@ -36,7 +36,7 @@ LIKE_BIAS = ("bias", "bias_temperature", "ramp")
 """Errors that are combined by G, as the bias."""
 
 _NOISES = ("random_walk", "quantum", "instability", "rate_walk", "flicker")
-_BENT = ("asymmetry", "quadratic", "cubic", "cross_axis", "scale_temperature")
+_BENT = ("asymmetry", "quadratic", "cubic", "scale_temperature")
 
 
 def maps(directions: Array, used: Array | None = None) -> dict[str, Array]:
@@ -131,11 +131,12 @@ def combined_sigma(sigma: ImuErrors, section: ImuSection) -> ImuErrors:
         scale, tilt = float(np.max(own.scale)), float(np.max(own.misalignment))
         matrix = np.hypot(scale * sizes["scale"], tilt * sizes["misalignment"]).reshape(3, 3)
         diagonal = matrix.diagonal().copy()
-        along = {field: sizes["bias"] * getattr(own, field) for field in LIKE_BIAS}
-        bent = {field: mean * getattr(own, field) for field in (*_NOISES, *_BENT)}
+        along = {field: sizes["bias"] * getattr(own, field) for field in (*LIKE_BIAS, *_BENT)}
+        noises = {field: mean * getattr(own, field) for field in _NOISES}
         felt = float(np.max(own.g_sensitivity)) * sizes["g_sensitivity"].reshape(3, 3)
         return replace(
-            own, **along, **bent, scale=diagonal, misalignment=matrix - np.diag(diagonal), g_sensitivity=felt
-        )
+            own, **along, **noises, cross_axis=sizes["bias"][:, None] * own.cross_axis,
+            scale=diagonal, misalignment=matrix - np.diag(diagonal), g_sensitivity=felt,
+        )  # fmt: skip
 
     return replace(sigma, gyro=triad(sigma.gyro), accel=triad(sigma.accel))

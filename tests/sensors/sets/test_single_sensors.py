@@ -8,7 +8,9 @@ import numpy as np
 import pytest
 
 from sinssim.data import DROPPED, FROZEN, SATURATED, ImuData
+from sinssim.scenario.sections.imu import ImuSection
 from sinssim.sensors.imu.errors import ImuErrors, TriadErrors
+from sinssim.sensors.sets.combination import combined_sigma
 from sinssim.sensors.sets.reading import _combined, _compensated, axis_flags, unmonitored
 from sinssim.sensors.sets.single_sensors import SingleSensors, compensate_single_sensors, perfect_readings
 
@@ -101,3 +103,29 @@ def test_flags_of_the_estimate(some: bool) -> None:
     assert found is not None
     assert found.tolist() == [[first] * 3 + [0] * 3, [0] * 3 + [last] * 3]
     assert axis_flags(SingleSensors(TIME, BLOCK.dtheta, BLOCK.dvel), (None, None)) is None
+
+
+def test_sigmas_of_a_combination_whose_axes_differ() -> None:
+    """P = (HᵀH)⁻¹: errors with a number for each axis by the root of its diagonal, noises by that of its mean."""
+    axes = np.array([[1.0, 0.0, 0.0], [0.6, 0.8, 0.0], [0.6, -0.8, 0.0], [0.96, 0.28, 0.0], [0.8, 0.0, 0.6]])
+    section = ImuSection.model_validate(
+        {"grade": "ideal", "rate_hz": 10.0, "sensor_set": {"type": "redundant", "directions": axes.tolist()}}
+    )
+    p = np.linalg.inv(axes.T @ axes)
+    root, mean = np.sqrt(np.diag(p)), np.sqrt(np.trace(p) / 3.0)
+    assert root.max() > 2.0 * root.min()
+    rows = ("bias", "bias_temperature", "ramp", "asymmetry", "quadratic", "cubic", "scale_temperature")
+    noises = ("random_walk", "quantum", "instability", "rate_walk", "flicker")
+    own = TriadErrors(
+        **{name: np.array([1.0, 2.0, 3.0]) * (k + 1.0) for k, name in enumerate(rows)},
+        **{name: k + 0.5 for k, name in enumerate(noises)},
+        cross_axis=np.array([[0.0, 1.0, 2.0], [3.0, 0.0, 4.0], [5.0, 6.0, 0.0]]), correlation_time=70.0,
+    )  # fmt: skip
+    found = combined_sigma(ImuErrors(own, own), section)
+    for triad in (found.gyro, found.accel):
+        for name in rows:
+            np.testing.assert_allclose(getattr(triad, name), root * getattr(own, name), rtol=1e-12, err_msg=name)
+        for name in noises:
+            assert getattr(triad, name) == pytest.approx(mean * getattr(own, name), rel=1e-12), name
+        np.testing.assert_allclose(triad.cross_axis, root[:, None] * own.cross_axis, rtol=1e-12)
+        assert triad.correlation_time == 70.0
