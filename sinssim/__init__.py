@@ -10,6 +10,7 @@ __version__ = "0.1.0"
 
 if TYPE_CHECKING:
     from sinssim.algorithms import ALGORITHMS as ALGORITHMS
+    from sinssim.alignment.report import AlignmentResult as AlignmentResult
     from sinssim.calibration.calibrate import calibrate as calibrate
     from sinssim.calibration.result import CalibrationResult as CalibrationResult
     from sinssim.data import ImuData as ImuData
@@ -28,13 +29,19 @@ if TYPE_CHECKING:
     from sinssim.errors import SinssimError as SinssimError
     from sinssim.errors import SinssimWarning as SinssimWarning
     from sinssim.estimation.estimate import estimate as estimate
+    from sinssim.estimation.model import Block as Block
+    from sinssim.estimation.model import ErrorModel as ErrorModel
+    from sinssim.estimation.model import error_model as error_model
     from sinssim.estimation.result import Estimate as Estimate
     from sinssim.estimation.result import Innovations as Innovations
     from sinssim.frames import FRAMES as FRAMES
-    from sinssim.logs.load import load_log as load_log
+    from sinssim.logs.load import RecordedLog as RecordedLog
     from sinssim.mechanization import Mechanization as Mechanization
     from sinssim.own_content.registry import use as use
     from sinssim.recording.finished.run_streams import load_streams as load_streams
+    from sinssim.result import Result as Result
+    from sinssim.running.align import align as align
+    from sinssim.running.load_log import load_log as load_log
     from sinssim.scenario.load import load_scenario as load_scenario
     from sinssim.scenario.schema import Scenario as Scenario
     from sinssim.scenario.true_motion import block_of as block_of
@@ -45,6 +52,8 @@ if TYPE_CHECKING:
     from sinssim.strapdown.nav_error import NavError as NavError
     from sinssim.strapdown.nav_error import navigation_error as navigation_error
     from sinssim.strapdown.navigate import navigate as navigate
+    from sinssim.studies.results import StudyResult as StudyResult
+    from sinssim.studies.schema import Study as Study
     from sinssim.trades.result import TradeResult as TradeResult
     from sinssim.trades.running.compare import compare as compare
     from sinssim.trades.schema import TradeStudy as TradeStudy

@@ -17,7 +17,7 @@ PACKAGE = Path(sinssim.__file__).parent
 
 LAYERS = [
     # what stands under everything
-    "errors", "lazy", "units", "formatting", "algorithms", "frames", "system", "data", "arguments",
+    "errors", "lazy", "units", "formatting", "algorithms", "frames", "system", "result", "data", "arguments",
     "transverse", "checks", "mistakes", "section", "toml_file", "own_content", "content", "jit", "rotation",
     "progress", "earth", "mechanization",
     "statistics", "requirements",
@@ -50,7 +50,7 @@ LAYERS = [
     "studies.compare",  # runs a study and writes its directory, as simulation does with a run
     "ensembles.running",  # the same for an ensemble
     "trades.running",  # the same for a trade study
-    "simulation", "cli", "__main__",
+    "simulation", "running", "cli", "__main__",
 ]  # fmt: skip
 """Modules and packages, each of which may import those before it; the longest name that fits counts."""
 

@@ -9,13 +9,13 @@ from typing import Any
 import pytest
 
 import sinssim
-from sinssim.recording.store.run_streams import RunStreams, StreamTable
+from sinssim.recording.store.run_streams import Streams, StreamTable
 from sinssim.simulation.result import Run
 
 FUNCTIONS = [name for name in sinssim.__all__ if inspect.isfunction(getattr(sinssim, name))]
 CLASSES = [name for name in sinssim.__all__ if inspect.isclass(getattr(sinssim, name))]
 KINDS: dict[str, type] = {name: getattr(sinssim, name) for name in CLASSES}
-KINDS |= {"Run": Run, "RunStreams": RunStreams, "StreamTable": StreamTable}
+KINDS |= {"Run": Run, "Streams": Streams, "StreamTable": StreamTable}
 _OWN = re.compile(r"\b(self|cls|_\w*)\b")
 
 

@@ -1,10 +1,10 @@
-"""Alignment of one session with its expected errors, from a scenario or a log, as text or JSON."""
+"""The alignment of one session with its expected errors."""
 
 from __future__ import annotations
 
-import json
 import math
 from dataclasses import dataclass, replace
+from functools import cached_property
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -27,6 +27,8 @@ from sinssim.alignment.session import mean_readings
 from sinssim.alignment.theory import coefficients, linear
 from sinssim.data import Array, ImuData
 from sinssim.errors import InputError
+from sinssim.result import Result
+from sinssim.system.short_repr import html_table, short_repr
 from sinssim.units import ARCMIN, DEG, DEG_H
 
 if TYPE_CHECKING:
@@ -34,8 +36,9 @@ if TYPE_CHECKING:
     from sinssim.sensors.imu.errors import ImuErrors
 
 
+@short_repr
 @dataclass(frozen=True, eq=False)
-class AlignmentReport:
+class AlignmentResult(Result):
     """One session's alignment.
 
     Attributes:
@@ -52,6 +55,7 @@ class AlignmentReport:
         residual_velocity: residual velocity over time, in the block's axes at the first instant, (N+1, 3) m/s.
         mean_angles: result of eq. (1) for a disturbed session, for comparison, rad.
         warmed: time from when the sensors were switched on to the session's first sample, s.
+        directory: directory of the alignment; None if none was written.
     """
 
     source: str
@@ -67,6 +71,17 @@ class AlignmentReport:
     residual_velocity: Array | None = None
     mean_angles: Angles | None = None
     warmed: float = 0.0
+    directory: Path | None = None
+
+    def _repr_html_(self) -> str:
+        sigma = None if self.budget is None else total(self.budget)
+        rows = [
+            (name, f"{float(getattr(self.determination, name)) / DEG:.5f}",
+             "" if sigma is None else f"{float(getattr(sigma, name)) / ARCMIN:.3g}")
+            for name in Angles._fields
+        ]  # fmt: skip
+        title = f"Alignment of {self.source}, {self.duration:g} s"
+        return html_table(title, rows, ("", "determined, deg", "expected error (1σ), arcmin"))
 
     @property
     def duration(self) -> float:
@@ -87,8 +102,9 @@ class AlignmentReport:
         determined = (d.heading, d.roll, d.pitch, d.latitude)
         return Angles(*((a - b + np.pi) % (2.0 * np.pi) - np.pi for a, b in zip(determined, self.truth, strict=True)))
 
-    def to_json(self) -> dict[str, Any]:
-        """Return plain numbers with units in the names; undetermined values are None."""
+    @cached_property
+    def summary(self) -> dict[str, Any]:
+        """Plain numbers with units in the names; undetermined values are None."""
         d = self.determination
         result: dict[str, Any] = {
             "source": self.source,
@@ -125,7 +141,7 @@ def align_session(
     latitude: float | None = None,
     truth: Angles | None = None,
     warmed: float = 0.0,
-) -> AlignmentReport:
+) -> AlignmentResult:
     """Align one session and state the expected errors.
 
     Args:
@@ -155,7 +171,7 @@ def align_session(
         residual_velocity = alignment.residual_velocity
         mean_angles, _, _ = solve(*mean_readings(imu))
         method = "disturbed" if latitude is None else "disturbed, latitude known"
-    report = AlignmentReport(
+    report = AlignmentResult(
         source,
         method,
         imu,
@@ -195,172 +211,6 @@ def align_session(
         budget=budget,
         crossing=crossing,
     )
-
-
-def align_source(
-    source: str,
-    *,
-    columns: Path | None = None,
-    grade: str | None = None,
-    start: float | None = None,
-    end: float | None = None,
-    method: Method = "quiet",
-    latitude: float | None = None,
-    settings: tuple[str, ...] = (),
-) -> AlignmentReport:
-    """Align a scenario's simulated session, or a recorded log.
-
-    Args:
-        source: a scenario's file or name, or a log, recognised by its suffix (`sinssim.logs.text.samples.SUFFIXES`).
-        columns: TOML file that names a log's columns, units and axes.
-        grade: the grade of a log's sensors, for the expected error; in a scenario it replaces imu.grade.
-        start, end: part of the session to use, in its own time, s.
-        method: "quiet" or "disturbed".
-        latitude: rad, if known, for "disturbed".
-        settings: "key=value" replacements in a scenario.
-
-    Returns:
-        The report.
-
-    Raises:
-        InputError: an argument cannot be used; the message names it.
-        RunError: the scenario cannot be flown.
-    """
-    from sinssim.logs.text.samples import SUFFIXES
-
-    if method == "quiet" and latitude is not None:
-        raise InputError(
-            "--latitude is only for a disturbed base; eq. (1) on a quiet base determines the latitude "
-            "itself. Add --disturbed, or omit --latitude."
-        )
-    if Path(source).suffix.lower() in SUFFIXES:
-        if settings:
-            raise InputError(
-                f"{source} is a log, but --set {settings[0]} is for scenarios; give its sensors with --grade NAME."
-            )
-        return _align_log(Path(source), columns, grade, (start, end), method, latitude)
-    _check_is_scenario(source)
-    if columns is not None:
-        raise InputError(
-            f"{source} is a scenario, which describes its own sensors; --columns is for logs ({', '.join(SUFFIXES)})."
-        )
-    if grade is not None:
-        settings = (*settings, f"imu.grade={json.dumps(grade)}")
-    return _align_scenario(source, settings, (start, end), method, latitude)
-
-
-def _check_is_scenario(source: str) -> None:
-    """Raise for a file that is neither a log nor a scenario."""
-    from sinssim.logs.text.samples import SUFFIXES
-
-    path = Path(source)
-    if path.is_dir():
-        got = f"a directory; for a run, give its log {path / 'streams' / 'imu_measured.parquet'}"
-    elif path.suffix and path.suffix.lower() != ".toml":
-        got = f"a file that ends in {path.suffix}"
-    else:
-        return
-    raise InputError(
-        f"{source} is neither a log nor a scenario, but {got}. A log ends in {', '.join(SUFFIXES)}; text in columns "
-        "with another suffix must be renamed and described with --columns. A scenario is a .toml file, or one of "
-        "`sinssim list scenarios`."
-    )
-
-
-def _align_scenario(
-    source: str,
-    settings: tuple[str, ...],
-    span: tuple[float | None, float | None],
-    method: Method,
-    latitude: float | None,
-) -> AlignmentReport:
-    from sinssim import rotation
-    from sinssim.scenario import load_scenario
-    from sinssim.sensors.imu.emulate import check_gyro_block, emulate
-    from sinssim.sensors.imu.errors import draw
-    from sinssim.sensors.imu.rectification import rectified
-    from sinssim.truth.source import fly
-
-    scenario = load_scenario(source, settings)
-    if scenario.imu.rotation is not None:
-        raise InputError(
-            f"the scenario {scenario.name} has [imu.rotation]; the alignment uses the mean measurements of an IMU "
-            f"that does not rotate in the vehicle. Remove the table."
-        )
-    trajectory = fly(scenario)
-    check_gyro_block(scenario.imu)
-    errors = draw(scenario.imu, scenario.seed)
-    felt = rectified(trajectory, trajectory.increments(scenario.imu.rate_hz), errors)
-    imu = _part(emulate(felt, errors, scenario.seed), *span, source)
-    # eq. (1) gives the mean attitude of a session, the cone that at its last instant
-    state = trajectory.state(imu.time[-1] if method != "quiet" else 0.5 * (imu.time[0] + imu.time[-1]))
-    roll, pitch, heading = rotation.euler_from_quaternion(state.q_nb)
-    truth = Angles(heading, roll, pitch, np.asarray(state.latitude))
-    warmed = float(imu.time[0]) - trajectory.start
-    report = align_session(
-        imu, scenario.name, scenario.imu, method=method, latitude=latitude, truth=truth, warmed=warmed
-    )
-    return _in_range(report, scenario.output.angles)
-
-
-def _in_range(report: AlignmentReport, choice: str | None) -> AlignmentReport:
-    """Return the alignment with its headings in the range that the scenario requests."""
-    from sinssim.rotation import shown_heading
-
-    def heading(value: Array) -> Array:
-        return value if np.isnan(value) else np.asarray(shown_heading(choice, value[None])[0])
-
-    def within(angles: Angles | None) -> Angles | None:
-        return None if angles is None else angles._replace(heading=heading(np.asarray(angles.heading)))
-
-    d = report.determination
-    return replace(
-        report,
-        determination=replace(d, heading=heading(d.heading)),
-        truth=within(report.truth),
-        mean_angles=within(report.mean_angles),
-    )
-
-
-def _align_log(
-    path: Path,
-    columns: Path | None,
-    grade: str | None,
-    span: tuple[float | None, float | None],
-    method: Method,
-    latitude: float | None,
-) -> AlignmentReport:
-    from sinssim.logs.text.samples import read_log, slow
-    from sinssim.scenario.sections.imu import ImuSection
-    from sinssim.sensors.imu.grades import find_grade
-
-    sensors = None
-    if grade is not None:
-        find_grade(grade)  # its message names the grades
-        sensors = ImuSection(grade=grade)
-    imu = _part(read_log(path, columns), *span, str(path))
-    report = align_session(imu, path.name, sensors, method=method, latitude=latitude)
-    d = report.determination
-    doubts = [] if (rare := slow(imu.time)) is None else [rare]
-    if np.abs(d.roll) > 0.5 * np.pi:
-        doubts.append(
-            f"the sensor block is upside down (roll {float(d.roll) / DEG:.1f} deg). If it is not mounted this way, "
-            "the axes of the log are wrong, or its accelerometers have the opposite sign "
-            "(at rest a specific force points up)."
-        )
-    return replace(report, determination=replace(d, warnings=(*d.warnings, *doubts)))
-
-
-def _part(imu: ImuData, start: float | None, end: float | None, source: str) -> ImuData:
-    """Return a part of a session."""
-    first = 0 if start is None else int(np.searchsorted(imu.time, start - 1e-9))
-    last = len(imu.time) if end is None else int(np.searchsorted(imu.time, end + 1e-9, side="right"))
-    if last - first < 2:
-        raise InputError(
-            f"{source}: there is no session from {start} to {end} s; the data run from {imu.time[0]:.6g} to "
-            f"{imu.time[-1]:.6g} s."
-        )
-    return ImuData(imu.time[first:last], imu.dtheta[first : last - 1], imu.dvel[first : last - 1])
 
 
 def _plain(value: Array) -> float | None:

@@ -21,6 +21,7 @@ from sinssim.scenario.sections.calibration import CalibrationSection
 from sinssim.sensors.imu.errors import draw, stated
 from sinssim.sensors.imu.terms import TERMS
 from sinssim.statistics.chi_square import mean_square_band
+from sinssim.system.outputs import check_directory
 
 METHODS = {
     "separate": "means in known positions and integrals over known turns, by least squares",
@@ -33,24 +34,29 @@ _DOUBT = 0.999
 
 def calibrate(
     scenario: Scenario | str | Path,
+    directory: Path | str | None = None,
     *,
     method: str | None = None,
     overrides: Overrides = (),
+    overwrite: bool = False,
     progress: Progress | bool | None = None,
 ) -> CalibrationResult:
     """Estimate the errors of a scenario's IMU from the sequence of [turntable].
 
     Args:
         scenario: the scenario, or its file or name.
+        directory: directory to write; nothing is written if not given.
         method: one of `METHODS`; default: that of [calibration].
         overrides: settings "key=value", as for `load_scenario`.
+        overwrite: whether an existing calibration in the directory may be replaced.
         progress: called with "Calibrating" and the fraction done, 0…1; True shows a bar.
 
     Returns:
         Values, covariance, observability, residuals, and in a simulation the true values.
 
     Raises:
-        InputError: the scenario has no sequence, the data do not contain its dwells, or a file cannot be used.
+        InputError: the scenario has no sequence, the data do not contain its dwells, or a file or the directory cannot
+            be used.
         RunError: the data do not fit the sequence.
     """
     scenario = as_scenario(scenario, overrides)
@@ -64,6 +70,7 @@ def calibrate(
         if method not in METHODS:
             raise unknown_name("method of calibration", method, METHODS)
         section = section.model_copy(update={"method": method})
+    check_directory(directory, overwrite)
     with shown(progress) as report:
         report("Calibrating", 0.0)
         imu, dwells, notes = _readings(scenario, section)
@@ -75,7 +82,8 @@ def calibrate(
     result = CalibrationResult(
         scenario, section.method, task.known, estimate, dwells.seconds(imu.time), truth, tuple(notes)
     )
-    return replace(result, notes=(*notes, *_remarks(scenario, task, result)))
+    result = replace(result, notes=(*notes, *_remarks(scenario, task, result)))
+    return result if directory is None else replace(result, directory=result.save(directory, overwrite=overwrite))
 
 
 def _separate(task: Task) -> Estimate:
@@ -98,9 +106,9 @@ def _readings(scenario: Scenario, section: CalibrationSection) -> tuple[ImuData,
     table = scenario.turntable
     assert table is not None  # checked by the caller
     if scenario.log is not None:
-        from sinssim.logs.load import load_log
+        from sinssim.logs.load import recorded_log
 
-        log = load_log(scenario.log, scenario.imu.mounting_deg)
+        log = recorded_log(scenario.log, scenario.imu.mounting_deg)
         if section.dwells_s:
             if len(section.dwells_s) != len(table.dwells):
                 raise InputError(

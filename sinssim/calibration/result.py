@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from pathlib import Path
 
 import numpy as np
 from numpy.typing import NDArray
@@ -11,7 +12,9 @@ from sinssim.calibration.least_squares import unobservable
 from sinssim.calibration.parameters import Parameter
 from sinssim.calibration.task import Estimate
 from sinssim.data import Array
+from sinssim.result import Result
 from sinssim.scenario.schema import Scenario
+from sinssim.system.short_repr import html_table, short_repr
 
 FRAMES = {
     "separate": "the axes of the table's positions, in which [turntable] gives attitudes and turns",
@@ -21,8 +24,9 @@ FRAMES = {
 """The frame that the misalignments of a method refer to."""
 
 
-@dataclass(frozen=True)
-class CalibrationResult:
+@short_repr
+@dataclass(frozen=True, eq=False)
+class CalibrationResult(Result):
     """The errors of a sensor block, estimated from a sequence on a turntable.
 
     Attributes:
@@ -33,6 +37,7 @@ class CalibrationResult:
         dwells: beginning and end of each dwell, (P, 2) s.
         truth: true values of the parameters in the same frame, (p,) SI; None for a log.
         notes: sentences on what was found and what is not modelled.
+        directory: directory of the calibration; None if none was written.
     """
 
     scenario: Scenario
@@ -42,6 +47,16 @@ class CalibrationResult:
     dwells: Array
     truth: Array | None
     notes: tuple[str, ...]
+    directory: Path | None = None
+
+    def _repr_html_(self) -> str:
+        rows = [
+            (one.name, f"{value / size:.6g}" if seen else "not observable", f"{sigma / size:.3g}", unit)
+            for one, value, sigma, seen in zip(self.parameters, self.values, self.sigma, self.observable, strict=True)
+            for unit, size in (one.unit,)
+        ]
+        title = f"Calibration of {self.scenario.name}, {self.method}"
+        return html_table(title, rows, ("parameter", "estimate", "1σ", "unit"))
 
     @property
     def names(self) -> list[str]:

@@ -6,7 +6,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass, field
 from functools import cached_property
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 import numpy as np
 from numpy.typing import NDArray
@@ -16,7 +16,7 @@ from sinssim.ensembles.members import Member, member
 from sinssim.ensembles.run_errors import COMPONENTS, EVERYTHING, VECTORS
 from sinssim.ensembles.stored_errors import Errors
 from sinssim.errors import InputError
-from sinssim.lazy import from_later_stage
+from sinssim.result import Result
 from sinssim.statistics.chi_square import Band, mean_square_band
 from sinssim.statistics.order_statistics import CEP_SHARE, R95_SHARE, Percentile, percentile
 from sinssim.statistics.rates import mean_rate
@@ -47,7 +47,7 @@ class MeanSquare:
 
 
 @dataclass(eq=False, repr=False)
-class EnsembleResult:
+class EnsembleResult(Result):
     """The result of an ensemble of N runs at K epochs.
 
     Attributes:
@@ -86,14 +86,6 @@ class EnsembleResult:
         rows: list[tuple[str, ...]] = [("CEP at the end, m", text(self.cep)), ("R95 at the end, m", text(self.r95))]
         rows += [(one.requirement.text, one.verdict) for one in self.verdicts]
         return html_table(repr(self), rows, ("", "value (95 % band)"))
-
-    def plot(self) -> Any:
-        """Return a figure of the growth of CEP and R95 with their bands, and of the errors at the end.
-
-        Returns:
-            A `matplotlib.figure.Figure`; a notebook shows it, and `figure.savefig("errors.pdf")` writes it.
-        """
-        return from_later_stage("sinssim.recording.figures.results", "plot_ensemble")(self)
 
     @property
     def time(self) -> Array:

@@ -42,6 +42,7 @@ from sinssim.sensors.aiding.barometer import BarometerSection
 from sinssim.sensors.imu.emulate import digital
 from sinssim.sensors.imu.errors import warm_up
 from sinssim.strapdown.nav_error import navigation_error
+from sinssim.system.outputs import check_directory
 from sinssim.truth.gravity.disturbed import Disturbed
 from sinssim.truth.source import fly
 
@@ -96,10 +97,13 @@ class _InertialErrors(NamedTuple):
 
 def budget(
     scenario: Scenario | str | Path,
+    directory: Path | str | None = None,
     *,
     overrides: Overrides = (),
+    overwrite: bool = False,
     times: Iterable[float] = (),
     require: str | Requirement | Iterable[str | Requirement] = (),
+    free: Sequence[str] = (),
     solution: str | None = None,
     progress: Progress | bool | None = None,
     truth: KnownTruth | None = None,
@@ -112,10 +116,13 @@ def budget(
 
     Args:
         scenario: the scenario, or its file or name.
+        directory: directory to write; nothing is written if not given.
         overrides: settings "key=value", as for `load_scenario`.
+        overwrite: whether an existing budget in the directory may be replaced.
         times: further times of the results, s since the start of the run.
         require: requirements, or their texts, whose times are further times of the results; the method `answers` tests
             them.
+        free: names of sources that share one factor in the answers.
         solution: "inertial" or "filter"; by default the filter's if the scenario has one.
         progress: called with "flight", "truth" or "budget" and the fraction done, 0…1; True shows a bar for each.
         truth: the true motion of the scenario, if it is known already; by default it is computed.
@@ -125,17 +132,21 @@ def budget(
         The budget, at 501 times and at `times`.
 
     Raises:
-        InputError: the scenario has no budget, or one of the times lies outside the run.
+        InputError: the scenario has no budget, one of the times lies outside the run, or the directory cannot be used.
     """
     scenario = as_scenario(scenario, overrides)
+    check_directory(directory, overwrite)
+    wanted, times = parse_requirements(require), tuple(times)
     with shown(progress, _STAGES) as say:
-        return _budget(scenario, times, require, solution, truth, tuple(marks), say)
+        result = _budget(scenario, times, wanted, solution, truth, tuple(marks), say)
+    result = replace(result, requirements=wanted, free=tuple(free), times=times)
+    return result if directory is None else replace(result, directory=result.save(directory, overwrite=overwrite))
 
 
 def _budget(
     scenario: Scenario,
-    times: Iterable[float],
-    require: str | Requirement | Iterable[str | Requirement],
+    times: tuple[float, ...],
+    wanted: tuple[Requirement, ...],
     solution: str | None,
     truth: KnownTruth | None,
     marks: tuple[float, ...],
@@ -154,7 +165,6 @@ def _budget(
     if isinstance(trajectory, Disturbed):
         trajectory, truth = trajectory.base, None
     say("truth", 0.0)
-    wanted = parse_requirements(require)
     for one in wanted:
         one.check_within(trajectory.end - trajectory.start)
     block = truth.block if truth else block_of(trajectory, scenario.imu)

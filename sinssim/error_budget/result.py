@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from functools import cached_property
+from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -13,6 +14,7 @@ from sinssim.data import Array
 from sinssim.error_budget.inputs.sources import Source
 from sinssim.errors import InputError, unknown_name
 from sinssim.lazy import from_later_stage
+from sinssim.result import Result
 from sinssim.statistics.circle_about_mean import radius_about_mean
 from sinssim.system.short_repr import html_table, short_repr
 
@@ -85,7 +87,7 @@ class Added:
 
 @short_repr
 @dataclass(frozen=True, eq=False)
-class BudgetResult:
+class BudgetResult(Result):
     """Covariances of the navigation errors by source.
 
     Attributes:
@@ -97,6 +99,10 @@ class BudgetResult:
         mean: by name of each source that is the same in every run, its error with its sign, (E, 9) SI.
         filter_covariance: the filter's own covariance of the navigation errors, (E, 9, 9); None without a filter.
         added: what the intervals between the times `marks` of `budget` add; None without them.
+        requirements: the requirements that were asked for.
+        free: names of sources that share one factor in the answers to them.
+        times: times for which tables have further lines, s since the start.
+        directory: directory of the budget; None if none was written.
     """
 
     scenario: Scenario
@@ -107,6 +113,10 @@ class BudgetResult:
     mean: Mapping[str, Array]
     filter_covariance: Array | None = None
     added: Added | None = None
+    requirements: tuple[Requirement, ...] = ()
+    free: tuple[str, ...] = ()
+    times: tuple[float, ...] = ()
+    directory: Path | None = None
 
     def first(self) -> Added:
         """Return the errors at the first epoch as one interval that begins without errors."""
@@ -130,14 +140,16 @@ class BudgetResult:
         return html_table(title, rows, ("source", "CEP, m", "R95, m (of a source: by it alone)"))
 
     def answers(
-        self, requirements: str | Requirement | Iterable[str | Requirement], free: Sequence[str] = ()
+        self,
+        requirements: str | Requirement | Iterable[str | Requirement] | None = None,
+        free: Sequence[str] | None = None,
     ) -> tuple[Any, ...]:
         """Judge requirements, and say how large each source may be.
 
         Args:
             requirements: such as "r95(3600 s) <= 1852 m", one or several. A time that is not in `time` must be among
-                the `require` or `times` of `sinssim.budget`.
-            free: names of sources that share one factor.
+                the `require` or `times` of `sinssim.budget`. By default those that were asked for.
+            free: names of sources that share one factor; by default those that were named.
 
         Returns:
             One answer for each requirement, see `sinssim.error_budget.limits.Answer`.
@@ -145,16 +157,10 @@ class BudgetResult:
         Raises:
             InputError: a requirement cannot be read, a source is unknown or has no size, or a time is not an epoch.
         """
-        found: tuple[Any, ...] = from_later_stage("sinssim.error_budget.limits", "answers")(self, requirements, free)
+        asked = self.requirements if requirements is None else requirements
+        together = self.free if free is None else free
+        found: tuple[Any, ...] = from_later_stage("sinssim.error_budget.limits", "answers")(self, asked, together)
         return found
-
-    def plot(self) -> Any:
-        """Return a figure of the growth of CEP and R95, and of the shares of the sources.
-
-        Returns:
-            A `matplotlib.figure.Figure`; a notebook shows it, and `figure.savefig("errors.pdf")` writes it.
-        """
-        return from_later_stage("sinssim.recording.figures.results", "plot_budget")(self)
 
     @cached_property
     def _radii(self) -> dict[tuple[float, str | None], Array]:

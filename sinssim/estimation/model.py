@@ -193,7 +193,7 @@ class ErrorModel:
 
     @cached_property
     def sigma(self) -> Array:
-        """1σ of every state at the start, (n,)."""
+        """Standard deviation of every state at the start, (n,)."""
         return np.concatenate([np.broadcast_to(np.asarray(b.sigma, dtype=np.float64), b.size) for b in self.blocks])
 
     @cached_property
@@ -208,7 +208,7 @@ class ErrorModel:
 
     @cached_property
     def decay(self) -> Array:
-        """1/τ of every state, (n,) 1/s."""
+        """Inverse correlation time 1/τ of every state, (n,) 1/s."""
         return np.concatenate([np.full(b.size, 1.0 / b.correlation_time) for b in self.blocks])
 
     @cached_property

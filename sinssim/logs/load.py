@@ -76,7 +76,7 @@ class RecordedLog:
         return {one.measurements.label: len(one.time) / lasts for one in self.sensed if len(one.time)}
 
 
-def load_log(section: Log, mounting_deg: Vector3 | None = None) -> RecordedLog:
+def recorded_log(section: Log, mounting_deg: Vector3 | None = None) -> RecordedLog:
     """Load recorded sensors.
 
     Args:

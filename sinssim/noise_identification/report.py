@@ -305,7 +305,7 @@ def _samples(log: Path, columns: Path | None, triads: Sequence[TriadName] | None
 
 def _of_scenario(path: Path, columns: Path | None, others: Sequence[str]) -> Samples:
     """Return the increments of the inertial unit that a scenario with [log] describes, in the run's time."""
-    from sinssim.logs.load import load_log
+    from sinssim.logs.load import recorded_log
     from sinssim.scenario.load import load_scenario
 
     if columns is not None:
@@ -323,7 +323,7 @@ def _of_scenario(path: Path, columns: Path | None, others: Sequence[str]) -> Sam
     only = scenario.log.model_copy(
         update={"gnss": None, "others": (), "reference": None, "outages": None, "from_s": None, "to_s": None}
     )
-    imu = load_log(only, scenario.imu.mounting_deg).imu
+    imu = recorded_log(only, scenario.imu.mounting_deg).imu
     return Samples("increments", imu.time, {"gyro": imu.dtheta, "accel": imu.dvel})
 
 

@@ -3,14 +3,14 @@
 from __future__ import annotations
 
 import os
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass, field, replace
 from functools import cached_property
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from sinssim.algorithms import PLATFORM
-from sinssim.lazy import from_later_stage
+from sinssim.result import Result
 from sinssim.system.short_repr import html_table
 from sinssim.system.threads import thread_pool
 
@@ -43,7 +43,7 @@ _SHOWN = ("horizontal_error_m", "velocity_error_mps", "attitude_error_arcsec")
 
 
 @dataclass(eq=False, repr=False)
-class Run:
+class Run(Result):
     """The result of a run, filled stage by stage.
 
     Attributes of later stages are missing until these have run; see `has`. A finished run has all of them. `forget`
@@ -101,27 +101,6 @@ class Run:
         heads = ("solution", "horizontal error at the end, m", "largest", "velocity error at the end, m/s", "largest",
                  "attitude error at the end, arcsec", "largest")  # fmt: skip
         return html_table(repr(self), rows, heads if rows else ())
-
-    def plot(self) -> Any:
-        """Return a figure of the errors of the solutions over time.
-
-        Returns:
-            A `matplotlib.figure.Figure`; a notebook shows it, and `figure.savefig("errors.pdf")` writes it.
-
-        Raises:
-            InputError: the run has no solution with errors.
-        """
-        return from_later_stage("sinssim.recording.figures.results", "plot_run")(self)
-
-    @property
-    def streams(self) -> Mapping[str, Any]:
-        """The streams by name, as arrays, Arrow, pandas or polars: `run.streams["truth"].pandas()`.
-
-        Raises:
-            InputError: the run is one in a vertical plane, whose streams are in its run directory alone.
-        """
-        found: Mapping[str, Any] = from_later_stage("sinssim.recording.store.run_streams", "RunStreams")(self)
-        return found
 
     @cached_property
     def truth(self) -> NavState:

@@ -132,7 +132,8 @@ def _finish(comparison: StudyResult, folder: RunDirectory | None, beside: str = 
 
     with folder.writing():
         write_study(comparison, folder.path)
-        return folder.keep(beside=beside)
+        comparison.directory = folder.keep(beside=beside)
+        return comparison.directory
 
 
 def _run(comparison: StudyResult, limit_minutes: float, progress: Progress, say: Callable[[str], None]) -> None:

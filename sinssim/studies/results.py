@@ -3,12 +3,14 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, field, fields
+from pathlib import Path
 from typing import TYPE_CHECKING
 
 import numpy as np
 
 from sinssim.data import Array
 from sinssim.frames import OF_TRUTH
+from sinssim.result import Result
 from sinssim.system.short_repr import short_repr
 
 if TYPE_CHECKING:
@@ -267,7 +269,7 @@ class Pick:
 
 @short_repr
 @dataclass
-class StudyResult:
+class StudyResult(Result):
     """A study and its results so far.
 
     Attributes:
@@ -284,6 +286,7 @@ class StudyResult:
         orders: orders of convergence.
         verdicts: the claims.
         picks: recommended engines, part by part.
+        directory: directory of the study; None if nothing is kept.
     """
 
     study: Study
@@ -299,6 +302,7 @@ class StudyResult:
     orders: list[Order] = field(default_factory=list)
     verdicts: list[Verdict] = field(default_factory=list)
     picks: list[Pick] = field(default_factory=list)
+    directory: Path | None = None
 
     def history(self, row: Row) -> ErrorGrowth:
         """Return the growth of the errors of a case.

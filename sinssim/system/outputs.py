@@ -164,3 +164,54 @@ def _remove_emptied(place: Path, names: Iterable[str]) -> None:
     for folder in sorted(emptied, key=lambda path: len(path.parts), reverse=True):
         with contextlib.suppress(OSError):  # not empty
             folder.rmdir()
+
+
+def is_taken(place: Path) -> bool:
+    """Return whether a place is a file, or a folder that is not empty."""
+    return place.exists() and (not place.is_dir() or any(place.iterdir()))
+
+
+def check_place(place: Path, overwrite: bool) -> None:
+    """Raise unless a place is free or holds a run that may be replaced.
+
+    Args:
+        place: of a run directory.
+        overwrite: whether a run may be replaced.
+
+    Raises:
+        InputError: the message says what is in the way.
+    """
+    if not is_taken(place):
+        return
+    if not place.is_dir():
+        raise InputError(f"the run directory {place} is a file; give the name of a folder with -o.")
+    files = written(place)
+    if files is None:
+        older = (place / "recording.rrd").exists()
+        raise InputError(
+            f"the folder {place} is not empty and holds no run: it lacks the file {MARK}, by which sinssim recognises "
+            "a run. It stays unchanged; give another folder with -o."
+            + (" If it is a run of an older sinssim, move or remove it yourself." if older else "")
+        )
+    if not overwrite:
+        raise InputError(
+            f"the run directory {place} already contains a run. Give another folder with -o, or replace it with "
+            "--overwrite."
+        )
+    check_inside(place, files)
+
+
+def check_directory(directory: Path | str | None, overwrite: bool) -> None:
+    """Raise before a computation unless its directory is free or may be replaced.
+
+    Args:
+        directory: the directory; None if nothing is written.
+        overwrite: whether a result in it may be replaced.
+
+    Raises:
+        InputError: the message says what is in the way, or that there is nothing to replace.
+    """
+    if directory is not None:
+        check_place(Path(directory).resolve(), overwrite)
+    elif overwrite:
+        raise InputError("overwrite needs the directory of a result.")

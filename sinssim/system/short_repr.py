@@ -7,7 +7,7 @@ import html
 import inspect
 import re
 import textwrap
-from collections.abc import Iterable, Iterator, Mapping
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from pathlib import Path
 from typing import Any, TypeVar
 
@@ -68,7 +68,7 @@ def described(value: Any) -> str:
     return shortened(repr(value).replace("\n", " "), 60)
 
 
-def html_table(title: str, rows: list[tuple[str, ...]], heads: tuple[str, ...] = ()) -> str:
+def html_table(title: str, rows: Sequence[tuple[str, ...]], heads: tuple[str, ...] = ()) -> str:
     """Return a table for a notebook.
 
     Args:

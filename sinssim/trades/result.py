@@ -13,8 +13,9 @@ from sinssim.data import Array
 from sinssim.errors import InputError, shortened, unknown_name
 from sinssim.lazy import from_later_stage
 from sinssim.requirements.quantity import Quantity, parse_quantity
+from sinssim.result import Result
 from sinssim.system.drafts import draft
-from sinssim.system.short_repr import short_repr
+from sinssim.system.short_repr import html_table, short_repr
 from sinssim.trades.cells import Cell, command_of, digest_of, name_of
 from sinssim.trades.keys import value_text
 from sinssim.trades.measure import CellNumbers, CellVerdict
@@ -54,7 +55,7 @@ class CellResult:
 
 
 @dataclass(eq=False, repr=False)
-class TradeResult:
+class TradeResult(Result):
     """The result of a trade study.
 
     Attributes:
@@ -82,6 +83,13 @@ class TradeResult:
         grid = " × ".join(map(str, self.shape))
         return f"TradeResult({self.study.name}: {grid} {self.study.cell} cells, {len(self.failures)} failed)"
 
+    def _repr_html_(self) -> str:
+        rows = [
+            (self.name(one.cell.number), one.status, *(f"{one.value(q.column):.4g}" for q in self.study.drawn))
+            for one in self.cells
+        ]
+        return html_table(repr(self), rows, ("cell", "status", *(q.column for q in self.study.drawn)))
+
     def plot(self, quantity: str | None = None) -> Any:
         """Return a figure of a quantity over the grid.
 
@@ -94,7 +102,7 @@ class TradeResult:
         Raises:
             InputError: the study does not have the quantity.
         """
-        return from_later_stage("sinssim.recording.figures.results", "plot_trade")(self, quantity)
+        return from_later_stage("sinssim.running.results", "figure_of")(self, quantity)
 
     @property
     def shape(self) -> tuple[int, ...]:

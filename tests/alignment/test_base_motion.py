@@ -25,10 +25,11 @@ from sinssim.alignment import (
     stillness,
     total,
 )
-from sinssim.alignment.report import align_session, align_source
+from sinssim.alignment.report import align_session
 from sinssim.data import ImuData
 from sinssim.earth.models import OMEGA_IE
 from sinssim.errors import InputError
+from sinssim.running.align import align
 from sinssim.scenario.sections.imu import ImuSection
 from sinssim.sensors.imu.emulate import emulate
 from sinssim.truth.motions.parked import Parked
@@ -215,8 +216,8 @@ def test_a_scenario_whose_base_sways_slowly_is_refused(tmp_path: Path) -> None:
     path = tmp_path / "slow.toml"
     path.write_text(slow, encoding="utf-8")
     with pytest.raises(InputError, match="noise of the sensors' grade explains"):
-        align_source(str(path))
-    quiet = align_source(str(path), settings=["vibration=[]"])
+        align(str(path))
+    quiet = align(str(path), overrides=["vibration=[]"])
     assert quiet.budget is not None
     assert MOTION in quiet.budget
 

@@ -12,12 +12,13 @@ from rerun.chunk import RrdReader
 
 from sinssim.alignment import Angles, Determination, ideal_readings
 from sinssim.alignment.determination import Flags
-from sinssim.alignment.report import AlignmentReport, _part, align_session, align_source
+from sinssim.alignment.report import AlignmentResult, align_session
 from sinssim.cli.process import main
 from sinssim.data import ImuData
 from sinssim.errors import InputError
 from sinssim.recording.figures.alignment import session_figure
 from sinssim.recording.figures.canvas import save
+from sinssim.running.align import _part, align
 from sinssim.scenario.sections.imu import ImuSection
 from sinssim.sensors.imu.emulate import emulate
 from sinssim.truth.motions.swaying import Sway, Swaying
@@ -89,8 +90,8 @@ def test_a_log_gives_what_the_scenario_gives(scenario, tmp_path, capsys):
 
     plan = load_scenario(scenario)
     log, description = write_log(tmp_path / "log.csv", emulate(fly(plan).increments(10.0), plan.imu, plan.seed))
-    from_log = align_source(log, columns=tmp_path / "log.toml", grade="laser-standard")
-    direct = align_source(scenario)
+    from_log = align(log, columns=tmp_path / "log.toml", grade="laser-standard")
+    direct = align(scenario)
     np.testing.assert_allclose(from_log.determination.attitude, direct.determination.attitude, rtol=1e-9)
     assert from_log.truth is None
     code, out, _ = run(capsys, log, "--columns", description, "--to", "120", "--json")
@@ -120,10 +121,10 @@ def test_a_block_on_its_back_in_a_log_is_doubted(tmp_path, method):
     increments = [np.tile(reading * [1, -1, -1] * dt, (count, 1)) for reading in (gyro, accel)]
     flipped = ImuData(np.arange(count + 1) * dt, *increments)
     log, _ = write_log(tmp_path / "log.csv", flipped)
-    report = align_source(log, columns=tmp_path / "log.toml", method=method)
+    report = align(log, columns=tmp_path / "log.toml", method=method)
     assert "is upside down (roll" in report.determination.warnings[-1]
     (tmp_path / "log.toml").write_text('axes = ["forward", "left", "up"]\n' + (tmp_path / "log.toml").read_text())
-    report = align_source(log, columns=tmp_path / "log.toml", method=method)
+    report = align(log, columns=tmp_path / "log.toml", method=method)
     assert report.determination.warnings == ()
     np.testing.assert_allclose(report.determination.attitude, [0.3, 0.02, 0.1], rtol=0, atol=1e-6)
 
@@ -154,7 +155,7 @@ def test_a_swaying_vehicle_is_refused_and_then_aligned(tmp_path, capsys):
 def test_a_swaying_scenario_is_compared_with_its_last_instant(scenario, monkeypatch):
     turning = Swaying(np.radians(50.0), 0.3, 0.0, 0.0, 0.0, 1.0, 300.0, [Sway("heading", 0.01, 1 / 400)])
     monkeypatch.setattr(importlib.import_module("sinssim.truth.source"), "fly", lambda plan: turning)
-    report = align_source(scenario, method="disturbed", latitude=np.radians(50.0), settings=("imu.grade=ideal",))
+    report = align(scenario, method="disturbed", latitude=np.radians(50.0), overrides=("imu.grade=ideal",))
     assert report.truth.heading == pytest.approx(1.0 + 0.01 * np.sin(1.5 * np.pi), abs=1e-9)
     assert abs(report.error.heading) < 1e-6
 
@@ -231,7 +232,7 @@ def test_what_cannot_be_written_is_named(scenario, tmp_path, capsys, option, nam
 
 
 def test_nothing_is_plotted_where_nothing_is_expected(tmp_path, scenario):
-    report = align_source(scenario, settings=("parked.latitude_deg=90",))
+    report = align(scenario, overrides=("parked.latitude_deg=90",))
     assert np.isnan(report.determination.heading)
     with pytest.raises(InputError, match="nothing to plot"):
         save(session_figure(report), tmp_path / "x.png")
@@ -304,7 +305,7 @@ def test_every_number_of_the_report_with_its_unit() -> None:
         *(np.asarray(x) for x in (np.radians(0.5), np.radians(-2.0), np.radians(3.0), np.nan, 5e-5, 9.81)),
         Flags(*(np.asarray(flag) for flag in (False, False, False, True))), ("one.", "two."),
     )  # fmt: skip
-    report = AlignmentReport(
+    report = AlignmentResult(
         "car.csv", "disturbed", ImuData(np.array([7.0, 8.5, 11.0, 20.0]), np.zeros((3, 3)), np.zeros((3, 3))), found,
         mean=angles(*np.radians([1.0, 2.0, 3.0, 4.0]) / 60.0),
         budget={"gyro bias": angles(*np.radians([3.0, 6.0, 9.0, 0.0]) / 60.0),
@@ -318,7 +319,7 @@ def test_every_number_of_the_report_with_its_unit() -> None:
         numbers = [None if value is None else pytest.approx(value, rel=1e-9) for value in values]
         return dict(zip(("heading", "roll", "pitch", "latitude"), numbers, strict=True))
 
-    assert report.to_json() == {
+    assert report.summary == {
         "source": "car.csv", "method": "disturbed", "duration_s": 13.0, "samples": 3,
         "heading_deg": pytest.approx(0.5), "roll_deg": pytest.approx(-2.0), "pitch_deg": pytest.approx(3.0),
         "latitude_deg": None,
@@ -351,7 +352,7 @@ def test_a_quiet_scenario_is_compared_with_the_middle_of_its_part(scenario, monk
     """A heading that moves by 2 mas is within rounding of the test for motion."""
     turning = Swaying(np.radians(50.0), 0.3, 0.0, 0.01, 0.02, 1.0, 300.0, [Sway("heading", 1e-8, 1 / 1200)])
     monkeypatch.setattr(importlib.import_module("sinssim.truth.source"), "fly", lambda plan: turning)
-    report = align_source(scenario, start=60.0, end=260.0, settings=("imu.grade=ideal",))
+    report = align(scenario, start=60.0, end=260.0, overrides=("imu.grade=ideal",))
     assert float(report.truth.heading) - 1.0 == pytest.approx(1e-8 * np.sin(2 * np.pi * 160.0 / 1200.0), rel=1e-6)
     np.testing.assert_allclose(
         [report.truth.roll, report.truth.pitch, report.truth.latitude], [0.01, 0.02, np.radians(50)]

@@ -166,7 +166,7 @@ def compared(name: str, folder: Path) -> dict[str, float]:
     settings = [f"log.outages.length_s={OUTAGE_S}", f"log.outages.every_s={EVERY_S}"]
     scenario = sinssim.load_scenario(folder / name / "suggested.toml", settings)
     assert scenario.log is not None
-    log = sinssim.load_log(scenario.log)
+    log = sinssim.load_log(scenario)
     fixes = log.fixes
     if not log.outages:
         scenario = sinssim.load_scenario(folder / name / "suggested.toml")

@@ -9,7 +9,7 @@ import pytest
 
 import sinssim
 from sinssim.logs.files import fix_stream, solution_stream
-from sinssim.logs.load import load_log
+from sinssim.logs.load import recorded_log
 
 DRIVE = Path(__file__).parents[1] / "data" / "drive" / "drive.toml"
 
@@ -18,7 +18,7 @@ def test_what_is_known_of_the_recording() -> None:
     """Rate, span, mounting and clock as the description of the data has them."""
     plan = sinssim.load_scenario(DRIVE)
     assert plan.log is not None
-    log = load_log(plan.log)
+    log = recorded_log(plan.log)
     assert log.rate_hz == pytest.approx(100.0, rel=1e-6)
     assert log.imu.time[-1] == pytest.approx(181.0, abs=0.05)
     assert log.rates["gnss-position"] == pytest.approx(4.0, rel=0.01)

@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 
 from sinssim.errors import InputError
-from sinssim.logs.load import load_log
+from sinssim.logs.load import recorded_log
 from sinssim.logs.log import Log
 from sinssim.logs.outages import Outages, outage_settings
 from tests.logs.drive import ATTITUDE, FIXES, RATES, REFERENCE, drive, write_csv, write_rates, write_reference
@@ -31,7 +31,7 @@ def section(folder: Path, gnss: dict[str, Any] | None = None, **more: Any) -> Lo
 
 
 def test_a_part_of_the_files(folder: Path) -> None:
-    log = load_log(section(folder, from_s=5.0, to_s=15.0))
+    log = recorded_log(section(folder, from_s=5.0, to_s=15.0))
     assert log.imu.time[[0, -1]] == pytest.approx([5.0, 15.0])
     place, speed = (readings.measurements for readings in log.sensed)
     assert place.time[[0, -1]] == pytest.approx([5.0, 15.0])
@@ -41,14 +41,14 @@ def test_a_part_of_the_files(folder: Path) -> None:
 
 
 def test_a_velocity_is_older_than_its_stamp_and_arrives_with_it(folder: Path) -> None:
-    place, speed = (r.measurements for r in load_log(section(folder, {"velocity_delay_s": 0.1})).sensed)
+    place, speed = (r.measurements for r in recorded_log(section(folder, {"velocity_delay_s": 0.1})).sensed)
     np.testing.assert_allclose(place.time - speed.time, 0.1, atol=1e-12)
     np.testing.assert_allclose(speed.arrival, place.time, atol=1e-12)
 
 
 def test_a_clock_that_runs_fast_is_slowed_down(folder: Path) -> None:
     """Times of the IMU since its first row are divided by 1 + drift; those of the fixes are unchanged."""
-    plain, slower = load_log(section(folder)), load_log(section(folder, imu={"clock_drift_ppm": 5e4}))
+    plain, slower = recorded_log(section(folder)), recorded_log(section(folder, imu={"clock_drift_ppm": 5e4}))
     np.testing.assert_allclose(slower.imu.time, plain.imu.time / 1.05, rtol=1e-12)
     assert slower.fixes is not None
     assert plain.fixes is not None
@@ -63,7 +63,7 @@ def test_codes_of_quality_become_factors(folder: Path) -> None:
     plain = {key: value for key, value in FIXES.items() if key not in ("velocity", "velocity_sigma_mps")}
     given = {**plain, "quality": "Q", "quality_factors": {"1": 1.0, "2": 20.0}}
     imu = {"file": str(folder / "imu.csv"), **RATES}
-    log = load_log(Log.model_validate({"imu": imu, "gnss": {"file": str(folder / "gnss.csv"), **given}}))
+    log = recorded_log(Log.model_validate({"imu": imu, "gnss": {"file": str(folder / "gnss.csv"), **given}}))
     (place,) = (readings.measurements for readings in log.sensed)
     assert 7.0 not in place.time
     assert len(place) == 19
@@ -71,7 +71,7 @@ def test_codes_of_quality_become_factors(folder: Path) -> None:
     assert place.sigma[1, 0] == 0.5
     assert any("5 of quality 2, σ times 20; 1 of quality 5, refused" in note for note in log.notes)
     with pytest.raises(InputError, match="has no codes of quality"):
-        load_log(section(folder, {"quality_factors": {"1": 1.0}, "velocity": None, "use": ["position"]}))
+        recorded_log(section(folder, {"quality_factors": {"1": 1.0}, "velocity": None, "use": ["position"]}))
 
 
 @pytest.mark.parametrize("stamp", [5.0, 2.0])
@@ -85,31 +85,31 @@ def test_a_reference_whose_stamps_repeat_or_go_back(folder: Path, stamp: float) 
     write_csv(folder / "reference.csv", "time_s,latitude_deg,longitude_deg,height_m", np.column_stack(columns))
     given = section(folder, reference={"file": str(folder / "reference.csv"), "format": "columns"})
     if stamp == 5.0:
-        reference = load_log(given).reference
+        reference = recorded_log(given).reference
         assert reference is not None
         assert len(reference.time) == len(at) - 1
     else:
         with pytest.raises(InputError, match=r"reference\.csv, row 12: the time 2 s goes back"):
-            load_log(given)
+            recorded_log(given)
 
 
 def test_missing_numbers_are_left_out(folder: Path) -> None:
     text = (folder / "gnss.csv").read_text().splitlines()
     text[3] = ",".join(field if i != 1 else "" for i, field in enumerate(text[3].split(",")))
     (folder / "gnss.csv").write_text("\n".join(text))
-    place, speed = (r.measurements for r in load_log(section(folder)).sensed)
+    place, speed = (r.measurements for r in recorded_log(section(folder)).sensed)
     assert len(speed) - len(place) == 1
 
 
 def test_files_that_do_not_overlap_name_both_spans(folder: Path) -> None:
     with pytest.raises(InputError, match=r"covers 100\.000 to 119\.800 s, the inertial unit 0\.000 to 19\.980 s"):
-        load_log(section(folder, {"time_offset_s": 100.0}))
+        recorded_log(section(folder, {"time_offset_s": 100.0}))
 
 
 def test_a_date_on_one_side_only_is_refused(folder: Path) -> None:
     with pytest.raises(InputError, match=r"log\.imu has no date"):
-        load_log(section(folder, {"first_row": "2025-07-08 19:34:21"}))
-    both = load_log(
+        recorded_log(section(folder, {"first_row": "2025-07-08 19:34:21"}))
+    both = recorded_log(
         section(
             folder, {"first_row": "2025-07-08 19:34:22.5"}, imu={"first_row": "2025-07-08 19:34:03.5", "clock": "utc"}
         )
@@ -118,7 +118,7 @@ def test_a_date_on_one_side_only_is_refused(folder: Path) -> None:
 
 
 def test_the_offset_of_the_unit_moves_all_other_files(folder: Path) -> None:
-    log = load_log(section(folder, imu={"time_offset_s": -0.25}))
+    log = recorded_log(section(folder, imu={"time_offset_s": -0.25}))
     assert log.imu.time[0] == 0.0
     assert log.sensed[0].measurements.time[1] == pytest.approx(0.45)
 
@@ -130,7 +130,7 @@ def test_constants_and_radians_and_the_geoid(folder: Path) -> None:
         "file": str(folder / "ref.csv"), "time": "t_s", "latitude": {"column": "lat", "unit": "rad"},
         "longitude": {"column": "lon", "unit": "rad"}, "height": {"value": 1.55, "unit": "km"}, "geoid_height_m": 50.0,
     }  # fmt: skip
-    log = load_log(section(folder, reference=reference))
+    log = recorded_log(section(folder, reference=reference))
     assert log.reference is not None
     np.testing.assert_allclose(log.reference.height, 1600.0)
     assert log.reference.knows == ("position",)
@@ -144,7 +144,7 @@ def test_a_quaternion_and_angles_are_the_same_attitude(folder: Path) -> None:
     write_csv(folder / "quat.csv", "t_s,lat,lon,h,vn,ve,vd,qw,qx,qy,qz", columns)
     angles = {"file": str(folder / "ref.csv"), **REFERENCE, **ATTITUDE}
     quaternion = {"file": str(folder / "quat.csv"), **REFERENCE, "quaternion": ["qw", "qx", "qy", "qz"]}
-    first, second = (load_log(section(folder, reference=one)).reference for one in (angles, quaternion))
+    first, second = (recorded_log(section(folder, reference=one)).reference for one in (angles, quaternion))
     assert first is not None
     assert second is not None
     assert first.q_nb is not None
@@ -161,7 +161,7 @@ def test_other_sensors_are_read(folder: Path) -> None:
         "name": "baro", "kind": "baro-height", "file": str(folder / "baro.csv"), "time": "t_ms",
         "reading": {"column": "ft", "unit": "ft"}, "sigma": {"value": 2.0, "unit": "m"},
     }  # fmt: skip
-    log = load_log(section(folder, others=[baro]))
+    log = recorded_log(section(folder, others=[baro]))
     readings = log.sensed[-1].measurements
     assert readings.kind == "baro-height"
     np.testing.assert_allclose(readings.value[:, 0], 1600.0)
@@ -181,7 +181,7 @@ def test_other_sensors_are_read(folder: Path) -> None:
 )
 def test_mistakes_are_named(folder: Path, gnss: dict[str, Any], message: str) -> None:
     with pytest.raises(InputError, match=message):
-        load_log(section(folder, gnss))
+        recorded_log(section(folder, gnss))
 
 
 @pytest.mark.parametrize(

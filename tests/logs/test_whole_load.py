@@ -12,7 +12,7 @@ from scipy.spatial.transform import Rotation
 from sinssim.errors import InputError
 from sinssim.logs.clocks import FileClock, Instant, date_of, file_clock, gps_instant, offset
 from sinssim.logs.gps_time import date_from_gps, gps_from_unix, leap_seconds, unix_from_gps, week_and_seconds
-from sinssim.logs.load import load_log
+from sinssim.logs.load import recorded_log
 from sinssim.logs.local_level import (
     enu_about,
     flipped,
@@ -78,7 +78,7 @@ def test_every_stream_in_the_run_s_time(tmp_path: Path) -> None:
     the fifth are within, of the reference those up to 5 s before and after, at −5.25 + k s.
     """
     section = Log.model_validate({**files(tmp_path), "outages": {"at_s": [[1.0, 2.0]]}})
-    log = load_log(section, (5.0, -6.0, 30.0))
+    log = recorded_log(section, (5.0, -6.0, 30.0))
     slow = 1.004096
     np.testing.assert_allclose(log.imu.time, 0.5 * np.arange(8) / slow, rtol=1e-12)
     middle = (np.arange(7) + 0.5)[:, None] * 0.5 / slow
@@ -133,25 +133,25 @@ def test_every_stream_in_the_run_s_time(tmp_path: Path) -> None:
 def test_a_part_of_a_run_and_a_wrong_scale(tmp_path: Path) -> None:
     tables = files(tmp_path)
     section = Log.model_validate({"imu": {**tables["imu"], "clock_drift_ppm": 0.0}, "from_s": 0.5, "to_s": 2.75})
-    np.testing.assert_allclose(load_log(section).imu.time, [0.5, 1.0, 1.5, 2.0, 2.5])
+    np.testing.assert_allclose(recorded_log(section).imu.time, [0.5, 1.0, 1.5, 2.0, 2.5])
     with pytest.raises(
         InputError,
         match=r"from_s = 3\.25 and to_s = 3\.5 leave 1 samples; the file covers 0 to "
         r"3\.500 s",
     ):
-        load_log(section.model_copy(update={"from_s": 3.25, "to_s": 3.5}))
+        recorded_log(section.model_copy(update={"from_s": 3.25, "to_s": 3.5}))
     text = (tmp_path / "imu.csv").read_text()
     (tmp_path / "imu.csv").write_text(text.replace(repr(START + 11.0), repr(START + 11.125)))
-    log = load_log(section)
+    log = recorded_log(section)
     np.testing.assert_allclose(log.imu.time, [0.5, 1.125, 1.5, 2.0, 2.5])
     assert log.rate_hz == pytest.approx(2.0), "by the usual interval"
     for force, fits in ((14.6, True), (14.8, False), (6.9, True), (6.8, False)):
         (tmp_path / "imu.csv").write_text(text.replace("-9.75", repr(-force)))
         if fits:
-            load_log(section)
+            recorded_log(section)
         else:
             with pytest.raises(InputError, match=r"the specific force is (14\.8|6\.8)\d* m/s² \(median\)"):
-                load_log(section)
+                recorded_log(section)
 
 
 def test_gps_time_by_hand() -> None:

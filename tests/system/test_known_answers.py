@@ -14,12 +14,12 @@ import pytest
 
 from sinssim import __version__
 from sinssim.errors import InputError
-from sinssim.recording.store.directory import RunDirectory, _beside, check_place
+from sinssim.recording.store.directory import RunDirectory, _beside
 from sinssim.recording.store.growing_directory import GrowingDirectory, Kind, owned, read_manifest
 from sinssim.system import kernel_files, memory, user_file
 from sinssim.system.drafts import Draft
 from sinssim.system.locks import open_own
-from sinssim.system.outputs import MARK, check_inside, publish, remove, write_text, written
+from sinssim.system.outputs import MARK, check_inside, check_place, publish, remove, write_text, written
 from sinssim.system.short_repr import described, html_lines, html_table, short_repr
 
 

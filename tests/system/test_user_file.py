@@ -88,7 +88,7 @@ _SCRIPT = """
 import resource, signal, sys, traceback
 from pathlib import Path
 resource.setrlimit(resource.RLIMIT_AS, (8 << 30, 8 << 30))
-from sinssim.alignment.report import align_source
+from sinssim.running.align import align
 from sinssim.earth.harmonics.icgem import read_icgem
 from sinssim.errors import InputError
 from sinssim.inspection.files import inspect
@@ -115,7 +115,7 @@ for place in sys.argv[2:]:
     uses = {
         "inspect": lambda: inspect([path]),
         "run": lambda: suggest([path]),
-        "align": lambda: align_source(str(path)),
+        "align": lambda: align(str(path)),
         "allan": lambda: noise_report(path),
         "icgem": lambda: read_icgem(path),
         "columns": lambda: read_log(folder / "log.csv", path),

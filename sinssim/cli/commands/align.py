@@ -66,9 +66,9 @@ def command(
         sinssim align log.csv --columns log.toml --grade tactical --plot expected.svg
         sinssim align log.npz --columns log.toml --disturbed --latitude 50
     """
-    from sinssim.alignment.report import align_source
+    from sinssim.running.align import align
 
-    report = align_source(
+    report = align(
         source,
         columns=columns,
         grade=grade,
@@ -76,7 +76,7 @@ def command(
         end=end,
         method="disturbed" if disturbed else "quiet",
         latitude=None if latitude is None else math.radians(latitude),
-        settings=tuple(settings or ()),
+        overrides=tuple(settings or ()),
     )
     if plot is not None:
         from sinssim.recording.figures.alignment import session_figure
@@ -88,7 +88,7 @@ def command(
 
         record_alignment(record, report)
     if as_json:
-        print_json(report.to_json())
+        print_json(report.summary)
     else:
         from sinssim.recording.tables.alignment import show
 

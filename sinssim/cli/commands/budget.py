@@ -86,23 +86,22 @@ def command(
     plan = load_scenario(scenario, with_grade(settings, grade))
     directory = out or Path("runs") / f"{plan.name}-budget"
     from sinssim.error_budget.analyse import budget
-    from sinssim.error_budget.limits import answers
-    from sinssim.recording.store.budget import to_json, write_budget
 
     result = budget(
         plan,
+        directory,
+        overwrite=overwrite,
         times=at or (),
         require=wanted,
+        free=names,
         solution="inertial" if inertial else None,
         progress=has_bars(quiet),
     )
-    found = answers(result, wanted, names)
-    place = write_budget(result, found, directory, times=at or (), overwrite=overwrite)
     if as_json:
-        print_json(to_json(result, found, at or ()))
+        print_json(result.summary)
     elif not quiet:
         from sinssim.recording.tables.budget import show
 
-        show(result, found, console(least_width=120), at or ())
-        print(f"Report: {place / 'report.html'}    (in any browser)")
-        print(f"View:   {program_name()} view {place}    (--web: in a browser)")
+        show(result, result.answers(), console(least_width=120), at or ())
+        print(f"Report: {result.directory}/report.html    (in any browser)")
+        print(f"View:   {program_name()} view {result.directory}    (--web: in a browser)")

@@ -46,18 +46,16 @@ def command(
         sinssim calibrate calibration_systematic --set turntable.dwell_s=60
     """  # fmt: skip
     from sinssim.calibration.calibrate import calibrate
-    from sinssim.recording.store.calibration import to_json, write_calibration
     from sinssim.scenario import load_scenario
 
     plan = load_scenario(scenario, with_grade(settings, grade))
     directory = out or Path("runs") / f"{plan.name}-calibration"
-    result = calibrate(plan, method=method, progress=has_bars(quiet))
-    place = write_calibration(result, directory, overwrite=overwrite)
+    result = calibrate(plan, directory, method=method, overwrite=overwrite, progress=has_bars(quiet))
     if as_json:
-        print_json(to_json(result))
+        print_json(result.summary)
     elif not quiet:
         from sinssim.recording.tables.calibration import show
 
         show(result, console(least_width=110))
-        print(f"Report:       {place / 'report.html'}    (in any browser)")
-        print(f'Compensation: {place / "compensation.toml"}    ([compensation] with file = "…")')
+        print(f"Report:       {result.directory}/report.html    (in any browser)")
+        print(f'Compensation: {result.directory}/compensation.toml    ([compensation] with file = "…")')

@@ -96,8 +96,8 @@ def command(
     from sinssim.errors import InputError
     from sinssim.inspection.raw_files import NAME, are_raw
     from sinssim.logs.outages import outage_settings
-    from sinssim.recording.store.directory import check_place
     from sinssim.scenario import find_content
+    from sinssim.system.outputs import check_place
 
     settings = [*with_grade(settings, grade), *_kept(keep, recording)]
     suggestion = _suggestion(scenario, out, overwrite) if are_raw(scenario) else None
@@ -159,7 +159,7 @@ def command(
 def _suggestion(files: list[str], out: Path | None, overwrite: bool) -> Suggestion:
     """Return the scenario that recorded files suggest; a place that is taken is told before they are read."""
     from sinssim.inspection.raw_files import suggest
-    from sinssim.recording.store.directory import check_place
+    from sinssim.system.outputs import check_place
 
     if out is not None:
         check_place(out.resolve(), overwrite)

@@ -17,7 +17,8 @@ import numpy as np
 
 from sinssim.data import Array
 from sinssim.ensembles.plan import Plan
-from sinssim.ensembles.run_errors import COMPONENTS, VECTORS, RunErrors
+from sinssim.ensembles.run_errors import COMPONENTS, EVERYTHING, VECTORS, RunErrors
+from sinssim.ensembles.stored_errors import Errors
 from sinssim.errors import RunError
 from sinssim.system.drafts import draft
 
@@ -46,13 +47,14 @@ def runs_of(path: Path) -> range | None:
     return range(int(match[1]), int(match[2]) + 1) if match else None
 
 
-def write_chunk(errors: RunErrors, plan: Plan, folder: Path) -> Path:
+def write_chunk(errors: Errors, plan: Plan, folder: Path, runs: slice = EVERYTHING) -> Path:
     """Write the errors of a group of runs.
 
     Args:
         errors: errors of consecutive runs.
         plan: the plan of the ensemble.
         folder: an existing folder.
+        runs: rows of the group among them; by default all.
 
     Returns:
         The file; the same errors give the same bytes.
@@ -63,12 +65,12 @@ def write_chunk(errors: RunErrors, plan: Plan, folder: Path) -> Path:
     import pyarrow as pa
     import pyarrow.parquet as pq
 
-    columns = _columns(errors)
-    about = {"digest": plan.digest, "contents": _digest(columns, errors.failure)}
+    columns, failure, numbers = _columns(errors, runs), errors.failure[runs], errors.number[runs]
+    about = {"digest": plan.digest, "contents": _digest(columns, failure)}
     arrays = {name: _array(values) for name, values in columns.items()}
-    arrays["failure"] = pa.array(errors.failure, pa.string())
+    arrays["failure"] = pa.array(failure, pa.string())
     table = pa.table(arrays).replace_schema_metadata({"sinssim": json.dumps(about, sort_keys=True)})
-    path = folder / chunk_name(range(int(errors.number[0]), int(errors.number[-1]) + 1))
+    path = folder / chunk_name(range(int(numbers[0]), int(numbers[-1]) + 1))
     split = {
         f"{name}.list.element" if values.ndim > 1 else name: "BYTE_STREAM_SPLIT"
         for name, values in columns.items()
@@ -111,12 +113,12 @@ def read_chunk(path: Path, plan: Plan) -> RunErrors:
     return _errors(columns, failure, plan)
 
 
-def _columns(errors: RunErrors) -> dict[str, Array]:
+def _columns(errors: Errors, runs: slice) -> dict[str, Array]:
     """Return the columns of a file, (R,) or (R, K) each."""
-    columns: dict[str, Any] = {"run": errors.number, "seed": errors.seed, "end_s": errors.end}
-    columns |= {f"vary {key}": values for key, values in errors.values.items()}
-    columns |= {f"final_{name}": errors.final[:, i] for i, name in enumerate(COMPONENTS)}
-    columns |= {name: errors.column(name) for name in errors.names}
+    columns: dict[str, Any] = {"run": errors.number[runs], "seed": errors.seed[runs], "end_s": errors.end[runs]}
+    columns |= {f"vary {key}": values[runs] for key, values in errors.values.items()}
+    columns |= {f"final_{name}": errors.final[runs, i] for i, name in enumerate(COMPONENTS)}
+    columns |= {name: errors.column(name, runs=runs) for name in errors.names}
     return {name: np.ascontiguousarray(values) for name, values in columns.items()}
 
 

@@ -13,6 +13,7 @@ from typing import TYPE_CHECKING
 from sinssim.ensembles.judge import Looks, check_kept
 from sinssim.ensembles.plan import AIDED, LONG_CHUNK, make_plan, with_runs
 from sinssim.ensembles.result import EnsembleResult
+from sinssim.ensembles.running.chunk_file import write_chunk
 from sinssim.ensembles.running.directory import EnsembleDirectory, kept_epochs, missing
 from sinssim.ensembles.running.processes import SparePool, in_processes
 from sinssim.ensembles.running.room import check_disk, check_memory, runs_at_a_time, short_of
@@ -157,6 +158,31 @@ def stored_runs(
     try:
         how = _How(truths, SparePool(0), threads, None, None)
         return _continued(folder, count, how, progress, say)
+    finally:
+        folder.close()
+
+
+def write_result(result: EnsembleResult, directory: Path, *, overwrite: bool) -> Path:
+    """Write the directory of an ensemble that was kept in memory.
+
+    Args:
+        result: the ensemble.
+        directory: the directory.
+        overwrite: whether an ensemble in it is replaced.
+
+    Returns:
+        The directory, which can be extended as any other.
+
+    Raises:
+        InputError: the directory cannot be used, or the disk is full.
+    """
+    plan = result.plan
+    folder = EnsembleDirectory(directory, plan, overwrite=overwrite)
+    try:
+        for runs in missing([], len(result), plan.chunk):
+            write_chunk(result.errors, plan, folder.folder, slice(runs.start, runs.stop))
+        _write(folder, result, "finished")
+        return folder.path
     finally:
         folder.close()
 

@@ -19,7 +19,7 @@ from sinssim.estimation.from_scenario.recorded_errors import recorded_sensors
 from sinssim.estimation.from_scenario.truth_comparison import Aided, Rows
 from sinssim.estimation.initial_alignment.recorded_start import RecordedStart, recorded_start
 from sinssim.estimation.initial_alignment.start import Start
-from sinssim.logs.load import RecordedLog, load_log
+from sinssim.logs.load import RecordedLog, recorded_log
 from sinssim.logs.reference import Reference
 from sinssim.logs.reference_motion import ReferenceMotion
 from sinssim.progress import Progress, silent
@@ -71,7 +71,7 @@ def prepare(scenario: Scenario) -> Prepared:
     """
     section = scenario.log
     assert section is not None
-    log = load_log(section, scenario.imu.mounting_deg)
+    log = recorded_log(section, scenario.imu.mounting_deg)
     start = recorded_start(log, section.start, scenario.imu.mounting_deg, scenario.navigation.gravity)
     imu, time = log.imu, log.imu.time
     rate = float(f"{log.rate_hz:.{_RATE_DIGITS}g}")

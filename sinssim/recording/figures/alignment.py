@@ -18,7 +18,7 @@ if TYPE_CHECKING:
     from matplotlib.axes import Axes
     from matplotlib.figure import Figure
 
-    from sinssim.alignment.report import AlignmentReport
+    from sinssim.alignment.report import AlignmentResult
     from sinssim.sensors.imu.errors import ImuErrors
 
 _COLORS = {name: style.css(style.COLORS[name]) for name in Angles._fields}
@@ -98,7 +98,7 @@ def draw_curves(
 
 
 @styled
-def session_figure(report: AlignmentReport) -> Figure:
+def session_figure(report: AlignmentResult) -> Figure:
     """Draw the expected errors of one session: the budget by source, and the curves over session length.
 
     Args:

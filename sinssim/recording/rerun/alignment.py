@@ -12,7 +12,7 @@ import rerun.blueprint as rrb
 from sinssim.alignment.axes import Angles, Attitude
 from sinssim.alignment.budget import MOTION, error_budget, total
 from sinssim.alignment.determination import solve
-from sinssim.alignment.report import AlignmentReport
+from sinssim.alignment.report import AlignmentResult
 from sinssim.data import Array
 from sinssim.recording.rerun.rrd import Recording, time_plot, whole_recording
 from sinssim.recording.tables.alignment import show
@@ -23,7 +23,7 @@ _INSTANTS = 1000  # of a session at which the angles so far are shown
 _AXES = ("forward", "right", "down")
 
 
-def record_alignment(path: Path, report: AlignmentReport) -> None:
+def record_alignment(path: Path, report: AlignmentResult) -> None:
     """Write the recording of an alignment.
 
     Args:
@@ -42,7 +42,7 @@ def record_alignment(path: Path, report: AlignmentReport) -> None:
         recording.blueprint(rrb.Blueprint(rrb.Tabs(*tabs), collapse_panels=True))
 
 
-def _record_angles(recording: Recording, report: AlignmentReport) -> list[rrb.View]:
+def _record_angles(recording: Recording, report: AlignmentResult) -> list[rrb.View]:
     """Record the result of eq. (1) up to each instant of the session with its ±σ; a swaying base has none."""
     if report.method != "quiet":
         return []
@@ -82,7 +82,7 @@ def _record_angles(recording: Recording, report: AlignmentReport) -> list[rrb.Vi
     return plots
 
 
-def _record_departures(recording: Recording, report: AlignmentReport) -> list[rrb.View]:
+def _record_departures(recording: Recording, report: AlignmentResult) -> list[rrb.View]:
     """Record the departure of the block from rest: its accumulated angle and velocity."""
     imu = report.imu
     share = ((imu.time - imu.time[0]) / report.duration)[:, None]
@@ -111,7 +111,7 @@ def _record_budget(recording: Recording, budget: dict[str, Angles]) -> list[rrb.
     return bars
 
 
-def _sources(report: AlignmentReport) -> str:
+def _sources(report: AlignmentResult) -> str:
     if report.budget is None:
         return ""
     lines = "\n".join(f"{k}. {source}" for k, source in enumerate(report.budget))

@@ -4,18 +4,20 @@ from __future__ import annotations
 
 import json
 import math
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 
+from sinssim.data import Array
 from sinssim.error_budget.inputs.sources import Source
 from sinssim.error_budget.limits import Allowance, Answer
 from sinssim.error_budget.result import COMPONENTS, BudgetResult
-from sinssim.recording.store.directory import RunDirectory
+from sinssim.recording.store.directory import write_directory
 from sinssim.recording.store.parquet import write_table
 from sinssim.recording.store.summary import versions
+from sinssim.recording.streams import Stream, Vector
 from sinssim.requirements.exceeded import NEVER
 from sinssim.system.outputs import write_text
 from sinssim.units import NAUTICAL_MILE
@@ -122,27 +124,38 @@ def _answer(answer: Answer) -> dict[str, Any]:
     }
 
 
+def _columns(result: BudgetResult, name: str | None) -> dict[str, Array]:
+    """Return the columns of one source over time, (E,) each; of all sources together if the name is None."""
+    mean = result.bias if name is None else result.mean.get(name, np.zeros((len(result.time), 9)))
+    columns = {"cep_m": result.radius(0.5, name), "r95_m": result.radius(0.95, name)}
+    for what, values in (("sigma", result.sigma(name)), ("mean", _heading(mean))):
+        heads = (f"{what}_{part}_{unit}" for part, unit in zip(COMPONENTS, _SI, strict=True))
+        columns |= dict(zip(heads, values.T, strict=True))
+    return columns
+
+
+def streams(result: BudgetResult) -> Iterator[Stream]:
+    """Yield the growth of the errors over time, by all sources together ("total") and by each.
+
+    Args:
+        result: the budget.
+    """
+    for name in (None, *(source.name for source in result.sources)):
+        columns = _columns(result, name)
+        yield Stream(name or "total", result.time, tuple(Vector(k, (k,), v[:, None]) for k, v in columns.items()))
+
+
 def _write_parquet(result: BudgetResult, path: Path) -> None:
     """Write one row for each instant and source; the source "total" is all of them."""
     import pyarrow as pa
 
-    count = len(result.time)
-    names: list[str] = []
-    kinds: list[str] = []
-    numbers = []
-    for source in (None, *result.sources):
-        name = None if source is None else source.name
-        mean = result.bias if source is None else result.mean.get(source.name, np.zeros((count, 9)))
-        names += [name or "total"] * count
-        kinds += ["total" if source is None else source.kind] * count
-        radii = np.column_stack([result.radius(0.5, name), result.radius(0.95, name)])
-        numbers.append(np.column_stack([result.time, radii, result.sigma(name), _heading(mean)]))
-    values = np.vstack(numbers)
-    heads = ["time_s", "cep_m", "r95_m"]
-    for what in ("sigma", "mean"):
-        heads += [f"{what}_{name}_{unit}" for name, unit in zip(COMPONENTS, _SI, strict=True)]
-    columns: dict[str, Any] = {"source": pa.array(names), "kind": pa.array(kinds)}
-    columns |= {head: pa.array(values[:, k].copy()) for k, head in enumerate(heads)}
+    count, kinds = len(result.time), {"total": "total", **{source.name: source.kind for source in result.sources}}
+    parts = [{"time_s": result.time, **_columns(result, None if name == "total" else name)} for name in kinds]
+    columns: dict[str, Any] = {
+        "source": pa.array([name for name in kinds for _ in range(count)]),
+        "kind": pa.array([kind for kind in kinds.values() for _ in range(count)]),
+    }
+    columns |= {head: pa.array(np.concatenate([part[head] for part in parts])) for head in parts[0]}
     write_table(pa.table(columns), path)
 
 
@@ -172,17 +185,12 @@ def write_budget(
     from sinssim.recording.report.budget import budget_report
     from sinssim.recording.rerun.budget import record
 
-    folder = RunDirectory(directory, overwrite=overwrite)
-    try:
-        with folder.writing():
-            contents = to_json(result, answers, times)
-            write_text(folder.path / "budget.json", json.dumps(contents, indent=2, ensure_ascii=False) + "\n")
-            write_text(folder.path / "scenario.toml", result.scenario.to_toml())
-            _write_parquet(result, folder.path / "budget.parquet")
-            write_text(folder.path / "report.html", budget_report(result, answers, times))
-            record(result, answers, folder.path / "recording.rrd")
-            return folder.keep()
-    except BaseException:
-        if folder.path.exists():
-            folder.discard()
-        raise
+    def write(folder: Path) -> None:
+        contents = to_json(result, answers, times)
+        write_text(folder / "budget.json", json.dumps(contents, indent=2, ensure_ascii=False) + "\n")
+        write_text(folder / "scenario.toml", result.scenario.to_toml())
+        _write_parquet(result, folder / "budget.parquet")
+        write_text(folder / "report.html", budget_report(result, answers, times))
+        record(result, answers, folder / "recording.rrd")
+
+    return write_directory(directory, write, overwrite=overwrite)

@@ -8,7 +8,7 @@ from typing import Any
 
 from sinssim.calibration.compensation_file import compensation_text
 from sinssim.calibration.result import CalibrationResult
-from sinssim.recording.store.directory import RunDirectory
+from sinssim.recording.store.directory import write_directory
 from sinssim.recording.store.summary import versions
 from sinssim.system.outputs import write_text
 from sinssim.units import ARCSEC
@@ -87,17 +87,10 @@ def write_calibration(result: CalibrationResult, directory: Path, *, overwrite: 
     """
     from sinssim.recording.report.calibration import calibration_report
 
-    folder = RunDirectory(directory, overwrite=overwrite)
-    try:
-        with folder.writing():
-            write_text(
-                folder.path / "calibration.json", json.dumps(to_json(result), indent=2, ensure_ascii=False) + "\n"
-            )
-            write_text(folder.path / "compensation.toml", compensation_text(result))
-            write_text(folder.path / "scenario.toml", result.scenario.to_toml())
-            write_text(folder.path / "report.html", calibration_report(result))
-            return folder.keep()
-    except BaseException:
-        if folder.path.exists():
-            folder.discard()
-        raise
+    def write(folder: Path) -> None:
+        write_text(folder / "calibration.json", json.dumps(to_json(result), indent=2, ensure_ascii=False) + "\n")
+        write_text(folder / "compensation.toml", compensation_text(result))
+        write_text(folder / "scenario.toml", result.scenario.to_toml())
+        write_text(folder / "report.html", calibration_report(result))
+
+    return write_directory(directory, write, overwrite=overwrite)

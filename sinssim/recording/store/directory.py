@@ -5,13 +5,13 @@ from __future__ import annotations
 import contextlib
 import os
 import shutil
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from pathlib import Path
 
 from sinssim.errors import InputError
 from sinssim.formatting import size_text
 from sinssim.system.drafts import Draft
-from sinssim.system.outputs import MARK, check_inside, publish, written
+from sinssim.system.outputs import check_place, is_taken, publish, written
 
 
 class RunDirectory:
@@ -69,7 +69,7 @@ class RunDirectory:
             OSError: the directory cannot be moved; the existing files stay.
         """
         place = self.target
-        if beside and _is_taken(place):
+        if beside and is_taken(place):
             place = _beside(place, beside)
         try:
             check_place(place, self._overwrite or bool(beside))
@@ -110,6 +110,31 @@ class RunDirectory:
                 folder.rmdir()
 
 
+def write_directory(target: Path, write: Callable[[Path], object], *, overwrite: bool) -> Path:
+    """Write a directory that is complete or not there.
+
+    Args:
+        target: the place.
+        write: writes files to a given folder.
+        overwrite: whether existing results there may be replaced.
+
+    Returns:
+        The directory.
+
+    Raises:
+        InputError: the place is taken or cannot be written.
+    """
+    folder = RunDirectory(target, overwrite=overwrite)
+    try:
+        with folder.writing():
+            write(folder.path)
+            return folder.keep()
+    except BaseException:
+        if folder.path.exists():
+            folder.discard()
+        raise
+
+
 def _beside(place: Path, ending: str) -> Path:
     """Return a place with a suffix to the name that is free or holds a run that may be replaced."""
     number = 1
@@ -118,37 +143,3 @@ def _beside(place: Path, ending: str) -> Path:
         if not os.path.lexists(there) or (not there.is_symlink() and written(there) is not None):
             return there
         number += 1
-
-
-def _is_taken(place: Path) -> bool:
-    return place.exists() and (not place.is_dir() or any(place.iterdir()))
-
-
-def check_place(place: Path, overwrite: bool) -> None:
-    """Raise unless a place is free or holds a run that may be replaced.
-
-    Args:
-        place: of a run directory.
-        overwrite: whether a run may be replaced.
-
-    Raises:
-        InputError: the message says what is in the way.
-    """
-    if not _is_taken(place):
-        return
-    if not place.is_dir():
-        raise InputError(f"the run directory {place} is a file; give the name of a folder with -o.")
-    files = written(place)
-    if files is None:
-        older = (place / "recording.rrd").exists()
-        raise InputError(
-            f"the folder {place} is not empty and holds no run: it lacks the file {MARK}, by which sinssim recognises "
-            "a run. It stays unchanged; give another folder with -o."
-            + (" If it is a run of an older sinssim, move or remove it yourself." if older else "")
-        )
-    if not overwrite:
-        raise InputError(
-            f"the run directory {place} already contains a run. Give another folder with -o, or replace it with "
-            "--overwrite."
-        )
-    check_inside(place, files)

@@ -4,8 +4,9 @@ from __future__ import annotations
 
 import json
 import platform
+from collections.abc import Mapping
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 from sinssim.ensembles.predicted import predicted_sigma
 from sinssim.ensembles.summary import ensemble_numbers
@@ -17,6 +18,19 @@ if TYPE_CHECKING:
 
 FIGURES = ("ensemble.svg", "ensemble.png")
 """The picture of an ensemble for a paper."""
+
+
+def to_json(result: EnsembleResult, numbers: Mapping[str, Any] | None = None) -> dict[str, Any]:
+    """Return an ensemble as plain numbers with units in the names.
+
+    Args:
+        result: the ensemble.
+        numbers: its numbers, if they are known.
+
+    Returns:
+        The contents of `summary.json`.
+    """
+    return dict(plain({**(numbers or ensemble_numbers(result)), "versions": versions()}))
 
 
 def write_ensemble(result: EnsembleResult, folder: Path, status: str = "finished") -> list[str]:
@@ -46,6 +60,6 @@ def write_ensemble(result: EnsembleResult, folder: Path, status: str = "finished
     for name in FIGURES:
         save(picture, folder / name)
     record(result, numbers, folder / "recording.rrd")
-    text = json.dumps(plain({**numbers, "versions": versions()}), indent=2, ensure_ascii=False, allow_nan=False)
+    text = json.dumps(to_json(result, numbers), indent=2, ensure_ascii=False, allow_nan=False)
     write_text(folder / "summary.json", text + "\n")
     return ["report.html", "summary.json", "recording.rrd", *FIGURES]

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import importlib
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterable, Iterator, Mapping
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -84,28 +84,20 @@ class StreamTable:
         return _needed("polars").from_arrow(self.arrow())
 
 
-class RunStreams(Mapping[str, StreamTable]):
-    """The streams of a run by name: `streams["truth"].pandas()`.
+class Streams(Mapping[str, StreamTable]):
+    """The streams of a result by name: `run.streams["truth"].pandas()`.
 
-    They are `truth`, `imu_ideal`, `imu_measured`, `nav_NAME` and `error_NAME` of each solution, and those of a filter.
-    Streams of special sensor sets and further coordinates are in the Parquet files of a recorded run alone.
+    Those of a run are `truth`, `imu_ideal`, `imu_measured`, `nav_NAME` and `error_NAME` of each solution, and those of
+    a filter. Streams of special sensor sets and further coordinates are in the Parquet files of a recorded run alone.
     """
 
-    def __init__(self, run: Run) -> None:
-        """Take the streams of a run.
+    def __init__(self, streams: Iterable[Stream] = ()) -> None:
+        """Take streams.
 
         Args:
-            run: a finished run.
-
-        Raises:
-            InputError: it is a run in a vertical plane, which has other streams.
+            streams: the streams.
         """
-        if run.one_component is not None:
-            raise InputError(
-                "a run with [one_component] has its streams in its run directory alone: run it with one, and read "
-                "streams/*.parquet."
-            )
-        self._by_name = {stream.name: StreamTable(stream) for stream in _streams(run)}
+        self._by_name = {stream.name: StreamTable(stream) for stream in streams}
 
     def __getitem__(self, name: str) -> StreamTable:
         try:
@@ -123,7 +115,7 @@ class RunStreams(Mapping[str, StreamTable]):
         return len(self._by_name)
 
     def __repr__(self) -> str:
-        return f"RunStreams({', '.join(self)})"
+        return f"Streams({', '.join(self)})"
 
     def _repr_html_(self) -> str:
         rows: list[tuple[str, ...]] = [
@@ -132,8 +124,20 @@ class RunStreams(Mapping[str, StreamTable]):
         return html_table("Streams", rows, ("stream", "rows", "columns"))
 
 
-def _streams(run: Run) -> Iterator[Stream]:
-    """Yield the streams that a run in memory has."""
+def streams_of_run(run: Run) -> Iterator[Stream]:
+    """Yield the streams that a run in memory has.
+
+    Args:
+        run: a finished run.
+
+    Raises:
+        InputError: it is a run in a vertical plane, which has other streams.
+    """
+    if run.one_component is not None:
+        raise InputError(
+            "a run with [one_component] has its streams in its run directory alone: run it with one, and read "
+            "streams/*.parquet."
+        )
     if run.prepared is None:
         yield truth_stream(run.time, run.truth)
         yield imu_stream("ideal", run.ideal)

@@ -10,7 +10,7 @@ from rich.table import Table
 
 from sinssim.alignment.axes import Angles
 from sinssim.alignment.budget import total
-from sinssim.alignment.report import AlignmentReport
+from sinssim.alignment.report import AlignmentResult
 from sinssim.data import Array
 from sinssim.units import ARCMIN, DEG, DEG_H
 
@@ -18,7 +18,7 @@ if TYPE_CHECKING:
     from rich.console import Console
 
 
-def show(report: AlignmentReport, console: Console) -> None:
+def show(report: AlignmentResult, console: Console) -> None:
     """Print the angles and the latitude, and the expected error by source.
 
     Args:

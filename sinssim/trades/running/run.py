@@ -99,6 +99,31 @@ def trade(
     return result
 
 
+def write_result(result: TradeResult, directory: Path, *, overwrite: bool) -> Path:
+    """Write the directory of a study that was kept in memory; the runs of its ensembles are not kept.
+
+    Args:
+        result: the study.
+        directory: the directory.
+        overwrite: whether a study in it is replaced.
+
+    Returns:
+        The directory. A study of ensembles that is continued there computes its cells again.
+
+    Raises:
+        InputError: the directory cannot be used, or the disk is full.
+    """
+    folder = TradeDirectory(directory, result.study, resume=False, overwrite=overwrite)
+    try:
+        for one in result.cells:
+            if one.numbers is not None and result.study.cell == "budget":
+                folder.write(result.digest(one.cell.number), one.numbers)
+        _write(folder, result)
+        return folder.path
+    finally:
+        folder.close()
+
+
 @dataclass(frozen=True)
 class _Missing:
     """A cell to be computed, the others that have the same numbers, and its true motion."""

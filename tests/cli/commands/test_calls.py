@@ -68,14 +68,15 @@ def test_run_with_recorded_files(sinssim: Sinssim, put: Put, tmp_path: Path) -> 
 
 
 def test_align(sinssim: Sinssim, put: Put) -> None:
-    found = SimpleNamespace(to_json=lambda: SUMMARY)
-    aligned, shown = put("alignment.report.align_source", found), put("recording.tables.alignment.show")
+    found = SimpleNamespace(summary=SUMMARY)
+    aligned, shown = put("running.align.align", found), put("recording.tables.alignment.show")
     drawn, saved = put("recording.figures.alignment.session_figure", "figure"), put("recording.figures.canvas.save")
     recorded = put("recording.rerun.alignment.record_alignment")
     assert sinssim("align", "parked") == ""
     assert aligned.args == ("parked",)
     assert aligned.options == {
-        "columns": None, "grade": None, "start": None, "end": None, "method": "quiet", "latitude": None, "settings": (),
+        "columns": None, "grade": None, "start": None, "end": None, "method": "quiet", "latitude": None,
+        "overrides": (),
     }  # fmt: skip
     assert shown.args[0] is found
     options = ("--from", 3, "--to", 70, "--disturbed", "--latitude", -30, "--columns", "c.toml", "--grade", "tactical",
@@ -83,7 +84,7 @@ def test_align(sinssim: Sinssim, put: Put) -> None:
     assert json.loads(sinssim("align", "log.csv", *options)) == SUMMARY
     assert aligned.options == {
         "columns": Path("c.toml"), "grade": "tactical", "start": 3.0, "end": 70.0, "method": "disturbed",
-        "latitude": pytest.approx(-pi / 6.0), "settings": ("seed=5",),
+        "latitude": pytest.approx(-pi / 6.0), "overrides": ("seed=5",),
     }  # fmt: skip
     assert (drawn.args, saved.args, recorded.args) == ((found,), ("figure", Path("p.svg")), (Path("r.rrd"), found))
 
@@ -112,17 +113,16 @@ def test_allan(sinssim: Sinssim, put: Put) -> None:
 
 
 def test_budget(sinssim: Sinssim, put: Put) -> None:
-    found, answered = put("error_budget.analyse.budget", "result"), put("error_budget.limits.answers", ("answer",))
-    wrote = put("recording.store.budget.write_budget", Path("place"))
-    numbers, shown = put("recording.store.budget.to_json", SUMMARY), put("recording.tables.budget.show")
+    result = SimpleNamespace(directory=Path("place"), summary=SUMMARY, answers=lambda: ("answer",))
+    found, shown = put("error_budget.analyse.budget", result), put("recording.tables.budget.show")
     assert sinssim("budget", "parked") == report("place") + view("place")
-    plan = found.args[0]
-    assert found.options == {"times": (), "require": (), "solution": None, "progress": False}
-    assert wrote.args == ("result", ("answer",), Path("runs/parked-budget"))
-    assert wrote.options == {"times": (), "overwrite": False}
-    assert shown.args[:2] == ("result", ("answer",))
+    plan, directory = found.args
+    assert found.options == {
+        "overwrite": False, "times": (), "require": (), "free": [], "solution": None, "progress": False,
+    }  # fmt: skip
+    assert (plan.name, directory) == ("parked", Path("runs/parked-budget"))
+    assert shown.args[:2] == (result, ("answer",))
     assert shown.args[3] == ()
-    assert plan.name == "parked"
     assert sinssim("budget", "parked", "--at", 7, "--at", 9) == report("place") + view("place")
     assert shown.args[3] == [7.0, 9.0]
     options = ("--require", "r95(60 s) <= 2 km", "--free", "gyro_bias, accel_bias", "--at", 7, "--at", 9, "--inertial",
@@ -135,28 +135,26 @@ def test_budget(sinssim: Sinssim, put: Put) -> None:
         [7.0, 9.0],
         "inertial",
     )
-    assert answered.args == ("result", (one,), ["gyro_bias", "accel_bias"])
-    assert (wrote.args[2], wrote.options) == (Path("d"), {"times": [7.0, 9.0], "overwrite": True})
-    assert numbers.args == ("result", ("answer",), [7.0, 9.0])
+    assert (found.args[1], found.options["overwrite"]) == (Path("d"), True)
+    assert found.options["free"] == ["gyro_bias", "accel_bias"]
     assert "needs a --require" in sinssim("budget", "parked", "--free", "gyro_bias", code=2)
     assert "names no source" in sinssim("budget", "parked", "--free", " , ", code=2)
 
 
 def test_calibrate(sinssim: Sinssim, put: Put) -> None:
-    found = put("calibration.calibrate.calibrate", "result")
-    wrote = put("recording.store.calibration.write_calibration", Path("place"))
-    put("recording.store.calibration.to_json", SUMMARY)
-    shown = put("recording.tables.calibration.show")
+    result = SimpleNamespace(directory=Path("place"), summary=SUMMARY)
+    found, shown = put("calibration.calibrate.calibrate", result), put("recording.tables.calibration.show")
     assert sinssim("calibrate", "calibration_table") == (
         "Report:       place/report.html    (in any browser)\n"
         'Compensation: place/compensation.toml    ([compensation] with file = "…")\n'
     )
-    assert (found.args[0].name, found.options) == ("calibration_table", {"method": None, "progress": False})
-    assert (wrote.args, wrote.options) == (("result", Path("runs/calibration_table-calibration")), {"overwrite": False})
-    assert shown.args[0] == "result"
+    plan, directory = found.args
+    assert (plan.name, directory) == ("calibration_table", Path("runs/calibration_table-calibration"))
+    assert found.options == {"method": None, "overwrite": False, "progress": False}
+    assert shown.args[0] is result
     more = ("--method", "systematic", "-o", "d", "--overwrite", "--json")
     assert json.loads(sinssim("calibrate", "calibration_table", *more)) == SUMMARY
-    assert (found.options["method"], wrote.args[1], wrote.options) == ("systematic", Path("d"), {"overwrite": True})
+    assert (found.args[1], found.options["method"], found.options["overwrite"]) == (Path("d"), "systematic", True)
 
 
 def test_compare(sinssim: Sinssim, put: Put, tmp_path: Path) -> None:

@@ -15,7 +15,7 @@ from sinssim import rotation
 from sinssim.data import Array
 from sinssim.errors import InputError
 from sinssim.inspection.files import inspect
-from sinssim.logs.load import RecordedLog, load_log
+from sinssim.logs.load import RecordedLog, recorded_log
 from sinssim.scenario import load_scenario
 from tests.inspection import worlds
 
@@ -143,7 +143,7 @@ def _described(paths: list[Path], folder: Path) -> tuple[RecordedLog, str]:
     (folder / "log.toml").write_text(found.scenario, encoding="utf-8")
     section = load_scenario(str(folder / "log.toml")).log
     assert section is not None
-    return load_log(section), found.scenario
+    return recorded_log(section), found.scenario
 
 
 @pytest.mark.parametrize("case", CASES, ids=lambda case: getattr(case, "__name__", None))

@@ -16,7 +16,7 @@ from sinssim.inspection.layouts.inertial import Layout
 from sinssim.inspection.layouts.sum_sign import relative_sign
 from sinssim.inspection.layouts.text_table import read_table
 from sinssim.logs.files import inertial_stream
-from sinssim.logs.load import load_log
+from sinssim.logs.load import recorded_log
 from sinssim.logs.log import LogImu
 from sinssim.logs.text.no_gravity import without_gravity
 from sinssim.scenario import load_scenario
@@ -81,7 +81,7 @@ def test_the_sum_is_what_the_accelerometers_measured(tmp_path: Path) -> None:
     for unit in ("g", "m/s^2"):
         bare["accel"]["unit"] = unit
         with pytest.raises(InputError, match="record the accelerometers with gravity"):
-            load_log(log.model_copy(update={"imu": LogImu.model_validate(bare)}))
+            recorded_log(log.model_copy(update={"imu": LogImu.model_validate(bare)}))
 
 
 @pytest.mark.slow

@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 
 from sinssim.alignment.axes import Angles, Attitude
-from sinssim.alignment.report import AlignmentReport
+from sinssim.alignment.report import AlignmentResult
 from sinssim.calibration.parameters import Parameter
 from sinssim.calibration.result import CalibrationResult
 from sinssim.data import ImuData
@@ -298,7 +298,7 @@ def test_the_figure_of_a_session() -> None:
     sigma = ImuErrors(TriadErrors(bias=np.full(3, 0.01 * DEG_H)), TriadErrors(bias=np.full(3, 50.0 * UG)))
     determination = SimpleNamespace(attitude=Attitude(0.7, 0.0, 0.0), latitude=np.float64(0.8))
     imu = ImuData(np.array([50.0, 200.0, 350.0]), np.zeros((2, 3)), np.zeros((2, 3)))
-    report = AlignmentReport("session", "quiet", imu, determination, sigma,
+    report = AlignmentResult("session", "quiet", imu, determination, sigma,
                              budget={"bias": angles(3.0 * ARCMIN, 1e-4, 2e-4, 5e-4)})  # fmt: skip
     figure = alignment.session_figure(report)
     assert figure._suptitle.get_text() == "session: expected error of a session of 300 s"

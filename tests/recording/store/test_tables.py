@@ -19,7 +19,7 @@ from sinssim.data import ImuData
 from sinssim.errors import InputError
 from sinssim.logs.scoring.score import Score
 from sinssim.recording.store import ensemble, parquet, run_streams, score, study, summary
-from sinssim.recording.store.run_streams import RunStreams, StreamTable
+from sinssim.recording.store.run_streams import Streams, StreamTable, streams_of_run
 from sinssim.recording.streams import Stream, Vector
 from sinssim.studies.cost import Cost
 from sinssim.studies.operations import Operations
@@ -197,9 +197,9 @@ def run(recorded: bool) -> SimpleNamespace:
 
 
 def test_the_streams_of_a_run_in_memory() -> None:
-    found = RunStreams(run(recorded=False))
+    found = Streams(streams_of_run(run(recorded=False)))
     assert list(found) == ["truth", "imu_ideal", "imu_measured", "nav_euler", "error_euler", "nav_poisson"]
-    assert list(RunStreams(run(recorded=True))) == [
+    assert list(Streams(streams_of_run(run(recorded=True)))) == [
         "reference",
         "imu_measured",
         "nav_euler",
@@ -213,14 +213,14 @@ def test_the_streams_of_a_run_in_memory() -> None:
     assert found["nav_euler"]["height_m"].tolist() == rows(40.0, 3)[:, 2].tolist()
     assert found["error_euler"]["phi_e_rad"].tolist() == rows(70.0, 3)[:, 1].tolist()
     assert found["truth"].arrow()["velocity_e_mps"].to_pylist() == rows(7.0, 3)[:, 1].tolist()
-    assert repr(found) == "RunStreams(truth, imu_ideal, imu_measured, nav_euler, error_euler, nav_poisson)"
+    assert repr(found) == "Streams(truth, imu_ideal, imu_measured, nav_euler, error_euler, nav_poisson)"
     assert "<td>imu_ideal</td><td>2</td><td>7</td>" in found._repr_html_().replace(
         '<td style="text-align: left">', "<td>"
     )
     with pytest.raises(InputError, match="Did you mean 'nav_euler'"):
         found["nav_eulr"]
     with pytest.raises(InputError, match="one_component"):
-        RunStreams(SimpleNamespace(one_component="o"))
+        Streams(streams_of_run(SimpleNamespace(one_component="o")))
 
 
 def test_a_stream_as_a_table() -> None:

@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 
 from sinssim.alignment.axes import Angles
-from sinssim.alignment.report import AlignmentReport
+from sinssim.alignment.report import AlignmentResult
 from sinssim.calibration.parameters import Parameter
 from sinssim.calibration.result import CalibrationResult
 from sinssim.data import ImuData
@@ -42,7 +42,7 @@ def test_an_alignment() -> None:
     determination = SimpleNamespace(
         **found._asdict(), warnings=("the base moved.",), earth_rate=15.0411 * DEG_H, gravity=np.float64(9.81236)
     )
-    report = AlignmentReport(
+    report = AlignmentResult(
         "session", "disturbed", ImuData(np.array([50.0, 200.0, 350.0]), np.zeros((2, 3)), np.zeros((2, 3))),
         determination, mean=angles(0.5, 0.0, -0.25, 0.0, size=ARCMIN), budget=budget, truth=truth, residual=0.001234,
         crossing=angles(1234.0, 56.0, 7.5, 890.0), mean_angles=angles(49.0, 2.5, -3.5, nan, size=DEG),
@@ -66,7 +66,7 @@ def test_an_alignment() -> None:
         "total 5.000 13.000 25.000 2.000",
         "known mean error 0.500 – -0.250 –",
     ]
-    quiet = AlignmentReport("log", "quiet", report.imu, determination)
+    quiet = AlignmentResult("log", "quiet", report.imu, determination)
     assert printed(lambda console: alignment.show(quiet, console))[:3] == [
         "log: 300 s, 2 samples, eq. (1) on a quiet base", "determined, °", "heading 50.05000",
     ]  # fmt: skip

@@ -6,8 +6,8 @@ from pathlib import Path
 
 import pytest
 
-from sinssim.alignment.report import align_source
 from sinssim.errors import InputError
+from sinssim.running.align import align
 from sinssim.scenario import Scenario, load_scenario
 from sinssim.truth.motions.imu_rotation import SEQUENCES
 
@@ -94,7 +94,7 @@ def test_refused_by_key_value_and_remedy(tmp_path: Path, rotation: str, imu: str
 def test_what_does_not_turn_is_refused_by_name(tmp_path: Path) -> None:
     load(tmp_path, 'type = "continuous"')
     with pytest.raises(InputError, match=r"\[imu.rotation\]"):
-        align_source(str(tmp_path / "turning.toml"))
+        align(str(tmp_path / "turning.toml"))
 
 
 def test_the_mean_square_rate_of_two_axes(tmp_path: Path) -> None:

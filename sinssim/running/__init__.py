@@ -1,0 +1,1 @@
+"""What writes and draws every kind of result, and reads the logs of any source."""
