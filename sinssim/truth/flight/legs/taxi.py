@@ -48,7 +48,8 @@ class TaxiLeg(LegBase):
         starting, plan.engines = 0.0 if plan.engines else plan.performance.engine_start_s + IDLING_S, True
         speed = self.speed_mps or plan.performance.taxi_mps
         before, plan.airspeed = plan.airspeed, speed
-        seconds = self.distance_m / speed + 0.5 * (speed - before) ** 2 / (_ACCELERATION * speed)
+        change = speed - before  # on the way to a lower speed it is faster
+        seconds = self.distance_m / speed + 0.5 * change * abs(change) / (_ACCELERATION * speed)
         turn = 0.0
         if self.heading_deg is not None:
             turn = math.remainder(self.heading_deg * DEG - plan.heading, 2.0 * math.pi)

@@ -56,6 +56,8 @@ def test_taxi() -> None:
     assert after(leg, state) == pytest.approx((136.8, north, east, 90.0), rel=1e-6)
     assert (state.airspeed, state.engines) == (5.0, True)
     assert state.turning == pytest.approx(math.pi / 3.0 * 5.0 / 40.0)
+    fast = plan(8.0)  # 6 s from 8 to 5 m/s are 39 m, the other 461 m take 92.2 s
+    assert TaxiLeg(type="taxi", distance_m=500.0).reckon(fast) == pytest.approx(6.0 + 461.0 / 5.0, rel=1e-12)
     left = plan(4.0)
     leg = TaxiLeg(type="taxi", distance_m=10.0, heading_deg=-60.0, speed_mps=4.0, radius_m=20.0)
     chord = 2.0 * 20.0 * math.sin(math.radians(45.0))
