@@ -30,6 +30,7 @@ OWN = {
     "scenario/use.py": "the summary of a run directory",
     "__main__.py": "the null device",
     "jit.py": "sources and kernels",
+    "lazy.py": "the names that packages offer",
 }
 """Modules that open files which sinssim itself wrote or ships."""
 
@@ -99,7 +100,7 @@ from sinssim.logs.text.samples import read_log
 from sinssim.noise_identification.report import noise_report
 from sinssim.scenario import load_scenario
 from sinssim.truth.source import fly
-from sinssim.logs.load import load_log
+from sinssim.logs.load import recorded_log
 
 def late(*_):
     raise TimeoutError("it waits")
@@ -122,7 +123,7 @@ for place in sys.argv[2:]:
         "track": lambda: fly(load_scenario(folder / "track.toml")),
         "gravity": lambda: fly(load_scenario(folder / "gravity.toml")),
         "compensation": lambda: load_scenario(folder / "compensation.toml"),
-        "log": lambda: load_log(load_scenario(folder / "log.toml").log),
+        "log": lambda: recorded_log(load_scenario(folder / "log.toml").log),
         **{name: (lambda name=name: read_file(path, name)) for name in FORMATS},
     }
     for name, use in uses.items():

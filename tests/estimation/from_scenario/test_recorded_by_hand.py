@@ -35,7 +35,7 @@ STATE = NavState(np.asarray(0.8), np.asarray(0.2), np.asarray(5.0), np.zeros(3),
 def described(monkeypatch: pytest.MonkeyPatch, rate: float, **more: Any) -> Any:
     log = SimpleNamespace(imu=IMU, rate_hz=rate, axes=None, sensed=())
     start = RecordedStart(STATE, np.array([3.0, 7.0, 5.0]), 0.4, 6.0 * ARCMIN, 90.0 * ARCMIN, "so")
-    monkeypatch.setattr(recorded_run, "load_log", lambda section, mounting: log)
+    monkeypatch.setattr(recorded_run, "recorded_log", lambda section, mounting: log)
     monkeypatch.setattr(recorded_run, "recorded_start", lambda *given: start)
     scenario = {"name": "x", "log": {"imu": {"file": "x.csv"}}, "imu": {"grade": "tactical"}, "filter": {},
                 "aiding": {"baro": {}}}  # fmt: skip

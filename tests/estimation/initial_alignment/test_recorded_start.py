@@ -13,7 +13,7 @@ from sinssim import rotation
 from sinssim.data import NavState
 from sinssim.errors import InputError
 from sinssim.estimation.initial_alignment.recorded_start import RecordedStart, recorded_start
-from sinssim.logs.load import load_log
+from sinssim.logs.load import recorded_log
 from sinssim.logs.log import Log
 from sinssim.truth.curve import Curve
 from tests.logs.drive import ATTITUDE, FIXES, RATES, REFERENCE, drive, write_rates, write_reference
@@ -30,7 +30,7 @@ def start_of(
         **more,
     }
     section = Log.model_validate(log)
-    return recorded_start(load_log(section, mounting), section.start, mounting)
+    return recorded_start(recorded_log(section, mounting), section.start, mounting)
 
 
 def off(found: RecordedStart, true: NavState) -> tuple[float, float]:
@@ -59,7 +59,7 @@ def test_from_a_single_sample(tmp_path: Path) -> None:
     (tmp_path / "imu.csv").write_text(head + "\n" + row.format(0.0) + row.format(0.01))
     place = {"latitude_deg": 45.0, "longitude_deg": 8.0, "height_m": 100.0, "heading_deg": 20.0}
     section = Log.model_validate({"imu": {"file": str(tmp_path / "imu.csv"), **RATES}, "start": place})
-    log = load_log(section, None)
+    log = recorded_log(section, None)
     assert len(log.imu) == 1
     found = recorded_start(log, section.start)
     true = rotation.quaternion_from_euler(roll, pitch, np.radians(20.0))
@@ -118,7 +118,7 @@ def test_what_the_data_do_not_tell_is_asked_for(tmp_path: Path) -> None:
     write_rates(tmp_path / "imu.csv", still, np.arange(0.0, 11.9, 0.01))
     section = Log.model_validate({"imu": {"file": str(tmp_path / "imu.csv"), **RATES}})
     with pytest.raises(InputError, match=r"no position to start from: give log\.start\.latitude_deg"):
-        recorded_start(load_log(section), section.start)
+        recorded_start(recorded_log(section), section.start)
 
 
 def test_a_first_fix_that_comes_late_is_named(tmp_path: Path) -> None:
@@ -128,7 +128,7 @@ def test_a_first_fix_that_comes_late_is_named(tmp_path: Path) -> None:
     (tmp_path / "gnss.csv").write_text("\n".join((lines[0], *lines[40:])))
     log = {"imu": {"file": str(tmp_path / "imu.csv"), **RATES}, "gnss": {"file": str(tmp_path / "gnss.csv"), **FIXES}}
     # both files count from the same instant
-    loaded = load_log(Log.model_validate(log))
+    loaded = recorded_log(Log.model_validate(log))
     with pytest.raises(InputError, match=r"first position comes 7\.8 s after the start.*log\.from_s = 7\.8"):
         recorded_start(loaded, Log.model_validate(log).start)
     assert replace(loaded, notes=()).notes == ()
