@@ -349,3 +349,19 @@ def test_the_allan_deviations_of_a_log() -> None:
         SimpleNamespace(source="x", duration=1.0, interval=1.0, channels=(other,))
     ).axes  # of 1 to 10 only one label would be within
     assert panel.get_ylim() == (pytest.approx(1.0), pytest.approx(10.0))
+
+
+def test_panels_of_four_channels() -> None:
+    """Three in a row; the rest of the second row is empty."""
+    tau = np.array([0.5, 5.0, 50.0])
+    deviation = SimpleNamespace(tau=tau, deviation=np.array([9.0, 4.0, 700.0]) * DEG_H)
+    many = [
+        ChannelNoise(one, deviation, np.ones(3), deviation.deviation, deviation.deviation, Fit(estimates={}), None)
+        for one in CHANNELS[:4]
+    ]
+    figure = noise.noise_figure(SimpleNamespace(source="x", duration=1.0, interval=1.0, channels=tuple(many)))
+    assert figure.get_size_inches().tolist() == pytest.approx([16.2, 9.2])
+    places = [(spec.rowspan.start, spec.colspan.start) for panel in figure.axes if (spec := panel.get_subplotspec())]
+    assert places == [(0, 0), (0, 1), (0, 2), (1, 0), (1, 1), (1, 2)]
+    assert [panel.axison for panel in figure.axes] == [True] * 4 + [False] * 2
+    assert [words(panel)[0][:6] for panel in figure.axes[:4]] == ["gyro_x", "gyro_y", "gyro_z", "accel_"]

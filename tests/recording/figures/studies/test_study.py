@@ -106,6 +106,20 @@ def test_errors_as_bars() -> None:
     assert ticks(left, "y") == [(0.0, "euler"), (1.0, "poisson-3-ortho")]
 
 
+def test_motions_beyond_a_row_leave_no_empty_panel() -> None:
+    """Four motions in rows of three: of the second row, one panel is left."""
+    motions = ("a", "b", "c", "d")
+    rows = [row(motion, "euler", 10.0, 0.5 + k) for k, motion in enumerate(motions)]
+    drawn = study.bars(rows, label, lambda one: one.algorithm, PAINT)
+    history = ErrorGrowth(np.array([0.0, 1.0, 2.0]), np.array([0.0, 3.0, 4.0]), np.zeros(3))
+    grown = study.growth({motion: [("euler", history)] for motion in motions}, PAINT)
+    for figure in (drawn, grown):
+        assert [words(axes)[0] for axes in figure.axes] == list(motions)
+        places = [(spec.rowspan.start, spec.colspan.start) for axes in figure.axes if (spec := axes.get_subplotspec())]
+        assert places == [(0, 0), (0, 1), (0, 2), (1, 0)]
+    assert [words(axes)[2] for axes in grown.axes] == ["horizontal error [m]", "", "", "horizontal error [m]"]
+
+
 @pytest.mark.parametrize(
     ("value", "text"),
     [(0.00123456, "0.00123"), (999.4, "999"), (1000.6, "1001"), (0.00099, "9.9e-04"), (2e7, "2.0e+07")],
