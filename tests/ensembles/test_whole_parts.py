@@ -13,6 +13,7 @@ import pytest
 
 from sinssim.data import ImuData
 from sinssim.ensembles import execute, filtered, together
+from sinssim.ensembles import plan as plans
 from sinssim.ensembles import truth as truths_of
 from sinssim.ensembles.judge import LOOKS, Looks
 from sinssim.ensembles.plan import make_plan
@@ -208,3 +209,21 @@ def test_tables_of_groups_of_runs(monkeypatch: pytest.MonkeyPatch, tmp_path: Pat
         table["position_n_m"].to_numpy()[60::61], np.array([0.5, 1.0, 1.5, 2.0, 2.5]) * 1852.0, rtol=1e-12
     )
     assert pq.read_table(by_run).num_rows == 5
+
+
+def test_a_plan_knows_the_motion_that_its_runs_are_of(monkeypatch: pytest.MonkeyPatch) -> None:
+    """A changed track or flight is another ensemble; a vehicle at rest has neither."""
+    monkeypatch.setattr("sinssim.truth.track.prepare.file_digest", lambda track: f"digest of {track}")
+    monkeypatch.setattr("sinssim.truth.flight.cache.flight_key", lambda flight, seed: f"key of {flight} with {seed}")
+    for track, flown, said in (("a", None, "digest of a"), (None, "b", "key of b with 7"), (None, None, "")):
+        assert plans._flight(SimpleNamespace(track=track, flight=flown, seed=7)) == said  # type: ignore[arg-type]
+
+
+def test_content_of_ones_own_is_part_of_an_ensemble(monkeypatch: pytest.MonkeyPatch) -> None:
+    plan = make_plan(scenario())
+    before = plan.digest
+    assert "own_content" not in plan.contents
+    monkeypatch.setattr(plans, "own_digests", lambda scenario: {"a.py": "0123"})
+    changed = make_plan(scenario())
+    assert changed.contents["own_content"] == {"a.py": "0123"}
+    assert changed.digest != before

@@ -280,3 +280,24 @@ def test_panels_of_a_trade_study(monkeypatch: pytest.MonkeyPatch, shape: tuple[i
     panels = ["<p class=note>The figures show 3 of 4 panels; the table has all.</p>"] if said else []
     assert lines[5:][: len(panels) + 4] == [*panels, "<h3>R95 &amp; more</h3>", "(drawn: r95)", "<h2>Cells</h2>",
                                             "<h3>At the end</h3>"]  # fmt: skip
+
+
+def test_instants_on_a_map(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Dots at the start, each 100 s and the end; a text is to the left within 50 pixels of the right edge."""
+    frame: Any = SimpleNamespace(width=300.0, height=100.0, scale=2.0, pixels=lambda x, y: (x, y))
+    projection: Any = SimpleNamespace(plane=lambda latitude, longitude: (latitude, longitude))
+    time = np.arange(20.0, 321.0, 10.0)
+    truth: Any = SimpleNamespace(latitude=2.0 * (time - 20.0), longitude=np.full(31, 60.0))
+    monkeypatch.setattr(track, "time_ticks", lambda start, end: (np.array([0.0, 1.0, 2.0, 3.0]), 1.0, "hs", 100.0))
+    drawn = [ET.fromstring(one) for one in track._instants(time, truth, projection, frame)]
+    dots = [(float(one.get("cx", "")), one.get("r")) for one in drawn if one.tag == "circle"]
+    assert dots == [(0.0, "4.5"), (160.0, "2.6"), (360.0, "2.6"), (560.0, "2.6"), (600.0, "4.5")]
+    texts = [(one.text, float(one.get("x", "")), float(one.get("y", "")), one.get("text-anchor"))
+             for one in drawn if one.tag == "text"]  # fmt: skip
+    assert texts == [
+        ("start", 7.0, 54.0, "start"), ("end", 593.0, 54.0, "end"), ("1 hs", 167.0, 54.0, "start"),
+        ("2", 367.0, 54.0, "start"), ("3", 553.0, 54.0, "end"),
+    ]  # fmt: skip
+    still: Any = SimpleNamespace(latitude=np.linspace(5.0, 20.0, 31), longitude=np.full(31, 60.0))
+    (dot,) = track._instants(time, still, projection, frame)
+    assert (ET.fromstring(dot).get("cx"), ET.fromstring(dot).get("r")) == ("5.0", "4.5")

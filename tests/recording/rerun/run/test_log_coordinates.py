@@ -6,8 +6,8 @@ from typing import Any
 
 import numpy as np
 
+from sinssim.recording import streams
 from sinssim.recording.rerun.run.log_coordinates import draw_coordinates
-from sinssim.recording.store import streams
 from sinssim.recording.streams import Computed, Stream, Vector
 from sinssim.units import DEG
 
