@@ -3,12 +3,13 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator, Mapping
-from typing import Annotated, Any, ClassVar
+from collections.abc import Callable, Iterator, Mapping
+from typing import Annotated, Any, ClassVar, NamedTuple, Self
 
 from pydantic import AfterValidator, ConfigDict, Field, ValidationError, model_validator
 
 from sinssim.errors import InputError
+from sinssim.frames import listed
 from sinssim.mistakes import Table, report
 from sinssim.system.short_repr import described
 
@@ -27,8 +28,22 @@ class _Words(str):
         return str(self)
 
 
+class Keys(NamedTuple):
+    """Keys of a table that are alternatives, and what they give or what needs them, for messages."""
+
+    names: tuple[str, ...]
+    what: str
+
+
 class Section(Table):
     """One table of a scenario file: immutable, without unknown keys, type conversions, NaN or infinity."""
+
+    exactly_one: ClassVar[tuple[Keys, ...]] = ()
+    """Keys of which one is given, and not another."""
+    at_most_one: ClassVar[tuple[Keys, ...]] = ()
+    """Keys that exclude each other."""
+    together: ClassVar[tuple[tuple[str, str], ...]] = ()
+    """Pairs of keys of which neither has a meaning without the other."""
 
     def __init__(self, /, *unnamed: object, **data: Any) -> None:
         """Check values like those of a scenario file; an `InputError` names the mistakes."""
@@ -73,6 +88,44 @@ class Section(Table):
         if own in data:
             raise ValueError(f"{key} and {own} are one quantity: keep one of them")
         return own
+
+    @model_validator(mode="after")
+    def _keys_fit_together(self) -> Self:
+        def given(keys: tuple[str, ...]) -> list[str]:
+            return [key for key in keys if getattr(self, key) not in (None, ())]
+
+        for keys, what in self.exactly_one:
+            if len(here := given(keys)) != 1:
+                raise ValueError(f"{what}: give exactly one of them; here {_are(here)}")
+        for keys, what in self.at_most_one:
+            if len(here := given(keys)) > 1:
+                raise ValueError(f"{listed(here)} both give {what}: remove one of them")
+        for keys in self.together:
+            if len(here := given(keys)) == 1:
+                raise ValueError(f"{listed(keys)} belong together: give both or neither; here {_are(here)}")
+        return self
+
+
+def _are(keys: list[str]) -> str:
+    return f"{listed(keys)} {'is' if len(keys) == 1 else 'are'} given" if keys else "none is given"
+
+
+def once(what: str, by: Callable[[Any], Any] = lambda entry: entry) -> AfterValidator:
+    """Return the check of an array whose entries differ.
+
+    Args:
+        what: what differs, for example "algorithm".
+        by: what an entry is known by.
+    """
+
+    def check(entries: tuple[Any, ...]) -> tuple[Any, ...]:
+        known = [by(entry) for entry in entries]
+        for one in known:
+            if (count := known.count(one)) > 1:
+                raise ValueError(f"{one!r} stands {count} times; give each {what} once")
+        return entries
+
+    return AfterValidator(check)
 
 
 class Source(Section):

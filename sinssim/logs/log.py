@@ -29,6 +29,7 @@ from sinssim.section import (
     Spread,
     TimeSpread,
     Velocity,
+    once,
 )
 
 TEXT_FORMAT = "text"
@@ -228,6 +229,8 @@ class LogOther(LogFile):
 class LogStart(Section):
     """The initial state of navigation. Quantities that are not given are determined from the data."""
 
+    together = (("latitude_deg", "longitude_deg"), ("roll_deg", "pitch_deg"))
+
     latitude_deg: Latitude | None = Field(default=None, description="default: the first position")
     longitude_deg: Longitude | None = Field(default=None, description="default: the first position")
     height_m: Height | None = Field(default=None, description="default: the first position")
@@ -256,16 +259,6 @@ class LogStart(Section):
         """Whether anything differs from the defaults, which the scenario.toml of a run writes out."""
         return any(getattr(self, name) != field.default for name, field in type(self).model_fields.items())
 
-    @model_validator(mode="after")
-    def _place_is_whole(self) -> Self:
-        given = [self.latitude_deg is not None, self.longitude_deg is not None]
-        if any(given) != all(given):
-            raise ValueError("latitude_deg and longitude_deg belong together: give both or neither")
-        angles = [self.roll_deg is not None, self.pitch_deg is not None]
-        if any(angles) != all(angles):
-            raise ValueError("roll_deg and pitch_deg belong together: give both or neither")
-        return self
-
 
 class Log(Source):
     """Recorded sensors: the IMU, the aiding sensors, and the reference."""
@@ -284,7 +277,9 @@ class Log(Source):
     to_s: Moment | None = Field(default=None, description="end of the run, counted from the first row of the IMU file")
     imu: LogImu
     gnss: LogGnss | None = None
-    others: tuple[LogOther, ...] = Field(default=(), description="further aiding sensors")
+    others: Annotated[tuple[LogOther, ...], once("name", lambda other: other.name)] = Field(
+        default=(), description="further aiding sensors"
+    )
     reference: LogReference | None = None
     start: LogStart = LogStart()
     outages: Outages | None = None
@@ -293,9 +288,6 @@ class Log(Source):
     def _span(self) -> Self:
         if self.from_s is not None and self.to_s is not None and not self.from_s < self.to_s:
             raise ValueError(f"from_s = {self.from_s:g} must be before to_s = {self.to_s:g}")
-        names = [other.name for other in self.others]
-        if len(set(names)) < len(names):
-            raise ValueError("others: each entry needs a unique name")
         if self.outages is not None and self.gnss is None:
             raise ValueError("outages are GNSS outages and need [log.gnss], which is missing")
         return self

@@ -19,6 +19,8 @@ _REGULAR = re.compile(rf"{_NUMBER}/{_NUMBER}(?:@({_NUMBER}(?:,{_NUMBER})*))?")
 class Outages(Section):
     """Injected GNSS outages, which show the performance of the system without GNSS."""
 
+    together = (("length_s", "every_s"),)
+
     at_s: tuple[Span, ...] = Field(default=(), description="[from, to] of each outage, in the time of the run")
     length_s: Positive | None = Field(default=None, description="length of regular outages")
     every_s: Positive | None = Field(default=None, description="period of regular outages")
@@ -30,8 +32,6 @@ class Outages(Section):
 
     @model_validator(mode="after")
     def _regular(self) -> Self:
-        if (self.length_s is None) != (self.every_s is None):
-            raise ValueError("length_s and every_s belong together: regular outages need both")
         if self.length_s is not None and self.every_s is not None and self.length_s >= self.every_s:
             raise ValueError(
                 f"length_s = {self.length_s:g} must be less than every_s = {self.every_s:g}, or there would be no fix"

@@ -5,14 +5,14 @@ from __future__ import annotations
 import os
 from collections.abc import Iterable, Mapping
 from pathlib import Path
-from typing import Any, Self
+from typing import Annotated, Any, Self
 
 from pydantic import (
+    AfterValidator,
     Field,
     GetJsonSchemaHandler,
     SerializeAsAny,
     SerializerFunctionWrapHandler,
-    field_validator,
     model_serializer,
     model_validator,
 )
@@ -67,6 +67,12 @@ _IN_SPACE = (
 """The tables of a run in three dimensions, which a run in a plane does not have."""
 
 
+def _view(path: str) -> str:
+    if not (path.endswith(".py") and os.path.isfile(path)):
+        raise ValueError(f"there is no view {shortened(path)!r}; give the path of a Python file, with the ending .py")
+    return path
+
+
 class Tables(Section):
     """The contents of a scenario file."""
 
@@ -95,20 +101,10 @@ class Tables(Section):
     output: OutputSection = Field(default=OutputSection())
     recording: RecordingSection = Field(default=RecordingSection())
     ensemble: EnsembleSection | None = None
-    views: tuple[str, ...] = Field(
+    views: tuple[Annotated[str, AfterValidator(_view)], ...] = Field(
         default=(),
         description="files (.py) of your own views, relative to this file, recorded with the run; see views.md",
     )
-
-    @field_validator("views")
-    @classmethod
-    def _views_are_files(cls, views: tuple[str, ...]) -> tuple[str, ...]:
-        for view in views:
-            if not (view.endswith(".py") and os.path.isfile(view)):
-                raise ValueError(
-                    f"there is no view {shortened(view)!r}; give the path of a Python file, with the ending .py"
-                )
-        return views
 
     @model_validator(mode="before")
     @classmethod

@@ -25,7 +25,7 @@ from sinssim.scenario.sections.output import COORDINATES, Coordinates
 from sinssim.scenario.sections.truth import GreatCircleSection, ParkedSection
 from sinssim.scenario.sections.within_imu.sensor_set import AttitudeSensor, Gyros, SensorSet, SixAccelerometers
 from sinssim.scenario.use import Use
-from sinssim.section import Duration, Name, Rate, Section, Sentence
+from sinssim.section import Duration, Keys, Name, Rate, Section, Sentence
 from sinssim.sensors.imu.grades import GRADES
 
 
@@ -125,6 +125,10 @@ def with_set(section: ImuSection, variant: str, rate_hz: float) -> ImuSection:
 class StudyMotion(Section):
     """A true motion: that of a scenario, or one given by the tables of a scenario."""
 
+    exactly_one = (
+        Keys(("scenario", "parked", "great_circle", "motion"), "a motion is that of a scenario, or a table"),
+    )
+
     name: str = Field(default="", description="short name for tables and plots; default: the kind of motion")
     scenario: str | None = Field(default=None, description="a scenario's file, or a name from `sinssim list scenarios`")
     set: tuple[str, ...] = Field(default=(), description='overrides of the scenario, each "key.path=value"')
@@ -137,14 +141,7 @@ class StudyMotion(Section):
     duration_s: Duration | None = Field(default=None, description="duration of the first part of the motion to use")
 
     @model_validator(mode="after")
-    def _one_source(self) -> Self:
-        sources = ("scenario", "parked", "great_circle", "motion")
-        given = [name for name in sources if getattr(self, name) is not None]
-        if len(given) != 1:
-            raise ValueError(
-                f"exactly one of {', '.join(sources)} must give the motion; here "
-                + (f"there are {' and '.join(given)}" if given else "all of them are missing")
-            )
+    def _settings_are_of_a_scenario(self) -> Self:
         if self.set and self.scenario is None:
             raise ValueError("set overrides values of a scenario, but no scenario is given")
         return self

@@ -12,7 +12,7 @@ from sinssim.errors import shortened
 from sinssim.requirements.quantity import Quantity, parse_quantity, quantity_of
 from sinssim.requirements.requirement import Requirement, parse_requirement
 from sinssim.scenario.sections.ensemble import Runs
-from sinssim.section import Moment, Name, Section, Sentence
+from sinssim.section import Keys, Moment, Name, Section, Sentence
 from sinssim.trades.keys import label_of, unit_of, value_text
 
 MOST_CELLS = 1000
@@ -52,6 +52,8 @@ Key = Annotated[str, Field(min_length=1, max_length=200, pattern=r"^[^\s=]+$")]
 class Axis(Section):
     """One axis of the grid: a key with its values, or several keys that change together."""
 
+    exactly_one = (Keys(("key", "keys"), "an axis needs key = …, or keys = […] for keys that change together"),)
+
     key: Key | None = Field(default=None, description="key of the scenario, as for --set")
     keys: tuple[Key, ...] = Field(default=(), description="keys that change together; each value is then an array")
     values: tuple[Any, ...] = Field(min_length=1, description="values of the key, as in the scenario's file")
@@ -60,8 +62,6 @@ class Axis(Section):
 
     @model_validator(mode="after")
     def _one_kind(self) -> Self:
-        if (self.key is None) == (not self.keys):
-            raise ValueError("an axis needs key = …, or keys = […] for keys that change together, and not both")
         if len(self.keys) == 1:
             raise ValueError(f"keys has a single key; write key = {self.keys[0]!r}, and its values without brackets")
         if len(set(self.keys)) < len(self.keys):

@@ -9,7 +9,7 @@ from pydantic import Field, model_validator
 
 from sinssim.errors import unknown_name
 from sinssim.logs.text.description import TIME_UNITS, Column, TextLayout
-from sinssim.section import Section
+from sinssim.section import Keys, Section
 from sinssim.units import ANGLES, DEG, LENGTHS, SPEEDS
 
 UNITS_OF: dict[str, Mapping[str, float]] = {
@@ -31,34 +31,29 @@ SIGNS: dict[Axes, tuple[tuple[int, float], ...]] = {
 class Quantity(Section):
     """One quantity: a column, or a constant instead of a column."""
 
+    exactly_one = (Keys(("column", "value"), "a quantity is a column, or a constant value"),)
+
     column: Column | None = Field(default=None, description="name of the column, or its number, counted from 1")
     value: float | None = Field(default=None, description="a constant instead of a column")
     unit: str = Field(description="unit of the numbers")
 
-    @model_validator(mode="after")
-    def _one_source(self) -> Self:
-        if (self.column is None) == (self.value is None):
-            raise ValueError("give either column or value (a constant)")
-        return self
-
 
 class Triple(Section):
     """Three components: columns, or constants instead of columns."""
+
+    exactly_one = (Keys(("columns", "values"), "three components are columns, or constant values"),)
 
     columns: tuple[Column, Column, Column] | None = Field(default=None, description="names of three columns")
     values: tuple[float, float, float] | None = Field(default=None, description="three constants instead of columns")
     unit: str = Field(description="unit of the numbers")
     axes: Axes = Field(default="north-east-down", description=f"directions of the three components: {', '.join(SIGNS)}")
 
-    @model_validator(mode="after")
-    def _one_source(self) -> Self:
-        if (self.columns is None) == (self.values is None):
-            raise ValueError("give either columns or values (constants)")
-        return self
-
 
 class FixColumns(TextLayout):
     """The columns of a file with positions of a receiver or of a reference."""
+
+    at_most_one = (Keys(("speed", "velocity"), "the velocity"),)
+    together = (("speed", "course"),)
 
     time: Column = Field(default="time_s", description="column with the times of validity")
     time_unit: str | None = Field(
@@ -85,10 +80,6 @@ class FixColumns(TextLayout):
         for name, dimension, quantity in self.quantities():
             if quantity.unit not in UNITS_OF[dimension]:
                 raise unknown_name(f"unit of {name}", quantity.unit, UNITS_OF[dimension])
-        if (self.speed is None) != (self.course is None):
-            raise ValueError("speed and course belong together: give both or neither")
-        if self.speed is not None and self.velocity is not None:
-            raise ValueError("speed and course cannot be given together with velocity: remove them")
         return self
 
     def quantities(self) -> Iterator[tuple[str, str, Quantity | Triple]]:

@@ -6,7 +6,7 @@ from typing import Annotated, Literal, Self
 
 from pydantic import Field, model_validator
 
-from sinssim.section import Duration, Positive, Section
+from sinssim.section import Duration, Positive, Section, once
 
 MOST_RUNS = 10_000_000
 Runs = Annotated[int, Field(ge=1, le=MOST_RUNS)]
@@ -61,15 +61,7 @@ class EnsembleSection(Section):
         description='solution whose errors are kept: one of navigation.algorithms, or "aided"; default: "aided" with '
         "[filter], else the first of the algorithms",
     )
-    vary: tuple[Variation, ...] = Field(
+    vary: Annotated[tuple[Variation, ...], once("key", lambda one: one.key)] = Field(
         default=(),
         description="keys that differ from run to run, in addition to the random numbers that depend on the seed",
     )
-
-    @model_validator(mode="after")
-    def _keys_once(self) -> Self:
-        keys = [one.key for one in self.vary]
-        twice = sorted({key for key in keys if keys.count(key) > 1})
-        if twice:
-            raise ValueError(f"vary contains {twice[0]!r} twice; give each key once")
-        return self

@@ -7,7 +7,7 @@ from typing import Annotated, Literal, Self
 from pydantic import AfterValidator, Field, model_validator
 
 from sinssim.errors import unknown_name
-from sinssim.section import Factor, Positive, Section
+from sinssim.section import Factor, Positive, Section, once
 
 NAVIGATION_STATES = ("position", "velocity", "attitude")
 LEAST_IN_MOTION_S = 45.0
@@ -56,7 +56,7 @@ class InitialSigmaSection(Section):
 class FilterSection(Section):
     """A Kalman filter that uses the aiding sensors. It assumes the true noise unless a factor changes it."""
 
-    states: tuple[StateBlock, ...] | None = Field(
+    states: Annotated[tuple[StateBlock, ...], once("block")] | None = Field(
         default=None,
         description=f"errors of the inertial sensors that are states of the filter, any of "
         f"{', '.join(FILTER_STATES)}; default: those that are significant for the grade and the planned motion; "
@@ -126,12 +126,4 @@ class FilterSection(Section):
                     f"alignment_s = {self.alignment_s:g} must be at least {LEAST_IN_MOTION_S:g} for an alignment in "
                     "motion"
                 )
-        return self
-
-    @model_validator(mode="after")
-    def _states_once(self) -> Self:
-        named = self.states or ()
-        twice = sorted({name for name in named if named.count(name) > 1})
-        if twice:
-            raise ValueError(f"states contains {twice[0]!r} twice; give each block once")
         return self

@@ -37,6 +37,7 @@ from sinssim.section import (
     Speed,
     Spread,
     Velocity,
+    once,
 )
 
 _Arcmin = Annotated[float, Field(ge=-10_800.0, le=10_800.0)]
@@ -92,7 +93,7 @@ class AlignmentSection(Section):
 class NavigationSection(Section):
     """Strapdown navigation, which computes position, velocity and attitude from the measured increments."""
 
-    algorithms: tuple[Algorithm, ...] = Field(
+    algorithms: Annotated[tuple[Algorithm, ...], once("algorithm")] = Field(
         default=("quaternion",),
         min_length=1,
         description="attitude algorithms, each of which gives a solution; a filter uses the first; see `sinssim list "
@@ -180,12 +181,6 @@ class NavigationSection(Section):
         """
         of = self.mechanization(self.algorithms[0], true_ellipsoid)
         return replace(of, vertical="free", baro_time_constant=BARO_TIME_CONSTANT, azimuth=0.0)
-
-    @model_validator(mode="after")
-    def _algorithms_once(self) -> Self:
-        if len(set(self.algorithms)) < len(self.algorithms):
-            raise ValueError("algorithms contains an algorithm twice; give each once")
-        return self
 
     @model_validator(mode="after")
     def _attitude_is_measured_or_computed(self) -> Self:

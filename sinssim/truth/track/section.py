@@ -8,7 +8,7 @@ from pydantic import Field, field_validator, model_validator
 
 from sinssim.errors import shortened, unknown_name
 from sinssim.logs.formats.registry import FORMATS
-from sinssim.section import Heading, Height, Latitude, LeverArm, Longitude, Section, Source, Speed
+from sinssim.section import Heading, Height, Keys, Latitude, LeverArm, Longitude, Section, Source, Speed
 
 _Smoothing = Annotated[float, Field(ge=0.0, le=1e4)]
 _Distance = Annotated[float, Field(gt=0.0, le=1e6)]
@@ -17,6 +17,8 @@ _Seconds = Annotated[float, Field(ge=0.0, le=1e9)]
 
 class Waypoint(Section):
     """A waypoint of a planned route; the route turns there with continuous curvature."""
+
+    at_most_one = (Keys(("turn_radius_m", "bank_deg"), "the radius of the turn"),)
 
     name: str = Field(default="", max_length=60, description="name in events and messages")
     latitude_deg: Latitude = Field(description="latitude")
@@ -38,12 +40,6 @@ class Waypoint(Section):
     stop_s: _Seconds = Field(
         default=0.0, description="time at rest at this waypoint, after braking and before accelerating"
     )
-
-    @model_validator(mode="after")
-    def _one_radius(self) -> Self:
-        if self.turn_radius_m is not None and self.bank_deg is not None:
-            raise ValueError("turn_radius_m and bank_deg both give the radius of the turn: remove one of them")
-        return self
 
 
 class TrackSection(Source):

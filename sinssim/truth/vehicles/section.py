@@ -6,7 +6,7 @@ from typing import Annotated, Any, ClassVar, Literal, Self, Union
 
 from pydantic import Field, model_validator
 
-from sinssim.section import Heading, Height, Latitude, Longitude, Section, Source
+from sinssim.section import Heading, Height, Keys, Latitude, Longitude, Section, Source
 
 _Lasting = Annotated[float, Field(gt=0.0, le=86_400.0)]
 _Distance = Annotated[float, Field(gt=0.0, le=2e6)]
@@ -34,17 +34,12 @@ class Straight(Section):
     """Straight ahead on a constant heading; the speed changes at the beginning of the leg."""
 
     example: ClassVar[dict[str, Any]] = {"distance_m": 2000.0, "speed_mps": 8.0}
+    exactly_one = (Keys(("distance_m", "duration_s"), "a straight leg ends after distance_m or after duration_s"),)
 
     type: Literal["straight"]
     distance_m: _Distance | None = Field(default=None, description="distance, including the change of speed")
     duration_s: _Lasting | None = Field(default=None, description="duration, including the change of speed")
     speed_mps: _Speed | None = Field(default=None, description="target speed; default: that of the previous leg")
-
-    @model_validator(mode="after")
-    def _one_end(self) -> Self:
-        if (self.distance_m is None) == (self.duration_s is None):
-            raise ValueError("a straight leg ends after distance_m or after duration_s: give exactly one of them")
-        return self
 
 
 class Turn(Section):

@@ -7,7 +7,7 @@ from typing import Annotated, Self
 
 from pydantic import Field, model_validator
 
-from sinssim.section import Heading, Moment, Section
+from sinssim.section import Heading, Keys, Moment, Section
 from sinssim.truth.flight.air import WindVector, wind_from
 from sinssim.truth.flight.leg import Altitude
 from sinssim.units import KNOT
@@ -56,16 +56,12 @@ class WindLevel(Section):
         speed_mps, speed_kt: horizontal speed, m/s or kt; exactly one of them.
     """
 
+    exactly_one = (Keys(("speed_mps", "speed_kt"), "a wind has a speed, speed_mps or speed_kt"),)
+
     height_m: Altitude = Field(description="height above the ellipsoid")
     from_deg: Heading = Field(description="direction from which the wind blows")
     speed_mps: _Mps | None = Field(default=None, description="speed of the wind")
     speed_kt: _Kt | None = Field(default=None, description="the same in knots, instead of speed_mps")
-
-    @model_validator(mode="after")
-    def _one_speed(self) -> Self:
-        if (self.speed_mps is None) == (self.speed_kt is None):
-            raise ValueError("a wind has one speed: give exactly one of speed_mps and speed_kt")
-        return self
 
     def words(self) -> str:
         """Return the level in words, for example "3000 m: from 270°, 20 kt"."""

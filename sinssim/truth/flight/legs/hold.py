@@ -3,11 +3,11 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
-from typing import Any, ClassVar, Literal, Self
+from typing import Any, ClassVar, Literal
 
-from pydantic import Field, model_validator
+from pydantic import Field
 
-from sinssim.section import Timeout
+from sinssim.section import Keys, Timeout
 from sinssim.truth.flight.aircraft import Performance
 from sinssim.truth.flight.autopilot import AircraftState, Autopilot
 from sinssim.truth.flight.dead_reckoning import DeadReckoning
@@ -23,17 +23,12 @@ class HoldLeg(LegBase):
     """
 
     example: ClassVar[dict[str, Any]] = {"duration_s": 600.0}
+    exactly_one = (Keys(("duration_s", "until_s"), "a hold ends after duration_s or at until_s (flight time)"),)
 
     type: Literal["hold"]
     duration_s: float | None = Field(default=None, gt=0.0, le=86_400.0, description="how long")
     until_s: float | None = Field(default=None, gt=0.0, le=86_400.0, description="flight time at the end of the leg")
     timeout_s: Timeout = Field(default=86_400.0, description="the leg fails if it takes longer")
-
-    @model_validator(mode="after")
-    def _one_end(self) -> Self:
-        if (self.duration_s is None) == (self.until_s is None):
-            raise ValueError("a hold ends after duration_s or at until_s (flight time): give exactly one of them")
-        return self
 
     def reckon(self, plan: DeadReckoning) -> float:
         """Return the duration, s; see `LegBase.reckon`."""

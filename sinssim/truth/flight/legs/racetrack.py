@@ -5,11 +5,11 @@ from __future__ import annotations
 import math
 from collections.abc import Iterator
 from math import pi
-from typing import Any, ClassVar, Literal, Self
+from typing import Any, ClassVar, Literal
 
-from pydantic import Field, model_validator
+from pydantic import Field
 
-from sinssim.section import Timeout
+from sinssim.section import Keys, Timeout
 from sinssim.truth.flight.aircraft import Performance
 from sinssim.truth.flight.autopilot import INTERVAL, AircraftState, Autopilot
 from sinssim.truth.flight.dead_reckoning import DeadReckoning
@@ -30,6 +30,7 @@ class RacetrackLeg(LegBase):
     """
 
     example: ClassVar[dict[str, Any]] = {"leg_duration_s": 120.0}
+    exactly_one = (Keys(("leg_duration_s", "leg_length_m"), "a racetrack needs leg_duration_s or leg_length_m"),)
 
     type: Literal["racetrack"]
     leg_duration_s: float | None = Field(default=None, gt=0.0, le=7200.0, description="duration of a straight leg")
@@ -38,12 +39,6 @@ class RacetrackLeg(LegBase):
     bank_deg: Bank | None = Field(default=None, description="angle of bank; default: the aircraft's usual angle")
     laps: int = Field(default=1, ge=1, le=100, description="number of laps")
     timeout_s: Timeout = Field(default=86_400.0, description="the leg fails if it takes longer")
-
-    @model_validator(mode="after")
-    def _one_length(self) -> Self:
-        if (self.leg_duration_s is None) == (self.leg_length_m is None):
-            raise ValueError("a racetrack needs leg_duration_s or leg_length_m: give exactly one of them")
-        return self
 
     def reckon(self, plan: DeadReckoning) -> float:
         """Return the duration of all laps, s; see `LegBase.reckon`."""

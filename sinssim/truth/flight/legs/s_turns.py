@@ -5,11 +5,11 @@ from __future__ import annotations
 import math
 from collections.abc import Iterator
 from math import pi, remainder
-from typing import Any, ClassVar, Literal, Self
+from typing import Any, ClassVar, Literal
 
-from pydantic import Field, model_validator
+from pydantic import Field
 
-from sinssim.section import Timeout
+from sinssim.section import Keys, Timeout
 from sinssim.truth.flight.aircraft import Performance
 from sinssim.truth.flight.autopilot import BANK, HEADING, AircraftState, Autopilot, G
 from sinssim.truth.flight.dead_reckoning import DeadReckoning
@@ -29,6 +29,7 @@ class STurnsLeg(LegBase):
     """
 
     example: ClassVar[dict[str, Any]] = {"turns": 4}
+    exactly_one = (Keys(("turns", "duration_s"), "S-turns end after turns or after duration_s"),)
 
     type: Literal["s_turns"]
     swing_deg: float = Field(default=30.0, gt=0.0, le=120.0, description="heading swing to each side")
@@ -37,12 +38,6 @@ class STurnsLeg(LegBase):
     duration_s: float | None = Field(default=None, gt=0.0, le=86_400.0, description="duration of the swings")
     first: Direction = Field(default="right", description="side of the first swing")
     timeout_s: Timeout = Field(default=86_400.0, description="the leg fails if it takes longer")
-
-    @model_validator(mode="after")
-    def _one_end(self) -> Self:
-        if (self.turns is None) == (self.duration_s is None):
-            raise ValueError("S-turns end after turns or after duration_s: give exactly one of them")
-        return self
 
     def reckon(self, plan: DeadReckoning) -> float:
         """Return the duration, s; see `LegBase.reckon`.

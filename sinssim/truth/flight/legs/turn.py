@@ -9,7 +9,7 @@ from typing import Any, ClassVar, Literal, Self
 
 from pydantic import Field, model_validator
 
-from sinssim.section import Heading
+from sinssim.section import Heading, Keys
 from sinssim.truth.flight.aircraft import Performance
 from sinssim.truth.flight.autopilot import BANK, HEADING, AircraftState, Autopilot
 from sinssim.truth.flight.dead_reckoning import DeadReckoning
@@ -30,6 +30,7 @@ class TurnLeg(LegBase):
     """
 
     example: ClassVar[dict[str, Any]] = {"heading_deg": 90.0}
+    exactly_one = (Keys(("heading_deg", "angle_deg"), "a turn needs heading_deg or angle_deg"),)
 
     type: Literal["turn"]
     heading_deg: Heading | None = Field(default=None, description="target heading")
@@ -38,9 +39,7 @@ class TurnLeg(LegBase):
     bank_deg: Bank | None = Field(default=None, description="angle of bank; default: the aircraft's usual angle")
 
     @model_validator(mode="after")
-    def _one_aim(self) -> Self:
-        if (self.heading_deg is None) == (self.angle_deg is None):
-            raise ValueError("a turn needs heading_deg or angle_deg: give exactly one of them")
+    def _has_a_side(self) -> Self:
         if self.angle_deg is not None and self.direction is None:
             raise ValueError('a turn by angle_deg needs direction = "left" or "right"')
         return self

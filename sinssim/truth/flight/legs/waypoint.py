@@ -9,7 +9,7 @@ from typing import Annotated, Any, ClassVar, Literal, Self
 
 from pydantic import Field, model_validator
 
-from sinssim.section import Latitude, Longitude, Section, Timeout
+from sinssim.section import Keys, Latitude, Longitude, Section, Timeout
 from sinssim.truth.flight.aircraft import Performance
 from sinssim.truth.flight.autopilot import INTERVAL, AircraftState, Autopilot, G
 from sinssim.truth.flight.dead_reckoning import DeadReckoning, bearing, distance
@@ -54,6 +54,8 @@ class Waypoint(Section):
         vertical_speed_mps: mean vertical speed of the climb or descent, without sign, m/s.
     """
 
+    at_most_one = (Keys(("path_deg", "vertical_speed_mps"), "the slope of the climb or descent"),)
+
     name: PlaceName | None = Field(default=None, description=_NAME)
     latitude_deg: Latitude = Field(description="latitude of the waypoint")
     longitude_deg: Longitude = Field(description="longitude of the waypoint")
@@ -62,10 +64,8 @@ class Waypoint(Section):
     vertical_speed_mps: VerticalSpeed | None = Field(default=None, description=_RATE)
 
     @model_validator(mode="after")
-    def _one_way_up(self) -> Self:
+    def _climbs_to_a_height(self) -> Self:
         given = [key for key in ("path_deg", "vertical_speed_mps") if getattr(self, key) is not None]
-        if len(given) == 2:
-            raise ValueError("a climb or descent has path_deg or vertical_speed_mps: give one of them, or none")
         if given and self.height_m is None:
             raise ValueError(f"{given[0]} needs height_m, the height to reach at the waypoint")
         return self
