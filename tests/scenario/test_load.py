@@ -158,7 +158,7 @@ def test_bad_override(tmp_path: Path, setting: str, said: str) -> None:
             1,
             "unknown curvature 'round'. Known: exact, no-height, simplified",
         ),
-        ('"euler"', '"quaternion"', 0, "algorithms contains an algorithm twice"),
+        ('"euler"', '"quaternion"', 0, "algorithms: 'quaternion' stands 2 times; give each algorithm once"),
         ('["quaternion", "euler"]', "[]", 0, "navigation.algorithms must have at least 1 entry, and has 0"),
     ],
 )

@@ -60,7 +60,7 @@ def test_further_requirements(tmp_path: Path) -> None:
         (({"key": BIAS, "values": (0.1, 0.2, 0.1)},), {}, "values.1 and values.3 are both 0.1"),
         (({"key": BIAS, "values": (1, 1.0)},), {}, "values.1 and values.2 are both 1"),
         (({"values": (1, 2)},), {}, "an axis needs key = …, or keys"),
-        (({"key": BIAS, "keys": (GRADE, BIAS), "values": (1, 2)},), {}, "and not both"),
+        (({"key": BIAS, "keys": (GRADE, BIAS), "values": (1, 2)},), {}, "here key and keys are given"),
         (({"keys": (BIAS,), "values": (1, 2)},), {}, "keys has a single key"),
         (({"keys": (BIAS, BIAS), "values": ((1, 2),)},), {}, "twice"),
         (({"keys": (BIAS, GRADE), "values": (1, 2)},), {}, "values.1 = 1 must be an array of 2 values"),

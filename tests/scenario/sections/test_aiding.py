@@ -104,7 +104,7 @@ def test_what_never_happens_is_said(tmp_path: Path) -> None:
         ("lever_arm_m =", "latency_s = -0.1\nlever_arm_m =", 0, "latency_s = -0.1 must be at least 0"),
         ("rate_hz = 2.0", "position = false\nvelocity = false", 0, "leave no measurement"),
         ("[aiding.baro]", "[aiding.barro]", 0, "unknown key 'aiding.barro'. Did you mean 'aiding.baro'?"),
-        ('"gyro scale"', '"gyro bias"', 0, "states contains 'gyro bias' twice; give each block once"),
+        ('"gyro scale"', '"gyro bias"', 0, "'gyro bias' stands 2 times; give each block once"),
         ('"gyro scale"', '"gyro scal"', 0, "unknown block of states 'gyro scal'. Did you mean 'gyro scale'? Known:"),
         ("smooth = true", "smoth = true", 0, "Did you mean 'filter.smooth'?"),
         ("smooth = true", 'loop = "close"', 0, "filter.loop = 'close' is not known. Did you mean 'closed'?"),

@@ -151,7 +151,7 @@ def test_a_waypoint_too_near_for_its_height_is_named() -> None:
         ({"latitude_deg": 48.0}, "give longitude_deg"),
         ({}, "give latitude_deg"),
         ({"latitude_deg": 48.0, "longitude_deg": 11.0, "path_deg": 3.0}, "path_deg needs height_m"),
-        ({**ROUTE[2], "vertical_speed_mps": 3.0}, "path_deg or vertical_speed_mps"),
+        ({**ROUTE[2], "vertical_speed_mps": 3.0}, "path_deg and vertical_speed_mps both give the slope"),
     ],
 )
 def test_incomplete_places_are_refused(keys: dict[str, Any], words: str) -> None:
