@@ -188,7 +188,10 @@ def test_mistakes_are_named(folder: Path, gnss: dict[str, Any], message: str) ->
     ("gnss", "message"),
     [
         ({"latitude": {"column": "lat", "unit": "degrees"}}, "degrees"),
-        ({"latitude": {"column": "lat", "value": 1.0, "unit": "deg"}}, "column, or a constant value: give exactly one of them"),
+        (
+            {"latitude": {"column": "lat", "value": 1.0, "unit": "deg"}},
+            "column, or a constant value: give exactly one of them",
+        ),
         ({"quality_factors": {"fix": 1.0}}, "is not a whole number"),
         ({"first_row": "yesterday"}, "is not a date and time"),
         ({"velocity": {"columns": ["a", "b", "c"], "unit": "m/s", "axes": "up-east-north"}}, "axes"),

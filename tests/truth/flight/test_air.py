@@ -109,7 +109,10 @@ def test_wind_as_people_give_it(wind: dict[str, Any], expected: tuple[float, flo
         ({"speed_kt": 20.0}, "here is speed_kt"),
         ({"from_deg": 270.0, "speed_mps": 10.0, "speed_kt": 20.0}, "here is from_deg and speed_mps and speed_kt"),
         ({"profile": [PROFILE[1], PROFILE[0]]}, "heights of a wind profile increase: 0 m follows 3100 m"),
-        ({"profile": [{"height_m": 0.0, "from_deg": 10.0}]}, "speed_mps or speed_kt: give exactly one of them; here none is given"),
+        (
+            {"profile": [{"height_m": 0.0, "from_deg": 10.0}]},
+            "speed_mps or speed_kt: give exactly one of them; here none is given",
+        ),
     ],
 )
 def test_a_wind_given_twice_or_by_halves_is_refused(wind: dict[str, Any], words: str) -> None:
