@@ -33,13 +33,13 @@ def check_kind(scenario: Scenario, solution: str | None) -> str:
     Raises:
         InputError: the scenario has no budget; the message names the key.
     """
-    if scenario.one_component is not None:
+    if not scenario.source.in_space:
         raise InputError(
             f"the scenario {scenario.name} has [one_component], whose errors in a vertical plane have no budget; "
             "`sinssim run` prints their closed forms. Give a scenario with [flight], [parked], [great_circle], "
             "[motion] or [track]."
         )
-    if scenario.log is not None:
+    if scenario.source.recorded:
         raise InputError(
             f"the scenario {scenario.name} has [log]; a budget needs the true motion, and a recording has none. Give a "
             "scenario with [flight], [parked], [great_circle] or [motion]."

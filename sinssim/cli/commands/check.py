@@ -47,11 +47,11 @@ def command(
 
         check_format(plot)
     plan = load_scenario(scenario, with_grade(settings, grade))
-    if plot is not None and (plan.log is not None or plan.one_component is not None):
+    if plot is not None and (plan.source.recorded or not plan.source.in_space):
         from sinssim.recording.figures.plan import plan_of
 
         plan_of(plan)  # raises: there is no plan to draw
-    if plan.log is not None:
+    if plan.source.recorded:
         _check_log(plan, as_json)
         return
     check_times(plan)

@@ -103,7 +103,7 @@ def command(
     suggestion = _suggestion(scenario, out, overwrite) if are_raw(scenario) else None
     plan = _plan(scenario, suggestion, settings)
     if outages:
-        if plan.log is None:
+        if not plan.source.recorded:
             raise InputError(
                 "--outage withholds recorded GNSS fixes ([log]); in a simulation, use aiding.gnss.outages_s."
             )
@@ -136,10 +136,10 @@ def command(
     if as_json:
         print_json(result.summary)
     elif not quiet:
-        if plan.one_component is not None:
-            from sinssim.recording.tables.one_component import show
-        else:
+        if plan.source.in_space:
             from sinssim.recording.tables.run import show
+        else:
+            from sinssim.recording.tables.one_component import show
 
         show(plan, result.summary, console(least_width=120))
         if suggestion is not None:

@@ -215,7 +215,7 @@ def test_check_of_recorded_sensors(sinssim: Sinssim, put: Put, monkeypatch: pyte
         log=SimpleNamespace(rates={"imu": 99.98765, "gnss": 5.0}, notes=("A note.",)), scenario=resolved, moved="moved",
         start=SimpleNamespace(words="It starts."),
     )  # fmt: skip
-    plan = SimpleNamespace(log="log", one_component=None, filter="f")
+    plan = SimpleNamespace(source=SimpleNamespace(recorded=True), filter="f")
     monkeypatch.setattr("sinssim.scenario.load_scenario", lambda *_: plan)
     put("estimation.from_scenario.recorded_run.prepare", prepared)
     memory, chosen = (
