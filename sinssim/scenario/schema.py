@@ -9,7 +9,6 @@ from sinssim.scenario.sections.flight import FlightSection
 from sinssim.scenario.sections.motion import MotionSection
 from sinssim.scenario.sections.one_component import OneComponentSection
 from sinssim.scenario.sections.truth import GreatCircleSection, ParkedSection
-from sinssim.scenario.summary import plan_lines
 from sinssim.scenario.tables import Tables
 from sinssim.system.short_repr import html_lines
 from sinssim.truth.track.section import TrackSection
@@ -51,4 +50,6 @@ class Scenario(Tables):
 
     def _repr_html_(self) -> str:
         """Return the plan for a notebook, as `sinssim check` prints it."""
+        from sinssim.scenario.summary import plan_lines
+
         return html_lines(plan_lines(self))
