@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Iterator, Mapping
-from typing import Annotated, Any, ClassVar, NamedTuple, Self
+from typing import Annotated, Any, ClassVar, NamedTuple
 
 from pydantic import AfterValidator, ConfigDict, Field, ValidationError, model_validator
 
@@ -89,8 +89,9 @@ class Section(Table):
             raise ValueError(f"{key} and {own} are one quantity: keep one of them")
         return own
 
-    @model_validator(mode="after")
-    def _keys_fit_together(self) -> Self:
+    def model_post_init(self, context: Any, /) -> None:
+        """Raise for keys that do not fit together."""
+
         def given(keys: tuple[str, ...]) -> list[str]:
             return [key for key in keys if getattr(self, key) not in (None, ())]
 
@@ -103,7 +104,6 @@ class Section(Table):
         for keys in self.together:
             if len(here := given(keys)) == 1:
                 raise ValueError(f"{listed(keys)} belong together: give both or neither; here {_are(here)}")
-        return self
 
 
 def _are(keys: list[str]) -> str:

@@ -34,6 +34,7 @@ def _the_only_one(given: tuple[Given, ...]) -> Given:
         "{error}",
         {
             "tables": [(name,) for name in TABLES],
+            "given": [(one.table,) for one in given],
             "error": f"exactly one of {', '.join(names[:-1])} and {names[-1]} must give the motion; here "
             + (f"there are {' and '.join(f'[{one.table}]' for one in given)}" if given else "all of them are missing"),
         },

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import tomllib
+from pathlib import Path
 
 import pytest
 
@@ -54,8 +55,14 @@ def test_a_misspelt_source_is_told_once() -> None:
 
 def test_two_sources_are_told_whatever_they_hold() -> None:
     """A table that a setting begins lacks keys; that there are two of them is what is wrong."""
-    with pytest.raises(InputError, match=r"here there are \[flight\] and \[parked\]\.$"):
+    with pytest.raises(InputError, match=r"here there are \[flight\] and \[parked\] \(set from outside the file\)\.$"):
         load_scenario("parked", "flight.aircraft=737")
+
+
+def test_the_second_of_two_sources_is_told_by_its_line(tmp_path: Path) -> None:
+    (tmp_path / "x.toml").write_text("[parked]\nlatitude_deg = 1.0\nduration_s = 1.0\n[flight]\n")
+    with pytest.raises(InputError, match=r"x\.toml, line 4: exactly one of"):
+        load_scenario(tmp_path / "x.toml")
 
 
 def test_a_source_has_its_place_in_mistakes() -> None:
