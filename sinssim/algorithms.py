@@ -12,6 +12,8 @@ from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, field, replace
 
 from sinssim.errors import InputError, shortened
+from sinssim.own_content.layout import Item, Outline
+from sinssim.own_content.registry import Registry, Sentences, sentence_of
 
 
 @dataclass(frozen=True)
@@ -97,7 +99,7 @@ def _quaternion(name: str, order: int, normalized: bool) -> Algorithm:
     )
 
 
-REGISTRY: dict[str, Algorithm] = by_name(
+_SHIPPED = by_name(
     Algorithm(
         "quaternion",
         "quaternion relative to the navigation frame (8.18), advanced by the exact rotation of each interval",
@@ -169,9 +171,7 @@ REGISTRY: dict[str, Algorithm] = by_name(
         windowed=True,
     ),
 )
-"""All algorithms by name. The first three share high-order compensated increments."""
-
-ALGORITHMS: dict[str, str] = {name: algorithm.sentence for name, algorithm in REGISTRY.items()}
+"""The algorithms of the package. The first three share high-order compensated increments."""
 
 MEASURED_ATTITUDE = "measured-attitude"
 """The algorithm in a scenario with a measured attitude."""
@@ -179,12 +179,33 @@ MEASURED_ATTITUDE = "measured-attitude"
 PLATFORM = "platform"
 """The algorithm in a scenario with a gimballed platform."""
 
-SCENARIO_ALGORITHMS: dict[str, str] = {
-    **ALGORITHMS,
+_NO_ALGORITHM = {
     MEASURED_ATTITUDE: "none: velocity and position with the attitude measured by imu.sensor_set, in inertial axes",
     PLATFORM: "none: the accelerometers of imu.sensor_set are on a platform that rotates with the frame; attitude "
     "from its gimbals",
 }
+
+
+def _of_file(item: Item, found: Outline) -> Algorithm:
+    """Return the entry of an algorithm outside the package."""
+    of_interval = {key: value for key in ("SAMPLES", "PREVIOUS") if (value := found.constant(key, None)) is not None}
+    return Algorithm(
+        item.name,
+        sentence_of(item, found),
+        item.file.stem,
+        of_interval if "turn_k" in found.names else {},
+        windowed="engine" in found.names,
+        path=str(item.file),
+    )
+
+
+REGISTRY: Registry[Algorithm] = Registry("algorithms", "algorithm", _SHIPPED, _of_file, _NO_ALGORITHM)
+"""All algorithms by name."""
+
+ALGORITHMS: Mapping[str, str] = Sentences(REGISTRY)
+"""All algorithms by name, with a description each."""
+
+SCENARIO_ALGORITHMS: Mapping[str, str] = Sentences(REGISTRY, _NO_ALGORITHM)
 """The names of algorithms in scenarios."""
 
 

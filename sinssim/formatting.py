@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Iterable
 
 
 def number_text(value: float, digits: int = 3) -> str:
@@ -63,3 +64,17 @@ def size_text(size: float) -> str:
         if size >= one:
             return f"{size / one:.3g} {unit}"
     return f"{size:.0f} B"
+
+
+def listed(names: Iterable[str], last_by: str = "and") -> str:
+    """Return names as a list in a sentence: "a, b and c".
+
+    Args:
+        names: the names.
+        last_by: the word before the last one.
+
+    Returns:
+        The text.
+    """
+    *first, last = names
+    return f"{', '.join(first)} {last_by} {last}" if first else last

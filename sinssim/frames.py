@@ -6,11 +6,14 @@ is separate from the frames' files, so that checking a scenario and listing the 
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable
-from dataclasses import dataclass
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass, fields
 
 from sinssim.algorithms import REGISTRY
 from sinssim.errors import InputError
+from sinssim.formatting import listed
+from sinssim.own_content.layout import Item, Outline
+from sinssim.own_content.registry import Registry, Sentences, sentence_of
 
 
 @dataclass(frozen=True)
@@ -47,7 +50,7 @@ class Frame:
         return self.has_azimuth and not self.takes_route
 
 
-FRAME_REGISTRY: dict[str, Frame] = {
+_SHIPPED = {
     "level": Frame(
         "local geodetic level with north orientation (north, east, down)",
         "level",
@@ -86,9 +89,21 @@ FRAME_REGISTRY: dict[str, Frame] = {
         starts_anywhere=True,
     ),
 }
+"""The navigation frames of the package."""
+
+
+def _of_file(item: Item, found: Outline) -> Frame:
+    """Return the entry of a frame outside the package."""
+    truths = {one.name: found.constant(one.name.upper(), one.default) for one in fields(Frame) if one.type == "bool"}
+    truths["has_three_rates"] = "solve_three_rates" in found.names
+    return Frame(sentence_of(item, found), item.file.stem, **truths, path=str(item.file))
+
+
+FRAME_REGISTRY: Registry[Frame] = Registry("frames", "frame", _SHIPPED, _of_file)
 """All navigation frames by name."""
 
-FRAMES: dict[str, str] = {name: frame.sentence for name, frame in FRAME_REGISTRY.items()}
+FRAMES: Mapping[str, str] = Sentences(FRAME_REGISTRY)
+"""All navigation frames by name, with a description each."""
 
 CURVATURES: dict[str, str] = {
     "exact": "radii of curvature of the ellipsoid",
@@ -121,20 +136,6 @@ SLOW_QUANTITIES: dict[str, str] = {
     "hold": "results of the slow part are held until the next computation",
     "extrapolate": "results of the slow part are extrapolated linearly from the last two values",
 }
-
-
-def listed(names: Iterable[str], last_by: str = "and") -> str:
-    """Return names as a list in a sentence: "a, b and c".
-
-    Args:
-        names: the names.
-        last_by: the word before the last one.
-
-    Returns:
-        The text.
-    """
-    *first, last = names
-    return f"{', '.join(first)} {last_by} {last}" if first else last
 
 
 def frames_that(wanted: Callable[[Frame], bool]) -> list[str]:

@@ -13,6 +13,7 @@ from sinssim.algorithms import MEASURED_ATTITUDE, PLATFORM, REGISTRY, SCENARIO_A
 from sinssim.arguments import POSITIVE, number
 from sinssim.earth.models import GRAVITY_MODELS, Ellipsoid, ellipsoid_by_name
 from sinssim.errors import InputError, check_name
+from sinssim.formatting import listed
 from sinssim.frames import (
     BARO_TIME_CONSTANT,
     CURVATURES,
@@ -23,7 +24,6 @@ from sinssim.frames import (
     Frame,
     check_three_rates,
     frames_that,
-    listed,
 )
 from sinssim.own_content.registry import ensure
 

@@ -17,9 +17,9 @@ PACKAGE = Path(sinssim.__file__).parent
 
 LAYERS = [
     # what stands under everything
-    "errors", "lazy", "units", "formatting", "algorithms", "frames", "system", "result", "data", "arguments",
-    "transverse", "checks", "mistakes", "section", "toml_file", "own_content", "content", "jit", "rotation",
-    "progress", "earth", "mechanization",
+    "errors", "lazy", "units", "formatting", "system", "result", "data", "arguments",
+    "transverse", "checks", "mistakes", "section", "toml_file", "own_content", "algorithms", "frames", "content",
+    "jit", "rotation", "progress", "earth", "mechanization",
     "statistics", "requirements",
     # the engine knows nothing of scenarios, truth or sensors
     "strapdown",

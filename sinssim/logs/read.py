@@ -3,15 +3,15 @@
 from __future__ import annotations
 
 import csv
-import importlib
 from pathlib import Path
 from typing import TYPE_CHECKING, Protocol, cast
 
 import numpy as np
 from numpy.typing import ArrayLike
 
-from sinssim.errors import InputError, check_name
+from sinssim.errors import InputError
 from sinssim.logs.formats.registry import FORMATS
+from sinssim.own_content.registry import ensure, module_of
 from sinssim.system.user_file import open_file
 
 if TYPE_CHECKING:
@@ -41,8 +41,7 @@ def format_module(name: str) -> Format:
     Raises:
         InputError: the format is unknown.
     """
-    check_name("format", name, FORMATS)
-    return cast(Format, importlib.import_module(f"sinssim.logs.formats.{FORMATS[name][0]}"))
+    return cast(Format, module_of(FORMATS, name, "sinssim.logs.formats", ("recognises", "read")))
 
 
 def candidates(path: Path) -> list[str]:
@@ -68,7 +67,11 @@ def candidates(path: Path) -> list[str]:
             raise InputError(f"{path} cannot be read: {error.strerror or error}.") from error
         if not head.strip():
             raise InputError(f"{path} is empty{' but for blanks' if head else ''}; it contains no data.")
-    return [name for name in FORMATS if format_module(name).recognises(path, head)]
+    if found := [name for name in FORMATS if format_module(name).recognises(path, head)]:
+        return found
+    known = list(FORMATS)
+    ensure("formats", "*")  # those of installed packages, whose list takes a while to read
+    return [name for name in FORMATS if name not in known and format_module(name).recognises(path, head)]
 
 
 def folder_of(file: Path) -> Path | None:
@@ -126,7 +129,7 @@ def read_file(path: Path | str, format_name: str | None = None) -> Streams:
     """
     path = Path(path)
     if format_name is not None:
-        check_name("format", format_name, FORMATS)
+        FORMATS.check(format_name)
         if not path.exists():
             raise InputError(f"{path} does not exist; give a recorded file.")
     name = detect(path) if format_name is None else format_name

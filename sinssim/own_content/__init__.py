@@ -1,1 +1,1 @@
-"""A user's own algorithms, frames, aiding sensors, grades, aircraft and views, in files outside the package."""
+"""A user's algorithms, frames, aiding sensors, formats, grades, aircraft and views, in files outside the package."""

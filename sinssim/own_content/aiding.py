@@ -9,11 +9,11 @@ from typing import Any
 import numpy as np
 
 from sinssim.errors import InputError, RunError, SinssimError
-from sinssim.frames import listed
+from sinssim.formatting import listed
 from sinssim.own_content.layout import Item
 from sinssim.own_content.modules import failure, load_module
 from sinssim.sensors.aiding.base.sensor import AidingSensor
-from sinssim.sensors.aiding.registry import KINDS, OWN_KINDS
+from sinssim.sensors.aiding.registry import KINDS
 
 
 def sensor_class(item: Item) -> type[AidingSensor]:
@@ -64,17 +64,17 @@ def _register_kind(item: Item, found: list[Any], module: str) -> None:
     if len(kinds) > 1:
         raise InputError(f"{wrong} may contain one kind of measurement, not {listed([k.__name__ for k in kinds])}.")
     if not kinds:
-        OWN_KINDS.pop(item.name, None)
+        KINDS.drop(item.name)
         return
     kind: Any = kinds[0]
-    if item.name in KINDS:
+    if item.name in KINDS.shipped:
         raise InputError(f"{wrong}: {item.name} is the name of a kind of measurement of sinssim; rename the file.")
     missing = [name for name in ("columns", "axes", "unit") if not hasattr(kind, name)]
     if missing:
         raise InputError(f"{wrong}: {kind.__name__} needs {listed(missing)}, see docs/extending/measurement-kind.md.")
-    if OWN_KINDS.get(item.name) is not kind:
+    if KINDS.get(item.name) is not kind:
         kind.compare = _compared(item, kind.compare)
-        OWN_KINDS[item.name] = kind
+        KINDS.add(item.name, kind)
 
 
 def _compared(item: Item, method: Callable[..., Any]) -> Callable[..., Any]:

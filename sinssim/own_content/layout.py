@@ -10,23 +10,27 @@ from pathlib import Path
 from typing import Any
 
 from sinssim.errors import InputError, shortened
-from sinssim.frames import listed
+from sinssim.formatting import listed
 from sinssim.system.user_file import read_bytes
 
 SINGULAR: dict[str, str] = {
     "algorithms": "attitude algorithm",
     "frames": "navigation frame",
     "aiding": "aiding sensor",
+    "formats": "file format",
+    "writers": "export format",
     "views": "view",
     "grades": "grade of sensors",
     "aircraft": "aircraft",
 }
 """Folders of a project by name, with what one of their files is."""
 
-CODE = ("algorithms", "frames", "aiding", "views")
+CODE = ("algorithms", "frames", "aiding", "formats", "writers", "views")
 """Folders whose files are Python code, which runs when their content is used."""
 
 _MARKS: dict[str, set[str]] = {
+    "formats": {"recognises"},
+    "writers": {"HOLDS"},
     "algorithms": {"start_k", "dcm_k", "step_k", "quaternion_k", "engine"},
     "frames": {"solve", "check"},
     "views": {"blueprint"},
@@ -208,6 +212,6 @@ def _kind_of(file: Path) -> str:
             return kind
     raise InputError(
         f"{file} is nothing that sinssim can use: an attitude algorithm has functions start_k, dcm_k, step_k and "
-        "quaternion_k, a navigation frame solve and check, a view blueprint, and an aiding sensor a class that derives "
-        "from AidingSensor"
+        "quaternion_k, a navigation frame solve and check, a view blueprint, a file format recognises and read, an "
+        "export format SUFFIX, HOLDS and write, and an aiding sensor a class that derives from AidingSensor"
     )

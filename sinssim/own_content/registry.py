@@ -1,27 +1,27 @@
-"""Registers algorithms, frames and aiding sensors outside the package under their names, without running their files.
+"""The registries of what can be chosen by name, and how files outside the package are added to them.
 
-Their files run when they are used for the first time, see `sinssim.own_content.modules`.
+A file outside the package is not run before it is chosen, see `sinssim.own_content.modules`.
 """
 
 from __future__ import annotations
 
+import functools
 import re
 import threading
-from collections.abc import Callable, Iterable
-from dataclasses import fields
+from collections.abc import Callable, Iterable, Iterator, Mapping
+from importlib import import_module
 from pathlib import Path
+from types import FunctionType, SimpleNamespace
+from typing import Any, Generic, NamedTuple, Protocol, TypeVar
 
-from sinssim.algorithms import ALGORITHMS, REGISTRY, SCENARIO_ALGORITHMS, Algorithm
-from sinssim.errors import InputError
-from sinssim.frames import FRAME_REGISTRY, FRAMES, Frame
+from sinssim.errors import InputError, SinssimError, check_name
 from sinssim.own_content.layout import Item, Outline, items_of, outline
-from sinssim.own_content.modules import drop_module, file_digest
+from sinssim.own_content.modules import drop_module, failure, file_digest, load_module
 
-NAMED = ("algorithms", "frames", "aiding")
-"""Kinds with a registry of names."""
+T = TypeVar("T")
 
-AIDING_TABLES: set[str] = set()
-"""Tables of the package's own aiding sensors, which are refused as names."""
+NAMED = ("algorithms", "frames", "aiding", "formats", "writers")
+"""Kinds of own content that are chosen by name: folders of a project, each with its registry."""
 
 _items: dict[tuple[str, str], Item] = {}
 _digests: dict[tuple[str, str], str] = {}
@@ -29,6 +29,186 @@ _lock = threading.RLock()
 
 on_change: list[Callable[[], None]] = []
 """Functions that drop what was made from files that have changed since, called after such a change."""
+
+REGISTRIES: dict[str, Registry[Any]] = {}
+"""The registries by kind."""
+
+
+class Entry(NamedTuple):
+    """An entry that is a module.
+
+    Attributes:
+        home: the module below the package of its registry; "" for a file outside the package.
+        sentence: description.
+    """
+
+    home: str
+    sentence: str
+
+
+class Registry(Mapping[str, T]):
+    """What can be chosen of one kind by its name: the package's own, and what files outside the package bring.
+
+    Attributes:
+        kind: its name, that of the project's folder if files outside the package can bring it.
+        word: one entry, in messages.
+        shipped: the package's own entries by name.
+        reserved: further names that files outside the package cannot have.
+    """
+
+    def __init__(
+        self,
+        kind: str,
+        word: str,
+        shipped: Mapping[str, T],
+        of_file: Callable[[Item, Outline], T] | None = None,
+        reserved: Iterable[str] = (),
+    ) -> None:
+        """Take the package's own entries.
+
+        Args:
+            kind, word, shipped, reserved: as the attributes.
+            of_file: returns the entry of a file outside the package from what it says of itself, without running it.
+        """
+        self.kind, self.word, self.shipped, self.reserved = kind, word, dict(shipped), frozenset(reserved)
+        self._of_file, self._others = of_file, dict[str, T]()
+        REGISTRIES[kind] = self
+        for item in _items.values():
+            if item.kind == kind:
+                _refuse_shipped(item)
+                self.take(item)
+
+    def __getitem__(self, name: str) -> T:
+        return self.shipped[name] if name in self.shipped else self._others[name]
+
+    def __iter__(self) -> Iterator[str]:
+        yield from self.shipped
+        yield from (name for name in self._others if name not in self.shipped)
+
+    def __len__(self) -> int:
+        return len({*self.shipped, *self._others})
+
+    def take(self, item: Item) -> None:
+        """Take the entry of a file outside the package."""
+        if self._of_file is not None:
+            self._others[item.name] = self._of_file(item, outline(item.file))
+
+    def add(self, name: str, entry: T) -> None:
+        """Add an entry that another one brings, in place of one of that name."""
+        self._others[name] = entry
+
+    def drop(self, name: str) -> None:
+        """Remove an entry from outside the package, if it is there."""
+        self._others.pop(name, None)
+
+    def check(self, name: str) -> T:
+        """Return an entry, which an installed package may bring.
+
+        Args:
+            name: its name.
+
+        Returns:
+            The entry.
+
+        Raises:
+            InputError: the name is unknown; the message gives the nearest ones. Or as for `use`.
+        """
+        ensure(self.kind, name)
+        check_name(self.word, name, self)
+        return self[name]
+
+
+class _Described(Protocol):
+    """An entry with a description."""
+
+    @property
+    def sentence(self) -> str: ...
+
+
+D = TypeVar("D", bound=_Described)
+
+
+class Sentences(Mapping[str, str], Generic[D]):
+    """The description of each entry of a registry by its name, as the registry is now, and further names."""
+
+    def __init__(self, registry: Registry[D], further: Mapping[str, str] | None = None) -> None:
+        """Take a registry.
+
+        Args:
+            registry: the registry.
+            further: descriptions of names beside its shipped ones.
+        """
+        self._registry, self._further = registry, further or {}
+
+    def _now(self) -> dict[str, str]:
+        found = {name: one.sentence for name, one in self._registry.shipped.items()} | dict(self._further)
+        return found | {name: one.sentence for name, one in self._registry.items() if name not in found}
+
+    def __getitem__(self, name: str) -> str:
+        return self._now()[name]
+
+    def __iter__(self) -> Iterator[str]:
+        return iter(self._now())
+
+    def __len__(self) -> int:
+        return len(self._now())
+
+    def __repr__(self) -> str:
+        return repr(self._now())
+
+
+def modules(kind: str, word: str, shipped: Mapping[str, tuple[str, str]]) -> Registry[Entry]:
+    """Return a registry of modules.
+
+    Args:
+        kind, word: as for `Registry`.
+        shipped: module and description of the package's own entries by name.
+
+    Returns:
+        The registry.
+    """
+    entries = {name: Entry(*one) for name, one in shipped.items()}
+    return Registry(kind, word, entries, lambda item, found: Entry("", sentence_of(item, found)))
+
+
+def module_of(registry: Registry[Entry], name: str, package: str, needs: Iterable[str]) -> Any:
+    """Load the module of an entry.
+
+    Args:
+        registry: a registry of modules.
+        name: name of the entry.
+        package: package of the shipped modules.
+        needs: what a module must define.
+
+    Returns:
+        The module; of a file outside the package, an object with its names, whose failures are explained with the file.
+
+    Raises:
+        InputError: the name is unknown, or the file outside the package cannot be run or is incomplete.
+    """
+    entry, item = registry.check(name), registered(registry.kind, name)
+    if item is None:
+        return import_module(f"{package}.{entry.home}")
+    module = load_module(item)
+    if missing := [one for one in needs if not hasattr(module, one)]:
+        raise InputError(f"the {item.words} cannot be used: {item.file} defines no {', '.join(missing)}.")
+    own = {k: v for k, v in vars(module).items() if not k.startswith("_")}
+    return SimpleNamespace(**{k: _explained(item, v) if isinstance(v, FunctionType) else v for k, v in own.items()})
+
+
+def _explained(item: Item, function: Callable[..., Any]) -> Callable[..., Any]:
+    """Return a function of a file outside the package whose failures name the file."""
+
+    @functools.wraps(function)
+    def call(*arguments: Any, **named: Any) -> Any:
+        try:
+            return function(*arguments, **named)
+        except SinssimError:
+            raise
+        except Exception as error:  # raised by the user's code
+            raise InputError(f"the {item.words} failed: {failure(item.file, error)}.") from error
+
+    return call
 
 
 def use(*paths: str | Path) -> list[str]:
@@ -40,7 +220,7 @@ def use(*paths: str | Path) -> list[str]:
         *paths: files or folders, see `docs/own-content.md`; relative ones from the current folder.
 
     Returns:
-        The names of the algorithms, frames and aiding sensors.
+        The names of the algorithms, frames, aiding sensors and formats.
 
     Raises:
         InputError: the path contains no content for sinssim, or a name is that of content of the package or of another
@@ -52,7 +232,7 @@ def use(*paths: str | Path) -> list[str]:
 
 
 def register(items: Iterable[Item]) -> None:
-    """Register the algorithms, frames and aiding sensors among some items; others need no registration.
+    """Register what is chosen by name among some items; others need no registration.
 
     Args:
         items: the items.
@@ -69,11 +249,8 @@ def register(items: Iterable[Item]) -> None:
 def _register(item: Item) -> None:
     key = (item.kind, item.name)
     before, digest = _items.get(key), file_digest(item.file)
-    if before is None and item.name in _shipped(item.kind):
-        raise InputError(
-            f"{item.file}: sinssim itself has the {item.words}, and results of the two could be confused: rename the "
-            "file"
-        )
+    if before is None:
+        _refuse_shipped(item)
     if before is not None and digest == _digests[key]:
         return  # the same file, or a copy of it
     if before is not None and before.file != item.file:
@@ -86,18 +263,23 @@ def _register(item: Item) -> None:
         drop_module(item)
         for forget in on_change:
             forget()
-    found = outline(item.file)
-    if item.kind == "algorithms":
-        entry = _algorithm(item, found)
-        REGISTRY[item.name] = entry
-        ALGORITHMS[item.name] = SCENARIO_ALGORITHMS[item.name] = entry.sentence
-    elif item.kind == "frames":
-        FRAME_REGISTRY[item.name] = _frame(item, found)
-        FRAMES[item.name] = FRAME_REGISTRY[item.name].sentence
+    if (registry := REGISTRIES.get(item.kind)) is not None:
+        registry.take(item)
+
+
+def _refuse_shipped(item: Item) -> None:
+    """Raise for a name of the package's own."""
+    if item.name in _shipped(item.kind):
+        raise InputError(
+            f"{item.file}: sinssim itself has the {item.words}, and results of the two could be confused: rename the "
+            "file"
+        )
 
 
 def _shipped(kind: str) -> Iterable[str]:
-    return {"algorithms": SCENARIO_ALGORITHMS, "frames": FRAMES, "aiding": AIDING_TABLES}[kind]
+    """Return the names of a kind that files outside the package cannot have."""
+    registry = REGISTRIES.get(kind)
+    return () if registry is None else {*registry.shipped, *registry.reserved}
 
 
 def sentence_of(item: Item, found: Outline | None = None) -> str:
@@ -114,24 +296,6 @@ def sentence_of(item: Item, found: Outline | None = None) -> str:
     return f"(cannot be used: {found.problem})" if found.problem else found.sentence or f"own, {item.file.name}"
 
 
-def _algorithm(item: Item, found: Outline) -> Algorithm:
-    of_interval = {key: value for key in ("SAMPLES", "PREVIOUS") if (value := found.constant(key, None)) is not None}
-    return Algorithm(
-        item.name,
-        sentence_of(item, found),
-        item.file.stem,
-        of_interval if "turn_k" in found.names else {},
-        windowed="engine" in found.names,
-        path=str(item.file),
-    )
-
-
-def _frame(item: Item, found: Outline) -> Frame:
-    truths = {one.name: found.constant(one.name.upper(), one.default) for one in fields(Frame) if one.type == "bool"}
-    truths["has_three_rates"] = "solve_three_rates" in found.names
-    return Frame(sentence_of(item, found), item.file.stem, **truths, path=str(item.file))
-
-
 def registered(kind: str, name: str) -> Item | None:
     """Return own content by its name, None if there is none of that name.
 
@@ -145,15 +309,6 @@ def registered(kind: str, name: str) -> Item | None:
     return _items.get((kind, name))
 
 
-def all_registered() -> list[Item]:
-    """Return all own content that is registered.
-
-    Returns:
-        The items.
-    """
-    return list(_items.values())
-
-
 def forget(*names: str) -> None:
     """Remove own content again, as if it had never been registered.
 
@@ -164,13 +319,8 @@ def forget(*names: str) -> None:
         for kind, name in [key for key in _items if not names or key[1] in names]:
             drop_module(_items.pop((kind, name)))
             del _digests[kind, name]
-            if kind == "algorithms":
-                for names_of in (ALGORITHMS, SCENARIO_ALGORITHMS):
-                    names_of.pop(name, None)
-                REGISTRY.pop(name, None)
-            elif kind == "frames":
-                FRAME_REGISTRY.pop(name, None)
-                FRAMES.pop(name, None)
+            if kind in REGISTRIES:
+                REGISTRIES[kind].drop(name)
         for drop in on_change:
             drop()
 
@@ -179,13 +329,13 @@ def ensure(kind: str, name: str) -> None:
     """Register own content that a name may mean, from SINSSIM_CONTENT or an installed package.
 
     Args:
-        kind: one of `NAMED`.
+        kind: one of `NAMED`; of another kind, there is none.
         name: a name that may be unknown; a pattern with "*" or "?" registers everything of its kind.
 
     Raises:
         InputError: as for `use`.
     """
-    if not isinstance(name, str) or name in _shipped(kind) or (kind, name) in _items:
+    if kind not in NAMED or not isinstance(name, str) or name in _shipped(kind) or (kind, name) in _items:
         return
     from sinssim.own_content.installed import offered, warn_once
 

@@ -22,11 +22,12 @@ from pydantic_core import CoreSchema
 
 from sinssim.algorithms import MEASURED_ATTITUDE, PLATFORM, schedule
 from sinssim.errors import InputError, shortened, unknown_name
-from sinssim.frames import check_correctable, listed
+from sinssim.formatting import listed
+from sinssim.frames import check_correctable
 from sinssim.logs.log import Log
 from sinssim.mistakes import ONE_OF_SEVERAL
 from sinssim.own_content.layout import Item, items_of
-from sinssim.own_content.registry import NAMED, registered
+from sinssim.own_content.registry import registered
 from sinssim.scenario.combinations import check_compensation, check_filter, check_platform, check_rotation
 from sinssim.scenario.sections.aiding import AidingSection
 from sinssim.scenario.sections.calibration import CalibrationSection
@@ -376,13 +377,14 @@ class Tables(Section):
         return self.source if isinstance(self.source, OneComponentSection) else None
 
     def own_items(self) -> list[Item]:
-        """Return the algorithms, frame and aiding sensors outside the package that the scenario names, in its order."""
+        """Return the content outside the package that the scenario chooses by name, in its order."""
         names: dict[str, Iterable[str]] = {
             "algorithms": self.navigation.algorithms,
             "frames": (self.navigation.frame,),
             "aiding": self.aiding.sensors() if self.aiding else (),
+            "formats": [file.format for _, file in self.log.files() if file.format] if self.log else (),
         }
-        found = (registered(kind, name) for kind in NAMED for name in names[kind])
+        found = dict.fromkeys(registered(kind, name) for kind, chosen in names.items() for name in chosen)
         return [item for item in found if item is not None]
 
     def __reduce__(self) -> Any:

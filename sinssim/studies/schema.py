@@ -16,7 +16,8 @@ from pydantic import AfterValidator, Field, ValidationInfo, field_validator, mod
 from sinssim.algorithms import ALGORITHMS, MEASURED_ATTITUDE, whole_ratio
 from sinssim.algorithms import schedule as whole_rates
 from sinssim.errors import InputError, unknown_name
-from sinssim.frames import CURVATURES, FRAME_REGISTRY, OF_TRUTH, frames_that, listed
+from sinssim.formatting import listed
+from sinssim.frames import CURVATURES, FRAME_REGISTRY, OF_TRUTH, frames_that
 from sinssim.own_content.registry import ensure
 from sinssim.scenario.sections.choices import Curvature, Frame, Gravity, OwnEllipsoid, Schedule, Vertical
 from sinssim.scenario.sections.imu import ImuSection

@@ -30,6 +30,8 @@ def test_a_project_brings_what_its_folders_hold(project: Path) -> None:
         ("def solve(problem, frame): ...", "frames"),
         ("def blueprint(run): ...", "views"),
         ("class Mine(AidingSensor): ...", "aiding"),
+        ("def recognises(path, head): ...\ndef check(row): ...", "formats"),
+        ('SUFFIX, HOLDS = ".mine", "solution"\nHOLDS = "solution"', "writers"),
         ("class Mine(base.AidingSensor): ...", "aiding"),
     ],
 )
@@ -57,7 +59,7 @@ def test_files_that_bring_nothing(tmp_path: Path, name: str, text: str, said: st
 
 
 def test_folders_that_bring_nothing(tmp_path: Path) -> None:
-    with pytest.raises(InputError, match="has none of the folders algorithms, frames, aiding, views, grades or aircr"):
+    with pytest.raises(InputError, match="has none of the folders algorithms, frames, aiding, formats, writers, views"):
         items_of(tmp_path)
     with pytest.raises(InputError, match="there is no file or folder"):
         items_of(tmp_path / "nothing")

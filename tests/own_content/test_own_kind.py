@@ -10,7 +10,7 @@ import pytest
 
 import sinssim
 from sinssim.errors import InputError
-from sinssim.sensors.aiding.registry import OWN_KINDS
+from sinssim.sensors.aiding.registry import KINDS
 from tests.extending.pages import read_page
 
 SCENARIO: dict[str, Any] = {
@@ -68,5 +68,5 @@ def _forgotten() -> Any:
     from sinssim.own_content.registry import forget
 
     yield
-    OWN_KINDS.pop("beacon", None)
+    KINDS.drop("beacon")
     forget("beacon")

@@ -73,12 +73,14 @@ def names_of(kind: Listing) -> Mapping[str, str]:
     match kind:
         case Listing.FORMATS:
             from sinssim.logs.formats.registry import FORMATS
+            from sinssim.own_content.registry import described
 
-            return {name: sentence for name, (_, sentence) in FORMATS.items()}
+            return {**{name: entry.sentence for name, entry in FORMATS.shipped.items()}, **described("formats")}
         case Listing.EXPORTS:
             from sinssim.logs.writers.registry import WRITERS
+            from sinssim.own_content.registry import described
 
-            return {name: sentence for name, (_, sentence) in WRITERS.items()}
+            return {**{name: entry.sentence for name, entry in WRITERS.shipped.items()}, **described("writers")}
         case Listing.ALGORITHMS:
             from sinssim.algorithms import SCENARIO_ALGORITHMS
             from sinssim.own_content.registry import described

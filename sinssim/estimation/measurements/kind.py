@@ -17,11 +17,10 @@ import numpy as np
 from sinssim import rotation
 from sinssim.data import Array, Measurements, NavState
 from sinssim.earth.models import Ellipsoid
-from sinssim.errors import check_name
 from sinssim.estimation.dynamics import PHI, R, earth_rate, earth_rate_slope, rate_error, skew
 from sinssim.estimation.earth_dynamics import refer_to_transported
 from sinssim.estimation.model import ErrorModel
-from sinssim.sensors.aiding.registry import KINDS, OWN_KINDS, load_class
+from sinssim.sensors.aiding.registry import KINDS, load_class
 
 
 @dataclass(frozen=True)
@@ -240,7 +239,7 @@ def measurement_kind(name: str) -> MeasurementKind:
     """Return a kind of measurement by its name.
 
     Args:
-        name: one of `sinssim.sensors.aiding.registry.KINDS`, or of `OWN_KINDS` there.
+        name: one of `sinssim.sensors.aiding.registry.KINDS`.
 
     Returns:
         The kind.
@@ -248,10 +247,8 @@ def measurement_kind(name: str) -> MeasurementKind:
     Raises:
         InputError: the name is unknown, or its file cannot be used.
     """
-    if name in OWN_KINDS:
-        return _own(OWN_KINDS[name])
-    check_name("kind of measurement", name, [*KINDS, *OWN_KINDS])
-    return _loaded(name)
+    entry = KINDS.check(name)
+    return _loaded(entry) if isinstance(entry, str) else _own(entry)
 
 
 @cache
@@ -260,8 +257,8 @@ def _own(kind: type[MeasurementKind]) -> MeasurementKind:
 
 
 @cache
-def _loaded(name: str) -> MeasurementKind:
-    return load_class("sinssim.estimation.measurements", KINDS[name], MeasurementKind)()
+def _loaded(entry: str) -> MeasurementKind:
+    return load_class("sinssim.estimation.measurements", entry, MeasurementKind)()
 
 
 def observe(

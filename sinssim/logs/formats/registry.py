@@ -12,7 +12,9 @@ A format may be a folder; then the head is empty, and the file also defines
 
 from __future__ import annotations
 
-FORMATS: dict[str, tuple[str, str]] = {
+from sinssim.own_content.registry import modules
+
+FORMATS = modules("formats", "format", {
     "kf-gins-imu": ("navigators.kf_gins_imu", "IMU file of KF-GINS: seconds of week, Δθ, Δv, forward-right-down"),
     "kf-gins-gnss": ("navigators.kf_gins_gnss", "GNSS file of KF-GINS: seconds of week, position, σ; or with velocity"),
     "kf-gins-solution": ("navigators.kf_gins_solution", "solution or truth of KF-GINS: position, velocity, attitude"),
@@ -39,5 +41,5 @@ FORMATS: dict[str, tuple[str, str]] = {
     "kml": ("kml", "KML: gx:Track with times"),
     "track-csv": ("track_csv", "CSV or Parquet with named columns: time_s, latitude_deg, longitude_deg, height_m, …"),
     "rtklib-pos": ("rtklib_pos", "solution of RTKLIB (.pos): dates or GPS weeks; positions geodetic or x, y, z"),
-}  # fmt: skip
-"""Module under `sinssim.logs.formats` and a sentence on the format, by the format's name."""
+})  # fmt: skip
+"""Module under `sinssim.logs.formats` and a sentence on the format, by its name; then formats outside the package."""

@@ -2,18 +2,18 @@
 
 from __future__ import annotations
 
-import importlib
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Protocol, cast
 
-from sinssim.errors import InputError, check_name
+from sinssim.errors import InputError
 from sinssim.logs.gps_time import date_from_gps, parse_date
 from sinssim.logs.outages import outage_spans
 from sinssim.logs.recorded_run import RecordedRun
 from sinssim.logs.writers.content import Content, choose
 from sinssim.logs.writers.registry import DEFAULT_START, WRITERS
+from sinssim.own_content.registry import module_of
 from sinssim.system.drafts import Draft, draft
 from sinssim.system.outputs import publish
 
@@ -54,8 +54,7 @@ def writer_module(name: str) -> Writer:
     Raises:
         InputError: the format is unknown.
     """
-    check_name("format", name, WRITERS)
-    return cast(Writer, importlib.import_module(f"sinssim.logs.writers.{WRITERS[name][0]}"))
+    return cast(Writer, module_of(WRITERS, name, "sinssim.logs.writers", ("SUFFIX", "HOLDS", "write")))
 
 
 def export(

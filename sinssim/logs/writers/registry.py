@@ -9,10 +9,12 @@ Adding a format takes a file beside this one and a line in `WRITERS`. The file d
 
 from __future__ import annotations
 
+from sinssim.own_content.registry import modules
+
 DEFAULT_START = "2026-01-01T00:00:00Z"
 """Date of the time 0 of a run if none is given."""
 
-WRITERS: dict[str, tuple[str, str]] = {
+WRITERS = modules("writers", "format", {
     "csv": ("csv_tables", "folder of CSV files, one for each stream, units in the names of the columns"),
     "parquet": ("parquet", "folder of Parquet files, every stream of the run and the errors of its solutions"),
     "mat": ("matlab", "MATLAB .mat with all streams as structures"),
@@ -28,5 +30,5 @@ WRITERS: dict[str, tuple[str, str]] = {
     "mcap": ("robots.mcap", "MCAP with ROS 2 messages: Imu, NavSatFix, TwistStamped, Odometry"),
     "euroc": ("robots.euroc", "EuRoC: folder mav0 with IMU and ground truth"),
     "tum": ("robots.tum", "TUM trajectory: time, position, quaternion"),
-}
-"""Module under `sinssim.logs.writers` and a sentence on the format, by the format's name."""
+})  # fmt: skip
+"""Module under `sinssim.logs.writers` and a sentence on the format, by its name; then formats outside the package."""

@@ -5,8 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterator, Mapping
 from typing import Any
 
-from sinssim.formatting import number_text
-from sinssim.frames import listed
+from sinssim.formatting import listed, number_text
 from sinssim.recording.report.page import table, words
 
 

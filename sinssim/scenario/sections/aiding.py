@@ -11,7 +11,7 @@ from pydantic import ModelWrapValidatorHandler, create_model, model_validator
 from sinssim.errors import InputError
 from sinssim.own_content.aiding import sensor_class
 from sinssim.own_content.layout import Item
-from sinssim.own_content.registry import AIDING_TABLES, ensure, registered
+from sinssim.own_content.registry import ensure, registered
 from sinssim.section import Section
 from sinssim.sensors.aiding.base.sensor import AidingSensor
 from sinssim.sensors.aiding.gnss import GnssSection
@@ -25,7 +25,7 @@ _BROKEN: dict[str, str] = {}
 
 def _classes() -> Iterator[tuple[str, type[AidingSensor]]]:
     """Yield table and class of every usable sensor, and record the reasons for the others."""
-    for name, entry in SENSORS.items():
+    for name, entry in SENSORS.shipped.items():
         try:
             yield name, load_class("sinssim.sensors.aiding", entry, AidingSensor)
         except InputError as error:
@@ -33,7 +33,6 @@ def _classes() -> Iterator[tuple[str, type[AidingSensor]]]:
 
 
 _CLASSES = dict(_classes())
-AIDING_TABLES.update(SENSORS)
 
 
 def _own_item(name: str) -> Item | None:
@@ -116,5 +115,5 @@ def describe_sensors() -> dict[str, str]:
     Returns:
         The first line of each sensor's docstring by table; for an unusable sensor, the reason.
     """
-    sentences = {name: (_CLASSES[name].__doc__ or "").split("\n")[0] for name in SENSORS if name in _CLASSES}
+    sentences = {name: (_CLASSES[name].__doc__ or "").split("\n")[0] for name in SENSORS.shipped if name in _CLASSES}
     return sentences | {name: f"(cannot be used: {why})" for name, why in _BROKEN.items()}

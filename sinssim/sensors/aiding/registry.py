@@ -13,10 +13,11 @@ from typing import TypeVar
 
 import sinssim
 from sinssim.errors import InputError
+from sinssim.own_content.registry import Registry
 
 _T = TypeVar("_T")
 
-SENSORS: dict[str, str] = {
+SENSORS: Registry[str] = Registry("aiding", "aiding sensor", {
     "gnss": "gnss.GnssSection",
     "baro": "barometer.BarometerSection",
     "magnetometer": "magnetometer.MagnetometerSection",
@@ -29,10 +30,10 @@ SENSORS: dict[str, str] = {
     "master": "master.MasterSection",
     "dual_antenna": "dual_antenna.DualAntennaSection",
     "land_vehicle": "land_vehicle.LandVehicleSection",
-}
+})  # fmt: skip
 """File and class of each sensor, by its table in [aiding]."""
 
-KINDS: dict[str, str] = {
+KINDS: Registry[str | type] = Registry("kinds", "kind of measurement", {
     "gnss-position": "position.GnssPosition",
     "gnss-velocity": "velocity.GnssVelocity",
     "baro-height": "height.BaroHeight",
@@ -45,12 +46,9 @@ KINDS: dict[str, str] = {
     "airspeed": "airspeed.Airspeed",
     "land-velocity": "land_velocity.LandVelocity",
     "baseline-heading": "heading.BaselineHeading",
-}
-"""File and class of each kind of measurement, by `Measurements.kind`."""
-
-
-OWN_KINDS: dict[str, type] = {}
-"""Kinds of measurement that files outside the package bring, by the name of the file; see `sinssim.own_content`."""
+})  # fmt: skip
+"""File and class of each kind of measurement, by `Measurements.kind`; the class itself of a kind outside the package,
+which the file of a sensor brings under its own name."""
 
 
 def load_class(package: str, entry: str, base: type[_T]) -> type[_T]:

@@ -27,7 +27,8 @@ import numpy as np
 from sinssim.data import Array
 from sinssim.earth.kernels import EarthParameters, gravity_ned_k, radii_k
 from sinssim.errors import RunError
-from sinssim.frames import frames_that, listed
+from sinssim.formatting import listed
+from sinssim.frames import frames_that
 from sinssim.jit import inline, strict_inline
 from sinssim.rotation.kernels import cross_k, less_cross_k, product_k
 from sinssim.strapdown.assemble import engines

@@ -22,7 +22,8 @@ from __future__ import annotations
 from collections.abc import Callable
 
 from sinssim.errors import InputError
-from sinssim.frames import FRAME_REGISTRY, frames_that, listed
+from sinssim.formatting import listed
+from sinssim.frames import FRAME_REGISTRY, frames_that
 from sinssim.strapdown.frames.problem import Problem
 from sinssim.strapdown.iteration import functional_inertial, functional_level
 

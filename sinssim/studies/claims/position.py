@@ -3,8 +3,7 @@
 from __future__ import annotations
 
 from sinssim.earth.models import MEAN_RADIUS
-from sinssim.formatting import number_text
-from sinssim.frames import listed
+from sinssim.formatting import listed, number_text
 from sinssim.strapdown.one_component import gyro_error
 from sinssim.studies.claims.outcome import Evidence, Outcome, Point, by, of_motion, overall, undecided
 from sinssim.studies.claims.power_of_time import SCHULER_PERIOD

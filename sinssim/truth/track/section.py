@@ -6,7 +6,7 @@ from typing import Annotated, ClassVar, Literal, Self
 
 from pydantic import Field, field_validator, model_validator
 
-from sinssim.errors import shortened, unknown_name
+from sinssim.errors import shortened
 from sinssim.logs.formats.registry import FORMATS
 from sinssim.section import Heading, Height, Keys, Latitude, LeverArm, Longitude, Section, Source, Speed
 
@@ -121,8 +121,8 @@ class TrackSection(Source):
     @field_validator("format")
     @classmethod
     def _known_format(cls, name: str | None) -> str | None:
-        if name is not None and name not in FORMATS:
-            raise unknown_name("format", name, FORMATS)
+        if name is not None:
+            FORMATS.check(name)
         return name
 
     @model_validator(mode="after")

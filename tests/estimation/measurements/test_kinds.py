@@ -227,7 +227,7 @@ def test_every_file_has_its_lines(name: str) -> None:
 
 
 def test_a_kind_whose_file_is_missing_is_named_with_its_path(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setitem(KINDS, "range", "beacon.Range")
+    monkeypatch.setitem(KINDS.shipped, "range", "beacon.Range")
     with pytest.raises(InputError, match=r"estimation.measurements.beacon\.py cannot be used: ModuleNotFoundError"):
         measurement_kind("range")
     with pytest.raises(InputError, match=r"unknown kind of measurement 'rage'.*Did you mean 'range'"):

@@ -56,7 +56,7 @@ def test_a_line_that_fits_no_file_is_named_with_the_path(entry: str, reason: str
 def test_a_broken_file_leaves_the_other_sensors_alone() -> None:
     code = """
 from sinssim.sensors.aiding.registry import SENSORS
-SENSORS["sextant"] = "sextant.Sextant"
+SENSORS.shipped["sextant"] = "sextant.Sextant"
 from sinssim.scenario import Scenario
 from sinssim.scenario.sections.aiding import describe_sensors
 print(describe_sensors()["sextant"])

@@ -14,6 +14,7 @@ from sinssim.earth.models import WGS84
 from sinssim.errors import InputError
 from sinssim.logs.formats.registry import FORMATS
 from sinssim.logs.streams import Clock, FixStream, SolutionStream, Streams
+from sinssim.own_content.registry import Entry
 from sinssim.truth.track import files
 from sinssim.truth.track.files import _filled, read_samples
 from sinssim.truth.track.knots import TrackOptions, knots_of_samples
@@ -35,7 +36,7 @@ def receiver(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> dict[str, Any]:
         path, "fake", Clock("gps"), fixes=streams.get("fixes", {}), solutions=streams.get("solutions", {})
     )
     monkeypatch.setitem(sys.modules, module.__name__, module)
-    monkeypatch.setitem(FORMATS, "fake", ("fake", "for tests"))
+    monkeypatch.setitem(FORMATS.shipped, "fake", Entry("fake", "for tests"))
     return streams
 
 

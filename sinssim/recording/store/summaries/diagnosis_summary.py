@@ -12,8 +12,7 @@ from sinssim.estimation.checks.consistency import consistency
 from sinssim.estimation.checks.evidence import FALSE_ALARM, refusals, size_of_innovations
 from sinssim.estimation.explanation import Refusals
 from sinssim.estimation.measurements.kind import measurement_kind
-from sinssim.formatting import number_text
-from sinssim.frames import listed
+from sinssim.formatting import listed, number_text
 from sinssim.recording.store.summaries.diagnosis_keys import (
     initial_state,
     planted,

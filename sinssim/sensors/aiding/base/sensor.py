@@ -157,7 +157,7 @@ class AidingSensor(Section):
         """
         duration = trajectory.end - trajectory.start
         if duration * self.rate_hz < 1.0 - 1e-9:
-            ours = (k for k, entry in SENSORS.items() if entry.endswith(f".{type(self).__name__}"))
+            ours = (k for k, entry in SENSORS.shipped.items() if entry.endswith(f".{type(self).__name__}"))
             key = self.table or next(ours, "?")
             raise InputError(
                 f"aiding.{key}.rate_hz = {self.rate_hz:g}: the first measurement comes after {1.0 / self.rate_hz:g} "
