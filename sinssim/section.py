@@ -9,7 +9,7 @@ from typing import Annotated, Any, ClassVar, NamedTuple
 from pydantic import AfterValidator, ConfigDict, Field, ValidationError, model_validator
 
 from sinssim.errors import InputError
-from sinssim.frames import listed
+from sinssim.formatting import listed
 from sinssim.mistakes import Table, report
 from sinssim.system.short_repr import described
 

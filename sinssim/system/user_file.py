@@ -12,7 +12,6 @@ from typing import TextIO
 
 from sinssim.errors import InputError
 from sinssim.formatting import size_text
-from sinssim.system.memory import machine_memory
 
 _KINDS = (
     (stat.S_ISFIFO, "a named pipe"),
@@ -39,6 +38,8 @@ def user_file(path: Path) -> Path:
     kind = next((words for test, words in _KINDS if test(found.st_mode)), None)
     if kind is not None:
         raise InputError(f"{path} is {kind}, not an ordinary file. Copy its contents to a file, and give that.")
+    from sinssim.system.memory import machine_memory  # which loads numpy
+
     if found.st_size > machine_memory():
         raise InputError(
             f"{path} has {size_text(found.st_size)}, and this machine's memory {size_text(machine_memory())}. Split it "

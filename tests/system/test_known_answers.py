@@ -214,7 +214,7 @@ def test_the_least_memory_counts(tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 
 def test_a_file_that_is_too_large(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     (tmp_path / "a").write_bytes(b"x" * 2345)
-    monkeypatch.setattr(user_file, "machine_memory", lambda: 1000.0)
+    monkeypatch.setattr("sinssim.system.memory.machine_memory", lambda: 1000.0)
     with pytest.raises(InputError) as error:
         user_file.read_bytes(tmp_path / "a")
     assert str(error.value) == f"{tmp_path}/a has 2.35 kB, and this machine's memory 1 kB. Split it into parts."

@@ -164,6 +164,6 @@ def test_a_folder_and_a_missing_file_keep_their_messages(tmp_path: Path) -> None
 
 def test_a_file_larger_than_the_memory_is_refused(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     (tmp_path / "large").write_bytes(b"12345")
-    monkeypatch.setattr(user_file, "machine_memory", lambda: 4.0)
+    monkeypatch.setattr("sinssim.system.memory.machine_memory", lambda: 4.0)
     with pytest.raises(InputError, match="large has 5 B, and this machine's memory 4 B"):
         user_file.read_text(tmp_path / "large")
