@@ -28,11 +28,10 @@ from sinssim import load_scenario
 from sinssim.data import ImuData, NavSolution, NavState
 from sinssim.earth.harmonics.field import DisturbingField
 from sinssim.earth.models import WGS84
-from sinssim.scenario.sections.within_truth.gravity import GravitySection
 from sinssim.sensors.imu.encoder import encoders_of
 from sinssim.strapdown import disturbance
 from sinssim.strapdown.navigate import navigate
-from sinssim.truth.gravity.from_scenario import field_of
+from sinssim.truth.gravity.true_gravity import TrueGravity
 from sinssim.truth.motions.great_circle import GreatCircle
 from sinssim.truth.motions.turning_block import block_of
 
@@ -108,7 +107,7 @@ class Cases:
 
     def in_field_of_degree(self, degree: int) -> None:
         """Print the line of a gravity compensation."""
-        known = field_of(GravitySection(model="egm2008"), "wgs84", degree)
+        known = TrueGravity(model="egm2008").field(WGS84, degree)
         assert known is not None
         in_field(self.imu, known, self.on)
         found = [(seconds(lambda: self.on(self.imu)), in_field(self.imu, known, self.on)) for _ in range(self.repeat)]

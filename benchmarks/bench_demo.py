@@ -23,11 +23,11 @@ from typing import Any
 from benchmarks.bench_disk import environment
 from sinssim import load_scenario
 from sinssim.recording.report.run_report import run_report
-from sinssim.scenario.sections.flight import FlightSection
 from sinssim.simulation import run
 from sinssim.system.kernel_files import cache_root
 from sinssim.truth.flight import jsbsim_flight
 from sinssim.truth.flight.aircraft import load_aircraft
+from sinssim.truth.flight.plan import FlightPlan
 from sinssim.units import FOOT
 
 
@@ -41,7 +41,7 @@ def timed(command: list[str], cache: Path) -> tuple[float, float, str]:
     return wall, after.ru_utime + after.ru_stime - before.ru_utime - before.ru_stime, ended.stdout
 
 
-def bare(flight: FlightSection, seconds: float, loaded: Path | None) -> list[str]:
+def bare(flight: FlightPlan, seconds: float, loaded: Path | None) -> list[str]:
     """Return the command that lets JSBSim alone fly as long, with the model in a folder or as shipped."""
     aircraft = load_aircraft(flight.aircraft)
     script = Path(__file__).with_name("bare_jsbsim.py")

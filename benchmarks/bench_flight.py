@@ -6,18 +6,18 @@ import argparse
 import tempfile
 import time
 
-from sinssim.scenario.sections.flight import FlightSection
 from sinssim.truth.flight import jsbsim_flight
 from sinssim.truth.flight.aircraft import load_aircraft
 from sinssim.truth.flight.flight_log import flight_log
 from sinssim.truth.flight.flight_start import bring_to_start
+from sinssim.truth.flight.plan import FlightPlan
 from sinssim.units import FOOT
 
 
-def plan(aircraft: str, seconds: float) -> FlightSection:
+def plan(aircraft: str, seconds: float) -> FlightPlan:
     """Return a flight of S-turns and changes of height at the aircraft's usual airspeed."""
     altitude = 1500.0 if aircraft == "c172x" else 5000.0
-    return FlightSection.model_validate(
+    return FlightPlan.model_validate(
         {
             "aircraft": aircraft,
             "start": {"on": "air", "latitude_deg": 50.0, "longitude_deg": 14.0, "altitude_m": altitude},
@@ -30,7 +30,7 @@ def plan(aircraft: str, seconds: float) -> FlightSection:
     )
 
 
-def alone(flight: FlightSection, seconds: float, shipped: bool) -> float:
+def alone(flight: FlightPlan, seconds: float, shipped: bool) -> float:
     """Return the time that JSBSim alone takes, s: the model as shipped, or without its sockets as sinssim loads it."""
     import jsbsim
 

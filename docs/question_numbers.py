@@ -28,7 +28,8 @@ from sinssim.truth.motions.coning import classical_cone
 from sinssim.truth.motions.great_circle import GreatCircle
 from sinssim.truth.motions.parked import Parked
 from sinssim.truth.motions.rotation_table import Dwell, RotationTable, Turn
-from sinssim.truth.motions.vibration import Tone, Vibrating
+from sinssim.truth.motions.vibrating import Vibrating
+from sinssim.truth.motions.vibration import Tone
 from sinssim.truth.trajectory import Trajectory
 from sinssim.units import ARCMIN, ARCSEC, DEG, DEG_H, UG
 

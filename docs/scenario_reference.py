@@ -11,7 +11,7 @@ import tomli_w
 
 from sinssim.scenario.schema import Scenario
 from sinssim.truth.flight.legs import LEGS
-from sinssim.truth.vehicles.section import Stop, Straight, Turn
+from sinssim.truth.vehicles.legs import Stop, Straight, Turn
 
 FILE = Path(__file__).with_name("scenario.md")
 
@@ -226,12 +226,12 @@ EXAMPLES: dict[str, Any] = {
 }
 # Keys without a default value that are nevertheless set in the example: one of each "exactly one of" group.
 CHOSEN = {
-    "VibrationSection": {"rms_arcsec", "high_hz"},
+    "Vibration": {"rms_arcsec", "high_hz"},
     "WindLevel": {"speed_kt"},
     "Spike": {"gyro_arcsec"},
     "BiasStep": {"gyro_deg_h"},
     "Saturation": {"gyro_deg_s"},
-    "TrackSection": {"file"},
+    "Track": {"file"},
     "Quantity": {"column"},
     "Triple": {"columns"},
     "Outages": {"length_s", "every_s"},

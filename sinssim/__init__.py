@@ -45,6 +45,7 @@ if TYPE_CHECKING:
     from sinssim.scenario.load import load_scenario as load_scenario
     from sinssim.scenario.schema import Scenario as Scenario
     from sinssim.scenario.true_motion import block_of as block_of
+    from sinssim.scenario.true_motion import fly as fly
     from sinssim.sensors.imu.emulate import emulate as emulate
     from sinssim.sensors.imu.grades import GRADES as GRADES
     from sinssim.simulation.execute import run as run
@@ -58,7 +59,6 @@ if TYPE_CHECKING:
     from sinssim.trades.running.compare import compare as compare
     from sinssim.trades.schema import TradeStudy as TradeStudy
     from sinssim.truth.curve import Curve as Curve
-    from sinssim.truth.source import fly as fly
     from sinssim.truth.trajectory import Trajectory as Trajectory
 
 __getattr__, __dir__, __all__ = on_first_use(__name__)

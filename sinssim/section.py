@@ -3,12 +3,12 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Iterator, Mapping
+from collections.abc import Callable, Iterable, Iterator, Mapping
 from typing import Annotated, Any, ClassVar, NamedTuple
 
 from pydantic import AfterValidator, ConfigDict, Field, ValidationError, model_validator
 
-from sinssim.errors import InputError
+from sinssim.errors import InputError, unknown_name
 from sinssim.formatting import listed
 from sinssim.mistakes import Table, report
 from sinssim.system.short_repr import described
@@ -151,6 +151,17 @@ class Source(Section):
     def known_duration(self) -> float | None:
         """Duration, s, if a key of the table says it."""
         return getattr(self, "duration_s", None)
+
+
+def known_name(kind: str, names: Iterable[str]) -> Callable[[str], str]:
+    """Return a validator that accepts only the given names and otherwise lists them."""
+
+    def check(value: str) -> str:
+        if value not in names:
+            raise unknown_name(kind, value, names)
+        return value
+
+    return check
 
 
 Latitude = Annotated[float, Field(ge=-90.0, le=90.0)]

@@ -125,8 +125,8 @@ def _readings(scenario: Scenario, section: CalibrationSection) -> tuple[ImuData,
         raise InputError(
             "calibration.dwells_s is for recorded sensors ([log]); in a simulation the dwells are known: remove it."
         )
+    from sinssim.scenario.true_motion import fly
     from sinssim.sensors.imu.emulate import emulate
-    from sinssim.truth.source import fly
 
     shortest = min(end - begin for begin, end in table.dwells)
     if shortest * scenario.imu.rate_hz < 3.0:

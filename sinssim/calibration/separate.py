@@ -1,6 +1,6 @@
 """The separate method: integrals over dwells in known positions and over known turns, by least squares.
 
-For position p with the block's attitude C_p = e^[τ×] A_p e^[ε_p×] (`sinssim.truth.turntable.table`), and a dwell of
+For position p with the block's attitude C_p = e^[τ×] A_p e^[ε_p×] (`sinssim.truth.turntable.turntable`), and a dwell of
 duration T, the ideal integrals are
 
     accelerometers  T C_pᵀ f_n          gyros  T C_pᵀ ω_ie          turn  θ n' + s + (∫C_b(t)p dt) C_pᵀ ω_ie
@@ -26,7 +26,7 @@ from sinssim.calibration.task import Estimate, Task
 from sinssim.calibration.turning_kernel import mean_turning
 from sinssim.data import Array, ImuData
 from sinssim.errors import RunError
-from sinssim.truth.turntable.table import settling
+from sinssim.truth.turntable.turntable import settling
 
 Rows = NDArray[np.intp]
 

@@ -8,7 +8,7 @@ import numpy as np
 
 from sinssim.data import Array, ImuData
 from sinssim.errors import InputError
-from sinssim.truth.turntable.section import TurntableSection
+from sinssim.truth.turntable.turntable import Turntable
 from sinssim.units import DEG
 
 _WINDOW = 0.5
@@ -43,7 +43,7 @@ class Dwells:
         return np.asarray(time[self.rows])
 
 
-def planned(section: TurntableSection, time: Array) -> Dwells:
+def planned(section: Turntable, time: Array) -> Dwells:
     """Return the dwells at the times of the sequence.
 
     Args:
@@ -91,7 +91,7 @@ def between(spans: tuple[tuple[float, float], ...], time: Array, key: str) -> Dw
     return Dwells(np.array(rows, dtype=np.intp))
 
 
-def detected(imu: ImuData, section: TurntableSection) -> Dwells:
+def detected(imu: ImuData, section: Turntable) -> Dwells:
     """Return the dwells of a log: spans in which the gyros stand still, as many as the sequence has.
 
     Args:

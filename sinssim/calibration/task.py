@@ -15,10 +15,9 @@ from sinssim.data import Array, ImuData
 from sinssim.earth.models import ELLIPSOIDS
 from sinssim.scenario.schema import Scenario
 from sinssim.scenario.sections.calibration import CalibrationSection
+from sinssim.scenario.true_motion import mounting
 from sinssim.sensors.imu.compensation import compensate_checked
-from sinssim.truth.source import block_mounting
-from sinssim.truth.turntable.section import TurntableSection
-from sinssim.truth.turntable.table import start_attitude
+from sinssim.truth.turntable.turntable import Turntable
 from sinssim.units import ARCSEC, DEG
 
 
@@ -107,7 +106,7 @@ def make_task(scenario: Scenario, section: CalibrationSection, imu: ImuData, dwe
     """
     table = scenario.turntable
     assert table is not None  # checked by the caller
-    attitude, axis, angle = nominal(table, block_mounting(scenario))
+    attitude, axis, angle = nominal(table, mounting(scenario).q_bs)
     latitude, height = np.radians(table.latitude_deg), table.altitude_m
     ellipsoid = ELLIPSOIDS[scenario.truth.ellipsoid]
     rate = ellipsoid.omega * np.array([np.cos(latitude), 0.0, -np.sin(latitude)])
@@ -133,7 +132,7 @@ def make_task(scenario: Scenario, section: CalibrationSection, imu: ImuData, dwe
     )
 
 
-def nominal(table: TurntableSection, q_bs: Array) -> tuple[Array, Array, Array]:
+def nominal(table: Turntable, q_bs: Array) -> tuple[Array, Array, Array]:
     """Return the nominal sequence of a table.
 
     Args:
@@ -144,7 +143,7 @@ def nominal(table: TurntableSection, q_bs: Array) -> tuple[Array, Array, Array]:
         Attitudes of the sensor block q_ns in the positions, (P, 4); axes of the turns in its axes, (P − 1, 3); angles,
         (P − 1,) rad.
     """
-    q = [start_attitude(table)]
+    q = [table.start_attitude]
     axes, angles = [], []
     for turn in table.all_turns:
         unit = np.array(turn.axis) / np.linalg.norm(turn.axis)

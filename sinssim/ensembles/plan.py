@@ -261,9 +261,7 @@ def _with_times(
 
 def _flight(scenario: Scenario) -> str:
     if scenario.track is not None:
-        from sinssim.truth.track.prepare import file_digest
-
-        return file_digest(scenario.track)
+        return scenario.track.digest()
     if scenario.flight is None:
         return ""
     from sinssim.truth.flight.cache import flight_key

@@ -139,10 +139,10 @@ class TruthCache:
     def _in_drawn_gravity(self, scenario: Scenario) -> Truth:
         """Return the true motion in a gravity that is drawn in each run; the motion itself is that of all runs."""
         from sinssim.sensors.imu.emulate import digital
-        from sinssim.truth.gravity.from_scenario import in_true_gravity
 
+        assert scenario.gravity is not None  # asked by the caller
         base = self.of(scenario.model_copy(update={"gravity": None}))
-        trajectory = in_true_gravity(scenario, base.trajectory)
+        trajectory = scenario.gravity.felt(base.trajectory, scenario.seed)
         known = self._unrounded
         if known is None or known[0] is not base:
             known = self._unrounded = base, base.block.increments(scenario.imu.rate_hz)
@@ -164,9 +164,8 @@ def has_remainder(scenario: Scenario) -> bool:
 
 
 def _truth(scenario: Scenario) -> Truth:
-    from sinssim.scenario.true_motion import block_of
+    from sinssim.scenario.true_motion import block_of, true_motion
     from sinssim.sensors.imu.emulate import digital
-    from sinssim.truth.source import true_motion
 
     trajectory = true_motion(scenario)
     block = block_of(trajectory, scenario.imu)

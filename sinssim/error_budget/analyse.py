@@ -37,14 +37,13 @@ from sinssim.progress import Progress, shown
 from sinssim.requirements.requirement import parse_requirements
 from sinssim.scenario.duration import check_times
 from sinssim.scenario.load import Overrides, as_scenario
-from sinssim.scenario.true_motion import block_of
+from sinssim.scenario.true_motion import block_of, fly
 from sinssim.sensors.aiding.barometer import BarometerSection
 from sinssim.sensors.imu.emulate import digital
 from sinssim.sensors.imu.errors import warm_up
 from sinssim.strapdown.nav_error import navigation_error
 from sinssim.system.outputs import check_directory
 from sinssim.truth.gravity.disturbed import Disturbed
-from sinssim.truth.source import fly
 
 if TYPE_CHECKING:
     from sinssim.requirements.requirement import Requirement

@@ -27,7 +27,7 @@ from sinssim.logs.files import fix_stream, inertial_stream, solution_stream
 from sinssim.logs.log import LogFile, LogReference
 from sinssim.logs.read import candidates, folder_of, read_file
 from sinssim.logs.streams import Clock, FixStream, InertialStream, SolutionStream, Streams
-from sinssim.truth.source import block_mounting
+from sinssim.scenario.true_motion import mounting
 
 if TYPE_CHECKING:
     from sinssim.scenario import Scenario
@@ -197,7 +197,7 @@ def _reference(section: LogReference, scenario: Scenario) -> tuple[Clock, Soluti
         return None
     clock, stream = _on_described_clock(section, clock, stream)
     assert stream.q_nb is not None
-    return clock, replace(stream, q_nb=rotation.multiply(stream.q_nb, block_mounting(scenario)))
+    return clock, replace(stream, q_nb=rotation.multiply(stream.q_nb, mounting(scenario).q_bs))
 
 
 def _on_described_clock(section: LogFile, clock: Clock, stream: _Stream) -> tuple[Clock, _Stream]:

@@ -128,10 +128,10 @@ def _align_scenario(
     latitude: float | None,
 ) -> AlignmentResult:
     from sinssim import rotation
+    from sinssim.scenario.true_motion import fly
     from sinssim.sensors.imu.emulate import check_gyro_block, emulate
     from sinssim.sensors.imu.errors import draw
     from sinssim.sensors.imu.rectification import rectified
-    from sinssim.truth.source import fly
 
     scenario = as_scenario(source, settings)
     if scenario.imu.rotation is not None:

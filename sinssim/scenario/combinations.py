@@ -15,6 +15,8 @@ if TYPE_CHECKING:
     from sinssim.scenario.sections.imu import ImuSection
     from sinssim.scenario.sections.navigation import NavigationSection
     from sinssim.section import Source
+    from sinssim.truth.gravity.true_gravity import TrueGravity
+    from sinssim.truth.motion import TrueEarth
 
 _OF_TURNS = ("BENT", "LIMITED", "QUANTISED")
 """Stages of the error terms that gyros on a platform do not have, because they sense no turns."""
@@ -180,3 +182,76 @@ def check_rotation(
                 f"aiding.{name}.detect = true detects stops in the inertial data, but the IMU rotates: give during_s, "
                 "or remove [imu.rotation]"
             )
+
+
+_GEOCENTRIC = ("wgs84", "pz-90.11")
+"""Ellipsoids whose centre is that of the models."""
+
+
+def check_gravity(gravity: TrueGravity | None, navigation: NavigationSection, truth: TrueEarth, sensors: str) -> None:
+    """Check [gravity] and the keys of other tables that depend on it.
+
+    Args:
+        gravity, navigation, truth: the tables of a scenario.
+        sensors: its imu.sensor_set.type.
+
+    Raises:
+        ValueError: a key cannot be used with the others; the message names it.
+    """
+    degree = navigation.gravity_degree
+    model = "normal" if gravity is None else gravity.model
+    if degree is not None:
+        if gravity is None or model == "normal":
+            raise ValueError(
+                f"navigation.gravity_degree = {degree} needs the model whose disturbance is to be compensated: add "
+                '[gravity] with model = "egm2008", or remove the key'
+            )
+        if navigation.gravity != "normal":
+            raise ValueError(
+                f"navigation.gravity_degree = {degree} adds to normal gravity; navigation.gravity = "
+                f'"{navigation.gravity}" is another model: remove one of the two'
+            )
+        if sensors in ("attitude-sensor", "platform"):
+            raise ValueError(
+                f'navigation.gravity_degree needs strapdown gyros, which imu.sensor_set.type = "{sensors}" lacks: '
+                "remove one of the two"
+            )
+        has = gravity.coefficients()
+        if has is not None and degree > has.degree:
+            raise ValueError(
+                f"navigation.gravity_degree = {degree} is above gravity.degree = {has.degree}: the navigation "
+                "algorithm can use the model of the truth only to the same or a lower degree"
+            )
+    if model != "normal" and truth.gravity != "normal":
+        raise ValueError(
+            f'gravity.model = "{model}" adds to normal gravity; truth.gravity = "{truth.gravity}" is another '
+            "model: remove truth.gravity"
+        )
+    if model != "normal" and truth.ellipsoid not in _GEOCENTRIC:
+        raise ValueError(
+            f'gravity.model = "{model}" needs an ellipsoid about the centre of mass, {" or ".join(_GEOCENTRIC)}; here '
+            f'truth.ellipsoid = "{truth.ellipsoid}"'
+        )
+
+
+def check_gravity_of_log(gravity: TrueGravity | None, navigation: NavigationSection) -> None:
+    """Check [gravity] beside [log]: the readings contain the true field, and the table is what the navigator knows.
+
+    Args:
+        gravity, navigation: the tables of a scenario.
+
+    Raises:
+        ValueError: the table would change recorded readings, or have no effect.
+    """
+    if gravity is None:
+        return
+    if gravity.remainder is not None:
+        raise ValueError(
+            "[gravity.remainder] is a random part of the true field, but the data are recorded ([log]): remove it"
+        )
+    if navigation.gravity_degree is None:
+        raise ValueError(
+            "[gravity] would have no effect: recorded data ([log]) contain the true field, and the table describes "
+            "only the model of the navigation algorithm. Add navigation.gravity_degree, for example 120, or remove "
+            "[gravity]"
+        )

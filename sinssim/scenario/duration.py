@@ -7,13 +7,13 @@ from collections.abc import Iterator
 
 from sinssim.algorithms import PLATFORM
 from sinssim.errors import InputError
-from sinssim.scenario.sections.flight import FlightSection
 from sinssim.scenario.sections.one_component import OneComponentSection
 from sinssim.scenario.tables import Tables
 from sinssim.system.memory import machine_memory
 from sinssim.truth.flight.aircraft import load_aircraft
 from sinssim.truth.flight.dead_reckoning import DeadReckoning
 from sinssim.truth.flight.leg import LegBase, check_landing
+from sinssim.truth.flight.plan import FlightPlan
 from sinssim.units import KNOT
 
 _SAMPLE_BYTES, _ALGORITHM_BYTES = 880.0, 176.0
@@ -25,7 +25,7 @@ _PLANE_BYTES = 1500.0
 """The same for a one-component run."""
 
 
-def plan_at_start(flight: FlightSection) -> DeadReckoning:
+def plan_at_start(flight: FlightPlan) -> DeadReckoning:
     """Return the dead reckoning of a flight plan at its start.
 
     Args:
@@ -54,7 +54,7 @@ def plan_at_start(flight: FlightSection) -> DeadReckoning:
     )
 
 
-def reckon_legs(flight: FlightSection) -> Iterator[tuple[LegBase, float, DeadReckoning]]:
+def reckon_legs(flight: FlightPlan) -> Iterator[tuple[LegBase, float, DeadReckoning]]:
     """Follow the legs of a flight plan by dead reckoning.
 
     Args:
@@ -73,7 +73,7 @@ def reckon_legs(flight: FlightSection) -> Iterator[tuple[LegBase, float, DeadRec
         yield leg, seconds, plan
 
 
-def leg_durations(flight: FlightSection) -> list[float]:
+def leg_durations(flight: FlightPlan) -> list[float]:
     """Estimate the duration of each leg of a flight, neglecting transitions and gusts; see `dead_reckoning`.
 
     Args:
@@ -98,7 +98,7 @@ def leg_durations(flight: FlightSection) -> list[float]:
     return durations
 
 
-def planned_turning(flight: FlightSection) -> float:
+def planned_turning(flight: FlightPlan) -> float:
     """Estimate the rotation in a flight's manoeuvres: turns, rolling in and out, loops, rolls, doublets.
 
     Args:
@@ -191,14 +191,10 @@ def expected_duration(scenario: Tables) -> float:
     if scenario.flight is not None:
         return sum(leg_durations(scenario.flight))
     if scenario.track is not None:
-        from sinssim.truth.track.prepare import prepared
-
-        return prepared(scenario.track, scenario.truth.gravity, scenario.truth.ellipsoid).duration
+        return scenario.track.prepared(scenario.truth).duration
     vehicle = scenario.drive or scenario.voyage
     if vehicle is not None:
-        from sinssim.truth.vehicles.motion import profile_of
-
-        return profile_of(vehicle).duration
+        return vehicle.profile.duration
     if scenario.log is not None:
         if scenario.log.to_s is None:
             raise InputError(

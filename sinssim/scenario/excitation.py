@@ -7,16 +7,12 @@ from typing import NamedTuple
 
 from sinssim.earth.models import OMEGA_IE
 from sinssim.scenario.duration import expected_duration, planned_turning
-from sinssim.scenario.sections.flight import FlightSection, Turbulence
-from sinssim.scenario.sections.motion import (
-    ConingMotion,
-    DwellStep,
-    MotionSection,
-    RotationTableMotion,
-    ScullingMotion,
-    SpinConeMotion,
-)
 from sinssim.scenario.tables import Tables
+from sinssim.truth.flight.plan import FlightPlan, Turbulence
+from sinssim.truth.motions.closed_forms import AnyClosedForm
+from sinssim.truth.motions.coning import ConingMotion, SpinConeMotion
+from sinssim.truth.motions.rocking import ScullingMotion
+from sinssim.truth.motions.rotation_table import DwellStep, RotationTableMotion
 from sinssim.units import ARCSEC, DEG, G0
 
 _RADIUS = 6.371e6  # radius of the Earth, m
@@ -61,14 +57,9 @@ def excitation(scenario: Tables) -> Excitation:
         rate += _AIRLINER / _RADIUS
         turning = planned_turning(scenario.flight) + _gusts(scenario.flight) ** 2 * lasts
     elif scenario.track is not None:
-        from sinssim.truth.track.prepare import prepared
-
-        track = prepared(scenario.track, scenario.truth.gravity, scenario.truth.ellipsoid)
-        turning = track.fit.turning
+        turning = scenario.track.prepared(scenario.truth).fit.turning
     elif (vehicle := scenario.drive or scenario.voyage) is not None:
-        from sinssim.truth.vehicles.motion import profile_of
-
-        turning = profile_of(vehicle).turning
+        turning = vehicle.profile.turning
     elif scenario.motion is not None:
         turning = _of_motion(scenario.motion)
     if scenario.imu.rotation is not None:
@@ -79,7 +70,7 @@ def excitation(scenario: Tables) -> Excitation:
     return Excitation(lasts, rate**2 * lasts + turning, G0**2 * lasts)
 
 
-def _gusts(flight: FlightSection) -> float:
+def _gusts(flight: FlightPlan) -> float:
     """Return the 1σ of the roll rate in turbulence, rad/s: 1.9 σ_w/√(L b) (MIL-F-8785C)."""
     turbulence = flight.turbulence
     return 0.0 if turbulence is None else 1.9 * _gust_speed(turbulence) / math.sqrt(_SCALE * _SPAN)
@@ -90,7 +81,7 @@ def _gust_speed(turbulence: Turbulence) -> float:
     return max(0.1 * turbulence.wind_at_6m_mps, turbulence.severity - 1.0)
 
 
-def _of_motion(motion: MotionSection) -> float:
+def _of_motion(motion: AnyClosedForm) -> float:
     """Return ∫ω² dt of a motion in closed form, rad²/s."""
     if isinstance(motion, RotationTableMotion):
         turns = [step for step in motion.steps if not isinstance(step, DwellStep)]

@@ -13,11 +13,11 @@ from sinssim.data import Array, NavState
 from sinssim.errors import InputError
 from sinssim.frames import FRAME_REGISTRY
 from sinssim.scenario.duration import plan_at_start, reckon_legs
-from sinssim.scenario.sections.flight import FlightSection
-from sinssim.scenario.sections.truth import GreatCircleSection
 from sinssim.scenario.tables import Tables
 from sinssim.transverse import RADIUS, distance_from_pole, nearest_allowed, normal, route_pole, sentence, too_near
 from sinssim.truth.flight.legs.waypoint import WaypointLeg
+from sinssim.truth.flight.plan import FlightPlan
+from sinssim.truth.motions.great_circle import GreatCircleFlight
 
 _PLACES = 1000
 """Places along a track that are checked; `check_route_flown` checks all."""
@@ -103,7 +103,7 @@ def _approaches(scenario: Tables, pole: Array) -> Iterator[_Approach]:
         yield from _on_flight(scenario.flight)
 
 
-def _on_circle(circle: GreatCircleSection, pole: Array) -> Iterator[_Approach]:
+def _on_circle(circle: GreatCircleFlight, pole: Array) -> Iterator[_Approach]:
     """Yield start, end, and the nearest points of the circle n₀ cos u + t₀ sin u to the pole or its opposite
     between."""
     lat, lon, course = (math.radians(v) for v in (circle.latitude_deg, circle.longitude_deg, circle.course_deg))
@@ -123,10 +123,9 @@ def _on_circle(circle: GreatCircleSection, pole: Array) -> Iterator[_Approach]:
 def _on_track(scenario: Tables) -> Iterator[_Approach]:
     """Yield places along a track."""
     from sinssim.earth.coordinates import ecef_to_geodetic
-    from sinssim.truth.track.prepare import prepared
 
     assert scenario.track is not None  # asked by the caller
-    knots = prepared(scenario.track, scenario.truth.gravity, scenario.truth.ellipsoid).knots
+    knots = scenario.track.prepared(scenario.truth).knots
     rows = np.linspace(0, len(knots.time) - 1, _PLACES).astype(int)
     latitude, longitude, _ = ecef_to_geodetic(knots.position[rows])
     speed = np.linalg.norm(knots.velocity[rows], axis=1)
@@ -134,7 +133,7 @@ def _on_track(scenario: Tables) -> Iterator[_Approach]:
         yield _Approach(float(lat), float(lon), 0.0, float(v), f"at t = {t:.0f} s")
 
 
-def _on_flight(flight: FlightSection) -> Iterator[_Approach]:
+def _on_flight(flight: FlightPlan) -> Iterator[_Approach]:
     """Yield the start, and every waypoint, which is passed within its radius."""
     start = plan_at_start(flight)
     slowest = max(0.0, start.true_airspeed() - math.hypot(*start.wind))

@@ -5,15 +5,17 @@ from __future__ import annotations
 from typing import TYPE_CHECKING, Any
 
 from sinssim.logs.log import Log
-from sinssim.scenario.sections.flight import FlightSection
-from sinssim.scenario.sections.motion import MotionSection
 from sinssim.scenario.sections.one_component import OneComponentSection
-from sinssim.scenario.sections.truth import GreatCircleSection, ParkedSection
 from sinssim.scenario.tables import Tables
 from sinssim.system.short_repr import html_lines
-from sinssim.truth.track.section import TrackSection
-from sinssim.truth.turntable.section import TurntableSection
-from sinssim.truth.vehicles.section import DriveSection, VoyageSection
+from sinssim.truth.flight.flight import Flight
+from sinssim.truth.motions.closed_forms import AnyClosedForm
+from sinssim.truth.motions.great_circle import GreatCircleFlight
+from sinssim.truth.motions.parked import ParkedVehicle
+from sinssim.truth.track.track import Track
+from sinssim.truth.turntable.turntable import Turntable
+from sinssim.truth.vehicles.drive import Drive
+from sinssim.truth.vehicles.voyage import Voyage
 
 
 class Scenario(Tables):
@@ -30,14 +32,14 @@ class Scenario(Tables):
             self,
             *,
             name: str,
-            flight: FlightSection | None = None,
-            parked: ParkedSection | None = None,
-            great_circle: GreatCircleSection | None = None,
-            motion: MotionSection | None = None,
-            track: TrackSection | None = None,
-            drive: DriveSection | None = None,
-            voyage: VoyageSection | None = None,
-            turntable: TurntableSection | None = None,
+            flight: Flight | None = None,
+            parked: ParkedVehicle | None = None,
+            great_circle: GreatCircleFlight | None = None,
+            motion: AnyClosedForm | None = None,
+            track: Track | None = None,
+            drive: Drive | None = None,
+            voyage: Voyage | None = None,
+            turntable: Turntable | None = None,
             log: Log | None = None,
             one_component: OneComponentSection | None = None,
             **others: Any,

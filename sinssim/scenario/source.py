@@ -9,13 +9,15 @@ from pydantic.fields import FieldInfo
 from pydantic_core import PydanticCustomError
 
 from sinssim.logs.log import Log
-from sinssim.scenario.sections.flight import FlightSection
-from sinssim.scenario.sections.motion import MotionSection
 from sinssim.scenario.sections.one_component import OneComponentSection
-from sinssim.scenario.sections.truth import GreatCircleSection, ParkedSection
-from sinssim.truth.track.section import TrackSection
-from sinssim.truth.turntable.section import TurntableSection
-from sinssim.truth.vehicles.section import DriveSection, VoyageSection
+from sinssim.truth.flight.flight import Flight
+from sinssim.truth.motions.closed_forms import AnyClosedForm
+from sinssim.truth.motions.great_circle import GreatCircleFlight
+from sinssim.truth.motions.parked import ParkedVehicle
+from sinssim.truth.track.track import Track
+from sinssim.truth.turntable.turntable import Turntable
+from sinssim.truth.vehicles.drive import Drive
+from sinssim.truth.vehicles.voyage import Voyage
 
 
 class Given(NamedTuple):
@@ -44,14 +46,14 @@ def _the_only_one(given: tuple[Given, ...]) -> Given:
 _Contents = BeforeValidator(lambda given: given.contents if isinstance(given, Given) else given)
 
 AnySource = Annotated[
-    Annotated[FlightSection, _Contents, Tag("flight")]
-    | Annotated[ParkedSection, _Contents, Tag("parked")]
-    | Annotated[GreatCircleSection, _Contents, Tag("great_circle")]
-    | Annotated[MotionSection, _Contents, Tag("motion")]
-    | Annotated[TrackSection, _Contents, Tag("track")]
-    | Annotated[DriveSection, _Contents, Tag("drive")]
-    | Annotated[VoyageSection, _Contents, Tag("voyage")]
-    | Annotated[TurntableSection, _Contents, Tag("turntable")]
+    Annotated[Flight, _Contents, Tag("flight")]
+    | Annotated[ParkedVehicle, _Contents, Tag("parked")]
+    | Annotated[GreatCircleFlight, _Contents, Tag("great_circle")]
+    | Annotated[AnyClosedForm, _Contents, Tag("motion")]
+    | Annotated[Track, _Contents, Tag("track")]
+    | Annotated[Drive, _Contents, Tag("drive")]
+    | Annotated[Voyage, _Contents, Tag("voyage")]
+    | Annotated[Turntable, _Contents, Tag("turntable")]
     | Annotated[Log, _Contents, Tag("log")]
     | Annotated[OneComponentSection, _Contents, Tag("one_component")],
     Discriminator(lambda one: getattr(one, "table", None)),

@@ -27,7 +27,7 @@ from sinssim.scenario.sections.within_imu.sensor_set import AttitudeSensor, Plat
 from sinssim.scenario.tables import Tables
 from sinssim.sensors.imu.grades import grade_name
 from sinssim.truth.flight.legs.waypoint import WaypointLeg
-from sinssim.truth.track.section import TrackSection
+from sinssim.truth.track.track import Track
 
 
 # Long: one line for each table of the scenario, in the order of the console.
@@ -125,12 +125,11 @@ def plan_lines(scenario: Tables) -> Iterator[str]:
         yield f"note        {sentence}"
 
 
-def _track_lines(scenario: Tables, section: TrackSection) -> Iterator[str]:
+def _track_lines(scenario: Tables, section: Track) -> Iterator[str]:
     """Summarise a track: how it fits its samples, what is assumed, and what is doubtful."""
     from sinssim.truth.track.fit import fit_lines
-    from sinssim.truth.track.prepare import prepared
 
-    track = prepared(section, scenario.truth.gravity, scenario.truth.ellipsoid)
+    track = section.prepared(scenario.truth)
     others = given(section, "file", "waypoints", "vehicle")
     yield f"track       {section.what}, {section.vehicle}{', ' if others else ''}{others}"
     for name, words in fit_lines(track.fit):

@@ -28,29 +28,41 @@ from sinssim.logs.log import Log
 from sinssim.mistakes import ONE_OF_SEVERAL
 from sinssim.own_content.layout import Item, items_of
 from sinssim.own_content.registry import registered
-from sinssim.scenario.combinations import check_compensation, check_filter, check_platform, check_rotation
+from sinssim.scenario.combinations import (
+    check_compensation,
+    check_filter,
+    check_gravity,
+    check_gravity_of_log,
+    check_platform,
+    check_rotation,
+)
 from sinssim.scenario.sections.aiding import AidingSection
 from sinssim.scenario.sections.calibration import CalibrationSection
 from sinssim.scenario.sections.compensation import CompensationSection
 from sinssim.scenario.sections.ensemble import EnsembleSection
 from sinssim.scenario.sections.filter import FilterSection
-from sinssim.scenario.sections.flight import FlightSection
 from sinssim.scenario.sections.imu import ImuSection
-from sinssim.scenario.sections.isolator import IsolatorSection
-from sinssim.scenario.sections.motion import MotionSection, PlacedMotion, VibrationSection
 from sinssim.scenario.sections.navigation import NavigationSection, check_alignment
 from sinssim.scenario.sections.one_component import OneComponentSection
 from sinssim.scenario.sections.output import OF_FRAME, OutputSection, RecordingSection
-from sinssim.scenario.sections.truth import GreatCircleSection, ParkedSection, TruthSection
-from sinssim.scenario.sections.within_truth.gravity import GravitySection, check_gravity, check_gravity_of_log
 from sinssim.scenario.source import TABLES, TRAVELLING, AnySource, Given
 from sinssim.scenario.use import Use
 from sinssim.scenario.variation import check_variation
 from sinssim.section import Name, Section, Sentence
 from sinssim.sensors.aiding.gnss import GnssSection
-from sinssim.truth.track.section import TrackSection
-from sinssim.truth.turntable.section import TurntableSection
-from sinssim.truth.vehicles.section import DriveSection, VoyageSection
+from sinssim.truth.flight.flight import Flight
+from sinssim.truth.gravity.true_gravity import TrueGravity
+from sinssim.truth.motion import TrueEarth
+from sinssim.truth.motions.analytic import ClosedFormMotion
+from sinssim.truth.motions.closed_forms import AnyClosedForm
+from sinssim.truth.motions.great_circle import GreatCircleFlight
+from sinssim.truth.motions.isolator import Isolator
+from sinssim.truth.motions.parked import ParkedVehicle
+from sinssim.truth.motions.vibration import Vibration
+from sinssim.truth.track.track import Track
+from sinssim.truth.turntable.turntable import Turntable
+from sinssim.truth.vehicles.drive import Drive
+from sinssim.truth.vehicles.voyage import Voyage
 
 _IN_SPACE = (
     "vibration",
@@ -85,15 +97,15 @@ class Tables(Section):
         description="own content: files (.py) and project folders, relative to this file; see own-content.md",
     )
     source: AnySource = Field(validation_alias=ONE_OF_SEVERAL)
-    sequence: TurntableSection | None = Field(default=None, validation_alias="turntable")
+    sequence: Turntable | None = Field(default=None, validation_alias="turntable")
     """The sequence of a recorded calibration: [turntable] beside [log]."""
     calibration: CalibrationSection | None = None
-    vibration: tuple[VibrationSection, ...] = Field(
+    vibration: tuple[Vibration, ...] = Field(
         default=(), description="vibration of the sensor block, added to the motion"
     )
-    isolator: IsolatorSection | None = None
-    truth: TruthSection = Field(default=TruthSection())
-    gravity: GravitySection | None = None
+    isolator: Isolator | None = None
+    truth: TrueEarth = Field(default=TrueEarth())
+    gravity: TrueGravity | None = None
     imu: ImuSection = Field(default_factory=ImuSection)
     compensation: CompensationSection | None = None
     aiding: SerializeAsAny[AidingSection] | None = None
@@ -327,44 +339,44 @@ class Tables(Section):
         return super().model_copy(update=inner, deep=deep)
 
     @property
-    def flight(self) -> FlightSection | None:
+    def flight(self) -> Flight | None:
         """The table [flight]."""
-        return self.source if isinstance(self.source, FlightSection) else None
+        return self.source if isinstance(self.source, Flight) else None
 
     @property
-    def parked(self) -> ParkedSection | None:
+    def parked(self) -> ParkedVehicle | None:
         """The table [parked]."""
-        return self.source if isinstance(self.source, ParkedSection) else None
+        return self.source if isinstance(self.source, ParkedVehicle) else None
 
     @property
-    def great_circle(self) -> GreatCircleSection | None:
+    def great_circle(self) -> GreatCircleFlight | None:
         """The table [great_circle]."""
-        return self.source if isinstance(self.source, GreatCircleSection) else None
+        return self.source if isinstance(self.source, GreatCircleFlight) else None
 
     @property
-    def motion(self) -> MotionSection | None:
+    def motion(self) -> AnyClosedForm | None:
         """The table [motion]."""
-        return self.source if isinstance(self.source, PlacedMotion) else None
+        return self.source if isinstance(self.source, ClosedFormMotion) else None
 
     @property
-    def track(self) -> TrackSection | None:
+    def track(self) -> Track | None:
         """The table [track]."""
-        return self.source if isinstance(self.source, TrackSection) else None
+        return self.source if isinstance(self.source, Track) else None
 
     @property
-    def drive(self) -> DriveSection | None:
+    def drive(self) -> Drive | None:
         """The table [drive]."""
-        return self.source if isinstance(self.source, DriveSection) else None
+        return self.source if isinstance(self.source, Drive) else None
 
     @property
-    def voyage(self) -> VoyageSection | None:
+    def voyage(self) -> Voyage | None:
         """The table [voyage]."""
-        return self.source if isinstance(self.source, VoyageSection) else None
+        return self.source if isinstance(self.source, Voyage) else None
 
     @property
-    def turntable(self) -> TurntableSection | None:
+    def turntable(self) -> Turntable | None:
         """The table [turntable]: the motion, or the sequence of a recorded calibration."""
-        return self.source if isinstance(self.source, TurntableSection) else self.sequence
+        return self.source if isinstance(self.source, Turntable) else self.sequence
 
     @property
     def log(self) -> Log | None:

@@ -2,13 +2,134 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from typing import TYPE_CHECKING
 
 from sinssim.arguments import check_kind
+from sinssim.errors import InputError
+from sinssim.scenario.planned.warning import warn_of_limits
+from sinssim.scenario.schema import Scenario
 from sinssim.scenario.sections.imu import ImuSection
+from sinssim.truth.motion import Motion, Mounting
 
 if TYPE_CHECKING:
+    from sinssim.earth.harmonics.field import DisturbingField
     from sinssim.truth.trajectory import Trajectory
+
+
+def fly(
+    scenario: Scenario,
+    progress: Callable[[float], None] | None = None,
+    meanwhile: Callable[[], None] | None = None,
+) -> Trajectory:
+    """Return the true motion of a scenario's sensor block.
+
+    Args:
+        scenario: the scenario, with its source of truth: [flight], [parked], [great_circle], [motion],
+            [track], [drive], [voyage] or [turntable].
+        progress: called with the fraction of a flight flown, 0…1.
+        meanwhile: called once while another process flies; not called if there is nothing to fly.
+
+    Returns:
+        The motion of the block with its lever arm and mounting, from [imu], the aircraft or zero, in this order, and
+        with the vibration that its shock mounts transmit.
+
+    Raises:
+        InputError: the scenario is a one-component run, there is no such aircraft, the source of truth is invalid, or
+            the flight cannot be flown; the message names the leg.
+        RunError: JSBSim failed.
+
+    Warns:
+        SinssimWarning: a leg is beyond the limits of the aircraft.
+    """
+    warn_of_limits(scenario)
+    return true_motion(scenario, progress, meanwhile)
+
+
+def true_motion(
+    scenario: Scenario,
+    progress: Callable[[float], None] | None = None,
+    meanwhile: Callable[[], None] | None = None,
+) -> Trajectory:
+    """Return what `fly` returns, without its warnings: for one of many runs of a plan.
+
+    Args:
+        scenario: as for `fly`.
+        progress: as for `fly`.
+        meanwhile: as for `fly`.
+
+    Returns:
+        As for `fly`.
+
+    Raises:
+        InputError: as for `fly`.
+        RunError: as for `fly`.
+    """
+    if scenario.one_component is not None:
+        raise InputError(
+            f"the scenario {scenario.name} has [one_component], a motion in a vertical plane without a position on "
+            f"the Earth: only `sinssim run` supports it. Give a scenario with [flight], [parked], "
+            "[great_circle], [motion], [track] or [turntable]."
+        )
+    if scenario.log is not None:
+        raise InputError(
+            f"the scenario {scenario.name} has recorded sensors ([log]) and no true motion: `sinssim run` runs it. "
+            "Give a scenario with [flight], [parked], [great_circle] or [motion]."
+        )
+    source = scenario.source
+    assert isinstance(source, Motion)  # neither of those
+    motion = source.trajectory(mounting(scenario), scenario.truth, scenario.seed, progress, meanwhile)
+    if scenario.vibration:
+        from sinssim.truth.motions.vibrating import Vibrating  # needs the compiler
+
+        tones = [tone for n, table in enumerate(scenario.vibration) for tone in table.tones(scenario.seed + n)]
+        motion = Vibrating(motion, tones if scenario.isolator is None else scenario.isolator.transmitted(tones))
+    return motion if scenario.gravity is None else scenario.gravity.felt(motion, scenario.seed)
+
+
+def mounting(scenario: Scenario) -> Mounting:
+    """Return the place of a scenario's sensor block in its vehicle: from [imu], the aircraft or zero, in this order.
+
+    Args:
+        scenario: the scenario.
+
+    Returns:
+        The place.
+
+    Raises:
+        InputError: there is no such aircraft.
+    """
+    arm, angles, source = scenario.imu.lever_arm_m, scenario.imu.mounting_deg, scenario.source
+    if isinstance(source, Motion) and (arm is None or angles is None):
+        own = source.mounting
+        arm, angles = own.lever_arm_m if arm is None else arm, own.angles_deg if angles is None else angles
+    return Mounting(lever_arm_m=arm or (0.0, 0.0, 0.0), angles_deg=angles or (0.0, 0.0, 0.0))
+
+
+def known_field(scenario: Scenario) -> DisturbingField | None:
+    """Return the disturbing field that the navigator of a scenario knows.
+
+    Args:
+        scenario: the scenario.
+
+    Returns:
+        The field of navigation.gravity_degree; None if it knows normal gravity only.
+    """
+    degree, gravity = scenario.navigation.gravity_degree, scenario.gravity
+    return None if degree is None or gravity is None else gravity.field(scenario.truth.figure, degree)
+
+
+def unknown_field(scenario: Scenario) -> DisturbingField | None:
+    """Return the part of the true field that the navigator does not know.
+
+    Args:
+        scenario: the scenario.
+
+    Returns:
+        The field; None if there is none.
+    """
+    gravity, known = scenario.gravity, scenario.navigation.gravity_degree
+    return None if gravity is None else gravity.beyond(known, scenario.truth.figure)
 
 
 def block_of(vehicle: Trajectory, section: ImuSection) -> Trajectory:

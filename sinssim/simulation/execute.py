@@ -242,7 +242,7 @@ def _compute(run: Run, folder: RunDirectory | None, stages: Stages) -> Run:
 
 def _fly(run: Run, recorded: bool, stages: Stages) -> bool | None:
     """Fly, and return whether the flight came from the cache; None for another motion."""
-    from sinssim.truth.source import fly
+    from sinssim.scenario.true_motion import fly
 
     flown: list[float] = []  # a cached flight jumps to 1
 
@@ -262,9 +262,8 @@ def _about_track(scenario: Scenario) -> dict[str, Any]:
     if scenario.track is None:
         return {}
     from sinssim.truth.track.fit import fit_numbers
-    from sinssim.truth.track.prepare import prepared
 
-    track = prepared(scenario.track, scenario.truth.gravity, scenario.truth.ellipsoid)
+    track = scenario.track.prepared(scenario.truth)
     return {"track": plain(fit_numbers(track.fit))}
 
 

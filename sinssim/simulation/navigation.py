@@ -84,12 +84,11 @@ def solve(
             alignment fails.
         RunError: no algorithm has a solution.
     """
-    from sinssim.scenario.true_motion import block_of
+    from sinssim.scenario.true_motion import block_of, known_field
     from sinssim.sensors.imu.encoder import encoders_of, turned_in
     from sinssim.strapdown.disturbance import navigate_in_field
     from sinssim.strapdown.measured_attitude import navigate_set
     from sinssim.truth.gravity.disturbed import Disturbed
-    from sinssim.truth.gravity.from_scenario import known_field
 
     section = scenario.navigation
     axes = axes_along(section.frame, trajectory.state, trajectory.start, trajectory.end)

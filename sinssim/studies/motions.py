@@ -128,7 +128,7 @@ def make(motion: StudyMotion) -> Trajectory:
         InputError: the scenario does not exist, has mistakes or cannot be flown, or the motion is shorter than
             requested.
     """
-    from sinssim.truth.source import fly
+    from sinssim.scenario.true_motion import fly
 
     trajectory = fly(scenario_of(motion))
     if motion.duration_s is None:

@@ -19,15 +19,18 @@ from sinssim.errors import InputError, unknown_name
 from sinssim.formatting import listed
 from sinssim.frames import CURVATURES, FRAME_REGISTRY, OF_TRUTH, frames_that
 from sinssim.own_content.registry import ensure
-from sinssim.scenario.sections.choices import Curvature, Frame, Gravity, OwnEllipsoid, Schedule, Vertical
+from sinssim.scenario.sections.choices import Curvature, Frame, OwnEllipsoid, Schedule, Vertical
 from sinssim.scenario.sections.imu import ImuSection
-from sinssim.scenario.sections.motion import MotionSection, VibrationSection
 from sinssim.scenario.sections.output import COORDINATES, Coordinates
-from sinssim.scenario.sections.truth import GreatCircleSection, ParkedSection
 from sinssim.scenario.sections.within_imu.sensor_set import AttitudeSensor, Gyros, SensorSet, SixAccelerometers
 from sinssim.scenario.use import Use
 from sinssim.section import Duration, Keys, Name, Rate, Section, Sentence
 from sinssim.sensors.imu.grades import GRADES
+from sinssim.truth.motion import Gravity
+from sinssim.truth.motions.closed_forms import AnyClosedForm
+from sinssim.truth.motions.great_circle import GreatCircleFlight
+from sinssim.truth.motions.parked import ParkedVehicle
+from sinssim.truth.motions.vibration import Vibration
 
 
 class Wording(NamedTuple):
@@ -133,10 +136,10 @@ class StudyMotion(Section):
     name: str = Field(default="", description="short name for tables and plots; default: the kind of motion")
     scenario: str | None = Field(default=None, description="a scenario's file, or a name from `sinssim list scenarios`")
     set: tuple[str, ...] = Field(default=(), description='overrides of the scenario, each "key.path=value"')
-    parked: ParkedSection | None = None
-    great_circle: GreatCircleSection | None = None
-    motion: MotionSection | None = None
-    vibration: tuple[VibrationSection, ...] = Field(
+    parked: ParkedVehicle | None = None
+    great_circle: GreatCircleFlight | None = None
+    motion: AnyClosedForm | None = None
+    vibration: tuple[Vibration, ...] = Field(
         default=(), description="vibration of the sensor block, added to the motion"
     )
     duration_s: Duration | None = Field(default=None, description="duration of the first part of the motion to use")

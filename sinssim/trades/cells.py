@@ -14,10 +14,10 @@ from sinssim.errors import InputError
 from sinssim.scenario.duration import expected_duration
 from sinssim.scenario.load import load_scenario
 from sinssim.scenario.schema import Scenario
+from sinssim.scenario.true_motion import true_motion
 from sinssim.trades.keys import toml_text
 from sinssim.trades.schema import TradeStudy
 from sinssim.truth.flight.cache import flight_key
-from sinssim.truth.source import true_motion
 
 _WITHOUT_EFFECT = ("name", "description", "views", "output", "recording")
 """Keys of a scenario that do not change a number of a cell."""

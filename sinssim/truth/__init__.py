@@ -7,7 +7,6 @@ from typing import TYPE_CHECKING
 from sinssim.lazy import on_first_use
 
 if TYPE_CHECKING:
-    from sinssim.truth.source import fly as fly
     from sinssim.truth.trajectory import Channel as Channel
     from sinssim.truth.trajectory import FlightEvent as FlightEvent
     from sinssim.truth.trajectory import Trajectory as Trajectory

@@ -7,7 +7,7 @@ from numpy.typing import ArrayLike
 
 from sinssim.data import Array
 from sinssim.errors import InputError
-from sinssim.truth.motions.vibration import Vibrating
+from sinssim.truth.motions.vibrating import Vibrating
 from sinssim.truth.trajectory import Trajectory
 
 

@@ -86,7 +86,7 @@ def test_a_scenario_as_tables(scenario, capsys):
 
 def test_a_log_gives_what_the_scenario_gives(scenario, tmp_path, capsys):
     from sinssim.scenario import load_scenario
-    from sinssim.truth.source import fly
+    from sinssim.scenario.true_motion import fly
 
     plan = load_scenario(scenario)
     log, description = write_log(tmp_path / "log.csv", emulate(fly(plan).increments(10.0), plan.imu, plan.seed))
@@ -154,7 +154,7 @@ def test_a_swaying_vehicle_is_refused_and_then_aligned(tmp_path, capsys):
 
 def test_a_swaying_scenario_is_compared_with_its_last_instant(scenario, monkeypatch):
     turning = Swaying(np.radians(50.0), 0.3, 0.0, 0.0, 0.0, 1.0, 300.0, [Sway("heading", 0.01, 1 / 400)])
-    monkeypatch.setattr(importlib.import_module("sinssim.truth.source"), "fly", lambda plan: turning)
+    monkeypatch.setattr(importlib.import_module("sinssim.scenario.true_motion"), "fly", lambda plan: turning)
     report = align(scenario, method="disturbed", latitude=np.radians(50.0), overrides=("imu.grade=ideal",))
     assert report.truth.heading == pytest.approx(1.0 + 0.01 * np.sin(1.5 * np.pi), abs=1e-9)
     assert abs(report.error.heading) < 1e-6
@@ -351,7 +351,7 @@ def test_a_part_of_a_session_holds_both_its_ends() -> None:
 def test_a_quiet_scenario_is_compared_with_the_middle_of_its_part(scenario, monkeypatch):
     """A heading that moves by 2 mas is within rounding of the test for motion."""
     turning = Swaying(np.radians(50.0), 0.3, 0.0, 0.01, 0.02, 1.0, 300.0, [Sway("heading", 1e-8, 1 / 1200)])
-    monkeypatch.setattr(importlib.import_module("sinssim.truth.source"), "fly", lambda plan: turning)
+    monkeypatch.setattr(importlib.import_module("sinssim.scenario.true_motion"), "fly", lambda plan: turning)
     report = align(scenario, start=60.0, end=260.0, overrides=("imu.grade=ideal",))
     assert float(report.truth.heading) - 1.0 == pytest.approx(1e-8 * np.sin(2 * np.pi * 160.0 / 1200.0), rel=1e-6)
     np.testing.assert_allclose(

@@ -11,10 +11,9 @@ from sinssim.calibration.parameters import errors_of
 from sinssim.calibration.separate import _spans, linearise, right_jacobian
 from sinssim.calibration.spans import planned
 from sinssim.calibration.task import make_task
+from sinssim.scenario.true_motion import fly
 from sinssim.sensors.imu.emulate import emulate
 from sinssim.sensors.imu.errors import ImuErrors
-from sinssim.truth.source import fly
-from sinssim.truth.turntable.table import draw_table_errors
 from tests.calibration.draws import ARCSECONDS, DEGREES, check, drawn, scenario
 
 QUIET = {"gyro_arw_deg_sqrt_h": 0.0, "accel_vrw_ug_sqrt_hz": 0.0}
@@ -50,7 +49,7 @@ def test_errors_of_the_table_are_in_the_residuals_as_the_model_says() -> None:
     ideal = fly(described).increments(20.0)
     measured = emulate(ideal, described.imu, 3)
     task = make_task(described, described.calibration, measured, planned(described.turntable, measured.time))
-    table = draw_table_errors(described.turntable, 3)
+    table = described.turntable.draw_errors(3)
     errors = np.concatenate([table.tilt, table.position.ravel(), table.axis.ravel()])
     imu, order = task.compensated(result.truth), _spans(task, True)[1]
     residual, _, of_table = linearise(task, errors, imu, True, order)

@@ -8,10 +8,10 @@ import pytest
 from sinssim.calibration.spans import Dwells, between, detected, planned
 from sinssim.data import ImuData
 from sinssim.errors import InputError
-from sinssim.truth.turntable.section import TurntableSection
+from sinssim.truth.turntable.turntable import Turntable
 
 TIME = 2.0 + 0.5 * np.arange(41)  # to 22 s
-TABLE = TurntableSection.model_validate({
+TABLE = Turntable.model_validate({
     "turns": [{"axis": [0.0, 0.0, 1.0], "angle_deg": 90.0},
               {"axis": [1.0, 0.0, 0.0], "angle_deg": -32.0, "rate_deg_s": 4.0}],
     "dwell_s": 20.0, "first_dwell_s": 15.0, "rate_deg_s": 10.0,

@@ -13,12 +13,12 @@ from sinssim.calibration.spans import planned
 from sinssim.calibration.systematic import linearise, steps, systematic
 from sinssim.calibration.task import make_task
 from sinssim.scenario import Scenario
+from sinssim.scenario.true_motion import fly
 from sinssim.sensors.imu.compensation import compensate
 from sinssim.sensors.imu.emulate import emulate
 from sinssim.sensors.imu.errors import ImuErrors, TriadErrors, draw
 from sinssim.statistics.order_statistics import percentile
 from sinssim.toml_file import tomllib
-from sinssim.truth.source import fly
 from tests.calibration.draws import ARCSECONDS, DEGREES, check, drawn, scenario
 
 ARMS = {"accel_arms_mm": [[10.0, 20.0, -30.0], [30.0, -20.0, 20.0], [-20.0, 30.0, 10.0]]}

@@ -24,9 +24,9 @@ from sinssim.data import ImuData
 from sinssim.earth.models import OMEGA_IE
 from sinssim.scenario import Scenario
 from sinssim.scenario.sections.imu import ImuSection
+from sinssim.scenario.true_motion import fly
 from sinssim.sensors.imu.compensation import compensate
 from sinssim.toml_file import tomllib
-from sinssim.truth.source import fly
 from sinssim.units import ARCSEC, DEG_H, G0, PPM, UG
 from tests.calibration.draws import scenario
 

@@ -14,14 +14,13 @@ from sinssim.data import Array
 from sinssim.error_budget.analyse import budget
 from sinssim.error_budget.result import BudgetResult
 from sinssim.scenario import Scenario
+from sinssim.scenario.true_motion import fly
 from sinssim.sensors.imu.emulate import digital
 from sinssim.simulation.result import Run
 from sinssim.strapdown.nav_error import navigation_error
 from sinssim.strapdown.navigate import navigate
 from sinssim.truth.gravity.disturbed import Disturbed
-from sinssim.truth.gravity.from_scenario import remainder_model
 from sinssim.truth.gravity.values import gravity_values
-from sinssim.truth.source import fly
 
 PARTS = ("imu.rate_hz=4", "great_circle.duration_s=2400")
 
@@ -92,7 +91,7 @@ def test_the_remainder_has_the_covariance_of_drawn_runs(order: int) -> None:
     """
     scenario = sinssim.load_scenario("gravity_disturbance", (*PARTS, f"gravity.remainder.order={order}"))
     assert scenario.gravity is not None
-    model = remainder_model(scenario.gravity)
+    model = scenario.gravity.remainder_model()
     base = fly(scenario.model_copy(update={"gravity": None}))
     own = base.increments(1.0)
     truth, height = base.state(own.time), base.state(own.time).height

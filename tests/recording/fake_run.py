@@ -10,9 +10,9 @@ from pathlib import Path
 
 import numpy as np
 
+import sinssim.scenario.true_motion
 import sinssim.sensors
 import sinssim.strapdown.measured_attitude
-import sinssim.truth.source
 from sinssim.data import ImuData, NavSolution, NavState, SingularityEvent
 from sinssim.earth import WGS84
 from sinssim.scenario.schema import Scenario
@@ -90,7 +90,7 @@ def scenario(algorithms: tuple[str, ...] = ALGORITHMS, keep: str = "all", detail
 def install(count: int, replace=setattr) -> FakeTrajectory:
     """Put made-up numbers in place of flying, sensing and navigating."""
     fake = FakeTrajectory(count)
-    replace(sinssim.truth.source, "fly", lambda scenario, progress=None, meanwhile=None: fake)
+    replace(sinssim.scenario.true_motion, "fly", lambda scenario, progress=None, meanwhile=None: fake)
     replace(sinssim.sensors, "emulate", lambda ideal, spec, seed=0, **_: fake.measured)
     replace(
         sinssim.strapdown.measured_attitude,

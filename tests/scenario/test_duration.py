@@ -10,17 +10,17 @@ import pytest
 from sinssim.errors import InputError
 from sinssim.scenario.duration import check_times, expected_duration, leg_durations
 from sinssim.scenario.schema import Scenario
-from sinssim.scenario.sections.flight import FlightSection
 from sinssim.scenario.summary import plan_lines
+from sinssim.truth.flight.plan import FlightPlan
 
 # At sea level calibrated and true airspeed are the same.
 START = {"on": "air", "latitude_deg": 0.0, "longitude_deg": 0.0, "altitude_m": 0.0, "heading_deg": 350.0}
 SPEED = 200.0 * 1852.0 / 3600.0  # m/s
 
 
-def flight(*legs: dict[str, Any], airspeed_kt: float = 200.0) -> FlightSection:
+def flight(*legs: dict[str, Any], airspeed_kt: float = 200.0) -> FlightPlan:
     start = {**START, "airspeed_kt": airspeed_kt}
-    return FlightSection.model_validate({"aircraft": "737", "start": start, "legs": legs})
+    return FlightPlan.model_validate({"aircraft": "737", "start": start, "legs": legs})
 
 
 def circle(bank_deg: float) -> float:
@@ -69,7 +69,7 @@ def test_true_airspeed_grows_with_height() -> None:
     """A jet climbs at 300 kt and then at Mach 0.78; both are the same at 29 314 ft, as manuals have it."""
     height, airspeed_kt, mach = 29_314.0 * 0.3048, 300.0, 0.78
     sound = math.sqrt(1.4 * 287.053 * (288.15 - 0.0065 * height))
-    high = FlightSection.model_validate(
+    high = FlightPlan.model_validate(
         {
             "aircraft": "737",
             "start": {**START, "altitude_m": height, "airspeed_kt": airspeed_kt},
@@ -87,7 +87,7 @@ def eastward(*legs: dict[str, Any], wind: dict[str, float] | None = None) -> lis
     """Return the durations of legs that begin on the equator with the heading 90°."""
     start = {**START, "airspeed_kt": 200.0, "heading_deg": 90.0}
     section = {"aircraft": "737", "start": start, "legs": legs, "wind": wind or {}}
-    return leg_durations(FlightSection.model_validate(section))
+    return leg_durations(FlightPlan.model_validate(section))
 
 
 def waypoint(longitude: float, latitude: float = 0.0) -> dict[str, Any]:
@@ -157,7 +157,7 @@ def test_a_wind_that_keeps_a_waypoint_out_of_reach() -> None:
     with pytest.raises(
         InputError, match=r"flight\.legs\.1 \(waypoint\) cannot be flown: the wind of 0 m/s north and -60"
     ):
-        leg_durations(FlightSection.model_validate(section))
+        leg_durations(FlightPlan.model_validate(section))
 
 
 def test_parked_and_great_circle_last_as_long_as_they_say() -> None:

@@ -11,10 +11,10 @@ import pytest
 from sinssim.scenario.excitation import excitation
 from sinssim.scenario.planned.path import planned_path
 from sinssim.scenario.schema import Scenario
-from sinssim.scenario.sections.flight import FlightSection
 from sinssim.scenario.sections.imu import ImuSection
-from sinssim.scenario.sections.within_flight.wind import Atmosphere, Wind
 from sinssim.scenario.summary import _clock, named_places, plan_lines, sensor_words
+from sinssim.truth.flight.plan import FlightPlan
+from sinssim.truth.flight.wind import Atmosphere, Wind
 
 AIR = {"on": "air", "latitude_deg": 48.0, "longitude_deg": 11.0, "altitude_m": 3000.0, "airspeed_kt": 280.0,
        "heading_deg": 70.0}  # fmt: skip
@@ -245,7 +245,7 @@ def test_the_path_of_a_plan() -> None:
     """At sea level 200 kt are 102.9 m/s over the ground, northwards 111 km for a degree, then half a turn."""
     start = {**AIR, "altitude_m": 0.0, "airspeed_kt": 200.0, "heading_deg": 0.0}
     legs = [{"type": "hold", "duration_s": 540.0}, {"type": "turn", "angle_deg": 180.0, "direction": "right"}]
-    found = planned_path(FlightSection.model_validate({"aircraft": "737", "start": start, "legs": legs}))
+    found = planned_path(FlightPlan.model_validate({"aircraft": "737", "start": start, "legs": legs}))
     speed = 200.0 * 1852.0 / 3600.0
     assert [name for name, _, _ in found.legs] == ["1 hold", "2 turn"]
     assert found.legs[0][1:] == (0.0, 540.0)

@@ -31,7 +31,7 @@ def test_a_cached_flight_is_there_at_once(
         return "trajectory"
 
     followed = []
-    monkeypatch.setattr("sinssim.truth.source.fly", fly)
+    monkeypatch.setattr("sinssim.scenario.true_motion.fly", fly)
     monkeypatch.setattr(execute, "_follow", lambda run, trajectory: followed.append(trajectory))
     run = SimpleNamespace(scenario=SimpleNamespace(flight="f" if flown else None))
     assert execute._fly(run, False, Stages(lambda stage, fraction: told.append((stage, fraction)))) is cached

@@ -99,7 +99,7 @@ from sinssim.logs.read import read_file
 from sinssim.logs.text.samples import read_log
 from sinssim.noise_identification.report import noise_report
 from sinssim.scenario import load_scenario
-from sinssim.truth.source import fly
+from sinssim.scenario.true_motion import fly
 from sinssim.logs.load import recorded_log
 
 def late(*_):

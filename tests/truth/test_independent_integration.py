@@ -7,9 +7,9 @@ import pytest
 from scipy.spatial.transform import Rotation
 
 from sinssim.scenario import Scenario
+from sinssim.scenario.true_motion import fly
 from sinssim.truth import Trajectory
 from sinssim.truth.curve import Curve
-from sinssim.truth.source import fly
 from tests.oracles import integrator as oracle
 from tests.truth.motions import ecef, synthetic_flight
 

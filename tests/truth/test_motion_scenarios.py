@@ -13,8 +13,8 @@ from sinssim.errors import InputError
 from sinssim.scenario import Scenario, load_scenario
 from sinssim.scenario.duration import expected_duration
 from sinssim.scenario.summary import plan_lines
+from sinssim.scenario.true_motion import fly
 from sinssim.simulation import run
-from sinssim.truth.source import fly
 
 DEG = np.pi / 180.0
 MOTIONS: dict[str, dict[str, Any]] = {

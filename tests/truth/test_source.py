@@ -13,11 +13,11 @@ from sinssim.earth.harmonics.coefficients import shipped
 from sinssim.earth.harmonics.field import DisturbingField
 from sinssim.earth.harmonics.omission import omission
 from sinssim.scenario import Scenario
-from sinssim.scenario.sections.within_truth.gravity import GravitySection
+from sinssim.scenario.true_motion import fly, unknown_field
 from sinssim.truth.flight.aircraft import load_aircraft
-from sinssim.truth.gravity.from_scenario import remainder_model, unknown_field
+from sinssim.truth.flight.flight import _in_air
+from sinssim.truth.gravity.true_gravity import TrueGravity
 from sinssim.truth.motions.vibration import band_noise
-from sinssim.truth.source import _analytic, _in_air, _tones, fly
 from sinssim.truth.trajectory import Channel, FlightEvent
 from tests.oracles import integrator as oracle
 from tests.truth.motions import synthetic_flight
@@ -131,7 +131,7 @@ def test_tones_of_a_vibration() -> None:
             {"coordinate": "right", "rms_g": 0.3, "low_hz": 10.0, "high_hz": 30.0},
         ],
     ).vibration
-    tones = _tones(sections, 11)
+    tones = [tone for number, section in enumerate(sections) for tone in section.tones(11 + number)]
     assert (tones[0].coordinate, tones[0].frequency_hz) == ("roll", 7.0)
     assert tones[0].amplitude == pytest.approx(np.sqrt(2.0) * np.radians(30.0 / 3600.0))
     assert tones[0].phase == pytest.approx(np.radians(40.0))
@@ -156,7 +156,7 @@ def test_tones_of_a_vibration() -> None:
     ],
 )  # fmt: skip
 def test_motions_in_closed_form_begin_as_their_tables_say(table: dict[str, Any], rate: Any, velocity: Any) -> None:
-    made = _analytic(scenario(motion={"latitude_deg": 1.0, "duration_s": 9.0, **table}).motion)
+    made = scenario(motion={"latitude_deg": 1.0, "duration_s": 9.0, **table}).motion.motion()
     zero = np.zeros(1)
     np.testing.assert_allclose(made.rate(zero)[0], rate, rtol=1e-12, atol=1e-15)
     np.testing.assert_allclose(made.place(zero)[1][0], velocity, rtol=1e-12, atol=1e-15)
@@ -169,7 +169,7 @@ def test_steps_of_a_rotation_table() -> None:
         {"type": "turn", "axis": [0.0, 2.0, 0.0], "angle_deg": -90.0, "rate_deg_s": 30.0, "ramp_s": 0.5,
          "profile": "trapezoidal"},
     ]  # fmt: skip
-    made = _analytic(scenario(motion={"type": "rotation-table", "latitude_deg": 1.0, "steps": steps}).motion)
+    made = scenario(motion={"type": "rotation-table", "latitude_deg": 1.0, "steps": steps}).motion.motion()
     assert made.duration == pytest.approx(5.5)
     rates = made.rate(np.array([1.0, 2.125, 4.0]))
     np.testing.assert_allclose(np.degrees(rates), [[0.0, 0.0, 0.0], [0.0, -7.5, 0.0], [0.0, -30.0, 0.0]], atol=1e-12)
@@ -215,17 +215,17 @@ def test_the_part_of_the_field_that_a_navigator_does_not_know() -> None:
 
 
 def test_statistics_of_the_remainder_that_a_table_gives() -> None:
-    section = GravitySection.model_validate({"remainder": {
+    section = TrueGravity.model_validate({"remainder": {
         "order": 3, "xi_sigma_arcsec": 2.0, "eta_sigma_arcsec": 3.0, "anomaly_sigma_mgal": 40.0, "correlation_km": 5.0,
     }})  # fmt: skip
-    model = remainder_model(section)
+    model = section.remainder_model()
     assert model is not None
     arcsec = np.radians(1.0 / 3600.0)
     assert (model.order, model.distance) == (3, 5000.0)
     assert model.sigma == pytest.approx((2.0 * arcsec, 3.0 * arcsec, 40e-5))
-    assert remainder_model(GravitySection()) is None
+    assert TrueGravity().remainder_model() is None
     # of normal gravity the degrees beyond 2 are missing; at a height they are those there
-    left = remainder_model(GravitySection.model_validate({"remainder": {"altitude_m": 5000.0}}))
+    left = TrueGravity.model_validate({"remainder": {"altitude_m": 5000.0}}).remainder_model()
     assert left is not None
     whole = omission(2, 5000.0)
     assert left.sigma == (whole.deflection, whole.deflection, whole.anomaly)

@@ -16,8 +16,8 @@ from sinssim import earth
 from sinssim.data import Array, ImuData, NavState
 from sinssim.error_budget.inputs.processes import AlongWay
 from sinssim.error_budget.inputs.sources import InertialNoise, Source
+from sinssim.scenario.true_motion import unknown_field
 from sinssim.truth.gravity.disturbed import Disturbed
-from sinssim.truth.gravity.from_scenario import remainder_model, unknown_field
 from sinssim.units import ARCSEC, MGAL
 
 if TYPE_CHECKING:
@@ -74,7 +74,7 @@ def remainder_noise(scenario: Scenario, state: NavState) -> list[InertialNoise]:
     Returns:
         The process; none without [gravity.remainder].
     """
-    model = None if scenario.gravity is None else remainder_model(scenario.gravity)
+    model = None if scenario.gravity is None else scenario.gravity.remainder_model()
     if model is None or not any(model.sigma):
         return []
     some = slice(None, None, max(1, len(state.latitude) // 100))

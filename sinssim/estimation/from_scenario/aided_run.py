@@ -25,15 +25,13 @@ from sinssim.estimation.from_scenario.true_parameters import InertialParameters
 from sinssim.estimation.from_scenario.truth_comparison import Aided, compare_with_truth
 from sinssim.estimation.initial_alignment.start import Start, at_rest, by_course, in_motion
 from sinssim.progress import Progress, silent
-from sinssim.scenario.true_motion import block_of
+from sinssim.scenario.true_motion import block_of, known_field, mounting
 from sinssim.sensors.aiding.base.sensor import AidingReadings, Vehicle
 from sinssim.sensors.aiding.land_vehicle import LandVehicleSection
 from sinssim.sensors.from_readings.vibration import AddedNoise, vibration, vibration_noise
 from sinssim.sensors.imu.encoder import Encoders, encoders_of, turned_in
 from sinssim.strapdown.polar import axes_along
 from sinssim.system.memory import give_back_memory, shared
-from sinssim.truth.gravity.from_scenario import known_field
-from sinssim.truth.source import block_mounting
 
 if TYPE_CHECKING:
     from sinssim.scenario import Scenario
@@ -85,7 +83,7 @@ def aid_run(
     assert section is not None
     assert aiding is not None
     beside = partial(navigate_beside, scenario, trajectory)
-    vehicle = Vehicle(trajectory, scenario.seed, beside, block_mounting(scenario), imu)
+    vehicle = Vehicle(trajectory, scenario.seed, beside, mounting(scenario).q_bs, imu)
     sensed = tuple(readings for sensor in aiding.sensors().values() for readings in sensor.read(vehicle))
     sensed = _with_shared_times(sensed, imu.time)
     give_back_memory()
@@ -227,7 +225,7 @@ def navigate_beside(scenario: Scenario, trajectory: Trajectory, grade: str, leve
     from sinssim.scenario.sections.imu import ImuSection
     from sinssim.sensors.imu.emulate import emulate
     from sinssim.strapdown.navigate import navigate
-    from sinssim.truth.motions.vibration import Vibrating
+    from sinssim.truth.motions.vibrating import Vibrating
 
     place = Vibrating(trajectory, (), lever_arm)
     ideal = place.increments(scenario.imu.rate_hz)
@@ -301,7 +299,7 @@ def _assumed_mounting(scenario: Scenario, measurements: Sequence[Measurements]) 
             section = scenario.aiding.sensor(LandVehicleSection)
             spread = 0.0 if section is None else math.radians(section.mounting_sigma_deg)
             return (float(m.value[0, 2]), float(m.value[0, 3])), spread
-    ahead = rotation.dcm_from_quaternion(block_mounting(scenario))[0]
+    ahead = rotation.dcm_from_quaternion(mounting(scenario).q_bs)[0]
     return (math.atan2(-ahead[2], math.hypot(ahead[0], ahead[1])), math.atan2(ahead[1], ahead[0])), 0.0
 
 

@@ -16,19 +16,19 @@ from sinssim.estimation.from_scenario.filter_model import filter_model
 from sinssim.estimation.from_scenario.filter_states import with_states
 from sinssim.estimation.from_scenario.memory import ROWS
 from sinssim.estimation.from_scenario.recorded_errors import recorded_sensors
+from sinssim.estimation.from_scenario.reference_motion import ReferenceMotion
 from sinssim.estimation.from_scenario.truth_comparison import Aided, Rows
 from sinssim.estimation.initial_alignment.recorded_start import RecordedStart, recorded_start
 from sinssim.estimation.initial_alignment.start import Start
 from sinssim.logs.load import RecordedLog, recorded_log
 from sinssim.logs.reference import Reference
-from sinssim.logs.reference_motion import ReferenceMotion
 from sinssim.progress import Progress, silent
 from sinssim.scenario.excitation import Excitation
 from sinssim.scenario.sections.filter import InitialSigmaSection
+from sinssim.scenario.true_motion import mounting
 from sinssim.sensors.aiding.base.sensor import AidingReadings, AidingSensor, Vehicle
 from sinssim.strapdown.nav_error import NavError
 from sinssim.system.short_repr import short_repr
-from sinssim.truth.source import block_mounting
 from sinssim.units import ARCMIN
 
 if TYPE_CHECKING:
@@ -211,7 +211,7 @@ def all_readings(prepared: Prepared) -> tuple[AidingReadings, ...]:
     if aiding is None:
         return log.sensed
     velocity = next((r.measurements for r in log.sensed if r.measurements.kind == "gnss-velocity"), None)
-    q_bs = block_mounting(prepared.scenario)
+    q_bs = mounting(prepared.scenario).q_bs
     found: list[AidingReadings] = []
     others: dict[str, AidingSensor] = {}
     for name, sensor in aiding.sensors().items():

@@ -24,8 +24,7 @@ from sinssim.estimation.model import error_model
 from sinssim.formatting import number_text
 from sinssim.scenario.duration import expected_duration
 from sinssim.scenario.planned.path import planned_path
-from sinssim.truth.gravity.from_scenario import remainder_model, unknown_field
-from sinssim.truth.source import true_motion
+from sinssim.scenario.true_motion import true_motion, unknown_field
 from sinssim.units import MGAL, UG
 
 if TYPE_CHECKING:
@@ -67,7 +66,7 @@ def unknown_gravity(scenario: Scenario) -> UnknownGravity | None:
     """
     if scenario.gravity is None or scenario.log is not None:
         return None
-    field, remainder = unknown_field(scenario), remainder_model(scenario.gravity)
+    field, remainder = unknown_field(scenario), scenario.gravity.remainder_model()
     if field is None and remainder is None:
         return None
     latitude, longitude, height = _path(scenario)

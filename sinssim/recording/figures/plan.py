@@ -42,7 +42,7 @@ def plan_of(scenario: Scenario) -> PlannedPath:
     if scenario.log is not None or scenario.one_component is not None:
         what = "recorded sensors" if scenario.log is not None else "a motion in a vertical plane"
         raise InputError(f"the scenario {scenario.name} has {what}: there is no plan to draw; leave out --plot.")
-    from sinssim.truth.source import fly
+    from sinssim.scenario.true_motion import fly
 
     motion = fly(scenario)
     time = np.linspace(motion.start, motion.end, _POINTS)

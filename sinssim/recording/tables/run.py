@@ -117,9 +117,8 @@ def _about_track(scenario: Scenario) -> Iterator[str]:
     """Yield how a track's curve fits its samples, and what is assumed."""
     if scenario.track is not None:
         from sinssim.truth.track.fit import fit_sentences
-        from sinssim.truth.track.prepare import prepared
 
-        yield from fit_sentences(prepared(scenario.track, scenario.truth.gravity, scenario.truth.ellipsoid).fit)
+        yield from fit_sentences(scenario.track.prepared(scenario.truth).fit)
 
 
 def _title(summary: Mapping[str, Any]) -> str:

@@ -9,12 +9,12 @@ from itertools import pairwise
 
 from sinssim.errors import InputError
 from sinssim.scenario.duration import plan_at_start
-from sinssim.scenario.sections.flight import FlightSection
 from sinssim.scenario.tables import Tables
 from sinssim.truth.flight.aircraft import Envelope, Performance, load_aircraft
 from sinssim.truth.flight.dead_reckoning import DeadReckoning, bearing, distance
 from sinssim.truth.flight.leg import LegBase
 from sinssim.truth.flight.legs.waypoint import WaypointLeg
+from sinssim.truth.flight.plan import FlightPlan
 from sinssim.truth.flight.planning.envelope import (
     best_ceiling,
     ceiling,
@@ -111,7 +111,7 @@ def findings(scenario: Tables) -> Iterator[Finding]:
 class _Judge:
     """What judges the legs of a flight."""
 
-    flight: FlightSection
+    flight: FlightPlan
     envelope: Envelope
     performance: Performance
 

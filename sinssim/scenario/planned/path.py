@@ -7,9 +7,9 @@ from dataclasses import dataclass
 from itertools import pairwise
 
 from sinssim.scenario.duration import plan_at_start
-from sinssim.scenario.sections.flight import FlightSection
 from sinssim.truth.flight.aircraft import load_aircraft
 from sinssim.truth.flight.dead_reckoning import distance
+from sinssim.truth.flight.plan import FlightPlan
 from sinssim.truth.flight.planning.envelope import ceiling
 from sinssim.units import KNOT
 
@@ -36,7 +36,7 @@ class PlannedPath:
     ceiling: list[float]
 
 
-def planned_path(flight: FlightSection) -> PlannedPath:
+def planned_path(flight: FlightPlan) -> PlannedPath:
     """Follow a flight plan by dead reckoning.
 
     Within a leg time is shared out by the way over the ground.

@@ -1,15 +1,14 @@
-"""Named choices that several tables of a scenario share: gravity model, ellipsoid, frame, radii, vertical channel."""
+"""Named choices that several tables of a scenario share: ellipsoid, frame, radii, vertical channel."""
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable
+from collections.abc import Callable
 from typing import Annotated, Any
 
 from pydantic import AfterValidator, BeforeValidator
 
 from sinssim.algorithms import SCENARIO_ALGORITHMS
-from sinssim.earth.models import ELLIPSOIDS, GRAVITY_MODELS
-from sinssim.errors import unknown_name
+from sinssim.earth.models import ELLIPSOIDS
 from sinssim.frames import (
     CURVATURES,
     FRAMES,
@@ -18,18 +17,7 @@ from sinssim.frames import (
     VERTICALS,
 )
 from sinssim.own_content.registry import ensure
-from sinssim.section import Rate
-
-
-def known_name(kind: str, names: Iterable[str]) -> Callable[[str], str]:
-    """Return a validator that accepts only the given names and otherwise lists them."""
-
-    def check(value: str) -> str:
-        if value not in names:
-            raise unknown_name(kind, value, names)
-        return value
-
-    return check
+from sinssim.section import Rate, known_name
 
 
 def _own_too(kind: str) -> Callable[[str], str]:
@@ -56,8 +44,6 @@ def _three_of_two(rates: Any) -> Any:
 
 Schedule = Annotated[tuple[Rate, Rate, Rate], BeforeValidator(_three_of_two)]
 """Fast, medium and slow rate, Hz; two are those of attitude, and of velocity and position."""
-Gravity = Annotated[str, AfterValidator(known_name("gravity model", GRAVITY_MODELS))]
-EllipsoidName = Annotated[str, AfterValidator(known_name("ellipsoid", ELLIPSOIDS))]
 OwnEllipsoid = Annotated[str, AfterValidator(known_name("ellipsoid", (OF_TRUTH, *ELLIPSOIDS)))]
 """The navigator's ellipsoid: by name, or that of the truth."""
 Algorithm = Annotated[

@@ -23,7 +23,6 @@ from sinssim.scenario.sections.choices import (
     Algorithm,
     Curvature,
     Frame,
-    Gravity,
     OwnEllipsoid,
     Schedule,
     SlowQuantities,
@@ -39,6 +38,7 @@ from sinssim.section import (
     Velocity,
     once,
 )
+from sinssim.truth.motion import Gravity
 
 _Arcmin = Annotated[float, Field(ge=-10_800.0, le=10_800.0)]
 """Error of an angle, arcmin: at most half a turn, beyond which angles repeat."""

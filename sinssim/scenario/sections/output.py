@@ -7,8 +7,7 @@ from typing import Annotated, Literal
 from pydantic import AfterValidator, Field
 
 from sinssim.earth.models import ELLIPSOIDS
-from sinssim.scenario.sections.choices import known_name
-from sinssim.section import Section
+from sinssim.section import Section, known_name
 
 COORDINATES: dict[str, str] = {
     "earth-fixed": "position, velocity and attitude in Earth-fixed axes",

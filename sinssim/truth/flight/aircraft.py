@@ -10,20 +10,9 @@ from typing import Self
 from pydantic import Field, model_validator
 
 from sinssim.content import find_content
-from sinssim.section import NotNegative, Positive, Section, Vector3
+from sinssim.section import NotNegative, Positive, Section
 from sinssim.toml_file import read_toml, validate
-
-
-class Mounting(Section):
-    """Place of the sensor block in the airframe.
-
-    Attributes:
-        lever_arm_m: from the centre of gravity to the block, forward, right, down, m.
-        angles_deg: roll, pitch and yaw of the block's axes in the airframe's, degrees.
-    """
-
-    lever_arm_m: Vector3
-    angles_deg: Vector3 = (0.0, 0.0, 0.0)
+from sinssim.truth.motion import Mounting
 
 
 class Performance(Section):

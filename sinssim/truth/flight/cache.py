@@ -20,12 +20,12 @@ from pathlib import Path
 import numpy as np
 
 from sinssim.content import find_content
-from sinssim.scenario.sections.flight import FlightSection
 from sinssim.system.drafts import draft
 from sinssim.system.kernel_files import cache_root
 from sinssim.system.user_file import read_bytes
 from sinssim.truth.flight.flight_log import FlightLog
 from sinssim.truth.flight.jsbsim_flight import model_folder
+from sinssim.truth.flight.plan import FlightPlan
 from sinssim.truth.flight.subprocess_flight import fly_apart
 from sinssim.truth.panels import KnotDerivatives, checked_knots, knot_derivatives
 from sinssim.truth.trajectory import Channel, FlightEvent
@@ -40,7 +40,7 @@ _SOURCES = ("earth", "rotation", "jit.py", "units.py", "truth/flight", "truth/pa
 
 
 def cached_flight(
-    flight: FlightSection,
+    flight: FlightPlan,
     seed: int = 0,
     progress: Callable[[float], None] | None = None,
     meanwhile: Callable[[], None] | None = None,
@@ -79,7 +79,7 @@ def _sources() -> tuple[Path, ...]:
     return tuple(sorted({file for path in found for file in (path.rglob("*.py") if path.is_dir() else (path,))}))
 
 
-def is_cached(flight: FlightSection, seed: int = 0) -> bool:
+def is_cached(flight: FlightPlan, seed: int = 0) -> bool:
     """Return whether a flight is in the cache.
 
     Args:
@@ -92,11 +92,11 @@ def is_cached(flight: FlightSection, seed: int = 0) -> bool:
     return _file(flight, seed).is_file()
 
 
-def _file(flight: FlightSection, seed: int) -> Path:
+def _file(flight: FlightPlan, seed: int) -> Path:
     return cache_root() / "flights" / f"{flight_key(flight, seed)}.flight"
 
 
-def flight_key(flight: FlightSection, seed: int) -> str:
+def flight_key(flight: FlightPlan, seed: int) -> str:
     """Return the digest of everything that determines a flight.
 
     Args:

@@ -5,9 +5,9 @@ from __future__ import annotations
 import math
 from typing import Any
 
-from sinssim.scenario.sections.flight import AirStart, FlightSection, RunwayStart
 from sinssim.truth.flight.air import Air, WindVector
 from sinssim.truth.flight.aircraft import Aircraft
+from sinssim.truth.flight.plan import AirStart, FlightPlan, RunwayStart
 from sinssim.units import DEG, FOOT
 
 STEP = 1.0 / 120.0
@@ -24,7 +24,7 @@ _TRIMMED = (
 )  # fmt: skip
 
 
-def bring_to_start(executive: Any, flight: FlightSection, aircraft: Aircraft, seed: int) -> None:
+def bring_to_start(executive: Any, flight: FlightPlan, aircraft: Aircraft, seed: int) -> None:
     """Bring the aircraft to the start: at rest on its wheels, or trimmed in the air, wind and seed set."""
     start, air = flight.start, flight.air()
     if not air.standard:

@@ -19,8 +19,6 @@ from xml.etree import ElementTree
 
 from sinssim.content import find_content
 from sinssim.errors import InputError
-from sinssim.scenario.sections.flight import AirStart, FlightSection, RunwayStart, Turbulence
-from sinssim.scenario.sections.within_flight.wind import Gust
 from sinssim.system.drafts import Draft
 from sinssim.system.user_file import user_file
 from sinssim.truth.flight.aircraft import Aircraft, load_aircraft
@@ -35,7 +33,9 @@ from sinssim.truth.flight.flight_start import (
 )
 from sinssim.truth.flight.leg import LegError, check_landing
 from sinssim.truth.flight.monitor import Monitor
+from sinssim.truth.flight.plan import AirStart, FlightPlan, RunwayStart, Turbulence
 from sinssim.truth.flight.shortfall import shortfall
+from sinssim.truth.flight.wind import Gust
 from sinssim.truth.trajectory import FlightEvent
 from sinssim.units import DEG, FOOT, KNOT
 
@@ -161,7 +161,7 @@ Progress = Callable[[float], None]
 class _Link:
     """The autopilot's connection to a running model: cached property nodes, log (`FlightRecord`) and monitoring."""
 
-    def __init__(self, executive: Any, flight: FlightSection, pilot: Autopilot, motion: AircraftState) -> None:
+    def __init__(self, executive: Any, flight: FlightPlan, pilot: Autopilot, motion: AircraftState) -> None:
         self.poses, self.channels = array("d"), array("d")
         self._executive, self._pilot, self._motion = executive, pilot, motion
         manager = executive.get_property_manager()
@@ -292,7 +292,7 @@ def _blow(executive: Any, gust: Gust) -> None:
     executive[f"{prefix}/start"] = 1
 
 
-def fly_plan(flight: FlightSection, seed: int = 0, progress: Progress | None = None) -> FlightRecord:
+def fly_plan(flight: FlightPlan, seed: int = 0, progress: Progress | None = None) -> FlightRecord:
     """Fly a flight plan in JSBSim.
 
     Args:
@@ -328,7 +328,7 @@ def fly_plan(flight: FlightSection, seed: int = 0, progress: Progress | None = N
         return _fly(executive, flight, aircraft, progress)
 
 
-def _start_words(flight: FlightSection) -> str:
+def _start_words(flight: FlightPlan) -> str:
     """Describe the start of a flight for a message."""
     start = flight.start
     values = ", ".join(
@@ -338,7 +338,7 @@ def _start_words(flight: FlightSection) -> str:
     return f"{'on the runway' if start.on == 'runway' else 'in the air'}, {values}"
 
 
-def _start_remedy(flight: FlightSection) -> str:
+def _start_remedy(flight: FlightPlan) -> str:
     """Return what to change in a flight whose start cannot be trimmed; in the air, the trim is in calm air."""
     if isinstance(flight.start, AirStart):
         if flight.start.altitude_m < _STANDING:
@@ -349,7 +349,7 @@ def _start_remedy(flight: FlightSection) -> str:
     return "Choose another aircraft, or start in the air."
 
 
-def _wind_words(flight: FlightSection) -> str:
+def _wind_words(flight: FlightPlan) -> str:
     """Name the steady wind as the likely cause of a failure on the ground; "" without wind."""
     north, east, down = flight.air().wind(flight.start.altitude_m)
     if not (north or east or down):
@@ -366,7 +366,7 @@ def _plain(speed: float) -> str:
 
 
 # Long: the loop that steps JSBSim, with its state in local names.
-def _fly(executive: Any, flight: FlightSection, aircraft: Aircraft, progress: Progress | None) -> FlightRecord:
+def _fly(executive: Any, flight: FlightPlan, aircraft: Aircraft, progress: Progress | None) -> FlightRecord:
     import jsbsim
 
     motion = AircraftState()
@@ -473,7 +473,7 @@ def _fly(executive: Any, flight: FlightSection, aircraft: Aircraft, progress: Pr
     return FlightRecord(link.poses, link.channels, tuple(events))
 
 
-def _fraction(flight: FlightSection, number: int, time: float) -> float:
+def _fraction(flight: FlightPlan, number: int, time: float) -> float:
     """Return the flown fraction of a flight: of its duration if the last leg gives it, otherwise of its legs."""
     end = getattr(flight.legs[-1], "until_s", None)
     return min(1.0, time / end) if end is not None else (number - 1) / len(flight.legs)

@@ -5,10 +5,10 @@ from __future__ import annotations
 from math import pi, tan
 from typing import Any
 
-from sinssim.scenario.sections.flight import FlightSection
 from sinssim.truth.flight.aircraft import Aircraft
 from sinssim.truth.flight.autopilot import HEADING, AircraftState, Autopilot, G
 from sinssim.truth.flight.leg import LegBase, LegError
+from sinssim.truth.flight.plan import FlightPlan
 from sinssim.units import DEG
 
 _STALLED = 10  # updates beyond the stall's angle of attack after which the aircraft counts as stalled
@@ -18,7 +18,7 @@ _QUARTER = 6_371_009.0 * 0.5 * pi  # distance from the equator to a pole [m]
 class Monitor:
     """What makes a leg fail although it goes on."""
 
-    def __init__(self, executive: Any, flight: FlightSection, aircraft: Aircraft) -> None:
+    def __init__(self, executive: Any, flight: FlightPlan, aircraft: Aircraft) -> None:
         """Find what is watched.
 
         Args:

@@ -18,9 +18,9 @@ from collections.abc import Callable, Iterator
 from typing import IO, Any
 
 from sinssim.errors import RunError
-from sinssim.scenario.sections.flight import FlightSection
 from sinssim.truth.flight.flight_log import FlightLog, flight_log
 from sinssim.truth.flight.jsbsim_flight import fly_plan
+from sinssim.truth.flight.plan import FlightPlan
 
 _PATIENCE = 5.0  # [s]
 
@@ -33,7 +33,7 @@ class _RemoteError(Exception):
 
 
 def fly_apart(
-    flight: FlightSection,
+    flight: FlightPlan,
     seed: int = 0,
     progress: Callable[[float], None] | None = None,
     meanwhile: Callable[[], None] | None = None,
@@ -41,7 +41,7 @@ def fly_apart(
     """Fly a flight plan in a separate process.
 
     Args:
-        flight: the [flight] section of a scenario.
+        flight: the plan.
         seed: seed of the turbulence.
         progress: called from time to time with the fraction flown, 0 … 1.
         meanwhile: called once while the other process flies.

@@ -15,20 +15,33 @@ The motions are in `coning`, `rocking` and `rotation_table`.
 
 from __future__ import annotations
 
-from typing import Protocol
+from collections.abc import Callable
+from typing import TYPE_CHECKING, ClassVar, Protocol
 
 import numpy as np
 from numpy.typing import ArrayLike
+from pydantic import Field
 
 from sinssim import earth, rotation
 from sinssim.arguments import quaternion
 from sinssim.data import Array, ImuData, NavState
 from sinssim.earth.models import WGS84, Ellipsoid
 from sinssim.errors import InputError, shortened
+from sinssim.section import Heading, Height, Latitude, Longitude
 from sinssim.truth.block import block_state
+from sinssim.truth.motion import (
+    AT_REFERENCE_POINT,
+    NORMAL_EARTH,
+    Mounting,
+    PlacedMotion,
+    Progress,
+    TrueEarth,
+    attitude,
+)
 from sinssim.truth.motions.closed_form import ClosedForm
 from sinssim.truth.motions.quadrature import integrate_samples
 from sinssim.truth.sample_times import check_instants, checked_duration, checked_place, part_by_part, sample_edges
+from sinssim.truth.trajectory import Trajectory
 
 
 class AnalyticMotion(Protocol):
@@ -183,3 +196,37 @@ class OnEarth(ClosedForm):
         return ImuData(
             edges, of_earth[:, :3] + self.motion.turn(left, right), of_earth[:, 3:] + self.motion.push(left, right)
         )
+
+
+class ClosedFormMotion(PlacedMotion):
+    """A motion in closed form about a place and a mean attitude, with a duration that each kind gives."""
+
+    table: ClassVar[str] = "motion"
+
+    if TYPE_CHECKING:  # a key, or the sum of the steps
+
+        @property
+        def duration_s(self) -> float: ...
+
+    latitude_deg: Latitude = Field(default=45.0, description="latitude of the place")
+    longitude_deg: Longitude = Field(default=0.0, description="longitude of the place")
+    altitude_m: Height = Field(default=0.0, description="height of the place above the ellipsoid")
+    roll_deg: float = Field(default=0.0, ge=-180.0, le=180.0, description="mean roll")
+    pitch_deg: float = Field(default=0.0, ge=-90.0, le=90.0, description="mean pitch")
+    heading_deg: Heading = Field(default=0.0, description="mean heading")
+
+    def motion(self) -> AnalyticMotion:
+        """Return the motion about the place, in the axes of the mean attitude."""
+        raise NotImplementedError
+
+    def trajectory(
+        self,
+        block: Mounting = AT_REFERENCE_POINT,
+        earth: TrueEarth = NORMAL_EARTH,
+        seed: int = 0,
+        progress: Progress | None = None,
+        meanwhile: Callable[[], None] | None = None,
+    ) -> Trajectory:
+        """Return the motion of the block; see `Motion.trajectory`."""
+        q_nm = attitude(self.roll_deg, self.pitch_deg, self.heading_deg)
+        return block.of(OnEarth(self.motion(), *self.place, q_nm, self.duration_s, earth.gravity, earth.figure))

@@ -14,10 +14,15 @@ elementary.
 
 from __future__ import annotations
 
+from typing import Literal
+
 import numpy as np
+from pydantic import Field
 
 from sinssim.data import Array
-from sinssim.truth.motions.analytic import no_displacement
+from sinssim.section import Duration, Frequency, Positive, TurnRate
+from sinssim.truth.motions.analytic import ClosedFormMotion, no_displacement
+from sinssim.units import DEG
 
 
 class SpinCone:
@@ -78,3 +83,30 @@ def classical_cone(half_angle: float, frequency: float) -> SpinCone:
         The motion; its rotation vector from the frame m is (0, α cos Ωt, α sin Ωt).
     """
     return SpinCone(half_angle, frequency, -frequency)
+
+
+class ConingMotion(ClosedFormMotion):
+    """Classical coning: the forward axis describes a cone, and the sensor block has no net rotation."""
+
+    type: Literal["coning"]
+    half_angle_deg: Positive = Field(le=180.0, description="half-angle of the cone")
+    frequency_hz: Frequency = Field(description="frequency of the motion around the cone")
+    duration_s: Duration = Field(description="duration")
+
+    def motion(self) -> SpinCone:
+        """Return the motion about the place; see `ClosedFormMotion.motion`."""
+        return classical_cone(self.half_angle_deg * DEG, self.frequency_hz * (2.0 * np.pi))
+
+
+class SpinConeMotion(ClosedFormMotion):
+    """The sensor block spins about its forward axis while that axis describes a cone."""
+
+    type: Literal["spin-cone"]
+    angle_deg: Positive = Field(le=180.0, description="angle between the forward axis and the axis of the cone")
+    precession_deg_s: TurnRate = Field(description="rate around the cone")
+    spin_deg_s: TurnRate = Field(description="rate about the forward axis")
+    duration_s: Duration = Field(description="duration")
+
+    def motion(self) -> SpinCone:
+        """Return the motion about the place; see `ClosedFormMotion.motion`."""
+        return SpinCone(self.angle_deg * DEG, self.precession_deg_s * DEG, self.spin_deg_s * DEG)

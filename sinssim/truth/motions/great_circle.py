@@ -13,17 +13,21 @@ by an angle of the order of the ellipsoid's flattening, at most 0.2°.
 
 from __future__ import annotations
 
-from typing import NamedTuple, Self
+from collections.abc import Callable
+from typing import ClassVar, NamedTuple, Self
 
 import numpy as np
 from numpy.typing import ArrayLike
+from pydantic import Field
 
 from sinssim import earth, rotation
 from sinssim.arguments import number, quaternion, vector
 from sinssim.data import Array, ImuData, NavState
 from sinssim.earth.models import WGS84, Ellipsoid
 from sinssim.errors import InputError
+from sinssim.section import Duration, Heading, Height, Latitude, Longitude, Speed
 from sinssim.truth.block import block_state
+from sinssim.truth.motion import AT_REFERENCE_POINT, NORMAL_EARTH, Mounting, PlacedMotion, Progress, TrueEarth
 from sinssim.truth.motions.closed_form import ClosedForm
 from sinssim.truth.sample_times import check_instants, checked_place, part_by_part, sample_edges
 
@@ -242,3 +246,37 @@ class GreatCircle(ClosedForm):
             dtheta[part] = 0.5 * (right - left) * np.einsum("j,nji->ni", weights, omega)
             dvel[part] = 0.5 * (right - left) * np.einsum("j,nji->ni", weights, force)
         return ImuData(edges, dtheta, dvel)
+
+
+class GreatCircleFlight(PlacedMotion):
+    """Level flight at constant height and ground speed along a great circle: truth in closed form."""
+
+    table: ClassVar[str] = "great_circle"
+    travels: ClassVar[bool] = True
+
+    latitude_deg: Latitude = Field(description="latitude at the start")
+    longitude_deg: Longitude = Field(default=0.0, description="longitude at the start")
+    altitude_m: Height = Field(default=0.0, description="height above the ellipsoid")
+    course_deg: Heading = Field(description="course at the start, clockwise from north")
+    speed_mps: Speed = Field(description="ground speed")
+    duration_s: Duration = Field(description="duration")
+
+    def trajectory(
+        self,
+        block: Mounting = AT_REFERENCE_POINT,
+        earth: TrueEarth = NORMAL_EARTH,
+        seed: int = 0,
+        progress: Progress | None = None,
+        meanwhile: Callable[[], None] | None = None,
+    ) -> GreatCircle:
+        """Return the motion of the block; see `Motion.trajectory`."""
+        return GreatCircle(
+            *self.place,
+            np.radians(self.course_deg),
+            self.speed_mps,
+            self.duration_s,
+            block.lever_arm_m,
+            block.q_bs,
+            earth.gravity,
+            earth.figure,
+        )

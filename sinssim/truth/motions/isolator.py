@@ -14,11 +14,14 @@ from __future__ import annotations
 
 from collections.abc import Iterable
 from dataclasses import dataclass, replace
+from typing import Annotated
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
+from pydantic import Field
 
 from sinssim.errors import InputError
+from sinssim.section import Frequency, Section
 from sinssim.truth.motions.vibration import TURNS, Tone
 
 
@@ -58,19 +61,30 @@ class Mount:
         return np.asarray((1.0 + damper) / (1.0 - ratio**2 + damper))  # (1)
 
 
-def isolated(tones: Iterable[Tone], linear: Mount, angular: Mount) -> list[Tone]:
-    """Return the vibration of a block on shock mounts.
+Damping = Annotated[float, Field(ge=1e-6, le=1e3)]
+"""Limits of the damping ratio: below, resonance grows without bound; above, the mount is rigid."""
 
-    Args:
-        tones: the vibration of the airframe.
-        linear: the mount for displacements.
-        angular: the mount for rotations.
 
-    Returns:
-        The vibration of the block, tone by tone.
-    """
-    passed = []
-    for tone in tones:
-        h = complex((angular if tone.coordinate in TURNS else linear).transfer(tone.frequency_hz))
-        passed.append(replace(tone, amplitude=tone.amplitude * abs(h), phase=tone.phase + float(np.angle(h))))
-    return passed
+class Isolator(Section):
+    """Shock mounts, which transmit [[vibration]] as a second-order system; the motion itself is unchanged."""
+
+    linear_hz: Frequency = Field(description="natural frequency in translation")
+    linear_damping: Damping = Field(default=0.2, description="damping ratio in translation")
+    angular_hz: Frequency = Field(description="natural frequency in rotation")
+    angular_damping: Damping = Field(default=0.2, description="damping ratio in rotation")
+
+    def transmitted(self, tones: Iterable[Tone]) -> list[Tone]:
+        """Return the vibration of the block.
+
+        Args:
+            tones: the vibration of the airframe.
+
+        Returns:
+            The vibration of the block, tone by tone.
+        """
+        linear, angular = Mount(self.linear_hz, self.linear_damping), Mount(self.angular_hz, self.angular_damping)
+        passed = []
+        for tone in tones:
+            h = complex((angular if tone.coordinate in TURNS else linear).transfer(tone.frequency_hz))
+            passed.append(replace(tone, amplitude=tone.amplitude * abs(h), phase=tone.phase + float(np.angle(h))))
+        return passed

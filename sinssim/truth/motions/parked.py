@@ -2,14 +2,28 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
+from typing import ClassVar
+
 import numpy as np
 from numpy.typing import ArrayLike
+from pydantic import Field
 
 from sinssim import earth, rotation
 from sinssim.arguments import quaternion, vector
 from sinssim.data import Array, ImuData, NavState
 from sinssim.earth.models import WGS84, Ellipsoid
+from sinssim.section import Duration, Heading, Height, Latitude, Longitude
 from sinssim.truth.block import block_state
+from sinssim.truth.motion import (
+    AT_REFERENCE_POINT,
+    NORMAL_EARTH,
+    Mounting,
+    PlacedMotion,
+    Progress,
+    TrueEarth,
+    attitude,
+)
 from sinssim.truth.motions.closed_form import ClosedForm
 from sinssim.truth.sample_times import check_instants, checked_place, sample_edges
 
@@ -88,3 +102,29 @@ class Parked(ClosedForm):
         edges = sample_edges(self.start, self.end, rate_hz)
         count = len(edges) - 1
         return ImuData(edges, np.tile(self._omega / rate_hz, (count, 1)), np.tile(self._force / rate_hz, (count, 1)))
+
+
+class ParkedVehicle(PlacedMotion):
+    """A stationary vehicle at any place on the Earth, including the poles, with any attitude."""
+
+    table: ClassVar[str] = "parked"
+
+    latitude_deg: Latitude = Field(description="geodetic latitude, north positive")
+    longitude_deg: Longitude = Field(default=0.0, description="longitude, east positive")
+    altitude_m: Height = Field(default=0.0, description="height above the ellipsoid")
+    roll_deg: float = Field(default=0.0, ge=-180.0, le=180.0, description="roll, right side down positive")
+    pitch_deg: float = Field(default=0.0, ge=-90.0, le=90.0, description="pitch, nose up positive")
+    heading_deg: Heading = Field(default=0.0, description="heading, clockwise from north")
+    duration_s: Duration = Field(description="duration")
+
+    def trajectory(
+        self,
+        block: Mounting = AT_REFERENCE_POINT,
+        earth: TrueEarth = NORMAL_EARTH,
+        seed: int = 0,
+        progress: Progress | None = None,
+        meanwhile: Callable[[], None] | None = None,
+    ) -> Parked:
+        """Return the motion of the block; see `Motion.trajectory`."""
+        q_nb = attitude(self.roll_deg, self.pitch_deg, self.heading_deg)
+        return Parked(*self.place, q_nb, self.duration_s, block.lever_arm_m, block.q_bs, earth.gravity, earth.figure)

@@ -12,13 +12,18 @@ Savage's SPIN-ROCK-SIZE motion (Strapdown Analytics, 2000, sec. 11.2). Angle, ra
 
 from __future__ import annotations
 
+from typing import Literal
+
 import numpy as np
 from numpy.typing import ArrayLike
+from pydantic import Field
 
 from sinssim import rotation
 from sinssim.data import Array
 from sinssim.errors import InputError
-from sinssim.truth.motions.analytic import no_displacement
+from sinssim.section import Axis, Duration, Frequency, Positive, Turn, TurnRate
+from sinssim.truth.motions.analytic import ClosedFormMotion, no_displacement
+from sinssim.units import DEG
 
 
 def _cosine_integral(k: float, left: Array, right: Array) -> Array:
@@ -159,3 +164,32 @@ class SpinRock:
         square = square + 2.0 * self._spin * rock * _cosine_integral(w, left, right)
         square = square + 0.5 * rock * rock * _cosine_integral(2.0 * w, left, right)
         return np.asarray(np.outer(gain, self._tangent) + np.outer(square, self._inward))
+
+
+class ScullingMotion(ClosedFormMotion):
+    """A rotation about the forward axis in phase with an oscillation to the right."""
+
+    type: Literal["sculling"]
+    angle_deg: Turn = Field(description="amplitude of the rotation")
+    displacement_mm: Positive = Field(le=1e6, description="amplitude of the oscillation")
+    frequency_hz: Frequency = Field(description="frequency of both")
+    duration_s: Duration = Field(description="duration")
+
+    def motion(self) -> Sculling:
+        """Return the motion about the place; see `ClosedFormMotion.motion`."""
+        return Sculling(self.angle_deg * DEG, self.displacement_mm * 1e-3, self.frequency_hz * (2.0 * np.pi))
+
+
+class SpinRockMotion(ClosedFormMotion):
+    """A spin with superimposed rocking about one axis; the sensor block's lever arm is that of [imu]."""
+
+    type: Literal["spin-rock"]
+    axis: Axis = Field(description="axis of the spin: forward, right, down")
+    spin_deg_s: TurnRate = Field(default=0.0, description="steady rate")
+    angle_deg: Turn = Field(description="amplitude of the rocking")
+    frequency_hz: Frequency = Field(description="frequency of the rocking")
+    duration_s: Duration = Field(description="duration")
+
+    def motion(self) -> SpinRock:
+        """Return the motion about the place; see `ClosedFormMotion.motion`."""
+        return SpinRock(self.axis, self.spin_deg_s * DEG, self.angle_deg * DEG, self.frequency_hz * (2.0 * np.pi))

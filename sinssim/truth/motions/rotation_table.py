@@ -11,13 +11,17 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
+from typing import Annotated, Literal, Self
 
 import numpy as np
+from pydantic import Field, model_validator
 
 from sinssim import rotation
 from sinssim.data import Array
 from sinssim.errors import InputError, unknown_name
-from sinssim.truth.motions.analytic import no_displacement
+from sinssim.section import Axis, Duration, Section
+from sinssim.truth.motions.analytic import ClosedFormMotion, no_displacement
+from sinssim.units import DEG
 
 PROFILES = {
     "trapezoidal": "the rate rises and falls linearly",
@@ -187,3 +191,62 @@ def _checked_turn(number: int, step: Turn, start: float, attitude: Array) -> _St
         )
     rate = float(np.copysign(step.rate, step.angle))
     return _Step(start, np.array(step.axis) / length, rate, step.ramp, cruise, step.profile == "smooth", attitude)
+
+
+class DwellStep(Section):
+    """The table is at rest."""
+
+    type: Literal["dwell"]
+    duration_s: Duration = Field(description="duration")
+
+    def step(self) -> Dwell:
+        """Return the step of the motion."""
+        return Dwell(self.duration_s)
+
+
+class TurnStep(Section):
+    """The table turns about an axis of the sensor block."""
+
+    type: Literal["turn"]
+    axis: Axis = Field(description="axis of the turn in the axes of the sensor block: forward, right, down")
+    angle_deg: float = Field(ge=-3.6e7, le=3.6e7, description="angle of the turn, right-handed about the axis")
+    rate_deg_s: float = Field(ge=1e-6, le=360_000.0, description="full rate of the turn")
+    ramp_s: float = Field(
+        default=1.0, ge=1e-3, le=1e6, description="duration of the rise of the rate, and also of its fall"
+    )
+    profile: Literal["smooth", "trapezoidal"] = Field(default="smooth", description="shape of the rise and the fall")
+
+    @model_validator(mode="after")
+    def _can_be_done(self) -> Self:
+        if abs(self.angle_deg) < self.rate_deg_s * self.ramp_s:
+            raise ValueError(
+                f"a turn by {self.angle_deg:g}° never reaches {self.rate_deg_s:g}°/s with ramps of {self.ramp_s:g} s; "
+                f"give a ramp_s of at most {abs(self.angle_deg) / self.rate_deg_s:g}, or a lower rate"
+            )
+        return self
+
+    def step(self) -> Turn:
+        """Return the step of the motion."""
+        return Turn(self.axis, self.angle_deg * DEG, self.rate_deg_s * DEG, self.ramp_s, self.profile)
+
+
+Step = Annotated[DwellStep | TurnStep, Field(discriminator="type")]
+
+
+class RotationTableMotion(ClosedFormMotion):
+    """A sequence of steps on a rotation table."""
+
+    type: Literal["rotation-table"]
+    steps: tuple[Step, ...] = Field(min_length=1, description="steps of the table in order")
+
+    @property
+    def duration_s(self) -> float:
+        """Duration of the sequence, s."""
+        return sum(
+            step.duration_s if isinstance(step, DwellStep) else abs(step.angle_deg) / step.rate_deg_s + step.ramp_s
+            for step in self.steps
+        )
+
+    def motion(self) -> RotationTable:
+        """Return the motion about the place; see `ClosedFormMotion.motion`."""
+        return RotationTable([step.step() for step in self.steps])

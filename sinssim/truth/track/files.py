@@ -15,7 +15,7 @@ from sinssim.logs.read import candidates, detect, format_module, read_file
 from sinssim.logs.streams import FixStream, SolutionStream, Streams
 from sinssim.truth.track.places import verticals
 from sinssim.truth.track.samples import TrackSamples, check_numbers
-from sinssim.truth.track.section import TrackSection
+from sinssim.truth.track.source import TrackSource
 from sinssim.units import DEG
 
 _NOUNS = {"gpx": "point", "kml": "point", "track-csv": "row"}
@@ -49,11 +49,11 @@ def track_format(path: Path, name: str | None) -> str:
         raise InputError(f"track.file: {error}".replace("(--format NAME)", "(track.format)")) from error
 
 
-def read_samples(section: TrackSection, ellipsoid: Ellipsoid) -> TrackSamples:
+def read_samples(track: TrackSource, ellipsoid: Ellipsoid) -> TrackSamples:
     """Return the samples of a track's file, cut as the table says.
 
     Args:
-        section: the table [track], with a file.
+        track: the table [track], with a file.
         ellipsoid: reference ellipsoid, for the distances along a path without times.
 
     Returns:
@@ -62,24 +62,24 @@ def read_samples(section: TrackSection, ellipsoid: Ellipsoid) -> TrackSamples:
     Raises:
         InputError: the file cannot be used; the message says why.
     """
-    path = Path(section.file or "")
-    kind = track_format(path, section.format)
-    if section.speed_mps is not None:
-        samples = _travelled(path, kind, section.speed_mps, ellipsoid)
+    path = Path(track.file or "")
+    kind = track_format(path, track.format)
+    if track.speed_mps is not None:
+        samples = _travelled(path, kind, track.speed_mps, ellipsoid)
     else:
-        samples = _recorded(read_file(path, kind), section)
-    return _cut(samples, section.start_s, section.end_s)
+        samples = _recorded(read_file(path, kind), track)
+    return _cut(samples, track.start_s, track.end_s)
 
 
-def _recorded(streams: Streams, section: TrackSection) -> TrackSamples:
+def _recorded(streams: Streams, track: TrackSource) -> TrackSamples:
     known: dict[str, SolutionStream | FixStream] = {**streams.fixes, **streams.solutions}
     if not known:
         raise InputError(f"{streams.path} ({streams.format}) has neither fixes nor a solution: it is not a track.")
-    name = section.stream or next(iter(streams.solutions or streams.fixes))
+    name = track.stream or next(iter(streams.solutions or streams.fixes))
     if name not in known:
         raise InputError(f"track.stream: {unknown_name(f'stream of {streams.path.name}', name, known)}")
     stream = known[name]
-    q_nb = stream.q_nb if isinstance(stream, SolutionStream) and section.attitude else None
+    q_nb = stream.q_nb if isinstance(stream, SolutionStream) and track.attitude else None
     sigma = stream.position_sigma
     samples = TrackSamples(
         streams.path.name,
@@ -90,7 +90,7 @@ def _recorded(streams: Streams, section: TrackSection) -> TrackSamples:
         stream.height,
         q_nb,
         None if sigma is None else np.stack([np.hypot(sigma[:, 0], sigma[:, 1]) / 2.0**0.5, sigma[:, 2]], axis=1),
-        notes=(*streams.notes, *_about_heights(stream, section)),
+        notes=(*streams.notes, *_about_heights(stream, track)),
     )
     lost = ~np.isfinite(samples.latitude) & ~np.isfinite(samples.longitude)
     if isinstance(stream, FixStream) and lost.any() and not lost.all():  # a receiver without a position says so
@@ -98,8 +98,8 @@ def _recorded(streams: Streams, section: TrackSection) -> TrackSamples:
     return samples
 
 
-def _about_heights(stream: SolutionStream | FixStream, section: TrackSection) -> tuple[str, ...]:
-    if section.height_offset_m or stream.datum == "ellipsoid" or not np.isfinite(stream.height).any():
+def _about_heights(stream: SolutionStream | FixStream, track: TrackSource) -> tuple[str, ...]:
+    if track.height_offset_m or stream.datum == "ellipsoid" or not np.isfinite(stream.height).any():
         return ()
     what = "are above mean sea level" if stream.datum == "mean sea level" else "have an unknown datum"
     return (

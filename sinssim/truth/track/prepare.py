@@ -2,25 +2,22 @@
 
 from __future__ import annotations
 
-import hashlib
 from collections.abc import Mapping
 from dataclasses import dataclass, replace
 from functools import lru_cache
-from pathlib import Path
 
 import numpy as np
 
-from sinssim.earth.models import ELLIPSOIDS
 from sinssim.errors import InputError
-from sinssim.system.user_file import open_file
 from sinssim.truth.curve import Curve
+from sinssim.truth.motion import TrueEarth
 from sinssim.truth.track.curve import fitted
 from sinssim.truth.track.files import read_samples
 from sinssim.truth.track.fit import TrackFit, assess
 from sinssim.truth.track.knots import Knots, TrackOptions, knots_of_path
 from sinssim.truth.track.route import Route
 from sinssim.truth.track.samples import TrackSamples, checked_samples
-from sinssim.truth.track.section import TrackSection
+from sinssim.truth.track.source import TrackSource
 from sinssim.truth.track.timetable import Timetable
 from sinssim.truth.track.vehicles import VEHICLES
 from sinssim.truth.trajectory import Channel, FlightEvent
@@ -51,84 +48,53 @@ class PreparedTrack:
         return float(self.knots.time[-1])
 
 
-def prepared(section: TrackSection, gravity: str, ellipsoid: str) -> PreparedTrack:
-    """Return the curve of a track; the last ones are kept.
+@lru_cache(maxsize=4)
+def prepare(track: TrackSource, earth: TrueEarth, digest: str) -> PreparedTrack:
+    """Return the curve of a track; see `Track.prepared`.
 
     Args:
-        section: the table [track].
-        gravity: one of `sinssim.GRAVITY_MODELS`.
-        ellipsoid: name of the ellipsoid.
+        track: the table [track].
+        earth: gravity and ellipsoid.
+        digest: that of the track's file, so that a changed file is read again.
 
     Returns:
         The knots of the curve and its numbers.
-
-    Raises:
-        InputError: file or route cannot be used; the message names file and row, or the waypoint.
     """
-    return _prepared(section, gravity, ellipsoid, file_digest(section))
+    del digest  # part of the key only
+    return _planned(track, earth) if track.waypoints else _recorded(track, earth)
 
 
-def file_digest(section: TrackSection) -> str:
-    """Return the SHA-256 of a track's file, "" for a planned route.
-
-    Args:
-        section: the table [track].
-
-    Returns:
-        Hexadecimal digits.
-
-    Raises:
-        InputError: the file cannot be read.
-    """
-    if section.file is None:
-        return ""
-    try:
-        with open_file(Path(section.file)) as file:
-            return hashlib.file_digest(file, "sha256").hexdigest()
-    except OSError as error:
-        raise InputError(
-            f"track.file = {section.file!r} cannot be read: {error.strerror}. Give the path of a recorded track, "
-            "relative to the scenario's file."
-        ) from error
+def _recorded(track: TrackSource, earth: TrueEarth) -> PreparedTrack:
+    options = _options(track)
+    samples = checked_samples(read_samples(track, earth.figure), options.kind, track.max_speed_mps)
+    samples = replace(samples, height=samples.height + track.height_offset_m)
+    return PreparedTrack(*fitted(samples, options, earth.gravity, earth.figure))
 
 
-@lru_cache(maxsize=4)
-def _prepared(section: TrackSection, gravity: str, ellipsoid: str, digest: str) -> PreparedTrack:
-    del digest  # part of the key: a changed file is read again
-    return _planned(section, gravity, ellipsoid) if section.waypoints else _recorded(section, gravity, ellipsoid)
-
-
-def _recorded(section: TrackSection, gravity: str, ellipsoid: str) -> PreparedTrack:
-    earth, options = ELLIPSOIDS[ellipsoid], _options(section)
-    samples = checked_samples(read_samples(section, earth), options.kind, section.max_speed_mps)
-    samples = replace(samples, height=samples.height + section.height_offset_m)
-    return PreparedTrack(*fitted(samples, options, gravity, earth))
-
-
-def _options(section: TrackSection) -> TrackOptions:
-    smoothing, chosen = section.smoothing_s, "as given"
-    if smoothing is None and section.speed_mps is not None and section.position_sigma_m is None:
-        smoothing, chosen = VEHICLES[section.vehicle].ramp, "to round the corners"
+def _options(track: TrackSource) -> TrackOptions:
+    smoothing, chosen = track.smoothing_s, "as given"
+    if smoothing is None and track.speed_mps is not None and track.position_sigma_m is None:
+        smoothing, chosen = VEHICLES[track.vehicle].ramp, "to round the corners"
     return TrackOptions(
-        section.vehicle,
+        track.vehicle,
         chosen,
         smoothing,
-        section.height_smoothing_s,
-        section.attitude_smoothing_s,
-        section.position_sigma_m,
-        section.height_sigma_m,
-        section.gap_s,
-        section.pitch,
-        section.standstill_mps,
-        (section.heading_deg or 0.0) * DEG,
-        section.recorded_point_m,
+        track.height_smoothing_s,
+        track.attitude_smoothing_s,
+        track.position_sigma_m,
+        track.height_sigma_m,
+        track.gap_s,
+        track.pitch,
+        track.standstill_mps,
+        (track.heading_deg or 0.0) * DEG,
+        track.recorded_point_m,
     )
 
 
-def _planned(section: TrackSection, gravity: str, ellipsoid: str) -> PreparedTrack:
-    earth, vehicle = ELLIPSOIDS[ellipsoid], VEHICLES[section.vehicle]
-    route = Route(section.waypoints, vehicle, earth)
-    timetable = Timetable(route, section.acceleration_mps2 or vehicle.acceleration)
+def _planned(track: TrackSource, earth: TrueEarth) -> PreparedTrack:
+    vehicle = VEHICLES[track.vehicle]
+    route = Route(track.waypoints, vehicle, earth.figure)
+    timetable = Timetable(route, track.acceleration_mps2 or vehicle.acceleration)
     count = max(8, int(np.ceil(timetable.duration / vehicle.knots)) + 1)
     if count > _MOST_KNOTS:
         raise InputError(
@@ -136,14 +102,14 @@ def _planned(section: TrackSection, gravity: str, ellipsoid: str) -> PreparedTra
             "give a shorter route, or a higher speed_mps."
         )
     time = np.linspace(0.0, timetable.duration, count)
-    options = _options(section)
-    knots = knots_of_path(time, route.positions(timetable.distances(time)), options, gravity, earth)
-    curve = Curve(knots.time, knots.position, knots.q_eb, gravity=gravity, ellipsoid=earth)
+    options = _options(track)
+    knots = knots_of_path(time, route.positions(timetable.distances(time)), options, earth.gravity, earth.figure)
+    curve = Curve(knots.time, knots.position, knots.q_eb, gravity=earth.gravity, ellipsoid=earth.figure)
     latitude, longitude, height = (
-        np.array([getattr(w, key) for w in section.waypoints]) for key in ("latitude_deg", "longitude_deg", "height_m")
+        np.array([getattr(w, key) for w in track.waypoints]) for key in ("latitude_deg", "longitude_deg", "height_m")
     )
     places = TrackSamples("the plan", "waypoint", timetable.passings, latitude * DEG, longitude * DEG, height)
-    fit, channels = assess(curve, knots, places, options, earth, planned=True)
+    fit, channels = assess(curve, knots, places, options, earth.figure, planned=True)
     widest = max(((c.cut, i) for i, c in enumerate(route.corners) if c), default=None)
     if widest is not None:
         cut, number = widest

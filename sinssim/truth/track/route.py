@@ -20,7 +20,7 @@ from sinssim.earth.coordinates import geodetic_to_ecef, radii
 from sinssim.earth.models import Ellipsoid
 from sinssim.errors import InputError
 from sinssim.truth.track.corner import Corner, turns_back
-from sinssim.truth.track.section import Waypoint
+from sinssim.truth.track.source import Waypoint
 from sinssim.truth.track.vehicles import Vehicle
 from sinssim.units import DEG, G0
 

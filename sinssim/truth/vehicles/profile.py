@@ -6,7 +6,7 @@ both ends. The way ∫v dt and the heading ∫r dt have closed forms with ∫S d
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Iterable, Iterator
 from dataclasses import dataclass
 
 import numpy as np
@@ -14,7 +14,7 @@ import numpy as np
 from sinssim.data import Array
 from sinssim.errors import InputError
 from sinssim.truth.trajectory import FlightEvent
-from sinssim.truth.vehicles.section import DriveSection, Stop, Straight, Turn, VehicleSection
+from sinssim.truth.vehicles.legs import Stop, Straight, Turn, VehicleLeg
 
 _RAMP = 0.25
 """Part of a turn at whose beginning and end the rate changes."""
@@ -44,7 +44,7 @@ class Piece:
 
 
 @dataclass(frozen=True)
-class Motion:
+class Course:
     """A vehicle's motion along its course.
 
     Attributes:
@@ -63,11 +63,15 @@ class Motion:
 class Profile:
     """Speed, heading and way of a vehicle as functions of time."""
 
-    def __init__(self, section: VehicleSection, acceleration: float, lateral: float) -> None:
+    def __init__(
+        self, table: str, legs: Iterable[VehicleLeg], heading: float, acceleration: float, lateral: float
+    ) -> None:
         """Lay out the legs.
 
         Args:
-            section: with the legs.
+            table: name of the table that has the legs.
+            legs: the legs, in order.
+            heading: heading at the start, rad.
             acceleration: mean acceleration of changes of speed, m/s².
             lateral: lateral acceleration in turns for which no rate is given, m/s².
 
@@ -75,10 +79,9 @@ class Profile:
             InputError: a leg cannot be; the message names it.
         """
         self._pieces: list[Piece] = []
-        self._at = (0.0, 0.0, 0.0, np.radians(section.heading_deg))  # time, speed, way, heading
+        self._at = (0.0, 0.0, 0.0, heading)  # time, speed, way, heading
         events = []
-        table = "drive" if isinstance(section, DriveSection) else "voyage"
-        for number, leg in enumerate(section.legs, start=1):
+        for number, leg in enumerate(legs, start=1):
             name = f"leg {number} ({leg.type})"
             events.append(FlightEvent(self._at[0], f"{name} begins"))
             if isinstance(leg, Stop):
@@ -150,7 +153,7 @@ class Profile:
             self._add(steady, rate=rate)
         self._add(ramp, rate=rate, rate_change=-rate)
 
-    def at(self, time: Array) -> Motion:
+    def at(self, time: Array) -> Course:
         """Return the motion at instants.
 
         Args:
@@ -169,7 +172,7 @@ class Profile:
         s = x - np.sin(turn) / (2.0 * np.pi)
         integral = (0.5 * x * x + (np.cos(turn) - 1.0) / (4.0 * np.pi**2)) * of["lasting"]
         beyond = np.maximum(into - of["lasting"], 0.0)
-        return Motion(
+        return Course(
             speed=of["speed"] + of["change"] * s,
             acceleration=of["change"] * (1.0 - np.cos(turn)) / of["lasting"],
             heading=of["heading"] + of["rate"] * into + of["rate_change"] * (integral + beyond),

@@ -17,11 +17,11 @@ from sinssim.estimation.from_scenario.filter_model import filter_model
 from sinssim.estimation.from_scenario.filter_states import inertial_sigma, states
 from sinssim.recording.store.summaries.filter_summary import filter_numbers, sentences
 from sinssim.scenario import Scenario, load_scenario
+from sinssim.scenario.true_motion import fly
 from sinssim.sensors.imu.emulate import emulate
 from sinssim.sensors.imu.errors import draw
 from sinssim.sensors.sets.true_errors import draw_true_errors
 from sinssim.simulation import initial_state_with_errors
-from sinssim.truth.source import fly
 
 ARCMIN, DEG_H, UG = np.pi / 180.0 / 60.0, np.pi / 180.0 / 3600.0, 9.80665e-6
 EVERY_STATE = (

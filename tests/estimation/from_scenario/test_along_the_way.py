@@ -12,7 +12,7 @@ from sinssim.earth.declination import field_along
 from sinssim.estimation.from_scenario.along_the_way import with_declination
 from sinssim.estimation.from_scenario.filter_model import filter_model
 from sinssim.scenario import Scenario
-from sinssim.truth.source import fly
+from sinssim.scenario.true_motion import fly
 
 
 def westwards(how: str, seconds: float, seed: int = 1) -> Scenario:

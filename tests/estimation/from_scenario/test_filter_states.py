@@ -14,9 +14,9 @@ from sinssim.recording.store.summaries.filter_summary import sentences
 from sinssim.scenario import Scenario, load_scenario
 from sinssim.scenario.excitation import excitation
 from sinssim.scenario.sections.filter import FILTER_STATES
+from sinssim.scenario.true_motion import fly
 from sinssim.sensors.imu.grades import GRADES
 from sinssim.simulation import run
-from sinssim.truth.source import fly
 
 AIDED = (
     "aided_airliner", "align_in_motion", "gyrocompassing", "in_flight_calibration", "mems_uav", "spoofed",

@@ -24,7 +24,7 @@ from sinssim.logs.streams import Clock, SolutionStream
 from sinssim.logs.writers.export import export
 from sinssim.logs.writers.registry import DEFAULT_START
 from sinssim.scenario.schema import Scenario
-from sinssim.truth.source import fly
+from sinssim.scenario.true_motion import fly
 from tests.logs.short_run import CONTENTS, short_run
 
 START = parse_date(DEFAULT_START, "start")

@@ -114,7 +114,7 @@ def test_the_plan_of_a_motion_in_closed_form(monkeypatch: pytest.MonkeyPatch) ->
             velocity = np.column_stack((3.0 * t, 4.0 * t, 100.0 + t))
             return NavState(0.5 + 0.001 * t, longitude, 10.0 + t, velocity, np.tile([1.0, 0.0, 0.0, 0.0], (len(t), 1)))
 
-    monkeypatch.setattr("sinssim.truth.source.fly", lambda scenario: Motion(events=events))
+    monkeypatch.setattr("sinssim.scenario.true_motion.fly", lambda scenario: Motion(events=events))
     found = plan.plan_of(fake_run.scenario())
     time = np.array(found.time)
     assert (len(time), time[0], time[-1]) == (2000, 5.0, 65.0)

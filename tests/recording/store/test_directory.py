@@ -384,7 +384,7 @@ def test_files_of_ones_own_beside_a_run_survive(tmp_path, short):
     ids=["run", "compare"],
 )
 def test_what_is_not_known_as_a_run_is_left_alone(tmp_path, monkeypatch, files, said, write):
-    monkeypatch.setattr("sinssim.truth.source.fly", lambda *_: pytest.fail("flew"))
+    monkeypatch.setattr("sinssim.scenario.true_motion.fly", lambda *_: pytest.fail("flew"))
     place = tmp_path / "place"
     for name, text in files.items():
         (place / name).parent.mkdir(parents=True, exist_ok=True)
@@ -522,7 +522,7 @@ def test_an_empty_folder_is_used(tmp_path, short):
 
 
 def test_places_that_cannot_be_written_are_refused_before_the_flight(tmp_path, monkeypatch):
-    monkeypatch.setattr("sinssim.truth.source.fly", lambda *_: pytest.fail("flew"))
+    monkeypatch.setattr("sinssim.scenario.true_motion.fly", lambda *_: pytest.fail("flew"))
     (tmp_path / "file").write_text("x")
     with pytest.raises(InputError, match="is a file"):
         run(fake_run.scenario(), tmp_path / "file")
@@ -539,7 +539,7 @@ def test_a_flight_that_fails_leaves_no_trace(tmp_path, monkeypatch):
     def fly(scenario, progress, meanwhile):
         raise KeyboardInterrupt
 
-    monkeypatch.setattr("sinssim.truth.source.fly", fly)
+    monkeypatch.setattr("sinssim.scenario.true_motion.fly", fly)
     with pytest.raises(KeyboardInterrupt):
         run(fake_run.scenario(), tmp_path / "new" / "run")
     assert not list(tmp_path.iterdir())

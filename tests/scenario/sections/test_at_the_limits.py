@@ -10,9 +10,8 @@ from pydantic import BaseModel, ValidationError
 
 from sinssim.logs.outages import Outages
 from sinssim.scenario.schema import Scenario
-from sinssim.scenario.sections.flight import FlightSection
 from sinssim.scenario.sections.imu import ImuSection
-from sinssim.scenario.sections.motion import TurnStep, VibrationSection
+from sinssim.scenario.sections.motion import TurnStep, Vibration
 from sinssim.scenario.sections.navigation import NavigationSection
 from sinssim.scenario.sections.one_component import ArmAccelerometer, OneComponentSection
 from sinssim.scenario.sections.output import RecordingSection
@@ -27,7 +26,8 @@ from sinssim.scenario.sections.within_imu.faults import (
     faulty_sensors,
 )
 from sinssim.scenario.sections.within_imu.laser_gyro import LaserGyroSection
-from sinssim.scenario.sections.within_truth.gravity import GravitySection
+from sinssim.truth.flight.plan import FlightPlan
+from sinssim.truth.gravity.true_gravity import TrueGravity
 from sinssim.truth.motions.imu_rotation import SEQUENCES, Continuous, Indexed, Reversing
 
 RING = {"perimeter_mm": 400.0, "area_mm2": 9000.0, "lock_in_deg_h": 300.0, "dither_amplitude_arcsec": 150.0,
@@ -57,7 +57,7 @@ LIMITS: list[tuple[type[BaseModel], dict[str, Any], str, Any, Any, str]] = [
     (Reversing, {"type": "reversing", "rate_deg_s": 20.0, "ramp_s": 2.0}, "turn_deg", 40.0, 39.0,
      r"a ramp of at most 1\.95 s"),
     (TurnStep, TURN, "ramp_s", 1.5, 1.6, "a ramp_s of at most 1.5"),
-    (VibrationSection, {"coordinate": "down", "rms_g": 1.0, "low_hz": 3.0}, "high_hz", 3.1, 3.0, "from 3 Hz to 3 Hz"),
+    (Vibration, {"coordinate": "down", "rms_g": 1.0, "low_hz": 3.0}, "high_hz", 3.1, 3.0, "from 3 Hz to 3 Hz"),
     (OneComponentSection, PLANE, "rate_hz", 1.001 * SLOW, 0.999 * SLOW, "give at least 0.0197"),
     (OneComponentSection, PLANE, "motion", {"pitch_deg": [[0.0, 1.0], [125.0, 2.0]]},
      {"pitch_deg": [[0.0, 1.0], [124.9, 2.0]]}, "motion.pitch_deg ends at 124.9 s, before the run"),
@@ -69,8 +69,8 @@ LIMITS: list[tuple[type[BaseModel], dict[str, Any], str, Any, Any, str]] = [
     (Outages, {"every_s": 40.0}, "length_s", 39.9, 40.0, "length_s = 40 must be less than every_s = 40"),
     (NavigationSection, {"frame": "transverse"}, "route_deg", [10.0, 20.0, -10.0, -159.9], [10.0, 20.0, -10.0, -160.0],
      "coincide or are antipodal"),
-    (GravitySection, {"model": "egm2008"}, "degree", 120, 121, "121"),
-    (FlightSection, {"aircraft": "737", "start": AIR}, "legs", [{"type": "climb", "altitude_m": 3000.1}],
+    (TrueGravity, {"model": "egm2008"}, "degree", 120, 121, "121"),
+    (FlightPlan, {"aircraft": "737", "start": AIR}, "legs", [{"type": "climb", "altitude_m": 3000.1}],
      [{"type": "climb", "altitude_m": 2999.9}], "goes down, from 3000 m"),
     (Spike, {"type": "spike", "at_s": 1.0}, "accel_mm_s", [0.0, 0.0, 1e-9], [0.0, 0.0, 0.0], "has no size"),
     (Dropout, {"type": "dropout", "from_s": 5.0}, "to_s", 5.1, 5.0, "to_s = 5 must be later than from_s = 5"),
@@ -103,7 +103,7 @@ def test_pressure_and_temperature_of_the_air() -> None:
     flight = {"aircraft": "737", "start": AIR, "legs": [{"type": "hold", "duration_s": 9.0}]}
 
     def air(**day: float) -> Any:
-        return FlightSection.model_validate({**flight, "atmosphere": day} if day else flight).air()
+        return FlightPlan.model_validate({**flight, "atmosphere": day} if day else flight).air()
 
     # 1000 m up it is by the hydrostatic equation 11.4 kPa less
     assert air().pressure_altitude(1000.0) == pytest.approx(1000.0, abs=0.5)

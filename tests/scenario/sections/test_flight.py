@@ -10,9 +10,9 @@ from pydantic import ValidationError
 
 from sinssim.content import list_content
 from sinssim.errors import InputError
-from sinssim.scenario.sections.flight import FlightSection
 from sinssim.truth.flight.aircraft import load_aircraft
 from sinssim.truth.flight.legs.turn import TurnLeg
+from sinssim.truth.flight.plan import FlightPlan
 
 AIR = {"on": "air", "latitude_deg": 50.0, "longitude_deg": 10.0, "altitude_m": 3000.0}
 RUNWAY = {"on": "runway", "latitude_deg": 50.0, "longitude_deg": 10.0}
@@ -36,8 +36,8 @@ LEGS: list[dict[str, Any]] = [
 ]
 
 
-def section(legs: list[dict[str, Any]], start: dict[str, Any] = AIR, **more: Any) -> FlightSection:
-    return FlightSection.model_validate({"aircraft": "737", "start": start, "legs": legs, **more})
+def section(legs: list[dict[str, Any]], start: dict[str, Any] = AIR, **more: Any) -> FlightPlan:
+    return FlightPlan.model_validate({"aircraft": "737", "start": start, "legs": legs, **more})
 
 
 @pytest.mark.parametrize("leg", LEGS, ids=lambda leg: "-".join(map(str, leg.values())))
@@ -94,7 +94,7 @@ def test_flight_from_a_runway_takes_off_before_anything_else() -> None:
 
 def test_unknown_aircraft_lists_those_there_are() -> None:
     with pytest.raises(ValidationError, match=r"unknown aircraft 'f61'. Did you mean 'f16'\? Known: .*737.*c172x.*f16"):
-        FlightSection.model_validate({"aircraft": "f61", "start": AIR, "legs": LEGS})
+        FlightPlan.model_validate({"aircraft": "f61", "start": AIR, "legs": LEGS})
 
 
 def test_gust_and_turbulence() -> None:

@@ -8,10 +8,11 @@ from typing import Any
 import pytest
 
 import sinssim
+from sinssim.earth.models import WGS84
 from sinssim.errors import InputError
 from sinssim.scenario import Scenario, load_scenario
-from sinssim.scenario.sections.within_truth.gravity import GravitySection, RemainderSection
-from sinssim.truth.gravity.from_scenario import field_of, known_field, remainder_model
+from sinssim.scenario.true_motion import known_field
+from sinssim.truth.gravity.true_gravity import GravityRemainder, TrueGravity
 from sinssim.units import ARCSEC, MGAL
 
 BASE: dict[str, Any] = {"name": "g", "parked": {"latitude_deg": 40.0, "duration_s": 30.0}}
@@ -23,28 +24,28 @@ def scenario(**tables: Any) -> Scenario:
 
 def test_defaults_are_normal_gravity_and_written_out_ones_are_accepted() -> None:
     assert scenario().gravity is None
-    plain = GravitySection()
+    plain = TrueGravity()
     assert plain.model == "normal"
-    assert GravitySection(**plain.model_dump()) == plain
-    rest = RemainderSection()
-    assert RemainderSection(**rest.model_dump()) == rest
-    assert field_of(plain, "wgs84") is None
-    whole = GravitySection(model="egm2008")
-    assert GravitySection(**whole.model_dump()) == whole
-    field = field_of(whole, "wgs84")
+    assert TrueGravity(**plain.model_dump()) == plain
+    rest = GravityRemainder()
+    assert GravityRemainder(**rest.model_dump()) == rest
+    assert plain.field(WGS84) is None
+    whole = TrueGravity(model="egm2008")
+    assert TrueGravity(**whole.model_dump()) == whole
+    field = whole.field(WGS84)
     assert field is not None
     assert field.degree == 120
 
 
 def test_sizes_that_are_left_out_follow_from_the_degree() -> None:
-    given = RemainderSection(order=3, xi_sigma_arcsec=2.0, correlation_km=50.0)
-    model = remainder_model(GravitySection(model="egm2008", remainder=given))
+    given = GravityRemainder(order=3, xi_sigma_arcsec=2.0, correlation_km=50.0)
+    model = TrueGravity(model="egm2008", remainder=given).remainder_model()
     assert model is not None
     assert model.sigma[0] == pytest.approx(2.0 * ARCSEC)
     assert model.sigma[1] == pytest.approx(4.77 * ARCSEC, rel=0.01)
     assert model.sigma[2] == pytest.approx(31.9 * MGAL, rel=0.01)
     assert (model.order, model.distance) == (3, 50e3)
-    normal = remainder_model(GravitySection(remainder=RemainderSection()))
+    normal = TrueGravity(remainder=GravityRemainder()).remainder_model()
     assert normal is not None
     assert normal.sigma[2] == pytest.approx(42.3 * MGAL, rel=0.01)
 

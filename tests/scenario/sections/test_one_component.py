@@ -11,7 +11,7 @@ import pytest
 from sinssim.errors import InputError
 from sinssim.scenario import Scenario, load_scenario
 from sinssim.scenario.summary import plan_lines
-from sinssim.truth.source import fly
+from sinssim.scenario.true_motion import fly
 
 PLAIN: dict[str, Any] = {"variant": "one-integral", "duration_s": 100.0, "gyro": {}}
 ARM = {"variant": "two-integrals", "duration_s": 100.0}

@@ -11,14 +11,15 @@ import sinssim
 from sinssim.data import ImuData
 from sinssim.scenario import Scenario
 from sinssim.scenario.sections.imu import ImuSection
+from sinssim.scenario.true_motion import fly
 from sinssim.sensors import draw
 from sinssim.sensors.imu.emulate import emulate
 from sinssim.sensors.imu.errors import ImuErrors, TriadErrors
 from sinssim.sensors.imu.rectification import rectified
 from sinssim.truth.motions.isolator import Mount
 from sinssim.truth.motions.parked import Parked
-from sinssim.truth.motions.vibration import Tone, Vibrating, band_noise
-from sinssim.truth.source import fly
+from sinssim.truth.motions.vibrating import Vibrating
+from sinssim.truth.motions.vibration import Tone, band_noise
 
 G0 = 9.80665
 UG = 1e-6 * G0

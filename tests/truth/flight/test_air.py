@@ -11,14 +11,14 @@ from numpy.typing import NDArray
 
 from sinssim.data import NavState
 from sinssim.errors import InputError
-from sinssim.scenario.sections.flight import FlightSection
-from sinssim.scenario.sections.within_flight.wind import Wind
 from sinssim.sensors.aiding.barometer import BarometerSection
 from sinssim.sensors.aiding.base.sensor import Vehicle
 from sinssim.truth.flight import jsbsim_flight
 from sinssim.truth.flight.air import Air
 from sinssim.truth.flight.flight_log import flight_log
 from sinssim.truth.flight.jsbsim_flight import fly_plan
+from sinssim.truth.flight.plan import FlightPlan
+from sinssim.truth.flight.wind import Wind
 from sinssim.truth.trajectory import Channel
 
 PROFILE = [
@@ -127,7 +127,7 @@ def test_a_wind_accepts_its_own_defaults_written_out() -> None:
 
 def test_jsbsim_flies_in_this_air() -> None:
     """Its pressure altitude, temperature, pressure, true airspeed and wind at every tenth of a second of a climb."""
-    flight = FlightSection.model_validate(
+    flight = FlightPlan.model_validate(
         {
             "aircraft": "c172x",
             "start": {"on": "air", "latitude_deg": 48.0, "longitude_deg": 11.0, "altitude_m": 3080.0},
@@ -222,6 +222,6 @@ def test_turbulence_has_the_strength_of_the_specification(severity: int, feet_pe
         "turbulence": {"severity": severity},
         "legs": [{"type": "hold", "duration_s": 3600.0}],
     }
-    log = flight_log(fly_plan(FlightSection.model_validate(flight), 1))
+    log = flight_log(fly_plan(FlightPlan.model_validate(flight), 1))
     square = [np.var(log.channels[f"wind_{axis}_mps"].values) for axis in ("north", "east", "down")]
     assert np.sqrt(np.mean(square)) == pytest.approx(feet_per_second * 0.3048, rel=0.1)

@@ -10,21 +10,21 @@ import numpy as np
 import pytest
 from scipy.interpolate import CubicSpline
 
-from sinssim.scenario.sections.flight import FlightSection
 from sinssim.truth.curve import Curve
 from sinssim.truth.flight import cache
 from sinssim.truth.flight.cache import cached_flight, flight_key
 from sinssim.truth.flight.flight_log import FlightLog, flight_log
 from sinssim.truth.flight.jsbsim_flight import fly_plan
+from sinssim.truth.flight.plan import FlightPlan
 
 
-def flight(**changes: Any) -> FlightSection:
+def flight(**changes: Any) -> FlightPlan:
     plan: dict[str, Any] = {
         "aircraft": "737",
         "start": {"on": "air", "latitude_deg": 48.0, "longitude_deg": 11.0, "altitude_m": 6000.0},
         "legs": [{"type": "hold", "duration_s": 3.0}],
     }
-    return FlightSection.model_validate({**plan, **changes})
+    return FlightPlan.model_validate({**plan, **changes})
 
 
 def same(a: FlightLog, b: FlightLog) -> bool:
@@ -50,7 +50,7 @@ def folder(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
 def count_flights(monkeypatch: pytest.MonkeyPatch) -> list[int]:
     seeds: list[int] = []
 
-    def counted(section: FlightSection, seed: int, progress: Any, meanwhile: Any) -> FlightLog:
+    def counted(section: FlightPlan, seed: int, progress: Any, meanwhile: Any) -> FlightLog:
         seeds.append(seed)
         return flight_log(fly_plan(section, seed, progress))
 

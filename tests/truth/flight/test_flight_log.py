@@ -10,12 +10,12 @@ import numpy as np
 import pytest
 from scipy.spatial.transform import Rotation
 
-from sinssim.scenario.sections.flight import FlightSection
 from sinssim.truth.flight import flight_start
 from sinssim.truth.flight.air import Air
 from sinssim.truth.flight.aircraft import load_aircraft
 from sinssim.truth.flight.engines import Engines
 from sinssim.truth.flight.flight_log import CHANNELS, FlightRecord, flight_log
+from sinssim.truth.flight.plan import FlightPlan
 from sinssim.truth.trajectory import FlightEvent
 
 FOOT, POUND = 0.3048, 4.4482216152605
@@ -155,10 +155,10 @@ def test_the_trim_is_widened_to_the_stall() -> None:
     assert math.degrees(e["aero/alpha-max-rad"]) == pytest.approx(14.0)
 
 
-def flight(**start: Any) -> FlightSection:
+def flight(**start: Any) -> FlightPlan:
     place = {"on": "air", "latitude_deg": 48.0, "longitude_deg": 200.0, "altitude_m": 3048.0, "heading_deg": -30.0}
     leg = {"type": "take_off"} if start.get("on") == "runway" else {"type": "hold", "duration_s": 9.0}
-    return FlightSection.model_validate({
+    return FlightPlan.model_validate({
         "aircraft": "737", "start": {**place, **start}, "legs": [leg],
         "wind": {"north_mps": 3.0, "east_mps": -4.0, "down_mps": 0.5},
     })  # fmt: skip

@@ -10,10 +10,10 @@ import pytest
 
 from sinssim.errors import InputError
 from sinssim.scenario.duration import leg_durations
-from sinssim.scenario.sections.flight import FlightSection
 from sinssim.truth.curve import Curve
 from sinssim.truth.flight.flight_log import FlightLog, flight_log
 from sinssim.truth.flight.jsbsim_flight import fly_plan
+from sinssim.truth.flight.plan import FlightPlan
 
 START = {
     "on": "runway", "latitude_deg": 50.0, "longitude_deg": 14.0, "altitude_m": 300.0, "heading_deg": 90.0,
@@ -34,8 +34,8 @@ HOP = [
 ]
 
 
-def plan(*legs: dict[str, Any], aircraft: str = "c172x", **start: Any) -> FlightSection:
-    return FlightSection.model_validate({"aircraft": aircraft, "start": {**START, **start}, "legs": list(legs)})
+def plan(*legs: dict[str, Any], aircraft: str = "c172x", **start: Any) -> FlightPlan:
+    return FlightPlan.model_validate({"aircraft": aircraft, "start": {**START, **start}, "legs": list(legs)})
 
 
 @pytest.fixture(scope="module")

@@ -15,10 +15,10 @@ import pytest
 from numpy.typing import NDArray
 
 from sinssim.errors import InputError
-from sinssim.scenario.sections.flight import FlightSection
 from sinssim.truth.flight import jsbsim_flight
 from sinssim.truth.flight.flight_log import FlightLog, flight_log
 from sinssim.truth.flight.jsbsim_flight import fly_plan
+from sinssim.truth.flight.plan import FlightPlan
 
 Array = NDArray[np.float64]
 
@@ -29,12 +29,12 @@ A, F = 6378137.0, 1.0 / 298.257223563
 HEIGHT = {"737": 6000.0, "f16": 5000.0, "c172x": 1500.0}
 
 
-def plan(aircraft: str, *legs: dict[str, Any], **extra: Any) -> FlightSection:
+def plan(aircraft: str, *legs: dict[str, Any], **extra: Any) -> FlightPlan:
     start = {
         "on": "air", "latitude_deg": 48.0, "longitude_deg": 11.0, "altitude_m": HEIGHT.get(aircraft, 6000.0),
         "heading_deg": 30.0,
     }  # fmt: skip
-    return FlightSection.model_validate({"aircraft": aircraft, "start": start, "legs": list(legs), **extra})
+    return FlightPlan.model_validate({"aircraft": aircraft, "start": start, "legs": list(legs), **extra})
 
 
 @dataclass
@@ -66,7 +66,7 @@ class Flown:
         return values
 
 
-def fly(flight: FlightSection, seed: int = 0) -> Flown:
+def fly(flight: FlightPlan, seed: int = 0) -> Flown:
     dcm, geodetic, euler, velocity = [], [], [], []
     plain, stand = jsbsim_flight._Link.sense, jsbsim_flight._Link.stand
     accounts = (dcm, geodetic, euler, velocity)
@@ -147,7 +147,7 @@ def fighter() -> Flown:
 @pytest.fixture(scope="module")
 def trainer() -> Flown:
     return fly(
-        FlightSection.model_validate(
+        FlightPlan.model_validate(
             {
                 "aircraft": "c172x",
                 "start": {
@@ -504,9 +504,7 @@ def test_start_that_cannot_be_trimmed_is_refused() -> None:
 def test_wind_that_is_too_strong_on_the_runway_is_named() -> None:
     legs = [{"type": "parked", "duration_s": 5.0}, {"type": "takeoff"}]
     start = {"on": "runway", "latitude_deg": 48.0, "longitude_deg": 11.0, "altitude_m": 120.0, "heading_deg": 90.0}
-    flight = FlightSection.model_validate(
-        {"aircraft": "c172x", "start": start, "legs": legs, "wind": {"north_mps": 11.0}}
-    )
+    flight = FlightPlan.model_validate({"aircraft": "c172x", "start": start, "legs": legs, "wind": {"north_mps": 11.0}})
     said = (
         r"on the runway, .*The likely cause is the wind of 11 m/s towards north and 0 m/s towards east.*a weaker wind"
     )

@@ -9,8 +9,6 @@ from typing import Any
 import pytest
 
 from sinssim.errors import InputError
-from sinssim.scenario.sections.flight import FlightSection
-from sinssim.scenario.sections.within_flight.wind import Gust
 from sinssim.truth.flight import jsbsim_flight
 from sinssim.truth.flight.aircraft import load_aircraft
 from sinssim.truth.flight.autopilot import INTERVAL, AircraftState, Autopilot
@@ -18,6 +16,8 @@ from sinssim.truth.flight.flight_log import CHANNELS
 from sinssim.truth.flight.jsbsim_flight import fly_plan
 from sinssim.truth.flight.leg import LegError
 from sinssim.truth.flight.monitor import Monitor
+from sinssim.truth.flight.plan import FlightPlan
+from sinssim.truth.flight.wind import Gust
 
 FOOT = 0.3048
 
@@ -54,13 +54,13 @@ class Model(dict[str, float]):
         self["ran"] = self.get("ran", 0.0) + 1.0
 
 
-def flight(start: dict[str, Any] | None = None, **more: Any) -> FlightSection:
+def flight(start: dict[str, Any] | None = None, **more: Any) -> FlightPlan:
     place = {"on": "air", "latitude_deg": 48.0, "longitude_deg": 11.0, "altitude_m": 3000.0, **(start or {})}
     leg = {"type": "take_off"} if place["on"] == "runway" else {"type": "hold", "duration_s": 9.0}
-    return FlightSection.model_validate({"aircraft": "737", "start": place, "legs": [leg], **more})
+    return FlightPlan.model_validate({"aircraft": "737", "start": place, "legs": [leg], **more})
 
 
-def link(section: FlightSection, **values: float) -> tuple[Any, Model, Autopilot, AircraftState]:
+def link(section: FlightPlan, **values: float) -> tuple[Any, Model, Autopilot, AircraftState]:
     model = Model({name.replace("__", "/").replace("_", "-"): value for name, value in values.items()})
     pilot, motion = Autopilot(load_aircraft("737"), INTERVAL), AircraftState()
     return jsbsim_flight._Link(model, section, pilot, motion), model, pilot, motion
@@ -165,7 +165,7 @@ def test_turbulence_and_progress() -> None:
         "atmosphere/turbulence/milspec/windspeed_at_20ft_AGL-fps": pytest.approx(12.0 / FOOT),
     }  # fmt: skip
     legs = [{"type": "hold", "duration_s": 9.0}] * 3
-    three = FlightSection.model_validate({**flight().model_dump(exclude_none=True), "legs": legs})
+    three = FlightPlan.model_validate({**flight().model_dump(exclude_none=True), "legs": legs})
     assert jsbsim_flight._fraction(three, 3, 500.0) == pytest.approx(2.0 / 3.0)
     until = three.model_validate(
         {**three.model_dump(exclude_none=True), "legs": [*legs, {"type": "hold", "until_s": 400.0}]}
@@ -200,7 +200,7 @@ def test_a_failure_says_when_where_and_how_the_aircraft_was(monkeypatch: pytest.
     watch: Callable[..., None] = refuses
     monkeypatch.setattr(Monitor, "watch", watch)
     start = {"on": "air", "latitude_deg": 48.0, "longitude_deg": 11.0, "altitude_m": 1000.0}
-    section = FlightSection.model_validate(
+    section = FlightPlan.model_validate(
         {"aircraft": "c172x", "start": start, "legs": [{"type": "hold", "duration_s": 9.0}]}
     )
     with pytest.raises(InputError) as error:

@@ -9,20 +9,20 @@ import pytest
 
 from sinssim.errors import InputError
 from sinssim.scenario.duration import leg_durations
-from sinssim.scenario.sections.flight import FlightSection
 from sinssim.truth.flight.aircraft import load_aircraft
 from sinssim.truth.flight.autopilot import BANK, HEADING, INTERVAL, PITCH, AircraftState, Autopilot
 from sinssim.truth.flight.flight_log import FlightLog, flight_log
 from sinssim.truth.flight.jsbsim_flight import fly_plan
 from sinssim.truth.flight.leg import LegError
 from sinssim.truth.flight.monitor import Monitor
+from sinssim.truth.flight.plan import FlightPlan
 from sinssim.truth.flight.shortfall import not_attained, shortfall
 from sinssim.truth.trajectory import FlightEvent
 
 
-def plan(aircraft: str, height: float, airspeed: float, *legs: dict[str, Any], **start: float) -> FlightSection:
+def plan(aircraft: str, height: float, airspeed: float, *legs: dict[str, Any], **start: float) -> FlightPlan:
     place = {"on": "air", "latitude_deg": 48.0, "longitude_deg": 11.0, "altitude_m": height, "airspeed_kt": airspeed}
-    return FlightSection.model_validate({"aircraft": aircraft, "start": {**place, **start}, "legs": legs})
+    return FlightPlan.model_validate({"aircraft": aircraft, "start": {**place, **start}, "legs": legs})
 
 
 def flown(*parts: Any, **start: float) -> FlightLog:
@@ -155,7 +155,7 @@ def test_fuel_and_contact_are_watched(change: dict[str, float], words: str) -> N
 def test_a_stall_lasts_a_second(extra: dict[str, Any], remedy: str) -> None:
     """Ten updates in a row beyond the angle of the stall."""
     whole = plan("f16", 3000.0, 350.0, HOLD).model_dump(exclude_none=True)
-    section, aircraft = FlightSection.model_validate({**whole, **extra}), load_aircraft("f16")
+    section, aircraft = FlightPlan.model_validate({**whole, **extra}), load_aircraft("f16")
     stall = aircraft.performance.stall_alpha_deg
     monitor, pilot, state = (
         Monitor(_Model({"propulsion/total-fuel-lbs": 9.0}), section, aircraft),

@@ -13,15 +13,15 @@ from typing import Any
 import pytest
 
 from sinssim.errors import InputError, RunError
-from sinssim.scenario.sections.flight import FlightSection
 from sinssim.truth.flight.flight_log import flight_log
 from sinssim.truth.flight.jsbsim_flight import fly_plan
+from sinssim.truth.flight.plan import FlightPlan
 from sinssim.truth.flight.subprocess_flight import fly_apart
 from tests.truth.flight.test_cache import same
 
 
-def flight(*legs: dict[str, Any]) -> FlightSection:
-    return FlightSection.model_validate(
+def flight(*legs: dict[str, Any]) -> FlightPlan:
+    return FlightPlan.model_validate(
         {
             "aircraft": "737",
             "start": {"on": "air", "latitude_deg": 48.0, "longitude_deg": 11.0, "altitude_m": 6000.0},
@@ -62,7 +62,7 @@ def test_a_process_that_breaks_down_is_an_error_of_the_run(monkeypatch: pytest.M
 
 SCRIPT = """
 import subprocess, sys
-from sinssim.scenario.sections.flight import FlightSection
+from sinssim.truth.flight.plan import FlightPlan
 from sinssim.truth.flight.subprocess_flight import fly_apart
 
 class Told(subprocess.Popen):
@@ -71,7 +71,7 @@ class Told(subprocess.Popen):
         print(self.pid, flush=True)
 
 subprocess.Popen = Told
-flight = FlightSection.model_validate_json(sys.argv[1])
+flight = FlightPlan.model_validate_json(sys.argv[1])
 fly_apart(flight, 0, lambda fraction: print("flies", flush=True))
 """
 

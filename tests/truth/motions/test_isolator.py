@@ -9,17 +9,17 @@ from scipy.integrate import solve_ivp
 
 from sinssim.errors import InputError
 from sinssim.scenario import Scenario
-from sinssim.scenario.sections.motion import VibrationSection
-from sinssim.truth.motions.isolator import Mount, isolated
-from sinssim.truth.motions.vibration import Tone, Vibrating
-from sinssim.truth.source import fly
+from sinssim.scenario.true_motion import fly
+from sinssim.truth.motions.isolator import Isolator, Mount
+from sinssim.truth.motions.vibrating import Vibrating
+from sinssim.truth.motions.vibration import Tone, Vibration
 
 PARKED = {"name": "x", "parked": {"latitude_deg": 45.0, "duration_s": 8.0}}
 
 
 @pytest.mark.parametrize("frequency", [3.0, 27.0, 30.0, 70.0])
 def test_transfer_is_the_steady_state_of_the_mount(frequency: float) -> None:
-    mount, omega = Mount(30.0, 0.2), 2.0 * np.pi * frequency
+    omega = 2.0 * np.pi * frequency
     w, z = 2.0 * np.pi * 30.0, 0.2
 
     def moved(t: float, y: np.ndarray) -> list[float]:
@@ -29,7 +29,8 @@ def test_transfer_is_the_steady_state_of_the_mount(frequency: float) -> None:
     settled = 40.0 / (z * w)  # e⁻⁴⁰ of the start is left
     t = settled + np.linspace(0.0, 5.0 / frequency, 201)
     solution = solve_ivp(moved, (0.0, t[-1]), [0.0, 0.0], method="DOP853", t_eval=t, rtol=1e-11, atol=1e-12)
-    (tone,) = isolated([Tone("down", 1.0, frequency, 0.4)], mount, Mount(1.0, 1.0))
+    isolator = Isolator(linear_hz=30.0, linear_damping=0.2, angular_hz=1.0)
+    (tone,) = isolator.transmitted([Tone("down", 1.0, frequency, 0.4)])
     np.testing.assert_allclose(solution.y[0], tone.amplitude * np.sin(omega * t + tone.phase), rtol=0.0, atol=1e-8)
 
 
@@ -43,7 +44,7 @@ def test_known_points_of_the_transfer() -> None:
 
 def test_turns_and_displacements_have_mounts_of_their_own() -> None:
     tones = (Tone("yaw", 1e-3, 20.0), Tone("right", 1e-3, 20.0))
-    turn, shift = isolated(tones, Mount(10.0, 0.3), Mount(80.0, 0.1))
+    turn, shift = Isolator(linear_hz=10.0, linear_damping=0.3, angular_hz=80.0, angular_damping=0.1).transmitted(tones)
     assert turn.amplitude == pytest.approx(1e-3 * abs(Mount(80.0, 0.1).transfer(20.0)), rel=1e-14)
     assert shift.amplitude == pytest.approx(1e-3 * abs(Mount(10.0, 0.3).transfer(20.0)), rel=1e-14)
 
@@ -86,7 +87,7 @@ def test_noise_of_acceleration_has_a_flat_spectrum_of_it() -> None:
 )
 def test_sizes_that_do_not_fit(data: dict[str, object], text: str) -> None:
     with pytest.raises(ValidationError, match=text):
-        VibrationSection.model_validate(data)
+        Vibration.model_validate(data)
 
 
 @pytest.mark.parametrize("values", [(0.0, 0.1), (30.0, 0.0), (np.nan, 0.1), (30.0, np.inf)])

@@ -16,7 +16,8 @@ from sinssim.truth.motions.imu_rotation import Rotation
 from sinssim.truth.motions.parked import Parked
 from sinssim.truth.motions.turning import Turning
 from sinssim.truth.motions.turning_block import TurningBlock
-from sinssim.truth.motions.vibration import Tone, Vibrating
+from sinssim.truth.motions.vibrating import Vibrating
+from sinssim.truth.motions.vibration import Tone
 from sinssim.units import DEG
 
 KINDS: dict[str, dict[str, Any]] = {

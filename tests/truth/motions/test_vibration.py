@@ -19,7 +19,8 @@ from sinssim.truth.motions.coning import classical_cone
 from sinssim.truth.motions.great_circle import GreatCircle
 from sinssim.truth.motions.parked import Parked
 from sinssim.truth.motions.rocking import Sculling, SpinRock
-from sinssim.truth.motions.vibration import Tone, Vibrating, band_noise
+from sinssim.truth.motions.vibrating import Vibrating
+from sinssim.truth.motions.vibration import Tone, band_noise
 from tests.oracles import integrator as oracle
 from tests.truth.motions import synthetic_flight
 

@@ -19,7 +19,7 @@ from sinssim.truth.track import files
 from sinssim.truth.track.files import _filled, read_samples
 from sinssim.truth.track.knots import TrackOptions, knots_of_samples
 from sinssim.truth.track.samples import TrackSamples, checked_samples
-from sinssim.truth.track.section import TrackSection
+from sinssim.truth.track.track import Track
 from sinssim.truth.track.vehicles import VEHICLES
 
 T = np.arange(60.0)
@@ -47,8 +47,8 @@ def fixes(**change: Any) -> FixStream:
     })  # fmt: skip
 
 
-def section(receiver: dict[str, Any], **keys: Any) -> TrackSection:
-    return TrackSection(file=str(receiver["path"]), **keys)
+def section(receiver: dict[str, Any], **keys: Any) -> Track:
+    return Track(file=str(receiver["path"]), **keys)
 
 
 def test_fixes_without_a_position_are_left_out(receiver: dict[str, Any]) -> None:

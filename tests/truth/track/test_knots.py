@@ -11,12 +11,14 @@ import pytest
 from sinssim.earth.coordinates import ecef_to_geodetic
 from sinssim.earth.models import WGS84
 from sinssim.errors import InputError
+from sinssim.truth.motion import NORMAL_EARTH
 from sinssim.truth.track import knots as module
 from sinssim.truth.track import prepare, smoothing
 from sinssim.truth.track.knots import TrackOptions, knots_of_samples
-from sinssim.truth.track.prepare import _options, prepared
+from sinssim.truth.track.prepare import _options
 from sinssim.truth.track.samples import TrackSamples
-from sinssim.truth.track.section import TrackSection, Waypoint
+from sinssim.truth.track.source import Waypoint
+from sinssim.truth.track.track import Track
 from sinssim.truth.track.vehicles import VEHICLES
 
 NAN = float("nan")
@@ -156,24 +158,24 @@ def test_smoothing_that_a_table_asks_for() -> None:
         "vehicle": "sea", "smoothing_s": 1.0, "height_smoothing_s": 2.0, "attitude_smoothing_s": 3.0, "gap_s": 4.0,
         "standstill_mps": 5.0, "heading_deg": 60.0, "recorded_point_m": (7.0, 8.0, 9.0), "pitch": "slope",
     }  # fmt: skip
-    assert _options(TrackSection(file="a.csv", **given)) == TrackOptions(
+    assert _options(Track(file="a.csv", **given)) == TrackOptions(
         vehicle="sea", chosen="as given", smoothing=1.0, height_smoothing=2.0, attitude_smoothing=3.0, gap=4.0,
         standstill=5.0, heading=math.radians(60.0), point=(7.0, 8.0, 9.0), pitch="slope",
     )  # fmt: skip
-    by_sigma = _options(TrackSection(file="a.csv", position_sigma_m=1.0, height_sigma_m=2.0, speed_mps=3.0))
+    by_sigma = _options(Track(file="a.csv", position_sigma_m=1.0, height_sigma_m=2.0, speed_mps=3.0))
     assert by_sigma == TrackOptions(sigma=1.0, height_sigma=2.0)
-    travelled = _options(TrackSection(file="a.kml", speed_mps=3.0, vehicle="aircraft"))
+    travelled = _options(Track(file="a.kml", speed_mps=3.0, vehicle="aircraft"))
     assert travelled == TrackOptions(vehicle="aircraft", chosen="to round the corners", smoothing=5.0)
 
 
 def test_events_of_a_plan_are_at_its_waypoints() -> None:
     """1113 m of the equator at 10 m/s and 1 m/s² between stops: rest for 7 and 3 s."""
-    section = TrackSection(vehicle="land", acceleration_mps2=1.0, waypoints=(
+    section = Track(vehicle="land", acceleration_mps2=1.0, waypoints=(
         Waypoint(latitude_deg=0.0, longitude_deg=20.0, speed_mps=10.0, stop_s=7.0),
         Waypoint(name="B", latitude_deg=0.0, longitude_deg=20.01),
         Waypoint(name="C", latitude_deg=0.0, longitude_deg=20.02, stop_s=3.0),
     ))  # fmt: skip
-    track = prepared(section, "normal", "wgs84")
+    track = section.prepared(NORMAL_EARTH)
     whole, halt = math.radians(0.01) * WGS84.a, 35.0 / 16.0 * 10.0
     passed = 7.0 + halt + (whole - 5.0 * halt) / 10.0
     arrived = passed + (whole - 5.0 * halt) / 10.0 + halt
@@ -183,12 +185,12 @@ def test_events_of_a_plan_are_at_its_waypoints() -> None:
     assert (track.fit.source, track.fit.noun, track.fit.samples) == ("the plan", "waypoint", 3)
     assert track.fit.distance == pytest.approx(2.0 * whole, rel=1e-6)
     assert track.fit.notes == ()
-    corner = TrackSection(vehicle="land", waypoints=(
+    corner = Track(vehicle="land", waypoints=(
         Waypoint(latitude_deg=10.0, longitude_deg=20.0, speed_mps=10.0),
         Waypoint(name="bend", latitude_deg=10.01, longitude_deg=20.0, turn_radius_m=60.0),
         Waypoint(latitude_deg=10.01, longitude_deg=20.01),
     ))  # fmt: skip
-    (note,) = prepared(corner, "normal", "wgs84").fit.notes
+    (note,) = corner.prepared(NORMAL_EARTH).fit.notes
     # a right angle of arcs alone is cut by R (√2 − 1) = 24.85 m, with clothoids of 15 m by 15²/(24 R) = 0.16 m more
     assert note.endswith("track.waypoints.2 (bend).")
     assert note.startswith("Corners pass their waypoints at up to 24.9")
@@ -197,11 +199,11 @@ def test_events_of_a_plan_are_at_its_waypoints() -> None:
 def test_a_route_that_takes_too_long(monkeypatch: pytest.MonkeyPatch) -> None:
     """111.3 km of the equator at 10 m/s on a knot each tenth of a second."""
     monkeypatch.setattr(prepare, "_MOST_KNOTS", 100_000)
-    section = TrackSection(vehicle="land", waypoints=(
+    section = Track(vehicle="land", waypoints=(
         Waypoint(latitude_deg=0.0, longitude_deg=20.0, speed_mps=10.0), Waypoint(latitude_deg=0.0, longitude_deg=21.0),
     ))  # fmt: skip
     with pytest.raises(InputError) as error:
-        prepared(section, "normal", "wgs84")
+        section.prepared(NORMAL_EARTH)
     assert str(error.value) == (
         "the planned route takes 1.113e+04 s and needs 111321 knots, more than 100000: give a shorter route, or a "
         "higher speed_mps."

@@ -13,7 +13,7 @@ from sinssim import InputError, load_scenario, run
 from sinssim.ensembles.plan import make_plan
 from sinssim.scenario.duration import expected_duration
 from sinssim.scenario.summary import plan_lines
-from sinssim.truth.source import fly
+from sinssim.scenario.true_motion import fly
 from sinssim.truth.track.curve import TrackCurve
 
 ROUTE = """

@@ -11,12 +11,13 @@ from scipy.integrate import quad
 from sinssim.earth.coordinates import ecef_to_geodetic
 from sinssim.earth.models import WGS84
 from sinssim.errors import InputError
+from sinssim.truth.motion import NORMAL_EARTH
 from sinssim.truth.track.corner import Corner, integrated_step7, step7
 from sinssim.truth.track.curve import track_curve
-from sinssim.truth.track.prepare import prepared
 from sinssim.truth.track.route import Route, _stepped
-from sinssim.truth.track.section import TrackSection, Waypoint
+from sinssim.truth.track.source import Waypoint
 from sinssim.truth.track.timetable import Timetable
+from sinssim.truth.track.track import Track
 from sinssim.truth.track.vehicles import VEHICLES
 from tests.truth.motions import Array
 
@@ -93,7 +94,7 @@ def test_legs_are_great_circles() -> None:
 
 
 def test_planned_flight_has_its_speed_bank_and_no_lateral_force() -> None:
-    track = prepared(TrackSection(vehicle="aircraft", waypoints=FLIGHT), "normal", "wgs84")
+    track = Track(vehicle="aircraft", waypoints=FLIGHT).prepared(NORMAL_EARTH)
     curve = track_curve(track.knots, track.fit, events=track.events)
     t = np.arange(5.0, curve.end - 5.0, 0.25)
     s = curve.state(t)
@@ -108,7 +109,7 @@ def test_planned_flight_has_its_speed_bank_and_no_lateral_force() -> None:
 
 
 def test_stops_are_at_rest_for_their_time() -> None:
-    track = prepared(TrackSection(vehicle="land", waypoints=DRIVE), "normal", "wgs84")
+    track = Track(vehicle="land", waypoints=DRIVE).prepared(NORMAL_EARTH)
     curve = track_curve(track.knots, track.fit)
     for event, seconds in zip((track.events[0], track.events[1], track.events[3]), (30.0, 20.0, 30.0), strict=True):
         assert event.text.endswith(f"at rest for {seconds:g} s")
@@ -119,12 +120,12 @@ def test_stops_are_at_rest_for_their_time() -> None:
 
 
 def test_corner_radius_is_the_given_one() -> None:
-    section = TrackSection(vehicle="land", waypoints=(
+    section = Track(vehicle="land", waypoints=(
         Waypoint(latitude_deg=10.0, longitude_deg=20.0, speed_mps=10.0),
         Waypoint(latitude_deg=10.01, longitude_deg=20.0, turn_radius_m=60.0),
         Waypoint(latitude_deg=10.01, longitude_deg=20.01),
     ))  # fmt: skip
-    fit = prepared(section, "normal", "wgs84").fit
+    fit = section.prepared(NORMAL_EARTH).fit
     assert fit.acceleration.largest == pytest.approx(100.0 / 60.0, rel=1e-3)  # v²/R
     assert fit.turn.largest == pytest.approx(10.0 / 60.0, rel=1e-3)
 
@@ -136,7 +137,7 @@ def test_over_the_pole_and_the_date_line(places: tuple[tuple[float, float], ...]
     waypoints = tuple(
         Waypoint(latitude_deg=lat, longitude_deg=lon, height_m=9000.0, speed_mps=230.0) for lat, lon in places
     )
-    track = prepared(TrackSection(vehicle="aircraft", waypoints=waypoints), "normal", "wgs84")
+    track = Track(vehicle="aircraft", waypoints=waypoints).prepared(NORMAL_EARTH)
     curve = track_curve(track.knots, track.fit)
     t = np.arange(0.0, curve.end, 1.0)
     speed = np.linalg.norm(curve.state(t).velocity_ned[:, :2], axis=1)
@@ -159,7 +160,7 @@ def test_over_the_pole_and_the_date_line(places: tuple[tuple[float, float], ...]
 def test_refusals(change: dict[int, dict[str, Any]], words: list[str]) -> None:
     waypoints = tuple(w.model_copy(update=change.get(i, {})) for i, w in enumerate(DRIVE))
     with pytest.raises(InputError) as error:
-        prepared(TrackSection(vehicle="land", waypoints=waypoints), "normal", "wgs84")
+        Track(vehicle="land", waypoints=waypoints).prepared(NORMAL_EARTH)
     for word in words:
         assert word in str(error.value)
 

@@ -13,11 +13,10 @@ from sinssim.errors import InputError
 from sinssim.scenario import Scenario
 from sinssim.scenario.duration import expected_duration
 from sinssim.scenario.summary import plan_lines
+from sinssim.scenario.true_motion import fly
 from sinssim.simulation import run
-from sinssim.truth.source import fly
-from sinssim.truth.turntable.section import TurntableSection
 from sinssim.truth.turntable.sequences import SEQUENCES
-from sinssim.truth.turntable.table import draw_table_errors, settling
+from sinssim.truth.turntable.turntable import Turntable, settling
 from sinssim.units import ARCSEC
 
 
@@ -52,10 +51,10 @@ def test_errors_of_the_table_are_where_they_are_said_to_be() -> None:
     sigma = {"position_sigma_arcsec": 3600.0, "tilt_sigma_arcsec": 1800.0}
     wrong = scenario(seed=5, sequence="six-positions-and-rates", **sigma)
     nominal = positions(scenario(sequence="six-positions-and-rates"))
-    errors = draw_table_errors(wrong.turntable, 5)
+    errors = wrong.turntable.draw_errors(5)
     expected = Rotation.from_rotvec(errors.tilt) * nominal * Rotation.from_rotvec(errors.position)
     assert (positions(wrong) * expected.inv()).magnitude() == pytest.approx(0.0, abs=1e-12)
-    many = np.array([draw_table_errors(wrong.turntable, seed).position for seed in range(100)])
+    many = np.array([wrong.turntable.draw_errors(seed).position for seed in range(100)])
     # 3600 numbers: 5 σ of their standard deviation
     assert many.std() / ARCSEC == pytest.approx(3600.0, rel=5.0 / np.sqrt(2.0 * many.size))
     assert np.einsum("ki,ki->k", errors.axis, [turn.axis for turn in wrong.turntable.all_turns]) == pytest.approx(0.0)
@@ -113,18 +112,18 @@ def test_dwells_of_given_turns() -> None:
         {"axis": (1.0, 0.0, 0.0), "angle_deg": -90.0},
         {"axis": (0.0, 2.0, 0.0), "angle_deg": 120.0, "rate_deg_s": 20.0, "dwell_s": 7.0},
     )
-    table = TurntableSection(
+    table = Turntable(
         turns=turns, dwell_s=50.0, first_dwell_s=11.0, rate_deg_s=30.0, ramp_s=2.0, settle_s=0.5, heading_deg=33.0,
         pitch_deg=-4.0,
     )  # fmt: skip
     assert table.dwells == ((0.0, 11.0), (16.5, 66.5), (75.0, 82.0))
     assert table.duration_s == 82.0
     assert table.start_deg == (0.0, -4.0, 33.0)
-    assert TurntableSection(sequence="19-positions").start_deg == (-90.0, 0.0, 0.0)
-    assert TurntableSection(roll_deg=5.0).start_deg == (5.0, 0.0, 0.0)
-    assert len(TurntableSection().all_turns) == 18  # the usual sequence
+    assert Turntable(sequence="19-positions").start_deg == (-90.0, 0.0, 0.0)
+    assert Turntable(roll_deg=5.0).start_deg == (5.0, 0.0, 0.0)
+    assert len(Turntable().all_turns) == 18  # the usual sequence
     with pytest.raises(InputError, match=r"turn 2 by 40° never reaches 20°/s with ramp_s = 2\.5; .* at most 2, or"):
-        TurntableSection(turns=({**turns[0], "rate_deg_s": 5.0}, {**turns[1], "angle_deg": 40.0}), ramp_s=2.5)
+        Turntable(turns=({**turns[0], "rate_deg_s": 5.0}, {**turns[1], "angle_deg": 40.0}), ramp_s=2.5)
 
 
 def test_the_axis_that_points_down() -> None:
@@ -168,8 +167,8 @@ def test_nineteen_positions_are_those_of_the_toolbox() -> None:
 
 def test_sizes_of_the_errors_of_the_table() -> None:
     """Tilt and positions about three axes, and the direction of an axis about the two across it: 1σ of each."""
-    table = TurntableSection(sequence="six-positions", position_sigma_arcsec=40.0, tilt_sigma_arcsec=90.0)
-    draws = [draw_table_errors(table, seed) for seed in range(300)]
+    table = Turntable(sequence="six-positions", position_sigma_arcsec=40.0, tilt_sigma_arcsec=90.0)
+    draws = [table.draw_errors(seed) for seed in range(300)]
     tilt, axis = np.array([d.tilt for d in draws]) / ARCSEC, np.array([d.axis for d in draws]) / ARCSEC
     # 900 and 300 numbers: 5 σ of their standard deviation
     assert np.sqrt(np.mean(tilt**2)) == pytest.approx(90.0, rel=5.0 / np.sqrt(1800.0))

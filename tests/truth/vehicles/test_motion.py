@@ -16,23 +16,23 @@ from sinssim.rotation.arrays import euler_from_quaternion
 from sinssim.scenario.schema import Scenario
 from sinssim.truth.curve import Curve
 from sinssim.truth.vehicles import road, sea
-from sinssim.truth.vehicles.motion import vehicle_curve
+from sinssim.truth.vehicles.drive import ROADS, Drive
 from sinssim.truth.vehicles.response import gain, respond
-from sinssim.truth.vehicles.section import ROADS, DriveSection, VoyageSection
+from sinssim.truth.vehicles.voyage import Voyage
 
 LEVEL = np.array([1.0, 0.0, 0.0, 0.0])
 
 
-def drive(*legs: dict[str, Any], **keys: Any) -> DriveSection:
-    return DriveSection.model_validate({"latitude_deg": 47.0, "altitude_m": 400.0, "legs": list(legs), **keys})
+def drive(*legs: dict[str, Any], **keys: Any) -> Drive:
+    return Drive.model_validate({"latitude_deg": 47.0, "altitude_m": 400.0, "legs": list(legs), **keys})
 
 
-def voyage(*legs: dict[str, Any], **keys: Any) -> VoyageSection:
-    return VoyageSection.model_validate({"latitude_deg": 54.0, "legs": list(legs), **keys})
+def voyage(*legs: dict[str, Any], **keys: Any) -> Voyage:
+    return Voyage.model_validate({"latitude_deg": 54.0, "legs": list(legs), **keys})
 
 
-def curve(section: DriveSection | VoyageSection, seed: int = 1) -> Curve:
-    return vehicle_curve(section, seed, (0.0, 0.0, 0.0), LEVEL, "normal", WGS84)
+def curve(section: Drive | Voyage, seed: int = 1) -> Curve:
+    return section.trajectory(seed=seed)
 
 
 def banded(frequency: np.ndarray, values: np.ndarray, edges: np.ndarray) -> np.ndarray:

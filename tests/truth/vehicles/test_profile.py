@@ -9,12 +9,12 @@ import pytest
 from pydantic import ValidationError
 
 from sinssim.errors import InputError
-from sinssim.truth.vehicles.profile import Profile, stops
-from sinssim.truth.vehicles.section import DriveSection
+from sinssim.truth.vehicles.drive import Drive
+from sinssim.truth.vehicles.profile import stops
 
 
-def section(*legs: dict[str, Any]) -> DriveSection:
-    return DriveSection.model_validate({"latitude_deg": 50.0, "heading_deg": 30.0, "legs": list(legs)})
+def section(*legs: dict[str, Any], **keys: float) -> Drive:
+    return Drive.model_validate({"latitude_deg": 50.0, "heading_deg": 30.0, "legs": list(legs), **keys})
 
 
 LEGS = (
@@ -29,7 +29,7 @@ LEGS = (
 
 
 def test_way_speed_and_heading_are_integrals_of_each_other() -> None:
-    profile = Profile(section(*LEGS), 1.0, 1.5)
+    profile = section(*LEGS).profile
     time = np.linspace(0.0, profile.duration, 200_001)
     at = profile.at(time)
     step = time[1] - time[0]
@@ -40,7 +40,7 @@ def test_way_speed_and_heading_are_integrals_of_each_other() -> None:
 
 
 def test_plan_is_kept() -> None:
-    profile = Profile(section(*LEGS), 1.0, 1.5)
+    profile = section(*LEGS).profile
     edges = np.array([event.time for event in profile.events]).reshape(-1, 2)
     at = profile.at(np.append(edges[:, 0], profile.duration))
     assert np.diff(at.way)[1] == pytest.approx(300.0, rel=1e-12)
@@ -73,7 +73,7 @@ def test_plan_is_kept() -> None:
 )
 def test_leg_that_cannot_be_is_named(legs: list[dict[str, Any]], words: str) -> None:
     with pytest.raises(InputError, match=words):
-        Profile(section(*legs), 1.0, 1.5)
+        assert section(*legs).profile
 
 
 def test_straight_ends_once() -> None:
@@ -86,7 +86,7 @@ def test_a_drive_by_hand() -> None:
 
     The turn lasts π/2/0.25 s and a ramp of at least 2 s more; then 20 s, of which 2 s to 8 m/s; then 4 s to rest.
     """
-    profile = Profile(section(*LEGS[:4], LEGS[6]), 2.0, 3.0)
+    profile = section(*LEGS[:4], LEGS[6], acceleration_mps2=2.0, lateral_mps2=3.0).profile
     turn = 0.5 * np.pi / 0.25
     edges = np.cumsum([0.0, 10.0, 6.0 + 264.0 / 12.0, turn + 2.0, 20.0, 4.0 + 5.0])
     assert [event.time for event in profile.events] == pytest.approx(np.repeat(edges, 2)[1:-1].tolist())
@@ -115,13 +115,13 @@ def test_a_drive_by_hand() -> None:
 
 def test_a_small_turn_only_begins_and_ends() -> None:
     """10° at up to 12°/s would take 0.8 s: two ramps of 2 s at up to 5°/s instead. By 480° a ramp is a quarter."""
-    small = Profile(section({"type": "straight", "distance_m": 50.0, "speed_mps": 5.0},
-                            {"type": "turn", "angle_deg": 10.0, "rate_deg_s": 12.0}), 1.0, 1.5)  # fmt: skip
+    small = section({"type": "straight", "distance_m": 50.0, "speed_mps": 5.0},
+                            {"type": "turn", "angle_deg": 10.0, "rate_deg_s": 12.0}).profile  # fmt: skip
     begin = small.events[2].time
     assert small.duration - begin == pytest.approx(4.0)
     assert np.degrees(small.at(np.array([begin + 2.0])).rate) == pytest.approx([5.0])
-    wide = Profile(section({"type": "straight", "distance_m": 50.0, "speed_mps": 5.0},
-                           {"type": "turn", "angle_deg": 480.0, "rate_deg_s": 12.0}), 1.0, 1.5)  # fmt: skip
+    wide = section({"type": "straight", "distance_m": 50.0, "speed_mps": 5.0},
+                           {"type": "turn", "angle_deg": 480.0, "rate_deg_s": 12.0}).profile  # fmt: skip
     begin = wide.events[2].time
     assert wide.duration - begin == pytest.approx(50.0)
     assert np.degrees(wide.at(begin + np.array([5.0, 10.0, 40.0, 45.0])).rate) == pytest.approx([6.0, 12.0, 12.0, 6.0])
@@ -129,10 +129,10 @@ def test_a_small_turn_only_begins_and_ends() -> None:
 
 def test_messages_have_their_numbers() -> None:
     with pytest.raises(InputError) as error:
-        Profile(section({"type": "straight", "duration_s": 9.0, "speed_mps": 20.0}), 2.0, 1.5)
+        assert section({"type": "straight", "duration_s": 9.0, "speed_mps": 20.0}, acceleration_mps2=2.0).profile
     assert str(error.value) == (
         "drive.legs.1 (straight): duration_s = 9 is too short for the change of speed from 0 to 20 m/s, which takes "
         "10 s; give a larger value, or a larger acceleration_mps2."
     )
     with pytest.raises(InputError, match=r"distance_m = 90 is too short .* from 0 to 20 m/s, which takes 100 m; give"):
-        Profile(section({"type": "straight", "distance_m": 90.0, "speed_mps": 20.0}), 2.0, 1.5)
+        assert section({"type": "straight", "distance_m": 90.0, "speed_mps": 20.0}, acceleration_mps2=2.0).profile

@@ -7,7 +7,7 @@ import pytest
 
 from sinssim import load_scenario
 from sinssim.recording.store.summaries.phase_summary import phases_of
-from sinssim.truth.source import fly
+from sinssim.scenario.true_motion import fly
 
 
 def test_delivery_drive_has_its_tunnel_on_the_main_road() -> None:

@@ -10,7 +10,6 @@ from sinssim.recording.report import plot
 from sinssim.recording.report.page import table, words
 from sinssim.recording.report.plot import Line
 from sinssim.truth.track.fit import ANGLE, HORIZONTAL, VERTICAL, fit_lines
-from sinssim.truth.track.prepare import prepared
 from sinssim.units import DEG
 
 if TYPE_CHECKING:
@@ -30,7 +29,7 @@ def track_source(scenario: Scenario, trajectory: Trajectory) -> Iterator[str]:
     """
     if scenario.track is None:
         return
-    fit = prepared(scenario.track, scenario.truth.gravity, scenario.truth.ellipsoid).fit
+    fit = scenario.track.prepared(scenario.truth).fit
     planned = bool(scenario.track.waypoints)
     title = "planned route" if planned else "recorded track"
     yield f"<h3>The {title}</h3>"

@@ -7,9 +7,9 @@ from typing import get_args
 
 import pytest
 
-from sinssim.scenario.sections.flight import FlightSection
 from sinssim.truth.flight import legs
 from sinssim.truth.flight.leg import LegBase
+from sinssim.truth.flight.plan import FlightPlan
 
 FOLDER = Path(legs.__file__).parent
 AIR = {"on": "air", "latitude_deg": 50.0, "longitude_deg": 10.0, "altitude_m": 3000.0}
@@ -34,7 +34,7 @@ def test_the_example_of_every_leg_is_valid(leg: type[LegBase]) -> None:
         if name == "descend":
             example["altitude_m"] = 2000.0
         plan = {"aircraft": "737", "start": start, "legs": [{"type": name, **example}]}
-        assert isinstance(FlightSection.model_validate(plan).legs[0], leg)
+        assert isinstance(FlightPlan.model_validate(plan).legs[0], leg)
 
 
 def test_a_file_without_a_leg_is_named() -> None:

@@ -13,10 +13,10 @@ from sinssim.earth.coordinates import ecef_to_geodetic
 from sinssim.errors import InputError
 from sinssim.recording.store.summaries.phase_summary import phases_of
 from sinssim.scenario.duration import leg_durations
-from sinssim.scenario.sections.flight import FlightSection
 from sinssim.truth.flight.flight_log import flight_log
 from sinssim.truth.flight.jsbsim_flight import fly_plan
 from sinssim.truth.flight.legs.waypoint import WaypointLeg
+from sinssim.truth.flight.plan import FlightPlan
 from sinssim.truth.flight.planning.height_path import (
     VERTICAL_ACCELERATION,
     HeightPath,
@@ -39,9 +39,9 @@ WIND = {
 }
 
 
-def plan(legs: list[dict[str, Any]], **more: Any) -> FlightSection:
+def plan(legs: list[dict[str, Any]], **more: Any) -> FlightPlan:
     start = {"on": "air", "latitude_deg": 48.0, "longitude_deg": 11.0, "altitude_m": 1000.0}
-    return FlightSection.model_validate({"aircraft": "c172x", "start": start, "legs": legs, **more})
+    return FlightPlan.model_validate({"aircraft": "c172x", "start": start, "legs": legs, **more})
 
 
 PATHS = {

@@ -2,13 +2,17 @@
 
 from __future__ import annotations
 
+import hashlib
+from pathlib import Path
 from typing import Annotated, ClassVar, Literal, Self
 
 from pydantic import Field, field_validator, model_validator
 
-from sinssim.errors import shortened
+from sinssim.errors import InputError, shortened
 from sinssim.logs.formats.registry import FORMATS
-from sinssim.section import Heading, Height, Keys, Latitude, LeverArm, Longitude, Section, Source, Speed
+from sinssim.section import Heading, Height, Keys, Latitude, LeverArm, Longitude, Section, Speed
+from sinssim.system.user_file import open_file
+from sinssim.truth.motion import Motion
 
 _Smoothing = Annotated[float, Field(ge=0.0, le=1e4)]
 _Distance = Annotated[float, Field(gt=0.0, le=1e6)]
@@ -42,7 +46,7 @@ class Waypoint(Section):
     )
 
 
-class TrackSection(Source):
+class TrackSource(Motion):
     """Recorded or planned motion: a file of positions with times, with or without attitude, or waypoints. The program
     computes a smooth curve, along which the ideal sensors are exact; see tracks.md.
     """
@@ -156,6 +160,23 @@ class TrackSection(Source):
     def what(self) -> str:
         """The file's name, or "N waypoints"."""
         return shortened(self.file) if self.file is not None else f"{len(self.waypoints)} waypoints"
+
+    def digest(self) -> str:
+        """Return the SHA-256 of the file, in hexadecimal; "" for a planned route.
+
+        Raises:
+            InputError: the file cannot be read.
+        """
+        if self.file is None:
+            return ""
+        try:
+            with open_file(Path(self.file)) as file:
+                return hashlib.file_digest(file, "sha256").hexdigest()
+        except OSError as error:
+            raise InputError(
+                f"track.file = {self.file!r} cannot be read: {error.strerror}. Give the path of a recorded track, "
+                "relative to the scenario's file."
+            ) from error
 
 
 _OF_FILES = (

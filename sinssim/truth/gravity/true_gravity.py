@@ -1,22 +1,26 @@
-"""The [gravity] table of a scenario: the true gravity field, and the random remainder that no model has."""
+"""The [gravity] table: the true gravity field, and the random remainder that no model has."""
 
 from __future__ import annotations
 
+from functools import lru_cache
 from typing import TYPE_CHECKING, Annotated, Any, Literal, Self
 
 from pydantic import Field, model_validator
 
 from sinssim.errors import InputError
 from sinssim.section import Height, Section
+from sinssim.units import ARCSEC, MGAL
 
 if TYPE_CHECKING:
     from sinssim.earth.harmonics.coefficients import Coefficients
-    from sinssim.scenario.sections.navigation import NavigationSection
-    from sinssim.scenario.sections.truth import TruthSection
+    from sinssim.earth.harmonics.field import DisturbingField
+    from sinssim.earth.models import Ellipsoid
+    from sinssim.truth.gravity.disturbed import Disturbed
+    from sinssim.truth.gravity.remainder import RemainderModel
+    from sinssim.truth.trajectory import Trajectory
 
-_ELLIPSOIDS = ("wgs84", "pz-90.11")
-"""Ellipsoids whose centre is that of the models."""
-
+_NORMAL_DEGREE = 2
+"""Degree to which normal gravity knows the field."""
 _Deflection = Annotated[float, Field(ge=0.0, le=200.0)]
 _Anomaly = Annotated[float, Field(ge=0.0, le=2000.0)]
 _Kilometres = Annotated[float, Field(ge=0.1, le=5000.0)]
@@ -24,7 +28,7 @@ _Order = Annotated[int, Field(ge=2, le=3)]
 _Degree = Annotated[int, Field(ge=2, le=2190)]
 
 
-class RemainderSection(Section):
+class GravityRemainder(Section):
     """The part of gravity beyond the model, which is a Gauss-Markov process over the distance travelled. Values that
     are left out follow from the anomaly degree variances of Tscherning and Rapp (1974) beyond the model's degree, at
     `altitude_m`. Beyond degree 120, they are 4.8 arcsec, 32 mGal and 21 km on the ground."""
@@ -39,7 +43,7 @@ class RemainderSection(Section):
     altitude_m: Height = Field(default=0.0, description="height for the default values of this table")
 
 
-class GravitySection(Section):
+class TrueGravity(Section):
     """The true gravity field, which acts on the sensors. The navigation algorithm uses normal gravity unless
     navigation.gravity_degree is given."""
 
@@ -52,7 +56,7 @@ class GravitySection(Section):
         default=None, description='coefficients in the format of the ICGEM (.gfc), relative to this file; for "icgem"'
     )
     degree: _Degree | None = Field(default=None, description="highest degree and order; default: that of the model")
-    remainder: RemainderSection | None = None
+    remainder: GravityRemainder | None = None
 
     @model_validator(mode="before")
     @classmethod
@@ -104,73 +108,73 @@ class GravitySection(Section):
         model = shipped()
         return model if degree is None else model.to_degree(degree)
 
+    def field(self, ellipsoid: Ellipsoid, degree: int | None = None) -> DisturbingField | None:
+        """Return the disturbing field.
 
-def check_gravity(
-    gravity: GravitySection | None, navigation: NavigationSection, truth: TruthSection, sensors: str
-) -> None:
-    """Check [gravity] and the keys of other tables that depend on it.
+        Args:
+            ellipsoid: that of the truth.
+            degree: highest degree; by default that of the model.
 
-    Args:
-        gravity, navigation, truth: the tables of a scenario.
-        sensors: its imu.sensor_set.type.
+        Returns:
+            The field; None for normal gravity.
+        """
+        model = self.coefficients(degree)
+        return None if model is None else _field(model, ellipsoid)
 
-    Raises:
-        ValueError: a key cannot be used with the others; the message names it.
-    """
-    degree = navigation.gravity_degree
-    model = "normal" if gravity is None else gravity.model
-    if degree is not None:
-        if gravity is None or model == "normal":
-            raise ValueError(
-                f"navigation.gravity_degree = {degree} needs the model whose disturbance is to be compensated: add "
-                '[gravity] with model = "egm2008", or remove the key'
-            )
-        if navigation.gravity != "normal":
-            raise ValueError(
-                f"navigation.gravity_degree = {degree} adds to normal gravity; navigation.gravity = "
-                f'"{navigation.gravity}" is another model: remove one of the two'
-            )
-        if sensors in ("attitude-sensor", "platform"):
-            raise ValueError(
-                f'navigation.gravity_degree needs strapdown gyros, which imu.sensor_set.type = "{sensors}" lacks: '
-                "remove one of the two"
-            )
-        has = gravity.coefficients()
-        if has is not None and degree > has.degree:
-            raise ValueError(
-                f"navigation.gravity_degree = {degree} is above gravity.degree = {has.degree}: the navigation "
-                "algorithm can use the model of the truth only to the same or a lower degree"
-            )
-    if model != "normal" and truth.gravity != "normal":
-        raise ValueError(
-            f'gravity.model = "{model}" adds to normal gravity; truth.gravity = "{truth.gravity}" is another '
-            "model: remove truth.gravity"
+    def beyond(self, degree: int | None, ellipsoid: Ellipsoid) -> DisturbingField | None:
+        """Return the part of the field that a navigator does not know.
+
+        Args:
+            degree: degree to which it knows the field; None: it knows normal gravity only.
+            ellipsoid: that of the truth.
+
+        Returns:
+            The field; None if there is none.
+        """
+        field = self.field(ellipsoid)
+        if field is None or degree == field.degree:
+            return None
+        return field if degree is None else field.beyond(degree)
+
+    def remainder_model(self) -> RemainderModel | None:
+        """Return the statistics of the remainder.
+
+        Returns:
+            The statistics, with the sizes of `omission` where the table has none; None without a remainder.
+        """
+        from sinssim.earth.harmonics.omission import omission
+        from sinssim.truth.gravity.remainder import RemainderModel
+
+        section = self.remainder
+        if section is None:
+            return None
+        model = self.coefficients()
+        left = omission(_NORMAL_DEGREE if model is None else model.degree, section.altitude_m)
+
+        def given(value: float | None, unit: float, instead: float) -> float:
+            return instead if value is None else value * unit
+
+        sigma = (
+            given(section.xi_sigma_arcsec, ARCSEC, left.deflection),
+            given(section.eta_sigma_arcsec, ARCSEC, left.deflection),
+            given(section.anomaly_sigma_mgal, MGAL, left.anomaly),
         )
-    if model != "normal" and truth.ellipsoid not in _ELLIPSOIDS:
-        raise ValueError(
-            f'gravity.model = "{model}" needs an ellipsoid about the centre of mass, {" or ".join(_ELLIPSOIDS)}; here '
-            f'truth.ellipsoid = "{truth.ellipsoid}"'
-        )
+        return RemainderModel(section.order, sigma, given(section.correlation_km, 1e3, left.distance))
+
+    def felt(self, motion: Trajectory, seed: int) -> Disturbed:
+        """Return a motion whose sensors feel the field.
+
+        Args:
+            motion: the motion in normal gravity.
+            seed: seed of the remainder.
+        """
+        from sinssim.truth.gravity.disturbed import Disturbed
+
+        return Disturbed(motion, self.field(motion.ellipsoid), self.remainder_model(), seed)
 
 
-def check_gravity_of_log(gravity: GravitySection | None, navigation: NavigationSection) -> None:
-    """Check [gravity] beside [log]: the readings felt the true field, and the table is what the navigator knows of it.
+@lru_cache(maxsize=4)
+def _field(model: Coefficients, ellipsoid: Ellipsoid) -> DisturbingField:
+    from sinssim.earth.harmonics.field import DisturbingField
 
-    Args:
-        gravity, navigation: the tables of a scenario.
-
-    Raises:
-        ValueError: the table would change recorded readings, or have no effect.
-    """
-    if gravity is None:
-        return
-    if gravity.remainder is not None:
-        raise ValueError(
-            "[gravity.remainder] is a random part of the true field, but the data are recorded ([log]): remove it"
-        )
-    if navigation.gravity_degree is None:
-        raise ValueError(
-            "[gravity] would have no effect: recorded data ([log]) contain the true field, and the table describes "
-            "only the model of the navigation algorithm. Add navigation.gravity_degree, for example 120, or remove "
-            "[gravity]"
-        )
+    return DisturbingField(model, ellipsoid)

@@ -11,12 +11,13 @@ from typing import TYPE_CHECKING, Annotated, Any, ClassVar, Literal, Self, Union
 
 from pydantic import AfterValidator, BeforeValidator, Field, model_validator
 
-from sinssim.scenario.sections.within_flight.wind import Atmosphere, Wind
-from sinssim.section import Heading, Latitude, Longitude, NotNegative, Section, Source
+from sinssim.section import Heading, Latitude, Longitude, NotNegative, Section
 from sinssim.truth.flight.air import STANDARD_PRESSURE, Air
-from sinssim.truth.flight.aircraft import aircraft_exists
+from sinssim.truth.flight.aircraft import aircraft_exists, load_aircraft
 from sinssim.truth.flight.leg import Airspeed, Altitude, LegBase
 from sinssim.truth.flight.legs import LEGS
+from sinssim.truth.flight.wind import Atmosphere, Wind
+from sinssim.truth.motion import Motion, Mounting
 
 _ON_RUNWAY = ", ".join(
     f'"{name}"'
@@ -98,7 +99,7 @@ class Turbulence(Section):
     wind_at_6m_mps: NotNegative = Field(default=7.7, le=100.0, description="wind speed 6 m above the ground")
 
 
-class FlightSection(Source):
+class FlightPlan(Motion):
     """A flight: aircraft, start, legs, wind, atmosphere and turbulence.
 
     Attributes:
@@ -130,6 +131,15 @@ class FlightSection(Source):
         standard = day.sea_level_pressure_hpa == 1013.25
         pressure = STANDARD_PRESSURE if standard else 100.0 * day.sea_level_pressure_hpa
         return Air(self.wind.levels(), day.isa_deviation_k, pressure)
+
+    @property
+    def mounting(self) -> Mounting:
+        """The place of the sensor block in the aircraft.
+
+        Raises:
+            InputError: there is no such aircraft.
+        """
+        return load_aircraft(self.aircraft).mounting
 
     @model_validator(mode="after")
     def _order_of_legs(self) -> Self:
