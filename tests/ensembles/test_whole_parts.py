@@ -127,11 +127,11 @@ def test_gravity_of_each_run_is_felt_as_a_change_of_the_increments(monkeypatch: 
         np.testing.assert_array_equal(at, time)
         return size[0] + 100.0 * turn
 
-    def drawn(own: Any, motion: Any) -> Any:
-        assert (own.gravity.remainder is not None, motion) == (True, "smooth")
+    def drawn(own: Any, motion: Any, seed: int) -> Any:
+        assert (own.remainder is not None, motion, seed) == (True, "smooth", gravity.seed)
         return SimpleNamespace(felt=felt)
 
-    monkeypatch.setattr("sinssim.truth.gravity.from_scenario.in_true_gravity", drawn)
+    monkeypatch.setattr("sinssim.truth.gravity.true_gravity.TrueGravity.felt", drawn)
     monkeypatch.setattr("sinssim.sensors.imu.emulate.digital", lambda imu: imu)
     cache = TruthCache()
     gravity = scenario(gravity={"remainder": {"order": 2}})
@@ -213,9 +213,9 @@ def test_tables_of_groups_of_runs(monkeypatch: pytest.MonkeyPatch, tmp_path: Pat
 
 def test_a_plan_knows_the_motion_that_its_runs_are_of(monkeypatch: pytest.MonkeyPatch) -> None:
     """A changed track or flight is another ensemble; a vehicle at rest has neither."""
-    monkeypatch.setattr("sinssim.truth.track.prepare.file_digest", lambda track: f"digest of {track}")
+    recorded = SimpleNamespace(digest=lambda: "digest of a")
     monkeypatch.setattr("sinssim.truth.flight.cache.flight_key", lambda flight, seed: f"key of {flight} with {seed}")
-    for track, flown, said in (("a", None, "digest of a"), (None, "b", "key of b with 7"), (None, None, "")):
+    for track, flown, said in ((recorded, None, "digest of a"), (None, "b", "key of b with 7"), (None, None, "")):
         assert plans._flight(SimpleNamespace(track=track, flight=flown, seed=7)) == said  # type: ignore[arg-type]
 
 

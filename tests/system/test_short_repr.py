@@ -14,6 +14,7 @@ import pytest
 
 import sinssim
 from sinssim.recording.store import run_streams
+from sinssim.section import Section
 from sinssim.system.short_repr import described, short_repr
 from tests.ensembles.examples import AIDED, PARKED, scenario
 
@@ -55,7 +56,7 @@ def test_reprs_are_short(results: dict[str, Any]) -> None:
     long = {
         name: len(text)
         for name, value in shown
-        if not type(value).__module__.startswith("sinssim.scenario.sections")
+        if not isinstance(value, Section)
         and ((text := repr(value)).count("\n") >= 10 or len(text) > 1200 or " object at 0x" in text)
     }
     assert not long

@@ -22,13 +22,11 @@ from tests.recording.tables.test_lists import summary
 
 def test_the_fit_of_a_track(monkeypatch: pytest.MonkeyPatch) -> None:
     """The track's curve is made in the truth's gravity and on its ellipsoid."""
-    track = object()
-    scenario = SimpleNamespace(track=track, truth=SimpleNamespace(gravity="normal", ellipsoid="grs80"))
 
-    def prepared(*given: object) -> SimpleNamespace:
-        return SimpleNamespace(fit="fit" if given == (track, "normal", "grs80") else None)
+    def prepared(earth: object) -> SimpleNamespace:
+        return SimpleNamespace(fit="fit" if earth == "earth" else None)
 
-    monkeypatch.setattr("sinssim.truth.track.prepare.prepared", prepared)
+    scenario = SimpleNamespace(track=SimpleNamespace(prepared=prepared), truth="earth")
     monkeypatch.setattr("sinssim.truth.track.fit.fit_sentences", lambda fit: [f"The {fit} is close.", "Assumed."])
     assert list(run._about_track(scenario)) == ["The fit is close.", "Assumed."]  # type: ignore[arg-type]
     scenario.track = None  # type: ignore[assignment]

@@ -11,7 +11,6 @@ from pydantic import BaseModel, ValidationError
 from sinssim.logs.outages import Outages
 from sinssim.scenario.schema import Scenario
 from sinssim.scenario.sections.imu import ImuSection
-from sinssim.scenario.sections.motion import TurnStep, Vibration
 from sinssim.scenario.sections.navigation import NavigationSection
 from sinssim.scenario.sections.one_component import ArmAccelerometer, OneComponentSection
 from sinssim.scenario.sections.output import RecordingSection
@@ -29,6 +28,8 @@ from sinssim.scenario.sections.within_imu.laser_gyro import LaserGyroSection
 from sinssim.truth.flight.plan import FlightPlan
 from sinssim.truth.gravity.true_gravity import TrueGravity
 from sinssim.truth.motions.imu_rotation import SEQUENCES, Continuous, Indexed, Reversing
+from sinssim.truth.motions.rotation_table import TurnStep
+from sinssim.truth.motions.vibration import Vibration
 
 RING = {"perimeter_mm": 400.0, "area_mm2": 9000.0, "lock_in_deg_h": 300.0, "dither_amplitude_arcsec": 150.0,
         "dither_frequency_hz": 400.0}  # fmt: skip
