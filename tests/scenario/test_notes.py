@@ -95,6 +95,19 @@ def test_a_scale_factor_that_covers_the_air_of_the_day(scale: dict[str, float], 
         assert "at a height of 3000 m" in notes[0]
 
 
+def test_the_height_where_the_air_is_most_wrong_counts() -> None:
+    """20 K above the standard day: 3 m at 45 m, some 140 m at 2000 m, where the climb ends."""
+    start = {"on": "air", "latitude_deg": 48.0, "longitude_deg": 11.0, "altitude_m": 45.0, "airspeed_kt": 280.0}
+    legs = [{"type": "climb", "altitude_m": 2000.0}, {"type": "hold", "duration_s": 60.0}]
+    flight = {"aircraft": "737", "start": start, "legs": legs, "atmosphere": {"isa_deviation_k": 20.0}}
+    aiding = {"gnss": {}, "baro": {"bias_sigma_m": 4.0}}
+    plan = Scenario.model_validate({"name": "n", "flight": flight, "aiding": aiding, "filter": {}})
+    (note,) = barometer_of_the_day(plan)
+    error = float(note.partition("has an error of ")[2].partition(" m")[0])
+    assert error == pytest.approx(2000.0 * 20.0 / 282.0, rel=0.1)
+    assert "at a height of 2000 m" in note
+
+
 @pytest.mark.parametrize(
     ("imu", "sigma"),
     [({"gyro_scale_sigma_ppm": 7.0}, "7"), ({"gyro_scale_ppm": [1.0, 2.0, 3.0]}, ""), ({"grade": "ideal"}, ""),

@@ -21,6 +21,8 @@ from sinssim.system.encoding import encode_everything, holds_everything
         ("cp1252", "3σ ±0.1° √Hz m/s² µg – …", b"3sigma \xb10.1\xb0 sqrtHz m/s\xb2 \xb5g \x96 \x85"),
         ("latin-1", "−1 → Ω, φ, Gauß–Markov …", b"-1 -> Omega, phi, Gau\xdf-Markov ..."),
         ("ascii", "é ₂ Δ ∞ 飛 \udcff", b"e 2 Delta inf ? \xff"),
+        ("ascii", "m³ ‰ ≈ ≠ ∝ ∑ ∫ ∂ ⊗ ✓ ✗ × ÷ · • ‑", b"m^3 permille ~ != ~ sum int d * ok no x / . * -"),
+        ("ascii", "← ⇒ ≤ ≥ ′ ″ ’ ‘ “ ” „ « » μ ß −", b'<- => <= >= \' " \' \' " " " " " u ss -'),
         ("utf-8", "σ 飛 \udcff", "σ 飛 ".encode() + b"\xff"),
     ],
 )

@@ -175,6 +175,18 @@ def test_errors_of_aiding_sensors() -> None:
     assert np.asarray(altimeter.sigma).ravel().tolist() == [1.5] * len(altimeter.time)
 
 
+def test_a_heading_reads_in_minutes_of_arc() -> None:
+    """Two antennas: 0.25° are 15', 0.1° are 6'."""
+    plan = scenario(parked=STANDING, filter={}, aiding={
+        "dual_antenna": {"rate_hz": 0.5, "sigma_deg": 0.25, "bias_sigma_deg": 0.1},
+    })  # fmt: skip
+    found = [told(one.source) for one in aiding_sources(plan, sinssim.fly(plan)).sources]
+    assert [one[4:] for one in found if one[3] == "random"] == [
+        (pytest.approx(15.0, rel=1e-9), "arcmin"),
+        (pytest.approx(6.0, rel=1e-9), "arcmin"),
+    ]
+
+
 def test_a_standstill_reads_zero_in_deg_per_hour() -> None:
     plan = scenario(
         parked=STANDING,

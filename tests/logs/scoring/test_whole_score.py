@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 from pathlib import Path
+from types import SimpleNamespace
 
 import numpy as np
 import pyarrow as pa
@@ -418,3 +419,16 @@ def test_the_error_of_an_interpolation_of_fourth_powers() -> None:
         *(values[:8] for values in (time, *here, time)), "ellipsoid", np.zeros((8, 3)), np.zeros((8, 4))
     )
     assert np.isnan(interpolation_error(short)).all()
+
+
+def test_how_exact_the_truth_is_between_its_samples() -> None:
+    """3e-5 rad are 6.2"; one of the three rows used is at a sample, two of five lie outside."""
+    judge = SimpleNamespace(
+        reference=None, interpolation=(0.02, 3e-5),
+        truth=SimpleNamespace(at_samples=lambda time: np.array([True, False, False])),
+    )  # fmt: skip
+    time = np.array([1.5, 2.25, 3.125])
+    assert Judge._about_rows(judge, range(5), np.array([1, 2, 3]), time) == [  # type: ignore[arg-type]
+        "3 rows, from 1.500 s to 3.125 s; 2 outside the run or without a position are left out.",
+        "1 rows are at samples of the truth; between them it is interpolated, to about 0.02 m and 6 arcsec.",
+    ]

@@ -125,6 +125,15 @@ def test_a_wind_accepts_its_own_defaults_written_out() -> None:
         assert Wind.model_validate(wind.model_dump(exclude_none=True)) == wind
 
 
+def test_the_speed_over_the_ground_closes_the_triangle_of_the_winds() -> None:
+    """At sea level 50 m/s through the air along 30°, in a wind of 3 m/s to the north and 8 m/s to the west."""
+    air = Air(levels=((0.0, (3.0, -8.0, 0.0)),))
+    speed = air.ground_speed(50.0, 0.0, math.radians(30.0))
+    north, east = speed * math.cos(math.radians(30.0)), speed * math.sin(math.radians(30.0))
+    assert math.hypot(north - 3.0, east + 8.0) == pytest.approx(50.0, rel=1e-9)
+    assert speed == pytest.approx(3.0 * 0.8660254 - 8.0 * 0.5 + math.sqrt(2500.0 - 8.4282032**2), rel=1e-7)
+
+
 def test_jsbsim_flies_in_this_air() -> None:
     """Its pressure altitude, temperature, pressure, true airspeed and wind at every tenth of a second of a climb."""
     flight = FlightPlan.model_validate(
