@@ -19,8 +19,8 @@ from sinssim.data import ImuData
 from sinssim.noise_identification.allan import allan_deviation
 from sinssim.noise_identification.fit import fit_noise
 from sinssim.noise_identification.report import noise_report
-from sinssim.scenario.sections.imu import ImuSection
 from sinssim.sensors.imu.emulate import emulate
+from sinssim.sensors.imu.imu import Imu
 
 SAMPLES, RATE = 3_600_000, 100.0
 REPEATS = 3
@@ -30,7 +30,7 @@ BAR = 10.0
 
 def main() -> None:
     """Measure and print."""
-    unit = ImuSection(grade="mems-tactical", gyro_flicker_deg_h=0.5, accel_flicker_ug=30.0)
+    unit = Imu(grade="mems-tactical", gyro_flicker_deg_h=0.5, accel_flicker_ug=30.0)
     time_s = np.arange(SAMPLES + 1) / RATE
     still = ImuData(time_s, np.full((SAMPLES, 3), 5e-7), np.full((SAMPLES, 3), -0.05))
     measured = emulate(still, unit, seed=1)

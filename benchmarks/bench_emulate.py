@@ -14,10 +14,10 @@ import numpy as np
 
 from sinssim.data import ImuData
 from sinssim.jit import strict_kernel
-from sinssim.scenario.sections.imu import ImuSection
 from sinssim.sensors import draw
 from sinssim.sensors.imu.emulate import emulate
 from sinssim.sensors.imu.error_kernel import STATES, advance, begin, draw_sample, measure
+from sinssim.sensors.imu.imu import Imu
 from sinssim.sensors.imu.pack import pack
 from sinssim.statistics.random_numbers import key
 
@@ -49,7 +49,7 @@ def main() -> None:
     ideal = ImuData(edges, rng.normal(0, 1e-3, (SAMPLES, 3)), rng.normal(0, 0.1, (SAMPLES, 3)))
     size = (ideal.dtheta.nbytes + ideal.dvel.nbytes) / 2**20
     for name, (keys, bar) in CASES.items():
-        section = ImuSection.model_validate({"grade": "laser-standard", **keys})
+        section = Imu.model_validate({"grade": "laser-standard", **keys})
         emulate(ideal, section)  # compiles what it needs
         seconds = []
         for _ in range(REPEATS):
@@ -87,7 +87,7 @@ def _sums(active, time, dtheta, dvel, c, p, key_0, key_1, kinds, spans, amounts)
 
 def ensemble(ideal: ImuData) -> None:
     """Print the memory of an ensemble in addition to the ideal increments."""
-    section = ImuSection.model_validate({"grade": "laser-standard", **PULSES})
+    section = Imu.model_validate({"grade": "laser-standard", **PULSES})
     packed = pack([draw(section, seed) for seed in range(RUNS)], 0.0)
     keys = np.array([key(seed) for seed in range(RUNS)], dtype=np.uint64).T.copy()
 

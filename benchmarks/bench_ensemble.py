@@ -30,9 +30,9 @@ from sinssim.ensembles.batch import layout
 from sinssim.ensembles.batch.engines import engine
 from sinssim.ensembles.batch.navigate_batch import navigate_batch
 from sinssim.jit import strict_kernel
-from sinssim.scenario.sections.imu import ImuSection
 from sinssim.sensors import draw
 from sinssim.sensors.imu.emulate import emulate
+from sinssim.sensors.imu.imu import Imu
 from sinssim.sensors.imu.pack import pack
 from sinssim.statistics.random_numbers import key
 from sinssim.strapdown.increments.fit import weight_table
@@ -67,7 +67,7 @@ def motion(minutes: float) -> tuple[ImuData, NavState, Array]:
 def ensemble(runs: int, minutes: float, threads: int) -> tuple[float, float, float, int]:
     """Return elapsed and processor time of an ensemble, s, that of drawing its errors, and its samples."""
     ideal, initial, height = motion(minutes)
-    section = ImuSection.model_validate(SENSORS)
+    section = Imu.model_validate(SENSORS)
     epochs = np.unique(np.linspace(0, len(ideal), EPOCHS).astype(int))
 
     def go(first: int, last: int, rows: Any) -> float:
@@ -89,7 +89,7 @@ def ensemble(runs: int, minutes: float, threads: int) -> tuple[float, float, flo
 def stages() -> dict[str, float]:
     """Return the processor time of each stage for a sample of a run, ns."""
     ideal, initial, height = motion(1.0)
-    section = ImuSection.model_validate(SENSORS)
+    section = Imu.model_validate(SENSORS)
     lanes = layout.LANES
     packed = pack([draw(section, seed) for seed in range(lanes)], float(ideal.time[0]))
     kernel: Any = engine("quaternion", 0, 1, "exact", packed.active)
@@ -150,7 +150,7 @@ def stages() -> dict[str, float]:
 def single(minutes: float, repeat: int = 3) -> float:
     """Return the processor time of one run by `emulate` and `navigate`, s."""
     ideal, initial, height = motion(minutes)
-    section = ImuSection.model_validate(SENSORS)
+    section = Imu.model_validate(SENSORS)
     times = []
     for seed in range(repeat + 1):
         start = time.process_time()

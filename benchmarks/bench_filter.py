@@ -12,9 +12,9 @@ from sinssim.data import Measurements
 from sinssim.estimation import error_model
 from sinssim.estimation.checks.consistency import consistency
 from sinssim.estimation.estimate import estimate
-from sinssim.scenario.sections.imu import ImuSection
 from sinssim.sensors import draw
 from sinssim.sensors.imu.emulate import emulate
+from sinssim.sensors.imu.imu import Imu
 from sinssim.truth.motions.great_circle import GreatCircle
 
 
@@ -27,7 +27,7 @@ def main() -> None:
     arguments = parser.parse_args()
 
     flight = GreatCircle(0.8, 0.2, 9000.0, 1.0, 230.0, 3600.0)
-    section = ImuSection(grade="laser-standard")
+    section = Imu(grade="laser-standard")
     imu = emulate(flight.increments(100.0), draw(section, 1), 1)
     instants = np.arange(1.0, 3601.0)
     truth, rng = flight.state(instants), np.random.default_rng(1)

@@ -13,9 +13,9 @@ import numpy as np
 from sinssim import earth, rotation
 from sinssim.data import Array, ImuData, NavState
 from sinssim.earth.models import OMEGA_IE
-from sinssim.scenario.sections.imu import ImuSection
 from sinssim.sensors.expectation import Expectation, expect
 from sinssim.sensors.imu.emulate import emulate
+from sinssim.sensors.imu.imu import Imu
 from sinssim.sensors.sets.geometry import READY, dilution, not_isolable
 from sinssim.sensors.sets.gyro_free import cube, position_error
 from sinssim.strapdown import one_component
@@ -68,7 +68,7 @@ def roll() -> Roll:
     duration = 15.0
     truth = table(Dwell(1.0), Turn((1.0, 0.0, 0.0), 3600.0 * DEG, 300.0 * DEG), Dwell(2.0), duration=duration)
     ideal = truth.increments(200.0)
-    scaled = emulate(ideal, ImuSection(grade="ideal", gyro_scale_ppm=(10.0, 0.0, 0.0)))
+    scaled = emulate(ideal, Imu(grade="ideal", gyro_scale_ppm=(10.0, 0.0, 0.0)))
     perfect, wrong = errors(truth, ideal), errors(truth, scaled)
     return Roll(duration, float(perfect.angle.max()) / ARCSEC, float(wrong.angle[-1]) / ARCSEC)
 
@@ -103,7 +103,7 @@ def exposure() -> Exposure:
     """Return the largest attitude error by the misalignment of one gyro, and the angle that a platform turns by."""
     duration = roll().seconds
     truth = table(Dwell(1.0), Turn((1.0, 0.0, 0.0), 3600.0 * DEG, 300.0 * DEG), Dwell(2.0), duration=duration)
-    misaligned = ImuSection(grade="ideal", gyro_misalignment_arcsec=(0.0, 0.0, 5.0, 0.0, 0.0, 0.0))
+    misaligned = Imu(grade="ideal", gyro_misalignment_arcsec=(0.0, 0.0, 5.0, 0.0, 0.0, 0.0))
     wrong = errors(truth, emulate(truth.increments(200.0), misaligned))
     return Exposure(float(wrong.angle.max()) / ARCSEC, 1e-5 * OMEGA_IE * duration / ARCSEC)
 
@@ -201,7 +201,7 @@ def variants(seconds: Sequence[float]) -> dict[str, Array]:
 @cache
 def airliner() -> Expectation:
     """Return the position errors of an airliner's sensors after an hour."""
-    return expect(ImuSection(grade="laser-standard"), LATITUDE, HOUR)
+    return expect(Imu(grade="laser-standard"), LATITUDE, HOUR)
 
 
 # --- 6 and 7: one component ---------------------------------------------------------------------------------

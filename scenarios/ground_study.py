@@ -47,8 +47,8 @@ from sinssim.alignment import (
 from sinssim.alignment.determination import solve
 from sinssim.data import ImuData
 from sinssim.recording.figures.canvas import save
-from sinssim.scenario.sections.imu import ImuSection
 from sinssim.sensors.imu.emulate import emulate
+from sinssim.sensors.imu.imu import Imu
 from sinssim.truth.motions.parked import Parked
 from sinssim.truth.motions.swaying import Sway, Swaying
 from sinssim.units import ARCMIN, DEG, DEG_H, UG
@@ -88,7 +88,7 @@ def monte_carlo(draws: int, rng: np.random.Generator) -> list[dict[str, Any]]:
     """Compare means and standard deviations of draws with the theory, in standard errors of the draws."""
     rows = []
     for grade in GRADES:
-        sigmas = expected_errors(ImuSection(grade=grade)).instrument_sigmas
+        sigmas = expected_errors(Imu(grade=grade)).instrument_sigmas
         for name, degrees in CASES.items():
             heading, roll, pitch, latitude = np.radians(degrees)
             attitude = Attitude(heading, roll, pitch)
@@ -166,7 +166,7 @@ def validity(draws: int, rng: np.random.Generator, folder: Path) -> dict[str, An
     return result
 
 
-def determined(ideal: ImuData, section: ImuSection, runs: int) -> Determination:
+def determined(ideal: ImuData, section: Imu, runs: int) -> Determination:
     """Return the determinations of many emulated sessions, each with its own sensors."""
     readings = [mean_readings(emulate(ideal, section, seed)) for seed in range(runs)]
     return determine(np.array([gyro for gyro, _ in readings]), np.array([accel for _, accel in readings]))
@@ -181,7 +181,7 @@ def end_to_end(runs: int) -> list[dict[str, Any]]:
         ("laser-navigation", 1.2, 0.05, -0.1),
     ):
         truth = Parked(LATITUDE, 0.5, 0.0, rotation.quaternion_from_euler(roll, pitch, heading), DURATION)
-        ideal, section = truth.increments(2.0), ImuSection(grade=grade)
+        ideal, section = truth.increments(2.0), Imu(grade=grade)
         d = determined(ideal, section, runs)
         deltas = [wrapped(d.heading - heading), d.roll - roll, d.pitch - pitch, d.latitude - LATITUDE]
         budget = error_budget(Attitude(heading, roll, pitch), LATITUDE, expected_errors(section).sigma, DURATION)
@@ -215,7 +215,7 @@ def sways(rng: np.random.Generator) -> list[Sway]:
 
 def disturbed_base(runs: int, rng: np.random.Generator, folder: Path) -> tuple[dict[str, Any], dict[str, Any]]:
     """Align on swaying bases, each with its own sways and sensors; return results and streams to record."""
-    section = ImuSection(grade="laser-standard")
+    section = Imu(grade="laser-standard")
     sigma = expected_errors(section).sigma
     cone, means, latitudes = np.empty(runs), np.empty(runs), np.empty(runs)
     bases = max(1, runs // 10)
@@ -263,7 +263,7 @@ def orientations() -> list[dict[str, Any]]:
     """Tabulate best headings, and the two- and four-heading sets, for a total of ten minutes."""
     rows = []
     for grade in GRADES:
-        sigma = expected_errors(ImuSection(grade=grade)).sigma
+        sigma = expected_errors(Imu(grade=grade)).sigma
         for count in (1, 2, 4):
             for angle in ("heading", "latitude"):
                 best = best_headings(count, LATITUDE, sigma, 600.0, angle=angle)
@@ -289,8 +289,8 @@ def write(figure: Any, stem: Path) -> None:
 
 def general_figures(folder: Path) -> dict[str, Any]:
     """Draw the heading map, the budget and the session curves; return the data for the recording."""
-    sigmas = {grade: expected_errors(ImuSection(grade=grade)).sigma for grade in GRADES}
-    instruments = expected_errors(ImuSection(grade="laser-standard")).instrument_sigmas
+    sigmas = {grade: expected_errors(Imu(grade=grade)).sigma for grade in GRADES}
+    instruments = expected_errors(Imu(grade="laser-standard")).instrument_sigmas
     heading, latitude = np.linspace(0.0, 2.0 * np.pi, 361), np.radians(np.linspace(-85.0, 85.0, 171))
     sigma_map = error_statistics(Attitude(heading, 0.0, 0.0), latitude[:, None], None, instruments).sigma.heading
     write(
@@ -381,7 +381,7 @@ def main() -> None:
                 name: float(value)
                 for name, value in zip(
                     Angles._fields,
-                    bias_takes_over(Attitude(0.7, 0.0, 0.0), LATITUDE, expected_errors(ImuSection(grade=grade)).sigma),
+                    bias_takes_over(Attitude(0.7, 0.0, 0.0), LATITUDE, expected_errors(Imu(grade=grade)).sigma),
                     strict=True,
                 )
             }

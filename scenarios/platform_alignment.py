@@ -29,8 +29,8 @@ from sinssim.earth import OMEGA_IE
 from sinssim.platform.alignment import AlignmentLoops
 from sinssim.recording import style
 from sinssim.recording.figures.canvas import new_figure, save, styled
-from sinssim.scenario.sections.imu import ImuSection
 from sinssim.sensors.imu.grades import GRADES
+from sinssim.sensors.imu.imu import Imu
 from sinssim.units import ARCMIN, DEG
 
 LATITUDE = 50.0 * DEG
@@ -40,7 +40,7 @@ SOURCES = ("gyro bias", "accelerometer bias", "angle random walk", "velocity ran
 
 def curves(grade: str, time: Array) -> tuple[dict[str, Array], float]:
     """Return σ of tilt about north, tilt about east and azimuth by system, (N, 3) rad, and d_E/(U cos φ), rad."""
-    sigma = expected_errors(ImuSection(grade=grade)).sigma
+    sigma = expected_errors(Imu(grade=grade)).sigma
     bias = float(sigma.accel.bias.max()), float(sigma.gyro.bias.max())
     white = float(np.max(sigma.accel.random_walk)), float(np.max(sigma.gyro.random_walk))
     found = {}

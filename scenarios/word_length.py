@@ -58,9 +58,9 @@ from sinssim.earth.kernels import EarthParameters
 from sinssim.recording import style
 from sinssim.recording.figures.canvas import new_figure, save, styled
 from sinssim.recording.style import SOFT, css
-from sinssim.scenario.sections.imu import ImuSection
 from sinssim.sensors.expectation import expect
 from sinssim.sensors.imu.grades import GRADES
+from sinssim.sensors.imu.imu import Imu
 from sinssim.strapdown.increments.fit import weight_table
 from sinssim.studies.claims.position import COMPUTER_SHARE as SHARE
 from sinssim.truth.motions.great_circle import GreatCircle
@@ -232,7 +232,7 @@ def needed(rates: list[float]) -> list[dict[str, Any]]:
     """Return the shortest words by grade and rate, for errors of at most 1 % of those of the sensors after an hour."""
     rows = []
     for grade in GRADES:
-        total = expect(ImuSection(grade=grade), LATITUDE).total
+        total = expect(Imu(grade=grade), LATITUDE).total
         if total == 0.0:  # perfect sensors
             continue
         for f in rates:

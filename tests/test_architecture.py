@@ -24,15 +24,12 @@ LAYERS = [
     # the engine knows nothing of scenarios, truth or sensors
     "strapdown",
     # what a scenario is made of: tables of names, keys and limits beside what they describe
-    "sensors.noise", "sensors.imu.error_term", "sensors.imu.terms", "sensors.imu.datasheet",
-    "sensors.sets.geometry",
-    "sensors.imu.grade_file", "sensors.imu.grades",
-    "logs.streams", "logs.formats.registry", "logs.read", "truth", "sensors.from_readings", "sensors.aiding", "logs",
+    "logs.streams", "logs.formats.registry", "logs.read", "truth", "sensors", "logs",
     "own_content.aiding", "own_content.new_project",
     "scenario",
     # data flows right, imports point left
-    "truth.one_component", "sensors", "logs.writers.navigators", "ensembles.batch", "platform", "noise_identification",
-    "alignment", "inspection",
+    "truth.one_component", "sensors.sets.one_component", "logs.writers.navigators", "ensembles.batch", "platform",
+    "noise_identification", "alignment", "inspection",
     "estimation",
     "simulation.initial_error", "simulation.own_alignment", "simulation.navigation", "error_budget", "calibration",
     "recording.scales", "recording.sensor_comparison",

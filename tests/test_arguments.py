@@ -16,8 +16,8 @@ from sinssim.errors import InputError
 from sinssim.estimation import error_model
 from sinssim.estimation.model import Block
 from sinssim.rotation import arrays
-from sinssim.scenario.sections.imu import ImuSection
 from sinssim.sensors import ImuErrors, TriadErrors
+from sinssim.sensors.imu.imu import Imu
 from sinssim.sensors.laser_gyro.lock_in import angle_error, turnarounds
 from sinssim.sensors.laser_gyro.ring import LaserGyro
 from sinssim.sensors.sets.accelerometers import emulate_accelerometers
@@ -28,7 +28,7 @@ from sinssim.truth.motions.parked import Parked
 
 LEVEL = np.array([1.0, 0.0, 0.0, 0.0])
 STILL = Parked(0.8, 0.2, 100.0, LEVEL, 10.0)
-SECTION = ImuSection(grade="tactical")
+SECTION = Imu(grade="tactical")
 SIGMA = alignment.expected_errors(SECTION).sigma
 PARKED = alignment.Attitude(0.5, 0.1, 0.1)
 DETERMINED = alignment.determine(*alignment.ideal_readings(*PARKED, 0.8))
@@ -92,8 +92,8 @@ def test_lists_are_taken_where_arrays_are_meant() -> None:
     found = sinssim.navigate(lists, replace(START, q_nb=START.q_nb.tolist()))
     np.testing.assert_array_equal(found.q_nb, expected.q_nb)
     np.testing.assert_array_equal(
-        sinssim.emulate(lists, ImuSection(grade="tactical"), seed=1).dvel,
-        sinssim.emulate(IMU, ImuSection(grade="tactical"), seed=1).dvel,
+        sinssim.emulate(lists, Imu(grade="tactical"), seed=1).dvel,
+        sinssim.emulate(IMU, Imu(grade="tactical"), seed=1).dvel,
     )
 
 
@@ -142,14 +142,14 @@ def test_wrong_arguments_are_named(call: Any, said: str) -> None:
 
 
 def test_sections_answer_as_a_scenario_does() -> None:
-    with pytest.raises(InputError, match=r"ImuSection: rate_hz must be a number, not the text 'x'\."):
-        ImuSection(rate_hz="x")
+    with pytest.raises(InputError, match=r"Imu: rate_hz must be a number, not the text 'x'\."):
+        Imu(rate_hz="x")
     with pytest.raises(InputError, match=r"unknown key 'grde'\. Did you mean 'grade'\?"):
-        ImuSection(grde="tactical")
+        Imu(grde="tactical")
     with pytest.raises(InputError, match=r"laser_gyro\.area_mm2 is missing"):
-        ImuSection(laser_gyro={"perimeter_mm": 280.0})
+        Imu(laser_gyro={"perimeter_mm": 280.0})
     with pytest.raises(InputError, match="takes its values by name"):
-        ImuSection("tactical")
+        Imu("tactical")
     with pytest.raises(InputError, match=r"Study: parts.1.motions is missing \(true motions\)"):
         Study(name="x", parts=[{"title": "a"}])
 
@@ -157,7 +157,7 @@ def test_sections_answer_as_a_scenario_does() -> None:
 @pytest.mark.parametrize(
     ("call", "said"),
     [
-        (lambda: alignment.expected_errors("tactical"), r"section must be ImuSection, for example .* not 'tactical'"),
+        (lambda: alignment.expected_errors("tactical"), r"section must be Imu, for example .* not 'tactical'"),
         (lambda: alignment.error_budget(None, 0.8, SIGMA, 300.0), "attitude = None must be Attitude"),
         (lambda: alignment.error_budget(PARKED, "0.8", SIGMA, 300.0), "latitude = '0.8' is not an array of numbers"),
         (lambda: alignment.error_budget(PARKED, 0.8, SECTION, 300.0), "sigma must be ImuErrors of standard"),
@@ -200,7 +200,7 @@ def test_sections_answer_as_a_scenario_does() -> None:
             "force = None is not an array of numbers",
         ),
         (lambda: emulate_accelerometers(TIME, FORCE, 2.0 * CUBE.direction, SECTION), "must be unit vectors"),
-        (lambda: emulate_accelerometers(TIME, FORCE, CUBE.direction, None), "section must be ImuSection"),
+        (lambda: emulate_accelerometers(TIME, FORCE, CUBE.direction, None), "section must be Imu"),
         (lambda: emulate_accelerometers(TIME, FORCE, CUBE.direction, SECTION, errors=[None, None]), "each of errors"),
         (lambda: gyro_free_increments(TIME, FORCE[:, 0], CUBE, EARTH), r"got shapes \(8,\), \(7, 3\)"),
         (lambda: gyro_free_increments(TIME, CUBE.feel(FORCE) * np.nan, CUBE, EARTH), r"dvel\[0\] = .* not a finite"),

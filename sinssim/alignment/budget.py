@@ -17,8 +17,7 @@ both ends cause Q²/6T²).
 from __future__ import annotations
 
 from collections.abc import Iterator
-from dataclasses import replace
-from typing import Any, Literal, NamedTuple, get_args
+from typing import Literal, NamedTuple, get_args
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -30,10 +29,11 @@ from sinssim.arguments import POSITIVE, check_kind, number, numbers
 from sinssim.data import Array
 from sinssim.earth.models import OMEGA_IE
 from sinssim.errors import InputError, check_name
-from sinssim.scenario.sections.imu import ImuSection
 from sinssim.sensors.imu.error_validation import check_sigmas
-from sinssim.sensors.imu.errors import ImuErrors, TriadErrors, WarmUp, null_shift_of, stated, warm_up
-from sinssim.sensors.imu.terms import TERMS, non_linear_inputs, non_linearity, of_triad
+from sinssim.sensors.imu.errors import ImuErrors, WarmUp
+from sinssim.sensors.imu.fields import TriadErrors
+from sinssim.sensors.imu.imu import Imu
+from sinssim.sensors.imu.terms import non_linear_inputs, non_linearity, of_triad
 from sinssim.sensors.noise import flicker
 from sinssim.sensors.rates import of_output
 from sinssim.sensors.sets.combination import combined_sigma
@@ -90,39 +90,23 @@ class Expected(NamedTuple):
         return InstrumentErrors(gyro.bias, gyro.scale, accel.bias, accel.scale)
 
 
-def expected_errors(section: ImuSection) -> Expected:
-    """Return means and standard deviations of the errors described by a sensor section.
+def expected_errors(imu: Imu) -> Expected:
+    """Return means and standard deviations of the errors of a sensor block.
 
-    The mean is the error that the section gives, otherwise zero. The standard deviation is that of the section; if the
-    section has none, it is zero beside a given error, otherwise that of the grade.
+    The mean is the given error, otherwise zero. The standard deviation is the given one; if there is none, it is zero
+    beside a given error, otherwise that of the grade.
 
     Args:
-        section: the [imu] section of a scenario.
+        imu: the sensor block.
 
     Returns:
         Means and standard deviations, SI; for a redundant set those of the combination of all sensors.
 
     Raises:
-        InputError: the argument is not such a section.
+        InputError: the argument is no sensor block.
     """
-    check_kind("section", section, ImuSection, "ImuSection, for example ImuSection(grade='tactical')")
-    mean: dict[str, dict[str, Any]] = {"gyro": {}, "accel": {}}
-    sigma: dict[str, dict[str, Any]] = {"gyro": {}, "accel": {}}
-    for term in TERMS:
-        fixed, spread = stated(section, term)
-        if term.drawn:
-            mean[term.triad][term.field] = np.zeros(term.shape) + fixed
-            sigma[term.triad][term.field] = np.zeros(term.shape) + spread
-        else:  # a noise has no mean
-            sigma[term.triad][term.field] = float(fixed)
-
-    def block(of: dict[str, dict[str, Any]]) -> ImuErrors:
-        return ImuErrors(TriadErrors(**of["gyro"]), TriadErrors(**of["accel"]), warm_up=warm_up(section))
-
-    return Expected(
-        replace(block(mean), null_shift=null_shift_of(section)),
-        combined_sigma(of_output(block(sigma), section), section),
-    )
+    check_kind("imu", imu, Imu, "Imu, for example Imu(grade='tactical')")
+    return Expected(imu.mean, combined_sigma(of_output(imu.sigma, imu), imu))
 
 
 def reading_errors(

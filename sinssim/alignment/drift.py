@@ -9,7 +9,7 @@ import numpy as np
 from sinssim.alignment.budget import INSTANTS, Expected
 from sinssim.data import Array
 from sinssim.earth.models import OMEGA_IE
-from sinssim.sensors.imu.errors import TriadErrors
+from sinssim.sensors.imu.fields import TriadErrors
 from sinssim.units import G0
 
 

@@ -18,7 +18,8 @@ from sinssim.alignment.readings_at_rest import ideal_readings
 from sinssim.alignment.theory import coefficients
 from sinssim.data import Array
 from sinssim.errors import InputError
-from sinssim.sensors.imu.errors import ImuErrors, TriadErrors, WarmUp
+from sinssim.sensors.imu.errors import ImuErrors, WarmUp
+from sinssim.sensors.imu.fields import TriadErrors
 from sinssim.sensors.imu.terms import non_linear_inputs, of_triad
 
 

@@ -32,8 +32,8 @@ from sinssim.system.short_repr import html_table, short_repr
 from sinssim.units import ARCMIN, DEG, DEG_H
 
 if TYPE_CHECKING:
-    from sinssim.scenario.sections.imu import ImuSection
     from sinssim.sensors.imu.errors import ImuErrors
+    from sinssim.sensors.imu.imu import Imu
 
 
 @short_repr
@@ -135,7 +135,7 @@ class AlignmentResult(Result):
 def align_session(
     imu: ImuData,
     source: str,
-    sensors: ImuSection | None = None,
+    sensors: Imu | None = None,
     *,
     method: Method = "quiet",
     latitude: float | None = None,

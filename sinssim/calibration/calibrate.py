@@ -18,7 +18,7 @@ from sinssim.progress import Progress, shown
 from sinssim.scenario.load import Overrides, as_scenario
 from sinssim.scenario.schema import Scenario
 from sinssim.scenario.sections.calibration import CalibrationSection
-from sinssim.sensors.imu.errors import draw, stated
+from sinssim.sensors.imu.imu import draw
 from sinssim.sensors.imu.terms import TERMS
 from sinssim.statistics.chi_square import mean_square_band
 from sinssim.system.outputs import check_directory
@@ -149,7 +149,7 @@ def _remarks(scenario: Scenario, task: Task, result: CalibrationResult) -> list[
     found = []
     left = []
     for term in TERMS:
-        if term.drawn and term.field not in _ESTIMATED and any(np.any(part) for part in stated(scenario.imu, term)):
+        if term.drawn and term.field not in _ESTIMATED and any(np.any(part) for part in scenario.imu.stated(term)):
             left.append(f"{term.triad} {term.label}".replace("accel ", "accelerometer "))
     left += [f"gyro {name}" for name in task.gyro.untold] + [f"accelerometer {name}" for name in task.accel.untold]
     if scenario.imu.accel_delay_ms:

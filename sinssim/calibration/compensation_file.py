@@ -8,7 +8,7 @@ from sinssim.calibration.parameters import errors_of
 from sinssim.calibration.result import CalibrationResult
 from sinssim.data import Array
 from sinssim.sensors.imu.error_term import ErrorTerm
-from sinssim.sensors.imu.errors import ImuErrors, stated
+from sinssim.sensors.imu.errors import ImuErrors
 from sinssim.sensors.imu.terms import TERMS
 
 _OFF = ~np.eye(3, dtype=bool)
@@ -41,7 +41,7 @@ def compensation_text(result: CalibrationResult) -> str:
         if term.field in ("bias", "scale", "misalignment"):
             lines += _term_lines(result, term, errors)
         else:
-            mean, sigma = (np.broadcast_to(part, term.shape) for part in stated(result.scenario.imu, term))
+            mean, sigma = (np.broadcast_to(part, term.shape) for part in result.scenario.imu.stated(term))
             former = float(np.sqrt(np.mean(mean**2 + sigma**2))) / term.unit
             later += [f"{term.key} = {[0.0] * term.size}", f"{term.sigma_key} = {_number(former)}"]
     if np.any(errors.arms):

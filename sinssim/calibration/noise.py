@@ -7,8 +7,8 @@ from dataclasses import dataclass
 import numpy as np
 
 from sinssim.data import Array
-from sinssim.scenario.sections.imu import ImuSection
-from sinssim.sensors.imu.errors import stated
+from sinssim.sensors.imu.fields import TriadErrors
+from sinssim.sensors.imu.imu import Imu
 from sinssim.sensors.imu.terms import of_triad
 
 
@@ -31,20 +31,21 @@ class TriadNoise:
     untold: tuple[str, ...]
 
 
-def noise_of(section: ImuSection, triad: str) -> TriadNoise:
+def noise_of(imu: Imu, triad: str) -> TriadNoise:
     """Return the noise of the gyros or of the accelerometers.
 
     Args:
-        section: the [imu] section of a scenario.
+        imu: the sensor block.
         triad: "gyro" or "accel".
 
     Returns:
         The noise.
     """
-    terms = {term.field: term for term in of_triad(triad)}
-    value = {name: float(stated(section, term)[0]) for name, term in terms.items() if not term.drawn}
-    untold = tuple(terms[name].label for name in ("flicker", "rate_walk") if value[name] > 0.0)
-    return TriadNoise(value["random_walk"], value["instability"], value["correlation_time"], value["quantum"], untold)
+    own: TriadErrors = getattr(imu.sigma, triad)
+    untold = tuple(
+        term.label for term in of_triad(triad) if term.field in ("flicker", "rate_walk") and getattr(own, term.field)
+    )
+    return TriadNoise(own.random_walk, own.instability, own.correlation_time, own.quantum, untold)
 
 
 def covariance_of_integrals(noise: TriadNoise, spans: Array, floor: float) -> Array:

@@ -11,13 +11,15 @@ places of the accelerometers are those from the forward one.
 from __future__ import annotations
 
 from dataclasses import dataclass, replace
+from typing import Any
 
 import numpy as np
 
 from sinssim.data import Array
 from sinssim.errors import InputError
-from sinssim.scenario.sections.imu import ImuSection
-from sinssim.sensors.imu.errors import ImuErrors, TriadErrors, stated
+from sinssim.sensors.imu.errors import ImuErrors
+from sinssim.sensors.imu.fields import TriadErrors
+from sinssim.sensors.imu.imu import Imu
 from sinssim.sensors.imu.terms import TERMS
 from sinssim.units import ARCSEC, DEG_H, PPM, UG
 
@@ -66,11 +68,11 @@ class Parameter:
         return {"scale": ("ppm", PPM), "misalignment": ("arcsec", ARCSEC), "arm": ("mm", 1e-3)}[self.field]
 
 
-def parameters(section: ImuSection, method: str, arms: bool = False) -> tuple[Parameter, ...]:
+def parameters(imu: Imu, method: str, arms: bool = False) -> tuple[Parameter, ...]:
     """Return the parameters that a method estimates.
 
     Args:
-        section: the [imu] section of a scenario, whose 1σ and given errors are the sizes of the parameters.
+        imu: the sensor block, whose 1σ and given errors are the sizes of the parameters.
         method: "separate" or "systematic".
         arms: whether the places of the accelerometers are among them.
 
@@ -80,20 +82,20 @@ def parameters(section: ImuSection, method: str, arms: bool = False) -> tuple[Pa
     found = []
     for triad in ("gyro", "accel"):
         for field in ("bias", "scale", "misalignment"):
-            size = _size(section, triad, field)
+            size = _size(imu, triad, field)
             for row, column in _PAIRS if field == "misalignment" else ((0, 0), (1, 1), (2, 2)):
                 one = Parameter(triad, field, row, column, size)
                 if method == "separate" or one.name not in FIXED:
                     found.append(one)
     if arms:
-        size = max(_ARM, float(np.abs(section.accel_arms_mm).max()) * 1e-3)
+        size = max(_ARM, float(np.abs(imu.accel_arms_mm).max()) * 1e-3)
         found += [Parameter("accel", "arm", row, column, size) for row in (1, 2) for column in range(3)]
     return tuple(found)
 
 
-def _size(section: ImuSection, triad: str, field: str) -> float:
+def _size(imu: Imu, triad: str, field: str) -> float:
     (term,) = (term for term in TERMS if term.triad == triad and term.field == field)
-    mean, sigma = stated(section, term)
+    mean, sigma = imu.stated(term)
     off = ~np.eye(3, dtype=bool) if term.size == 6 else np.ones(3, dtype=bool)
     total = np.broadcast_to(mean, off.shape)[off] ** 2 + np.broadcast_to(sigma, off.shape)[off] ** 2
     return float(np.sqrt(np.mean(total))) or _USUAL[triad, field]
@@ -109,7 +111,7 @@ def errors_of(known: tuple[Parameter, ...], values: Array) -> ImuErrors:
     Returns:
         The errors.
     """
-    parts = {
+    parts: dict[str, dict[str, Any]] = {
         triad: {"bias": np.zeros(3), "scale": np.zeros(3), "misalignment": np.zeros((3, 3))}
         for triad in ("gyro", "accel")
     }

@@ -16,7 +16,7 @@ from sinssim.content import package_content
 from sinssim.error_budget.analyse import budget
 from sinssim.estimation.from_scenario import filter_states
 from sinssim.scenario import Scenario, load_scenario
-from sinssim.scenario.sections.within_imu.sensor_set import Redundant
+from sinssim.sensors.sets.sensor_set import Redundant
 from sinssim.simulation.execute import rehearse, run
 from sinssim.system.drafts import Draft
 from sinssim.truth.curve import Curve

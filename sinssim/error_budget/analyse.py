@@ -40,7 +40,6 @@ from sinssim.scenario.load import Overrides, as_scenario
 from sinssim.scenario.true_motion import block_of, fly
 from sinssim.sensors.aiding.barometer import BarometerSection
 from sinssim.sensors.imu.emulate import digital
-from sinssim.sensors.imu.errors import warm_up
 from sinssim.strapdown.nav_error import navigation_error
 from sinssim.system.outputs import check_directory
 from sinssim.truth.gravity.disturbed import Disturbed
@@ -169,7 +168,7 @@ def _budget(
     block = truth.block if truth else block_of(trajectory, scenario.imu)
     ideal = truth.ideal if truth else digital(block.increments(scenario.imu.rate_hz))
     state = truth.state if truth and block is trajectory else block.state(ideal.time)
-    motion = TrueMotion(block, ideal, state, warm_up(scenario.imu), scenario.navigation.gravity)
+    motion = TrueMotion(block, ideal, state, scenario.imu.warm_up, scenario.navigation.gravity)
     say("truth", 1.0)
     highest = float(np.abs(state.latitude).max())
     if highest > _HIGHEST:

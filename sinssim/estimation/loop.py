@@ -17,7 +17,8 @@ from sinssim.estimation.nominal import rows_of
 from sinssim.estimation.record import HistoryRow, InnovationGate, Record
 from sinssim.estimation.result import Divergence, corrected
 from sinssim.sensors.imu.compensation import compensate_checked
-from sinssim.sensors.imu.errors import ImuErrors, TriadErrors
+from sinssim.sensors.imu.errors import ImuErrors
+from sinssim.sensors.imu.fields import TriadErrors
 from sinssim.strapdown.segments import Segments
 
 _SHORTEST, _OPEN = 1.0, 64.0

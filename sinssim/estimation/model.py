@@ -26,7 +26,8 @@ from sinssim.data import Array
 from sinssim.errors import InputError, check_name, shortened, unknown_name
 from sinssim.frames import AXES
 from sinssim.sensors.imu.error_validation import check_sigmas
-from sinssim.sensors.imu.errors import ImuErrors, TriadErrors, WarmUp
+from sinssim.sensors.imu.errors import ImuErrors, WarmUp
+from sinssim.sensors.imu.fields import TriadErrors
 from sinssim.sensors.imu.terms import FIELDS, SLOTS
 from sinssim.sensors.noise import flicker
 from sinssim.system.short_repr import short_repr

@@ -129,8 +129,8 @@ def _align_scenario(
 ) -> AlignmentResult:
     from sinssim import rotation
     from sinssim.scenario.true_motion import fly
-    from sinssim.sensors.imu.emulate import check_gyro_block, emulate
-    from sinssim.sensors.imu.errors import draw
+    from sinssim.sensors.imu.emulate import emulate
+    from sinssim.sensors.imu.imu import draw
     from sinssim.sensors.imu.rectification import rectified
 
     scenario = as_scenario(source, settings)
@@ -140,7 +140,7 @@ def _align_scenario(
             f"that does not rotate in the vehicle. Remove the table."
         )
     trajectory = fly(scenario)
-    check_gyro_block(scenario.imu)
+    scenario.imu.require_gyros()
     errors = draw(scenario.imu, scenario.seed)
     felt = rectified(trajectory, trajectory.increments(scenario.imu.rate_hz), errors)
     imu = _part(
@@ -185,13 +185,13 @@ def _align_log(
     latitude: float | None,
 ) -> AlignmentResult:
     from sinssim.logs.text.samples import read_log, slow
-    from sinssim.scenario.sections.imu import ImuSection
     from sinssim.sensors.imu.grades import find_grade
+    from sinssim.sensors.imu.imu import Imu
 
     sensors = None
     if grade is not None:
         find_grade(grade)  # its message names the grades
-        sensors = ImuSection(grade=grade)
+        sensors = Imu(grade=grade)
     imu = _part(read_log(path, columns), *span, str(path))
     report = align_session(imu, path.name, sensors, method=method, latitude=latitude)
     d = report.determination

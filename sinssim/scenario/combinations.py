@@ -5,16 +5,16 @@ from __future__ import annotations
 from typing import TYPE_CHECKING
 
 from sinssim.algorithms import PLATFORM
-from sinssim.scenario.sections.within_imu.sensor_set import Platform
 from sinssim.sensors.imu.terms import TERMS, of_triad
+from sinssim.sensors.sets.sensor_set import Platform
 
 if TYPE_CHECKING:
     from sinssim.scenario.sections.aiding import AidingSection
-    from sinssim.scenario.sections.compensation import CompensationSection
     from sinssim.scenario.sections.filter import FilterSection
-    from sinssim.scenario.sections.imu import ImuSection
     from sinssim.scenario.sections.navigation import NavigationSection
     from sinssim.section import Source
+    from sinssim.sensors.imu.compensation import Compensation
+    from sinssim.sensors.imu.imu import Imu
     from sinssim.truth.gravity.true_gravity import TrueGravity
     from sinssim.truth.motion import TrueEarth
 
@@ -28,7 +28,7 @@ _FROM_READINGS = {
 """Aiding that takes the block's readings for those of the vehicle."""
 
 
-def check_compensation(section: CompensationSection | None, sensor_set: str) -> None:
+def check_compensation(section: Compensation | None, sensor_set: str) -> None:
     """Raise ValueError for a compensation that a set of sensors cannot have.
 
     Args:
@@ -51,7 +51,7 @@ def check_compensation(section: CompensationSection | None, sensor_set: str) -> 
 
 def check_filter(
     section: FilterSection | None,
-    imu: ImuSection,
+    imu: Imu,
     aiding: AidingSection | None,
     source: Source,
     vertical: str,
@@ -94,7 +94,7 @@ def check_filter(
                 )
 
 
-def check_platform(imu: ImuSection, navigation: NavigationSection) -> None:
+def check_platform(imu: Imu, navigation: NavigationSection) -> None:
     """Raise ValueError for a platform without its algorithm, and for keys without effect on one.
 
     Args:
@@ -129,7 +129,7 @@ def check_platform(imu: ImuSection, navigation: NavigationSection) -> None:
 
 
 def check_rotation(
-    imu: ImuSection,
+    imu: Imu,
     section: FilterSection | None,
     aiding: AidingSection | None,
     source: Source,

@@ -7,14 +7,14 @@ from collections.abc import Iterator
 
 from sinssim.frames import OF_TRUTH
 from sinssim.scenario.duration import reckon_legs
-from sinssim.scenario.sections.imu import ImuSection
-from sinssim.scenario.sections.within_imu.sensor_set import Platform, Redundant
 from sinssim.scenario.tables import Tables
 from sinssim.sensors.aiding.barometer import BarometerSection
 from sinssim.sensors.aiding.gnss import GnssSection
 from sinssim.sensors.imu.datasheet import to_si
 from sinssim.sensors.imu.grades import find_grade
+from sinssim.sensors.imu.imu import Imu
 from sinssim.sensors.imu.terms import CORRELATION_TIME, TERMS, of_triad
+from sinssim.sensors.sets.sensor_set import Platform, Redundant
 from sinssim.truth.flight.legs.waypoint import WaypointLeg
 from sinssim.units import PPM
 
@@ -22,7 +22,7 @@ FLICKER_SAMPLES = 2.5e6
 """Number of samples up to which flicker has its Allan deviation of 0.664 B; see `sinssim.sensors.noise.flicker`."""
 
 
-def keys_without_effect(imu: ImuSection, end: float) -> Iterator[str]:
+def keys_without_effect(imu: Imu, end: float) -> Iterator[str]:
     """Yield notes on keys of a sensor block that have no effect.
 
     Args:
@@ -58,7 +58,7 @@ def keys_without_effect(imu: ImuSection, end: float) -> Iterator[str]:
     yield from _windows_without_effect(imu, end)
 
 
-def _windows_without_effect(imu: ImuSection, end: float) -> Iterator[str]:
+def _windows_without_effect(imu: Imu, end: float) -> Iterator[str]:
     """Yield notes on given windows of a redundant set's monitoring that are never tested."""
     own = imu.sensor_set
     if not (isinstance(own, Redundant) and "windows_s" in own.model_fields_set):
@@ -74,7 +74,7 @@ def _windows_without_effect(imu: ImuSection, end: float) -> Iterator[str]:
             )
 
 
-def _says(imu: ImuSection, name: str) -> bool:
+def _says(imu: Imu, name: str) -> bool:
     value = getattr(imu, name)
     return any(value) if isinstance(value, tuple) else bool(value)
 
@@ -177,7 +177,7 @@ def torquer_taken(scenario: Tables) -> Iterator[str]:
         )
 
 
-def coarse_rates(imu: ImuSection) -> Iterator[str]:
+def coarse_rates(imu: Imu) -> Iterator[str]:
     """Yield notes on rates whose rounding is not white noise.
 
     Args:
@@ -201,7 +201,7 @@ def coarse_rates(imu: ImuSection) -> Iterator[str]:
             )
 
 
-def defaults_taken(imu: ImuSection, duration: float) -> Iterator[str]:
+def defaults_taken(imu: Imu, duration: float) -> Iterator[str]:
     """Yield notes on default correlation times, and on flicker in a run longer than its validity.
 
     Args:

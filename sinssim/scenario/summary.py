@@ -21,11 +21,11 @@ from sinssim.scenario.notes import (
 from sinssim.scenario.own_files import own_files
 from sinssim.scenario.planned.limits import limit_notes
 from sinssim.scenario.route import check_route
-from sinssim.scenario.sections.imu import ImuSection
 from sinssim.scenario.sections.one_component import SENSOR_OF, WAYS, OneComponentSection
-from sinssim.scenario.sections.within_imu.sensor_set import AttitudeSensor, Platform, Redundant, SixAccelerometers
 from sinssim.scenario.tables import Tables
 from sinssim.sensors.imu.grades import grade_name
+from sinssim.sensors.imu.imu import Imu
+from sinssim.sensors.sets.sensor_set import AttitudeSensor, Platform, Redundant, SixAccelerometers
 from sinssim.truth.flight.legs.waypoint import WaypointLeg
 from sinssim.truth.track.track import Track
 
@@ -167,7 +167,7 @@ def _plane_lines(scenario: Tables, section: OneComponentSection) -> Iterator[str
     yield from (f"{name:<18} {text}" for name, text in lines)
 
 
-def sensor_words(section: ImuSection) -> str:
+def sensor_words(section: Imu) -> str:
     """Describe the sensor set of a block.
 
     Args:

@@ -38,10 +38,8 @@ from sinssim.scenario.combinations import (
 )
 from sinssim.scenario.sections.aiding import AidingSection
 from sinssim.scenario.sections.calibration import CalibrationSection
-from sinssim.scenario.sections.compensation import CompensationSection
 from sinssim.scenario.sections.ensemble import EnsembleSection
 from sinssim.scenario.sections.filter import FilterSection
-from sinssim.scenario.sections.imu import ImuSection
 from sinssim.scenario.sections.navigation import NavigationSection, check_alignment
 from sinssim.scenario.sections.one_component import OneComponentSection
 from sinssim.scenario.sections.output import OF_FRAME, OutputSection, RecordingSection
@@ -50,6 +48,8 @@ from sinssim.scenario.use import Use
 from sinssim.scenario.variation import check_variation
 from sinssim.section import Name, Section, Sentence
 from sinssim.sensors.aiding.gnss import GnssSection
+from sinssim.sensors.imu.compensation import Compensation
+from sinssim.sensors.imu.imu import Imu
 from sinssim.truth.flight.flight import Flight
 from sinssim.truth.gravity.true_gravity import TrueGravity
 from sinssim.truth.motion import TrueEarth
@@ -106,8 +106,8 @@ class Tables(Section):
     isolator: Isolator | None = None
     truth: TrueEarth = Field(default=TrueEarth())
     gravity: TrueGravity | None = None
-    imu: ImuSection = Field(default_factory=ImuSection)
-    compensation: CompensationSection | None = None
+    imu: Imu = Field(default_factory=Imu)
+    compensation: Compensation | None = None
     aiding: SerializeAsAny[AidingSection] | None = None
     navigation: NavigationSection = Field(default=NavigationSection())
     filter: FilterSection | None = None

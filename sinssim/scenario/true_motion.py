@@ -9,7 +9,7 @@ from sinssim.arguments import check_kind
 from sinssim.errors import InputError
 from sinssim.scenario.planned.warning import warn_of_limits
 from sinssim.scenario.schema import Scenario
-from sinssim.scenario.sections.imu import ImuSection
+from sinssim.sensors.imu.imu import Imu
 from sinssim.truth.motion import Motion, Mounting
 
 if TYPE_CHECKING:
@@ -132,7 +132,7 @@ def unknown_field(scenario: Scenario) -> DisturbingField | None:
     return None if gravity is None else gravity.beyond(known, scenario.truth.figure)
 
 
-def block_of(vehicle: Trajectory, section: ImuSection) -> Trajectory:
+def block_of(vehicle: Trajectory, section: Imu) -> Trajectory:
     """Return the true motion of the IMU, which is that of a rotating IMU with [imu.rotation].
 
     Args:
@@ -145,7 +145,7 @@ def block_of(vehicle: Trajectory, section: ImuSection) -> Trajectory:
     Raises:
         InputError: the section is not an [imu] section.
     """
-    check_kind("section", section, ImuSection, "ImuSection, for example scenario.imu")
+    check_kind("section", section, Imu, "Imu, for example scenario.imu")
     if section.rotation is None:
         return vehicle
     from sinssim.truth.motions.turning_block import TurningBlock

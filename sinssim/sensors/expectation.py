@@ -37,10 +37,9 @@ import numpy as np
 
 from sinssim.data import Array
 from sinssim.errors import InputError
-from sinssim.scenario.sections.imu import ImuSection
 from sinssim.sensors.error_propagation import Response, Schuler
 from sinssim.sensors.imu.error_term import ErrorTerm
-from sinssim.sensors.imu.errors import null_shift_of, stated, warm_up
+from sinssim.sensors.imu.imu import Imu
 from sinssim.sensors.imu.terms import TERMS
 from sinssim.sensors.noise import flicker
 from sinssim.units import DEG, DEG_H, G0
@@ -98,14 +97,14 @@ class Expectation:
     """The error terms of a sensor block and the position errors that they cause.
 
     Attributes:
-        section: the sensor block.
+        imu: the sensor block.
         latitude: latitude of the vehicle, rad.
         duration: duration of the navigation, s.
         terms: its error terms.
         contributions: position errors, the largest first.
     """
 
-    section: ImuSection
+    imu: Imu
     latitude: float
     duration: float
     terms: tuple[Term, ...]
@@ -119,8 +118,8 @@ class Expectation:
     @property
     def drawn(self) -> bool:
         """Whether every error is random with the mean zero."""
-        fixed = (stated(self.section, term)[0] for term in TERMS if term.drawn)
-        return null_shift_of(self.section) is None and not any(np.any(value) for value in fixed)
+        fixed = (self.imu.stated(term)[0] for term in TERMS if term.drawn)
+        return self.imu.null_shift is None and not any(np.any(value) for value in fixed)
 
     @property
     def height(self) -> float:
@@ -130,11 +129,11 @@ class Expectation:
         return bias * (math.cosh(math.sqrt(2.0) * w * self.duration) - 1.0) / (2.0 * w**2)
 
 
-def expect(section: ImuSection, latitude: float, duration: float = 3600.0) -> Expectation:
+def expect(imu: Imu, latitude: float, duration: float = 3600.0) -> Expectation:
     """Return the position error by each error term of a sensor block.
 
     Args:
-        section: the [imu] section of a scenario: a grade, and deviations from it.
+        imu: the sensor block: a grade, and deviations from it.
         latitude: latitude of the vehicle, rad.
         duration: duration of the navigation, s, longer than the manoeuvres; the closed forms hold up to about an hour.
 
@@ -142,21 +141,21 @@ def expect(section: ImuSection, latitude: float, duration: float = 3600.0) -> Ex
         The error terms, and the position error by each alone.
 
     Raises:
-        InputError: the sensor set of the section has no gyros.
+        InputError: the sensor set has no gyros.
     """
-    if section.sensor_set.type != "gyros":
+    if imu.sensor_set.type != "gyros":
         raise InputError(
             "closed forms exist only for three gyros and three accelerometers; sensor_set.type = "
-            f'"{section.sensor_set.type}" is a different set.'
+            f'"{imu.sensor_set.type}" is a different set.'
         )
     terms, sizes = [], {}
     for term in TERMS:
-        fixed, sigma = stated(section, term)
+        fixed, sigma = imu.stated(term)
         size = np.hypot(fixed, sigma)  # root of the mean square
         sizes[term.triad, term.field] = size
         if size.any() and (term.field != "correlation_time" or sizes[term.triad, "instability"]):
             terms.append(_term(term, float(size.max())))
-    shift = float(np.abs(_null_shift(section, np.linspace(0.0, duration, 1000))).max())
+    shift = float(np.abs(_null_shift(imu, np.linspace(0.0, duration, 1000))).max())
     if shift:
         terms.append(
             Term(
@@ -168,13 +167,13 @@ def expect(section: ImuSection, latitude: float, duration: float = 3600.0) -> Ex
                 "bias by gas flow as the ring warms, the largest",
             )
         )
-    block = _Block(section, Schuler.at(latitude), duration)
+    block = _Block(imu, Schuler.at(latitude), duration)
     contributions = [
         *block.gyros({field: size for (triad, field), size in sizes.items() if triad == "gyro"}),
         *block.accelerometers({field: size for (triad, field), size in sizes.items() if triad == "accel"}),
     ]
     contributions = sorted((c for c in contributions if c.position > 0.0), key=lambda c: -c.position)
-    return Expectation(section, latitude, duration, tuple(terms), tuple(contributions))
+    return Expectation(imu, latitude, duration, tuple(terms), tuple(contributions))
 
 
 def _term(term: ErrorTerm, si: float) -> Term:
@@ -182,17 +181,17 @@ def _term(term: ErrorTerm, si: float) -> Term:
     return Term(term.name, value, term.written_unit, si, term.written_si_unit, term.meaning)
 
 
-def _null_shift(section: ImuSection, t: Array) -> Array:
+def _null_shift(imu: Imu, t: Array) -> Array:
     """Return the null shift of laser gyros at instants, (N,) rad/s."""
-    shift = null_shift_of(section)
-    return np.zeros_like(t) if shift is None else shift.bias(warm_up(section).temperature(t))
+    shift = imu.null_shift
+    return np.zeros_like(t) if shift is None else shift.bias(imu.warm_up.temperature(t))
 
 
 @dataclass(frozen=True)
 class _Block:
     """A sensor block on a vehicle at rest, with the terms that drive the position error."""
 
-    section: ImuSection
+    imu: Imu
     earth: Schuler
     duration: float
 
@@ -204,7 +203,7 @@ class _Block:
     def _warmth(self, length: float) -> float:
         """Return the magnitude of the mean temperature over a manoeuvre at the start, K."""
         instants = np.asarray(length * (np.arange(100) + 0.5) / 100.0, dtype=np.float64)
-        return abs(float(warm_up(self.section).temperature(instants).mean()))
+        return abs(float(self.imu.warm_up.temperature(instants).mean()))
 
     def _wandering(self, kind: Response, size: dict[str, Array]) -> Iterator[tuple[str, float]]:
         """Yield the position errors by random changes of an error along one axis, m."""
@@ -216,7 +215,7 @@ class _Block:
         if size["rate_walk"]:
             yield "rate random walk", float(size["rate_walk"]) * self.earth.correlated(kind, t, np.minimum)
         if size["flicker"]:
-            spacing = 1.0 / self.section.rate_hz
+            spacing = 1.0 / self.imu.rate_hz
             sigma = self.earth.correlated(kind, t, lambda u, v: flicker.covariance(np.abs(u - v) / spacing))
             yield "flicker", float(size["flicker"]) * sigma
 
@@ -243,7 +242,7 @@ class _Block:
         tilt = math.hypot(m[0, 2], m[1, 2]) * 2.0 * math.sin(0.5 * TURN)
         yield Contribution("gyro misalignment, to a turn", TURNING, tilt * float(earth.impulse("tilt", after)))
         yield Contribution("gyro g-sensitivity", AT_REST, self._rest(size["g_sensitivity"][:, 2] * earth.gravity))
-        warmth = warm_up(self.section).temperature
+        warmth = self.imu.warm_up.temperature
         channels: tuple[tuple[str, Response, int], ...] = (("level", "tilt", 2), ("down", "azimuth", 1))
         for name, kind, axes in channels:
             across = size["ramp"][:2] if kind == "tilt" else size["ramp"][2:]
@@ -257,9 +256,9 @@ class _Block:
             for what, rates in zip(("bias", "scale factor"), drift, strict=True):
                 across = rates[:2] if kind == "tilt" else rates[2:]
                 yield Contribution(f"gyro {what} by temperature, {name}", AT_REST, math.hypot(*across) * abs(warmed))
-            shifted = earth.driven(kind, t, lambda u: _null_shift(self.section, u))
+            shifted = earth.driven(kind, t, lambda u: _null_shift(self.imu, u))
             yield Contribution(f"gyro null shift, {name}", AT_REST, math.sqrt(axes) * abs(shifted))
-        walk = earth.gravity * float(size["quantum"]) / math.sqrt(12.0 * self.section.rate_hz)
+        walk = earth.gravity * float(size["quantum"]) / math.sqrt(12.0 * self.imu.rate_hz)
         yield Contribution("angle quantisation", AT_REST, math.sqrt(2.0) * walk * earth.white("velocity", t))
 
     def accelerometers(self, size: dict[str, Array]) -> Iterator[Contribution]:
@@ -288,11 +287,11 @@ class _Block:
         yield Contribution("velocity random walk", AT_REST, math.sqrt(2.0) * white)
         for noise, position in self._wandering("velocity", size):
             yield Contribution(f"accelerometer {noise}", AT_REST, math.sqrt(2.0) * position)
-        warmed = earth.driven("velocity", t, warm_up(self.section).temperature)
+        warmed = earth.driven("velocity", t, self.imu.warm_up.temperature)
         yield Contribution(
             "accelerometer bias by temperature", AT_REST, math.hypot(*size["bias_temperature"][:2]) * abs(warmed)
         )
         w = earth.frequency
-        pulses = float(size["quantum"]) / math.sqrt(12.0 * self.section.rate_hz)
+        pulses = float(size["quantum"]) / math.sqrt(12.0 * self.imu.rate_hz)
         held = math.sqrt(0.5 * t + math.sin(2.0 * w * t) / (4.0 * w))
         yield Contribution("velocity quantisation", AT_REST, math.sqrt(2.0) * pulses * held)

@@ -26,25 +26,26 @@ import numpy as np
 
 from sinssim import sensors
 from sinssim.data import Array, ImuData
-from sinssim.scenario.sections.imu import ImuSection
 from sinssim.sensors.imu.compensation import compensate
-from sinssim.sensors.imu.errors import ImuErrors, TriadErrors
+from sinssim.sensors.imu.errors import ImuErrors
+from sinssim.sensors.imu.fields import TriadErrors
+from sinssim.sensors.imu.imu import Imu
 from sinssim.sensors.imu.rectification import rectified
 from sinssim.truth.trajectory import Trajectory
 
 
-def perfect_increments(trajectory: Trajectory, ideal: ImuData, section: ImuSection) -> ImuData:
+def perfect_increments(trajectory: Trajectory, ideal: ImuData, imu: Imu) -> ImuData:
     """Return the increments that navigation makes of the output of a block without errors.
 
     Args:
         trajectory: the true motion.
         ideal: its increments.
-        section: the [imu] section of a scenario.
+        imu: the sensor block.
 
     Returns:
         The increments; the ideal ones unless the block gives instantaneous rates.
     """
-    if section.output != "instantaneous-rates":
+    if imu.output != "instantaneous-rates":
         return ideal
     return _by_trapezoids(_at_the_stamps(trajectory, ideal))
 
@@ -52,7 +53,7 @@ def perfect_increments(trajectory: Trajectory, ideal: ImuData, section: ImuSecti
 def measured_increments(
     trajectory: Trajectory,
     ideal: ImuData,
-    section: ImuSection,
+    imu: Imu,
     errors: ImuErrors,
     seed: int,
     calibration: ImuErrors | None,
@@ -62,7 +63,7 @@ def measured_increments(
     Args:
         trajectory: the true motion.
         ideal: its increments.
-        section: the [imu] section of a scenario.
+        imu: the sensor block.
         errors: errors of the block.
         seed: the run's seed.
         calibration: calibration values; None without a compensation.
@@ -73,12 +74,12 @@ def measured_increments(
     Raises:
         InputError: as of `emulate` and of `compensate`.
     """
-    instantaneous = section.output == "instantaneous-rates"
+    instantaneous = imu.output == "instantaneous-rates"
     if instantaneous:  # the response of a sensor acts on the values at the stamps
         true = _at_the_stamps(trajectory, ideal)
     else:
         true = rectified(trajectory, ideal, errors)
-    if section.output == "increments":
+    if imu.output == "increments":
         read = sensors.emulate(true, errors, seed, rounded=True)
     else:
         read = _rounded(sensors.emulate(true, _without_pulses(errors), seed, rounded=True), errors)
@@ -91,19 +92,19 @@ def measured_increments(
     return _by_trapezoids(read), None if left is None else _by_trapezoids(left)
 
 
-def of_output(sigma: ImuErrors, section: ImuSection) -> ImuErrors:
+def of_output(sigma: ImuErrors, imu: Imu) -> ImuErrors:
     """Return the standard deviations of a block's errors with the noise of its output.
 
     Args:
         sigma: standard deviations of the errors.
-        section: the [imu] section of a scenario.
+        imu: the sensor block.
 
     Returns:
         The same for increments; for rates, the rounding is white noise and part of the random walk.
     """
-    if section.output == "increments":
+    if imu.output == "increments":
         return sigma
-    root = math.sqrt(section.rate_hz / 12.0)
+    root = math.sqrt(imu.rate_hz / 12.0)
     gyro, accel = (
         replace(one, quantum=0.0, random_walk=math.hypot(one.random_walk, root * one.quantum))
         for one in (sigma.gyro, sigma.accel)

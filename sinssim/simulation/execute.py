@@ -36,7 +36,7 @@ from sinssim.recording.store.summary import (
 from sinssim.scenario.duration import check_times
 from sinssim.scenario.load import Overrides, as_scenario
 from sinssim.scenario.route import check_route, check_route_flown
-from sinssim.scenario.sections.within_imu.sensor_set import Redundant
+from sinssim.sensors.sets.sensor_set import Redundant
 from sinssim.simulation.execute_log import compute_log
 from sinssim.simulation.execute_one_component import compute_one_component
 from sinssim.simulation.finish import about, keep

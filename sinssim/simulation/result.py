@@ -177,8 +177,8 @@ class Run(Result):
         None if no sensor was excluded, because the solution is then the same, or if there is no solution with them.
         """
         from sinssim.errors import RunError
-        from sinssim.scenario.sections.within_imu.sensor_set import Redundant
         from sinssim.sensors.sets.reading import unmonitored
+        from sinssim.sensors.sets.sensor_set import Redundant
         from sinssim.simulation.navigation import height_reference, solve
         from sinssim.strapdown.nav_error import navigation_error
 

@@ -6,7 +6,7 @@ import math
 import re
 from collections.abc import Callable, Sequence
 
-from sinssim.scenario.sections.imu import ImuSection
+from sinssim.sensors.imu.imu import Imu
 from sinssim.studies.results import Pick, Row
 from sinssim.studies.schema import Part, Study
 
@@ -110,7 +110,7 @@ def one_draw(part: Part, study: Study) -> str:
     )
 
 
-def _is_certain(block: ImuSection) -> bool:
+def _is_certain(block: Imu) -> bool:
     """Return whether a block has no random errors: no grade, and nothing given but errors of fixed size."""
     given = block.model_fields_set - {"grade", "rate_hz", "sensor_set"}
     return block.grade == "ideal" and all(re.fullmatch(_FIXED, name) for name in given)

@@ -20,12 +20,12 @@ from sinssim.formatting import listed
 from sinssim.frames import CURVATURES, FRAME_REGISTRY, OF_TRUTH, frames_that
 from sinssim.own_content.registry import ensure
 from sinssim.scenario.sections.choices import Curvature, Frame, OwnEllipsoid, Schedule, Vertical
-from sinssim.scenario.sections.imu import ImuSection
 from sinssim.scenario.sections.output import COORDINATES, Coordinates
-from sinssim.scenario.sections.within_imu.sensor_set import AttitudeSensor, Gyros, SensorSet, SixAccelerometers
 from sinssim.scenario.use import Use
 from sinssim.section import Duration, Keys, Name, Rate, Section, Sentence
 from sinssim.sensors.imu.grades import GRADES
+from sinssim.sensors.imu.imu import Imu
+from sinssim.sensors.sets.sensor_set import AttitudeSensor, Gyros, SensorSet, SixAccelerometers
 from sinssim.truth.motion import Gravity
 from sinssim.truth.motions.closed_forms import AnyClosedForm
 from sinssim.truth.motions.great_circle import GreatCircleFlight
@@ -111,7 +111,7 @@ _SETS: dict[str, SensorSet] = {
 }
 
 
-def with_set(section: ImuSection, variant: str, rate_hz: float) -> ImuSection:
+def with_set(section: Imu, variant: str, rate_hz: float) -> Imu:
     """Return a block's [imu] section for one of a study's sensor-set variants.
 
     Args:
@@ -341,9 +341,7 @@ class Study(Section):
         description="own content: files (.py) and project folders, relative to this file; see own-content.md",
     )
     decides: tuple[Claim, ...] = Field(default=(), description="claims that need no navigation: " + ", ".join(COMPUTED))
-    blocks: dict[str, ImuSection] = Field(
-        default={}, description="the study's own sensor blocks, by name: [imu] sections"
-    )
+    blocks: dict[str, Imu] = Field(default={}, description="the study's own sensor blocks, by name: [imu] sections")
     parts: tuple[Part, ...] = Field(min_length=1)
 
     @field_validator("decides")
@@ -375,7 +373,7 @@ class Study(Section):
                     )
         return self
 
-    def block(self, name: str) -> ImuSection:
+    def block(self, name: str) -> Imu:
         """Return the [imu] section of a sensor block.
 
         Args:
@@ -384,7 +382,7 @@ class Study(Section):
         Returns:
             The section.
         """
-        return self.blocks.get(name) or ImuSection(grade=name)
+        return self.blocks.get(name) or Imu(grade=name)
 
     @model_validator(mode="after")
     def _titles_differ(self) -> Self:

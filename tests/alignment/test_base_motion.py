@@ -30,14 +30,14 @@ from sinssim.data import ImuData
 from sinssim.earth.models import OMEGA_IE
 from sinssim.errors import InputError
 from sinssim.running.align import align
-from sinssim.scenario.sections.imu import ImuSection
 from sinssim.sensors.imu.emulate import emulate
+from sinssim.sensors.imu.imu import Imu
 from sinssim.truth.motions.parked import Parked
 from sinssim.truth.motions.swaying import Sway, Swaying
 from sinssim.units import ARCSEC
 
 HEADING, ROLL, PITCH, LATITUDE = 2.1, 0.02, -0.03, np.radians(50.0)
-LASER = ImuSection(grade="laser-navigation")
+LASER = Imu(grade="laser-navigation")
 
 
 def session(duration=300.0, rate=20.0, change=None):
@@ -64,13 +64,13 @@ def step(size, axis, at):
 )
 def test_noise_alone_is_not_taken_for_motion(grade):
     for seed in range(20):
-        section = ImuSection(grade=grade)
+        section = Imu(grade=grade)
         found = stillness(emulate(session(), section, seed), expected_errors(section))
         assert not found.moved, (seed, found.worst)
 
 
 def test_pulses_are_not_taken_for_motion():
-    section = ImuSection(grade="laser-standard", gyro_quantum_arcsec=1.0, accel_quantum_mm_s=1.0)
+    section = Imu(grade="laser-standard", gyro_quantum_arcsec=1.0, accel_quantum_mm_s=1.0)
     for seed in range(20):
         assert not stillness(emulate(session(), section, seed), expected_errors(section)).moved
         assert not stillness(emulate(session(), section, seed)).moved
@@ -86,7 +86,7 @@ def test_pulses_are_not_taken_for_motion():
     ],
 )
 def test_a_vehicle_that_moved_is_found_out(change, text):
-    imu = emulate(session(change=change), ImuSection(grade="laser-standard"), 3)
+    imu = emulate(session(change=change), Imu(grade="laser-standard"), 3)
     with pytest.raises(InputError, match="moved during the session") as info:
         determine_session(imu)
     assert text in str(info.value)
@@ -106,7 +106,7 @@ DRIFTING = {
 
 @pytest.mark.parametrize("name", DRIFTING)
 def test_a_drift_that_is_known_of_is_not_taken_for_motion(name: str) -> None:
-    section = ImuSection(
+    section = Imu(
         grade="ideal", temperature_start_c=-20.0, temperature_steady_c=10.0, warm_up_time_s=200.0, **DRIFTING[name]
     )
     expected = expected_errors(section)
@@ -122,7 +122,7 @@ def test_a_drift_that_is_known_of_is_not_taken_for_motion(name: str) -> None:
 
 
 def test_the_time_of_a_jolt_is_told():
-    found = stillness(emulate(session(change=step(60 * ARCSEC, 2, 200.0)), ImuSection(grade="laser-standard"), 1))
+    found = stillness(emulate(session(change=step(60 * ARCSEC, 2, 200.0)), Imu(grade="laser-standard"), 1))
     turned = next(one for one in found.departures if "steady turn" in one.what)
     assert turned.time == pytest.approx(201.0, abs=3.0)
     # a step of size s at fraction x of the session departs from the chord by s·max(x, 1-x)
@@ -131,7 +131,7 @@ def test_the_time_of_a_jolt_is_told():
 
 def test_a_sway_does_not_hide_itself_by_raising_the_noise_level():
     sway = session(change=lambda t: np.outer(1e-3 * np.sin(2 * np.pi * 0.5 * t), [1.0, 1.0, 1.0]), rate=100.0)
-    found = stillness(emulate(sway, ImuSection(grade="laser-standard"), 1))
+    found = stillness(emulate(sway, Imu(grade="laser-standard"), 1))
     assert found.worst.size > 3 * found.worst.limit
 
 
@@ -141,7 +141,7 @@ def test_the_net_turn_is_that_of_the_base() -> None:
     def change(t):
         return np.outer(40 * ARCSEC * t / t[-1] + 3 * ARCSEC * np.sin(2 * np.pi * t / 7.0), [0.6, -0.8, 0.0])
 
-    ideal = ImuSection(grade="ideal")
+    ideal = Imu(grade="ideal")
     imu = session(change=change)
     found = stillness(imu, expected_errors(ideal))
     np.testing.assert_allclose(found.net_turn, (change(imu.time)[-1] - change(imu.time)[0]), rtol=0, atol=0.6 * ARCSEC)

@@ -27,10 +27,10 @@ from sinssim.alignment.report import align_session
 from sinssim.data import ImuData
 from sinssim.earth.models import OMEGA_IE
 from sinssim.errors import InputError
-from sinssim.scenario.sections.imu import ImuSection
-from sinssim.scenario.sections.within_imu.laser_gyro import LaserGyroSection
 from sinssim.sensors import ImuErrors, TriadErrors
 from sinssim.sensors.imu.emulate import emulate
+from sinssim.sensors.imu.imu import Imu
+from sinssim.sensors.laser_gyro.laser_gyros import LaserGyros
 from sinssim.sensors.noise import flicker
 from sinssim.sensors.noise.gauss_markov import gauss_markov
 from sinssim.truth.motions.parked import Parked
@@ -41,7 +41,7 @@ LATITUDE = np.radians(50.0)
 
 
 def test_expected_errors_are_those_of_the_grade():
-    mean, sigma = expected_errors(ImuSection(grade="laser-standard"))
+    mean, sigma = expected_errors(Imu(grade="laser-standard"))
     np.testing.assert_allclose(sigma.gyro.bias, 0.01 * DEG_H)
     np.testing.assert_allclose(sigma.accel.scale, 50 * PPM)
     np.testing.assert_allclose(sigma.gyro.misalignment, 5 * ARCSEC * (1 - np.eye(3)))
@@ -50,7 +50,7 @@ def test_expected_errors_are_those_of_the_grade():
 
 
 def test_what_is_fixed_has_a_mean_and_no_spread():
-    section = ImuSection(
+    section = Imu(
         gyro_bias_deg_h=(0.1, 0.2, 0.3), accel_scale_sigma_ppm=7.0, gyro_misalignment_arcsec=(1, 2, 3, 4, 5, 6)
     )
     mean, sigma = expected_errors(section)
@@ -62,7 +62,7 @@ def test_what_is_fixed_has_a_mean_and_no_spread():
 
 
 def test_biases_and_scale_factors_are_the_statistics_of_the_theory():
-    expected = expected_errors(ImuSection(grade="laser-standard"))
+    expected = expected_errors(Imu(grade="laser-standard"))
     attitude = Attitude(0.7, 0.2, -0.3)
     budget = error_budget(attitude, LATITUDE, expected.sigma, 300.0)
     four = ("gyro bias", "gyro scale factor", "accelerometer bias", "accelerometer scale factor")
@@ -73,7 +73,7 @@ def test_biases_and_scale_factors_are_the_statistics_of_the_theory():
 
 def test_laser_standard_at_50_degrees():
     """0.01 deg/h over the horizontal part of the Earth's rate; 0.003 deg/√h over five minutes is as much again."""
-    budget = error_budget(LEVEL, LATITUDE, expected_errors(ImuSection()).sigma, 300.0)
+    budget = error_budget(LEVEL, LATITUDE, expected_errors(Imu()).sigma, 300.0)
     horizontal = 15.041067 * np.cos(LATITUDE)
     assert budget["gyro bias"].heading == pytest.approx(0.01 / horizontal, rel=1e-7)
     assert budget["gyro bias"].heading / ARCMIN == pytest.approx(3.6, abs=0.05)
@@ -123,7 +123,7 @@ def test_emulated_non_linearity_has_the_predicted_spread_and_mean():
     roll, pitch, heading, runs = 0.4, -0.6, 1.2, 1500
     q_nb = rotation.quaternion_from_euler(roll, pitch, heading)
     ideal = Parked(LATITUDE, 0.5, 0.0, q_nb, 100.0).increments(1.0)
-    section = ImuSection(
+    section = Imu(
         grade="ideal",
         gyro_quadratic_sigma_ppm_per_deg_s=4e3,
         gyro_cubic_sigma_ppm_per_deg2_s2=1e6,
@@ -139,7 +139,7 @@ def test_emulated_non_linearity_has_the_predicted_spread_and_mean():
         assert errors.std() == pytest.approx(sigma, rel=4 / np.sqrt(2 * runs))
     for source in ("gyro non-linearity", "accelerometer non-linearity"):  # both are seen
         assert budget[source].heading > 0.2 * total(budget).heading
-    fixed = ImuSection(
+    fixed = Imu(
         grade="ideal",
         gyro_cubic_ppm_per_deg2_s2=(1e6, -1e6, 1e6),
         accel_quadratic_ug_per_g2=(3.0, -2.0, 1.0),
@@ -178,7 +178,7 @@ def test_emulated_drifts_have_the_predicted_spread(source: str, errors: dict[str
     roll, pitch, heading, runs, rate_hz, begin = 0.4, -0.6, 1.2, 800, 1.0, 80
     q_nb = rotation.quaternion_from_euler(roll, pitch, heading)
     ideal = Parked(LATITUDE, 0.5, 0.0, q_nb, 180.0).increments(rate_hz)
-    section = ImuSection(grade="ideal", rate_hz=rate_hz, **errors)
+    section = Imu(grade="ideal", rate_hz=rate_hz, **errors)
 
     def session(seed: int) -> tuple[np.ndarray, np.ndarray]:
         imu = emulate(ideal, section, seed)
@@ -195,7 +195,7 @@ def test_emulated_drifts_have_the_predicted_spread(source: str, errors: dict[str
 
 def test_known_drifts_are_known_errors() -> None:
     q_nb = rotation.quaternion_from_euler(0.4, -0.6, 1.2)
-    imu = emulate(Parked(LATITUDE, 0.5, 0.0, q_nb, 180.0).increments(10.0), fixed := ImuSection(
+    imu = emulate(Parked(LATITUDE, 0.5, 0.0, q_nb, 180.0).increments(10.0), fixed := Imu(
         grade="ideal",
         rate_hz=10.0,
         gyro_ramp_deg_h_per_h=(0.1, -0.2, 0.3),
@@ -220,11 +220,11 @@ def test_known_drifts_are_known_errors() -> None:
 
 def test_known_null_shift_is_a_known_error() -> None:
     """The means of the rates over a session that begins 80 s after the laser gyros."""
-    ring = LaserGyroSection(
+    ring = LaserGyros(
         perimeter_mm=420.0, area_mm2=8487.0, lock_in_deg_h=0.0, dither_amplitude_arcsec=140.0,
         dither_frequency_hz=400.0, gas_flow_mps=1e-3, gain_percent=0.8, expansion_ppm_per_c=0.1,
     )  # fmt: skip
-    known = expected_errors(ImuSection(grade="ideal", laser_gyro=ring, **WARM)).mean
+    known = expected_errors(Imu(grade="ideal", laser_gyro=ring, **WARM)).mean
     edges = np.arange(1801) * 0.1
     still = ImuData(edges, np.zeros((1800, 3)), np.zeros((1800, 3)))
     rates, forces = reading_errors(known, np.zeros(3), np.zeros(3), 100.0, 80.0)
@@ -281,7 +281,7 @@ def test_the_mean_of_a_gauss_markov_process_by_quadrature(x: float) -> None:
 
 
 def test_noise_falls_with_the_session_and_bias_does_not():
-    sigma = expected_errors(ImuSection(gyro_quantum_arcsec=1.0)).sigma
+    sigma = expected_errors(Imu(gyro_quantum_arcsec=1.0)).sigma
     budget = error_budget(LEVEL, LATITUDE, sigma, np.array([100.0, 400.0]))
     for source, power in (("angle random walk", 0.5), ("angle quantisation", 1.0), ("gyro bias", 0.0)):
         heading = np.broadcast_to(budget[source].heading, 2)
@@ -307,7 +307,7 @@ def test_emulated_sessions_of_a_parked_truth_have_the_predicted_spread():
     roll, pitch, heading, runs = 0.05, -0.1, 1.2, 1500
     q_nb = rotation.quaternion_from_euler(roll, pitch, heading)
     ideal = Parked(LATITUDE, 0.5, 0.0, q_nb, 300.0).increments(2.0)
-    section = ImuSection(grade="laser-standard")
+    section = Imu(grade="laser-standard")
     readings = [mean_readings(emulate(ideal, section, seed)) for seed in range(runs)]
     result = determine(*(np.array(part) for part in zip(*readings, strict=True)))
     found = np.stack([result.heading - heading, result.roll - roll, result.pitch - pitch, result.latitude - LATITUDE])
@@ -325,7 +325,7 @@ def test_mean_and_sigma_of_one_error_have_the_statistics_of_the_paper():
     roll, pitch, heading, runs = 0.05, -0.1, 1.2, 600
     q_nb = rotation.quaternion_from_euler(roll, pitch, heading)
     ideal = Parked(LATITUDE, 0.5, 0.0, q_nb, 300.0).increments(1.0)
-    section = ImuSection(
+    section = Imu(
         grade="ideal",
         rate_hz=1.0,
         gyro_bias_deg_h=(0.03, -0.02, 0.01),
@@ -351,7 +351,7 @@ def test_mean_and_sigma_of_one_error_have_the_statistics_of_the_paper():
 
 
 def test_bias_takes_over_on_a_map_as_at_each_of_its_points():
-    sigma = expected_errors(ImuSection(gyro_quantum_arcsec=1.0)).sigma
+    sigma = expected_errors(Imu(gyro_quantum_arcsec=1.0)).sigma
     heading, latitude = np.array([0.1, 1.0, 2.0, 4.0]), np.radians([[10.0], [50.0], [80.0]])
     attitude = Attitude(heading, 0.1, -0.2)
     on_map = bias_takes_over(attitude, latitude, sigma)
@@ -366,16 +366,16 @@ def test_bias_takes_over_on_a_map_as_at_each_of_its_points():
 @pytest.mark.parametrize("duration", [0.0, -5.0, np.nan])
 def test_a_session_has_a_length(duration):
     with pytest.raises(InputError, match="must be positive"):
-        error_budget(LEVEL, LATITUDE, expected_errors(ImuSection()).sigma, duration)
+        error_budget(LEVEL, LATITUDE, expected_errors(Imu()).sigma, duration)
 
 
 def test_the_cone_does_not_tell_the_latitude_on_the_equator():
     with pytest.raises(InputError, match="equator"):
-        error_budget(LEVEL, 0.01, expected_errors(ImuSection()).sigma, 300.0, method="disturbed")
+        error_budget(LEVEL, 0.01, expected_errors(Imu()).sigma, 300.0, method="disturbed")
 
 
 def test_a_known_latitude_has_no_error_and_changes_no_heading():
-    sigma = expected_errors(ImuSection()).sigma
+    sigma = expected_errors(Imu()).sigma
     found = total(error_budget(LEVEL, LATITUDE, sigma, 300.0, method="disturbed"))
     known = total(error_budget(LEVEL, LATITUDE, sigma, 300.0, method="disturbed, latitude known"))
     assert known.latitude == 0.0
@@ -385,6 +385,6 @@ def test_a_known_latitude_has_no_error_and_changes_no_heading():
 
 
 def test_instrument_sigmas_carry_over():
-    sigmas = expected_errors(ImuSection(grade="laser-standard")).instrument_sigmas
+    sigmas = expected_errors(Imu(grade="laser-standard")).instrument_sigmas
     assert isinstance(sigmas, InstrumentErrors)
     np.testing.assert_allclose(sigmas.accel_bias, 50 * UG)

@@ -30,14 +30,14 @@ from sinssim.alignment.theory import RANDOM_WALK_FACTOR
 from sinssim.data import ImuData
 from sinssim.earth.models import OMEGA_IE
 from sinssim.errors import InputError
-from sinssim.scenario.sections.imu import ImuSection
 from sinssim.sensors.imu.emulate import emulate
+from sinssim.sensors.imu.imu import Imu
 from sinssim.truth.motions.parked import Parked
 from sinssim.truth.motions.swaying import Sway, Swaying
 from sinssim.units import ARCSEC, DEG_H
 
 LATITUDE, HEADING = np.radians(50.0), np.radians(40.0)
-LASER = ImuSection(grade="laser-standard")
+LASER = Imu(grade="laser-standard")
 
 
 def sways(seed):
@@ -217,7 +217,7 @@ def test_a_vehicle_that_drives_about_is_found_out():
 
 def test_gyros_that_cannot_see_the_earth_turn_are_refused(ideal):
     with pytest.raises(InputError, match="too large for an alignment"):
-        align_disturbed(emulate(ideal, ImuSection(grade="consumer"), 1))
+        align_disturbed(emulate(ideal, Imu(grade="consumer"), 1))
     with pytest.raises(InputError, match="at latitude 85 deg"):  # and a latitude that is wrong
         align_disturbed(ideal, np.radians(85.0))
 

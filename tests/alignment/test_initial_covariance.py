@@ -21,15 +21,15 @@ from sinssim.alignment import (
 from sinssim.data import ImuData
 from sinssim.earth.models import OMEGA_IE
 from sinssim.errors import InputError
-from sinssim.scenario.sections.imu import ImuSection
 from sinssim.sensors import ImuErrors, TriadErrors, draw
 from sinssim.sensors.imu.emulate import emulate
+from sinssim.sensors.imu.imu import Imu
 from sinssim.truth.motions.parked import Parked
 from sinssim.units import ARCSEC, DEG_H
 
 ANGLES = (1.2, 0.3, -0.2)  # heading, roll, pitch
 LATITUDE = np.radians(50.0)
-SECTION = ImuSection(grade="laser-standard")
+SECTION = Imu(grade="laser-standard")
 
 
 def test_the_state_is_the_determined_attitude_at_rest():

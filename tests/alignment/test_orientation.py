@@ -23,13 +23,13 @@ from sinssim.alignment.budget import reading_errors, reading_variances
 from sinssim.alignment.theory import linear
 from sinssim.earth.models import OMEGA_IE
 from sinssim.errors import InputError
-from sinssim.scenario.sections.imu import ImuSection
 from sinssim.sensors import ImuErrors, TriadErrors, draw
 from sinssim.sensors.imu.errors import WarmUp
+from sinssim.sensors.imu.imu import Imu
 from sinssim.units import DEG_H, PPM, UG
 
 LATITUDE = np.radians(50.0)
-GRADE = expected_errors(ImuSection(grade="laser-standard")).sigma
+GRADE = expected_errors(Imu(grade="laser-standard")).sigma
 TILT = {"roll": 0.03, "pitch": -0.02}
 
 
@@ -38,13 +38,13 @@ def quarter_turns(first, count):
 
 
 def test_one_position_is_a_plain_session():
-    curved = ImuSection(
+    curved = Imu(
         grade="laser-standard",
         gyro_quadratic_sigma_ppm_per_deg_s=1e5,
         accel_quadratic_sigma_ug_per_g2=50.0,
         accel_cubic_sigma_ug_per_g3=50.0,
     )
-    drifting = ImuSection(
+    drifting = Imu(
         gyro_bias_temperature_sigma_deg_h_per_c=0.002,
         gyro_scale_temperature_sigma_ppm_per_c=50.0,
         gyro_ramp_sigma_deg_h_per_h=0.1,
@@ -166,7 +166,7 @@ def test_sets_against_draws_through_the_determination(count):
     rng = np.random.default_rng(5)
     deltas = np.empty((runs, 4))
     for run in range(runs):
-        errors = draw(ImuSection(grade="laser-standard"), run)
+        errors = draw(Imu(grade="laser-standard"), run)
         noise = [
             triad.random_walk / np.sqrt(duration / count) * rng.standard_normal((count, 3))
             for triad in (errors.gyro, errors.accel)

@@ -9,7 +9,8 @@ import pytest
 
 from sinssim.alignment.budget import reading_variances
 from sinssim.data import Array
-from sinssim.sensors.imu.errors import ImuErrors, TriadErrors, WarmUp
+from sinssim.sensors.imu.errors import ImuErrors, WarmUp
+from sinssim.sensors.imu.fields import TriadErrors
 from tests.oracles.imu_model import output, temperature
 
 RATE, FORCE = np.array([0.4, -0.2, 0.5]), np.array([1.5, -2.5, -9.2])

@@ -19,8 +19,8 @@ from sinssim.errors import InputError
 from sinssim.recording.figures.alignment import session_figure
 from sinssim.recording.figures.canvas import save
 from sinssim.running.align import _part, align
-from sinssim.scenario.sections.imu import ImuSection
 from sinssim.sensors.imu.emulate import emulate
+from sinssim.sensors.imu.imu import Imu
 from sinssim.truth.motions.swaying import Sway, Swaying
 
 SCENARIO = """
@@ -132,7 +132,7 @@ def test_a_block_on_its_back_in_a_log_is_doubted(tmp_path, method):
 def test_a_swaying_vehicle_is_refused_and_then_aligned(tmp_path, capsys):
     sways = [Sway("roll", 0.005, 0.3117), Sway("pitch", 0.005, 0.1731, 1.0), Sway("heading", 0.005, 0.2319, 2.0)]
     truth = Swaying(np.radians(50.0), 0.3, 0.0, 0.0, 0.0, 1.0, 300.0, sways)
-    imu = emulate(truth.increments(20.0), ImuSection(grade="laser-standard"), 1)
+    imu = emulate(truth.increments(20.0), Imu(grade="laser-standard"), 1)
     log, description = write_log(tmp_path / "sway.csv", imu)
     code, _, err = run(capsys, log, "--columns", description)
     assert code == 2
@@ -364,7 +364,7 @@ def test_the_expected_errors_of_a_session_that_begins_warm() -> None:
     """Level, to the north: a ramp R of the right gyro is R (t + T/2)/(U cos φ) of heading, a bias of the forward
     accelerometer b/g of pitch; the noise is that of T, the crossing that of both."""
     imu = session_to_the_north()
-    section = ImuSection(
+    section = Imu(
         grade="ideal", gyro_ramp_sigma_deg_h_per_h=0.5, accel_bias_sigma_ug=30.0, gyro_arw_deg_sqrt_h=0.001,
         gyro_bias_deg_h=(0.0, 0.002, 0.0),
     )  # fmt: skip

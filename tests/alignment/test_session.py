@@ -11,8 +11,8 @@ from sinssim.alignment import determine_session, ideal_readings, mean_readings
 from sinssim.alignment.session import white_level
 from sinssim.data import ImuData
 from sinssim.errors import InputError
-from sinssim.scenario.sections.imu import ImuSection
 from sinssim.sensors.imu.emulate import emulate
+from sinssim.sensors.imu.imu import Imu
 from sinssim.units import ARCSEC, DEG_SQRT_H
 
 HEADING, ROLL, PITCH, LATITUDE = 2.1, 0.02, -0.03, np.radians(50.0)
@@ -53,7 +53,7 @@ def test_samples_that_are_missing_are_told():
 
 @pytest.mark.parametrize("quantum_arcsec", [0.0, 1.0])
 def test_white_level_is_the_random_walk_and_what_pulses_leave(quantum_arcsec):
-    section = ImuSection(grade="laser-standard", gyro_quantum_arcsec=quantum_arcsec)
+    section = Imu(grade="laser-standard", gyro_quantum_arcsec=quantum_arcsec)
     levels = [white_level(emulate(session(rate=100.0), section, seed).dtheta, 300.0) for seed in range(8)]
     # pulses add Q²/4τ to N²; the longest octave that leaves 128 parts of 300 s is 1.28 s
     expected = np.hypot(0.003 * DEG_SQRT_H, quantum_arcsec * ARCSEC / np.sqrt(4 * 1.28))

@@ -16,7 +16,9 @@ from sinssim.scenario import Scenario
 from sinssim.scenario.true_motion import fly
 from sinssim.sensors.imu.compensation import compensate
 from sinssim.sensors.imu.emulate import emulate
-from sinssim.sensors.imu.errors import ImuErrors, TriadErrors, draw
+from sinssim.sensors.imu.errors import ImuErrors
+from sinssim.sensors.imu.fields import TriadErrors
+from sinssim.sensors.imu.imu import draw
 from sinssim.statistics.order_statistics import percentile
 from sinssim.toml_file import tomllib
 from tests.calibration.draws import ARCSECONDS, DEGREES, check, drawn, scenario

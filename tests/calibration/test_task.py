@@ -23,9 +23,9 @@ from sinssim.calibration.task import Estimate, make_task
 from sinssim.data import ImuData
 from sinssim.earth.models import OMEGA_IE
 from sinssim.scenario import Scenario
-from sinssim.scenario.sections.imu import ImuSection
 from sinssim.scenario.true_motion import fly
 from sinssim.sensors.imu.compensation import compensate
+from sinssim.sensors.imu.imu import Imu
 from sinssim.toml_file import tomllib
 from sinssim.units import ARCSEC, DEG_H, G0, PPM, UG
 from tests.calibration.draws import scenario
@@ -41,7 +41,7 @@ NOTHING = ImuData(np.arange(3.0), np.zeros((2, 3)), np.zeros((2, 3)))
 
 def test_names_units_and_sizes() -> None:
     """The size is the root mean square of given errors and 1σ; a block without errors has those of a laser system."""
-    section = ImuSection(
+    section = Imu(
         grade="ideal", gyro_bias_deg_h=(1.0, -2.0, 2.0), gyro_bias_sigma_deg_h=4.0, accel_scale_sigma_ppm=7.0,
         gyro_misalignment_arcsec=(1.0, 2.0, 3.0, 4.0, 5.0, 6.0), accel_arms_mm=((1.0, 2.0, -30.0),) * 3,
     )  # fmt: skip
@@ -54,7 +54,7 @@ def test_names_units_and_sizes() -> None:
         kind = one.name.rsplit(" ", 1)[0]
         assert one.unit == (UNITS[kind][0], pytest.approx(UNITS[kind][1], rel=1e-12))
         assert one.size == pytest.approx(sizes[kind] * UNITS[kind][1], rel=1e-12)
-    assert parameters(ImuSection(), "systematic", arms=True)[-1].size == 0.01
+    assert parameters(Imu(), "systematic", arms=True)[-1].size == 0.01
     left = [
         name
         for name in NAMES
@@ -64,7 +64,7 @@ def test_names_units_and_sizes() -> None:
 
 
 def test_values_and_errors_of_a_block() -> None:
-    known = parameters(ImuSection(), "separate", arms=True)
+    known = parameters(Imu(), "separate", arms=True)
     values = np.arange(1.0, 31.0)
     errors = errors_of(known, values)
     np.testing.assert_array_equal(errors.gyro.bias, [1, 2, 3])
@@ -80,7 +80,7 @@ def test_values_and_errors_of_a_block() -> None:
 
 
 def test_noise_and_what_is_not_modelled() -> None:
-    section = ImuSection(grade="ideal", gyro_arw_deg_sqrt_h=0.3, gyro_instability_deg_h=0.2,
+    section = Imu(grade="ideal", gyro_arw_deg_sqrt_h=0.3, gyro_instability_deg_h=0.2,
                          gyro_correlation_time_s=70.0, gyro_quantum_arcsec=3.0, accel_vrw_ug_sqrt_hz=40.0,
                          accel_flicker_ug=2.0, accel_rrw_ug_sqrt_h=5.0)  # fmt: skip
     gyro, accel = noise_of(section, "gyro"), noise_of(section, "accel")

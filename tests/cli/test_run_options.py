@@ -16,10 +16,8 @@ from sinssim.errors import InputError
 from sinssim.frames import FRAMES
 from sinssim.recording.store.summary import flagged_words
 from sinssim.scenario import Scenario, load_scenario
-from sinssim.scenario.sections.compensation import CompensationSection
-from sinssim.scenario.sections.imu import ImuSection
-from sinssim.sensors.imu.compensation import draw_calibration
-from sinssim.sensors.imu.errors import draw
+from sinssim.sensors.imu.compensation import Compensation
+from sinssim.sensors.imu.imu import Imu, draw
 from sinssim.simulation import run
 from sinssim.units import DEG_H, UG
 
@@ -217,12 +215,12 @@ def test_what_the_sensors_flag_is_recorded_and_counted(tmp_path: Path) -> None:
 
 def test_imperfect_calibration_leaves_its_own_errors() -> None:
     """Of a bias alone, a constant; drawn anew for every seed, with the given 1σ."""
-    imu = ImuSection(grade="laser-standard")
-    section = CompensationSection(gyro_bias_sigma_deg_h=0.004, accel_bias_sigma_ug=20.0, accel_scale_sigma_ppm=7.0)
+    imu = Imu(grade="laser-standard")
+    section = Compensation(gyro_bias_sigma_deg_h=0.004, accel_bias_sigma_ug=20.0, accel_scale_sigma_ppm=7.0)
     left = {"gyro bias": [], "accel bias": [], "accel scale": []}
     for seed in range(300):
         true = draw(imu, seed)
-        known = draw_calibration(true, section, seed)
+        known = section.draw(true, seed)
         assert np.array_equal(true.gyro.scale, known.gyro.scale)
         assert np.array_equal(true.accel.misalignment, known.accel.misalignment)
         left["gyro bias"].append(true.gyro.bias - known.gyro.bias)

@@ -10,9 +10,9 @@ import pytest
 import sinssim
 from sinssim.error_budget.served import _OTHER_SETS
 from sinssim.errors import InputError
-from sinssim.scenario.sections.within_imu.sensor_set import SensorSet
 from sinssim.sensors.aiding.barometer import BarometerSection
 from sinssim.sensors.aiding.base.sensor import AidingReadings, Vehicle
+from sinssim.sensors.sets.sensor_set import SensorSet
 from tests.error_budget.worlds import SHORT_TURN, scenario
 
 _AIDED: dict[str, Any] = {"motion": SHORT_TURN, "navigation": {"vertical": "free"}, "filter": {}}

@@ -17,8 +17,8 @@ from sinssim.estimation.checks.consistency import nees
 from sinssim.estimation.estimate import estimate
 from sinssim.estimation.nominal import rows_of
 from sinssim.estimation.result import corrected
-from sinssim.scenario.sections.imu import ImuSection
 from sinssim.sensors import ImuErrors, TriadErrors
+from sinssim.sensors.imu.imu import Imu
 from sinssim.strapdown.nav_error import navigation_error
 from sinssim.strapdown.navigate import navigate
 from sinssim.truth.motions.great_circle import GreatCircle
@@ -326,7 +326,7 @@ def test_refused(options: dict, message: str) -> None:
 
 def test_all_fifteen_to_thirty_three_states_at_once() -> None:
     """Scale factors, misalignments, a Gauss-Markov bias, a lever arm and a barometer's bias: NEES of a few runs."""
-    sigma = expected_errors(ImuSection(grade="mems-industrial")).sigma
+    sigma = expected_errors(Imu(grade="mems-industrial")).sigma
     arm = np.array([0.3, 0.1, -1.2])
     model = error_model(
         sigma,

@@ -9,22 +9,23 @@ from sinssim.alignment.budget import expected_errors
 from sinssim.alignment.initial_conditions import STATES
 from sinssim.errors import InputError
 from sinssim.estimation import BLOCKS, Block, ErrorModel, error_model
-from sinssim.scenario.sections.imu import ImuSection
-from sinssim.sensors.imu.errors import ImuErrors, TriadErrors, WarmUp
+from sinssim.sensors.imu.errors import ImuErrors, WarmUp
+from sinssim.sensors.imu.fields import TriadErrors
+from sinssim.sensors.imu.imu import Imu
 from sinssim.sensors.noise import flicker
 
 NAVIGATION = (Block("position", 10.0), Block("velocity", 0.1), Block("attitude", (1e-3, 1e-3, 1e-2)))
 
 
 def test_the_states_are_those_of_the_alignment() -> None:
-    sigma = expected_errors(ImuSection(grade="laser-standard")).sigma
+    sigma = expected_errors(Imu(grade="laser-standard")).sigma
     assert error_model(sigma).states == STATES[:15]
     constant = [f"{triad} {what}" for what in ("bias", "scale", "misalignment") for triad in ("gyro", "accelerometer")]
     assert error_model(sigma, imu=constant).states == STATES
 
 
 def test_noise_and_sigmas_come_from_the_sensor_description() -> None:
-    model = error_model(expected_errors(ImuSection(grade="mems-industrial")).sigma)
+    model = error_model(expected_errors(Imu(grade="mems-industrial")).sigma)
     deg_h = np.pi / 180 / 3600
     assert [block.name for block in model.blocks][3:] == ["gyro bias", "accelerometer bias", "gyro instability"]
     assert model.gyro_noise == pytest.approx(0.1 * np.pi / 180 / 60)
@@ -40,7 +41,7 @@ def test_noise_and_sigmas_come_from_the_sensor_description() -> None:
 
 
 def test_a_rate_random_walk_makes_the_bias_walk() -> None:
-    model = error_model(expected_errors(ImuSection(gyro_rrw_deg_h_sqrt_h=0.02)).sigma)
+    model = error_model(expected_errors(Imu(gyro_rrw_deg_h_sqrt_h=0.02)).sigma)
     where = model.slices["gyro bias"]
     # after an hour it has walked by 0.02 deg/h
     np.testing.assert_allclose(model.density[where] * 60.0, 0.02 * np.pi / 180 / 3600)
@@ -52,7 +53,7 @@ def test_what_drifts_is_told_as_a_walk_of_the_bias() -> None:
 
     def walk(duration: float = 3600.0, **imu: float) -> tuple[float, float]:
         model = error_model(
-            expected_errors(ImuSection(grade="ideal", accel_bias_sigma_ug=1.0, **imu)).sigma, duration=duration
+            expected_errors(Imu(grade="ideal", accel_bias_sigma_ug=1.0, **imu)).sigma, duration=duration
         )
         first = model.slices["gyro bias"].start
         return float(model.sigma[first]), float(model.density[first])
@@ -76,7 +77,7 @@ def test_what_drifts_is_told_as_a_walk_of_the_bias() -> None:
 
 
 def test_what_no_block_knows_is_said() -> None:
-    section = ImuSection(grade="tactical", gyro_g_sensitivity_sigma_deg_h_per_g=1.0, accel_range_g=20.0)
+    section = Imu(grade="tactical", gyro_g_sensitivity_sigma_deg_h_per_g=1.0, accel_range_g=20.0)
     model = error_model(expected_errors(section).sigma, imu=("gyro bias", "accelerometer bias", "gyro scale"))
     assert model.untold == (
         "misalignments of the gyros",
@@ -88,7 +89,7 @@ def test_what_no_block_knows_is_said() -> None:
 
 
 def test_what_a_scenario_fixes_is_known_and_needs_no_spread() -> None:
-    sigma = expected_errors(ImuSection(grade="laser-standard", gyro_bias_deg_h=(0.1, 0.0, 0.0))).sigma
+    sigma = expected_errors(Imu(grade="laser-standard", gyro_bias_deg_h=(0.1, 0.0, 0.0))).sigma
     model = error_model(sigma, imu=("gyro bias", "gyro misalignment", "gyro scale"))
     np.testing.assert_array_equal(model.sigma[model.slices["gyro bias"]], 0.0)
     assert model.slices["gyro misalignment"] == slice(12, 18)
@@ -114,7 +115,7 @@ def test_a_sensors_block_is_as_large_as_its_sigma() -> None:
         (lambda: Block("gyro bias", np.nan), "finite"),
         (lambda: Block("gyro bias", 1.0, correlation_time=0.0), "must be positive"),
         (lambda: Block("gyro bias", 1.0, random_walk=1.0, correlation_time=9.0), "Gauss-Markov"),
-        (lambda: error_model(expected_errors(ImuSection()).sigma, imu=("position",)), "inertial sensors"),
+        (lambda: error_model(expected_errors(Imu()).sigma, imu=("position",)), "inertial sensors"),
     ],
 )
 def test_refused(make: object, message: str) -> None:

@@ -19,7 +19,7 @@ from sinssim.earth.models import WGS84
 from sinssim.estimation import error_model
 from sinssim.estimation.checks.consistency import nees
 from sinssim.estimation.estimate import estimate
-from sinssim.scenario.sections.imu import ImuSection
+from sinssim.sensors.imu.imu import Imu
 from sinssim.strapdown.nav_error import navigation_error
 from tests.estimation.test_pyins_filter import at, errors_of, estimation_model, rms, rows_of, their_consistency
 
@@ -28,7 +28,7 @@ pytestmark = [pytest.mark.slow, pytest.mark.filterwarnings("ignore:The copy keyw
 SEEDS, BOTH = 120, 3
 LENGTH, BEGINS = 420.0, 300.0  # s: two minutes without satellites at the end
 SECONDS = np.arange(10.0, LENGTH, 10.0)
-UNIT = ImuSection(
+UNIT = Imu(
     grade="ideal", gyro_bias_sigma_deg_h=10.0, gyro_arw_deg_sqrt_h=0.1, gyro_scale_sigma_ppm=500.0,
     gyro_misalignment_sigma_arcsec=100.0, accel_bias_sigma_ug=1000.0, accel_vrw_mps_sqrt_h=0.03,
     accel_scale_sigma_ppm=500.0, accel_misalignment_sigma_arcsec=100.0,

@@ -12,9 +12,9 @@ from sinssim.alignment.budget import expected_errors
 from sinssim.data import Array, ImuData, Measurements, NavState
 from sinssim.earth.models import WGS84
 from sinssim.estimation import ErrorModel, Estimate, Smoothed, state_errors
-from sinssim.scenario.sections.imu import ImuSection
 from sinssim.sensors import ImuErrors, TriadErrors
 from sinssim.sensors.imu.emulate import emulate
+from sinssim.sensors.imu.imu import Imu
 from sinssim.truth import Trajectory
 from sinssim.truth.curve import Curve
 from tests.oracles import integrator as oracle
@@ -38,7 +38,7 @@ def weaving(duration: float, rate_hz: float) -> tuple[Curve, ImuData]:
 
 def biases_only(grade: str) -> ImuErrors:
     """Return the standard deviations of a grade's biases and noise, and of nothing else."""
-    sigma = expected_errors(ImuSection(grade=grade)).sigma
+    sigma = expected_errors(Imu(grade=grade)).sigma
     gyro, accel = (
         TriadErrors(
             bias=t.bias,

@@ -28,8 +28,8 @@ from sinssim.sensors.sets.true_errors import draw_true_errors
 
 found = {}
 H = np.arange(1.0, 10.0).reshape(3, 3)  # deg/h/g²
-fixed = ImuSection(grade="ideal", gyro_g2_sensitivity_deg_h_per_g2=H.ravel().tolist())
-other = ImuSection.model_validate(
+fixed = Imu(grade="ideal", gyro_g2_sensitivity_deg_h_per_g2=H.ravel().tolist())
+other = Imu.model_validate(
     {"grade": "ideal", "gyro_g2_sensitivity_deg_s_per_g2": (H.ravel() / 3600.0).tolist()}
 )
 found["other unit"] = other.gyro_g2_sensitivity_deg_h_per_g2
@@ -38,8 +38,8 @@ found["rate"] = measured.dtheta.sum(axis=0).tolist()
 found["force"] = float(np.abs(measured.dvel - ideal.dvel).max())
 expected = expected_errors(fixed)
 found["session"] = reading_errors(expected.mean, np.zeros(3), force[0], 1.0)[0].tolist()
-section = ImuSection(grade="ideal", gyro_g2_sensitivity_sigma_deg_h_per_g2=0.5)
-as_bias = ImuSection(grade="ideal", gyro_bias_sigma_deg_h=0.5 * (9.80665 / 9.80665) ** 2)
+section = Imu(grade="ideal", gyro_g2_sensitivity_sigma_deg_h_per_g2=0.5)
+as_bias = Imu(grade="ideal", gyro_bias_sigma_deg_h=0.5 * (9.80665 / 9.80665) ** 2)
 level = Attitude(*np.zeros(3))
 for name, block in (("term", section), ("bias", as_bias)):
     budget = error_budget(level, 0.8, expected_errors(block).sigma, 60.0, gravity=9.80665)
@@ -61,8 +61,8 @@ for name, key in (("term", "gyro_g2_sensitivity_sigma_deg_h_per_g2"), ("bias", "
     found[f"covariance {name}"] = [result.sources[0].name, *map(float, result.sigma()[-1, 6:])]
 refused = []
 for make in (
-    lambda: ImuSection(gyro_g2_sensitivity_deg_h_per_g2=[1e7] * 9),
-    lambda: ImuSection(gyro_g2_sensitivity_sigma_deg_h_per_g2=-1.0),
+    lambda: Imu(gyro_g2_sensitivity_deg_h_per_g2=[1e7] * 9),
+    lambda: Imu(gyro_g2_sensitivity_sigma_deg_h_per_g2=-1.0),
     lambda: emulate(ideal, ImuErrors(accel=TriadErrors(g2_sensitivity=np.eye(3)))),
     lambda: emulate(ideal, ImuErrors(gyro=TriadErrors(g2_sensitivity=np.ones(3)))),
 ):
@@ -80,13 +80,15 @@ print(json.dumps(found))
 def copy(tmp_path_factory):
     made = Copy(tmp_path_factory.mktemp("page"))
     made.apply(read_page("gyro-error-term"))
+    made.run('import runpy; runpy.run_module("sinssim.sensors.imu.write_fields", run_name="__main__")')
     return made
 
 
 def test_a_new_term_touches_few_files(copy):
     assert len(copy.touched) <= AIM, copy.touched
     assert copy.touched == [
-        "sinssim/sensors/expectation.py", "sinssim/sensors/imu/error_kernel.py", "sinssim/sensors/imu/terms.py",
+        "sinssim/sensors/expectation.py", "sinssim/sensors/imu/error_kernel.py", "sinssim/sensors/imu/fields.py",
+        "sinssim/sensors/imu/terms.py",
     ]  # fmt: skip
 
 

@@ -18,9 +18,9 @@ from sinssim.estimation import error_model
 from sinssim.estimation.estimate import estimate
 from sinssim.noise_identification.allan import allan_deviation
 from sinssim.noise_identification.fit import fit_noise
-from sinssim.scenario.sections.imu import ImuSection
 from sinssim.sensors import ImuErrors, TriadErrors
 from sinssim.sensors.imu.compensation import compensate
+from sinssim.sensors.imu.imu import Imu
 from sinssim.sensors.laser_gyro.lock_in import angle_error, turnarounds
 from sinssim.sensors.laser_gyro.ring import LaserGyro
 from sinssim.sensors.sets.accelerometers import emulate_accelerometers
@@ -47,7 +47,7 @@ FIX = Measurements(
 MODEL = error_model(ImuErrors(TriadErrors(random_walk=1e-6), TriadErrors(random_walk=1e-4)), imu=())
 
 PART = {"title": "t", "motions": ({"scenario": "parked"},), "rates_hz": (1.0,)}
-SECTION = ImuSection(grade="tactical")
+SECTION = Imu(grade="tactical")
 SIGMA = alignment.expected_errors(SECTION).sigma
 DETERMINED = alignment.determine(*alignment.ideal_readings(0.5, 0.1, 0.1, 0.8))
 RING = LaserGyro(0.28, 1e-8, 633e-9, 1e-3, 7e-4, 400.0)  # small, so that a fast rotation makes few steps
@@ -63,7 +63,7 @@ CALLS: dict[str, tuple[Callable[..., Any], tuple[Any, ...], dict[str, Any]]] = {
          "baro_time_constant": 50.0, "slow_quantities": "hold"},
     ),
     "transverse": (sinssim.navigate, (IMU, START), {"frame": "transverse", "route": (0.8, 0.2, 0.9, 0.3)}),
-    "emulate": (sinssim.emulate, (IMU, ImuSection(grade="tactical")), {"seed": 3}),
+    "emulate": (sinssim.emulate, (IMU, Imu(grade="tactical")), {"seed": 3}),
     "parked": (Parked, (0.8, 0.2, 100.0, LEVEL, 20.0), {"lever_arm": (1.0, 2.0, 3.0), "q_bs": LEVEL, "gravity": "j2"}),
     "parked state": (STILL.state, (np.array([0.0, 1.0]),), {}),
     "parked rates": (STILL.rates, (1.0,), {}),
@@ -102,7 +102,7 @@ CALLS: dict[str, tuple[Callable[..., Any], tuple[Any, ...], dict[str, Any]]] = {
     "allan": (allan_deviation, (np.random.default_rng(1).standard_normal(100), 0.1), {"samples": [1, 2, 4]}),
     "compensate": (compensate, (IMU, ImuErrors(TriadErrors(), TriadErrors())), {}),
     "estimate": (estimate, (IMU, START, [FIX], MODEL), {"loop": "closed", "rate_hz": 1.0, "gate": 1e-4}),
-    "imu section": (ImuSection, (), {"grade": "tactical", "rate_hz": 100.0, "gyro_bias_deg_h": (1.0, 2.0, 3.0)}),
+    "imu section": (Imu, (), {"grade": "tactical", "rate_hz": 100.0, "gyro_bias_deg_h": (1.0, 2.0, 3.0)}),
     "study": (Study, (), {"name": "x", "parts": (PART,)}),
     "load": (sinssim.load_scenario, ("parked",), {"overrides": ["imu.rate_hz=10"]}),
     "fit noise": (fit_noise, (np.random.default_rng(2).standard_normal(256) * 1e-6, 0.1), {"correlation_time": 5.0}),

@@ -10,10 +10,10 @@ import pytest
 from sinssim.data import ImuData
 from sinssim.errors import InputError
 from sinssim.noise_identification.fit import fit_noise
-from sinssim.scenario.sections.imu import ImuSection
 from sinssim.sensors import ImuErrors, TriadErrors
 from sinssim.sensors.imu.emulate import emulate
 from sinssim.sensors.imu.grades import GRADE_TABLE
+from sinssim.sensors.imu.imu import Imu
 
 GRADES = [name for name, grade in GRADE_TABLE.items() if grade.gyro.random_walk > 0.0]
 FIELDS = {"Q": "quantum", "N": "random_walk", "B": "flicker", "K": "rate_walk", "R": "ramp"}
@@ -148,7 +148,7 @@ INSTABLE = [name for name, grade in GRADE_TABLE.items() if grade.gyro.instabilit
 @pytest.mark.parametrize("rate_hz", [10.0, pytest.param(100.0, marks=pytest.mark.slow)])
 def test_the_grades_own_instability_alone(grade, rate_hz):
     """A Gauss-Markov bias of known correlation time, from a scenario's keys, over ten hours."""
-    section = ImuSection.model_validate(
+    section = Imu.model_validate(
         {"grade": "ideal", "gyro_instability_deg_h": GRADE_TABLE[grade].gyro.instability * 3600.0 * 180.0 / np.pi}
     )
     ideal = lively(int(36_000 * rate_hz), rate_hz)
@@ -165,7 +165,7 @@ def test_every_grade_as_it_is(grade, rate_hz):
     row = GRADE_TABLE[grade]
     still = np.ones((int(36_000 * rate_hz), 3))
     ideal = ImuData(np.arange(len(still) + 1) / rate_hz, 5e-5 / rate_hz * still, -5.0 / rate_hz * still)
-    measured = emulate(ideal, ImuSection(grade=grade), 8)
+    measured = emulate(ideal, Imu(grade=grade), 8)
     for sensor, channel in ((row.gyro, measured.dtheta[:, 0]), (row.accel, measured.dvel[:, 2])):
         instable = sensor.instability > 0.0
         fit = fit_noise(channel, 1.0 / rate_hz, correlation_time=3600.0 if instable else None)
@@ -179,7 +179,7 @@ def test_every_grade_as_it_is(grade, rate_hz):
 def test_an_ideal_sensor_has_nothing_to_identify():
     still = np.ones((1000, 3))
     ideal = ImuData(np.arange(1001) / 100.0, 5e-7 * still, -0.05 * still)
-    measured = emulate(ideal, ImuSection(grade="ideal"), 8)
+    measured = emulate(ideal, Imu(grade="ideal"), 8)
     with pytest.raises(InputError, match="a constant channel has no noise"):
         fit_noise(measured.dtheta[:, 0], 0.01)
 
@@ -204,7 +204,7 @@ def test_every_key_of_a_scenario_in_its_unit():
     for sensor, row in (("gyro", 0), ("accel", 3)):
         for symbol, word in (("Q", "quantum"), ("N", "rw"), ("B", "flicker"), ("K", "rrw"), ("R", "ramp")):
             key, value = next((k, v) for k, v in keys.items() if k.startswith(f"{sensor}_") and _names(k, word))
-            section = ImuSection.model_validate({"grade": "ideal", key: value})
+            section = Imu.model_validate({"grade": "ideal", key: value})
             channel = errors_of(ideal, emulate(ideal, section, 1))[row]
             unit, size = UNITS[sensor].terms[symbol]
             found = fit_noise(channel, 0.1).likely[symbol] / size

@@ -12,7 +12,7 @@ from sinssim.cli.process import main
 from sinssim.errors import InputError
 from sinssim.noise_identification.imu_block import block_text, imu_block
 from sinssim.noise_identification.report import noise_report
-from sinssim.scenario.sections.imu import ImuSection
+from sinssim.sensors.imu.imu import Imu
 from tests.noise_identification.test_report import T, increments, write
 from tests.oracles import noise
 
@@ -41,7 +41,7 @@ def path(tmp_path_factory: pytest.TempPathFactory) -> Path:
 def test_the_noise_that_was_put_in_comes_out(path: Path) -> None:
     text = block_text(noise_report(path))
     table = tomllib.loads(text)["imu"]
-    section = ImuSection(**table)
+    section = Imu(**table)
     # 20 000 samples of white noise: N to 0.5 % (1σ) each, the rms of three to 0.3 %
     assert section.gyro_arw_deg_sqrt_h == pytest.approx(0.12, rel=0.015)
     assert section.accel_vrw_ug_sqrt_hz == pytest.approx(0.05 / 60.0 / 9.80665e-6, rel=0.015)
@@ -61,7 +61,7 @@ def test_the_command_prints_the_table_alone(path: Path, capsys: pytest.CaptureFi
     table = tomllib.loads(capsys.readouterr().out)["imu"]
     assert "accel_vrw_ug_sqrt_hz" in table
     assert not any(key.startswith("gyro") for key in table)
-    assert ImuSection(**table).grade == table["grade"]
+    assert Imu(**table).grade == table["grade"]
     assert command("allan", path, "--imu", "--json") == 2
 
 

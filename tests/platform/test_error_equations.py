@@ -13,7 +13,8 @@ from sinssim.earth.models import WGS84
 from sinssim.platform.error_equations import ACCELEROMETERS, GYROS, START, TORQUERS, errors_by_cause
 from sinssim.platform.force import Forces, inertial_forces
 from sinssim.platform.navigate import navigate_platform
-from sinssim.sensors.imu.errors import ImuErrors, TriadErrors
+from sinssim.sensors.imu.errors import ImuErrors
+from sinssim.sensors.imu.fields import TriadErrors
 from sinssim.sensors.sets.platform import PlatformErrors
 from sinssim.strapdown.nav_error import navigation_error
 from sinssim.units import ARCMIN, DEG_H, PPM, UG

@@ -19,7 +19,8 @@ from sinssim.errors import InputError, RunError
 from sinssim.mechanization import Mechanization
 from sinssim.platform.force import Forces, inertial_forces
 from sinssim.platform.navigate import PlatformSolution, navigate_platform
-from sinssim.sensors.imu.errors import Fault, ImuErrors, TriadErrors
+from sinssim.sensors.imu.errors import Fault, ImuErrors
+from sinssim.sensors.imu.fields import TriadErrors
 from sinssim.sensors.sets.platform import PlatformErrors
 from sinssim.strapdown.nav_error import navigation_error
 from sinssim.units import ARCSEC, DEG_H, PPM, UG

@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 
 from sinssim.platform.error_equations import ACCELEROMETERS, GYROS, START, TORQUERS, ErrorsByCause
-from sinssim.scenario.sections.within_imu.sensor_set import Platform
+from sinssim.sensors.sets.sensor_set import Platform
 from sinssim.strapdown.nav_error import NavError
 
 TIME = np.array([100.0, 102.0, 106.0, 110.0])

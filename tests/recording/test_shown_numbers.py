@@ -16,8 +16,8 @@ from sinssim.recording.store.summaries.diagnosis_keys import with_sigma
 from sinssim.recording.tables.budget import lines_of
 from sinssim.recording.tables.expectation import to_json
 from sinssim.requirements.requirement import parse_requirement
-from sinssim.scenario.sections.imu import ImuSection
 from sinssim.sensors.expectation import expect
+from sinssim.sensors.imu.imu import Imu
 from sinssim.sensors.sets.platform import PlatformErrors
 from sinssim.studies.cost import Cost
 from sinssim.studies.operations import Operations
@@ -52,7 +52,7 @@ def test_an_estimate_and_its_sigma_have_one_unit() -> None:
 
 def test_the_errors_of_a_platform_in_their_units() -> None:
     """20, −30 and 40 ppm with σ = 50 ppm; gimbal angles 1″, 2″ and −3″ with σ = 4″."""
-    section = ImuSection(
+    section = Imu(
         grade="ideal",
         sensor_set={"type": "platform", "torquer_scale_sigma_ppm": 50.0, "pickoff_sigma_arcsec": 4.0},
     )
@@ -76,7 +76,7 @@ def test_the_cost_of_a_schedule() -> None:
 
 def test_an_expectation_as_numbers() -> None:
     """An accelerometer's bias of 100 µg alone: b (1 − cos ω t)/ω² after a quarter of Schuler's period is b R/g."""
-    section = ImuSection(grade="ideal", accel_bias_sigma_ug=100.0)
+    section = Imu(grade="ideal", accel_bias_sigma_ug=100.0)
     quarter = 0.25 * 5064.0
     numbers = to_json(expect(section, 45.0 * DEG, quarter))
     assert numbers["latitude_deg"] == pytest.approx(45.0)

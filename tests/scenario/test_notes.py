@@ -16,8 +16,8 @@ from sinssim.scenario.notes import (
     torquer_taken,
 )
 from sinssim.scenario.schema import Scenario
-from sinssim.scenario.sections.imu import ImuSection
 from sinssim.scenario.variation import with_values
+from sinssim.sensors.imu.imu import Imu
 from sinssim.units import ARCSEC, DEG_SQRT_H
 
 STILL = {"latitude_deg": 50.0, "duration_s": 100.0}
@@ -129,8 +129,8 @@ def test_rates_that_are_coarser_than_their_noise(quantum: float, said: bool) -> 
     walk = 0.06  # deg/√h
     arcsec = quantum * walk * DEG_SQRT_H / 5.0 / ARCSEC
     keys = {"grade": "ideal", "rate_hz": 25.0, "gyro_arw_deg_sqrt_h": walk, "gyro_quantum_arcsec": arcsec}
-    assert not list(coarse_rates(ImuSection.model_validate(keys)))
-    found = list(coarse_rates(ImuSection.model_validate({**keys, "output": "mean-rates"})))
+    assert not list(coarse_rates(Imu.model_validate(keys)))
+    found = list(coarse_rates(Imu.model_validate({**keys, "output": "mean-rates"})))
     assert found == (
         ["imu.output: the step of the gyro rates is 2.1 times the noise of a reading: rates below half a step are "
          "lost, and the rounding is not the white noise that filter and budget assume; it is up to 2 times."]
@@ -141,7 +141,7 @@ def test_rates_that_are_coarser_than_their_noise(quantum: float, said: bool) -> 
 def test_windows_of_the_monitoring() -> None:
     def notes(**own: Any) -> list[str]:
         imu = {"sensor_set": {"type": "redundant", **own}}
-        return list(keys_without_effect(ImuSection.model_validate(imu), 50.0))
+        return list(keys_without_effect(Imu.model_validate(imu), 50.0))
 
     assert notes(windows_s=[5.0, 50.0, 51.0]) == [
         "imu.sensor_set.windows_s.3 = 51 has no effect: the window is longer than the run, which ends at 50 s."

@@ -8,8 +8,8 @@ import pytest
 
 from sinssim.scenario.notes import defaults_taken
 from sinssim.scenario.schema import Scenario
-from sinssim.scenario.sections.imu import ImuSection
 from sinssim.scenario.summary import plan_lines
+from sinssim.sensors.imu.imu import Imu
 
 
 @pytest.mark.parametrize(
@@ -31,7 +31,7 @@ from sinssim.scenario.summary import plan_lines
 )
 def test_what_is_taken_is_said(keys: dict[str, Any], said: str) -> None:
     """A run of 25 001 s at 100 Hz has a hundred samples more than flicker reaches."""
-    (sentence,) = defaults_taken(ImuSection.model_validate({"rate_hz": 100.0, **keys}), 25_001.0)
+    (sentence,) = defaults_taken(Imu.model_validate({"rate_hz": 100.0, **keys}), 25_001.0)
     assert sentence.startswith(said)
     parked = {"latitude_deg": 50.0, "duration_s": 25_001.0}
     plan = Scenario.model_validate({"name": "n", "parked": parked, "imu": {"rate_hz": 100.0, **keys}})
@@ -49,4 +49,4 @@ def test_what_is_taken_is_said(keys: dict[str, Any], said: str) -> None:
     ],
 )
 def test_nothing_is_said_where_nothing_is_taken(keys: dict[str, Any]) -> None:
-    assert list(defaults_taken(ImuSection.model_validate({"rate_hz": 100.0, **keys}), 25_001.0)) == []
+    assert list(defaults_taken(Imu.model_validate({"rate_hz": 100.0, **keys}), 25_001.0)) == []

@@ -8,7 +8,7 @@ from typing import Any
 import pytest
 
 from sinssim.scenario.notes import keys_without_effect
-from sinssim.scenario.sections.imu import ImuSection
+from sinssim.sensors.imu.imu import Imu
 
 RING = {
     "perimeter_mm": 420.0,
@@ -43,7 +43,7 @@ RING = {
     ],
 )
 def test_what_changes_nothing_is_said(keys: dict[str, Any], said: str) -> None:
-    (sentence,) = keys_without_effect(ImuSection.model_validate(keys), 100.0)
+    (sentence,) = keys_without_effect(Imu.model_validate(keys), 100.0)
     assert re.search(said, sentence), sentence
 
 
@@ -59,4 +59,4 @@ def test_what_changes_nothing_is_said(keys: dict[str, Any], said: str) -> None:
     ],
 )
 def test_the_others_are_not(keys: dict[str, Any]) -> None:
-    assert list(keys_without_effect(ImuSection.model_validate(keys), 100.0)) == []
+    assert list(keys_without_effect(Imu.model_validate(keys), 100.0)) == []

@@ -11,7 +11,7 @@ from types import ModuleType
 import pytest
 
 from sinssim.scenario import Scenario
-from sinssim.scenario.sections.imu import ImuSection
+from sinssim.sensors.imu.imu import Imu
 
 DOCS = Path(__file__).parents[2] / "docs"
 
@@ -59,7 +59,7 @@ def test_examples_load(script: ModuleType, motion: str) -> None:
         data["flight"]["legs"] = [leg for leg in data["flight"]["legs"] if leg["type"] not in GROUND]
     if "imu" in data:  # the other tables of the page are for a block at rest
         turning = {**data["imu"], "rotation": data["imu"].pop("rotation")}
-        assert ImuSection.model_validate(turning).rotation is not None
+        assert Imu.model_validate(turning).rotation is not None
     scenario = Scenario.model_validate(data)
     shown = set(scenario.as_written())
     assert set(data) == {key for key in shown if getattr(scenario, key) is not None} - (

@@ -11,8 +11,8 @@ import pytest
 from sinssim.scenario.excitation import excitation
 from sinssim.scenario.planned.path import planned_path
 from sinssim.scenario.schema import Scenario
-from sinssim.scenario.sections.imu import ImuSection
 from sinssim.scenario.summary import _clock, named_places, plan_lines, sensor_words
+from sinssim.sensors.imu.imu import Imu
 from sinssim.truth.flight.plan import FlightPlan
 from sinssim.truth.flight.wind import Atmosphere, Wind
 
@@ -143,7 +143,7 @@ def test_a_plane_line_by_line() -> None:
     ],
 )  # fmt: skip
 def test_sensor_sets_in_words(sensor_set: dict[str, Any], words: str) -> None:
-    assert sensor_words(ImuSection.model_validate({"grade": "laser-standard", "sensor_set": sensor_set})) == words
+    assert sensor_words(Imu.model_validate({"grade": "laser-standard", "sensor_set": sensor_set})) == words
 
 
 @pytest.mark.parametrize(

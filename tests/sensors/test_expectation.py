@@ -11,12 +11,12 @@ from scipy.integrate import solve_ivp
 from sinssim import earth
 from sinssim.data import ImuData
 from sinssim.errors import InputError
-from sinssim.scenario.sections.imu import ImuSection
-from sinssim.scenario.sections.within_imu.laser_gyro import LaserGyroSection
-from sinssim.scenario.sections.within_imu.sensor_set import SixAccelerometers
 from sinssim.sensors.expectation import ACCELERATING, AT_REST, GATHERING, SPEED, TURN, TURN_RATE, TURNING, expect
 from sinssim.sensors.imu.emulate import emulate
+from sinssim.sensors.imu.imu import Imu
+from sinssim.sensors.laser_gyro.laser_gyros import LaserGyros
 from sinssim.sensors.noise import flicker
+from sinssim.sensors.sets.sensor_set import SixAccelerometers
 from sinssim.strapdown.nav_error import navigation_error
 from sinssim.strapdown.navigate import navigate
 from sinssim.truth.curve import Curve
@@ -37,8 +37,8 @@ LEVEL = np.array([1.0, 0.0, 0.0, 0.0])
 NORTHERN = np.radians(45.0)
 
 
-def block(**errors: Any) -> ImuSection:
-    return ImuSection(grade="ideal", **{"rate_hz": 1.0, **errors})
+def block(**errors: Any) -> Imu:
+    return Imu(grade="ideal", **{"rate_hz": 1.0, **errors})
 
 
 def end_error(truth: Trajectory, ideal: ImuData, measured: ImuData) -> np.ndarray:
@@ -275,7 +275,7 @@ def test_null_shift() -> None:
     truth = standing(0.0)
     ideal = truth.increments(0.1)
     ring = {**PHYSICS, "lock_in_deg_h": 0.0, "gas_flow_mps": 3e-4, "gain_percent": 0.8}
-    section = block(rate_hz=0.1, temperature_start_c=-25.0, warm_up_time_s=900.0, laser_gyro=LaserGyroSection(**ring))
+    section = block(rate_hz=0.1, temperature_start_c=-25.0, warm_up_time_s=900.0, laser_gyro=LaserGyros(**ring))
     expected = {c.term: c.position for c in expect(section, 0.0).contributions}
     assert set(expected) == {"gyro null shift, level", "gyro null shift, down", "angle quantisation"}
     assert expected["angle quantisation"] < 1e-3 * expected["gyro null shift, level"]
@@ -299,7 +299,7 @@ def test_flicker_by_the_sum_over_its_samples() -> None:
 
 def test_grade_of_one_nautical_mile_an_hour() -> None:
     """By hand: 0.01° of arc an hour, 1113.2 m, on which Schuler rides; 50 µg are 50e-6 R (1 − cos ωt)."""
-    expected = expect(ImuSection(grade="laser-standard"), NORTHERN)
+    expected = expect(Imu(grade="laser-standard"), NORTHERN)
     found = {c.term: c.position for c in expected.contributions}
     omega_t = 3600.0 * np.sqrt(9.806 / 6.378e6)  # √(6367.4 · 6388.8) km, the two radii at 45°
     assert found["gyro bias, north"] == pytest.approx(1113.2 * (1.0 - np.sin(omega_t) / omega_t), rel=1e-3)
@@ -310,39 +310,39 @@ def test_grade_of_one_nautical_mile_an_hour() -> None:
 
 
 def test_half_of_all_runs_is_said_of_what_differs_from_run_to_run() -> None:
-    assert expect(ImuSection(grade="tactical", gyro_flicker_deg_h=0.1), NORTHERN).drawn
-    assert not expect(ImuSection(grade="tactical", gyro_bias_deg_h=(0.0, 0.0, 1.0)), NORTHERN).drawn
-    assert expect(ImuSection(grade="tactical", gyro_bias_deg_h=(0.0, 0.0, 0.0)), NORTHERN).drawn
+    assert expect(Imu(grade="tactical", gyro_flicker_deg_h=0.1), NORTHERN).drawn
+    assert not expect(Imu(grade="tactical", gyro_bias_deg_h=(0.0, 0.0, 1.0)), NORTHERN).drawn
+    assert expect(Imu(grade="tactical", gyro_bias_deg_h=(0.0, 0.0, 0.0)), NORTHERN).drawn
 
 
 def test_a_mean_and_a_sigma_add_as_mean_squares() -> None:
     both = {"gyro_bias_deg_h": (0.03, 0.0, 0.0), "gyro_bias_sigma_deg_h": 0.04}
-    found = {c.term: c.position for c in expect(ImuSection(grade="ideal", **both), NORTHERN).contributions}
+    found = {c.term: c.position for c in expect(Imu(grade="ideal", **both), NORTHERN).contributions}
     one = {c.term: c.position for c in expect(block(gyro_bias_deg_h=(0.05, 0.04, 0.04)), NORTHERN).contributions}
     assert found == pytest.approx(one, rel=1e-12)
-    assert not expect(ImuSection(grade="ideal", **both), NORTHERN).drawn
+    assert not expect(Imu(grade="ideal", **both), NORTHERN).drawn
 
 
 def test_a_set_without_gyros_has_no_closed_forms() -> None:
     six = SixAccelerometers(type="accelerometers", arm_m=0.3)
     with pytest.raises(InputError, match=r'sensor_set\.type = "accelerometers" is a different set'):
-        expect(ImuSection(grade="tactical", sensor_set=six), NORTHERN)
+        expect(Imu(grade="tactical", sensor_set=six), NORTHERN)
 
 
 def test_terms_in_both_units() -> None:
     """A line a person can check: 10 µg/√Hz and 0.003 deg/√h in SI, worked out by hand."""
-    terms = {term.name: term for term in expect(ImuSection(grade="laser-standard"), NORTHERN).terms}
+    terms = {term.name: term for term in expect(Imu(grade="laser-standard"), NORTHERN).terms}
     assert (terms["gyro_arw"].value, terms["gyro_arw"].unit) == (pytest.approx(0.003), "deg/√h")
     assert (terms["gyro_arw"].si, terms["gyro_arw"].si_unit) == (pytest.approx(8.7266e-7, rel=1e-4), "rad/√s")
     assert (terms["accel_vrw"].value, terms["accel_vrw"].unit) == (pytest.approx(10.0), "µg/√Hz")
     assert (terms["accel_vrw"].si, terms["accel_vrw"].si_unit) == (pytest.approx(9.80665e-5), "m/s/√s")
     assert "gyro_correlation_time" not in terms  # there is no instability
-    assert expect(ImuSection(grade="ideal"), NORTHERN).terms == ()
-    assert expect(ImuSection(grade="ideal"), NORTHERN).total == 0.0
+    assert expect(Imu(grade="ideal"), NORTHERN).terms == ()
+    assert expect(Imu(grade="ideal"), NORTHERN).total == 0.0
 
 
 def test_physics_of_a_laser_gyro() -> None:
-    expected = expect(ImuSection.model_validate({"grade": "laser-standard", "laser_gyro": PHYSICS}), NORTHERN)
+    expected = expect(Imu.model_validate({"grade": "laser-standard", "laser_gyro": PHYSICS}), NORTHERN)
     terms = {term.name: term.value for term in expected.terms}
     assert terms["gyro_quantum"] == pytest.approx(1.61483, rel=1e-5)
     assert terms["gyro_arw"] == pytest.approx(0.0051279, rel=1e-4)

@@ -19,9 +19,9 @@ from scipy.stats import chi2
 from sinssim import rotation
 from sinssim.data import ImuData, NavState
 from sinssim.earth.models import ELLIPSOIDS, Ellipsoid
-from sinssim.scenario.sections.imu import ImuSection
 from sinssim.sensors import ImuErrors, TriadErrors, draw
 from sinssim.sensors.imu.emulate import emulate
+from sinssim.sensors.imu.imu import Imu
 from sinssim.strapdown.nav_error import NavError, navigation_error
 from sinssim.strapdown.navigate import navigate
 from sinssim.truth.motions.great_circle import GreatCircle
@@ -198,7 +198,7 @@ def test_scale_factor_and_misalignment_in_level_flight(flight, triad, term):
 
 
 def test_laser_standard_all_errors_at_once_add_up(flight):
-    errors = draw(ImuSection(grade="laser-standard", gyro_arw_deg_sqrt_h=0.0, accel_vrw_ug_sqrt_hz=0.0), seed=7)
+    errors = draw(Imu(grade="laser-standard", gyro_arw_deg_sqrt_h=0.0, accel_vrw_ug_sqrt_hz=0.0), seed=7)
     eye = np.eye(3)
     sources = Sources(
         errors.gyro.bias,
@@ -310,7 +310,7 @@ def test_schuler_period_of_a_laser_standard_unit(seed):
     # biases do), and a period read off a few such swings is off by up to a tenth.
     latitude = np.radians(50.0)
     trajectory = Parked(latitude, 0.0, 0.0, np.array([1.0, 0, 0, 0]), 2 * SCHULER)
-    section = ImuSection(grade="laser-standard", gyro_arw_deg_sqrt_h=0.0, accel_vrw_ug_sqrt_hz=0.0)
+    section = Imu(grade="laser-standard", gyro_arw_deg_sqrt_h=0.0, accel_vrw_ug_sqrt_hz=0.0)
     error = simulate(trajectory, draw(section, seed))
     r1, r2 = error_equations.radii(error_equations.Earth(), latitude)
     gravity = error_equations.gravity_down(error_equations.Earth(), latitude, 0.0)
@@ -365,7 +365,7 @@ def test_laser_standard_is_of_the_one_mile_an_hour_class():
     truth = trajectory.state(ideal.time)
     misses = []
     for seed in range(40):
-        measured = emulate(ideal, ImuSection(grade="laser-standard"), seed)
+        measured = emulate(ideal, Imu(grade="laser-standard"), seed)
         solution = navigate(measured, start, vertical="truth", height=truth.height)
         misses.append(navigation_error(truth, solution).horizontal[-1] / 1852.0)
     assert 0.7 < np.median(misses) < 1.5

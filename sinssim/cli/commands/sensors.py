@@ -45,14 +45,14 @@ def command(
         sinssim sensors tactical --set gyro_bias_sigma_deg_h=0.3 --set gyro_quantum_arcsec=2.0
     """
     from sinssim.scenario.load import override
-    from sinssim.scenario.sections.imu import ImuSection
     from sinssim.sensors.imu.grades import find_grade
+    from sinssim.sensors.imu.imu import Imu
     from sinssim.toml_file import validate
 
     find_grade(grade)
     data: dict[str, object] = {"grade": grade}
     overridden = {override(data, setting.removeprefix("imu.")) for setting in settings or ()}
-    section = validate(ImuSection, data, "", f"sensors {grade}", overridden)
+    section = validate(Imu, data, "", f"sensors {grade}", overridden)
     from sinssim.recording.tables.expectation import show, to_json
     from sinssim.sensors.expectation import expect
 

@@ -5,8 +5,8 @@ from __future__ import annotations
 from typing import TYPE_CHECKING
 
 from sinssim.algorithms import REGISTRY
-from sinssim.scenario.sections.within_imu.sensor_set import Gyros
 from sinssim.sensors.aiding.barometer import BarometerSection
+from sinssim.sensors.sets.sensor_set import Gyros
 
 if TYPE_CHECKING:
     from sinssim.scenario import Scenario

@@ -7,18 +7,18 @@ and the null shift of laser gyros. The emulated readings less the true increment
 from __future__ import annotations
 
 from dataclasses import replace
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
 from sinssim.data import Array, ImuData
 from sinssim.error_budget.inputs.sources import Constants, Source
 from sinssim.errors import InputError
-from sinssim.scenario.sections.within_imu.sensor_set import Redundant
-from sinssim.sensors.imu.errors import ImuErrors, TriadErrors, with_triads
-from sinssim.sensors.imu.errors import stated as _stated
+from sinssim.sensors.imu.errors import ImuErrors
+from sinssim.sensors.imu.fields import TriadErrors
 from sinssim.sensors.imu.terms import FIELDS, TERMS
 from sinssim.sensors.sets.geometry import along
+from sinssim.sensors.sets.sensor_set import Redundant
 
 if TYPE_CHECKING:
     from sinssim.scenario import Scenario
@@ -37,9 +37,9 @@ def given_readings(scenario: Scenario, ideal: ImuData) -> tuple[list[Source], Ar
     from sinssim.sensors.imu.compensation import compensate
     from sinssim.sensors.imu.emulate import emulate
 
-    block = with_triads(scenario.imu, TriadErrors(), TriadErrors())
+    block = scenario.imu.with_triads(TriadErrors(), TriadErrors())
     limits = {
-        term.triad: TriadErrors(limit=float(_stated(scenario.imu, term)[0])) for term in TERMS if term.field == "limit"
+        term.triad: TriadErrors(limit=float(scenario.imu.stated(term)[0])) for term in TERMS if term.field == "limit"
     }
     if isinstance(own := scenario.imu.sensor_set, Redundant):
         for (kind, limit), increments in zip(limits.items(), (ideal.dtheta, ideal.dvel), strict=True):
@@ -97,11 +97,11 @@ def emulated_constants(scenario: Scenario, found: Constants, ideal: ImuData) -> 
     from sinssim.sensors.imu.emulate import emulate
 
     theta, velocity = [], []
-    warmth = with_triads(scenario.imu, TriadErrors(), TriadErrors()).warm_up
+    warmth = scenario.imu.warm_up
     for triad, field, index, size in found.emulated:
         value = np.zeros(FIELDS[field].shape)
         value[index] = size
-        own, none = TriadErrors(**{field: value}), TriadErrors()
+        own, none = TriadErrors(**dict[str, Any]({field: value})), TriadErrors()
         pair = (own, none) if triad == "gyro" else (none, own)
         read = emulate(ideal, ImuErrors(*pair, warm_up=warmth))
         theta.append((read.dtheta - ideal.dtheta) / size)

@@ -25,12 +25,10 @@ from sinssim.error_budget.inputs.step_response_kernel import (
     WARM_SCALE,
 )
 from sinssim.errors import InputError
-from sinssim.scenario.sections.imu import ImuSection
-from sinssim.scenario.sections.within_imu.sensor_set import Redundant
 from sinssim.sensors.imu.error_term import ErrorTerm
-from sinssim.sensors.imu.errors import stated
 from sinssim.sensors.imu.terms import TERMS
 from sinssim.sensors.sets.combination import maps, spread
+from sinssim.sensors.sets.sensor_set import Redundant
 from sinssim.units import ARCMIN
 
 if TYPE_CHECKING:
@@ -133,14 +131,14 @@ def remaining(scenario: Scenario, term: ErrorTerm) -> tuple[Array, Array]:
     Returns:
         Mean and 1σ over all runs, SI, in the shape of its field of `TriadErrors`.
     """
-    mean, sigma = stated(scenario.imu, term)
-    section = scenario.compensation
-    if section is None or not term.calibrated:
+    mean, sigma = scenario.imu.stated(term)
+    known = scenario.compensation
+    if known is None or not term.calibrated:
         return mean, sigma
-    if getattr(section, term.key) is not None:  # a measured value is removed as it is
-        block = ImuSection(grade="ideal", **section.model_dump(exclude_none=True))
-        return np.asarray(mean - stated(block, term)[0]), sigma
-    return stated(ImuSection(grade="ideal", **section.uncertainties().model_dump(exclude_none=True)), term)
+    value = getattr(known, term.key)
+    if value is not None:  # a measured value is removed as it is
+        return np.asarray(mean - term.si(value)), sigma
+    return np.zeros(()), term.si(getattr(known, term.sigma_key))
 
 
 def constants(scenario: Scenario) -> Constants:
@@ -241,10 +239,10 @@ def inertial_noises(scenario: Scenario, *, summed: bool = False) -> list[Inertia
     for term in TERMS:
         if term.field not in ("random_walk", "quantum", "instability", "rate_walk", "flicker"):
             continue
-        size = float(stated(section, term)[0])
+        size = float(section.stated(term)[0])
         if not size:
             continue
-        tau = float(stated(section, by_name[term.triad, "correlation_time"])[0])
+        tau = float(section.stated(by_name[term.triad, "correlation_time"])[0])
         processes: dict[str, Process] = {"random_walk": Sum()} if summed and term.triad == "gyro" else {}
         processes |= {
             "instability": GaussMarkov(tau), "rate_walk": Walk(), "flicker": Flicker(1.0 / section.rate_hz)

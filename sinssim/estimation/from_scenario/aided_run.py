@@ -222,14 +222,14 @@ def _with_backward(
 
 def navigate_beside(scenario: Scenario, trajectory: Trajectory, grade: str, lever_arm: LeverArm) -> NavSolution:
     """Return the solution of another inertial system of the vehicle, started from the true state at its own place."""
-    from sinssim.scenario.sections.imu import ImuSection
     from sinssim.sensors.imu.emulate import emulate
+    from sinssim.sensors.imu.imu import Imu
     from sinssim.strapdown.navigate import navigate
     from sinssim.truth.motions.vibrating import Vibrating
 
     place = Vibrating(trajectory, (), lever_arm)
     ideal = place.increments(scenario.imu.rate_hz)
-    imu = emulate(ideal, ImuSection(grade=grade, rate_hz=scenario.imu.rate_hz), scenario.seed + _APART)
+    imu = emulate(ideal, Imu(grade=grade, rate_hz=scenario.imu.rate_hz), scenario.seed + _APART)
     return navigate(
         imu,
         place.state(place.start),

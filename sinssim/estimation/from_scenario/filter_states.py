@@ -19,7 +19,7 @@ from __future__ import annotations
 import math
 from collections.abc import Iterator
 from dataclasses import replace
-from typing import TYPE_CHECKING, Literal, NamedTuple
+from typing import TYPE_CHECKING, Any, Literal, NamedTuple
 
 import numpy as np
 
@@ -28,12 +28,13 @@ from sinssim.earth.models import OMEGA_IE
 from sinssim.estimation.model import error_model
 from sinssim.scenario.excitation import Excitation, excitation
 from sinssim.scenario.sections.filter import FILTER_STATES
-from sinssim.sensors.imu.errors import ImuErrors, TriadErrors, with_triads
-from sinssim.sensors.imu.terms import FIELDS
+from sinssim.sensors.imu.error_term import ErrorTerm
+from sinssim.sensors.imu.errors import ImuErrors
+from sinssim.sensors.imu.fields import TriadErrors
+from sinssim.sensors.imu.terms import of_triad
 from sinssim.units import DEG_H
 
 if TYPE_CHECKING:
-    from sinssim.alignment.budget import Expected
     from sinssim.scenario import Scenario
 
 LEFT_OUT = 0.3
@@ -225,34 +226,27 @@ def inertial_sigma(scenario: Scenario, factor: float | None = None) -> ImuErrors
         The standard deviations, after the calibration if there is one.
     """
     from sinssim.alignment.budget import expected_errors
-    from sinssim.scenario.sections.imu import ImuSection
-    from sinssim.sensors.imu.compensation import after_compensation
 
     assert scenario.filter is not None
-    section, calibrated = scenario.imu, scenario.compensation
-    noise = kept = expected_errors(section)
-    if section.sensor_set.type == "redundant":
-        kept = expected_errors(after_compensation(section, calibrated))
-        section = section.model_copy(update={"faults": ()})  # the monitoring excludes a faulty sensor
-    elif calibrated is not None:
-        kept = expected_errors(ImuSection(grade="ideal", **calibrated.uncertainties().model_dump(exclude_none=True)))
+    imu, calibrated = scenario.imu, scenario.compensation
+    noise = kept = expected_errors(imu)
+    single = imu.sensor_set.type == "redundant"  # each sensor is compensated by itself
+    if single:
+        kept = noise if calibrated is None else expected_errors(calibrated.left(imu))
+        imu = imu.model_copy(update={"faults": ()})  # the monitoring excludes a faulty sensor
     factor = scenario.filter.inertial_noise_factor if factor is None else factor
 
+    def size(term: ErrorTerm) -> Array:
+        """Return fixed and random part together, after the calibration."""
+        if calibrated is not None and term.calibrated and not single:
+            return term.si(getattr(calibrated, term.sigma_key))
+        of = kept if term.calibrated else noise
+        return np.asarray(np.hypot(*(getattr(getattr(one, term.triad), term.field) for one in (of.mean, of.sigma))))
+
     def triad(name: Literal["gyro", "accel"]) -> TriadErrors:
-        def size(of: Expected, field: str) -> Array:  # fixed and random part together
-            return np.asarray(np.hypot(getattr(getattr(of.mean, name), field), getattr(getattr(of.sigma, name), field)))
-
         own: TriadErrors = getattr(noise.sigma, name)
-        return replace(
-            own,
-            **{
-                term.field: size(kept if term.calibrated else noise, term.field)
-                for term in FIELDS.values()
-                if term.drawn
-            },
-            random_walk=factor * own.random_walk,
-            instability=factor * own.instability,
-        )
+        drawn: dict[str, Any] = {term.field: size(term) for term in of_triad(name) if term.drawn}
+        return replace(own, **drawn, random_walk=factor * own.random_walk, instability=factor * own.instability)
 
-    sigma = with_triads(section, triad("gyro"), triad("accel"))
+    sigma = imu.with_triads(triad("gyro"), triad("accel"))
     return sigma if calibrated is None else replace(sigma, arms=np.zeros((3, 3)), delay=0.0)

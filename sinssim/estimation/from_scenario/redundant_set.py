@@ -19,12 +19,10 @@ from numpy.typing import ArrayLike
 
 from sinssim.data import Array
 from sinssim.estimation.model import Block, ErrorModel
-from sinssim.scenario.sections.within_imu.sensor_set import Redundant
 from sinssim.sensors.from_readings.vibration import AddedNoise, Change
-from sinssim.sensors.imu.compensation import after_compensation
-from sinssim.sensors.imu.errors import stated
 from sinssim.sensors.imu.terms import of_triad
 from sinssim.sensors.sets.combination import maps, spread
+from sinssim.sensors.sets.sensor_set import Redundant
 
 if TYPE_CHECKING:
     from sinssim.scenario import Scenario
@@ -131,8 +129,8 @@ def _of_one(sizes: ArrayLike, p: Array) -> float:
 
 def _of_matrix(scenario: Scenario, kind: str, effects: Mapping[str, Array]) -> Array:
     """Return the covariance of scale factors and misalignments, row by row, (9, 9)."""
-    section = after_compensation(scenario.imu, scenario.compensation)
-    sigma = {term.field: float(np.max(stated(section, term)[1])) for term in of_triad(kind) if term.field in _MATRIX}
+    imu = scenario.imu if scenario.compensation is None else scenario.compensation.left(scenario.imu)
+    sigma = {term.field: float(np.max(imu.stated(term)[1])) for term in of_triad(kind) if term.field in _MATRIX}
     return np.asarray(sum(sigma[field] ** 2 * effects[field] @ effects[field].T for field in _MATRIX))
 
 

@@ -9,11 +9,12 @@ import numpy as np
 
 from sinssim.data import Array, ImuData
 from sinssim.estimation.model import crossing_time
-from sinssim.scenario.sections.within_imu.sensor_set import Redundant, SensorSet
-from sinssim.sensors.imu.errors import ImuErrors, TriadErrors
+from sinssim.sensors.imu.errors import ImuErrors
+from sinssim.sensors.imu.fields import TriadErrors
 from sinssim.sensors.sets.accelerometers import APART
 from sinssim.sensors.sets.combination import combined_errors
 from sinssim.sensors.sets.monitor import combine
+from sinssim.sensors.sets.sensor_set import Redundant, SensorSet
 from sinssim.sensors.sets.true_errors import TrueErrors
 
 _STATES = ("bias", "scale", "misalignment", "bias_temperature")  # the parameters that a calibration changes

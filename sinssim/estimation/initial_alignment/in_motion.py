@@ -31,7 +31,8 @@ from sinssim.earth.models import Ellipsoid, ellipsoid_by_name
 from sinssim.errors import InputError, RunError
 from sinssim.estimation.nominal import MeanGyroRates
 from sinssim.sensors.imu.compensation import compensate
-from sinssim.sensors.imu.errors import ImuErrors, TriadErrors
+from sinssim.sensors.imu.errors import ImuErrors
+from sinssim.sensors.imu.fields import TriadErrors
 
 WINDOW = 20.0
 """Length of the windows, s: long enough for fixes to show a change of velocity, short enough for many of them."""

@@ -16,7 +16,8 @@ from sinssim.data import Array, ImuData, Measurements, NavState
 from sinssim.estimation.initial_alignment.by_course import align_by_course
 from sinssim.estimation.initial_alignment.in_motion import align_in_motion
 from sinssim.estimation.model import ErrorModel
-from sinssim.sensors.imu.errors import ImuErrors, TriadErrors
+from sinssim.sensors.imu.errors import ImuErrors
+from sinssim.sensors.imu.fields import TriadErrors
 
 
 @dataclass(frozen=True)

@@ -10,7 +10,7 @@ import numpy as np
 
 from sinssim.data import Array, ImuData, NavSolution, NavState
 from sinssim.recording.streams import Computed, Rows, Stream, Vector
-from sinssim.scenario.sections.within_imu.faults import CHANNELS, channels_of
+from sinssim.sensors.imu.faults import CHANNELS, channels_of
 from sinssim.strapdown.nav_error import NavError
 from sinssim.truth.trajectory import Channel
 from sinssim.units import ARCSEC, MGAL

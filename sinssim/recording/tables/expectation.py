@@ -28,9 +28,9 @@ def to_json(expectation: Expectation) -> dict[str, Any]:
         What JSON can hold.
     """
     e = expectation
-    grade = find_grade(e.section.grade)
+    grade = find_grade(e.imu.grade)
     return {
-        "grade": e.section.grade,
+        "grade": e.imu.grade,
         "description": grade.description,
         "source": grade.source,
         "latitude_deg": e.latitude / DEG,
@@ -56,8 +56,8 @@ def show(expectation: Expectation, console: Console) -> None:
     from rich.table import Table
 
     e = expectation
-    grade = find_grade(e.section.grade)
-    console.print(f"{grade_name(e.section.grade)}: {grade.description}", markup=False)
+    grade = find_grade(e.imu.grade)
+    console.print(f"{grade_name(e.imu.grade)}: {grade.description}", markup=False)
     console.print(f"Source: {grade.source}\n", markup=False)
     if not e.terms:
         console.print("The sensors have no errors.")
@@ -97,7 +97,7 @@ def show(expectation: Expectation, console: Console) -> None:
             f"Half of all runs end within {CIRCULAR * e.total / NAUTICAL_MILE / hours:.2f} nmi per hour, which is "
             "called the class of a unit."
         )
-    for sentence in keys_without_effect(e.section, e.duration):
+    for sentence in keys_without_effect(e.imu, e.duration):
         console.print(sentence)
     if e.height:
         away = f"{_digits(e.height)} m" if e.height < _LINEAR else f"more than {_LINEAR / 1e3:g} km"

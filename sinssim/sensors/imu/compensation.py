@@ -16,17 +16,21 @@ shift, range, quantisation and faults are not compensated.
 from __future__ import annotations
 
 from dataclasses import replace
+from pathlib import Path
+from typing import Any, Self
 
 import numpy as np
+from pydantic import Field, model_validator
 
 from sinssim.checks import checked_imu
 from sinssim.data import Array, ImuData
 from sinssim.errors import InputError, shortened
-from sinssim.scenario.sections.compensation import CompensationSection
-from sinssim.scenario.sections.imu import ImuSection
-from sinssim.sensors.imu.errors import ImuErrors, TriadErrors, draw, stated
+from sinssim.sensors.imu.errors import ImuErrors, draw_triad
+from sinssim.sensors.imu.fields import CompensationKeys, TriadErrors
+from sinssim.sensors.imu.imu import Imu, Places
 from sinssim.sensors.imu.placement import at_the_elements
-from sinssim.sensors.imu.terms import CALIBRATED, FIELDS, TERMS, non_linearity, response_slope
+from sinssim.sensors.imu.terms import CALIBRATED, FIELDS, TERMS, non_linearity, of_triad, response_slope
+from sinssim.toml_file import read_toml
 
 _BENT = [name for name in CALIBRATED if FIELDS[name].stage == "BENT"]  # the fields of the non-linear response
 _APART = 1 << 40  # offset of the seed, far from those of scenarios and of single accelerometers
@@ -161,48 +165,82 @@ def imperfect_calibration(errors: ImuErrors, uncertainty: ImuErrors) -> ImuError
     )
 
 
-def after_compensation(section: ImuSection, compensation: CompensationSection | None) -> ImuSection:
-    """Return a section whose 1σ are those of the errors that a compensation leaves.
+class Compensation(CompensationKeys):
+    """Analytic compensation of the sensor errors before navigation. If all keys are 0, the compensation is perfect. It
+    removes the errors that are constant in a run or depend on the temperature, and the effects of the arms and the
+    delay of the accelerometers. An error with a measured calibration value is compensated by this value, which may
+    differ from the true error. Any other error is compensated by the true error of the run minus a random error of the
+    given 1σ. The filter assumes the 1σ in both cases."""
 
-    Args:
-        section: the [imu] section of a scenario, without given errors.
-        compensation: the [compensation] section, without measured values; None for none.
-
-    Returns:
-        The section with the 1σ of the calibration errors.
-    """
-    if compensation is None:
-        return section
-    return section.model_copy(
-        update={term.sigma_key: getattr(compensation, term.sigma_key) for term in TERMS if term.calibrated}
+    file: str | None = Field(
+        default=None,
+        description="path of a calibration by `sinssim calibrate`, relative to this file; its table [compensation] is "
+        "used; keys given here replace those of the file",
+    )
+    accel_arms_mm: tuple[Places, Places, Places] | None = Field(
+        default=None,
+        description="calibrated positions of the three accelerometers, each forward, right, down; default: the true "
+        "positions",
     )
 
+    @model_validator(mode="before")
+    @classmethod
+    def _of_file(cls, data: Any) -> Any:
+        """Replace the file by its contents."""
+        if not isinstance(data, dict) or not isinstance(data.get("file"), str):
+            return data
+        path = Path(data["file"])
+        try:
+            table = read_toml(path)[1].get("compensation")
+        except InputError as error:
+            raise ValueError(f"file: {str(error).rstrip('.')}") from error
+        if not isinstance(table, dict):
+            raise ValueError(f"file: {path} has no table [compensation]; give one that `sinssim calibrate` made")
+        if "file" in table:
+            raise ValueError(f"file: {path} refers to another file; give that one")
+        return {**table, **{key: value for key, value in data.items() if key != "file"}}
 
-def draw_calibration(errors: ImuErrors, section: CompensationSection, seed: int = 0) -> ImuErrors:
-    """Return the calibration values of one run: measured ones; for the others the true errors minus random ones.
+    @model_validator(mode="after")
+    def _values_have_uncertainties(self) -> Self:
+        for term in TERMS:
+            if term.calibrated and getattr(self, term.key) is not None and term.sigma_key not in self.model_fields_set:
+                raise ValueError(
+                    f"{term.key} (the calibration value) needs its uncertainty: give {term.sigma_key}, 0 if exact"
+                )
+        return self
 
-    Args:
-        errors: the block's true errors.
-        section: the [compensation] section of a scenario: 1σ of the calibration errors, and measured values.
-        seed: the run's seed.
+    def draw(self, errors: ImuErrors, seed: int = 0) -> ImuErrors:
+        """Return the calibration values of one run: measured ones; for the others the true errors minus random ones.
 
-    Returns:
-        Calibration values.
+        Args:
+            errors: the block's true errors.
+            seed: the run's seed.
 
-    Raises:
-        InputError: the seed cannot be used.
-    """
-    # The errors of a calibration are drawn like those of a block without noise, with their own seed.
-    wrong = draw(ImuSection(grade="ideal", **section.uncertainties().model_dump(exclude_none=True)), seed + _APART)
-    calibration = imperfect_calibration(errors, wrong)
-    block = ImuSection(grade="ideal", **section.model_dump(exclude_none=True))
-    measured: dict[str, dict[str, Array]] = {"gyro": {}, "accel": {}}
-    for term in TERMS:
-        if term.calibrated and getattr(section, term.key) is not None:
-            measured[term.triad][term.field] = stated(block, term)[0]
-    return replace(
-        calibration,
-        gyro=replace(calibration.gyro, **measured["gyro"]),
-        accel=replace(calibration.accel, **measured["accel"]),
-        arms=calibration.arms if section.accel_arms_mm is None else np.array(section.accel_arms_mm) * 1e-3,
-    )
+        Returns:
+            Calibration values.
+
+        Raises:
+            InputError: the seed cannot be used.
+        """
+        wrong: list[TriadErrors] = []
+        measured: list[dict[str, Any]] = []
+        for triad in ("gyro", "accel"):
+            terms = [term for term in of_triad(triad) if term.calibrated]
+            drawn = ((term, np.zeros(()), term.si(getattr(self, term.sigma_key))) for term in terms)
+            wrong.append(draw_triad(drawn, seed + _APART))
+            measured.append({t.field: t.si(value) for t in terms if (value := getattr(self, t.key)) is not None})
+        calibration = imperfect_calibration(errors, ImuErrors(wrong[0], wrong[1]))
+        return replace(
+            calibration,
+            gyro=replace(calibration.gyro, **measured[0]),
+            accel=replace(calibration.accel, **measured[1]),
+            arms=calibration.arms if self.accel_arms_mm is None else np.array(self.accel_arms_mm) * 1e-3,
+        )
+
+    def left(self, imu: Imu) -> Imu:
+        """Return a sensor block whose 1σ are those of the errors that this compensation leaves.
+
+        Args:
+            imu: the block, without given errors.
+        """
+        return imu.model_copy(update={t.sigma_key: getattr(self, t.sigma_key) for t in TERMS if t.calibrated})

@@ -57,8 +57,9 @@ import numpy as np
 from sinssim.checks import checked_imu
 from sinssim.data import Array, ImuData
 from sinssim.errors import InputError
-from sinssim.scenario.sections.imu import ImuSection
-from sinssim.sensors.imu.errors import ImuErrors, TriadErrors, draw
+from sinssim.sensors.imu.errors import ImuErrors
+from sinssim.sensors.imu.fields import TriadErrors
+from sinssim.sensors.imu.imu import Imu, draw
 from sinssim.sensors.imu.placement import what_is_felt
 from sinssim.sensors.imu.terms import DTHETA_STEP, DVEL_STEP
 from sinssim.units import ARCSEC
@@ -69,12 +70,12 @@ if TYPE_CHECKING:
 _MOST_JITTER = 0.1  # of the interval
 
 
-def emulate(ideal: ImuData, spec: ImuSection | ImuErrors, seed: int = 0, *, rounded: bool = False) -> ImuData:
+def emulate(ideal: ImuData, spec: Imu | ImuErrors, seed: int = 0, *, rounded: bool = False) -> ImuData:
     """Return the measured increments of an IMU with sensor errors.
 
     Args:
         ideal: error-free increments.
-        spec: the [imu] section of a scenario, from which this run's errors are drawn, or the errors themselves.
+        spec: the sensor block, from which this run's errors are drawn, or the errors themselves.
         seed: the run's seed. Every axis of every term has its own random numbers, so that the draws of a term do not
             depend on the other terms.
         rounded: whether sensors without pulses, too, have steps, as fine as those of `digital`; a run has them.
@@ -84,16 +85,16 @@ def emulate(ideal: ImuData, spec: ImuSection | ImuErrors, seed: int = 0, *, roun
         themselves.
 
     Raises:
-        InputError: an array has the wrong shape, a sample is not finite, the times are not in order, the sensor set of
-            the section has no gyros, an error is invalid, a pulse exceeds the whole signal, or a fault lies outside the
+        InputError: an array has the wrong shape, a sample is not finite, the times are not in order, the sensor set
+            has no gyros, an error is invalid, a pulse exceeds the whole signal, or a fault lies outside the
             run.
     """
     from sinssim.sensors.imu.pack import pack
 
     ideal = checked_imu(ideal)
-    if isinstance(spec, ImuSection):
-        check_gyro_block(spec)
-    errors = draw(spec, seed) if isinstance(spec, ImuSection) else spec
+    if isinstance(spec, Imu):
+        spec.require_gyros()
+    errors = draw(spec, seed) if isinstance(spec, Imu) else spec
     packed = pack([errors], float(ideal.time[0]), rounded=rounded)
     felt = at_the_sensors(ideal, errors)
     stamps = _jittered(ideal.time, errors, seed)
@@ -153,22 +154,6 @@ def at_the_sensors(ideal: ImuData, errors: ImuErrors) -> ImuData:
     _check_pulse("gyro_quantum_arcsec", errors.gyro.quantum, ARCSEC, felt.dtheta)
     _check_pulse("accel_quantum_mm_s", errors.accel.quantum, 1e-3, felt.dvel)
     return felt
-
-
-def check_gyro_block(section: ImuSection) -> None:
-    """Raise for a set of sensors other than three gyros and three accelerometers.
-
-    Args:
-        section: the [imu] section of a scenario.
-
-    Raises:
-        InputError: the section is of another set.
-    """
-    if section.sensor_set.type != "gyros":
-        raise InputError(
-            "a block of three gyros and three accelerometers is emulated; sensor_set.type = "
-            f'"{section.sensor_set.type}" is another one.'
-        )
 
 
 def _check_pulse(name: str, quantum: float, unit: float, true: Array) -> None:

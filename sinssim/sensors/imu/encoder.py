@@ -20,7 +20,7 @@ import numpy as np
 
 from sinssim import rotation
 from sinssim.data import Array, NavSolution, NavState
-from sinssim.scenario.sections.imu import ImuSection
+from sinssim.sensors.imu.imu import Imu
 from sinssim.statistics.random_numbers import normals
 from sinssim.truth.motions.turning import PART, Turning
 from sinssim.truth.motions.turning_block import TurningBlock
@@ -55,17 +55,17 @@ class EncoderErrors:
     seed: int = 0
 
 
-def draw_encoders(section: ImuSection, seed: int) -> EncoderErrors | None:
+def draw_encoders(imu: Imu, seed: int) -> EncoderErrors | None:
     """Return the errors of one run's encoders: given values plus random ones.
 
     Args:
-        section: the [imu] section of a scenario.
+        imu: the sensor block.
         seed: the run's seed.
 
     Returns:
         The errors, SI; None without [imu.rotation].
     """
-    own = section.rotation
+    own = imu.rotation
     if own is None:
         return None
     drawn = np.array([normals(seed, "encoder", axis, 1)[0] for axis in range(2)])

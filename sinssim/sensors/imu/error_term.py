@@ -9,6 +9,7 @@ from typing import Any
 
 import numpy as np
 
+from sinssim.data import Array
 from sinssim.units import ARCMIN, ARCSEC, DEG, DEG_H, DEG_SQRT_H, FOOT, G0, MPS_SQRT_H, PPM, UG
 
 ANGLE = {"arcsec": ARCSEC, "arcmin": ARCMIN, "mrad": 1e-3, "urad": 1e-6, "deg": DEG}
@@ -65,6 +66,8 @@ _WRITTEN = {
 
 # Limits beyond any sensor: 1000 deg/s, 100 g, all of the input, a whole turn; larger values are typing errors.
 _MOST = {"deg": 3.6e6, "ug": 1e8, "ppm": 1e6, "arcsec": 1.296e6, "mm": 1e8, "s": 1e9, "g": 1e6}
+
+_OFF_DIAGONAL = ~np.eye(3, dtype=bool)
 
 Input = Callable[[Any, Any], Any]
 """Factor that a term multiplies, from a sensor's own ideal inputs x, (..., 3), and the specific force f, (..., 3)
@@ -175,6 +178,21 @@ class ErrorTerm:
         """Description of its field of `TriadErrors`: meaning, shape and unit."""
         unit = " or ".join(dict.fromkeys(replace(self, triad=triad).written_si_unit for triad in ("gyro", "accel")))
         return f"{self.meaning}, {f'{self.shape} ' if self.shape else ''}{unit}."
+
+    def si(self, value: Any) -> Array:
+        """Return a value of one of its keys in SI, in the shape of its field; see `shaped`."""
+        return self.shaped(np.array(value) * self.unit)
+
+    def shaped(self, value: Any) -> Array:
+        """Arrange its values in the shape of its field; one number stands for all."""
+        if not self.drawn:
+            return np.asarray(value)
+        values = np.full(self.size, value)
+        if self.size == 6:
+            matrix = np.zeros((3, 3))
+            matrix[_OFF_DIAGONAL] = values  # row by row: xy, xz, yx, yz, zx, zy
+            return matrix
+        return values.reshape(self.shape)
 
     def nothing(self) -> Any:
         """Return the value of the field if nothing is given."""

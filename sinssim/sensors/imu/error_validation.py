@@ -10,7 +10,8 @@ import numpy as np
 
 from sinssim.arguments import check_kind, numbers
 from sinssim.errors import InputError, shortened, unknown_name
-from sinssim.sensors.imu.errors import Fault, FaultKind, ImuErrors, TriadErrors, WarmUp
+from sinssim.sensors.imu.errors import Fault, FaultKind, ImuErrors, WarmUp
+from sinssim.sensors.imu.fields import TriadErrors
 from sinssim.sensors.imu.terms import FIELDS, SLOTS, of_triad
 
 _MOST_TILT = 0.2  # rad
@@ -30,8 +31,8 @@ def check_errors(errors: ImuErrors) -> None:
     """
     if not isinstance(errors, ImuErrors):
         raise InputError(
-            f"{shortened(repr(errors))} does not describe a sensor block: give an ImuSection, for example "
-            "ImuSection(grade='tactical'), or ImuErrors with the errors themselves."
+            f"{shortened(repr(errors))} does not describe a sensor block: give an Imu, for example "
+            "Imu(grade='tactical'), or ImuErrors with the errors themselves."
         )
     for triad, name in ((errors.gyro, "gyro"), (errors.accel, "accelerometer")):
         check_kind(f"errors of the {name}s", triad, TriadErrors)
@@ -56,7 +57,7 @@ def check_sigmas(sigma: ImuErrors) -> None:
     Raises:
         InputError: as for `check_errors`, or a standard deviation is negative.
     """
-    check_kind("sigma", sigma, ImuErrors, "ImuErrors of standard deviations, as expected_errors(section).sigma")
+    check_kind("sigma", sigma, ImuErrors, "ImuErrors of standard deviations, as expected_errors(imu).sigma")
     check_errors(sigma)
     for triad, name in ((sigma.gyro, "gyro"), (sigma.accel, "accelerometer")):
         for field in SLOTS:

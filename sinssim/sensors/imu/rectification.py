@@ -26,7 +26,8 @@ from __future__ import annotations
 import numpy as np
 
 from sinssim.data import Array, ImuData
-from sinssim.sensors.imu.errors import ImuErrors, TriadErrors
+from sinssim.sensors.imu.errors import ImuErrors
+from sinssim.sensors.imu.fields import TriadErrors
 from sinssim.sensors.imu.placement import at_the_elements
 from sinssim.sensors.imu.terms import FIELDS, SLOTS, non_linearity
 from sinssim.truth.motions.quadrature import integrate_samples

@@ -10,19 +10,20 @@ from sinssim.arguments import check_kind, doubles
 from sinssim.checks import check_finite
 from sinssim.data import Array, ImuData
 from sinssim.errors import InputError, shortened
-from sinssim.scenario.sections.imu import ImuSection
 from sinssim.sensors.imu.emulate import emulate
-from sinssim.sensors.imu.errors import ImuErrors, TriadErrors, draw, warm_up
+from sinssim.sensors.imu.errors import ImuErrors
+from sinssim.sensors.imu.fields import TriadErrors
+from sinssim.sensors.imu.imu import Imu, draw
 
 # Each further triad of accelerometers has its own seed, far from those of scenarios.
 APART = 1 << 32
 
 
-def draw_accelerometers(section: ImuSection, count: int, seed: int = 0) -> list[TriadErrors]:
+def draw_accelerometers(imu: Imu, count: int, seed: int = 0) -> list[TriadErrors]:
     """Return the errors of single accelerometers, drawn in threes like those of a triad.
 
     Args:
-        section: the [imu] section of a scenario.
+        imu: the sensor block.
         count: number of accelerometers, a multiple of three.
         seed: the run's seed; the first three have the draws of the triad of a usual block.
 
@@ -34,29 +35,29 @@ def draw_accelerometers(section: ImuSection, count: int, seed: int = 0) -> list[
     """
     if count % 3:
         raise InputError(f"the number of accelerometers must be a multiple of three, not {count}.")
-    return [draw(section, seed + triad * APART).accel for triad in range(count // 3)]
+    return [draw(imu, seed + triad * APART).accel for triad in range(count // 3)]
 
 
 def emulate_accelerometers(
     time: Array,
     force: Array,
     direction: Array,
-    section: ImuSection,
+    imu: Imu,
     seed: int = 0,
     errors: Sequence[TriadErrors] | None = None,
 ) -> Array:
     """Return the measured increments of single accelerometers of a grade.
 
-    Each has all the errors that the section gives an accelerometer of a triad. It is emulated as one axis of a triad at
+    Each has all the errors that the block gives an accelerometer of a triad. It is emulated as one axis of a triad at
     its own place, with the two other axes perpendicular to it, so that its misalignment tilts it towards them.
 
     Args:
         time: edges of the intervals, (N+1,) s.
         force: integrals of the specific force at each accelerometer's place, (N, K, 3) m/s, K a multiple of three.
         direction: directions of the sensitive axes, unit vectors in the same axes, (K, 3).
-        section: the [imu] section of a scenario.
+        imu: the sensor block.
         seed: the run's seed.
-        errors: errors of the accelerometers in threes, if already drawn from section and seed.
+        errors: errors of the accelerometers in threes, if already drawn from block and seed.
 
     Returns:
         Measured increments, (N, K) m/s.
@@ -79,10 +80,10 @@ def emulate_accelerometers(
     check_finite("force", force, "m/s")
     if not np.allclose(np.linalg.norm(direction, axis=1), 1.0, rtol=0.0, atol=1e-6):
         raise InputError(f"direction = {shortened(str(direction.tolist()))} must be unit vectors.")
-    check_kind("section", section, ImuSection, "ImuSection, for example ImuSection(grade='tactical')")
+    check_kind("imu", imu, Imu, "Imu, for example Imu(grade='tactical')")
     key(seed)  # refuses an invalid seed
     seed = int(seed)
-    triads = draw_accelerometers(section, count, seed) if errors is None else errors
+    triads = draw_accelerometers(imu, count, seed) if errors is None else errors
     if not isinstance(triads, list | tuple) or len(triads) * 3 != count:
         raise InputError(f"errors = {shortened(repr(triads))} must be a list of {count // 3} TriadErrors.")
     for triad in triads:
@@ -91,9 +92,9 @@ def emulate_accelerometers(
     for k, sensitive in enumerate(direction):
         axis = k % 3
         own = force[:, k] @ axes_about(sensitive, axis).T
-        block = ImuErrors(accel=triads[k // 3], warm_up=warm_up(section))
-        imu = emulate(ImuData(time, np.zeros_like(own), own), block, seed + k // 3 * APART)
-        measured[:, k] = imu.dvel[:, axis]
+        block = ImuErrors(accel=triads[k // 3], warm_up=imu.warm_up)
+        read = emulate(ImuData(time, np.zeros_like(own), own), block, seed + k // 3 * APART)
+        measured[:, k] = read.dvel[:, axis]
     return measured
 
 

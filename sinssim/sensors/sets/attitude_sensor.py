@@ -10,9 +10,8 @@ from sinssim import earth, rotation
 from sinssim.data import Array, NavState
 from sinssim.earth.models import WGS84, Ellipsoid
 from sinssim.errors import InputError
-from sinssim.scenario.sections.imu import ImuSection
-from sinssim.scenario.sections.within_imu.sensor_set import AttitudeSensor
-from sinssim.sensors.imu.errors import draw
+from sinssim.sensors.imu.imu import Imu, draw
+from sinssim.sensors.sets.sensor_set import AttitudeSensor
 from sinssim.statistics.random_numbers import normals
 from sinssim.units import ARCSEC
 
@@ -32,27 +31,27 @@ class AttitudeSensorErrors:
     noise: float = 0.0
 
 
-def draw_attitude_sensor(section: ImuSection, seed: int = 0) -> AttitudeSensorErrors:
+def draw_attitude_sensor(imu: Imu, seed: int = 0) -> AttitudeSensorErrors:
     """Return the errors of one run's attitude sensor: given values plus random ones.
 
     Args:
-        section: the [imu] section of a scenario, whose sensor_set is an attitude sensor. By default its drift follows
-            from the section's gyro biases.
+        imu: the sensor block, whose sensor_set is an attitude sensor. By default its drift follows
+            from its gyro biases.
         seed: the run's seed.
 
     Returns:
         The errors, SI.
 
     Raises:
-        InputError: the seed cannot be used, or the section has another sensor set.
+        InputError: the seed cannot be used, or the block has another sensor set.
     """
-    sensor = section.sensor_set
+    sensor = imu.sensor_set
     if not isinstance(sensor, AttitudeSensor):
         raise InputError(f'sensor_set.type = "{sensor.type}" has no attitude sensor.')
     own = {"gyro_bias_deg_h": sensor.drift_deg_h, "gyro_bias_sigma_deg_h": sensor.drift_sigma_deg_h}
     if any(value is not None for value in own.values()):
-        section = section.model_copy(update=own)
-    drift = draw(section, seed).gyro.bias
+        imu = imu.model_copy(update=own)
+    drift = draw(imu, seed).gyro.bias
     normal = [normals(seed, "attitude sensor bias", i, 1) for i in range(3)]
     bias = np.array(sensor.bias_arcsec or (0.0, 0.0, 0.0)) + (sensor.bias_sigma_arcsec or 0.0) * np.concatenate(normal)
     return AttitudeSensorErrors(bias * ARCSEC, drift, sensor.noise_arcsec * ARCSEC)

@@ -21,16 +21,17 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import replace
-from typing import Literal
+from typing import Any, Literal
 
 import numpy as np
 
 from sinssim.data import Array
-from sinssim.scenario.sections.imu import ImuSection
-from sinssim.scenario.sections.within_imu.sensor_set import Redundant
-from sinssim.sensors.imu.errors import ImuErrors, TriadErrors
+from sinssim.sensors.imu.errors import ImuErrors
+from sinssim.sensors.imu.fields import TriadErrors
+from sinssim.sensors.imu.imu import Imu
 from sinssim.sensors.sets.accelerometers import axes_about
 from sinssim.sensors.sets.geometry import estimator
+from sinssim.sensors.sets.sensor_set import Redundant
 
 LIKE_BIAS = ("bias", "bias_temperature", "ramp")
 """Errors that are combined by G, as the bias."""
@@ -94,7 +95,7 @@ def combined_errors(
 
         matrix = (combined("scale") + combined("misalignment")).reshape(3, 3)
         scale, felt = matrix.diagonal().copy(), combined("g_sensitivity").reshape(3, 3)
-        fields = {field: combined(field) for field in LIKE_BIAS}
+        fields: dict[str, Any] = {field: combined(field) for field in LIKE_BIAS}
         return TriadErrors(**fields, scale=scale, misalignment=matrix - np.diag(scale), g_sensitivity=felt)
 
     gyros, accels = (None, None) if used is None else used
@@ -110,20 +111,20 @@ def _of_sensors(blocks: Sequence[ImuErrors], kind: str, field: str, count: int) 
     return np.array(rows)
 
 
-def combined_sigma(sigma: ImuErrors, section: ImuSection) -> ImuErrors:
+def combined_sigma(sigma: ImuErrors, imu: Imu) -> ImuErrors:
     """Return the standard deviations of the combination from those of a single sensor, (2).
 
     Args:
         sigma: standard deviations of a triad's errors, equal for all sensors of a kind.
-        section: the [imu] section of a scenario.
+        imu: the sensor block.
 
     Returns:
         Those of the combination if the set is redundant, else the given ones. Noises, which have one number for the
         three axes, are multiplied by √(tr P/3), and non-linear errors by the root of the diagonal of P.
     """
-    if not isinstance(section.sensor_set, Redundant):
+    if not isinstance(imu.sensor_set, Redundant):
         return sigma
-    by_field = maps(section.sensor_set.axes)
+    by_field = maps(imu.sensor_set.axes)
     sizes = {field: np.linalg.norm(columns, axis=1) for field, columns in by_field.items()}
     mean = float(np.sqrt(np.mean(sizes["bias"] ** 2)))
 

@@ -20,10 +20,10 @@ from itertools import pairwise
 import numpy as np
 
 from sinssim.data import Array
-from sinssim.scenario.sections.imu import ImuSection
-from sinssim.scenario.sections.within_imu.sensor_set import Redundant
+from sinssim.sensors.imu.imu import Imu
 from sinssim.sensors.sets.detection import smallest_fault, threshold
 from sinssim.sensors.sets.geometry import FEWEST, along, estimator, parity_matrix
+from sinssim.sensors.sets.sensor_set import Redundant
 from sinssim.sensors.sets.single_sensors import SingleSensors
 from sinssim.sensors.sets.uncertainty import Inputs, accumulated_inputs, noise_variance
 
@@ -90,7 +90,7 @@ class _Kind:
 
     kind: str
     set: Redundant
-    section: ImuSection
+    imu: Imu
     time: Array
     increments: Array
     force: Array
@@ -122,11 +122,11 @@ def combine(increments: Array, directions: Array, used: Array | None = None) -> 
     return estimate
 
 
-def monitor(section: ImuSection, time: Array, readings: SingleSensors) -> tuple[Monitored, Monitored]:
+def monitor(imu: Imu, time: Array, readings: SingleSensors) -> tuple[Monitored, Monitored]:
     """Test the readings of a redundant set against each other.
 
     Args:
-        section: the [imu] section of a scenario, whose sensor set is redundant and monitored.
+        imu: the sensor block, whose sensor set is redundant and monitored.
         time: edges of the samples, (N+1,) s.
         readings: what the single sensors read.
 
@@ -136,12 +136,12 @@ def monitor(section: ImuSection, time: Array, readings: SingleSensors) -> tuple[
     Raises:
         InputError: an error is stated of which the test does not know the effect.
     """
-    own = section.sensor_set
+    own = imu.sensor_set
     assert isinstance(own, Redundant)
     force = combine(readings.dvel, own.axes)
     return (
-        _monitor(_Kind("gyro", own, section, time, readings.dtheta, force)),
-        _monitor(_Kind("accel", own, section, time, readings.dvel, force)),
+        _monitor(_Kind("gyro", own, imu, time, readings.dtheta, force)),
+        _monitor(_Kind("accel", own, imu, time, readings.dvel, force)),
     )
 
 
@@ -149,7 +149,7 @@ def _monitor(one: _Kind) -> Monitored:
     """Test the sensors of one kind, excluding one after the other."""
     from sinssim.sensors.sets.parity_kernel import BY_WINDOW, DETECTED, ISOLATED, LAST, SENSOR, first_event
 
-    directions, rate = one.set.axes, one.section.rate_hz
+    directions, rate = one.set.axes, one.imu.rate_hz
     epochs, count = one.increments.shape
     counts = np.unique([1, *(max(round(window * rate), 2) for window in one.set.windows_s)])
     statistic = np.full((len(counts), epochs), np.nan)
@@ -204,9 +204,9 @@ def _prepared(one: _Kind, counts: Array) -> tuple[Array, Array, Array, Array]:
     residual = np.zeros((len(readings) + 1, len(axes)))
     np.cumsum(readings - along(own, axes), axis=0, out=residual[1:])  # V y = V (y − H x̂), without the large part of y
     inputs = Inputs(one.time - one.time[0], own, one.force)
-    base, coefficients = accumulated_inputs(one.section, one.kind, axes, inputs)
+    base, coefficients = accumulated_inputs(one.imu, one.kind, axes, inputs)
     largest = float(np.abs(readings).max(initial=0.0))
-    return residual, base, coefficients, noise_variance(one.section, one.kind, counts, largest)
+    return residual, base, coefficients, noise_variance(one.imu, one.kind, counts, largest)
 
 
 def _smallest(one: _Kind, counts: Array) -> Array:
@@ -227,5 +227,5 @@ def _smallest(one: _Kind, counts: Array) -> Array:
             fault = smallest_fault(
                 columns, covariance, one.set.false_alarm_probability, one.set.missed_detection_probability
             )
-            least[w] = fault * one.section.rate_hz / samples
+            least[w] = fault * one.imu.rate_hz / samples
     return least

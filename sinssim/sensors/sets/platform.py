@@ -24,10 +24,10 @@ import numpy as np
 
 from sinssim.data import Array
 from sinssim.errors import InputError
-from sinssim.scenario.sections.imu import ImuSection
-from sinssim.scenario.sections.within_imu.sensor_set import Platform
-from sinssim.sensors.imu.errors import ImuErrors, stated
+from sinssim.sensors.imu.errors import ImuErrors
+from sinssim.sensors.imu.imu import Imu
 from sinssim.sensors.imu.terms import of_triad
+from sinssim.sensors.sets.sensor_set import Platform
 from sinssim.statistics.random_numbers import normals
 from sinssim.units import ARCSEC, PPM
 
@@ -68,43 +68,43 @@ def without_errors_of_turns(errors: ImuErrors) -> ImuErrors:
     return replace(errors, gyro=replace(errors.gyro, **cleared))
 
 
-def torquer_sigma(section: ImuSection) -> float:
+def torquer_sigma(imu: Imu) -> float:
     """Return the 1σ of the torquing scale factors: the given one, or that of the gyros' scale factor.
 
     Args:
-        section: the [imu] section of a scenario, whose sensor_set is a platform.
+        imu: the sensor block, whose sensor_set is a platform.
 
     Returns:
         The 1σ, a ratio; 0 beside given scale factors without one.
     """
-    own = section.sensor_set
+    own = imu.sensor_set
     assert isinstance(own, Platform)
     if own.torquer_scale_sigma_ppm is not None:
         return own.torquer_scale_sigma_ppm * PPM
-    return 0.0 if own.torquer_scale_ppm is not None else float(stated(section, _SCALE)[1].max())
+    return 0.0 if own.torquer_scale_ppm is not None else float(imu.sigma.gyro.scale.max())
 
 
-def draw_platform(section: ImuSection, seed: int = 0) -> PlatformErrors:
+def draw_platform(imu: Imu, seed: int = 0) -> PlatformErrors:
     """Return the errors of one run's platform: given values plus random ones.
 
     Args:
-        section: the [imu] section of a scenario, whose sensor_set is a platform.
+        imu: the sensor block, whose sensor_set is a platform.
         seed: the run's seed.
 
     Returns:
         The errors, SI.
 
     Raises:
-        InputError: the seed cannot be used, or the section has another sensor set.
+        InputError: the seed cannot be used, or the block has another sensor set.
     """
-    own = section.sensor_set
+    own = imu.sensor_set
     if not isinstance(own, Platform):
         raise InputError(f'sensor_set.type = "{own.type}" has no platform.')
 
     def three(term: str) -> Array:
         return np.concatenate([normals(seed, term, axis, 1) for axis in range(3)])
 
-    scale = np.array(own.torquer_scale_ppm or (0.0, 0.0, 0.0)) * PPM + torquer_sigma(section) * three("torquer scale")
+    scale = np.array(own.torquer_scale_ppm or (0.0, 0.0, 0.0)) * PPM + torquer_sigma(imu) * three("torquer scale")
     pickoff = np.array(own.pickoff_arcsec or (0.0, 0.0, 0.0))
     pickoff = pickoff + (own.pickoff_sigma_arcsec or 0.0) * three("gimbal pick-off")
     return PlatformErrors(scale, pickoff * ARCSEC, own.pickoff_noise_arcsec * ARCSEC)

@@ -10,14 +10,14 @@ import numpy as np
 from numpy.typing import NDArray
 
 from sinssim.data import Array, ImuData
-from sinssim.scenario.sections.imu import ImuSection
-from sinssim.scenario.sections.within_imu.sensor_set import Redundant, SixAccelerometers
 from sinssim.sensors.imu.errors import ImuErrors
+from sinssim.sensors.imu.imu import Imu
 from sinssim.sensors.rates import measured_increments, perfect_increments
 from sinssim.sensors.sets.accelerometers import emulate_accelerometers
 from sinssim.sensors.sets.attitude_sensor import inertial_attitude, sense_attitude
 from sinssim.sensors.sets.gyro_free import cube, gyro_free_increments
 from sinssim.sensors.sets.monitor import Monitored, combine, monitor
+from sinssim.sensors.sets.sensor_set import Redundant, SixAccelerometers
 from sinssim.sensors.sets.single_sensors import (
     SingleSensors,
     compensate_single_sensors,
@@ -100,16 +100,16 @@ def sums(rows: Array, ratio: int) -> Array:
 
 
 def read(
-    trajectory: Trajectory, ideal: ImuData, section: ImuSection, seed: int = 0, errors: TrueErrors | None = None
+    trajectory: Trajectory, ideal: ImuData, imu: Imu, seed: int = 0, errors: TrueErrors | None = None
 ) -> tuple[Readings, Readings]:
     """Return the readings of a sensor set without errors, and its actual readings.
 
     Args:
         trajectory: the true motion.
-        ideal: ideal increments of a usual block along it, at the section's rate.
-        section: the [imu] section of a scenario: the sensor set, and its errors.
+        ideal: ideal increments of a usual block along it, at its rate.
+        imu: the sensor block: the sensor set, and its errors.
         seed: the run's seed.
-        errors: the true errors, if already drawn from section and seed.
+        errors: the true errors, if already drawn from block and seed.
 
     Returns:
         Readings without errors, and measured ones with the compensated increments.
@@ -117,14 +117,14 @@ def read(
     Raises:
         InputError: the seed cannot be used, or the motion is too short for the set.
     """
-    true = draw_true_errors(section, seed) if errors is None else errors
-    if isinstance(section.sensor_set, SixAccelerometers):
-        return _read_six(trajectory, ideal, section, seed, true, section.sensor_set.arm_m)
-    if isinstance(section.sensor_set, Redundant):
-        return _read_redundant(ideal, section, seed, true, section.sensor_set)
-    measured, left = measured_increments(trajectory, ideal, section, true.imu, seed, true.calibration)
+    true = draw_true_errors(imu, seed) if errors is None else errors
+    if isinstance(imu.sensor_set, SixAccelerometers):
+        return _read_six(trajectory, ideal, imu, seed, true, imu.sensor_set.arm_m)
+    if isinstance(imu.sensor_set, Redundant):
+        return _read_redundant(ideal, imu, seed, true, imu.sensor_set)
+    measured, left = measured_increments(trajectory, ideal, imu, true.imu, seed, true.calibration)
     if true.attitude_sensor is None:
-        return Readings(perfect_increments(trajectory, ideal, section)), Readings(measured, compensated=left)
+        return Readings(perfect_increments(trajectory, ideal, imu)), Readings(measured, compensated=left)
     attitude = inertial_attitude(trajectory.state(ideal.time), ideal.time, trajectory.ellipsoid)
     read_out = sense_attitude(ideal.time, attitude, true.attitude_sensor, seed)
     without_gyros = replace(measured, dtheta=np.full_like(measured.dtheta, np.nan))
@@ -132,16 +132,16 @@ def read(
 
 
 def _read_redundant(
-    ideal: ImuData, section: ImuSection, seed: int, errors: TrueErrors, of: Redundant
+    ideal: ImuData, imu: Imu, seed: int, errors: TrueErrors, of: Redundant
 ) -> tuple[Readings, Readings]:
     perfect = Readings(ideal, single=perfect_readings(ideal, of.axes))
-    single = emulate_single_sensors(ideal, section, errors.single_sensors, seed)
+    single = emulate_single_sensors(ideal, imu, errors.single_sensors, seed)
     used: _Used = (None, None)
     found: tuple[Monitored, ...] = ()
     for _ in range(len(of.axes)):  # until an excluded sensor does not act on the compensation of the others any more
         calibrated, before = _compensated(single, errors.single_calibrations, of.axes, used), used
         if of.mode != "none":
-            found = monitor(errors.left or section, ideal.time, calibrated or single)
+            found = monitor(errors.left or imu, ideal.time, calibrated or single)
             used = found[0].used, found[1].used
         if calibrated is None or _same(used, before):
             break
@@ -230,13 +230,13 @@ def axis_flags(single: SingleSensors, used: Sequence[Array | None]) -> NDArray[n
 
 
 def _read_six(
-    trajectory: Trajectory, ideal: ImuData, section: ImuSection, seed: int, errors: TrueErrors, arm: float
+    trajectory: Trajectory, ideal: ImuData, imu: Imu, seed: int, errors: TrueErrors, arm: float
 ) -> tuple[Readings, Readings]:
     from sinssim.truth.accelerometers import velocity_increments
 
     layout, rate = cube(arm), trajectory.rates(ideal.time[0])[0]
-    time, force = velocity_increments(trajectory, layout.position, section.rate_hz)
-    measured = emulate_accelerometers(time, force, layout.direction, section, seed, errors.accelerometers)
+    time, force = velocity_increments(trajectory, layout.position, imu.rate_hz)
+    measured = emulate_accelerometers(time, force, layout.direction, imu, seed, errors.accelerometers)
     return _six(time, layout.feel(force), arm, rate), _six(time, measured, arm, rate)
 
 

@@ -3,23 +3,21 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, replace
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
 from sinssim.data import Array, ImuData
-from sinssim.scenario.sections.imu import ImuSection
-from sinssim.scenario.sections.within_imu.faults import Fault as FaultSection
-from sinssim.scenario.sections.within_imu.sensor_set import Redundant
 from sinssim.sensors.imu.compensation import compensate_checked
 from sinssim.sensors.imu.emulate import emulate
-from sinssim.sensors.imu.errors import Fault, ImuErrors, TriadErrors, draw, fault
+from sinssim.sensors.imu.errors import ImuErrors
+from sinssim.sensors.imu.fields import TriadErrors
+from sinssim.sensors.imu.imu import Imu, draw
 from sinssim.sensors.imu.terms import CALIBRATED
 from sinssim.sensors.sets.accelerometers import APART, axes_about
 from sinssim.sensors.sets.geometry import along
-from sinssim.units import ARCSEC, DEG_H, UG
-
-_UNITS = {"gyro_arcsec": ARCSEC, "accel_mm_s": 1e-3, "gyro_deg_h": DEG_H, "accel_ug": UG}
+from sinssim.sensors.sets.sensor_set import Redundant
 
 
 @dataclass(frozen=True)
@@ -39,11 +37,11 @@ class SingleSensors:
     flags: NDArray[np.uint8] | None = None
 
 
-def draw_single_sensors(section: ImuSection, count: int, seed: int = 0) -> tuple[ImuErrors, ...]:
+def draw_single_sensors(imu: Imu, count: int, seed: int = 0) -> tuple[ImuErrors, ...]:
     """Return the errors of single sensors, drawn in threes like those of a triad.
 
     Args:
-        section: the [imu] section of a scenario.
+        imu: the sensor block.
         count: number of gyros, and of accelerometers.
         seed: the run's seed; the first three have the draws of the triads of a usual block.
 
@@ -53,7 +51,7 @@ def draw_single_sensors(section: ImuSection, count: int, seed: int = 0) -> tuple
     Raises:
         InputError: the seed cannot be used.
     """
-    sound = section.model_copy(update={"faults": ()})
+    sound = imu.model_copy(update={"faults": ()})
     return tuple(draw(sound, seed + number * APART) for number in range(-(-count // 3)))
 
 
@@ -70,17 +68,15 @@ def perfect_readings(ideal: ImuData, directions: Array) -> SingleSensors:
     return SingleSensors(ideal.time, along(ideal.dtheta, directions), along(ideal.dvel, directions))
 
 
-def emulate_single_sensors(
-    ideal: ImuData, section: ImuSection, blocks: tuple[ImuErrors, ...], seed: int = 0
-) -> SingleSensors:
+def emulate_single_sensors(ideal: ImuData, imu: Imu, blocks: tuple[ImuErrors, ...], seed: int = 0) -> SingleSensors:
     """Return the measured increments of the single sensors of a redundant set.
 
-    Each has all the errors that the section gives a sensor of a triad. A gyro and an accelerometer are emulated as one
+    Each has all the errors that the block gives a sensor of a triad. A gyro and an accelerometer are emulated as one
     axis of a block whose two other axes are perpendicular to it, so that misalignment tilts it towards them.
 
     Args:
         ideal: ideal increments of a block.
-        section: the [imu] section of a scenario, whose sensor set is redundant.
+        imu: the sensor block, whose sensor set is redundant.
         blocks: result of `draw_single_sensors`.
         seed: the run's seed.
 
@@ -90,8 +86,8 @@ def emulate_single_sensors(
     Raises:
         InputError: as of `emulate`.
     """
-    assert isinstance(section.sensor_set, Redundant)
-    directions = section.sensor_set.axes
+    assert isinstance(imu.sensor_set, Redundant)
+    directions = imu.sensor_set.axes
     count = len(directions)
     dtheta, dvel = np.empty((len(ideal), count)), np.empty((len(ideal), count))
     flags: NDArray[np.uint8] | None = None
@@ -100,7 +96,7 @@ def emulate_single_sensors(
         axis, of = i % 3, blocks[i // 3]
         block = axes_about(direction, axis)
         own = ImuData(ideal.time, along(ideal.dtheta, block), along(ideal.dvel, block))
-        faults = tuple(_of_one(given, i, axis, count) for given in section.faults)
+        faults = tuple(fault.fault(i) for fault in imu.faults)
         read = emulate(own, replace(of, faults=faults), seed + i // 3 * APART)
         dtheta[:, i], dvel[:, i] = read.dtheta[:, axis], read.dvel[:, axis]
         if i == 0:
@@ -141,26 +137,8 @@ def compensate_single_sensors(
 
 def _alone(triad: TriadErrors, axis: int) -> TriadErrors:
     """Return the errors of one axis of a triad; the others have none."""
-    fields = {}
+    fields: dict[str, Any] = {}
     for name in CALIBRATED:
         value = getattr(triad, name)
         fields[name] = np.where((np.arange(3) == axis).reshape((3,) + (1,) * (value.ndim - 1)), value, 0.0)
     return TriadErrors(**fields)
-
-
-def _of_one(section: FaultSection, number: int, axis: int, count: int) -> Fault:
-    """Return a fault as one sensor of the set has it, in the channels of the block that emulates the sensor."""
-    if section.type in ("saturation", "jitter"):
-        return fault(section)
-    amount = np.zeros(6)
-    if section.type in ("dropout", "freeze"):
-        for first, kind in ((0, "gyro"), (3, "accel")):
-            if section.channels is None or f"{kind}_{number + 1}" in section.channels:
-                amount[first + axis] = 1.0
-        return Fault(section.type, section.from_s, np.inf if section.to_s is None else section.to_s, amount)
-    for key, unit in _UNITS.items():
-        if (values := getattr(section, key, None)) is not None:
-            amount[axis + 3 * key.startswith("accel")] = values[number] * unit
-    if section.type == "spike":
-        return Fault("spike", section.at_s, section.at_s, amount)
-    return Fault("bias-step", section.from_s, np.inf if section.to_s is None else section.to_s, amount)

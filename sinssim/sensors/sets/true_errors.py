@@ -4,15 +4,15 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
-from sinssim.scenario.sections.compensation import CompensationSection
-from sinssim.scenario.sections.imu import ImuSection
-from sinssim.scenario.sections.within_imu.sensor_set import AttitudeSensor, Platform, Redundant, SixAccelerometers
-from sinssim.sensors.imu.compensation import after_compensation, draw_calibration
+from sinssim.sensors.imu.compensation import Compensation
 from sinssim.sensors.imu.encoder import EncoderErrors, draw_encoders
-from sinssim.sensors.imu.errors import ImuErrors, TriadErrors, draw
+from sinssim.sensors.imu.errors import ImuErrors
+from sinssim.sensors.imu.fields import TriadErrors
+from sinssim.sensors.imu.imu import Imu, draw
 from sinssim.sensors.sets.accelerometers import APART, draw_accelerometers
 from sinssim.sensors.sets.attitude_sensor import AttitudeSensorErrors, draw_attitude_sensor
 from sinssim.sensors.sets.platform import PlatformErrors, draw_platform
+from sinssim.sensors.sets.sensor_set import AttitudeSensor, Platform, Redundant, SixAccelerometers
 from sinssim.sensors.sets.single_sensors import draw_single_sensors
 from sinssim.system.short_repr import short_repr
 
@@ -29,7 +29,7 @@ class TrueErrors:
         attitude_sensor: errors of the attitude sensor, for a set that has one.
         single_sensors: errors of the single sensors in threes, for a redundant set.
         single_calibrations: calibration values of these errors; empty without a calibration.
-        left: the [imu] section with the 1σ that [compensation] leaves, by which a redundant set is monitored.
+        left: the sensor block with the 1σ that [compensation] leaves, by which a redundant set is monitored.
         platform: errors of the torquers and of the gimbals' pick-offs, for a platform.
         encoders: errors of the encoders, for a block that turns.
     """
@@ -40,18 +40,18 @@ class TrueErrors:
     attitude_sensor: AttitudeSensorErrors | None = None
     single_sensors: tuple[ImuErrors, ...] = ()
     single_calibrations: tuple[ImuErrors, ...] = ()
-    left: ImuSection | None = None
+    left: Imu | None = None
     platform: PlatformErrors | None = None
     encoders: EncoderErrors | None = None
 
 
-def draw_true_errors(section: ImuSection, seed: int = 0, compensation: CompensationSection | None = None) -> TrueErrors:
+def draw_true_errors(imu: Imu, seed: int = 0, compensation: Compensation | None = None) -> TrueErrors:
     """Return the errors of one run's sensors: given values plus random ones.
 
     Args:
-        section: the [imu] section of a scenario: the sensor set, and its errors.
+        imu: the sensor block: the sensor set, and its errors.
         seed: the run's seed.
-        compensation: the [compensation] section, if there is one.
+        compensation: its compensation, if there is one.
 
     Returns:
         The errors, SI.
@@ -59,19 +59,19 @@ def draw_true_errors(section: ImuSection, seed: int = 0, compensation: Compensat
     Raises:
         InputError: the seed cannot be used.
     """
-    if isinstance(section.sensor_set, Redundant):
-        blocks = draw_single_sensors(section, len(section.sensor_set.axes), seed)
+    if isinstance(imu.sensor_set, Redundant):
+        blocks = draw_single_sensors(imu, len(imu.sensor_set.axes), seed)
         if compensation is None:
             return TrueErrors(blocks[0], single_sensors=blocks)
-        known = tuple(draw_calibration(one, compensation, seed + k * APART) for k, one in enumerate(blocks))
-        left = after_compensation(section, compensation)
+        known = tuple(compensation.draw(one, seed + k * APART) for k, one in enumerate(blocks))
+        left = compensation.left(imu)
         return TrueErrors(blocks[0], single_sensors=blocks, single_calibrations=known, left=left)
-    imu = draw(section, seed)
+    own = draw(imu, seed)
     return TrueErrors(
-        imu,
-        None if compensation is None else draw_calibration(imu, compensation, seed),
-        tuple(draw_accelerometers(section, 6, seed)) if isinstance(section.sensor_set, SixAccelerometers) else (),
-        draw_attitude_sensor(section, seed) if isinstance(section.sensor_set, AttitudeSensor) else None,
-        platform=draw_platform(section, seed) if isinstance(section.sensor_set, Platform) else None,
-        encoders=draw_encoders(section, seed),
+        own,
+        None if compensation is None else compensation.draw(own, seed),
+        tuple(draw_accelerometers(imu, 6, seed)) if isinstance(imu.sensor_set, SixAccelerometers) else (),
+        draw_attitude_sensor(imu, seed) if isinstance(imu.sensor_set, AttitudeSensor) else None,
+        platform=draw_platform(imu, seed) if isinstance(imu.sensor_set, Platform) else None,
+        encoders=draw_encoders(imu, seed),
     )

@@ -20,8 +20,8 @@ import numpy as np
 
 from sinssim.data import Array
 from sinssim.errors import InputError
-from sinssim.scenario.sections.imu import ImuSection
-from sinssim.sensors.imu.errors import stated, warm_up
+from sinssim.sensors.imu.fields import TriadErrors
+from sinssim.sensors.imu.imu import Imu
 from sinssim.sensors.imu.terms import CORRELATION_TIME, of_triad
 from sinssim.sensors.noise.flicker import variance_of_mean
 from sinssim.sensors.sets.accelerometers import axes_about
@@ -46,11 +46,11 @@ class Inputs:
     force: Array
 
 
-def accumulated_inputs(section: ImuSection, kind: str, directions: Array, inputs: Inputs) -> tuple[Array, Array]:
+def accumulated_inputs(imu: Imu, kind: str, directions: Array, inputs: Inputs) -> tuple[Array, Array]:
     """Return the inputs of the errors that are constant in a run, and their 1σ.
 
     Args:
-        section: the [imu] section of a scenario.
+        imu: the sensor block.
         kind: "gyro" or "accel".
         directions: sensitive axes, (m, 3).
         inputs: estimated motion.
@@ -62,12 +62,13 @@ def accumulated_inputs(section: ImuSection, kind: str, directions: Array, inputs
     Raises:
         InputError: an error is stated of which the test does not know the input.
     """
-    spreads = {term.field: float(np.max(stated(section, term)[1])) for term in of_triad(kind) if term.drawn}
+    own = getattr(imu.sigma, kind)
+    spreads = {term.field: float(np.max(getattr(own, term.field))) for term in of_triad(kind) if term.drawn}
     found: dict[str, Array] = {}
     features: list[tuple[str, Array]] = []
     for field, sigma in spreads.items():
         if sigma:
-            for name, columns, coefficients in _features(field, section, directions, inputs):
+            for name, columns, coefficients in _features(field, imu, directions, inputs):
                 found.setdefault(name, columns)
                 features.append((name, sigma * coefficients))
     place, begin = {}, 0
@@ -83,7 +84,7 @@ def accumulated_inputs(section: ImuSection, kind: str, directions: Array, inputs
     return base, matrix
 
 
-def _features(field: str, section: ImuSection, directions: Array, inputs: Inputs) -> Iterator[tuple[str, Array, Array]]:
+def _features(field: str, imu: Imu, directions: Array, inputs: Inputs) -> Iterator[tuple[str, Array, Array]]:
     """Yield the inputs of one error: name, increments (N, c), and factors (m, c)."""
     count = len(directions)
     dt = np.diff(inputs.start)[:, np.newaxis]
@@ -112,9 +113,9 @@ def _features(field: str, section: ImuSection, directions: Array, inputs: Inputs
             for row in np.eye(3):
                 yield "force", inputs.force, np.tile(row, (count, 1))
         case "bias_temperature":
-            yield "warmth", warm_up(section).temperature(middle) * dt, one
+            yield "warmth", imu.warm_up.temperature(middle) * dt, one
         case "scale_temperature":
-            yield "warm own", warm_up(section).temperature(middle) * inputs.own, directions
+            yield "warm own", imu.warm_up.temperature(middle) * inputs.own, directions
         case "ramp":
             yield "ramp", middle * dt, one
         case _:
@@ -124,11 +125,11 @@ def _features(field: str, section: ImuSection, directions: Array, inputs: Inputs
             )
 
 
-def noise_variance(section: ImuSection, kind: str, counts: Array, largest: float) -> Array:
+def noise_variance(imu: Imu, kind: str, counts: Array, largest: float) -> Array:
     """Return the variance of the noise of one sensor's readings, summed over windows.
 
     Args:
-        section: the [imu] section of a scenario.
+        imu: the sensor block.
         kind: "gyro" or "accel".
         counts: samples of each window, (W,).
         largest: largest increment of a sensor, rad or m/s, for the rounding of the arithmetic.
@@ -136,12 +137,12 @@ def noise_variance(section: ImuSection, kind: str, counts: Array, largest: float
     Returns:
         Variance of a window at the start, and its growth per second of a later start, (W, 2).
     """
-    terms = {term.field: float(stated(section, term)[0]) for term in of_triad(kind) if not term.drawn}
-    span = counts / section.rate_hz
-    variance = terms["random_walk"] ** 2 * span + terms["quantum"] ** 2 / 6.0
-    tau = terms["correlation_time"] or CORRELATION_TIME
-    variance = variance + 2.0 * terms["instability"] ** 2 * tau * (span + tau * np.expm1(-span / tau))
-    variance = variance + terms["flicker"] ** 2 * span**2 * variance_of_mean(counts)
-    variance = variance + terms["rate_walk"] ** 2 * span**3 / 3.0
+    own: TriadErrors = getattr(imu.sigma, kind)
+    span = counts / imu.rate_hz
+    variance = own.random_walk**2 * span + own.quantum**2 / 6.0
+    tau = own.correlation_time or CORRELATION_TIME
+    variance = variance + 2.0 * own.instability**2 * tau * (span + tau * np.expm1(-span / tau))
+    variance = variance + own.flicker**2 * span**2 * variance_of_mean(counts)
+    variance = variance + own.rate_walk**2 * span**3 / 3.0
     variance = variance + (_ROUNDING * max(largest, 1e-30)) ** 2 * counts
-    return np.column_stack((variance, terms["rate_walk"] ** 2 * span**2))
+    return np.column_stack((variance, own.rate_walk**2 * span**2))

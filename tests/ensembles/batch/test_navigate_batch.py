@@ -13,10 +13,10 @@ from sinssim.data import ImuData, NavState
 from sinssim.ensembles.batch.layout import LANES
 from sinssim.ensembles.batch.navigate_batch import BatchSolution, _initial, navigate_batch
 from sinssim.errors import InputError
-from sinssim.scenario.sections.imu import ImuSection
 from sinssim.sensors import draw
 from sinssim.sensors.imu.emulate import emulate
 from sinssim.sensors.imu.errors import Fault, ImuErrors
+from sinssim.sensors.imu.imu import Imu
 from sinssim.strapdown.navigate import navigate
 from tests.oracles.s_turn import Flight, STurn
 
@@ -66,7 +66,7 @@ def start(north: float = 0.0) -> NavState:
 
 
 def drawn(name: str, seeds: range) -> list[ImuErrors]:
-    section = ImuSection.model_validate(SECTIONS[name])
+    section = Imu.model_validate(SECTIONS[name])
     return [draw(section, seed) for seed in seeds]
 
 

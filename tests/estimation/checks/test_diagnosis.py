@@ -31,7 +31,7 @@ from sinssim.estimation.estimate import estimate
 from sinssim.estimation.explanation import Diagnosis, Hypothesis
 from sinssim.estimation.model import Block, ErrorModel, error_model
 from sinssim.estimation.result import Estimate, Innovations, Reasons
-from sinssim.scenario.sections.imu import ImuSection
+from sinssim.sensors.imu.imu import Imu
 from sinssim.truth.curve import Curve
 from tests.logs.drive import HEIGHT, drive
 
@@ -66,7 +66,7 @@ class Faulty:
     def __post_init__(self) -> None:
         truth = motion(self.seconds)
         rng = np.random.default_rng(self.seed)
-        unit = ImuSection(grade=GRADE, rate_hz=RATE, **(self.unit or {}))
+        unit = Imu(grade=GRADE, rate_hz=RATE, **(self.unit or {}))
         self.imu = sinssim.emulate(truth.increments(RATE), unit, seed=self.seed)
         self.start = disturbed(truth.state(truth.start), self.seed)
         turn = rotation.quaternion_from_rotation_vector(np.array((0.0, 0.0, self.turned)))
@@ -94,7 +94,7 @@ class Faulty:
         if self.baro is not None:
             height = (s.height + self.baro + rng.standard_normal(len(t)))[:, None]
             self.readings.append(Measurements("baro-height", t, t, height, np.ones((len(t), 1)), name="baro"))
-        sigma = expected_errors(ImuSection(grade=GRADE, rate_hz=RATE)).sigma
+        sigma = expected_errors(Imu(grade=GRADE, rate_hz=RATE)).sigma
         self.model = error_model(sigma, **START, imu=self.states, duration=self.seconds)
 
     def run(self, model: ErrorModel, factors: Mapping[str, float], *, smooth: bool = False) -> Estimate:

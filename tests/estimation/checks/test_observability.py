@@ -10,7 +10,7 @@ from sinssim.alignment.budget import expected_errors
 from sinssim.estimation import Block, ErrorModel, error_model
 from sinssim.estimation.checks.observability import observability
 from sinssim.estimation.estimate import estimate
-from sinssim.scenario.sections.imu import ImuSection
+from sinssim.sensors.imu.imu import Imu
 from sinssim.truth.motions.great_circle import GreatCircle
 from sinssim.truth.motions.parked import Parked
 from tests.estimation.checks.made import history
@@ -82,7 +82,7 @@ def test_more_of_a_flight_shows_more_and_noise_drowns_some() -> None:
 
 
 def test_a_straight_flight_shows_no_scale_factors_and_turns_do() -> None:
-    section = ImuSection(grade="tactical", gyro_scale_sigma_ppm=3000.0, accel_scale_sigma_ppm=3000.0)
+    section = Imu(grade="tactical", gyro_scale_sigma_ppm=3000.0, accel_scale_sigma_ppm=3000.0)
     sigma = expected_errors(section).sigma
     model = error_model(
         sigma, position=5.0, velocity=0.1, attitude=(1e-3, 1e-3, 1e-2),
@@ -111,7 +111,7 @@ def test_a_straight_flight_shows_no_scale_factors_and_turns_do() -> None:
 @pytest.mark.parametrize("runs", [pytest.param(3, id="3"), pytest.param(30, id="30", marks=pytest.mark.slow)])
 def test_biases_that_are_declared_observable_are_found(runs: int) -> None:
     """The errors that the emulator puts in come back within 3σ, σ at least halved, scale and misalignment with them."""
-    section = ImuSection(
+    section = Imu(
         grade="tactical", gyro_scale_sigma_ppm=1500.0, accel_scale_sigma_ppm=1500.0,
         gyro_misalignment_sigma_arcsec=500.0, accel_misalignment_sigma_arcsec=500.0,
     )  # fmt: skip

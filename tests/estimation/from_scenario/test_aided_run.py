@@ -19,7 +19,7 @@ from sinssim.recording.store.summaries.filter_summary import filter_numbers, sen
 from sinssim.scenario import Scenario, load_scenario
 from sinssim.scenario.true_motion import fly
 from sinssim.sensors.imu.emulate import emulate
-from sinssim.sensors.imu.errors import draw
+from sinssim.sensors.imu.imu import draw
 from sinssim.sensors.sets.true_errors import draw_true_errors
 from sinssim.simulation import initial_state_with_errors
 
@@ -189,10 +189,9 @@ def test_true_parameters_are_this_runs_errors(monkeypatch):
 def test_what_a_calibration_knows_is_no_parameter_any_more():
     biases = {"states": ["gyro bias", "accelerometer bias"]}
     s = scenario(compensation={"gyro_bias_sigma_deg_h": 0.5}, filter=biases, seed=8)
-    from sinssim.sensors.imu.compensation import draw_calibration
 
     result = aided(s)
-    left = draw(s.imu, 8).gyro.bias - draw_calibration(draw(s.imu, 8), s.compensation, 8).gyro.bias
+    left = draw(s.imu, 8).gyro.bias - s.compensation.draw(draw(s.imu, 8), 8).gyro.bias
     np.testing.assert_array_equal(result.parameters["gyro bias"], left)
     np.testing.assert_array_equal(result.parameters["accelerometer bias"], np.zeros(3))
 

@@ -25,14 +25,14 @@ from sinssim.estimation.measurements.kind import Prediction, measurement_kind, o
 from sinssim.estimation.nominal import rows_of
 from sinssim.mechanization import Mechanization
 from sinssim.scenario import Scenario
-from sinssim.scenario.sections.imu import ImuSection
 from sinssim.sensors.aiding.registry import KINDS
+from sinssim.sensors.imu.imu import Imu
 from sinssim.strapdown.nav_error import navigation_error
 from sinssim.strapdown.navigate import navigate
 from sinssim.truth.curve import Curve
 from tests.estimation.worlds import biases_only, errors_of, one_run, positions, velocities, weaving
 
-SIGMA_ALL = expected_errors(ImuSection(grade="mems-industrial")).sigma
+SIGMA_ALL = expected_errors(Imu(grade="mems-industrial")).sigma
 SIGMA = biases_only("laser-standard")
 MODEL = error_model(SIGMA, position=(5.0, 5.0, 5.0), velocity=0.1, attitude=(3e-4, 3e-4, 3e-3))
 OPTIONS: dict[str, Any] = {"rate_hz": 5.0, "mechanization": Mechanization()}

@@ -6,7 +6,8 @@ import numpy as np
 import pytest
 
 from sinssim.estimation.from_scenario.true_parameters import InertialParameters
-from sinssim.sensors.imu.errors import ImuErrors, TriadErrors, WarmUp
+from sinssim.sensors.imu.errors import ImuErrors, WarmUp
+from sinssim.sensors.imu.fields import TriadErrors
 from sinssim.sensors.sets.true_errors import TrueErrors
 
 EDGES = 5.0 + 0.25 * np.arange(81)  # to 25 s

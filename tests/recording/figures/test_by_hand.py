@@ -256,7 +256,8 @@ def test_the_curves_of_an_alignment() -> None:
     """A gyro bias gives the heading b/(U cos φ) at any time; white noise N the same with N/√T; both cross at (N/b)²."""
     from matplotlib.figure import Figure
 
-    from sinssim.sensors.imu.errors import ImuErrors, TriadErrors
+    from sinssim.sensors.imu.errors import ImuErrors
+    from sinssim.sensors.imu.fields import TriadErrors
 
     bias, walk, latitude = 0.01 * DEG_H, 0.004 * DEG_H * 60.0, 0.8
     sigma = ImuErrors(TriadErrors(bias=np.full(3, bias), random_walk=walk), TriadErrors())
@@ -290,7 +291,8 @@ def test_the_curves_of_an_alignment() -> None:
 
 def test_the_figure_of_a_session() -> None:
     """The bars above the curves; a line at the 300 s of the session; nothing without sensors or angles."""
-    from sinssim.sensors.imu.errors import ImuErrors, TriadErrors
+    from sinssim.sensors.imu.errors import ImuErrors
+    from sinssim.sensors.imu.fields import TriadErrors
 
     def angles(*values: float) -> Angles:
         return Angles(*(np.asarray(value) for value in values))

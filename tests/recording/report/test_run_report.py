@@ -18,8 +18,7 @@ from sinssim.recording import style
 from sinssim.recording.report.run.flight import _source
 from sinssim.recording.report.run_report import run_report, schuler_period
 from sinssim.scenario import Scenario
-from sinssim.sensors.imu.compensation import draw_calibration
-from sinssim.sensors.imu.errors import draw
+from sinssim.sensors.imu.imu import draw
 from sinssim.sensors.sets.accelerometers import draw_accelerometers
 from sinssim.sensors.sets.attitude_sensor import draw_attitude_sensor
 from sinssim.simulation import Run, run
@@ -239,7 +238,7 @@ def test_what_a_calibration_took_away_is_told_and_drawn(tmp_path):
     page = (tmp_path / "run" / "report.html").read_text(encoding="utf-8")
     check_page(result, page)
     before, _, after, accel = (t for t in Tables(page).tables if "x (forward)" in t[0])
-    known = draw_calibration(draw(result.scenario.imu, 4), result.scenario.compensation, 4)
+    known = result.scenario.compensation.draw(draw(result.scenario.imu, 4), 4)
     true = draw(result.scenario.imu, 4)
     assert [value(c) for c in before[1][2:5]] == pytest.approx(true.gyro.bias / DEG_H, rel=1e-3)
     left = (true.gyro.bias - known.gyro.bias) / DEG_H

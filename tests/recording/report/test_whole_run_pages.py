@@ -15,8 +15,8 @@ from sinssim.recording.report.run import flight, redundancy, sensors, track
 from sinssim.recording.report.run.platform import platform_errors
 from sinssim.recording.report.studies import trade as trade_report
 from sinssim.scenario import Scenario
-from sinssim.scenario.sections.imu import ImuSection
-from sinssim.scenario.sections.within_imu.sensor_set import Redundant
+from sinssim.sensors.imu.imu import Imu
+from sinssim.sensors.sets.sensor_set import Redundant
 from tests.recording.made_monitoring import GYROS, SECTION
 from tests.recording.report.test_whole_pages import body, stand_ins
 from tests.recording.spies import cells
@@ -131,7 +131,7 @@ def test_monitoring_that_there_is_and_is_not(monkeypatch: pytest.MonkeyPatch) ->
     assert list(redundancy.redundancy_section(run)) == [
         "(about)", "<p>The sensors are not monitored: all of them are always used.</p>",
     ]  # fmt: skip
-    imu.sensor_set = ImuSection().sensor_set
+    imu.sensor_set = Imu().sensor_set
     assert not list(redundancy.redundancy_section(run))
 
 
@@ -186,12 +186,12 @@ def test_errors_of_torquers_and_pickoffs() -> None:
     """Given errors and their 1σ; in inertial axes nothing is torqued."""
     errors: Any = SimpleNamespace(torquer_scale=np.array([30.0, -45.5, 7.25]) * PPM,
                                   pickoff=np.array([2.0, -3.0, 5.5]) * ARCSEC)  # fmt: skip
-    given = ImuSection(sensor_set={"type": "platform", "torquer_scale_ppm": (30.0, -45.0, 7.0),
+    given = Imu(sensor_set={"type": "platform", "torquer_scale_ppm": (30.0, -45.0, 7.0),
                                    "torquer_scale_sigma_ppm": 12.5, "pickoff_arcsec": (2.0, -3.0, 5.5)})  # fmt: skip
     rows = cells(platform_errors(given, errors, "level"))
     assert rows[-2][1:] == ["ppm", "30.00", "−45.50", "7.250", "given ± 12.5"]
     assert rows[-1][1:] == ["arcsec", "2.000", "−3.000", "5.500", "given"]
-    drawn = ImuSection(sensor_set={"type": "platform", "pickoff_sigma_arcsec": 6.5})
+    drawn = Imu(sensor_set={"type": "platform", "pickoff_sigma_arcsec": 6.5})
     (row,) = cells(platform_errors(drawn, errors, "inertial"))[1:]
     assert row[1:] == ["arcsec", "2.000", "−3.000", "5.500", "6.5"]
 
@@ -204,7 +204,7 @@ def test_residual_errors_of_single_sensors(monkeypatch: pytest.MonkeyPatch) -> N
         monkeypatch.setattr(sensors, name, lambda *_: "")
     monkeypatch.setattr(sensors, "_of_noise", lambda *_: ())
     scenario: Any = SimpleNamespace(
-        seed=41, compensation=object(), imu=ImuSection(grade="tactical", sensor_set=Redundant(type="redundant"))
+        seed=41, compensation=object(), imu=Imu(grade="tactical", sensor_set=Redundant(type="redundant"))
     )
     true: Any = SimpleNamespace(
         single_sensors=("a", "b"), single_calibrations=("c", "d"), calibration=None, left="left", platform=None,

@@ -18,8 +18,8 @@ from sinssim.noise_identification.fit import TermEstimate
 from sinssim.noise_identification.report import ChannelNoise
 from sinssim.noise_identification.units import units_of
 from sinssim.recording.tables import alignment, calibration, expectation, inspection, noise, one_component
-from sinssim.scenario.sections.imu import ImuSection
 from sinssim.sensors.expectation import Contribution, Expectation, Term
+from sinssim.sensors.imu.imu import Imu
 from tests.recording.by_hand import ARCMIN, printed
 
 DEG, DEG_H, UG = pi / 180.0, pi / 648_000.0, 9.80665e-6
@@ -116,7 +116,7 @@ def test_the_expectation_of_a_grade() -> None:
     terms = (Term("gyro_walk", 12_345.6, "deg/√h", 3.59, "1/√s", "noise"),
              Term("x", 0.0123456, "ppm", 1.23456e-8, "1", "scale"))  # fmt: skip
     contributions = (Contribution("walk", "turning 90°", 4000.0), Contribution("bias", "at rest", 3000.0))
-    section = ImuSection(grade="ideal")
+    section = Imu(grade="ideal")
     lines = printed(lambda console: expectation.show(Expectation(section, 45.5 * DEG, 7200.0, terms, contributions),
                                                      console))  # fmt: skip
     assert lines[2:] == [

@@ -12,8 +12,8 @@ import pytest
 
 from sinssim.recording.finished.run_list import Entry
 from sinssim.recording.tables import ensemble, expectation, noise, run, runs, study
-from sinssim.scenario.sections.imu import ImuSection
 from sinssim.sensors.expectation import Contribution, Expectation, Term
+from sinssim.sensors.imu.imu import Imu
 from tests.recording import fake_run
 from tests.recording.by_hand import printed
 from tests.recording.tables.test_by_hand import channel
@@ -47,7 +47,7 @@ def test_keys_without_effect_on_an_expectation(monkeypatch: pytest.MonkeyPatch) 
     """They come after the class of the unit; asked for the duration."""
     monkeypatch.setattr(expectation, "keys_without_effect", lambda section, end: [f"imu.x has no effect in {end:g} s."])
     terms = (Term("gyro_bias", 0.01, "deg/h", 5e-8, "rad/s", "bias"),)
-    own = Expectation(ImuSection(grade="ideal"), 0.5, 1800.0, terms, (Contribution("bias", "at rest", 926.0),))
+    own = Expectation(Imu(grade="ideal"), 0.5, 1800.0, terms, (Contribution("bias", "at rest", 926.0),))
     lines = printed(lambda console: expectation.show(own, console))
     # 0.8326 · 926 m are 0.4163 nmi in half an hour
     assert lines[-2:] == [

@@ -10,21 +10,19 @@ from pydantic import BaseModel, ValidationError
 
 from sinssim.logs.outages import Outages
 from sinssim.scenario.schema import Scenario
-from sinssim.scenario.sections.imu import ImuSection
 from sinssim.scenario.sections.navigation import NavigationSection
 from sinssim.scenario.sections.one_component import ArmAccelerometer, OneComponentSection
 from sinssim.scenario.sections.output import RecordingSection
-from sinssim.scenario.sections.within_imu.faults import (
+from sinssim.sensors.imu.faults import (
     BiasStep,
     Dropout,
     Freeze,
     Saturation,
     Spike,
     channels_of,
-    concerns_gyros,
-    faulty_sensors,
 )
-from sinssim.scenario.sections.within_imu.laser_gyro import LaserGyroSection
+from sinssim.sensors.imu.imu import Imu
+from sinssim.sensors.laser_gyro.laser_gyros import LaserGyros
 from sinssim.truth.flight.plan import FlightPlan
 from sinssim.truth.gravity.true_gravity import TrueGravity
 from sinssim.truth.motions.imu_rotation import SEQUENCES, Continuous, Indexed, Reversing
@@ -42,18 +40,18 @@ SLOW = 100.0 / (2.0 * math.pi * math.sqrt(6.371e6 / 9.81))
 LIMITS: list[tuple[type[BaseModel], dict[str, Any], str, Any, Any, str]] = [
     # section, its keys, the key that is changed, a value within the limit, one beyond, what is said
     # a circle of 400 mm: 400²/4π = 12 732 mm²
-    (LaserGyroSection, RING, "area_mm2", 12_732.0, 12_733.0, r"encloses at most 1\.273e\+04 mm² \(a circle\)"),
+    (LaserGyros, RING, "area_mm2", 12_732.0, 12_733.0, r"encloses at most 1\.273e\+04 mm² \(a circle\)"),
     # 2π · 400 Hz · 150″ = 376 991 ″/s, deg/h
-    (LaserGyroSection, RING, "lock_in_deg_h", 376_980.0, 377_000.0, r"the dither reaches only 3\.77e\+05 deg/h"),
-    (ImuSection, {"rate_hz": 40.0}, "accel_delay_ms", -25.0, -25.1, "can be at most 25"),
-    (ImuSection, {"rate_hz": 40.0}, "faults", [{"type": "jitter", "from_s": 0.0, "sigma_ms": 2.5}],
+    (LaserGyros, RING, "lock_in_deg_h", 376_980.0, 377_000.0, r"the dither reaches only 3\.77e\+05 deg/h"),
+    (Imu, {"rate_hz": 40.0}, "accel_delay_ms", -25.0, -25.1, "can be at most 25"),
+    (Imu, {"rate_hz": 40.0}, "faults", [{"type": "jitter", "from_s": 0.0, "sigma_ms": 2.5}],
      [{"type": "jitter", "from_s": 0.0, "sigma_ms": 2.6}], "it can be at most 2.5, a tenth of the interval"),
-    (ImuSection, {"rate_hz": 40.0, "sensor_set": {"type": "redundant"}}, "sensor_set",
+    (Imu, {"rate_hz": 40.0, "sensor_set": {"type": "redundant"}}, "sensor_set",
      {"type": "redundant", "windows_s": [0.04]}, {"type": "redundant", "windows_s": [0.03]},
      "a window has at least 0.05 s"),
-    (ImuSection, {"rate_hz": 40.0}, "rotation", {"type": "continuous", "rate_deg_s": -80.0},
+    (Imu, {"rate_hz": 40.0}, "rotation", {"type": "continuous", "rate_deg_s": -80.0},
      {"type": "continuous", "rate_deg_s": -81.0}, "2.025 degrees per sample.* at most 80"),
-    (ImuSection, {"rate_hz": 40.0}, "rotation", {"type": "reversing", "ramp_s": 0.125},
+    (Imu, {"rate_hz": 40.0}, "rotation", {"type": "reversing", "ramp_s": 0.125},
      {"type": "reversing", "ramp_s": 0.12}, "shorter than 5 samples.* at least 0.125"),
     (Reversing, {"type": "reversing", "rate_deg_s": 20.0, "ramp_s": 2.0}, "turn_deg", 40.0, 39.0,
      r"a ramp of at most 1\.95 s"),
@@ -115,10 +113,10 @@ def test_pressure_and_temperature_of_the_air() -> None:
 def test_sensors_that_a_fault_names() -> None:
     """By number from 1; sizes of zero are no fault, and a fault of all sensors names none."""
     step = BiasStep(type="bias-step", from_s=1.0, gyro_deg_h=(0.0, 2.0, 0.0, -1.0), accel_ug=(5.0, 0.0, 0.0, 0.0))
-    assert (faulty_sensors(step, "gyro"), faulty_sensors(step, "accel")) == ({2, 4}, {1})
+    assert (step.sensors("gyro"), step.sensors("accel")) == ({2, 4}, {1})
     lost = Dropout(type="dropout", from_s=1.0, channels=("gyro_3", "accel_2", "gyro_x"))
-    assert (faulty_sensors(lost, "gyro"), faulty_sensors(lost, "accel")) == ({3}, {2})
-    assert faulty_sensors(Freeze(type="freeze", from_s=1.0), "gyro") == set()
+    assert (lost.sensors("gyro"), lost.sensors("accel")) == ({3}, {2})
+    assert Freeze(type="freeze", from_s=1.0).sensors("gyro") == set()
     assert channels_of(4) == ("gyro_1", "gyro_2", "gyro_3", "gyro_4", "accel_1", "accel_2", "accel_3", "accel_4")
     gyros = [
         lost, Dropout(type="dropout", from_s=1.0), step, Saturation(type="saturation", from_s=1.0, gyro_deg_s=3.0),
@@ -129,7 +127,7 @@ def test_sensors_that_a_fault_names() -> None:
         Saturation(type="saturation", from_s=1.0, accel_g=3.0),
         BiasStep(type="bias-step", from_s=1.0, gyro_deg_h=(0.0, 0.0, 0.0), accel_ug=(5.0, 0.0, 0.0)),
     ]  # fmt: skip
-    assert [concerns_gyros(fault) for fault in (*gyros, *others)] == [True] * 5 + [False] * 3
+    assert [fault.of_gyros for fault in (*gyros, *others)] == [True] * 5 + [False] * 3
 
 
 def test_ready_sequences_come_back() -> None:

@@ -8,11 +8,10 @@ from scipy.stats import chi2
 
 from sinssim.data import ImuData
 from sinssim.errors import InputError
-from sinssim.scenario.sections.compensation import CompensationSection
-from sinssim.scenario.sections.imu import ImuSection
 from sinssim.sensors import ImuErrors, TriadErrors, draw
-from sinssim.sensors.imu.compensation import compensate, draw_calibration, imperfect_calibration
+from sinssim.sensors.imu.compensation import Compensation, compensate, imperfect_calibration
 from sinssim.sensors.imu.emulate import emulate
+from sinssim.sensors.imu.imu import Imu
 from sinssim.sensors.imu.terms import CALIBRATED, TERMS
 from sinssim.truth.motions.analytic import inertial_increments
 from sinssim.truth.motions.rocking import SpinRock
@@ -104,13 +103,13 @@ def test_what_no_calibration_knows_passes_through() -> None:
 
 def test_a_calibration_is_wrong_by_what_its_section_says_in_every_known_term() -> None:
     quantities = [q for q in TERMS if q.drawn and q.field in CALIBRATED]
-    assert {key for q in quantities for key in q.keys} == set(CompensationSection.model_fields) - {
+    assert {key for q in quantities for key in q.keys} == set(Compensation.model_fields) - {
         "file",
         "accel_arms_mm",
     }
-    block = ImuSection(grade="ideal", **{q.sigma_key: 1.0 for q in quantities})
-    section = CompensationSection.model_validate({q.sigma_key: 0.1 for q in quantities})
-    runs = [(draw(block, seed), draw_calibration(draw(block, seed), section, seed)) for seed in range(200)]
+    block = Imu(grade="ideal", **{q.sigma_key: 1.0 for q in quantities})
+    section = Compensation.model_validate({q.sigma_key: 0.1 for q in quantities})
+    runs = [(draw(block, seed), section.draw(draw(block, seed), seed)) for seed in range(200)]
     for q in quantities:
         values = np.array(
             [getattr(getattr(e, q.triad), q.field) - getattr(getattr(c, q.triad), q.field) for e, c in runs]
@@ -129,14 +128,14 @@ def test_measured_values_are_removed_as_they_are() -> None:
         "accel_scale_ppm": (300.0, -200.0, 100.0),
     }
     exact = {"gyro_bias_sigma_deg_h": 0.0, "gyro_misalignment_sigma_arcsec": 0.0, "accel_scale_sigma_ppm": 0.0}
-    section, true = CompensationSection(**given, **exact), ImuSection(grade="ideal", **given)
+    section, true = Compensation(**given, **exact), Imu(grade="ideal", **given)
     start, errors = ideal(), draw(true)
     measured = emulate(start, true)
-    restored = compensate(measured, draw_calibration(errors, section))
+    restored = compensate(measured, section.draw(errors))
     np.testing.assert_allclose(restored.dtheta, start.dtheta, rtol=0, atol=1e-16)
     np.testing.assert_allclose(restored.dvel, start.dvel, rtol=0, atol=1e-15)
-    other = CompensationSection(**(given | {"gyro_bias_deg_h": (4.0, -3.0, 2.0)}), **exact)
-    left = compensate(measured, draw_calibration(errors, other)).dtheta - start.dtheta
+    other = Compensation(**(given | {"gyro_bias_deg_h": (4.0, -3.0, 2.0)}), **exact)
+    left = compensate(measured, other.draw(errors)).dtheta - start.dtheta
     per_hour = np.linalg.inv(np.eye(3) + errors.gyro.misalignment) @ [1.0, 0.0, 0.0] * np.radians(1.0) / 3600.0
     np.testing.assert_allclose(left, np.diff(start.time)[:, None] * per_hour, rtol=0, atol=1e-16)
 
@@ -144,8 +143,8 @@ def test_measured_values_are_removed_as_they_are() -> None:
 def test_true_errors_scatter_about_measured_values_by_their_uncertainty() -> None:
     """Mean and 1σ of the block equal to value and uncertainty of its calibration: the residual is that uncertainty."""
     keys = {"gyro_bias_deg_h": (0.5, -0.3, 0.2), "gyro_bias_sigma_deg_h": 0.02}
-    block, section = ImuSection(grade="ideal", **keys), CompensationSection(**keys)
-    runs = [(e := draw(block, seed)).gyro.bias - draw_calibration(e, section, seed).gyro.bias for seed in range(300)]
+    block, section = Imu(grade="ideal", **keys), Compensation(**keys)
+    runs = [(e := draw(block, seed)).gyro.bias - section.draw(e, seed).gyro.bias for seed in range(300)]
     values = np.array(runs) / (np.radians(0.02) / 3600.0)
     low, high = chi2.ppf([5e-6, 1 - 5e-6], values.size)  # 1e-5 by chance
     assert low < np.sum(values**2) < high
@@ -154,10 +153,10 @@ def test_true_errors_scatter_about_measured_values_by_their_uncertainty() -> Non
 
 def test_a_measured_value_needs_its_uncertainty() -> None:
     with pytest.raises(InputError, match=r"gyro_bias_deg_h .* needs its uncertainty: give gyro_bias_sigma_deg_h"):
-        CompensationSection(gyro_bias_deg_h=(1.0, 0.0, 0.0))
-    kept = CompensationSection(gyro_bias_deg_h=(1.0, 0.0, 0.0), gyro_bias_sigma_deg_h=0.1).uncertainties()
-    assert kept.gyro_bias_deg_h is None
-    assert kept.gyro_bias_sigma_deg_h == 0.1
+        Compensation(gyro_bias_deg_h=(1.0, 0.0, 0.0))
+    left = Compensation(gyro_bias_deg_h=(1.0, 0.0, 0.0), gyro_bias_sigma_deg_h=0.1).left(Imu(grade="tactical"))
+    assert left.gyro_bias_deg_h is None
+    assert (left.gyro_bias_sigma_deg_h, left.accel_scale_sigma_ppm) == (0.1, 0.0)
 
 
 def test_a_coupling_that_cannot_be_undone_is_refused() -> None:
@@ -182,7 +181,7 @@ def test_non_linearity_is_undone_as_the_roots_of_its_cubic_say() -> None:
 def test_it_is_the_inverse_of_the_emulator_for_every_grade() -> None:
     true = ideal()
     for grade in ("laser-standard", "tactical", "mems-industrial", "consumer"):
-        quiet = ImuSection(
+        quiet = Imu(
             grade=grade,
             gyro_arw_deg_sqrt_h=0.0,
             accel_vrw_ug_sqrt_hz=0.0,

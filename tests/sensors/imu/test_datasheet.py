@@ -10,8 +10,8 @@ from pydantic import ValidationError
 
 from sinssim.errors import InputError
 from sinssim.scenario.load import load_scenario
-from sinssim.scenario.sections.imu import ImuSection
 from sinssim.sensors.imu.datasheet import line, to_si
+from sinssim.sensors.imu.imu import Imu
 from sinssim.sensors.imu.terms import TERMS
 
 # what the datasheet says, key, number, SI worked out by hand
@@ -69,26 +69,26 @@ def test_every_unit_of_a_quantity_loads_as_the_same_error(quantity) -> None:
     for unit, factor in quantity.units.items():
         per = quantity.unit / factor * 1e-3
         scaled = [value * per for value in size] if isinstance(size, list) else size * per
-        section = ImuSection.model_validate({f"{quantity.name}_{unit}": scaled})
+        section = Imu.model_validate({f"{quantity.name}_{unit}": scaled})
         found = getattr(section, quantity.key)
         expected = tuple(value * 1e-3 for value in size) if isinstance(size, list) else size * 1e-3
         assert found == pytest.approx(expected, rel=1e-14)
         if quantity.drawn:
-            section = ImuSection.model_validate({f"{quantity.name}_sigma_{unit}": per})
+            section = Imu.model_validate({f"{quantity.name}_sigma_{unit}": per})
             assert getattr(section, quantity.sigma_key) == pytest.approx(1e-3, rel=1e-14)
 
 
 def test_keys_of_a_scenario_are_keys_of_the_table() -> None:
     for quantity in TERMS:
-        assert quantity.key in ImuSection.model_fields
-        assert (quantity.sigma_key in ImuSection.model_fields) == quantity.drawn
+        assert quantity.key in Imu.model_fields
+        assert (quantity.sigma_key in Imu.model_fields) == quantity.drawn
         found = line(quantity.key)
         assert found is not None
         assert found.term == quantity
         assert not found.sigma
-    stated = {key for key in ImuSection.model_fields if key.startswith(("gyro_", "accel_"))}
+    stated = {key for key in Imu.model_fields if key.startswith(("gyro_", "accel_"))}
     stated -= {"accel_arms_mm", "accel_delay_ms"}
-    assert stated == {key for q in TERMS for key in (q.key, q.sigma_key) if key in ImuSection.model_fields}
+    assert stated == {key for q in TERMS for key in (q.key, q.sigma_key) if key in Imu.model_fields}
 
 
 def test_unknown_units_and_quantities() -> None:
@@ -181,6 +181,6 @@ def test_a_mistake_in_a_sigma_is_not_said_to_be_given_as_the_error(tmp_path: Pat
 
 def test_what_is_no_number_stays_for_the_schema_to_refuse() -> None:
     with pytest.raises(ValidationError, match="valid number"):
-        ImuSection.model_validate({"gyro_arw_deg_h_sqrt_hz": "much"})
+        Imu.model_validate({"gyro_arw_deg_h_sqrt_hz": "much"})
     with pytest.raises(ValidationError, match="valid number"):
-        ImuSection.model_validate({"accel_bias_mg": [True, 0.0, 0.0]})
+        Imu.model_validate({"accel_bias_mg": [True, 0.0, 0.0]})

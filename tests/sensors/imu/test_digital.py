@@ -8,9 +8,9 @@ import numpy as np
 import pytest
 
 from sinssim.data import ImuData
-from sinssim.scenario.sections.imu import ImuSection
 from sinssim.sensors import ImuErrors, TriadErrors, draw
 from sinssim.sensors.imu.emulate import digital, emulate
+from sinssim.sensors.imu.imu import Imu
 from sinssim.sensors.sets.reading import sums
 
 STEPS = {"dtheta": Fraction(1, 2**52), "dvel": Fraction(1, 2**46)}
@@ -62,7 +62,7 @@ def test_sums_to_a_lower_rate_are_exact():
 
 def test_measured_increments_stay_within_half_a_step_of_those_without_steps():
     ideal = digital(increments())
-    errors = draw(ImuSection(grade="tactical"), 7)
+    errors = draw(Imu(grade="tactical"), 7)
     plain, made = emulate(ideal, errors, 7), emulate(ideal, errors, 7, rounded=True)
     for name, step in STEPS.items():
         for axis in range(3):

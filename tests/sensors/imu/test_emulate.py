@@ -16,9 +16,9 @@ from scipy.stats import chi2
 
 from sinssim.data import ImuData
 from sinssim.errors import InputError
-from sinssim.scenario.sections.imu import ImuSection
 from sinssim.sensors import ImuErrors, TriadErrors, draw
 from sinssim.sensors.imu.emulate import emulate
+from sinssim.sensors.imu.imu import Imu
 from tests.oracles.allan import allan_deviation
 
 
@@ -86,10 +86,8 @@ def test_non_linearity_acts_on_the_mean_rate_along_the_tilted_axis():
 
 
 def test_non_linearity_leaves_all_other_draws_alone():
-    plain = draw(ImuSection(grade="tactical"), 5)
-    bent = draw(
-        ImuSection(grade="tactical", gyro_quadratic_sigma_ppm_per_deg_s=1.0, accel_cubic_sigma_ug_per_g3=3.0), 5
-    )
+    plain = draw(Imu(grade="tactical"), 5)
+    bent = draw(Imu(grade="tactical", gyro_quadratic_sigma_ppm_per_deg_s=1.0, accel_cubic_sigma_ug_per_g3=3.0), 5)
     assert not np.any(plain.gyro.quadratic)
     assert not np.any(plain.accel.cubic)
     assert np.all(bent.gyro.quadratic != 0.0)
@@ -117,7 +115,7 @@ def test_rotation_about_one_axis_leaks_into_a_tilted_one(tilted, towards):
 
 
 def test_the_six_angles_of_a_scenario_are_tilts_towards_the_named_axes():
-    section = ImuSection(grade="ideal", gyro_misalignment_arcsec=(10.0, 20.0, 30.0, 40.0, 50.0, 60.0))
+    section = Imu(grade="ideal", gyro_misalignment_arcsec=(10.0, 20.0, 30.0, 40.0, 50.0, 60.0))
     measured = emulate(uniform(1, 1.0, dtheta=(1.0, 0.0, 0.0)), section)
     arcsec = np.pi / 648000
     np.testing.assert_allclose(measured.dtheta[0], [1.0, 30 * arcsec, 50 * arcsec], rtol=1e-14)
@@ -163,7 +161,7 @@ def test_variance_on_uneven_intervals():
 
 
 def test_allan_deviation_gives_the_random_walk_back():
-    measured = emulate(uniform(400_000), ImuSection(grade="ideal", gyro_arw_deg_sqrt_h=0.003), seed=8)
+    measured = emulate(uniform(400_000), Imu(grade="ideal", gyro_arw_deg_sqrt_h=0.003), seed=8)
     walk = 8.726646e-7
     for axis in range(3):
         deviations = [allan_deviation(measured.dtheta[:, axis], 0.01, m) for m in (1, 10, 100, 1000)]
@@ -270,7 +268,7 @@ def test_draws_have_the_standard_deviation_of_the_grade(grade):
     from tests.sensors.imu.test_grades import DEG_H, TABLE
 
     bias, _, scale, accel_bias, _, accel_scale, misalignment, _ = TABLE[grade]
-    section = ImuSection(grade=grade)
+    section = Imu(grade=grade)
     runs = [draw(section, seed) for seed in range(700)]
     off = ~np.eye(3, dtype=bool)
     low, high = chi2.ppf([5e-5, 1 - 5e-5], 2100)
@@ -289,7 +287,7 @@ def test_draws_have_the_standard_deviation_of_the_grade(grade):
 
 
 def test_draws_of_different_terms_and_axes_are_independent():
-    section = ImuSection(grade="tactical")
+    section = Imu(grade="tactical")
     off = ~np.eye(3, dtype=bool)
     rows = []
     for seed in range(600):
@@ -302,9 +300,9 @@ def test_draws_of_different_terms_and_axes_are_independent():
 
 
 def test_sigma_overrides_scale_the_same_draw():
-    base = draw(ImuSection(grade="ideal", gyro_bias_sigma_deg_h=1.0), seed=5).gyro.bias
-    assert draw(ImuSection(grade="laser-standard"), seed=5).gyro.bias == pytest.approx(0.01 * base, rel=1e-14)
-    assert draw(ImuSection(grade="ideal"), seed=5).gyro.bias == pytest.approx(np.zeros(3), abs=0)
+    base = draw(Imu(grade="ideal", gyro_bias_sigma_deg_h=1.0), seed=5).gyro.bias
+    assert draw(Imu(grade="laser-standard"), seed=5).gyro.bias == pytest.approx(0.01 * base, rel=1e-14)
+    assert draw(Imu(grade="ideal"), seed=5).gyro.bias == pytest.approx(np.zeros(3), abs=0)
 
 
 SWITCHES = {
@@ -319,8 +317,8 @@ SWITCHES = {
 
 @pytest.mark.parametrize("off", SWITCHES)
 def test_switching_one_draw_off_leaves_the_others_alone(off):
-    everything = draw(ImuSection(grade="consumer"), seed=42)
-    without = draw(ImuSection(grade="consumer", **SWITCHES[off]), seed=42)
+    everything = draw(Imu(grade="consumer"), seed=42)
+    without = draw(Imu(grade="consumer", **SWITCHES[off]), seed=42)
     for term in SWITCHES:
         triad, name = term.split()
         before = getattr(getattr(everything, triad), name)
@@ -348,7 +346,7 @@ def test_switching_one_noise_off_leaves_the_others_alone():
 
 def test_ideal_grade_changes_nothing():
     ideal = uneven(100)
-    measured = emulate(ideal, ImuSection(grade="ideal"), seed=3)
+    measured = emulate(ideal, Imu(grade="ideal"), seed=3)
     assert measured.time is ideal.time
     assert measured.dtheta is ideal.dtheta
     assert measured.dvel is ideal.dvel
@@ -357,7 +355,7 @@ def test_ideal_grade_changes_nothing():
 def test_the_input_is_left_alone():
     ideal = uneven(100)
     before = ideal.time.copy(), ideal.dtheta.copy(), ideal.dvel.copy()
-    emulate(ideal, ImuSection(grade="consumer", gyro_quantum_arcsec=1.0), seed=3)
+    emulate(ideal, Imu(grade="consumer", gyro_quantum_arcsec=1.0), seed=3)
     assert np.array_equal(ideal.time, before[0])
     assert np.array_equal(ideal.dtheta, before[1])
     assert np.array_equal(ideal.dvel, before[2])
@@ -365,13 +363,13 @@ def test_the_input_is_left_alone():
 
 DIGEST = """
 import hashlib
-from sinssim.scenario.sections.imu import ImuSection
+from sinssim.sensors.imu.imu import Imu
 from sinssim.sensors import GRADES, emulate
 from tests.sensors.imu.test_emulate import uneven
 from tests.sensors.imu.test_many_runs import SECTIONS
 digest = hashlib.sha256()
 for name in GRADES:
-    measured = emulate(uneven(300), ImuSection(grade=name, gyro_quantum_arcsec=0.1, accel_quantum_mm_s=0.1), seed=17)
+    measured = emulate(uneven(300), Imu(grade=name, gyro_quantum_arcsec=0.1, accel_quantum_mm_s=0.1), seed=17)
     digest.update(measured.dtheta.tobytes() + measured.dvel.tobytes())
 everything = {"accel_arms_mm": ((0.0,) * 3,) * 3, "accel_delay_ms": 0.0, "faults": ()}
 measured = emulate(uneven(300), SECTIONS["everything"].model_copy(update=everything), seed=17)
@@ -414,7 +412,7 @@ def test_the_same_bits_on_lesser_processors(tmp_path, processor):
 
 
 def test_another_seed_gives_other_numbers():
-    section = ImuSection(grade="laser-standard")
+    section = Imu(grade="laser-standard")
     assert not np.any(emulate(uneven(10), section, 1).dtheta == emulate(uneven(10), section, 2).dtheta)
 
 
@@ -433,7 +431,7 @@ def test_another_seed_gives_other_numbers():
 def test_arrays_that_do_not_fit(field, value, shape):
     good = {"time": np.arange(11.0), "dtheta": np.zeros((10, 3)), "dvel": np.zeros((10, 3))}
     with pytest.raises(InputError, match=shape + r".* do not belong together"):
-        emulate(ImuData(**{**good, field: value}), ImuSection())
+        emulate(ImuData(**{**good, field: value}), Imu())
 
 
 @pytest.mark.parametrize("bad", [np.nan, np.inf, -np.inf])
@@ -442,17 +440,17 @@ def test_samples_that_are_not_finite(field, bad):
     ideal = uneven(20)
     getattr(ideal, field)[7] = bad
     with pytest.raises(InputError, match=rf"imu\.{field}\[7\] = .* is not a finite number"):
-        emulate(ideal, ImuSection(grade="ideal"))
+        emulate(ideal, Imu(grade="ideal"))
 
 
 @pytest.mark.parametrize("later", [5.0, 3.0])
 def test_times_out_of_order(later):
     time = np.array([0.0, 1.0, 5.0, later, 6.0])
     with pytest.raises(InputError, match=r"time\[2\] = 5 s is followed by time\[3\]"):
-        emulate(ImuData(time, np.zeros((4, 3)), np.zeros((4, 3))), ImuSection())
+        emulate(ImuData(time, np.zeros((4, 3)), np.zeros((4, 3))), Imu())
 
 
 @pytest.mark.parametrize("seed", [-1, 1.5, "7", None, True])
 def test_seeds_that_cannot_be(seed):
     with pytest.raises(InputError, match="whole number"):
-        emulate(uniform(3), ImuSection(), seed=seed)
+        emulate(uniform(3), Imu(), seed=seed)

@@ -13,10 +13,10 @@ from sinssim.data import DROPPED, FROZEN, SATURATED, ImuData
 from sinssim.errors import InputError
 from sinssim.jit import strict_kernel
 from sinssim.scenario.notes import FLICKER_SAMPLES
-from sinssim.scenario.sections.imu import ImuSection
 from sinssim.sensors import ImuErrors, TriadErrors, draw
 from sinssim.sensors.imu.emulate import emulate
 from sinssim.sensors.imu.errors import Fault, WarmUp
+from sinssim.sensors.imu.imu import Imu
 from sinssim.sensors.imu.terms import TERMS
 from sinssim.sensors.noise.flicker import DIRECT, RATES, STATIONARY, WEIGHTS
 from sinssim.sensors.noise.gauss_markov import mean_step
@@ -340,8 +340,8 @@ DRAWN = [quantity for quantity in TERMS if quantity.drawn]
 @pytest.mark.parametrize("off", DRAWN, ids=lambda quantity: quantity.name)
 def test_switching_one_drawn_term_off_leaves_all_the_others_bit_for_bit(off) -> None:
     sigmas = {quantity.sigma_key: 1.0 for quantity in DRAWN}
-    everything = draw(ImuSection(grade="ideal", **sigmas), seed=11)
-    without = draw(ImuSection(grade="ideal", **{**sigmas, off.sigma_key: 0.0}), seed=11)
+    everything = draw(Imu(grade="ideal", **sigmas), seed=11)
+    without = draw(Imu(grade="ideal", **{**sigmas, off.sigma_key: 0.0}), seed=11)
     for quantity in DRAWN:
         before, after = (getattr(getattr(e, quantity.triad), quantity.field) for e in (everything, without))
         assert np.count_nonzero(before) == quantity.size
@@ -353,7 +353,7 @@ def test_switching_one_drawn_term_off_leaves_all_the_others_bit_for_bit(off) -> 
 
 def test_drawn_terms_are_drawn_from_their_sigma_and_differ() -> None:
     sigmas = {quantity.sigma_key: 1.0 for quantity in DRAWN}
-    runs = [draw(ImuSection(grade="ideal", **sigmas), seed) for seed in range(400)]
+    runs = [draw(Imu(grade="ideal", **sigmas), seed) for seed in range(400)]
     rows = []
     for quantity in DRAWN:
         values = np.array([getattr(getattr(run, quantity.triad), quantity.field).ravel() for run in runs])
@@ -392,16 +392,16 @@ def test_quantisation_noise_of_the_sum_is_a_pulse_over_the_root_of_twelve() -> N
     ("section", "message"),
     [
         (
-            ImuSection(grade="ideal", gyro_quantum_arcsec=100.0),
+            Imu(grade="ideal", gyro_quantum_arcsec=100.0),
             r"imu\.gyro_quantum_arcsec = 100 exceeds the signal.* beyond 20\.6 .* Allowed: 0 to 20\.6",
         ),
         (
-            ImuSection(grade="ideal", accel_quantum_mm_s=2000.0),
+            Imu(grade="ideal", accel_quantum_mm_s=2000.0),
             r"imu\.accel_quantum_mm_s = 2000 .* 0 to 1e\+03",
         ),
     ],
 )
-def test_a_pulse_that_weighs_more_than_the_signal(section: ImuSection, message: str) -> None:
+def test_a_pulse_that_weighs_more_than_the_signal(section: Imu, message: str) -> None:
     with pytest.raises(InputError, match=message):
         emulate(uniform(1000, dtheta=(1e-7, 0, 0), dvel=(0, 0, -1e-3)), section)
 
@@ -530,7 +530,7 @@ def test_quanta_go_on_being_counted_through_a_dropout() -> None:
 
 
 def test_faults_from_a_scenario() -> None:
-    section = ImuSection.model_validate(
+    section = Imu.model_validate(
         {
             "grade": "ideal",
             "faults": [
@@ -580,7 +580,7 @@ def test_faults_from_a_scenario() -> None:
         (ImuErrors(arms=np.full((3, 3), np.nan)), r"arms = .* finite numbers of shape \(3, 3\)"),
         (fault("saturation", 0.0, 1.0, -np.ones(6)), r"faults\.1: ranges of .* must be at least 0"),
         (ImuErrors(accel=TriadErrors(g_sensitivity=np.eye(3))), "accelerometer g_sensitivity = .* must be zero"),
-        ("tactical", "'tactical' does not describe a sensor block: give an ImuSection"),
+        ("tactical", "'tactical' does not describe a sensor block: give an Imu"),
         (ImuErrors(delay=np.nan), r"delay = nan \(SI\) must be one finite number"),
         (ImuErrors(warm_up=WarmUp(np.inf, 0.0, 60.0)), "warm_up's start and steady temperature"),
         (ImuErrors(warm_up=WarmUp(1.0, 0.0, 0.0)), "time constant, 0 s, must be positive"),

@@ -10,11 +10,10 @@ import pytest
 
 from sinssim.errors import InputError
 from sinssim.scenario.load import load_scenario
-from sinssim.scenario.sections.imu import ImuSection
 from sinssim.sensors import draw
 from sinssim.sensors.imu.datasheet import in_words
-from sinssim.sensors.imu.errors import stated
 from sinssim.sensors.imu.grades import find_grade, grade_name
+from sinssim.sensors.imu.imu import Imu
 from sinssim.sensors.imu.terms import TERMS
 
 HEAD = 'description = "the unit of the test"\nsource = "certificate 12 of 3 March 2026"\n'
@@ -64,10 +63,10 @@ def test_numbers_in_si_worked_out_by_hand(unit: Path) -> None:
 
 def test_a_file_gives_the_same_errors_as_the_keys_of_imu(unit: Path) -> None:
     keys = dict(line.split(" = ") for line in BODY.splitlines())
-    written_out = ImuSection(grade="ideal", **{key: float(value) for key, value in keys.items()})
-    of_file = ImuSection(grade=str(unit))
+    written_out = Imu(grade="ideal", **{key: float(value) for key, value in keys.items()})
+    of_file = Imu(grade=str(unit))
     for term in TERMS:
-        for one, other in zip(stated(of_file, term), stated(written_out, term), strict=True):
+        for one, other in zip(of_file.stated(term), written_out.stated(term), strict=True):
             np.testing.assert_allclose(one, other, rtol=1e-14, err_msg=term.name)
     one, other = draw(of_file, 5), draw(written_out, 5)
     np.testing.assert_allclose(one.gyro.g_sensitivity, other.gyro.g_sensitivity, rtol=1e-14)
@@ -75,7 +74,7 @@ def test_a_file_gives_the_same_errors_as_the_keys_of_imu(unit: Path) -> None:
 
 
 def test_a_key_of_imu_replaces_that_of_the_file(unit: Path) -> None:
-    assert draw(ImuSection(grade=str(unit), gyro_range_deg_s=100.0)).gyro.limit == pytest.approx(math.radians(100.0))
+    assert draw(Imu(grade=str(unit), gyro_range_deg_s=100.0)).gyro.limit == pytest.approx(math.radians(100.0))
 
 
 def test_a_changed_file_is_read_again(unit: Path) -> None:
@@ -162,21 +161,21 @@ def test_relative_to_the_scenario_and_its_mistakes_by_its_own_lines(unit: Path, 
     ],
 )
 def test_words_of_data_sheets_name_their_key(word: str, key: str) -> None:
-    assert key in str(in_words(word, ImuSection.model_fields))
+    assert key in str(in_words(word, Imu.model_fields))
     with pytest.raises(InputError) as caught:
-        ImuSection(**{word: 1.0})
+        Imu(**{word: 1.0})
     assert key in str(caught.value)
 
 
 def test_every_key_in_an_answer_is_known() -> None:
     for word in ("bias_stability", "bias", "scale_factor", "noise", "tco", "tcs", "range", "resolution", "rrw", "k2"):
         for triad in ("gyro", "accel"):
-            answer = str(in_words(f"{triad}_{word}", ImuSection.model_fields))
+            answer = str(in_words(f"{triad}_{word}", Imu.model_fields))
             keys = [key.strip(",:;") for key in answer.split() if key.startswith(triad)]
             assert keys
-            assert all(key in ImuSection.model_fields or key.endswith(("_hz", "_h")) for key in keys), answer
+            assert all(key in Imu.model_fields or key.endswith(("_hz", "_h")) for key in keys), answer
 
 
 def test_other_words_have_no_answer() -> None:
-    assert in_words("gyro_colour", ImuSection.model_fields) is None
+    assert in_words("gyro_colour", Imu.model_fields) is None
     assert in_words("noise_density", ("latency_s",)) is None

@@ -10,10 +10,10 @@ import pytest
 from pydantic import ValidationError
 
 from sinssim.errors import InputError
-from sinssim.scenario.sections.imu import ImuSection
 from sinssim.sensors import GRADES, draw
 from sinssim.sensors.imu.grade_file import TriadGrade
 from sinssim.sensors.imu.grades import GRADE_TABLE, find_grade
+from sinssim.sensors.imu.imu import Imu
 
 ARCSEC = 4.84813681109536e-6
 DEG_H = 4.84813681109536e-6
@@ -56,7 +56,7 @@ def test_the_names_and_a_sentence_and_a_source_each():
 
 
 def test_units_worked_out_by_hand():
-    section = ImuSection(
+    section = Imu(
         grade="ideal",
         gyro_bias_deg_h=(0.01, -1.0, 15.0),
         gyro_scale_ppm=(10.0, -5.0, 0.5),
@@ -124,18 +124,18 @@ def test_units_worked_out_by_hand():
 )
 def test_what_the_section_refuses(data, message):
     with pytest.raises(ValidationError, match=f"(?s){message}"):
-        ImuSection.model_validate(data)
+        Imu.model_validate(data)
 
 
 def test_what_the_section_takes_and_keeps():
-    section = ImuSection.model_validate(
+    section = Imu.model_validate(
         {"grade": "tactical", "rate_hz": 200, "lever_arm_m": [1, 0, -0.5], "mounting_deg": [0.0, 2.0, 180.0]}
     )
     assert section.rate_hz == 200.0
     assert section.lever_arm_m == (1.0, 0.0, -0.5)
     assert section.mounting_deg == (0.0, 2.0, 180.0)
-    assert ImuSection().lever_arm_m is None
-    assert ImuSection().mounting_deg is None
+    assert Imu().lever_arm_m is None
+    assert Imu().mounting_deg is None
     with pytest.raises(ValidationError):
         section.rate_hz = 100.0
 
@@ -144,13 +144,13 @@ def test_mean_and_sigma_of_one_error():
     """The errors of one seed are the mean plus the errors of that seed without a mean; a mean alone has no spread."""
     mean, spread = (0.02, -0.01, 0.005), 0.01
     for seed in range(5):
-        both = draw(ImuSection(grade="ideal", gyro_bias_deg_h=mean, gyro_bias_sigma_deg_h=spread), seed).gyro.bias
-        about_zero = draw(ImuSection(grade="ideal", gyro_bias_sigma_deg_h=spread), seed).gyro.bias
+        both = draw(Imu(grade="ideal", gyro_bias_deg_h=mean, gyro_bias_sigma_deg_h=spread), seed).gyro.bias
+        about_zero = draw(Imu(grade="ideal", gyro_bias_sigma_deg_h=spread), seed).gyro.bias
         np.testing.assert_array_equal(both, np.radians(mean) / 3600.0 + about_zero)
-        alone = draw(ImuSection(grade="laser-standard", gyro_bias_deg_h=mean), seed).gyro.bias
+        alone = draw(Imu(grade="laser-standard", gyro_bias_deg_h=mean), seed).gyro.bias
         np.testing.assert_allclose(alone, np.radians(mean) / 3600.0, rtol=1e-15)
     keys = {"accel_misalignment_arcsec": (1.0, 2.0, 3.0, 4.0, 5.0, 6.0), "accel_misalignment_sigma_arcsec": 2.0}
-    section = ImuSection(grade="ideal", **keys)
+    section = Imu(grade="ideal", **keys)
     drawn = np.array([draw(section, seed).accel.misalignment for seed in range(800)]) * 180.0 / np.pi * 3600.0
     assert not drawn[:, range(3), range(3)].any()
     off = drawn[:, ~np.eye(3, dtype=bool)]

@@ -7,11 +7,11 @@ import pytest
 
 from sinssim.data import Array, ImuData
 from sinssim.jit import strict_kernel
-from sinssim.scenario.sections.imu import ImuSection
 from sinssim.sensors import draw
 from sinssim.sensors.imu.emulate import emulate
 from sinssim.sensors.imu.error_kernel import FAULTY, STATES, advance, begin, draw_sample, measure
 from sinssim.sensors.imu.errors import ImuErrors
+from sinssim.sensors.imu.imu import Imu
 from sinssim.sensors.imu.pack import pack
 from sinssim.sensors.imu.placement import what_is_felt
 from sinssim.statistics.random_numbers import key
@@ -50,9 +50,9 @@ def mixed_bits(measured: ImuData) -> int:
 
 
 SECTIONS = {
-    "equation (2)": ImuSection(grade="laser-standard", gyro_arw_deg_sqrt_h=0.0, accel_vrw_ug_sqrt_hz=0.0),
-    "laser": ImuSection(grade="laser-standard", gyro_quantum_arcsec=1.0, accel_quantum_mm_s=1.0),
-    "everything": ImuSection.model_validate(
+    "equation (2)": Imu(grade="laser-standard", gyro_arw_deg_sqrt_h=0.0, accel_vrw_ug_sqrt_hz=0.0),
+    "laser": Imu(grade="laser-standard", gyro_quantum_arcsec=1.0, accel_quantum_mm_s=1.0),
+    "everything": Imu.model_validate(
         {
             "grade": "consumer",
             "gyro_asymmetry_sigma_ppm": 100.0,

@@ -7,9 +7,9 @@ import pytest
 
 from sinssim.data import ImuData
 from sinssim.errors import InputError
-from sinssim.scenario.sections.imu import ImuSection
 from sinssim.sensors import ImuErrors, TriadErrors
 from sinssim.sensors.imu.emulate import emulate
+from sinssim.sensors.imu.imu import Imu
 from sinssim.sensors.imu.placement import at_the_elements
 from sinssim.truth.motions.analytic import inertial_increments
 from sinssim.truth.motions.rocking import Sculling, SpinRock
@@ -72,7 +72,7 @@ def test_arms_and_delay_together_are_the_size_effect_delayed() -> None:
 
 def test_arms_and_delay_of_a_scenario_are_in_front_of_the_other_errors() -> None:
     ideal = inertial_increments(rocking(1.0), 100.0, 5.0)
-    section = ImuSection.model_validate(
+    section = Imu.model_validate(
         {
             "grade": "ideal",
             "accel_arms_mm": (1e3 * ARMS).tolist(),

@@ -9,9 +9,9 @@ import tomllib
 import pytest
 
 from sinssim.content import list_content
-from sinssim.scenario.sections.imu import ImuSection
 from sinssim.sensors.imu.grade_file import Grade
 from sinssim.sensors.imu.grades import GRADE_TABLE, find_grade
+from sinssim.sensors.imu.imu import Imu
 from sinssim.units import ARCSEC, DEG_H, DEG_SQRT_H, MPS_SQRT_H, PPM, UG
 
 PRODUCTS = list_content("grades")
@@ -62,7 +62,7 @@ def test_numbers_are_of_their_class(name: str) -> None:
         assert order < 0.01
     elif "tactical" in grade.description:
         assert 0.03 < order <= 0.3
-    assert ImuSection(grade=name).grade == name
+    assert Imu(grade=name).grade == name
 
 
 def test_two_worked_out_by_hand() -> None:

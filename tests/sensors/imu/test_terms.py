@@ -3,11 +3,15 @@
 from __future__ import annotations
 
 import math
+from dataclasses import fields
 
+import numpy as np
 import pytest
 
+from sinssim.sensors.imu import write_fields
 from sinssim.sensors.imu.datasheet import to_si
-from sinssim.sensors.imu.terms import TERMS
+from sinssim.sensors.imu.fields import TriadErrors
+from sinssim.sensors.imu.terms import FIELDS, SLOTS, TERMS
 
 _DEG = math.pi / 180.0
 _G = 9.80665
@@ -157,3 +161,13 @@ def test_what_the_fields_are() -> None:
     assert about["accel_misalignment"] == "tilt of a sensitive axis towards each of the others, (3, 3) rad."
     assert about["gyro_arw"] == "white noise: random walk of the angle, growing with √t, rad/√s or m/s/√s."
     assert about["gyro_g_sensitivity"] == "apparent rate due to an acceleration, (3, 3) rad/s/(m/s²)."
+
+
+def test_the_fields_that_are_written_out_are_those_of_the_table() -> None:
+    """`python -m sinssim.sensors.imu.write_fields` writes them."""
+    assert write_fields.FILE.read_text(encoding="utf-8") == write_fields.text()
+    written = {field.name: field for field in fields(TriadErrors)}
+    assert list(written) == list(SLOTS)
+    for name, term in FIELDS.items():
+        np.testing.assert_array_equal(getattr(TriadErrors(), name), term.nothing())
+        assert written[name].type == ("Array" if term.drawn else "float")

@@ -10,11 +10,12 @@ import pytest
 import sinssim
 from sinssim.data import ImuData
 from sinssim.scenario import Scenario
-from sinssim.scenario.sections.imu import ImuSection
 from sinssim.scenario.true_motion import fly
 from sinssim.sensors import draw
 from sinssim.sensors.imu.emulate import emulate
-from sinssim.sensors.imu.errors import ImuErrors, TriadErrors
+from sinssim.sensors.imu.errors import ImuErrors
+from sinssim.sensors.imu.fields import TriadErrors
+from sinssim.sensors.imu.imu import Imu
 from sinssim.sensors.imu.rectification import rectified
 from sinssim.truth.motions.isolator import Mount
 from sinssim.truth.motions.parked import Parked
@@ -36,7 +37,7 @@ def shaken(name: str, rms_g: float, frequency: float, phase: float = 0.0) -> Ton
     return Tone(name, -np.sqrt(2.0) * rms_g * G0 / (2.0 * np.pi * frequency) ** 2, frequency, phase)
 
 
-def mean_error(truth: Vibrating, section: ImuSection, rate_hz: float = 100.0) -> tuple[np.ndarray, np.ndarray]:
+def mean_error(truth: Vibrating, section: Imu, rate_hz: float = 100.0) -> tuple[np.ndarray, np.ndarray]:
     """Return the mean errors of the readings, rad/s and m/s²."""
     ideal, errors = truth.increments(rate_hz), draw(section)
     measured = emulate(rectified(truth, ideal, errors), errors)
@@ -48,7 +49,7 @@ def mean_error(truth: Vibrating, section: ImuSection, rate_hz: float = 100.0) ->
 def test_vibration_rectification_of_a_sinusoid(frequency: float) -> None:
     """K₂ = 20 µg/g² under 0.3 g rms: 20 · (1 + 0.09) µg, whether the samples see the vibration or not."""
     truth = Vibrating(parked(), [shaken("down", 0.3, frequency, 0.7)])
-    section = ImuSection(grade="ideal", accel_quadratic_ug_per_g2=(0.0, 0.0, 20.0))
+    section = Imu(grade="ideal", accel_quadratic_ug_per_g2=(0.0, 0.0, 20.0))
     gravity = truth.increments(100.0).dvel[:, 2].sum() / 4.0 / G0  # and a vibration in whole periods has no mean
     assert mean_error(truth, section)[1][2] / UG == pytest.approx(20.0 * (gravity**2 + 0.3**2), rel=1e-6)
 
@@ -62,7 +63,7 @@ def test_vibration_rectification_of_noise() -> None:
         ({"accel_quadratic_ug_per_g2": (0.0, 0.0, 20.0)}, 20.0 * 0.25),
         ({"accel_cubic_ug_per_g3": (0.0, 0.0, 20.0)}, 3.0 * 20.0 * -1.0 * 0.25),
     ):
-        section = ImuSection(grade="ideal", **errors)
+        section = Imu(grade="ideal", **errors)
         extra = mean_error(truth, section)[1][2] - mean_error(still, section)[1][2]
         assert extra / UG == pytest.approx(expected, rel=0.02)  # 50 tones, not all beats in whole periods
 
@@ -71,7 +72,7 @@ def test_vibration_rectification_of_noise() -> None:
 def test_vibro_pendulous_error(phase: float) -> None:
     """C_xz under 0.2 g forward and 0.3 g down, rms, in step: C a_x a_z cos φ; at rest there is no input forward."""
     tones = [shaken("forward", 0.2, 61.0), shaken("down", 0.3, 61.0, phase * DEG)]
-    section = ImuSection(grade="ideal", accel_cross_axis_ug_per_g2=(0.0, 30.0, 0.0, 0.0, 0.0, 0.0))
+    section = Imu(grade="ideal", accel_cross_axis_ug_per_g2=(0.0, 30.0, 0.0, 0.0, 0.0, 0.0))
     found = mean_error(Vibrating(parked(), tones), section)[1]
     assert found[0] / UG == pytest.approx(30.0 * 0.2 * 0.3 * np.cos(phase * DEG), abs=1e-5)
     assert np.abs(found[1:]).max() < 1e-12
@@ -93,7 +94,7 @@ def test_all_bent_responses_against_fast_samples(asymmetry: float, left: float) 
     ]
     truth = Vibrating(parked(1.0), tones)
     errors = draw(
-        ImuSection(
+        Imu(
             grade="ideal",
             gyro_misalignment_arcsec=(300.0, -200.0, 100.0, 50.0, 20.0, -10.0),
             gyro_asymmetry_ppm=(200.0 * asymmetry, 100.0 * asymmetry, -50.0 * asymmetry),
@@ -122,7 +123,7 @@ def test_size_effect_of_fast_turns(frequency: float) -> None:
     """Turns φ sin Ωt about the down axis: the forward accelerometer at r feels −½(φΩ)²r, however slow the samples."""
     amplitude, arm = 1e-4, 0.05
     truth = Vibrating(parked(), [Tone("yaw", amplitude, frequency)])
-    section = ImuSection(grade="ideal", accel_arms_mm=((1e3 * arm, 0.0, 0.0), (0.0, 0.0, 0.0), (0.0, 0.0, 0.0)))
+    section = Imu(grade="ideal", accel_arms_mm=((1e3 * arm, 0.0, 0.0), (0.0, 0.0, 0.0), (0.0, 0.0, 0.0)))
     expected = -0.5 * (amplitude * 2.0 * np.pi * frequency) ** 2 * arm
     assert mean_error(truth, section)[1][0] == pytest.approx(expected, rel=1e-3, abs=1e-9)  # and Earth rate's 4e-10
 
@@ -167,8 +168,8 @@ def test_arms_and_bent_responses_together_are_both_alone() -> None:
 def test_nothing_to_add() -> None:
     truth = Vibrating(parked(), [shaken("down", 0.3, 73.0)])
     ideal = truth.increments(100.0)
-    assert rectified(truth, ideal, draw(ImuSection(grade="tactical"))) is ideal
-    bent = draw(ImuSection(grade="ideal", accel_quadratic_ug_per_g2=(0.0, 0.0, 20.0)))
+    assert rectified(truth, ideal, draw(Imu(grade="tactical"))) is ideal
+    bent = draw(Imu(grade="ideal", accel_quadratic_ug_per_g2=(0.0, 0.0, 20.0)))
     still = parked()
     ideal = still.increments(100.0)
     assert rectified(still, ideal, bent) is ideal

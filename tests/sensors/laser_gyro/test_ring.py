@@ -12,10 +12,10 @@ from scipy.special import wofz
 
 from sinssim.data import ImuData
 from sinssim.errors import InputError
-from sinssim.scenario.sections.imu import ImuSection
 from sinssim.sensors import TriadErrors, draw
 from sinssim.sensors.imu.emulate import emulate
 from sinssim.sensors.imu.errors import WarmUp
+from sinssim.sensors.imu.imu import Imu
 from sinssim.sensors.laser_gyro import lock_in
 from sinssim.sensors.laser_gyro.gas_flow import detuning, null_shift, path_change
 from sinssim.sensors.laser_gyro.lock_in import angle_error, turnarounds
@@ -213,7 +213,7 @@ WARMING = {"gas_flow_mps": 0.004, "gain_percent": 0.8, "path_control": 0.5}
 def test_null_shift_in_the_readings() -> None:
     """A block that warms by 40 °C, against the two pulled modes of its ring; half the expansion is taken out."""
     temperature = {"temperature_start_c": -30.0, "temperature_steady_c": 10.0, "warm_up_time_s": 300.0}
-    section = ImuSection.model_validate({"grade": "ideal", "laser_gyro": {**PHYSICS, **WARMING}, **temperature})
+    section = Imu.model_validate({"grade": "ideal", "laser_gyro": {**PHYSICS, **WARMING}, **temperature})
     errors = replace(draw(section), gyro=TriadErrors())  # neither pulses nor random walk
     edges = 50.0 + np.arange(6001) * 0.1
     rng = np.random.default_rng(4)
@@ -235,8 +235,8 @@ def test_null_shift_in_the_readings() -> None:
 
 def test_null_shift_leaves_every_draw_alone() -> None:
     temperature = {"temperature_start_c": -30.0, "temperature_steady_c": 10.0, "warm_up_time_s": 300.0}
-    still = ImuSection.model_validate({"grade": "laser-standard", "laser_gyro": PHYSICS, **temperature})
-    flowing = ImuSection.model_validate({**still.model_dump(), "laser_gyro": {**PHYSICS, **WARMING}})
+    still = Imu.model_validate({"grade": "laser-standard", "laser_gyro": PHYSICS, **temperature})
+    flowing = Imu.model_validate({**still.model_dump(), "laser_gyro": {**PHYSICS, **WARMING}})
     ideal = ImuData(np.arange(2001) * 0.5, np.zeros((2000, 3)), np.zeros((2000, 3)))
     without, with_it = (emulate(ideal, section, 5) for section in (still, flowing))
     assert np.array_equal(without.dvel, with_it.dvel)
@@ -293,13 +293,13 @@ def test_steps_are_as_long_as_asked_and_as_many_as_bearable(monkeypatch: pytest.
 
 def test_physics_in_a_scenario() -> None:
     """By hand: pulse 632.8e-9·0.42/(4·8.487e-3) rad; Ω_D = 2π·400·140\" = 97.74 deg/s, N = Ω_L √(pulse/(2πΩ_D))."""
-    errors = draw(ImuSection.model_validate({"grade": "laser-standard", "laser_gyro": PHYSICS}), 3)
-    plain = draw(ImuSection(grade="laser-standard"), 3)
+    errors = draw(Imu.model_validate({"grade": "laser-standard", "laser_gyro": PHYSICS}), 3)
+    plain = draw(Imu(grade="laser-standard"), 3)
     assert errors.gyro.quantum / DEG * 3600.0 == pytest.approx(1.61483, rel=1e-5)
     assert errors.gyro.random_walk / DEG * 60.0 == pytest.approx(0.0051279, rel=1e-4)
     assert np.array_equal(errors.gyro.bias, plain.gyro.bias)  # the rest is the grade's
     assert errors.accel.random_walk == plain.accel.random_walk
-    still = ImuSection.model_validate({"laser_gyro": {**PHYSICS, "lock_in_deg_h": 0.0}})
+    still = Imu.model_validate({"laser_gyro": {**PHYSICS, "lock_in_deg_h": 0.0}})
     assert draw(still).gyro.random_walk == 0.0
 
 
@@ -318,4 +318,4 @@ def test_physics_in_a_scenario() -> None:
 )
 def test_physics_that_cannot_be(data: dict[str, object], text: str) -> None:
     with pytest.raises(ValidationError, match=text):
-        ImuSection.model_validate(data)
+        Imu.model_validate(data)

@@ -6,8 +6,8 @@ import numpy as np
 import pytest
 
 from sinssim.data import ImuData
-from sinssim.scenario.sections.imu import ImuSection
 from sinssim.sensors.imu.emulate import emulate
+from sinssim.sensors.imu.imu import Imu
 from sinssim.sensors.noise.flicker import DIRECT, RATES, STATIONARY, WEIGHTS, covariance, variance_of_mean
 
 LOST, SHARE = np.array(RATES), np.array(WEIGHTS)
@@ -42,7 +42,7 @@ def test_variance_of_a_mean_is_the_sum_over_all_pairs() -> None:
 def test_flicker_of_accelerometers_starts_as_that_of_gyros() -> None:
     """400 runs of one second: both are Gaussian, of the same size for the same coefficient, and independent."""
     still = ImuData(np.array([0.0, 1.0]), np.zeros((1, 3)), np.zeros((1, 3)))
-    section = ImuSection(grade="ideal", rate_hz=1.0, gyro_flicker_deg_h=1.0, accel_flicker_ug=1.0)
+    section = Imu(grade="ideal", rate_hz=1.0, gyro_flicker_deg_h=1.0, accel_flicker_ug=1.0)
     runs = [emulate(still, section, seed) for seed in range(400)]
     gyro = np.array([run.dtheta[0] for run in runs]).ravel() / (np.pi / 648_000.0)
     accel = np.array([run.dvel[0] for run in runs]).ravel() / 9.80665e-6

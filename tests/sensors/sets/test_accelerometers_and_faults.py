@@ -8,14 +8,13 @@ import numpy as np
 import pytest
 from pydantic import TypeAdapter
 
-from sinssim.scenario.sections.imu import ImuSection
-from sinssim.scenario.sections.within_imu.faults import Fault as FaultSection
-from sinssim.sensors.imu.errors import TriadErrors, fault
+from sinssim.sensors.imu.faults import ImuFault
+from sinssim.sensors.imu.fields import TriadErrors
+from sinssim.sensors.imu.imu import Imu
 from sinssim.sensors.sets.accelerometers import emulate_accelerometers
-from sinssim.sensors.sets.single_sensors import _of_one
 
 DEG, ARCSEC, G = np.pi / 180.0, np.pi / 648_000.0, 9.80665
-SECTION: TypeAdapter[Any] = TypeAdapter(FaultSection)
+SECTION: TypeAdapter[Any] = TypeAdapter(ImuFault)
 
 
 def test_an_accelerometer_reads_along_its_axis_what_its_place_feels() -> None:
@@ -28,7 +27,7 @@ def test_an_accelerometer_reads_along_its_axis_what_its_place_feels() -> None:
     lean = np.zeros((2, 3, 3))
     lean[:, ~np.eye(3, dtype=bool)] = 1e-3 * np.arange(1.0, 13.0).reshape(2, 6)
     errors = [TriadErrors(bias=bias[k], scale=scale[k], misalignment=lean[k]) for k in range(2)]
-    found = emulate_accelerometers(time, force, axes, ImuSection(grade="ideal"), 5, errors)
+    found = emulate_accelerometers(time, force, axes, Imu(grade="ideal"), 5, errors)
     for i, d in enumerate(axes):
         block, axis = divmod(i, 3)
         first = np.cross(d, np.eye(3)[np.argmin(np.abs(d))])
@@ -63,7 +62,7 @@ def described(**keys: Any) -> Any:
     ],
 )  # fmt: skip
 def test_faults_of_a_block(keys: dict[str, Any], begin: float, end: float, amount: list[float]) -> None:
-    found = fault(described(**keys))
+    found = described(**keys).fault()
     assert (found.kind, found.start, found.end) == (keys["type"], begin, end)
     np.testing.assert_allclose(found.amount, amount, rtol=1e-14)
 
@@ -85,11 +84,11 @@ SIZES = (1.0, -2.0, 3.0, 4.0, 7.0)
 )  # fmt: skip
 def test_faults_of_the_fifth_sensor(keys: dict[str, Any], begin: float, end: float, gyro: float, accel: float) -> None:
     """It is the second axis of the second block that emulates it."""
-    found = _of_one(described(**keys), 4, 1, 5)
+    found = described(**keys).fault(4)
     assert (found.kind, found.start, found.end) == (keys["type"], begin, end)
     np.testing.assert_allclose(found.amount, [0.0, gyro, 0.0, 0.0, accel, 0.0], rtol=1e-14)
 
 
 def test_a_range_is_that_of_all_sensors() -> None:
-    found = _of_one(described(type="saturation", from_s=2.0, gyro_deg_s=30.0, accel_g=1.5), 4, 1, 5)
+    found = described(type="saturation", from_s=2.0, gyro_deg_s=30.0, accel_g=1.5).fault(4)
     np.testing.assert_allclose(found.amount, [30.0 * DEG] * 3 + [1.5 * G] * 3, rtol=1e-14)

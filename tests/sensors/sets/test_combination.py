@@ -8,11 +8,11 @@ import numpy as np
 import pytest
 
 from sinssim.data import Array, ImuData
-from sinssim.scenario.sections.compensation import CompensationSection
-from sinssim.scenario.sections.imu import ImuSection
-from sinssim.sensors.imu.compensation import compensate
+from sinssim.sensors.imu.compensation import Compensation, compensate
 from sinssim.sensors.imu.emulate import emulate
-from sinssim.sensors.imu.errors import ImuErrors, TriadErrors
+from sinssim.sensors.imu.errors import ImuErrors
+from sinssim.sensors.imu.fields import TriadErrors
+from sinssim.sensors.imu.imu import Imu
 from sinssim.sensors.sets import geometry
 from sinssim.sensors.sets.combination import combined_errors, combined_sigma, spread
 from sinssim.sensors.sets.monitor import combine
@@ -37,9 +37,9 @@ BENT = {
 SKEWED = [[1.0, 0.0, 0.0], [0.6, 0.8, 0.0], [0.6, -0.8, 0.0], [0.0, 0.6, 0.8], [0.0, 0.0, 1.0]]
 
 
-def section(own: dict[str, Any] | None = None, **errors: Any) -> ImuSection:
+def section(own: dict[str, Any] | None = None, **errors: Any) -> Imu:
     given = {"type": "redundant", "monitoring": "none", **(own or {})}
-    return ImuSection.model_validate({"grade": "ideal", "rate_hz": RATE, "sensor_set": given, **errors})
+    return Imu.model_validate({"grade": "ideal", "rate_hz": RATE, "sensor_set": given, **errors})
 
 
 def motion(samples: int = 400) -> ImuData:
@@ -76,9 +76,9 @@ def test_three_orthogonal_sensors_are_a_plain_triad(monkeypatch: pytest.MonkeyPa
     errors = {k: v for k, v in LINEAR.items() if "misalign" not in k and "g_sens" not in k} | {
         "gyro_arw_deg_sqrt_h": 0.1, "accel_vrw_ug_sqrt_hz": 100.0, "gyro_flicker_deg_h": 1.0, "accel_quantum_mm_s": 0.1,
     }  # fmt: skip
-    calibration = CompensationSection(gyro_bias_sigma_deg_h=0.5, accel_scale_sigma_ppm=30.0)
+    calibration = Compensation(gyro_bias_sigma_deg_h=0.5, accel_scale_sigma_ppm=30.0)
     ideal = motion()
-    plain = ImuSection.model_validate({"grade": "ideal", "rate_hz": RATE, **errors})
+    plain = Imu.model_validate({"grade": "ideal", "rate_hz": RATE, **errors})
     one, three = (
         read(PARKED, ideal, own, 4, draw_true_errors(own, 4, calibration))[1]
         for own in (plain, section({"layout": "cone-5"}, **errors))
@@ -117,7 +117,7 @@ def test_standard_deviations_are_those_of_draws(axes: Array) -> None:
 @pytest.mark.parametrize("seed", [1, 2])
 def test_perfect_calibration_restores_the_ideal_increments(seed: int) -> None:
     plan, ideal = section(**LINEAR, **BENT), motion()
-    errors = draw_true_errors(plan, seed, CompensationSection())
+    errors = draw_true_errors(plan, seed, Compensation())
     readings = read(PARKED, ideal, plan, seed, errors)[1]
     assert readings.compensated is not None
     assert np.abs(readings.imu.dtheta - ideal.dtheta).max() > 1e-6
@@ -128,9 +128,7 @@ def test_perfect_calibration_restores_the_ideal_increments(seed: int) -> None:
 def test_errors_of_the_calibration_remain() -> None:
     """The combination of what the calibration of each sensor leaves, to first order: the errors are a few mrad."""
     plan, ideal = section(**LINEAR), motion()
-    left = CompensationSection(
-        gyro_bias_sigma_deg_h=0.5, gyro_scale_sigma_ppm=100.0, accel_misalignment_sigma_arcsec=20.0
-    )
+    left = Compensation(gyro_bias_sigma_deg_h=0.5, gyro_scale_sigma_ppm=100.0, accel_misalignment_sigma_arcsec=20.0)
     errors = draw_true_errors(plan, 2, left)
     readings = read(PARKED, ideal, plan, 2, errors)[1]
     axes = geometry.READY["dodecahedron"]
@@ -154,7 +152,7 @@ def test_a_lost_sensor_does_not_spoil_the_compensation_of_the_others() -> None:
     plan = section({"monitoring": "exclude", "windows_s": [1.0]}, faults=[fault], **LINEAR)
     ideal = motion()
     ideal = ImuData(ideal.time, ideal.dtheta, ideal.dvel - np.array([0.0, 0.0, 0.2]))
-    readings = read(PARKED, ideal, plan, 6, draw_true_errors(plan, 6, CompensationSection()))[1]
+    readings = read(PARKED, ideal, plan, 6, draw_true_errors(plan, 6, Compensation()))[1]
     accel = readings.monitored[1]
     (alarm,) = accel.excluded
     assert alarm.sensor == 5
@@ -171,7 +169,7 @@ def test_monitoring_tests_what_the_compensation_leaves() -> None:
         {"monitoring": "exclude", "windows_s": [1.0]}, faults=[fault], **{**LINEAR, "gyro_bias_sigma_deg_h": 20}
     )
     found = []
-    for calibration in (None, CompensationSection(gyro_bias_sigma_deg_h=0.1)):
+    for calibration in (None, Compensation(gyro_bias_sigma_deg_h=0.1)):
         errors = draw_true_errors(plan, 1, calibration)
         readings = read(PARKED, motion(), plan, 1, errors)[1]
         found.append([alarm.sensor for alarm in readings.monitored[0].excluded])
@@ -179,8 +177,8 @@ def test_monitoring_tests_what_the_compensation_leaves() -> None:
 
 
 def test_compensation_of_a_plain_triad_is_as_before() -> None:
-    plan = ImuSection.model_validate({"grade": "tactical", "rate_hz": RATE})
-    errors = draw_true_errors(plan, 1, CompensationSection(gyro_bias_sigma_deg_h=0.1))
+    plan = Imu.model_validate({"grade": "tactical", "rate_hz": RATE})
+    errors = draw_true_errors(plan, 1, Compensation(gyro_bias_sigma_deg_h=0.1))
     readings = read(PARKED, motion(), plan, 1, errors)[1]
     assert errors.calibration is not None
     assert readings.compensated is not None

@@ -9,10 +9,11 @@ import pytest
 
 from sinssim.data import ImuData
 from sinssim.errors import InputError
-from sinssim.scenario.sections.imu import ImuSection
 from sinssim.sensors.imu.emulate import emulate
 from sinssim.sensors.imu.encoder import EncoderErrors, draw_encoders, read_angles
-from sinssim.sensors.imu.errors import ImuErrors, TriadErrors, draw
+from sinssim.sensors.imu.errors import ImuErrors
+from sinssim.sensors.imu.fields import TriadErrors
+from sinssim.sensors.imu.imu import Imu, draw
 from sinssim.sensors.sets.accelerometers import axes_about, emulate_accelerometers
 from sinssim.sensors.sets.attitude_sensor import draw_attitude_sensor
 from sinssim.sensors.sets.geometry import READY, checked_directions, dilution
@@ -22,8 +23,8 @@ from sinssim.sensors.sets.uncertainty import noise_variance
 _ARCSEC = np.pi / 648_000.0
 
 
-def _section(**keys: Any) -> ImuSection:
-    return ImuSection.model_validate({"grade": "ideal"} | keys)
+def _section(**keys: Any) -> Imu:
+    return Imu.model_validate({"grade": "ideal"} | keys)
 
 
 def test_a_platform() -> None:

@@ -11,8 +11,8 @@ from scipy.spatial.transform import Rotation
 from sinssim.data import ImuData
 from sinssim.earth.models import Ellipsoid
 from sinssim.errors import InputError
-from sinssim.scenario.sections.imu import ImuSection
 from sinssim.sensors import draw
+from sinssim.sensors.imu.imu import Imu
 from sinssim.sensors.sets.accelerometers import axes_about, draw_accelerometers, emulate_accelerometers
 from sinssim.sensors.sets.gyro_free import AccelerometerSet, cube, gyro_free_increments, position_error
 from sinssim.strapdown.nav_error import navigation_error
@@ -156,7 +156,7 @@ def test_one_sigma_law() -> None:
 
 def test_noise_grows_by_the_law() -> None:
     """White noise alone, 200 runs: 1σ of the position after a minute, within 10 %."""
-    section = ImuSection(
+    section = Imu(
         grade="laser-standard",
         accel_bias_sigma_ug=0.0,
         accel_scale_sigma_ppm=0.0,
@@ -180,7 +180,7 @@ def test_noise_grows_by_the_law() -> None:
 
 def test_emulated_accelerometers_have_the_grades_errors() -> None:
     """Bias, scale and the tilts of each sensitive axis, worked out by hand; each accelerometer draws its own."""
-    section = ImuSection(grade="tactical", accel_vrw_ug_sqrt_hz=0.0, accel_instability_ug=0.0)
+    section = Imu(grade="tactical", accel_vrw_ug_sqrt_hz=0.0, accel_instability_ug=0.0)
     layout, time = cube(1.0), np.arange(11.0)
     force = np.tile(np.random.default_rng(2).standard_normal((1, 6, 3)) * 9.81, (10, 1, 1))
     measured = emulate_accelerometers(time, force, layout.direction, section, 4)
@@ -234,9 +234,9 @@ def test_bad_input() -> None:
     with pytest.raises(InputError, match="N\\+1 times"):
         gyro_free_increments(np.arange(3.0), np.zeros((3, 6)), cube(1.0), np.zeros(3))
     with pytest.raises(InputError, match="a multiple of three"):
-        emulate_accelerometers(np.arange(3.0), np.zeros((2, 4, 3)), np.zeros((4, 3)), ImuSection(), 0)
+        emulate_accelerometers(np.arange(3.0), np.zeros((2, 4, 3)), np.zeros((4, 3)), Imu(), 0)
     with pytest.raises(InputError, match=r"\(2, 6, 3\) and \(3, 3\)"):
-        emulate_accelerometers(np.arange(3.0), np.zeros((2, 6, 3)), np.zeros((3, 3)), ImuSection(), 0)
+        emulate_accelerometers(np.arange(3.0), np.zeros((2, 6, 3)), np.zeros((3, 3)), Imu(), 0)
     with pytest.raises(InputError, match=r"positions.*\(3,\)"):
         velocity_increments(parked(1.0), np.zeros(3), 10.0)
     with pytest.raises(InputError, match="finite positions"):

@@ -10,7 +10,7 @@ import pytest
 from scipy import stats
 
 from sinssim.data import ImuData
-from sinssim.scenario.sections.imu import ImuSection
+from sinssim.sensors.imu.imu import Imu
 from sinssim.sensors.sets.detection import smallest_noncentrality
 from sinssim.sensors.sets.geometry import READY, parity_matrix
 from sinssim.sensors.sets.monitor import Monitored, combine, monitor
@@ -26,9 +26,9 @@ RATE = 100.0
 QUIET = {"accel_vrw_ug_sqrt_hz": 10.0, "gyro_arw_deg_sqrt_h": 0.003}
 
 
-def section(sensor_set: dict[str, Any] | None = None, grade: str = "ideal", **more: Any) -> ImuSection:
+def section(sensor_set: dict[str, Any] | None = None, grade: str = "ideal", **more: Any) -> Imu:
     data = {"grade": grade, "rate_hz": RATE, "sensor_set": {"type": "redundant", **(sensor_set or {})}, **more}
-    return ImuSection.model_validate(data)
+    return Imu.model_validate(data)
 
 
 def steady(seconds: float, rate: tuple[float, float, float] = (0.0, 0.0, 0.0)) -> ImuData:
@@ -38,7 +38,7 @@ def steady(seconds: float, rate: tuple[float, float, float] = (0.0, 0.0, 0.0)) -
     return ImuData(time, np.tile(rate, (count, 1)) / RATE, np.tile((0.0, 0.0, -G0), (count, 1)) / RATE)
 
 
-def watched(ideal: ImuData, given: ImuSection, seed: int = 1) -> tuple[SingleSensors, Monitored, Monitored]:
+def watched(ideal: ImuData, given: Imu, seed: int = 1) -> tuple[SingleSensors, Monitored, Monitored]:
     blocks = draw_single_sensors(given, len(given.sensor_set.axes), seed)
     readings = emulate_single_sensors(ideal, given, blocks, seed)
     return readings, *monitor(given, ideal.time, readings)
@@ -50,9 +50,7 @@ def band(probability: float, draws: int) -> tuple[float, float]:
     return low / draws, high / draws
 
 
-def stretches(
-    draws: int, samples: int, name: str, fault: float, seed: int
-) -> tuple[ImuSection, ImuData, SingleSensors]:
+def stretches(draws: int, samples: int, name: str, fault: float, seed: int) -> tuple[Imu, ImuData, SingleSensors]:
     """Return a record of many short stretches, each with its own turn-on errors, in fast rotation under 2 g.
 
     The errors are drawn here by numpy, by the definitions of bias, scale factor, tilts and random walk, and not by the
@@ -335,11 +333,11 @@ def test_dropouts_and_frozen_outputs_of_one_sensor() -> None:
 
 
 def test_the_first_three_sensors_have_the_errors_of_the_usual_triad() -> None:
-    from sinssim.sensors.imu.errors import draw
+    from sinssim.sensors.imu.imu import draw
 
     given = section({}, "tactical")
     blocks = draw_single_sensors(given, 6, 5)
-    triad = draw(ImuSection(grade="tactical"), 5)
+    triad = draw(Imu(grade="tactical"), 5)
     np.testing.assert_array_equal(blocks[0].gyro.bias, triad.gyro.bias)
     np.testing.assert_array_equal(blocks[0].accel.scale, triad.accel.scale)
     assert not np.isin(blocks[1].gyro.bias, triad.gyro.bias).any()

@@ -10,7 +10,7 @@ import pytest
 from sinssim import emulate
 from sinssim.data import ImuData
 from sinssim.mechanization import Mechanization
-from sinssim.scenario.sections.imu import ImuSection
+from sinssim.sensors.imu.imu import Imu
 from sinssim.sensors.sets.reading import Readings, read, sums
 from sinssim.strapdown.measured_attitude import navigate_set
 from sinssim.strapdown.nav_error import navigation_error
@@ -25,8 +25,8 @@ SETS = {
 }
 
 
-def section(kind: str, rate_hz: float, **more) -> ImuSection:
-    return ImuSection.model_validate({"grade": "ideal", "rate_hz": rate_hz, "sensor_set": SETS[kind], **more})
+def section(kind: str, rate_hz: float, **more) -> Imu:
+    return Imu.model_validate({"grade": "ideal", "rate_hz": rate_hz, "sensor_set": SETS[kind], **more})
 
 
 @pytest.fixture(scope="module")
@@ -52,7 +52,7 @@ def test_noise_is_the_same_at_every_rate(cone):
     """What the sensors add up to by an instant does not depend on how often they are read."""
     ideal = cone.increments(100.0)
     true, readings = read(cone, ideal, section("gyros", 100.0, grade="tactical"), 5)
-    measured = emulate(ideal, ImuSection(grade="tactical"), 5)
+    measured = emulate(ideal, Imu(grade="tactical"), 5)
     assert true.imu is ideal
     for ratio in (1, 2, 5, 10):
         imu = readings.at(ratio).imu

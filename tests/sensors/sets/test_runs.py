@@ -13,10 +13,10 @@ import tomli_w
 from sinssim.errors import InputError
 from sinssim.recording.report.run.sensors import sensor_errors
 from sinssim.scenario import Scenario, load_scenario
-from sinssim.scenario.sections.imu import ImuSection
-from sinssim.scenario.sections.within_imu.sensor_set import AttitudeSensor
+from sinssim.sensors.imu.imu import Imu
 from sinssim.sensors.sets.accelerometers import draw_accelerometers
 from sinssim.sensors.sets.attitude_sensor import draw_attitude_sensor
+from sinssim.sensors.sets.sensor_set import AttitudeSensor
 from sinssim.sensors.sets.true_errors import draw_true_errors
 from sinssim.simulation import RunResult, run
 from sinssim.units import ARCSEC, DEG_H, UG
@@ -118,7 +118,7 @@ def test_what_an_attitude_sensor_draws() -> None:
     given = {"bias_arcsec": (30.0, -20.0, 10.0), "drift_deg_h": (1.0, 2.0, -3.0)}
     for seed in range(3):  # given values add to those drawn from a 1σ, and alone leave nothing to draw
         alone, spread, both = (
-            draw_attitude_sensor(ImuSection(grade="tactical", sensor_set=AttitudeSensor(**keys)), seed)
+            draw_attitude_sensor(Imu(grade="tactical", sensor_set=AttitudeSensor(**keys)), seed)
             for keys in (
                 {**ATTITUDE, **given},
                 {**ATTITUDE, "bias_sigma_arcsec": 20.0, "drift_sigma_deg_h": 0.3},

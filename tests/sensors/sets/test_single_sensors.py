@@ -8,8 +8,9 @@ import numpy as np
 import pytest
 
 from sinssim.data import DROPPED, FROZEN, SATURATED, ImuData
-from sinssim.scenario.sections.imu import ImuSection
-from sinssim.sensors.imu.errors import ImuErrors, TriadErrors
+from sinssim.sensors.imu.errors import ImuErrors
+from sinssim.sensors.imu.fields import TriadErrors
+from sinssim.sensors.imu.imu import Imu
 from sinssim.sensors.sets.combination import combined_sigma
 from sinssim.sensors.sets.reading import _combined, _compensated, axis_flags, unmonitored
 from sinssim.sensors.sets.single_sensors import SingleSensors, compensate_single_sensors, perfect_readings
@@ -108,7 +109,7 @@ def test_flags_of_the_estimate(some: bool) -> None:
 def test_sigmas_of_a_combination_whose_axes_differ() -> None:
     """P = (HᵀH)⁻¹: errors with a number for each axis by the root of its diagonal, noises by that of its mean."""
     axes = np.array([[1.0, 0.0, 0.0], [0.6, 0.8, 0.0], [0.6, -0.8, 0.0], [0.96, 0.28, 0.0], [0.8, 0.0, 0.6]])
-    section = ImuSection.model_validate(
+    section = Imu.model_validate(
         {"grade": "ideal", "rate_hz": 10.0, "sensor_set": {"type": "redundant", "directions": axes.tolist()}}
     )
     p = np.linalg.inv(axes.T @ axes)

@@ -9,9 +9,10 @@ import numpy as np
 import pytest
 
 from sinssim.data import ImuData
-from sinssim.scenario.sections.imu import ImuSection
 from sinssim.sensors.imu.emulate import emulate
-from sinssim.sensors.imu.errors import ImuErrors, TriadErrors, stated, warm_up
+from sinssim.sensors.imu.errors import ImuErrors
+from sinssim.sensors.imu.fields import TriadErrors
+from sinssim.sensors.imu.imu import Imu
 from sinssim.sensors.imu.terms import TERMS, of_triad
 from sinssim.sensors.sets.accelerometers import axes_about
 from sinssim.sensors.sets.geometry import READY
@@ -35,7 +36,7 @@ def test_the_input_of_every_error_is_that_of_the_emulator(term: Any) -> None:
 
     A misalignment has two values per sensor and a cross-coupling too, a g-sensitivity three: their squares add up.
     """
-    given = ImuSection.model_validate(
+    given = Imu.model_validate(
         {
             "grade": "ideal", "rate_hz": RATE, term.sigma_key: 0.5, "temperature_start_c": -20.0,
             "temperature_steady_c": 10.0, "warm_up_time_s": 5.0,
@@ -48,7 +49,7 @@ def test_the_input_of_every_error_is_that_of_the_emulator(term: Any) -> None:
     )
     begin, end = 120, 431
     spread = np.sqrt(np.sum(np.einsum("kib,b->ki", coefficients, base[end] - base[begin]) ** 2, axis=0))
-    sigma = float(np.max(stated(given, term)[1]))
+    sigma = float(np.max(given.stated(term)[1]))
     assert sigma > 0.0
     for i, direction in enumerate(AXES):
         axis = i % 3
@@ -59,7 +60,7 @@ def test_the_input_of_every_error_is_that_of_the_emulator(term: Any) -> None:
         for place in places[term.size]:
             value = np.zeros(term.shape)
             value[place] = sigma
-            errors = replace(ImuErrors(**{term.triad: TriadErrors(**{term.field: value})}), warm_up=warm_up(given))
+            errors = replace(ImuErrors(**{term.triad: TriadErrors(**{term.field: value})}), warm_up=given.warm_up)
             read = emulate(own, errors)
             off = (read.dtheta - own.dtheta) if term.triad == "gyro" else (read.dvel - own.dvel)
             squares += float(off[begin:end, axis].sum()) ** 2
@@ -85,7 +86,7 @@ def test_every_error_that_is_drawn_is_known() -> None:
 )
 def test_the_variance_of_each_noise_is_that_of_the_emulator(keys: dict[str, float], tolerance: float) -> None:
     """Sums over windows of 1200 channels: the 1σ of a variance is √(2/1200) = 4 %, so 10 % is 2.4σ; fixed seeds."""
-    given = ImuSection.model_validate({"grade": "ideal", "rate_hz": RATE, **keys})
+    given = Imu.model_validate({"grade": "ideal", "rate_hz": RATE, **keys})
     count, begin, samples = 500, 300, 150
     ideal = ImuData(np.arange(count + 1) / RATE, np.full((count, 3), 0.3 / RATE), np.zeros((count, 3)))
     sums = [

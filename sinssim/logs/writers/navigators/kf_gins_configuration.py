@@ -72,8 +72,7 @@ def noise_of(run: RecordedRun) -> tuple[Noise, Noise] | None:
     Returns:
         Gyros and accelerometers; None if the run has no [imu] section, or its grade is not found any more.
     """
-    from sinssim.scenario.sections.imu import ImuSection
-    from sinssim.sensors.imu.errors import stated
+    from sinssim.sensors.imu.imu import Imu
     from sinssim.sensors.imu.terms import of_triad
 
     given = run.scenario.get("imu")
@@ -81,10 +80,10 @@ def noise_of(run: RecordedRun) -> tuple[Noise, Noise] | None:
         return None
     factor = float(run.scenario.get("filter", {}).get("inertial_noise_factor", 1.0))
     try:
-        section = ImuSection.model_validate(given)
+        section = Imu.model_validate(given)
         found = []
         for triad in ("gyro", "accel"):
-            size: dict[str, Any] = {term.field: np.hypot(*stated(section, term)) for term in of_triad(triad)}
+            size: dict[str, Any] = {term.field: np.hypot(*section.stated(term)) for term in of_triad(triad)}
             driven = float(factor * size["instability"]) ** 2 * 2.0 / float(size["correlation_time"])
             walk = math.sqrt(driven + float(size["rate_walk"]) ** 2)
             bias = np.hypot(size["bias"], factor * size["instability"])

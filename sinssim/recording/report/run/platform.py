@@ -17,12 +17,12 @@ from sinssim.recording.report import plot
 from sinssim.recording.report.page import table, words
 from sinssim.recording.report.plot import Line
 from sinssim.recording.scales import ANGLES, LENGTHS, Scale, suiting
-from sinssim.scenario.sections.within_imu.sensor_set import Platform
 from sinssim.sensors.sets.platform import torquer_sigma
+from sinssim.sensors.sets.sensor_set import Platform
 
 if TYPE_CHECKING:
     from sinssim.platform.navigate import PlatformSolution
-    from sinssim.scenario.sections.imu import ImuSection
+    from sinssim.sensors.imu.imu import Imu
     from sinssim.sensors.sets.platform import PlatformErrors
     from sinssim.simulation.result import Run
     from sinssim.strapdown.nav_error import NavError
@@ -174,7 +174,7 @@ def _by_cause(run: Run, span: tuple[float, float]) -> Iterator[str]:
     )
 
 
-def platform_errors(section: ImuSection, errors: PlatformErrors, frame: str) -> str:
+def platform_errors(section: Imu, errors: PlatformErrors, frame: str) -> str:
     """Return a table of the errors of a platform's torquers and pick-offs.
 
     Args:

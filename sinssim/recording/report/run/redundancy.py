@@ -14,15 +14,14 @@ from sinssim.recording.report.page import table, words
 from sinssim.recording.report.plot import Line, Mark
 from sinssim.recording.scales import ANGLES, LENGTHS, suiting, ticks
 from sinssim.recording.store.summaries.redundancy_summary import NAMES, UNITS, window_names
-from sinssim.scenario.sections.within_imu.sensor_set import Redundant
 from sinssim.scenario.summary import redundant_words
-from sinssim.sensors.imu.errors import stated
 from sinssim.sensors.imu.terms import of_triad
 from sinssim.sensors.sets.geometry import dilution
+from sinssim.sensors.sets.sensor_set import Redundant
 
 if TYPE_CHECKING:
-    from sinssim.scenario.sections.imu import ImuSection
     from sinssim.sensors.imu.errors import ImuErrors
+    from sinssim.sensors.imu.imu import Imu
     from sinssim.sensors.sets.monitor import Monitored
     from sinssim.simulation.result import Run
 
@@ -184,7 +183,7 @@ def _with_and_without(run: Run, span: tuple[float, float]) -> Iterator[str]:
     )
 
 
-def single_errors(blocks: Sequence[ImuErrors], section: ImuSection, kind: str) -> str:
+def single_errors(blocks: Sequence[ImuErrors], section: Imu, kind: str) -> str:
     """Return a table of the errors of single sensors.
 
     Args:
@@ -208,7 +207,7 @@ def single_errors(blocks: Sequence[ImuErrors], section: ImuSection, kind: str) -
         if values is None or not (values.any() or term.field in ("bias", "scale", "misalignment")):
             continue
         label = "tilt of the axis" if term.field == "misalignment" else term.label
-        sigma = float(np.max(stated(section, term)[1])) / term.unit
+        sigma = float(np.max(section.stated(term)[1])) / term.unit
         cells = (signed(float(value) / term.unit, _DIGITS) for value in values[:count])
         rows.append((label, term.written_unit, *cells, f"{sigma:.6g}"))
     heads = ("", "unit", *(str(number) for number in range(1, count + 1)), "1σ")

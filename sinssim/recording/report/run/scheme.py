@@ -9,8 +9,8 @@ from sinssim.frames import FRAME_REGISTRY, FRAMES
 from sinssim.recording import style
 from sinssim.recording.report.drawing import Drawing
 from sinssim.recording.report.page import words
-from sinssim.scenario.sections.within_imu.sensor_set import AttitudeSensor, Redundant, SixAccelerometers
 from sinssim.sensors.aiding.barometer import BarometerSection
+from sinssim.sensors.sets.sensor_set import AttitudeSensor, Redundant, SixAccelerometers
 
 if TYPE_CHECKING:
     from sinssim.scenario import Scenario

@@ -18,26 +18,25 @@ from sinssim.recording.report.run.platform import platform_errors
 from sinssim.recording.report.run.redundancy import single_errors
 from sinssim.recording.scales import suiting
 from sinssim.recording.sensor_comparison import SensorComparison
-from sinssim.scenario.sections.within_imu.faults import faulty_sensors
-from sinssim.scenario.sections.within_imu.sensor_set import (
+from sinssim.sensors.imu.compensation import imperfect_calibration
+from sinssim.sensors.imu.error_term import ErrorTerm
+from sinssim.sensors.imu.errors import ImuErrors
+from sinssim.sensors.imu.fields import TriadErrors
+from sinssim.sensors.imu.grades import find_grade, grade_name
+from sinssim.sensors.imu.terms import of_triad
+from sinssim.sensors.sets.sensor_set import (
     AttitudeSensor,
     Gyros,
     Platform,
     Redundant,
     SixAccelerometers,
 )
-from sinssim.sensors.imu.compensation import imperfect_calibration
-from sinssim.sensors.imu.error_term import ErrorTerm
-from sinssim.sensors.imu.errors import ImuErrors, TriadErrors
-from sinssim.sensors.imu.grades import find_grade, grade_name
-from sinssim.sensors.imu.terms import of_triad
 
 if TYPE_CHECKING:
     from sinssim.scenario import Scenario
-    from sinssim.scenario.sections.compensation import CompensationSection
-    from sinssim.scenario.sections.imu import ImuSection
-    from sinssim.scenario.sections.within_imu.faults import Fault
+    from sinssim.sensors.imu.faults import ImuFault
     from sinssim.sensors.imu.grade_file import TriadGrade
+    from sinssim.sensors.imu.imu import Imu
     from sinssim.sensors.sets.attitude_sensor import AttitudeSensorErrors
     from sinssim.sensors.sets.true_errors import TrueErrors
 
@@ -69,11 +68,11 @@ def sensor_errors(scenario: Scenario, true: TrueErrors, kinds: Sequence[SensorCo
         f"{scenario.seed} from a normal distribution of the given 1σ, added to the value that the scenario gives, if "
         "any.</p>"
     )
-    errors = true.imu
+    errors, keys = true.imu, section.model_dump()
     shift = ("null shift by gas flow, at most", _null_shift(errors), units.DEG_H, "deg/h")
     noise = _noises(*_of_noise(errors.accel, "accel"))
-    gyros = _table(errors.gyro, grade.gyro, section, "gyro") + _noises(*_of_noise(errors.gyro, "gyro"), shift)
-    accelerometers = _table(errors.accel, grade.accel, section, "accel") + noise
+    gyros = _table(errors.gyro, grade.gyro, keys, "gyro") + _noises(*_of_noise(errors.gyro, "gyro"), shift)
+    accelerometers = _table(errors.accel, grade.accel, keys, "accel") + noise
     match section.sensor_set:
         case SixAccelerometers(arm_m=arm):
             yield f"<h3>Six accelerometers</h3>{_six(section, true.accelerometers, arm)}{noise}"
@@ -96,7 +95,8 @@ def sensor_errors(scenario: Scenario, true: TrueErrors, kinds: Sequence[SensorCo
         # known errors: true errors minus remaining errors
         if true.calibration is not None:
             left = imperfect_calibration(errors, true.calibration)
-            none, known = find_grade("ideal"), scenario.compensation.uncertainties()
+            none = find_grade("ideal")
+            known = {key: value for key, value in scenario.compensation if "_sigma_" in key}
             yield _pair(_table(left.gyro, none.gyro, known, "gyro"), _table(left.accel, none.accel, known, "accel"))
         elif true.left is not None:
             both = zip(true.single_sensors, true.single_calibrations, strict=True)
@@ -118,9 +118,9 @@ def _null_shift(errors: ImuErrors) -> float:
     return float(np.abs(errors.null_shift.bias(between)).max())
 
 
-def _fault(fault: Fault, numbered: bool) -> str:
+def _fault(fault: ImuFault, numbered: bool) -> str:
     kinds = (("gyro", "gyro"), ("accel", "accelerometer"))
-    named = [f"{name} {number}" for kind, name in kinds for number in sorted(faulty_sensors(fault, kind)) if numbered]
+    named = [f"{name} {number}" for kind, name in kinds for number in sorted(fault.sensors(kind)) if numbered]
     of = f" of {', '.join(named)}" if named else ""
     if fault.type == "spike":
         return f"a spike{of} at {fault.at_s:g} s"
@@ -132,7 +132,7 @@ def _pair(left: str, right: str) -> str:
     return f'<div class="pair"><div>{left}</div><div>{right}</div></div>'
 
 
-def _six(section: ImuSection, triads: Sequence[TriadErrors], arm: float) -> str:
+def _six(section: Imu, triads: Sequence[TriadErrors], arm: float) -> str:
     """Return the errors of six single accelerometers."""
     accel = find_grade(section.grade).accel
     bias = np.concatenate([triad.bias for triad in triads]) / units.UG
@@ -170,7 +170,7 @@ def _short(value: float) -> str:
     return f"{value:.4g}" if abs(value) < 1e4 else f"{value:.0f}"
 
 
-def _attitude_sensor(section: ImuSection, errors: AttitudeSensorErrors | None) -> str:
+def _attitude_sensor(section: Imu, errors: AttitudeSensorErrors | None) -> str:
     """Return the errors of the attitude sensor."""
     sensor = section.sensor_set
     assert isinstance(sensor, AttitudeSensor)
@@ -230,8 +230,8 @@ def _of_kind(kind: SensorComparison) -> Iterator[str]:
         yield draw_all("error after compensation, accumulated", unit, [(kind.time, kind.left)], size)
 
 
-def _table(errors: TriadErrors, grade: TriadGrade, section: ImuSection | CompensationSection, kind: str) -> str:
-    return table(("", "unit", *_AXES, "1σ"), _triad(errors, grade, section.model_dump(), kind), 2)
+def _table(errors: TriadErrors, grade: TriadGrade, keys: Mapping[str, Any], kind: str) -> str:
+    return table(("", "unit", *_AXES, "1σ"), _triad(errors, grade, keys, kind), 2)
 
 
 def _triad(errors: TriadErrors, grade: TriadGrade, section: Mapping[str, Any], kind: str) -> Iterator[Sequence[str]]:

@@ -14,8 +14,8 @@ from sinssim.recording.store.summary import error_numbers
 from sinssim.sensors.sets.geometry import dilution
 
 if TYPE_CHECKING:
-    from sinssim.scenario.sections.within_imu.sensor_set import Redundant
     from sinssim.sensors.sets.monitor import Alarm, Monitored
+    from sinssim.sensors.sets.sensor_set import Redundant
     from sinssim.strapdown.nav_error import NavError
 
 NAMES = {"gyro": "gyro", "accel": "accelerometer"}

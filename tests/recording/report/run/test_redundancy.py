@@ -8,8 +8,7 @@ from typing import Any
 import numpy as np
 
 from sinssim.recording.report.run import redundancy as report
-from sinssim.scenario.sections.imu import ImuSection
-from sinssim.sensors.imu.errors import draw
+from sinssim.sensors.imu.imu import Imu, draw
 from sinssim.strapdown.nav_error import NavError
 from tests.recording.made_monitoring import ACCELEROMETERS, GYROS, SECTION, TIME
 from tests.recording.spies import Plots, cells, read
@@ -110,10 +109,8 @@ def test_with_and_without_monitoring(plots: Plots) -> None:
 
 def test_errors_of_single_sensors_in_their_units() -> None:
     """The first four of two blocks of three; the tilt of an axis is the length of its row of misalignments."""
-    section = ImuSection(
-        grade="ideal", gyro_bias_sigma_deg_h=0.75, gyro_misalignment_sigma_arcsec=6.0, sensor_set=SECTION
-    )
-    ideal = ImuSection(grade="ideal")
+    section = Imu(grade="ideal", gyro_bias_sigma_deg_h=0.75, gyro_misalignment_sigma_arcsec=6.0, sensor_set=SECTION)
+    ideal = Imu(grade="ideal")
     blocks = [draw(ideal, 1), draw(ideal, 2)]
     rows = [[0.0, 3.0, -4.0], [5.0, 0.0, 12.0], [8.0, 15.0, 0.0]], [[0.0, 20.0, 21.0], [1.0, 0.0, 1.0], [0.0, 1.0, 0.0]]
     for block, bias, tilts in zip(blocks, ([1.0, -2.0, 3.0], [4.5, 5.0, 6.0]), rows, strict=True):

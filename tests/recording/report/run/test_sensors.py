@@ -11,8 +11,10 @@ import pytest
 from sinssim.recording.report.run import sensors as report
 from sinssim.recording.scales import ANGLES, SPEEDS
 from sinssim.recording.sensor_comparison import SensorComparison
-from sinssim.scenario.sections.imu import ImuSection
-from sinssim.sensors.imu.errors import TriadErrors, WarmUp
+from sinssim.sensors.imu.errors import WarmUp
+from sinssim.sensors.imu.faults import BiasStep, Dropout, Spike
+from sinssim.sensors.imu.fields import TriadErrors
+from sinssim.sensors.imu.imu import Imu
 from sinssim.sensors.sets.attitude_sensor import AttitudeSensorErrors
 from tests.recording.spies import Plots, cells, read
 
@@ -27,7 +29,7 @@ def test_six_single_accelerometers() -> None:
     two = TriadErrors(
         bias=np.array([4.5, 5.0, 6.0]) * UG, scale=np.array([-1.0, 2.0, 3.0]) * 1e-6, misalignment=2.0 * tilts
     )
-    html = report._six(ImuSection(grade="tactical"), [one, two], 0.125)
+    html = report._six(Imu(grade="tactical"), [one, two], 0.125)
     heads = ["", "unit", "1", "2", "3", "4", "5", "6", "1σ"]
     assert cells(html) == [
         heads, ["bias", "µg", "1.000", "−2.000", "3.000", "4.500", "5.000", "6.000", "1000"],
@@ -35,7 +37,7 @@ def test_six_single_accelerometers() -> None:
         ["axis tilt", "arcsec", "5.000", "13.00", "17.00", "10.00", "26.00", "34.00", "100"],
     ]  # fmt: skip
     assert "0.125 m from its centre" in html
-    own = ImuSection(
+    own = Imu(
         grade="tactical", accel_bias_sigma_ug=11.0, accel_scale_sigma_ppm=12.0, accel_misalignment_sigma_arcsec=13.0
     )
     assert [row[-1] for row in cells(report._six(own, [one, two], 1.0))] == ["1σ", "11", "12", "13"]
@@ -43,7 +45,7 @@ def test_six_single_accelerometers() -> None:
 
 def test_an_attitude_sensor() -> None:
     sensor = {"type": "attitude-sensor", "drift_deg_h": (1.0, 2.0, 3.0), "bias_sigma_arcsec": 8.0}
-    section = ImuSection(grade="tactical", sensor_set=sensor)
+    section = Imu(grade="tactical", sensor_set=sensor)
     errors = AttitudeSensorErrors(
         np.array([2.0, -3.0, 5.0]) * ARCSEC, np.array([0.5, 0.25, -0.75]) * ARCSEC, 6.0 * ARCSEC
     )
@@ -53,7 +55,7 @@ def test_an_attitude_sensor() -> None:
         ["drift", "deg/h", "0.5000", "0.2500", "−0.7500", "given"],
     ]  # fmt: skip
     assert "Noise of each measurement, 1σ 6 arcsec." in html
-    drifting = ImuSection(grade="tactical", sensor_set={"type": "attitude-sensor"})
+    drifting = Imu(grade="tactical", sensor_set={"type": "attitude-sensor"})
     assert [row[-1] for row in cells(report._attitude_sensor(drifting, errors))] == ["1σ", "0", "1"]
 
 
@@ -67,18 +69,13 @@ def test_the_spread_of_an_error(given: bool, sigma: float | None, of_grade: floa
 
 
 def test_faults_in_words() -> None:
-    step: Any = SimpleNamespace(
-        type="bias-step", from_s=3.5, to_s=9.0, at_s=None, channels=("gyro_4", "accel_2", "gyro_1")
-    )
-    spike: Any = SimpleNamespace(type="spike", at_s=4.25, channels=("accel_5",))
-    sizes: Any = {}
-    with pytest.MonkeyPatch.context() as patch:
-        patch.setattr("sinssim.scenario.sections.within_imu.faults.sizes", lambda fault: sizes)
-        assert report._fault(step, True) == "bias step of gyro 1, gyro 4, accelerometer 2 from 3.5 s to 9 s"
-        assert report._fault(step, False) == "bias step from 3.5 s to 9 s"
-        step.to_s = None
-        assert report._fault(step, False) == "bias step from 3.5 s to the end"
-        assert report._fault(spike, True) == "a spike of accelerometer 5 at 4.25 s"
+    lost = Dropout(type="dropout", from_s=3.5, to_s=9.0, channels=("gyro_4", "accel_2", "gyro_1"))
+    assert report._fault(lost, True) == "dropout of gyro 1, gyro 4, accelerometer 2 from 3.5 s to 9 s"
+    assert report._fault(lost, False) == "dropout from 3.5 s to 9 s"
+    step = BiasStep(type="bias-step", from_s=3.5, accel_ug=(0.0, 0.0, 0.0, 1.0))
+    assert report._fault(step, True) == "bias step of accelerometer 4 from 3.5 s to the end"
+    spike = Spike(type="spike", at_s=4.25, gyro_arcsec=(0.0, 1.0, 0.0, 0.0, 0.0))
+    assert report._fault(spike, True) == "a spike of gyro 2 at 4.25 s"
 
 
 def test_the_null_shift_is_the_largest_between_start_and_end() -> None:

@@ -8,7 +8,9 @@ from typing import Annotated, Self
 from pydantic import Field, model_validator
 
 from sinssim.section import NotNegative, Positive, Section
-from sinssim.units import ARCSEC, DEG_H
+from sinssim.sensors.laser_gyro.gas_flow import NullShift
+from sinssim.sensors.laser_gyro.ring import LaserGyro
+from sinssim.units import ARCSEC, DEG_H, PPM
 
 GasFlow = Annotated[float, Field(ge=-10.0, le=10.0)]
 Gain = Annotated[float, Field(ge=0.0, le=100.0)]
@@ -17,7 +19,7 @@ Expansion = Annotated[float, Field(ge=-100.0, le=100.0)]
 PathControl = Annotated[float, Field(ge=0.0, le=1.0)]
 
 
-class LaserGyroSection(Section):
+class LaserGyros(Section):
     """Laser gyros by their physics: the ring determines the pulse weight, dithered lock-in the random walk."""
 
     perimeter_mm: Annotated[float, Field(gt=0.0, le=1e6)] = Field(description="length of the ring")
@@ -67,3 +69,29 @@ class LaserGyroSection(Section):
                 "both; without a null shift give neither"
             )
         return self
+
+    @property
+    def ring(self) -> LaserGyro:
+        """One of the gyros."""
+        return LaserGyro(
+            self.perimeter_mm * 1e-3,
+            self.area_mm2 * 1e-6,
+            self.wavelength_nm * 1e-9,
+            self.lock_in_deg_h * DEG_H,
+            self.dither_amplitude_arcsec * ARCSEC,
+            self.dither_frequency_hz,
+        )
+
+    @property
+    def null_shift(self) -> NullShift | None:
+        """The null shift; None without gas flow."""
+        if not self.gas_flow_mps:
+            return None
+        return NullShift(
+            self.ring,
+            self.gain_percent * 1e-2,
+            self.gas_flow_mps,
+            self.thermal_speed_mps,
+            self.expansion_ppm_per_c * PPM,
+            self.path_control,
+        )

@@ -18,14 +18,24 @@ The unit in a key may be another unit that datasheets use, for example `gyro_mis
 
 from __future__ import annotations
 
-from collections.abc import Iterator
-from typing import TYPE_CHECKING, Annotated, Any, Literal, Self
+from typing import Annotated, Any, Literal, Self
 
-from pydantic import Field, ValidationInfo, create_model, field_validator, model_validator
+import numpy as np
+from pydantic import Field, ValidationInfo, field_validator, model_validator
 
-from sinssim.scenario.sections.within_imu.faults import Fault, check_sensors, concerns_gyros, faulty_sensors
-from sinssim.scenario.sections.within_imu.laser_gyro import LaserGyroSection
-from sinssim.scenario.sections.within_imu.sensor_set import (
+from sinssim.data import Array
+from sinssim.errors import InputError
+from sinssim.section import LeverArm, Positive, Vector3
+from sinssim.sensors.imu.datasheet import ErrorTable
+from sinssim.sensors.imu.error_term import ErrorTerm
+from sinssim.sensors.imu.errors import ImuErrors, WarmUp, draw_triad
+from sinssim.sensors.imu.faults import ImuFault
+from sinssim.sensors.imu.fields import ImuKeys, TriadErrors
+from sinssim.sensors.imu.grades import find_grade
+from sinssim.sensors.imu.terms import TERMS, of_triad
+from sinssim.sensors.laser_gyro.gas_flow import NullShift
+from sinssim.sensors.laser_gyro.laser_gyros import LaserGyros
+from sinssim.sensors.sets.sensor_set import (
     AttitudeSensor,
     Gyros,
     Platform,
@@ -33,35 +43,16 @@ from sinssim.scenario.sections.within_imu.sensor_set import (
     SensorSet,
     SixAccelerometers,
 )
-from sinssim.section import LeverArm, NotNegative, Positive, Vector3
-from sinssim.sensors.imu.datasheet import ErrorTable
-from sinssim.sensors.imu.error_term import ErrorTerm
-from sinssim.sensors.imu.grades import find_grade
-from sinssim.sensors.imu.terms import TERMS
 from sinssim.truth.motions.imu_rotation import Rotation
 
 Celsius = Annotated[float, Field(ge=-500.0, le=500.0)]
 Place = Annotated[float, Field(ge=-1e4, le=1e4)]
 Places = tuple[Place, Place, Place]
 
-_SIGMA = "1σ of the random error of the same name, added to the given one; default: that of the grade, or 0 if an "
-"error is given"
 _OVER = "relative to the temperature of the calibration"
 _GIVEN_AND_SIGMA = tuple((term.key, term.sigma_key) for term in TERMS if term.drawn)
-
-
-def _keys(term: ErrorTerm) -> Iterator[tuple[str, Any]]:
-    """Yield the keys of one error term with their types and descriptions."""
-    number: Any = Annotated[float, Field(**dict[str, Any](term.limits))] if term.limits else float
-    if not term.drawn:
-        number = number if term.limits else NotNegative
-        kind = number if term.default is not None else number | None
-        yield term.key, (kind, Field(default=term.default, description=term.explanation))
-        return
-    several: Any = tuple.__class_getitem__((number,) * term.size)  # tuple[float, float, float]
-    sigma: Any = Annotated[float, Field(**dict[str, Any](term.sigma_limits))]
-    yield term.key, (several | None, Field(default=None, description=term.explanation))
-    yield term.sigma_key, (sigma | None, Field(default=None, description=_SIGMA))
+_OF_THE_RING = {"gyro_arw": "random_walk", "gyro_quantum": "pulse_weight"}
+_NONE = np.zeros(())
 
 
 class _Block(ErrorTable):
@@ -92,19 +83,7 @@ class _Block(ErrorTable):
     )
 
 
-if TYPE_CHECKING:
-
-    class _Terms(_Block):
-        """A block with the keys of its error terms, which come from the table of terms."""
-
-        def __getattr__(self, key: str) -> Any:
-            """Return the section's value of an error term."""
-
-else:
-    _Terms = create_model("_Terms", __base__=_Block, **{key: kind for term in TERMS for key, kind in _keys(term)})
-
-
-class ImuSection(_Terms):
+class Imu(ImuKeys, _Block):
     """The sensor block (IMU): grade, rate, position and errors."""
 
     temperature_start_c: Celsius = Field(
@@ -125,10 +104,10 @@ class ImuSection(_Terms):
         "specific force at t minus the delay; at most one interval; negative for a lead",
     )
 
-    laser_gyro: LaserGyroSection | None = Field(
+    laser_gyro: LaserGyros | None = Field(
         default=None, description="physics of the gyros, which determines their random walk and pulse weight"
     )
-    faults: tuple[Fault, ...] = Field(default=(), description="faults in the run")
+    faults: tuple[ImuFault, ...] = Field(default=(), description="faults in the run")
     rotation: Rotation | None = Field(default=None, description="rotation of the IMU in the vehicle")
 
     @field_validator("grade")
@@ -207,11 +186,11 @@ class ImuSection(_Terms):
         redundant = self.sensor_set if isinstance(self.sensor_set, Redundant) else None
         count = None if redundant is None else len(redundant.axes)
         for number, fault in enumerate(self.faults, start=1):
-            check_sensors(fault, f"faults.{number}", count)
+            fault.check(f"faults.{number}", count)
         if redundant is None or count is None or redundant.mode != "exclude":
             return self
         for kind in ("gyro", "accel"):
-            faulty = sorted(set().union(*(faulty_sensors(fault, kind) for fault in self.faults)))
+            faulty = sorted(set().union(*(fault.sensors(kind) for fault in self.faults)))
             if len(faulty) > count - 3:
                 raise ValueError(
                     f"faults: {len(faulty)} of the {count} sensors of the kind {kind!r} are faulty (numbers "
@@ -259,7 +238,7 @@ class ImuSection(_Terms):
             if getattr(self, name) != type(self).model_fields[name].default:
                 raise ValueError(f'{name} {why}: remove it, or sensor_set.type = "platform"')
         for number, fault in enumerate(self.faults, start=1):
-            if fault.type == "jitter" or (fault.type != "bias-step" and concerns_gyros(fault)):
+            if fault.type == "jitter" or (fault.type != "bias-step" and fault.of_gyros):
                 raise ValueError(
                     f"faults.{number}: a {fault.type} "
                     + ("of the time stamps" if fault.type == "jitter" else "of gyros")
@@ -285,3 +264,102 @@ class ImuSection(_Terms):
                 if getattr(self, name) != type(self).model_fields[name].default:
                     raise ValueError(f'{name} needs a block with gyros: remove it, or sensor_set.type = "{kind}"')
         return self
+
+    def stated(self, term: ErrorTerm) -> tuple[Array, Array]:
+        """Return mean and standard deviation of one error over all runs, as given or of the grade.
+
+        Args:
+            term: the error term.
+
+        Returns:
+            The given error, which is the mean over all runs, or the value of a noise; and the 1σ of the random error
+            about it, SI, in the shape of its field of `TriadErrors`. Beside a given error the 1σ is zero unless it is
+            given, too.
+        """
+        if self.laser_gyro is not None and term.name in _OF_THE_RING:
+            return np.asarray(getattr(self.laser_gyro.ring, _OF_THE_RING[term.name])), _NONE
+        of_grade = getattr(find_grade(self.grade), term.triad).of(term)
+        given = getattr(self, term.key)
+        if not term.drawn:
+            return term.shaped(of_grade) if given is None else term.si(given), _NONE
+        sigma = getattr(self, term.sigma_key)
+        if sigma is None:
+            spread = term.shaped(of_grade if given is None else 0.0)
+        else:
+            spread = term.si(sigma)
+        return _NONE if given is None else term.si(given), spread
+
+    @property
+    def mean(self) -> ImuErrors:
+        """The means of the errors over all runs, SI; a noise has none. Faults, arms and delay are not included."""
+        mean: dict[str, dict[str, Any]] = {"gyro": {}, "accel": {}}
+        for term in TERMS:
+            if term.drawn:
+                mean[term.triad][term.field] = np.zeros(term.shape) + self.stated(term)[0]
+        gyro, accel = (TriadErrors(**fields) for fields in mean.values())
+        return ImuErrors(gyro, accel, warm_up=self.warm_up, null_shift=self.null_shift)
+
+    @property
+    def sigma(self) -> ImuErrors:
+        """The standard deviations of the errors of each sensor over all runs, and the values of its noises, SI."""
+        sigma: dict[str, dict[str, Any]] = {"gyro": {}, "accel": {}}
+        for term in TERMS:
+            fixed, spread = self.stated(term)
+            sigma[term.triad][term.field] = np.zeros(term.shape) + spread if term.drawn else float(fixed)
+        gyro, accel = (TriadErrors(**fields) for fields in sigma.values())
+        return ImuErrors(gyro, accel, warm_up=self.warm_up)
+
+    @property
+    def warm_up(self) -> WarmUp:
+        """The temperature of the block over time."""
+        return WarmUp(self.temperature_start_c, self.temperature_steady_c, self.warm_up_time_s)
+
+    @property
+    def null_shift(self) -> NullShift | None:
+        """The null shift of the laser gyros; None without gas flow."""
+        return None if self.laser_gyro is None else self.laser_gyro.null_shift
+
+    def with_triads(self, gyro: TriadErrors, accel: TriadErrors) -> ImuErrors:
+        """Return the errors of the block with given errors of the gyros and accelerometers.
+
+        Args:
+            gyro: errors of the three gyros.
+            accel: errors of the three accelerometers.
+
+        Returns:
+            The errors with everything else, which is not random: arms, delay, temperature, faults and null shift, SI.
+        """
+        return ImuErrors(
+            gyro,
+            accel,
+            np.array(self.accel_arms_mm) * 1e-3,
+            self.accel_delay_ms * 1e-3,
+            self.warm_up,
+            tuple(fault.fault() for fault in self.faults),
+            self.null_shift,
+        )
+
+    def require_gyros(self) -> None:
+        """Raise InputError for a set of sensors other than three gyros and three accelerometers."""
+        if self.sensor_set.type != "gyros":
+            raise InputError(
+                "a block of three gyros and three accelerometers is emulated; sensor_set.type = "
+                f'"{self.sensor_set.type}" is another one.'
+            )
+
+
+def draw(imu: Imu, seed: int = 0) -> ImuErrors:
+    """Return the errors of one run: given values plus errors drawn from the given 1σ or that of the grade.
+
+    Args:
+        imu: the sensor block.
+        seed: the run's seed.
+
+    Returns:
+        The errors, SI.
+
+    Raises:
+        InputError: the seed cannot be used.
+    """
+    gyro, accel = (draw_triad(((t, *imu.stated(t)) for t in of_triad(kind)), seed) for kind in ("gyro", "accel"))
+    return imu.with_triads(gyro, accel)
