@@ -157,7 +157,7 @@ def test_sections_answer_as_a_scenario_does() -> None:
 @pytest.mark.parametrize(
     ("call", "said"),
     [
-        (lambda: alignment.expected_errors("tactical"), r"section must be Imu, for example .* not 'tactical'"),
+        (lambda: alignment.expected_errors("tactical"), r"imu must be Imu, for example .* not 'tactical'"),
         (lambda: alignment.error_budget(None, 0.8, SIGMA, 300.0), "attitude = None must be Attitude"),
         (lambda: alignment.error_budget(PARKED, "0.8", SIGMA, 300.0), "latitude = '0.8' is not an array of numbers"),
         (lambda: alignment.error_budget(PARKED, 0.8, SECTION, 300.0), "sigma must be ImuErrors of standard"),
@@ -200,7 +200,7 @@ def test_sections_answer_as_a_scenario_does() -> None:
             "force = None is not an array of numbers",
         ),
         (lambda: emulate_accelerometers(TIME, FORCE, 2.0 * CUBE.direction, SECTION), "must be unit vectors"),
-        (lambda: emulate_accelerometers(TIME, FORCE, CUBE.direction, None), "section must be Imu"),
+        (lambda: emulate_accelerometers(TIME, FORCE, CUBE.direction, None), "imu must be Imu"),
         (lambda: emulate_accelerometers(TIME, FORCE, CUBE.direction, SECTION, errors=[None, None]), "each of errors"),
         (lambda: gyro_free_increments(TIME, FORCE[:, 0], CUBE, EARTH), r"got shapes \(8,\), \(7, 3\)"),
         (lambda: gyro_free_increments(TIME, CUBE.feel(FORCE) * np.nan, CUBE, EARTH), r"dvel\[0\] = .* not a finite"),
