@@ -16,7 +16,7 @@ from sinssim.recording.store.summary import NO_NUMBERS, failures, known_error_nu
 from sinssim.simulation.finish import about, keep
 from sinssim.simulation.navigation import solve
 from sinssim.simulation.outages import first_of, judged_outages
-from sinssim.truth.trajectory import Channel, FlightEvent
+from sinssim.truth.channel import Channel, FlightEvent
 
 if TYPE_CHECKING:
     from sinssim.estimation.from_scenario.recorded_run import Prepared, RecordedAided

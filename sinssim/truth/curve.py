@@ -33,9 +33,9 @@ from sinssim.data import Array, ImuData, NavState
 from sinssim.earth.models import WGS84, Ellipsoid
 from sinssim.jit import inline, kernel
 from sinssim.rotation.kernels import Quaternion, Vector
+from sinssim.truth.channel import Channel, FlightEvent
 from sinssim.truth.panels import KnotDerivatives, checked_knots, knot_derivatives, panels_through
 from sinssim.truth.sample_times import check_instants, in_blocks, sample_edges
-from sinssim.truth.trajectory import Channel, FlightEvent
 
 # Gauss-Legendre points on each piece of a sample interval between knots. Six points reach rounding on pieces of 50 ms
 # at 10 rad/s. Four points reach it on pieces of at most 20 ms on which the attitude turns by at most 0.1 rad.

@@ -3,84 +3,19 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass
-from importlib import import_module
 from typing import TYPE_CHECKING, Any, Protocol
 
 from numpy.typing import ArrayLike
 
+from sinssim.truth.channel import Channel, FlightEvent
+
 if TYPE_CHECKING:
     from sinssim.data import Array, ImuData, NavState
     from sinssim.earth.models import Ellipsoid
+    from sinssim.truth.track.curve import TrackCurve
 
 
-@dataclass(frozen=True)
-class FlightEvent:
-    """An event at one instant, for example the beginning of a leg or lift-off.
-
-    Attributes:
-        time: instant in the trajectory's time, s.
-        text: one sentence.
-    """
-
-    time: float
-    text: str
-
-
-@dataclass(frozen=True)
-class Channel:
-    """A quantity logged along a trajectory in addition to the motion: airspeed, a control, the wind.
-
-    Attributes:
-        time: instants, (K,) s.
-        values: one number or one vector per instant, (K,) or (K, m), in `unit`.
-        unit: unit of the values in customary notation, "" for a pure number.
-    """
-
-    time: Array
-    values: Array
-    unit: str
-
-
-if TYPE_CHECKING:
-    from abc import ABCMeta as _ProtocolMeta
-else:
-    _ProtocolMeta = type(Protocol)
-
-
-class _Made(_ProtocolMeta):
-    """What the interface itself offers, and no trajectory needs to have: `Trajectory.from_samples`."""
-
-    def from_samples(
-        self,
-        time: ArrayLike,
-        latitude: ArrayLike,
-        longitude: ArrayLike,
-        height: ArrayLike,
-        quaternion: ArrayLike | None = None,
-        **options: Any,
-    ) -> Trajectory:
-        """Return the smooth exact motion along recorded samples.
-
-        Args:
-            time: instants, increasing, (N,) s.
-            latitude, longitude: geodetic, (N,) rad.
-            height: above the ellipsoid, (N,) m; NaN where unknown.
-            quaternion: attitude q_nb, scalar first, v_n = C_nb v_b, (N, 4); it follows from the motion if not given.
-            options: `vehicle`, `smoothing_s` and others, see `sinssim.truth.track.curve.from_samples`.
-
-        Returns:
-            The motion; time 0 is the first sample. Its attribute `fit` says how far it passes from the samples.
-
-        Raises:
-            InputError: the samples cannot be a motion; the message names the sample.
-        """
-        from_samples = import_module("sinssim.truth.track.curve").from_samples  # a later layer than this interface
-        made: Trajectory = from_samples(time, latitude, longitude, height, quaternion, **options)
-        return made
-
-
-class Trajectory(Protocol, metaclass=_Made):
+class Trajectory(Protocol):
     """The true motion of a sensor block, known at all times between `start` and `end`.
 
     Attributes:
@@ -147,3 +82,34 @@ class Trajectory(Protocol, metaclass=_Made):
             InputError: a time lies outside [start, end].
         """
         ...
+
+    if not TYPE_CHECKING:  # of the interface; a type checker would ask every trajectory for it
+
+        @staticmethod
+        def from_samples(
+            time: ArrayLike,
+            latitude: ArrayLike,
+            longitude: ArrayLike,
+            height: ArrayLike,
+            quaternion: ArrayLike | None = None,
+            **options: Any,
+        ) -> TrackCurve:
+            """Return the smooth exact motion along recorded samples.
+
+            Args:
+                time: instants, increasing, (N,) s.
+                latitude, longitude: geodetic, (N,) rad.
+                height: above the ellipsoid, (N,) m; NaN where unknown.
+                quaternion: attitude q_nb, scalar first, v_n = C_nb v_b, (N, 4); it follows from the motion if not
+                    given.
+                options: `vehicle`, `smoothing_s` and others, see `sinssim.truth.track.curve.from_samples`.
+
+            Returns:
+                The motion; time 0 is the first sample. Its attribute `fit` says how far it passes from the samples.
+
+            Raises:
+                InputError: the samples cannot be a motion; the message names the sample.
+            """
+            from sinssim.truth.track.curve import from_samples
+
+            return from_samples(time, latitude, longitude, height, quaternion, **options)

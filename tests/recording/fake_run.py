@@ -17,7 +17,7 @@ from sinssim.data import ImuData, NavSolution, NavState, SingularityEvent
 from sinssim.earth import WGS84
 from sinssim.scenario.schema import Scenario
 from sinssim.sensors.imu.emulate import digital
-from sinssim.truth.trajectory import Channel, FlightEvent
+from sinssim.truth.channel import Channel, FlightEvent
 
 ALGORITHMS = ("quaternion", "poisson", "euler")
 

@@ -14,11 +14,11 @@ from sinssim.earth.harmonics.field import DisturbingField
 from sinssim.earth.harmonics.omission import omission
 from sinssim.scenario import Scenario
 from sinssim.scenario.true_motion import fly, unknown_field
+from sinssim.truth.channel import Channel, FlightEvent
 from sinssim.truth.flight.aircraft import load_aircraft
 from sinssim.truth.flight.flight import _in_air
 from sinssim.truth.gravity.true_gravity import TrueGravity
 from sinssim.truth.motions.vibration import band_noise
-from sinssim.truth.trajectory import Channel, FlightEvent
 from tests.oracles import integrator as oracle
 from tests.truth.motions import synthetic_flight
 

@@ -11,7 +11,7 @@ from sinssim.data import Array, ImuData, NavState
 from sinssim.earth.models import Ellipsoid
 from sinssim.errors import InputError
 from sinssim.logs.reference import Reference
-from sinssim.truth.trajectory import Channel, FlightEvent
+from sinssim.truth.channel import Channel, FlightEvent
 
 
 @dataclass(frozen=True)

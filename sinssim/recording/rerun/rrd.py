@@ -22,7 +22,7 @@ from sinssim.recording import style
 from sinssim.recording.streams import Rows, Stream, blocks
 from sinssim.recording.thinning import is_long, screen_vectors
 from sinssim.system.drafts import draft
-from sinssim.truth.trajectory import FlightEvent
+from sinssim.truth.channel import FlightEvent
 
 TIMELINE = "sim_time"
 STREAMS = "streams"

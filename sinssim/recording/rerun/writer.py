@@ -44,9 +44,10 @@ from sinssim.recording.store.streams import (
 from sinssim.recording.streams import Stream
 from sinssim.strapdown.nav_error import NavError
 from sinssim.transverse import route_pole
+from sinssim.truth.channel import FlightEvent
 from sinssim.truth.gravity.disturbed import Disturbed
 from sinssim.truth.gravity.values import gravity_values
-from sinssim.truth.trajectory import FlightEvent, Trajectory
+from sinssim.truth.trajectory import Trajectory
 
 if TYPE_CHECKING:
     from sinssim.estimation.from_scenario.truth_comparison import Aided

@@ -10,7 +10,7 @@ from typing import Any
 from sinssim.recording.streams import BLOCK, Stream, blocks
 from sinssim.system import memory
 from sinssim.system.drafts import draft
-from sinssim.truth.trajectory import FlightEvent
+from sinssim.truth.channel import FlightEvent
 
 _MOST_ROWS = 262144
 """Largest number of rows of a row group, which is one page of each column."""

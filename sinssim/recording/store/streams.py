@@ -12,7 +12,7 @@ from sinssim.data import Array, ImuData, NavSolution, NavState
 from sinssim.recording.streams import Computed, Rows, Stream, Vector
 from sinssim.sensors.imu.faults import CHANNELS, channels_of
 from sinssim.strapdown.nav_error import NavError
-from sinssim.truth.trajectory import Channel
+from sinssim.truth.channel import Channel
 from sinssim.units import ARCSEC, MGAL
 
 if TYPE_CHECKING:

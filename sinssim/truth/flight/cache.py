@@ -23,12 +23,12 @@ from sinssim.content import find_content
 from sinssim.system.drafts import draft
 from sinssim.system.kernel_files import cache_root
 from sinssim.system.user_file import read_bytes
+from sinssim.truth.channel import Channel, FlightEvent
 from sinssim.truth.flight.flight_log import FlightLog
 from sinssim.truth.flight.jsbsim_flight import model_folder
 from sinssim.truth.flight.plan import FlightPlan
 from sinssim.truth.flight.subprocess_flight import fly_apart
 from sinssim.truth.panels import KnotDerivatives, checked_knots, knot_derivatives
-from sinssim.truth.trajectory import Channel, FlightEvent
 
 logger = logging.getLogger(__name__)
 

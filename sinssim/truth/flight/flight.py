@@ -7,10 +7,10 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from sinssim.truth.channel import Channel
 from sinssim.truth.flight.air import Air
 from sinssim.truth.flight.plan import FlightPlan
 from sinssim.truth.motion import AT_REFERENCE_POINT, NORMAL_EARTH, Mounting, Progress, TrueEarth
-from sinssim.truth.trajectory import Channel
 
 if TYPE_CHECKING:
     from sinssim.truth.curve import Curve

@@ -10,8 +10,8 @@ import numpy as np
 
 from sinssim.data import Array
 from sinssim.system.short_repr import short_repr
+from sinssim.truth.channel import Channel, FlightEvent
 from sinssim.truth.flight.autopilot import INTERVAL
-from sinssim.truth.trajectory import Channel, FlightEvent
 from sinssim.units import FOOT
 
 if TYPE_CHECKING:

@@ -21,6 +21,7 @@ from sinssim.content import find_content
 from sinssim.errors import InputError
 from sinssim.system.drafts import Draft
 from sinssim.system.user_file import user_file
+from sinssim.truth.channel import FlightEvent
 from sinssim.truth.flight.aircraft import Aircraft, load_aircraft
 from sinssim.truth.flight.autopilot import INTERVAL, AircraftState, Autopilot
 from sinssim.truth.flight.engines import Engines
@@ -36,7 +37,6 @@ from sinssim.truth.flight.monitor import Monitor
 from sinssim.truth.flight.plan import AirStart, FlightPlan, RunwayStart, Turbulence
 from sinssim.truth.flight.shortfall import shortfall
 from sinssim.truth.flight.wind import Gust
-from sinssim.truth.trajectory import FlightEvent
 from sinssim.units import DEG, FOOT, KNOT
 
 _NEAR_GROUND = 500.0  # height below which the gear may touch before the next slow update [m]

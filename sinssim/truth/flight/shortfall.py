@@ -6,8 +6,8 @@ from collections.abc import Iterable
 from math import pi, remainder
 from typing import TYPE_CHECKING
 
+from sinssim.truth.channel import FlightEvent
 from sinssim.truth.flight.autopilot import HEIGHT, AircraftState, Autopilot
-from sinssim.truth.trajectory import FlightEvent
 from sinssim.units import DEG, KNOT
 
 if TYPE_CHECKING:

@@ -23,9 +23,10 @@ from sinssim.earth.harmonics.field import DisturbingField
 from sinssim.earth.models import Ellipsoid
 from sinssim.jit import inline, kernel
 from sinssim.rotation.kernels import Vector
+from sinssim.truth.channel import Channel, FlightEvent
 from sinssim.truth.gravity.remainder import Remainder, RemainderModel
 from sinssim.truth.sample_times import check_instants, in_blocks
-from sinssim.truth.trajectory import Channel, FlightEvent, Trajectory
+from sinssim.truth.trajectory import Trajectory
 
 _TURN = 0.05
 """Largest turn of the block in a step of the integral, rad."""

@@ -7,8 +7,8 @@ from types import MappingProxyType
 
 from sinssim import earth
 from sinssim.earth.models import Ellipsoid
+from sinssim.truth.channel import Channel, FlightEvent
 from sinssim.truth.sample_times import checked_duration
-from sinssim.truth.trajectory import Channel, FlightEvent
 
 
 class ClosedForm:

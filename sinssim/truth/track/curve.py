@@ -13,12 +13,12 @@ from sinssim.arguments import number, numbers, vector
 from sinssim.data import Array
 from sinssim.earth.models import WGS84, Ellipsoid
 from sinssim.errors import InputError, check_name
+from sinssim.truth.channel import Channel, FlightEvent
 from sinssim.truth.curve import Curve
 from sinssim.truth.track.fit import TrackFit, assess
 from sinssim.truth.track.knots import Knots, TrackOptions, knots_of_samples
 from sinssim.truth.track.samples import TrackSamples, checked_samples
 from sinssim.truth.track.vehicles import Pitch, VehicleName
-from sinssim.truth.trajectory import Channel, FlightEvent
 from sinssim.units import DEG
 
 

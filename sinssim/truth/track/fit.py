@@ -11,8 +11,8 @@ import numpy as np
 from sinssim import rotation
 from sinssim.data import Array
 from sinssim.earth.coordinates import ecef_to_geodetic, geodetic_to_ecef
+from sinssim.truth.channel import Channel
 from sinssim.truth.track.places import verticals
-from sinssim.truth.trajectory import Channel
 from sinssim.units import DEG, G0
 
 if TYPE_CHECKING:

@@ -9,6 +9,7 @@ from functools import lru_cache
 import numpy as np
 
 from sinssim.errors import InputError
+from sinssim.truth.channel import Channel, FlightEvent
 from sinssim.truth.curve import Curve
 from sinssim.truth.motion import TrueEarth
 from sinssim.truth.track.curve import fitted
@@ -20,7 +21,6 @@ from sinssim.truth.track.samples import TrackSamples, checked_samples
 from sinssim.truth.track.source import TrackSource
 from sinssim.truth.track.timetable import Timetable
 from sinssim.truth.track.vehicles import VEHICLES
-from sinssim.truth.trajectory import Channel, FlightEvent
 from sinssim.units import DEG
 
 _MOST_KNOTS = 5_000_000

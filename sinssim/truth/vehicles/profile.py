@@ -13,7 +13,7 @@ import numpy as np
 
 from sinssim.data import Array
 from sinssim.errors import InputError
-from sinssim.truth.trajectory import FlightEvent
+from sinssim.truth.channel import FlightEvent
 from sinssim.truth.vehicles.legs import Stop, Straight, Turn, VehicleLeg
 
 _RAMP = 0.25

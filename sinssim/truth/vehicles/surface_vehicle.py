@@ -17,8 +17,8 @@ from sinssim import rotation
 from sinssim.data import Array
 from sinssim.earth.models import Ellipsoid
 from sinssim.section import Heading, Height, Latitude, Longitude
+from sinssim.truth.channel import Channel
 from sinssim.truth.motion import AT_REFERENCE_POINT, NORMAL_EARTH, Mounting, PlacedMotion, Progress, TrueEarth
-from sinssim.truth.trajectory import Channel
 from sinssim.truth.vehicles.legs import VehicleLeg
 from sinssim.truth.vehicles.profile import Course, Profile
 

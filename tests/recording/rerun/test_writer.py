@@ -15,7 +15,7 @@ from sinssim.earth.models import ellipsoid_by_name
 from sinssim.errors import RunError
 from sinssim.recording.rerun import writer
 from sinssim.transverse import route_pole
-from sinssim.truth.trajectory import FlightEvent
+from sinssim.truth.channel import FlightEvent
 
 TIME = np.array([50.0, 50.5, 51.5])
 OUTAGES = ((50.25, 50.75),)

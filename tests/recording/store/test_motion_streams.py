@@ -14,8 +14,8 @@ from sinssim.recording.streams import Stream, blocks
 from sinssim.sensors.sets.monitor import Monitored
 from sinssim.sensors.sets.reading import Readings
 from sinssim.strapdown.nav_error import NavError
+from sinssim.truth.channel import Channel
 from sinssim.truth.gravity.values import GravityValues
-from sinssim.truth.trajectory import Channel
 
 TIME = np.array([3.0, 3.5, 4.5])
 

@@ -12,7 +12,7 @@ from sinssim.recording import streams
 from sinssim.recording.store import parquet
 from sinssim.recording.store.streams import channel_streams
 from sinssim.recording.streams import Computed, Stream, Vector
-from sinssim.truth.trajectory import Channel
+from sinssim.truth.channel import Channel
 
 
 @pytest.mark.parametrize(

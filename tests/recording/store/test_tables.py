@@ -25,7 +25,7 @@ from sinssim.studies.cost import Cost
 from sinssim.studies.operations import Operations
 from sinssim.studies.results import Case, CoordinateError, Heading, Order, Pick, Row, Verdict
 from sinssim.system.outputs import written
-from sinssim.truth.trajectory import FlightEvent
+from sinssim.truth.channel import FlightEvent
 from tests.recording.store.test_filter_streams import error, motion
 from tests.recording.store.test_motion_streams import TIME, rows
 

@@ -24,10 +24,10 @@ from sinssim.sensors.aiding.master import MasterSection
 from sinssim.sensors.aiding.odometer import OdometerSection
 from sinssim.sensors.aiding.standstill import ZeroRateSection, ZeroVelocitySection
 from sinssim.sensors.aiding.star_tracker import StarTrackerSection
+from sinssim.truth.channel import Channel
 from sinssim.truth.curve import Curve
 from sinssim.truth.motions.great_circle import GreatCircle
 from sinssim.truth.motions.parked import Parked
-from sinssim.truth.trajectory import Channel
 from tests.oracles import integrator as oracle
 from tests.truth.motions import ecef, synthetic_flight
 

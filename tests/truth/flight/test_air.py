@@ -13,13 +13,13 @@ from sinssim.data import NavState
 from sinssim.errors import InputError
 from sinssim.sensors.aiding.barometer import BarometerSection
 from sinssim.sensors.aiding.base.sensor import Vehicle
+from sinssim.truth.channel import Channel
 from sinssim.truth.flight import jsbsim_flight
 from sinssim.truth.flight.air import Air
 from sinssim.truth.flight.flight_log import flight_log
 from sinssim.truth.flight.jsbsim_flight import fly_plan
 from sinssim.truth.flight.plan import FlightPlan
 from sinssim.truth.flight.wind import Wind
-from sinssim.truth.trajectory import Channel
 
 PROFILE = [
     {"height_m": 0.0, "from_deg": 200.0, "speed_mps": 5.0},

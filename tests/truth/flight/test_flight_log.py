@@ -10,13 +10,13 @@ import numpy as np
 import pytest
 from scipy.spatial.transform import Rotation
 
+from sinssim.truth.channel import FlightEvent
 from sinssim.truth.flight import flight_start
 from sinssim.truth.flight.air import Air
 from sinssim.truth.flight.aircraft import load_aircraft
 from sinssim.truth.flight.engines import Engines
 from sinssim.truth.flight.flight_log import CHANNELS, FlightRecord, flight_log
 from sinssim.truth.flight.plan import FlightPlan
-from sinssim.truth.trajectory import FlightEvent
 
 FOOT, POUND = 0.3048, 4.4482216152605
 A_FT = 6378137.0 / FOOT

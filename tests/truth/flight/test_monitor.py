@@ -9,6 +9,7 @@ import pytest
 
 from sinssim.errors import InputError
 from sinssim.scenario.duration import leg_durations
+from sinssim.truth.channel import FlightEvent
 from sinssim.truth.flight.aircraft import load_aircraft
 from sinssim.truth.flight.autopilot import BANK, HEADING, INTERVAL, PITCH, AircraftState, Autopilot
 from sinssim.truth.flight.flight_log import FlightLog, flight_log
@@ -17,7 +18,6 @@ from sinssim.truth.flight.leg import LegError
 from sinssim.truth.flight.monitor import Monitor
 from sinssim.truth.flight.plan import FlightPlan
 from sinssim.truth.flight.shortfall import not_attained, shortfall
-from sinssim.truth.trajectory import FlightEvent
 
 
 def plan(aircraft: str, height: float, airspeed: float, *legs: dict[str, Any], **start: float) -> FlightPlan:

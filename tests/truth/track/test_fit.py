@@ -11,11 +11,11 @@ import numpy as np
 import pytest
 
 from sinssim.earth.models import WGS84
+from sinssim.truth.channel import Channel
 from sinssim.truth.track import fit as module
 from sinssim.truth.track.fit import Distance, TrackFit, assess, fit_lines, fit_numbers, fit_sentences, metres
 from sinssim.truth.track.knots import Knots, TrackOptions
 from sinssim.truth.track.samples import TrackSamples
-from sinssim.truth.trajectory import Channel
 
 NAN = float("nan")
 FIT = TrackFit(

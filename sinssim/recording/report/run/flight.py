@@ -22,7 +22,8 @@ from sinssim.scenario.summary import field_words, given, leg_words, named_places
 if TYPE_CHECKING:
     from sinssim.scenario import Scenario
     from sinssim.simulation.result import Run
-    from sinssim.truth.trajectory import Channel, Trajectory
+    from sinssim.truth.channel import Channel
+    from sinssim.truth.trajectory import Trajectory
 
 
 MAP = "<!-- map -->"

@@ -11,7 +11,7 @@ from sinssim.data import Array
 from sinssim.recording import style
 from sinssim.recording.scales import ANGLES, LENGTHS, suiting, thinned
 from sinssim.recording.store.summaries.redundancy_summary import NAMES, window_names
-from sinssim.truth.trajectory import FlightEvent
+from sinssim.truth.channel import FlightEvent
 
 if TYPE_CHECKING:
     from sinssim.recording.rerun.rrd import Recording

@@ -15,7 +15,7 @@ from sinssim.recording.rerun.scene import Scene
 from sinssim.recording.scales import ANGLES, HEIGHTS, LENGTHS, SPEEDS, Rows, Scale, suiting, thinned
 from sinssim.recording.sensor_comparison import SensorComparison
 from sinssim.strapdown.nav_error import NavError
-from sinssim.truth.trajectory import FlightEvent
+from sinssim.truth.channel import FlightEvent
 
 if TYPE_CHECKING:
     from sinssim.recording.rerun.rrd import Recording

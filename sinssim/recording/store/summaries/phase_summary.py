@@ -14,7 +14,7 @@ from sinssim import units
 from sinssim.data import Array
 from sinssim.formatting import signed
 from sinssim.strapdown.nav_error import NavError
-from sinssim.truth.trajectory import FlightEvent
+from sinssim.truth.channel import FlightEvent
 
 _LEG = re.compile(r"leg (\d+) \((\w+)\) (begins|ends)")
 _REACHED = re.compile(r"(.+) reached: \d+ m away, height .*")

@@ -13,7 +13,7 @@ from sinssim.data import NavState
 from sinssim.earth import WGS84
 from sinssim.recording.report.run import flight as report
 from sinssim.scenario import Scenario
-from sinssim.truth.trajectory import Channel, FlightEvent
+from sinssim.truth.channel import Channel, FlightEvent
 from tests.recording.spies import Plots, cells
 
 ORANGE, GREEN, BLUE = "#d55e00", "#009e73", "#56b4e9"

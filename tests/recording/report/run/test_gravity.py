@@ -9,8 +9,8 @@ import numpy as np
 import pytest
 
 from sinssim.recording.report.run import coordinates, gravity, track_source
+from sinssim.truth.channel import Channel
 from sinssim.truth.gravity.disturbed import Disturbed
-from sinssim.truth.trajectory import Channel
 from tests.recording.spies import Plots, cells, read
 
 ORANGE, GREEN, BLUE = "#d55e00", "#009e73", "#56b4e9"

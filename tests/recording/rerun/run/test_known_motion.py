@@ -12,7 +12,7 @@ from sinssim.data import ImuData, NavSolution, NavState
 from sinssim.recording.rerun.run import log_run as view
 from sinssim.recording.rerun.scene import Scene
 from sinssim.strapdown.nav_error import NavError
-from sinssim.truth.trajectory import FlightEvent
+from sinssim.truth.channel import FlightEvent
 from tests.recording.spies import Drawn, values_of
 
 X, Y, Z, GREY, TRUTH = (213, 94, 0), (0, 158, 115), (86, 180, 233), (120, 120, 120), (0, 158, 115)

@@ -16,7 +16,7 @@ from sinssim.recording.store.summaries.phase_summary import (
     source_tables,
 )
 from sinssim.strapdown.nav_error import NavError
-from sinssim.truth.trajectory import FlightEvent
+from sinssim.truth.channel import FlightEvent
 from sinssim.units import ARCMIN, ARCSEC
 
 
