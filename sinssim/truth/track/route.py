@@ -20,8 +20,8 @@ from sinssim.earth.coordinates import geodetic_to_ecef, radii
 from sinssim.earth.models import Ellipsoid
 from sinssim.errors import InputError
 from sinssim.truth.track.corner import Corner, turns_back
-from sinssim.truth.track.source import Waypoint
 from sinssim.truth.track.vehicles import Vehicle
+from sinssim.truth.track.waypoint import Waypoint
 from sinssim.units import DEG, G0
 
 _STRAIGHT = 1e-6

@@ -17,9 +17,9 @@ from sinssim.truth.track import prepare, smoothing
 from sinssim.truth.track.knots import TrackOptions, knots_of_samples
 from sinssim.truth.track.prepare import _options
 from sinssim.truth.track.samples import TrackSamples
-from sinssim.truth.track.source import Waypoint
 from sinssim.truth.track.track import Track
 from sinssim.truth.track.vehicles import VEHICLES
+from sinssim.truth.track.waypoint import Waypoint
 
 NAN = float("nan")
 

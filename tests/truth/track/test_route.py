@@ -15,10 +15,10 @@ from sinssim.truth.motion import NORMAL_EARTH
 from sinssim.truth.track.corner import Corner, integrated_step7, step7
 from sinssim.truth.track.curve import track_curve
 from sinssim.truth.track.route import Route, _stepped
-from sinssim.truth.track.source import Waypoint
 from sinssim.truth.track.timetable import Timetable
 from sinssim.truth.track.track import Track
 from sinssim.truth.track.vehicles import VEHICLES
+from sinssim.truth.track.waypoint import Waypoint
 from tests.truth.motions import Array
 
 FLIGHT = (
