@@ -6,7 +6,6 @@ import math
 from collections.abc import Iterator
 
 from sinssim.frames import OF_TRUTH
-from sinssim.scenario.duration import reckon_legs
 from sinssim.scenario.tables import Tables
 from sinssim.sensors.aiding.barometer import BarometerSection
 from sinssim.sensors.aiding.gnss import GnssSection
@@ -139,7 +138,7 @@ def barometer_of_the_day(scenario: Tables) -> Iterator[str]:
     if flight is None or flight.atmosphere is None or not isinstance(baro, BarometerSection) or scenario.filter is None:
         return
     air, heights = flight.air(), [flight.start.altitude_m]
-    for leg, _, state in reckon_legs(flight):
+    for leg, _, state in flight.reckoned():
         places = leg.places() if isinstance(leg, WaypointLeg) else ()
         heights += [state.altitude, *(place.height_m for place in places if place.height_m is not None)]
     errors = [(abs(air.pressure_altitude(height) - height), height) for height in heights]

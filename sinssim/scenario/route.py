@@ -12,12 +12,13 @@ from sinssim.algorithms import REGISTRY
 from sinssim.data import Array, NavState
 from sinssim.errors import InputError
 from sinssim.frames import FRAME_REGISTRY
-from sinssim.scenario.duration import plan_at_start, reckon_legs
 from sinssim.scenario.tables import Tables
 from sinssim.transverse import RADIUS, distance_from_pole, nearest_allowed, normal, route_pole, sentence, too_near
 from sinssim.truth.flight.legs.waypoint import WaypointLeg
 from sinssim.truth.flight.plan import FlightPlan
+from sinssim.truth.motion import PlacedMotion, TrueEarth
 from sinssim.truth.motions.great_circle import GreatCircleFlight
+from sinssim.truth.track.track import Track
 
 _PLACES = 1000
 """Places along a track that are checked; `check_route_flown` checks all."""
@@ -92,15 +93,16 @@ def _step(scenario: Tables) -> float:
 
 
 def _approaches(scenario: Tables, pole: Array) -> Iterator[_Approach]:
-    rest = scenario.parked or scenario.motion or scenario.turntable
-    if rest is not None:
-        yield _Approach(math.radians(rest.latitude_deg), math.radians(rest.longitude_deg), 0.0, 0.0, "all the time")
-    elif scenario.great_circle is not None:
-        yield from _on_circle(scenario.great_circle, pole)
-    elif scenario.track is not None:
-        yield from _on_track(scenario)
-    elif scenario.flight is not None:
-        yield from _on_flight(scenario.flight)
+    match scenario.source:
+        case GreatCircleFlight() as circle:
+            yield from _on_circle(circle, pole)
+        case Track() as track:
+            yield from _on_track(track, scenario.truth)
+        case FlightPlan() as flight:
+            yield from _on_flight(flight)
+        case PlacedMotion(travels=False) as rest:
+            latitude, longitude, _ = rest.place
+            yield _Approach(latitude, longitude, 0.0, 0.0, "all the time")
 
 
 def _on_circle(circle: GreatCircleFlight, pole: Array) -> Iterator[_Approach]:
@@ -120,12 +122,11 @@ def _on_circle(circle: GreatCircleFlight, pole: Array) -> Iterator[_Approach]:
         yield _Approach(latitude, longitude, 0.0, circle.speed_mps, f"at t = {seconds:.0f} s")
 
 
-def _on_track(scenario: Tables) -> Iterator[_Approach]:
+def _on_track(track: Track, earth: TrueEarth) -> Iterator[_Approach]:
     """Yield places along a track."""
     from sinssim.earth.coordinates import ecef_to_geodetic
 
-    assert scenario.track is not None  # asked by the caller
-    knots = scenario.track.prepared(scenario.truth).knots
+    knots = track.prepared(earth).knots
     rows = np.linspace(0, len(knots.time) - 1, _PLACES).astype(int)
     latitude, longitude, _ = ecef_to_geodetic(knots.position[rows])
     speed = np.linalg.norm(knots.velocity[rows], axis=1)
@@ -135,10 +136,10 @@ def _on_track(scenario: Tables) -> Iterator[_Approach]:
 
 def _on_flight(flight: FlightPlan) -> Iterator[_Approach]:
     """Yield the start, and every waypoint, which is passed within its radius."""
-    start = plan_at_start(flight)
+    start = flight.at_start()
     slowest = max(0.0, start.true_airspeed() - math.hypot(*start.wind))
     yield _Approach(start.latitude, start.longitude, 0.0, slowest, "at the start")
-    for number, (leg, _, plan) in enumerate(reckon_legs(flight), start=1):
+    for number, (leg, _, plan) in enumerate(flight.reckoned(), start=1):
         if isinstance(leg, WaypointLeg):
             speed = max(0.0, plan.true_airspeed() - math.hypot(*plan.wind))
             when = f"or less at the end of leg {number}, a waypoint"

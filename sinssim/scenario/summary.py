@@ -7,7 +7,8 @@ from collections.abc import Iterator, Mapping
 
 from pydantic import BaseModel
 
-from sinssim.scenario.duration import check_times, expected_duration, leg_durations
+from sinssim.logs.log import Log
+from sinssim.scenario.duration import check_times, expected_duration
 from sinssim.scenario.height import height_words
 from sinssim.scenario.notes import (
     barometer_of_the_day,
@@ -27,7 +28,11 @@ from sinssim.sensors.imu.grades import grade_name
 from sinssim.sensors.imu.imu import Imu
 from sinssim.sensors.sets.sensor_set import AttitudeSensor, Platform, Redundant, SixAccelerometers
 from sinssim.truth.flight.legs.waypoint import WaypointLeg
+from sinssim.truth.flight.plan import FlightPlan
+from sinssim.truth.motion import Motion, TrueEarth
+from sinssim.truth.motions.analytic import ClosedFormMotion
 from sinssim.truth.track.track import Track
+from sinssim.truth.vehicles.surface_vehicle import SurfaceVehicle
 
 
 # Long: one line for each table of the scenario, in the order of the console.
@@ -44,43 +49,14 @@ def plan_lines(scenario: Tables) -> Iterator[str]:
         InputError: the aircraft's description is invalid, or the sensors do not suit the run.
     """
     check_times(scenario)
-    if scenario.one_component is not None:
-        yield from _plane_lines(scenario, scenario.one_component)
+    if isinstance(scenario.source, OneComponentSection):
+        yield from _plane_lines(scenario, scenario.source)
         return
     check_route(scenario)
     duration = expected_duration(scenario)
     samples = duration * scenario.imu.rate_hz
     yield f"{scenario.name}: {scenario.description}".rstrip(": ")
-    if scenario.flight is not None:
-        flight = scenario.flight
-        start = flight.start
-        place = f"{start.latitude_deg:g}°, {start.longitude_deg:g}°, {start.altitude_m:g} m"
-        where = "on the runway" if start.on == "runway" else "in the air"
-        yield f"flight      {flight.aircraft}, starts {where} at {place}, heading {start.heading_deg:g}°"
-        for number, (leg, seconds) in enumerate(zip(flight.legs, leg_durations(flight), strict=True), start=1):
-            about = f"about {_clock(seconds)}"
-            yield f"  leg {number:<3} {leg.type:<12} {about:<16} {leg_words(leg)}".rstrip()
-            yield from (f"          to {place}" for place in route_words(leg))
-        yield f"wind        {flight.wind.words()}"
-        if flight.atmosphere is not None:
-            yield f"atmosphere  {flight.atmosphere.words()}"
-        yield f"turbulence  {values_of(flight.turbulence) if flight.turbulence else 'none'}"
-    elif scenario.parked is not None:
-        yield f"parked      {given(scenario.parked)}"
-    elif scenario.great_circle is not None:
-        yield f"great circle  {given(scenario.great_circle)}"
-    elif scenario.motion is not None:
-        yield f"motion      {scenario.motion.type}, {given(scenario.motion, 'type')}"
-    elif scenario.turntable is not None and scenario.log is None:
-        yield f"turntable   {given(scenario.turntable)}"
-    elif scenario.track is not None:
-        yield from _track_lines(scenario, scenario.track)
-    elif scenario.log is not None:
-        for name, file in scenario.log.files():
-            yield f"log         {name}: {given(file) or file.file}"
-        yield f"start       {given(scenario.log.start) or 'from the data'}"
-        if scenario.log.outages is not None:
-            yield f"outages     {given(scenario.log.outages)}"
+    yield from _source_lines(scenario)
     for vibration in scenario.vibration:
         yield f"vibration   {vibration.coordinate}, {given(vibration, 'coordinate')}"
     if scenario.isolator is not None:
@@ -98,7 +74,7 @@ def plan_lines(scenario: Tables) -> Iterator[str]:
         for name, sensor in scenario.aiding.sensors().items():
             yield f"aiding      {name}, {sensor.rate_hz:g} Hz; {given(sensor, 'rate_hz') or 'all by default'}"
     yield f"navigation  {', '.join(navigation.algorithms)}; {given(navigation, 'algorithms') or 'all by default'}"
-    if scenario.log is None:
+    if not scenario.source.recorded:
         yield f"height      {height_words(scenario)}"
     if scenario.filter is not None:
         named = scenario.filter.states
@@ -119,17 +95,54 @@ def plan_lines(scenario: Tables) -> Iterator[str]:
         *barometer_of_the_day(scenario),
         *limit_notes(scenario),
         *times_not_reached(scenario, duration),
-        *(() if scenario.log is not None else keys_without_effect(scenario.imu, duration)),
+        *(() if scenario.source.recorded else keys_without_effect(scenario.imu, duration)),
         *defaults_taken(scenario.imu, duration),
     ):
         yield f"note        {sentence}"
 
 
-def _track_lines(scenario: Tables, section: Track) -> Iterator[str]:
+def _source_lines(scenario: Tables) -> Iterator[str]:
+    """Summarise what is navigated."""
+    match scenario.source:
+        case FlightPlan() as flight:
+            yield from _flight_lines(flight)
+        case Track() as track:
+            yield from _track_lines(track, scenario.truth)
+        case Log() as log:
+            for name, file in log.files():
+                yield f"log         {name}: {given(file) or file.file}"
+            yield f"start       {given(log.start) or 'from the data'}"
+            if log.outages is not None:
+                yield f"outages     {given(log.outages)}"
+        case ClosedFormMotion() as motion:
+            yield f"motion      {motion.type}, {given(motion, 'type')}"
+        case SurfaceVehicle():  # has no line
+            return
+        case Motion() as other:
+            yield f"{other.table.replace('_', ' ') + ' ':<11} {given(other)}"
+
+
+def _flight_lines(flight: FlightPlan) -> Iterator[str]:
+    """Summarise a flight: its legs and the air."""
+    start = flight.start
+    place = f"{start.latitude_deg:g}°, {start.longitude_deg:g}°, {start.altitude_m:g} m"
+    where = "on the runway" if start.on == "runway" else "in the air"
+    yield f"flight      {flight.aircraft}, starts {where} at {place}, heading {start.heading_deg:g}°"
+    for number, (leg, seconds) in enumerate(zip(flight.legs, flight.leg_durations(), strict=True), start=1):
+        about = f"about {_clock(seconds)}"
+        yield f"  leg {number:<3} {leg.type:<12} {about:<16} {leg_words(leg)}".rstrip()
+        yield from (f"          to {place}" for place in route_words(leg))
+    yield f"wind        {flight.wind.words()}"
+    if flight.atmosphere is not None:
+        yield f"atmosphere  {flight.atmosphere.words()}"
+    yield f"turbulence  {values_of(flight.turbulence) if flight.turbulence else 'none'}"
+
+
+def _track_lines(section: Track, earth: TrueEarth) -> Iterator[str]:
     """Summarise a track: how it fits its samples, what is assumed, and what is doubtful."""
     from sinssim.truth.track.fit import fit_lines
 
-    track = section.prepared(scenario.truth)
+    track = section.prepared(earth)
     others = given(section, "file", "waypoints", "vehicle")
     yield f"track       {section.what}, {section.vehicle}{', ' if others else ''}{others}"
     for name, words in fit_lines(track.fit):
@@ -237,7 +250,7 @@ def field_words(scenario: Tables) -> str:
     gravity, known = scenario.gravity, scenario.navigation.gravity_degree
     assert gravity is not None
     model = gravity.coefficients()
-    if scenario.log is not None and model is not None:
+    if scenario.source.recorded and model is not None:
         return f"as recorded; the navigator knows {model.name} to degree {known}"
     field = "normal" if model is None else f"{model.name} to degree {model.degree}"
     if gravity.remainder is not None:

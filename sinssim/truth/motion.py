@@ -79,6 +79,30 @@ class Motion(Source):
         """Place of the sensor block in the vehicle, for what [imu] does not give."""
         return AT_REFERENCE_POINT
 
+    @property
+    def usual_speed(self) -> float:
+        """Ground speed, m/s, if the transport rate matters beside the Earth's."""
+        return 0.0
+
+    def duration(self, earth: TrueEarth = NORMAL_EARTH) -> float:
+        """Return the duration before the motion is computed.
+
+        Args:
+            earth: gravity and ellipsoid.
+
+        Returns:
+            Duration, s: exact except for a flight, for which it is an estimate.
+
+        Raises:
+            InputError: the motion is impossible; the message names the leg, the file or the key.
+        """
+        assert self.known_duration is not None  # others say how long they last
+        return self.known_duration
+
+    def turning(self, earth: TrueEarth = NORMAL_EARTH) -> float:
+        """Estimate ∫ω² dt of the vehicle's rotation relative to the Earth, rad²/s; raises like `duration`."""
+        return 0.0
+
     def trajectory(
         self,
         block: Mounting = AT_REFERENCE_POINT,

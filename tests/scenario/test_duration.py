@@ -8,7 +8,7 @@ from typing import Any
 import pytest
 
 from sinssim.errors import InputError
-from sinssim.scenario.duration import check_times, expected_duration, leg_durations
+from sinssim.scenario.duration import check_times, expected_duration
 from sinssim.scenario.schema import Scenario
 from sinssim.scenario.summary import plan_lines
 from sinssim.truth.flight.plan import FlightPlan
@@ -48,18 +48,16 @@ def circle(bank_deg: float) -> float:
     ],
 )
 def test_leg(leg: dict[str, Any], seconds: float) -> None:
-    assert leg_durations(flight(leg)) == [pytest.approx(seconds, rel=1e-3)]
+    assert flight(leg).leg_durations() == [pytest.approx(seconds, rel=1e-3)]
 
 
 def test_legs_follow_one_another() -> None:
-    durations = leg_durations(
-        flight(
-            {"type": "turn", "heading_deg": 80.0, "bank_deg": 30.0},
-            {"type": "turn", "angle_deg": 90.0, "direction": "right", "bank_deg": 30.0},
-            {"type": "turn", "heading_deg": 260.0, "bank_deg": 30.0},
-            {"type": "hold", "until_s": 400.0},
-        )
-    )
+    durations = flight(
+        {"type": "turn", "heading_deg": 80.0, "bank_deg": 30.0},
+        {"type": "turn", "angle_deg": 90.0, "direction": "right", "bank_deg": 30.0},
+        {"type": "turn", "heading_deg": 260.0, "bank_deg": 30.0},
+        {"type": "hold", "until_s": 400.0},
+    ).leg_durations()
     quarter = pytest.approx(circle(30.0) / 4, rel=1e-3)
     assert durations[:3] == [quarter, quarter, quarter]
     assert sum(durations) == pytest.approx(400.0)
@@ -76,7 +74,7 @@ def test_true_airspeed_grows_with_height() -> None:
             "legs": [{"type": "turn", "angle_deg": 360.0, "direction": "left", "bank_deg": 30.0}],
         }
     )
-    assert leg_durations(high)[0] == pytest.approx(circle(30.0) * mach * sound / SPEED, rel=5e-3)
+    assert high.leg_durations()[0] == pytest.approx(circle(30.0) * mach * sound / SPEED, rel=5e-3)
 
 
 A_DEGREE = 111_195.0  # of the equator, on the sphere of the Earth's mean radius, m
@@ -87,7 +85,7 @@ def eastward(*legs: dict[str, Any], wind: dict[str, float] | None = None) -> lis
     """Return the durations of legs that begin on the equator with the heading 90°."""
     start = {**START, "airspeed_kt": 200.0, "heading_deg": 90.0}
     section = {"aircraft": "737", "start": start, "legs": legs, "wind": wind or {}}
-    return leg_durations(FlightPlan.model_validate(section))
+    return FlightPlan.model_validate(section).leg_durations()
 
 
 def waypoint(longitude: float, latitude: float = 0.0) -> dict[str, Any]:
@@ -157,7 +155,7 @@ def test_a_wind_that_keeps_a_waypoint_out_of_reach() -> None:
     with pytest.raises(
         InputError, match=r"flight\.legs\.1 \(waypoint\) cannot be flown: the wind of 0 m/s north and -60"
     ):
-        leg_durations(FlightPlan.model_validate(section))
+        FlightPlan.model_validate(section).leg_durations()
 
 
 def test_parked_and_great_circle_last_as_long_as_they_say() -> None:

@@ -8,7 +8,6 @@ from dataclasses import dataclass, replace
 from itertools import pairwise
 
 from sinssim.errors import InputError
-from sinssim.scenario.duration import plan_at_start
 from sinssim.scenario.tables import Tables
 from sinssim.truth.flight.aircraft import Envelope, Performance, load_aircraft
 from sinssim.truth.flight.dead_reckoning import DeadReckoning, bearing, distance
@@ -82,7 +81,7 @@ def findings(scenario: Tables) -> Iterator[Finding]:
         return
     judge = _Judge(flight, aircraft.envelope, aircraft.performance)
     ground = 0.0 if flight.start.on == "air" else flight.start.altitude_m
-    state = plan_at_start(flight)
+    state = flight.at_start()
     if flight.start.on == "air":
         yield from judge.airspeed("flight.start.airspeed_kt", "level flight", state.airspeed, state.altitude)
     for number, leg in enumerate(flight.legs, start=1):

@@ -6,7 +6,6 @@ import math
 from dataclasses import dataclass
 from itertools import pairwise
 
-from sinssim.scenario.duration import plan_at_start
 from sinssim.truth.flight.aircraft import load_aircraft
 from sinssim.truth.flight.dead_reckoning import distance
 from sinssim.truth.flight.plan import FlightPlan
@@ -51,7 +50,7 @@ def planned_path(flight: FlightPlan) -> PlannedPath:
         InputError: the aircraft's description is invalid.
     """
     envelope = load_aircraft(flight.aircraft).envelope
-    plan = plan_at_start(flight)
+    plan = flight.at_start()
     path = PlannedPath([], [], [], [], [], [], [])
 
     def add(time: float, place: tuple[float, float, float], speed: float, airspeed: float) -> None:

@@ -7,17 +7,22 @@ north. A leg begins with the heading, height and airspeed at the end of the prev
 
 from __future__ import annotations
 
+import math
+from collections.abc import Iterator
 from typing import TYPE_CHECKING, Annotated, Any, ClassVar, Literal, Self, Union, get_args
 
 from pydantic import AfterValidator, BeforeValidator, Field, model_validator
 
+from sinssim.errors import InputError
 from sinssim.section import Heading, Latitude, Longitude, NotNegative, Section
 from sinssim.truth.flight.air import STANDARD_PRESSURE, Air
 from sinssim.truth.flight.aircraft import aircraft_exists, load_aircraft
-from sinssim.truth.flight.leg import Airspeed, Altitude, LegBase
+from sinssim.truth.flight.dead_reckoning import DeadReckoning
+from sinssim.truth.flight.leg import Airspeed, Altitude, LegBase, check_landing
 from sinssim.truth.flight.legs import LEGS
 from sinssim.truth.flight.wind import Atmosphere, Wind
-from sinssim.truth.motion import Motion, Mounting
+from sinssim.truth.motion import NORMAL_EARTH, Motion, Mounting, TrueEarth
+from sinssim.units import KNOT
 
 _ON_RUNWAY = ", ".join(
     f'"{name}"'
@@ -37,6 +42,9 @@ if TYPE_CHECKING:
 else:
     Leg = Annotated[Union[LEGS], Field(discriminator="type")]  # noqa: UP007
 """One leg of a flight plan, selected by `type`."""
+
+
+_SCALE, _SPAN = 533.0, 20.0  # scale of turbulence above 2000 ft (MIL-F-8785C), and a medium wing span, m
 
 
 class AirStart(Section):
@@ -98,6 +106,13 @@ class Turbulence(Section):
     severity: int = Field(default=3, ge=1, le=7, description="2 weak, 3 light, 4 moderate, 6 severe")
     wind_at_6m_mps: NotNegative = Field(default=7.7, le=100.0, description="wind speed 6 m above the ground")
 
+    @property
+    def roll_rate(self) -> float:
+        """1σ of the roll rate of a medium aircraft, rad/s: 1.9 σ_w/√(L b) (MIL-F-8785C)."""
+        # vertical gusts: a tenth of the wind near the ground, above it by the severity
+        sigma_w = max(0.1 * self.wind_at_6m_mps, self.severity - 1.0)
+        return 1.9 * sigma_w / math.sqrt(_SCALE * _SPAN)
+
 
 class FlightPlan(Motion):
     """A flight: aircraft, start, legs, wind, atmosphere and turbulence.
@@ -140,6 +155,74 @@ class FlightPlan(Motion):
             InputError: there is no such aircraft.
         """
         return load_aircraft(self.aircraft).mounting
+
+    def at_start(self) -> DeadReckoning:
+        """Return the dead reckoning of the plan at the beginning of its first leg.
+
+        Raises:
+            InputError: the aircraft's description is invalid.
+        """
+        aircraft, start = load_aircraft(self.aircraft), self.start
+        check_landing(self.legs, self.aircraft, aircraft.performance)
+        airspeed = 0.0 if start.on == "runway" else start.airspeed_kt or aircraft.performance.cruise_kt
+        return DeadReckoning(
+            performance=aircraft.performance,
+            roll_rate=math.radians(aircraft.autopilot.roll_rate_max_deg_s),
+            airspeed=airspeed * KNOT,
+            altitude=start.altitude_m,
+            heading=math.radians(start.heading_deg),
+            latitude=math.radians(start.latitude_deg),
+            longitude=math.radians(start.longitude_deg),
+            air=self.air(),
+            engines=start.on == "air" or start.engines == "running",
+        )
+
+    def reckoned(self) -> Iterator[tuple[LegBase, float, DeadReckoning]]:
+        """Follow the legs by dead reckoning.
+
+        Yields:
+            Each leg, its estimated duration in s, and the state at its end, which the next leg updates in place.
+
+        Raises:
+            InputError: the aircraft's description is invalid.
+        """
+        plan = self.at_start()
+        for leg in self.legs:
+            seconds = leg.reckon(plan)
+            plan.elapsed += seconds
+            yield leg, seconds, plan
+
+    def leg_durations(self) -> list[float]:
+        """Estimate the duration of each leg, s, neglecting transitions and gusts; see `dead_reckoning`.
+
+        Raises:
+            InputError: the aircraft's description is invalid, or the wind makes a waypoint unreachable.
+        """
+        durations = []
+        for number, (leg, seconds, plan) in enumerate(self.reckoned(), start=1):
+            durations.append(seconds)
+            if not math.isfinite(seconds):
+                north, east = (round(speed, 2) + 0.0 for speed in plan.wind)  # no negative zero
+                raise InputError(
+                    f"flight.legs.{number} ({leg.type}) cannot be flown: the wind of {north:g} m/s north and {east:g} "
+                    f"m/s east is too strong for the airspeed of {plan.true_airspeed():.3g} m/s. Give a weaker wind or "
+                    "a higher airspeed."
+                )
+        return durations
+
+    def duration(self, earth: TrueEarth = NORMAL_EARTH) -> float:
+        """Estimate the duration of the legs; see `Motion.duration`."""
+        return sum(self.leg_durations())
+
+    @property
+    def usual_speed(self) -> float:
+        """The largest usual ground speed, whose effects are small; see `Motion.usual_speed`."""
+        return 250.0
+
+    def turning(self, earth: TrueEarth = NORMAL_EARTH) -> float:
+        """Estimate ∫ω² dt of the manoeuvres (turns, rolling in and out, loops, rolls, doublets) and the turbulence."""
+        manoeuvres = [plan.turning for _, _, plan in self.reckoned()][-1]
+        return manoeuvres if self.turbulence is None else manoeuvres + self.turbulence.roll_rate**2 * self.duration()
 
     @model_validator(mode="after")
     def _order_of_legs(self) -> Self:

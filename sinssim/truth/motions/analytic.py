@@ -203,8 +203,10 @@ class ClosedFormMotion(PlacedMotion):
 
     table: ClassVar[str] = "motion"
 
-    if TYPE_CHECKING:  # a key, or the sum of the steps
+    if TYPE_CHECKING:  # each kind has its own word, and a duration: a key, or the sum of its steps
 
+        @property
+        def type(self) -> str: ...
         @property
         def duration_s(self) -> float: ...
 
@@ -218,6 +220,15 @@ class ClosedFormMotion(PlacedMotion):
     def motion(self) -> AnalyticMotion:
         """Return the motion about the place, in the axes of the mean attitude."""
         raise NotImplementedError
+
+    @property
+    def rms_rate(self) -> float:
+        """Root mean square of the angular rate, rad/s."""
+        raise NotImplementedError
+
+    def turning(self, earth: TrueEarth = NORMAL_EARTH) -> float:
+        """Return ∫ω² dt in closed form; see `Motion.turning`."""
+        return self.rms_rate**2 * self.duration_s
 
     def trajectory(
         self,

@@ -14,6 +14,7 @@ elementary.
 
 from __future__ import annotations
 
+import math
 from typing import Literal
 
 import numpy as np
@@ -97,6 +98,11 @@ class ConingMotion(ClosedFormMotion):
         """Return the motion about the place; see `ClosedFormMotion.motion`."""
         return classical_cone(self.half_angle_deg * DEG, self.frequency_hz * (2.0 * np.pi))
 
+    @property
+    def rms_rate(self) -> float:
+        """Ω 2 sin(θ/2) of the angular rate; see `ClosedFormMotion.rms_rate`."""
+        return 2.0 * math.pi * self.frequency_hz * 2.0 * math.sin(0.5 * self.half_angle_deg * DEG)
+
 
 class SpinConeMotion(ClosedFormMotion):
     """The sensor block spins about its forward axis while that axis describes a cone."""
@@ -110,3 +116,9 @@ class SpinConeMotion(ClosedFormMotion):
     def motion(self) -> SpinCone:
         """Return the motion about the place; see `ClosedFormMotion.motion`."""
         return SpinCone(self.angle_deg * DEG, self.precession_deg_s * DEG, self.spin_deg_s * DEG)
+
+    @property
+    def rms_rate(self) -> float:
+        """The two rates, separated by the cone's angle; see `ClosedFormMotion.rms_rate`."""
+        about, along = self.precession_deg_s, self.spin_deg_s
+        return math.sqrt(about**2 + along**2 + 2.0 * about * along * math.cos(self.angle_deg * DEG)) * DEG

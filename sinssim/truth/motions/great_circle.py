@@ -261,6 +261,11 @@ class GreatCircleFlight(PlacedMotion):
     speed_mps: Speed = Field(description="ground speed")
     duration_s: Duration = Field(description="duration")
 
+    @property
+    def usual_speed(self) -> float:
+        """The speed along the circle; see `Motion.usual_speed`."""
+        return self.speed_mps
+
     def trajectory(
         self,
         block: Mounting = AT_REFERENCE_POINT,

@@ -12,6 +12,7 @@ Savage's SPIN-ROCK-SIZE motion (Strapdown Analytics, 2000, sec. 11.2). Angle, ra
 
 from __future__ import annotations
 
+import math
 from typing import Literal
 
 import numpy as np
@@ -179,6 +180,11 @@ class ScullingMotion(ClosedFormMotion):
         """Return the motion about the place; see `ClosedFormMotion.motion`."""
         return Sculling(self.angle_deg * DEG, self.displacement_mm * 1e-3, self.frequency_hz * (2.0 * np.pi))
 
+    @property
+    def rms_rate(self) -> float:
+        """That of a sinusoid; see `ClosedFormMotion.rms_rate`."""
+        return math.sqrt(2.0) * math.pi * self.frequency_hz * self.angle_deg * DEG
+
 
 class SpinRockMotion(ClosedFormMotion):
     """A spin with superimposed rocking about one axis; the sensor block's lever arm is that of [imu]."""
@@ -193,3 +199,8 @@ class SpinRockMotion(ClosedFormMotion):
     def motion(self) -> SpinRock:
         """Return the motion about the place; see `ClosedFormMotion.motion`."""
         return SpinRock(self.axis, self.spin_deg_s * DEG, self.angle_deg * DEG, self.frequency_hz * (2.0 * np.pi))
+
+    @property
+    def rms_rate(self) -> float:
+        """The spin and the sinusoid; see `ClosedFormMotion.rms_rate`."""
+        return math.hypot(self.spin_deg_s, math.sqrt(2.0) * math.pi * self.frequency_hz * self.angle_deg) * DEG

@@ -20,6 +20,7 @@ from sinssim import rotation
 from sinssim.data import Array
 from sinssim.errors import InputError, unknown_name
 from sinssim.section import Axis, Duration, Section
+from sinssim.truth.motion import NORMAL_EARTH, TrueEarth
 from sinssim.truth.motions.analytic import ClosedFormMotion, no_displacement
 from sinssim.units import DEG
 
@@ -250,3 +251,8 @@ class RotationTableMotion(ClosedFormMotion):
     def motion(self) -> RotationTable:
         """Return the motion about the place; see `ClosedFormMotion.motion`."""
         return RotationTable([step.step() for step in self.steps])
+
+    def turning(self, earth: TrueEarth = NORMAL_EARTH) -> float:
+        """Return ∫ω² dt of the turns at their full rates; see `Motion.turning`."""
+        turns = [step for step in self.steps if not isinstance(step, DwellStep)]
+        return sum(abs(step.angle_deg) * step.rate_deg_s * DEG**2 for step in turns)

@@ -34,6 +34,14 @@ class Track(TrackSource):
 
         return prepare(self, earth, self.digest())
 
+    def duration(self, earth: TrueEarth = NORMAL_EARTH) -> float:
+        """Return the duration of the curve; see `Motion.duration`."""
+        return self.prepared(earth).duration
+
+    def turning(self, earth: TrueEarth = NORMAL_EARTH) -> float:
+        """Return ∫ω² dt of the curve; see `Motion.turning`."""
+        return self.prepared(earth).fit.turning
+
     def trajectory(
         self,
         block: Mounting = AT_REFERENCE_POINT,

@@ -67,6 +67,14 @@ class SurfaceVehicle(PlacedMotion):
         heading = np.radians(self.heading_deg)
         return Profile(self.table, self.legs, heading, self.acceleration_mps2, self.lateral_mps2)
 
+    def duration(self, earth: TrueEarth = NORMAL_EARTH) -> float:
+        """Return the duration of the legs; see `Motion.duration`."""
+        return self.profile.duration
+
+    def turning(self, earth: TrueEarth = NORMAL_EARTH) -> float:
+        """Return ∫ω² dt of the legs; see `Motion.turning`."""
+        return self.profile.turning
+
     def body(self, course: Course, time: Array, north: Array, east: Array, seed: int) -> tuple[Body, Array]:
         """Return the motion of the body on its course.
 

@@ -11,7 +11,6 @@ import pytest
 
 from sinssim.errors import InputError
 from sinssim.recording.figures.plan import plan_figure
-from sinssim.scenario.duration import leg_durations
 from sinssim.scenario.load import load_scenario
 from sinssim.scenario.planned.limits import check_limits, findings
 from sinssim.scenario.planned.path import planned_path
@@ -159,7 +158,7 @@ def test_the_planned_path_takes_the_legs_in_order() -> None:
     plan = load_scenario("gate_to_gate")
     assert plan.flight is not None
     path = planned_path(plan.flight)
-    assert path.time[-1] == pytest.approx(sum(leg_durations(plan.flight)), rel=1e-12)
+    assert path.time[-1] == pytest.approx(sum(plan.flight.leg_durations()), rel=1e-12)
     assert np.all(np.diff(path.time) >= 0.0)
     assert [name.split()[1] for name, _, _ in path.legs] == [leg.type for leg in plan.flight.legs]
     assert max(path.height) == pytest.approx(3500.0)

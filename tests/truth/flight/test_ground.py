@@ -9,7 +9,6 @@ import numpy as np
 import pytest
 
 from sinssim.errors import InputError
-from sinssim.scenario.duration import leg_durations
 from sinssim.truth.curve import Curve
 from sinssim.truth.flight.flight_log import FlightLog, flight_log
 from sinssim.truth.flight.jsbsim_flight import fly_plan
@@ -95,7 +94,7 @@ def test_landing_is_on_the_runway_and_gentle(hop: FlightLog) -> None:
 
 def test_check_estimates_the_durations(hop: FlightLog) -> None:
     flown = [end - begin for begin, end in (span(hop, number) for number in range(1, 7))]
-    estimated = leg_durations(plan(*HOP))
+    estimated = plan(*HOP).leg_durations()
     assert sum(estimated) == pytest.approx(sum(flown), rel=0.15)
 
 

@@ -8,7 +8,6 @@ from typing import Any, cast
 import pytest
 
 from sinssim.errors import InputError
-from sinssim.scenario.duration import leg_durations
 from sinssim.truth.channel import FlightEvent
 from sinssim.truth.flight.aircraft import load_aircraft
 from sinssim.truth.flight.autopilot import BANK, HEADING, INTERVAL, PITCH, AircraftState, Autopilot
@@ -65,7 +64,7 @@ def test_a_turn_to_the_present_heading_is_no_circle() -> None:
     log = flight_log(fly_plan(section))
     begins = [event.time for event in log.events if event.text.endswith("begins")]
     assert begins[1] == begins[2] == begins[3]
-    assert leg_durations(section)[1:3] == pytest.approx([0.0, 0.0], abs=1e-6)
+    assert section.leg_durations()[1:3] == pytest.approx([0.0, 0.0], abs=1e-6)
 
 
 def test_the_737_starts_at_any_speed_above_the_stall() -> None:

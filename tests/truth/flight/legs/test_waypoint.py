@@ -12,7 +12,6 @@ import pytest
 from sinssim.earth.coordinates import ecef_to_geodetic
 from sinssim.errors import InputError
 from sinssim.recording.store.summaries.phase_summary import phases_of
-from sinssim.scenario.duration import leg_durations
 from sinssim.truth.flight.flight_log import flight_log
 from sinssim.truth.flight.jsbsim_flight import fly_plan
 from sinssim.truth.flight.legs.waypoint import WaypointLeg
@@ -130,7 +129,7 @@ def test_the_descent_begins_at_its_top_and_has_its_angle(flown: Any) -> None:
 
 def test_the_plan_takes_as_long_as_the_flight(flown: Any) -> None:
     flight, log = flown
-    assert sum(leg_durations(flight)) == pytest.approx(log.time[-1], rel=0.02)
+    assert sum(flight.leg_durations()) == pytest.approx(log.time[-1], rel=0.02)
 
 
 def test_each_named_waypoint_has_its_phase(flown: Any) -> None:
