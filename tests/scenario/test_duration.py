@@ -8,6 +8,7 @@ from typing import Any
 import pytest
 
 from sinssim.errors import InputError
+from sinssim.logs.log import Log
 from sinssim.scenario.duration import check_times, expected_duration
 from sinssim.scenario.schema import Scenario
 from sinssim.scenario.summary import plan_lines
@@ -243,11 +244,10 @@ def test_more_samples_than_memory(monkeypatch: pytest.MonkeyPatch) -> None:
 
 
 def test_a_part_of_a_log_lasts_from_its_beginning_to_its_end() -> None:
-    from types import SimpleNamespace
-
-    from sinssim.scenario.duration import expected_duration
-
-    nothing: dict[str, Any] = dict.fromkeys(("flight", "track", "drive", "voyage"))
     for begin, lasts in ((None, 90.0), (25.5, 64.5)):
-        log = SimpleNamespace(from_s=begin, to_s=90.0)
-        assert expected_duration(SimpleNamespace(**nothing, log=log)) == lasts  # type: ignore[arg-type]
+        log = Log.model_validate({"imu": {"file": "imu.csv"}, "from_s": begin, "to_s": 90.0})
+        scenario = Scenario(name="x", log=log, imu={"grade": "tactical"})
+        assert expected_duration(scenario) == lasts
+    endless = scenario.model_copy(update={"log": Log.model_validate({"imu": {"file": "imu.csv"}})})
+    with pytest.raises(InputError, match="whose duration is known when their files are read"):
+        expected_duration(endless)
