@@ -8,10 +8,10 @@ from typing import Any
 
 import numpy as np
 
-from sinssim.errors import InputError, RunError, SinssimError
+from sinssim.errors import InputError, RunError
 from sinssim.formatting import listed
 from sinssim.own_content.layout import Item
-from sinssim.own_content.modules import failure, load_module
+from sinssim.own_content.modules import explained, load_module
 from sinssim.sensors.aiding.base.sensor import AidingSensor
 from sinssim.sensors.aiding.registry import KINDS
 
@@ -48,7 +48,7 @@ def sensor_class(item: Item) -> type[AidingSensor]:
     if not sensor.table:
         sensor.table = item.name
         own: Any = sensor
-        own.read, own.states = _explained(item, sensor.read), _explained(item, sensor.states)
+        own.read, own.states = _read(item, sensor.read), _read(item, sensor.states)
     _register_kind(item, list(vars(module).values()), module.__name__)
     return sensor
 
@@ -82,41 +82,31 @@ def _compared(item: Item, method: Callable[..., Any]) -> Callable[..., Any]:
 
     @functools.wraps(method)
     def compare(kind: Any, at: Any, value: Any) -> Any:
-        try:
-            residual, h = method(kind, at, value)
-            count, size = len(value), at.model.size
-            for name, given, shape in (
-                ("residuals", residual, (count, kind.errors)), ("H", h, (count, kind.errors, size)),
-            ):  # fmt: skip
-                if np.shape(given) != shape:
-                    raise ValueError(f"{name} have the shape {np.shape(given)}; {shape} is needed")
-                if not np.isfinite(given).all():
-                    raise ValueError(f"{name} are not finite")
-        except SinssimError:
-            raise
-        except Exception as error:  # raised by the user's code; a RunError would be taken for a divergence
-            raise InputError(f"the {item.words} failed: {failure(item.file, error)}.") from error
+        residual, h = method(kind, at, value)
+        count, size = len(value), at.model.size
+        for name, given, shape in (
+            ("residuals", residual, (count, kind.errors)), ("H", h, (count, kind.errors, size)),
+        ):  # fmt: skip
+            if np.shape(given) != shape:
+                raise ValueError(f"{name} have the shape {np.shape(given)}; {shape} is needed")
+            if not np.isfinite(given).all():
+                raise ValueError(f"{name} are not finite")
         return residual, h
 
-    return compare
+    return explained(item, compare)  # no RunError, which would be taken for a divergence
 
 
-def _explained(item: Item, method: Callable[..., Any]) -> Callable[..., Any]:
+def _read(item: Item, method: Callable[..., Any]) -> Callable[..., Any]:
     """Return a method whose failures name the file, and whose readings are checked."""
 
     @functools.wraps(method)
     def call(*arguments: Any, **named: Any) -> Any:
-        try:
-            result = list(method(*arguments, **named))
-            for one in result:
-                _check(getattr(one, "measurements", None))
-        except SinssimError:
-            raise
-        except Exception as error:  # raised by the user's code
-            raise RunError(f"the {item.words} failed: {failure(item.file, error)}.") from error
+        result = list(method(*arguments, **named))
+        for one in result:
+            _check(getattr(one, "measurements", None))
         return result
 
-    return call
+    return explained(item, call, RunError)
 
 
 def _check(readings: Any) -> None:

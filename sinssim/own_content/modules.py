@@ -2,15 +2,18 @@
 
 from __future__ import annotations
 
+import functools
 import hashlib
 import importlib.util
 import sys
 import threading
 import traceback
+from collections.abc import Callable
 from pathlib import Path
 from types import ModuleType
+from typing import Any
 
-from sinssim.errors import InputError, shortened
+from sinssim.errors import InputError, SinssimError, shortened
 from sinssim.own_content.layout import Item, syntax_words
 from sinssim.system.user_file import read_bytes
 
@@ -102,6 +105,30 @@ def drop_module(item: Item) -> None:
     """
     _sources.pop(_module_name(item), None)
     sys.modules.pop(_module_name(item), None)
+
+
+def explained(item: Item, function: Callable[..., Any], kind: type[SinssimError] = InputError) -> Callable[..., Any]:
+    """Return a function of own content whose failures name the file and the line.
+
+    Args:
+        item: the content.
+        function: a function of its file.
+        kind: what a failure becomes.
+
+    Returns:
+        The function.
+    """
+
+    @functools.wraps(function)
+    def call(*arguments: Any, **named: Any) -> Any:
+        try:
+            return function(*arguments, **named)
+        except SinssimError:
+            raise
+        except Exception as error:  # raised by the user's code
+            raise kind(f"the {item.words} failed: {failure(item.file, error)}.") from error
+
+    return call
 
 
 def failure(file: Path, error: BaseException) -> str:

@@ -5,7 +5,6 @@ A file outside the package is not run before it is chosen, see `sinssim.own_cont
 
 from __future__ import annotations
 
-import functools
 import re
 import threading
 from collections.abc import Callable, Iterable, Iterator, Mapping
@@ -14,9 +13,9 @@ from pathlib import Path
 from types import FunctionType, SimpleNamespace
 from typing import Any, Generic, NamedTuple, Protocol, TypeVar
 
-from sinssim.errors import InputError, SinssimError, check_name
+from sinssim.errors import InputError, check_name
 from sinssim.own_content.layout import Item, Outline, items_of, outline
-from sinssim.own_content.modules import drop_module, failure, file_digest, load_module
+from sinssim.own_content.modules import drop_module, explained, file_digest, load_module
 
 T = TypeVar("T")
 
@@ -193,22 +192,7 @@ def module_of(registry: Registry[Entry], name: str, package: str, needs: Iterabl
     if missing := [one for one in needs if not hasattr(module, one)]:
         raise InputError(f"the {item.words} cannot be used: {item.file} defines no {', '.join(missing)}.")
     own = {k: v for k, v in vars(module).items() if not k.startswith("_")}
-    return SimpleNamespace(**{k: _explained(item, v) if isinstance(v, FunctionType) else v for k, v in own.items()})
-
-
-def _explained(item: Item, function: Callable[..., Any]) -> Callable[..., Any]:
-    """Return a function of a file outside the package whose failures name the file."""
-
-    @functools.wraps(function)
-    def call(*arguments: Any, **named: Any) -> Any:
-        try:
-            return function(*arguments, **named)
-        except SinssimError:
-            raise
-        except Exception as error:  # raised by the user's code
-            raise InputError(f"the {item.words} failed: {failure(item.file, error)}.") from error
-
-    return call
+    return SimpleNamespace(**{k: explained(item, v) if isinstance(v, FunctionType) else v for k, v in own.items()})
 
 
 def use(*paths: str | Path) -> list[str]:

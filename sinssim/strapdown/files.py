@@ -8,18 +8,18 @@ from __future__ import annotations
 
 import inspect
 from collections.abc import Callable, Iterable
-from functools import cache, wraps
+from functools import cache
 from importlib import import_module
 from importlib.util import find_spec
-from pathlib import Path
 from types import ModuleType, SimpleNamespace
 from typing import Any, Protocol, cast
 
 from sinssim.algorithms import REGISTRY
 from sinssim.data import Array
-from sinssim.errors import InputError, RunError, SinssimError
+from sinssim.errors import InputError, RunError
 from sinssim.frames import FRAME_REGISTRY
-from sinssim.own_content.modules import failure, load_module
+from sinssim.own_content.layout import Item
+from sinssim.own_content.modules import explained, load_module
 from sinssim.own_content.registry import on_change, registered
 from sinssim.strapdown.frames.problem import Problem
 from sinssim.strapdown.increments.interval import BodyTurn, FrameTurn
@@ -148,7 +148,8 @@ def frame_file(frame: str) -> FrameFile:
         module, path = _loaded(f"frame {frame}", f"sinssim.strapdown.frames.{entry.file}")
     _check(f"frame {frame}", module, path, FrameFile, compiled=False)
     if entry.path:
-        functions = {name: _explained(frame, path, getattr(module, name)) for name in ("solve", "check")}
+        item = _item("frames", frame)
+        functions = {name: explained(item, getattr(module, name), RunError) for name in ("solve", "check")}
         return cast(FrameFile, SimpleNamespace(**functions))
     return cast(FrameFile, module)
 
@@ -170,7 +171,8 @@ def three_rate_file(frame: str) -> ThreeRateFile:
     if path := FRAME_REGISTRY[frame].path:
         own = _own("frames", frame)
         _check(what, own, path, OwnThreeRateFile, compiled=False)
-        return cast(ThreeRateFile, SimpleNamespace(solve=_explained(frame, path, own.solve_three_rates)))
+        solve = explained(_item("frames", frame), own.solve_three_rates, RunError)
+        return cast(ThreeRateFile, SimpleNamespace(solve=solve))
     module, path = _loaded(what, f"sinssim.strapdown.three_rate.{FRAME_REGISTRY[frame].file}")
     _check(what, module, path, ThreeRateFile, compiled=False)
     return cast(ThreeRateFile, module)
@@ -195,26 +197,16 @@ def check_own_files(algorithms: Iterable[str], frame: str) -> None:
             three_rate_file(frame)
 
 
-def _explained(frame: str, path: str, function: Callable[..., None]) -> Callable[..., None]:
-    """Return a function of a frame outside the package whose failures name its file."""
-
-    @wraps(function)
-    def call(*arguments: Any) -> None:
-        try:
-            function(*arguments)
-        except SinssimError:
-            raise
-        except Exception as error:  # raised by the user's code
-            raise RunError(f"the navigation frame {frame} failed: {failure(Path(path), error)}.") from error
-
-    return call
-
-
 def _own(kind: str, name: str) -> ModuleType:
     """Run the file of an algorithm or a frame outside the package and return its module."""
+    return load_module(_item(kind, name))
+
+
+def _item(kind: str, name: str) -> Item:
+    """Return the algorithm or the frame outside the package of a name."""
     item = registered(kind, name)
     assert item is not None
-    return load_module(item)
+    return item
 
 
 def _loaded(what: str, name: str) -> tuple[ModuleType, str]:

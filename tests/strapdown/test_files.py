@@ -44,34 +44,34 @@ def folder(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Iterator[Path]:
 )
 def test_a_broken_algorithm(name: str, text: str, words: str, folder: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     (folder / f"{name}.py").write_text(text)
-    monkeypatch.setitem(REGISTRY, "new", Algorithm("new", "a new one", f"attitude.{name}"))
+    monkeypatch.setitem(REGISTRY.shipped, "new", Algorithm("new", "a new one", f"attitude.{name}"))
     with pytest.raises(InputError, match=rf"the algorithm new cannot be used: .*{name}\.py: .*{words}"):
         algorithm_file("new")
     assert algorithm_file("quaternion").step_k is not None  # type: ignore[union-attr]
 
 
 def test_a_file_that_is_not_there(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setitem(REGISTRY, "new", Algorithm("new", "a new one", "attitude.absent"))
+    monkeypatch.setitem(REGISTRY.shipped, "new", Algorithm("new", "a new one", "attitude.absent"))
     with pytest.raises(InputError, match=r"the algorithm new .* no sinssim/strapdown/attitude/absent\.py"):
         algorithm_file("new")
 
 
 def test_a_variant_of_a_constant_that_is_not_there(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setitem(REGISTRY, "new", Algorithm("new", "a new one", "attitude.poisson", {"ORDRE": 2}))
+    monkeypatch.setitem(REGISTRY.shipped, "new", Algorithm("new", "a new one", "attitude.poisson", {"ORDRE": 2}))
     with pytest.raises(InputError, match=r"its variant sets ORDRE, which .*poisson\.py does not define"):
         algorithm_file("new")
 
 
 def test_a_name_that_stands_twice(monkeypatch: pytest.MonkeyPatch) -> None:
     pair = by_name(Algorithm("new", "one", "attitude.euler"), Algorithm("new", "another", "attitude.poisson"))
-    monkeypatch.setitem(REGISTRY, "new", pair["new"])
+    monkeypatch.setitem(REGISTRY.shipped, "new", pair["new"])
     with pytest.raises(InputError, match=r"algorithms\.py has the name twice, for the files attitude\.euler and att"):
         algorithm_file("new")
 
 
 def test_a_broken_frame(folder: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     (folder / "askew.py").write_text("def solve(problem): pass\n")
-    monkeypatch.setitem(FRAME_REGISTRY, "askew", Frame("a new one", "askew"))
+    monkeypatch.setitem(FRAME_REGISTRY.shipped, "askew", Frame("a new one", "askew"))
     with pytest.raises(
         InputError,
         match=r"the frame askew cannot be used: .*askew\.py: solve takes \(problem\), but must take "

@@ -78,7 +78,7 @@ def test_errors_of_the_compiler_name_the_line() -> None:
 
 
 def test_failures_while_navigating(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setitem(REGISTRY, "mine", Algorithm("mine", "", "mine", path="/my/mine.py"))
+    monkeypatch.setitem(REGISTRY.shipped, "mine", Algorithm("mine", "", "mine", path="/my/mine.py"))
     with pytest.raises(
         RunError, match=r"the algorithm mine \(/my/mine.py\) failed while it navigated: ValueError: not"
     ):

@@ -100,7 +100,7 @@ def test_algorithms_of_several_samples_are_cut_at_their_rows(algorithm: str) -> 
 
 def test_a_frame_that_does_not_fit_across_its_start(monkeypatch: pytest.MonkeyPatch) -> None:
     """Its segments are fitted by their own samples: right, and less accurate at their ends."""
-    monkeypatch.setitem(FRAME_REGISTRY, "inertial", replace(FRAME_REGISTRY["inertial"], starts_anywhere=False))
+    monkeypatch.setitem(FRAME_REGISTRY.shipped, "inertial", replace(FRAME_REGISTRY["inertial"], starts_anywhere=False))
     for unequal in (False, True):
         position, velocity, angle = cut(*flown(unequal), frame="inertial")
         assert position < 0.05

@@ -196,7 +196,7 @@ def test_a_frame_without_a_schedule_is_refused(monkeypatch):
 
     from sinssim.frames import FRAME_REGISTRY
 
-    monkeypatch.setitem(FRAME_REGISTRY, "wander", replace(FRAME_REGISTRY["wander"], has_three_rates=False))
+    monkeypatch.setitem(FRAME_REGISTRY.shipped, "wander", replace(FRAME_REGISTRY["wander"], has_three_rates=False))
     with pytest.raises(InputError, match=r"works in the frames level, free-azimuth, .*, not in wander"):
         run(STurn(duration=2).fly(50), (50, 25, 5), frame="wander")
 
