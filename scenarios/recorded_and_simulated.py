@@ -133,7 +133,7 @@ def recorded_scenario(scenario: Scenario, values: dict[str, float]) -> Scenario:
 
 def simulated_scenario(recorded: Any, folder: Path, seed: int) -> Scenario:
     """Return the simulated twin of a recorded run, whose streams are in a folder."""
-    prepared: Prepared = recorded.prepared
+    prepared: Prepared = recorded.truth.prepared
     contents = prepared.scenario.contents(without=("log", "aiding", "seed"))
     truth = recorded.aided.estimate.smoothed.solution
     gnss = prepared.scenario.log.gnss
@@ -245,7 +245,7 @@ def study(options: argparse.Namespace) -> dict[str, Any]:
     twin = simulated_scenario(recorded, (out / "recorded").resolve(), 1)
     (out / "simulated.toml").write_text(twin.to_toml(), encoding="utf-8")
     simulated = sinssim.run(twin, out / "simulated", overwrite=True)
-    start, end = float(recorded.time[0]), float(recorded.time[-1])
+    start, end = float(recorded.truth.time[0]), float(recorded.truth.time[-1])
     phases = regular_outages(start, end, options.length_s, options.every_s, options.first_s)
     sides = {"recorded": Side(), "simulated": Side()}
     for outages in phases:
@@ -260,10 +260,10 @@ def study(options: argparse.Namespace) -> dict[str, Any]:
             contents["aiding"]["gnss"]["outages_s"] = outages
             contents["filter"]["smooth"] = False
             sides["simulated"].add_outages(sinssim.run(Scenario.model_validate(contents)), outages)
-    ideal = simulated.ideal
+    ideal = simulated.truth.ideal
     for name, run in (("recorded", recorded), ("simulated", simulated)):
         sides[name].add_innovations(run, 20.0)
-        sides[name].deviations = deviations(run.measured, ideal)
+        sides[name].deviations = deviations(run.sensed.measured, ideal)
     summary = {
         "log": str(options.log),
         "imu": {key: value for key, value in values.items() if key in KEYS},

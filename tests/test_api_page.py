@@ -24,7 +24,7 @@ def test_the_first_example(capsys: pytest.CaptureFixture[str]) -> None:
     names: dict[str, Any] = {}
     exec(CODE[0], names)
     assert capsys.readouterr().out.startswith("Run(parked: finished; 0 … 60 s;")
-    np.testing.assert_array_equal(names["truth"]["height_m"], names["run"].truth.height)
+    np.testing.assert_array_equal(names["truth"]["height_m"], names["run"].truth.state.height)
 
 
 def test_a_motion_of_ones_own() -> None:

@@ -31,16 +31,16 @@ LAYERS = [
     "truth.one_component", "sensors.sets.one_component", "logs.writers.navigators", "ensembles.batch", "platform",
     "noise_identification", "alignment", "inspection",
     "estimation",
-    "simulation.initial_error", "simulation.own_alignment", "simulation.navigation", "error_budget", "calibration",
-    "recording.scales", "recording.sensor_comparison",
-    "simulation.one_component", "simulation.result",
-    "ensembles",
+    "simulation",  # the stages of a run
+    "error_budget", "calibration",
+    "simulation.parts",  # what only some runs have, which budgets explain
+    "recording.scales", "ensembles",
     "studies", "trades", "recording",
     "studies.in_coordinates",  # compares what the streams of a run have
     "studies.compare",  # runs a study and writes its directory, as simulation does with a run
     "ensembles.running",  # the same for an ensemble
     "trades.running",  # the same for a trade study
-    "simulation", "running", "cli", "__main__",
+    "simulation.finish", "simulation.execute_one_component", "simulation.execute", "running", "cli", "__main__",
 ]  # fmt: skip
 """Modules and packages, each of which may import those before it; the longest name that fits counts."""
 

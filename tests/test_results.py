@@ -218,6 +218,6 @@ def test_a_log_is_loaded_by_its_scenario_or_its_file(tmp_path: Path) -> None:
     assert run.directory is not None
     (file,) = (name for name in export(run.directory, "kf-gins", tmp_path / "own").files if "imu" in name.name.lower())
     again = sinssim.load_log(tmp_path / file)
-    assert again.imu.dvel.sum(axis=0) == pytest.approx(run.measured.dvel.sum(axis=0), abs=1e-6)
+    assert again.imu.dvel.sum(axis=0) == pytest.approx(run.sensed.measured.dvel.sum(axis=0), abs=1e-6)
     with pytest.raises(InputError, match="is a log; overrides change a scenario"):
         sinssim.load_log(tmp_path / file, "seed=1")

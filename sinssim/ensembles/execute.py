@@ -7,27 +7,22 @@ from __future__ import annotations
 
 import traceback
 from collections.abc import Callable
-from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING
 
 import numpy as np
-from numpy.typing import NDArray
 
-from sinssim.data import NavSolution
 from sinssim.ensembles.fill_in import check_finite, fill_in, rows_at
 from sinssim.ensembles.members import Member, member
 from sinssim.ensembles.run_errors import RunErrors, empty
-from sinssim.ensembles.together import alone_because, by_one, fill_in_together
+from sinssim.ensembles.together import alone_because, fill_in_together
 from sinssim.errors import SinssimError
-from sinssim.strapdown.nav_error import NavError, navigation_error
+from sinssim.simulation.navigation import by_one, navigate
+from sinssim.simulation.sensed import sense
 
 if TYPE_CHECKING:
     from sinssim.ensembles.plan import Plan
-    from sinssim.ensembles.truth import Truth, TruthCache
-    from sinssim.simulation.result import Run
-
-_ROWS = ("time", "latitude", "longitude", "height", "velocity_ned", "q_nb", "defect")
+    from sinssim.ensembles.truth import TruthCache
 
 
 def errors_of_runs(
@@ -83,53 +78,24 @@ def errors_of_run(plan: Plan, one: Member, truths: TruthCache, errors: RunErrors
         SinssimError: the run fails.
     """
     from sinssim.scenario.route import check_route, check_route_flown
-    from sinssim.simulation.result import Run
 
     scenario = one.scenario
     if one.values:
         check_route(scenario)
     truth = truths.of(scenario)
     check_route_flown(scenario, truth.time, truth.state)
-    run = Run(scenario)
-    run.trajectory, run.time, run.ideal, run.truth = truth.trajectory, truth.time, truth.ideal, truth.state
-    run.block = truth.block
-    _sense(run)
+    sensed = sense(scenario, truth)
     errors.end[row] = truth.time[-1]
     if plan.filtered:
         from sinssim.ensembles.filtered import fill_in_filtered
 
-        fill_in_filtered(plan, run, errors, row)
+        fill_in_filtered(plan, sensed, errors, row)
         return
-    error, rows = _inertial(plan, run, truth)
-    check_finite(error)
-    fill_in(errors, row, error, rows)
-
-
-def _sense(run: Run) -> None:
-    """Fill in the readings of the sensors, and the compensated increments."""
-    from sinssim.sensors.sets.reading import read
-
-    run.readings = read(run.block, run.ideal, run.scenario.imu, run.scenario.seed, run.true_errors)[1]
-    run.compensated = run.readings.compensated or run.measured
-
-
-def _inertial(plan: Plan, run: Run, truth: Truth) -> tuple[NavError, NDArray[np.intp]]:
-    """Return the errors of an inertial solution at the epochs that it reaches, and which epochs these are."""
-    from sinssim.simulation.navigation import height_reference, solve
-
-    scenario = by_one(run.scenario, plan.solution)
-    height = height_reference(scenario, truth.trajectory, truth.state.height)
-    imu, attitude = run.compensated, run.readings.attitude
-    solutions, _ = solve(scenario, truth.trajectory, imu, attitude, height, run.true_errors, truth.state)
-    solution = solutions[plan.solution]
+    solution = navigate(by_one(scenario, plan.solution), sensed).solutions[plan.solution]
     epochs, rows = rows_at(plan.epochs, solution.time)
-    # the states of all rows first: a single row may have other last bits than in an array
-    whole = truth.state if len(solution.time) == len(truth.time) else truth.trajectory.state(solution.time)
-    kept = NavSolution(
-        **{name: getattr(solution, name)[rows] for name in _ROWS}, algorithm=solution.algorithm, events=()
-    )
-    there = replace(whole, **{name: value[rows] for name, value in vars(whole).items()})
-    return navigation_error(there, kept, truth.trajectory.ellipsoid, run.axes), epochs
+    error = truth.error_of(solution, truth.axes(scenario.navigation.frame), rows)
+    check_finite(error)
+    fill_in(errors, row, error, epochs)
 
 
 def _unexpected(error: Exception) -> str:

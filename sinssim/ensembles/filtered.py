@@ -12,11 +12,12 @@ from sinssim.ensembles.fill_in import WITHIN, check_finite, fill_in, rows_at
 from sinssim.ensembles.plan import ALL, Plan
 from sinssim.ensembles.run_errors import RunErrors
 from sinssim.errors import RunError
+from sinssim.simulation.truth import Truth
 
 if TYPE_CHECKING:
     from sinssim.estimation import Estimate
     from sinssim.estimation.from_scenario.truth_comparison import Aided
-    from sinssim.simulation.result import Run
+    from sinssim.simulation.sensed import Sensed
 
 _ROW_S = 1.0
 """A covariance is kept each second: epochs are at whole seconds, or samples in a run of less than 500 s."""
@@ -26,12 +27,12 @@ _DEPENDENT = 1e-9
 """Eigenvalue of the correlation matrix of a block below which a combination of its states counts as known."""
 
 
-def fill_in_filtered(plan: Plan, run: Run, errors: RunErrors, row: int) -> None:
+def fill_in_filtered(plan: Plan, sensed: Sensed, errors: RunErrors, row: int) -> None:
     """Run the filter of a run, and fill in its row.
 
     Args:
         plan: the plan of the ensemble.
-        run: the run, with its readings.
+        sensed: what the sensors of the run read.
         errors: errors of several runs.
         row: the run's row.
 
@@ -42,12 +43,14 @@ def fill_in_filtered(plan: Plan, run: Run, errors: RunErrors, row: int) -> None:
     from sinssim.estimation.from_scenario.filter_states import with_states
     from sinssim.simulation.initial_error import initial_state_with_errors
 
-    scenario, trajectory = with_states(run.scenario), run.trajectory
-    start = trajectory.state(trajectory.start)
+    truth, scenario = sensed.truth, with_states(sensed.scenario)
+    assert isinstance(truth, Truth)  # an ensemble is simulated
+    assert sensed.errors is not None
+    trajectory, start = truth.trajectory, truth.first
     initial = initial_state_with_errors(start, scenario.navigation.initial_error, trajectory.ellipsoid, scenario.seed)
     step = float(np.diff(plan.epochs).min(initial=np.inf))
     aided = aid_run(
-        scenario, trajectory, run.compensated, initial, run.true_errors, monitored=run.readings.monitored,
+        scenario, trajectory, sensed.imu, initial, sensed.errors, monitored=sensed.readings.monitored,
         history=False, row_s=_ROW_S if step >= _ROW_S - WITHIN else 0.0,
     )  # fmt: skip
     estimate = aided.estimate

@@ -23,9 +23,9 @@ from sinssim.system.short_repr import short_repr
 if TYPE_CHECKING:
     from collections.abc import Iterable
 
-    from sinssim.ensembles.truth import Truth
     from sinssim.requirements.requirement import Requirement
     from sinssim.scenario import Scenario
+    from sinssim.simulation.truth import Truth
 
 AIDED = "aided"
 ALL = "all states"

@@ -19,6 +19,7 @@ from sinssim.errors import RunError
 from sinssim.scenario.sections.ensemble import EnsembleSection
 from sinssim.sensors.sets.true_errors import draw_true_errors
 from sinssim.simulation.initial_error import initial_state_with_errors
+from sinssim.simulation.navigation import by_one
 from sinssim.strapdown.increments.fit import WINDOW
 from sinssim.strapdown.nav_error import navigation_error
 from sinssim.strapdown.polar import axes_along
@@ -26,8 +27,8 @@ from sinssim.strapdown.polar import axes_along
 if TYPE_CHECKING:
     from sinssim.ensembles.members import Member
     from sinssim.ensembles.plan import Plan
-    from sinssim.ensembles.truth import Truth, TruthCache
-    from sinssim.scenario import Scenario
+    from sinssim.ensembles.truth import TruthCache
+    from sinssim.simulation.truth import Truth
 
 PAYS = 4e7
 """Samples of all runs from which the batch pays: its kernel compiles once in about ten seconds for each combination of
@@ -60,20 +61,6 @@ def alone_because(plan: Plan, truths: TruthCache) -> str | None:
     if (samples + _BEGIN) * runs < PAYS:
         return f"{samples * runs:.3g} samples are too few to compensate for compiling the batch"
     return None
-
-
-def by_one(scenario: Scenario, algorithm: str) -> Scenario:
-    """Return a scenario that navigates by one of its algorithms alone.
-
-    Args:
-        scenario: the scenario.
-        algorithm: one of its algorithms.
-
-    Returns:
-        The scenario with this algorithm.
-    """
-    navigation = scenario.navigation.model_copy(update={"algorithms": (algorithm,)})
-    return scenario.model_copy(update={"navigation": navigation})
 
 
 def fill_in_together(

@@ -5,15 +5,13 @@ from __future__ import annotations
 import json
 import threading
 from collections import OrderedDict
-from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
-from sinssim.data import Array, ImuData, NavState
-from sinssim.system.short_repr import short_repr
+from sinssim.data import ImuData
+from sinssim.simulation.truth import Truth, truth_along
 
 if TYPE_CHECKING:
     from sinssim.scenario import Scenario
-    from sinssim.truth.trajectory import Trajectory
 
 _TABLES = (
     "flight", "parked", "great_circle", "motion", "track", "drive", "voyage", "turntable", "vibration", "isolator",
@@ -22,29 +20,6 @@ _TABLES = (
 _OF_BLOCK = ("lever_arm_m", "mounting_deg", "rate_hz", "rotation")
 _KEPT = 2
 """True motions kept at a time: that of all runs, or that of a run in progress in each of two threads."""
-
-
-@short_repr
-@dataclass(frozen=True)
-class Truth:
-    """The true motion of a run.
-
-    Attributes:
-        trajectory: the motion of the vehicle at the block's place.
-        ideal: ideal increments of the block, which may turn in it.
-        state: true states of the vehicle at the edges of the increments.
-        block: the motion that the sensors feel.
-    """
-
-    trajectory: Trajectory
-    ideal: ImuData
-    state: NavState
-    block: Trajectory
-
-    @property
-    def time(self) -> Array:
-        """Edges of the increments, (N+1,) s."""
-        return self.ideal.time
 
 
 def truth_key(scenario: Scenario) -> str:
@@ -148,7 +123,8 @@ class TruthCache:
             known = self._unrounded = base, base.block.increments(scenario.imu.rate_hz)
         own = known[1]
         dvel = own.dvel - trajectory.felt(own.time, own.dtheta)
-        return Truth(trajectory, digital(ImuData(own.time, own.dtheta, dvel)), base.state, trajectory)
+        ideal = digital(ImuData(own.time, own.dtheta, dvel))
+        return Truth.along(trajectory, trajectory, base.rate_hz, ideal, base.state)
 
 
 def has_remainder(scenario: Scenario) -> bool:
@@ -164,10 +140,6 @@ def has_remainder(scenario: Scenario) -> bool:
 
 
 def _truth(scenario: Scenario) -> Truth:
-    from sinssim.scenario.true_motion import block_of, true_motion
-    from sinssim.sensors.imu.emulate import digital
+    from sinssim.scenario.true_motion import true_motion
 
-    trajectory = true_motion(scenario)
-    block = block_of(trajectory, scenario.imu)
-    ideal = digital(block.increments(scenario.imu.rate_hz))
-    return Truth(trajectory, ideal, trajectory.state(ideal.time), block)
+    return truth_along(true_motion(scenario), scenario)

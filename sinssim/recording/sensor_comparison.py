@@ -11,10 +11,12 @@ import numpy as np
 from sinssim import rotation, units
 from sinssim.data import Array, ImuData
 from sinssim.recording.scales import ANGLES, SPEEDS, Scale
+from sinssim.simulation.truth import Truth
 from sinssim.system.short_repr import short_repr
 
 if TYPE_CHECKING:
     from sinssim.sensors.sets.reading import Readings
+    from sinssim.simulation.sensed import Sensed
 
 AXES = ("x", "y", "z")
 
@@ -72,6 +74,17 @@ class SensorComparison:
             readings = np.diff(edges)[:, np.newaxis]
             return time[1:], np.add.reduceat(error[: edges[-1]], edges[:-1], axis=0) / readings
         return time[1:], np.diff(error[edges], axis=0) / np.diff(time)[:, np.newaxis]
+
+
+def sensor_comparisons(sensed: Sensed | None) -> tuple[SensorComparison, ...]:
+    """Return the readings of a simulated run by kind of sensor, as drawn in the report and the views.
+
+    Args:
+        sensed: what the sensors read; None for a run that ended before.
+    """
+    if sensed is None or not isinstance(sensed.truth, Truth):
+        return ()
+    return tuple(compare_sensors(sensed.readings, sensed.perfect, sensed.truth.ideal, sensed.readings.compensated))
 
 
 def compare_sensors(

@@ -16,7 +16,7 @@ from sinssim.recording.store.directory import write_directory
 from sinssim.recording.store.run_streams import Streams
 from sinssim.recording.streams import Stream, Vector
 from sinssim.result import Result
-from sinssim.simulation.result import Run
+from sinssim.simulation.result import PlaneRun, Run
 from sinssim.studies.results import StudyResult
 from sinssim.trades.result import TradeResult
 
@@ -171,7 +171,7 @@ def save(result: Result, directory: Path, overwrite: bool) -> Path:
             directory, lambda folder: shutil.copytree(there, folder, dirs_exist_ok=True), overwrite=overwrite
         )
     match result:
-        case Run():
+        case Run() | PlaneRun():
             from sinssim.simulation.execute import run
 
             place = run(result.scenario, directory, overwrite=overwrite).directory

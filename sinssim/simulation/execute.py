@@ -1,60 +1,53 @@
-"""One run from end to end: fly, sense, navigate, compare, record."""
+"""One run from end to end: fly or read a log, sense, navigate, compare, filter, record."""
 
 from __future__ import annotations
 
 from contextlib import ExitStack, suppress
+from dataclasses import replace
 from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from sinssim.algorithms import PLATFORM
-from sinssim.data import Array
+from sinssim.data import Array, NavState
 from sinssim.earth.coordinates import geodetic_to_ecef
 from sinssim.errors import SinssimError
 from sinssim.logs.stored.error_rule import ErrorRule
-from sinssim.progress import Progress, shown, silent
+from sinssim.progress import Progress, shown
+from sinssim.recording.report.log_report import log_report
 from sinssim.recording.report.run_report import draw_sections, run_report
+from sinssim.recording.sensor_comparison import SensorComparison, sensor_comparisons
 from sinssim.recording.store.directory import RunDirectory
 from sinssim.recording.store.summaries.against_inertial import horizontal_of, worse_than_inertial
 from sinssim.recording.store.summaries.filter_summary import filter_markdown, filter_numbers
-from sinssim.recording.store.summaries.phase_summary import phase_numbers, phases_of
-from sinssim.recording.store.summaries.platform_summary import platform_numbers
-from sinssim.recording.store.summaries.redundancy_summary import redundancy_numbers
-from sinssim.recording.store.summaries.rotation_summary import rotation_numbers
-from sinssim.recording.store.summary import (
-    NO_NUMBERS,
-    diverged,
-    error_numbers,
-    failures,
-    flagged,
-    markdown_table,
-    plain,
-    singularities,
-)
+from sinssim.recording.store.summaries.log_summary import best_solution
+from sinssim.recording.store.summary import failures, flagged, markdown_table, plain, singularities
 from sinssim.scenario.duration import check_times
 from sinssim.scenario.load import Overrides, as_scenario
 from sinssim.scenario.route import check_route, check_route_flown
-from sinssim.sensors.sets.sensor_set import Redundant
-from sinssim.simulation.execute_log import compute_log
+from sinssim.simulation.aiding import aid, best_reference
 from sinssim.simulation.execute_one_component import compute_one_component
 from sinssim.simulation.finish import about, keep
-from sinssim.simulation.initial_error import initial_state_with_errors
-from sinssim.simulation.navigation import height_reference, solve
-from sinssim.simulation.phase_sources import add_sources, budgets_of_phases
-from sinssim.simulation.result import Run
+from sinssim.simulation.navigation import Navigated, navigate
+from sinssim.simulation.parts import parts_of
+from sinssim.simulation.recorded import planned, sense_recorded
+from sinssim.simulation.result import PlaneRun, Reached, Run
+from sinssim.simulation.sensed import sense
 from sinssim.simulation.stages import STAGES, Stages
+from sinssim.simulation.truth import RecordedMotion, Truth, truth_along
+from sinssim.strapdown.error_numbers import NO_NUMBERS, error_numbers_of, known_error_numbers_of
 from sinssim.strapdown.files import check_own_files
 from sinssim.system.memory import give_back_memory, map_large_arrays
 from sinssim.truth.flight.shortfall import not_attained
 
 if TYPE_CHECKING:
-    from sinssim.error_budget.result import BudgetResult
-    from sinssim.estimation.from_scenario.truth_comparison import Aided
+    from sinssim.earth.models import Ellipsoid
+    from sinssim.recording.report.run_report import Sections
+    from sinssim.recording.rerun.writer import RunWriter
     from sinssim.scenario import Scenario
-    from sinssim.strapdown.frames.vertical import HeightReadings
-    from sinssim.truth.trajectory import Trajectory
+    from sinssim.truth.channel import FlightEvent
+from sinssim.truth.trajectory import Trajectory
 
 
 def run(
@@ -64,7 +57,7 @@ def run(
     overrides: Overrides = (),
     overwrite: bool = False,
     progress: Progress | bool | None = None,
-) -> Run:
+) -> Run | PlaneRun:
     """Run a scenario: fly, sense, navigate by each algorithm, compare with the truth, and record.
 
     If an algorithm fails and others do not, the summary lists the failure, the numbers of the algorithm are None, and
@@ -83,8 +76,7 @@ def run(
             `filter.diagnose` searches. True shows a bar for each stage.
 
     Returns:
-        The finished run; that of a one-component scenario has `one_component` instead of trajectory and solutions, that
-        of recorded sensors has `prepared` and `reference` instead of a trajectory.
+        The finished run; that of a one-component scenario is a `PlaneRun`.
 
     Raises:
         InputError: the scenario or the directory cannot be used, a leg cannot be flown, or the disk is full.
@@ -99,198 +91,286 @@ def run(
         return _run(scenario, directory, overwrite, Stages(report))
 
 
-def _run(scenario: Scenario, directory: Path | str | None, overwrite: bool, stages: Stages) -> Run:
+def _run(scenario: Scenario, directory: Path | str | None, overwrite: bool, clock: Stages) -> Run | PlaneRun:
     """Compute a run by what its scenario describes; leave what a failed one had."""
-    result = Run(scenario, recorded=directory is not None)
-    compute = _compute
-    if scenario.one_component is not None:
-        compute = compute_one_component
-    elif scenario.log is not None:
-        compute = compute_log
-    if directory is None:
-        return compute(result, None, stages)
-    folder = RunDirectory(Path(directory), overwrite=overwrite)
+    folder = None if directory is None else RunDirectory(Path(directory), overwrite=overwrite)
+    execution = Execution(scenario, folder, clock)
     try:
-        return compute(result, folder, stages)
+        if scenario.one_component is not None:
+            return compute_one_component(scenario, folder, clock)
+        return execution.run()
     except BaseException as error:
-        _leave(folder, result, stages, error)
+        if folder is not None:
+            _leave(folder, execution.reached, clock, error)
         raise
 
 
-# Long: the stages of a run in order, each of which fills in its part of the run.
-def _compute(run: Run, folder: RunDirectory | None, stages: Stages) -> Run:
-    check_times(run.scenario)
-    if run.scenario.filter is not None:
-        from sinssim.estimation.from_scenario import filter_states
-        from sinssim.estimation.from_scenario.memory import check_memory
+class Execution:
+    """A run in progress.
 
-        run.about_filter = filter_states.choice(run.scenario)
-        run.scenario = filter_states.with_states(run.scenario)
-        check_memory(run.scenario, recorded=run.recorded)
-        map_large_arrays()  # so that what the stages before the filter free leaves no gaps
-    check_route(run.scenario)
-    kept = run.scenario.recording
-    cached = _fly(run, folder is not None and kept.has_streams, stages)
-    check_route_flown(run.scenario, run.time, run.truth)
-    of_filter = drawn = None
-    of_set: dict[str, Any] = {}
-    phases = phases_of(run.trajectory.events, driven=run.scenario.flight is None)
-    of_phases: dict[str, Any] = {}
-    budgets: dict[str, BudgetResult | str] = {}
-    with ExitStack() as stack:
-        writer = None
-        if folder is not None and kept.has_streams:
-            with stages("record"):
-                from sinssim.recording.rerun.writer import RunWriter
+    Attributes:
+        reached: its complete stages.
+    """
 
-                stack.enter_context(folder.writing())
-                writer = stack.enter_context(
-                    RunWriter(folder.path, run.scenario, run.trajectory, run.time, run.truth, run.ideal)
-                )
-        with stages("imu"):
-            _sense(run)
-            if writer is not None:
-                compensated = None if run.compensated is run.measured else run.compensated
-                writer.sensed(run.readings, run.perfect, compensated, run.sensed)
-        with stages("navigate"):
-            _navigate(run, height_reference(run.scenario, run.trajectory, run.truth.height))
-            numbers = {
-                name: error_numbers(run.errors[name]) if name in run.errors else NO_NUMBERS
-                for name in run.scenario.navigation.algorithms
+    def __init__(self, scenario: Scenario, folder: RunDirectory | None, clock: Stages) -> None:
+        """Begin a run.
+
+        Args:
+            scenario: what is run.
+            folder: run directory to write; nothing is written if None.
+            clock: of the run.
+        """
+        self.reached = Reached(scenario)
+        self._folder, self._clock = folder, clock
+        self._streams = folder is not None and scenario.recording.has_streams
+        self._report = folder is not None and scenario.recording.has_report
+        self._stack = ExitStack()
+        self._writer: RunWriter | None = None
+        self._kinds: tuple[SensorComparison, ...] = ()
+        self._drawn: Sections | None = None
+        self._inertial: dict[str, tuple[Array, Array]] = {}  # horizontal errors beside the filter's
+        self._numbers: dict[str, dict[str, float]] = {}
+        self._found: dict[str, Any] = {}  # entries of the summary
+        self._of_parts: dict[str, Any] = {}
+
+    @property
+    def _scenario(self) -> Scenario:
+        return self.reached.scenario
+
+    @property
+    def _navigated(self) -> Navigated:
+        assert self.reached.navigated is not None  # the stage is complete
+        return self.reached.navigated
+
+    def run(self) -> Run:
+        """Compute the run and write it.
+
+        Raises:
+            InputError: the scenario or the directory cannot be used.
+            RunError: navigation failed with every algorithm.
+        """
+        simulated = self._scenario.log is None
+        with self._stack:
+            if simulated:
+                self._simulate()
+            else:
+                self._read_log()
+            self._navigate()
+            if simulated:
+                self._compare()
+            if self._scenario.filter is not None:
+                if simulated:
+                    self._make_room()
+                self._filter()
+            if not simulated:
+                self._compare()
+            self._finish_writing()
+        give_back_memory()
+        return self._finished()
+
+    def _simulate(self) -> None:
+        """Fly and sense."""
+        scenario = self._scenario
+        check_times(scenario)
+        if scenario.filter is not None:
+            from sinssim.estimation.from_scenario import filter_states
+            from sinssim.estimation.from_scenario.memory import check_memory
+
+            lines, scenario = filter_states.choice(scenario), filter_states.with_states(scenario)
+            self.reached = replace(self.reached, scenario=scenario, about_filter=lines)
+            check_memory(scenario, recorded=self._folder is not None)
+            map_large_arrays()  # so that what the stages before the filter free leaves no gaps
+        check_route(scenario)
+        trajectory = self._fly()
+        with self._clock("truth"):
+            truth = truth_along(trajectory, scenario)
+        self.reached = replace(self.reached, last=truth)
+        check_route_flown(scenario, truth.time, truth.state)
+        if self._streams:
+            with self._clock("record"):
+                writer = self._open(truth.time, truth.state, trajectory.events, truth.ellipsoid)
+                writer.flown(truth, () if scenario.aiding is None else scenario.aiding.outages)
+        with self._clock("imu"):
+            sensed = sense(scenario, truth)
+            self.reached = replace(self.reached, last=sensed)
+            if self._folder is not None:
+                self._kinds = sensor_comparisons(sensed)
+            if self._writer is not None:
+                self._writer.sensed(sensed, self._kinds)
+
+    def _fly(self) -> Trajectory:
+        """Fly, and note whether the flight came from the cache; None for another motion."""
+        from sinssim.scenario.true_motion import fly
+
+        flown: list[float] = []  # a cached flight jumps to 1
+
+        def flying(fraction: float) -> None:
+            flown.append(fraction)
+            self._clock.report("flight", fraction)
+
+        scenario = self._scenario
+        with self._clock("flight"):
+            trajectory = fly(scenario, flying, partial(rehearse, scenario, self._streams))
+        self._found["flight_cached"] = None if scenario.flight is None else min(flown) == 1.0
+        if missed := not_attained(trajectory.events):
+            self._found["not_attained"] = missed
+        return trajectory
+
+    def _read_log(self) -> None:
+        """Read recorded sensors."""
+        with self._clock("imu"):
+            plan = planned(self._scenario, recorded=self._folder is not None)
+            self.reached = replace(self.reached, scenario=plan.scenario, about_filter=plan.about_filter)
+            self.reached = replace(self.reached, last=sense_recorded(plan.scenario, plan.motion))
+
+    def _navigate(self) -> None:
+        """Navigate by each algorithm."""
+        with self._clock("navigate"):
+            assert self.reached.sensed is not None  # the stage is complete
+            navigated = navigate(self._scenario, self.reached.sensed)
+        self.reached = replace(self.reached, last=navigated)
+
+    def _compare(self) -> None:
+        """Compare the solutions with the truth or the best reference, and compute what only some runs have."""
+        numbers_of = error_numbers_of
+        with self._clock("navigate"):
+            navigated = self._navigated
+            if isinstance(navigated.truth, RecordedMotion):
+                numbers_of = known_error_numbers_of
+                best = best_reference(navigated.truth, self.reached.aided, navigated.solutions)
+                navigated = navigated.compared_with(best)
+                self.reached = replace(self.reached, last=navigated)
+            errors = navigated.errors
+            self._numbers = {
+                name: numbers_of(partial(list, [errors[name]])) if name in errors else NO_NUMBERS
+                for name in self._scenario.navigation.algorithms
             }
-            run.failures = {**run.failures, **diverged(run.errors)}
-            if phases:
-                for name, error in run.errors.items():
-                    of_phases[name] = phase_numbers(phases, error.time, error.rows)
-            section = run.scenario.imu.sensor_set
-            if isinstance(section, Redundant):
-                found = redundancy_numbers(section, run.readings.monitored, run.without_monitoring)
-                of_set = {"redundancy": plain(found)}
-            if run.platform is not None and run.true_errors.platform is not None:
-                without = run.without_errors_of_turns
-                own, by_cause = run.true_errors.platform, run.platform_errors_by_cause
-                simulated = run.errors[PLATFORM]
-                of = platform_numbers(run.platform, own, run.ideal, run.strapdown, without, by_cause, simulated)
-                of_set = {"platform": plain(of)}
-            if run.encoders is not None:
-                of_set = {"rotation": plain(rotation_numbers(run.without_rotation))}
-        if phases and folder is not None and kept.has_report:
-            with stages("budget"):
-                budgets = budgets_of_phases(run, phases)
-            for rows in of_phases.values():
-                add_sources(rows, budgets["inertial"], float(run.time[0]))
-        if writer is not None:
-            with stages("record"):
-                if run.encoders is not None:
-                    writer.turned(run.encoders, run.without_rotation)
-                ellipsoid = run.trajectory.ellipsoid
-                rule = ErrorRule(ellipsoid.a, ellipsoid.f, run.axes)
-                writer.navigated(run.solutions, run.errors, run.failures, run.without_monitoring, rule)
-                if run.platform is not None:
-                    without = run.without_errors_of_turns
-                    writer.on_platform(run.platform, run.errors[PLATFORM], run.strapdown, without, run.ideal)
-        passages = singularities(run.solutions)
-        if run.scenario.filter is not None:
-            if folder is not None and kept.has_report:
-                with stages("record"):
-                    drawn = draw_sections(run)
-            horizontal = horizontal_of(run.errors)
-            run.forget()  # the filter needs none of it, and takes the most memory itself
-            give_back_memory()
-            with stages("filter"):
-                run.aided = _aid(run, stages.within("filter"))
-                of_filter = plain(filter_numbers(run.aided, run.scenario))
-                of_filter["remarks"] += worse_than_inertial(run.aided, horizontal)
-                if phases:
-                    fine = run.scenario.aiding is not None and "zero_velocity" in run.scenario.aiding.sensors()
-                    of_phases["aided"] = phase_numbers(
-                        phases, run.aided.estimate.solution.time, run.aided.error_at, fine
-                    )
-                    if "filter" in budgets:
-                        add_sources(of_phases["aided"], budgets["filter"], float(run.time[0]))
-            give_back_memory()
-            if writer is not None:
-                with stages("record"):
-                    writer.filtered(run.aided, filter_markdown(of_filter))
-        if folder is not None and kept.has_report and drawn is None:
-            with stages("record"):
-                drawn = draw_sections(run)  # while the writer's threads write
-        if writer is not None:
-            with stages("record"):
-                writer.finish(markdown_table(numbers), lambda fraction: stages.report("record", 0.99 * fraction))
-    run.summary = {
-        **about(run.scenario, stages, "finished"),
-        "start_s": float(run.time[0]),
-        "end_s": float(run.time[-1]),
-        "flight_cached": cached,
-        **({"not_attained": missed} if (missed := not_attained(run.trajectory.events)) else {}),
-        "flagged_samples": flagged(run.measured),
-        "algorithms": plain(numbers),
-        "singularities": plain(passages),
-        "failures": failures(run.failures),
-        **_about_track(run.scenario),
-        **_about_gravity(run.trajectory),
-        **of_set,
-        **({"phases": plain(of_phases)} if of_phases else {}),
-        **({} if of_filter is None else {"filter": of_filter}),
-    }
-    give_back_memory()
-    if folder is not None:
-        run.directory = keep(folder, run, run_report(run, run.summary, drawn) if kept.has_report else None)
-    return run
+            self._found["failures"] = failures(navigated.failures)
+            self._found["singularities"] = plain(singularities(navigated.solutions))
+            parts = parts_of(navigated)
+            self._of_parts = {name: part.numbers() for name, part in parts.items()}
+        for name, part in parts.items():
+            if self._report and part.takes_long:
+                with self._clock("budget"):
+                    parts[name] = part.explain(self._of_parts[name])
+        self.reached = replace(self.reached, parts=parts)
+        if self.reached.aided is not None:
+            with self._clock("filter"):
+                self._aid_parts()
+        if self._writer is not None:
+            with self._clock("record"):
+                self._writer.navigated(navigated, parts, self._error_rule())
 
+    def _error_rule(self) -> ErrorRule | None:
+        """Return how the stored errors follow from truth and solution; None for recorded sensors."""
+        if isinstance(self._navigated.truth, RecordedMotion):
+            return None
+        ellipsoid = self._navigated.truth.ellipsoid
+        return ErrorRule(ellipsoid.a, ellipsoid.f, self._navigated.axes)
 
-def _fly(run: Run, recorded: bool, stages: Stages) -> bool | None:
-    """Fly, and return whether the flight came from the cache; None for another motion."""
-    from sinssim.scenario.true_motion import fly
+    def _make_room(self) -> None:
+        """Draw what needs every sample, and let it go: the filter needs none of it, and takes the most memory."""
+        self._draw()
+        self._inertial = horizontal_of(self._navigated.errors)
+        self._kinds, navigated = (), self._navigated.light()
+        parts = {name: part.on(navigated, None) for name, part in self.reached.parts.items()}
+        self.reached = replace(self.reached, last=navigated, parts=parts)
+        give_back_memory()
 
-    flown: list[float] = []  # a cached flight jumps to 1
+    def _draw(self) -> None:
+        """Draw the sections of a simulation's report that need every sample, once."""
+        if self._report and self._drawn is None and isinstance(self.reached.truth, Truth):
+            with self._clock("record"):
+                self._drawn = draw_sections(self.reached, self._kinds)
 
-    def flying(fraction: float) -> None:
-        flown.append(fraction)
-        stages.report("flight", fraction)
+    def _filter(self) -> None:
+        """Run the filter."""
+        with self._clock("filter"):
+            aided = aid(self._scenario, self._navigated.sensed, self._clock.within("filter"))
+            self.reached = replace(self.reached, aided=aided)
+            self._found["filter"] = plain(filter_numbers(aided, self._scenario))
+            if self._inertial:
+                self._found["filter"]["remarks"] += worse_than_inertial(aided, self._inertial)
+                self._aid_parts()
+        give_back_memory()
+        if self._writer is not None:
+            with self._clock("record"):
+                self._writer.filtered(aided, filter_markdown(self._found["filter"]))
 
-    with stages("flight"):
-        trajectory = fly(run.scenario, flying, partial(rehearse, run.scenario, recorded))
-    with stages("truth"):
-        _follow(run, trajectory)
-    return None if run.scenario.flight is None else min(flown) == 1.0
+    def _aid_parts(self) -> None:
+        """Compute what the filter changes in what only some runs have."""
+        parts = {name: part.on(self._navigated, self.reached.aided) for name, part in self.reached.parts.items()}
+        self._of_parts = {name: part.with_filter(self._of_parts[name]) for name, part in parts.items()}
+        self.reached = replace(self.reached, parts=parts)
 
+    def _open(self, time: Array, motion: NavState, events: tuple[FlightEvent, ...], ellipsoid: Ellipsoid) -> RunWriter:
+        """Begin to write streams and recording, with the motion that they show."""
+        from sinssim.recording.rerun.writer import RunWriter
 
-def _about_track(scenario: Scenario) -> dict[str, Any]:
-    """Return the entry of a track in the summary."""
-    if scenario.track is None:
-        return {}
-    from sinssim.truth.track.fit import fit_numbers
+        assert self._folder is not None  # streams are written to it
+        self._stack.enter_context(self._folder.writing())
+        self._writer = RunWriter(self._folder.path, self._scenario, time, motion, events, ellipsoid)
+        return self._stack.enter_context(self._writer)
 
-    track = scenario.track.prepared(scenario.truth)
-    return {"track": plain(fit_numbers(track.fit))}
+    def _finish_writing(self) -> None:
+        """Write what is left, and wait until it is written."""
+        if self._streams and isinstance(self._navigated.truth, RecordedMotion):
+            with self._clock("record"):
+                self._write_recorded(self._navigated.truth)
+        self._draw()  # while the writer's threads write
+        if self._writer is not None:
+            with self._clock("record"):
+                self._writer.finish(
+                    markdown_table(self._numbers), lambda fraction: self._clock.report("record", 0.99 * fraction)
+                )
 
+    def _write_recorded(self, motion: RecordedMotion) -> None:
+        """Write a run on recorded sensors, whose best solution stands for the motion."""
+        navigated, aided = self._navigated, self.reached.aided
+        s = best_solution(navigated, aided)[1]
+        shown = NavState(s.latitude, s.longitude, s.height, s.velocity_ned, s.q_nb)
+        log, sensed = motion.prepared.log, navigated.sensed
+        writer = self._open(s.time, shown, motion.events, motion.ellipsoid)
+        writer.recorded(sensed.measured, sensed.readings.compensated, log.reference)
+        writer.without_satellites(s.time, shown, log.outages)
+        writer.navigated(navigated, self.reached.parts, None)
+        if aided is not None:
+            writer.filtered(aided, filter_markdown(self._found["filter"]))
 
-def _about_gravity(trajectory: Trajectory) -> dict[str, Any]:
-    """Return the entry of the true gravity field in the summary."""
-    from sinssim.truth.gravity.disturbed import Disturbed
-    from sinssim.truth.gravity.values import gravity_numbers
+    def _finished(self) -> Run:
+        """Return the run with its summary, and complete its directory."""
+        reached, navigated = self.reached, self._navigated
+        time = navigated.truth.time
+        summary = {
+            **about(self._scenario, self._clock, "finished"),
+            "start_s": float(time[0]),
+            "end_s": float(time[-1]),
+            **self._entries(),
+        }
+        give_back_memory()
+        directory = None
+        if self._folder is not None:
+            report = None
+            if self._report and isinstance(navigated.truth, Truth):
+                report = run_report(reached, summary, self._drawn)
+            elif self._report:
+                report = log_report(reached, summary)
+            directory = keep(self._folder, self._scenario, reached.about_filter, summary, report)
+        return Run(self._scenario, navigated, reached.aided, reached.parts, summary, directory, reached.about_filter)
 
-    return {"gravity": plain(gravity_numbers(trajectory))} if isinstance(trajectory, Disturbed) else {}
-
-
-def _follow(run: Run, trajectory: Trajectory) -> None:
-    """Fill in the true motion and its ideal increments."""
-    from sinssim.sensors.imu.emulate import digital
-
-    run.trajectory = trajectory
-    ideal = digital(run.block.increments(run.scenario.imu.rate_hz))
-    run.time, run.ideal, run.truth = ideal.time, ideal, trajectory.state(ideal.time)
-
-
-def _sense(run: Run) -> None:
-    """Fill in the readings of the sensors, and the compensated increments."""
-    from sinssim.sensors.sets.reading import read
-
-    section, true = run.scenario.imu, run.true_errors
-    run.perfect, run.readings = read(run.block, run.ideal, section, run.scenario.seed, true)
-    run.compensated = run.readings.compensated or run.measured
+    def _entries(self) -> dict[str, Any]:
+        """Return the entries of the summary that follow from the stages, in order."""
+        found, parts = self._found, {name: plain(one) for name, one in self._of_parts.items() if one is not None}
+        entries: dict[str, Any] = {
+            **{name: found[name] for name in ("flight_cached", "not_attained") if name in found},
+            "flagged_samples": flagged(self._navigated.sensed.measured),
+        }
+        algorithms, of_filter = plain(self._numbers), {"filter": found["filter"]} if "filter" in found else {}
+        passages = {"singularities": found["singularities"], "failures": found["failures"]}
+        if isinstance(self._navigated.truth, Truth):
+            return {**entries, "algorithms": algorithms, **passages, **parts, **of_filter}
+        outages = {name: parts.pop(name) for name in ("outages",) if name in parts}
+        return {**entries, **passages, **parts, "algorithms": algorithms, **of_filter, **outages}
 
 
 def rehearse(scenario: Scenario, recorded: bool) -> None:
@@ -307,50 +387,28 @@ def rehearse(scenario: Scenario, recorded: bool) -> None:
     interval = 1.0 / scenario.imu.rate_hz
     knots = interval * np.arange(101)
     position = geodetic_to_ecef(0.8 + 1e-5 * knots, 0.2 + 1e-5 * knots, np.full(len(knots), 1000.0))
-    run = Run(scenario)
     with suppress(SinssimError):  # errors of the scenario appear in the run itself
-        _follow(run, Curve(knots, position, np.tile((1.0, 0.0, 0.0, 0.0), (len(knots), 1))))
-        _sense(run)
-        _navigate(run, run.truth.height)
+        curve = Curve(knots, position, np.tile((1.0, 0.0, 0.0, 0.0), (len(knots), 1)))
+        sensed = sense(scenario, truth_along(curve, scenario))
+        navigate(scenario, sensed)
         if scenario.filter is not None:
-            _aid(run)
+            aid(scenario, sensed)
 
 
-def _navigate(run: Run, height: Array | HeightReadings | None) -> None:
-    """Fill in the solutions of the algorithms, and the failures of the others."""
-    run.solutions, run.failures = solve(
-        run.scenario, run.trajectory, run.compensated, run.readings.attitude, height, run.true_errors, run.truth
-    )
-
-
-def _aid(run: Run, progress: Progress = silent) -> Aided:
-    """Run the scenario's filter from the initial state of the inertial solutions."""
-    from sinssim.estimation.from_scenario.aided_run import aid_run
-
-    scenario, trajectory = run.scenario, run.trajectory
-    start = trajectory.state(trajectory.start)
-    error, ellipsoid = scenario.navigation.initial_error, trajectory.ellipsoid
-    initial = initial_state_with_errors(start, error, ellipsoid, scenario.seed, run.axes)
-    monitored = run.readings.monitored
-    return aid_run(
-        scenario, trajectory, run.compensated, initial, run.true_errors, monitored=monitored, progress=progress
-    )
-
-
-def _leave(folder: RunDirectory, run: Run, stages: Stages, error: BaseException) -> None:
+def _leave(folder: RunDirectory, reached: Reached, clock: Stages, error: BaseException) -> None:
     """Keep the recorded part of a run that ended early, if the flight was done; otherwise remove it."""
-    kept = run.scenario.recording
+    scenario, kept = reached.scenario, reached.scenario.recording
     begun = folder.path / ("recording.rrd" if kept.has_recording else "streams")
-    if not (begun.exists() if kept.has_streams else run.has("time")):
+    if not (begun.exists() if kept.has_streams else reached.last is not None):
         folder.discard()
         return
     status = "interrupted" if isinstance(error, KeyboardInterrupt) else "failed"
     message = str(error) if isinstance(error, SinssimError) else f"{type(error).__name__} {error}".rstrip()
-    run.summary = about(run.scenario, stages, status, message)
+    summary = about(scenario, clock, status, message)
     try:
-        simulated = run.scenario.one_component is None and run.scenario.log is None
-        report = run_report(run, run.summary) if simulated and kept.has_report else None
+        simulated = scenario.one_component is None and scenario.log is None
+        report = run_report(reached, summary) if simulated and kept.has_report else None
     except Exception:  # the report itself may have failed: its error is the one being raised
         report = None
-    place = keep(folder, run, report, beside=status)
+    place = keep(folder, scenario, reached.about_filter, summary, report, beside=status)
     error.add_note(f"The {'recording' if kept.has_recording else 'run'} up to that time is in {place}.")

@@ -6,35 +6,35 @@ from typing import TYPE_CHECKING
 
 from sinssim.scenario.duration import check_times
 from sinssim.simulation.finish import about, keep
+from sinssim.simulation.result import PlaneRun
 
 if TYPE_CHECKING:
     from sinssim.recording.store.directory import RunDirectory
-    from sinssim.simulation.result import Run
+    from sinssim.scenario import Scenario
     from sinssim.simulation.stages import Stages
 
 
-def compute_one_component(run: Run, folder: RunDirectory | None, stages: Stages) -> Run:
+def compute_one_component(scenario: Scenario, folder: RunDirectory | None, stages: Stages) -> PlaneRun:
     """Compute a one-component run and record it.
 
     Args:
-        run: the run to fill, whose scenario has [one_component].
+        scenario: with [one_component].
         folder: run directory to write; nothing is written if None.
         stages: the clock of the run.
 
     Returns:
-        The run, with `one_component`, `summary` and `directory`.
+        The run.
 
     Raises:
         InputError: the scenario or the directory cannot be used.
     """
-    scenario = run.scenario
     assert scenario.one_component is not None  # the caller asks for such a run only
     check_times(scenario)
     with stages("navigate"):
         from sinssim.recording.store.one_component import numbers, one_component_streams
         from sinssim.simulation.one_component import compute
 
-        run.one_component = result = compute(scenario.one_component, scenario.seed)
+        result = compute(scenario.one_component, scenario.seed)
         found = numbers(result)
     kept = scenario.recording
     if folder is not None and kept.has_streams:
@@ -49,15 +49,16 @@ def compute_one_component(run: Run, folder: RunDirectory | None, stages: Stages)
                 from sinssim.recording.rerun.one_component import record
 
                 record(folder.path / "recording.rrd", scenario, result, found, streams)
-    run.summary = {
+    summary = {
         **about(scenario, stages, "finished"),
         "start_s": float(result.truth.time[0]),
         "end_s": float(result.truth.time[-1]),
         "one_component": found,
     }
+    directory = None
     if folder is not None:
         from sinssim.recording.report.one_component import one_component_report
 
-        report = one_component_report(scenario, result, run.summary) if kept.has_report else None
-        run.directory = keep(folder, run, report)
-    return run
+        report = one_component_report(scenario, result, summary) if kept.has_report else None
+        directory = keep(folder, scenario, (), summary, report)
+    return PlaneRun(scenario, result, summary, directory)

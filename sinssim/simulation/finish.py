@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -14,7 +15,6 @@ from sinssim.system.outputs import write_text
 
 if TYPE_CHECKING:
     from sinssim.scenario import Scenario
-    from sinssim.simulation.result import Run
     from sinssim.simulation.stages import Stages
 
 
@@ -43,12 +43,22 @@ def about(scenario: Scenario, stages: Stages, status: str, message: str = "") ->
     }
 
 
-def keep(folder: RunDirectory, run: Run, report: str | None, *, beside: str = "") -> Path:
+def keep(
+    folder: RunDirectory,
+    scenario: Scenario,
+    about_filter: Sequence[str],
+    summary: Mapping[str, Any],
+    report: str | None,
+    *,
+    beside: str = "",
+) -> Path:
     """Complete the run directory and move it into its place.
 
     Args:
         folder: the run directory.
-        run: the run, with its summary.
+        scenario: what was run.
+        about_filter: lines that explain the filter's default states.
+        summary: contents of `summary.json`.
         report: the report's page, if there is one.
         beside: as for `RunDirectory.keep`.
 
@@ -59,12 +69,12 @@ def keep(folder: RunDirectory, run: Run, report: str | None, *, beside: str = ""
         InputError: it cannot be written, or files of others are in the way.
     """
     with folder.writing():
-        write_text(folder.path / "scenario.toml", run.scenario.to_toml(run.about_filter))
-        for file in own_files(run.scenario):  # in the layout of a project folder, from which the run can be repeated
+        write_text(folder.path / "scenario.toml", scenario.to_toml(about_filter))
+        for file in own_files(scenario):  # in the layout of a project folder, from which the run can be repeated
             place = folder.path / FOLDER / file.place
             place.parent.mkdir(parents=True, exist_ok=True)
             place.write_bytes(file.contents)
         if report is not None:
             write_text(folder.path / "report.html", report)
-        write_text(folder.path / "summary.json", json.dumps(run.summary, indent=2, allow_nan=False) + "\n")
+        write_text(folder.path / "summary.json", json.dumps(summary, indent=2, allow_nan=False) + "\n")
         return folder.keep(beside=beside)

@@ -344,7 +344,7 @@ class _Truth:
 # Long: it computes the many numbers of a case's row.
 def _navigate(case: Case, readings: Readings, part: Part, truth: _Truth, comparison: StudyResult) -> Navigated:
     """Run one case and compare it with the truth."""
-    from sinssim.recording.store.summary import error_numbers
+    from sinssim.strapdown.error_numbers import error_numbers
     from sinssim.strapdown.measured_attitude import navigate_set
     from sinssim.units import ARCSEC
 

@@ -44,8 +44,8 @@ def test_three_rates_as_navigate_has_them(frame: str, rates: tuple[float, ...]) 
         result = run(scenario({"rates_hz": rates, "slow_quantities": slow, "frame": frame}))
         solution = result.solutions["quaternion"]
         assert np.allclose(np.diff(solution.time), 0.2, rtol=0, atol=1e-9)
-        first = result.trajectory.state(result.ideal.time[0])
-        direct = navigate(result.ideal, first, rates_hz=rates, slow_quantities=slow, frame=frame)
+        first = result.truth.trajectory.state(result.truth.ideal.time[0])
+        direct = navigate(result.truth.ideal, first, rates_hz=rates, slow_quantities=slow, frame=frame)
         assert np.array_equal(solution.latitude, direct.latitude)
         errors[slow] = result.summary["algorithms"]["quaternion"]["max_horizontal_error_m"]
     assert errors["extrapolate"] < errors["hold"]
@@ -55,8 +55,8 @@ def test_three_rates_as_navigate_has_them(frame: str, rates: tuple[float, ...]) 
 def test_navigator_on_another_ellipsoid_as_navigate_has_it(frame: str) -> None:
     result = run(scenario({"ellipsoid": "krasovsky-1940", "frame": frame}, truth={"ellipsoid": "pz-90.11"}))
     solution = result.solutions["quaternion"]
-    first = result.trajectory.state(result.ideal.time[0])
-    direct = navigate(result.ideal, first, ellipsoid="krasovsky-1940", frame=frame)
+    first = result.truth.trajectory.state(result.truth.ideal.time[0])
+    direct = navigate(result.truth.ideal, first, ellipsoid="krasovsky-1940", frame=frame)
     assert np.array_equal(solution.latitude, direct.latitude)
     assert solution.latitude[0] == first.latitude  # the same numbers at the start
     own = run(scenario({"frame": frame}, truth={"ellipsoid": "pz-90.11"}))
@@ -87,7 +87,7 @@ def test_height_loop_goes_by_the_barometer() -> None:
     exact = {"bias_m": 30.0, "bias_sigma_m": 0.0, "sigma_m": 1e-9, "rate_hz": 100.0}
     loop = {"vertical": "baro-loop", "baro_time_constant_s": 10.0}
     result = run(scenario(loop, aiding={"baro": exact}))
-    x = np.maximum(result.ideal.time - np.mean(result.ideal.time[:2]), 0.0) / 10.0
+    x = np.maximum(result.truth.ideal.time - np.mean(result.truth.ideal.time[:2]), 0.0) / 10.0
     expected = 30.0 * (1.0 - (1.0 - 2.0 * x + 0.5 * x * x) * np.exp(-x))
     expected += 2.0 * 9.81 * 30.0 / 6.371e6 * 0.5 * (10.0 * x) ** 2 * np.exp(-x)
     np.testing.assert_allclose(result.errors["quaternion"].height, expected, rtol=0, atol=2e-4)
@@ -117,8 +117,8 @@ def test_route_of_the_transverse_frame() -> None:
     """The vehicle on the route's equator and 90° away from it along a meridian: one flight, one answer."""
     route = [50.0, 0.0, 60.0, 20.0]
     result = run(scenario({"frame": "transverse", "route_deg": route}))
-    first = result.trajectory.state(result.ideal.time[0])
-    direct = navigate(result.ideal, first, frame="transverse", route=tuple(np.radians(route)))
+    first = result.truth.trajectory.state(result.truth.ideal.time[0])
+    direct = navigate(result.truth.ideal, first, frame="transverse", route=tuple(np.radians(route)))
     assert np.array_equal(result.solutions["quaternion"].latitude, direct.latitude)
     other = run(scenario({"frame": "transverse"}))
     assert not np.array_equal(other.solutions["quaternion"].latitude, direct.latitude)
@@ -179,12 +179,12 @@ def test_what_cannot_be_is_said_when_the_scenario_is_loaded(
 def test_perfect_calibration_gives_the_ideal_increments_back(tmp_path: Path) -> None:
     imu = {"grade": "tactical", **QUIET, "gyro_quadratic_sigma_ppm_per_deg_s": 10.0, "accel_cubic_sigma_ug_per_g3": 9.0}
     plain = run(scenario({}, imu=imu))
-    assert plain.compensated is plain.measured
+    assert plain.sensed.imu is plain.sensed.measured
     result = run(scenario({}, imu=imu, compensation={}), tmp_path / "run")
-    assert np.abs(result.measured.dvel - result.ideal.dvel).max() > 1e-6
+    assert np.abs(result.sensed.measured.dvel - result.truth.ideal.dvel).max() > 1e-6
     # the measured increments are whole steps, whose remainders enter the next increment: one step at most
     for name, step in (("dvel", 2.0**-46), ("dtheta", 2.0**-52)):
-        off = getattr(result.compensated, name) - getattr(result.ideal, name)
+        off = getattr(result.sensed.imu, name) - getattr(result.truth.ideal, name)
         assert np.abs(off).max() < 1.01 * step
     before = plain.summary["algorithms"]["quaternion"]["max_horizontal_error_m"]
     after = result.summary["algorithms"]["quaternion"]["max_horizontal_error_m"]
@@ -192,7 +192,7 @@ def test_perfect_calibration_gives_the_ideal_increments_back(tmp_path: Path) -> 
     assert after < 1e-5
     stream = pq.read_table(tmp_path / "run" / "streams" / "imu_compensated.parquet")
     assert stream.column_names == pq.read_schema(tmp_path / "run" / "streams" / "imu_measured.parquet").names
-    assert np.array_equal(stream["dvel_z_mps"].to_numpy(), result.compensated.dvel[:, 2])
+    assert np.array_equal(stream["dvel_z_mps"].to_numpy(), result.sensed.imu.dvel[:, 2])
 
 
 def test_what_the_sensors_flag_is_recorded_and_counted(tmp_path: Path) -> None:
@@ -207,8 +207,8 @@ def test_what_the_sensors_flag_is_recorded_and_counted(tmp_path: Path) -> None:
     assert np.array_equal(late[stream["flags_accel_x"].to_numpy() >= FROZEN], late[25:35])
     assert np.array_equal(late[stream["flags_accel_x"].to_numpy() % FROZEN == DROPPED], late[20:30])
     assert not stream["flags_gyro_x"].to_numpy()[:25].any()
-    found = flagged_words(result.summary["flagged_samples"], len(result.measured))
-    assert found == f"Flagged by the sensors, of {len(result.measured)} samples: 10 dropped, 10 frozen."
+    found = flagged_words(result.summary["flagged_samples"], len(result.sensed.measured))
+    assert found == f"Flagged by the sensors, of {len(result.sensed.measured)} samples: 10 dropped, 10 frozen."
     assert found in (tmp_path / "run" / "report.html").read_text(encoding="utf-8")
     assert run(scenario({})).summary["flagged_samples"] == {}
 
@@ -239,11 +239,11 @@ def test_calibration_is_of_this_run_and_seeded() -> None:
     def left(imu: ImuData, ideal: ImuData) -> np.ndarray:
         return (imu.dtheta - ideal.dtheta) / np.diff(ideal.time)[:, None] / DEG_H
 
-    bias = left(first.compensated, first.ideal)
+    bias = left(first.sensed.imu, first.truth.ideal)
     assert np.ptp(bias, axis=0).max() < 1e-6
     assert 1e-4 < np.abs(bias[0]).max() < 0.04
-    assert np.array_equal(first.compensated.dtheta, again.compensated.dtheta)
-    assert np.abs(left(other.compensated, other.ideal)[0] - bias[0]).max() > 1e-4
+    assert np.array_equal(first.sensed.imu.dtheta, again.sensed.imu.dtheta)
+    assert np.abs(left(other.sensed.imu, other.truth.ideal)[0] - bias[0]).max() > 1e-4
 
 
 def test_calibration_has_no_negative_uncertainty() -> None:

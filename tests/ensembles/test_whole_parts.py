@@ -19,9 +19,11 @@ from sinssim.ensembles.judge import LOOKS, Looks
 from sinssim.ensembles.plan import make_plan
 from sinssim.ensembles.result import EnsembleResult
 from sinssim.ensembles.run_errors import empty
-from sinssim.ensembles.truth import Truth, TruthCache
+from sinssim.ensembles.truth import TruthCache
 from sinssim.errors import RunError
 from sinssim.requirements.requirement import parse_requirements
+from sinssim.simulation.sensed import Sensed
+from sinssim.simulation.truth import Truth
 from sinssim.statistics.order_statistics import Percentile
 from tests.ensembles.batch.test_served import reason
 from tests.ensembles.examples import AIDED, PARKED, scenario
@@ -81,10 +83,10 @@ def test_a_filter_that_diverges_fails_its_run(monkeypatch: pytest.MonkeyPatch) -
         **{name: value[at] for name, value in vars(error).items()}))  # fmt: skip
     monkeypatch.setattr("sinssim.estimation.from_scenario.aided_run.aid_run",
                         lambda *_, row_s, **more: asked.append(row_s) or aided)  # fmt: skip
-    start = SimpleNamespace(start=20.0, ellipsoid=None, state=lambda t: t)
+    truth = Truth(SimpleNamespace(ellipsoid=None, state=lambda t: t), None, 1.0, np.array([20.0]))  # type: ignore[arg-type]
     monkeypatch.setattr("sinssim.simulation.initial_error.initial_state_with_errors", lambda *_: "initial")
-    run: Any = SimpleNamespace(scenario=scenario(AIDED), trajectory=start, compensated=None, true_errors=None,
-                               readings=SimpleNamespace(monitored=()))  # fmt: skip
+    readings = SimpleNamespace(monitored=(), imu=None, compensated=None)
+    run = Sensed(scenario(AIDED), truth, readings, "errors")  # type: ignore[arg-type]
     plan: Any = SimpleNamespace(epochs=np.array([20.0, 21.0]), sensors=())
     errors = empty(2, 2, (), (), ())
     errors.sigma = np.full((2, 2, 9), NAN)
@@ -120,7 +122,7 @@ def test_gravity_of_each_run_is_felt_as_a_change_of_the_increments(monkeypatch: 
     dtheta, dvel = np.arange(6.0).reshape(2, 3) * 1e-3, np.arange(10.0, 16.0).reshape(2, 3)
     made: list[float] = []
     block: Any = SimpleNamespace(increments=lambda rate: made.append(rate) or ImuData(time, dtheta, dvel))
-    base = Truth("smooth", ImuData(time, dtheta, dvel), "state", block)  # type: ignore[arg-type]
+    base = Truth.along("smooth", block, 20.0, ImuData(time, dtheta, dvel), "state")  # type: ignore[arg-type]
     size = [0.125]
 
     def felt(at: Any, turn: Any) -> Any:

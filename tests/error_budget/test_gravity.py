@@ -33,7 +33,7 @@ def disturbed() -> tuple[Scenario, Run, BudgetResult]:
 
 def horizontal(run: Run, time: Array) -> Array:
     error = run.errors["quaternion"].position_ned
-    return np.stack([np.interp(time, run.time, error[:, k]) for k in range(2)], axis=1)
+    return np.stack([np.interp(time, run.truth.time, error[:, k]) for k in range(2)], axis=1)
 
 
 def test_the_error_is_that_of_the_linear_equations() -> None:
@@ -51,8 +51,8 @@ def test_the_error_is_that_of_a_schuler_pendulum_pushed_by_the_deflections() -> 
     Written down here without anything of the package's error equations; ξ and η are those of the recorded stream.
     """
     _, run, found = disturbed()
-    assert isinstance(run.trajectory, Disturbed)
-    v, s = gravity_values(run.trajectory), run.trajectory.state(np.asarray(found.time))
+    assert isinstance(run.truth.trajectory, Disturbed)
+    v, s = gravity_values(run.truth.trajectory), run.truth.trajectory.state(np.asarray(found.time))
     gamma = earth.gravity_ned(s.latitude, s.height)[:, 2]
     r1, r2 = earth.radii(s.latitude)
     rate = 7.292115e-5 + s.velocity_ned[:, 1] / ((r2 + s.height) * np.cos(s.latitude))

@@ -7,14 +7,12 @@ from typing import Any
 import numpy as np
 
 import sinssim
-from sinssim.data import Array, NavSolution
+from sinssim.data import Array
 from sinssim.error_budget.result import BudgetResult
 from sinssim.scenario import Scenario
-from sinssim.sensors.imu.emulate import digital
-from sinssim.sensors.sets.reading import read
-from sinssim.sensors.sets.true_errors import draw_true_errors
-from sinssim.simulation.navigation import height_reference, solve
-from sinssim.strapdown.nav_error import navigation_error
+from sinssim.simulation.navigation import Navigated
+from sinssim.simulation.sensed import sense
+from sinssim.simulation.truth import truth_along
 
 PLACE = {"latitude_deg": 50.0, "longitude_deg": 14.5, "altitude_m": 300.0}
 
@@ -66,23 +64,13 @@ def _tuples(value: Any) -> Any:
 
 def ensemble(plan: Scenario, result: BudgetResult, runs: int, first: int = 1000) -> Array:
     """Return the errors of unaided runs with the seeds first, first + 1, …, (N, E, 9); the motion is computed once."""
-    trajectory = sinssim.fly(plan)
-    ideal = digital(trajectory.increments(plan.imu.rate_hz))
-    height = trajectory.state(ideal.time).height
-    rows = np.searchsorted(ideal.time, result.time + ideal.time[0] - 1e-6)
-    truth = trajectory.state(ideal.time[rows])
+    truth = truth_along(sinssim.fly(plan), plan)
+    rows = np.searchsorted(truth.time, result.time + truth.time[0] - 1e-6)
     found = []
     for seed in range(first, first + runs):
         one = plan.model_copy(update={"seed": seed})
-        errors = draw_true_errors(one.imu, one.seed, one.compensation)
-        readings = read(trajectory, ideal, one.imu, one.seed, errors)[1]
-        imu = readings.compensated or readings.imu
-        (s,) = solve(one, trajectory, imu, None, height_reference(one, trajectory, height))[0].values()
-        solution = NavSolution(
-            s.time[rows], s.latitude[rows], s.longitude[rows], s.height[rows], s.velocity_ned[rows], s.q_nb[rows],
-            s.defect[rows], s.algorithm,
-        )  # fmt: skip
-        error = navigation_error(truth, solution, trajectory.ellipsoid)
+        (solution,) = Navigated(one, sense(one, truth)).solutions.values()
+        error = truth.error_of(solution, "north", rows)
         found.append(np.hstack([error.position_ned, error.velocity_ned, error.attitude]))
     return np.array(found)
 

@@ -69,9 +69,9 @@ def of_pyins(own: Run, count: int) -> Any:
     """Return pyins' result on the increments and fixes of a run, with the run's gravity."""
     from tests.oracles import pyins_filter as pyins
 
-    measured, scenario = own.measured, own.scenario
+    measured, scenario = own.sensed.measured, own.scenario
     imu = ImuData(measured.time[: count + 1], measured.dtheta[:count], measured.dvel[:count])
-    truth = own.trajectory.state(imu.time)
+    truth = own.truth.trajectory.state(imu.time)
     fixes = {one.measurements.kind: one.measurements for one in own.aided.sensed}
     position, velocity = fixes["gnss-position"], fixes["gnss-velocity"]
     first = own.solutions["quaternion"]
@@ -111,7 +111,7 @@ def both(request: pytest.FixtureRequest) -> SimpleNamespace:
     contents["seed"] = request.param
     own = run(Scenario.model_validate(contents))
     seconds = np.arange(1.0, END)
-    truth, ours = own.trajectory.state(seconds), own.aided.estimate
+    truth, ours = own.truth.trajectory.state(seconds), own.aided.estimate
     rows = at(ours.time, seconds)
     kept = np.isin(ours.rows, rows)  # a run stores some of the covariances
     seen = np.searchsorted(rows, ours.rows[kept])

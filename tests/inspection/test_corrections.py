@@ -76,7 +76,7 @@ def _beyond_fixes(scenario: Path) -> float:
     run = sinssim.run(load_scenario(str(scenario)))
     assert run.aided is not None
     assert run.aided.estimate.divergence is None
-    log = run.prepared.log
+    log = run.truth.prepared.log
     position = next(r.measurements for r in log.sensed if r.measurements.kind == "gnss-position")
     found = run.aided.estimate.solution
     latitude, longitude = (np.interp(position.time, found.time, x) for x in (found.latitude, found.longitude))

@@ -50,8 +50,8 @@ def test_an_ideal_recording_navigates_to_the_truth(tmp_path: Path) -> None:
             }
         )
     )
-    assert run.prepared is not None
-    assert run.prepared.log.reference is not None
+    assert run.truth.prepared is not None
+    assert run.truth.prepared.log.reference is not None
     # the run's time 0 is the first stamp, 10 ms after the first edge
     direct = sinssim.navigate(imu, truth.state(0.0))
     solution = run.solutions["quaternion"]
@@ -82,8 +82,8 @@ def _simulated(**more: Any) -> Scenario:
 
 def _recorded_again(simulated: sinssim.RunResult, folder: Path, **more: Any) -> sinssim.RunResult:
     """Write the readings of a simulated run to text, and navigate on them."""
-    write_increments(folder / "imu.csv", simulated.measured)
-    write_reference(folder / "ref.csv", simulated.trajectory, 20.0)  # type: ignore[arg-type]
+    write_increments(folder / "imu.csv", simulated.sensed.measured)
+    write_reference(folder / "ref.csv", simulated.truth.trajectory, 20.0)  # type: ignore[arg-type]
     log: dict[str, Any] = {
         "imu": {"file": str(folder / "imu.csv"), "time_offset_s": 0.0, **INCREMENTS},
         # both count from the beginning of the simulation; the run's time from the first stamp
@@ -151,7 +151,7 @@ def test_a_known_field_compensates_recorded_readings(tmp_path: Path) -> None:
     """Perfect sensors in EGM2008: with the field the recorded run closes; without, it is off by δg t²/2."""
     field = {"gravity": {"model": "egm2008"}}
     simulated = sinssim.run(_simulated(imu={"grade": "ideal"}, **field))
-    felt = np.hypot(*simulated.trajectory.disturbance_ned(np.array([30.0]))[0, :2])  # type: ignore[attr-defined]
+    felt = np.hypot(*simulated.truth.trajectory.disturbance_ned(np.array([30.0]))[0, :2])  # type: ignore[attr-defined]
     assert felt > 1e-4
     for known in (True, False):
         folder = tmp_path / str(known)

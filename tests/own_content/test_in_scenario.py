@@ -166,7 +166,7 @@ def test_an_ensemble_of_an_own_algorithm_in_processes(project: Path, tmp_path: P
     """The runs of a batch, in other processes, have the bits of single runs; the batch compiles the own functions."""
     scenario = load_scenario(project / "scenario.toml", [*SHORT, "ensemble.solution=cayley", "ensemble.runs=4"])
     result = sinssim.ensemble(scenario, directory=tmp_path / "ensemble", workers=2)
-    assert not result.failures
+    assert not result.navigated.failures
     single = sinssim.run(load_scenario(project / "scenario.toml", [*SHORT, f"seed={run_seed(1, 2)}"]))
     assert result.final_horizontal[2] == single.errors["cayley"].horizontal[-1]
     (project / "algorithms" / "cayley.py").write_text(

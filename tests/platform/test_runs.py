@@ -73,8 +73,8 @@ def test_on_a_turntable_a_scale_factor_costs_strapdown_alone() -> None:
     turned = 50.0 * PPM * rate * DEG * seconds
     assert result.errors["quaternion"].angle[-1] == pytest.approx(turned, rel=0.01)
     assert result.errors["platform"].angle[-1] < 1e-4 * turned
-    assert result.without_errors_of_turns is not None
-    assert result.without_errors_of_turns.angle[-1] < 1e-4 * turned
+    assert result.parts["platform"].without_errors_of_turns is not None
+    assert result.parts["platform"].without_errors_of_turns.angle[-1] < 1e-4 * turned
     assert result.summary["platform"]["turned_deg"] == pytest.approx(rate * seconds, rel=0.01)
 
 
@@ -97,7 +97,7 @@ def test_misalignment_in_a_turn_is_that_of_its_closed_form() -> None:
     motion = {"type": "rotation-table", "latitude_deg": 50.0, "steps": [turn]}
     tilt = {**QUIET, "gyro_misalignment_arcsec": [0.0, 30.0, 0.0, 0.0, 0.0, 0.0]}
     result = run(scenario({"torquer_scale_ppm": [0.0] * 3}, tilt, motion=motion))
-    turned = np.concatenate([[0.0], np.cumsum(result.ideal.dtheta[:, 2])])
+    turned = np.concatenate([[0.0], np.cumsum(result.truth.ideal.dtheta[:, 2])])
     want = 2.0 * 30.0 * ARCSEC * np.abs(np.sin(0.5 * turned))
     np.testing.assert_allclose(result.errors["quaternion"].angle, want, atol=0.01 * want.max())
     assert result.errors["platform"].angle.max() < 1e-4 * want.max()
@@ -116,7 +116,7 @@ def test_coning_does_not_reach_a_platform() -> None:
 def test_beside_an_algorithm_with_fewer_rows(algorithm: str, tmp_path: Path) -> None:
     result = run(scenario(navigation={"algorithms": ["platform", algorithm]}), tmp_path / "run")
     assert result.summary["platform"]["strapdown"]["algorithm"] == algorithm
-    assert not result.failures
+    assert not result.navigated.failures
 
 
 def test_side_by_side(tmp_path: Path) -> None:
@@ -155,7 +155,7 @@ def test_side_by_side(tmp_path: Path) -> None:
         "drift_x_radps", "drift_y_radps", "drift_z_radps", "dvel_x_mps", "dvel_y_mps", "dvel_z_mps",
         "gimbal_roll_rad", "gimbal_pitch_rad", "gimbal_azimuth_rad", "q_ip_w", "q_ip_x", "q_ip_y", "q_ip_z",
     ]  # fmt: skip
-    solution = result.platform
+    solution = result.solutions["platform"]
     assert solution is not None
     np.testing.assert_array_equal(own_stream["drift_y_radps"].to_numpy(), solution.drift[:, 1])
     without = pq.read_table(streams / "error_without_errors_of_turns.parquet")
@@ -173,13 +173,12 @@ def test_side_by_side(tmp_path: Path) -> None:
 def test_the_platform_is_commanded_the_earths_rate_and_that_of_the_flight() -> None:
     """15.04 cos φ and 200 m/s over the Earth's radius, here for 60 s along the great circle."""
     result = run(scenario(imu=QUIET))
-    assert result.platform is not None
-    omega, v = 7.292115e-5, result.truth.velocity_ned[0]
-    lat, h = result.truth.latitude[0], result.truth.height[0]
+    omega, v = 7.292115e-5, result.truth.state.velocity_ned[0]
+    lat, h = result.truth.state.latitude[0], result.truth.state.height[0]
     r1 = 6378137.0 * (1 - 0.00669437999) / (1 - 0.00669437999 * np.sin(lat) ** 2) ** 1.5 + h
     r2 = 6378137.0 / np.sqrt(1 - 0.00669437999 * np.sin(lat) ** 2) + h
     want = [omega * np.cos(lat) + v[1] / r2, -v[0] / r1, -omega * np.sin(lat) - v[1] * np.tan(lat) / r2]
-    np.testing.assert_allclose(result.platform.commanded[0], want, rtol=1e-6)
+    np.testing.assert_allclose(result.solutions["platform"].commanded[0], want, rtol=1e-6)
     assert result.summary["platform"]["max_commanded_rate_deg_h"] == pytest.approx(
         np.linalg.norm(want) / DEG_H, rel=1e-3
     )
@@ -207,7 +206,7 @@ def test_errors_beyond_the_linear_equations_are_said_to_be(tmp_path: Path) -> No
 
 def test_given_and_random_errors_of_the_platform() -> None:
     def of(**sensor_set: Any) -> Any:
-        return run(scenario(sensor_set, QUIET)).true_errors.platform
+        return run(scenario(sensor_set, QUIET)).sensed.errors.platform
 
     np.testing.assert_allclose(of(torquer_scale_ppm=[1.0, 2.0, 3.0]).torquer_scale, [1e-6, 2e-6, 3e-6])
     both = of(torquer_scale_ppm=[1.0, 2.0, 3.0], torquer_scale_sigma_ppm=5.0).torquer_scale
@@ -337,10 +336,9 @@ def test_what_is_refused(
 def test_accelerometers_can_fail_on_a_platform() -> None:
     fault = {"type": "dropout", "from_s": 20.0, "to_s": 20.1, "channels": ["accel_x"]}
     result = run(scenario(imu={**QUIET, "faults": [fault]}))
-    assert result.platform is not None
-    assert result.platform.flags is not None
-    assert result.platform.flags[:, 3].any()
-    assert not result.platform.flags[:, [0, 1, 2, 4, 5]].any()
+    assert result.solutions["platform"].flags is not None
+    assert result.solutions["platform"].flags[:, 3].any()
+    assert not result.solutions["platform"].flags[:, [0, 1, 2, 4, 5]].any()
 
 
 def test_the_shipped_scenario() -> None:

@@ -50,7 +50,7 @@ def run(frame: str) -> Any:
         imu=SimpleNamespace(sensor_set=Platform(type="platform")), navigation=SimpleNamespace(frame=frame)
     )
     return SimpleNamespace(
-        scenario=scenario, solutions={"platform": None}, platform=solution(), time=TIME,
-        errors={"platform": PLATFORM}, strapdown=("poisson", STRAPDOWN), without_errors_of_turns=FREE,
-        ideal=SimpleNamespace(dtheta=np.radians(SENSED)), platform_errors_by_cause=BY_CAUSE,
+        run=SimpleNamespace(scenario=scenario, time=TIME), solution=solution(), errors=PLATFORM,
+        strapdown=("poisson", STRAPDOWN), without_errors_of_turns=FREE,
+        true_increments=SimpleNamespace(dtheta=np.radians(SENSED)), errors_by_cause=BY_CAUSE,
     )  # fmt: skip

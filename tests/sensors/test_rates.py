@@ -39,8 +39,8 @@ def test_mean_rates_times_the_interval_are_the_increments(imu: dict[str, Any]) -
     """Bit for bit: without pulses, a block that divides by the interval gives the same information."""
     none = {"gyro_quantum_arcsec": 0.0, "accel_quantum_mm_s": 0.0}
     one, other = (sinssim.run(scenario(name, CONE, {**imu, **none})) for name in ("increments", "mean-rates"))
-    assert np.array_equal(one.measured.dtheta, other.measured.dtheta)
-    assert np.array_equal(one.measured.dvel, other.measured.dvel)
+    assert np.array_equal(one.sensed.measured.dtheta, other.sensed.measured.dtheta)
+    assert np.array_equal(one.sensed.measured.dvel, other.sensed.measured.dvel)
     assert np.array_equal(one.solutions["quaternion"].q_nb, other.solutions["quaternion"].q_nb)
 
 
@@ -49,17 +49,17 @@ def test_each_rate_is_rounded_by_itself(output: str) -> None:
     """Errors of at most half a step, independent of each other: variance Q²/12, whose sum grows with their number."""
     quantum = radians(20.0 / 3600.0)
     run = sinssim.run(scenario(output, OTHER_CONE, {"gyro_quantum_arcsec": 20.0}))
-    error = run.measured.dtheta - run.perfect.imu.dtheta
+    error = run.sensed.measured.dtheta - run.sensed.perfect.imu.dtheta
     steps = 1.0 if output == "mean-rates" else 2.0  # a trapezoid is the mean of two readings
-    assert run.measured.dtheta * steps / quantum == pytest.approx(
-        np.rint(run.measured.dtheta * steps / quantum), abs=1e-6
+    assert run.sensed.measured.dtheta * steps / quantum == pytest.approx(
+        np.rint(run.sensed.measured.dtheta * steps / quantum), abs=1e-6
     )
     across = error[:, 1:]
     assert np.abs(across).max() <= 0.5 * quantum * (1.0 + 1e-9)
     assert np.var(across) == pytest.approx(quantum**2 / 12.0 / steps, rel=0.15)
     assert np.abs(np.cumsum(across, axis=0)).max() > 3.0 * quantum
     counted = sinssim.run(scenario("increments", OTHER_CONE, {"gyro_quantum_arcsec": 20.0}))
-    sums = np.cumsum(counted.measured.dtheta - counted.ideal.dtheta, axis=0)
+    sums = np.cumsum(counted.sensed.measured.dtheta - counted.truth.ideal.dtheta, axis=0)
     assert np.abs(sums).max() <= 0.5 * quantum * (1.0 + 1e-6)
 
 
@@ -112,8 +112,8 @@ def test_calibration_acts_on_the_readings() -> None:
     """A perfect calibration restores what the trapezoidal rule makes of perfect readings."""
     errors = {"gyro_scale_sigma_ppm": 3000.0, "accel_quadratic_sigma_ug_per_g2": 500.0, "gyro_bias_sigma_deg_h": 50.0}
     run = sinssim.run(scenario("instantaneous-rates", CONE, errors, compensation={}))
-    assert run.compensated.dtheta == pytest.approx(run.perfect.imu.dtheta, abs=1e-14)
-    assert run.compensated.dvel == pytest.approx(run.perfect.imu.dvel, abs=1e-13)
+    assert run.sensed.imu.dtheta == pytest.approx(run.sensed.perfect.imu.dtheta, abs=1e-14)
+    assert run.sensed.imu.dvel == pytest.approx(run.sensed.perfect.imu.dvel, abs=1e-13)
 
 
 def test_filter_assumes_the_rounding_as_white_noise() -> None:

@@ -6,12 +6,12 @@ import pytest
 
 import sinssim
 from sinssim.simulation.navigation import solve
+from sinssim.simulation.truth import truth_along
 
 
 def test_a_platform_needs_the_errors_of_its_sensors() -> None:
     settings = ["parked.duration_s=5", "imu.sensor_set.type=platform", "navigation.algorithms=['platform']"]
     scenario = sinssim.load_scenario("parked", settings)
-    trajectory = sinssim.fly(scenario)
-    ideal = trajectory.increments(scenario.imu.rate_hz)
+    truth = truth_along(sinssim.fly(scenario), scenario)
     with pytest.raises(sinssim.InputError, match=r"platform computes its own loop .* give errors"):
-        solve(scenario, trajectory, ideal, None, None)
+        solve(scenario, truth, truth.ideal, None, None)

@@ -19,7 +19,7 @@ from sinssim.rotation.arrays import euler_from_quaternion
 from sinssim.scenario.schema import Scenario
 from sinssim.scenario.true_motion import fly
 from sinssim.sensors.imu.emulate import emulate
-from sinssim.simulation.own_alignment import align_itself
+from sinssim.simulation.special.own_alignment import align_itself
 from sinssim.truth.trajectory import Trajectory
 
 PARKED = {"latitude_deg": 50.0, "heading_deg": 30.0, "pitch_deg": 0.5, "altitude_m": 300.0, "duration_s": 310.0}

@@ -16,11 +16,14 @@ from sinssim.error_budget.result import Added
 from sinssim.errors import InputError, RunError
 from sinssim.scenario import Scenario
 from sinssim.scenario.sections.navigation import InitialErrorSection
-from sinssim.simulation import own_alignment, stages
+from sinssim.simulation import stages
 from sinssim.simulation.initial_error import initial_state_with_errors
-from sinssim.simulation.navigation import height_reference, solve
-from sinssim.simulation.phase_sources import add_sources, budgets_of_phases
+from sinssim.simulation.navigation import solve
+from sinssim.simulation.parts.phases import add_sources, budgets_of_phases
+from sinssim.simulation.sensed import Sensed
+from sinssim.simulation.special import own_alignment
 from sinssim.simulation.stages import STAGES, Stages
+from sinssim.simulation.truth import Truth
 from sinssim.strapdown.nav_error import navigation_error
 
 MINUTE, SECOND = pi / 10_800.0, pi / 648_000.0
@@ -30,6 +33,14 @@ LATITUDE, LONGITUDE, HEIGHT = 0.9, 0.3, 5000.0
 def truth(q_nb: tuple[float, ...] = (1.0, 0.0, 0.0, 0.0)) -> NavState:
     place = (np.asarray(LATITUDE), np.asarray(LONGITUDE), np.asarray(HEIGHT))
     return NavState(*place, np.array([10.0, 20.0, -1.0]), np.array(q_nb))
+
+
+def known(ideal: Any = None, state: Any = None, trajectory: Any = None, time: Any = (0.0, 1.0)) -> Truth:
+    """Return a true motion that holds what is given."""
+    of = trajectory or SimpleNamespace(state=lambda t: truth(), start=0.0, end=1.0, ellipsoid=WGS84)
+    found = Truth(of, "block", 1.0, np.asarray(time))  # type: ignore[arg-type]
+    vars(found).update(ideal=ideal, state=state)
+    return found
 
 
 def scenario(**tables: Any) -> Scenario:
@@ -114,9 +125,13 @@ def test_a_start_a_kilometre_from_the_pole() -> None:
 def test_the_height_reference(monkeypatch: pytest.MonkeyPatch) -> None:
     """The readings of a barometer by their arrival; the true height without one, or without its loop."""
     true, baro = np.array([7.0, 8.0]), {"baro": {"rate_hz": 4.0}}
-    plain = scenario(aiding=baro, filter={}, navigation={"vertical": "free"})
-    assert height_reference(plain, None, true) is true
-    assert height_reference(scenario(navigation={"vertical": "baro-loop"}), None, true) is true
+    motion = known(state=SimpleNamespace(height=true), trajectory="trajectory")
+
+    def height(of: Any) -> Any:
+        return Sensed(of, motion, None, None).height  # type: ignore[arg-type]
+
+    assert height(scenario(aiding=baro, filter={}, navigation={"vertical": "free"})) is true
+    assert height(scenario(navigation={"vertical": "baro-loop"})) is true
     looped = scenario(aiding=baro, navigation={"vertical": "baro-loop"})
     readings = SimpleNamespace(time=np.zeros(2), arrival=np.array([0.5, 0.75]), value=np.array([[31.0], [33.0]]))
     seeds = []
@@ -126,13 +141,13 @@ def test_the_height_reference(monkeypatch: pytest.MonkeyPatch) -> None:
         return [SimpleNamespace(measurements=readings)]
 
     monkeypatch.setattr("sinssim.sensors.aiding.barometer.BarometerSection.read", read)
-    found = height_reference(looped, "trajectory", true)
+    found = height(looped)
     assert (found.arrival.tolist(), found.value.tolist(), found.interval) == ([0.5, 0.75], [31.0, 33.0], 0.25)
     assert seeds == [("trajectory", 11)]
     readings.time = np.zeros(0)
     with pytest.raises(InputError, match="cover the whole run"):
-        height_reference(looped, None, true)
-    assert height_reference(looped.model_copy(update={"filter": object()}), None, true) is None
+        _ = height(looped)
+    assert height(looped.model_copy(update={"filter": object()})) is None
 
 
 def test_an_alignment_takes_the_first_samples(monkeypatch: pytest.MonkeyPatch) -> None:
@@ -221,12 +236,11 @@ def test_budgets_of_the_phases(monkeypatch: pytest.MonkeyPatch) -> None:
 
     monkeypatch.setattr("sinssim.error_budget.analyse.budget", budget)
     own = SimpleNamespace(filter="f")
-    run = SimpleNamespace(
-        scenario=own, time=np.array([30.0, 31.0, 90.0]), trajectory="t", block="b", ideal="i", truth="s"
-    )
+    motion = known("i", "s", "t", [30.0, 31.0, 90.0])
+    run: Any = SimpleNamespace(scenario=own, truth=motion)
     phases = [SimpleNamespace(end=40.0), SimpleNamespace(end=95.0)]
     assert budgets_of_phases(run, phases) == {"inertial": "budget", "filter": "It cannot be."}
-    assert asked == [(own, kind, "t", "b", "i", "s", [10.0, 60.0]) for kind in ("inertial", "filter")]
+    assert asked == [(own, kind, "t", "block", "i", "s", [10.0, 60.0]) for kind in ("inertial", "filter")]
     own.filter = None
     assert budgets_of_phases(run, phases) == {"inertial": "budget"}
 
@@ -275,9 +289,8 @@ def test_what_an_algorithm_navigates_with(monkeypatch: pytest.MonkeyPatch) -> No
             "initial_error": {"height_m": 25.0},
         }
     )  # fmt: skip
-    trajectory = SimpleNamespace(state=lambda t: truth(), start=0.0, end=1.0, ellipsoid=WGS84)
     imu, height = ImuData(np.array([0.0, 1.0]), np.zeros((1, 3)), np.zeros((1, 3))), np.array([5.0, 6.0])
-    found, failed = solve(own, trajectory, imu, "q", height)
+    found, failed = solve(own, known(), imu, "q", height)
     assert (found, list(failed), failed["euler"].time) == ({"poisson": "by poisson"}, ["euler"], 2.0)
     assert seen["poisson"][0] is imu
     assert (seen["poisson"][1], float(seen["poisson"][2].height)) == ("q", 5025.0)
@@ -292,7 +305,7 @@ def test_what_an_algorithm_navigates_with(monkeypatch: pytest.MonkeyPatch) -> No
     turned = scenario(
         navigation={"frame": "wander", "azimuth_deg": 30.0, "vertical": "free", "algorithms": ["poisson"]}
     )
-    solve(turned, trajectory, imu, None, None)
+    solve(turned, known(), imu, None, None)
     options = seen["poisson"][3]
     assert (
         options["azimuth"],
@@ -302,7 +315,7 @@ def test_what_an_algorithm_navigates_with(monkeypatch: pytest.MonkeyPatch) -> No
         options["route"],
     ) == (pytest.approx(pi / 6.0), "free", None, 50.0, None)
     with pytest.raises(RunError, match="it fails"):
-        solve(scenario(navigation={"algorithms": ["euler"]}), trajectory, imu, None, None)
+        solve(scenario(navigation={"algorithms": ["euler"]}), known(), imu, None, None)
 
 
 def test_navigation_after_an_alignment(monkeypatch: pytest.MonkeyPatch) -> None:
@@ -321,7 +334,6 @@ def test_navigation_after_an_alignment(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr("sinssim.strapdown.measured_attitude.navigate_set", navigate_set)
     navigation = {"alignment": {"duration_s": 10.0}, "ellipsoid": "krasovsky-1940", "vertical": "truth"}
     own = scenario(imu={"grade": "tactical"}, navigation=navigation)
-    trajectory = SimpleNamespace(state=lambda t: truth(), start=0.0, end=1.0, ellipsoid=WGS84)
     imu = ImuData(np.arange(4.0), np.zeros((3, 3)), np.zeros((3, 3)))
-    solve(own, trajectory, imu, None, np.array([5.0, 6.0, 8.0, 9.0]))
+    solve(own, known(time=imu.time), imu, None, np.array([5.0, 6.0, 8.0, 9.0]))
     assert seen == {"ellipsoid": "krasovsky-1940", "time": [2.0, 3.0], "initial": "aligned", "height": [8.0, 9.0]}

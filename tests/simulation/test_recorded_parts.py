@@ -5,17 +5,20 @@ from __future__ import annotations
 import json
 from pathlib import Path
 from types import SimpleNamespace
+from typing import Any
 
 import numpy as np
 import pytest
 
 from sinssim.errors import InputError
 from sinssim.recording.store.directory import RunDirectory
-from sinssim.simulation import outages
-from sinssim.simulation.execute_log import RecordedMotion, _aid, _compared_with, _error, _height, _known_errors
+from sinssim.simulation.aiding import aid, best_reference
 from sinssim.simulation.finish import about, keep
+from sinssim.simulation.parts import outages
+from sinssim.simulation.recorded import _heights, sense_recorded
 from sinssim.simulation.result import Run
 from sinssim.simulation.stages import Stages
+from sinssim.simulation.truth import RecordedMotion
 from sinssim.strapdown.nav_error import NavError
 from tests.recording.store.test_filter_streams import motion
 from tests.recording.store.test_summary import ERROR
@@ -30,17 +33,19 @@ def test_the_height_of_recorded_sensors() -> None:
     )  # fmt: skip
     sensed = [SimpleNamespace(measurements=one) for one in (SimpleNamespace(kind="heading"), Sized(m))]
     prepared = SimpleNamespace(log=SimpleNamespace(sensed=sensed))
-    run = SimpleNamespace(scenario=SimpleNamespace(navigation=SimpleNamespace(vertical="baro-loop")))
-    found = _height(run, prepared)
+    found = _heights(prepared)  # type: ignore[arg-type]
     assert (found.arrival.tolist(), found.value.tolist(), found.interval) == (
         [2.0, 3.0, 4.0, 5.0],
         [7.0, 8.0, 9.0, 6.0],
         0.5,
     )
     with pytest.raises(InputError, match="needs heights"):
-        _height(run, SimpleNamespace(log=SimpleNamespace(sensed=sensed[:1])))
-    run.scenario.navigation.vertical = "free"
-    assert _height(run, prepared) is None
+        _heights(SimpleNamespace(log=SimpleNamespace(sensed=sensed[:1])))  # type: ignore[arg-type]
+    motion: Any = SimpleNamespace(prepared=SimpleNamespace(log=SimpleNamespace(imu="imu", sensed=sensed)))
+    for vertical, expected in (("baro-loop", [7.0, 8.0, 9.0, 6.0]), ("free", None)):
+        own = scenario(navigation={"vertical": vertical})
+        heights = sense_recorded(own, motion).height
+        assert (heights if heights is None else heights.value.tolist()) == expected
 
 
 class Sized(SimpleNamespace):
@@ -64,9 +69,7 @@ def test_what_a_summary_says_of_any_run(tmp_path: Path) -> None:
         40.0,
     ]
     assert "message" not in about(own, clock, "finished")
-    run = Run(own)
-    run.summary, run.about_filter = {"a": 1.5}, ("A line.",)
-    place = keep(RunDirectory(tmp_path / "run"), run, "<p>page</p>")
+    place = keep(RunDirectory(tmp_path / "run"), own, ("A line.",), {"a": 1.5}, "<p>page</p>")
     assert place == tmp_path / "run"
     assert json.loads((place / "summary.json").read_text()) == {"a": 1.5}
     assert (place / "report.html").read_text() == "<p>page</p>"
@@ -79,14 +82,14 @@ def test_what_a_summary_says_of_any_run(tmp_path: Path) -> None:
 
 
 def test_a_run_in_words() -> None:
-    run = Run(scenario())
-    assert repr(run) == "Run(x: not finished)"
-    run.summary = {
+    summary = {
         "status": "finished",
+        "start_s": 2.5,
+        "end_s": 47.5,
         "algorithms": {"euler": numbers(1.5), "poisson": dict.fromkeys(numbers(1.0))},
         "filter": {"smoothed": numbers(2.5)},
     }
-    run.time, run.aided = np.array([2.5, 3.0, 47.5]), "aided"
+    run = Run(scenario(), None, "aided", {}, summary)  # type: ignore[arg-type]
     assert repr(run) == "Run(x: finished; 2.5 … 47.5 s; euler, poisson; with a filter)"
     cells = run._repr_html_().replace(' style="text-align: left"', "")
     heads = ("solution", "horizontal error at the end, m", "largest", "velocity error at the end, m/s", "largest",
@@ -107,39 +110,54 @@ def test_what_recorded_sensors_are_compared_with() -> None:
     """A recorded reference; else the smoothed or the aided solution; else the first of two algorithms."""
     solutions = {"euler": motion(1.0, "euler"), "poisson": motion(40.0, "poisson")}
     estimate = SimpleNamespace(time=np.zeros(2), smoothed=None, solution=motion(80.0, "a"))
-    run = SimpleNamespace(aided=SimpleNamespace(estimate=estimate), solutions=solutions)
-    given = SimpleNamespace(name="r.pos")
-    assert _compared_with(run, given) == (given, "r.pos")
-    reference, name = _compared_with(run, None)
-    assert (name, reference.name, reference.latitude.tolist()) == (
-        "the aided solution",
+    aided: Any = SimpleNamespace(estimate=estimate)
+    unknown_motion, given = RecordedMotion(None, None), SimpleNamespace(name="r.pos")  # type: ignore[arg-type]
+    known = RecordedMotion(None, given)  # type: ignore[arg-type]
+    assert best_reference(known, aided, solutions) is given
+
+    def best(of: Any, by: Any = solutions) -> Any:
+        return best_reference(unknown_motion, of, by)
+
+    reference = best(aided)
+    assert (reference.name, reference.latitude.tolist()) == (
         "the aided solution",
         estimate.solution.latitude.tolist(),
     )
     estimate.smoothed = SimpleNamespace(solution=motion(90.0, "s"))
-    reference, name = _compared_with(run, None)
-    assert (name, reference.height.tolist()) == ("the smoothed solution", estimate.smoothed.solution.height.tolist())
+    reference = best(aided)
+    assert (reference.name, reference.height.tolist()) == (
+        "the smoothed solution",
+        estimate.smoothed.solution.height.tolist(),
+    )
     estimate.time = np.zeros(1)
-    reference, name = _compared_with(run, None)
-    assert (name, reference.longitude.tolist()) == ("the solution euler", solutions["euler"].longitude.tolist())
-    assert _compared_with(SimpleNamespace(aided=None, solutions={"euler": solutions["euler"]}), None) == (None, None)
-    unknown = _error(None, solutions["euler"])
+    reference = best(aided)
+    assert (reference.name, reference.longitude.tolist()) == (
+        "the solution euler",
+        solutions["euler"].longitude.tolist(),
+    )
+    assert best(None, {"euler": solutions["euler"]}) is None
+    unknown = unknown_motion.error_of(solutions["euler"], "north")
     assert unknown.time.tolist() == [5.0, 6.0, 8.0]
     assert np.isnan([unknown.position_ned, unknown.velocity_ned, unknown.attitude]).all()
-    assert _error(SimpleNamespace(error_of=lambda s: ("of", s)), "solution") == ("of", "solution")
+    by: Any = SimpleNamespace(error_of=lambda s: ("of", s))
+    assert RecordedMotion(None, by).error_of("solution", "north") == ("of", "solution")  # type: ignore[arg-type]
 
 
-def test_a_recorded_motion_before_navigation_is_its_start() -> None:
-    found = RecordedMotion(truth(), 3.0, 9.0)
-    assert found.state(np.float64(7.0)) is found.first
-    rows = found.state(np.array([3.0, 5.0]))
-    assert (rows.latitude.tolist(), rows.longitude.tolist(), rows.height.tolist()) == (
-        [0.9] * 2,
-        [0.3] * 2,
-        [5000.0] * 2,
-    )
-    assert rows.velocity_ned.tolist() == [[10.0, 20.0, -1.0]] * 2
-    assert rows.q_nb.tolist() == [[1.0, 0.0, 0.0, 0.0]] * 2
+def test_a_recorded_motion_is_known_by_its_start() -> None:
+    """Its axes are those of the place where it starts, and its outages are two events each."""
+    imu, first = SimpleNamespace(time=np.array([3.0, 9.0])), truth()
+    log = SimpleNamespace(imu=imu, outages=((4.0, 5.0),))
+    found = RecordedMotion(SimpleNamespace(log=log, start=SimpleNamespace(state=first)), None)  # type: ignore[arg-type]
+    assert found.first is first
+    assert found.time.tolist() == [3.0, 9.0]
+    assert [(event.time, event.text) for event in found.events] == [
+        (4.0, "GNSS withheld"),
+        (5.0, "GNSS available again"),
+    ]
+    assert found.axes("wander") == "north"
+    first.latitude[...] = 1.565
+    assert found.axes("wander") == "transported"
+    assert found.axes("level") == "north"
 
 
 def test_outages_of_a_run_and_of_further_passes(monkeypatch: pytest.MonkeyPatch) -> None:
@@ -151,10 +169,16 @@ def test_outages_of_a_run_and_of_further_passes(monkeypatch: pytest.MonkeyPatch)
     errors = {"own": ERROR, "other": double, "smooth": ERROR}
     reference = SimpleNamespace(name="r", error_of=lambda solution: errors[solution])
     passed = []
-    monkeypatch.setattr(outages, "_pass", lambda run, prepared, spans: passed.append(spans) or other)
-    run = SimpleNamespace(aided=SimpleNamespace(estimate=estimate), scenario=SimpleNamespace(log="log"))
+    monkeypatch.setattr(outages, "_pass", lambda sensed, prepared, spans: passed.append(spans) or other)
+    aided: Any = SimpleNamespace(estimate=estimate)
+
+    def judged() -> Any:
+        motion = RecordedMotion(SimpleNamespace(log=log, scenario=SimpleNamespace(log="log")), None)  # type: ignore[arg-type]
+        run: Any = SimpleNamespace(truth=motion, sensed=None)
+        return outages.Outages(run, aided).judged
+
     log = SimpleNamespace(outages=((5.5, 8.0),), passes=(), reference=reference, fixes=None)
-    found = outages.judged_outages(run, SimpleNamespace(log=log))
+    found = judged()
     assert (found.numbers["against"], passed) == ("r", [])
     (one,) = found.numbers["each"]
     assert (one["at_s"], one["horizontal_error_m"], one["horizontal_sigma_m"], "pass" in one) == (
@@ -166,31 +190,41 @@ def test_outages_of_a_run_and_of_further_passes(monkeypatch: pytest.MonkeyPatch)
     (growth,) = found.growth
     assert (growth[0].tolist(), growth[1].tolist()) == ([0.5, 2.5], [13.0, 17.0])
     log.passes = (((5.0, 6.0),), ((5.5, 8.0), (8.0, 9.0)))
-    found = outages.judged_outages(run, SimpleNamespace(log=log))
+    found = judged()
     assert passed == list(log.passes)
     shown = [(one["pass"], one["horizontal_error_m"], one["horizontal_sigma_m"]) for one in found.numbers["each"]]
     assert shown == [(1, 26.0, 20.0), (2, 34.0, 30.0), (2, pytest.approx(2.0), 40.0)]
     assert [one["smoothed_max_horizontal_error_m"] for one in found.numbers["each"]] == pytest.approx([13.0, 17.0, 1.0])
     assert [time.tolist() for time, _ in found.growth] == [[0.0, 1.0], [0.5, 2.5], [0.0, 1.0]]
-    run.aided = None
-    assert outages.judged_outages(run, SimpleNamespace(log=log)) is None
+    motion = RecordedMotion(SimpleNamespace(log=log), None)  # type: ignore[arg-type]
+    for settings, expected in ((None, False), ("filter", True)):
+        run: Any = SimpleNamespace(truth=motion, scenario=SimpleNamespace(filter=settings))
+        assert outages.Outages.belongs_to(run) is expected
+    log.passes = log.outages = ()
+    assert not outages.Outages.belongs_to(run)
 
 
 def test_withheld_fixes_judge_outages_if_there_is_no_reference() -> None:
     gnss = SimpleNamespace(lever_arm_m=(0.5, -1.5, 2.5))
-    run = SimpleNamespace(scenario=SimpleNamespace(log=SimpleNamespace(gnss=gnss)))
+    own = SimpleNamespace(log=SimpleNamespace(gnss=gnss))
     fixes = SimpleNamespace(time=np.array([5.0, 6.0]), latitude=np.array([0.1, 0.2]), longitude=np.array([0.3, 0.5]),
                             height=np.array([7.0, 9.0]))  # fmt: skip
-    found = outages._reference(run, SimpleNamespace(log=SimpleNamespace(reference=None, fixes=fixes)))
+    found = outages._reference(SimpleNamespace(scenario=own, log=SimpleNamespace(reference=None, fixes=fixes)))
     assert (found.name, found.lever_arm) == ("the withheld fixes", (0.5, -1.5, 2.5))
     for name in ("time", "latitude", "longitude", "height"):
         np.testing.assert_array_equal(getattr(found, name), getattr(fixes, name))
-    assert outages._reference(run, SimpleNamespace(log=SimpleNamespace(reference="r", fixes=fixes))) == "r"
+    given = SimpleNamespace(scenario=own, log=SimpleNamespace(reference="r", fixes=fixes))
+    assert outages._reference(given) == "r"
 
 
-def test_the_known_errors_of_a_unit_are_those_given_as_numbers() -> None:
+def test_the_known_errors_of_a_unit_are_those_given_as_numbers(monkeypatch: pytest.MonkeyPatch) -> None:
     imu = {"grade": "ideal", "gyro_bias_deg_h": [3.0, -4.0, 5.0], "accel_bias_sigma_ug": 70.0}
-    found = _known_errors(SimpleNamespace(scenario=scenario(imu=imu)))
+    seen = []
+    monkeypatch.setattr("sinssim.sensors.imu.compensation.compensate", lambda imu, known: seen.append(known) or "left")
+    motion: Any = SimpleNamespace(prepared=SimpleNamespace(log=SimpleNamespace(imu="imu")))
+    sensed = sense_recorded(scenario(imu=imu, compensation={"gyro_bias_sigma_deg_h": 1.0}), motion)
+    assert (sensed.measured, sensed.imu) == ("imu", "left")
+    (found,) = seen
     np.testing.assert_allclose(found.gyro.bias, np.array([3.0, -4.0, 5.0]) * np.pi / 648_000.0)
     assert found.accel.bias.tolist() == [0.0, 0.0, 0.0]
 
@@ -205,12 +239,11 @@ def test_a_filter_without_a_reference_is_compared_with_its_smoothed_solution(mon
     monkeypatch.setattr(
         f"{where}.compare_recorded", lambda *args: seen.append(args) or SimpleNamespace(smoothed_error=None)
     )
-    monkeypatch.setattr("sinssim.simulation.execute_log.first_of", lambda run, prepared: "first")
-    run = SimpleNamespace(time=np.array([3.0, 9.0]), compensated="imu")
-    prepared = SimpleNamespace(log=SimpleNamespace(reference=None))
-    _aid(run, prepared, None, None)
-    prepared.log.reference = "given"
-    _aid(run, prepared, None, None)
+    monkeypatch.setattr("sinssim.simulation.aiding.recorded_start", lambda scenario, sensed: "first")
+    prepared: Any = SimpleNamespace(log=SimpleNamespace(imu=SimpleNamespace(time=np.array([3.0, 9.0]))))
+    for reference in (None, "given"):
+        motion = RecordedMotion(prepared, reference)  # type: ignore[arg-type]
+        aid(None, SimpleNamespace(truth=motion, imu="imu"))  # type: ignore[arg-type]
     assert seen == [
         (estimate, "readings", ("the smoothed solution", "smoothed"), 9.0), (estimate, "readings", "given", 9.0),
     ]  # fmt: skip

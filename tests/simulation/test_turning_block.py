@@ -98,7 +98,7 @@ def test_errors_of_the_angles_enter_the_attitude_alone_and_directly() -> None:
     }
     done = run(scenario(turning, 120.0))
     found, exact = error_of(done), error_of(run(scenario(TURNING, 120.0)))
-    angle = 6.0 * DEG * done.time
+    angle = 6.0 * DEG * done.truth.time
     expected = 20.0 + 8.0 * np.sin(2.0 * angle)
     assert found.attitude[:, 2] / ARCSEC == pytest.approx(expected, abs=0.26)  # half a step of the encoder
     # the axis tilts by the wobble, in a direction that goes round three times in a turn; the reading does not see it
@@ -126,7 +126,7 @@ def test_step_halving_has_fourth_order() -> None:
 
 def test_the_same_sensors_at_rest_are_those_of_a_scenario_without_the_table() -> None:
     keys = {"grade": "laser-standard"}
-    beside = run(scenario(TURNING, 300.0, **keys)).without_rotation
+    beside = run(scenario(TURNING, 300.0, **keys)).parts["rotation"].without_rotation
     alone = error_of(run(scenario(None, 300.0, **keys)))
     assert beside is not None
     np.testing.assert_array_equal(beside.position_ned, alone.position_ned)

@@ -10,9 +10,10 @@ import numpy as np
 import pytest
 
 from sinssim.data import ImuData
+from sinssim.earth.models import WGS84
 from sinssim.scenario import Scenario
-from sinssim.simulation import execute, execute_log
-from sinssim.simulation.result import Run
+from sinssim.simulation import execute, navigation
+from sinssim.simulation.parts import phases
 from sinssim.simulation.stages import Stages
 from tests.recording.store.test_motion_streams import rows
 
@@ -25,31 +26,26 @@ def test_a_cached_flight_is_there_at_once(
 ) -> None:
     told: list[tuple[str, float]] = []
 
-    def fly(scenario: Any, flying: Any, meanwhile: Any) -> str:
+    trajectory = SimpleNamespace(events=())
+
+    def fly(scenario: Any, flying: Any, meanwhile: Any) -> Any:
         for fraction in fractions:
             flying(fraction)
-        return "trajectory"
+        return trajectory
 
-    followed = []
     monkeypatch.setattr("sinssim.scenario.true_motion.fly", fly)
-    monkeypatch.setattr(execute, "_follow", lambda run, trajectory: followed.append(trajectory))
-    run = SimpleNamespace(scenario=SimpleNamespace(flight="f" if flown else None))
-    assert execute._fly(run, False, Stages(lambda stage, fraction: told.append((stage, fraction)))) is cached
-    assert followed == ["trajectory"]
-    assert told == [
-        ("flight", 0.0),
-        *(("flight", f) for f in fractions),
-        ("flight", 1.0),
-        ("truth", 0.0),
-        ("truth", 1.0),
-    ]
+    scenario: Any = SimpleNamespace(flight="f" if flown else None, recording=None)
+    execution = execute.Execution(scenario, None, Stages(lambda stage, fraction: told.append((stage, fraction))))
+    assert execution._fly() is trajectory
+    assert execution._found == {"flight_cached": cached}
+    assert told == [("flight", 0.0), *(("flight", f) for f in fractions), ("flight", 1.0)]
 
 
 def test_the_sources_of_a_phase_are_those_of_its_solution(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> None:
     """The budget without the filter belongs to the algorithm, that with it to the aided solution."""
     budgets = {"inertial": "none of the algorithm", "filter": "none of the filter"}
-    monkeypatch.setattr(execute, "budgets_of_phases", lambda run, phases: budgets)
-    monkeypatch.setattr(execute, "draw_sections", lambda run: None)
+    monkeypatch.setattr(phases, "budgets_of_phases", lambda run, phases: budgets)
+    monkeypatch.setattr(execute, "draw_sections", lambda run, kinds: None)
     monkeypatch.setattr(execute, "run_report", lambda run, summary, drawn: "page")
     legs = [{"type": "stop", "duration_s": 12.0}, {"type": "straight", "distance_m": 60.0, "speed_mps": 8.0}]
     drive = {"latitude_deg": 47.0, "longitude_deg": 8.0, "road": "smooth", "legs": legs}
@@ -63,7 +59,7 @@ def test_the_sources_of_a_phase_are_those_of_its_solution(monkeypatch: pytest.Mo
     for rows_of in run.summary["phases"].values():
         assert [row["phase"] for row in rows_of] == ["standstill", "under way"]
         assert (rows_of[0]["from_s"], rows_of[0]["to_s"]) == (0.0, 12.0)
-        assert rows_of[1]["to_s"] == run.summary["end_s"] == run.time[-1]
+        assert rows_of[1]["to_s"] == run.summary["end_s"] == run.truth.time[-1]
     assert (run.summary["start_s"], run.summary["flight_cached"], run.summary["rate_hz"]) == (0.0, None, 20.0)
 
 
@@ -88,15 +84,20 @@ def test_a_run_on_recorded_sensors(monkeypatch: pytest.MonkeyPatch) -> None:
     )
     monkeypatch.setattr("sinssim.estimation.from_scenario.recorded_run.prepare", lambda scenario: prepared)
 
-    def solve(scenario: Any, trajectory: Any, imu: Any, attitude: Any, height: Any) -> Any:
-        seen.update(trajectory=trajectory, imu=imu)
+    def solve(scenario: Any, truth: Any, imu: Any, attitude: Any, height: Any, errors: Any) -> Any:
+        seen.update(truth=truth, imu=imu, errors=errors)
         return {}, {}
 
-    monkeypatch.setattr(execute_log, "solve", solve)
-    run = execute_log.compute_log(Run(own), None, Stages(lambda stage, fraction: None))
-    motion = seen["trajectory"]
+    monkeypatch.setattr(navigation, "solve", solve)
+    logged = SimpleNamespace(
+        **{name: getattr(own, name) for name in type(own).model_fields if name != "log"}, log="log"
+    )
+    monkeypatch.setattr(execute, "about", lambda scenario, clock, status: {})
+    run = execute.Execution(logged, None, Stages(lambda stage, fraction: None)).run()  # type: ignore[arg-type]
+    motion = seen["truth"]
     assert seen["imu"] is imu
-    assert (motion.first, motion.start, motion.end) == ("first", 7.0, 8.5)
+    assert seen["errors"] is None
+    assert (motion.first, motion.ellipsoid) == ("first", WGS84)
     assert [(event.time, event.text) for event in motion.events] == [
         (7.25, "GNSS withheld"),
         (7.75, "GNSS available again"),

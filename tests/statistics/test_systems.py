@@ -137,7 +137,7 @@ def test_detection_time_is_the_predicted_one() -> None:
     for i in range(160):
         own = faulty if i % 2 == 0 else plan
         run = sinssim.run(own.model_copy(update={"seed": run_seed(4, i)}))
-        rows = np.searchsorted(run.time, result.time + run.time[0] - 1e-6)
+        rows = np.searchsorted(run.truth.time, result.time + run.truth.time[0] - 1e-6)
         found.append(run.errors["quaternion"].position_ned[rows, :2])
     outputs = np.array(found).reshape(80, 2, len(result.time), 2)
     detected = compare_systems(outputs, result.total[:, :2, :2], 0.01).detected.mean(axis=0)

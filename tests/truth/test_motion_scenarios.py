@@ -43,7 +43,7 @@ def test_every_motion_flies_and_is_navigated(name: str) -> None:
     assert expected_duration(described) == pytest.approx(4.0)
     assert any(line.startswith("motion") and name in line for line in plan_lines(described))
     result = run(described)
-    assert result.trajectory.end == pytest.approx(4.0)
+    assert result.truth.trajectory.end == pytest.approx(4.0)
     error = result.errors["quaternion"]
     assert np.abs(error.position_ned).max() < 1e-5
     assert np.linalg.norm(error.attitude, axis=1).max() < 1e-8

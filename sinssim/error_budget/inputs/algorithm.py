@@ -12,7 +12,7 @@ from sinssim.error_budget.motion import TrueMotion
 from sinssim.scenario.sections.navigation import InitialErrorSection
 from sinssim.sensors.rates import perfect_increments
 from sinssim.simulation.navigation import solve
-from sinssim.strapdown.nav_error import navigation_error
+from sinssim.simulation.truth import Truth
 
 if TYPE_CHECKING:
     from sinssim.scenario import Scenario
@@ -43,7 +43,8 @@ def of_algorithm(scenario: Scenario, motion: TrueMotion, outputs: Array) -> Arra
     plain = scenario.model_copy(update={"navigation": exact, "imu": block})
     trajectory, height = motion.trajectory, motion.state.height
     increments = perfect_increments(trajectory, motion.ideal, scenario.imu)
-    (solution,) = solve(plain, trajectory, increments, None, height)[0].values()
-    error = navigation_error(trajectory.state(solution.time), solution, trajectory.ellipsoid)
+    truth = Truth.along(trajectory, trajectory, scenario.imu.rate_hz, motion.ideal, motion.state)
+    (solution,) = solve(plain, truth, increments, None, height)[0].values()
+    error = truth.error_of(solution, "north")
     columns = np.hstack([error.position_ned, error.velocity_ned, error.attitude])
     return np.column_stack([np.interp(outputs, solution.time, column) for column in columns.T])

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
-from typing import TYPE_CHECKING, Any, cast
+from typing import TYPE_CHECKING, cast
 
 import numpy as np
 
@@ -137,19 +137,6 @@ class RecordedAided(Aided):
         if block in self.estimate.parameters:
             return np.full_like(self.estimate.parameters[block][rows], np.nan)
         return super().block_error(block, rows)
-
-
-@dataclass(frozen=True)
-class JudgedOutages:
-    """The errors of injected outages.
-
-    Attributes:
-        numbers: the entry `outages` of the summary.
-        growth: for each outage the time since its beginning, (K,) s, and the horizontal error, (K,) m.
-    """
-
-    numbers: dict[str, Any]
-    growth: tuple[tuple[Array, Array], ...]
 
 
 def aid_recorded(

@@ -39,7 +39,7 @@ def run_figure(run: Run) -> Figure:
     Raises:
         InputError: the run has no solution with errors.
     """
-    errors: dict[str, NavError] = {} if run.one_component is not None else dict(run.errors)
+    errors: dict[str, NavError] = dict(run.errors)
     if run.aided is not None and run.aided.true_parameters_known:
         errors["aided"] = run.aided.error
         for name, one in (("backward", run.aided.backward_error), ("smoothed", run.aided.smoothed_error)):

@@ -24,10 +24,17 @@ from sinssim.recording.report.run_report import STYLE, ended, made, schuler_peri
 from sinssim.recording.scales import LENGTHS, duration_words, suiting, thinned
 from sinssim.recording.store.summaries.log_summary import best_solution, compared_words, outage_sentence
 from sinssim.sensors.imu.grades import grade_name
+from sinssim.simulation.parts.outages import Outages
+from sinssim.simulation.truth import RecordedMotion
 from sinssim.strapdown.nav_error import NavError
 
 if TYPE_CHECKING:
-    from sinssim.simulation.result import Run
+    from sinssim.estimation import Estimate
+    from sinssim.estimation.from_scenario.truth_comparison import Aided
+    from sinssim.logs.load import RecordedLog
+    from sinssim.scenario import Scenario
+    from sinssim.simulation.navigation import Navigated
+    from sinssim.simulation.result import Reached, Run
 
 _WIDTH, _HEIGHT = 376, 150
 _AXES = ("x", "y", "z")
@@ -35,22 +42,24 @@ _NAMED_OUTAGES = 4
 """Number of outages up to which each is named at the top of a plot."""
 
 
-def log_report(run: Run, summary: Mapping[str, Any]) -> str:
+def log_report(reached: Reached | Run, summary: Mapping[str, Any]) -> str:
     """Return the report of a run on recorded sensors.
 
     Args:
-        run: the finished run.
+        reached: the stages of the finished run.
         summary: contents of `summary.json`.
 
     Returns:
         An HTML page that refers to nothing outside itself.
     """
-    scenario, span = run.scenario, (float(run.time[0]), float(run.time[-1]))
+    scenario, run, aided = reached.scenario, reached.navigated, reached.aided
+    assert run is not None  # it is finished
+    span = (float(run.time[0]), float(run.time[-1]))
     body = [f"<h1>{words(scenario.name)}</h1>", f'<p class="lead">{words(scenario.description)}</p>']
     if summary["status"] != "finished":
         body.append(f'<p class="broken"><strong>The run {ended(summary)}</strong> {words(summary["message"])}</p>')
-    body += [f"<p>{words(sentence)}</p>" for sentence in _in_short(run, summary)]
-    body += ["<h2>The recording</h2>", *_recording(run, span)]
+    body += [f"<p>{words(sentence)}</p>" for sentence in _in_short(scenario, summary)]
+    body += ["<h2>The recording</h2>", *_recording(run, aided, span)]
     about = summary["log"]
     against = about["compared_with"] or "nothing"
     what = "Navigation errors" if about["reference_file"] is not None else "Differences of the solutions"
@@ -58,26 +67,26 @@ def log_report(run: Run, summary: Mapping[str, Any]) -> str:
     if about["compared_with"] is not None:
         body += error_tables(summary["algorithms"], against=against)
         if summary["failures"].keys() != summary["algorithms"].keys():
-            body += error_plots(Compared(run.time, _known(run.errors), "north"), _schuler(run))
+            body += error_plots(Compared(run.time, _known(run.errors), "north"), _schuler(run, aided))
     body += ["<h2>Singular attitudes</h2>", singularity_table(summary["singularities"])]
-    if run.aided is not None and "filter" in summary:
-        body += ["<h2>The aided solution</h2>", *filter_section(run.aided, summary, span)]
-        body += _uncertainty_of_reference(run, span)
-        body += _estimates(run, span)
-        if "outages" in summary:
-            body += ["<h2>Outages</h2>", *outage_section(run, summary["outages"])]
+    if aided is not None and "filter" in summary:
+        body += ["<h2>The aided solution</h2>", *filter_section(aided, summary, span)]
+        body += _uncertainty_of_reference(_log(run), aided, span)
+        body += _estimates(aided.estimate, span)
+        if isinstance(outages := reached.parts.get("outages"), Outages):
+            body += ["<h2>Outages</h2>", *outage_section(outages, summary["outages"])]
     body += ["<h2>How the run was computed</h2>", *made(scenario, summary)]
-    body += ["<h2>Scenario</h2>", f"<pre>{page.verbatim(scenario.to_toml(run.about_filter).strip())}</pre>"]
+    body += ["<h2>Scenario</h2>", f"<pre>{page.verbatim(scenario.to_toml(reached.about_filter).strip())}</pre>"]
     return page.page(f"{scenario.name}: run", body, STYLE)
 
 
-def _in_short(run: Run, summary: Mapping[str, Any]) -> Iterator[str]:
+def _in_short(scenario: Scenario, summary: Mapping[str, Any]) -> Iterator[str]:
     """Yield the main results in a few sentences."""
     duration = summary["end_s"] - summary["start_s"]
     yield (
-        f"Recorded sensors, {duration_words(duration)} at {run.scenario.imu.rate_hz:g} Hz; the filter assumes the "
-        f"grade {grade_name(run.scenario.imu.grade)} with the changes in [imu]. Navigation in the frame "
-        f"“{run.scenario.navigation.frame}”."
+        f"Recorded sensors, {duration_words(duration)} at {scenario.imu.rate_hz:g} Hz; the filter assumes the "
+        f"grade {grade_name(scenario.imu.grade)} with the changes in [imu]. Navigation in the frame "
+        f"“{scenario.navigation.frame}”."
     )
     yield from summary["log"]["notes"]
     yield compared_words(summary["log"])
@@ -102,17 +111,22 @@ def _state(solution: NavSolution) -> NavState:
     return NavState(s.latitude, s.longitude, s.height, s.velocity_ned, s.q_nb)
 
 
-def _schuler(run: Run) -> float:
-    return schuler_period(_state(best_solution(run)[1]), WGS84)
+def _schuler(run: Navigated, aided: Aided | None) -> float:
+    return schuler_period(_state(best_solution(run, aided)[1]), WGS84)
 
 
-def _recording(run: Run, span: tuple[float, float]) -> Iterator[str]:
+def _log(run: Navigated) -> RecordedLog:
+    """Return the recording of a run on recorded sensors."""
+    assert isinstance(run.truth, RecordedMotion)
+    return run.truth.prepared.log
+
+
+def _recording(run: Navigated, aided: Aided | None, span: tuple[float, float]) -> Iterator[str]:
     """Yield map, facts and plots of the recorded motion, as the best solution has it."""
-    name, best = best_solution(run)
-    state, prepared = _state(best), run.prepared
-    assert prepared is not None
+    name, best = best_solution(run, aided)
+    state, log = _state(best), _log(run)
     tracks: dict[str, NavSolution] = {}
-    if (reference := prepared.log.reference) is not None:
+    if (reference := log.reference) is not None:
         nothing = np.zeros(len(reference.time))
         tracks["reference"] = NavSolution(
             reference.time, reference.latitude, reference.longitude, reference.height,
@@ -123,7 +137,7 @@ def _recording(run: Run, span: tuple[float, float]) -> Iterator[str]:
         style.css(style.COLORS["truth"]),
     ]
     colors = colors[: 1 + len(tracks)]
-    chart = draw_map(best.time, state, tracks, colors, WGS84, name=name, outages=prepared.log.outages)
+    chart = draw_map(best.time, state, tracks, colors, WGS84, name=name, outages=log.outages)
     roll, pitch, _ = (angle / units.DEG for angle in rotation.euler_from_quaternion(state.q_nb))
     speed = np.hypot(state.velocity_ned[:, 0], state.velocity_ned[:, 1])
     distance = float(np.sum(0.5 * (speed[1:] + speed[:-1]) * np.diff(best.time)))
@@ -136,10 +150,7 @@ def _recording(run: Run, span: tuple[float, float]) -> Iterator[str]:
         ("ground speed", between_text(speed, 1, "m/s")),
         ("roll of the IMU", between_text(roll, 1, "°")),
         ("pitch of the IMU", between_text(pitch, 1, "°")),
-        *(
-            (f"recorded, {m.label}", f"{len(m)} measurements")
-            for m in (one.measurements for one in prepared.log.sensed)
-        ),
+        *((f"recorded, {m.label}", f"{len(m)} measurements") for m in (one.measurements for one in log.sensed)),
     ]
     listed = table((f"the {name} solution", ""), [(words(k), f'<td class="text">{words(v)}</td>') for k, v in facts])
     yield (
@@ -147,38 +158,34 @@ def _recording(run: Run, span: tuple[float, float]) -> Iterator[str]:
         "the track, where the axes point east and north. Dotted: meridians and parallels.</p></div>"
         f"<div>{listed}</div></div>"
     )
-    marks = _outage_marks(run)
+    marks = _outage_marks(log)
     yield from motion_plots(best.time, state, marks, run.scenario.output.angles)
     yield "<h3>Inertial data</h3>" + '<div class="pair">'
     yield from _readings(run, span, marks)
     yield "</div>"
 
 
-def _outage_marks(run: Run) -> list[Mark]:
-    assert run.prepared is not None
-    outages = run.prepared.log.outages
+def _outage_marks(log: RecordedLog) -> list[Mark]:
+    outages = log.outages
     if len(outages) > _NAMED_OUTAGES:
         return [Mark(begin, "", faint=True) for begin, _ in outages]
     return [Mark(begin, "outage") for begin, _ in outages]
 
 
-def _readings(run: Run, span: tuple[float, float], marks: list[Mark]) -> Iterator[str]:
+def _readings(run: Navigated, span: tuple[float, float], marks: list[Mark]) -> Iterator[str]:
     interval = np.diff(run.time)[:, None]
     colors = [style.css(color) for color in style.colors(_AXES)]
     for title, unit, rows in (
-        ("Inertial angular rate", "deg/s", run.measured.dtheta / interval / units.DEG),
-        ("Specific force", "m/s²", run.measured.dvel / interval),
+        ("Inertial angular rate", "deg/s", run.sensed.measured.dtheta / interval / units.DEG),
+        ("Specific force", "m/s²", run.sensed.measured.dvel / interval),
     ):
         lines = [Line(axis, run.time[1:], rows[:, i], colors[i], 0.8) for i, axis in enumerate(_AXES)]
         yield plot.plot(title, unit, lines, span, marks=marks)
 
 
-def _uncertainty_of_reference(run: Run, span: tuple[float, float]) -> Iterator[str]:
+def _uncertainty_of_reference(log: RecordedLog, aided: Aided, span: tuple[float, float]) -> Iterator[str]:
     """Draw the horizontal difference from the reference with the reference's own 1σ and the filter's."""
-    prepared, aided = run.prepared, run.aided
-    assert prepared is not None
-    assert aided is not None
-    reference = prepared.log.reference
+    reference = log.reference
     if reference is None or reference.position_sigma is None:
         return
     rows = thinned(len(aided.estimate.time))
@@ -194,7 +201,7 @@ def _uncertainty_of_reference(run: Run, span: tuple[float, float]) -> Iterator[s
         Line("1σ of the filter", time, of_filter, style.css(style.COLORS["bound"]), 1.4, "", size),
         Line("1σ that the reference states", time, of_reference, style.css(style.COLORS["truth"]), 1.4, "6 4", size),
     ]
-    yield plot.plot("Horizontal", unit, lines, span, marks=_outage_marks(run), width=1140, height=220, from_zero=True)
+    yield plot.plot("Horizontal", unit, lines, span, marks=_outage_marks(log), width=1140, height=220, from_zero=True)
 
 
 _ESTIMATES = {
@@ -207,10 +214,8 @@ _ESTIMATES = {
 }
 
 
-def _estimates(run: Run, span: tuple[float, float]) -> Iterator[str]:
+def _estimates(estimate: Estimate, span: tuple[float, float]) -> Iterator[str]:
     """Draw the estimated errors of the inertial sensors with their bands."""
-    assert run.aided is not None
-    estimate = run.aided.estimate
     own = [name for name in _ESTIMATES if name in estimate.parameters]
     if not own or not len(estimate.time):
         return

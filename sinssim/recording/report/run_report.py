@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import platform
-from collections.abc import Callable, Iterator, Mapping
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
@@ -23,23 +23,30 @@ from sinssim.recording.report.run.filter import filter_section
 from sinssim.recording.report.run.flight import MAP, flight_section, map_of
 from sinssim.recording.report.run.phases import phase_section
 from sinssim.recording.report.run.platform import platform_section
-from sinssim.recording.report.run.redundancy import redundancy_section
+from sinssim.recording.report.run.redundancy import redundancy_section, with_and_without
 from sinssim.recording.report.run.scheme import scheme, scheme_words
 from sinssim.recording.report.run.sensors import sensor_errors
 from sinssim.recording.report.run.track import STYLE as TRACK_STYLE
 from sinssim.recording.report.run.track import Track
 from sinssim.recording.report.turning import turning_section
 from sinssim.recording.scales import LENGTHS, duration_words, suiting
+from sinssim.recording.sensor_comparison import SensorComparison, sensor_comparisons
 from sinssim.recording.store.summaries.comparison_summary import comparison_sentences
 from sinssim.recording.store.summary import flagged_words, processor
 from sinssim.scenario.height import height_words
 from sinssim.scenario.notes import earth_of_the_navigator
 from sinssim.scenario.summary import sensor_words
 from sinssim.sensors.imu.grades import grade_name
+from sinssim.sensors.sets.sensor_set import Redundant
+from sinssim.sensors.sets.true_errors import draw_true_errors
+from sinssim.simulation.parts.platform import OnPlatform
+from sinssim.simulation.parts.redundancy import Redundancy
+from sinssim.simulation.parts.rotation import Rotation
+from sinssim.simulation.truth import Truth
 
 if TYPE_CHECKING:
     from sinssim.scenario import Scenario
-    from sinssim.simulation.result import Run
+    from sinssim.simulation.result import Reached, Run
 
 STYLE = f"""{plot.STYLE}{drawing.STYLE}{TRACK_STYLE}{FILTER_STYLE}
 .pair {{ display: grid; grid-template-columns: repeat(2, minmax(0, 1fr)); gap: 1.2rem 1.4rem; align-items: start; }}
@@ -72,32 +79,40 @@ class Sections:
     axes: str
 
 
-def draw_sections(run: Run) -> Sections:
+def draw_sections(run: Reached | Run, kinds: Sequence[SensorComparison] | None = None) -> Sections:
     """Draw the sections that need every sample of a run.
 
     Args:
         run: the run; one that failed lacks the results of its later stages.
+        kinds: its readings by kind of sensor, if they have been compared.
 
     Returns:
         The sections, for `run_report`. The samples may be freed before the report is put together.
     """
     flight = redundancy = platform_and_strapdown = turning = errors = axes = ""
-    chart = None
-    if run.has("truth"):
-        flight = "".join(flight_section(run, run.trajectory, run.truth))
-        chart = map_of(run, run.trajectory, run.truth)
-    sensors = "".join(sensor_errors(run.scenario, run.true_errors, run.sensed))
-    if run.has("readings"):
-        redundancy = "".join(redundancy_section(run))
-    if run.has("truth", "errors"):
-        platform_and_strapdown = "".join(platform_section(run))
-        turning = "".join(turning_section(run))
-        errors = "".join(error_plots(run, schuler_period(run.truth, run.trajectory.ellipsoid)))
-        axes = axes_drawing(run)
+    chart, scenario, truth, navigated = None, run.scenario, run.truth, run.navigated
+    if isinstance(truth, Truth):
+        flight = "".join(flight_section(scenario, truth))
+        chart = map_of(scenario, truth, {} if navigated is None else navigated.solutions)
+    true = None if run.sensed is None else run.sensed.errors
+    if true is None:
+        true = draw_true_errors(scenario.imu, scenario.seed, scenario.compensation)
+    sensors = "".join(sensor_errors(scenario, true, sensor_comparisons(run.sensed) if kinds is None else kinds))
+    if run.sensed is not None and isinstance(scenario.imu.sensor_set, Redundant):
+        redundancy = "".join(redundancy_section(scenario.imu.sensor_set, run.sensed.readings))
+    if isinstance(truth, Truth) and navigated is not None:
+        if isinstance(set_ := run.parts.get("redundancy"), Redundancy):
+            redundancy += "".join(with_and_without(set_))
+        if isinstance(platform := run.parts.get("platform"), OnPlatform):
+            platform_and_strapdown = "".join(platform_section(platform))
+        if isinstance(rotation := run.parts.get("rotation"), Rotation):
+            turning = "".join(turning_section(rotation))
+        errors = "".join(error_plots(navigated, schuler_period(truth.state, truth.ellipsoid)))
+        axes = axes_drawing(scenario, truth.state, navigated.solutions)
     return Sections(flight, chart, sensors, redundancy, platform_and_strapdown, turning, errors, axes)
 
 
-def run_report(run: Run, summary: Mapping[str, Any], drawn: Sections | None = None) -> str:
+def run_report(run: Reached | Run, summary: Mapping[str, Any], drawn: Sections | None = None) -> str:
     """Return the report of a run.
 
     Args:
@@ -133,8 +148,8 @@ def run_report(run: Run, summary: Mapping[str, Any], drawn: Sections | None = No
         if summary.get("phases"):
             body += ["<h2>What each phase added</h2>", *phase_section(summary)]
         body += ["<h2>Singular attitudes</h2>", singularity_table(summary["singularities"])]
-    if run.aided is not None and "filter" in summary:
-        span = (float(run.time[0]), float(run.time[-1]))
+    if run.aided is not None and run.truth is not None and "filter" in summary:
+        span = (float(run.truth.time[0]), float(run.truth.time[-1]))
         body += ["<h2>The aided solution</h2>", *filter_section(run.aided, summary, span)]
     body += ["<h2>How the run was computed</h2>", *made(scenario, summary)]
     body += ["<details><summary>Scheme of the navigation, and its axes</summary>", scheme(scenario)]

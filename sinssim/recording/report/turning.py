@@ -16,20 +16,20 @@ from sinssim.recording.report.plot import Line
 from sinssim.recording.scales import ANGLES, LENGTHS, suiting
 
 if TYPE_CHECKING:
-    from sinssim.simulation.result import Run
+    from sinssim.simulation.parts.rotation import Rotation
 
 _CYCLES_SHOWN = 1200.0
 """Length of the beginning of the run for which the angles are drawn, s."""
 
 
-def turning_section(run: Run) -> Iterator[str]:
-    """Yield the section's HTML; nothing for an IMU that does not rotate.
+def turning_section(part: Rotation) -> Iterator[str]:
+    """Yield the section's HTML; nothing for a run without errors.
 
     Args:
-        run: the run, with its errors.
+        part: the rotation of a run's IMU.
     """
-    encoders, without = run.encoders, run.without_rotation
-    if encoders is None or not run.errors:
+    run, encoders, without = part.run, part.encoders, part.without_rotation
+    if not run.errors:
         return
     time = run.time[run.time <= run.time[0] + _CYCLES_SHOWN]
     turned = np.degrees(encoders.turns.angles(time))

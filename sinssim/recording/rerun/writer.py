@@ -13,7 +13,6 @@ import numpy as np
 
 from sinssim.data import Array, ImuData, NavSolution, NavState
 from sinssim.earth.models import Ellipsoid, ellipsoid_by_name
-from sinssim.errors import RunError
 from sinssim.recording import style
 from sinssim.recording.rerun.run import log_run as pictures
 from sinssim.recording.rerun.run.log_coordinates import draw_coordinates
@@ -42,12 +41,14 @@ from sinssim.recording.store.streams import (
     truth_stream,
 )
 from sinssim.recording.streams import Stream
+from sinssim.simulation.parts.platform import OnPlatform
+from sinssim.simulation.parts.redundancy import Redundancy
+from sinssim.simulation.parts.rotation import Rotation
 from sinssim.strapdown.nav_error import NavError
 from sinssim.transverse import route_pole
 from sinssim.truth.channel import FlightEvent
 from sinssim.truth.gravity.disturbed import Disturbed
 from sinssim.truth.gravity.values import gravity_values
-from sinssim.truth.trajectory import Trajectory
 
 if TYPE_CHECKING:
     from sinssim.estimation.from_scenario.truth_comparison import Aided
@@ -56,8 +57,11 @@ if TYPE_CHECKING:
     from sinssim.platform.navigate import PlatformSolution
     from sinssim.recording.rerun.rrd import Recording
     from sinssim.scenario import Scenario
-    from sinssim.sensors.imu.encoder import Encoders
     from sinssim.sensors.sets.reading import Readings
+    from sinssim.simulation.navigation import Navigated
+    from sinssim.simulation.part import Part
+    from sinssim.simulation.sensed import Sensed
+    from sinssim.simulation.truth import Truth
 
 _PATH_WIDTH = 2.0
 
@@ -69,29 +73,29 @@ class RunWriter:
         self,
         folder: Path,
         scenario: Scenario,
-        trajectory: Trajectory,
         time: Array,
-        truth: NavState,
-        ideal: ImuData | None,
+        motion: NavState,
+        events: Sequence[FlightEvent],
+        ellipsoid: Ellipsoid,
     ) -> None:
-        """Open the recording, and start with the true motion, or with what stands for it on recorded sensors.
+        """Open the recording, and start with the motion that it shows.
 
         Args:
             folder: an existing, empty folder.
             scenario: what is run.
-            trajectory: the true motion, for its channels and events.
             time: (N+1,) s.
-            truth: true states at those times.
-            ideal: ideal increments; None for recorded sensors, whose motion is only drawn.
+            motion: states at those times: the true ones, or what stands for them on recorded sensors.
+            events: events of the motion.
+            ellipsoid: reference ellipsoid of the motion.
 
         Raises:
             OSError: the recording cannot be written.
         """
         self._streams = folder / "streams"
         self._streams.mkdir()
-        self._events, self._time = list(trajectory.events), time
-        self._track, self._recorded = some_rows(truth), ideal is None
-        self._scene, kind = Scene.around(truth, trajectory.ellipsoid), kind_of(scenario)
+        self._events, self._time = list(events), time
+        self._track, self._recorded = some_rows(motion), scenario.log is not None
+        self._scene, kind = Scene.around(motion, ellipsoid), kind_of(scenario)
         self._run = RunInfo(
             scenario.name,
             float(time[0]),
@@ -103,7 +107,7 @@ class RunWriter:
                 "path": PATHS[kind],
             },
             eye=(self._scene.eye, self._scene.middle),
-            map_zoom=map_zoom([truth]),
+            map_zoom=map_zoom([motion]),
             views=scenario.views,
         )
         self._kept = scenario.recording
@@ -116,23 +120,30 @@ class RunWriter:
         try:
             toml = f"```toml\n{scenario.to_toml()}\n```"
             self._draw(lambda: self._recording.document("about/scenario", toml))
-            self._draw(self._draw_flight, time, truth, trajectory.events, scenario.output.angles, kind)
-            own = ellipsoid_by_name(scenario.navigation.ellipsoid_over(trajectory.ellipsoid.name))
-            self._coordinates = _coordinate_streams(scenario, own, truth, float(time[0]))
-            if ideal is None:
-                return
-            self.without_satellites(time, truth, () if scenario.aiding is None else scenario.aiding.outages)
-            for stream in (truth_stream(time, truth), imu_stream("ideal", ideal)):
-                self._stream(stream)
-            for stream in replace(self._coordinates, ellipsoid=trajectory.ellipsoid).of("truth", time, truth):
-                self._stream(stream)
-            for stream in channel_streams(trajectory.channels):
-                self._stream(stream)
-            if isinstance(trajectory, Disturbed):
-                self._stream(gravity_stream(gravity_values(trajectory)))
+            self._draw(self._draw_flight, time, motion, events, scenario.output.angles, kind)
+            own = ellipsoid_by_name(scenario.navigation.ellipsoid_over(ellipsoid.name))
+            self._coordinates = _coordinate_streams(scenario, own, motion, float(time[0]))
         except BaseException:
             self._close()
             raise
+
+    def flown(self, truth: Truth, outages: Sequence[tuple[float, float]]) -> None:
+        """Write the true motion of a simulation.
+
+        Args:
+            truth: the motion.
+            outages: spans without satellites, s.
+        """
+        self.without_satellites(truth.time, truth.state, outages)
+        for stream in (truth_stream(truth.time, truth.state), imu_stream("ideal", truth.ideal)):
+            self._stream(stream)
+        own = replace(self._coordinates, ellipsoid=truth.ellipsoid)
+        for stream in own.of("truth", truth.time, truth.state):
+            self._stream(stream)
+        for stream in channel_streams(truth.trajectory.channels):
+            self._stream(stream)
+        if isinstance(truth.trajectory, Disturbed):
+            self._stream(gravity_stream(gravity_values(truth.trajectory)))
 
     def __enter__(self) -> Self:
         return self
@@ -172,27 +183,24 @@ class RunWriter:
     def _show_later(self, stream: Stream) -> None:
         self._draw(self._show, stream, [event.time for event in self._events])
 
-    def sensed(
-        self, readings: Readings, perfect: Readings, compensated: ImuData | None, kinds: Sequence[SensorComparison]
-    ) -> None:
+    def sensed(self, sensed: Sensed, kinds: Sequence[SensorComparison]) -> None:
         """Write the sensors' readings.
 
         Args:
-            readings: what they read.
-            perfect: readings of sensors without errors.
-            compensated: the compensated increments, if there is a calibration.
+            sensed: what they read.
             kinds: the readings by kind of sensor, to be drawn.
         """
+        readings = sensed.readings
         self._draw(self._draw_sensors, kinds)
         if readings.monitored:
             self._draw(self._draw_monitoring, readings)
             self._events += alarm_events(readings.monitored)
-        for kind, found in (("ideal", perfect), ("measured", readings)):
+        for kind, found in (("ideal", sensed.perfect), ("measured", readings)):
             for stream in set_streams(kind, found):
                 self._stream(stream)
         self._stream(imu_stream("measured", readings.imu, with_angles=readings.attitude is None))
-        if compensated is not None:
-            self._stream(imu_stream("compensated", compensated))
+        if readings.compensated is not None:
+            self._stream(imu_stream("compensated", readings.compensated))
 
     def recorded(self, imu: ImuData, compensated: ImuData | None, reference: Reference | None) -> None:
         """Write recorded sensors and the reference.
@@ -220,23 +228,17 @@ class RunWriter:
         if outages:
             self._draw(lambda: pictures.draw_outages(self._recording, time, truth, outages))
 
-    def navigated(
-        self,
-        solutions: dict[str, NavSolution],
-        errors: dict[str, NavError],
-        failed: dict[str, RunError],
-        without_monitoring: NavError | None = None,
-        rule: ErrorRule | None = None,
-    ) -> None:
-        """Write the solutions of the algorithms and their errors.
+    def navigated(self, run: Navigated, parts: Mapping[str, Part], rule: ErrorRule | None = None) -> None:
+        """Write the solutions of the algorithms and their errors, and what only some runs have.
 
         Args:
-            solutions: by algorithm.
-            errors: by algorithm.
-            failed: errors of the algorithms without a usable solution.
-            without_monitoring: errors of the first algorithm without monitoring, None if they are the same.
+            run: the inertial solutions.
+            parts: parts of the run by name.
             rule: how the errors follow from truth and solution, so that they are not stored; None if they do not.
         """
+        solutions, errors, failed = run.solutions, run.errors, run.failures
+        if isinstance(turning := parts.get("rotation"), Rotation):
+            self._turned(turning)
         for name, error in failed.items():
             self._events.append(FlightEvent(self._run.end if error.time is None else error.time, f"{name}: {error}"))
         for solution in solutions.values():
@@ -252,44 +254,33 @@ class RunWriter:
                 self._stream(of_errors)
             for stream in self._coordinates.of(name, solution.time, solution):
                 self._stream(stream)
-        if without_monitoring is not None and errors:
-            self._draw(self._draw_with_and_without, next(iter(errors.items())), without_monitoring)
-            self._stream(other_error_stream("error_without_monitoring", without_monitoring))
+        if isinstance(redundant := parts.get("redundancy"), Redundancy):
+            self._with_and_without(next(iter(errors.items())), redundant.without_monitoring)
         for pool in (self._to_rerun, self._to_parquet):
             self._submit(pool, parquet.give_back_memory)
+        if isinstance(platform := parts.get("platform"), OnPlatform):
+            self._on_platform(platform)
 
-    def on_platform(
-        self,
-        solution: PlatformSolution,
-        own: NavError,
-        strapdown: tuple[str, NavError] | None,
-        without: NavError | None,
-        ideal: ImuData,
-    ) -> None:
-        """Write what a platform did, and its errors beside those of the same sensors strapped down.
+    def _turned(self, part: Rotation) -> None:
+        """Write the angles of a rotating IMU, and the errors of one that does not."""
+        self._stream(rotation_stream(part.encoders))
+        if part.without_rotation is not None:
+            self._stream(other_error_stream("error_without_rotation", part.without_rotation))
 
-        Args:
-            solution: of the platform's navigator.
-            own: its errors.
-            strapdown: the first strapdown algorithm and its errors, None without one.
-            without: errors of that algorithm if its gyros had no errors that act in turns only.
-            ideal: ideal increments.
-        """
-        self._stream(platform_stream(solution))
+    def _with_and_without(self, own: tuple[str, NavError], without: NavError | None) -> None:
+        """Write the errors of a redundant set without its monitoring, if they are others."""
+        if without is not None:
+            self._draw(self._draw_with_and_without, own, without)
+            self._stream(other_error_stream("error_without_monitoring", without))
+
+    def _on_platform(self, part: OnPlatform) -> None:
+        """Write what a platform did, and its errors beside those of the same sensors strapped down."""
+        self._stream(platform_stream(part.solution))
+        without = part.without_errors_of_turns
         if without is not None:
             self._stream(other_error_stream("error_without_errors_of_turns", without))
-        self._draw(self._draw_platform, solution, compared(own, strapdown, without), ideal.dtheta)
-
-    def turned(self, encoders: Encoders, without: NavError | None) -> None:
-        """Write the angles of a block that turns, and the errors of the same sensors in a block that does not.
-
-        Args:
-            encoders: of the block.
-            without: errors of the first algorithm without the rotation, None without a solution.
-        """
-        self._stream(rotation_stream(encoders))
-        if without is not None:
-            self._stream(other_error_stream("error_without_rotation", without))
+        beside = compared(part.errors, part.strapdown, without)
+        self._draw(self._draw_platform, part.solution, beside, part.true_increments.dtheta)
 
     def filtered(self, aided: Aided, about: str) -> None:
         """Write the estimate of a filter and its readings.

@@ -14,6 +14,7 @@ from sinssim.recording.store.filter_streams import filter_streams
 from sinssim.recording.store.parquet import arrow_table
 from sinssim.recording.store.streams import error_stream, imu_stream, nav_stream, reference_stream, truth_stream
 from sinssim.recording.streams import Stream
+from sinssim.simulation.truth import Truth
 from sinssim.system.short_repr import described, html_table
 
 if TYPE_CHECKING:
@@ -129,21 +130,14 @@ def streams_of_run(run: Run) -> Iterator[Stream]:
 
     Args:
         run: a finished run.
-
-    Raises:
-        InputError: it is a run in a vertical plane, which has other streams.
     """
-    if run.one_component is not None:
-        raise InputError(
-            "a run with [one_component] has its streams in its run directory alone: run it with one, and read "
-            "streams/*.parquet."
-        )
-    if run.prepared is None:
-        yield truth_stream(run.time, run.truth)
-        yield imu_stream("ideal", run.ideal)
-    elif run.reference is not None:
-        yield reference_stream(run.reference)
-    yield imu_stream("measured", run.measured)
+    truth = run.truth
+    if isinstance(truth, Truth):
+        yield truth_stream(truth.time, truth.state)
+        yield imu_stream("ideal", truth.ideal)
+    elif truth.reference is not None:
+        yield reference_stream(truth.reference)
+    yield imu_stream("measured", run.sensed.measured)
     for name, solution in run.solutions.items():
         yield nav_stream(name, solution)
         if name in run.errors:

@@ -35,7 +35,7 @@ def known_numbers(error: NavError, span: tuple[float, float]) -> dict[str, float
         span: first and last time, s.
 
     Returns:
-        As `sinssim.recording.store.summary.error_numbers`, with None for quantities without a value.
+        As `sinssim.strapdown.error_numbers.error_numbers`, with None for quantities without a value.
     """
     rows = (error.time >= span[0] - 1e-6) & (error.time <= span[1] + 1e-6)
     found: dict[str, float | None] = {}

@@ -78,7 +78,7 @@ def test_equal_times_are_one_array() -> None:
     times = [aided.estimate.time, *(i.time for i in aided.estimate.innovations)]
     times += [array for s in aided.sensed for array in (s.time, s.measurements.time, s.measurements.arrival)]
     assert len(times) == 1 + 3 + 9
-    assert all(np.shares_memory(time, done.time) for time in times)
+    assert all(np.shares_memory(time, done.truth.time) for time in times)
 
 
 @pytest.mark.parametrize(

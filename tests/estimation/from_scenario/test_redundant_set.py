@@ -77,11 +77,11 @@ def excluded() -> Run:
 
 def test_exclusions_change_the_noise_and_the_biases() -> None:
     run = excluded()
-    assert [one.excluded[0].sensor for one in run.readings.monitored] == [3, 5]
+    assert [one.excluded[0].sensor for one in run.sensed.readings.monitored] == [3, 5]
     plan, axes = run.scenario, READY["dodecahedron"]
     assert run.aided is not None
     model = run.aided.estimate.model
-    added = noise_of_combination(model, plan, run.readings.monitored, run.measured.time)
+    added = noise_of_combination(model, plan, run.sensed.readings.monitored, run.sensed.measured.time)
     assert added is not None
     used = np.arange(6) != 2
     increase = spread(axes, used) - spread(axes)
@@ -135,14 +135,14 @@ def test_true_parameters_follow_the_combination() -> None:
     """The true biases are what the readings of sensors with biases alone show, before and after the exclusions."""
     biases = {"gyro_bias_sigma_deg_h": 5.0, "accel_bias_sigma_ug": 500.0}
     run = sinssim.run(scenario({}, imu={"grade": "ideal", "faults": (STEP, SPIKE), **biases}))
-    used = run.readings.monitored[0].used, run.readings.monitored[1].used
-    edges = run.measured.time
-    true = InertialParameters(run.true_errors, edges, run.scenario.seed, run.scenario.imu.sensor_set, used)
+    used = run.sensed.readings.monitored[0].used, run.sensed.readings.monitored[1].used
+    edges = run.sensed.measured.time
+    true = InertialParameters(run.sensed.errors, edges, run.scenario.seed, run.scenario.imu.sensor_set, used)
     samples = np.array([100, 300, 500, 900])
     (found,) = true.at(edges[samples + 1])
     for block, measured, ideal in (
-        ("gyro bias", run.measured.dtheta, run.ideal.dtheta),
-        ("accelerometer bias", run.measured.dvel, run.ideal.dvel),
+        ("gyro bias", run.sensed.measured.dtheta, run.truth.ideal.dtheta),
+        ("accelerometer bias", run.sensed.measured.dvel, run.truth.ideal.dvel),
     ):
         error = (measured - ideal)[samples] / 0.05
         assert found[block] == pytest.approx(error, abs=1e-6 * np.abs(error).max())

@@ -56,7 +56,7 @@ def test_every_stream_has_the_bits_of_the_run_in_memory(made: Run) -> None:
     streams = load_streams(_place(made))
     assert {f"error_{name}" for name in made.solutions} <= set(streams)
     assert not list((_place(made) / "streams").glob("error_*"))
-    assert made.axes == "transported"
+    assert made.navigated.axes == "transported"
     for name, own in made.streams.items():
         found = streams[name]
         assert found.columns == own.columns

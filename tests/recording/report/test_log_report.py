@@ -11,6 +11,7 @@ from scipy.spatial.transform import Rotation
 
 from sinssim.data import ImuData, NavSolution
 from sinssim.recording.report import log_report as report
+from sinssim.simulation.truth import RecordedMotion
 from sinssim.strapdown.nav_error import NavError
 from tests.recording.made_filter import ESTIMATES, SIGMA, SIZE, SLICES
 from tests.recording.spies import Plots, cells, read
@@ -28,7 +29,9 @@ def prepared(*outages: tuple[float, float], reference: Any = None, sensed: Any =
 def test_readings_as_rates(plots: Plots) -> None:
     """Increments over intervals of 2, 4 and 4 s, deg/s and m/s², at the ends of the intervals."""
     dtheta = np.radians([[2.0, -4.0, 6.0], [4.0, 12.0, -20.0], [-8.0, 16.0, 28.0]])
-    run: Any = SimpleNamespace(time=TIME, measured=ImuData(TIME, dtheta, np.degrees(dtheta) * 2.0))
+    run: Any = SimpleNamespace(
+        time=TIME, sensed=SimpleNamespace(measured=ImuData(TIME, dtheta, np.degrees(dtheta) * 2.0))
+    )
     marks = [report.Mark(101.0, "outage")]
     list(report._readings(run, SPAN, marks))
     rates = ([1.0, 1.0, -2.0], [-2.0, 3.0, 4.0], [3.0, -5.0, 7.0])
@@ -41,8 +44,8 @@ def test_readings_as_rates(plots: Plots) -> None:
 
 def test_marks_of_outages() -> None:
     """Up to four are named."""
-    few: Any = SimpleNamespace(prepared=prepared(*((10.0 * k, 10.0 * k + 3.0) for k in range(4))))
-    many: Any = SimpleNamespace(prepared=prepared(*((10.0 * k, 10.0 * k + 3.0) for k in range(5))))
+    few = prepared(*((10.0 * k, 10.0 * k + 3.0) for k in range(4))).log
+    many = prepared(*((10.0 * k, 10.0 * k + 3.0) for k in range(5))).log
     assert [(m.time, m.text, m.faint) for m in report._outage_marks(few)][1:3] == [
         (10.0, "outage", False), (20.0, "outage", False),
     ]  # fmt: skip
@@ -57,7 +60,7 @@ def test_estimated_errors_with_their_sigma(plots: Plots) -> None:
     estimate = SimpleNamespace(
         time=time, sigma=SIGMA, parameters={**ESTIMATES, **scale}, model=SimpleNamespace(slices=slices)
     )
-    html = "".join(report._estimates(SimpleNamespace(aided=SimpleNamespace(estimate=estimate)), (20.0, 420.0)))  # type: ignore[arg-type]
+    html = "".join(report._estimates(estimate, (20.0, 420.0)))  # type: ignore[arg-type]
     assert read(html).startswith("Estimated errors of the IMU, with ±1σ")
     values, share = np.array([1.0, 2.0, 3.0, -4.0, 6.0]), np.array([100.0, 40.0, 10.0, 6.0, 4.0])
     pale = ("#af7f5a", "#5a9988", "#7ca2b7")
@@ -93,9 +96,9 @@ def test_difference_from_the_reference_and_both_sigmas(plots: Plots) -> None:
     sigma = np.outer([1.0, 2.0, 3.0, 4.0], (5.0, 12.0, 99.0, 7.0))
     own = np.outer([4.0, 3.0, 2.0, 1.0], (0.8, 1.5, 99.0))
     reference = SimpleNamespace(position_sigma=own, sigma_at=lambda time: own)
-    aided = SimpleNamespace(estimate=SimpleNamespace(time=TIME, sigma=sigma), error_at=lambda rows: error)
-    run: Any = SimpleNamespace(prepared=prepared((103.0, 105.0), reference=reference), aided=aided)
-    list(report._uncertainty_of_reference(run, SPAN))
+    aided: Any = SimpleNamespace(estimate=SimpleNamespace(time=TIME, sigma=sigma), error_at=lambda rows: error)
+    log = prepared((103.0, 105.0), reference=reference).log
+    list(report._uncertainty_of_reference(log, aided, SPAN))
     plots[0].shows(
         "Horizontal", "m", ("aided minus reference, horizontal", AIDED, TIME, [5.0, 10.0, 15.0, 20.0]),
         ("1σ of the filter", BOUND, TIME, [13.0, 26.0, 39.0, 52.0]),
@@ -104,7 +107,7 @@ def test_difference_from_the_reference_and_both_sigmas(plots: Plots) -> None:
     assert plots[0].marks == [(103.0, "outage", False)]
     assert plots[0].options["from_zero"]
     reference.position_sigma = None  # type: ignore[assignment]
-    assert not list(report._uncertainty_of_reference(run, SPAN))
+    assert not list(report._uncertainty_of_reference(log, aided, SPAN))
 
 
 def test_the_recorded_motion(plots: Plots, monkeypatch: pytest.MonkeyPatch) -> None:
@@ -121,7 +124,7 @@ def test_the_recorded_motion(plots: Plots, monkeypatch: pytest.MonkeyPatch) -> N
         np.zeros(4),
     )
     seen: list[Any] = []
-    monkeypatch.setattr(report, "best_solution", lambda run: ("smoothed", best))
+    monkeypatch.setattr(report, "best_solution", lambda run, aided: ("smoothed", best))
     monkeypatch.setattr(report, "draw_map", lambda *what, **more: seen.append((what, more)) or "(map)")
     reference = SimpleNamespace(time=TIME[:2], latitude=np.array([0.5, 0.6]), longitude=np.array([0.7, 0.8]),
                                 height=np.array([9.0, 8.0]))  # fmt: skip
@@ -134,10 +137,11 @@ def test_the_recorded_motion(plots: Plots, monkeypatch: pytest.MonkeyPatch) -> N
 
     log = prepared((103.0, 105.0), reference=reference, sensed=[SimpleNamespace(measurements=Sensed())])
     run: Any = SimpleNamespace(
-        prepared=log, time=TIME, measured=ImuData(TIME, np.zeros((3, 3)), np.ones((3, 3))),
+        truth=RecordedMotion(log, None), time=TIME,
+        sensed=SimpleNamespace(measured=ImuData(TIME, np.zeros((3, 3)), np.ones((3, 3)))),
         scenario=SimpleNamespace(output=SimpleNamespace(angles=None)),
     )  # fmt: skip
-    html = "".join(report._recording(run, (100.0, 1000.0)))
+    html = "".join(report._recording(run, None, (100.0, 1000.0)))
     assert cells(html) == [
         ["the smoothed solution", ""], ["duration", "15 min"],
         ["distance over ground (∫ ground speed dt)", "0.146 km"],

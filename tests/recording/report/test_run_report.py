@@ -21,7 +21,8 @@ from sinssim.scenario import Scenario
 from sinssim.sensors.imu.imu import draw
 from sinssim.sensors.sets.accelerometers import draw_accelerometers
 from sinssim.sensors.sets.attitude_sensor import draw_attitude_sensor
-from sinssim.simulation import Run, run
+from sinssim.simulation import run
+from sinssim.simulation.result import Reached
 from sinssim.units import DEG_H, UG
 from tests.recording import fake_run
 
@@ -204,7 +205,7 @@ def test_sensor_errors_stand_in_the_units_that_people_know(tmp_path):
         "gyro_arw_deg_sqrt_h": 0.02,
     }
     told = run_report(
-        Run(scenario(parked=PARKED, imu=fixed)),
+        Reached(scenario(parked=PARKED, imu=fixed)),
         {"status": "failed", "message": "no", "timing": {}, "versions": {}},
     )
     gyros, accelerometers = (t for t in Tables(told).tables if "x (forward)" in t[0])
@@ -217,7 +218,7 @@ def test_sensor_errors_stand_in_the_units_that_people_know(tmp_path):
     assert accelerometers[1] == ["bias", "µg", "10.00", "20.00", "−30.00", "given"]
     both = fixed | {"accel_bias_sigma_ug": 5.0}
     told = run_report(
-        Run(scenario(parked=PARKED, imu=both)), {"status": "failed", "message": "no", "timing": {}, "versions": {}}
+        Reached(scenario(parked=PARKED, imu=both)), {"status": "failed", "message": "no", "timing": {}, "versions": {}}
     )
     _, accelerometers = (t for t in Tables(told).tables if "x (forward)" in t[0])
     assert accelerometers[1][-1] == "given ± 5"
@@ -340,7 +341,7 @@ def test_the_air_is_told_whether_or_not_it_is_the_default():
 
 def test_a_run_that_broke_off_says_so_and_shows_what_there_was():
     told = run_report(
-        Run(scenario(parked=PARKED)),
+        Reached(scenario(parked=PARKED)),
         {"status": "failed", "message": "the <engine> broke", "timing": {"total_s": 1.0}, "versions": {"numpy": "2"}},
     )
     assert "The run failed." in told

@@ -27,10 +27,8 @@ def run(inner: float, without: NavError | None) -> Any:
         angles=lambda time: np.column_stack((np.radians(0.3 * time), np.radians(inner * (time + 10.0))))
     )
     own = error([4.0, 40.0, 8.0, 12.0, 16.0], [1.0, 1.5, 4.0, 2.5, 2.0])
-    return SimpleNamespace(
-        encoders=SimpleNamespace(turns=turns), without_rotation=without, time=TIME,
-        errors={"poisson": own, "euler": error([1.0] * 5, [1.0] * 5)},
-    )  # fmt: skip
+    navigated = SimpleNamespace(time=TIME, errors={"poisson": own, "euler": error([1.0] * 5, [1.0] * 5)})
+    return SimpleNamespace(run=navigated, encoders=SimpleNamespace(turns=turns), without_rotation=without)
 
 
 def test_angles_and_errors_with_and_without_rotation(plots: Plots) -> None:
@@ -70,5 +68,5 @@ def test_one_axis_alone_and_nothing_to_compare(plots: Plots) -> None:
     assert len(list(turning_section(still))) == 1
     (angles,) = plots
     assert [line.label for line in angles.lines] == ["outer axis"]
-    still.encoders = None
+    still.run.errors = {}
     assert not list(turning_section(still))

@@ -11,6 +11,8 @@ import pytest
 
 from sinssim.recording.report import calibration, log_report
 from sinssim.recording.report.studies import study as study_report
+from sinssim.simulation.parts.outages import Outages
+from sinssim.simulation.truth import RecordedMotion
 from sinssim.studies.cost import Cost
 from sinssim.studies.operations import Operations
 from sinssim.studies.results import Order, Row
@@ -39,8 +41,11 @@ def log_run(aided: Any) -> Any:
         name="drive <1>", description="From A\n to B.", imu=SimpleNamespace(rate_hz=200.0, grade="x/own unit.toml"),
         navigation=SimpleNamespace(frame="wander"), to_toml=lambda about: f"{about} = 1 < 2\n",
     )  # fmt: skip
-    return SimpleNamespace(scenario=scenario, time=np.array([50.0, 60.0, 650.0]), errors={}, aided=aided,
-                           about_filter="about")  # fmt: skip
+    prepared = SimpleNamespace(log=None)
+    navigated: Any = SimpleNamespace(time=np.array([50.0, 60.0, 650.0]), errors={},
+                                     truth=RecordedMotion(prepared, None))  # type: ignore[arg-type]  # fmt: skip
+    parts = {} if aided is None else {"outages": Outages(navigated)}
+    return SimpleNamespace(scenario=scenario, navigated=navigated, aided=aided, parts=parts, about_filter="about")
 
 
 LOG = {"compared_with": "ref.csv", "reference_file": "ref.csv", "knows": ["velocity"], "notes": ["Read <it>."]}
@@ -58,7 +63,7 @@ def test_a_run_on_recorded_sensors(monkeypatch: pytest.MonkeyPatch) -> None:
     stand_ins(monkeypatch, log_report, *LOG_PARTS)
     monkeypatch.setattr(log_report, "failure", lambda item: f"({item[0]}: {item[1]})")
     monkeypatch.setattr(log_report, "singularity_table", lambda events: f"({len(events)} events)")
-    page = log_report.log_report(log_run(object()), log_summary(outages={}))
+    page = log_report.log_report(log_run(SimpleNamespace(estimate=None)), log_summary(outages={}))
     assert "<title>drive &lt;1&gt;: run</title>" in page
     said = [
         "<h1>drive &lt;1&gt;</h1>", '<p class="lead">From A to B.</p>',

@@ -17,6 +17,10 @@ from sinssim.recording.report.studies import trade as trade_report
 from sinssim.scenario import Scenario
 from sinssim.sensors.imu.imu import Imu
 from sinssim.sensors.sets.sensor_set import Redundant
+from sinssim.simulation.parts.platform import OnPlatform
+from sinssim.simulation.parts.redundancy import Redundancy
+from sinssim.simulation.parts.rotation import Rotation
+from sinssim.simulation.truth import Truth
 from tests.recording.made_monitoring import GYROS, SECTION
 from tests.recording.report.test_whole_pages import body, stand_ins
 from tests.recording.spies import cells
@@ -27,8 +31,8 @@ ARCSEC, PPM = np.pi / 648_000.0, 1e-6
 def run_of(**more: Any) -> Any:
     scenario = SimpleNamespace(name="<s>", description="d", track=None, flight=None,
                                to_toml=lambda about: f"{about} < 2\n", imu=None)  # fmt: skip
-    return SimpleNamespace(**{"scenario": scenario, "aided": None, "time": np.array([50.0, 60.0, 350.0]),
-                              "about_filter": "x", **more})  # fmt: skip
+    return SimpleNamespace(**{"scenario": scenario, "aided": None, "about_filter": "x",
+                              "truth": SimpleNamespace(time=np.array([50.0, 60.0, 350.0])), **more})  # fmt: skip
 
 
 NONE = report.Sections("", None, "sensors", "", "", "", "", "axes")
@@ -88,51 +92,55 @@ def test_a_run_that_failed_early() -> None:
 
 
 def test_sections_that_a_run_has(monkeypatch: pytest.MonkeyPatch) -> None:
-    """Monitoring needs readings, errors need the truth as well; Schuler's period is that of the true motion."""
-    for name in ("flight_section", "redundancy_section", "platform_section", "turning_section", "error_plots"):
-        monkeypatch.setattr(report, name, lambda run, *given, own=name: [own, *map(str, given)])
-    monkeypatch.setattr(report, "map_of", lambda run, trajectory, truth: f"chart of {truth} in {trajectory.name}")
-    monkeypatch.setattr(report, "sensor_errors", lambda scenario, errors, sensed: [f"sensors {errors} {sensed}"])
-    monkeypatch.setattr(report, "axes_drawing", lambda run: "axes")
-    monkeypatch.setattr(report, "schuler_period", lambda truth, ellipsoid: f"period of {truth} on {ellipsoid}")
-    trajectory = SimpleNamespace(name="motion", ellipsoid="ellipsoid", __str__=lambda self: "t")
-    run = run_of(trajectory=trajectory, truth="truth", true_errors="own", sensed="kinds")
-    run.has = lambda *what: set(what) <= {"truth", "errors", "readings"}
-    found = report.draw_sections(run)
+    """Monitoring needs readings, errors need the solutions as well; Schuler's period is that of the true motion."""
+    for name in ("platform_section", "turning_section", "with_and_without"):
+        monkeypatch.setattr(report, name, lambda part, own=name: [f"{own} of {part.run.name}"])
+    monkeypatch.setattr(report, "redundancy_section", lambda section, readings: ["redundancy_section ", readings, " "])
+    monkeypatch.setattr(report, "error_plots", lambda run, period: ["error_plots of ", run.name, period])
+    monkeypatch.setattr(report, "flight_section", lambda scenario, truth: ["flight_section ", truth.state])
+    monkeypatch.setattr(report, "map_of", lambda scenario, truth, solutions: f"chart of {truth.state} and {solutions}")
+    monkeypatch.setattr(report, "sensor_errors", lambda scenario, errors, kinds: [f"sensors {errors} {kinds}"])
+    monkeypatch.setattr(report, "sensor_comparisons", lambda sensed: "compared" if sensed else "nothing")
+    monkeypatch.setattr(report, "draw_true_errors", lambda imu, seed, compensation: f"drawn with {seed}")
+    monkeypatch.setattr(report, "axes_drawing", lambda scenario, truth, solutions: f"axes of {solutions}")
+    monkeypatch.setattr(report, "schuler_period", lambda truth, ellipsoid: f" period of {truth} on {ellipsoid}")
+    truth = Truth(SimpleNamespace(ellipsoid="ellipsoid"), None, 1.0, np.zeros(2))  # type: ignore[arg-type]
+    vars(truth)["state"] = "truth"
+    navigated: Any = SimpleNamespace(name="run", solutions="solutions")
+    kinds = (Redundancy, OnPlatform, Rotation)
+    run = run_of(truth=truth, sensed=SimpleNamespace(errors="own", readings="readings"), navigated=navigated,
+                 parts={kind.name: kind(navigated) for kind in kinds})  # type: ignore[type-abstract]  # fmt: skip
+    run.scenario.imu, run.scenario.seed, run.scenario.compensation = SimpleNamespace(sensor_set=SECTION), 41, None
+    found = report.draw_sections(run, "kinds")  # type: ignore[arg-type]
     assert found == report.Sections(
-        f"flight_section{trajectory}truth", "chart of truth in motion", "sensors own kinds", "redundancy_section",
-        "platform_section", "turning_section", "error_plotsperiod of truth on ellipsoid", "axes",
+        "flight_section truth", "chart of truth and solutions", "sensors own kinds",
+        "redundancy_section readings with_and_without of run", "platform_section of run", "turning_section of run",
+        "error_plots of run period of truth on ellipsoid", "axes of solutions",
     )  # type: ignore[arg-type]  # fmt: skip
-    run.has = lambda *what: set(what) <= {"truth"}
+    run.navigated = None
     early = report.draw_sections(run)
-    assert (early.flight, early.sensors) == (found.flight, "sensors own kinds")
-    assert not any((early.redundancy, early.platform, early.turning, early.errors, early.axes))
-    run.has = lambda *what: False
-    assert report.draw_sections(run) == report.Sections("", None, "sensors own kinds", "", "", "", "", "")
+    assert (early.flight, early.chart) == (found.flight, "chart of truth and {}")
+    assert (early.sensors, early.redundancy) == ("sensors own compared", "redundancy_section readings ")
+    assert not any((early.platform, early.turning, early.errors, early.axes))
+    run.truth = run.sensed = None
+    drawn = "sensors drawn with 41 nothing"
+    assert report.draw_sections(run) == report.Sections("", None, drawn, "", "", "", "", "")
 
 
 def test_monitoring_that_there_is_and_is_not(monkeypatch: pytest.MonkeyPatch) -> None:
-    stand_ins(monkeypatch, redundancy, "_about", "_with_and_without")
+    stand_ins(monkeypatch, redundancy, "_about")
     monkeypatch.setattr(redundancy, "_tests", lambda found, section: [f"({len(found)} tests)"])
     monkeypatch.setattr(redundancy, "_alarms", lambda found: f"{len(found)} alarms")
-    monkeypatch.setattr(redundancy, "_statistic", lambda one, run, span: f"[{one.kind} {span}]")
-    imu = SimpleNamespace(sensor_set=SECTION)
-    run = run_of(readings=SimpleNamespace(monitored=(GYROS, GYROS)), has=lambda *what: what == ("truth", "errors"))
-    run.scenario.imu = imu
-    *first, note, tests, both = redundancy.redundancy_section(run)
-    assert first == [
-        "(about)", "2 alarms", '<div class="pair">[gyro (50.0, 350.0)][gyro (50.0, 350.0)]</div>',
-    ]  # fmt: skip
+    monkeypatch.setattr(redundancy, "_statistic", lambda one, edges: f"[{one.kind} {edges}]")
+    readings: Any = SimpleNamespace(monitored=(GYROS, GYROS), imu=SimpleNamespace(time="edges"))
+    *first, note, tests = redundancy.redundancy_section(SECTION, readings)
+    assert first == ["(about)", "2 alarms", '<div class="pair">[gyro edges][gyro edges]</div>']
     assert "Values above 2 thresholds are clipped." in note
-    assert (tests, both) == ("(2 tests)", "(with_and_without (50.0, 350.0))")
-    run.has = lambda *what: False
-    assert list(redundancy.redundancy_section(run))[-1] == "(2 tests)"
-    run.readings.monitored = ()
-    assert list(redundancy.redundancy_section(run)) == [
+    assert tests == "(2 tests)"
+    readings.monitored = ()
+    assert list(redundancy.redundancy_section(SECTION, readings)) == [
         "(about)", "<p>The sensors are not monitored: all of them are always used.</p>",
     ]  # fmt: skip
-    imu.sensor_set = Imu().sensor_set
-    assert not list(redundancy.redundancy_section(run))
 
 
 def test_the_source_of_the_true_motion(monkeypatch: pytest.MonkeyPatch) -> None:

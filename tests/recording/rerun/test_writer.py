@@ -14,6 +14,11 @@ import pytest
 from sinssim.earth.models import ellipsoid_by_name
 from sinssim.errors import RunError
 from sinssim.recording.rerun import writer
+from sinssim.simulation.part import Part
+from sinssim.simulation.parts.platform import OnPlatform
+from sinssim.simulation.parts.redundancy import Redundancy
+from sinssim.simulation.parts.rotation import Rotation
+from sinssim.simulation.truth import Truth
 from sinssim.transverse import route_pole
 from sinssim.truth.channel import FlightEvent
 
@@ -108,22 +113,26 @@ def opened(monkeypatch: pytest.MonkeyPatch) -> Opened:
     return found
 
 
-def scenario(detail: str = "light", has_recording: bool = True) -> Any:
+def scenario(detail: str = "light", has_recording: bool = True, log: object = None) -> Any:
     return SimpleNamespace(
         name="short", navigation=SimpleNamespace(algorithms=("poisson", "euler"), ellipsoid_over=lambda name: name),
         views=("own.py",), recording=SimpleNamespace(has_recording=has_recording, detail=detail),
-        to_toml=lambda: "seed = 3", output=SimpleNamespace(angles="-90..270"), aiding=SimpleNamespace(outages=OUTAGES),
+        to_toml=lambda: "seed = 3", output=SimpleNamespace(angles="-90..270"), log=log,
     )  # fmt: skip
 
 
-TRAJECTORY: Any = SimpleNamespace(
-    events=(FlightEvent(51.0, "turns"),), ellipsoid=SimpleNamespace(name="krasovsky-1940"), channels={"airspeed_mps": 1}
-)
+EVENTS = (FlightEvent(51.0, "turns"),)
+ELLIPSOID: Any = SimpleNamespace(name="krasovsky-1940")
 TRUTH: Any = SimpleNamespace(name="truth")
 
 
 def begun(folder: Path, **more: Any) -> Any:
-    return writer.RunWriter(folder, scenario(**more), TRAJECTORY, TIME, TRUTH, "ideal")  # type: ignore[arg-type]
+    """Return a writer that has written a true motion."""
+    made = writer.RunWriter(folder, scenario(**more), TIME, TRUTH, EVENTS, ELLIPSOID)
+    trajectory = SimpleNamespace(channels={"airspeed_mps": 1})
+    truth: Any = SimpleNamespace(time=TIME, state=TRUTH, ideal="ideal", ellipsoid=ELLIPSOID, trajectory=trajectory)
+    made.flown(truth, OUTAGES)
+    return made
 
 
 def of(opened: Opened, *kinds: str) -> list[tuple[Any, ...]]:
@@ -147,7 +156,7 @@ def test_the_beginning_of_a_run(tmp_path: Path, opened: Opened) -> None:
     (outages,) = of(opened, "draw_outages")
     assert outages[2:] == (TRUTH, OUTAGES)
     written = [(name, folder, metadata) for _, name, folder, metadata in of(opened, "written")]
-    on_ellipsoid = f"coordinates_truth_{TRAJECTORY.ellipsoid}"
+    on_ellipsoid = f"coordinates_truth_{ELLIPSOID}"
     assert [name for name, _, _ in written] == ["truth", "imu ideal ideal", on_ellipsoid, "channel airspeed_mps"]
     assert all(one[1:] == ("streams", None) for one in written)
     assert [call[2:] for call in of(opened, "shown")] == [(True, (51.0,))] * 4
@@ -157,8 +166,7 @@ def test_the_beginning_of_a_run(tmp_path: Path, opened: Opened) -> None:
 
 
 def test_recorded_sensors_are_drawn_without_a_truth(tmp_path: Path, opened: Opened) -> None:
-    quiet = replaced_events(())
-    made = writer.RunWriter(tmp_path, scenario("full"), quiet, TIME, TRUTH, None)
+    made = writer.RunWriter(tmp_path, scenario("full", log="log"), TIME, TRUTH, (), ELLIPSOID)
     assert made._run.labels["events"] == "no"
     made.recorded("imu", None, None)  # type: ignore[arg-type]
     made.recorded("imu", "compensated", "reference")  # type: ignore[arg-type]
@@ -173,20 +181,17 @@ def test_recorded_sensors_are_drawn_without_a_truth(tmp_path: Path, opened: Open
     assert made._run.labels["events"] == "no"
 
 
-def replaced_events(events: tuple[FlightEvent, ...]) -> Any:
-    return SimpleNamespace(**{**vars(TRAJECTORY), "events": events})
-
-
 def test_what_the_sensors_read(tmp_path: Path, opened: Opened, monkeypatch: pytest.MonkeyPatch) -> None:
     """Alarms are events; increments of angle are left out where an attitude is measured."""
     monkeypatch.setattr(writer, "alarm_events", lambda monitored: [FlightEvent(50.125, f"alarm of {monitored[0]}")])
     imu = SimpleNamespace(time=TIME)
-    readings: Any = SimpleNamespace(name="read", monitored=("gyros",), imu=imu, attitude=None)
+    perfect = SimpleNamespace(name="perfect")
+    usual = SimpleNamespace(name="read", monitored=("gyros",), imu=imu, attitude=None, compensated="compensated")
+    level = SimpleNamespace(name="read", monitored=(), imu=imu, attitude="q", compensated=None)
     with begun(tmp_path) as made:
         before = len(of(opened, "written"))
-        made.sensed(readings, SimpleNamespace(name="perfect"), "compensated", ["kind"])
-        made.sensed(SimpleNamespace(name="read", monitored=(), imu=imu, attitude="q"), SimpleNamespace(name="perfect"),
-                    None, [])  # fmt: skip
+        made.sensed(SimpleNamespace(readings=usual, perfect=perfect), ["kind"])
+        made.sensed(SimpleNamespace(readings=level, perfect=perfect), [])
         made._to_parquet.submit(int).result()
     names = [call[1] for call in of(opened, "written")][before:]
     assert names[-7:] == [
@@ -209,6 +214,13 @@ def error() -> Any:
     return SimpleNamespace(at=None)
 
 
+def held(kind: type[Part], run: Any, **values: Any) -> Any:
+    """Return a part that holds what it would compute."""
+    part = kind(run)
+    vars(part).update(values)
+    return part
+
+
 def test_the_solutions(tmp_path: Path, opened: Opened) -> None:
     """Errors that follow from truth and solution are drawn, and not stored; others, of other times, are both."""
     rule = SimpleNamespace(metadata=lambda: {"rule": "a, f, axes"})
@@ -219,7 +231,9 @@ def test_the_solutions(tmp_path: Path, opened: Opened) -> None:
         made._to_rerun.submit(int).result()
         made._to_parquet.submit(int).result()
         opened.calls.clear()
-        made.navigated(solutions, errors, failures, "without", rule)  # type: ignore[arg-type]
+        run: Any = SimpleNamespace(solutions=solutions, errors=errors, failures=failures)
+        part = held(Redundancy, run, without_monitoring="without")
+        made.navigated(run, {"redundancy": part}, rule)  # type: ignore[arg-type]
         made._to_rerun.submit(int).result()
         made._to_parquet.submit(int).result()
         assert [(call[1], call[3]) for call in of(opened, "written")] == [
@@ -239,34 +253,48 @@ def test_the_solutions(tmp_path: Path, opened: Opened) -> None:
         assert [(one.time, one.text) for one in made._events[1:]] == [
             (50.75, "a: It fell."), (51.5, "b: It rose."), (50.25, "through 90°"),
         ]  # fmt: skip
-        run = made._run
-        assert (run.algorithms, run.map_zoom) == (("poisson", "euler"), 3.0)  # the track, and both solutions
-        assert (run.labels["position"], run.labels["not_on_map"]) == ("km", "")
-        assert run.labels["coordinates_poisson_own"] == "km"
+        shown = made._run
+        assert (shown.algorithms, shown.map_zoom) == (("poisson", "euler"), 3.0)  # the track, and both solutions
+        assert (shown.labels["position"], shown.labels["not_on_map"]) == ("km", "")
+        assert shown.labels["coordinates_poisson_own"] == "km"
 
 
 def test_the_map_of_recorded_sensors_leaves_out_what_drifts_away(tmp_path: Path, opened: Opened) -> None:
-    made = writer.RunWriter(tmp_path, scenario(), TRAJECTORY, TIME, TRUTH, None)
-    made.navigated({"poisson": solution(), "euler": solution()}, {"poisson": error(), "euler": error()}, {})
+    made = writer.RunWriter(tmp_path, scenario(log="log"), TIME, TRUTH, EVENTS, ELLIPSOID)
+    solutions, errors = {"poisson": solution(), "euler": solution()}, {"poisson": error(), "euler": error()}
+    run: Any = SimpleNamespace(solutions=solutions, errors=errors, failures={})
+    made.navigated(run, {})
     made.finish("", lambda share: None)
     assert (made._run.map_zoom, made._run.labels["not_on_map"]) == (2.0, "euler")
 
 
+own: Any = SimpleNamespace(at=None)
+
+
+class Made(OnPlatform):
+    """A platform whose solution is chosen."""
+
+    solution: Any = "solution"
+
+
 def test_a_platform_and_a_turning_block(tmp_path: Path, opened: Opened) -> None:
-    ideal: Any = SimpleNamespace(dtheta="increments")
+    truth = Truth(None, None, 1.0, TIME)  # type: ignore[arg-type]
+    vars(truth)["ideal"] = SimpleNamespace(dtheta="increments")
+    run: Any = SimpleNamespace(truth=truth, solutions={"poisson": solution()}, failures={})
     with begun(tmp_path) as made:
-        made.on_platform("solution", "own", ("poisson", "errors"), "without", ideal)  # type: ignore[arg-type]
-        made.on_platform("solution", "own", None, None, ideal)  # type: ignore[arg-type]
-        made.turned("encoders", "without")  # type: ignore[arg-type]
-        made.turned("encoders", None)  # type: ignore[arg-type]
-    assert [call[1] for call in of(opened, "written")][4:] == [
-        "platform solution", "other_error error_without_errors_of_turns without", "platform solution",
-        "rotation encoders", "other_error error_without_rotation without", "rotation encoders",
+        for name, without in (("poisson", "without"), ("platform", None)):
+            run.errors, run.solutions = {name: error(), "platform": own}, {name: solution()}
+            platform = held(Made, run, without_errors_of_turns=without)
+            made.navigated(run, {"platform": platform})
+            made.navigated(run, {"rotation": held(Rotation, run, encoders="encoders", without_rotation=without)})
+    written = [call[1] for call in of(opened, "written")][4:]
+    assert [name for name in written if not name.startswith(("nav", "error", "coordinates"))] == [
+        "platform solution", "other_error error_without_errors_of_turns without",
+        "rotation encoders", "other_error error_without_rotation without", "platform solution", "rotation encoders",
     ]  # fmt: skip
-    assert of(opened, "draw_platform") == [
-        ("draw_platform", "solution", ("compared", "own", ("poisson", "errors"), "without"), "increments"),
-        ("draw_platform", "solution", ("compared", "own", None, None), "increments"),
-    ]
+    (both, alone) = of(opened, "draw_platform")
+    assert both[1:] == ("solution", ("compared", own, ("poisson", both[2][2][1]), "without"), "increments")
+    assert alone[1:] == ("solution", ("compared", own, None, None), "increments")
 
 
 def test_a_filter_and_the_end(tmp_path: Path, opened: Opened) -> None:

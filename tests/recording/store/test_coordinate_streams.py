@@ -73,7 +73,7 @@ def test_every_kind_holds_the_motion(tmp_path: Path, monkeypatch: pytest.MonkeyP
     assert {"earth-fixed", "frame"} <= set(result.scenario.coordinates)
     s = result.solutions["quaternion"]
     fixed, free, axes = earth_fixed(s), inertial(s, s.time), level_axes(s)
-    there = conditional(s, route_pole(None, s.latitude[0], s.longitude[0], result.truth.velocity_ned[0]))
+    there = conditional(s, route_pole(None, s.latitude[0], s.longitude[0], result.truth.state.velocity_ned[0]))
     own = np.column_stack((axes.azimuth, axes.velocity, axes.heading))
     turned = np.column_stack((there.axes.azimuth, there.axes.velocity, there.axes.heading))
     expected = {
@@ -122,7 +122,7 @@ def test_the_azimuth_of_the_axes_at_the_start(tmp_path: Path) -> None:
     """Axes 30° from north: the speed is the same, and course and heading are 30° less than relative to north."""
     own = flight("free-azimuth").model_dump(exclude_unset=True)
     own["navigation"]["azimuth_deg"] = 30.0
-    true = run(Scenario.model_validate(own), tmp_path / "run").truth
+    true = run(Scenario.model_validate(own), tmp_path / "run").truth.state
     north, east, down = true.velocity_ned[0]
     course = np.arctan2(east, north) - np.radians(30.0)
     heading = rotation.euler_from_quaternion(true.q_nb[0])[2] - np.radians(30.0)

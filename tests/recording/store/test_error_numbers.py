@@ -37,7 +37,7 @@ def test_a_run_states_its_errors() -> None:
         "navigation": {"initial_error": {"tilt_sigma_arcmin": 3.0, "heading_sigma_arcmin": 30.0}},
     }
     run = sinssim.run(Scenario.model_validate(data))
-    found, true = run.solutions["quaternion"], run.truth
+    found, true = run.solutions["quaternion"], run.truth.state
     chord = _cartesian(found) - _cartesian(true)
     normal = _cartesian(type(true)(true.latitude, true.longitude, true.height + 1.0, true.velocity_ned, true.q_nb))
     up = np.sum(chord * (normal - _cartesian(true)), axis=1)

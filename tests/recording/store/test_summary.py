@@ -12,6 +12,7 @@ from sinssim.data import ImuData, NavSolution, SingularityEvent
 from sinssim.errors import InputError, RunError
 from sinssim.logs.scoring.score import Score
 from sinssim.recording.store import score, summary
+from sinssim.strapdown import error_numbers
 from sinssim.strapdown.nav_error import NavError
 
 SECOND = pi / 648_000.0
@@ -46,16 +47,16 @@ KNOWN = {
 
 
 def test_statistics_of_errors() -> None:
-    assert summary.error_numbers(ERROR) == pytest.approx(NUMBERS, rel=1e-12)
+    assert error_numbers.error_numbers(ERROR) == pytest.approx(NUMBERS, rel=1e-12)
     parts = [ERROR.at(slice(0, 1)), ERROR.at(slice(1, 4))]
-    assert summary.error_numbers_of(lambda: iter(parts)) == pytest.approx(NUMBERS, rel=1e-12)
-    assert summary.known_error_numbers_of(lambda: iter(parts)) == pytest.approx(NUMBERS, rel=1e-12)
+    assert error_numbers.error_numbers_of(lambda: iter(parts)) == pytest.approx(NUMBERS, rel=1e-12)
+    assert error_numbers.known_error_numbers_of(lambda: iter(parts)) == pytest.approx(NUMBERS, rel=1e-12)
     assert ERROR.height.tolist() == [-2.0, 7.0, -1.0, -4.0]  # as before
-    found = summary.known_error_numbers_of(lambda: [partly()])
+    found = error_numbers.known_error_numbers_of(lambda: [partly()])
     assert {name: found[name] for name in KNOWN} == pytest.approx(KNOWN, rel=1e-12)
     assert all(isnan(found[f"{kind}_attitude_error_arcsec"]) for kind in ("final", "rms", "max"))
-    assert set(summary.NO_NUMBERS) == set(NUMBERS)
-    assert all(map(isnan, summary.NO_NUMBERS.values()))
+    assert set(error_numbers.NO_NUMBERS) == set(NUMBERS)
+    assert all(map(isnan, error_numbers.NO_NUMBERS.values()))
 
 
 def test_statistics_within_a_span() -> None:
@@ -142,7 +143,9 @@ def test_failures() -> None:
     """The second of four rows is not finite, and the last one again: it diverged at 6 s."""
     wrong = ERROR.velocity_ned.copy()
     wrong[1, 2], wrong[3] = inf, nan
-    found = summary.diverged({"good": ERROR, "bad": NavError(ERROR.time, ERROR.position_ned, wrong, ERROR.attitude)})
+    found = error_numbers.diverged(
+        {"good": ERROR, "bad": NavError(ERROR.time, ERROR.position_ned, wrong, ERROR.attitude)}
+    )
     assert list(found) == ["bad"]
     assert found["bad"].time == 6.0
     assert summary.failures({**found, "other": RunError("because.")}) == {

@@ -21,6 +21,8 @@ from sinssim.logs.scoring.score import Score
 from sinssim.recording.store import ensemble, parquet, run_streams, score, study, summary
 from sinssim.recording.store.run_streams import Streams, StreamTable, streams_of_run
 from sinssim.recording.streams import Stream, Vector
+from sinssim.simulation.result import PlaneRun
+from sinssim.simulation.truth import RecordedMotion, Truth
 from sinssim.studies.cost import Cost
 from sinssim.studies.operations import Operations
 from sinssim.studies.results import Case, CoordinateError, Heading, Order, Pick, Row, Verdict
@@ -182,17 +184,14 @@ def run(recorded: bool) -> SimpleNamespace:
     imu = ImuData(TIME, rows(1.0, 3, 2), rows(2.0, 3, 2))
     state = SimpleNamespace(latitude=TIME, longitude=TIME, height=TIME, velocity_ned=rows(7.0, 3), q_nb=rows(8.0, 4))
     reference = SimpleNamespace(**vars(state), time=TIME, position_sigma=None)
+    truth = Truth(None, None, 1.0, TIME)  # type: ignore[arg-type]
+    vars(truth).update(state=state, ideal=imu)
     return SimpleNamespace(
-        prepared="p" if recorded else None,
-        time=TIME,
-        truth=state,
-        ideal=imu,
-        measured=ImuData(TIME, *(2.0 * rows(1.0, 3, 2),) * 2),
-        reference=reference,
+        truth=RecordedMotion(None, reference) if recorded else truth,  # type: ignore[arg-type]
+        sensed=SimpleNamespace(measured=ImuData(TIME, *(2.0 * rows(1.0, 3, 2),) * 2)),
         solutions={"euler": motion(40.0, "euler"), "poisson": motion(60.0, "poisson")},
         errors={"euler": error(50.0)},
         aided=None,
-        one_component=None,
     )
 
 
@@ -219,8 +218,11 @@ def test_the_streams_of_a_run_in_memory() -> None:
     )
     with pytest.raises(InputError, match="Did you mean 'nav_euler'"):
         found["nav_eulr"]
+    plane = PlaneRun(SimpleNamespace(name="p"), None, {})  # type: ignore[arg-type]
     with pytest.raises(InputError, match="one_component"):
-        Streams(streams_of_run(SimpleNamespace(one_component="o")))
+        _ = plane.streams
+    with pytest.raises(InputError, match="the run p has no solution in three dimensions"):
+        plane.plot()
 
 
 def test_a_stream_as_a_table() -> None:

@@ -188,8 +188,8 @@ def test_rectification_in_a_run_on_shock_mounts() -> None:
     found = []
     for isolator in (None, {"linear_hz": 60.0, "linear_damping": 0.15, "angular_hz": 60.0}):
         result = sinssim.run(Scenario.model_validate({**SHAKEN, "isolator": isolator}))
-        extra = (result.measured.dvel - result.ideal.dvel)[:, 2].sum() / 8.0 / UG
-        gravity = result.ideal.dvel[:, 2].sum() / 8.0 / G0
+        extra = (result.sensed.measured.dvel - result.truth.ideal.dvel)[:, 2].sum() / 8.0 / UG
+        gravity = result.truth.ideal.dvel[:, 2].sum() / 8.0 / G0
         found.append(extra / 20.0 - gravity**2)
     assert found[0] == pytest.approx(0.16, rel=1e-5)
     assert found[1] == pytest.approx(0.16 * abs(Mount(60.0, 0.15).transfer(120.0)) ** 2, rel=1e-5)

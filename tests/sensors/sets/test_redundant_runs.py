@@ -47,7 +47,7 @@ def test_the_noise_of_the_estimate_is_that_of_the_law() -> None:
     only = {"gyro_bias_sigma_deg_h": 0.0, "gyro_scale_sigma_ppm": 0.0, "gyro_misalignment_sigma_arcsec": 0.0}
     six = run(scenario({}, only))
     three = run(scenario({"type": "gyros"}, only))
-    variance = [np.var(r.measured.dtheta - r.ideal.dtheta, axis=0).sum() for r in (six, three)]
+    variance = [np.var(r.sensed.measured.dtheta - r.truth.ideal.dtheta, axis=0).sum() for r in (six, three)]
     assert variance[0] / variance[1] == pytest.approx(0.5, rel=0.06)
 
 
@@ -91,11 +91,11 @@ def test_with_and_without_monitoring(tmp_path: Path) -> None:
         "accel_statistic_sample", "accel_statistic_1s", "accel_statistic_10s", "accel_statistic_100s",
         "accel_threshold", *(f"accel_used_{i}" for i in range(1, 7)),
     ]  # fmt: skip
-    gyros = result.readings.monitored[0]
+    gyros = result.sensed.readings.monitored[0]
     np.testing.assert_array_equal(tests["gyro_statistic_1s"].to_numpy(), gyros.statistic[1])
     np.testing.assert_array_equal(tests["gyro_used_3"].to_numpy(), gyros.used[:, 2])
     single = pq.read_table(streams / "gyros_measured.parquet")
-    np.testing.assert_array_equal(single["dtheta_3_rad"].to_numpy(), result.readings.single.dtheta[:, 2])
+    np.testing.assert_array_equal(single["dtheta_3_rad"].to_numpy(), result.sensed.readings.single.dtheta[:, 2])
     without = pq.read_table(streams / "error_without_monitoring.parquet")
     last = np.hypot(without["position_n_m"].to_numpy()[-1], without["position_e_m"].to_numpy()[-1])
     assert last == pytest.approx(own["final_horizontal_error_m"], rel=1e-6)
@@ -121,13 +121,15 @@ def test_a_failed_first_algorithm_leaves_the_comparison_to_the_next(monkeypatch:
 
     monkeypatch.setattr(measured_attitude, "navigate_set", euler_fails)
     result = run(scenario({}, {"faults": [STEP]}, navigation={"algorithms": ["euler", "quaternion"]}))
-    assert list(result.failures) == ["euler"]
+    assert list(result.navigated.failures) == ["euler"]
     numbers = {"quaternion": result.summary["algorithms"]["quaternion"]}
     *_, sentence = redundancy_sentences(result.summary["redundancy"], numbers)
     assert sentence.startswith("Horizontal error of quaternion with monitoring: ")
     alone = run(scenario({"monitoring": "none"}, {"faults": [STEP]}))
-    assert result.without_monitoring is not None
-    np.testing.assert_array_equal(result.without_monitoring.horizontal, alone.errors["quaternion"].horizontal)
+    assert result.parts["redundancy"].without_monitoring is not None
+    np.testing.assert_array_equal(
+        result.parts["redundancy"].without_monitoring.horizontal, alone.errors["quaternion"].horizontal
+    )
 
 
 def test_a_run_without_a_fault_says_so(tmp_path: Path) -> None:

@@ -76,7 +76,7 @@ def test_without_gyros_the_error_grows_by_the_law(arm: float, bias_ug: float) ->
         east = 0.5 * push[1] * t**2 + 9.811 * growth[0] * t**4 / 24.0
         assert np.abs(error.position_ned[row, :2] - [north, east]).max() < 0.01 * np.hypot(north, east)
         # the sensors' own error: a ramp of the rate, its integral
-        made = np.cumsum(result.measured.dtheta - result.ideal.dtheta, axis=0)[row - 1]
+        made = np.cumsum(result.sensed.measured.dtheta - result.truth.ideal.dtheta, axis=0)[row - 1]
         assert made[:2] == pytest.approx(0.5 * growth * t**2, rel=1e-6)
 
 
@@ -85,7 +85,7 @@ def test_a_measured_attitude_errs_as_its_sensor_does() -> None:
     given = {**ATTITUDE, "drift_deg_h": [1.0, 0.0, 0.0], "bias_arcsec": [0.0, 0.0, 5.0]}
     result = run(scenario(given, BY_ATTITUDE, {}))
     off = np.array([60.0 * DEG_H, 0.0, 5.0 * ARCSEC])
-    lat, lon = result.truth.latitude[-1], result.truth.longitude[-1] + 7.292115e-5 * 60.0
+    lat, lon = result.truth.state.latitude[-1], result.truth.state.longitude[-1] + 7.292115e-5 * 60.0
     north = [-np.sin(lat) * np.cos(lon), -np.sin(lat) * np.sin(lon), np.cos(lat)]
     east, down = (
         [-np.sin(lon), np.cos(lon), 0.0],
@@ -137,26 +137,26 @@ def test_streams(tmp_path: Path, kind: dict[str, Any], navigation: dict[str, Any
     folder = tmp_path / "r" / "streams"
     if kind is SIX:
         names = [f"dvel_{i}_mps" for i in range(1, 7)]
-        for stream, readings in (("ideal", result.perfect), ("measured", result.readings)):
+        for stream, readings in (("ideal", result.sensed.perfect), ("measured", result.sensed.readings)):
             table = pq.read_table(folder / f"accelerometers_{stream}.parquet")
             assert table.column_names == ["time_s", *names]
             assert np.array_equal(np.stack([table[n].to_numpy() for n in names], axis=1), readings.accelerometers)
-            assert np.array_equal(table["time_s"].to_numpy(), result.ideal.time[1:])
+            assert np.array_equal(table["time_s"].to_numpy(), result.truth.ideal.time[1:])
         # level: the cube's accelerometers 1 to 4 stand half across gravity, 5 and 6 lie in the horizon
-        down = result.perfect.accelerometers.mean(axis=0) * 100.0
+        down = result.sensed.perfect.accelerometers.mean(axis=0) * 100.0
         assert down == pytest.approx(-9.811 / np.sqrt(2.0) * np.array([1.0, -1.0, 1.0, 1.0, 0.0, 0.0]), abs=0.01)
         assert "dtheta_x_rad" in pq.read_schema(folder / "imu_measured.parquet").names
     else:
         names = ["q_ib_w", "q_ib_x", "q_ib_y", "q_ib_z"]
-        for stream, readings in (("ideal", result.perfect), ("measured", result.readings)):
+        for stream, readings in (("ideal", result.sensed.perfect), ("measured", result.sensed.readings)):
             table = pq.read_table(folder / f"attitude_{stream}.parquet")
             assert table.column_names == ["time_s", *names]
             assert np.array_equal(np.stack([table[n].to_numpy() for n in names], axis=1), readings.attitude)
-            assert np.array_equal(table["time_s"].to_numpy(), result.ideal.time)
+            assert np.array_equal(table["time_s"].to_numpy(), result.truth.ideal.time)
         # without gyros no angles were measured, and none are written
         measured = pq.read_schema(folder / "imu_measured.parquet").names
         assert measured == ["time_s", "dvel_x_mps", "dvel_y_mps", "dvel_z_mps"]
-        assert np.isnan(result.measured.dtheta).all()
+        assert np.isnan(result.sensed.measured.dtheta).all()
     assert load_scenario(tmp_path / "r" / "scenario.toml") == result.scenario
 
 

@@ -199,7 +199,7 @@ def test_swaying_ship_aligns_itself() -> None:
     assert abs(run.errors["quaternion"].attitude[0, 2]) < np.radians(0.5)
     assert np.abs(run.errors["quaternion"].attitude[0, :2]).max() < np.radians(0.05)
     # the ship moves at that instant, and the fit knows how fast
-    moving = run.truth.velocity_ned[np.searchsorted(run.time, 300.0)]
+    moving = run.truth.state.velocity_ned[np.searchsorted(run.truth.time, 300.0)]
     assert np.linalg.norm(moving) > 0.1
     assert np.linalg.norm(run.errors["quaternion"].velocity_ned[0]) < 0.03
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -16,7 +17,8 @@ from sinssim.rotation import dcm_from_quaternion, euler_from_quaternion, shown_h
 from sinssim.units import DEG
 
 if TYPE_CHECKING:
-    from sinssim.simulation.result import Run
+    from sinssim.data import NavSolution, NavState
+    from sinssim.scenario import Scenario
 
 LEVEL = POSITION
 """Colour of the axes of the local level."""
@@ -30,26 +32,28 @@ _NEAR = np.radians(12.0)
 """Angle below which an arc has no room, or two axes are drawn one over the other."""
 
 
-def axes_drawing(run: Run) -> str:
+def axes_drawing(scenario: Scenario, truth: NavState, solutions: Mapping[str, NavSolution]) -> str:
     """Draw the axes at the start of a run.
 
     Args:
-        run: a run with its truth.
+        scenario: what is run.
+        truth: true states, N rows.
+        solutions: inertial solutions by algorithm.
 
     Returns:
         HTML: a drawing and the sentences below it.
     """
-    q = run.truth.q_nb[0]
+    q = truth.q_nb[0]
     roll, pitch, heading = (float(angle) for angle in euler_from_quaternion(q))
-    latitude = float(run.truth.latitude[0])
+    latitude = float(truth.latitude[0])
     d = Drawing(800.0, 330.0, "axes of the local level and of the body at the start")
     _earth(d, latitude)
-    azimuth = _azimuth(run)
+    azimuth = _azimuth(scenario, solutions)
     _body(d, dcm_from_quaternion(q), heading, pitch, None if azimuth is None else azimuth[0])
-    frame = run.scenario.navigation.frame
-    (shown,) = shown_heading(run.scenario.output.angles, [heading])
+    frame = scenario.navigation.frame
+    (shown,) = shown_heading(scenario.output.angles, [heading])
     text = (
-        f"The true start: latitude {latitude / DEG:.3f}°, longitude {float(run.truth.longitude[0]) / DEG:.3f}°, "
+        f"The true start: latitude {latitude / DEG:.3f}°, longitude {float(truth.longitude[0]) / DEG:.3f}°, "
         f"heading {float(shown) / DEG:.2f}°, pitch {pitch / DEG:.2f}°, roll {roll / DEG:.2f}°. "
         "N, E, D: north, east, down; x, y, z: forward, right, down of the body."
     )
@@ -65,11 +69,11 @@ def axes_drawing(run: Run) -> str:
     return f"{d.svg()}\n<p class=note>{note}</p>"
 
 
-def _azimuth(run: Run) -> tuple[float, float] | None:
+def _azimuth(scenario: Scenario, solutions: Mapping[str, NavSolution]) -> tuple[float, float] | None:
     """Azimuth of the frame's x axis at start and end by the first solution, rad; None without one."""
-    if not FRAME_REGISTRY[run.scenario.navigation.frame].has_azimuth:
+    if not FRAME_REGISTRY[scenario.navigation.frame].has_azimuth:
         return None
-    for solution in run.solutions.values():
+    for solution in solutions.values():
         if solution.azimuth is not None:
             return float(solution.azimuth[0]), float(solution.azimuth[-1])
     return None

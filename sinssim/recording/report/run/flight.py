@@ -21,7 +21,7 @@ from sinssim.scenario.summary import field_words, given, leg_words, named_places
 
 if TYPE_CHECKING:
     from sinssim.scenario import Scenario
-    from sinssim.simulation.result import Run
+    from sinssim.simulation.truth import Truth
     from sinssim.truth.channel import Channel
     from sinssim.truth.trajectory import Trajectory
 
@@ -32,26 +32,26 @@ _MAP_ROWS = 16384
 _BY_LEGS = ("drive", "voyage")
 
 
-def flight_section(run: Run, trajectory: Trajectory, truth: NavState) -> Iterator[str]:
+def flight_section(scenario: Scenario, truth: Truth) -> Iterator[str]:
     """Return the section about the true motion: map, facts, plots over time, legs and events.
 
     Args:
-        run: whose motion it is.
-        trajectory: the true motion.
-        truth: true states at the run's times.
+        scenario: what is run.
+        truth: its true motion.
 
     Yields:
         HTML.
     """
-    yield _map_and_facts(run, trajectory, truth)
-    legs, events = _legs(run.scenario, trajectory)
+    trajectory = truth.trajectory
+    yield _map_and_facts(scenario, truth)
+    legs, events = _legs(scenario, trajectory)
     marks = [Mark(begin, str(i + 1), faint=True) for i, (_, _, begin, _) in enumerate(legs)]
     airspeed = trajectory.channels.get("airspeed_mps")
-    yield from motion_plots(run.time, truth, marks, run.scenario.output.angles, airspeed)
+    yield from motion_plots(truth.time, truth.state, marks, scenario.output.angles, airspeed)
     yield from gravity_plots(trajectory)
-    yield from track_source(run.scenario, trajectory)
+    yield from track_source(scenario, trajectory)
     if legs:
-        yield f'<h3>Legs{" as flown" if run.scenario.flight else ""}</h3><div class="events">'
+        yield f'<h3>Legs{" as flown" if scenario.flight else ""}</h3><div class="events">'
         lines = [
             (
                 str(i + 1),
@@ -69,24 +69,23 @@ def flight_section(run: Run, trajectory: Trajectory, truth: NavState) -> Iterato
         )
 
 
-def map_of(run: Run, trajectory: Trajectory, truth: NavState) -> Callable[[Mapping[str, Track]], str]:
+def map_of(scenario: Scenario, truth: Truth, solutions: Mapping[str, Track]) -> Callable[[Mapping[str, Track]], str]:
     """Return what draws the map, with as many points of the tracks as it shows.
 
     Args:
-        run: whose solutions are drawn.
-        trajectory: the true motion.
-        truth: true states at the run's times.
+        scenario: what is run.
+        truth: its true motion.
+        solutions: solutions by name.
 
     Returns:
         A function of further tracks, such as that of the filter, that returns SVG for the place of `MAP`.
     """
-    k = thinned(len(run.time), _MAP_ROWS)
-    state = NavState(truth.latitude[k], truth.longitude[k], truth.height[k], truth.velocity_ned[k], truth.q_nb[k])
-    time, ellipsoid = run.time[k], trajectory.ellipsoid
-    own = {name: _thin(solution) for name, solution in (run.solutions if run.has("solutions") else {}).items()}
-    aiding = run.scenario.aiding
-    outages = () if aiding is None else aiding.outages
-    places = named_places(run.scenario)
+    k, s = thinned(len(truth.time), _MAP_ROWS), truth.state
+    state = NavState(s.latitude[k], s.longitude[k], s.height[k], s.velocity_ned[k], s.q_nb[k])
+    time, ellipsoid = truth.time[k], truth.ellipsoid
+    own = {name: _thin(solution) for name, solution in solutions.items()}
+    outages = () if scenario.aiding is None else scenario.aiding.outages
+    places = named_places(scenario)
 
     def chart(more: Mapping[str, Track]) -> str:
         tracks = {**own, **{name: _thin(track) for name, track in more.items()}}
@@ -102,9 +101,10 @@ def _thin(track: Track) -> Track:
     return Places(track.time[k], track.latitude[k], track.longitude[k])
 
 
-def _map_and_facts(run: Run, trajectory: Trajectory, truth: NavState) -> str:
+def _map_and_facts(scenario: Scenario, motion: Truth) -> str:
     """Return the map of the tracks, and the table of the motion's facts beside it."""
-    time, velocity = run.time, truth.velocity_ned
+    time, truth, trajectory = motion.time, motion.state, motion.trajectory
+    velocity = truth.velocity_ned
     roll, pitch, _ = (angle / units.DEG for angle in rotation.euler_from_quaternion(truth.q_nb))
     speed = np.hypot(velocity[:, 0], velocity[:, 1])
     distance = float(np.sum(0.5 * (speed[1:] + speed[:-1]) * np.diff(time)))
@@ -120,7 +120,7 @@ def _map_and_facts(run: Run, trajectory: Trajectory, truth: NavState) -> str:
         ("pitch", between_text(pitch, 1, "°")),
         ("gravity, ellipsoid", f"{trajectory.gravity}, {trajectory.ellipsoid.name}"),
     ]
-    facts += [(kind, words(text)) for kind, text in _source(run.scenario)]
+    facts += [(kind, words(text)) for kind, text in _source(scenario)]
     listed = table(
         ("true motion of the sensor block", ""), [(words(k), f'<td class="text">{v}</td>') for k, v in facts]
     )

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterator, Mapping, Sequence
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -15,26 +15,27 @@ from sinssim.recording.report.plot import Line
 from sinssim.recording.store.summaries.log_summary import outage_sentence
 
 if TYPE_CHECKING:
-    from sinssim.simulation.result import Run
+    from sinssim.data import Array
+    from sinssim.simulation.parts.outages import Outages
 
 _SMOOTHED = "smoothed_max_horizontal_error_m"
 
 
-def outage_section(run: Run, numbers: Mapping[str, Any]) -> Iterator[str]:
+def outage_section(part: Outages, numbers: Mapping[str, Any]) -> Iterator[str]:
     """Yield the section about injected outages.
 
     Args:
-        run: the run, with its aided solution.
+        part: the outages of a run.
         numbers: the entry `outages` of the summary.
 
     Yields:
         HTML.
     """
     yield from (f"<p><strong>{words(sentence)}</strong></p>" for sentence in outage_sentence(numbers))
-    each, span = numbers["each"], (float(run.time[0]), float(run.time[-1]))
+    each, span = numbers["each"], (float(part.run.time[0]), float(part.run.time[-1]))
     if not each:
         return
-    pictures = _growth(run, numbers) + _ends(numbers, span)
+    pictures = _growth(part.judged.growth, numbers) + _ends(numbers, span)
     yield f'<div class="pair"><div>{pictures}</div><div>{_table(numbers)}</div></div>'
 
 
@@ -58,12 +59,11 @@ def _table(numbers: Mapping[str, Any]) -> str:
     )
 
 
-def _growth(run: Run, numbers: Mapping[str, Any]) -> str:
+def _growth(growth: Sequence[tuple[Array, Array]], numbers: Mapping[str, Any]) -> str:
     """Draw the horizontal error from the beginning of each outage on."""
-    assert run.outages is not None
     longest = max(one["to_s"] - one["from_s"] for one in numbers["each"])
     color = style.css(style.COLORS["aided"])
-    drawn = [(time, error) for time, error in run.outages.growth if len(time) > 1]
+    drawn = [(time, error) for time, error in growth if len(time) > 1]
     lines = [
         Line("" if number else "one line an outage", time, error, color, 1.0)
         for number, (time, error) in enumerate(drawn)

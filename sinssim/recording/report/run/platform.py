@@ -21,10 +21,9 @@ from sinssim.sensors.sets.platform import torquer_sigma
 from sinssim.sensors.sets.sensor_set import Platform
 
 if TYPE_CHECKING:
-    from sinssim.platform.navigate import PlatformSolution
     from sinssim.sensors.imu.imu import Imu
     from sinssim.sensors.sets.platform import PlatformErrors
-    from sinssim.simulation.result import Run
+    from sinssim.simulation.parts.platform import OnPlatform
     from sinssim.strapdown.nav_error import NavError
 
 _LEAST = 1e-6
@@ -46,19 +45,16 @@ _STANDS = {
 }
 
 
-def platform_section(run: Run) -> Iterator[str]:
+def platform_section(part: OnPlatform) -> Iterator[str]:
     """Yield the report's section on a platform.
 
     Args:
-        run: a run that has navigated.
+        part: the platform of a run that has navigated.
 
     Yields:
-        HTML; nothing for another sensor set, or if the platform has no solution.
+        HTML.
     """
-    if not (isinstance(run.scenario.imu.sensor_set, Platform) and PLATFORM in run.solutions):
-        return
-    frame, solution = run.scenario.navigation.frame, run.platform
-    assert solution is not None
+    frame, time = part.run.scenario.navigation.frame, part.run.time
     yield (
         f"<p>Three gyros and three accelerometers on a gimballed platform. {_STANDS[frame]}. The gyros stabilise the "
         f"platform and do not sense the rotation of the vehicle: their bias, random walk and g-sensitivity act about "
@@ -68,22 +64,22 @@ def platform_section(run: Run) -> Iterator[str]:
         "in "
         "a strapdown system.</p>"
     )
-    span = (float(run.time[0]), float(run.time[-1]))
-    yield from _side_by_side(run, span)
-    yield from _rates(run, solution, span)
-    yield from _by_cause(run, span)
+    span = (float(time[0]), float(time[-1]))
+    yield from _side_by_side(part, span)
+    yield from _rates(part, span)
+    yield from _by_cause(part, span)
 
 
-def _side_by_side(run: Run, span: tuple[float, float]) -> Iterator[str]:
+def _side_by_side(part: OnPlatform, span: tuple[float, float]) -> Iterator[str]:
     """Yield table and plots of the errors on the platform and strapped down."""
-    found: dict[str, NavError] = {"platform": run.errors[PLATFORM]}
-    beside = run.strapdown
+    found: dict[str, NavError] = {"platform": part.errors}
+    beside = part.strapdown
     paint = [style.COLORS[PLATFORM]]
     if beside is not None:
         found[f"strapdown ({beside[0]})"] = beside[1]
         paint += style.colors([beside[0]])
-    if run.without_errors_of_turns is not None:
-        found["strapdown, no rate-dependent errors"] = run.without_errors_of_turns
+    if part.without_errors_of_turns is not None:
+        found["strapdown, no rate-dependent errors"] = part.without_errors_of_turns
         paint.append(style.COLORS["reference"])
     names = {
         "platform": "platform",
@@ -117,15 +113,16 @@ def _side_by_side(run: Run, span: tuple[float, float]) -> Iterator[str]:
     yield f'<div class="pair">{horizontal}{attitude}</div>'
 
 
-def _rates(run: Run, solution: PlatformSolution, span: tuple[float, float]) -> Iterator[str]:
+def _rates(part: OnPlatform, span: tuple[float, float]) -> Iterator[str]:
     """Yield plots of what the gyros sense strapped down, and of what the platform is commanded."""
-    time = run.time[1:]
-    sensed = run.ideal.dtheta / np.diff(run.time)[:, np.newaxis] / units.DEG
+    edges, solution = part.run.time, part.solution
+    time = edges[1:]
+    sensed = part.true_increments.dtheta / np.diff(edges)[:, np.newaxis] / units.DEG
     paint = [style.css(color) for color in style.colors(["x", "y", "z"])]
     body = [
         Line(name, time, sensed[:, i], paint[i], 1.4) for i, name in enumerate(("x, forward", "y, right", "z, down"))
     ]
-    frame = run.scenario.navigation.frame
+    frame = part.run.scenario.navigation.frame
     axes = _AXES.get(frame, ("x", "y", "z, down"))
     torqued = [Line(name, time, solution.commanded[:, i] / units.DEG_H, paint[i], 1.4) for i, name in enumerate(axes)]
     left = plot.plot("Strapdown: true rate of the IMU", "deg/s", body, span)
@@ -137,11 +134,9 @@ def _rates(run: Run, solution: PlatformSolution, span: tuple[float, float]) -> I
     )
 
 
-def _by_cause(run: Run, span: tuple[float, float]) -> Iterator[str]:
+def _by_cause(part: OnPlatform, span: tuple[float, float]) -> Iterator[str]:
     """Yield what each error of the platform contributes, by the linear error equations, beside the simulation."""
-    found, simulated = run.platform_errors_by_cause, run.errors[PLATFORM]
-    if found is None:
-        return
+    found, simulated = part.errors_by_cause, part.errors
     sizes = {name: np.linalg.norm(rows, axis=1) for name, rows in found.position.items()}
     sizes = {name: size for name, size in sizes.items() if size.max() > _LEAST}
     total = np.linalg.norm(found.total, axis=1)

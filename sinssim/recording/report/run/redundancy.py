@@ -7,48 +7,48 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from sinssim.data import Array
 from sinssim.formatting import capital, number_text, signed
 from sinssim.recording import style
 from sinssim.recording.report import plot
 from sinssim.recording.report.page import table, words
 from sinssim.recording.report.plot import Line, Mark
 from sinssim.recording.scales import ANGLES, LENGTHS, suiting, ticks
-from sinssim.recording.store.summaries.redundancy_summary import NAMES, UNITS, window_names
+from sinssim.recording.store.summaries.redundancy_summary import NAMES, window_names
 from sinssim.scenario.summary import redundant_words
 from sinssim.sensors.imu.terms import of_triad
 from sinssim.sensors.sets.geometry import dilution
 from sinssim.sensors.sets.sensor_set import Redundant
+from sinssim.simulation.parts.redundancy import UNITS
 
 if TYPE_CHECKING:
     from sinssim.sensors.imu.errors import ImuErrors
     from sinssim.sensors.imu.imu import Imu
     from sinssim.sensors.sets.monitor import Monitored
-    from sinssim.simulation.result import Run
+    from sinssim.sensors.sets.reading import Readings
+    from sinssim.simulation.parts.redundancy import Redundancy
 
 _DIGITS = 4
 _SHOWN = 2.0  # the axis of the statistics ends at so many thresholds
 
 
-def redundancy_section(run: Run) -> Iterator[str]:
+def redundancy_section(section: Redundant, readings: Readings) -> Iterator[str]:
     """Yield the report's section on the monitoring of a redundant set.
 
     Args:
-        run: a run whose sensors have been read.
+        section: the sensor set.
+        readings: what its sensors read.
 
     Yields:
-        HTML; nothing for another sensor set.
+        HTML.
     """
-    section = run.scenario.imu.sensor_set
-    if not isinstance(section, Redundant):
-        return
     yield from _about(section)
-    found = run.readings.monitored
+    found, time = readings.monitored, readings.imu.time
     if not found:
         yield "<p>The sensors are not monitored: all of them are always used.</p>"
         return
     yield _alarms(found)
-    span = (float(run.time[0]), float(run.time[-1]))
-    drawn = "".join(_statistic(one, run, span) for one in found)
+    drawn = "".join(_statistic(one, time) for one in found)
     yield f'<div class="pair">{drawn}</div>'
     yield (
         '<p class="note">Statistic pᵀC⁻¹p of the parity vector p at the end of each window, with the covariance C of '
@@ -57,8 +57,6 @@ def redundancy_section(run: Run) -> Iterator[str]:
         "tested, with one degree of freedom fewer.</p>"
     )
     yield from _tests(found, section)
-    if run.has("truth", "errors"):
-        yield from _with_and_without(run, span)
 
 
 def _about(section: Redundant) -> Iterator[str]:
@@ -106,9 +104,9 @@ def _alarms(found: Sequence[Monitored]) -> str:
     return table(heads, rows)
 
 
-def _statistic(one: Monitored, run: Run, span: tuple[float, float]) -> str:
+def _statistic(one: Monitored, edges: Array) -> str:
     """Draw the statistics of one kind of sensor and their threshold."""
-    names, time = window_names(one.windows), run.time[1:]
+    names, time, span = window_names(one.windows), edges[1:], (float(edges[0]), float(edges[-1]))
     paint = [style.css(color) for color in style.colors([f"window {name}" for name in names])]
     lines = [
         Line(name, time, row, color, 1.2)
@@ -154,15 +152,23 @@ def _tests(found: Sequence[Monitored], section: Redundant) -> Iterator[str]:
     )
 
 
-def _with_and_without(run: Run, span: tuple[float, float]) -> Iterator[str]:
-    """Yield the errors with and without monitoring, if they differ."""
-    without = run.without_monitoring
+def with_and_without(part: Redundancy) -> Iterator[str]:
+    """Yield the errors with and without monitoring, if they differ.
+
+    Args:
+        part: the monitoring of a run.
+
+    Yields:
+        HTML.
+    """
+    run, without = part.run, part.without_monitoring
     if without is None or not run.errors:
         return
+    span = (float(run.time[0]), float(run.time[-1]))
     name, own = next(iter(run.errors.items()))
     unit, size = suiting(LENGTHS, without.horizontal, own.horizontal)
     pink, blue = (style.css(style.COLORS[key]) for key in ("refused", "aided"))
-    marks = [Mark(alarm.isolated or 0.0, "") for one in run.readings.monitored for alarm in one.excluded]
+    marks = [Mark(alarm.isolated or 0.0, "") for one in run.sensed.readings.monitored for alarm in one.excluded]
     marks.sort(key=lambda mark: mark.time)
 
     def both(title: str, unit: str, size: float, values: Sequence[np.ndarray]) -> str:

@@ -15,9 +15,9 @@ from sinssim.formatting import number_text, signed
 from sinssim.recording.store.filter_streams import state_columns
 from sinssim.recording.store.summaries.diagnosis_summary import diagnosis_numbers
 from sinssim.recording.store.summaries.use_of_readings import unused_sentences, use_of_readings
-from sinssim.recording.store.summary import error_numbers_of, known_error_numbers_of
 from sinssim.scenario.notes import times_not_reached
 from sinssim.sensors.aiding.gnss import GnssSection, Jump, Ramp
+from sinssim.strapdown.error_numbers import error_numbers_of, known_error_numbers_of
 
 if TYPE_CHECKING:
     from sinssim.estimation import Estimate

@@ -2,74 +2,13 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping, Sequence
-from typing import TYPE_CHECKING, Any
+from collections.abc import Iterator, Mapping
+from typing import Any
 
-import numpy as np
-
-from sinssim import units
 from sinssim.data import Array
 from sinssim.formatting import number_text
-from sinssim.recording.store.summary import error_numbers
-from sinssim.sensors.sets.geometry import dilution
-
-if TYPE_CHECKING:
-    from sinssim.sensors.sets.monitor import Alarm, Monitored
-    from sinssim.sensors.sets.sensor_set import Redundant
-    from sinssim.strapdown.nav_error import NavError
 
 NAMES = {"gyro": "gyro", "accel": "accelerometer"}
-UNITS = {"gyro": ("deg_h", "deg/h", units.DEG_H), "accel": ("ug", "µg", units.UG)}
-"""Unit of a fault: in a key, in words, and its size in SI."""
-
-
-def redundancy_numbers(section: Redundant, found: Sequence[Monitored], without: NavError | None) -> dict[str, Any]:
-    """Return the results of the monitoring.
-
-    Args:
-        section: the redundant set.
-        found: gyros and accelerometers; empty without monitoring.
-        without: errors of the first algorithm without monitoring, None if they are the same.
-
-    Returns:
-        Numbers for `summary.json`.
-    """
-    axes = section.axes
-    numbers: dict[str, Any] = {
-        "monitoring": section.mode,
-        "sensors": len(axes),
-        "trace_of_covariance": dilution(axes),
-        "least_trace": 9.0 / len(axes),
-    }
-    if found:
-        numbers["false_alarm_probability"] = section.false_alarm_probability
-        numbers["missed_detection_probability"] = section.missed_detection_probability
-    for one in found:
-        key, _, unit = UNITS[one.kind]
-        tests = int(np.isfinite(one.statistic).sum())
-        numbers[one.kind] = {
-            "windows_s": one.windows.tolist(),
-            "tests": tests,
-            "false_alarms_expected_at_most": tests * section.false_alarm_probability,
-            f"smallest_fault_{key}": (one.smallest / unit).tolist(),
-            "alarms": [_alarm(alarm) for alarm in one.alarms],
-            "used_at_end": (1 + np.flatnonzero(one.used[-1])).tolist(),
-        }
-    if without is not None:
-        numbers["without_monitoring"] = error_numbers(without)
-    return numbers
-
-
-def _alarm(alarm: Alarm) -> dict[str, Any]:
-    return {
-        "detected_s": alarm.detected,
-        "window_s": float(alarm.window),
-        "statistic": alarm.statistic,
-        "threshold": alarm.threshold,
-        "last_s": alarm.last,
-        "excluded_s": alarm.isolated,
-        "sensor": alarm.sensor,
-    }
 
 
 def redundancy_sentences(numbers: Mapping[str, Any], algorithms: Mapping[str, Mapping[str, Any]]) -> Iterator[str]:

@@ -6,20 +6,6 @@ from collections.abc import Iterator, Mapping
 from typing import Any
 
 from sinssim.formatting import number_text
-from sinssim.recording.store.summary import NO_NUMBERS, error_numbers
-from sinssim.strapdown.nav_error import NavError
-
-
-def rotation_numbers(without: NavError | None) -> dict[str, Any]:
-    """Return the entry of a rotating IMU.
-
-    Args:
-        without: errors of the first algorithm without the rotation; None without a solution.
-
-    Returns:
-        `without_rotation`, as the entries of algorithms.
-    """
-    return {"without_rotation": NO_NUMBERS if without is None else error_numbers(without)}
 
 
 def rotation_sentences(entry: Mapping[str, Any], numbers: Mapping[str, Mapping[str, Any]]) -> Iterator[str]:

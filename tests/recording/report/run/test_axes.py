@@ -28,8 +28,7 @@ def drawn(
     )
     solution = SimpleNamespace(azimuth=None if azimuth is None else np.radians(azimuth))
     scenario = SimpleNamespace(navigation=SimpleNamespace(frame=frame), output=SimpleNamespace(angles=headings))
-    run: Any = SimpleNamespace(truth=truth, scenario=scenario, solutions={"quaternion": solution})
-    return axes_drawing(run)
+    return axes_drawing(scenario, truth, {"quaternion": solution})  # type: ignore[arg-type, dict-item]
 
 
 def labels(html: str) -> dict[str, np.ndarray]:

@@ -32,9 +32,9 @@ def motion(roll: Any = ROLL) -> NavState:
 def test_facts_in_numbers(monkeypatch: pytest.MonkeyPatch) -> None:
     """Ground speeds 5, 13, 13 and 25 m/s: 90 + 520 + 190 m; down is positive in the data, up in the table."""
     monkeypatch.setattr(report, "_source", lambda scenario: [("wind", "5 m/s < 6")])
-    run: Any = SimpleNamespace(time=TIME, scenario=None)
-    trajectory: Any = SimpleNamespace(gravity="normal", ellipsoid=WGS84)
-    html = report._map_and_facts(run, trajectory, motion())
+    trajectory = SimpleNamespace(gravity="normal", ellipsoid=WGS84)
+    truth: Any = SimpleNamespace(time=TIME, state=motion(), trajectory=trajectory)
+    html = report._map_and_facts(None, truth)  # type: ignore[arg-type]
     assert report.MAP in html
     assert cells(html) == [
         ["true motion of the sensor block", ""],
@@ -103,11 +103,11 @@ def test_legs_as_flown_and_other_events(plots: Plots, monkeypatch: pytest.Monkey
     trajectory: Any = SimpleNamespace(
         events=events, channels={}, gravity="normal", ellipsoid=WGS84, start=10.0, end=70.0
     )
-    run: Any = SimpleNamespace(time=TIME, scenario=scenario)
+    truth: Any = SimpleNamespace(time=TIME, state=motion(), trajectory=trajectory)
     found, others = report._legs(scenario, trajectory)
     assert [(name, begin, end) for name, _, begin, end in found] == [("straight", 12.34, 33.36), ("turn", 33.36, None)]
     assert others == [(20.0, "a <bump>"), (70.0, "end")]
-    html = "".join(report.flight_section(run, trajectory, motion()))
+    html = "".join(report.flight_section(scenario, truth))
     rows = cells(html)
     at = rows.index(["leg", "", "", "from [s]", "to [s]"])
     first, second = rows[at + 1], rows[at + 2]
@@ -130,11 +130,11 @@ def test_the_map_has_every_track(monkeypatch: pytest.MonkeyPatch) -> None:
     scenario: Any = SimpleNamespace(
         aiding=SimpleNamespace(outages=((1.0, 2.0),)), flight=None, track=None,
     )  # fmt: skip
-    truth, trajectory = motion(), SimpleNamespace(ellipsoid=WGS84)
+    truth = motion()
+    flown: Any = SimpleNamespace(time=TIME, state=truth, ellipsoid=WGS84)
     own = report.Places(TIME[:3], truth.latitude[:3] + 1e-4, truth.longitude[:3] - 1e-4)
-    run: Any = SimpleNamespace(time=TIME, scenario=scenario, solutions={"poisson": own}, has=lambda what: True)
     further = report.Places(TIME[1:], truth.latitude[1:] + 2e-4, truth.longitude[1:])
-    chart = report.map_of(run, trajectory, truth)  # type: ignore[arg-type]
+    chart = report.map_of(scenario, flown, {"poisson": own})
     assert chart({"aided": further}) == "map"
     (time, state, tracks, colors, ellipsoid), more = seen[0]
     np.testing.assert_array_equal(time, TIME)
@@ -148,8 +148,7 @@ def test_the_map_has_every_track(monkeypatch: pytest.MonkeyPatch) -> None:
     assert colors == ["#5a9988", "#e69f00", "#0072b2"]
     assert ellipsoid is WGS84
     assert more == {"outages": ((1.0, 2.0),), "places": []}
-    run.has = lambda what: False
     scenario.aiding = None
-    report.map_of(run, trajectory, truth)({})  # type: ignore[arg-type]
+    report.map_of(scenario, flown, {})({})
     assert seen[1][0][2:4] == ({}, [GREEN])
     assert seen[1][1] == {"outages": (), "places": []}

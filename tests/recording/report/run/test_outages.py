@@ -34,7 +34,8 @@ NUMBERS = {
 
 def run(*growth: tuple[list[float], list[float]]) -> Any:
     lines = [(np.array(time), np.array(error)) for time, error in growth]
-    return SimpleNamespace(time=np.array([50.0, 200.0, 400.0]), outages=SimpleNamespace(growth=lines))
+    navigated = SimpleNamespace(time=np.array([50.0, 200.0, 400.0]))
+    return SimpleNamespace(run=navigated, judged=SimpleNamespace(growth=lines))
 
 
 def test_table_and_plots(plots: Plots) -> None:

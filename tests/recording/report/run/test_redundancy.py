@@ -42,9 +42,8 @@ def test_alarms_in_their_columns() -> None:
 
 def test_statistics_and_thresholds(plots: Plots) -> None:
     """The axis ends at the tick above twice the largest threshold; a window without a test has no line."""
-    run: Any = SimpleNamespace(time=TIME)
     for one in (GYROS, ACCELEROMETERS):
-        report._statistic(one, run, (10.0, 12.0))
+        report._statistic(one, TIME)
     gyros, accelerometers = plots
     at = TIME[1:]
     assert [line.label for line in gyros.lines] == ["sample", "1 s", "threshold"]
@@ -88,8 +87,9 @@ def test_with_and_without_monitoring(plots: Plots) -> None:
     readings = SimpleNamespace(monitored=(ACCELEROMETERS, GYROS))
     without = error([4.0, 8.0, 12.0, 16.0, 20.0], [1.0, 2.0, 3.0, 60.0, 5.0])
     own = {"poisson": error([0.4, 0.8, 4.0, 1.6, 2.0], [1.0, 2.0, 6.0, 4.0, 5.0]), "euler": without}
-    run: Any = SimpleNamespace(without_monitoring=without, errors=own, readings=readings)
-    html = "".join(report._with_and_without(run, (10.0, 12.0)))
+    run = SimpleNamespace(time=TIME, errors=own, sensed=SimpleNamespace(readings=readings))
+    part: Any = SimpleNamespace(run=run, without_monitoring=without)
+    html = "".join(report.with_and_without(part))
     assert "With and without monitoring: poisson" in html
     horizontal, attitude = plots
     horizontal.shows(
@@ -103,8 +103,8 @@ def test_with_and_without_monitoring(plots: Plots) -> None:
         ("with monitoring", AIDED, TIME, np.array([1.0, 2.0, 6.0, 4.0, 5.0]) * minute),
     )  # fmt: skip
     assert horizontal.marks == attitude.marks == [(11.0, "", False), (11.5, "", False)]
-    run.without_monitoring = None
-    assert not list(report._with_and_without(run, (10.0, 12.0)))
+    part.without_monitoring = None
+    assert not list(report.with_and_without(part))
 
 
 def test_errors_of_single_sensors_in_their_units() -> None:

@@ -14,19 +14,17 @@ from sinssim.recording.store.summaries.comparison_summary import comparison_sent
 from sinssim.recording.store.summaries.log_summary import (
     best_solution,
     compared_words,
-    outage_errors,
-    outage_numbers,
     outage_sentence,
 )
-from sinssim.recording.store.summaries.platform_summary import platform_numbers, platform_sentences
-from sinssim.recording.store.summaries.redundancy_summary import (
-    redundancy_numbers,
-    redundancy_sentences,
-    window_names,
-)
-from sinssim.recording.store.summaries.rotation_summary import rotation_numbers, rotation_sentences
+from sinssim.recording.store.summaries.platform_summary import platform_sentences
+from sinssim.recording.store.summaries.redundancy_summary import redundancy_sentences, window_names
+from sinssim.recording.store.summaries.rotation_summary import rotation_sentences
 from sinssim.sensors.sets.monitor import Alarm, Monitored
 from sinssim.sensors.sets.platform import PlatformErrors
+from sinssim.simulation.parts.outages import outage_errors, outage_numbers
+from sinssim.simulation.parts.platform import platform_numbers
+from sinssim.simulation.parts.redundancy import redundancy_numbers
+from sinssim.simulation.parts.rotation import rotation_numbers
 from sinssim.strapdown.nav_error import NavError
 from tests.recording.store.test_summary import ERROR, NUMBERS
 
@@ -248,13 +246,15 @@ def test_what_a_log_is_compared_with() -> None:
 
 
 def test_the_best_solution() -> None:
-    def run(rows: int, smoothed: object, divergence: object) -> SimpleNamespace:
+    def best(rows: int, smoothed: object, divergence: object) -> tuple[str, Any]:
         estimate = SimpleNamespace(time=np.zeros(rows), smoothed=smoothed, divergence=divergence, solution="a")
-        return SimpleNamespace(aided=SimpleNamespace(estimate=estimate), solutions={"euler": "e", "poisson": "p"})
+        aided: Any = SimpleNamespace(estimate=estimate)
+        return best_solution(run, aided)
 
+    run: Any = SimpleNamespace(solutions={"euler": "e", "poisson": "p"})
     smooth = SimpleNamespace(solution="s")
-    assert best_solution(run(2, smooth, None)) == ("smoothed", "s")
-    assert best_solution(run(2, smooth, "diverged")) == ("aided", "a")
-    assert best_solution(run(2, None, None)) == ("aided", "a")
-    assert best_solution(run(1, smooth, None)) == ("euler", "e")
-    assert best_solution(SimpleNamespace(aided=None, solutions={"euler": "e"})) == ("euler", "e")
+    assert best(2, smooth, None) == ("smoothed", "s")
+    assert best(2, smooth, "diverged") == ("aided", "a")
+    assert best(2, None, None) == ("aided", "a")
+    assert best(1, smooth, None) == ("euler", "e")
+    assert best_solution(run, None) == ("euler", "e")

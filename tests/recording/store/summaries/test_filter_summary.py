@@ -74,7 +74,7 @@ def test_aided_solutions_are_recorded_beside_the_inertial_one(recorded):
         np.testing.assert_array_equal(t["time_s"].to_numpy(), solution.time)
         np.testing.assert_array_equal(t["latitude_rad"].to_numpy(), solution.latitude)
         np.testing.assert_array_equal(t["q_nb_z"].to_numpy(), solution.q_nb[:, 3])
-        error = navigation_error(result.trajectory.state(solution.time), solution)
+        error = navigation_error(result.truth.trajectory.state(solution.time), solution)
         e = table(result, f"error_{name}")
         np.testing.assert_allclose(e["position_n_m"].to_numpy(), error.position_ned[:, 0], rtol=0, atol=1e-9)
         np.testing.assert_allclose(e["phi_d_rad"].to_numpy(), error.attitude[:, 2], rtol=0, atol=1e-12)

@@ -8,13 +8,10 @@ import pytest
 from sinssim.recording.store.summaries.phase_summary import (
     HEADS,
     SOURCE_HEADS,
-    Phase,
-    phase_numbers,
-    phase_rows,
     phase_tables,
-    phases_of,
     source_tables,
 )
+from sinssim.simulation.parts.phases import Phase, phase_numbers, phase_rows, phases_of
 from sinssim.strapdown.nav_error import NavError
 from sinssim.truth.channel import FlightEvent
 from sinssim.units import ARCMIN, ARCSEC

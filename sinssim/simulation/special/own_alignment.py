@@ -2,18 +2,41 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from typing import TYPE_CHECKING
 
 import numpy as np
 
 from sinssim.alignment.budget import expected_errors
 from sinssim.alignment.own_start import aligned_state
-from sinssim.earth.models import Ellipsoid
+from sinssim.earth.models import Ellipsoid, ellipsoid_by_name
 from sinssim.errors import InputError, SinssimError
 
 if TYPE_CHECKING:
     from sinssim.data import ImuData, NavState
     from sinssim.scenario import Scenario
+    from sinssim.simulation.setup import Setup
+
+
+def after_alignment(setup: Setup) -> Setup:
+    """Align on the first increments, and navigate on the rest.
+
+    Args:
+        setup: of any run.
+
+    Returns:
+        The setup; unchanged without [navigation.alignment].
+
+    Raises:
+        InputError: as for `align_itself`.
+    """
+    section = setup.scenario.navigation
+    if section.alignment is None:
+        return setup
+    own = ellipsoid_by_name(section.ellipsoid_over(setup.truth.ellipsoid.name))
+    count, initial = align_itself(setup.scenario, setup.imu, setup.initial, own)
+    height = setup.height[count:] if isinstance(setup.height, np.ndarray) else setup.height
+    return replace(setup, imu=without_alignment(setup.imu, count), initial=initial, height=height)
 
 
 def align_itself(scenario: Scenario, imu: ImuData, place: NavState, ellipsoid: Ellipsoid) -> tuple[int, NavState]:
