@@ -164,6 +164,15 @@ def known_name(kind: str, names: Iterable[str]) -> Callable[[str], str]:
     return check
 
 
+def _a_turn(angle: float) -> float:
+    if angle == 0.0:
+        raise ValueError("0 is no turn; give, for example, 90 or -90")
+    return angle
+
+
+A_TURN = AfterValidator(_a_turn)
+"""Check of the angle of a turn."""
+
 Latitude = Annotated[float, Field(ge=-90.0, le=90.0)]
 """Geodetic latitude, degrees north."""
 

@@ -15,12 +15,11 @@ from dataclasses import dataclass
 from typing import Annotated, ClassVar, Self
 
 import numpy as np
-from pydantic import Field, field_validator, model_validator
+from pydantic import AfterValidator, Field, model_validator
 
 from sinssim import rotation
 from sinssim.data import Array
-from sinssim.errors import unknown_name
-from sinssim.section import Axis, Heading, Height, Latitude, Longitude, Section
+from sinssim.section import A_TURN, Axis, Heading, Height, Keys, Latitude, Longitude, Section, known_name
 from sinssim.truth.motion import (
     AT_REFERENCE_POINT,
     NORMAL_EARTH,
@@ -64,7 +63,9 @@ class TableTurn(Section):
     """A turn about an axis of the sensor block, and the dwell in the position after it."""
 
     axis: Axis = Field(description="axis of the turn in the axes of the sensor block: forward, right, down")
-    angle_deg: float = Field(ge=-36_000.0, le=36_000.0, description="angle of the turn, right-handed about the axis")
+    angle_deg: Annotated[float, A_TURN] = Field(
+        ge=-36_000.0, le=36_000.0, description="angle of the turn, right-handed about the axis"
+    )
     rate_deg_s: _Rate | None = Field(
         default=None, description="full rate of this turn; default: that of the table [turntable]"
     )
@@ -72,18 +73,12 @@ class TableTurn(Section):
         default=None, description="dwell after this turn; default: that of the table [turntable]"
     )
 
-    @field_validator("angle_deg")
-    @classmethod
-    def _turns(cls, angle: float) -> float:
-        if angle == 0.0:
-            raise ValueError("the angle of a turn must not be 0; give, for example, 90 or -90")
-        return angle
-
 
 class Turntable(PlacedMotion):
     """A calibration on a turntable: dwells in positions, and turns between them. See docs/calibration.md."""
 
     table: ClassVar[str] = "turntable"
+    at_most_one = (Keys(("sequence", "turns"), "the turns"),)
 
     latitude_deg: Latitude = Field(default=45.0, description="latitude of the laboratory")
     longitude_deg: Longitude = Field(default=0.0, description="longitude of the laboratory")
@@ -101,7 +96,7 @@ class Turntable(PlacedMotion):
         le=90.0,
         description="pitch in the first position; default: that of the sequence, or else 0",
     )
-    sequence: str | None = Field(
+    sequence: Annotated[str, AfterValidator(known_name("sequence of a turntable", SEQUENCES))] | None = Field(
         default=None, description=f"predefined sequence: {', '.join(SEQUENCES)}; default: {_USUAL}, without turns"
     )
     turns: tuple[TableTurn, ...] = Field(default=(), description="turns in order, instead of a predefined sequence")
@@ -121,17 +116,8 @@ class Turntable(PlacedMotion):
         default=0.0, description="1σ of the tilt of the turntable's base about north, east and down"
     )
 
-    @field_validator("sequence")
-    @classmethod
-    def _is_known(cls, name: str | None) -> str | None:
-        if name is not None and name not in SEQUENCES:
-            raise ValueError(str(unknown_name("sequence of a turntable", name, SEQUENCES)).rstrip("."))
-        return name
-
     @model_validator(mode="after")
     def _can_be_done(self) -> Self:
-        if self.sequence is not None and self.turns:
-            raise ValueError(f"give either sequence (one of {', '.join(SEQUENCES)}) or [[turntable.turns]], not both")
         for number, turn in enumerate(self.all_turns, start=1):
             rate = turn.rate_deg_s or self.rate_deg_s
             if abs(turn.angle_deg) < rate * self.ramp_s:

@@ -2,11 +2,11 @@
 
 from __future__ import annotations
 
-from typing import Annotated, Any, ClassVar, Literal, Self, Union
+from typing import Annotated, Any, ClassVar, Literal, Union
 
-from pydantic import Field, model_validator
+from pydantic import Field
 
-from sinssim.section import Keys, Section
+from sinssim.section import A_TURN, Keys, Section
 
 _Lasting = Annotated[float, Field(gt=0.0, le=86_400.0)]
 _Distance = Annotated[float, Field(gt=0.0, le=2e6)]
@@ -40,16 +40,12 @@ class Turn(Section):
     example: ClassVar[dict[str, Any]] = {"angle_deg": 90.0}
 
     type: Literal["turn"]
-    angle_deg: float = Field(ge=-3600.0, le=3600.0, description="change of the heading, right positive")
+    angle_deg: Annotated[float, A_TURN] = Field(
+        ge=-3600.0, le=3600.0, description="change of the heading, right positive"
+    )
     rate_deg_s: Annotated[float, Field(gt=0.0, le=60.0)] | None = Field(
         default=None, description="largest rate of the turn; default: the rate that follows from lateral_mps2"
     )
-
-    @model_validator(mode="after")
-    def _turns(self) -> Self:
-        if self.angle_deg == 0.0:
-            raise ValueError("angle_deg = 0 is not a turn: give the change of the heading, right positive")
-        return self
 
 
 VehicleLeg = Annotated[Union[Straight, Turn, Stop], Field(discriminator="type")]  # noqa: UP007
