@@ -28,7 +28,7 @@ LAYERS = [
     "own_content.aiding", "own_content.new_project",
     "scenario",
     # data flows right, imports point left
-    "truth.one_component", "sensors.sets.one_component", "logs.writers.navigators", "ensembles.batch", "platform",
+    "logs.writers.navigators", "ensembles.batch", "platform",
     "noise_identification", "alignment", "inspection",
     "estimation",
     "simulation",  # the stages of a run

@@ -4,11 +4,11 @@ from __future__ import annotations
 
 from sinssim.algorithms import PLATFORM
 from sinssim.errors import InputError
-from sinssim.scenario.sections.one_component import OneComponentSection
 from sinssim.scenario.tables import Tables
 from sinssim.system.memory import machine_memory
 from sinssim.truth.flight.plan import FlightPlan
 from sinssim.truth.motion import Motion
+from sinssim.truth.vertical_plane import OneComponent
 
 _SAMPLE_BYTES, _ALGORITHM_BYTES = 880.0, 176.0
 """Memory per sample while a run is recorded, bytes (420 without a run directory): true and measured increments, true
@@ -31,7 +31,7 @@ def check_times(scenario: Tables) -> None:
         InputError: a fault lies outside the run, the run is shorter than a sample, or the samples exceed this machine's
             memory.
     """
-    if isinstance(scenario.source, OneComponentSection):
+    if isinstance(scenario.source, OneComponent):
         _check_plane(scenario.source)
         return
     imu, lasts = scenario.imu, expected_duration(scenario)
@@ -60,7 +60,7 @@ def check_times(scenario: Tables) -> None:
         )
 
 
-def _check_plane(section: OneComponentSection) -> None:
+def _check_plane(section: OneComponent) -> None:
     """Raise for a one-component run that is shorter than an interval, or too long for this machine's memory."""
     intervals, memory = section.duration_s * section.rate_hz, machine_memory()
     if intervals < 1.0:

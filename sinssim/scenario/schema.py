@@ -5,7 +5,6 @@ from __future__ import annotations
 from typing import TYPE_CHECKING, Any
 
 from sinssim.logs.log import Log
-from sinssim.scenario.sections.one_component import OneComponentSection
 from sinssim.scenario.tables import Tables
 from sinssim.system.short_repr import html_lines
 from sinssim.truth.flight.flight import Flight
@@ -16,6 +15,7 @@ from sinssim.truth.track.track import Track
 from sinssim.truth.turntable.turntable import Turntable
 from sinssim.truth.vehicles.drive import Drive
 from sinssim.truth.vehicles.voyage import Voyage
+from sinssim.truth.vertical_plane import OneComponent
 
 
 class Scenario(Tables):
@@ -41,7 +41,7 @@ class Scenario(Tables):
             voyage: Voyage | None = None,
             turntable: Turntable | None = None,
             log: Log | None = None,
-            one_component: OneComponentSection | None = None,
+            one_component: OneComponent | None = None,
             **others: Any,
         ) -> None: ...
 

@@ -9,7 +9,6 @@ from pydantic.fields import FieldInfo
 from pydantic_core import PydanticCustomError
 
 from sinssim.logs.log import Log
-from sinssim.scenario.sections.one_component import OneComponentSection
 from sinssim.truth.flight.flight import Flight
 from sinssim.truth.motions.closed_forms import AnyClosedForm
 from sinssim.truth.motions.great_circle import GreatCircleFlight
@@ -18,6 +17,7 @@ from sinssim.truth.track.track import Track
 from sinssim.truth.turntable.turntable import Turntable
 from sinssim.truth.vehicles.drive import Drive
 from sinssim.truth.vehicles.voyage import Voyage
+from sinssim.truth.vertical_plane import OneComponent
 
 
 class Given(NamedTuple):
@@ -55,7 +55,7 @@ AnySource = Annotated[
     | Annotated[Voyage, _Contents, Tag("voyage")]
     | Annotated[Turntable, _Contents, Tag("turntable")]
     | Annotated[Log, _Contents, Tag("log")]
-    | Annotated[OneComponentSection, _Contents, Tag("one_component")],
+    | Annotated[OneComponent, _Contents, Tag("one_component")],
     Discriminator(lambda one: getattr(one, "table", None)),
     BeforeValidator(_the_only_one),
 ]

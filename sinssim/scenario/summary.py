@@ -22,7 +22,6 @@ from sinssim.scenario.notes import (
 from sinssim.scenario.own_files import own_files
 from sinssim.scenario.planned.limits import limit_notes
 from sinssim.scenario.route import check_route
-from sinssim.scenario.sections.one_component import SENSOR_OF, WAYS, OneComponentSection
 from sinssim.scenario.tables import Tables
 from sinssim.sensors.imu.grades import grade_name
 from sinssim.sensors.imu.imu import Imu
@@ -33,6 +32,7 @@ from sinssim.truth.motion import Motion, TrueEarth
 from sinssim.truth.motions.analytic import ClosedFormMotion
 from sinssim.truth.track.track import Track
 from sinssim.truth.vehicles.surface_vehicle import SurfaceVehicle
+from sinssim.truth.vertical_plane import SENSOR_OF, WAYS, OneComponent
 
 
 # Long: one line for each table of the scenario, in the order of the console.
@@ -49,7 +49,7 @@ def plan_lines(scenario: Tables) -> Iterator[str]:
         InputError: the aircraft's description is invalid, or the sensors do not suit the run.
     """
     check_times(scenario)
-    if isinstance(scenario.source, OneComponentSection):
+    if isinstance(scenario.source, OneComponent):
         yield from _plane_lines(scenario, scenario.source)
         return
     check_route(scenario)
@@ -153,7 +153,7 @@ def _track_lines(section: Track, earth: TrueEarth) -> Iterator[str]:
         yield f"  note{'':<21} {sentence}"
 
 
-def _plane_lines(scenario: Tables, section: OneComponentSection) -> Iterator[str]:
+def _plane_lines(scenario: Tables, section: OneComponent) -> Iterator[str]:
     """Summarise a one-component run."""
     motion = section.motion
     lines = [("one component", WAYS[section.variant])]

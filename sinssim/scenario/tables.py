@@ -41,7 +41,6 @@ from sinssim.scenario.sections.calibration import CalibrationSection
 from sinssim.scenario.sections.ensemble import EnsembleSection
 from sinssim.scenario.sections.filter import FilterSection
 from sinssim.scenario.sections.navigation import NavigationSection, check_alignment
-from sinssim.scenario.sections.one_component import OneComponentSection
 from sinssim.scenario.sections.output import OF_FRAME, OutputSection, RecordingSection
 from sinssim.scenario.source import TABLES, TRAVELLING, AnySource, Given
 from sinssim.scenario.use import Use
@@ -63,6 +62,7 @@ from sinssim.truth.track.track import Track
 from sinssim.truth.turntable.turntable import Turntable
 from sinssim.truth.vehicles.drive import Drive
 from sinssim.truth.vehicles.voyage import Voyage
+from sinssim.truth.vertical_plane import OneComponent
 
 _IN_SPACE = (
     "vibration",
@@ -384,9 +384,9 @@ class Tables(Section):
         return self.source if isinstance(self.source, Log) else None
 
     @property
-    def one_component(self) -> OneComponentSection | None:
+    def one_component(self) -> OneComponent | None:
         """The table [one_component]."""
-        return self.source if isinstance(self.source, OneComponentSection) else None
+        return self.source if isinstance(self.source, OneComponent) else None
 
     def own_items(self) -> list[Item]:
         """Return the content outside the package that the scenario chooses by name, in its order."""

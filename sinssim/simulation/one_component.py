@@ -9,14 +9,6 @@ import numpy as np
 from sinssim.checks import first_not_finite
 from sinssim.data import Array
 from sinssim.errors import RunError
-from sinssim.scenario.sections.one_component import (
-    ArmAccelerometer,
-    OneComponentSection,
-    PlaneAccelerometer,
-    PlaneAttitudeSensor,
-    PlaneGyro,
-    PlaneInitialError,
-)
 from sinssim.sensors.sets.one_component import PlaneReadings, ideal_readings, with_errors
 from sinssim.strapdown.one_component import (
     OneComponentSolution,
@@ -35,6 +27,14 @@ from sinssim.strapdown.one_component_errors import (
 )
 from sinssim.system.short_repr import short_repr
 from sinssim.truth.one_component import PlaneIncrements, PlaneMotion, PlaneState
+from sinssim.truth.vertical_plane import (
+    ArmAccelerometer,
+    OneComponent,
+    PlaneAccelerometer,
+    PlaneAttitudeSensor,
+    PlaneGyro,
+    PlaneInitialError,
+)
 from sinssim.units import ARCMIN, ARCSEC, DEG_H, PPM, UG
 
 SOURCES = ("accelerometers", "pitch sensor", "initial values")
@@ -77,7 +77,7 @@ class OneComponentResult:
         by_source: errors by each group of sources that has any.
     """
 
-    section: OneComponentSection
+    section: OneComponent
     truth: PlaneState
     coordinate: Array
     ideal: PlaneReadings
@@ -97,7 +97,7 @@ class OneComponentResult:
         return _less(self.error, self.perfect)
 
 
-def compute(section: OneComponentSection, seed: int) -> OneComponentResult:
+def compute(section: OneComponent, seed: int) -> OneComponentResult:
     """Compute a one-component run.
 
     Args:
@@ -115,7 +115,7 @@ def compute(section: OneComponentSection, seed: int) -> OneComponentResult:
         return _compute(section, seed)
 
 
-def _compute(section: OneComponentSection, seed: int) -> OneComponentResult:
+def _compute(section: OneComponent, seed: int) -> OneComponentResult:
     motion = PlaneMotion(section)
     increments = motion.increments(section.rate_hz)
     time = increments.time
@@ -123,7 +123,7 @@ def _compute(section: OneComponentSection, seed: int) -> OneComponentResult:
     ideal = ideal_readings(motion, increments, section)
     measured = with_errors(ideal, section, seed)
 
-    def errors_of(readings: PlaneReadings, with_: OneComponentSection) -> tuple[OneComponentSolution, PlaneErrors]:
+    def errors_of(readings: PlaneReadings, with_: OneComponent) -> tuple[OneComponentSolution, PlaneErrors]:
         found = navigate(readings, with_, truth, increments)
         wrong = PlaneErrors(
             time, found.velocity - truth.velocity, found.coordinate - increments.coordinate, found.pitch - truth.pitch
@@ -153,7 +153,7 @@ def _compute(section: OneComponentSection, seed: int) -> OneComponentResult:
 
 
 def navigate(
-    readings: PlaneReadings, section: OneComponentSection, truth: PlaneState, increments: PlaneIncrements
+    readings: PlaneReadings, section: OneComponent, truth: PlaneState, increments: PlaneIncrements
 ) -> OneComponentSolution:
     """Run the system of a variant on readings, from the true initial values with their errors.
 
@@ -183,7 +183,7 @@ def navigate(
     )
 
 
-def only(section: OneComponentSection, source: str) -> OneComponentSection:
+def only(section: OneComponent, source: str) -> OneComponent:
     """Return a table that has the errors of one group of sources alone.
 
     Args:
@@ -208,7 +208,7 @@ def only(section: OneComponentSection, source: str) -> OneComponentSection:
     return section.model_copy(update=without)
 
 
-def error_sources(ideal: PlaneReadings, measured: PlaneReadings, section: OneComponentSection) -> ErrorSources:
+def error_sources(ideal: PlaneReadings, measured: PlaneReadings, section: OneComponent) -> ErrorSources:
     """Return what drives the error equations: the differences of the readings, and the initial errors.
 
     Args:
@@ -240,7 +240,7 @@ def error_sources(ideal: PlaneReadings, measured: PlaneReadings, section: OneCom
     return ErrorSources(push / h[:, None], rate, error.velocity_mps, coordinate, angle)
 
 
-def constant_errors(section: OneComponentSection, pitch: float) -> ConstantErrors:
+def constant_errors(section: OneComponent, pitch: float) -> ConstantErrors:
     """Return the constant part of the errors for a body at rest; noise has none.
 
     Args:
@@ -285,7 +285,7 @@ def _check_finite(*errors: PlaneErrors) -> None:
                 )
 
 
-def _at_rest(time: Array, section: OneComponentSection, truth: PlaneState) -> PlaneErrors:
+def _at_rest(time: Array, section: OneComponent, truth: PlaneState) -> PlaneErrors:
     constant = constant_errors(section, float(truth.pitch[0]))
     return closed_form(time, constant, section.gravity_mps2, section.radius_m)
 

@@ -15,7 +15,6 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 from dataclasses import dataclass
-from typing import TYPE_CHECKING
 
 import numpy as np
 from scipy.interpolate import CubicSpline, PchipInterpolator, PPoly
@@ -23,10 +22,8 @@ from scipy.interpolate import CubicSpline, PchipInterpolator, PPoly
 from sinssim.data import Array
 from sinssim.errors import InputError
 from sinssim.truth.sample_times import sample_edges
+from sinssim.truth.vertical_plane import OneComponent, Row
 from sinssim.units import DEG
-
-if TYPE_CHECKING:
-    from sinssim.scenario.sections.one_component import OneComponentSection, Row
 
 _NODES, _WEIGHTS = np.polynomial.legendre.leggauss(6)
 _BLOCK = 16384  # pieces integrated together, so that no temporary is as long as a run
@@ -79,19 +76,19 @@ class PlaneIncrements:
 class PlaneMotion:
     """The motion of a [one_component] table."""
 
-    def __init__(self, section: OneComponentSection) -> None:
+    def __init__(self, system: OneComponent) -> None:
         """Lay the curves through the rows.
 
         Args:
-            section: the table.
+            system: the table.
 
         Raises:
             InputError: the rows give a motion that cannot be computed with.
         """
-        motion, self.duration = section.motion, section.duration_s
-        self._radius, self._gravity = section.radius_m, section.gravity_mps2
-        self._at_height = section.altitude_effects
-        self._mounting, self._start = section.mounting_angle_deg * DEG, section.coordinate_deg * DEG
+        motion, self.duration = system.motion, system.duration_s
+        self._radius, self._gravity = system.radius_m, system.gravity_mps2
+        self._at_height = system.altitude_effects
+        self._mounting, self._start = system.mounting_angle_deg * DEG, system.coordinate_deg * DEG
         smooth = motion.interpolation == "spline"
         self._velocity = _curve(motion.velocity_mps, smooth)
         self._height = _curve(motion.height_m, smooth)

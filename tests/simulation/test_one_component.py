@@ -21,9 +21,9 @@ from sinssim.recording.rerun.views import load_view
 from sinssim.recording.store.one_component import numbers
 from sinssim.recording.tables.one_component import show
 from sinssim.scenario import Scenario, load_scenario
-from sinssim.scenario.sections.one_component import OneComponentSection
 from sinssim.simulation import run
 from sinssim.simulation.one_component import OneComponentResult, compute
+from sinssim.truth.vertical_plane import OneComponent
 from sinssim.units import DEG
 
 UG, DEG_H = 9.80665e-6, 4.84813681109536e-6
@@ -45,7 +45,7 @@ VARIANTS: dict[str, dict[str, Any]] = {
 
 def computed(variant: str, seed: int = 0, **keys: Any) -> OneComponentResult:
     values = {"variant": variant, "duration_s": 8000.0, **VARIANTS[variant], **keys}
-    return compute(OneComponentSection(**values), seed)
+    return compute(OneComponent(**values), seed)
 
 
 def pendulum(time: np.ndarray, mounting: float = 0.0) -> np.ndarray:
@@ -249,7 +249,7 @@ def test_errors_beyond_the_linear_equations_show_in_the_difference() -> None:
 
 def test_errors_beyond_all_numbers_are_refused() -> None:
     """At 12 km/s a_η = −12.8 m/s²: errors grow by e in 12 min, beyond the largest double in six days."""
-    section = OneComponentSection(
+    section = OneComponent(
         variant="one-integral", duration_s=1e6, rate_hz=0.1, gyro={"bias_deg_h": 0.01},
         motion={"velocity_mps": 12_000.0},
     )  # fmt: skip

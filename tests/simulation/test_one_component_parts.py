@@ -10,7 +10,6 @@ import numpy as np
 import pytest
 
 from sinssim.errors import RunError
-from sinssim.scenario.sections.one_component import OneComponentSection
 from sinssim.sensors.sets.one_component import PlaneReadings
 from sinssim.simulation import one_component
 from sinssim.simulation.one_component import (
@@ -23,6 +22,7 @@ from sinssim.simulation.one_component import (
     only,
 )
 from sinssim.strapdown.one_component_errors import PlaneErrors
+from sinssim.truth.vertical_plane import OneComponent
 
 MICRO_G, DEG_H, SECOND, MINUTE = 9.80665e-6, pi / 648_000.0, pi / 648_000.0, pi / 10_800.0
 TIME = np.array([3.0, 5.0, 9.0])
@@ -41,12 +41,12 @@ SENSORS = {
 }
 
 
-def section(variant: str) -> OneComponentSection:
+def section(variant: str) -> OneComponent:
     accelerometers = {
         "accelerometer_x": {"bias_ug": 100.0, "scale_ppm": 200.0},
         "accelerometer_y": {"bias_ug": -300.0, "scale_ppm": 500.0},
     }
-    return OneComponentSection(
+    return OneComponent(
         variant=variant, duration_s=10.0, radius_m=R, gravity_mps2=8.0, **accelerometers, **SENSORS[variant]
     )
 

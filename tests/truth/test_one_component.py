@@ -10,8 +10,8 @@ import pytest
 from scipy.integrate import quad
 
 from sinssim.errors import InputError
-from sinssim.scenario.sections.one_component import OneComponentSection
 from sinssim.truth.one_component import PlaneMotion
+from sinssim.truth.vertical_plane import OneComponent
 
 G, R = 9.81, 6371000.0
 ROWS: dict[str, Any] = {
@@ -23,7 +23,7 @@ ROWS: dict[str, Any] = {
 
 def motion(interpolation: str = "spline", **more: Any) -> PlaneMotion:
     values = {"variant": "one-integral", "gyro": {}, "duration_s": 200.0, **more}
-    return PlaneMotion(OneComponentSection(motion={**ROWS, "interpolation": interpolation}, **values))
+    return PlaneMotion(OneComponent(motion={**ROWS, "interpolation": interpolation}, **values))
 
 
 def test_forces_with_altitude_are_newtons() -> None:
@@ -101,7 +101,7 @@ def test_monotone_does_not_overshoot() -> None:
 
 
 def test_a_number_is_a_steady_motion() -> None:
-    section = OneComponentSection(
+    section = OneComponent(
         variant="one-integral", gyro={}, duration_s=10.0, motion={"velocity_mps": 250.0, "pitch_deg": 3}
     )
     found = PlaneMotion(section).increments(1.0)
@@ -113,7 +113,7 @@ def straight(**more: Any) -> PlaneMotion:
     """Return V = 100 + 2t m/s, H = 1000 + 5t m, ϑ = 3° + 0.1°/s t, which two rows give in either interpolation."""
     rows = {"velocity_mps": ((0.0, 100.0), (200.0, 500.0)), "height_m": ((0.0, 1000.0), (200.0, 2000.0)),
             "pitch_deg": ((0.0, 3.0), (200.0, 23.0))}  # fmt: skip
-    return PlaneMotion(OneComponentSection(
+    return PlaneMotion(OneComponent(
         variant="one-integral", gyro={}, duration_s=200.0, motion={**rows, "interpolation": "spline"},
         radius_m=6.3e6, gravity_mps2=9.7, mounting_angle_deg=4.0, coordinate_deg=-20.0, **more,
     ))  # fmt: skip
@@ -152,10 +152,10 @@ def test_a_height_near_the_centre_of_the_earth_is_refused() -> None:
     common = {"variant": "one-integral", "gyro": {}, "duration_s": 10.0, "radius_m": 1e5}
     deep = {"height_m": ((0.0, 0.0), (5.0, -60_000.0), (10.0, -200.0))}
     with pytest.raises(InputError) as error:
-        PlaneMotion(OneComponentSection(**common, altitude_effects=True, motion=deep))
+        PlaneMotion(OneComponent(**common, altitude_effects=True, motion=deep))
     assert str(error.value) == (
         "one_component.motion.height_m reaches -60000 m; with altitude_effects it must stay above half the radius, "
         "-50000 m."
     )
-    PlaneMotion(OneComponentSection(**common, altitude_effects=True, motion={"height_m": -49_900.0}))
-    PlaneMotion(OneComponentSection(**common, motion=deep))
+    PlaneMotion(OneComponent(**common, altitude_effects=True, motion={"height_m": -49_900.0}))
+    PlaneMotion(OneComponent(**common, motion=deep))

@@ -19,7 +19,7 @@ from sinssim.recording.report.plot import Line, Mark
 from sinssim.recording.scales import ANGLES, SPEEDS, Scale, duration_words, suiting
 from sinssim.recording.store.one_component import EQUATIONS
 from sinssim.recording.store.summary import processor
-from sinssim.scenario.sections.one_component import WAYS
+from sinssim.truth.vertical_plane import WAYS
 from sinssim.units import ARCMIN, DEG
 
 if TYPE_CHECKING:

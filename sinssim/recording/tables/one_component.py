@@ -10,7 +10,7 @@ from rich.table import Table
 
 from sinssim.recording.plane_errors import ROW_NAMES
 from sinssim.recording.tables.run import error_text
-from sinssim.scenario.sections.one_component import WAYS
+from sinssim.truth.vertical_plane import WAYS
 
 if TYPE_CHECKING:
     from rich.console import Console

@@ -3,17 +3,14 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import TYPE_CHECKING
 
 import numpy as np
 
 from sinssim.data import Array
 from sinssim.statistics.random_numbers import normals
 from sinssim.truth.one_component import PlaneIncrements, PlaneMotion
+from sinssim.truth.vertical_plane import OneComponent, PlaneAccelerometer
 from sinssim.units import ARCSEC, DEG_H, DEG_SQRT_H, PPM, UG
-
-if TYPE_CHECKING:
-    from sinssim.scenario.sections.one_component import OneComponentSection, PlaneAccelerometer
 
 
 @dataclass(frozen=True)
@@ -35,55 +32,55 @@ class PlaneReadings:
     dvel_arm: Array | None = None
 
 
-def ideal_readings(motion: PlaneMotion, ideal: PlaneIncrements, section: OneComponentSection) -> PlaneReadings:
+def ideal_readings(motion: PlaneMotion, ideal: PlaneIncrements, system: OneComponent) -> PlaneReadings:
     """Return what sensors without errors read.
 
     Args:
         motion: the true motion.
         ideal: integrals along it.
-        section: the [one_component] table, which names the variant.
+        system: the [one_component] table, which names the variant.
 
     Returns:
         The readings.
     """
-    if section.gyro is not None:
+    if system.gyro is not None:
         return PlaneReadings(ideal.time, ideal.dvel, dtheta=ideal.dtheta)
-    if section.attitude_sensor is not None:
+    if system.attitude_sensor is not None:
         return PlaneReadings(ideal.time, ideal.dvel, angle=motion.state(ideal.time).pitch - ideal.coordinate)
-    assert section.arm_accelerometer is not None  # each variant has its sensor
-    arm = section.arm_accelerometer.arm_m
+    assert system.arm_accelerometer is not None  # each variant has its sensor
+    arm = system.arm_accelerometer.arm_m
     return PlaneReadings(ideal.time, ideal.dvel, dvel_arm=ideal.dvel[:, 1] + arm * ideal.drate)
 
 
-def with_errors(ideal: PlaneReadings, section: OneComponentSection, seed: int) -> PlaneReadings:
+def with_errors(ideal: PlaneReadings, system: OneComponent, seed: int) -> PlaneReadings:
     """Return the readings of the sensors with their errors.
 
     Args:
         ideal: readings without errors.
-        section: the [one_component] table with the errors.
+        system: the [one_component] table with the errors.
         seed: the run's seed, for the noise.
 
     Returns:
         The readings.
     """
     interval = np.diff(ideal.time)
-    sensors = (section.accelerometer_x, section.accelerometer_y)
+    sensors = (system.accelerometer_x, system.accelerometer_y)
     dvel = np.stack(
         [ideal.dvel[:, i] + _push_error(s, ideal.dvel[:, i], interval, seed, i) for i, s in enumerate(sensors)], axis=1
     )
-    if (gyro := section.gyro) is not None and ideal.dtheta is not None:
+    if (gyro := system.gyro) is not None and ideal.dtheta is not None:
         error = gyro.bias_deg_h * DEG_H * interval + gyro.scale_ppm * PPM * ideal.dtheta
         if gyro.random_walk_deg_sqrt_h:
             noise = normals(seed, "one-component gyro", 0, len(interval))
             error += gyro.random_walk_deg_sqrt_h * DEG_SQRT_H * np.sqrt(interval) * noise
         return PlaneReadings(ideal.time, dvel, dtheta=ideal.dtheta + error)
-    if (sensor := section.attitude_sensor) is not None and ideal.angle is not None:
+    if (sensor := system.attitude_sensor) is not None and ideal.angle is not None:
         error = sensor.bias_arcsec * ARCSEC + sensor.drift_deg_h * DEG_H * ideal.time
         if sensor.noise_arcsec:
             noise = normals(seed, "one-component attitude sensor", 0, len(ideal.time))
             error += sensor.noise_arcsec * ARCSEC * noise
         return PlaneReadings(ideal.time, dvel, angle=ideal.angle + error)
-    arm, read = section.arm_accelerometer, ideal.dvel_arm
+    arm, read = system.arm_accelerometer, ideal.dvel_arm
     assert arm is not None  # each variant has its sensor
     assert read is not None
     return PlaneReadings(ideal.time, dvel, dvel_arm=read + _push_error(arm, read, interval, seed, 2))

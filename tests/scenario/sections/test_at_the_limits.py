@@ -11,7 +11,6 @@ from pydantic import BaseModel, ValidationError
 from sinssim.logs.outages import Outages
 from sinssim.scenario.schema import Scenario
 from sinssim.scenario.sections.navigation import NavigationSection
-from sinssim.scenario.sections.one_component import ArmAccelerometer, OneComponentSection
 from sinssim.scenario.sections.output import RecordingSection
 from sinssim.sensors.imu.faults import (
     BiasStep,
@@ -28,6 +27,7 @@ from sinssim.truth.gravity.true_gravity import TrueGravity
 from sinssim.truth.motions.imu_rotation import SEQUENCES, Continuous, Indexed, Reversing
 from sinssim.truth.motions.rotation_table import TurnStep
 from sinssim.truth.motions.vibration import Vibration
+from sinssim.truth.vertical_plane import ArmAccelerometer, OneComponent
 
 RING = {"perimeter_mm": 400.0, "area_mm2": 9000.0, "lock_in_deg_h": 300.0, "dither_amplitude_arcsec": 150.0,
         "dither_frequency_hz": 400.0}  # fmt: skip
@@ -57,12 +57,12 @@ LIMITS: list[tuple[type[BaseModel], dict[str, Any], str, Any, Any, str]] = [
      r"a ramp of at most 1\.95 s"),
     (TurnStep, TURN, "ramp_s", 1.5, 1.6, "a ramp_s of at most 1.5"),
     (Vibration, {"coordinate": "down", "rms_g": 1.0, "low_hz": 3.0}, "high_hz", 3.1, 3.0, "from 3 Hz to 3 Hz"),
-    (OneComponentSection, PLANE, "rate_hz", 1.001 * SLOW, 0.999 * SLOW, "give at least 0.0197"),
-    (OneComponentSection, PLANE, "motion", {"pitch_deg": [[0.0, 1.0], [125.0, 2.0]]},
+    (OneComponent, PLANE, "rate_hz", 1.001 * SLOW, 0.999 * SLOW, "give at least 0.0197"),
+    (OneComponent, PLANE, "motion", {"pitch_deg": [[0.0, 1.0], [125.0, 2.0]]},
      {"pitch_deg": [[0.0, 1.0], [124.9, 2.0]]}, "motion.pitch_deg ends at 124.9 s, before the run"),
-    (OneComponentSection, PLANE, "motion", {"height_m": [[0.0, 1.0], [0.001, 1.0], [200.0, -1e6]]},
+    (OneComponent, PLANE, "motion", {"height_m": [[0.0, 1.0], [0.001, 1.0], [200.0, -1e6]]},
      {"height_m": [[0.0, 1.0], [0.0009, 1.0], [200.0, 2.0]]}, "row 2 at 0.0009 s must be at least 0.001 s after row 1"),
-    (OneComponentSection, PLANE, "motion", {"velocity_mps": -12_000.0}, {"velocity_mps": 12_001.0},
+    (OneComponent, PLANE, "motion", {"velocity_mps": -12_000.0}, {"velocity_mps": 12_001.0},
      "12001 of row 1 must be from -12000 to 12000"),
     (ArmAccelerometer, {}, "arm_m", -1e-4, -0.9e-4, "at least 0.0001 m"),
     (Outages, {"every_s": 40.0}, "length_s", 39.9, 40.0, "length_s = 40 must be less than every_s = 40"),

@@ -73,7 +73,7 @@ _Error = Annotated[float, Field(ge=-1e6, le=1e6)]
 _Scale = Annotated[float, Field(ge=-1e5, le=1e5)]
 
 
-class PlaneMotionSection(Section):
+class PlaneCourse(Section):
     """The motion in the vertical plane. Each quantity is a constant, or rows of time in s and value."""
 
     velocity_mps: _SpeedRows = Field(
@@ -143,7 +143,7 @@ class PlaneInitialError(Section):
     rate_deg_h: _Error = Field(default=0.0, description='Δω; a key of "two-integrals" only')
 
 
-class OneComponentSection(Source):
+class OneComponent(Source):
     """The one-component system of chapter 8 (section 8.1): two accelerometers and a sensor that determines the
     pitch."""
 
@@ -171,7 +171,7 @@ class OneComponentSection(Source):
     mounting_angle_deg: Annotated[float, Field(ge=-360.0, le=360.0)] = Field(
         default=0.0, description="α_a0 of the accelerometers in the body: ϑ = α_a − α_a0"
     )
-    motion: PlaneMotionSection = Field(default=PlaneMotionSection())
+    motion: PlaneCourse = Field(default=PlaneCourse())
     accelerometer_x: PlaneAccelerometer = Field(default=PlaneAccelerometer())
     accelerometer_y: PlaneAccelerometer = Field(default=PlaneAccelerometer())
     gyro: PlaneGyro | None = None
