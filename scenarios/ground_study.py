@@ -23,6 +23,7 @@ from numpy.typing import ArrayLike, NDArray
 from support import ground_figures as figures
 from support.ground_recording import record_ground_study
 from support.second_order import second_order
+from support.swaying import Sway, Swaying
 
 from sinssim import rotation
 from sinssim.alignment import (
@@ -50,7 +51,6 @@ from sinssim.recording.figures.canvas import save
 from sinssim.sensors.imu.emulate import emulate
 from sinssim.sensors.imu.imu import Imu
 from sinssim.truth.motions.parked import Parked
-from sinssim.truth.motions.swaying import Sway, Swaying
 from sinssim.units import ARCMIN, DEG, DEG_H, UG
 
 Array = NDArray[np.float64]

@@ -9,6 +9,7 @@ import pytest
 from scipy.spatial.transform import Rotation
 from scipy.stats import chi2
 
+from scenarios.support.swaying import Sway, Swaying
 from sinssim import rotation
 from sinssim.alignment import (
     MOTION,
@@ -33,7 +34,6 @@ from sinssim.running.align import align
 from sinssim.sensors.imu.emulate import emulate
 from sinssim.sensors.imu.imu import Imu
 from sinssim.truth.motions.parked import Parked
-from sinssim.truth.motions.swaying import Sway, Swaying
 from sinssim.units import ARCSEC
 
 HEADING, ROLL, PITCH, LATITUDE = 2.1, 0.02, -0.03, np.radians(50.0)

@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 from scipy.spatial.transform import Rotation
 
+from scenarios.support.swaying import Sway, Swaying
 from sinssim import rotation
 from sinssim.alignment import (
     Attitude,
@@ -33,7 +34,6 @@ from sinssim.errors import InputError
 from sinssim.sensors.imu.emulate import emulate
 from sinssim.sensors.imu.imu import Imu
 from sinssim.truth.motions.parked import Parked
-from sinssim.truth.motions.swaying import Sway, Swaying
 from sinssim.units import ARCSEC, DEG_H
 
 LATITUDE, HEADING = np.radians(50.0), np.radians(40.0)

@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 from scipy.spatial.transform import Rotation
 
+from scenarios.support.swaying import Sway, Swaying
 from sinssim import rotation
 from sinssim.alignment import Expected
 from sinssim.alignment.own_start import aligned_state
@@ -13,7 +14,6 @@ from sinssim.data import NavState
 from sinssim.earth.models import ELLIPSOIDS
 from sinssim.sensors import ImuErrors, TriadErrors
 from sinssim.truth.motions.parked import Parked
-from sinssim.truth.motions.swaying import Sway, Swaying
 from sinssim.units import ARCSEC
 
 WGS84 = ELLIPSOIDS["wgs84"]

@@ -10,6 +10,7 @@ import pytest
 from pyarrow import csv, table
 from rerun.chunk import RrdReader
 
+from scenarios.support.swaying import Sway, Swaying
 from sinssim.alignment import Angles, Determination, ideal_readings
 from sinssim.alignment.determination import Flags
 from sinssim.alignment.report import AlignmentResult, align_session
@@ -21,7 +22,6 @@ from sinssim.recording.figures.canvas import save
 from sinssim.running.align import _part, align
 from sinssim.sensors.imu.emulate import emulate
 from sinssim.sensors.imu.imu import Imu
-from sinssim.truth.motions.swaying import Sway, Swaying
 
 SCENARIO = """
 name = "car"

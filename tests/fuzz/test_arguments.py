@@ -12,6 +12,7 @@ import numpy as np
 import pytest
 
 import sinssim
+from scenarios.support.swaying import Sway, Swaying
 from sinssim import alignment, earth, rotation
 from sinssim.data import ImuData, Measurements, NavState
 from sinssim.estimation import error_model
@@ -32,7 +33,6 @@ from sinssim.truth.motions.analytic import OnEarth, inertial_increments
 from sinssim.truth.motions.coning import classical_cone
 from sinssim.truth.motions.great_circle import GreatCircle
 from sinssim.truth.motions.parked import Parked
-from sinssim.truth.motions.swaying import Sway, Swaying
 from tests.fuzz import mangle
 
 LEVEL = np.array([1.0, 0.0, 0.0, 0.0])

@@ -6,7 +6,7 @@ both ends. The way ∫v dt and the heading ∫r dt have closed forms with ∫S d
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Iterator
+from collections.abc import Iterable
 from dataclasses import dataclass
 
 import numpy as np
@@ -179,10 +179,3 @@ class Profile:
             rate=of["rate"] + of["rate_change"] * s,
             way=of["way"] + of["speed"] * into + of["change"] * (integral + beyond),
         )
-
-
-def stops(profile: Profile) -> Iterator[tuple[float, float]]:
-    """Yield beginning and end of each standstill of a profile, s."""
-    for piece in profile._pieces:
-        if piece.speed == 0.0 and piece.change == 0.0:
-            yield piece.start, piece.start + piece.lasting

@@ -12,7 +12,6 @@ Mechanical Vibrations, 4th ed., 1956, ch. 2.
 from __future__ import annotations
 
 import numpy as np
-from numpy.typing import ArrayLike
 
 from sinssim.data import Array
 
@@ -38,20 +37,3 @@ def respond(u: Array, interval: float, frequency_hz: float, damping: float, *, o
     numerator = [2.0 * damping * w, w * w] if on_carrier else [w * w]
     top, bottom, _ = cont2discrete((numerator, [1.0, 2.0 * damping * w, w * w]), interval, method="foh")  # type: ignore[call-overload]
     return np.asarray(lfilter(np.ravel(top), bottom, u - u[0]) + u[0])
-
-
-def gain(frequency_hz: ArrayLike, natural_hz: float, damping: float, *, on_carrier: bool) -> Array:
-    """Return |H| of the oscillator.
-
-    Args:
-        frequency_hz: (...) Hz.
-        natural_hz: natural frequency, Hz.
-        damping: ζ.
-        on_carrier: whether the damper stands on the carrier.
-
-    Returns:
-        Amplitude of the body over that of the carrier, (...).
-    """
-    r = np.asarray(frequency_hz, dtype=np.float64) / natural_hz
-    below = (1.0 - r * r) ** 2 + (2.0 * damping * r) ** 2
-    return np.asarray(np.sqrt((1.0 + (2.0 * damping * r) ** 2 if on_carrier else 1.0) / below))

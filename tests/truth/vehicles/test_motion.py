@@ -17,7 +17,7 @@ from sinssim.scenario.schema import Scenario
 from sinssim.truth.curve import Curve
 from sinssim.truth.vehicles import road, sea
 from sinssim.truth.vehicles.drive import ROADS, Drive
-from sinssim.truth.vehicles.response import gain, respond
+from sinssim.truth.vehicles.response import respond
 from sinssim.truth.vehicles.voyage import Voyage
 
 LEVEL = np.array([1.0, 0.0, 0.0, 0.0])
@@ -33,6 +33,13 @@ def voyage(*legs: dict[str, Any], **keys: Any) -> Voyage:
 
 def curve(section: Drive | Voyage, seed: int = 1) -> Curve:
     return section.trajectory(seed=seed)
+
+
+def gain(frequency_hz: Any, natural_hz: float, damping: float, *, on_carrier: bool) -> np.ndarray:
+    """Return |H| of a damped oscillator: the amplitude of the body over that of the carrier."""
+    r = np.asarray(frequency_hz, dtype=np.float64) / natural_hz
+    below = (1.0 - r * r) ** 2 + (2.0 * damping * r) ** 2
+    return np.asarray(np.sqrt((1.0 + (2.0 * damping * r) ** 2 if on_carrier else 1.0) / below))
 
 
 def banded(frequency: np.ndarray, values: np.ndarray, edges: np.ndarray) -> np.ndarray:

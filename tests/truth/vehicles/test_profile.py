@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterator
 from typing import Any
 
 import numpy as np
@@ -10,11 +11,18 @@ from pydantic import ValidationError
 
 from sinssim.errors import InputError
 from sinssim.truth.vehicles.drive import Drive
-from sinssim.truth.vehicles.profile import stops
+from sinssim.truth.vehicles.profile import Profile
 
 
 def section(*legs: dict[str, Any], **keys: float) -> Drive:
     return Drive.model_validate({"latitude_deg": 50.0, "heading_deg": 30.0, "legs": list(legs), **keys})
+
+
+def stops(profile: Profile) -> Iterator[tuple[float, float]]:
+    """Yield beginning and end of each standstill of a profile, s."""
+    for piece in profile._pieces:
+        if piece.speed == 0.0 and piece.change == 0.0:
+            yield piece.start, piece.start + piece.lasting
 
 
 LEGS = (

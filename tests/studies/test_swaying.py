@@ -6,10 +6,10 @@ import numpy as np
 import pytest
 from scipy.spatial.transform import Rotation
 
+from scenarios.support.swaying import Sway, Swaying
 from sinssim import earth
 from sinssim.errors import InputError
 from sinssim.truth.motions.parked import Parked
-from sinssim.truth.motions.swaying import Sway, Swaying
 from tests.oracles import integrator as oracle
 
 SWAYS = (
