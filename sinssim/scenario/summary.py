@@ -10,6 +10,7 @@ from pydantic import BaseModel
 from sinssim.logs.log import Log
 from sinssim.scenario.duration import check_times, expected_duration
 from sinssim.scenario.height import height_words
+from sinssim.scenario.limits import limit_notes
 from sinssim.scenario.notes import (
     barometer_of_the_day,
     coarse_rates,
@@ -20,7 +21,6 @@ from sinssim.scenario.notes import (
     torquer_taken,
 )
 from sinssim.scenario.own_files import own_files
-from sinssim.scenario.planned.limits import limit_notes
 from sinssim.scenario.route import check_route
 from sinssim.scenario.tables import Tables
 from sinssim.sensors.imu.grades import grade_name

@@ -38,7 +38,7 @@ def command(
     """
     from sinssim.scenario import load_scenario
     from sinssim.scenario.duration import check_times, expected_duration
-    from sinssim.scenario.planned.limits import check_limits
+    from sinssim.scenario.limits import check_limits
     from sinssim.scenario.route import check_route
     from sinssim.scenario.summary import plan_lines
 

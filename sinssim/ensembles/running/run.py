@@ -22,8 +22,8 @@ from sinssim.ensembles.truth import TruthCache
 from sinssim.errors import InputError, RunError, shortened
 from sinssim.progress import Progress, shown
 from sinssim.requirements.requirement import parse_requirements
+from sinssim.scenario.limits import warn_of_limits
 from sinssim.scenario.load import Overrides, as_scenario
-from sinssim.scenario.planned.warning import warn_of_limits
 from sinssim.scenario.sections.ensemble import MOST_RUNS, EnsembleSection
 from sinssim.system.drafts import Draft
 from sinssim.system.memory import give_back_memory

@@ -23,8 +23,8 @@ from sinssim.estimation.from_scenario.filter_states import inertial_sigma
 from sinssim.estimation.model import error_model
 from sinssim.formatting import number_text
 from sinssim.scenario.duration import expected_duration
-from sinssim.scenario.planned.path import planned_path
 from sinssim.scenario.true_motion import true_motion, unknown_field
+from sinssim.truth.flight.planning.path import planned_path
 from sinssim.units import MGAL, UG
 
 if TYPE_CHECKING:

@@ -12,8 +12,8 @@ from sinssim.errors import InputError
 from sinssim.recording import style
 from sinssim.recording.figures.canvas import new_figure, styled
 from sinssim.recording.report.run.track import Projection
-from sinssim.scenario.planned.path import PlannedPath, planned_path
 from sinssim.scenario.summary import named_places
+from sinssim.truth.flight.planning.path import PlannedPath, planned_path
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes

@@ -13,7 +13,7 @@ from sinssim.ensembles.truth import TruthCache, truth_key
 from sinssim.errors import InputError, RunError, SinssimError
 from sinssim.progress import Progress, shown
 from sinssim.scenario.duration import check_times, expected_duration
-from sinssim.scenario.planned.warning import warn_of_limits
+from sinssim.scenario.limits import warn_of_limits
 from sinssim.scenario.sections.ensemble import EnsembleSection
 from sinssim.system.drafts import Draft
 from sinssim.trades.cells import Cell, cells_of, digest_of

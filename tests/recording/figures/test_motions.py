@@ -14,8 +14,8 @@ from sinssim.errors import InputError
 from sinssim.recording.figures import plan
 from sinssim.recording.figures.run import run_figure
 from sinssim.recording.style import COLORS, colors, css
-from sinssim.scenario.planned.path import PlannedPath
 from sinssim.strapdown.nav_error import NavError
+from sinssim.truth.flight.planning.path import PlannedPath
 from tests.recording import fake_run
 from tests.recording.figures.drawn import check_line, legend, limits, texts, words
 

@@ -11,14 +11,14 @@ import pytest
 
 from sinssim.errors import InputError
 from sinssim.recording.figures.plan import plan_figure
+from sinssim.scenario.limits import check_limits, findings
 from sinssim.scenario.load import load_scenario
-from sinssim.scenario.planned.limits import check_limits, findings
-from sinssim.scenario.planned.path import planned_path
 from sinssim.scenario.schema import Scenario
 from sinssim.truth.flight.aircraft import load_aircraft
 from sinssim.truth.flight.jsbsim_flight import quiet
 from sinssim.truth.flight.planning import trim
 from sinssim.truth.flight.planning.envelope import ceiling, climb_rate, descent_rate, speed_range
+from sinssim.truth.flight.planning.path import planned_path
 from sinssim.truth.flight.planning.trim import trimmed_envelope
 
 

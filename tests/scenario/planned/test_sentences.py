@@ -8,8 +8,8 @@ from typing import Any
 
 import pytest
 
-from sinssim.scenario.planned import limits
-from sinssim.scenario.planned.limits import Finding, _Judge
+from sinssim.scenario import limits
+from sinssim.scenario.limits import Finding, _Judge
 
 KNOT = 1852.0 / 3600.0
 

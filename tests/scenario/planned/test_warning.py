@@ -11,7 +11,7 @@ import pytest
 
 import sinssim
 from sinssim.cli.process import main
-from sinssim.scenario.planned.limits import findings
+from sinssim.scenario.limits import findings
 from sinssim.studies.schema import Study
 from sinssim.trades.schema import Axis, TradeStudy
 

@@ -7,7 +7,7 @@ from collections.abc import Iterator
 from dataclasses import dataclass, replace
 from itertools import pairwise
 
-from sinssim.errors import InputError
+from sinssim.errors import InputError, warn
 from sinssim.scenario.tables import Tables
 from sinssim.truth.flight.aircraft import Envelope, Performance, load_aircraft
 from sinssim.truth.flight.dead_reckoning import DeadReckoning, bearing, distance
@@ -64,6 +64,16 @@ def limit_notes(scenario: Tables) -> Iterator[str]:
         Whole sentences.
     """
     yield from (finding.text for finding in findings(scenario) if not finding.refused)
+
+
+def warn_of_limits(*scenarios: Tables) -> None:
+    """Warn of the legs that an aircraft cannot fly, or not as they are written, once for each sentence.
+
+    Args:
+        scenarios: scenarios that will be flown: one, or the cells of a study.
+    """
+    for text in dict.fromkeys(finding.text for scenario in scenarios for finding in findings(scenario)):
+        warn(text)
 
 
 def findings(scenario: Tables) -> Iterator[Finding]:

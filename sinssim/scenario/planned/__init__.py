@@ -1,1 +1,0 @@
-"""Predictions of a planned motion: limits of the aircraft, the path."""
