@@ -49,7 +49,8 @@ if TYPE_CHECKING:
     from sinssim.sensors.imu.emulate import emulate as emulate
     from sinssim.sensors.imu.grades import GRADES as GRADES
     from sinssim.simulation.execute import run as run
-    from sinssim.simulation.result import RunResult as RunResult
+    from sinssim.simulation.result import PlaneRun as PlaneRun
+    from sinssim.simulation.result import Run as Run
     from sinssim.strapdown.nav_error import NavError as NavError
     from sinssim.strapdown.nav_error import navigation_error as navigation_error
     from sinssim.strapdown.navigate import navigate as navigate

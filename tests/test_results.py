@@ -16,6 +16,7 @@ from matplotlib.figure import Figure
 import sinssim
 from sinssim.errors import InputError
 from sinssim.logs.writers.export import export
+from sinssim.running import results
 
 SHORT = ["parked.duration_s=20", "imu.rate_hz=10", "seed=5"]
 STUDY = """
@@ -166,6 +167,24 @@ def test_what_is_saved_is_what_the_computation_writes(kind: str, result: sinssim
     with pytest.raises(InputError, match="already"):
         make(tmp_path, saved)
     assert make(tmp_path, saved, overwrite=True).directory == saved
+
+
+def test_a_run_in_a_plane_is_of_the_family(tmp_path: Path) -> None:
+    run = sinssim.run("one_component", overrides=["one_component.duration_s=60"])
+    assert isinstance(run, sinssim.PlaneRun)
+    assert isinstance(run, sinssim.Result)
+    place = run.save(tmp_path / "saved")
+    same(json.loads((place / "summary.json").read_text(encoding="utf-8")), json.loads(json.dumps(run.summary)))
+    for what in (lambda: run.streams, run.plot):
+        with pytest.raises(InputError, match=r"report|directory"):
+            what()
+
+
+def test_every_result_is_exported_by_its_name() -> None:
+    for name, kind in vars(results).items():
+        if isinstance(kind, type) and issubclass(kind, sinssim.Result):
+            assert getattr(sinssim, name) is kind
+            assert kind.__name__ == name
 
 
 def test_the_functions_take_the_same() -> None:

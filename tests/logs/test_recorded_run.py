@@ -80,7 +80,7 @@ def _simulated(**more: Any) -> Scenario:
     )  # fmt: skip
 
 
-def _recorded_again(simulated: sinssim.RunResult, folder: Path, **more: Any) -> sinssim.RunResult:
+def _recorded_again(simulated: sinssim.Run, folder: Path, **more: Any) -> sinssim.Run:
     """Write the readings of a simulated run to text, and navigate on them."""
     write_increments(folder / "imu.csv", simulated.sensed.measured)
     write_reference(folder / "ref.csv", simulated.truth.trajectory, 20.0)  # type: ignore[arg-type]
