@@ -37,10 +37,12 @@ def test_deflections_and_disturbance(plots: Plots, monkeypatch: pytest.MonkeyPat
 def test_a_track_and_its_distance_from_the_samples(plots: Plots, monkeypatch: pytest.MonkeyPatch) -> None:
     fit = SimpleNamespace(warnings=("Too <fast>.",), notes=("One sample was left out.",))
     asked = []
-    monkeypatch.setattr(track_source, "prepared", lambda *what: asked.append(what) or SimpleNamespace(fit=fit))
     monkeypatch.setattr(track_source, "fit_lines", lambda one: [("largest speed", "12 m/s & more")])
-    section = SimpleNamespace(waypoints=(), what="a.csv", vehicle="land")
-    scenario: Any = SimpleNamespace(track=section, truth=SimpleNamespace(gravity="normal", ellipsoid="WGS-84"))
+    section = SimpleNamespace(
+        waypoints=(), what="a.csv", vehicle="land",
+        prepared=lambda earth: asked.append(earth) or SimpleNamespace(fit=fit),  # type: ignore[func-returns-value]
+    )  # fmt: skip
+    scenario: Any = SimpleNamespace(track=section, truth="earth")
     time, other = np.array([7.0, 8.0, 9.0]), np.array([7.5, 8.5])
     channels = {
         "horizontal_from_samples_m": Channel(time, np.array([1.0, 3.0, 2.0]), "m"),
@@ -49,7 +51,7 @@ def test_a_track_and_its_distance_from_the_samples(plots: Plots, monkeypatch: py
     }
     trajectory: Any = SimpleNamespace(channels=channels, start=6.5, end=9.5)
     html = "".join(track_source.track_source(scenario, trajectory))
-    assert asked == [(section, "normal", "WGS-84")]
+    assert asked == ["earth"]
     assert cells(html) == [["recorded track", ""], ["made from", "a.csv"], ["vehicle", "land"],
                            ["largest speed", "12 m/s &amp; more"]]  # fmt: skip
     assert '<p class="broken">Too &lt;fast&gt;.</p>' in html
