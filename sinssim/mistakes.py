@@ -187,6 +187,7 @@ def _place(
         key = (*path, *_names(name[0])) if name else path
         if key != path and (key in lines or ".".join(key) in overridden):
             text, path = text.replace(": ", ".", 1) if path else text, key
+            holders = _models(_types(error["loc"], model))
     if several := error.get("ctx", {}).get("given"):  # one table too many: the last of them in the file
         if {key.partition(".")[0] for key in overridden} & {table for (table,) in several} - {key[0] for key in lines}:
             return f"{text} (set from outside the file)"

@@ -147,7 +147,10 @@ REFUSED = [
     ),
     ("accel_misalignment_sigma_mrad = 100.0", r"accel_misalignment_sigma_arcsec = 2062\d.* must be at most 10000"),
     ("gyro_scale_ppm = [0.0, -1e6, 0.0]", r"imu\.gyro_scale_ppm\.2 = -1000000\.0 must be greater than -1e\+06"),
-    ("gyro_bias_sigma_deg_h = 1.0\ngyro_bias_sigma_deg_s = 1.0", "sigma_deg_h is given twice, in two units"),
+    (
+        "gyro_bias_sigma_deg_h = 1.0\ngyro_bias_sigma_deg_s = 1.0",
+        "sigma_deg_h is given twice, in two units: keep one of them .given as imu.gyro_bias_sigma_deg_s",
+    ),
     (
         "gyro_asymmetry_ppm = 5.0",
         "a list with one number per axis; the 1σ of a random error is gyro_asymmetry_sigma_ppm",
