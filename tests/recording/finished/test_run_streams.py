@@ -137,7 +137,7 @@ def test_the_example_of_the_page(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
 ) -> None:
     page = (Path(__file__).parents[3] / "docs" / "formats.md").read_text(encoding="utf-8")
-    (code,) = re.findall(r"```python\n(.*?)```", page.split("## The streams of a run directory")[1], re.DOTALL)
+    code = re.findall(r"```python\n(.*?)```", page.split("## The streams of a run directory")[1], re.DOTALL)[0]
     monkeypatch.chdir(tmp_path)
     exec(code, {})
     stored, in_memory = capsys.readouterr().out.split()
