@@ -33,7 +33,7 @@ from sinssim.strapdown import disturbance
 from sinssim.strapdown.navigate import navigate
 from sinssim.truth.gravity.true_gravity import TrueGravity
 from sinssim.truth.motions.great_circle import GreatCircle
-from sinssim.truth.motions.turning_block import block_of
+from sinssim import block_of
 
 
 @dataclass

@@ -152,7 +152,7 @@ def test_route_of_the_transverse_frame() -> None:
         (
             100.0,
             {"vertical": "free", "baro_time_constant_s": 20.0},
-            "baro_time_constant_s = 20 would have no effect: it is a key of",
+            "baro_time_constant_s = 20 would have no effect: it belongs to",
         ),
         (
             100.0,

@@ -115,7 +115,7 @@ def test_difference_grows_as_the_closed_form() -> None:
     """Two systems without other errors: within 3.5 %, as the Earth's rotation by 12° is neglected."""
     one, other = (sinssim.run(at_rest(grade="ideal", **more)) for more in ({"faults": (FAULT,)}, {}))
     difference = one.errors["quaternion"].position_ned - other.errors["quaternion"].position_ned
-    expected = closed_form(one.time - one.time[0])
+    expected = closed_form(one.truth.time - one.truth.time[0])
     found = np.linalg.norm(difference[:, :2], axis=1)
     assert found == pytest.approx(expected, abs=0.035 * expected[-1])
     assert np.argmax(found > 1.0) == pytest.approx(np.argmax(expected > 1.0), abs=20)

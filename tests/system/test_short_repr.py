@@ -144,9 +144,9 @@ def test_streams_are_the_files_of_the_run(aided: Any) -> None:
     for name, table in aided.streams.items():
         assert table.arrow().equals(stored[name].arrow()), name
     truth = aided.streams["truth"]
-    np.testing.assert_array_equal(truth["height_m"], aided.truth.height)
-    np.testing.assert_array_equal(truth["time_s"], aided.time)
-    assert len(truth) == len(aided.time)
+    np.testing.assert_array_equal(truth["height_m"], aided.truth.state.height)
+    np.testing.assert_array_equal(truth["time_s"], aided.truth.time)
+    assert len(truth) == len(aided.truth.time)
 
 
 def test_wrong_streams_and_columns(aided: Any) -> None:

@@ -101,8 +101,8 @@ def test_the_truth_of_a_run_is_a_track(tmp_path: Path) -> None:
     again = tmp_path / "again.toml"
     again.write_text(f'[track]\nfile = "{stream}"\nsmoothing_s = 0.0\nattitude_smoothing_s = 0.0\n', encoding="utf-8")
     second = fly(load_scenario(again))
-    t = first.time[50:-50:37] + 0.003
-    one, other = first.trajectory.state(t), second.state(t)
+    t = first.truth.time[50:-50:37] + 0.003
+    one, other = first.truth.trajectory.state(t), second.state(t)
     assert np.abs(one.latitude - other.latitude).max() * 6.4e6 < 1e-6
     assert np.abs(one.velocity_ned - other.velocity_ned).max() < 1e-5
     assert np.abs(one.q_nb - other.q_nb).max() < 1e-9
