@@ -24,7 +24,7 @@ from typing import Any
 
 import numpy as np
 
-from sinssim import load_scenario
+from sinssim import block_of, load_scenario
 from sinssim.data import ImuData, NavSolution, NavState
 from sinssim.earth.harmonics.field import DisturbingField
 from sinssim.earth.models import WGS84
@@ -33,7 +33,6 @@ from sinssim.strapdown import disturbance
 from sinssim.strapdown.navigate import navigate
 from sinssim.truth.gravity.true_gravity import TrueGravity
 from sinssim.truth.motions.great_circle import GreatCircle
-from sinssim import block_of
 
 
 @dataclass

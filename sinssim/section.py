@@ -70,7 +70,10 @@ class Section(Table):
     def _example(cls) -> str:
         return f"{cls.__name__}({next(iter(cls.model_fields), '')}=…)"
 
-    model_config = ConfigDict(defer_build=True, frozen=True, extra="forbid", strict=True, allow_inf_nan=False, validate_default=True)
+    # built when it is first used: a table is a part of larger ones, which build it again
+    model_config = ConfigDict(
+        defer_build=True, frozen=True, extra="forbid", strict=True, allow_inf_nan=False, validate_default=True
+    )
 
     @model_validator(mode="before")
     @classmethod
