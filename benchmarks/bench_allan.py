@@ -15,10 +15,10 @@ import numpy as np
 import pyarrow as pa
 import pyarrow.parquet as pq
 
+from sinssim.analyses.noise_identification.allan import allan_deviation
+from sinssim.analyses.noise_identification.fit import fit_noise
+from sinssim.analyses.noise_identification.report import noise_report
 from sinssim.data import ImuData
-from sinssim.noise_identification.allan import allan_deviation
-from sinssim.noise_identification.fit import fit_noise
-from sinssim.noise_identification.report import noise_report
 from sinssim.sensors.imu.emulate import emulate
 from sinssim.sensors.imu.imu import Imu
 

@@ -22,8 +22,8 @@ from typing import Any
 
 from benchmarks.bench_disk import environment
 from sinssim import load_scenario
-from sinssim.recording.report.run_report import run_report
-from sinssim.simulation import run
+from sinssim.experiments.run.execute import run
+from sinssim.experiments.run.report.run_report import run_report
 from sinssim.system.kernel_files import cache_root
 from sinssim.truth.flight import jsbsim_flight
 from sinssim.truth.flight.aircraft import load_aircraft

@@ -26,9 +26,9 @@ import sinssim
 from sinssim.data import Array, ImuData, NavState
 from sinssim.earth.kernels import parameters
 from sinssim.earth.models import ellipsoid_by_name
-from sinssim.ensembles.batch import layout
-from sinssim.ensembles.batch.engines import engine
-from sinssim.ensembles.batch.navigate_batch import navigate_batch
+from sinssim.experiments.ensembles.batch import layout
+from sinssim.experiments.ensembles.batch.engines import engine
+from sinssim.experiments.ensembles.batch.navigate_batch import navigate_batch
 from sinssim.jit import strict_kernel
 from sinssim.sensors import draw
 from sinssim.sensors.imu.emulate import emulate

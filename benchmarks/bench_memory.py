@@ -8,9 +8,9 @@ import sys
 import tempfile
 from pathlib import Path
 
-from sinssim.estimation.from_scenario.memory import needed_memory
+from sinssim.experiments.run.execute import run
 from sinssim.scenario import Scenario
-from sinssim.simulation import run
+from sinssim.scenario.filter.memory import needed_memory
 
 
 def scenario(seconds: float, rate: float, smooth: bool) -> Scenario:

@@ -17,8 +17,8 @@ import numpy as np
 
 from benchmarks.bench_flight import alone, plan
 from sinssim import load_scenario
+from sinssim.experiments.run.parts.phases import phases_of
 from sinssim.scenario import Scenario
-from sinssim.simulation.parts.phases import phases_of
 from sinssim.truth.curve import Curve
 from sinssim.truth.flight.flight_log import FlightLog, flight_log
 from sinssim.truth.flight.jsbsim_flight import fly_plan

@@ -13,6 +13,8 @@ import numpy as np
 from sinssim import earth, rotation
 from sinssim.data import Array, ImuData, NavState
 from sinssim.earth.models import OMEGA_IE
+from sinssim.experiments.studies.attitude_cost import count_attitude, matrix_costs
+from sinssim.experiments.studies.cost import count_operations
 from sinssim.sensors.expectation import Expectation, expect
 from sinssim.sensors.imu.emulate import emulate
 from sinssim.sensors.imu.imu import Imu
@@ -21,8 +23,6 @@ from sinssim.sensors.sets.gyro_free import cube, position_error
 from sinssim.strapdown import one_component
 from sinssim.strapdown.nav_error import NavError, navigation_error
 from sinssim.strapdown.navigate import navigate
-from sinssim.studies.attitude_cost import count_attitude, matrix_costs
-from sinssim.studies.cost import count_operations
 from sinssim.truth.motions.analytic import OnEarth
 from sinssim.truth.motions.coning import classical_cone
 from sinssim.truth.motions.great_circle import GreatCircle

@@ -71,10 +71,13 @@ BEYOND = (
     Row(
         "",
         "Allan variance of each noise term, and its degrees of freedom",
-        ("noise_identification.allan.allan_deviation", "noise_identification.allan.degrees_of_freedom"),
         (
-            "noise_identification/test_allan.py::test_allan_variance_is_the_integral_over_the_spectrum",
-            "noise_identification/test_allan.py::test_degrees_of_freedom_against_published_approximations",
+            "analyses.noise_identification.allan.allan_deviation",
+            "analyses.noise_identification.allan.degrees_of_freedom",
+        ),
+        (
+            "analyses/noise_identification/test_allan.py::test_allan_variance_is_the_integral_over_the_spectrum",
+            "analyses/noise_identification/test_allan.py::test_degrees_of_freedom_against_published_approximations",
         ),
     ),
     Row(
@@ -109,10 +112,10 @@ BEYOND = (
         "",
         "Errors of the combination: bias G b, matrix Σ g_i (k_i h_i + Σ M_ij a_ij)ᵀ, covariance σ² P, P = G Gᵀ; change "
         "of the bias at an exclusion: σ² (P′ − P)",
-        ("sensors.sets.combination.combined_errors", "estimation.from_scenario.redundant_set.noise_of_combination"),
+        ("sensors.sets.combination.combined_errors", "scenario.filter.redundant_set.noise_of_combination"),
         (
             "sensors/sets/test_combination.py::test_combination_has_the_errors_of_the_triad",
-            "estimation/from_scenario/test_redundant_set.py::test_filter_is_consistent",
+            "scenario/filter/test_redundant_set.py::test_filter_is_consistent",
         ),
     ),
     Row(
@@ -149,28 +152,28 @@ BEYOND = (
     Row(
         "",
         "Covariance of the errors by source, and the largest value of a source that meets a requirement",
-        ("error_budget.propagation.Propagation", "error_budget.limits.answers"),
+        ("analyses.error_budget.propagation.Propagation", "analyses.error_budget.limits.answers"),
         (
-            "error_budget/test_closed_forms.py::test_one_source_at_rest",
-            "error_budget/test_limits.py::test_the_largest_values_just_meet_the_requirement",
+            "analyses/error_budget/test_closed_forms.py::test_one_source_at_rest",
+            "analyses/error_budget/test_limits.py::test_the_largest_values_just_meet_the_requirement",
         ),
     ),
     Row(
         "",
         "Platform: ψ̇_i = C_ip (κ ω_commanded − d)",
-        ("platform.error_equations.errors_by_cause", "platform.navigate.navigate_platform"),
-        ("platform/test_navigate.py::test_one_error_alone_is_that_of_the_error_equations",),
+        ("strapdown.platform.error_equations.errors_by_cause", "strapdown.platform.navigate.navigate_platform"),
+        ("strapdown/platform/test_navigate.py::test_one_error_alone_is_that_of_the_error_equations",),
     ),
     Row(
         "",
         "Alignment of a platform: (s + 1/τ)³ and s² + 2ζω₀s + ω₀²; final tilts ∇/g, azimuth d_E/Ω_N − tan φ ∇_E/g; "
         "noise N √(3/(16 τ))/Ω_N",
-        ("platform.alignment.AlignmentLoops",),
+        ("strapdown.platform.alignment.AlignmentLoops",),
         (
-            "platform/test_alignment.py::test_poles_are_the_designed_ones",
-            "platform/test_alignment.py::test_final_errors",
-            "platform/test_alignment.py::test_the_loop_with_large_angles_ends_as_the_linear_one",
-            "platform/test_alignment.py::test_covariance_ends_at_the_final_errors_and_the_noise",
+            "strapdown/platform/test_alignment.py::test_poles_are_the_designed_ones",
+            "strapdown/platform/test_alignment.py::test_final_errors",
+            "strapdown/platform/test_alignment.py::test_the_loop_with_large_angles_ends_as_the_linear_one",
+            "strapdown/platform/test_alignment.py::test_covariance_ends_at_the_final_errors_and_the_noise",
         ),
     ),
     Row(

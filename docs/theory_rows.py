@@ -294,7 +294,7 @@ CHAPTER = (
         (
             "strapdown.frames.azimuth.solve",
             "strapdown.frames.inertial.solve",
-            "transverse.route_pole",
+            "earth.transverse.route_pole",
         ),
         (_FRAMES + "all_frames_meet_the_truth", _FRAMES + "over_the_pole"),
     ),

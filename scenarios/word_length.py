@@ -55,6 +55,7 @@ from support.words import engine
 from sinssim import earth, rotation
 from sinssim.data import Array, ImuData
 from sinssim.earth.kernels import EarthParameters
+from sinssim.experiments.studies.claims.position import COMPUTER_SHARE as SHARE
 from sinssim.recording import style
 from sinssim.recording.figures.canvas import new_figure, save, styled
 from sinssim.recording.style import SOFT, css
@@ -62,7 +63,6 @@ from sinssim.sensors.expectation import expect
 from sinssim.sensors.imu.grades import GRADES
 from sinssim.sensors.imu.imu import Imu
 from sinssim.strapdown.increments.fit import weight_table
-from sinssim.studies.claims.position import COMPUTER_SHARE as SHARE
 from sinssim.truth.motions.great_circle import GreatCircle
 from sinssim.units import ARCSEC, DEG, DEG_H, DEG_SQRT_H, UG
 

@@ -10,9 +10,12 @@ __version__ = "0.1.0"
 
 if TYPE_CHECKING:
     from sinssim.algorithms import ALGORITHMS as ALGORITHMS
-    from sinssim.alignment.report import AlignmentResult as AlignmentResult
-    from sinssim.calibration.calibrate import calibrate as calibrate
-    from sinssim.calibration.result import CalibrationResult as CalibrationResult
+    from sinssim.analyses.alignment.align import align as align
+    from sinssim.analyses.alignment.report import AlignmentResult as AlignmentResult
+    from sinssim.analyses.calibration.calibrate import calibrate as calibrate
+    from sinssim.analyses.calibration.result import CalibrationResult as CalibrationResult
+    from sinssim.analyses.error_budget.analyse import budget as budget
+    from sinssim.analyses.error_budget.result import BudgetResult as BudgetResult
     from sinssim.data import ImuData as ImuData
     from sinssim.data import Measurements as Measurements
     from sinssim.data import NavSolution as NavSolution
@@ -20,10 +23,6 @@ if TYPE_CHECKING:
     from sinssim.data import SingularityEvent as SingularityEvent
     from sinssim.earth.models import ELLIPSOIDS as ELLIPSOIDS
     from sinssim.earth.models import GRAVITY_MODELS as GRAVITY_MODELS
-    from sinssim.ensembles.result import EnsembleResult as EnsembleResult
-    from sinssim.ensembles.running.run import ensemble as ensemble
-    from sinssim.error_budget.analyse import budget as budget
-    from sinssim.error_budget.result import BudgetResult as BudgetResult
     from sinssim.errors import InputError as InputError
     from sinssim.errors import RunError as RunError
     from sinssim.errors import SinssimError as SinssimError
@@ -34,31 +33,32 @@ if TYPE_CHECKING:
     from sinssim.estimation.model import error_model as error_model
     from sinssim.estimation.result import Estimate as Estimate
     from sinssim.estimation.result import Innovations as Innovations
+    from sinssim.experiments.ensembles.result import EnsembleResult as EnsembleResult
+    from sinssim.experiments.ensembles.running.run import ensemble as ensemble
+    from sinssim.experiments.run.execute import run as run
+    from sinssim.experiments.run.finished.run_streams import load_streams as load_streams
+    from sinssim.experiments.run.result import PlaneRun as PlaneRun
+    from sinssim.experiments.run.result import Run as Run
+    from sinssim.experiments.studies.results import StudyResult as StudyResult
+    from sinssim.experiments.studies.schema import Study as Study
+    from sinssim.experiments.trades.result import TradeResult as TradeResult
+    from sinssim.experiments.trades.running.compare import compare as compare
+    from sinssim.experiments.trades.schema import TradeStudy as TradeStudy
     from sinssim.frames import FRAMES as FRAMES
     from sinssim.logs.load import RecordedLog as RecordedLog
-    from sinssim.mechanization import Mechanization as Mechanization
-    from sinssim.own_content.registry import use as use
-    from sinssim.recording.finished.run_streams import load_streams as load_streams
-    from sinssim.result import Result as Result
-    from sinssim.running.align import align as align
-    from sinssim.running.load_log import load_log as load_log
+    from sinssim.recording.result import Result as Result
     from sinssim.scenario.load import load_scenario as load_scenario
+    from sinssim.scenario.load_log import load_log as load_log
     from sinssim.scenario.schema import Scenario as Scenario
     from sinssim.scenario.true_motion import block_of as block_of
     from sinssim.scenario.true_motion import fly as fly
     from sinssim.sensors.imu.emulate import emulate as emulate
     from sinssim.sensors.imu.grades import GRADES as GRADES
-    from sinssim.simulation.execute import run as run
-    from sinssim.simulation.result import PlaneRun as PlaneRun
-    from sinssim.simulation.result import Run as Run
+    from sinssim.strapdown.mechanization import Mechanization as Mechanization
     from sinssim.strapdown.nav_error import NavError as NavError
     from sinssim.strapdown.nav_error import navigation_error as navigation_error
     from sinssim.strapdown.navigate import navigate as navigate
-    from sinssim.studies.results import StudyResult as StudyResult
-    from sinssim.studies.schema import Study as Study
-    from sinssim.trades.result import TradeResult as TradeResult
-    from sinssim.trades.running.compare import compare as compare
-    from sinssim.trades.schema import TradeStudy as TradeStudy
+    from sinssim.system.own_content.registry import use as use
     from sinssim.truth.curve import Curve as Curve
     from sinssim.truth.trajectory import Trajectory as Trajectory
 

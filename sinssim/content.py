@@ -1,8 +1,8 @@
 """Finds content, which is files in folders: aircraft, scenarios, studies, grades of sensors and views.
 
 The lookup is the same for a checkout, an installed package and a user's folder. It tries, in this order, the given
-path, the folder KIND below the current folder, project folders and installed packages (`sinssim.own_content`), and the
-content of the package.
+path, the folder KIND below the current folder, project folders and installed packages (`sinssim.system.own_content`),
+and the content of the package.
 
 Views are code. They are never searched in the current folder, only in the folders that `SINSSIM_VIEWS` and
 `SINSSIM_CONTENT` name and in installed packages with content.
@@ -19,7 +19,7 @@ from typing import Literal
 
 import sinssim
 from sinssim.errors import InputError, shortened, unknown_name
-from sinssim.own_content.installed import offered
+from sinssim.system.own_content.installed import offered
 
 logger = logging.getLogger(__name__)
 

@@ -12,8 +12,8 @@ from dataclasses import dataclass, fields
 from sinssim.algorithms import REGISTRY
 from sinssim.errors import InputError
 from sinssim.formatting import listed
-from sinssim.own_content.layout import Item, Outline
-from sinssim.own_content.registry import Registry, Sentences, sentence_of
+from sinssim.system.own_content.layout import Item, Outline
+from sinssim.system.own_content.registry import Registry, Sentences, sentence_of
 
 
 @dataclass(frozen=True)

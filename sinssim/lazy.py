@@ -10,18 +10,6 @@ from pathlib import Path
 from typing import Any
 
 
-def from_later_stage(module: str, name: str) -> Any:
-    """Return a function of a later stage, for a method that offers it: `result.plot()` draws by the recording.
-
-    Data flows to the later stage, and no module of an earlier one imports it: the name is looked up when it is called.
-
-    Args:
-        module: full name of the module.
-        name: name of the function.
-    """
-    return getattr(importlib.import_module(module), name)
-
-
 def on_first_use(package: str) -> tuple[Callable[[str], Any], Callable[[], list[str]], list[str]]:
     """Return the `__getattr__`, `__dir__` and `__all__` of a package whose names are in modules below it.
 

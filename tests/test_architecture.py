@@ -1,4 +1,4 @@
-"""Imports point one way, and the heavy libraries stay where they belong."""
+"""Imports point down the floors, and the heavy libraries stay where they belong."""
 
 from __future__ import annotations
 
@@ -16,45 +16,36 @@ import sinssim
 PACKAGE = Path(sinssim.__file__).parent
 
 LAYERS = [
-    # what stands under everything
-    "errors", "lazy", "units", "formatting", "system", "result", "data", "arguments",
-    "transverse", "checks", "mistakes", "section", "toml_file", "own_content", "algorithms", "frames", "content",
-    "jit", "rotation", "progress", "earth", "mechanization",
-    "statistics", "requirements",
-    # the engine knows nothing of scenarios, truth or sensors
-    "strapdown",
-    # what a scenario is made of: tables of names, keys and limits beside what they describe
-    "logs.streams", "logs.formats.registry", "logs.read", "truth", "sensors", "logs",
-    "own_content.aiding", "own_content.new_project",
-    "scenario",
-    # data flows right, imports point left
-    "logs.writers.navigators", "ensembles.batch", "platform",
-    "noise_identification", "alignment", "inspection",
-    "estimation",
-    "simulation",  # the stages of a run
-    "error_budget", "calibration",
-    "simulation.parts",  # what only some runs have, which budgets explain
-    "recording.scales", "ensembles",
-    "studies", "trades", "recording",
-    "studies.in_coordinates",  # compares what the streams of a run have
-    "studies.compare",  # runs a study and writes its directory, as simulation does with a run
-    "ensembles.running",  # the same for an ensemble
-    "trades.running",  # the same for a trade study
-    "simulation.finish", "simulation.execute_one_component", "simulation.execute", "running", "cli", "__main__",
+    "system",       # with the files of the top level: errors, units, data, tables of scenario files, compiled kernels
+    "rotation",     # quaternions, matrices, angles
+    "earth",        # ellipsoids, gravity, coordinates
+    "statistics",   # circles, rates, requirements, random numbers
+    "truth",        # the motion of the vehicle and of its sensors
+    "sensors",      # inertial and aiding sensors with their errors
+    "strapdown",    # navigation on increments, strapdown and on a platform
+    "logs",         # files of recorded sensors and solutions
+    "alignment",    # heading, roll, pitch and latitude at rest, and their theory
+    "estimation",   # error model, Kalman filter, smoother
+    "scenario",     # reads and checks a scenario, and builds what the floors below work with
+    "recording",    # the media: tables, pages, figures, Rerun, Parquet, run directories
+    "simulation",   # the stages of a run: truth, sensed, navigated, aided
+    "analyses",     # covariance budget, alignment sessions, calibration, noise, inspection
+    "experiments",  # runs, ensembles, comparisons, trade studies, and what they have to show
+    "cli",          # the command line
 ]  # fmt: skip
-"""Modules and packages, each of which may import those before it; the longest name that fits counts."""
+"""The top-level folders, each of which may import those before it. The files of the top level belong to the first."""
 
 HOMES = {
-    "rerun": {"recording.rerun"},
+    "rerun": {"recording.rerun", "experiments.run.views", "*_recording"},
     "rerun_cli": {"recording.rerun"},
     "jsbsim": {"truth.flight"},
     "filterpy": {"estimation"},
     "typer": {"cli"},
     "tomllib": {"toml_file", "scenario.load"},
-    "rich": {"cli", "recording.tables", "progress"},
-    "matplotlib": {"recording.figures"},
+    "rich": {"cli", "recording.tables", "progress", "*_table"},
+    "matplotlib": {"recording.figures", "*_figure"},
 }
-"""Libraries that only these parts may import."""
+"""Libraries that only these parts may import; "*" stands for any beginning of a module's name."""
 
 FILES = sorted(file for file in PACKAGE.rglob("*.py") if "_content" not in file.parts)
 
@@ -66,12 +57,15 @@ def name_of(file: Path) -> str:
 
 def fits(module: str, part: str) -> bool:
     """Return whether a module is, or lies in, a part of the package."""
+    if part.startswith("*"):
+        return module.endswith(part[1:])
     return module == part or module.startswith(f"{part}.")
 
 
 def layer(module: str) -> str:
-    """Return the entry of `LAYERS` that a module belongs to: "truth.curve" → "truth"."""
-    return max((part for part in LAYERS if fits(module, part)), key=len, default="")
+    """Return the floor of a module: "truth.curve" → "truth"; the files of the top level belong to the first."""
+    top = module.split(".")[0]
+    return "cli" if top == "__main__" else top if (PACKAGE / top).is_dir() else LAYERS[0]
 
 
 def imports(file: Path) -> Iterator[tuple[int, str]]:
@@ -101,14 +95,29 @@ def used(file: Path) -> Iterator[tuple[int, str]]:
             for name in node.names:
                 full = f"{node.module}.{name.name}"
                 yield node.lineno, full if full in MODULES else str(node.module)
+        elif isinstance(node, ast.Import):
+            yield from ((node.lineno, name.name) for name in node.names if name.name in MODULES)
 
 
-def test_every_part_has_its_place() -> None:
-    assert [name for name in map(name_of, FILES) if name and not layer(name)] == []
+def test_every_folder_is_a_floor() -> None:
+    folders = {file.relative_to(PACKAGE).parts[0] for file in FILES if file.parent != PACKAGE}
+    assert folders == set(LAYERS)
+    assert len(LAYERS) <= 16
 
 
 @pytest.mark.parametrize("file", FILES, ids=lambda file: file.relative_to(PACKAGE).as_posix())
-def test_imports_point_left(file: Path) -> None:
+def test_no_import_hides_its_arrow(file: Path) -> None:
+    """A module is imported by a statement, which this test sees; by a name only where the name is looked up."""
+    for node in ast.walk(ast.parse(file.read_text(encoding="utf-8"))):
+        if isinstance(node, ast.Call):
+            function = getattr(node.func, "attr", getattr(node.func, "id", ""))
+            first = node.args[0] if node.args else None
+            by_name = function in ("import_module", "__import__") and isinstance(first, ast.Constant)
+            assert not by_name, f"{file.relative_to(PACKAGE)}, line {node.lineno}"
+
+
+@pytest.mark.parametrize("file", FILES, ids=lambda file: file.relative_to(PACKAGE).as_posix())
+def test_imports_point_down(file: Path) -> None:
     if is_face(file):
         return
     own = layer(name_of(file))
@@ -133,14 +142,12 @@ def test_no_circle_of_files() -> None:
 def test_what_a_run_loads_before_its_flight_begins() -> None:
     """The flight is the long part: what comes after it is loaded while another process flies."""
     later = ("rerun", "pyarrow", "matplotlib", "filterpy", "jsbsim")
-    code = f"import sys, sinssim.simulation.execute; print([name for name in {later} if name in sys.modules])"
+    code = f"import sys, sinssim.experiments.run.execute; print([name for name in {later} if name in sys.modules])"
     assert subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True).stdout == "[]\n"
 
 
 def test_a_filter_is_checked_without_loading_the_compiler() -> None:
     """`sinssim check` plans a filter; it computes nothing that kernels are needed for."""
     later = ("numba", "filterpy", "scipy.stats")
-    code = (
-        f"import sys, sinssim.estimation.from_scenario.memory; print([name for name in {later} if name in sys.modules])"
-    )
+    code = f"import sys, sinssim.scenario.filter.memory; print([name for name in {later} if name in sys.modules])"
     assert subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True).stdout == "[]\n"

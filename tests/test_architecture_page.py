@@ -6,6 +6,7 @@ import re
 from pathlib import Path
 
 import sinssim
+from tests.test_architecture import LAYERS
 
 ROOT = Path(__file__).parents[1]
 PACKAGE = Path(sinssim.__file__).parent
@@ -56,3 +57,11 @@ def test_every_page_of_extensions_is_linked() -> None:
     guide = (ROOT / "CONTRIBUTING.md").read_text(encoding="utf-8")
     assert [name for name in sorted(pages) if f"extending/{name}" not in PAGE] == []
     assert [name for name in sorted(pages) if f"extending/{name}" not in guide] == []
+
+
+def test_the_picture_shows_the_floors() -> None:
+    """From the command line down to the ground, as the test of the imports has them."""
+    picture = (ROOT / "docs" / "images" / "floors.svg").read_text(encoding="utf-8")
+    words = re.findall(r"<text[^>]*>([^<]*)<", picture)
+    assert [word for word in words if word in LAYERS] == LAYERS
+    assert len(re.findall(r"\bsixteen\b", PAGE)) == 1 + (len(LAYERS) == 16)

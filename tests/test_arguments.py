@@ -15,6 +15,7 @@ from sinssim.data import ImuData
 from sinssim.errors import InputError
 from sinssim.estimation import error_model
 from sinssim.estimation.model import Block
+from sinssim.experiments.studies.schema import Study
 from sinssim.rotation import arrays
 from sinssim.sensors import ImuErrors, TriadErrors
 from sinssim.sensors.imu.imu import Imu
@@ -23,7 +24,6 @@ from sinssim.sensors.laser_gyro.ring import LaserGyro
 from sinssim.sensors.sets.accelerometers import emulate_accelerometers
 from sinssim.sensors.sets.gyro_free import cube, gyro_free_increments
 from sinssim.strapdown.frames import level
-from sinssim.studies.schema import Study
 from sinssim.truth.motions.parked import Parked
 
 LEVEL = np.array([1.0, 0.0, 0.0, 0.0])

@@ -9,7 +9,7 @@ import pytest
 
 from sinssim import algorithms, frames
 from sinssim.errors import InputError
-from sinssim.mechanization import Mechanization
+from sinssim.strapdown.mechanization import Mechanization
 
 
 def test_words_and_lists() -> None:

@@ -6,8 +6,8 @@ import numpy as np
 import pytest
 
 from sinssim import ImuData, NavState, navigate
+from sinssim.experiments.run.execute import run
 from sinssim.scenario import load_scenario
-from sinssim.simulation import run
 from tests.oracles.s_turn import STurn
 
 # Asked of the best algorithm and of the default one: 0.01 m and 0.05 m on S-turns, 0.001 m and 0.01 m in flight.

@@ -3,13 +3,13 @@
 from __future__ import annotations
 
 import warnings
-from math import asin, atan2, cos, inf, nan, pi, sin, sqrt, tan
+from math import atan2, cos, inf, nan, pi, sin, tan
 from typing import Any
 
 import numpy as np
 import pytest
 
-from sinssim import lazy, section
+from sinssim import section
 from sinssim.arguments import POSITIVE, doubles, names, number, quaternion, vector
 from sinssim.checks import (
     check_finite,
@@ -22,9 +22,7 @@ from sinssim.checks import (
     not_finite_in,
 )
 from sinssim.data import ImuData, Measurements, NavSolution, NavState
-from sinssim.errors import InputError, SinssimWarning, nearest, printable, respelled, shortened, unknown_name, warn
-from sinssim.formatting import capital, number_text, signed, size_text
-from sinssim.transverse import (
+from sinssim.earth.transverse import (
     distance_from_pole,
     nearest_allowed,
     normal,
@@ -33,6 +31,8 @@ from sinssim.transverse import (
     sentence,
     too_near,
 )
+from sinssim.errors import InputError, SinssimWarning, nearest, printable, respelled, shortened, unknown_name, warn
+from sinssim.formatting import capital, number_text, signed, size_text
 
 
 @pytest.mark.parametrize(
@@ -315,8 +315,3 @@ def test_limits_of_values(kind: Any, low: float, high: float | None) -> None:
     for value in (beyond, *(() if high is None else (high * (1.0 + 1e-9),))):
         with pytest.raises(ValidationError):
             adapter.validate_python(value)
-
-
-def test_names_of_later_stages() -> None:
-    assert lazy.from_later_stage("math", "asin") is asin
-    assert lazy.from_later_stage("math", "sqrt")(9.0) == sqrt(9.0)

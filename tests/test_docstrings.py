@@ -9,8 +9,8 @@ from typing import Any
 import pytest
 
 import sinssim
-from sinssim.recording.store.run_streams import Streams, StreamTable
-from sinssim.simulation.result import Run
+from sinssim.experiments.run.result import Run
+from sinssim.recording.stream_tables import Streams, StreamTable
 
 FUNCTIONS = [name for name in sinssim.__all__ if inspect.isfunction(getattr(sinssim, name))]
 CLASSES = [name for name in sinssim.__all__ if inspect.isclass(getattr(sinssim, name))]

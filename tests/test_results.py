@@ -16,7 +16,6 @@ from matplotlib.figure import Figure
 import sinssim
 from sinssim.errors import InputError
 from sinssim.logs.writers.export import export
-from sinssim.running import results
 
 SHORT = ["parked.duration_s=20", "imu.rate_hz=10", "seed=5"]
 STUDY = """
@@ -181,10 +180,11 @@ def test_a_run_in_a_plane_is_of_the_family(tmp_path: Path) -> None:
 
 
 def test_every_result_is_exported_by_its_name() -> None:
-    for name, kind in vars(results).items():
-        if isinstance(kind, type) and issubclass(kind, sinssim.Result):
-            assert getattr(sinssim, name) is kind
-            assert kind.__name__ == name
+    exported = {name: getattr(sinssim, name) for name in sinssim.__all__}
+    kinds = {kind for kind in sinssim.Result.__subclasses__() if kind.__module__.startswith("sinssim.")}
+    assert len(kinds) == 8
+    for kind in kinds:
+        assert exported[kind.__name__] is kind
 
 
 def test_the_functions_take_the_same() -> None:

@@ -8,8 +8,8 @@ from fractions import Fraction
 import pytest
 
 from sinssim import units
+from sinssim.analyses.noise_identification.units import UNITS
 from sinssim.logs.text.fix_description import UNITS_OF
-from sinssim.noise_identification.units import UNITS
 from sinssim.sensors.imu.datasheet import to_si
 from sinssim.statistics.rates import to_nmi_h
 

@@ -10,8 +10,8 @@ from numpy.typing import ArrayLike, NDArray
 
 from sinssim.alignment.axes import Angles, Array, Attitude
 from sinssim.alignment.budget import Method
+from sinssim.analyses.alignment.alignment_figure import draw_budget, draw_curves
 from sinssim.recording import style
-from sinssim.recording.figures.alignment import draw_budget, draw_curves
 from sinssim.recording.figures.canvas import new_figure, styled
 from sinssim.sensors.imu.errors import ImuErrors
 from sinssim.units import ARCMIN, DEG

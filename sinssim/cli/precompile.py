@@ -12,12 +12,12 @@ import numpy as np
 
 from sinssim import earth
 from sinssim.alignment.disturbed import inertial_curve
+from sinssim.analyses.error_budget.analyse import budget
 from sinssim.content import package_content
-from sinssim.error_budget.analyse import budget
-from sinssim.estimation.from_scenario import filter_states
+from sinssim.experiments.run.execute import rehearse, run
 from sinssim.scenario import Scenario, load_scenario
+from sinssim.scenario.filter import filter_states
 from sinssim.sensors.sets.sensor_set import Redundant
-from sinssim.simulation.execute import rehearse, run
 from sinssim.system.drafts import Draft
 from sinssim.truth.curve import Curve
 

@@ -27,6 +27,7 @@ from sinssim.arguments import doubles, number
 from sinssim.checks import checked_initial
 from sinssim.data import Array, ImuData, Measurements, NavState
 from sinssim.earth.harmonics.field import DisturbingField
+from sinssim.earth.transverse import route_along
 from sinssim.errors import InputError, RunError, check_name, shortened
 from sinssim.estimation.checks.cure import vibration_untold
 from sinssim.estimation.checks.divergence_checks import contradiction, remarks
@@ -38,15 +39,14 @@ from sinssim.estimation.model import ErrorModel
 from sinssim.estimation.nominal import MeanGyroRates, at, solution_of
 from sinssim.estimation.result import Estimate
 from sinssim.estimation.smoother import smooth as smoothed
-from sinssim.mechanization import Mechanization, Options, chosen
 from sinssim.sensors.from_readings.vibration import AddedNoise
 from sinssim.sensors.imu.encoder import Encoders
 from sinssim.strapdown.disturbance import navigate_in_field
+from sinssim.strapdown.mechanization import Mechanization, Options, chosen
 from sinssim.strapdown.navigate import navigate
 from sinssim.strapdown.polar import axes_of
 from sinssim.strapdown.segments import Segments
 from sinssim.system.memory import give_back_memory
-from sinssim.transverse import route_along
 
 
 # Long: the public function checks and prepares its many options before the loop.

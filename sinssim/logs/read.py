@@ -11,7 +11,7 @@ from numpy.typing import ArrayLike
 
 from sinssim.errors import InputError
 from sinssim.logs.formats.registry import FORMATS
-from sinssim.own_content.registry import ensure, module_of
+from sinssim.system.own_content.registry import ensure, module_of
 from sinssim.system.user_file import open_file
 
 if TYPE_CHECKING:

@@ -6,10 +6,10 @@ import hashlib
 from dataclasses import dataclass
 
 from sinssim.content import find_content, package_content
-from sinssim.own_content.layout import Item
-from sinssim.own_content.modules import source_of
 from sinssim.scenario.tables import Tables
 from sinssim.sensors.imu.grades import GRADE_TABLE, grade_file, grade_name
+from sinssim.system.own_content.layout import Item
+from sinssim.system.own_content.modules import source_of
 
 
 @dataclass(frozen=True)

@@ -10,15 +10,15 @@ import numpy as np
 
 from sinssim.algorithms import REGISTRY
 from sinssim.data import Array, NavState
+from sinssim.earth.transverse import RADIUS, distance_from_pole, nearest_allowed, normal, route_pole, sentence, too_near
 from sinssim.errors import InputError
 from sinssim.frames import FRAME_REGISTRY
+from sinssim.logs.track.track import Track
 from sinssim.scenario.tables import Tables
-from sinssim.transverse import RADIUS, distance_from_pole, nearest_allowed, normal, route_pole, sentence, too_near
 from sinssim.truth.flight.legs.waypoint import WaypointLeg
 from sinssim.truth.flight.plan import FlightPlan
 from sinssim.truth.motion import PlacedMotion, TrueEarth
 from sinssim.truth.motions.great_circle import GreatCircleFlight
-from sinssim.truth.track.track import Track
 
 _PLACES = 1000
 """Places along a track that are checked; `check_route_flown` checks all."""

@@ -5,13 +5,13 @@ from __future__ import annotations
 from typing import TYPE_CHECKING, Any
 
 from sinssim.logs.log import Log
+from sinssim.logs.track.track import Track
 from sinssim.scenario.tables import Tables
 from sinssim.system.short_repr import html_lines
 from sinssim.truth.flight.flight import Flight
 from sinssim.truth.motions.closed_forms import AnyClosedForm
 from sinssim.truth.motions.great_circle import GreatCircleFlight
 from sinssim.truth.motions.parked import ParkedVehicle
-from sinssim.truth.track.track import Track
 from sinssim.truth.turntable.turntable import Turntable
 from sinssim.truth.vehicles.drive import Drive
 from sinssim.truth.vehicles.voyage import Voyage

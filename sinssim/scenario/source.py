@@ -9,11 +9,11 @@ from pydantic.fields import FieldInfo
 from pydantic_core import PydanticCustomError
 
 from sinssim.logs.log import Log
+from sinssim.logs.track.track import Track
 from sinssim.truth.flight.flight import Flight
 from sinssim.truth.motions.closed_forms import AnyClosedForm
 from sinssim.truth.motions.great_circle import GreatCircleFlight
 from sinssim.truth.motions.parked import ParkedVehicle
-from sinssim.truth.track.track import Track
 from sinssim.truth.turntable.turntable import Turntable
 from sinssim.truth.vehicles.drive import Drive
 from sinssim.truth.vehicles.voyage import Voyage

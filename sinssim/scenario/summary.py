@@ -8,6 +8,7 @@ from collections.abc import Iterator, Mapping
 from pydantic import BaseModel
 
 from sinssim.logs.log import Log
+from sinssim.logs.track.track import Track
 from sinssim.scenario.duration import check_times, expected_duration
 from sinssim.scenario.height import height_words
 from sinssim.scenario.limits import limit_notes
@@ -30,7 +31,6 @@ from sinssim.truth.flight.legs.waypoint import WaypointLeg
 from sinssim.truth.flight.plan import FlightPlan
 from sinssim.truth.motion import Motion, TrueEarth
 from sinssim.truth.motions.analytic import ClosedFormMotion
-from sinssim.truth.track.track import Track
 from sinssim.truth.vehicles.surface_vehicle import SurfaceVehicle
 from sinssim.truth.vertical_plane import SENSOR_OF, WAYS, OneComponent
 

@@ -25,9 +25,8 @@ from sinssim.errors import InputError, shortened, unknown_name
 from sinssim.formatting import listed
 from sinssim.frames import check_correctable
 from sinssim.logs.log import Log
+from sinssim.logs.track.track import Track
 from sinssim.mistakes import ONE_OF_SEVERAL
-from sinssim.own_content.layout import Item, items_of
-from sinssim.own_content.registry import registered
 from sinssim.scenario.combinations import (
     check_compensation,
     check_filter,
@@ -49,6 +48,8 @@ from sinssim.section import Name, Section, Sentence
 from sinssim.sensors.aiding.gnss import GnssSection
 from sinssim.sensors.imu.compensation import Compensation
 from sinssim.sensors.imu.imu import Imu
+from sinssim.system.own_content.layout import Item, items_of
+from sinssim.system.own_content.registry import registered
 from sinssim.truth.flight.flight import Flight
 from sinssim.truth.gravity.true_gravity import TrueGravity
 from sinssim.truth.motion import TrueEarth
@@ -58,7 +59,6 @@ from sinssim.truth.motions.great_circle import GreatCircleFlight
 from sinssim.truth.motions.isolator import Isolator
 from sinssim.truth.motions.parked import ParkedVehicle
 from sinssim.truth.motions.vibration import Vibration
-from sinssim.truth.track.track import Track
 from sinssim.truth.turntable.turntable import Turntable
 from sinssim.truth.vehicles.drive import Drive
 from sinssim.truth.vehicles.voyage import Voyage

@@ -11,9 +11,9 @@ from typing import Annotated, Any
 from pydantic import AfterValidator
 
 from sinssim.errors import InputError
-from sinssim.own_content.layout import items_of
-from sinssim.own_content.modules import file_digest
-from sinssim.own_content.registry import register
+from sinssim.system.own_content.layout import items_of
+from sinssim.system.own_content.modules import file_digest
+from sinssim.system.own_content.registry import register
 from sinssim.system.user_file import read_text
 
 logger = logging.getLogger(__name__)

@@ -8,15 +8,15 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from sinssim.progress import Progress, silent
-from sinssim.simulation.initial_error import initial_state_with_errors
+from sinssim.scenario.initial_error import initial_state_with_errors
 from sinssim.simulation.truth import RecordedMotion, Truth
 
 if TYPE_CHECKING:
     from sinssim.data import NavSolution, NavState
-    from sinssim.estimation.from_scenario.truth_comparison import Aided
     from sinssim.estimation.initial_alignment.start import Start
     from sinssim.logs.reference import Reference
     from sinssim.scenario import Scenario
+    from sinssim.simulation.aided.truth_comparison import Aided
     from sinssim.simulation.sensed import Sensed
 
 
@@ -36,7 +36,7 @@ def aid(scenario: Scenario, sensed: Sensed, progress: Progress = silent) -> Aide
     """
     if isinstance(sensed.truth, RecordedMotion):
         return _aid_recorded(scenario, sensed, sensed.truth, progress)
-    from sinssim.estimation.from_scenario.aided_run import aid_run
+    from sinssim.simulation.aided.aided_run import aid_run
 
     assert sensed.errors is not None  # those of simulated sensors are known
     return aid_run(
@@ -66,12 +66,7 @@ def recorded_start(scenario: Scenario, sensed: Sensed) -> Start:
 
 def _aid_recorded(scenario: Scenario, sensed: Sensed, motion: RecordedMotion, progress: Progress) -> Aided:
     """Run the filter; without a reference it is compared with its own smoothed solution, which has no error then."""
-    from sinssim.estimation.from_scenario.recorded_run import (
-        aid_recorded,
-        all_readings,
-        as_reference,
-        compare_recorded,
-    )
+    from sinssim.simulation.aided.recorded_run import aid_recorded, all_readings, as_reference, compare_recorded
     from sinssim.strapdown.nav_error import NavError
 
     estimate = aid_recorded(motion.prepared, sensed.imu, recorded_start(scenario, sensed), progress=progress)
@@ -97,7 +92,7 @@ def best_reference(motion: RecordedMotion, aided: Aided | None, solutions: dict[
     Returns:
         The recorded reference, or else the smoothed solution, the aided one, or the first of several; None for nothing.
     """
-    from sinssim.estimation.from_scenario.recorded_run import as_reference
+    from sinssim.simulation.aided.recorded_run import as_reference
 
     if motion.reference is not None:
         return motion.reference

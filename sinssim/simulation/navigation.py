@@ -10,8 +10,8 @@ from typing import TYPE_CHECKING
 from sinssim.data import Array, ImuData, NavSolution
 from sinssim.errors import RunError
 from sinssim.frames import BARO_TIME_CONSTANT
+from sinssim.scenario.initial_error import initial_state_with_errors
 from sinssim.sensors.sets.reading import Readings
-from sinssim.simulation.initial_error import initial_state_with_errors
 from sinssim.simulation.setup import Setup
 from sinssim.simulation.special.known_gravity import in_known_field
 from sinssim.simulation.special.own_alignment import after_alignment
@@ -24,11 +24,11 @@ from sinssim.system.threads import thread_pool
 
 if TYPE_CHECKING:
     from sinssim.logs.reference import Reference
-    from sinssim.mechanization import Mechanization
     from sinssim.scenario import Scenario
     from sinssim.sensors.sets.true_errors import TrueErrors
     from sinssim.simulation.sensed import Sensed
     from sinssim.strapdown.frames.vertical import HeightReadings
+    from sinssim.strapdown.mechanization import Mechanization
     from sinssim.strapdown.nav_error import NavError
 
 SPECIAL = (in_known_field, turned, after_alignment, on_platform)

@@ -14,8 +14,8 @@ from sinssim.simulation.sensed import Sensed
 from sinssim.simulation.truth import RecordedMotion
 
 if TYPE_CHECKING:
-    from sinssim.estimation.from_scenario.recorded_run import Prepared
     from sinssim.scenario import Scenario
+    from sinssim.simulation.aided.recorded_run import Prepared
     from sinssim.strapdown.frames.vertical import HeightReadings
 
 
@@ -44,9 +44,9 @@ def planned(scenario: Scenario, *, recorded: bool) -> Plan:
     Raises:
         InputError: a file or the scenario cannot be used, or the filter needs more memory than there is.
     """
-    from sinssim.estimation.from_scenario import filter_states
-    from sinssim.estimation.from_scenario.memory import check_memory
-    from sinssim.estimation.from_scenario.recorded_run import prepare
+    from sinssim.scenario.filter import filter_states
+    from sinssim.scenario.filter.memory import check_memory
+    from sinssim.simulation.aided.recorded_run import prepare
 
     prepared = prepare(scenario)
     lines = () if scenario.filter is None else filter_states.choice(scenario, prepared.moved)

@@ -8,11 +8,11 @@ from typing import TYPE_CHECKING
 
 if TYPE_CHECKING:
     from sinssim.data import Array, ImuData, NavSolution, NavState
-    from sinssim.mechanization import Mechanization
     from sinssim.scenario import Scenario
     from sinssim.sensors.sets.true_errors import TrueErrors
     from sinssim.simulation.truth import RecordedMotion, Truth
     from sinssim.strapdown.frames.vertical import HeightReadings
+    from sinssim.strapdown.mechanization import Mechanization
 
 Engine = Callable[["Setup", "ImuData", "Mechanization"], "NavSolution"]
 """Navigates by a mechanization on increments, with attitude, start and height of a setup."""

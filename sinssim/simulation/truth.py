@@ -19,9 +19,9 @@ if TYPE_CHECKING:
     from numpy.typing import NDArray
 
     from sinssim.data import Array, ImuData, NavState
-    from sinssim.estimation.from_scenario.recorded_run import Prepared
     from sinssim.logs.reference import Reference
     from sinssim.scenario import Scenario
+    from sinssim.simulation.aided.recorded_run import Prepared
     from sinssim.truth.trajectory import Trajectory
 
 _ROWS = ("time", "latitude", "longitude", "height", "velocity_ned", "q_nb", "defect")

@@ -13,12 +13,12 @@ from typing import Any
 
 from sinssim.algorithms import REGISTRY
 from sinssim.jit import bind, with_constants
-from sinssim.own_content.registry import on_change
 from sinssim.strapdown.files import algorithm_file
 from sinssim.strapdown.frames.problem import Problem
 from sinssim.strapdown.increments import block_turns as turns
 from sinssim.strapdown.increments import interval
 from sinssim.strapdown.own_algorithm import guarded
+from sinssim.system.own_content.registry import on_change
 
 _NAMES = ("start_k", "dcm_k", "step_k", "quaternion_k", "turn_k")
 

@@ -15,8 +15,8 @@ from sinssim import rotation
 from sinssim.data import Array, NavSolution, NavState
 from sinssim.earth import ecef_to_eci, geodetic_to_ecef, q_en
 from sinssim.earth.models import WGS84, Ellipsoid
+from sinssim.earth.transverse import normal
 from sinssim.errors import InputError
-from sinssim.transverse import normal
 
 
 class EarthFixed(NamedTuple):
@@ -154,7 +154,7 @@ def conditional(state: NavState | NavSolution, pole: Array, start: tuple[float, 
     Args:
         state: N rows.
         pole: pole of the route's great circle, to the left of the route, Earth-fixed unit vector, (3,); see
-            `sinssim.transverse.route_pole`.
+            `sinssim.earth.transverse.route_pole`.
         start: latitude and longitude of the route's start, rad; by default the first row.
 
     Returns:

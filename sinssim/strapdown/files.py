@@ -18,12 +18,12 @@ from sinssim.algorithms import REGISTRY
 from sinssim.data import Array
 from sinssim.errors import InputError, RunError
 from sinssim.frames import FRAME_REGISTRY
-from sinssim.own_content.layout import Item
-from sinssim.own_content.modules import explained, load_module
-from sinssim.own_content.registry import on_change, registered
 from sinssim.strapdown.frames.problem import Problem
 from sinssim.strapdown.increments.interval import BodyTurn, FrameTurn
 from sinssim.strapdown.own_algorithm import check_parts
+from sinssim.system.own_content.layout import Item
+from sinssim.system.own_content.modules import explained, load_module
+from sinssim.system.own_content.registry import on_change, registered
 
 
 class AttitudeFile(Protocol):

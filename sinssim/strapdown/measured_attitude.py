@@ -31,7 +31,6 @@ from sinssim.earth.kernels import (
 )
 from sinssim.errors import InputError, RunError
 from sinssim.jit import kernel
-from sinssim.mechanization import Mechanization, Options, chosen
 from sinssim.rotation.kernels import rotate_k
 from sinssim.strapdown.frames.vertical import (
     BARO_LOOP,
@@ -42,6 +41,7 @@ from sinssim.strapdown.frames.vertical import (
     height_reference,
     loop_gains_k,
 )
+from sinssim.strapdown.mechanization import Mechanization, Options, chosen
 from sinssim.strapdown.navigate import navigate
 
 _POINTS = 4

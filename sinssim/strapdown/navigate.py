@@ -14,12 +14,12 @@ from sinssim.data import ImuData, NavSolution, NavState
 from sinssim.earth.gravity import gravity_number
 from sinssim.earth.kernels import parameters
 from sinssim.errors import check_name
-from sinssim.mechanization import Mechanization, Options, chosen
 from sinssim.strapdown.assemble import own_engine
 from sinssim.strapdown.attitude.singularity import singularity_events
 from sinssim.strapdown.files import frame_file, three_rate_file
 from sinssim.strapdown.frames.problem import Problem, check_solution
 from sinssim.strapdown.frames.vertical import HeightReadings, height_reference
+from sinssim.strapdown.mechanization import Mechanization, Options, chosen
 from sinssim.strapdown.updates import updates
 
 

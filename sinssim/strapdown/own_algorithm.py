@@ -14,9 +14,9 @@ from numba.core.errors import NumbaError
 
 from sinssim.algorithms import REGISTRY
 from sinssim.errors import InputError, RunError, SinssimError, shortened
-from sinssim.own_content.modules import failure
 from sinssim.rotation.kernels import dcm_from_quaternion_k
 from sinssim.strapdown.increments.interval import BodyTurn, FrameTurn
+from sinssim.system.own_content.modules import failure
 
 _QUATERNION = (0.8, 0.2, -0.4, 0.4)
 """A unit quaternion whose matrix and angles are all different."""

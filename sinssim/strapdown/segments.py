@@ -19,10 +19,10 @@ from sinssim.earth.harmonics.field import DisturbingField
 from sinssim.earth.kernels import parameters
 from sinssim.errors import InputError, check_name
 from sinssim.frames import check_correctable
-from sinssim.mechanization import Mechanization, Options, chosen
 from sinssim.strapdown.disturbance import disturbance_of_segment
 from sinssim.strapdown.frames.problem import Problem
 from sinssim.strapdown.increments.fit import WINDOW, weight_table
+from sinssim.strapdown.mechanization import Mechanization, Options, chosen
 from sinssim.strapdown.navigate import solve_problem
 from sinssim.strapdown.updates import updates
 

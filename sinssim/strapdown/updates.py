@@ -10,8 +10,8 @@ from sinssim.algorithms import REGISTRY, schedule, three_rates
 from sinssim.checks import checked_increments
 from sinssim.data import Array, ImuData
 from sinssim.errors import InputError
-from sinssim.mechanization import Mechanization
 from sinssim.strapdown.increments.fit import is_uniform, weight_table
+from sinssim.strapdown.mechanization import Mechanization
 
 
 @dataclass(frozen=True)

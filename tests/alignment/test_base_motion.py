@@ -26,11 +26,11 @@ from sinssim.alignment import (
     stillness,
     total,
 )
-from sinssim.alignment.report import align_session
+from sinssim.analyses.alignment.align import align
+from sinssim.analyses.alignment.report import align_session
 from sinssim.data import ImuData
 from sinssim.earth.models import OMEGA_IE
 from sinssim.errors import InputError
-from sinssim.running.align import align
 from sinssim.sensors.imu.emulate import emulate
 from sinssim.sensors.imu.imu import Imu
 from sinssim.truth.motions.parked import Parked

@@ -23,7 +23,7 @@ from sinssim.alignment import (
     total,
 )
 from sinssim.alignment.budget import reading_errors
-from sinssim.alignment.report import align_session
+from sinssim.analyses.alignment.report import align_session
 from sinssim.data import ImuData
 from sinssim.earth.models import OMEGA_IE
 from sinssim.errors import InputError

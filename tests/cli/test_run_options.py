@@ -13,12 +13,12 @@ from pydantic import ValidationError
 from sinssim import ImuData, navigate
 from sinssim.data import DROPPED, FROZEN
 from sinssim.errors import InputError
+from sinssim.experiments.run.execute import run
 from sinssim.frames import FRAMES
 from sinssim.recording.store.summary import flagged_words
 from sinssim.scenario import Scenario, load_scenario
 from sinssim.sensors.imu.compensation import Compensation
 from sinssim.sensors.imu.imu import Imu, draw
-from sinssim.simulation import run
 from sinssim.units import DEG_H, UG
 
 QUIET = {

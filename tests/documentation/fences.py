@@ -74,14 +74,14 @@ def name(page: Path) -> str:
 
 OWN_TESTS = {
     "docs/alignment.md": "tests/alignment/test_page.py",
-    "docs/allan.md": "tests/noise_identification/test_report.py",
+    "docs/allan.md": "tests/analyses/noise_identification/test_report.py",
     "docs/api.md": "tests/test_api_page.py",
-    "docs/budgets.md": "tests/error_budget/test_page.py",
+    "docs/budgets.md": "tests/analyses/error_budget/test_page.py",
     "docs/ensembles.md": "tests/test_docs.py",
     "docs/tasks.md": "tests/test_tasks.py",
     "docs/estimation.md": "tests/test_docs.py",
     "docs/logs.md": "tests/logs/test_page.py",
-    "docs/trades.md": "tests/trades/test_docs.py",
+    "docs/trades.md": "tests/experiments/trades/test_docs.py",
     "docs/your-navigator.md": "tests/logs/scoring/test_pyins.py",
 }
 """Pages whose Python runs in the normal run, by a test that compares what it gives."""

@@ -20,11 +20,11 @@ import typer.main
 
 from sinssim.cli.app import app
 from sinssim.errors import SinssimError
+from sinssim.experiments.studies.load import load_study
+from sinssim.experiments.trades.load import load_trade_study
 from sinssim.logs.text.description import LogDescription
 from sinssim.scenario.load import load_scenario
 from sinssim.sensors.imu.grade_file import read_grade
-from sinssim.studies.load import load_study
-from sinssim.trades.load import load_trade_study
 from tests.documentation.fences import NOT_RUN, OWN_TESTS, PAGES, ROOT, Block, blocks, name
 
 LANGUAGES = {"", "sh", "toml", "python", "diff", "yaml", "octave"}
@@ -142,7 +142,7 @@ def test_toml_is_accepted(page: Path, block: Block, tmp_path: Path, monkeypatch:
     if name(page) == "docs/scenario.md" or block.path:
         return  # tests/scenario/test_reference.py loads all of its blocks together; other tests make the files
     if block.code.startswith("[project"):
-        return  # a part of another package's pyproject.toml, which tests/own_content makes
+        return  # a part of another package's pyproject.toml, which tests/system/own_content makes
     monkeypatch.chdir(tmp_path)
     for file in _FILES:
         (tmp_path / file).parent.mkdir(parents=True, exist_ok=True)

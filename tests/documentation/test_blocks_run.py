@@ -40,12 +40,12 @@ NOT_HERE = {
     ),
     r"^python navigate_with_pyins\.py|pyins_inertial": "tests/logs/scoring/test_pyins.py, where pyins is installed",
     r"mine\.csv|solution\.nav": "the output of the reader's own program",
-    r"^sinssim inspect (?:imu\.csv gnss\.pos|drive\.toml)": "the reader's files; see tests/inspection",
-    r"weather\.csv|log\.(?:csv|npz) --columns": "the reader's logs; see tests/noise_identification",
-    r"^sinssim allan (?:drive\.toml|runs/gyrocompassing)": "the reader's files; tests/noise_identification makes such",
+    r"^sinssim inspect (?:imu\.csv gnss\.pos|drive\.toml)": "the reader's files; see tests/analyses/inspection",
+    r"weather\.csv|log\.(?:csv|npz) --columns": "the reader's logs; see tests/analyses/noise_identification",
+    r"^sinssim allan (?:drive\.toml|runs/gyrocompassing)": "the reader's files",
     r"mine\.toml|my_log\.toml": "the reader's files",
     r"^python aircraft/envelope\.py": "minutes of trims; tests/scenario/planned repeats some of them",
-    r"recorded_and_simulated": "tests/studies/test_recorded_and_simulated.py",
+    r"recorded_and_simulated": "tests/experiments/studies/test_recorded_and_simulated.py",
     r"^# ": "a remark",
 }
 """Commands that are not executed here, each with the reason."""

@@ -5,8 +5,9 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
+from sinssim.experiments.run.execute import run
+from sinssim.experiments.run.result import RunResult
 from sinssim.scenario import Scenario, load_scenario
-from sinssim.simulation import RunResult, run
 
 DEG_H, ARCMIN = np.pi / 180.0 / 3600.0, np.pi / 180.0 / 60.0
 

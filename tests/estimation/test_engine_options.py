@@ -12,10 +12,10 @@ from sinssim.data import Measurements
 from sinssim.earth.models import ELLIPSOIDS
 from sinssim.estimation.estimate import estimate
 from sinssim.estimation.model import error_model
+from sinssim.experiments.run.execute import run as run_scenario
 from sinssim.frames import FRAMES
-from sinssim.mechanization import Mechanization
 from sinssim.scenario import load_scenario
-from sinssim.simulation import run as run_scenario
+from sinssim.strapdown.mechanization import Mechanization
 from sinssim.strapdown.nav_error import navigation_error
 from sinssim.strapdown.navigate import navigate
 from tests.estimation.worlds import biases_only, one_run, positions, velocities, weaving
@@ -104,7 +104,7 @@ def test_between_rows_the_attitude_follows_the_gyros() -> None:
 
 
 def test_the_options_of_a_scenario_reach_the_filter(monkeypatch: pytest.MonkeyPatch) -> None:
-    from sinssim.estimation.from_scenario import aided_run
+    from sinssim.simulation.aided import aided_run
 
     reached: dict[str, Any] = {}
 

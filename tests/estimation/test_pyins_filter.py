@@ -21,10 +21,10 @@ from sinssim.estimation.checks.consistency import nees
 from sinssim.estimation.dynamics import dynamics, transition
 from sinssim.estimation.nominal import motion
 from sinssim.estimation.nominal import rows_of as states_at
+from sinssim.experiments.run.execute import run
+from sinssim.experiments.run.result import Run
 from sinssim.scenario import Scenario, load_scenario
 from sinssim.sensors.imu.errors import ImuErrors
-from sinssim.simulation.execute import run
-from sinssim.simulation.result import Run
 from sinssim.strapdown.nav_error import NavError, navigation_error
 
 pytestmark = [pytest.mark.slow, pytest.mark.filterwarnings("ignore:The copy keyword")]

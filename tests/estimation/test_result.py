@@ -16,8 +16,6 @@ from sinssim.earth.models import WGS84
 from sinssim.errors import InputError
 from sinssim.estimation import Block, ErrorModel
 from sinssim.estimation.estimate import _initial_covariance, _too_late, _untold
-from sinssim.estimation.from_scenario.aided_run import _after, _with_noise_factor
-from sinssim.estimation.from_scenario.truth_comparison import Aided, _true_parameters
 from sinssim.estimation.initial_alignment.start import _held, at_rest
 from sinssim.estimation.intake import take_in
 from sinssim.estimation.kalman import ErrorFilter, Innovation
@@ -26,6 +24,8 @@ from sinssim.estimation.record import InnovationGate
 from sinssim.estimation.result import History, Reasons, Smoothed, corrected, nominal_errors, state_errors
 from sinssim.estimation.smoother import smooth
 from sinssim.sensors import ImuErrors, TriadErrors
+from sinssim.simulation.aided.aided_run import _after, _with_noise_factor
+from sinssim.simulation.aided.truth_comparison import Aided, _true_parameters
 from sinssim.strapdown.nav_error import NavError
 from sinssim.truth.motions.parked import Parked
 

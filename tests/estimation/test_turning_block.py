@@ -12,8 +12,8 @@ from sinssim.data import Measurements, NavState
 from sinssim.earth.models import WGS84
 from sinssim.estimation.measurements.kind import Prediction, observe
 from sinssim.estimation.model import Block, ErrorModel
+from sinssim.experiments.run.execute import run
 from sinssim.scenario import Scenario
-from sinssim.simulation.execute import run
 
 TURNING = {"type": "indexed", "rate_deg_s": 15.0, "ramp_s": 1.0, "dwell_s": 10.0}
 

@@ -19,8 +19,8 @@ import sinssim
 from sinssim.alignment.budget import SOURCES, error_budget, expected_errors, reading_errors
 from sinssim.alignment.axes import Attitude
 from sinssim.errors import InputError
-from sinssim.estimation.from_scenario.filter_model import filter_model
-from sinssim.recording.report.run.sensors import sensor_errors
+from sinssim.scenario.filter.filter_model import filter_model
+from sinssim.experiments.run.report.sensors import sensor_errors
 from sinssim.scenario.schema import Scenario
 from sinssim.sensors import ImuErrors, TriadErrors
 from sinssim.sensors.expectation import expect

@@ -26,7 +26,7 @@ def test_page(tmp_path: Path) -> None:
     page = read_page("run-part")
     copy = Copy(tmp_path)
     copy.apply(page)
-    assert copy.touched == ["sinssim/simulation/parts/__init__.py", "sinssim/simulation/parts/loads.py"]
+    assert copy.touched == ["sinssim/experiments/run/parts/__init__.py", "sinssim/experiments/run/parts/loads.py"]
     numbers, force, rate, parked, with_filter = copy.run(page.snippets[0] + OTHERS).splitlines()
     found = ast.literal_eval(numbers)
     assert found["max_specific_force_g"] * 9.80665 == pytest.approx(float(force))

@@ -14,11 +14,12 @@ import pytest
 import sinssim
 from scenarios.support.swaying import Sway, Swaying
 from sinssim import alignment, earth, rotation
+from sinssim.analyses.noise_identification.allan import allan_deviation
+from sinssim.analyses.noise_identification.fit import fit_noise
 from sinssim.data import ImuData, Measurements, NavState
 from sinssim.estimation import error_model
 from sinssim.estimation.estimate import estimate
-from sinssim.noise_identification.allan import allan_deviation
-from sinssim.noise_identification.fit import fit_noise
+from sinssim.experiments.studies.schema import Study
 from sinssim.sensors import ImuErrors, TriadErrors
 from sinssim.sensors.imu.compensation import compensate
 from sinssim.sensors.imu.imu import Imu
@@ -27,7 +28,6 @@ from sinssim.sensors.laser_gyro.ring import LaserGyro
 from sinssim.sensors.sets.accelerometers import emulate_accelerometers
 from sinssim.sensors.sets.gyro_free import cube, gyro_free_increments
 from sinssim.strapdown.one_component import gyro_error, simulate
-from sinssim.studies.schema import Study
 from sinssim.truth.curve import Curve
 from sinssim.truth.motions.analytic import OnEarth, inertial_increments
 from sinssim.truth.motions.coning import classical_cone

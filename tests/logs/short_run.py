@@ -8,8 +8,8 @@ import shutil
 import tempfile
 from pathlib import Path
 
+from sinssim.experiments.run.execute import run
 from sinssim.scenario.schema import Scenario
-from sinssim.simulation.execute import run
 
 CONTENTS = {
     "name": "short",

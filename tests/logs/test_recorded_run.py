@@ -11,8 +11,8 @@ import pytest
 
 import sinssim
 from sinssim.errors import InputError
-from sinssim.estimation.from_scenario.recorded_run import prepare
 from sinssim.scenario.schema import Scenario
+from sinssim.simulation.aided.recorded_run import prepare
 from tests.logs.drive import (
     ATTITUDE,
     FIXES,

@@ -115,7 +115,7 @@ def main() -> None:
             time.sleep(2.0)  # the main thread of a loaded machine takes a while to see the signal
 
         sinssim.strapdown.measured_attitude.navigate = navigate
-    from sinssim.simulation import run
+    from sinssim.experiments.run.execute import run
 
     run(scenario(detail="full"), directory, overwrite=True)
 

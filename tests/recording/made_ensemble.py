@@ -8,7 +8,7 @@ from typing import Any
 
 import numpy as np
 
-from sinssim.requirements.requirement import parse_requirement
+from sinssim.statistics.requirements.requirement import parse_requirement
 
 TIME = np.array([100.0, 160.0, 400.0])
 ARCMIN = np.pi / 10_800.0

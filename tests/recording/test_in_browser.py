@@ -14,9 +14,9 @@ import pytest
 from PIL import Image
 
 from sinssim.cli import process as cli
-from sinssim.simulation import run
+from sinssim.experiments.run.execute import run
 from tests.browser import CHROMIUM, Page, file_address
-from tests.ensembles.examples import scenario
+from tests.experiments.ensembles.examples import scenario
 from tests.recording import fake_run
 
 pytestmark = [pytest.mark.slow, pytest.mark.skipif(CHROMIUM is None, reason="there is no Chromium on this machine")]

@@ -8,7 +8,8 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 
-from sinssim.recording.filter_axes import NAVIGATION, settled
+from sinssim.analyses.error_budget.budget_table import units_of_budget
+from sinssim.experiments.run.filter_axes import NAVIGATION, settled
 from sinssim.recording.scales import (
     ANGLES,
     HEIGHTS,
@@ -24,7 +25,6 @@ from sinssim.recording.scales import (
     time_ticks,
     time_unit,
 )
-from sinssim.recording.tables.budget import units_of_budget
 
 SECOND, MINUTE, DEGREE = pi / 648_000.0, pi / 10_800.0, pi / 180.0
 

@@ -9,18 +9,18 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 
-from sinssim.error_budget.limits import Allowance, Answer
-from sinssim.recording.report.run.platform import platform_errors
-from sinssim.recording.report.studies.study import _costs
-from sinssim.recording.store.summaries.diagnosis_keys import with_sigma
-from sinssim.recording.tables.budget import lines_of
-from sinssim.recording.tables.expectation import to_json
-from sinssim.requirements.requirement import parse_requirement
+from sinssim.analyses.error_budget.budget_table import lines_of
+from sinssim.analyses.error_budget.limits import Allowance, Answer
+from sinssim.experiments.run.report.platform import platform_errors
+from sinssim.experiments.run.store.summaries.diagnosis_keys import with_sigma
+from sinssim.experiments.run.tables.expectation_table import to_json
+from sinssim.experiments.studies.cost import Cost
+from sinssim.experiments.studies.operations import Operations
+from sinssim.experiments.studies.study_report import _costs
 from sinssim.sensors.expectation import expect
 from sinssim.sensors.imu.imu import Imu
 from sinssim.sensors.sets.platform import PlatformErrors
-from sinssim.studies.cost import Cost
-from sinssim.studies.operations import Operations
+from sinssim.statistics.requirements.requirement import parse_requirement
 from sinssim.units import ARCMIN, ARCSEC, DEG, DEG_H, PPM
 
 

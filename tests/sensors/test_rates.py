@@ -10,14 +10,14 @@ import pytest
 
 import sinssim
 from sinssim.alignment.budget import expected_errors
+from sinssim.analyses.error_budget.analyse import budget
 from sinssim.data import Array
-from sinssim.error_budget.analyse import budget
+from sinssim.experiments.run.result import Run
 from sinssim.scenario import Scenario
 from sinssim.scenario.summary import plan_lines
-from sinssim.simulation.result import Run
 from sinssim.strapdown import coning_drift
-from tests.error_budget.worlds import ALLOWED, ensemble, standard_errors
-from tests.error_budget.worlds import scenario as turning
+from tests.analyses.error_budget.worlds import ALLOWED, ensemble, standard_errors
+from tests.analyses.error_budget.worlds import scenario as turning
 
 PLACE = {"latitude_deg": 50.0, "longitude_deg": 14.5, "altitude_m": 300.0}
 

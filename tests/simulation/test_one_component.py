@@ -16,12 +16,12 @@ from scipy.integrate import solve_ivp
 from scipy.interpolate import CubicSpline
 
 from sinssim.errors import RunError
+from sinssim.experiments.run.execute import run
+from sinssim.experiments.run.store.one_component_files import numbers
+from sinssim.experiments.run.tables.one_component_table import show
 from sinssim.recording.rerun.viewer import find_run_info
 from sinssim.recording.rerun.views import load_view
-from sinssim.recording.store.one_component import numbers
-from sinssim.recording.tables.one_component import show
 from sinssim.scenario import Scenario, load_scenario
-from sinssim.simulation import run
 from sinssim.simulation.one_component import OneComponentResult, compute
 from sinssim.truth.vertical_plane import OneComponent
 from sinssim.units import DEG

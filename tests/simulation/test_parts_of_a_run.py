@@ -10,16 +10,16 @@ import numpy as np
 import pytest
 
 from sinssim import rotation
+from sinssim.analyses.error_budget.result import Added
 from sinssim.data import ImuData, NavState
 from sinssim.earth.models import WGS84
-from sinssim.error_budget.result import Added
 from sinssim.errors import InputError, RunError
+from sinssim.experiments.run.parts.phases import add_sources, budgets_of_phases
 from sinssim.scenario import Scenario
+from sinssim.scenario.initial_error import initial_state_with_errors
 from sinssim.scenario.sections.navigation import InitialErrorSection
 from sinssim.simulation import stages
-from sinssim.simulation.initial_error import initial_state_with_errors
 from sinssim.simulation.navigation import solve
-from sinssim.simulation.parts.phases import add_sources, budgets_of_phases
 from sinssim.simulation.sensed import Sensed
 from sinssim.simulation.special import own_alignment
 from sinssim.simulation.stages import STAGES, Stages
@@ -234,7 +234,7 @@ def test_budgets_of_the_phases(monkeypatch: pytest.MonkeyPatch) -> None:
             raise InputError("It cannot be.")
         return "budget"
 
-    monkeypatch.setattr("sinssim.error_budget.analyse.budget", budget)
+    monkeypatch.setattr("sinssim.analyses.error_budget.analyse.budget", budget)
     own = SimpleNamespace(filter="f")
     motion = known("i", "s", "t", [30.0, 31.0, 90.0])
     run: Any = SimpleNamespace(scenario=own, truth=motion)

@@ -8,7 +8,7 @@ from typing import Any
 import pytest
 
 import sinssim
-from sinssim.recording.store.summaries.phase_summary import source_tables
+from sinssim.experiments.run.store.summaries.phase_summary import source_tables
 from sinssim.scenario import Scenario
 
 

@@ -11,16 +11,16 @@ import numpy as np
 import pytest
 
 from sinssim.errors import InputError
+from sinssim.experiments.run.finish import about, keep
+from sinssim.experiments.run.parts import outages
+from sinssim.experiments.run.result import Run
 from sinssim.recording.store.directory import RunDirectory
 from sinssim.simulation.aiding import aid, best_reference
-from sinssim.simulation.finish import about, keep
-from sinssim.simulation.parts import outages
 from sinssim.simulation.recorded import _heights, sense_recorded
-from sinssim.simulation.result import Run
 from sinssim.simulation.stages import Stages
 from sinssim.simulation.truth import RecordedMotion
 from sinssim.strapdown.nav_error import NavError
-from tests.recording.store.test_filter_streams import motion
+from tests.experiments.run.store.test_filter_streams import motion
 from tests.recording.store.test_summary import ERROR
 from tests.simulation.test_parts_of_a_run import scenario, truth
 
@@ -231,7 +231,7 @@ def test_the_known_errors_of_a_unit_are_those_given_as_numbers(monkeypatch: pyte
 
 def test_a_filter_without_a_reference_is_compared_with_its_smoothed_solution(monkeypatch: pytest.MonkeyPatch) -> None:
     """Until the end of the run; the smoothed solution itself has no known error then."""
-    where, seen = "sinssim.estimation.from_scenario.recorded_run", []
+    where, seen = "sinssim.simulation.aided.recorded_run", []
     estimate = SimpleNamespace(smoothed=SimpleNamespace(solution="smoothed"), solution="aided")
     monkeypatch.setattr(f"{where}.aid_recorded", lambda *args, **options: estimate)
     monkeypatch.setattr(f"{where}.all_readings", lambda prepared: "readings")

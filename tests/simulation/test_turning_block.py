@@ -8,9 +8,9 @@ import numpy as np
 import pytest
 
 from sinssim import rotation
+from sinssim.experiments.run.execute import run
+from sinssim.experiments.run.result import Run
 from sinssim.scenario.schema import Scenario
-from sinssim.simulation.execute import run
-from sinssim.simulation.result import Run
 from sinssim.strapdown.nav_error import NavError
 from sinssim.units import ARCSEC, DEG, DEG_H, PPM, UG
 from tests.oracles.parked_errors import errors

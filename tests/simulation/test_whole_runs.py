@@ -11,9 +11,10 @@ import pytest
 
 from sinssim.data import ImuData
 from sinssim.earth.models import WGS84
+from sinssim.experiments.run import execute
+from sinssim.experiments.run.parts import phases
 from sinssim.scenario import Scenario
-from sinssim.simulation import execute, navigation
-from sinssim.simulation.parts import phases
+from sinssim.simulation import navigation
 from sinssim.simulation.stages import Stages
 from tests.recording.store.test_motion_streams import rows
 
@@ -82,7 +83,7 @@ def test_a_run_on_recorded_sensors(monkeypatch: pytest.MonkeyPatch) -> None:
     prepared = SimpleNamespace(
         scenario=own, log=log, moved=None, start=SimpleNamespace(state="first", words="It starts.")
     )
-    monkeypatch.setattr("sinssim.estimation.from_scenario.recorded_run.prepare", lambda scenario: prepared)
+    monkeypatch.setattr("sinssim.simulation.aided.recorded_run.prepare", lambda scenario: prepared)
 
     def solve(scenario: Any, truth: Any, imu: Any, attitude: Any, height: Any, errors: Any) -> Any:
         seen.update(truth=truth, imu=imu, errors=errors)

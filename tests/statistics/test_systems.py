@@ -13,8 +13,8 @@ import pytest
 
 import sinssim
 from sinssim.data import Array
-from sinssim.ensembles import run_seed
 from sinssim.errors import InputError
+from sinssim.experiments.ensembles import run_seed
 from sinssim.scenario import Scenario
 from sinssim.statistics.systems import compare_systems, detection_probability, mid_value
 from sinssim.units import DEG_H

@@ -18,8 +18,9 @@ _PACKAGE = Path(sinssim.__file__).parent
 
 OWN = {
     "recording": "run directories, and files that are written",
-    "ensembles/running": "directories of ensembles",
-    "trades/running": "directories of trade studies",
+    "experiments/ensembles/running": "directories of ensembles",
+    "experiments/trades/running": "directories of trade studies",
+    "experiments/run": "run directories",
     "logs/writers": "files that are written",
     "logs/stored": "run directories",
     "logs/recorded_run.py": "run directories",
@@ -89,15 +90,15 @@ _SCRIPT = """
 import resource, signal, sys, traceback
 from pathlib import Path
 resource.setrlimit(resource.RLIMIT_AS, (8 << 30, 8 << 30))
-from sinssim.running.align import align
+from sinssim.analyses.alignment.align import align
 from sinssim.earth.harmonics.icgem import read_icgem
 from sinssim.errors import InputError
-from sinssim.inspection.files import inspect
-from sinssim.inspection.raw_files import suggest
+from sinssim.analyses.inspection.files import inspect
+from sinssim.analyses.inspection.raw_files import suggest
 from sinssim.logs.formats.registry import FORMATS
 from sinssim.logs.read import read_file
 from sinssim.logs.text.samples import read_log
-from sinssim.noise_identification.report import noise_report
+from sinssim.analyses.noise_identification.report import noise_report
 from sinssim.scenario import load_scenario
 from sinssim.scenario.true_motion import fly
 from sinssim.logs.load import recorded_log

@@ -10,11 +10,11 @@ import pytest
 from scipy.spatial.transform import Rotation
 
 from sinssim.errors import InputError
+from sinssim.experiments.run.execute import run
 from sinssim.scenario import Scenario, load_scenario
 from sinssim.scenario.duration import expected_duration
 from sinssim.scenario.summary import plan_lines
 from sinssim.scenario.true_motion import fly
-from sinssim.simulation import run
 
 DEG = np.pi / 180.0
 MOTIONS: dict[str, dict[str, Any]] = {

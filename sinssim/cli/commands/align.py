@@ -66,7 +66,7 @@ def command(
         sinssim align log.csv --columns log.toml --grade tactical --plot expected.svg
         sinssim align log.npz --columns log.toml --disturbed --latitude 50
     """
-    from sinssim.running.align import align
+    from sinssim.analyses.alignment.align import align
 
     report = align(
         source,
@@ -79,17 +79,17 @@ def command(
         overrides=tuple(settings or ()),
     )
     if plot is not None:
-        from sinssim.recording.figures.alignment import session_figure
+        from sinssim.analyses.alignment.alignment_figure import session_figure
         from sinssim.recording.figures.canvas import save
 
         save(session_figure(report), plot)
     if record is not None:
-        from sinssim.recording.rerun.alignment import record_alignment
+        from sinssim.analyses.alignment.alignment_recording import record_alignment
 
         record_alignment(record, report)
     if as_json:
         print_json(report.summary)
     else:
-        from sinssim.recording.tables.alignment import show
+        from sinssim.analyses.alignment.alignment_table import show
 
         show(report, console())

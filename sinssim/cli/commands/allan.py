@@ -74,7 +74,7 @@ def command(
         sinssim allan log.npz --columns log.toml --from 600 --to 36600 --record allan.rrd
         sinssim allan drive.toml --from 0 --to 30 --imu >> simulated.toml
     """
-    from sinssim.noise_identification.report import noise_report
+    from sinssim.analyses.noise_identification.report import noise_report
 
     if plot is not None:
         from sinssim.recording.figures.canvas import check_format
@@ -95,21 +95,21 @@ def command(
             progress=progress,
         )
     if plot is not None:
+        from sinssim.analyses.noise_identification.noise_figure import noise_figure
         from sinssim.recording.figures.canvas import save
-        from sinssim.recording.figures.noise import noise_figure
 
         save(noise_figure(report), plot)
     if record is not None:
-        from sinssim.recording.rerun.noise import record_noise
+        from sinssim.analyses.noise_identification.noise_recording import record_noise
 
         record_noise(record, report)
     if imu:
-        from sinssim.noise_identification.imu_block import block_text
+        from sinssim.analyses.noise_identification.imu_block import block_text
 
         print(block_text(report), end="")
     elif as_json:
         print_json(report.to_json())
     elif not quiet:
-        from sinssim.recording.tables.noise import show
+        from sinssim.analyses.noise_identification.noise_table import show
 
         show(report, console(least_width=120))

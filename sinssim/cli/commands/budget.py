@@ -71,8 +71,8 @@ def command(
         sinssim budget first_flight --require "r95(3600 s) <= 1852 m" --free gyro_bias,accel_bias
     """  # fmt: skip
     from sinssim.errors import InputError
-    from sinssim.requirements.requirement import parse_requirements
     from sinssim.scenario import load_scenario
+    from sinssim.statistics.requirements.requirement import parse_requirements
 
     wanted = parse_requirements(require or ())
     names = [name.strip() for name in (free or "").split(",") if name.strip()]
@@ -85,7 +85,7 @@ def command(
         raise InputError(f"--free {free} needs a --require: the factor is that with which a requirement is just met.")
     plan = load_scenario(scenario, with_grade(settings, grade))
     directory = out or Path("runs") / f"{plan.name}-budget"
-    from sinssim.error_budget.analyse import budget
+    from sinssim.analyses.error_budget.analyse import budget
 
     result = budget(
         plan,
@@ -100,7 +100,7 @@ def command(
     if as_json:
         print_json(result.summary)
     elif not quiet:
-        from sinssim.recording.tables.budget import show
+        from sinssim.analyses.error_budget.budget_table import show
 
         show(result, result.answers(), console(least_width=120), at or ())
         print(f"Report: {result.directory}/report.html    (in any browser)")

@@ -45,7 +45,7 @@ def command(
         sinssim calibrate calibration_table
         sinssim calibrate calibration_systematic --set turntable.dwell_s=60
     """  # fmt: skip
-    from sinssim.calibration.calibrate import calibrate
+    from sinssim.analyses.calibration.calibrate import calibrate
     from sinssim.scenario import load_scenario
 
     plan = load_scenario(scenario, with_grade(settings, grade))
@@ -54,7 +54,7 @@ def command(
     if as_json:
         print_json(result.summary)
     elif not quiet:
-        from sinssim.recording.tables.calibration import show
+        from sinssim.analyses.calibration.calibration_table import show
 
         show(result, console(least_width=110))
         print(f"Report:       {result.directory}/report.html    (in any browser)")

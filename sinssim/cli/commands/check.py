@@ -48,7 +48,7 @@ def command(
         check_format(plot)
     plan = load_scenario(scenario, with_grade(settings, grade))
     if plot is not None and (plan.source.recorded or not plan.source.in_space):
-        from sinssim.recording.figures.plan import plan_of
+        from sinssim.experiments.run.plan_figure import plan_of
 
         plan_of(plan)  # raises: there is no plan to draw
     if plan.source.recorded:
@@ -63,9 +63,9 @@ def command(
     check_limits(plan)
     resolved, about_filter = plan, list[str]()
     if plan.filter is not None:
-        from sinssim.estimation.from_scenario import filter_states
-        from sinssim.estimation.from_scenario.memory import check_memory
-        from sinssim.estimation.from_scenario.unknown_gravity import gravity_notes
+        from sinssim.scenario.filter import filter_states
+        from sinssim.scenario.filter.memory import check_memory
+        from sinssim.scenario.filter.unknown_gravity import gravity_notes
 
         resolved = filter_states.with_states(plan)
         check_memory(resolved)
@@ -78,8 +78,8 @@ def command(
     else:
         print("\n".join((*plan_lines(resolved), *about_filter)))
     if plot is not None:
+        from sinssim.experiments.run.plan_figure import plan_figure
         from sinssim.recording.figures.canvas import save
-        from sinssim.recording.figures.plan import plan_figure
 
         save(plan_figure(plan), plot)
         if not as_json:
@@ -88,11 +88,11 @@ def command(
 
 def _check_log(plan: Scenario, as_json: bool) -> None:
     """Read the files of a scenario with recorded sensors, and show what they hold and what follows from them."""
-    from sinssim.estimation.from_scenario import filter_states
-    from sinssim.estimation.from_scenario.memory import check_memory
-    from sinssim.estimation.from_scenario.recorded_run import prepare
     from sinssim.scenario.duration import expected_duration
+    from sinssim.scenario.filter import filter_states
+    from sinssim.scenario.filter.memory import check_memory
     from sinssim.scenario.summary import plan_lines
+    from sinssim.simulation.aided.recorded_run import prepare
 
     prepared = prepare(plan)
     log, resolved = prepared.log, prepared.scenario

@@ -93,13 +93,13 @@ def command(
         sinssim ensemble gyrocompassing --runs 50 --sheet
         sinssim ensemble first_flight --runs 200 --require "r95(3600 s) <= 1 nmi" --until-decided
     """
-    from sinssim.requirements.requirement import parse_requirements
     from sinssim.scenario import load_scenario
+    from sinssim.statistics.requirements.requirement import parse_requirements
 
     wanted = parse_requirements(require or ())
     plan = load_scenario(scenario, with_grade(settings, grade))
     directory = out or Path("runs") / f"{plan.name}-ensemble"
-    from sinssim.ensembles.running.run import ensemble
+    from sinssim.experiments.ensembles.running.run import ensemble
 
     def say(text: str) -> None:
         if not quiet:
@@ -110,7 +110,7 @@ def command(
         scheduler=scheduler, require=wanted, until_decided=until_decided, times=at or (),
         progress=has_bars(quiet), say=say,
     )  # fmt: skip
-    from sinssim.ensembles.summary import ensemble_numbers
+    from sinssim.experiments.ensembles.summary import ensemble_numbers
 
     numbers = ensemble_numbers(result)
     if as_json:
@@ -118,7 +118,7 @@ def command(
 
         print_json(plain(numbers))
     elif not quiet:
-        from sinssim.recording.tables.ensemble import show, show_sheet
+        from sinssim.experiments.ensembles.ensemble_table import show, show_sheet
 
         if sheet:
             show_sheet(result, numbers, console(least_width=120))

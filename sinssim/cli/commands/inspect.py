@@ -58,8 +58,8 @@ def command(
         sinssim inspect imu.csv gnss.pos
         sinssim inspect imu.csv gnss.pos --vehicle land --out drive.toml
     """
+    from sinssim.analyses.inspection.files import inspect
     from sinssim.errors import InputError
-    from sinssim.inspection.files import inspect
     from sinssim.system.outputs import write_text
 
     if out is not None:
@@ -73,7 +73,7 @@ def command(
     if as_json:
         print_json({**result.inspection.as_dict(), "scenario": result.scenario, "why_no_scenario": result.why or None})
     elif not quiet:
-        from sinssim.recording.tables.inspection import show
+        from sinssim.analyses.inspection.inspection_table import show
 
         show(result.inspection, console(least_width=100))
         if result.scenario is not None and out is None:

@@ -73,22 +73,22 @@ def names_of(kind: Listing) -> Mapping[str, str]:
     match kind:
         case Listing.FORMATS:
             from sinssim.logs.formats.registry import FORMATS
-            from sinssim.own_content.registry import described
+            from sinssim.system.own_content.registry import described
 
             return {**{name: entry.sentence for name, entry in FORMATS.shipped.items()}, **described("formats")}
         case Listing.EXPORTS:
             from sinssim.logs.writers.registry import WRITERS
-            from sinssim.own_content.registry import described
+            from sinssim.system.own_content.registry import described
 
             return {**{name: entry.sentence for name, entry in WRITERS.shipped.items()}, **described("writers")}
         case Listing.ALGORITHMS:
             from sinssim.algorithms import SCENARIO_ALGORITHMS
-            from sinssim.own_content.registry import described
+            from sinssim.system.own_content.registry import described
 
             return {**SCENARIO_ALGORITHMS, **described("algorithms")}
         case Listing.FRAMES:
             from sinssim.frames import FRAMES
-            from sinssim.own_content.registry import described
+            from sinssim.system.own_content.registry import described
 
             return {**FRAMES, **described("frames")}
         case Listing.GRAVITY:
@@ -112,8 +112,8 @@ def names_of(kind: Listing) -> Mapping[str, str]:
 
             return FILTER_STATES
         case Listing.AIDING:
-            from sinssim.own_content.registry import described
             from sinssim.scenario.sections.aiding import describe_sensors
+            from sinssim.system.own_content.registry import described
 
             return {**describe_sensors(), **described("aiding")}
         case Listing.VIEWS:

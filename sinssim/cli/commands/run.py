@@ -12,7 +12,7 @@ from sinssim.cli.options import Debug, GradeOption, Json, OutFolder, Quiet, Sett
 from sinssim.cli.terminal import console, has_bars, notes_of, print_json, program_name
 
 if TYPE_CHECKING:
-    from sinssim.inspection.raw_files import Suggestion
+    from sinssim.analyses.inspection.raw_files import Suggestion
     from sinssim.scenario import Scenario
 
 Keep = Literal["summary", "report", "streams", "all"]
@@ -93,8 +93,8 @@ def command(
         sinssim run drive.gpx -o runs/drive
         sinssim run first_flight --keep report
     """
+    from sinssim.analyses.inspection.raw_files import NAME, are_raw
     from sinssim.errors import InputError
-    from sinssim.inspection.raw_files import NAME, are_raw
     from sinssim.logs.outages import outage_settings
     from sinssim.scenario import find_content
     from sinssim.system.outputs import check_place
@@ -117,7 +117,7 @@ def command(
         find_content("viz", view)
     directory = out or Path("runs") / plan.name
     check_place(directory.resolve(), overwrite)
-    from sinssim.simulation.execute import run
+    from sinssim.experiments.run.execute import run
     from sinssim.system.outputs import write_text
 
     try:
@@ -137,9 +137,9 @@ def command(
         print_json(result.summary)
     elif not quiet:
         if plan.source.in_space:
-            from sinssim.recording.tables.run import show
+            from sinssim.experiments.run.tables.run_table import show
         else:
-            from sinssim.recording.tables.one_component import show
+            from sinssim.experiments.run.tables.one_component_table import show
 
         show(plan, result.summary, console(least_width=120))
         if suggestion is not None:
@@ -158,7 +158,7 @@ def command(
 
 def _suggestion(files: list[str], out: Path | None, overwrite: bool) -> Suggestion:
     """Return the scenario that recorded files suggest; a place that is taken is told before they are read."""
-    from sinssim.inspection.raw_files import suggest
+    from sinssim.analyses.inspection.raw_files import suggest
     from sinssim.system.outputs import check_place
 
     if out is not None:
@@ -168,7 +168,7 @@ def _suggestion(files: list[str], out: Path | None, overwrite: bool) -> Suggesti
 
 def _plan(names: list[str], suggestion: Suggestion | None, settings: list[str]) -> Scenario:
     """Return the scenario of a name or a file, or the suggested one."""
-    from sinssim.inspection.raw_files import NAME
+    from sinssim.analyses.inspection.raw_files import NAME
     from sinssim.scenario import load_scenario
 
     if suggestion is None:

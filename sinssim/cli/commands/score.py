@@ -69,13 +69,13 @@ def command(
         sinssim score runs/mems_uav KF_GINS_Navresult.nav rtk.pos
     """
     from sinssim.errors import InputError
+    from sinssim.experiments.run.report.errors import Compared
+    from sinssim.experiments.run.report.score_report import score_report
+    from sinssim.experiments.run.store.score_files import check_names, known_numbers, to_json, write_scores
+    from sinssim.experiments.run.views.score import record
     from sinssim.logs.recorded_run import RecordedRun
     from sinssim.logs.scoring.score import Judge, common_span
     from sinssim.logs.writers.export import date_of_run
-    from sinssim.recording.report.run.errors import Compared
-    from sinssim.recording.report.score import score_report
-    from sinssim.recording.rerun.run.score import record
-    from sinssim.recording.store.score import check_names, known_numbers, to_json, write_scores
 
     for option, given in (("--name", names), ("--time-s", seconds)):
         if given and len(given) != len(solutions):
@@ -102,7 +102,7 @@ def command(
     if as_json:
         print_json({"errors": numbers, "scores": [to_json(score, span) for score in scores], "report": str(place)})
     elif not quiet:
-        from sinssim.recording.tables.score import show
+        from sinssim.experiments.run.tables.score_table import show
 
         show(judge.run.name, judge.against, numbers, scores, span, console(least_width=110))
         print(f"Report: {place}\nCurves and map: sinssim view {place.parent}")

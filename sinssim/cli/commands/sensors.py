@@ -53,7 +53,7 @@ def command(
     data: dict[str, object] = {"grade": grade}
     overridden = {override(data, setting.removeprefix("imu.")) for setting in settings or ()}
     section = validate(Imu, data, "", f"sensors {grade}", overridden)
-    from sinssim.recording.tables.expectation import show, to_json
+    from sinssim.experiments.run.tables.expectation_table import show, to_json
     from sinssim.sensors.expectation import expect
 
     expectation = expect(section, math.radians(latitude))

@@ -12,7 +12,7 @@ A format may be a folder; then the head is empty, and the file also defines
 
 from __future__ import annotations
 
-from sinssim.own_content.registry import modules
+from sinssim.system.own_content.registry import modules
 
 FORMATS = modules("formats", "format", {
     "kf-gins-imu": ("navigators.kf_gins_imu", "IMU file of KF-GINS: seconds of week, Δθ, Δv, forward-right-down"),

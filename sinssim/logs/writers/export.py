@@ -13,9 +13,9 @@ from sinssim.logs.outages import outage_spans
 from sinssim.logs.recorded_run import RecordedRun
 from sinssim.logs.writers.content import Content, choose
 from sinssim.logs.writers.registry import DEFAULT_START, WRITERS
-from sinssim.own_content.registry import module_of
 from sinssim.system.drafts import Draft, draft
 from sinssim.system.outputs import publish
+from sinssim.system.own_content.registry import module_of
 
 
 class Writer(Protocol):

@@ -9,7 +9,7 @@ Adding a format takes a file beside this one and a line in `WRITERS`. The file d
 
 from __future__ import annotations
 
-from sinssim.own_content.registry import modules
+from sinssim.system.own_content.registry import modules
 
 DEFAULT_START = "2026-01-01T00:00:00Z"
 """Date of the time 0 of a run if none is given."""

@@ -6,7 +6,7 @@ from collections.abc import Iterable, Sequence
 from typing import TYPE_CHECKING
 
 from sinssim.recording import style
-from sinssim.requirements.requirement import SHARES, Requirement
+from sinssim.statistics.requirements.requirement import SHARES, Requirement
 
 if TYPE_CHECKING:
     from matplotlib.artist import Artist

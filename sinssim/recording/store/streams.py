@@ -17,10 +17,10 @@ from sinssim.units import ARCSEC, MGAL
 
 if TYPE_CHECKING:
     from sinssim.logs.reference import Reference
-    from sinssim.platform.navigate import PlatformSolution
     from sinssim.sensors.imu.encoder import Encoders
     from sinssim.sensors.sets.monitor import Monitored
     from sinssim.sensors.sets.reading import Readings
+    from sinssim.strapdown.platform.navigate import PlatformSolution
     from sinssim.truth.gravity.values import GravityValues
 
 

@@ -9,13 +9,13 @@ from typing import TYPE_CHECKING, Any, Self, TypeVar, cast
 from pydantic import ModelWrapValidatorHandler, create_model, model_validator
 
 from sinssim.errors import InputError
-from sinssim.own_content.aiding import sensor_class
-from sinssim.own_content.layout import Item
-from sinssim.own_content.registry import ensure, registered
 from sinssim.section import Section
 from sinssim.sensors.aiding.base.sensor import AidingSensor
 from sinssim.sensors.aiding.gnss import GnssSection
 from sinssim.sensors.aiding.registry import SENSORS, load_class
+from sinssim.sensors.own_sensors import sensor_class
+from sinssim.system.own_content.layout import Item
+from sinssim.system.own_content.registry import ensure, registered
 
 _Sensor = TypeVar("_Sensor", bound=AidingSensor)
 

@@ -16,8 +16,8 @@ from sinssim.frames import (
     SLOW_QUANTITIES,
     VERTICALS,
 )
-from sinssim.own_content.registry import ensure
 from sinssim.section import Rate, known_name
+from sinssim.system.own_content.registry import ensure
 
 
 def _own_too(kind: str) -> Callable[[str], str]:

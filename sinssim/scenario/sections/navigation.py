@@ -18,7 +18,6 @@ from sinssim.frames import (
     SLOW_QUANTITIES,
     VERTICALS,
 )
-from sinssim.mechanization import Mechanization
 from sinssim.scenario.sections.choices import (
     Algorithm,
     Curvature,
@@ -38,6 +37,7 @@ from sinssim.section import (
     Velocity,
     once,
 )
+from sinssim.strapdown.mechanization import Mechanization
 from sinssim.truth.motion import Gravity
 
 _Arcmin = Annotated[float, Field(ge=-10_800.0, le=10_800.0)]

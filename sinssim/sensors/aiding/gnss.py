@@ -130,6 +130,19 @@ class GnssSection(AidingSensor):
             raise ValueError("position = false and velocity = false leave no measurement: set one of them to true")
         return self
 
+    def _faults(self, time: Array) -> tuple[Array, Array]:
+        """Return the errors of position and velocity by jumps and ramps, north, east, up, (M, 3) m and m/s."""
+        position, velocity = np.zeros((len(time), 3)), np.zeros((len(time), 3))
+        for jump in self.jumps:
+            on = within(time, [(jump.from_s, np.inf if jump.to_s is None else jump.to_s)])
+            position[on] += (jump.north_m, jump.east_m, jump.up_m)
+        for ramp in self.ramps:
+            on = within(time, [(ramp.from_s, np.inf if ramp.to_s is None else ramp.to_s)])
+            drift = np.array([ramp.north_mps, ramp.east_mps, ramp.up_mps])
+            position[on] += np.multiply.outer(time[on] - ramp.from_s, drift)
+            velocity[on] += drift
+        return position, velocity
+
     def read(self, vehicle: Vehicle) -> list[AidingReadings]:
         """Return positions (latitude, longitude, height) and velocities (north, east, down) of the antenna.
 
@@ -151,7 +164,7 @@ class GnssSection(AidingSensor):
         off = white(seed, "gnss lever arm", (s.lever_arm_sigma_m,) * 3, 1)[0]
         shared = {"gnss lever arm": -off, "gnss time offset": np.array([late])}
         assumed = np.array(s.lever_arm_m) + off
-        moved, drift = _faults(s, time)
+        moved, drift = s._faults(time)
         readings = []
         if s.position:
             sigma = (s.position_sigma_m, s.position_sigma_m, s.height_sigma_m)
@@ -231,17 +244,3 @@ def _velocity(trajectory: Trajectory, time: Array, late: float, arm: LeverArm, a
     place = [earth.geodetic_to_ecef(s.latitude, s.longitude, s.height, trajectory.ellipsoid) for s in (begin, end)]
     q_ne = rotation.conjugate(earth.q_en(end.latitude, end.longitude))
     return rotation.rotate(q_ne, place[1] - place[0]) / averaging, inside & also
-
-
-def _faults(section: GnssSection, time: Array) -> tuple[Array, Array]:
-    """Return the errors of position and velocity by jumps and ramps, north, east, up, (M, 3) m and m/s."""
-    position, velocity = np.zeros((len(time), 3)), np.zeros((len(time), 3))
-    for jump in section.jumps:
-        on = within(time, [(jump.from_s, np.inf if jump.to_s is None else jump.to_s)])
-        position[on] += (jump.north_m, jump.east_m, jump.up_m)
-    for ramp in section.ramps:
-        on = within(time, [(ramp.from_s, np.inf if ramp.to_s is None else ramp.to_s)])
-        drift = np.array([ramp.north_mps, ramp.east_mps, ramp.up_mps])
-        position[on] += np.multiply.outer(time[on] - ramp.from_s, drift)
-        velocity[on] += drift
-    return position, velocity

@@ -13,7 +13,7 @@ from typing import TypeVar
 
 import sinssim
 from sinssim.errors import InputError
-from sinssim.own_content.registry import Registry
+from sinssim.system.own_content.registry import Registry
 
 _T = TypeVar("_T")
 

@@ -7,8 +7,8 @@ from typing import TYPE_CHECKING
 
 if TYPE_CHECKING:
     from sinssim.data import ImuData, NavSolution
-    from sinssim.mechanization import Mechanization
     from sinssim.simulation.setup import Setup
+    from sinssim.strapdown.mechanization import Mechanization
 
 
 def in_known_field(setup: Setup) -> Setup:

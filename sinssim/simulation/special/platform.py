@@ -11,8 +11,8 @@ from sinssim.simulation.truth import Truth
 
 if TYPE_CHECKING:
     from sinssim.data import ImuData, NavSolution
-    from sinssim.mechanization import Mechanization
     from sinssim.simulation.setup import Setup
+    from sinssim.strapdown.mechanization import Mechanization
 
 
 def on_platform(setup: Setup) -> Setup:
@@ -35,8 +35,8 @@ def on_platform(setup: Setup) -> Setup:
 
 
 def _navigate(setup: Setup, of: Mechanization) -> NavSolution:
-    from sinssim.platform.force import inertial_forces
-    from sinssim.platform.navigate import navigate_platform
+    from sinssim.strapdown.platform.force import inertial_forces
+    from sinssim.strapdown.platform.navigate import navigate_platform
     from sinssim.truth.gravity.disturbed import Disturbed
 
     time, errors, truth = setup.imu.time, setup.errors, setup.truth

@@ -9,8 +9,8 @@ from sinssim.simulation.truth import Truth
 
 if TYPE_CHECKING:
     from sinssim.data import ImuData, NavSolution
-    from sinssim.mechanization import Mechanization
     from sinssim.simulation.setup import Setup
+    from sinssim.strapdown.mechanization import Mechanization
 
 
 def turned(setup: Setup) -> Setup:

@@ -7,7 +7,7 @@ Transport rate:   ω_ew = −ẑ × (K v) + ω_z ẑ,   K v = v/(R₂+h) + κ (k
                   κ = (1/(R₁+h) − 1/(R₂+h))/cos²φ = e² R₂/((1 − e² sin²φ)(R₁+h)(R₂+h)),  k_h the horizontal part of k
 Azimuth:          wander ω_z = 0;  free ω_z = −ω k_z (zero relative to inertial space);
                   transverse ω_z = ω_x p_z/p_x, which keeps x towards the pole p of the route's great circle and
-                  grows without bound near p: `sinssim.transverse` has the limit
+                  grows without bound near p: `sinssim.earth.transverse` has the limit
 Velocity:         v̇ = C_wb f + g − (2ω_ie + ω_ew) × v
 
 The integration scheme is that of `level`: compensated increments, Simpson's rule, Hermite values at mid-interval. Like
@@ -22,6 +22,7 @@ import numpy as np
 
 from sinssim.data import Array
 from sinssim.earth.kernels import EarthParameters, gravity_ned_k, q_en_k, radii_k
+from sinssim.earth.transverse import route_pole, too_near
 from sinssim.errors import RunError
 from sinssim.jit import free_inline, strict_inline
 from sinssim.rotation.kernels import Vector, cross_k, half_angle_k, multiply_k, quaternion_from_rotation_vector_k
@@ -34,7 +35,6 @@ from sinssim.strapdown.frames.vertical import loop_gains_k, vertical_channel_k
 from sinssim.strapdown.increments.block_turns import BLOCK, empty_turns_k, turn_in_block_k
 from sinssim.strapdown.increments.block_turns import fill_fitted_turns as fill_turns
 from sinssim.strapdown.increments.interval import frame_turn_k
-from sinssim.transverse import route_pole, too_near
 
 WANDER, FREE_AZIMUTH, TRANSVERSE = 0, 1, 2
 """Rules for the azimuth by number."""

@@ -11,8 +11,8 @@ from sinssim.checks import not_finite_in
 from sinssim.data import Array
 from sinssim.earth.kernels import EarthParameters
 from sinssim.errors import RunError
-from sinssim.mechanization import Mechanization
 from sinssim.strapdown.frames.vertical import NUMBERS
+from sinssim.strapdown.mechanization import Mechanization
 
 
 class Problem(NamedTuple):

@@ -25,8 +25,8 @@ SUMMARY = {"name": "µ", "value": 1.5}
 
 def test_run(sinssim: Sinssim, put: Put) -> None:
     """The summary is named if there is no report; the recording only if there is one."""
-    ran = put("simulation.execute.run", SimpleNamespace(summary=SUMMARY))
-    shown, opened = put("recording.tables.run.show"), put("recording.rerun.viewer.open_viewer")
+    ran = put("experiments.run.execute.run", SimpleNamespace(summary=SUMMARY))
+    shown, opened = put("experiments.run.tables.run_table.show"), put("recording.rerun.viewer.open_viewer")
     assert sinssim("run", "parked") == report("runs/parked") + view("runs/parked")
     plan, place = ran.args
     assert (plan.name, place, ran.options) == ("parked", Path("runs/parked"), {"overwrite": False, "progress": False})
@@ -46,17 +46,17 @@ def test_run(sinssim: Sinssim, put: Put) -> None:
     assert "aiding.gnss.outages_s" in sinssim("run", "parked", "--outage", "40:55", code=2)
     said = sinssim("run", "parked", "--keep", "report", "--recording", "full", code=2)
     assert "--keep report keeps no recording, so that --recording full would have no effect" in said
-    plane = put("recording.tables.one_component.show")
+    plane = put("experiments.run.tables.one_component_table.show")
     assert sinssim("run", "one_component") == report("runs/one_component") + view("runs/one_component")
     assert plane.args[1] == SUMMARY
 
 
 def test_run_with_recorded_files(sinssim: Sinssim, put: Put, tmp_path: Path) -> None:
-    put("simulation.execute.run", SimpleNamespace(summary=SUMMARY))
-    put("recording.tables.run.show")
-    put("inspection.raw_files.are_raw", True)
+    put("experiments.run.execute.run", SimpleNamespace(summary=SUMMARY))
+    put("experiments.run.tables.run_table.show")
+    put("analyses.inspection.raw_files.are_raw", True)
     text = 'name = "own"\n[parked]\nlatitude_deg = 50.0\nduration_s = 5.0\n'
-    suggested = put("inspection.raw_files.suggest", SimpleNamespace(text=text, doubts=["First.", "Second."]))
+    suggested = put("analyses.inspection.raw_files.suggest", SimpleNamespace(text=text, doubts=["First.", "Second."]))
     (tmp_path / "d").mkdir()
     assert sinssim("run", "a.csv", "b.pos", "-o", "d") == (
         "Scenario: d/suggested.toml    (suggested by `inspect`; sinssim run d/suggested.toml -o DIR repeats the run)\n"
@@ -69,9 +69,12 @@ def test_run_with_recorded_files(sinssim: Sinssim, put: Put, tmp_path: Path) -> 
 
 def test_align(sinssim: Sinssim, put: Put) -> None:
     found = SimpleNamespace(summary=SUMMARY)
-    aligned, shown = put("running.align.align", found), put("recording.tables.alignment.show")
-    drawn, saved = put("recording.figures.alignment.session_figure", "figure"), put("recording.figures.canvas.save")
-    recorded = put("recording.rerun.alignment.record_alignment")
+    aligned, shown = put("analyses.alignment.align.align", found), put("analyses.alignment.alignment_table.show")
+    drawn, saved = (
+        put("analyses.alignment.alignment_figure.session_figure", "figure"),
+        put("recording.figures.canvas.save"),
+    )
+    recorded = put("analyses.alignment.alignment_recording.record_alignment")
     assert sinssim("align", "parked") == ""
     assert aligned.args == ("parked",)
     assert aligned.options == {
@@ -91,10 +94,16 @@ def test_align(sinssim: Sinssim, put: Put) -> None:
 
 def test_allan(sinssim: Sinssim, put: Put) -> None:
     found = SimpleNamespace(to_json=lambda: SUMMARY)
-    reported, shown = put("noise_identification.report.noise_report", found), put("recording.tables.noise.show")
-    saved, recorded = put("recording.figures.canvas.save"), put("recording.rerun.noise.record_noise")
-    put("recording.figures.noise.noise_figure", "figure")
-    put("noise_identification.imu_block.block_text", "[imu]\n")
+    reported, shown = (
+        put("analyses.noise_identification.report.noise_report", found),
+        put("analyses.noise_identification.noise_table.show"),
+    )
+    saved, recorded = (
+        put("recording.figures.canvas.save"),
+        put("analyses.noise_identification.noise_recording.record_noise"),
+    )
+    put("analyses.noise_identification.noise_figure.noise_figure", "figure")
+    put("analyses.noise_identification.imu_block.block_text", "[imu]\n")
     assert sinssim("allan", "log.csv") == ""
     assert shown.args[0] is found
     options = ("--channel", "gyro", "--channel", "p=hPa", "--from", 3, "--to", 70, "--correlation-time", 40,
@@ -114,7 +123,7 @@ def test_allan(sinssim: Sinssim, put: Put) -> None:
 
 def test_budget(sinssim: Sinssim, put: Put) -> None:
     result = SimpleNamespace(directory=Path("place"), summary=SUMMARY, answers=lambda: ("answer",))
-    found, shown = put("error_budget.analyse.budget", result), put("recording.tables.budget.show")
+    found, shown = put("analyses.error_budget.analyse.budget", result), put("analyses.error_budget.budget_table.show")
     assert sinssim("budget", "parked") == report("place") + view("place")
     plan, directory = found.args
     assert found.options == {
@@ -143,7 +152,10 @@ def test_budget(sinssim: Sinssim, put: Put) -> None:
 
 def test_calibrate(sinssim: Sinssim, put: Put) -> None:
     result = SimpleNamespace(directory=Path("place"), summary=SUMMARY)
-    found, shown = put("calibration.calibrate.calibrate", result), put("recording.tables.calibration.show")
+    found, shown = (
+        put("analyses.calibration.calibrate.calibrate", result),
+        put("analyses.calibration.calibration_table.show"),
+    )
     assert sinssim("calibrate", "calibration_table") == (
         "Report:       place/report.html    (in any browser)\n"
         'Compensation: place/compensation.toml    ([compensation] with file = "…")\n'
@@ -158,8 +170,11 @@ def test_calibrate(sinssim: Sinssim, put: Put) -> None:
 
 
 def test_compare(sinssim: Sinssim, put: Put, tmp_path: Path) -> None:
-    compared, shown = put("trades.running.compare.compare", "result"), put("recording.tables.study.show")
-    put("recording.store.study.results", SUMMARY)
+    compared, shown = (
+        put("experiments.trades.running.compare.compare", "result"),
+        put("experiments.studies.study_table.show"),
+    )
+    put("experiments.studies.study_files.results", SUMMARY)
     assert sinssim("compare", "coning") == report("runs/coning")  # there is no recording
     plan, place = compared.args
     options = dict(compared.options)
@@ -186,10 +201,10 @@ def test_compare(sinssim: Sinssim, put: Put, tmp_path: Path) -> None:
 
 def test_compare_runs(sinssim: Sinssim, put: Put) -> None:
     names = {"1": SimpleNamespace(name="first"), "2": SimpleNamespace(name="s" * 200)}
-    compared = put("recording.finished.compared_runs.compare_runs", SimpleNamespace(runs=names))
-    put("recording.finished.report.compare_runs_report", "page")
-    wrote = put("recording.finished.comparison.write_comparison", (SUMMARY, Path("place")))
-    shown = put("recording.tables.runs.show_comparison")
+    compared = put("experiments.run.finished.compared_runs.compare_runs", SimpleNamespace(runs=names))
+    put("experiments.run.finished.report.compare_runs_report", "page")
+    wrote = put("experiments.run.finished.comparison.write_comparison", (SUMMARY, Path("place")))
+    shown = put("experiments.run.tables.runs_table.show_comparison")
     assert sinssim("compare-runs", "a", "b") == report("place")
     assert compared.args == ([Path("a"), Path("b")], None)
     assert wrote.args == (compared.value, "page", Path("runs/compare-first-" + "s" * 106))  # 120 characters
@@ -201,9 +216,12 @@ def test_compare_runs(sinssim: Sinssim, put: Put) -> None:
 
 
 def test_ensemble(sinssim: Sinssim, put: Put) -> None:
-    found = put("ensembles.running.run.ensemble", "result")
-    put("ensembles.summary.ensemble_numbers", {**SUMMARY, "unknown": float("nan")})
-    shown, sheet = put("recording.tables.ensemble.show"), put("recording.tables.ensemble.show_sheet")
+    found = put("experiments.ensembles.running.run.ensemble", "result")
+    put("experiments.ensembles.summary.ensemble_numbers", {**SUMMARY, "unknown": float("nan")})
+    shown, sheet = (
+        put("experiments.ensembles.ensemble_table.show"),
+        put("experiments.ensembles.ensemble_table.show_sheet"),
+    )
     assert sinssim("ensemble", "parked") == report("runs/parked-ensemble") + view("runs/parked-ensemble")
     plan, runs, place = found.args
     options = dict(found.options)

@@ -14,7 +14,7 @@ import pyarrow.parquet as pq
 import pytest
 
 from sinssim.cli import process as cli
-from tests.trades.examples import SCENARIO
+from tests.experiments.trades.examples import SCENARIO
 
 STUDY = """\
 description = "a parked vehicle"

@@ -12,7 +12,7 @@ from pathlib import Path
 import pytest
 
 from sinssim.cli import main
-from tests.ensembles.examples import AIDED, scenario
+from tests.experiments.ensembles.examples import AIDED, scenario
 
 
 def run_cli(*arguments: str) -> int:

@@ -12,7 +12,7 @@ from typing import Any
 import pytest
 
 from sinssim.errors import InputError, RunError
-from sinssim.recording.finished.run_list import Entry
+from sinssim.experiments.run.finished.run_list import Entry
 from tests.cli.commands.conftest import Put, Sinssim
 from tests.cli.commands.test_calls import SUMMARY
 from tests.recording.store.test_summary import ERROR
@@ -37,8 +37,10 @@ def test_export(sinssim: Sinssim, put: Put) -> None:
 
 def test_inspect(sinssim: Sinssim, put: Put, tmp_path: Path) -> None:
     good = SimpleNamespace(usable=True, as_dict=lambda: SUMMARY)
-    inspected = put("inspection.files.inspect", SimpleNamespace(inspection=good, scenario='name = "x"\n', why=""))
-    put("recording.tables.inspection.show")
+    inspected = put(
+        "analyses.inspection.files.inspect", SimpleNamespace(inspection=good, scenario='name = "x"\n', why="")
+    )
+    put("analyses.inspection.inspection_table.show")
     assert sinssim("inspect", "a.csv", "b.pos") == '\nA scenario to start from (--out FILE writes it):\n\nname = "x"\n'
     assert (inspected.args, inspected.options) == (([Path("a.csv"), Path("b.pos")], Path()), {"land": False})
     (tmp_path / "d").mkdir()
@@ -50,13 +52,13 @@ def test_inspect(sinssim: Sinssim, put: Put, tmp_path: Path) -> None:
     wanted = {**SUMMARY, "scenario": 'name = "x"\n', "why_no_scenario": None}
     assert json.loads(sinssim("inspect", "a.csv", "--json", "--out", "d/x.toml", "--overwrite")) == wanted
     bad = SimpleNamespace(usable=False, as_dict=lambda: SUMMARY)
-    put("inspection.files.inspect", SimpleNamespace(inspection=bad, scenario=None, why="Because."))
+    put("analyses.inspection.files.inspect", SimpleNamespace(inspection=bad, scenario=None, why="Because."))
     assert sinssim("inspect", "a.csv", code=2) == "\nBecause.\n"
     assert json.loads(sinssim("inspect", "a.csv", "--json", code=2))["why_no_scenario"] == "Because."
 
 
 def test_new(sinssim: Sinssim, put: Put) -> None:
-    made = put("own_content.new_project.new_project", [("README.md", "what"), ("grades/unit.toml", "sensors")])
+    made = put("system.own_content.new_project.new_project", [("README.md", "what"), ("grades/unit.toml", "sensors")])
     assert sinssim("new", "mine") == (
         "mine is ready:\n  README.md         what\n  grades/unit.toml  sensors\n"
         "Next: cd mine, then sinssim run scenario.toml\n"
@@ -67,7 +69,10 @@ def test_new(sinssim: Sinssim, put: Put) -> None:
 def test_runs(sinssim: Sinssim, put: Put) -> None:
     date = datetime.datetime(2024, 2, 3, 4, 5, 6, 789)
     entry = Entry(Path("runs/a"), "run", "s", "finished", "aided", 2.5, 12345, date)
-    listed, shown = put("recording.finished.run_list.runs_in", [entry]), put("recording.tables.runs.show_list")
+    listed, shown = (
+        put("experiments.run.finished.run_list.runs_in", [entry]),
+        put("experiments.run.tables.runs_table.show_list"),
+    )
     assert sinssim("runs") == ""
     assert (listed.args, shown.args[:2]) == ((Path("runs"),), ([entry], Path("runs")))
     (found,) = json.loads(sinssim("runs", "other", "--json"))
@@ -99,10 +104,10 @@ def test_score(sinssim: Sinssim, put: Put, monkeypatch: pytest.MonkeyPatch) -> N
     monkeypatch.setattr("sinssim.logs.scoring.score.Judge", Judge)
     put("logs.recorded_run.RecordedRun", "recorded")
     dated, common = put("logs.writers.export.date_of_run", 77.0), put("logs.scoring.score.common_span", (6.0, 8.0))
-    reported = put("recording.report.score.score_report", "page")
-    wrote = put("recording.store.score.write_scores", Path("runs/a/scores/report.html"))
-    put("recording.store.score.to_json", SUMMARY)
-    shown = put("recording.tables.score.show")
+    reported = put("experiments.run.report.score_report.score_report", "page")
+    wrote = put("experiments.run.store.score_files.write_scores", Path("runs/a/scores/report.html"))
+    put("experiments.run.store.score_files.to_json", SUMMARY)
+    shown = put("experiments.run.tables.score_table.show")
     assert sinssim("score", "runs/a", "x/mine.csv", "rtk.pos") == (
         "Report: runs/a/scores/report.html\nCurves and map: sinssim view runs/a/scores\n"
     )
@@ -134,7 +139,10 @@ def test_score(sinssim: Sinssim, put: Put, monkeypatch: pytest.MonkeyPatch) -> N
 
 def test_sensors(sinssim: Sinssim, put: Put) -> None:
     expected = put("sensors.expectation.expect", "result")
-    shown, numbers = put("recording.tables.expectation.show"), put("recording.tables.expectation.to_json", SUMMARY)
+    shown, numbers = (
+        put("experiments.run.tables.expectation_table.show"),
+        put("experiments.run.tables.expectation_table.to_json", SUMMARY),
+    )
     assert sinssim("sensors", "tactical") == ""
     assert expected.args[1] == pytest.approx(pi / 4.0)
     assert shown.args[0] == "result"
@@ -171,7 +179,7 @@ def test_list(sinssim: Sinssim, monkeypatch: pytest.MonkeyPatch) -> None:
 def test_check(sinssim: Sinssim, put: Put) -> None:
     put("scenario.summary.plan_lines", ["one", "two"])
     expected = put("scenario.duration.expected_duration", 61.7)
-    drawn, saved = put("recording.figures.plan.plan_figure", "figure"), put("recording.figures.canvas.save")
+    drawn, saved = put("experiments.run.plan_figure.plan_figure", "figure"), put("recording.figures.canvas.save")
     assert sinssim("check", "parked", "--plot", "p.png") == "one\ntwo\nplot        p.png\n"
     assert (drawn.args[0].name, saved.args) == ("parked", ("figure", Path("p.png")))
     sinssim("check", "one_component", "--plot", "p.png", code=2)  # it has no plan to draw
@@ -187,20 +195,22 @@ def test_an_error_of_a_command_is_told_with_its_notes(sinssim: Sinssim, monkeypa
         error.add_note("It is in place.")
         raise error
 
-    monkeypatch.setattr("sinssim.simulation.execute.run", fail)
+    monkeypatch.setattr("sinssim.experiments.run.execute.run", fail)
     assert sinssim("run", "parked", code=2) == "sinssim: It is wrong. It is in place.\n"
-    monkeypatch.setattr("sinssim.simulation.execute.run", lambda *_, **__: (_ for _ in ()).throw(KeyboardInterrupt))
+    monkeypatch.setattr(
+        "sinssim.experiments.run.execute.run", lambda *_, **__: (_ for _ in ()).throw(KeyboardInterrupt)
+    )
     assert sinssim("run", "parked", code=130) == "Interrupted. Nothing had been recorded.\n"
 
 
 def test_check_of_a_scenario_with_a_filter(sinssim: Sinssim, put: Put) -> None:
     """The states of the filter are those of the check; its notes follow the plan."""
     resolved = SimpleNamespace(as_written=lambda: SUMMARY)
-    put("estimation.from_scenario.filter_states.with_states", resolved)
-    put("estimation.from_scenario.filter_states.choice", ["states      chosen"])
-    put("estimation.from_scenario.filter_states.notes", ["One."])
-    put("estimation.from_scenario.unknown_gravity.gravity_notes", ["Two."])
-    memory = put("estimation.from_scenario.memory.check_memory")
+    put("scenario.filter.filter_states.with_states", resolved)
+    put("scenario.filter.filter_states.choice", ["states      chosen"])
+    put("scenario.filter.filter_states.notes", ["One."])
+    put("scenario.filter.unknown_gravity.gravity_notes", ["Two."])
+    memory = put("scenario.filter.memory.check_memory")
     lines = put("scenario.summary.plan_lines", ["plan"])
     put("scenario.duration.expected_duration", 99.4)
     assert sinssim("check", "aided_airliner") == "plan\nstates      chosen\nnote        One.\nnote        Two.\n"
@@ -217,10 +227,10 @@ def test_check_of_recorded_sensors(sinssim: Sinssim, put: Put, monkeypatch: pyte
     )  # fmt: skip
     plan = SimpleNamespace(source=SimpleNamespace(recorded=True), filter="f")
     monkeypatch.setattr("sinssim.scenario.load_scenario", lambda *_: plan)
-    put("estimation.from_scenario.recorded_run.prepare", prepared)
+    put("simulation.aided.recorded_run.prepare", prepared)
     memory, chosen = (
-        put("estimation.from_scenario.memory.check_memory"),
-        put("estimation.from_scenario.filter_states.choice", ["states"]),
+        put("scenario.filter.memory.check_memory"),
+        put("scenario.filter.filter_states.choice", ["states"]),
     )
     put("scenario.summary.plan_lines", ["plan"])
     put("scenario.duration.expected_duration", 99.6)
@@ -253,7 +263,7 @@ def test_codes_and_words_of_errors(
     def fail(*_: object, **__: object) -> None:
         raise error
 
-    monkeypatch.setattr("sinssim.own_content.new_project.new_project", fail)
+    monkeypatch.setattr("sinssim.system.own_content.new_project.new_project", fail)
     assert sinssim("new", "x", code=code) == f"sinssim: {said}\n"
 
 

@@ -12,7 +12,7 @@ from typer.testing import CliRunner
 
 from sinssim.cli.app import app
 from sinssim.errors import InputError
-from tests.inspection import worlds
+from tests.analyses.inspection import worlds
 
 _GPX = '<gpx version="1.1" xmlns="http://www.topografix.com/GPX/1/1"><trk><trkseg>{}</trkseg></trk></gpx>'
 

@@ -7,7 +7,7 @@ from typing import Any
 import pytest
 
 import sinssim
-from sinssim.recording.store.summaries.filter_summary import filter_numbers
+from sinssim.experiments.run.store.summaries.filter_summary import filter_numbers
 from sinssim.scenario import Scenario
 
 GNSS = {"rate_hz": 1.0, "latency_s": 0.2, "lever_arm_m": [-4.0, 0.0, -3.0], "outages_s": [[400.0, 500.0]]}

@@ -7,12 +7,12 @@ from pathlib import Path
 
 import pytest
 
+from sinssim.experiments.run.execute import run
 from sinssim.logs.gps_time import parse_date
 from sinssim.logs.recorded_run import RecordedRun
 from sinssim.logs.scoring.score import Judge
 from sinssim.logs.writers.registry import DEFAULT_START
 from sinssim.scenario import load_scenario
-from sinssim.simulation.execute import run
 
 PAGE = (Path(__file__).parents[3] / "docs" / "your-navigator.md").read_text(encoding="utf-8")
 

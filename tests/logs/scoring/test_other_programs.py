@@ -20,13 +20,13 @@ import pytest
 
 from sinssim.data import Array
 from sinssim.earth.gravity import gravity_ned
+from sinssim.experiments.run.execute import run
 from sinssim.logs.gps_time import parse_date
 from sinssim.logs.recorded_run import RecordedRun
 from sinssim.logs.scoring.score import Judge
 from sinssim.logs.writers.export import export
 from sinssim.logs.writers.registry import DEFAULT_START
 from sinssim.scenario import load_scenario
-from sinssim.simulation.execute import run
 from tests.oracles import other_gravity
 from tests.oracles.s_turn import Gravity
 

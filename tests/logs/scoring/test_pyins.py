@@ -11,6 +11,7 @@ import numpy as np
 import pytest
 
 from sinssim.earth.coordinates import geodetic_to_ecef
+from sinssim.experiments.run.execute import run
 from sinssim.logs.gps_time import parse_date
 from sinssim.logs.read import read_file
 from sinssim.logs.recorded_run import RecordedRun
@@ -18,7 +19,6 @@ from sinssim.logs.scoring.score import Judge
 from sinssim.logs.writers.export import export
 from sinssim.logs.writers.registry import DEFAULT_START
 from sinssim.scenario import load_scenario
-from sinssim.simulation.execute import run
 
 PAGE = (Path(__file__).parents[3] / "docs" / "your-navigator.md").read_text(encoding="utf-8")
 

@@ -7,8 +7,8 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from sinssim.analyses.inspection.layouts.text_table import read_table
 from sinssim.errors import InputError, SinssimWarning
-from sinssim.inspection.layouts.text_table import read_table
 from sinssim.logs.read import read_file
 from sinssim.logs.text.cut_rows import cut_rows
 from sinssim.logs.text.samples import read_log

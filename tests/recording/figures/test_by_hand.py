@@ -10,21 +10,24 @@ import numpy as np
 import pytest
 
 from sinssim.alignment.axes import Angles, Attitude
-from sinssim.alignment.report import AlignmentResult
-from sinssim.calibration.parameters import Parameter
-from sinssim.calibration.result import CalibrationResult
+from sinssim.analyses.alignment import alignment_figure as alignment
+from sinssim.analyses.alignment.report import AlignmentResult
+from sinssim.analyses.calibration import calibration_figure as calibration
+from sinssim.analyses.calibration.parameters import Parameter
+from sinssim.analyses.calibration.result import CalibrationResult
+from sinssim.analyses.error_budget import budget_figure as budget
+from sinssim.analyses.error_budget.inputs.sources import Source
+from sinssim.analyses.error_budget.limits import Allowance, Answer
+from sinssim.analyses.error_budget.result import BudgetResult
+from sinssim.analyses.noise_identification import noise_figure as noise
+from sinssim.analyses.noise_identification.channels import CHANNELS
+from sinssim.analyses.noise_identification.fit import TermEstimate
+from sinssim.analyses.noise_identification.report import ChannelNoise
 from sinssim.data import ImuData
-from sinssim.error_budget.inputs.sources import Source
-from sinssim.error_budget.limits import Allowance, Answer
-from sinssim.error_budget.result import BudgetResult
 from sinssim.errors import InputError
-from sinssim.noise_identification.channels import CHANNELS
-from sinssim.noise_identification.fit import TermEstimate
-from sinssim.noise_identification.report import ChannelNoise
-from sinssim.recording.figures import alignment, budget, calibration, noise
 from sinssim.recording.figures.limits import draw_limits, height_of, instant_of, of_quantities
 from sinssim.recording.style import COLORS, SOFT, css
-from sinssim.requirements.requirement import parse_requirement
+from sinssim.statistics.requirements.requirement import parse_requirement
 from tests.recording.by_hand import ARCMIN, CEP, R95, hand_budget
 from tests.recording.figures.drawn import bars, check_band, check_line, legend, limits, linear, texts, ticks, words
 
@@ -203,7 +206,7 @@ def test_the_parameters_of_a_calibration() -> None:
 
 def test_the_singular_values_of_a_calibration() -> None:
     """Those of at least 10 are observable; the least is drawn at 0.001."""
-    from sinssim.calibration.least_squares import OBSERVABLE
+    from sinssim.analyses.calibration.least_squares import OBSERVABLE
 
     (panel,) = calibration.observability_figure(calibrated()).axes
     assert 0.5 < OBSERVABLE < 50.0

@@ -11,8 +11,8 @@ import pytest
 
 from sinssim.data import NavState
 from sinssim.errors import InputError
-from sinssim.recording.figures import plan
-from sinssim.recording.figures.run import run_figure
+from sinssim.experiments.run import plan_figure as plan
+from sinssim.experiments.run.run_figure import run_figure
 from sinssim.recording.style import COLORS, colors, css
 from sinssim.strapdown.nav_error import NavError
 from sinssim.truth.flight.planning.path import PlannedPath

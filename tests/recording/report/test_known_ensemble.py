@@ -7,7 +7,7 @@ from typing import Any
 
 import pytest
 
-from sinssim.recording.report import ensemble as report
+from sinssim.experiments.ensembles import ensemble_report as report
 from tests.recording.made_ensemble import ARCMIN, NUMBERS, Result
 from tests.recording.spies import cells, read
 

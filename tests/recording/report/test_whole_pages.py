@@ -9,13 +9,14 @@ from typing import Any
 import numpy as np
 import pytest
 
-from sinssim.recording.report import calibration, log_report
-from sinssim.recording.report.studies import study as study_report
-from sinssim.simulation.parts.outages import Outages
+from sinssim.analyses.calibration import calibration_report as calibration
+from sinssim.experiments.run.parts.outages import Outages
+from sinssim.experiments.run.report import log_report
+from sinssim.experiments.studies import study_report
+from sinssim.experiments.studies.cost import Cost
+from sinssim.experiments.studies.operations import Operations
+from sinssim.experiments.studies.results import Order, Row
 from sinssim.simulation.truth import RecordedMotion
-from sinssim.studies.cost import Cost
-from sinssim.studies.operations import Operations
-from sinssim.studies.results import Order, Row
 from sinssim.truth.turntable.sequences import SEQUENCES
 from tests.recording.spies import cells
 

@@ -9,17 +9,17 @@ from typing import Any
 import numpy as np
 import pytest
 
-from sinssim.recording.report import ensemble as ensemble_report
-from sinssim.recording.report import run_report as report
-from sinssim.recording.report.run import flight, redundancy, sensors, track
-from sinssim.recording.report.run.platform import platform_errors
-from sinssim.recording.report.studies import trade as trade_report
+from sinssim.experiments.ensembles import ensemble_report
+from sinssim.experiments.run.parts.platform import OnPlatform
+from sinssim.experiments.run.parts.redundancy import Redundancy
+from sinssim.experiments.run.parts.rotation import Rotation
+from sinssim.experiments.run.report import flight, redundancy, sensors, track
+from sinssim.experiments.run.report import run_report as report
+from sinssim.experiments.run.report.platform import platform_errors
+from sinssim.experiments.trades import trade_report
 from sinssim.scenario import Scenario
 from sinssim.sensors.imu.imu import Imu
 from sinssim.sensors.sets.sensor_set import Redundant
-from sinssim.simulation.parts.platform import OnPlatform
-from sinssim.simulation.parts.redundancy import Redundancy
-from sinssim.simulation.parts.rotation import Rotation
 from sinssim.simulation.truth import Truth
 from tests.recording.made_monitoring import GYROS, SECTION
 from tests.recording.report.test_whole_pages import body, stand_ins

@@ -6,8 +6,8 @@ from typing import Any
 
 import numpy as np
 
-from sinssim.recording.figures.budget import judged_of
-from sinssim.recording.rerun import budget as view
+from sinssim.analyses.error_budget import budget_recording as view
+from sinssim.analyses.error_budget.budget_figure import judged_of
 from tests.recording.made_budget import HALF, MOST, OTHERS, TIME, answer, budget
 from tests.recording.spies import Drawn
 

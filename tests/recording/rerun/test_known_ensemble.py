@@ -6,7 +6,7 @@ from typing import Any
 
 import numpy as np
 
-from sinssim.recording.rerun import ensemble as view
+from sinssim.experiments.ensembles import ensemble_recording as view
 from tests.recording.made_ensemble import NUMBERS, TIME, Result
 from tests.recording.spies import Drawn, values_of
 

@@ -8,8 +8,8 @@ from typing import Any
 import numpy as np
 import pytest
 
-from sinssim.recording.rerun import trade
-from sinssim.recording.rerun.run import score
+from sinssim.experiments.run.views import score
+from sinssim.experiments.trades import trade_recording as trade
 from sinssim.recording.rerun.views import RunInfo
 from sinssim.strapdown.nav_error import NavError
 from tests.recording.spies import Drawn

@@ -7,8 +7,8 @@ from typing import Any
 
 import numpy as np
 
-from sinssim.recording.rerun import study as view
-from sinssim.studies.results import ErrorGrowth, Row
+from sinssim.experiments.studies import study_recording as view
+from sinssim.experiments.studies.results import ErrorGrowth, Row
 from tests.recording.spies import Drawn
 
 

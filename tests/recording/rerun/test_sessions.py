@@ -11,8 +11,9 @@ from scipy.spatial.transform import Rotation
 
 from sinssim.alignment.axes import Angles
 from sinssim.alignment.budget import MOTION
+from sinssim.analyses.alignment import alignment_recording as alignment
+from sinssim.analyses.noise_identification import noise_recording as noise
 from sinssim.data import ImuData
-from sinssim.recording.rerun import alignment, noise
 from tests.recording.spies import Drawn, values_of
 
 TIME = np.array([50.0, 52.0, 56.0, 60.0])

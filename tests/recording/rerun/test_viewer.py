@@ -21,9 +21,9 @@ import rerun_cli
 from rerun.experimental import ViewerClient
 
 from sinssim.errors import InputError, RunError
+from sinssim.experiments.run.execute import run
 from sinssim.recording.rerun import viewer
 from sinssim.recording.rerun.web_page import without_other_machines
-from sinssim.simulation import run
 from tests.recording import fake_run
 
 

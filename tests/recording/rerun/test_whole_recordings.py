@@ -12,7 +12,12 @@ from typing import Any
 import numpy as np
 import pytest
 
-from sinssim.recording.rerun import alignment, budget, ensemble, noise, one_component, study
+from sinssim.analyses.alignment import alignment_recording as alignment
+from sinssim.analyses.error_budget import budget_recording as budget
+from sinssim.analyses.noise_identification import noise_recording as noise
+from sinssim.experiments.ensembles import ensemble_recording as ensemble
+from sinssim.experiments.run.views import one_component_recording as one_component
+from sinssim.experiments.studies import study_recording as study
 from sinssim.recording.rerun.viewer import RUN_ENTITY
 
 

@@ -18,14 +18,15 @@ from scipy.stats import chi2
 
 from sinssim.data import NavSolution, NavState
 from sinssim.errors import InputError, RunError
-from sinssim.recording.finished.run_streams import load_streams
+from sinssim.experiments.run.execute import run
+from sinssim.experiments.run.finished.run_streams import load_streams
+from sinssim.experiments.studies.compare import compare
+from sinssim.experiments.studies.load import load_study
 from sinssim.recording.rerun.viewer import find_recording, find_run_info
 from sinssim.recording.store.directory import RunDirectory
+from sinssim.scenario.initial_error import initial_state_with_errors
 from sinssim.scenario.sections.navigation import InitialErrorSection
-from sinssim.simulation import initial_state_with_errors, run
 from sinssim.strapdown.nav_error import navigation_error
-from sinssim.studies.compare import compare
-from sinssim.studies.load import load_study
 from tests.recording import fake_run
 
 COUNT = 70_000  # more than one chunk of 65 536 rows

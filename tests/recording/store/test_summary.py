@@ -10,8 +10,9 @@ import pytest
 
 from sinssim.data import ImuData, NavSolution, SingularityEvent
 from sinssim.errors import InputError, RunError
+from sinssim.experiments.run.store import score_files as score
 from sinssim.logs.scoring.score import Score
-from sinssim.recording.store import score, summary
+from sinssim.recording.store import summary
 from sinssim.strapdown import error_numbers
 from sinssim.strapdown.nav_error import NavError
 

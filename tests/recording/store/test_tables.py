@@ -17,18 +17,23 @@ import pytest
 
 from sinssim.data import ImuData
 from sinssim.errors import InputError
+from sinssim.experiments.ensembles import ensemble_files as ensemble
+from sinssim.experiments.run.result import PlaneRun
+from sinssim.experiments.run.store import score_files as score
+from sinssim.experiments.run.store.run_streams import streams_of_run
+from sinssim.experiments.studies import study_files as study
+from sinssim.experiments.studies.cost import Cost
+from sinssim.experiments.studies.operations import Operations
+from sinssim.experiments.studies.results import Case, CoordinateError, Heading, Order, Pick, Row, Verdict
 from sinssim.logs.scoring.score import Score
-from sinssim.recording.store import ensemble, parquet, run_streams, score, study, summary
-from sinssim.recording.store.run_streams import Streams, StreamTable, streams_of_run
+from sinssim.recording import stream_tables
+from sinssim.recording.store import parquet, summary
+from sinssim.recording.stream_tables import Streams, StreamTable
 from sinssim.recording.streams import Stream, Vector
-from sinssim.simulation.result import PlaneRun
 from sinssim.simulation.truth import RecordedMotion, Truth
-from sinssim.studies.cost import Cost
-from sinssim.studies.operations import Operations
-from sinssim.studies.results import Case, CoordinateError, Heading, Order, Pick, Row, Verdict
 from sinssim.system.outputs import written
 from sinssim.truth.channel import FlightEvent
-from tests.recording.store.test_filter_streams import error, motion
+from tests.experiments.run.store.test_filter_streams import error, motion
 from tests.recording.store.test_motion_streams import TIME, rows
 
 CASE = (
@@ -242,7 +247,7 @@ def test_a_stream_as_a_table() -> None:
 
 def test_a_library_that_is_not_installed() -> None:
     with pytest.raises(InputError, match=r"pip install 'sinssim\[no_such_library\]', or take arrow\(\)"):
-        run_streams._needed("no_such_library")
+        stream_tables._needed("no_such_library")
 
 
 def test_scores_beside_a_run(tmp_path: Path) -> None:
@@ -275,10 +280,14 @@ def test_the_files_of_an_ensemble(tmp_path: Path, monkeypatch: pytest.MonkeyPatc
     seen = []
     monkeypatch.setattr(ensemble, "ensemble_numbers", lambda result, status: {"status": status, "x": nan})
     monkeypatch.setattr(ensemble, "predicted_sigma", lambda plan: f"of {plan}")
-    report = importlib.import_module("sinssim.recording.report.ensemble")
+    report = importlib.import_module("sinssim.experiments.ensembles.ensemble_report")
     monkeypatch.setattr(report, "ensemble_report", lambda *args: seen.append(args) or "page")
-    for module, name in (("figures.ensemble", "overview"), ("figures.canvas", "save"), ("rerun.ensemble", "record")):
-        monkeypatch.setattr(importlib.import_module(f"sinssim.recording.{module}"), name, lambda *_: None)
+    for module, name in (
+        ("experiments.ensembles.ensemble_figure", "overview"),
+        ("recording.figures.canvas", "save"),
+        ("experiments.ensembles.ensemble_recording", "record"),
+    ):
+        monkeypatch.setattr(importlib.import_module(f"sinssim.{module}"), name, lambda *_: None)
     result = SimpleNamespace(plan="plan")
     files = ["report.html", "summary.json", "recording.rrd", "ensemble.svg", "ensemble.png"]
     assert ensemble.write_ensemble(result, tmp_path) == files

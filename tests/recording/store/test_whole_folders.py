@@ -10,8 +10,11 @@ from typing import Any
 import pyarrow.parquet as pq
 import pytest
 
-from sinssim.recording.store import budget, calibration, ensemble, study
-from sinssim.studies.results import Case, CoordinateError
+from sinssim.analyses.calibration import calibration_files as calibration
+from sinssim.analyses.error_budget import budget_files as budget
+from sinssim.experiments.ensembles import ensemble_files as ensemble
+from sinssim.experiments.studies import study_files as study
+from sinssim.experiments.studies.results import Case, CoordinateError
 from sinssim.system.outputs import MARK
 
 
@@ -34,9 +37,9 @@ def writes(text: str) -> Any:
 def test_a_budget(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(budget, "to_json", lambda result, answers, times: {"σ": [answers, times]})
     monkeypatch.setattr(budget, "_write_parquet", writes("table"))
-    monkeypatch.setattr("sinssim.recording.report.budget.budget_report",
+    monkeypatch.setattr("sinssim.analyses.error_budget.budget_report.budget_report",
                         lambda result, answers, times: f"report {answers} {times}")  # fmt: skip
-    monkeypatch.setattr("sinssim.recording.rerun.budget.record", writes("recording"))
+    monkeypatch.setattr("sinssim.analyses.error_budget.budget_recording.record", writes("recording"))
     result: Any = SimpleNamespace(scenario=SimpleNamespace(to_toml=lambda: "seed = 3\n"))
     place = budget.write_budget(result, ("answer",), tmp_path / "b", times=(5.0,))  # type: ignore[arg-type]
     assert texts(place) == {
@@ -49,7 +52,7 @@ def test_a_budget(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     def fails(*_: Any) -> None:
         raise ZeroDivisionError
 
-    monkeypatch.setattr("sinssim.recording.rerun.budget.record", fails)
+    monkeypatch.setattr("sinssim.analyses.error_budget.budget_recording.record", fails)
     with pytest.raises(ZeroDivisionError):
         budget.write_budget(result, (), tmp_path / "b", overwrite=True)
     assert texts(place)["recording.rrd"] == "recording ('answer',)"
@@ -61,14 +64,14 @@ def test_a_budget(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
 def test_a_calibration(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(calibration, "to_json", lambda result: {"unit": "µg"})
     monkeypatch.setattr(calibration, "compensation_text", lambda result: "[compensation]\n")
-    monkeypatch.setattr("sinssim.recording.report.calibration.calibration_report", lambda result: "report")
+    monkeypatch.setattr("sinssim.analyses.calibration.calibration_report.calibration_report", lambda result: "report")
     result: Any = SimpleNamespace(scenario=SimpleNamespace(to_toml=lambda: "seed = 3\n"))
     place = calibration.write_calibration(result, tmp_path / "c")
     assert texts(place) == {
         "calibration.json": '{\n  "unit": "µg"\n}\n', "compensation.toml": "[compensation]\n",
         "scenario.toml": "seed = 3\n", "report.html": "report",
     }  # fmt: skip
-    monkeypatch.setattr("sinssim.recording.report.calibration.calibration_report", lambda result: 1 / 0)
+    monkeypatch.setattr("sinssim.analyses.calibration.calibration_report.calibration_report", lambda result: 1 / 0)
     with pytest.raises(ZeroDivisionError):
         calibration.write_calibration(result, tmp_path / "d")
     assert [one.name for one in tmp_path.iterdir()] == ["c"]
@@ -84,10 +87,10 @@ def test_an_ensemble(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     def report(result: Any, numbers: Any, about: Any, predicted: Any) -> str:
         return f"{numbers['status']} {list(about)} {predicted}"
 
-    monkeypatch.setattr("sinssim.recording.report.ensemble.ensemble_report", report)
-    monkeypatch.setattr("sinssim.recording.figures.ensemble.overview", lambda result: "overview")
+    monkeypatch.setattr("sinssim.experiments.ensembles.ensemble_report.ensemble_report", report)
+    monkeypatch.setattr("sinssim.experiments.ensembles.ensemble_figure.overview", lambda result: "overview")
     monkeypatch.setattr("sinssim.recording.figures.canvas.save", writes("picture"))
-    monkeypatch.setattr("sinssim.recording.rerun.ensemble.record", writes("recording"))
+    monkeypatch.setattr("sinssim.experiments.ensembles.ensemble_recording.record", writes("recording"))
     result: Any = SimpleNamespace(plan="plan")
     for status, predicted in (("finished", "prediction of plan"), ("interrupted", None)):
         written = ensemble.write_ensemble(result, tmp_path, status)
@@ -105,7 +108,7 @@ def test_a_study(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(study.platform, "python_version", lambda: "3.x")
     monkeypatch.setattr(study, "results", lambda comparison: {"°": 1})
     monkeypatch.setattr(study, "html_report", lambda comparison, about: f"report {about}")
-    monkeypatch.setattr("sinssim.recording.rerun.study.record", writes("recording"))
+    monkeypatch.setattr("sinssim.experiments.studies.study_recording.record", writes("recording"))
     contents = {"name": "all", "none": None, "parts": ({"title": "one", "rates_hz": (1.0, 2.0), "text": None},)}
     case = Case("one", "cone", "gyros", "ideal", "euler", "level", "normal", "exact", 50.0, (50.0, 12.5, 2.0), "hold")
     error = CoordinateError(case, "ecef", "x_m", 3.5, 1.25)

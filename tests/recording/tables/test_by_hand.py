@@ -9,15 +9,20 @@ import numpy as np
 import pytest
 
 from sinssim.alignment.axes import Angles
-from sinssim.alignment.report import AlignmentResult
-from sinssim.calibration.parameters import Parameter
-from sinssim.calibration.result import CalibrationResult
+from sinssim.analyses.alignment import alignment_table as alignment
+from sinssim.analyses.alignment.report import AlignmentResult
+from sinssim.analyses.calibration import calibration_table as calibration
+from sinssim.analyses.calibration.parameters import Parameter
+from sinssim.analyses.calibration.result import CalibrationResult
+from sinssim.analyses.inspection import inspection_table as inspection
+from sinssim.analyses.noise_identification import noise_table as noise
+from sinssim.analyses.noise_identification.channels import CHANNELS, LogChannel
+from sinssim.analyses.noise_identification.fit import TermEstimate
+from sinssim.analyses.noise_identification.report import ChannelNoise
+from sinssim.analyses.noise_identification.units import units_of
 from sinssim.data import ImuData
-from sinssim.noise_identification.channels import CHANNELS, LogChannel
-from sinssim.noise_identification.fit import TermEstimate
-from sinssim.noise_identification.report import ChannelNoise
-from sinssim.noise_identification.units import units_of
-from sinssim.recording.tables import alignment, calibration, expectation, inspection, noise, one_component
+from sinssim.experiments.run.tables import expectation_table as expectation
+from sinssim.experiments.run.tables import one_component_table as one_component
 from sinssim.sensors.expectation import Contribution, Expectation, Term
 from sinssim.sensors.imu.imu import Imu
 from tests.recording.by_hand import ARCMIN, printed

@@ -11,12 +11,16 @@ from typing import Any
 import numpy as np
 import pytest
 
-from sinssim.ensembles.summary import DEFINITIONS
-from sinssim.recording.finished.run_list import Entry
-from sinssim.recording.store.summaries.phase_summary import HEADS as HEADS_OF_PHASES
-from sinssim.recording.store.summaries.phase_summary import NOTE, SOURCE_NOTE
-from sinssim.recording.tables import ensemble, run, runs, score, study
-from sinssim.studies.results import Pick, Row, Verdict
+from sinssim.experiments.ensembles import ensemble_table as ensemble
+from sinssim.experiments.ensembles.summary import DEFINITIONS
+from sinssim.experiments.run.finished.run_list import Entry
+from sinssim.experiments.run.store.summaries.phase_summary import HEADS as HEADS_OF_PHASES
+from sinssim.experiments.run.store.summaries.phase_summary import NOTE, SOURCE_NOTE
+from sinssim.experiments.run.tables import run_table as run
+from sinssim.experiments.run.tables import runs_table as runs
+from sinssim.experiments.run.tables import score_table as score
+from sinssim.experiments.studies import study_table as study
+from sinssim.experiments.studies.results import Pick, Row, Verdict
 from tests.recording import fake_run
 from tests.recording.by_hand import printed
 

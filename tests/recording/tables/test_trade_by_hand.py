@@ -4,10 +4,10 @@ from __future__ import annotations
 
 from pathlib import Path
 
+from sinssim.experiments.trades.trade_table import show
 from sinssim.recording.tables.plain_text import plain_text
-from sinssim.recording.tables.trade import show
+from tests.experiments.trades.by_hand import ASK, OTHER, RISING, UNITS, made, without
 from tests.recording.by_hand import printed
-from tests.trades.by_hand import ASK, OTHER, RISING, UNITS, made, without
 
 
 def test_grids_cells_and_requirements(tmp_path: Path) -> None:

@@ -10,8 +10,13 @@ from typing import Any
 
 import pytest
 
-from sinssim.recording.finished.run_list import Entry
-from sinssim.recording.tables import ensemble, expectation, noise, run, runs, study
+from sinssim.analyses.noise_identification import noise_table as noise
+from sinssim.experiments.ensembles import ensemble_table as ensemble
+from sinssim.experiments.run.finished.run_list import Entry
+from sinssim.experiments.run.tables import expectation_table as expectation
+from sinssim.experiments.run.tables import run_table as run
+from sinssim.experiments.run.tables import runs_table as runs
+from sinssim.experiments.studies import study_table as study
 from sinssim.sensors.expectation import Contribution, Expectation, Term
 from sinssim.sensors.imu.imu import Imu
 from tests.recording import fake_run
@@ -57,9 +62,9 @@ def test_keys_without_effect_on_an_expectation(monkeypatch: pytest.MonkeyPatch) 
 
 
 def test_remarks_on_a_channel(monkeypatch: pytest.MonkeyPatch) -> None:
-    from sinssim.noise_identification.channels import CHANNELS
-    from sinssim.noise_identification.fit import TermEstimate
-    from sinssim.noise_identification.report import ChannelNoise
+    from sinssim.analyses.noise_identification.channels import CHANNELS
+    from sinssim.analyses.noise_identification.fit import TermEstimate
+    from sinssim.analyses.noise_identification.report import ChannelNoise
 
     monkeypatch.setattr(ChannelNoise, "remarks", lambda self: [f"A remark on {self.name}."])
     one = channel(CHANNELS[0], {"N": TermEstimate(0.1 * pi / 180.0 / 60.0, 0.0, 1.0)}, 0.0)

@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 
 from sinssim.errors import InputError
-from sinssim.recording.figures.plan import plan_figure
+from sinssim.experiments.run.plan_figure import plan_figure
 from sinssim.scenario.limits import check_limits, findings
 from sinssim.scenario.load import load_scenario
 from sinssim.scenario.schema import Scenario

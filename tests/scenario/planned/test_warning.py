@@ -11,9 +11,9 @@ import pytest
 
 import sinssim
 from sinssim.cli.process import main
+from sinssim.experiments.studies.schema import Study
+from sinssim.experiments.trades.schema import Axis, TradeStudy
 from sinssim.scenario.limits import findings
-from sinssim.studies.schema import Study
-from sinssim.trades.schema import Axis, TradeStudy
 
 STEEP = """\
 name = "steep"

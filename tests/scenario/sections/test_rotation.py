@@ -6,8 +6,8 @@ from pathlib import Path
 
 import pytest
 
+from sinssim.analyses.alignment.align import align
 from sinssim.errors import InputError
-from sinssim.running.align import align
 from sinssim.scenario import Scenario, load_scenario
 from sinssim.truth.motions.imu_rotation import SEQUENCES
 

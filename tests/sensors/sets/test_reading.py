@@ -9,10 +9,10 @@ import pytest
 
 from sinssim import emulate
 from sinssim.data import ImuData
-from sinssim.mechanization import Mechanization
 from sinssim.sensors.imu.imu import Imu
 from sinssim.sensors.sets.reading import Readings, read, sums
 from sinssim.strapdown.measured_attitude import navigate_set
+from sinssim.strapdown.mechanization import Mechanization
 from sinssim.strapdown.nav_error import navigation_error
 from sinssim.truth.motions.analytic import OnEarth
 from sinssim.truth.motions.coning import classical_cone

@@ -12,13 +12,13 @@ import pyarrow.parquet as pq
 import pytest
 
 from sinssim.errors import InputError, RunError
-from sinssim.mechanization import Mechanization
+from sinssim.experiments.run.execute import run
+from sinssim.experiments.run.store.summaries.redundancy_summary import redundancy_sentences
 from sinssim.recording.rerun.viewer import find_run_info
 from sinssim.recording.rerun.views import all_views
-from sinssim.recording.store.summaries.redundancy_summary import redundancy_sentences
 from sinssim.scenario import Scenario, load_scenario
 from sinssim.scenario.summary import plan_lines
-from sinssim.simulation import run
+from sinssim.strapdown.mechanization import Mechanization
 from sinssim.units import DEG_H
 
 LEVEL = {"latitude_deg": 50.0, "course_deg": 40.0, "speed_mps": 200.0, "altitude_m": 5000.0, "duration_s": 60.0}

@@ -10,8 +10,8 @@ import pytest
 
 from sinssim import ImuData, NavState, navigate
 from sinssim.errors import RunError
-from sinssim.mechanization import Mechanization
 from sinssim.strapdown.frames.azimuth import azimuth_rule, check
+from sinssim.strapdown.mechanization import Mechanization
 
 
 def northwards(*longitude_deg: float) -> Any:

@@ -11,13 +11,14 @@ import pytest
 from sinssim.earth.coordinates import ecef_to_geodetic
 from sinssim.earth.models import WGS84
 from sinssim.errors import InputError
+from sinssim.logs.track import prepare
+from sinssim.logs.track.prepare import _options
+from sinssim.logs.track.track import Track
 from sinssim.truth.motion import NORMAL_EARTH
 from sinssim.truth.track import knots as module
-from sinssim.truth.track import prepare, smoothing
+from sinssim.truth.track import smoothing
 from sinssim.truth.track.knots import TrackOptions, knots_of_samples
-from sinssim.truth.track.prepare import _options
 from sinssim.truth.track.samples import TrackSamples
-from sinssim.truth.track.track import Track
 from sinssim.truth.track.vehicles import VEHICLES
 from sinssim.truth.track.waypoint import Waypoint
 

@@ -11,12 +11,12 @@ from scipy.integrate import quad
 from sinssim.earth.coordinates import ecef_to_geodetic
 from sinssim.earth.models import WGS84
 from sinssim.errors import InputError
+from sinssim.logs.track.track import Track
 from sinssim.truth.motion import NORMAL_EARTH
 from sinssim.truth.track.corner import Corner, integrated_step7, step7
 from sinssim.truth.track.curve import track_curve
 from sinssim.truth.track.route import Route, _stepped
 from sinssim.truth.track.timetable import Timetable
-from sinssim.truth.track.track import Track
 from sinssim.truth.track.vehicles import VEHICLES
 from sinssim.truth.track.waypoint import Waypoint
 from tests.truth.motions import Array

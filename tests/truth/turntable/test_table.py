@@ -8,13 +8,13 @@ import numpy as np
 import pytest
 from scipy.spatial.transform import Rotation
 
-from sinssim.ensembles.truth import truth_key
 from sinssim.errors import InputError
+from sinssim.experiments.ensembles.truth import truth_key
+from sinssim.experiments.run.execute import run
 from sinssim.scenario import Scenario
 from sinssim.scenario.duration import expected_duration
 from sinssim.scenario.summary import plan_lines
 from sinssim.scenario.true_motion import fly
-from sinssim.simulation import run
 from sinssim.truth.turntable.sequences import SEQUENCES
 from sinssim.truth.turntable.turntable import Turntable, settling
 from sinssim.units import ARCSEC
@@ -93,7 +93,7 @@ def test_through_the_whole_package() -> None:
 
 def test_mounting_turns_the_positions_and_the_axes() -> None:
     """A calibration of a block that is mounted askew has the same result as that of one that is not."""
-    from sinssim.calibration.calibrate import calibrate
+    from sinssim.analyses.calibration.calibrate import calibrate
 
     common = {"sequence": "six-positions-and-rates", "dwell_s": 20.0}
     sensors = {"grade": "laser-standard", "rate_hz": 20.0}

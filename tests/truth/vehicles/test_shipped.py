@@ -6,8 +6,8 @@ import numpy as np
 import pytest
 
 from sinssim import load_scenario
+from sinssim.experiments.run.parts.phases import phases_of
 from sinssim.scenario.true_motion import fly
-from sinssim.simulation.parts.phases import phases_of
 
 
 def test_delivery_drive_has_its_tunnel_on_the_main_road() -> None:

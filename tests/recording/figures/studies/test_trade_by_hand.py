@@ -9,14 +9,16 @@ import numpy as np
 import pytest
 from matplotlib.figure import Figure
 
-from sinssim.recording.figures.studies import trade, trade_grid, trade_map
+from sinssim.experiments.trades import trade_figure as trade
+from sinssim.experiments.trades import trade_grid_figure as trade_grid
+from sinssim.experiments.trades import trade_map_figure as trade_map
+from sinssim.experiments.trades.result import TradeResult
+from sinssim.experiments.trades.schema import Axis
 from sinssim.recording.style import COLORS, ON_DARK, ON_LIGHT, css
-from sinssim.requirements.quantity import Quantity
-from sinssim.trades.result import TradeResult
-from sinssim.trades.schema import Axis
+from sinssim.statistics.requirements.quantity import Quantity
+from tests.experiments.trades.by_hand import ASK, OTHER, RISING, UNITS, made, without
+from tests.experiments.trades.examples import BIAS, study
 from tests.recording.figures.drawn import check_band, check_line, legend, texts, ticks, words
-from tests.trades.by_hand import ASK, OTHER, RISING, UNITS, made, without
-from tests.trades.examples import BIAS, study
 
 
 def test_curves_in_the_order_of_the_numbers(tmp_path: Path) -> None:

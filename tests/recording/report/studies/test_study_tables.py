@@ -9,12 +9,12 @@ from typing import Any
 import numpy as np
 import pytest
 
-from sinssim.recording.report.studies import study as report
-from sinssim.recording.report.studies import study_laws as laws
-from sinssim.studies.attitude_cost import AttitudeCost
-from sinssim.studies.motions import MotionFacts
-from sinssim.studies.operations import Operations
-from sinssim.studies.results import ErrorGrowth, Heading, Order, Row
+from sinssim.experiments.studies import study_laws_report as laws
+from sinssim.experiments.studies import study_report as report
+from sinssim.experiments.studies.attitude_cost import AttitudeCost
+from sinssim.experiments.studies.motions import MotionFacts
+from sinssim.experiments.studies.operations import Operations
+from sinssim.experiments.studies.results import ErrorGrowth, Heading, Order, Row
 from tests.recording.spies import cells, read
 
 

@@ -11,7 +11,7 @@ import pytest
 
 from sinssim.earth.coordinates import ecef_to_geodetic
 from sinssim.errors import InputError
-from sinssim.simulation.parts.phases import phases_of
+from sinssim.experiments.run.parts.phases import phases_of
 from sinssim.truth.flight.flight_log import flight_log
 from sinssim.truth.flight.jsbsim_flight import fly_plan
 from sinssim.truth.flight.legs.waypoint import WaypointLeg

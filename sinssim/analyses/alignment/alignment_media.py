@@ -1,0 +1,33 @@
+"""What an alignment shows and writes."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from pathlib import Path
+from typing import Any
+
+from sinssim.analyses.alignment.report import AlignmentResult
+from sinssim.recording.result import Media
+from sinssim.recording.streams import Stream
+
+
+class AlignmentMedia(Media[AlignmentResult]):
+    """Numbers, streams, figure and files of an alignment."""
+
+    def streams(self, result: AlignmentResult) -> Iterator[Stream]:
+        from sinssim.recording.store.streams import imu_stream
+
+        yield imu_stream("measured", result.imu)
+
+    def figure(self, result: AlignmentResult, quantity: str | None = None) -> Any:
+        from sinssim.analyses.alignment.alignment_figure import session_figure
+
+        return session_figure(result)
+
+    def save(self, result: AlignmentResult, directory: Path, *, overwrite: bool) -> Path:
+        from sinssim.analyses.alignment.alignment_files import write_alignment
+
+        return write_alignment(result, directory, overwrite=overwrite)
+
+
+AlignmentResult.media = AlignmentMedia()

@@ -1,0 +1,302 @@
+"""The sources of a scenario's navigation errors by inertial sensors and initial state, each with its size."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterable
+from dataclasses import dataclass, field
+from typing import TYPE_CHECKING, Literal
+
+import numpy as np
+
+from sinssim.analyses.error_budget.inputs.processes import Flicker, GaussMarkov, Process, Sum, Walk
+from sinssim.analyses.error_budget.inputs.step_response_kernel import (
+    ALONG,
+    BIAS,
+    COUPLED,
+    CUBE,
+    FORCE,
+    HALF_SIZE,
+    RAMP,
+    SERIES,
+    SQUARE,
+    WARM_BIAS,
+    WARM_SCALE,
+)
+from sinssim.data import Array
+from sinssim.errors import InputError
+from sinssim.sensors.imu.error_term import ErrorTerm
+from sinssim.sensors.imu.terms import TERMS
+from sinssim.sensors.sets.combination import maps, spread
+from sinssim.sensors.sets.sensor_set import Redundant
+from sinssim.units import ARCMIN
+
+if TYPE_CHECKING:
+    from sinssim.scenario import Scenario
+
+Kind = Literal["random", "given", "one run"]
+"""random: differs from run to run, with a 1σ; given: the same in every run, with its sign; one run: not linear, the
+effect of the sensors' readings in one run with this source alone."""
+
+_INPUTS = {
+    "bias": BIAS, "scale": ALONG, "misalignment": ALONG, "asymmetry": HALF_SIZE, "quadratic": SQUARE, "cubic": CUBE,
+    "cross_axis": COUPLED, "g_sensitivity": FORCE, "bias_temperature": WARM_BIAS, "scale_temperature": WARM_SCALE,
+    "ramp": RAMP,
+}  # fmt: skip
+"""What a constant error multiplies in the readings, by its field of `TriadErrors`."""
+
+_GROUPS = {"gyro": "gyros", "accel": "accelerometers"}
+
+
+@dataclass(frozen=True)
+class Source:
+    """One source of navigation errors.
+
+    Attributes:
+        name: as in the scenario without the unit, for example "gyro_bias".
+        label: in words.
+        group: "gyros", "accelerometers", "initial state", or the aiding sensor.
+        kind: how it enters.
+        value: its 1σ, the value of a noise, or the given error, in `unit`; the largest component if they differ; NaN if
+            no number describes it.
+        unit: unit as people write it.
+    """
+
+    name: str
+    label: str
+    group: str
+    kind: Kind
+    value: float
+    unit: str
+
+
+@dataclass(frozen=True)
+class Constants:
+    """Constant errors of the inertial sensors: one column for each axis of each error.
+
+    An error whose input is not among those of the kernel has columns of given readings, from the emulator.
+
+    Attributes:
+        sources: of each column's random part and given part, by name; one entry for each source.
+        columns: triad, input, i and j for the kernel, (m, 4).
+        parts: for each source its columns and their size: 1σ for a random source, values for a given one; or the root L
+            of the covariance L Lᵀ of the columns, one row each.
+        emulated: triad, field, place in the field, and size of the errors whose readings the emulator gives, in the
+            order of their series.
+    """
+
+    sources: list[Source]
+    columns: list[tuple[int, int, int, int]]
+    parts: dict[str, tuple[list[int], Array]]
+    emulated: list[tuple[str, str, tuple[int, ...], float]] = field(default_factory=list)
+
+
+@dataclass(frozen=True)
+class InertialNoise:
+    """A noise of the three sensors of a triad.
+
+    Attributes:
+        source: the source.
+        triad: 0 for gyros, 1 for accelerometers, 2 for gravity in north, east, down.
+        what: "white", "quantum", or "process".
+        size: density, quantum or 1σ, SI.
+        density: of the white noise that drives the navigation errors, for a white noise or a quantum.
+        process: of unit size, for a process.
+        sizes: 1σ of the three components, where they differ, (3,).
+        mix: root of the matrix by which the squares of size and density are multiplied for a redundant set, (3, 3).
+    """
+
+    source: Source
+    triad: int
+    what: Literal["white", "quantum", "process"]
+    size: float
+    density: float = 0.0
+    process: Process | None = None
+    sizes: Array | None = None
+    mix: Array = field(default_factory=lambda: np.eye(3))
+
+
+def _in_unit(term: ErrorTerm, values: Array) -> float:
+    largest = float(np.max(np.abs(values)))
+    return float(f"{largest / term.unit:.12g}")
+
+
+def remaining(scenario: Scenario, term: ErrorTerm) -> tuple[Array, Array]:
+    """Return mean and 1σ of one error of the increments that navigation receives, after [compensation].
+
+    Args:
+        scenario: the scenario.
+        term: the error term.
+
+    Returns:
+        Mean and 1σ over all runs, SI, in the shape of its field of `TriadErrors`.
+    """
+    mean, sigma = scenario.imu.stated(term)
+    known = scenario.compensation
+    if known is None or not term.calibrated:
+        return mean, sigma
+    value = getattr(known, term.key)
+    if value is not None:  # a measured value is removed as it is
+        return np.asarray(mean - term.si(value)), sigma
+    return np.zeros(()), term.si(getattr(known, term.sigma_key))
+
+
+def constants(scenario: Scenario) -> Constants:
+    """Return the constant errors of a scenario's inertial sensors.
+
+    Args:
+        scenario: the scenario.
+
+    Returns:
+        Those that are not zero; an error that varies about a given value is two sources.
+    """
+    found = Constants([], [], {})
+    own = scenario.imu.sensor_set
+    for term in TERMS:
+        if not term.drawn:
+            continue
+        if isinstance(own, Redundant):
+            _add_combined(found, term, own, float(np.max(remaining(scenario, term)[1])))
+            continue
+        mean, sigma = (np.broadcast_to(a, term.shape) for a in remaining(scenario, term))
+        kinds: Iterable[tuple[Kind, str, str, Array]] = (
+            ("random", term.name, "", sigma),
+            ("given", f"{term.name}_given", ", given", mean),
+        )
+        triad = ("gyro", "accel").index(term.triad)
+        places: dict[tuple[int, ...], int] = {}
+        for kind, name, also, values in kinds:
+            where = [tuple(map(int, index)) for index in np.argwhere(values)]
+            if not where:
+                continue
+            for index in where:
+                if index not in places:
+                    places[index] = len(found.columns)
+                    found.columns.append(_column(found, term, triad, index, float(values[index])))
+            found.sources.append(
+                Source(name, f"{_label(term)}{also}", _GROUPS[term.triad], kind, _in_unit(term, values),
+                       term.written_unit)
+            )  # fmt: skip
+            found.parts[name] = ([places[index] for index in where], np.array([values[index] for index in where]))
+    return found
+
+
+def _add_combined(found: Constants, term: ErrorTerm, own: Redundant, sigma: float) -> None:
+    """Add an error of a redundant set: columns of the combination, and the effect of the single sensors on them."""
+    if not sigma:
+        return
+    effects = maps(own.axes)
+    if term.field not in effects:
+        raise InputError(
+            f"imu.{term.sigma_key} of a redundant set has no budget: the error depends on the input along each single "
+            "axis. Set it to 0, or use an ensemble."
+        )
+    effect, triad = effects[term.field], ("gyro", "accel").index(term.triad)
+    first = len(found.columns)
+    for number in range(len(effect)):
+        i, j = (number, number) if len(effect) == 3 else divmod(number, 3)
+        found.columns.append((triad, _INPUTS[term.field], i, j))
+    found.sources.append(
+        Source(term.name, _label(term), _GROUPS[term.triad], "random", _in_unit(term, np.array(sigma)),
+               term.written_unit)
+    )  # fmt: skip
+    found.parts[term.name] = (list(range(first, len(found.columns))), sigma * effect)
+
+
+def _column(
+    found: Constants, term: ErrorTerm, triad: int, index: tuple[int, ...], size: float
+) -> tuple[int, int, int, int]:
+    """Return a column of the kernel for one value of an error."""
+    if term.field in _INPUTS:
+        i, j = index if len(index) == 2 else (*index, *index)
+        return triad, _INPUTS[term.field], i, j
+    found.emulated.append((term.triad, term.field, index, size))
+    return 0, SERIES, len(found.emulated) - 1, 0
+
+
+def _label(term: ErrorTerm) -> str:
+    words = term.name.split("_", 1)[1].replace("_", " ")
+    return {"arw": "angle random walk", "vrw": "velocity random walk", "rrw": "rate random walk",
+            "scale": "scale factor", "cross axis": "cross-axis coupling", "quantum": "quantisation",
+            "instability": "bias instability", "g sensitivity": "g-sensitivity", "ramp": "bias ramp"
+            }.get(words, words)  # fmt: skip
+
+
+def inertial_noises(scenario: Scenario, *, summed: bool = False) -> list[InertialNoise]:
+    """Return the noises of a scenario's inertial sensors.
+
+    Args:
+        scenario: the scenario.
+        summed: whether the integral of the gyros' white noise is a state of its own, for readings of a mean rate.
+
+    Returns:
+        Those that are not zero.
+    """
+    section, found = scenario.imu, []
+    own = section.sensor_set
+    mix = np.asarray(np.linalg.cholesky(spread(own.axes)) if isinstance(own, Redundant) else np.eye(3))
+    by_name = {(term.triad, term.field): term for term in TERMS}
+    for term in TERMS:
+        if term.field not in ("random_walk", "quantum", "instability", "rate_walk", "flicker"):
+            continue
+        size = float(section.stated(term)[0])
+        if not size:
+            continue
+        tau = float(section.stated(by_name[term.triad, "correlation_time"])[0])
+        processes: dict[str, Process] = {"random_walk": Sum()} if summed and term.triad == "gyro" else {}
+        processes |= {
+            "instability": GaussMarkov(tau), "rate_walk": Walk(), "flicker": Flicker(1.0 / section.rate_hz)
+        }  # fmt: skip
+        rounded = term.field == "quantum" and section.output != "increments"  # each reading by itself
+        what: Literal["white", "quantum", "process"] = (
+            "white" if term.field == "random_walk" or rounded else "quantum" if term.field == "quantum" else "process"
+        )
+        source = Source(
+            term.name, _label(term), _GROUPS[term.triad], "random", _in_unit(term, np.array(size)), term.written_unit
+        )
+        triad = ("gyro", "accel").index(term.triad)
+        size = size * math.sqrt(section.rate_hz / 12.0) if rounded else size
+        density = size if what == "white" else size / math.sqrt(12.0 * section.rate_hz) if what == "quantum" else 0.0
+        found.append(InertialNoise(source, triad, what, size, density, processes.get(term.field), mix=mix))
+    return found
+
+
+@dataclass(frozen=True)
+class InitialErrors:
+    """Errors of the initial state.
+
+    Attributes:
+        sources: the sources.
+        parts: for each of them its errors at the start, one column for each independent one, (9, c).
+    """
+
+    sources: list[Source] = field(default_factory=list)
+    parts: dict[str, Array] = field(default_factory=dict)
+
+
+def initial_errors(scenario: Scenario, given: Array) -> InitialErrors:
+    """Return the errors of a scenario's initial state.
+
+    Args:
+        scenario: the scenario.
+        given: errors at the start by the given initial errors alone, position, velocity and attitude, (9,).
+
+    Returns:
+        Those that are not zero.
+    """
+    e, found = scenario.navigation.initial_error, InitialErrors()
+    rows: tuple[tuple[str, str, tuple[int, ...], float, float, str], ...] = (
+        ("initial_position", "position, north and east", (0, 1), e.position_sigma_m, 1.0, "m"),
+        ("initial_height", "height", (2,), e.height_sigma_m, 1.0, "m"),
+        ("initial_velocity", "velocity", (3, 4, 5), e.velocity_sigma_mps, 1.0, "m/s"),
+        ("initial_tilt", "tilts", (6, 7), e.tilt_sigma_arcmin, ARCMIN, "arcmin"),
+        ("initial_heading", "heading", (8,), e.heading_sigma_arcmin, ARCMIN, "arcmin"),
+    )
+    for name, label, where, size, unit, written in rows:
+        if size:
+            found.sources.append(Source(name, label, "initial state", "random", size, written))
+            found.parts[name] = size * unit * np.eye(9)[:, list(where)]
+    if given.any():
+        found.sources.append(Source("initial_given", "given errors", "initial state", "given", float("nan"), ""))
+        found.parts["initial_given"] = given[:, None]
+    return found

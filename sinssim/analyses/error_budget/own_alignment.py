@@ -1,0 +1,216 @@
+"""The start of the budget where the inertial navigator aligns itself: all sources through [navigation.alignment].
+
+Quiet: eq. (1) over the mean readings, as for a filter (`sinssim.analyses.error_budget.alignment`).
+
+Disturbed: the fit of gravity's cone. In the inertial frame ib0 of the block at the first instant, the attitude error φ
+and the error u of the measured velocity follow
+
+    φ̇ = −C δω,   u̇ = f × φ + C δf                                                                     (1)
+
+and the fit is linear in u about its own solution: its unknowns x, a rotation δ of the cone, the latitude if it is free,
+g and v₀, are the least-squares solution x = Σ_b W_b ū_b over the block means ū_b. The aligned attitude and velocity are
+
+    φ_n = C_n,ib0 (φ(T) + δ),   δv_n = C_n,ib0 (u(T) − J(T) x) + v × (C_n,ib0 δ)                       (2)
+
+with the velocity v of the sway that is left at the end. Errors that persist go on acting after the session, and are
+correlated with the start: a tilt by a bias of the accelerometers cancels this bias.
+"""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from itertools import pairwise
+from typing import TYPE_CHECKING, NamedTuple
+
+import numpy as np
+
+from sinssim import rotation
+from sinssim.alignment.budget import expected_errors
+from sinssim.alignment.disturbed import cone_jacobian, fit_of_session, inertial_curve, mean_blocks
+from sinssim.alignment.own_start import aligned_state
+from sinssim.analyses.error_budget.alignment import align
+from sinssim.analyses.error_budget.motion import TrueMotion, exponential, white_covariance
+from sinssim.analyses.error_budget.propagation import NavigationStep, Propagation
+from sinssim.analyses.error_budget.shares import Shares
+from sinssim.data import Array, ImuData, NavState
+from sinssim.earth import radii
+from sinssim.errors import InputError
+from sinssim.estimation.dynamics import CORE, PHI, R, V, skew
+from sinssim.estimation.nominal import rows_of
+
+if TYPE_CHECKING:
+    from sinssim.scenario import Scenario
+
+_FITTED = 8
+_X = slice(CORE, CORE + _FITTED)
+"""The unknowns of the fit beside the navigation errors."""
+
+_LONGEST = 1.0
+_ANGLE = 1e-7
+"""Step of the latitude for differences, rad."""
+
+
+def samples_of_alignment(scenario: Scenario, motion: TrueMotion) -> int:
+    """Return the number of samples that the navigator's own alignment takes, 0 without one.
+
+    Args:
+        scenario: the scenario.
+        motion: the true motion.
+
+    Returns:
+        The number.
+
+    Raises:
+        InputError: the run ends before the alignment does.
+    """
+    section, time = scenario.navigation.alignment, motion.ideal.time
+    if section is None:
+        return 0
+    count = int(np.searchsorted(time, time[0] + section.duration_s - 1e-9))
+    if count >= len(motion.ideal):
+        raise InputError(
+            f"navigation.alignment.duration_s = {section.duration_s:g}: the run lasts {time[-1] - time[0]:g} s, and "
+            "navigation needs time after the alignment."
+        )
+    return count
+
+
+def begin_aligned(
+    scenario: Scenario, motion: TrueMotion, shares: Shares, series: tuple[Array, Array], count: int, core: int
+) -> Propagation:
+    """Return all sources' shares at the end of the navigator's own alignment.
+
+    Args:
+        scenario: the scenario.
+        motion: the true motion.
+        shares: the sources.
+        series: given reading errors of the inertial sensors.
+        count: number of samples of the session.
+        core: number of core states after it, 9 or more; those beyond the navigation errors are zero.
+
+    Returns:
+        The propagation at the end of the session.
+    """
+    section = scenario.navigation.alignment
+    assert section is not None
+    if section.method == "quiet":
+        propagation = shares.begin(core)
+        align(motion, shares, series, count, propagation)
+        return propagation
+    return _disturbed(scenario, motion, shares, series, count, core)
+
+
+class _Session(NamedTuple):
+    """The session in the inertial frame of the block's first instant.
+
+    Attributes:
+        motion: the true motion of the session, with the attitude in this frame.
+        edges: boundaries of the steps, (K+1,) s.
+        weight: W of the block of each step, over the share of the step in it, (K, 8, 3).
+        gained: velocity gained by the specific force in each step, (K, 3) m/s.
+        last: J at the end, (3, 8).
+    """
+
+    motion: TrueMotion
+    edges: Array
+    weight: Array
+    gained: Array
+    last: Array
+
+
+def _session(motion: TrueMotion, count: int) -> _Session:
+    """Linearise the fit about the true motion."""
+    ideal = ImuData(motion.ideal.time[: count + 1], motion.ideal.dtheta[:count], motion.ideal.dvel[:count])
+    q, velocity = inertial_curve(ideal)
+    own = replace(rows_of(motion.state, slice(0, count + 1)), q_nb=q)
+    fit, (rows, t, _) = fit_of_session(ideal, float(motion.state.latitude[0])), mean_blocks(ideal, velocity)
+    jacobian = cone_jacobian(fit, t, fixed=True)
+    weights = np.linalg.pinv(jacobian.reshape(-1, _FITTED) * _SCALE, rcond=1e-13) * _SCALE[:, None]
+    weights = weights.reshape(_FITTED, len(t), 3).transpose(1, 0, 2)
+    bounds = np.append(rows[:-1], count)
+    parts = max(int(np.ceil(float(ideal.time[-1] - ideal.time[0]) / len(t) / _LONGEST)), 1)
+    inner = [np.linspace(a, b, parts + 1)[:-1] for a, b in pairwise(bounds)]
+    samples = np.unique(np.append(np.concatenate(inner), count).astype(np.int64))
+    edges = ideal.time[samples]
+    block = np.clip(np.searchsorted(bounds, samples[:-1], side="right") - 1, 0, len(t) - 1)
+    within = np.diff(samples) / np.diff(bounds)[block]
+    last = cone_jacobian(fit, ideal.time[-1:] - ideal.time[0], fixed=True)[0]
+    weight = weights[block] * within[:, None, None]
+    return _Session(replace(motion, ideal=ideal, state=own), edges, weight, np.diff(velocity[samples], axis=0), last)
+
+
+_SCALE = np.array([1e-3, 1e-3, 1e-3, 1e-3, 1e-3, 1.0, 1.0, 1.0])
+"""Sizes of the unknowns, as in the fit itself."""
+
+
+def _disturbed(
+    scenario: Scenario, motion: TrueMotion, shares: Shares, series: tuple[Array, Array], count: int, core: int
+) -> Propagation:
+    """Take all sources through the fit of the cone, by (1) and (2)."""
+    session = _session(motion, count)
+    n = CORE + _FITTED
+    propagation = shares.begin(n)
+    only_position = np.zeros((n, n))
+    only_position[R, R] = np.eye(3)
+    propagation.map(only_position)
+    interval = np.diff(session.edges)
+    f = np.zeros((len(interval), CORE, CORE))
+    f[:, V, PHI] = skew(session.gained / interval[:, None])
+    phi = exponential(f, interval)
+    drive = np.zeros((2, len(interval), CORE, 3))  # by gyros and accelerometers; the noise has no direction
+    drive[0, :, PHI], drive[1, :, V] = -np.eye(3), np.eye(3)
+    noise = {
+        one.source.name: white_covariance(f, drive[one.triad] @ (one.size * one.mix), interval)
+        for one in shares.noises
+        if one.what == "white" and one.process is None
+    }
+    theta, velocity = (part[:, :count] for part in series)
+    effects = session.motion.responses(session.edges, shares.kernel_columns, theta, velocity).core
+    q_nb, q_ib = motion.state.q_nb[: count + 1], session.motion.state.q_nb
+    to_frame = rotation.dcm_from_quaternion(rotation.multiply(q_ib, rotation.conjugate(q_nb)))
+    middle = np.searchsorted(motion.ideal.time[: count + 1], 0.5 * (session.edges[1:] + session.edges[:-1]))
+    for k, length in enumerate(interval.tolist()):
+        over = np.zeros((n, CORE))  # what a change of the navigation errors in the step adds to the fit
+        over[:CORE] = np.eye(CORE)
+        over[_X, V] = 0.5 * session.weight[k]
+        whole = np.eye(n)
+        whole[:, :CORE] = over @ phi[k]
+        whole[_X, V] += 0.5 * session.weight[k]
+        constants = np.zeros((n, shares.count))
+        constants[:, : shares.inertial] = over @ effects[k, :, : shares.inertial]
+        bias = over @ effects[k, :, shares.inertial :]
+        fields = over[:, V] @ (length * to_frame[middle[k]])
+        own = {name: over @ q[k] @ over.T for name, q in noise.items()}
+        propagation.step(NavigationStep(whole, constants, own, (bias[:, :3], bias[:, 3:]), length, fields, 0.0))
+    propagation.project(_end(scenario, motion, session, count, core))
+    return propagation
+
+
+def _end(scenario: Scenario, motion: TrueMotion, session: _Session, count: int, core: int) -> Array:
+    """Return the map to the navigation errors at the end of the session, (2), (core, 17)."""
+    q_nb, q_ib = motion.state.q_nb[count], session.motion.state.q_nb[count]
+    c = rotation.dcm_from_quaternion(rotation.multiply(q_nb, rotation.conjugate(q_ib)))
+    found = np.zeros((core, CORE + _FITTED))
+    found[R, R] = np.eye(3)
+    found[V, V], found[PHI, PHI] = c, c
+    place = rows_of(motion.state, slice(0, 1))
+    starts = [_aligned(scenario, motion, session, place, step) for step in (-_ANGLE, 0.0, _ANGLE)]
+    turn = skew(np.asarray(starts[1].velocity_ned)[None])[0] @ c
+    found[V, _X] = -c @ session.last
+    found[V, _X][:, :3] += turn
+    found[PHI, _X][:, :3] = c
+    # the latitude that the navigator is given opens the cone of the fit
+    meridian = float(radii(place.latitude, motion.trajectory.ellipsoid)[0][0] + place.height[0])
+    between = rotation.multiply(starts[0].q_nb, rotation.conjugate(starts[2].q_nb))
+    found[PHI, 0] = rotation.rotation_vector_from_quaternion(between) / (2.0 * _ANGLE * meridian)
+    found[V, 0] = (starts[2].velocity_ned - starts[0].velocity_ned) / (2.0 * _ANGLE * meridian)
+    return found
+
+
+def _aligned(scenario: Scenario, motion: TrueMotion, session: _Session, place: NavState, step: float) -> NavState:
+    """Return the state that perfect sensors align, given a latitude that is a step off."""
+    given = replace(place, latitude=place.latitude[0] + step, longitude=place.longitude[0], height=place.height[0])
+    return aligned_state(
+        session.motion.ideal, given, "disturbed", expected_errors(scenario.imu), motion.gravity,
+        motion.trajectory.ellipsoid,
+    )[0]  # fmt: skip

@@ -1,0 +1,203 @@
+"""Measures and navigates many runs of one motion: `navigate_batch`."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass, field
+from typing import Unpack
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from sinssim.algorithms import ALGORITHMS
+from sinssim.checks import checked_imu, checked_initial
+from sinssim.data import Array, ImuData, NavState
+from sinssim.earth.gravity import gravity_number
+from sinssim.earth.kernels import parameters
+from sinssim.errors import InputError, RunError, check_name
+from sinssim.experiments.ensembles.batch import layout
+from sinssim.experiments.ensembles.batch.engines import engine
+from sinssim.experiments.ensembles.batch.served import FRAME, served_algorithm
+from sinssim.sensors.imu.emulate import at_the_sensors, emulate
+from sinssim.sensors.imu.errors import ImuErrors
+from sinssim.sensors.imu.pack import pack
+from sinssim.statistics.random_numbers import key
+from sinssim.strapdown.frames.vertical import NUMBERS, height_reference
+from sinssim.strapdown.increments.fit import WINDOW, is_uniform, weight_table
+from sinssim.strapdown.mechanization import Mechanization, Options, chosen
+from sinssim.strapdown.navigate import navigate
+from sinssim.system.threads import thread_pool
+
+
+@dataclass(frozen=True)
+class BatchSolution:
+    """Solutions of R runs at E epochs. The first axis is the run.
+
+    Attributes:
+        time: times of the epochs, (E,) s.
+        latitude, longitude: (R, E) rad.
+        height: (R, E) m.
+        velocity_ned: (R, E, 3) m/s.
+        q_nb: attitude quaternion, (R, E, 4); of a direction cosine matrix, either of the two quaternions.
+        failures: the errors of the runs that failed, by run number; the rows of those are NaN.
+        alone: numbers of the runs that left the range of the batch's kernel and were navigated one by one.
+    """
+
+    time: Array
+    latitude: Array
+    longitude: Array
+    height: Array
+    velocity_ned: Array
+    q_nb: Array
+    failures: dict[int, RunError] = field(default_factory=dict)
+    alone: tuple[int, ...] = ()
+
+    def state(self, run: int) -> NavState:
+        """Return the states of one run at the epochs.
+
+        Args:
+            run: number of the run.
+
+        Returns:
+            The states, (E,).
+        """
+        return NavState(
+            self.latitude[run], self.longitude[run], self.height[run], self.velocity_ned[run], self.q_nb[run]
+        )
+
+
+def navigate_batch(
+    ideal: ImuData,
+    initial: NavState | Sequence[NavState],
+    errors: Sequence[ImuErrors],
+    seeds: Sequence[int],
+    epochs: ArrayLike,
+    mechanization: Mechanization | None = None,
+    *,
+    height: ArrayLike | None = None,
+    threads: int = 1,
+    progress: Callable[[int], None] | None = None,
+    **options: Unpack[Options],
+) -> BatchSolution:
+    """Measure one motion by the sensors of many runs and navigate each in the level frame; keep the epochs only.
+
+    Run i has the numbers of `navigate(emulate(ideal, errors[i], seeds[i], rounded=True), initial[i], …)` at the epochs.
+    They do not depend on the number of threads or on the other runs. Memory is that of the epochs, 80 bytes each for
+    every run.
+
+    Args:
+        ideal: error-free increments of all runs, N intervals.
+        initial: initial state of all runs, or one for each, scalars.
+        errors: errors of each run's sensors, R of them; correlation times, arms, delay, warm-up and null shift are the
+            same in all, and there are no faults.
+        seeds: seeds of the runs, R.
+        epochs: numbers of the edges in ideal.time to keep, increasing, (E,).
+        mechanization: of all runs; an algorithm that `served_algorithm` admits, in the frame "level", at one rate.
+        height: as for `navigate`, the same in all runs, (N+1,) m.
+        threads: number of threads; each takes `layout.LANES` runs at a time.
+        progress: called with the number of finished runs, from the threads.
+        **options: fields of the mechanization by name instead.
+
+    Returns:
+        The solutions at the epochs. A run that leaves the range of the kernel (a rotation beyond 14° in an interval,
+        for normal gravity heights outside −1…30 km, a latitude beyond 89.9°, diverging numbers) is navigated alone; if
+        that fails, too, its error is among the failures.
+
+    Raises:
+        InputError: an option is unknown or not served, or the data cannot be used.
+    """
+    of = chosen(mechanization, options)
+    check_name("algorithm", of.algorithm, ALGORITHMS)
+    if (reason := served_algorithm(of.algorithm)) is not None:
+        raise InputError(f"a batch cannot be navigated by {of.algorithm}: {reason}.")
+    if of.frame != FRAME or of.rates_hz is not None:
+        raise InputError(f'a batch is navigated in the frame "{FRAME}", at the rate of the data.')
+    ideal = checked_imu(ideal)
+    count, runs = len(ideal), len(errors)
+    if count < WINDOW:
+        raise InputError(f"a batch needs at least {WINDOW} samples; there are {count}.")
+    reference, climb = height_reference(of.vertical, height, ideal.time)
+    edges = _checked_epochs(epochs, count)
+    _check_errors(errors, seeds)
+    felt = at_the_sensors(ideal, errors[0])
+    packed = pack(errors, float(ideal.time[0]), rounded=True)
+    keys = np.array([key(int(seed)) for seed in seeds], dtype=np.uint64).T.copy()
+    start = _initial(initial, runs)
+    uniform = is_uniform(ideal.time)
+    kernel = engine(of.algorithm, gravity_number(of.gravity), NUMBERS[of.vertical], of.curvature, packed.active)
+    out, left = np.empty((10, len(edges), runs)), np.zeros(runs)
+    data = (
+        *(np.ascontiguousarray(a, dtype=np.float64) for a in (ideal.time, felt.dtheta, felt.dvel)),
+        weight_table(ideal.time, uniform), uniform, parameters(of.earth),
+        reference, climb, of.baro_time_constant, packed.conditions, packed.parameters, keys,
+        packed.kinds, packed.spans, packed.amounts, start, edges,
+    )  # fmt: skip
+
+    def lane(first: int) -> None:
+        last = min(first + layout.LANES, runs)
+        kernel(*data, first, last, out, left)
+        if progress is not None:
+            progress(last - first)
+
+    with thread_pool(threads) as pool:
+        for _ in pool.map(lane, range(0, runs, layout.LANES)):
+            pass
+
+    failures: dict[int, RunError] = {}
+    alone = tuple(int(run) for run in np.flatnonzero(left))
+    for run in alone:
+        own = initial if isinstance(initial, NavState) else initial[run]
+        try:
+            imu = emulate(ideal, errors[run], int(seeds[run]), rounded=True)
+            solution = navigate(imu, own, of, height=height)
+        except RunError as error:
+            failures[run] = error
+            out[:, :, run] = np.nan
+            continue
+        out[:3, :, run] = solution.latitude[edges], solution.longitude[edges], solution.height[edges]
+        out[3:6, :, run], out[6:, :, run] = solution.velocity_ned[edges].T, solution.q_nb[edges].T
+    return BatchSolution(
+        ideal.time[edges], out[0].T, out[1].T, out[2].T, out[3:6].T, out[6:].T, failures, alone
+    )  # fmt: skip
+
+
+def _checked_epochs(epochs: ArrayLike, count: int) -> NDArray[np.int64]:
+    """Return the numbers of the epochs' edges."""
+    edges = np.asarray(epochs)
+    if edges.ndim != 1 or not len(edges) or edges.dtype.kind not in "iu":
+        raise InputError("epochs must be a list of numbers of edges, at least one.")
+    edges = edges.astype(np.int64)
+    if edges[0] < 0 or edges[-1] > count or np.any(np.diff(edges) <= 0):
+        raise InputError(f"epochs must increase and lie within 0 … {count}, the edges of the data.")
+    return edges
+
+
+def _check_errors(errors: Sequence[ImuErrors], seeds: Sequence[int]) -> None:
+    """Raise for errors that must be the same in all runs and are not."""
+    if not errors or len(errors) != len(seeds):
+        raise InputError(f"a batch needs errors and a seed for each run; there are {len(errors)} and {len(seeds)}.")
+    one = errors[0]
+    for run, other in enumerate(errors):
+        if other.faults:
+            raise InputError(f"run {run} has faults, which a batch does not support.")
+        same = {
+            "gyro.correlation_time": one.gyro.correlation_time == other.gyro.correlation_time,
+            "accel.correlation_time": one.accel.correlation_time == other.accel.correlation_time,
+            "arms": np.array_equal(one.arms, other.arms),
+            "delay": one.delay == other.delay,
+            "warm_up": one.warm_up == other.warm_up,
+            "null_shift": one.null_shift == other.null_shift,
+        }
+        if not all(same.values()):
+            names = ", ".join(name for name, equal in same.items() if not equal)
+            raise InputError(f"{names} of run {run} differ from those of run 0; in a batch they are the same.")
+
+
+def _initial(initial: NavState | Sequence[NavState], runs: int) -> Array:
+    """Return the initial states of the runs, (10, R)."""
+    states = [initial] if isinstance(initial, NavState) else list(initial)
+    if len(states) not in (1, runs) or (len(states) == 1 and not isinstance(initial, NavState) and runs != 1):
+        raise InputError(f"a batch needs one initial state, or one for each of {runs} runs; there are {len(states)}.")
+    columns = [np.array([lat, lon, h, *v, *q]) for lat, lon, h, v, q in map(checked_initial, states)]
+    # a copy: a view that may not be written would cause another compilation
+    return np.array(np.broadcast_to(np.stack(columns, axis=1), (10, runs)), order="C")

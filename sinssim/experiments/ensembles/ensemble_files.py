@@ -1,0 +1,65 @@
+"""Writes the results of an ensemble: report.html, figures, summary.json, recording.rrd."""
+
+from __future__ import annotations
+
+import json
+import platform
+from collections.abc import Mapping
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+from sinssim.experiments.ensembles.predicted import predicted_sigma
+from sinssim.experiments.ensembles.summary import ensemble_numbers
+from sinssim.recording.store.summary import plain, processor, versions
+from sinssim.system.outputs import write_text
+
+if TYPE_CHECKING:
+    from sinssim.experiments.ensembles.result import EnsembleResult
+
+FIGURES = ("ensemble.svg", "ensemble.png")
+"""The picture of an ensemble for a paper."""
+
+
+def to_json(result: EnsembleResult, numbers: Mapping[str, Any] | None = None) -> dict[str, Any]:
+    """Return an ensemble as plain numbers with units in the names.
+
+    Args:
+        result: the ensemble.
+        numbers: its numbers, if they are known.
+
+    Returns:
+        The contents of `summary.json`.
+    """
+    return dict(plain({**(numbers or ensemble_numbers(result)), "versions": versions()}))
+
+
+def write_ensemble(result: EnsembleResult, folder: Path, status: str = "finished") -> list[str]:
+    """Write the report of an ensemble, its figure, its numbers and its recording.
+
+    Args:
+        result: the ensemble.
+        folder: an existing folder.
+        status: "finished", "interrupted" or "failed".
+
+    Returns:
+        The names of the files.
+
+    Raises:
+        OSError: they cannot be written.
+    """
+    from sinssim.experiments.ensembles.ensemble_figure import overview
+    from sinssim.experiments.ensembles.ensemble_recording import record
+    from sinssim.experiments.ensembles.ensemble_report import ensemble_report
+    from sinssim.recording.figures.canvas import save
+
+    about = {**versions(), "Python": platform.python_version(), "processor": processor()}
+    numbers = ensemble_numbers(result, status)
+    predicted = predicted_sigma(result.plan) if status == "finished" else None
+    write_text(folder / "report.html", ensemble_report(result, numbers, about, predicted))
+    picture = overview(result)
+    for name in FIGURES:
+        save(picture, folder / name)
+    record(result, numbers, folder / "recording.rrd")
+    text = json.dumps(to_json(result, numbers), indent=2, ensure_ascii=False, allow_nan=False)
+    write_text(folder / "summary.json", text + "\n")
+    return ["report.html", "summary.json", "recording.rrd", *FIGURES]

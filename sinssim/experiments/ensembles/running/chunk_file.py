@@ -1,0 +1,175 @@
+"""The file of a group of runs: Parquet with a row for each run, written to a temporary file and renamed into place.
+
+Errors over the epochs are lists. The file's metadata hold the digest of the ensemble and a digest of the contents, so
+that a damaged file is found, whatever byte is wrong.
+"""
+
+from __future__ import annotations
+
+import hashlib
+import json
+import re
+from collections.abc import Iterable
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from sinssim.data import Array
+from sinssim.errors import RunError
+from sinssim.experiments.ensembles.plan import Plan
+from sinssim.experiments.ensembles.run_errors import COMPONENTS, EVERYTHING, VECTORS, RunErrors
+from sinssim.experiments.ensembles.stored_errors import Errors
+from sinssim.system.drafts import draft
+
+_NAME = re.compile(r"(\d{7,})-(\d{7,})\.parquet$")
+
+
+class DamagedChunkError(RunError):
+    """The file of a group of runs cannot be read, or its contents are not what was written."""
+
+
+def chunk_name(runs: range) -> str:
+    """Return the file name of a group of runs.
+
+    Args:
+        runs: numbers of the runs.
+
+    Returns:
+        For example "0000064-0000127.parquet".
+    """
+    return f"{runs.start:07d}-{runs.stop - 1:07d}.parquet"
+
+
+def runs_of(path: Path) -> range | None:
+    """Return the numbers of the runs of a file by its name, None if it is no such name."""
+    match = _NAME.match(path.name)
+    return range(int(match[1]), int(match[2]) + 1) if match else None
+
+
+def write_chunk(errors: Errors, plan: Plan, folder: Path, runs: slice = EVERYTHING) -> Path:
+    """Write the errors of a group of runs.
+
+    Args:
+        errors: errors of consecutive runs.
+        plan: the plan of the ensemble.
+        folder: an existing folder.
+        runs: rows of the group among them; by default all.
+
+    Returns:
+        The file; the same errors give the same bytes.
+
+    Raises:
+        OSError: the file cannot be written; nothing is left of it.
+    """
+    import pyarrow as pa
+    import pyarrow.parquet as pq
+
+    columns, failure, numbers = _columns(errors, runs), errors.failure[runs], errors.number[runs]
+    about = {"digest": plan.digest, "contents": _digest(columns, failure)}
+    arrays = {name: _array(values) for name, values in columns.items()}
+    arrays["failure"] = pa.array(failure, pa.string())
+    table = pa.table(arrays).replace_schema_metadata({"sinssim": json.dumps(about, sort_keys=True)})
+    path = folder / chunk_name(range(int(numbers[0]), int(numbers[-1]) + 1))
+    split = {
+        f"{name}.list.element" if values.ndim > 1 else name: "BYTE_STREAM_SPLIT"
+        for name, values in columns.items()
+    }  # fmt: skip
+    with draft(path) as beside:
+        pq.write_table(
+            table, beside, compression="zstd", compression_level=1, use_dictionary=False, write_statistics=False,
+            column_encoding=split,
+        )  # fmt: skip
+    return path
+
+
+def read_chunk(path: Path, plan: Plan) -> RunErrors:
+    """Read the errors of a group of runs.
+
+    Args:
+        path: the file.
+        plan: the plan of the ensemble.
+
+    Returns:
+        The errors.
+
+    Raises:
+        DamagedChunkError: the file cannot be read, belongs to another ensemble, or was changed.
+    """
+    import pyarrow.parquet as pq
+
+    try:
+        table = pq.read_table(path, use_threads=False)
+        about = json.loads(table.schema.metadata[b"sinssim"])
+        columns = {name: _values(table.column(name)) for name in table.column_names if name != "failure"}
+        failure = table.column("failure").to_pylist()
+    except Exception as error:  # whatever a reader makes of damaged bytes
+        reason = (str(error).splitlines() or [type(error).__name__])[0].rstrip(".")
+        raise DamagedChunkError(f"{path} cannot be read: {reason}.") from error
+    if about.get("contents") != _digest(columns, failure):
+        raise DamagedChunkError(f"{path} is damaged: its contents are not those that were written.")
+    if about.get("digest") != plan.digest:
+        raise DamagedChunkError(f"{path} belongs to another ensemble.")
+    return _errors(columns, failure, plan)
+
+
+def _columns(errors: Errors, runs: slice) -> dict[str, Array]:
+    """Return the columns of a file, (R,) or (R, K) each."""
+    columns: dict[str, Any] = {"run": errors.number[runs], "seed": errors.seed[runs], "end_s": errors.end[runs]}
+    columns |= {f"vary {key}": values[runs] for key, values in errors.values.items()}
+    columns |= {f"final_{name}": errors.final[runs, i] for i, name in enumerate(COMPONENTS)}
+    columns |= {name: errors.column(name, runs=runs) for name in errors.names}
+    return {name: np.ascontiguousarray(values) for name, values in columns.items()}
+
+
+def _errors(columns: dict[str, Array], failure: list[str], plan: Plan) -> RunErrors:
+    """Return what `_columns` was made of."""
+
+    def stacked(prefix: str = "") -> list[Array]:
+        return [columns[f"{prefix}{name}"] for name in COMPONENTS]
+
+    def named(kind: str, names: Iterable[str]) -> dict[str, Array]:
+        return {name: columns[f"{kind} {name}"] for name in names}
+
+    position, velocity, attitude = (np.stack(stacked()[3 * i : 3 * i + 3], axis=-1) for i in range(len(VECTORS)))
+    return RunErrors(
+        number=columns["run"].astype(np.int64),
+        seed=columns["seed"].astype(np.int64),
+        end=columns["end_s"],
+        failure=failure,
+        values={key: columns[f"vary {key}"] for key in plan.keys},
+        position_ned=position,
+        velocity_ned=velocity,
+        attitude=attitude,
+        final=np.stack(stacked("final_"), axis=-1),
+        sigma=np.stack(stacked("sigma_"), axis=-1) if plan.blocks else None,
+        nees=named("nees", plan.blocks),
+        nees_freedom=named("nees_freedom", plan.blocks),
+        nis=named("nis", plan.sensors),
+        nis_freedom=named("nis_freedom", plan.sensors),
+    )
+
+
+def _digest(columns: dict[str, Array], failure: list[str]) -> str:
+    digest = hashlib.sha256(json.dumps(failure).encode())
+    for name, values in columns.items():
+        digest.update(f"{name} {values.dtype} {values.shape}".encode())
+        digest.update(np.ascontiguousarray(values).tobytes())
+    return digest.hexdigest()
+
+
+def _array(values: Array) -> Any:
+    import pyarrow as pa
+
+    if values.ndim == 1:
+        return pa.array(values)
+    return pa.FixedSizeListArray.from_arrays(pa.array(values.ravel()), values.shape[1])
+
+
+def _values(column: Any) -> Array:
+    import pyarrow as pa
+
+    array = column.combine_chunks()
+    if pa.types.is_fixed_size_list(array.type):
+        return np.asarray(array.flatten().to_numpy(zero_copy_only=False)).reshape(-1, array.type.list_size)
+    return np.asarray(array.to_numpy(zero_copy_only=False))

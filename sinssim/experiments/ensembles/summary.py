@@ -1,0 +1,374 @@
+"""The numbers of an ensemble in the words of the field, as they stand in its `summary.json`."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping
+from dataclasses import replace
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from sinssim import units
+from sinssim.data import Array
+from sinssim.experiments.ensembles.filtered import DIVERGED
+from sinssim.experiments.ensembles.run_errors import COMPONENTS
+from sinssim.formatting import number_text
+from sinssim.scenario.own_files import own_files
+from sinssim.statistics.chi_square import extreme, share_inside
+from sinssim.statistics.circles import circle_radius
+from sinssim.statistics.order_statistics import Percentile, cep, percentile, r95
+from sinssim.statistics.rates import END, LINE, to_nmi_h
+from sinssim.statistics.requirements.exceeded import NEVER
+from sinssim.statistics.requirements.verdict import CONFIDENCE
+
+if TYPE_CHECKING:
+    from sinssim.experiments.ensembles.result import EnsembleResult, MeanSquare
+
+DEFINITIONS = {
+    "horizontal error r": "distance between the solution and the true position, along the ground, at each epoch",
+    "CEP, R95": "50th and 95th percentile of r over the runs, median-unbiased; the error of a failed run is infinite",
+    "band": "95 % confidence, from order statistics (binomial); no normality assumed",
+    "rate by the line": f"of each run: {LINE}; 1 nmi = 1852 m",
+    "rate at the end": f"of each run: {END}; 1 nmi = 1852 m",
+    "sigma": "root of the sample variance over the runs that did not fail, with its standard error sigma/sqrt(2N)",
+    "rms": "root of the mean square over all epochs of all runs that did not fail",
+    "heading, tilt": "components of the rotation vector of the attitude error about down, and about north and east",
+}
+"""What each number of an ensemble means."""
+
+WORST = 5
+"""Number of the worst runs that are named."""
+
+PART_121_RATE, PART_121_HOURS = 2.0, 10.0
+PART_121 = "14 CFR Part 121, Appendix G"
+"""Its limits for inertial systems: at most 2 nmi/h of circular error in 95 % of flights up to 10 h; beyond, ±20 nmi
+across the track and ±25 nmi along it in 95 %."""
+_ACROSS, _ALONG = 20.0, 25.0
+
+
+def ensemble_numbers(result: EnsembleResult, status: str = "finished") -> dict[str, Any]:
+    """Return the numbers of an ensemble.
+
+    Args:
+        result: the ensemble.
+        status: "finished", "interrupted" or "failed".
+
+    Returns:
+        The contents of `summary.json`, apart from the versions: definitions, numbers of runs, the errors at the end
+        and at the times asked for, rates in both definitions, components, the comparison with the regulation,
+        requirements, a filter's NEES, NIS and verdict, failures, the worst, median and best runs, and files outside the
+        package on which the numbers depend. Numbers that are not finite are as they are.
+    """
+    plan = result.plan
+    lasts = float(plan.epochs[-1] - plan.start)
+    return {
+        "scenario": plan.scenario.name,
+        "status": status,
+        "seed": plan.scenario.seed,
+        "solution": plan.solution,
+        "runs": len(result),
+        "failed": int(result.failed.sum()),
+        "start_s": plan.start,
+        "end_s": float(plan.epochs[-1]),
+        "epochs": len(plan.epochs),
+        "varied": list(plan.keys),
+        "definitions": DEFINITIONS,
+        "final_horizontal_m": {
+            "cep": band(cep(result.final_horizontal)),
+            "r95": band(r95(result.final_horizontal)),
+        },
+        "at": _at(result),
+        "rate_nmi_h": {
+            name: {
+                "definition": definition,
+                "cep": band(cep(to_nmi_h(rates))),
+                "r95": band(r95(to_nmi_h(rates))),
+            }
+            for name, definition, rates in (("line", LINE, result.mean_rates), ("end", END, result.end_rates))
+        },
+        "components": _components(result),
+        "circles_of_covariance_m": _circles(result),
+        "part_121": part_121(result, lasts),
+        "requirements": requirements(result),
+        "looks": list(result.looks),
+        "nees": {name: _mean_square(one) for name, one in result.nees.items()},
+        "nis": {name: _mean_square(one) for name, one in result.nis.items()},
+        "consistency": consistency(result),
+        "failures": {str(number): text for number, text in result.failures.items()},
+        "named_runs": named_runs(result),
+        "notes": result.notes,
+        "computed": result.computed,
+        "seconds": round(result.seconds, 3),
+        **({"own_content": own} if (own := [file.to_json() for file in own_files(plan.scenario)]) else {}),
+    }
+
+
+def band(found: Percentile) -> dict[str, float]:
+    """Return a percentile of one number of each run as plain numbers.
+
+    Args:
+        found: the percentile, of the shape ().
+
+    Returns:
+        `value`, `low`, `high` and `runs`.
+    """
+    return {
+        "value": float(found.value),
+        "low": max(float(found.low), 0.0),
+        "high": float(found.high),
+        "runs": int(found.runs),
+    }
+
+
+def named_runs(result: EnsembleResult) -> list[dict[str, Any]]:
+    """Return the worst runs, the median and the best one, by the rate of the line through the origin.
+
+    Args:
+        result: the ensemble.
+
+    Returns:
+        Each with its rank in words, number, seed, rate, final error, and failure or "".
+    """
+    order, count = result.ranking, len(result)
+    worked = order[int(result.failed.sum()) :]
+    picked = {int(number): "worst" for number in order[:1]}
+    if len(worked):
+        picked.setdefault(int(worked[-1]), "best")
+        picked.setdefault(int(worked[len(worked) // 2]), "median")
+    for place, number in enumerate(order[:WORST], 1):  # in few runs, one of them is the median
+        picked.setdefault(int(number), f"worst {place}")
+    rates, rows = to_nmi_h(result.mean_rates), {int(n): k for k, n in enumerate(result.errors.number)}
+    return [
+        {
+            "rank": rank,
+            "run": number,
+            "seed": int(result.errors.seed[rows[number]]),
+            "rate_nmi_h": float(rates[rows[number]]),
+            "final_horizontal_m": float(result.final_horizontal[rows[number]]),
+            "settings": result.member(number).settings,
+            "failure": result.errors.failure[rows[number]],
+        }
+        for number, rank in sorted(picked.items(), key=lambda item: int(np.flatnonzero(order == item[0])[0]))
+        if count
+    ]
+
+
+def requirements(result: EnsembleResult) -> list[dict[str, Any]]:
+    """Return the verdicts on the requirements as plain numbers.
+
+    Args:
+        result: the ensemble.
+
+    Returns:
+        For each the requirement as it was written, its meaning, the verdict and its confidence, the value of these runs
+        and the limit in the unit as written, the time of the value, since when the limit is exceeded over the whole run
+        (None if it is not), the number of runs judged, and about how many more are needed (None if more than can be
+        counted).
+    """
+    return [
+        {
+            "requirement": one.requirement.text,
+            "meaning": one.requirement.meaning,
+            "verdict": one.verdict,
+            "confidence": CONFIDENCE,
+            "value": one.value / one.requirement.unit_size,
+            "limit": one.requirement.limit / one.requirement.unit_size,
+            "unit": one.requirement.unit,
+            "time_s": one.time,
+            **(one.exceeded.numbers if one.exceeded else NEVER),
+            "runs": one.runs,
+            "more_runs": one.more_runs,
+        }
+        for one in result.verdicts
+    ]
+
+
+def part_121(result: EnsembleResult, lasts: float) -> dict[str, Any]:
+    """Compare an ensemble with 14 CFR Part 121, Appendix G.
+
+    Args:
+        result: the ensemble.
+        lasts: length of the run, s.
+
+    Returns:
+        `rule`, the `quantities` that it limits with their bands, and `verdict`: "met", "not met", "undecided" (the
+        limit lies in the band), or "does not apply" with its `reason`.
+    """
+    if result.plan.filtered:
+        reason = "the solution is aided, and the rule applies only to inertial systems"
+        return {"rule": PART_121, "quantities": {}, "verdict": "does not apply", "reason": reason}
+    if lasts <= PART_121_HOURS * 3600.0:
+        rule = f"{PART_121}: up to 10 h, at most 2 nmi/h of circular error in 95 % of flights, r(T)/T"
+        quantities = {"R95 of r(T)/T, nmi/h": (band(r95(to_nmi_h(result.end_rates))), PART_121_RATE)}
+    else:
+        rule = f"{PART_121}: beyond 10 h, ±20 nmi across the track and ±25 nmi along it in 95 % of flights"
+        course = result.plan.course
+        if not np.isfinite(course):
+            reason = "the vehicle is at rest at the end, so that no track is known"
+            return {"rule": rule, "quantities": {}, "verdict": "does not apply", "reason": reason}
+        north, east = (np.where(result.failed, np.inf, result.errors.final[:, i]) for i in (0, 1))
+        with np.errstate(invalid="ignore"):
+            along = np.abs(north * np.cos(course) + east * np.sin(course))
+            across = np.abs(east * np.cos(course) - north * np.sin(course))
+        quantities = {
+            f"95 % {name} the track, nmi": (band(percentile(_failed_far(result, x) / units.NAUTICAL_MILE, 0.95)), limit)
+            for name, x, limit in (("across", across, _ACROSS), ("along", along, _ALONG))
+        }
+    verdicts = [_verdict(found, limit) for found, limit in quantities.values()]
+    verdict = next((v for v in ("not met", "undecided") if v in verdicts), "met")
+    return {
+        "rule": rule,
+        "quantities": {name: {**found, "limit": limit} for name, (found, limit) in quantities.items()},
+        "verdict": verdict,
+    }
+
+
+def _failed_far(result: EnsembleResult, values: Array) -> Array:
+    return np.where(result.failed, np.inf, values)
+
+
+def _verdict(found: dict[str, float], limit: float) -> str:
+    if found["high"] <= limit:
+        return "met"
+    return "not met" if found["low"] > limit else "undecided"
+
+
+def _components(result: EnsembleResult) -> dict[str, dict[str, float]]:
+    """Return mean and σ at the end, and rms over all epochs, of each component of the errors."""
+    found = {}
+    worked = ~result.failed
+    for number, name in enumerate(COMPONENTS):
+        final = result.errors.final[worked, number]
+        sums, counts = (values[worked].sum() for values in result.mean_squares_of_runs(name))
+        count = len(final)
+        sigma = float(np.std(final, ddof=1)) if count > 1 else float("nan")
+        square = sums / counts if counts else float("nan")
+        found[name] = {
+            "final_mean": float(np.mean(final)) if count else float("nan"),
+            "final_sigma": sigma,
+            "final_sigma_standard_error": sigma / float(np.sqrt(2.0 * max(count, 1))),
+            "rms": float(np.sqrt(square)),
+        }
+    return found
+
+
+def covariance_at_end(result: EnsembleResult) -> Array:
+    """Return mean squares and products of the final errors north and east over the runs that did not fail, (2, 2) m².
+
+    Args:
+        result: the ensemble.
+
+    Returns:
+        The second moment about zero, the covariance of a zero-mean distribution; NaN with fewer than two runs.
+    """
+    final = result.errors.final[~result.failed, :2]
+    if len(final) < 2:
+        return np.full((2, 2), np.nan)
+    return np.asarray(final.T @ final / len(final))
+
+
+def _circles(result: EnsembleResult) -> dict[str, float]:
+    """Return the circles of the zero-mean normal distribution with the second moments of the final errors."""
+    p = covariance_at_end(result)
+    return {"cep": float(circle_radius(p, 0.5)), "r95": float(circle_radius(p, 0.95))}
+
+
+def _at(result: EnsembleResult) -> list[dict[str, Any]]:
+    """Return CEP and R95 at the times that were asked for."""
+    rows = []
+    for time in sorted(set(result.times)):
+        k = int(np.argmin(np.abs(result.elapsed - time)))
+        row: dict[str, Any] = {"time_s": float(result.elapsed[k])}
+        for key, one in (("cep_m", result.cep), ("r95_m", result.r95)):
+            there = {name: getattr(one, name)[k] for name in ("value", "low", "high", "runs")}
+            row[key] = band(replace(one, **there))
+        rows.append(row)
+    return rows
+
+
+def consistency(result: EnsembleResult) -> dict[str, Any] | None:
+    """Judge a filter by all runs: no better than the worst of its tests, with at most 1 % of false alarms.
+
+    The tests are ANEES of each block at each epoch, whose sum over independent runs is χ², and NIS of each sensor over
+    all epochs, since innovations are independent in time, too. As for a single run, an ANEES below 1 does not count,
+    because the initial state may have been better than assumed.
+
+    Args:
+        result: the ensemble.
+
+    Returns:
+        `verdict`, "consistent" or "not consistent"; `runs` that did not fail and `diverged`, the number of those whose
+        filter did; `worst`, the test with the least probability: its `test`, `name`, `time_s` (None over all epochs),
+        `value`, `limit`, `probability` (Bonferroni over `tests`) and `level`; `hints`, the causes as for a single run.
+        None without a filter, or if no run has a test.
+    """
+    from sinssim.estimation.checks.consistency import FALSE_ALARM
+    from sinssim.scenario.filter.filter_states import hints
+    from sinssim.scenario.filter.unknown_gravity import gravity_notes
+
+    tests: list[tuple[str, str, float | None, float, float]] = []
+    for name, one in result.nees.items():
+        there = np.flatnonzero(np.isfinite(one.value))
+        tests += [("ANEES", name, float(result.time[k]), float(one.value[k]), float(one.freedom[k])) for k in there]
+    for name, one in result.nis.items():
+        tests.append(("NIS", name, None, _mean_square(one)["mean"], float(one.freedom.sum())))
+    values, freedom, both = ([one[3] for one in tests], [one[4] for one in tests], [one[0] == "NIS" for one in tests])
+    found = extreme(values, freedom, both, FALSE_ALARM)
+    diverged = sum(text.startswith(DIVERGED) for text in result.failures.values())
+    if found is None and not diverged:
+        return None
+    sound = not diverged and found is not None and found.probability >= FALSE_ALARM
+    worst: dict[str, Any] | None = None
+    if found is not None:
+        test, name, time, value, _ = tests[found.place]
+        worst = {"test": test, "name": name, "time_s": time, "value": value, "limit": found.limit,
+                 "probability": found.probability, "tests": found.tests, "level": found.level}  # fmt: skip
+    scenario = result.plan.scenario
+    return {
+        "verdict": "consistent" if sound else "not consistent",
+        "runs": int((~result.failed).sum()),
+        "diverged": diverged,
+        "worst": worst,
+        "hints": [] if sound else [*gravity_notes(scenario), *hints(scenario)],
+    }
+
+
+def consistency_sentences(numbers: Mapping[str, Any]) -> Iterator[str]:
+    """Write the verdict on a filter over all runs in sentences.
+
+    Args:
+        numbers: of an ensemble, from `ensemble_numbers`.
+
+    Yields:
+        Whole sentences, the causes first; none without a filter.
+    """
+    found = numbers["consistency"]
+    if found is None:
+        return
+    yield from found["hints"]
+    runs, diverged, worst = found["runs"], found["diverged"], found["worst"]
+    said = [f"it diverged in {diverged} of {numbers['runs']} runs"] if diverged else []
+    if worst is not None:
+        when = "over all epochs" if worst["time_s"] is None else f"at {worst['time_s']:g} s"
+        p = f"= {number_text(worst['probability'], 2)}" if worst["probability"] > 1e-300 else "< 1e-300"
+        said.append(
+            f"the worst of {worst['tests']} tests, {worst['test']} of {worst['name']} {when}, is "
+            f"{number_text(worst['value'])}, with the limit {number_text(worst['limit'])} for "
+            f"{100.0 * worst['level']:g} % of false alarms in all tests together; p {p} (χ², Bonferroni)"
+        )
+    the = "Therefore the" if found["hints"] else "The"
+    yield f"{the} filter is {found['verdict']} over {runs} {'run' if runs == 1 else 'runs'}: {'; '.join(said)}."
+
+
+def _mean_square(one: MeanSquare) -> dict[str, float]:
+    there = np.isfinite(one.value)
+    last = int(np.flatnonzero(there)[-1]) if there.any() else 0
+    total = float(one.freedom.sum())
+    mean = float(np.nansum(np.where(there, one.value * one.freedom, 0.0)) / total) if total else float("nan")
+    return {
+        "mean": mean,
+        "share_in_band": share_inside(one.value, one.band),
+        "end": float(one.value[last]),
+        "low": float(one.band.low[last]),
+        "high": float(one.band.high[last]),
+    }

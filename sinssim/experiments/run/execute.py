@@ -1,0 +1,419 @@
+"""One run from end to end: fly or read a log, sense, navigate, compare, filter, record."""
+
+from __future__ import annotations
+
+from contextlib import ExitStack, suppress
+from dataclasses import replace
+from functools import partial
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from sinssim.data import Array, NavState
+from sinssim.earth.coordinates import geodetic_to_ecef
+from sinssim.errors import SinssimError
+from sinssim.experiments.run.execute_one_component import compute_one_component
+from sinssim.experiments.run.finish import about, keep
+from sinssim.experiments.run.parts import parts_of
+from sinssim.experiments.run.report.log_report import log_report
+from sinssim.experiments.run.report.run_report import draw_sections, run_report
+from sinssim.experiments.run.result import PlaneRun, Reached, Run
+from sinssim.experiments.run.run_media import RunMedia
+from sinssim.experiments.run.sensor_comparison import SensorComparison, sensor_comparisons
+from sinssim.experiments.run.store.summaries.against_inertial import horizontal_of, worse_than_inertial
+from sinssim.experiments.run.store.summaries.filter_summary import filter_markdown, filter_numbers
+from sinssim.experiments.run.store.summaries.log_summary import best_solution
+from sinssim.logs.stored.error_rule import ErrorRule
+from sinssim.progress import Progress, shown
+from sinssim.recording.store.directory import RunDirectory
+from sinssim.recording.store.summary import failures, flagged, markdown_table, plain, singularities
+from sinssim.scenario.duration import check_times
+from sinssim.scenario.load import Overrides, as_scenario
+from sinssim.scenario.route import check_route, check_route_flown
+from sinssim.simulation.aiding import aid, best_reference
+from sinssim.simulation.navigation import Navigated, navigate
+from sinssim.simulation.recorded import planned, sense_recorded
+from sinssim.simulation.sensed import sense
+from sinssim.simulation.stages import STAGES, Stages
+from sinssim.simulation.truth import RecordedMotion, Truth, truth_along
+from sinssim.strapdown.error_numbers import NO_NUMBERS, error_numbers_of, known_error_numbers_of
+from sinssim.strapdown.files import check_own_files
+from sinssim.system.memory import give_back_memory, map_large_arrays
+from sinssim.truth.flight.shortfall import not_attained
+
+if TYPE_CHECKING:
+    from sinssim.earth.models import Ellipsoid
+    from sinssim.experiments.run.report.run_report import Sections
+    from sinssim.experiments.run.views.writer import RunWriter
+    from sinssim.scenario import Scenario
+    from sinssim.truth.channel import FlightEvent
+from sinssim.truth.trajectory import Trajectory
+
+
+def run(
+    scenario: Scenario | str | Path,
+    directory: Path | str | None = None,
+    *,
+    overrides: Overrides = (),
+    overwrite: bool = False,
+    progress: Progress | bool | None = None,
+) -> Run | PlaneRun:
+    """Run a scenario: fly, sense, navigate by each algorithm, compare with the truth, and record.
+
+    If an algorithm fails and others do not, the summary lists the failure, the numbers of the algorithm are None, and
+    the run continues without it.
+
+    A run that fails or is interrupted after the flight leaves a valid run directory with the results until then, and
+    its `summary.json` gives the status. It never replaces an existing run but is kept beside it, with `-failed` or
+    `-interrupted` at the end of its name. If the disk is full, nothing is left.
+
+    Args:
+        scenario: the scenario, or its file or name.
+        directory: run directory to write; nothing is written if not given.
+        overrides: settings "key=value", as for `load_scenario`.
+        overwrite: whether an existing run in the directory may be replaced.
+        progress: called with one of `STAGES` and the fraction done, 0…1; "filter: " and what is tried while
+            `filter.diagnose` searches. True shows a bar for each stage.
+
+    Returns:
+        The finished run; that of a one-component scenario is a `PlaneRun`.
+
+    Raises:
+        InputError: the scenario or the directory cannot be used, a leg cannot be flown, or the disk is full.
+        RunError: navigation failed with every algorithm.
+
+    Warns:
+        SinssimWarning: a leg of the flight is beyond the limits of the aircraft.
+    """
+    scenario = as_scenario(scenario, overrides)
+    check_own_files(scenario.navigation.algorithms, scenario.navigation.frame)
+    with shown(progress, STAGES) as report:
+        return _run(scenario, directory, overwrite, Stages(report))
+
+
+def _run(scenario: Scenario, directory: Path | str | None, overwrite: bool, clock: Stages) -> Run | PlaneRun:
+    """Compute a run by what its scenario describes; leave what a failed one had."""
+    folder = None if directory is None else RunDirectory(Path(directory), overwrite=overwrite)
+    execution = Execution(scenario, folder, clock)
+    try:
+        if scenario.one_component is not None:
+            return compute_one_component(scenario, folder, clock)
+        return execution.run()
+    except BaseException as error:
+        if folder is not None:
+            _leave(folder, execution.reached, clock, error)
+        raise
+
+
+class Execution:
+    """A run in progress.
+
+    Attributes:
+        reached: its complete stages.
+    """
+
+    def __init__(self, scenario: Scenario, folder: RunDirectory | None, clock: Stages) -> None:
+        """Begin a run.
+
+        Args:
+            scenario: what is run.
+            folder: run directory to write; nothing is written if None.
+            clock: of the run.
+        """
+        self.reached = Reached(scenario)
+        self._folder, self._clock = folder, clock
+        self._streams = folder is not None and scenario.recording.has_streams
+        self._report = folder is not None and scenario.recording.has_report
+        self._stack = ExitStack()
+        self._writer: RunWriter | None = None
+        self._kinds: tuple[SensorComparison, ...] = ()
+        self._drawn: Sections | None = None
+        self._inertial: dict[str, tuple[Array, Array]] = {}  # horizontal errors beside the filter's
+        self._numbers: dict[str, dict[str, float]] = {}
+        self._found: dict[str, Any] = {}  # entries of the summary
+        self._of_parts: dict[str, Any] = {}
+
+    @property
+    def _scenario(self) -> Scenario:
+        return self.reached.scenario
+
+    @property
+    def _navigated(self) -> Navigated:
+        assert self.reached.navigated is not None  # the stage is complete
+        return self.reached.navigated
+
+    def run(self) -> Run:
+        """Compute the run and write it.
+
+        Raises:
+            InputError: the scenario or the directory cannot be used.
+            RunError: navigation failed with every algorithm.
+        """
+        simulated = self._scenario.log is None
+        with self._stack:
+            if simulated:
+                self._simulate()
+            else:
+                self._read_log()
+            self._navigate()
+            if simulated:
+                self._compare()
+            if self._scenario.filter is not None:
+                if simulated:
+                    self._make_room()
+                self._filter()
+            if not simulated:
+                self._compare()
+            self._finish_writing()
+        give_back_memory()
+        return self._finished()
+
+    def _simulate(self) -> None:
+        """Fly and sense."""
+        scenario = self._scenario
+        check_times(scenario)
+        if scenario.filter is not None:
+            from sinssim.scenario.filter import filter_states
+            from sinssim.scenario.filter.memory import check_memory
+
+            lines, scenario = filter_states.choice(scenario), filter_states.with_states(scenario)
+            self.reached = replace(self.reached, scenario=scenario, about_filter=lines)
+            check_memory(scenario, recorded=self._folder is not None)
+            map_large_arrays()  # so that what the stages before the filter free leaves no gaps
+        check_route(scenario)
+        trajectory = self._fly()
+        with self._clock("truth"):
+            truth = truth_along(trajectory, scenario)
+        self.reached = replace(self.reached, last=truth)
+        check_route_flown(scenario, truth.time, truth.state)
+        if self._streams:
+            with self._clock("record"):
+                writer = self._open(truth.time, truth.state, trajectory.events, truth.ellipsoid)
+                writer.flown(truth, () if scenario.aiding is None else scenario.aiding.outages)
+        with self._clock("imu"):
+            sensed = sense(scenario, truth)
+            self.reached = replace(self.reached, last=sensed)
+            if self._folder is not None:
+                self._kinds = sensor_comparisons(sensed)
+            if self._writer is not None:
+                self._writer.sensed(sensed, self._kinds)
+
+    def _fly(self) -> Trajectory:
+        """Fly, and note whether the flight came from the cache; None for another motion."""
+        from sinssim.scenario.true_motion import fly
+
+        flown: list[float] = []  # a cached flight jumps to 1
+
+        def flying(fraction: float) -> None:
+            flown.append(fraction)
+            self._clock.report("flight", fraction)
+
+        scenario = self._scenario
+        with self._clock("flight"):
+            trajectory = fly(scenario, flying, partial(rehearse, scenario, self._streams))
+        self._found["flight_cached"] = None if scenario.flight is None else min(flown) == 1.0
+        if missed := not_attained(trajectory.events):
+            self._found["not_attained"] = missed
+        return trajectory
+
+    def _read_log(self) -> None:
+        """Read recorded sensors."""
+        with self._clock("imu"):
+            plan = planned(self._scenario, recorded=self._folder is not None)
+            self.reached = replace(self.reached, scenario=plan.scenario, about_filter=plan.about_filter)
+            self.reached = replace(self.reached, last=sense_recorded(plan.scenario, plan.motion))
+
+    def _navigate(self) -> None:
+        """Navigate by each algorithm."""
+        with self._clock("navigate"):
+            assert self.reached.sensed is not None  # the stage is complete
+            navigated = navigate(self._scenario, self.reached.sensed)
+        self.reached = replace(self.reached, last=navigated)
+
+    def _compare(self) -> None:
+        """Compare the solutions with the truth or the best reference, and compute what only some runs have."""
+        numbers_of = error_numbers_of
+        with self._clock("navigate"):
+            navigated = self._navigated
+            if isinstance(navigated.truth, RecordedMotion):
+                numbers_of = known_error_numbers_of
+                best = best_reference(navigated.truth, self.reached.aided, navigated.solutions)
+                navigated = navigated.compared_with(best)
+                self.reached = replace(self.reached, last=navigated)
+            errors = navigated.errors
+            self._numbers = {
+                name: numbers_of(partial(list, [errors[name]])) if name in errors else NO_NUMBERS
+                for name in self._scenario.navigation.algorithms
+            }
+            self._found["failures"] = failures(navigated.failures)
+            self._found["singularities"] = plain(singularities(navigated.solutions))
+            parts = parts_of(navigated)
+            self._of_parts = {name: part.numbers() for name, part in parts.items()}
+        for name, part in parts.items():
+            if self._report and part.takes_long:
+                with self._clock("budget"):
+                    parts[name] = part.explain(self._of_parts[name])
+        self.reached = replace(self.reached, parts=parts)
+        if self.reached.aided is not None:
+            with self._clock("filter"):
+                self._aid_parts()
+        if self._writer is not None:
+            with self._clock("record"):
+                self._writer.navigated(navigated, parts, self._error_rule())
+
+    def _error_rule(self) -> ErrorRule | None:
+        """Return how the stored errors follow from truth and solution; None for recorded sensors."""
+        if isinstance(self._navigated.truth, RecordedMotion):
+            return None
+        ellipsoid = self._navigated.truth.ellipsoid
+        return ErrorRule(ellipsoid.a, ellipsoid.f, self._navigated.axes)
+
+    def _make_room(self) -> None:
+        """Draw what needs every sample, and let it go: the filter needs none of it, and takes the most memory."""
+        self._draw()
+        self._inertial = horizontal_of(self._navigated.errors)
+        self._kinds, navigated = (), self._navigated.light()
+        parts = {name: part.on(navigated, None) for name, part in self.reached.parts.items()}
+        self.reached = replace(self.reached, last=navigated, parts=parts)
+        give_back_memory()
+
+    def _draw(self) -> None:
+        """Draw the sections of a simulation's report that need every sample, once."""
+        if self._report and self._drawn is None and isinstance(self.reached.truth, Truth):
+            with self._clock("record"):
+                self._drawn = draw_sections(self.reached, self._kinds)
+
+    def _filter(self) -> None:
+        """Run the filter."""
+        with self._clock("filter"):
+            aided = aid(self._scenario, self._navigated.sensed, self._clock.within("filter"))
+            self.reached = replace(self.reached, aided=aided)
+            self._found["filter"] = plain(filter_numbers(aided, self._scenario))
+            if self._inertial:
+                self._found["filter"]["remarks"] += worse_than_inertial(aided, self._inertial)
+                self._aid_parts()
+        give_back_memory()
+        if self._writer is not None:
+            with self._clock("record"):
+                self._writer.filtered(aided, filter_markdown(self._found["filter"]))
+
+    def _aid_parts(self) -> None:
+        """Compute what the filter changes in what only some runs have."""
+        parts = {name: part.on(self._navigated, self.reached.aided) for name, part in self.reached.parts.items()}
+        self._of_parts = {name: part.with_filter(self._of_parts[name]) for name, part in parts.items()}
+        self.reached = replace(self.reached, parts=parts)
+
+    def _open(self, time: Array, motion: NavState, events: tuple[FlightEvent, ...], ellipsoid: Ellipsoid) -> RunWriter:
+        """Begin to write streams and recording, with the motion that they show."""
+        from sinssim.experiments.run.views.writer import RunWriter
+
+        assert self._folder is not None  # streams are written to it
+        self._stack.enter_context(self._folder.writing())
+        self._writer = RunWriter(self._folder.path, self._scenario, time, motion, events, ellipsoid)
+        return self._stack.enter_context(self._writer)
+
+    def _finish_writing(self) -> None:
+        """Write what is left, and wait until it is written."""
+        if self._streams and isinstance(self._navigated.truth, RecordedMotion):
+            with self._clock("record"):
+                self._write_recorded(self._navigated.truth)
+        self._draw()  # while the writer's threads write
+        if self._writer is not None:
+            with self._clock("record"):
+                self._writer.finish(
+                    markdown_table(self._numbers), lambda fraction: self._clock.report("record", 0.99 * fraction)
+                )
+
+    def _write_recorded(self, motion: RecordedMotion) -> None:
+        """Write a run on recorded sensors, whose best solution stands for the motion."""
+        navigated, aided = self._navigated, self.reached.aided
+        s = best_solution(navigated, aided)[1]
+        shown = NavState(s.latitude, s.longitude, s.height, s.velocity_ned, s.q_nb)
+        log, sensed = motion.prepared.log, navigated.sensed
+        writer = self._open(s.time, shown, motion.events, motion.ellipsoid)
+        writer.recorded(sensed.measured, sensed.readings.compensated, log.reference)
+        writer.without_satellites(s.time, shown, log.outages)
+        writer.navigated(navigated, self.reached.parts, None)
+        if aided is not None:
+            writer.filtered(aided, filter_markdown(self._found["filter"]))
+
+    def _finished(self) -> Run:
+        """Return the run with its summary, and complete its directory."""
+        reached, navigated = self.reached, self._navigated
+        time = navigated.truth.time
+        summary = {
+            **about(self._scenario, self._clock, "finished"),
+            "start_s": float(time[0]),
+            "end_s": float(time[-1]),
+            **self._entries(),
+        }
+        give_back_memory()
+        directory = None
+        if self._folder is not None:
+            report = None
+            if self._report and isinstance(navigated.truth, Truth):
+                report = run_report(reached, summary, self._drawn)
+            elif self._report:
+                report = log_report(reached, summary)
+            directory = keep(self._folder, self._scenario, reached.about_filter, summary, report)
+        return Run(self._scenario, navigated, reached.aided, reached.parts, summary, directory, reached.about_filter)
+
+    def _entries(self) -> dict[str, Any]:
+        """Return the entries of the summary that follow from the stages, in order."""
+        found, parts = self._found, {name: plain(one) for name, one in self._of_parts.items() if one is not None}
+        entries: dict[str, Any] = {
+            **{name: found[name] for name in ("flight_cached", "not_attained") if name in found},
+            "flagged_samples": flagged(self._navigated.sensed.measured),
+        }
+        algorithms, of_filter = plain(self._numbers), {"filter": found["filter"]} if "filter" in found else {}
+        passages = {"singularities": found["singularities"], "failures": found["failures"]}
+        if isinstance(self._navigated.truth, Truth):
+            return {**entries, "algorithms": algorithms, **passages, **parts, **of_filter}
+        outages = {name: parts.pop(name) for name in ("outages",) if name in parts}
+        return {**entries, **passages, **parts, "algorithms": algorithms, **of_filter, **outages}
+
+
+def rehearse(scenario: Scenario, recorded: bool) -> None:
+    """Load the modules that a run needs after its flight, and compile missing kernels, by a short run.
+
+    Args:
+        scenario: the scenario, which determines the parts; a hundred samples of straight flight replace its truth.
+        recorded: whether the run will be recorded.
+    """
+    if recorded:
+        from sinssim.experiments.run.views import writer  # noqa: F401
+    from sinssim.truth.curve import Curve
+
+    interval = 1.0 / scenario.imu.rate_hz
+    knots = interval * np.arange(101)
+    position = geodetic_to_ecef(0.8 + 1e-5 * knots, 0.2 + 1e-5 * knots, np.full(len(knots), 1000.0))
+    with suppress(SinssimError):  # errors of the scenario appear in the run itself
+        curve = Curve(knots, position, np.tile((1.0, 0.0, 0.0, 0.0), (len(knots), 1)))
+        sensed = sense(scenario, truth_along(curve, scenario))
+        navigate(scenario, sensed)
+        if scenario.filter is not None:
+            aid(scenario, sensed)
+
+
+def _leave(folder: RunDirectory, reached: Reached, clock: Stages, error: BaseException) -> None:
+    """Keep the recorded part of a run that ended early, if the flight was done; otherwise remove it."""
+    scenario, kept = reached.scenario, reached.scenario.recording
+    begun = folder.path / ("recording.rrd" if kept.has_recording else "streams")
+    if not (begun.exists() if kept.has_streams else reached.last is not None):
+        folder.discard()
+        return
+    status = "interrupted" if isinstance(error, KeyboardInterrupt) else "failed"
+    message = str(error) if isinstance(error, SinssimError) else f"{type(error).__name__} {error}".rstrip()
+    summary = about(scenario, clock, status, message)
+    try:
+        simulated = scenario.one_component is None and scenario.log is None
+        report = run_report(reached, summary) if simulated and kept.has_report else None
+    except Exception:  # the report itself may have failed: its error is the one being raised
+        report = None
+    place = keep(folder, scenario, reached.about_filter, summary, report, beside=status)
+    error.add_note(f"The {'recording' if kept.has_recording else 'run'} up to that time is in {place}.")
+
+
+Run.media = RunMedia(run)
+PlaneRun.media = Run.media

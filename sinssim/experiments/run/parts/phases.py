@@ -1,0 +1,271 @@
+"""The phases of a mission: what each adds to the errors, and the sources of that by the covariance budget."""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Callable, Iterable, Mapping, Sequence
+from dataclasses import dataclass, field, replace
+from functools import cached_property
+from typing import TYPE_CHECKING, Any, Self
+
+import numpy as np
+from numpy.typing import NDArray
+
+from sinssim import units
+from sinssim.data import Array
+from sinssim.errors import SinssimError
+from sinssim.experiments.run.part import Part
+from sinssim.simulation.navigation import Navigated
+from sinssim.simulation.truth import Truth
+from sinssim.strapdown.nav_error import NavError
+from sinssim.truth.channel import FlightEvent
+
+if TYPE_CHECKING:
+    from sinssim.analyses.error_budget.result import BudgetResult
+
+_LEG = re.compile(r"leg (\d+) \((\w+)\) (begins|ends)")
+_REACHED = re.compile(r"(.+) reached: \d+ m away, height .*")
+_OF_LEG = {
+    "park": "standstill", "parked": "standstill", "stop": "standstill", "taxi": "taxi", "takeoff": "take-off",
+    "take_off": "take-off", "land": "landing", "straight": "under way", "turn": "under way",
+}  # fmt: skip
+"""Phase of a leg by its type; any other leg is flight."""
+_STILL = "standstill"
+
+_QUANTITIES = {
+    "horizontal": ((0, 1), "horizontal_sigma_m", 1.0),
+    "heading": ((8,), "heading_sigma_arcmin", units.ARCMIN),
+    "tilt": ((6, 7), "tilt_sigma_arcsec", units.ARCSEC),
+}
+"""Components of the navigation errors, key and unit of the root mean square over all runs."""
+
+_SMALLEST = 0.01
+"""Smaller shares are not listed."""
+
+
+@dataclass(frozen=True)
+class Phase:
+    """A part of a mission.
+
+    Attributes:
+        name: "alignment", "standstill", "taxi", "take-off", "flight", "landing" and so on.
+        start, end: instants, s.
+    """
+
+    name: str
+    start: float
+    end: float
+
+
+def phases_of(events: Iterable[FlightEvent], driven: bool = False) -> list[Phase]:
+    """Return the phases of a motion by its legs; neighbouring legs of one kind are one phase, and so is the flight to
+    each named waypoint.
+
+    Args:
+        events: events of the trajectory.
+        driven: whether the legs are those of a vehicle on the ground or on water, where a turn is no flight.
+
+    Returns:
+        The phases in order; empty for a motion of a single kind, which has nothing to compare.
+    """
+    begun: dict[str, float] = {}
+    found: list[Phase] = []
+    number = ""
+    for event in events:
+        match = _LEG.fullmatch(event.text)
+        if match is None:
+            place = _REACHED.fullmatch(event.text)
+            if place is not None and number in begun:
+                found.append(Phase(f"flight to {place[1]}", begun[number], event.time))
+                begun[number] = event.time
+            continue
+        number, kind, edge = match.groups()
+        if edge == "begins":
+            begun[number] = event.time
+            continue
+        name = _OF_LEG.get(kind, "flight")
+        if name == "under way" and not driven:
+            name = "flight"
+        start = begun.get(number, event.time)
+        if found and found[-1].name == name:
+            found[-1] = Phase(name, found[-1].start, event.time)
+        elif event.time > start:
+            found.append(Phase(name, start, event.time))
+    return found if len(found) > 1 else []
+
+
+def phase_rows(phases: Sequence[Phase], time: Array, fine: bool) -> list[dict[str, Any]]:
+    """Return the phases of a solution: an alignment before its first row, the rest of the standstill after it, and
+    none that begins after its last row, where a filter has diverged.
+
+    Args:
+        phases: of the motion.
+        time: times of the solution, (N,) s.
+        fine: whether the solution goes on aligning itself while the vehicle stands, by zero velocity.
+
+    Returns:
+        For each phase `phase`, `from_s` and `to_s`; those outside the solution are left out.
+    """
+    rows: list[dict[str, Any]] = []
+    start, end = float(time[0]), float(time[-1])
+    for phase in phases:
+        begin, name = phase.start, phase.name
+        if phase.end < start - 1e-9 or begin > end - 1e-9:
+            continue
+        if begin < start - 1e-9:
+            rows.append({"phase": "alignment", "from_s": begin, "to_s": start})
+            begin = start
+        if name == _STILL and fine and len(rows) <= 1:
+            name = "fine alignment"
+        if phase.end - begin > 1e-9:
+            rows.append({"phase": name, "from_s": begin, "to_s": min(phase.end, end)})
+    return rows
+
+
+def phase_numbers(
+    phases: Sequence[Phase], time: Array, error_at: Callable[[NDArray[np.intp]], NavError], fine: bool = False
+) -> list[dict[str, Any]]:
+    """Return the errors of a solution at the end of each phase, and what the phase added.
+
+    Args:
+        phases: of the motion.
+        time: times of the solution, (N,) s.
+        error_at: returns the errors in some rows.
+        fine: as for `phase_rows`.
+
+    Returns:
+        For each phase its name, beginning and end, and the errors: `_error_` at its end and `_added_` within it, of
+        horizontal position, height, velocity, heading and tilt.
+    """
+    rows = phase_rows(phases, time, fine)
+    ends = np.searchsorted(time, [row["to_s"] - 1e-9 for row in rows])
+    edges = np.concatenate([[0], np.minimum(ends, len(time) - 1)]).astype(np.intp)
+    error = error_at(edges)
+    for number, row in enumerate(rows, start=1):
+        aligned = number == 1 and row["phase"] == "alignment"
+        row.update(_errors(error, number, None if aligned else number - 1))
+    return rows
+
+
+def _errors(error: NavError, end: int, begin: int | None) -> dict[str, float]:
+    """Return the errors in a row, and their change since another; since nothing if there is none."""
+
+    def of(values: Array, unit: float = 1.0) -> tuple[float, float]:
+        now = values[end] / unit
+        then = np.zeros_like(now) if begin is None else values[begin] / unit
+        return float(np.linalg.norm(now)), float(np.linalg.norm(now - then))
+
+    def signed(values: Array, unit: float = 1.0) -> tuple[float, float]:
+        now = float(values[end]) / unit
+        return now, now - (0.0 if begin is None else float(values[begin]) / unit)
+
+    found: dict[str, float] = {}
+    for name, (value, added) in {
+        "horizontal_{}_m": of(error.position_ned[:, :2]),
+        "height_{}_m": signed(-error.position_ned[:, 2]),
+        "velocity_{}_mps": of(error.velocity_ned),
+        "heading_{}_arcmin": signed(-error.attitude[:, 2], units.ARCMIN),
+        "tilt_{}_arcsec": of(error.attitude[:, :2], units.ARCSEC),
+    }.items():
+        found[name.format("error")], found[name.format("added")] = value, added
+    return found
+
+
+@dataclass(frozen=True)
+class Phases(Part):
+    """The phases of a run's mission.
+
+    Attributes:
+        budgets: the covariance budget of the inertial solutions and of the aided one, or why there is none.
+    """
+
+    name = "phases"
+    takes_long = True
+    budgets: Mapping[str, BudgetResult | str] = field(default_factory=dict)
+
+    @classmethod
+    def belongs_to(cls, run: Navigated) -> bool:
+        """Return whether the motion has several phases."""
+        return isinstance(run.truth, Truth) and bool(_phases(run))
+
+    @cached_property
+    def phases(self) -> list[Phase]:
+        """The phases in order."""
+        return _phases(self.run)
+
+    def numbers(self) -> dict[str, list[dict[str, Any]]]:
+        """Return the errors of each inertial solution by phase, for `summary.json`."""
+        return {name: phase_numbers(self.phases, error.time, error.rows) for name, error in self.run.errors.items()}
+
+    def explain(self, numbers: dict[str, list[dict[str, Any]]]) -> Self:
+        """Add the sources of what each phase adds."""
+        budgets = budgets_of_phases(self.run, self.phases)
+        for rows in numbers.values():
+            add_sources(rows, budgets["inertial"], float(self.run.truth.time[0]))
+        return replace(self, budgets=budgets)
+
+    def with_filter(self, numbers: dict[str, list[dict[str, Any]]]) -> dict[str, list[dict[str, Any]]]:
+        """Return the errors with those of the aided solution."""
+        aided, aiding = self.aided, self.run.scenario.aiding
+        assert aided is not None
+        fine = aiding is not None and "zero_velocity" in aiding.sensors()
+        rows = phase_numbers(self.phases, aided.estimate.solution.time, aided.error_at, fine)
+        if "filter" in self.budgets:
+            add_sources(rows, self.budgets["filter"], float(self.run.truth.time[0]))
+        return {**numbers, "aided": rows}
+
+
+def _phases(run: Navigated) -> list[Phase]:
+    assert isinstance(run.truth, Truth)
+    return phases_of(run.truth.trajectory.events, driven=run.scenario.flight is None)
+
+
+def budgets_of_phases(run: Navigated, phases: Sequence[Phase]) -> dict[str, BudgetResult | str]:
+    """Return the budgets of the inertial solutions and, with a filter, of the aided one.
+
+    Args:
+        run: with its true motion.
+        phases: of the motion, whose ends are marked.
+
+    Returns:
+        By "inertial" and "filter": the budget, or why there is none.
+    """
+    from sinssim.analyses.error_budget.analyse import budget
+
+    truth = run.truth
+    assert isinstance(truth, Truth)
+    start, end = float(truth.time[0]), float(truth.time[-1])
+    marks = [min(phase.end, end) - start for phase in phases]
+    found: dict[str, BudgetResult | str] = {}
+    for kind in ("inertial",) if run.scenario.filter is None else ("inertial", "filter"):
+        try:
+            found[kind] = budget(run.scenario, solution=kind, truth=truth, marks=marks)
+        except SinssimError as error:
+            found[kind] = str(error)
+    return found
+
+
+def add_sources(rows: Sequence[dict[str, Any]], found: BudgetResult | str, start: float) -> None:
+    """Add the sources to the phases of a solution.
+
+    Args:
+        rows: phases of a solution, from `phase_numbers`; changed: each gets `sources`, the root mean square over all
+            runs of what the phase added to the horizontal position, the heading and the tilt, and the shares of the
+            sources in its square; or `no_sources`, the reason.
+        found: result of `phase_budget`.
+        start: beginning of the run, s.
+    """
+    for row in rows:
+        if isinstance(found, str) or found.added is None:
+            row["no_sources"] = found if isinstance(found, str) else "no phase ends after the navigation begins."
+            continue
+        shares = found.first() if row["phase"] == "alignment" else found.added
+        ends = shares.end + start
+        near = int(np.argmin(np.abs(ends - row["to_s"])))
+        row["sources"] = {}
+        for name, (components, key, unit) in _QUANTITIES.items():
+            square, of = shares.shares(near, components)
+            row["sources"][name] = {
+                key: square / unit,
+                "shares": {source: share for source, share in of if share >= _SMALLEST},
+            }

@@ -1,0 +1,231 @@
+"""The cost of the attitude alone: the increments' compensation, a step, and the matrix B that resolves forces.
+
+Operations are those on which attitude and B depend. Compensation of the velocity increments is not among them: the
+compiler drops it from the timed loop, too. The time is that of the loop, as in the fast part of a schedule; the engines
+of one rate compensate the increments in blocks, several in one operation, which takes less.
+
+B follows from a quaternion by products, and is itself the variable of Poisson's equation. From Euler angles it takes
+sines and cosines. The engine has these from its step and by the addition theorems. `by_functions` computes B from
+the angles by six functions, as a program without these would.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass
+from functools import cache, partial
+from math import cos, factorial, floor, pi, sin
+from typing import Any
+
+import numpy as np
+
+from sinssim.algorithms import REGISTRY
+from sinssim.data import Array
+from sinssim.experiments.studies.cost import least_time, timed_data
+from sinssim.experiments.studies.operations import Operations, count
+from sinssim.jit import bind, inline, kernel
+from sinssim.rotation import quaternion_from_euler
+from sinssim.rotation.kernels import Matrix, dcm_from_quaternion_k
+from sinssim.strapdown.assemble import parts
+from sinssim.strapdown.attitude.quaternion import dcm_k, start_k, step_k
+from sinssim.strapdown.increments.fit import is_uniform, weight_table
+from sinssim.strapdown.increments.interval import FrameTurn
+from sinssim.strapdown.increments.interval import fitted_turn_k as turn_k
+
+_SINE = tuple((-1.0) ** k / factorial(2 * k + 1) for k in range(8))
+_COSINE = tuple((-1.0) ** k / factorial(2 * k) for k in range(9))
+"""Coefficients of the series up to x¹⁵ and x¹⁶: for |x| ≤ π/4 the next terms are below half a unit of rounding."""
+_TO_QUADRANTS, _WHOLE = 2.0 / pi, 1.5 * 2.0**52  # adding and subtracting 1.5·2⁵² rounds to a whole number
+_HIGH = floor(0.5 * pi * 2.0**32) / 2.0**32  # π/2 = high + low; whole numbers of quadrants times high are exact
+_LOW = 0.5 * pi - _HIGH + 0.5 * sin(pi)  # sin π of the number π is what π/2 lacks beyond its double, twice
+
+_COUNTED = 240
+_ROOM = 128  # matrices kept by the timed loop
+_BULK = 20_000
+_EULER = "euler"
+
+
+@dataclass(frozen=True)
+class AttitudeCost:
+    """Cost of the attitude alone, per sample.
+
+    Attributes:
+        algorithm: of what.
+        by_functions: whether B is computed from Euler angles by sines and cosines.
+        ns_per_step: processor time of one sample on one core, ns.
+        operations: floating-point operations of the compensation, the step and B.
+        matrix: those of B among them.
+    """
+
+    algorithm: str
+    by_functions: bool
+    ns_per_step: float
+    operations: Operations
+    matrix: Operations
+
+    @property
+    def name(self) -> str:
+        """The algorithm, and how it has B if that is not its own way."""
+        return f"{self.algorithm}, B by sines and cosines" if self.by_functions else self.algorithm
+
+
+@inline
+def _dcm_by_functions_k(attitude: Any) -> Matrix:
+    """C_nb from roll, pitch and heading, the first three variables of the Euler angles."""
+    sr, cr = sin(attitude[0]), cos(attitude[0])
+    sp, cp = sin(attitude[1]), cos(attitude[1])
+    sh, ch = sin(attitude[2]), cos(attitude[2])
+    u, v = sp * sr, sp * cr
+    return (
+        ch * cp, ch * u - sh * cr, ch * v + sh * sr,
+        sh * cp, sh * u + ch * cr, sh * v - ch * sr,
+        -sp, cp * sr, cp * cr,
+    )  # fmt: skip
+
+
+@inline
+def sine_k(x: Any) -> Any:
+    """Sine to rounding, |x| up to some thousand, as a library computes it: reduction to ±π/4, then a polynomial."""
+    quadrant = (x * _TO_QUADRANTS + _WHOLE) - _WHOLE
+    y = (x - quadrant * _HIGH) - quadrant * _LOW
+    z = y * y
+    number = int(quadrant)
+    if number % 2 == 0:
+        tail = _SINE[4] + z * (_SINE[5] + z * (_SINE[6] + z * _SINE[7]))
+        value = y + y * z * (_SINE[1] + z * (_SINE[2] + z * (_SINE[3] + z * tail)))
+    else:
+        tail = _COSINE[4] + z * (_COSINE[5] + z * (_COSINE[6] + z * (_COSINE[7] + z * _COSINE[8])))
+        value = 1.0 + z * (_COSINE[1] + z * (_COSINE[2] + z * (_COSINE[3] + z * tail)))
+    return value if number % 4 < 2 else -value
+
+
+# Compiled loops over many attitudes: B and nothing else.
+@kernel
+def _matrices_from_quaternions(quaternions: Array, matrices: Array) -> None:
+    for k in range(quaternions.shape[0]):
+        q0, q1, q2, q3 = quaternions[k, 0], quaternions[k, 1], quaternions[k, 2], quaternions[k, 3]
+        (
+            matrices[k, 0], matrices[k, 1], matrices[k, 2], matrices[k, 3], matrices[k, 4], matrices[k, 5],
+            matrices[k, 6], matrices[k, 7], matrices[k, 8],
+        ) = dcm_from_quaternion_k(q0, q1, q2, q3)  # fmt: skip
+
+
+@kernel
+def _matrices_from_angles(angles: Array, matrices: Array) -> None:
+    for k in range(angles.shape[0]):
+        (
+            matrices[k, 0], matrices[k, 1], matrices[k, 2], matrices[k, 3], matrices[k, 4], matrices[k, 5],
+            matrices[k, 6], matrices[k, 7], matrices[k, 8],
+        ) = _dcm_by_functions_k((angles[k, 0], angles[k, 1], angles[k, 2]))  # fmt: skip
+
+
+@dataclass(frozen=True)
+class MatrixCost:
+    """Cost of B alone.
+
+    Attributes:
+        operations: floating-point operations of one matrix.
+        ns: processor time of one matrix on one core, among many, ns.
+    """
+
+    operations: Operations
+    ns: float
+
+
+def matrix_costs() -> tuple[MatrixCost, MatrixCost]:
+    """Count operations and measure time of B alone, over many attitudes in one loop.
+
+    Returns:
+        From a quaternion, and from three angles by sines and cosines.
+    """
+    angles = np.random.default_rng(1).uniform(-1.5, 1.5, (_BULK, 3))
+    quaternions = quaternion_from_euler(*angles.T)
+    found = []
+    for loop, attitudes in ((_matrices_from_quaternions, quaternions), (_matrices_from_angles, angles)):
+        matrices = np.empty((_BULK, 9))
+        ns = least_time(partial(loop, attitudes, matrices)) / _BULK
+        few = np.ascontiguousarray(attitudes[:4])
+        found.append(MatrixCost(count(loop, (few, np.empty((4, 9))), 4, needed=True)[0], ns))
+    return found[0], found[1]
+
+
+# A compiled loop over updates: attitude in a frame that turns at a constant rate, and B into one of several rows.
+def _attitude(
+    dtheta: Array, dvel: Array, weights: Array, start: Array, turn: Array, updates: int, matrices: Array
+) -> None:
+    attitude = start_k(start[0], start[1], start[2], start[3])
+    x, y, z = turn[0], turn[1], turn[2]
+    frame = FrameTurn(x, y, z, x, y, z, x, y, z, x, y, z)
+    rows = matrices.shape[0]
+    for k in range(updates):
+        attitude = step_k(attitude, turn_k(dtheta, dvel, weights, True, k), frame)
+        row = k % rows
+        (
+            matrices[row, 0], matrices[row, 1], matrices[row, 2], matrices[row, 3], matrices[row, 4],
+            matrices[row, 5], matrices[row, 6], matrices[row, 7], matrices[row, 8],
+        ) = dcm_k(attitude)  # fmt: skip
+
+
+@cache
+def _loop(algorithm: str, by_functions: bool) -> Callable[..., None]:
+    own = parts(algorithm)
+    if by_functions:
+        own = {**own, "dcm_k": _dcm_by_functions_k}
+    name = f"attitude_{algorithm.replace('-', '_')}{'_by_functions' if by_functions else ''}"
+    return bind(_attitude, name, **own)
+
+
+def attitude_costs(algorithm: str) -> list[AttitudeCost]:
+    """Count operations and measure time of the attitude alone.
+
+    Args:
+        algorithm: one of `sinssim.ALGORITHMS`.
+
+    Returns:
+        The cost; for Euler angles also with B by sines and cosines; none for an algorithm that iterates attitude,
+        velocity and position together.
+    """
+    if REGISTRY[algorithm].windowed:
+        return []
+    return [_cost(algorithm, by_functions) for by_functions in ((False, True) if algorithm == _EULER else (False,))]
+
+
+def _cost(algorithm: str, by_functions: bool) -> AttitudeCost:
+    loop, (imu, _) = _loop(algorithm, by_functions), timed_data()
+    every = REGISTRY[algorithm].samples
+    matrices = np.empty((_ROOM, 9))
+    arguments = _arguments(imu.time, imu.dtheta, imu.dvel)
+    time_ns = least_time(lambda: loop(*arguments, len(imu) // every, matrices)) / len(imu)
+    operations, matrix = count_attitude(algorithm, by_functions)
+    return AttitudeCost(algorithm, by_functions, time_ns, operations, matrix)
+
+
+def _arguments(time: Array, dtheta: Array, dvel: Array) -> tuple[Array, ...]:
+    turn = np.array([5e-7, -2e-7, -5e-7])  # rad per update: the Earth's rate at 100 Hz
+    return dtheta, dvel, weight_table(time, is_uniform(time)), np.array([1.0, 0.0, 0.0, 0.0]), turn
+
+
+@cache
+def count_attitude(algorithm: str, by_functions: bool = False) -> tuple[Operations, Operations]:
+    """Count the floating-point operations of the attitude alone; the result is cached.
+
+    Args:
+        algorithm: one of `sinssim.ALGORITHMS` that consists of parts.
+        by_functions: whether B is computed from Euler angles by sines and cosines.
+
+    Returns:
+        Mean numbers of operations per sample: of everything, and of B.
+    """
+    imu, _ = timed_data()
+    samples = _COUNTED
+    updates = samples // REGISTRY[algorithm].samples
+    loop = _loop(algorithm, by_functions)
+    arguments = _arguments(imu.time[: samples + 1], imu.dtheta[:samples], imu.dvel[:samples])
+    found = []
+    for rows in (updates, 1):  # B of every update, and of the last one alone
+        found.append(count(loop, (*arguments, updates, np.empty((rows, 9))), samples, needed=True)[0])
+    whole, last = found
+    kinds = ("add", "multiply", "divide", "root", "function")
+    share = updates / (updates - 1)
+    matrix = Operations(*(share * (getattr(whole, kind) - getattr(last, kind)) for kind in kinds))
+    return whole, matrix

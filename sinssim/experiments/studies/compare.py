@@ -1,0 +1,404 @@
+"""Runs a study: every algorithm on identical samples, two at a time; an interrupted study keeps its finished cases."""
+
+from __future__ import annotations
+
+import itertools
+import os
+import time
+from collections.abc import Callable, Iterator
+from concurrent.futures import FIRST_COMPLETED, Future, ThreadPoolExecutor, wait
+from dataclasses import asdict, dataclass, fields
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from sinssim.algorithms import REGISTRY
+from sinssim.data import Array, ImuData
+from sinssim.errors import InputError, RunError, SinssimError
+from sinssim.experiments.studies import (
+    attitude_cost,
+    cost,
+    motions,
+    study_media,  # noqa: F401  (it gives the results their media)
+)
+from sinssim.experiments.studies.headings import compare_headings
+from sinssim.experiments.studies.in_coordinates import coordinate_errors
+from sinssim.experiments.studies.instants import drifts, instants, rows_of
+from sinssim.experiments.studies.results import Case, CoordinateError, Engine, ErrorGrowth, Row, StudyResult, fit_orders
+from sinssim.experiments.studies.schema import Part, Study, StudyMotion, with_set
+from sinssim.frames import OF_TRUTH
+from sinssim.progress import Progress, shown
+from sinssim.strapdown.mechanization import Mechanization
+from sinssim.strapdown.nav_error import NavError, navigation_error
+from sinssim.system.memory import machine_memory
+from sinssim.system.threads import thread_pool
+
+if TYPE_CHECKING:
+    from sinssim.recording.store.directory import RunDirectory
+    from sinssim.sensors.sets.reading import Readings
+    from sinssim.truth.trajectory import Trajectory
+
+Navigated = tuple[Row, ErrorGrowth | None, list[CoordinateError]]
+
+LONG_SECONDS = 30.0
+"""Expected duration above which a study is announced before it starts."""
+LIMIT_MINUTES = 30.0
+"""Expected duration above which a study is refused unless a higher limit is given."""
+
+_SAMPLE_SECONDS = 1.5e-6  # time to make one sample of the truth
+_CASE_SECONDS = 0.03  # time to check a sample, and to compare it with the truth
+_SAMPLE_BYTES = 300  # memory per sample at a block's highest rate, with the solutions in progress
+_FLIGHT_SPEED = 250.0  # speed of JSBSim relative to real time
+
+
+# Long: what is left of a study that stops is decided where it stops.
+def compare(
+    study: Study,
+    directory: Path | str | None = None,
+    *,
+    overwrite: bool = False,
+    limit_minutes: float = LIMIT_MINUTES,
+    progress: Progress | bool | None = None,
+    say: Callable[[str], None] | None = None,
+) -> StudyResult:
+    """Run a study, decide its claims, and write its report.
+
+    A study that is interrupted or fails leaves a report of the finished cases; it never replaces an existing one.
+
+    Args:
+        study: the study.
+        directory: directory to write; nothing is written if not given.
+        overwrite: whether an existing study or run in the directory may be replaced.
+        limit_minutes: expected duration above which the study is refused.
+        progress: called with a description of the current work and the fraction done; True shows a bar.
+        say: called beforehand with the expected duration, if it is long.
+
+    Returns:
+        The results.
+
+    Raises:
+        InputError: the study or the directory cannot be used, or the study would take too long.
+        RunError: a flight cannot be flown, or the results cannot be written.
+    """
+    from sinssim.recording.store.directory import RunDirectory
+
+    if not limit_minutes >= 0.0:
+        raise InputError(f"limit_minutes = {limit_minutes} must not be negative; inf means no limit.")
+    folder = None if directory is None else RunDirectory(Path(directory), overwrite=overwrite)
+    comparison = StudyResult(study)
+    begin = time.perf_counter()
+    try:
+        try:
+            with shown(progress) as report:
+                _run(comparison, limit_minutes, report, say or (lambda text: None))
+                if folder is not None:
+                    report("Writing the report", 1.0)
+        except (KeyboardInterrupt, SinssimError) as stop:
+            comparison.status = "interrupted" if isinstance(stop, KeyboardInterrupt) else "failed"
+            comparison.seconds = time.perf_counter() - begin
+            if folder is not None and comparison.rows:
+                place = _finish(comparison, folder, beside=comparison.status)
+                stop.add_note(f"{_navigations(comparison)} finished; the report is {place / 'report.html'}.")
+            raise
+        comparison.seconds = time.perf_counter() - begin
+        try:
+            _finish(comparison, folder)
+        except KeyboardInterrupt as interrupt:  # the long work is done: write it anyway, unless interrupted again
+            if folder is not None:
+                place = _finish(comparison, folder) if folder.path.exists() else folder.target
+                interrupt.add_note(f"{_navigations(comparison)} finished; the report is {place / 'report.html'}.")
+            raise
+    except BaseException:
+        if folder is not None and folder.path.exists():
+            folder.discard()
+        raise
+    return comparison
+
+
+def _navigations(comparison: StudyResult) -> str:
+    count = len(comparison.rows)
+    return "1 navigation was" if count == 1 else f"{count} navigations were"
+
+
+def _finish(comparison: StudyResult, folder: RunDirectory | None, beside: str = "") -> Path:
+    """Fit, decide, write, and move the directory into its place."""
+    from sinssim.experiments.studies.claims.decide import decide
+    from sinssim.experiments.studies.pick import picks
+
+    comparison.orders = [
+        order for part in comparison.study.parts for order in fit_orders(comparison.of_part(part.title))
+    ]
+    comparison.verdicts = decide(comparison)
+    comparison.picks = picks(comparison)
+    if folder is None:
+        return Path()
+    from sinssim.experiments.studies.study_files import write_study
+
+    with folder.writing():
+        write_study(comparison, folder.path)
+        comparison.directory = folder.keep(beside=beside)
+        return comparison.directory
+
+
+def _run(comparison: StudyResult, limit_minutes: float, progress: Progress, say: Callable[[str], None]) -> None:
+    study = comparison.study
+    engines = list(dict.fromkeys(itertools.chain.from_iterable(map(_engines, study.parts))))
+    expected = {id(m): motions.expected_seconds(m) for part in study.parts for m in part.motions}  # also finds mistakes
+    for part, motion in _pairs(study):
+        _check_part(part)
+        if motion.scenario is None or motion.duration_s is not None:  # a flight's duration is known after the flight
+            _check_length(part, motion, expected[id(motion)])
+    for number, (algorithm, frame, schedule) in enumerate(engines):
+        progress(f"Timing {algorithm}", 0.0)
+        comparison.costs[algorithm, frame, schedule] = cost.measure_cost(algorithm, frame, schedule)
+        progress(f"Timing {algorithm}", 0.02 * number / len(engines))
+    for algorithm in dict.fromkeys(algorithm for algorithm, *_ in engines):
+        progress(f"Timing the attitude of {algorithm}", 0.02)
+        comparison.attitude_costs += attitude_cost.attitude_costs(algorithm)
+    flown: set[tuple[str | None, tuple[str, ...]]] = set()
+    plan = []
+    for part, motion in _pairs(study):
+        seconds = _seconds(part, motion, expected[id(motion)], comparison.costs)
+        if (motion.scenario, motion.set) not in flown and not motions.is_cached(motion):
+            seconds += motions.flight_seconds(motion) / _FLIGHT_SPEED
+        flown.add((motion.scenario, motion.set))
+        plan.append(_Block(part, motion, seconds))
+    total = sum(block.seconds for block in plan)
+    cases = sum(block.part.cases for block in plan)
+    steps = sum(
+        expected[id(b.motion)] * rate * b.part.cases / len(b.part.pace) for b in plan for rate, *_ in b.part.pace
+    )
+    navigations = "1 navigation" if cases == 1 else f"{cases} navigations"
+    text = f"{navigations} of {steps / 1e6:.3g} million samples, about {rough_duration(total)}"
+    if total > 60.0 * limit_minutes:
+        raise InputError(
+            f"the study {study.name} would take too long: {text}, more than the limit of "
+            f"{limit_minutes:g} min. Compare fewer rates, algorithms or motions, or raise the limit "
+            f"with --limit-minutes {int(np.ceil(total / 60.0 * 1.2))}."
+        )
+    largest = max(plan, key=lambda block: expected[id(block.motion)] * block.part.highest_hz)
+    samples = expected[id(largest.motion)] * largest.part.highest_hz
+    if samples * _SAMPLE_BYTES > machine_memory():
+        raise InputError(
+            f"the study {study.name} would need too much memory: {samples / 1e6:.3g} million samples of "
+            f"{largest.motion.label} at {largest.part.highest_hz:g} Hz need about {samples * _SAMPLE_BYTES / 1e9:.0f} "
+            f"GB, and this machine has {machine_memory() / 1e9:.0f} GB. Use a shorter motion or a lower highest rate."
+        )
+    if total > LONG_SECONDS:
+        say(f"{study.name}: {text}.")
+    done = 0.0
+    with thread_pool(min(2, os.cpu_count() or 1)) as pool:
+        for block in plan:
+            share = block.seconds / total if total else 1.0
+            base = done
+
+            def report(what: str, fraction: float, base: float = base, share: float = share) -> None:
+                progress(what, 0.02 + 0.98 * (base + share * fraction))
+
+            _run_block(comparison, block, pool, report)
+            done += share
+
+
+@dataclass(frozen=True)
+class _Block:
+    """All cases of one part on one motion."""
+
+    part: Part
+    motion: StudyMotion
+    seconds: float
+
+
+def _pairs(study: Study) -> Iterator[tuple[Part, StudyMotion]]:
+    return ((part, motion) for part in study.parts for motion in part.motions)
+
+
+def _engines(part: Part) -> Iterator[Engine]:
+    """Yield algorithm, frame and schedule of every cost of a part."""
+    schedules = dict.fromkeys(schedule or () for _, schedule, _ in part.pace)
+    return itertools.product(part.algorithms, part.frames, schedules)
+
+
+def _check_part(part: Part) -> None:
+    """Raise for algorithms and frames that cannot run at a schedule's rates."""
+    if not part.schedules_hz:
+        return
+    for algorithm, frame in itertools.product(part.algorithms, part.frames):
+        try:
+            Mechanization(algorithm=algorithm, frame=frame, rates_hz=part.schedules_hz[0])
+        except InputError as mistake:
+            raise InputError(f"part {part.title!r}: {mistake}") from mistake
+
+
+def _check_length(part: Part, motion: StudyMotion, duration: float) -> None:
+    """Raise for a motion that is shorter than one update of an algorithm or one step of a schedule's slow part."""
+    from sinssim.strapdown.iteration.windows import WINDOW
+
+    for rate, schedule, _ in part.pace:
+        slowest = schedule[2] if schedule else rate
+        for algorithm in part.algorithms:
+            entry = REGISTRY[algorithm]
+            needed = WINDOW if entry.windowed else entry.samples
+            if duration * slowest < needed - 1e-6:
+                raise InputError(
+                    f"part {part.title!r}: the motion {motion.label!r} lasts {duration:g} s; {algorithm} at "
+                    f"{slowest:g} Hz needs at least {needed / slowest:g} s"
+                    + (f", {needed} samples" if needed > 1 else "")
+                    + ". Use a longer motion or a higher rate."
+                )
+
+
+def _seconds(part: Part, motion: StudyMotion, duration: float, costs: dict[Engine, cost.Cost]) -> float:
+    """Estimate how long a block takes."""
+    threads = min(2, os.cpu_count() or 1)
+    each = len(part.gravities) * len(part.curvatures) * len(part.ellipsoids) * len(part.sensors) * len(part.variants)
+    ns = sum(
+        duration * rate * costs[algorithm, frame, schedule or ()].ns_per_step
+        for rate, schedule, _ in part.pace
+        for algorithm in part.algorithms
+        for frame in part.frames
+    )
+    seconds = (ns * 1e-9 * each + _CASE_SECONDS * part.cases) / threads
+    vibrating = 1 + 40 * bool(motion.vibration)
+    seconds += duration * part.highest_hz * _SAMPLE_SECONDS * (vibrating + 0.5 * len(part.sensors))
+    return seconds
+
+
+def rough_duration(seconds: float) -> str:
+    """Return a duration in words.
+
+    Args:
+        seconds: s.
+
+    Returns:
+        "40 s", "3 min" or "2.5 h".
+    """
+    if seconds < 90.0:
+        return f"{max(seconds, 1.0):.0f} s"
+    return f"{seconds / 60.0:.0f} min" if seconds < 5400.0 else f"{seconds / 3600.0:.1f} h"
+
+
+def _run_block(comparison: StudyResult, block: _Block, pool: ThreadPoolExecutor, report: Progress) -> None:
+    from sinssim.sensors.sets.reading import read
+
+    part, motion, seed = block.part, block.motion, comparison.study.seed
+    report(f"Motion: {motion.label}", 0.0)
+    trajectory = motions.make(motion)
+    _check_length(part, motion, trajectory.end - trajectory.start)
+    ideal = trajectory.increments(part.highest_hz)
+    comparison.motions[part.title, motion.label] = motions.facts(motion, trajectory)
+    truth = _Truth(trajectory, ideal.time)
+    if "euler-heading" in part.decides:
+        ratios = {rate: round(part.highest_hz / rate) for rate in part.rates_hz}
+        comparison.headings += compare_headings(part.title, motion.label, trajectory, ideal, ratios)
+    count, finished = part.cases, 0
+    for grade, variant in itertools.product(part.sensors, part.variants):
+        section = with_set(comparison.study.block(grade), variant, part.highest_hz)
+        _, readings = read(trajectory, ideal, section, seed)
+        cases = []
+        for rate, schedule, slow in part.pace:
+            slower = readings.at(round(part.highest_hz / rate))
+            for algorithm, frame, gravity, curvature, ellipsoid in part.engines:
+                case = Case(
+                    part.title, motion.label, variant, grade, algorithm, frame, gravity, curvature, rate,
+                    schedule or (), slow, ellipsoid,
+                )  # fmt: skip
+                cases.append((case, slower))
+        futures = {pool.submit(_navigate, case, slower, part, truth, comparison): case for case, slower in cases}
+        try:
+            for future in _as_they_come(list(futures)):
+                row, history, in_coordinates = future.result()
+                comparison.rows.append(row)
+                comparison.coordinate_errors += in_coordinates
+                if history is not None:
+                    comparison.histories[futures[future]] = history
+                finished += 1
+                report(f"{motion.label}: {row.algorithm}", finished / count)
+        except BaseException:
+            for future in futures:
+                future.cancel()
+            raise
+    order = {part.title: number for number, part in enumerate(comparison.study.parts)}
+    comparison.rows.sort(key=lambda row: order[row.part])
+
+
+def _as_they_come(
+    futures: list[Future[Navigated]],
+) -> Iterator[Future[Navigated]]:
+    """Yield futures in order as they finish; the wait wakes up often, so that Ctrl-C takes effect."""
+    for future in futures:
+        while not future.done():
+            wait([future], timeout=0.2, return_when=FIRST_COMPLETED)
+        yield future
+
+
+class _Truth:
+    """The true motion, and its heights at the samples."""
+
+    def __init__(self, trajectory: Trajectory, time: Array) -> None:
+        self.trajectory = trajectory
+        self.initial = trajectory.state(time[0])
+        self.height = trajectory.state(time).height
+
+    def reference(self, imu: ImuData) -> Array:
+        """Return the true height at the edges of samples, (N+1,) m."""
+        ratio = round((len(self.height) - 1) / len(imu))
+        return np.ascontiguousarray(self.height[::ratio][: len(imu.time)])
+
+
+# Long: it computes the many numbers of a case's row.
+def _navigate(case: Case, readings: Readings, part: Part, truth: _Truth, comparison: StudyResult) -> Navigated:
+    """Run one case and compare it with the truth."""
+    from sinssim.strapdown.error_numbers import error_numbers
+    from sinssim.strapdown.measured_attitude import navigate_set
+    from sinssim.units import ARCSEC
+
+    imu = readings.imu
+    step = comparison.costs[case.algorithm, case.frame, case.schedule_hz]
+    about: dict[str, Any] = {
+        **asdict(case),
+        "samples": len(imu),
+        "duration_s": float(imu.time[-1] - imu.time[0]),
+        "ns_per_step": step.ns_per_step,
+        "operations_per_step": step.operations.total,
+    }
+    for alone in comparison.attitude_costs:
+        if alone.algorithm == case.algorithm and not alone.by_functions:
+            about["attitude_ns_per_step"] = alone.ns_per_step
+            about["attitude_operations_per_step"] = alone.operations.total
+    trajectory = truth.trajectory
+    height = None if part.vertical == "free" else truth.reference(imu)
+    try:
+        mechanization = Mechanization(
+            algorithm=case.algorithm,
+            frame=case.frame,
+            gravity=case.gravity,
+            ellipsoid=trajectory.ellipsoid.name if case.ellipsoid == OF_TRUTH else case.ellipsoid,
+            curvature=case.curvature,
+            rates_hz=case.schedule_hz or None,
+            slow_quantities=case.slow or "hold",
+            vertical=part.vertical,
+        )
+        solution = navigate_set(readings.imu, readings.attitude, truth.initial, mechanization, height)
+    except RunError as failure:
+        return Row(**about, status="failed", message=str(failure)), None, []
+    except InputError as mistake:
+        raise InputError(
+            f"part {case.part!r}, motion {case.motion}, {case.algorithm} in the frame {case.frame} at {case.pace} Hz: "
+            f"{mistake}"
+        ) from mistake
+    keep, even, shown = instants(len(solution.time))
+    thin = rows_of(solution, keep)
+    true = trajectory.state(thin.time)
+    error = navigation_error(true, thin, trajectory.ellipsoid)
+    numbers: dict[str, Any] = {**error_numbers(NavError(*(getattr(error, f.name)[even] for f in fields(error))))}
+    row = Row(
+        **about,
+        **{**numbers, **drifts(error, even)},
+        max_defect=float(np.max(solution.defect)),
+        passages=len(solution.events),
+        max_damage_arcsec=max((event.damage for event in solution.events), default=0.0) / ARCSEC,
+        message=" ".join(event.text for event in solution.events),
+    )
+    growth = ErrorGrowth(error.time[shown], error.horizontal[shown], error.angle[shown] / ARCSEC)
+    return row, growth, coordinate_errors(case, part.coordinates, true, thin, trajectory.ellipsoid)

@@ -1,0 +1,299 @@
+"""Runs a trade study: computes the cells that are missing, and writes its report: `trade`."""
+
+from __future__ import annotations
+
+import contextlib
+import time
+from collections.abc import Callable
+from dataclasses import dataclass
+from pathlib import Path
+
+from sinssim.errors import InputError, RunError, SinssimError
+from sinssim.experiments.ensembles.running.run import stored_runs
+from sinssim.experiments.ensembles.truth import TruthCache, truth_key
+from sinssim.experiments.trades.cells import Cell, cells_of, digest_of
+from sinssim.experiments.trades.measure import CellNumbers, of_budget, of_ensemble
+from sinssim.experiments.trades.result import CellResult, TradeResult
+from sinssim.experiments.trades.running.directory import TradeDirectory
+from sinssim.experiments.trades.running.watch import TooLongError, Watch
+from sinssim.experiments.trades.schema import TradeStudy
+from sinssim.experiments.trades.trade_media import TradeMedia
+from sinssim.progress import Progress, shown
+from sinssim.scenario.duration import check_times, expected_duration
+from sinssim.scenario.limits import warn_of_limits
+from sinssim.scenario.sections.ensemble import EnsembleSection
+from sinssim.system.drafts import Draft
+
+Say = Callable[[str], None]
+LIMIT_MINUTES = 30.0
+"""Expected duration above which a study is refused unless a higher limit is given."""
+_FLIGHT_SPEED = 250.0
+"""Speed of JSBSim relative to real time."""
+
+
+def trade(
+    study: TradeStudy,
+    directory: Path | str | None = None,
+    *,
+    resume: bool = False,
+    overwrite: bool = False,
+    limit_minutes: float = LIMIT_MINUTES,
+    threads: int | None = None,
+    progress: Progress | bool | None = None,
+    say: Say | None = None,
+) -> TradeResult:
+    """Compute every cell of a trade study, and write its report.
+
+    A cell has the numbers of `sinssim budget` or `sinssim ensemble` with its settings, bit for bit. Cells on the same
+    true motion share it. A cell that fails is a result; the others are computed. An interrupted study keeps its
+    finished cells and can be continued.
+
+    Args:
+        study: the study.
+        directory: directory of the study; by default nothing is kept.
+        resume: whether a study in the directory is continued, or extended by further values of its axes.
+        overwrite: whether a study in the directory is replaced.
+        limit_minutes: expected duration above which the study is refused.
+        threads: number of runs of an ensemble computed at a time; by default the number of the machine's cores.
+        progress: called with cells done and time left in words, and the fraction done; True shows a bar.
+        say: called with remarks, such as the expected duration or a damaged file.
+
+    Returns:
+        The result.
+
+    Raises:
+        InputError: the study or the directory cannot be used, the directory holds another study, the study would take
+            too long, or the disk is full.
+        RunError: every cell failed; an `InputError` if by values that cannot be used.
+    """
+    if not limit_minutes >= 0.0:
+        raise InputError(f"limit_minutes = {limit_minutes} must not be negative; inf means no limit.")
+    if directory is None and (resume or overwrite):
+        raise InputError("resume and overwrite need the directory of a study.")
+    if resume and overwrite:
+        raise InputError("resume and overwrite exclude each other: continue the study, or replace it.")
+    cells = cells_of(study)
+    speak = say or (lambda text: None)
+    with contextlib.ExitStack() as stack:
+        report = stack.enter_context(shown(progress))
+        place = stack.enter_context(Draft()).path / "study" if directory is None else Path(directory)
+        folder = TradeDirectory(place, study, resume=resume, overwrite=overwrite)
+        stack.callback(folder.close)
+        work = _Work(study, cells, folder, threads, report, speak)
+        result = TradeResult(study, (), directory=None if directory is None else folder.path)
+        try:
+            work.run(limit_minutes)
+        except BaseException as stop:
+            work.fill_in(result, "interrupted" if isinstance(stop, KeyboardInterrupt) else "failed")
+            if directory is not None:
+                _leave(folder, result, stop)
+            raise
+        work.fill_in(result, "finished")
+        if directory is not None:
+            report("Writing the report", 1.0)
+            _write(folder, result)
+    if not result.finished:
+        number, first = next(iter(result.failures.items()))
+        where = "" if directory is None else f" See {folder.path}."
+        kind = RunError if work.runs_failed else InputError
+        raise kind(f"all {len(result)} cells of the study {study.name} failed; cell {number}: {first}{where}")
+    return result
+
+
+def write_result(result: TradeResult, directory: Path, *, overwrite: bool) -> Path:
+    """Write the directory of a study that was kept in memory; the runs of its ensembles are not kept.
+
+    Args:
+        result: the study.
+        directory: the directory.
+        overwrite: whether a study in it is replaced.
+
+    Returns:
+        The directory. A study of ensembles that is continued there computes its cells again.
+
+    Raises:
+        InputError: the directory cannot be used, or the disk is full.
+    """
+    folder = TradeDirectory(directory, result.study, resume=False, overwrite=overwrite)
+    try:
+        for one in result.cells:
+            if one.numbers is not None and result.study.cell == "budget":
+                folder.write(result.digest(one.cell.number), one.numbers)
+        _write(folder, result)
+        return folder.path
+    finally:
+        folder.close()
+
+
+@dataclass(frozen=True)
+class _Missing:
+    """A cell to be computed, the others that have the same numbers, and its true motion."""
+
+    cell: Cell
+    digest: str
+    motion: str
+
+
+class _Work:
+    """The computation of the cells of a study."""
+
+    def __init__(
+        self, study: TradeStudy, cells: tuple[Cell, ...], folder: TradeDirectory, threads: int | None,
+        report: Progress, say: Say,
+    ) -> None:  # fmt: skip
+        self.study, self.cells, self._folder, self._threads = study, cells, folder, threads
+        self._report, self._notes = report, list[str]()
+        self._say_on, self._seconds, self._computed = say, 0.0, 0
+        self._numbers: dict[str, CellNumbers] = {}
+        self._failures: dict[str, str] = {}
+        self.runs_failed = False
+        self._digests = {cell.number: digest_of(study, cell) for cell in cells if cell.scenario is not None}
+
+    def say(self, text: str) -> None:
+        """Say a remark, and keep it."""
+        self._notes.append(text)
+        self._say_on(text)
+
+    def run(self, limit_minutes: float) -> None:
+        """Compute the cells that are missing, those of one motion after one another."""
+        begin, study = time.perf_counter(), self.study
+        try:
+            self._read_kept()
+            todo = self._missing()
+            runs = f" of {_runs(todo[0].cell, study)} runs" if todo and study.cell == "ensemble" else ""
+            what = f"{len(todo)} {study.cell}{'s' if len(todo) != 1 else ''}{runs}"
+            watch = Watch(study.name, what, max(len(todo), 1), limit_minutes, self._report, self._say_on)
+            flown = {one.motion: one.cell.scenario for one in todo}
+            warn_of_limits(*(scenario for scenario in flown.values() if scenario is not None))
+            truths, unflown = TruthCache(), _flights(todo)
+            for one in todo:
+                self._compute(one, truths, watch, unflown)
+        finally:
+            self._seconds = time.perf_counter() - begin
+
+    def _read_kept(self) -> None:
+        """Read the budgets in the directory whose numbers are not known."""
+        for digest in dict.fromkeys(self._digests.values()) if self.study.cell == "budget" else ():
+            if digest not in self._numbers and (found := self._folder.read(digest, self.say)) is not None:
+                self._numbers[digest] = found
+
+    def _missing(self) -> list[_Missing]:
+        """Return the cells that have no numbers, one for each digest, ordered by their true motions."""
+        found: dict[str, _Missing] = {}
+        for cell in self.cells:
+            digest = self._digests.get(cell.number)
+            if digest is not None and digest not in self._numbers and digest not in found:
+                assert cell.scenario is not None
+                found[digest] = _Missing(cell, digest, truth_key(cell.scenario))
+        motions = list(dict.fromkeys(one.motion for one in found.values()))
+        return sorted(found.values(), key=lambda one: motions.index(one.motion))
+
+    def _compute(self, one: _Missing, truths: TruthCache, watch: Watch, unflown: dict[str, float]) -> None:
+        """Compute a cell; what goes wrong in it is its result."""
+        scenario = one.cell.scenario
+        assert scenario is not None
+        try:
+            watch.flying(sum(unflown.values()))
+            check_times(scenario)
+            truth = truths.of(scenario)
+            unflown.pop(one.motion, None)
+            watch.begin()
+            if self.study.cell == "budget":
+                from sinssim.analyses.error_budget.analyse import budget
+
+                found = budget(
+                    scenario, times=self.study.instants, solution="inertial" if self.study.inertial else None,
+                    truth=truth, progress=lambda stage, part: watch.inside(part if stage == "budget" else 0.0),
+                )  # fmt: skip
+                numbers = of_budget(self.study, found)
+                self._keep(one.digest, numbers)
+            else:
+                result = stored_runs(
+                    scenario, self.study.runs, self._folder.ensemble(one.digest, self.say), times=self.study.instants,
+                    truths=truths, threads=self._threads, say=self.say,
+                    progress=lambda text, part: watch.inside(part, text.split(",")[0]),
+                )  # fmt: skip
+                numbers = of_ensemble(self.study, result)
+                if result.failed.all():
+                    raise RunError(f"all {len(result)} runs failed; the first one: {result.errors.failure[0]}")
+            self._numbers[one.digest] = numbers
+            self._computed += 1
+        except MemoryError:  # no property of the cell
+            raise
+        except SinssimError as error:
+            if isinstance(error, TooLongError) or isinstance(error.__cause__, OSError):
+                raise
+            self._failures[one.digest] = str(error) or type(error).__name__
+            self.runs_failed |= not isinstance(error, InputError)
+        except Exception as error:  # whatever went wrong in one of many cells is a result to report
+            self._failures[one.digest] = f"{type(error).__name__}: {error}"
+            self.runs_failed = True
+        watch.finish(failed=one.digest in self._failures)
+
+    def _keep(self, digest: str, numbers: CellNumbers) -> None:
+        try:
+            self._folder.write(digest, numbers)
+        except OSError as error:
+            raise InputError(
+                f"the cells of the study could not be written to {self._folder.path}: {error.strerror or error} "
+                f"({self._folder.free():.0f} MB are free)."
+            ) from error
+
+    def fill_in(self, result: TradeResult, status: str) -> None:
+        """Fill in what has become of the cells."""
+        self._read_kept()  # Ctrl-C may have come right after a cell was written
+        found = []
+        for cell in self.cells:
+            digest = self._digests.get(cell.number, "")
+            failure = cell.mistake or self._failures.get(digest, "")
+            found.append(CellResult(cell, self._numbers.get(digest), failure))
+        result.cells, result.status, result.notes = tuple(found), status, self._notes
+        result.seconds, result.computed = self._seconds, self._computed
+
+
+def _runs(cell: Cell, study: TradeStudy) -> int:
+    """Return the number of runs of an ensemble."""
+    assert cell.scenario is not None
+    return study.runs or (cell.scenario.ensemble or EnsembleSection()).runs
+
+
+def _flights(todo: list[_Missing]) -> dict[str, float]:
+    """Return how long the flights of some cells take that are not in the cache, s, by their motion."""
+    from sinssim.truth.flight.cache import is_cached
+
+    found = {}
+    for one in todo:
+        scenario = one.cell.scenario
+        assert scenario is not None
+        if one.motion not in found and scenario.flight is not None and not is_cached(scenario.flight, scenario.seed):
+            found[one.motion] = expected_duration(scenario) / _FLIGHT_SPEED
+    return found
+
+
+def _leave(folder: TradeDirectory, result: TradeResult, stop: BaseException) -> None:
+    """Write a report of the finished cells of a study that stops early, and say what there is."""
+    if not result.finished:
+        stop.add_note("No cell had finished; --resume continues.")
+        return
+    stop.add_note(f"{result.finished} of {len(result)} cells are finished, in {folder.path}; --resume continues.")
+    try:
+        _write(folder, result)
+        stop.add_note(f"Their report is {folder.path / 'report.html'}.")
+    except Exception as error:  # for example on a full disk: the cells are safe
+        stop.add_note(f"Their report could not be written: {error}")
+
+
+def _write(folder: TradeDirectory, result: TradeResult) -> None:
+    """Write report, figures and numbers."""
+    from sinssim.experiments.trades.running.write import write_trade
+
+    try:
+        folder.keep(lambda place: write_trade(result, place))
+    except OSError as error:
+        raise InputError(
+            f"the report of the study could not be written to {folder.path}: {error.strerror or error} "
+            f"({folder.free():.0f} MB are free). All finished cells are kept; --resume writes it."
+        ) from error
+
+
+TradeResult.media = TradeMedia(write_result)

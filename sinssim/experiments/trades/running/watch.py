@@ -1,0 +1,113 @@
+"""Progress and expected duration of a trade study, and the limit of the duration."""
+
+from __future__ import annotations
+
+import math
+import time
+from collections.abc import Callable
+
+from sinssim.errors import InputError
+from sinssim.experiments.ensembles.running.run import duration_text
+from sinssim.progress import Progress
+
+LONG_SECONDS = 30.0
+"""Expected duration above which a study is announced."""
+_SURE_AFTER = 10.0
+"""Time of progress within a cell after which it tells the duration of all cells, s."""
+
+
+class TooLongError(InputError):
+    """The study would take longer than allowed."""
+
+
+class Watch:
+    """Measures the first cells, foretells the duration of all, and refuses a study that takes too long."""
+
+    def __init__(
+        self, name: str, what: str, cells: int, limit_minutes: float, report: Progress, say: Callable[[str], None]
+    ) -> None:
+        """Begin.
+
+        Args:
+            name: name of the study.
+            what: what is computed, in words: "24 ensembles of 200 runs".
+            cells: number of cells to be computed.
+            limit_minutes: expected duration above which the study is refused.
+            report: called with cells done and time left in words, and the fraction done.
+            say: called with the expected duration, if it is long.
+        """
+        self._name, self._what, self._cells, self._limit = name, what, cells, limit_minutes
+        self._report, self._say = report, say
+        self._done, self._measured, self._each, self._flights, self._announced = 0, 0, math.inf, 0.0, False
+        self._begin = self._start = time.perf_counter()
+        self._first: tuple[float, float] | None = None
+
+    def flying(self, seconds: float) -> None:
+        """Say that a cell waits for its true motion.
+
+        Args:
+            seconds: expected duration of the flights that are still to be flown, s.
+        """
+        self._flights = seconds
+        self._report(f"{self._done}/{self._cells} cells, flying", self._done / self._cells)
+
+    def begin(self) -> None:
+        """Begin a cell, whose true motion is there."""
+        self._start, self._first = time.perf_counter(), None
+
+    def inside(self, fraction: float, detail: str = "") -> None:
+        """Report the progress within a cell.
+
+        Args:
+            fraction: fraction of the cell that is finished.
+            detail: words about it.
+
+        Raises:
+            TooLongError: the study would take too long.
+        """
+        now = time.perf_counter()
+        if self._first is None and fraction > 0.0:  # what came before may have been compilation and start
+            self._first = now, fraction
+        each, (begin, there) = self._each, self._first or (now, fraction)
+        if fraction > there and now > begin:
+            slope = (now - begin) / (fraction - there)
+            each = min(each, slope)
+            if now - begin > _SURE_AFTER:
+                self._judge(slope, self._cells - self._done - fraction)
+        share = (self._done + fraction) / self._cells
+        left = each * (self._cells - self._done - fraction) + self._flights
+        words = f", {duration_text(left)} left" if math.isfinite(left) else ""
+        self._report(f"{self._done}/{self._cells} cells{f', {detail}' if detail else ''}{words}", share)
+
+    def finish(self, failed: bool = False) -> None:
+        """Finish a cell.
+
+        Args:
+            failed: whether it failed, and tells nothing about the duration of the others.
+
+        Raises:
+            TooLongError: the study would take too long.
+        """
+        self._done += 1
+        if not failed:
+            self._each = min(self._each, time.perf_counter() - self._start)
+            self._measured += 1
+        if self._measured >= 2:  # the first one may have waited for the compiler
+            self._judge(self._each, self._cells - self._done)
+        self.begin()
+        self.inside(0.0)
+
+    def _judge(self, each: float, left: float) -> None:
+        """Announce a long study, or refuse it, once."""
+        if self._announced:
+            return
+        self._announced = True
+        total = each * left + self._flights + time.perf_counter() - self._begin
+        if total > 60.0 * self._limit:
+            raise TooLongError(
+                f"the study {self._name} would take too long: {self._what}, about {duration_text(total)}, more than "
+                f"the limit of {self._limit:g} min. Give fewer values or fewer runs, or raise the limit with "
+                f"--limit-minutes {math.ceil(total / 60.0 * 1.2)}."
+            )
+        if total > LONG_SECONDS:
+            self._say(f"{self._name}: {self._what}, about {duration_text(total)}.")

@@ -1,0 +1,284 @@
+"""Runs a scenario's filter on recorded sensors, and compares the estimate with a reference if there is one."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+from typing import TYPE_CHECKING, cast
+
+import numpy as np
+
+from sinssim.data import Array, ImuData, Measurements, NavSolution
+from sinssim.errors import InputError
+from sinssim.estimation import ErrorModel, Estimate, Smoothed
+from sinssim.estimation.initial_alignment.recorded_start import RecordedStart, recorded_start
+from sinssim.estimation.initial_alignment.start import Start
+from sinssim.logs.load import RecordedLog, recorded_log
+from sinssim.logs.reference import Reference
+from sinssim.progress import Progress, silent
+from sinssim.scenario.excitation import Excitation
+from sinssim.scenario.filter.filter_model import filter_model
+from sinssim.scenario.filter.filter_states import with_states
+from sinssim.scenario.filter.memory import ROWS
+from sinssim.scenario.filter.recorded_errors import recorded_sensors
+from sinssim.scenario.sections.filter import InitialSigmaSection
+from sinssim.scenario.true_motion import mounting
+from sinssim.sensors.aiding.base.sensor import AidingReadings, AidingSensor, Vehicle
+from sinssim.simulation.aided.aided_run import coarse_alignment, filtered
+from sinssim.simulation.aided.reference_motion import ReferenceMotion
+from sinssim.simulation.aided.truth_comparison import Aided, Rows
+from sinssim.strapdown.nav_error import NavError
+from sinssim.system.short_repr import short_repr
+from sinssim.units import ARCMIN
+
+if TYPE_CHECKING:
+    from sinssim.scenario import Scenario
+    from sinssim.truth.trajectory import Trajectory
+
+_ELLIPSOID = "wgs84"
+_RATE_DIGITS = 6
+
+
+@short_repr
+@dataclass(frozen=True)
+class Prepared:
+    """A scenario with recorded sensors, and what its files hold.
+
+    Attributes:
+        scenario: the scenario; rate, span, initial 1σ and states of the filter are written out.
+        log: the recorded sensors.
+        start: where navigation starts.
+        moved: rotation and acceleration that the unit sensed.
+    """
+
+    scenario: Scenario
+    log: RecordedLog
+    start: RecordedStart
+    moved: Excitation
+
+
+def prepare(scenario: Scenario) -> Prepared:
+    """Read the files of a scenario with [log], and write out what follows from them.
+
+    Args:
+        scenario: with a [log] section.
+
+    Returns:
+        Scenario and data.
+
+    Raises:
+        InputError: a file cannot be used, or the data do not give a start.
+    """
+    section = scenario.log
+    assert section is not None
+    log = recorded_log(section, scenario.imu.mounting_deg)
+    start = recorded_start(log, section.start, scenario.imu.mounting_deg, scenario.navigation.gravity)
+    imu, time = log.imu, log.imu.time
+    rate = float(f"{log.rate_hz:.{_RATE_DIGITS}g}")
+    if "rate_hz" in scenario.imu.model_fields_set and abs(scenario.imu.rate_hz / rate - 1.0) > 0.02:
+        raise InputError(
+            f"imu.rate_hz = {scenario.imu.rate_hz:g}, but {section.imu.file} has {rate:g} samples per second: remove "
+            "imu.rate_hz, or check the unit of its times."
+        )
+    interval = np.diff(time)
+    moved = Excitation(
+        float(time[-1] - time[0]),
+        float(np.sum(np.sum(imu.dtheta**2, axis=1) / interval)),
+        float(np.sum(np.sum(imu.dvel**2, axis=1) / interval)),
+    )
+    update: dict[str, object] = {
+        "imu": scenario.imu.model_copy(update={"rate_hz": rate}),
+        "log": section.model_copy(
+            update={
+                "from_s": max(float(time[0]), 0.0),
+                "to_s": float(time[-1]),
+                "imu": section.imu if log.axes is None else section.imu.model_copy(update={"axes": log.axes}),
+            }
+        ),
+    }
+    if scenario.filter is not None:
+        own = scenario.filter.initial_sigma
+        found = {
+            "position_m": float(max(start.position[:2])),
+            "height_m": float(start.position[2]),
+            "velocity_mps": start.velocity,
+            "tilt_arcmin": start.tilt / ARCMIN,
+            "heading_arcmin": start.heading / ARCMIN,
+        }
+        given = own.model_dump(exclude_none=True)
+        sigma = InitialSigmaSection(**{**found, **given})
+        update["filter"] = scenario.filter.model_copy(update={"initial_sigma": sigma})
+    whole = scenario.model_copy(update=update)
+    return Prepared(with_states(whole, moved), log, start, moved)
+
+
+@dataclass(frozen=True)
+class RecordedAided(Aided):
+    """An aided solution on recorded sensors, whose true errors are not known.
+
+    Attributes:
+        reference: what the solution is compared with; None for nothing.
+    """
+
+    reference: Reference | None = None
+
+    def _error_of(self, own: NavSolution) -> NavError:
+        if self.reference is None:
+            return NavError(own.time, *(np.full((len(own.time), 3), np.nan) for _ in range(3)))
+        return self.reference.error_of(own)
+
+    @property
+    def true_parameters_known(self) -> bool:
+        """Whether the true values of the sensors' parameters are known: they are not."""
+        return False
+
+    def block_error(self, block: str, rows: Rows = slice(None)) -> Array:
+        """Return the differences from the reference in the states of one block, NaN where it does not tell."""
+        if block in self.estimate.parameters:
+            return np.full_like(self.estimate.parameters[block][rows], np.nan)
+        return super().block_error(block, rows)
+
+
+def aid_recorded(
+    prepared: Prepared, imu: ImuData, start: Start, *, history: bool = True, progress: Progress = silent
+) -> Estimate:
+    """Run a scenario's filter on recorded sensors.
+
+    Args:
+        prepared: scenario and data.
+        imu: increments that the engine navigates on, after compensation.
+        start: state that navigation starts from.
+        history: whether to keep the history for smoothing and observability.
+        progress: called with what a diagnosis tries and the fraction done.
+
+    Returns:
+        The estimate; if the filter diverged, it ends there.
+
+    Raises:
+        InputError: the coarse alignment is not possible, or rates do not divide.
+    """
+    scenario, section = prepared.scenario, prepared.scenario.filter
+    assert section is not None
+    lasts = float(imu.time[-1] - imu.time[0])
+    model: ErrorModel = filter_model(scenario, lasts, recorded_sensors(scenario))
+    measurements = [
+        _told(readings.measurements, section.measurement_noise_factor) for readings in all_readings(prepared)
+    ]
+    begin = start
+    if section.alignment_s is not None:
+        begin = coarse_alignment(scenario, _ELLIPSOID, start, measurements, model)
+    row_s = 0.0 if section.smooth and history else lasts / ROWS
+    return filtered(
+        scenario,
+        begin,
+        measurements,
+        model,
+        _ELLIPSOID,
+        None,
+        history,
+        row_s,
+        bridged=prepared.log.bridged,
+        progress=progress,
+    )
+
+
+def all_readings(prepared: Prepared) -> tuple[AidingReadings, ...]:
+    """Return the recorded readings, and those of sensors that [aiding] emulates from the reference.
+
+    Args:
+        prepared: scenario and data.
+
+    Returns:
+        One entry for each sensor and kind of measurement.
+
+    Raises:
+        InputError: there is no whole reference to emulate sensors from, or a sensor would be there twice.
+    """
+    log, aiding = prepared.log, prepared.scenario.aiding
+    if aiding is None:
+        return log.sensed
+    velocity = next((r.measurements for r in log.sensed if r.measurements.kind == "gnss-velocity"), None)
+    q_bs = mounting(prepared.scenario).q_bs
+    found: list[AidingReadings] = []
+    others: dict[str, AidingSensor] = {}
+    for name, sensor in aiding.sensors().items():
+        own_readings = sensor.from_imu(log.imu, velocity, q_bs) if sensor.needs_no_truth else None
+        if own_readings is None:
+            others[name] = sensor
+        else:
+            found += [AidingReadings(m, m.time, {}) for m in own_readings]
+    if others and log.reference is None:
+        raise InputError(
+            f"[aiding] has {', '.join(others)}, which are simulated from a reference: add [log.reference], or "
+            "remove them. Standstill with detect = true and land_vehicle follow from the inertial data."
+        )
+    emulated = found
+    if others:
+        assert log.reference is not None
+        motion = ReferenceMotion(log.reference, float(log.imu.time[0]), float(log.imu.time[-1]))
+        vehicle = Vehicle(motion, prepared.scenario.seed)
+        emulated = [*found, *(readings for sensor in others.values() for readings in sensor.read(vehicle))]
+    own = {readings.measurements.label for readings in log.sensed}
+    twice = [readings.measurements.label for readings in emulated if readings.measurements.label in own]
+    if twice:
+        raise InputError(f"{twice[0]} is both recorded ([log]) and simulated ([aiding]): remove one of them.")
+    return (*log.sensed, *emulated)
+
+
+def _told(measurements: Measurements, factor: float) -> Measurements:
+    return measurements if factor == 1.0 else replace(measurements, sigma=factor * measurements.sigma)
+
+
+def compare_recorded(
+    estimate: Estimate, sensed: Sequence[AidingReadings], reference: Reference | None, end: float
+) -> RecordedAided:
+    """Compare an estimate on recorded sensors with a reference.
+
+    Args:
+        estimate: result of the filter.
+        sensed: the recorded readings.
+        reference: what it is compared with; None for nothing.
+        end: end of the run, s.
+
+    Returns:
+        The aided solution with its differences.
+    """
+    nothing = cast("Trajectory", None)  # there is no true motion; nothing here asks for it
+    smoothed = _differences(estimate, estimate.smoothed, reference)
+    backward = _differences(estimate, estimate.backward, reference)
+    nominal = np.zeros((0, estimate.model.size))
+    return RecordedAided(
+        tuple(sensed),
+        estimate,
+        {},
+        nothing,
+        smoothed[0],
+        smoothed[1],
+        nominal,
+        end,
+        backward[0],
+        backward[1],
+        reference,
+    )
+
+
+def _differences(
+    estimate: Estimate, further: Estimate | Smoothed | None, reference: Reference | None
+) -> tuple[NavError, Array] | tuple[None, None]:
+    """Return the differences of a further solution from the reference, as errors and as errors in the states."""
+    if further is None:
+        return None, None
+    count = len(further.time)
+    if reference is None:
+        errors = NavError(further.time, *(np.full((count, 3), np.nan) for _ in range(3)))
+    else:
+        errors = reference.error_of(further.solution)
+    states = np.full((count, estimate.model.size), np.nan)
+    states[:, :9] = np.hstack([errors.position_ned, errors.velocity_ned, errors.attitude])
+    return errors, states
+
+
+def as_reference(name: str, solution: NavSolution) -> Reference:
+    """Return a solution in the form of a reference, with which others are compared."""
+    s = solution
+    return Reference(name, s.time, s.latitude, s.longitude, s.height, s.velocity_ned, s.q_nb)

@@ -1,0 +1,87 @@
+"""Figures of a budget: shares add up, and extreme budgets can be drawn."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+import pytest
+
+import sinssim
+from sinssim.analyses.error_budget.budget_figure import (
+    OTHERS,
+    growth_figure,
+    palette,
+    ranking_figure,
+    shares,
+    sigma_figure,
+)
+from sinssim.analyses.error_budget.budget_table import time_columns, units_of_budget
+from sinssim.analyses.error_budget.limits import answers
+from sinssim.recording.figures.canvas import to_svg
+from sinssim.statistics.requirements.requirement import parse_requirements
+from tests.analyses.error_budget.worlds import SHORT_TURN, scenario
+
+_MANY = {"grade": "tactical", "gyro_ramp_deg_h_per_h": [1.0, 0.0, 0.0], "accel_flicker_ug": 10.0,
+         "gyro_g_sensitivity_sigma_deg_h_per_g": 0.1, "accel_quadratic_sigma_ug_per_g2": 10.0}  # fmt: skip
+
+
+def result(**imu: Any) -> sinssim.BudgetResult:
+    return sinssim.budget(scenario(motion=SHORT_TURN, imu=imu))
+
+
+def test_shares_add_up() -> None:
+    found = result(**_MANY)
+    labels, parts = shares(found)
+    assert parts.sum(axis=0)[1:] == pytest.approx(1.0)
+    assert labels[-1] == OTHERS
+    assert len(set(palette(labels))) == len(labels)
+    assert "errors equal in every run" in labels or len(found.sources) > len(labels)
+
+
+@pytest.mark.parametrize("imu", [_MANY, {}, {"gyro_bias_deg_h": [1.0, 0.0, 0.0]}], ids=["many", "none", "given"])
+def test_any_budget_is_drawn(imu: dict[str, Any]) -> None:
+    found = result(**imu)
+    wanted = ["r95(end) <= 1 m", "cep <= 100 km", "rate <= 1 nmi/h", "heading <= 1 arcmin"]
+    answered = answers(found, parse_requirements(wanted))
+    figures = (growth_figure(found, answered), ranking_figure(found), sigma_figure(found, answered))
+    for number, figure in enumerate(figures):
+        assert to_svg(figure, f"figure{number}").startswith("<svg")
+    units = [unit for unit, _ in units_of_budget(found)]
+    assert [panel.get_ylabel() for panel in figures[2].axes] == units  # those of the table
+    assert [head.partition(", ")[2] for head in time_columns(found, ())[0][2::3]] == units[:1] + units
+
+
+def test_curves_are_the_budgets_sigma_in_the_unit_of_the_axis() -> None:
+    """North position, east velocity and heading at the end, in the unit that the panel names."""
+    size = {"m": 1.0, "mm": 1e-3, "m/s": 1.0, "mm/s": 1e-3, "deg": np.pi / 180.0, "arcmin": np.pi / 10_800.0,
+            "arcsec": np.pi / 648_000.0}  # fmt: skip
+    found = result(grade="tactical")
+    for number, (panel, line) in enumerate(zip(sigma_figure(found, ()).axes, (0, 1, 2), strict=True)):
+        shown = float(np.asarray(panel.lines[line].get_ydata())[-1]) * size[panel.get_ylabel()]
+        assert shown == pytest.approx(float(found.sigma()[-1, 3 * number + line]), rel=1e-12)
+
+
+def test_limits_lie_where_the_requirements_say() -> None:
+    """A line throughout the run, a mark at an instant, a rate times its time; a far one is only named."""
+    found = result(grade="tactical")
+    end = float(found.time[-1])
+    metres, high = 1.2 * float(found.r95.max()), float(found.r95.max()) * 2.0
+    texts = (f"r95(run) <= {metres} m", f"rate(end) <= {metres / end} m/s", f"cep(end) <= {high} m")
+    axes = growth_figure(found, answers(found, parse_requirements(texts))).axes[0]
+    lines = {str(line.get_label()): line for line in axes.lines}
+    unit = float(found.r95[-1]) / lines["R95: 95 % of all runs"].get_ydata()[-1]
+    line = lines[f"{texts[0]}: met"]
+    assert line.get_ydata()[0] * unit == pytest.approx(metres)
+    mark = lines[f"{texts[1]}: met"]
+    assert mark.get_xdata() == pytest.approx(lines["R95: 95 % of all runs"].get_xdata()[-1:])
+    assert mark.get_ydata()[0] * unit == pytest.approx(metres)
+    assert len(lines[f"{texts[2]}: met (above the plot)"].get_xdata()) == 0
+    assert axes.get_ylim()[1] * unit > metres
+
+
+def test_large_numbers_are_written_out() -> None:
+    small = result(accel_bias_sigma_ug=1000.0)
+    size = 1000.0 * 2344.0 / float(small.r95[-1])  # the budget is linear: R95 is 2344 m
+    texts = [text.get_text() for panel in ranking_figure(result(accel_bias_sigma_ug=size)).axes for text in panel.texts]
+    assert texts == ["1172", "2344"]

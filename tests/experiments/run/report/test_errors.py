@@ -1,0 +1,48 @@
+"""The marks of the error plots, and the numbers of tables: what people read."""
+
+from __future__ import annotations
+
+import re
+
+import numpy as np
+import pytest
+
+from sinssim.analyses.calibration.calibration_table import _like
+from sinssim.experiments.run.report.errors import _schuler_marks
+from sinssim.experiments.run.store.summaries.phase_summary import _cell
+from sinssim.recording.report import plot
+
+PERIOD = 5066.0
+
+
+@pytest.mark.parametrize(
+    ("periods", "texts"),
+    [
+        (0.4, []),
+        (0.5, ["T/2 = 42.2 min"]),
+        (0.99, ["T/2 = 42.2 min", "T = 84.4 min"]),  # the axis goes on to the mark
+        (3.2, ["T/2 = 42.2 min", "T = 84.4 min", "2 T", "3 T"]),
+        (6.5, ["T = 84.4 min", "2 T", "3 T", "4 T", "5 T", "6 T"]),
+        (17.05, ["2 T", "4 T", "6 T", "8 T", "10 T", "12 T", "14 T", "16 T"]),
+    ],
+)
+def test_marks_of_schulers_period_reach_the_end_of_the_run(periods: float, texts: list[str]) -> None:
+    span, marks = _schuler_marks(100.0, 100.0 + periods * PERIOD, PERIOD)
+    assert [mark.text for mark in marks] == texts
+    for mark in marks:
+        factor = {"T/2": 0.5, "T": 1.0}.get(mark.text.partition(" =")[0]) or float(mark.text.partition(" ")[0])
+        assert mark.time == pytest.approx(100.0 + factor * PERIOD)
+    assert span[1] >= 100.0 + periods * PERIOD
+
+
+def test_the_text_of_a_mark_is_not_on_the_axis() -> None:
+    line = plot.Line("a", np.array([0.0, 100.0]), np.array([0.0, 4.0]), "#000")
+    svg = plot.plot("error", "m", [line], (0.0, 100.0), marks=[plot.Mark(2.0, "T/2 = 42.2 min")])
+    (x,) = re.findall(r'<text x="([\d.]+)"[^>]*>T/2', svg)
+    assert float(x) >= 64.0  # where the plot begins
+
+
+def test_numbers_without_exponents() -> None:
+    assert [_cell(v) for v in (2774.3, -0.01234, 35869.2, 74.0, 0.0)] == ["2774", "−0.0123", "35869", "74.0", "0"]
+    assert [_like(v, 0.00385) for v in (-0.002347, 0.01)] == ["−0.00235", "0.01000"]
+    assert _like(71.3829, 0.3984) == "71.383"
