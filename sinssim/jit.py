@@ -132,6 +132,10 @@ class _KernelCache(FunctionCache):  # type: ignore[misc]
             return result
         except OSError:
             return None
+        except ModuleNotFoundError:  # stored by a version whose modules have other names
+            with contextlib.suppress(OSError):
+                self.flush()
+            return None
         except Exception as error:  # also whatever unpickling makes of another program's bytes
             logger.warning("the compiled kernel in %s is damaged: it is compiled again.", error)
             with contextlib.suppress(OSError):

@@ -398,3 +398,21 @@ def test_the_key_of_a_kernel_with_a_set_of_options_does_not_depend_on_the_order_
     }
     assert len(found) == 1
     assert found != {""}
+
+
+def test_a_kernel_of_other_module_names_is_compiled_again_without_a_word(
+    monkeypatch: pytest.MonkeyPatch, caplog: pytest.LogCaptureFixture
+) -> None:
+    """A version whose modules had other names stored it: nothing is damaged."""
+    from numba.core.caching import FunctionCache
+
+    def missing(*arguments: object) -> None:
+        raise ModuleNotFoundError("No module named 'sinssim.former'")
+
+    @jit.kernel
+    def twice(x: float) -> float:
+        return 2.0 * x
+
+    monkeypatch.setattr(FunctionCache, "load_overload", missing)
+    assert twice(1.5) == 3.0
+    assert not caplog.records
