@@ -17,7 +17,7 @@ R = TypeVar("R")
 
 
 class Media(Generic[R]):
-    """What draws and writes one kind of result; it stands in the room of the kind, beside its figures and files."""
+    """What draws and writes one kind of result; it stands beside the figures and files of that kind."""
 
     def summary(self, result: R) -> dict[str, Any]:
         """Return the contents of the JSON file of a result's directory."""
@@ -40,7 +40,7 @@ class Result:
     """The result of a computation: its numbers, streams, figure and files.
 
     Attributes:
-        media: what draws and writes this kind of result; the room of the kind sets it.
+        media: what draws and writes this kind of result; the module that computes the kind sets it.
         directory: the directory that the computation wrote; None if it wrote none.
     """
 
