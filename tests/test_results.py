@@ -4,7 +4,10 @@ from __future__ import annotations
 
 import inspect
 import json
+import pickle
 import re
+import subprocess
+import sys
 from collections.abc import Callable, Mapping
 from pathlib import Path
 from typing import Any
@@ -240,3 +243,10 @@ def test_a_log_is_loaded_by_its_scenario_or_its_file(tmp_path: Path) -> None:
     assert again.imu.dvel.sum(axis=0) == pytest.approx(run.sensed.measured.dvel.sum(axis=0), abs=1e-6)
     with pytest.raises(InputError, match="is a log; overrides change a scenario"):
         sinssim.load_log(tmp_path / file, "seed=1")
+
+
+def test_a_pickled_result_is_drawn_by_another_program(tmp_path: Path) -> None:
+    result = sinssim.budget("parked", overrides=["parked.duration_s=20"])
+    (tmp_path / "result").write_bytes(pickle.dumps(result))
+    code = f"import pickle; print(type(pickle.load(open({str(tmp_path / 'result')!r}, 'rb')).plot()).__name__)"
+    assert subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True).stdout == "Figure\n"

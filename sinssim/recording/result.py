@@ -47,6 +47,10 @@ class Result:
     media: ClassVar[Any]
     directory: Path | None
 
+    def __getstate__(self) -> dict[str, Any]:
+        """Return what is pickled: with the media, so that another program which loads the result has them, too."""
+        return {**vars(self), "media": self.media}
+
     @cached_property
     def summary(self) -> dict[str, Any]:
         """Its numbers, units in the names: the contents of the JSON file of its directory."""
