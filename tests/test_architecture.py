@@ -42,7 +42,7 @@ HOMES = {
     "filterpy": {"estimation"},
     "typer": {"cli"},
     "tomllib": {"toml_file", "scenario.load"},
-    "rich": {"cli", "recording.tables", "progress", "*_table"},
+    "rich": {"cli", "recording.console", "recording.tables", "progress", "*_table"},
     "matplotlib": {"recording.figures", "*_figure"},
 }
 """Libraries that only these parts may import; "*" stands for any beginning of a module's name."""

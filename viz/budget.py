@@ -30,13 +30,13 @@ def blueprint(run: RunInfo) -> rrb.Blueprint:
             plot_legend=rrb.PlotLegend(visible=legend, corner=corner),
         )
 
-    circle = run.label("circle", "m")
+    circle = run.label("circles", "m")
     return rrb.Blueprint(
         rrb.Horizontal(
             rrb.Vertical(
                 rrb.Tabs(
                     rrb.Spatial2DView(origin="/budget/figures/growth", name="Growth and shares"),
-                    rrb.Spatial2DView(origin="/budget/figures/ranking", name="What to improve first"),
+                    rrb.Spatial2DView(origin="/budget/figures/ranking0", name="What to improve first"),
                 ),
                 rrb.TextDocumentView(origin="/budget/tables", name="Sources and requirements"),
                 row_shares=[1, 1],
@@ -47,9 +47,9 @@ def blueprint(run: RunInfo) -> rrb.Blueprint:
                 plot("shares", "Share of the horizontal mean square [%]", 1.2, legend=False),
             ),
             rrb.Vertical(
-                plot("sigma/position", f"σ of the position [{run.label('position', 'm')}]"),
-                plot("sigma/velocity", f"σ of the velocity [{run.label('velocity', 'm/s')}]"),
-                plot("sigma/attitude", f"σ of the attitude [{run.label('attitude', 'arcsec')}]"),
+                plot("sigma/position", f"σ of the position [{run.label('sigma/position', 'm')}]"),
+                plot("sigma/velocity", f"σ of the velocity [{run.label('sigma/velocity', 'm/s')}]"),
+                plot("sigma/attitude", f"σ of the attitude [{run.label('sigma/attitude', 'arcsec')}]"),
             ),
             column_shares=[4, 3, 3],
         ),

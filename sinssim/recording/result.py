@@ -8,6 +8,7 @@ from pathlib import Path
 from shutil import copytree
 from typing import Any, ClassVar, Generic, TypeVar
 
+from sinssim.exhibits import Exhibits
 from sinssim.recording.store.directory import write_directory
 from sinssim.recording.stream_tables import Streams
 from sinssim.recording.streams import Stream
@@ -27,9 +28,16 @@ class Media(Generic[R]):
         """Yield the tables over time of a result; by default none."""
         yield from ()
 
-    def figure(self, result: R, quantity: str | None = None) -> Any:
-        """Draw a result, or one of its quantities."""
+    def exhibits(self, result: R) -> Exhibits:
+        """Return what a result has to show."""
         raise NotImplementedError
+
+    def figure(self, result: R, quantity: str | None = None) -> Any:
+        """Draw a result, or one of its quantities; by default the charts that its exhibits name."""
+        from sinssim.recording.figures.charts import figure_of
+
+        exhibits = self.exhibits(result)
+        return figure_of(exhibits.chosen(exhibits.figure))
 
     def save(self, result: R, directory: Path, *, overwrite: bool) -> Path:
         """Write the directory of a result that has none, and return it."""
@@ -55,6 +63,12 @@ class Result:
     def summary(self) -> dict[str, Any]:
         """Its numbers, units in the names: the contents of the JSON file of its directory."""
         found: dict[str, Any] = self.media.summary(self)
+        return found
+
+    @property
+    def exhibits(self) -> Exhibits:
+        """What it has to show: sentences, tables and charts, for `sinssim.recording` to render."""
+        found: Exhibits = self.media.exhibits(self)
         return found
 
     @property

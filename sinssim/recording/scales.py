@@ -1,4 +1,4 @@
-"""Units suited to the size of a quantity, ticks, and thinning of rows for drawing without losing peaks."""
+"""Ticks, and thinning of rows for drawing without losing peaks."""
 
 from __future__ import annotations
 
@@ -7,39 +7,11 @@ from collections.abc import Sequence
 import numpy as np
 from numpy.typing import NDArray
 
-from sinssim import units
 from sinssim.data import Array
+from sinssim.scales import time_unit
 
 Rows = NDArray[np.intp]
 _PLOT_ROWS = 16384
-
-Scale = Sequence[tuple[str, float, float]]
-"""Units of a kind: name, size in SI, and the largest value (SI) that the unit is used for."""
-
-LENGTHS: Scale = (("mm", 1e-3, 0.5), ("m", 1.0, 1e5), ("km", 1e3, np.inf))
-HEIGHTS: Scale = (("mm", 1e-3, 0.5), ("m", 1.0, np.inf))
-SPEEDS: Scale = (("mm/s", 1e-3, 0.05), ("m/s", 1.0, np.inf))
-ANGLES: Scale = (
-    ("arcsec", units.ARCSEC, units.ARCMIN),
-    ("arcmin", units.ARCMIN, 2.0 * units.DEG),
-    ("deg", units.DEG, np.inf),
-)
-
-
-def suiting(scale: Scale, *values: Array) -> tuple[str, float]:
-    """Return the unit that suits the largest of some values.
-
-    Args:
-        scale: the available units.
-        values: arrays of any shapes, SI.
-
-    Returns:
-        The unit's name, and its size in SI; the largest unit if a value is infinite, or an array is NaN throughout.
-        Other NaN do not count.
-    """
-    ends = [float(reduce(v, axis=None)) for v in values if v.size for reduce in (np.fmax.reduce, np.fmin.reduce)]
-    largest = np.nan if np.isnan(ends).any() else max(map(abs, ends), default=0.0)
-    return next(((name, size) for name, size, most in scale if largest <= most), scale[-1][:2])
 
 
 def envelope(time: Array, values: Array, start: float, end: float, columns: int) -> tuple[Array, Array]:
@@ -101,31 +73,6 @@ def tick_label(value: float, step: float) -> str:
     return f"{value:.{places}f}".replace("-", "−")
 
 
-def time_unit(duration: float) -> tuple[str, float]:
-    """Return the unit suited to the times of a run.
-
-    Args:
-        duration: duration of the run, s.
-
-    Returns:
-        Its name, and its size in s.
-    """
-    return ("s", 1.0) if duration <= 600.0 else ("min", 60.0) if duration <= 4 * 3600.0 else ("h", 3600.0)
-
-
-def duration_words(seconds: float) -> str:
-    """Return a duration in a suitable unit.
-
-    Args:
-        seconds: s.
-
-    Returns:
-        For example "66.4 min".
-    """
-    unit, size = time_unit(seconds)
-    return f"{seconds / size:.4g} {unit}"
-
-
 def time_ticks(start: float, end: float) -> tuple[Array, float, str, float]:
     """Return round times.
 
@@ -151,3 +98,19 @@ def thinned(count: int, most: int = _PLOT_ROWS) -> Rows:
         Indices, evenly spaced, the first and the last row among them.
     """
     return np.unique(np.linspace(0, count - 1, min(count, most)).round().astype(np.intp))
+
+
+def log_numbers(low: float, high: float) -> Array:
+    """Return the numbers that a logarithmic axis shows.
+
+    Args:
+        low, high: its ends, 0 < low < high.
+
+    Returns:
+        At most about ten round numbers; powers of ten over more than two and a half of them.
+    """
+    decades = 10.0 ** np.arange(np.floor(np.log10(low)), np.ceil(np.log10(high)) + 1.0)
+    steps = (1.0, 2.0, 3.0, 5.0, 7.0) if high < 10.0 * low else (1.0, 2.0, 5.0) if high < 300.0 * low else (1.0,)
+    at = np.array([decade * step for decade in decades for step in steps])
+    at = at[(at >= low * 0.999) & (at <= high * 1.001)]
+    return at[:: -(-len(at) // 10)] if steps == (1.0,) and len(at) else at

@@ -7,8 +7,10 @@ and without its yellow, so that every line is legible on a dark and on a light b
 from __future__ import annotations
 
 from collections.abc import Sequence
+from typing import Any
 
 from sinssim.algorithms import ORDER, family
+from sinssim.charts import Color, Mark
 
 Rgb = tuple[int, int, int]
 
@@ -191,6 +193,41 @@ def css(color: tuple[int, int, int]) -> str:
         "#rrggbb".
     """
     return "#{:02x}{:02x}{:02x}".format(*color)
+
+
+def css_of(color: Color) -> str:
+    """Return a colour of a chart in CSS notation.
+
+    Args:
+        color: a name of the table, one of the colours of text ("ink", "soft", "grid"), "#rrggbb", or red, green, blue.
+    """
+    if not isinstance(color, str):
+        return css(color)
+    return color if color.startswith("#") else _TEXTS.get(color) or css(colors([color])[0])
+
+
+def rgb_of(color: Color) -> Rgb:
+    """Return a colour of a chart as red, green and blue.
+
+    Args:
+        color: see `css_of`.
+    """
+    text = css_of(color)
+    return int(text[1:3], 16), int(text[3:5], 16), int(text[5:7], 16)
+
+
+_TEXTS = {"ink": INK, "soft": SOFT, "grid": GRID}
+
+
+def of_marks(marks: Sequence[Mark]) -> list[Any]:
+    """Return the colours of marks, each that of its label if it has no own.
+
+    Args:
+        marks: as drawn in a chart.
+    """
+    free = [mark.label for mark in marks if not getattr(mark, "color", "x")]  # type: ignore[union-attr]
+    by_label = dict(zip(free, map(css, colors(free)), strict=True))
+    return [getattr(mark, "color", "") or by_label.get(getattr(mark, "label", ""), SOFT) for mark in marks]
 
 
 def tint(color: Rgb) -> Rgb:

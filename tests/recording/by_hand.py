@@ -52,4 +52,12 @@ def hand_budget(end: float = 7200.0, filtered: bool = False) -> BudgetResult:
     mean[:, 2] = -15.0 * time / 3600.0
     own = None if not filtered else np.diag(np.arange(1.0, 10.0) ** 2) * hours**2
     solution = "filter" if filtered else "inertial"
-    return BudgetResult(SimpleNamespace(name="by hand"), solution, time, SOURCES, covariance, {"height": mean}, own)
+    return BudgetResult(
+        SimpleNamespace(name="by hand", description="a trial"),
+        solution,
+        time,
+        SOURCES,
+        covariance,
+        {"height": mean},
+        own,
+    )

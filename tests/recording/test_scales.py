@@ -8,23 +8,10 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 
-from sinssim.analyses.error_budget.budget_table import units_of_budget
+from sinssim.analyses.error_budget.budget_exhibits import units_of_budget
 from sinssim.experiments.run.filter_axes import NAVIGATION, settled
-from sinssim.recording.scales import (
-    ANGLES,
-    HEIGHTS,
-    LENGTHS,
-    SPEEDS,
-    Scale,
-    duration_words,
-    envelope,
-    suiting,
-    thinned,
-    tick_label,
-    ticks,
-    time_ticks,
-    time_unit,
-)
+from sinssim.recording.scales import envelope, thinned, tick_label, ticks, time_ticks
+from sinssim.scales import ANGLES, HEIGHTS, LENGTHS, SPEEDS, Scale, duration_words, suiting, time_unit
 
 SECOND, MINUTE, DEGREE = pi / 648_000.0, pi / 10_800.0, pi / 180.0
 

@@ -9,7 +9,7 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 
-from sinssim.analyses.error_budget.budget_table import lines_of
+from sinssim.analyses.error_budget.budget_exhibits import lines_of
 from sinssim.analyses.error_budget.limits import Allowance, Answer
 from sinssim.experiments.run.report.platform import platform_errors
 from sinssim.experiments.run.store.summaries.diagnosis_keys import with_sigma

@@ -182,15 +182,18 @@ def write_budget(
     Raises:
         InputError: the place is taken or cannot be written.
     """
-    from sinssim.analyses.error_budget.budget_recording import record
-    from sinssim.analyses.error_budget.budget_report import budget_report
+    from sinssim.analyses.error_budget.budget_exhibits import exhibits_of
+    from sinssim.recording.report.exhibits import page_of
+    from sinssim.recording.rerun.exhibits import record
+
+    exhibits = exhibits_of(result, answers, times)
 
     def write(folder: Path) -> None:
         contents = to_json(result, answers, times)
         write_text(folder / "budget.json", json.dumps(contents, indent=2, ensure_ascii=False) + "\n")
         write_text(folder / "scenario.toml", result.scenario.to_toml())
         _write_parquet(result, folder / "budget.parquet")
-        write_text(folder / "report.html", budget_report(result, answers, times))
-        record(result, answers, folder / "recording.rrd")
+        write_text(folder / "report.html", page_of(exhibits))
+        record(exhibits, folder / "recording.rrd")
 
     return write_directory(directory, write, overwrite=overwrite)

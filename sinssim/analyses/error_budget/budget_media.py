@@ -8,6 +8,7 @@ from typing import Any
 
 from sinssim.analyses.error_budget.limits import Answer
 from sinssim.analyses.error_budget.result import BudgetResult
+from sinssim.exhibits import Exhibits
 from sinssim.recording.result import Media
 from sinssim.recording.streams import Stream
 from sinssim.statistics.requirements.requirement import Requirement
@@ -26,10 +27,10 @@ class BudgetMedia(Media[BudgetResult]):
 
         yield from streams(result)
 
-    def figure(self, result: BudgetResult, quantity: str | None = None) -> Any:
-        from sinssim.analyses.error_budget.budget_figure import growth_figure
+    def exhibits(self, result: BudgetResult) -> Exhibits:
+        from sinssim.analyses.error_budget.budget_exhibits import exhibits_of
 
-        return growth_figure(result, result.answers())
+        return exhibits_of(result, result.answers(), result.times)
 
     def save(self, result: BudgetResult, directory: Path, *, overwrite: bool) -> Path:
         from sinssim.analyses.error_budget.budget_files import write_budget

@@ -100,8 +100,8 @@ def command(
     if as_json:
         print_json(result.summary)
     elif not quiet:
-        from sinssim.analyses.error_budget.budget_table import show
+        from sinssim.recording.console import show
 
-        show(result, result.answers(), console(least_width=120), at or ())
+        show(result.exhibits, console(least_width=120))
         print(f"Report: {result.directory}/report.html    (in any browser)")
         print(f"View:   {program_name()} view {result.directory}    (--web: in a browser)")

@@ -14,8 +14,8 @@ from sinssim.formatting import number_text
 from sinssim.recording import style
 from sinssim.recording.figures.canvas import new_figure, styled
 from sinssim.recording.figures.limits import CIRCLES, Judged, draw_limits, of_quantities
-from sinssim.recording.scales import ANGLES, LENGTHS, SPEEDS, suiting, time_unit
 from sinssim.recording.style import COLORS, css
+from sinssim.scales import ANGLES, LENGTHS, SPEEDS, suiting, time_unit
 from sinssim.statistics.circles import circle_radius
 from sinssim.statistics.order_statistics import cep, r95
 from sinssim.statistics.rates import to_nmi_h

@@ -20,7 +20,8 @@ from sinssim.recording.rerun.limits import record_limits
 from sinssim.recording.rerun.rrd import Recording
 from sinssim.recording.rerun.viewer import RUN_ENTITY
 from sinssim.recording.rerun.views import RunInfo, all_views
-from sinssim.recording.scales import ANGLES, LENGTHS, SPEEDS, Rows, suiting, thinned
+from sinssim.recording.scales import Rows, thinned
+from sinssim.scales import ANGLES, LENGTHS, SPEEDS, suiting
 from sinssim.statistics.order_statistics import Percentile
 from sinssim.statistics.requirements.requirement import COMPONENTS as QUANTITIES
 

@@ -13,7 +13,7 @@ from sinssim.experiments.ensembles.verdicts import requirement_section
 from sinssim.formatting import capital, number_text, signed
 from sinssim.recording.figures.canvas import to_svg
 from sinssim.recording.report.page import page, table, words
-from sinssim.recording.scales import duration_words
+from sinssim.scales import duration_words
 from sinssim.statistics.order_statistics import runs_for_band
 
 if TYPE_CHECKING:

@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from sinssim.data import Array
-from sinssim.recording.scales import ANGLES, LENGTHS, SPEEDS, Scale
+from sinssim.scales import ANGLES, LENGTHS, SPEEDS, Scale
 
 EDGE = 6.0
 """Innovations beyond this many σ are drawn at the limit, so that the plot stays readable."""

@@ -10,7 +10,7 @@ from sinssim.data import Array
 from sinssim.errors import InputError
 from sinssim.recording import style
 from sinssim.recording.figures.canvas import new_figure, styled
-from sinssim.recording.scales import ANGLES, LENGTHS, SPEEDS, suiting, time_unit
+from sinssim.scales import ANGLES, LENGTHS, SPEEDS, suiting, time_unit
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure

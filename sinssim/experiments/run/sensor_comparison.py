@@ -10,7 +10,7 @@ import numpy as np
 
 from sinssim import rotation, units
 from sinssim.data import Array, ImuData
-from sinssim.recording.scales import ANGLES, SPEEDS, Scale
+from sinssim.scales import ANGLES, SPEEDS, Scale
 from sinssim.simulation.truth import Truth
 from sinssim.system.short_repr import short_repr
 

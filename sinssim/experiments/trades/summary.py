@@ -11,7 +11,7 @@ import numpy as np
 
 from sinssim.experiments.trades.result import CellResult, TradeResult
 from sinssim.formatting import capital, number_text
-from sinssim.recording.scales import ANGLES, LENGTHS, SPEEDS, suiting
+from sinssim.scales import ANGLES, LENGTHS, SPEEDS, suiting
 from sinssim.statistics.order_statistics import runs_for_band
 from sinssim.statistics.rates import END
 from sinssim.statistics.requirements.quantity import Quantity

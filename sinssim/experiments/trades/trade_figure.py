@@ -27,7 +27,7 @@ from sinssim.experiments.trades.trade_map_figure import heat_map
 from sinssim.formatting import capital, number_text
 from sinssim.recording import style
 from sinssim.recording.figures.canvas import new_figure, styled
-from sinssim.recording.scales import time_unit
+from sinssim.scales import time_unit
 from sinssim.statistics.order_statistics import runs_for_band
 from sinssim.statistics.requirements.quantity import Quantity
 

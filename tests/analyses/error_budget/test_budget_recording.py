@@ -10,7 +10,8 @@ import rerun.blueprint as rrb
 from rerun.chunk import RrdReader
 
 import sinssim
-from sinssim.analyses.error_budget.budget_recording import record
+from sinssim.analyses.error_budget.budget_exhibits import exhibits_of
+from sinssim.recording.rerun.exhibits import record
 from sinssim.recording.rerun.viewer import find_run_info
 from sinssim.recording.rerun.views import all_views, load_view
 from tests.analyses.error_budget.worlds import SHORT_TURN, scenario
@@ -20,7 +21,7 @@ from tests.analyses.error_budget.worlds import SHORT_TURN, scenario
 def recording(tmp_path_factory: pytest.TempPathFactory) -> Path:
     """The recording of a short budget."""
     path = tmp_path_factory.mktemp("budget") / "recording.rrd"
-    record(sinssim.budget(scenario(motion=SHORT_TURN, imu={"grade": "tactical"})), (), path)
+    record(exhibits_of(sinssim.budget(scenario(motion=SHORT_TURN, imu={"grade": "tactical"}))), path)
     return path
 
 

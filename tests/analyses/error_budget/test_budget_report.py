@@ -4,19 +4,16 @@ from __future__ import annotations
 
 import pytest
 
-from sinssim.analyses.error_budget import budget_report as report
+from sinssim.analyses.error_budget.budget_exhibits import exhibits_of
+from sinssim.recording.report.exhibits import page_of
 from tests.recording.made_budget import answer, budget
 from tests.recording.spies import cells, read
 
 
 @pytest.fixture
-def page(monkeypatch: pytest.MonkeyPatch) -> str:
-    for name in ("growth_figure", "sigma_figure"):
-        monkeypatch.setattr(report, name, lambda result, answers, name=name: f"{name} with {len(answers)}")
-    monkeypatch.setattr(report, "ranking_figure", lambda result, t: f"ranking at {t:g}")
-    monkeypatch.setattr(report, "to_svg", lambda figure, name: f"({name}: {figure})")
+def page() -> str:
     answers = (answer("r95(end) <= 500 km", 600e3, 7200.0), answer("cep(1800 s) <= 800 km", 588705.0, 1800.0))
-    return report.budget_report(budget(), answers, (0.0,))
+    return page_of(exhibits_of(budget(), answers, (0.0,)))
 
 
 def test_circles_and_rate_at_the_end(page: str) -> None:
@@ -30,18 +27,23 @@ def test_circles_and_rate_at_the_end(page: str) -> None:
     assert "with the filter" not in page
 
 
-def test_figures_in_their_places(page: str) -> None:
-    text = read(page)
-    assert "Growth of the error (growth: growth_figure with 2)" in text
-    assert "At the end, 7200 s (ranking0: ranking at 7200)" in text
-    assert "Where R95 is largest, at 1800 s (ranking1: ranking at 1800)" in text
-    assert "Position, velocity and attitude (sigma: sigma_figure with 2)" in text
+def test_charts_in_their_places(page: str) -> None:
+    """Each chart follows its heading."""
+    places = [page.index(text) for text in (
+        ">Growth of the error<", ">CEP and R95<", ">Horizontal position: shares of the sources<",
+        ">What to improve first, at the end, 7200 s<", ">Decrease of R95 if this source were halved<",
+        ">What to improve first, where R95 is largest, at 1800 s<", ">Position, velocity and attitude<",
+        ">σ of the position [km]<",
+    )]  # fmt: skip
+    assert places == sorted(places)
+    assert page.count(">R95 from this source alone<") == 2
+    assert page.count('class="charts"') == 4
 
 
 def test_rankings_at_the_end_and_at_the_largest(page: str) -> None:
     """Without three quarters of 0.64 of the mean square, √0.52 of R95 is left; without those of 0.36, √0.73."""
     rows = cells(page)
-    heads = ["source", "group", "value", "", "share", "R95 alone, km", "R95 decrease if halved, km", ""]
+    heads = ["source", "group", "value", "unit", "share", "R95 alone, km", "R95 decrease if halved, km", ""]
     at = [k for k, row in enumerate(rows) if row == heads]
     assert len(at) == 2
     assert rows[at[0] + 1 : at[0] + 3] == [
@@ -52,7 +54,7 @@ def test_rankings_at_the_end_and_at_the_largest(page: str) -> None:
         ["accel_bias", "accelerometers", "450", "µg", "64.00 %", "979.1", "341.3", ""],
         ["gyro_bias", "gyros", "0.03", "deg/h", "36.00 %", "734.3", "178.2", ""],
     ]
-    assert page.count("1 more below 0.01 % of the mean square.") == 2
+    assert page.count("1 source below 0.01 % of the mean square.") == 2
 
 
 def test_requirements_and_what_each_source_may_be(page: str) -> None:
@@ -86,8 +88,8 @@ def test_errors_at_selected_times(page: str) -> None:
     assert shown["7200"] == ["294.4", "611.9", "250", "250", "0.007", "10", "20", "30", "0.3438", "0.6875", "1.375"]
 
 
-def test_the_notes_are_those_of_the_result(page: str, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_the_notes_are_those_of_the_result(page: str) -> None:
     assert "Dotted: the covariance of the filter." not in page
     assert "Sources “from one run” are computed" in page
-    aided = "".join(report._notes(budget("filter")))
+    aided = page_of(exhibits_of(budget("filter")))
     assert "Dotted: the covariance of the filter." in aided

@@ -6,17 +6,18 @@ from math import inf, nan
 
 import pytest
 
-from sinssim.analyses.error_budget.budget_table import (
-    FIXED_GAINS,
+from sinssim.analyses.error_budget.budget_exhibits import (
+    _FIXED_GAINS,
+    _over_time,
+    _ranking,
     allowance_cells,
+    exhibits_of,
     lines_of,
-    number,
-    ranking_cells,
-    show,
-    time_columns,
     when,
 )
 from sinssim.analyses.error_budget.limits import Allowance, Answer
+from sinssim.exhibits import Table, four_digits
+from sinssim.recording.console import show
 from sinssim.statistics.requirements.exceeded import Exceeded
 from sinssim.statistics.requirements.requirement import parse_requirement
 from tests.recording.by_hand import CEP, R95, SOURCES, hand_budget, printed
@@ -25,6 +26,12 @@ BIAS, GYRO, HEIGHT, WALK = SOURCES
 NONE = Allowance((), inf, 0.0)
 HEADS = ["t, s", "CEP, m", "R95, m", "north, m", "east, m", "down, m", "v north, mm/s", "v east, mm/s", "v down, mm/s",
          "tilt n, arcmin", "tilt e, arcmin", "heading, arcmin"]  # fmt: skip
+
+
+def page(table: Table) -> tuple[list[str], list[list[str]]]:
+    """Return heads with units, and the texts of the rows, as on a page."""
+    _, heads, rows = table.shown("page")
+    return [", ".join(filter(None, head)) for head in heads], rows
 
 
 def row(hours: float) -> list[str]:
@@ -51,12 +58,12 @@ RANKED = [
      (inf, "inf")],
 )  # fmt: skip
 def test_numbers(value: float, text: str) -> None:
-    assert number(value) == text
+    assert four_digits(value) == text
 
 
 def test_errors_over_time() -> None:
     """Six evenly spaced instants, and those that are asked for."""
-    heads, cells = time_columns(hand_budget(), (600.0, 3600.0))
+    heads, cells = page(_over_time(hand_budget(), (600.0, 3600.0)))
     assert heads == HEADS
     third = 1.0 / 3.0
     assert cells == [row(0.5 * third), row(third), row(2.0 * third), row(1.0), row(4.0 * third), row(5.0 * third),
@@ -66,10 +73,10 @@ def test_errors_over_time() -> None:
 def test_the_ranking() -> None:
     """Of the mean square of 2 · 50², gyros have 40²/50² and accelerometers 30²/50²; two sources are negligible."""
     result = hand_budget()
-    heads, cells, small = ranking_cells(result, 7200.0)
-    assert heads == ["source", "group", "value", "", "share", "R95 alone, m", "R95 decrease if halved, m", ""]
+    heads, cells = page(_ranking(result, 7200.0))
+    assert heads == ["source", "group", "value", "unit", "share", "R95 alone, m", "R95 decrease if halved, m", ""]
     assert cells == RANKED
-    assert small == 2
+    assert _ranking(result, 7200.0).note == "2 sources below 0.01 % of the mean square."
     assert when(result, 7200.0) == "at the end, 7200 s"
     assert when(result, 600.0) == "where R95 is largest, at 600 s"
 
@@ -78,7 +85,7 @@ def test_everything_on_the_console() -> None:
     answer = Answer(parse_requirement("r95(end) <= 200 m"), 2.0 * R95 * 50.0, 7200.0,
                     (Allowance((GYRO,), 0.75, 150.0), Allowance((BIAS,), nan, 210.0)), None,
                     Allowance((), 0.8, 0.0))  # fmt: skip
-    lines = printed(lambda console: show(hand_budget(), [answer], console, (600.0,)))
+    lines = printed(lambda console: show(exhibits_of(hand_budget(), [answer], (600.0,)), console))
     names = [head.partition(", ")[0] for head in HEADS]
     units = [head.partition(", ")[2] for head in HEADS]
     third = 1.0 / 3.0
@@ -91,21 +98,22 @@ def test_everything_on_the_console() -> None:
         " ".join(units),
         *(" ".join(row(k * third)) for k in (0.5, 1.0, 2.0, 3.0, 4.0, 5.0, 6.0)),
         "What to improve first, at the end, 7200 s",
-        "source group value share R95 alone, m R95 decrease if halved, m",
+        "R95 alone R95 decrease if halved",
+        "source group value unit share m m",
         *(" ".join(cells).strip() for cells in RANKED),
-        "2 sources below 0.01 % of the mean square",
+        "2 sources below 0.01 % of the mean square.",
         f"Rate at the end: {50.0 * R95 / 1852.0:.4g} nmi/h (R95 divided by the time since the start).",
         "r95(end) <= 200 m: NOT MET. Radius of the circle that contains 95 % of all runs, at the end, at most 200 m.",
         f"It is {100.0 * R95:.4g} m at 7200 s, {over:.4g} m ({over / 2.0:.3g} %) above the limit.",
         "It is met with all sources in the table 0.8 times as large as they are.",
-        "Largest value of each source with which it is met, if all others do not change",
+        "Largest value of each source with which the requirement is met, if all others do not change",
         "source now at most",
         "gyro_bias 0.0123 deg/h 0.009225 deg/h 0.75 times the present value",
         "accel_bias 45 µg – not even at zero, because the other sources give 210 m",
     ]
-    aided = printed(lambda console: show(hand_budget(filtered=True), [], console))
+    aided = printed(lambda console: show(exhibits_of(hand_budget(filtered=True)), console))
     assert aided[0] == "by hand: covariance budget of inertial navigation with the filter"
-    assert aided[-1] == FIXED_GAINS
+    assert aided[-1] == _FIXED_GAINS
 
 
 def answer(require: str, value: float, **changes: object) -> list[str]:

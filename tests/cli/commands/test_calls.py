@@ -122,18 +122,17 @@ def test_allan(sinssim: Sinssim, put: Put) -> None:
 
 
 def test_budget(sinssim: Sinssim, put: Put) -> None:
-    result = SimpleNamespace(directory=Path("place"), summary=SUMMARY, answers=lambda: ("answer",))
-    found, shown = put("analyses.error_budget.analyse.budget", result), put("analyses.error_budget.budget_table.show")
+    result = SimpleNamespace(directory=Path("place"), summary=SUMMARY, exhibits="exhibits")
+    found, shown = put("analyses.error_budget.analyse.budget", result), put("recording.console.show")
     assert sinssim("budget", "parked") == report("place") + view("place")
     plan, directory = found.args
     assert found.options == {
         "overwrite": False, "times": (), "require": (), "free": [], "solution": None, "progress": False,
     }  # fmt: skip
     assert (plan.name, directory) == ("parked", Path("runs/parked-budget"))
-    assert shown.args[:2] == (result, ("answer",))
-    assert shown.args[3] == ()
+    assert shown.args[0] == "exhibits"
     assert sinssim("budget", "parked", "--at", 7, "--at", 9) == report("place") + view("place")
-    assert shown.args[3] == [7.0, 9.0]
+    assert found.options["times"] == [7.0, 9.0]
     options = ("--require", "r95(60 s) <= 2 km", "--free", "gyro_bias, accel_bias", "--at", 7, "--at", 9, "--inertial",
                "--overwrite", "-o", "d", "--json")  # fmt: skip
     assert json.loads(sinssim("budget", "parked", *options)) == SUMMARY

@@ -11,7 +11,7 @@ import pytest
 
 from sinssim.data import Array, ImuData
 from sinssim.experiments.run.sensor_comparison import SensorComparison, compare_sensors
-from sinssim.recording.scales import ANGLES, SPEEDS
+from sinssim.scales import ANGLES, SPEEDS
 from sinssim.sensors.sets.reading import Readings
 
 TIME = np.array([100.0, 102.0, 104.0, 106.0])

@@ -9,11 +9,11 @@ from pathlib import Path
 import pytest
 
 import sinssim
+from sinssim.analyses.error_budget.budget_exhibits import exhibits_of, lines_of
 from sinssim.analyses.error_budget.budget_files import to_json
-from sinssim.analyses.error_budget.budget_report import budget_report
-from sinssim.analyses.error_budget.budget_table import lines_of
 from sinssim.experiments.trades.cells import cells_of
 from sinssim.experiments.trades.trade_table import show
+from sinssim.recording.report.exhibits import page_of
 from sinssim.recording.tables.plain_text import plain_text
 from tests.experiments.trades.examples import AIDED, study
 
@@ -43,7 +43,7 @@ def test_the_budget_crosses_the_limit_at_that_time(tmp_path: Path) -> None:
     sentence = f"It is {answer.exceeded.text}."
     assert re.fullmatch(r"It is exceeded from [\d.]+ s, [\d.]+ s after the fixes end\.", sentence)
     assert sentence in list(lines_of(answer))
-    assert sentence in budget_report(found, [answer])
+    assert sentence in page_of(exhibits_of(found, [answer]))
     (stored,) = to_json(found, [answer])["requirements"]
     assert stored["exceeded_from_s"] == answer.exceeded.time
     assert stored["after_fixes_end_s"] == answer.exceeded.time - 12.0

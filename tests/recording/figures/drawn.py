@@ -10,6 +10,14 @@ from matplotlib.axes import Axes
 from matplotlib.colors import to_hex
 from matplotlib.figure import Figure
 
+from sinssim.exhibits import Exhibits
+from sinssim.recording.figures.charts import figure_of
+
+
+def figure(exhibits: Exhibits, key: str) -> Figure:
+    """Return a group of charts of a result as a figure."""
+    return figure_of(exhibits.chosen(key))
+
 
 def check_line(line: Any, label: str, x: Any, y: Any, color: str | None = None, dash: str | None = None) -> None:
     """Compare a line with its label, its points and its look; a label "" stands for none."""

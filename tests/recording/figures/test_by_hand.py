@@ -15,7 +15,7 @@ from sinssim.analyses.alignment.report import AlignmentResult
 from sinssim.analyses.calibration import calibration_figure as calibration
 from sinssim.analyses.calibration.parameters import Parameter
 from sinssim.analyses.calibration.result import CalibrationResult
-from sinssim.analyses.error_budget import budget_figure as budget
+from sinssim.analyses.error_budget import budget_exhibits as budget
 from sinssim.analyses.error_budget.inputs.sources import Source
 from sinssim.analyses.error_budget.limits import Allowance, Answer
 from sinssim.analyses.error_budget.result import BudgetResult
@@ -25,11 +25,23 @@ from sinssim.analyses.noise_identification.fit import TermEstimate
 from sinssim.analyses.noise_identification.report import ChannelNoise
 from sinssim.data import ImuData
 from sinssim.errors import InputError
+from sinssim.recording.figures.charts import figure_of
 from sinssim.recording.figures.limits import draw_limits, height_of, instant_of, of_quantities
 from sinssim.recording.style import COLORS, SOFT, css
 from sinssim.statistics.requirements.requirement import parse_requirement
 from tests.recording.by_hand import ARCMIN, CEP, R95, hand_budget
-from tests.recording.figures.drawn import bars, check_band, check_line, legend, limits, linear, texts, ticks, words
+from tests.recording.figures.drawn import (
+    bars,
+    check_band,
+    check_line,
+    figure,
+    legend,
+    limits,
+    linear,
+    texts,
+    ticks,
+    words,
+)
 
 NONE = Allowance((), inf, 0.0)
 DEG_H, UG = pi / 648_000.0, 9.80665e-6
@@ -42,11 +54,11 @@ def answer(text: str, value: float) -> Answer:
 def test_the_growth_of_a_budget() -> None:
     """R95 grows by 50 · 2.4477 m an hour, CEP by 50 · 1.1774 m; sources have 64, 36 and 0.0004 % of the square."""
     asked = [answer("r95(run) <= 0.15 km", 160.0), answer("cep(30 min) <= 40 m", 30.0), answer("heading <= 1 deg", 0.0)]
-    above, below = budget.growth_figure(hand_budget(), asked).axes
+    above, below = figure(budget.exhibits_of(hand_budget(), asked), "growth").axes
     minutes = linear(0.0, 120.0, 13)
     grown = np.array(linear(0.0, 2.0, 13)) * 2500.01**0.5
-    check_line(above.lines[0], "R95: 95 % of all runs", minutes, grown * R95, css(COLORS["aided"]))
-    check_line(above.lines[1], "CEP: half of all runs", minutes, grown * CEP, css(COLORS["smoothed"]))
+    check_line(above.lines[0], "R95: 95 % of all runs", minutes, grown * R95, css(COLORS["r95"]))
+    check_line(above.lines[1], "CEP: half of all runs", minutes, grown * CEP, css(COLORS["cep"]))
     check_line(above.lines[2], "r95(run) <= 0.15 km: not met", [0.0, 1.0], [150.0] * 2, css(COLORS["measured"]), "--")
     check_line(above.lines[3], "cep(30 min) <= 40 m: met", [30.0], [40.0], css(COLORS["truth"]))
     assert len(above.lines) == 4
@@ -64,10 +76,11 @@ def test_the_growth_of_a_budget() -> None:
 
 
 @pytest.mark.parametrize(
-    ("end", "unit"), [(300.0, ("s", 1.0)), (312.0, ("min", 60.0)), (10_800.0, ("min", 60.0)), (12_000.0, ("h", 3600.0))]
+    ("end", "unit"), [(600.0, ("s", 1.0)), (612.0, ("min", 60.0)), (14_400.0, ("min", 60.0)), (15_600.0, ("h", 3600.0))]
 )
 def test_the_time_axis_of_a_budget(end: float, unit: tuple[str, float]) -> None:
-    assert budget.time_unit(hand_budget(end)) == unit
+    charts = budget.exhibits_of(hand_budget(end)).chosen("sigma")
+    assert [chart.unit(False) for chart in charts] == [unit] * 3
 
 
 def test_shares_of_errors_that_are_equal_in_every_run() -> None:
@@ -80,25 +93,27 @@ def test_shares_of_errors_that_are_equal_in_every_run() -> None:
     whole = 7500.02
     np.testing.assert_allclose(parts[:, 6], [3200.0 / whole, 2500.0 / whole, 1800.0 / whole, 0.02 / whole], rtol=1e-12)
     np.testing.assert_allclose(parts[:, 0], [0.0, 1.0, 0.0, 0.0])
-    assert len(set(budget.palette([str(k) for k in range(8)]))) == 8
-    assert budget.palette(["x", budget.OTHERS])[1] == (170, 170, 170)
+    assert len(set(budget._palette([str(k) for k in range(8)]))) == 8
+    assert budget._palette(["x", budget.OTHERS])[1] == (170, 170, 170)
 
 
 def test_the_smallest_of_many_sources_are_one() -> None:
     """Ten sources of 1 to 10 m: eight have a colour of their own; 1 and 2 m are together 5/385 of the square."""
     sources = tuple(Source(f"s{k}", f"error {k}", "gyros", "random", 1.0, "m") for k in range(1, 11))
     covariance = {f"s{k}": np.tile(np.diag([k * k, *[0.0] * 8]), (2, 1, 1)) for k in range(1, 11)}
-    result = BudgetResult(SimpleNamespace(name="many"), "inertial", np.array([1.0, 2.0]), sources, covariance, {})
+    result = BudgetResult(
+        SimpleNamespace(name="many", description=""), "inertial", np.array([1.0, 2.0]), sources, covariance, {}
+    )
     names, parts = budget.shares(result)
     assert names == [*(f"gyros: error {k}" for k in range(10, 2, -1)), "all others"]
     np.testing.assert_allclose(parts[:, 1], [*(k * k / 385.0 for k in range(10, 2, -1)), 5.0 / 385.0])
-    left, right = budget.ranking_figure(result).axes
+    left, right = figure(budget.exhibits_of(result), "ranking0").axes
     assert (len(left.patches), len(right.patches)) == (10, 10)
     assert [length for _, length, _ in bars(right)] == pytest.approx([1.959964 * k for k in range(10, 0, -1)], rel=1e-4)
 
 
 def test_the_ranking_of_a_budget() -> None:
-    left, right = budget.ranking_figure(hand_budget()).axes
+    left, right = figure(budget.exhibits_of(hand_budget()), "ranking0").axes
     blue = css(COLORS["aided"])
 
     def less(a: float, b: float, walk: float) -> float:
@@ -108,28 +123,29 @@ def test_the_ranking_of_a_budget() -> None:
     alone = [80.0 * R95, 60.0 * R95, 0.2 * R95]
     for panel, values, title in ((left, gains, "Decrease of R95 if this source were halved"),
                                  (right, alone, "R95 from this source alone")):  # fmt: skip
-        assert bars(panel) == [(2.0 - k, pytest.approx(value), blue) for k, value in enumerate(values)]
+        assert bars(panel) == [(float(k), pytest.approx(value), blue) for k, value in enumerate(values)]
         assert words(panel) == (title, "m", "")
         assert panel.get_xlim() == (0.0, pytest.approx(1.18 * values[0]))
-        first = [t.get_position() for t in panel.texts]
-        assert first == [(pytest.approx(v + 0.015 * values[0]), 2 - k) for k, v in enumerate(values)]
-    assert ticks(left, "y") == [(2.0, "gyros: bias"), (1.0, "accelerometers: bias"), (0.0, "gyros: random walk")]
+        first = [t.xy for t in panel.texts]
+        assert first == [(pytest.approx(v), k) for k, v in enumerate(values)]
+    assert ticks(left, "y") == [(0.0, "gyros: bias"), (1.0, "accelerometers: bias"), (2.0, "gyros: random walk")]
     assert texts(left) == [f"{gains[0]:.1f}", f"{gains[1]:.1f}", "0"]
     assert texts(right) == ["196", "147", "0.490"]
-    early = budget.ranking_figure(hand_budget(), 3600.0).axes[1]
-    assert bars(early)[0] == (2.0, pytest.approx(40.0 * R95), blue)
+    early = figure_of(budget._bars(hand_budget(), 3600.0, "early")).axes[1]
+    assert bars(early)[0] == (0.0, pytest.approx(40.0 * R95), blue)
 
 
 def test_the_sigmas_of_a_budget() -> None:
     """σ without the mean: 20 m/h down. The filter's own σ are 1 to 9 of the SI units an hour."""
-    figure = budget.sigma_figure(hand_budget(filtered=True), [answer("tilt_north <= 1 arcmin", 0.0)])
+    asked = [answer("tilt_north <= 1 arcmin", 0.0)]
+    drawn = figure(budget.exhibits_of(hand_budget(filtered=True), asked), "sigma")
     hours, minutes = np.array(linear(0.0, 2.0, 13)), linear(0.0, 120.0, 13)
     grown = ((50.0001, 50.0001, 20.0), (5.0, 5.0, 13.0), (0.25, 0.5, 1.1))
     names = (("north", "east", "down"), ("north", "east", "down"), ("tilt north", "tilt east", "heading"))
     titles = (("σ of the position", "m", 1.0), ("σ of the velocity", "mm/s", 1e-3),
               ("σ of the attitude", "arcmin", ARCMIN))  # fmt: skip
-    assert len(figure.axes) == 3
-    for row, panel in enumerate(figure.axes):
+    assert len(drawn.axes) == 3
+    for row, panel in enumerate(drawn.axes):
         title, unit, size = titles[row]
         assert words(panel) == (title, "time [min]", unit)
         top = 1.25 * 2.0 * max(grown[row])
@@ -139,8 +155,8 @@ def test_the_sigmas_of_a_budget() -> None:
                        else hours * grown[row][k], css(COLORS[axis]))  # fmt: skip
             own = (3.0 * row + k + 1.0) / size * hours
             check_line(panel.lines[2 * k + 1], "filter's own" if k == 2 else "", minutes, own, None, ":")
-    check_line(figure.axes[2].lines[-1], "tilt_north <= 1 arcmin: met", [0.0, 1.0], [1.0, 1.0])
-    assert legend(figure) == ["tilt_north <= 1 arcmin: met"]
+    check_line(drawn.axes[2].lines[-1], "tilt_north <= 1 arcmin: met", [0.0, 1.0], [1.0, 1.0])
+    assert legend(drawn.axes[2])[3:] == ["filter's own", "tilt_north <= 1 arcmin: met"]
 
 
 def test_limits_over_time() -> None:

@@ -10,7 +10,8 @@ import pytest
 
 from sinssim.recording.report import drawing, page, plot
 from sinssim.recording.report.plot import Line, Mark
-from sinssim.recording.scales import envelope, suiting, tick_label, ticks
+from sinssim.recording.scales import envelope, tick_label, ticks
+from sinssim.scales import suiting
 
 SVG = "{http://www.w3.org/2000/svg}"
 

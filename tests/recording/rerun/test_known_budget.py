@@ -6,8 +6,8 @@ from typing import Any
 
 import numpy as np
 
-from sinssim.analyses.error_budget import budget_recording as view
-from sinssim.analyses.error_budget.budget_figure import judged_of
+from sinssim.analyses.error_budget.budget_exhibits import exhibits_of
+from sinssim.recording.rerun.exhibits import markdown, record_chart
 from tests.recording.made_budget import HALF, MOST, OTHERS, TIME, answer, budget
 from tests.recording.spies import Drawn
 
@@ -24,11 +24,13 @@ def test_curves_and_limits_in_the_units_of_their_titles() -> None:
         answer("heading(1800 s) <= 2 arcmin", 3.0 * ARCMIN, 1800.0), answer("cep(run) <= 4000 km", 1.0, 1800.0),
         answer("r95(run) <= 1500 km", 1.0, 1800.0),
     )  # fmt: skip
-    labels = view._draw(drawn, budget(), judged_of(answers))
-    assert labels == {"circle": "km", "position": "km", "velocity": "mm/s", "attitude": "arcmin"}
+    for charts in exhibits_of(budget(), answers).charts():
+        for chart in charts:
+            record_chart(drawn, f"budget/{chart.key}", chart, 0.0)
     total = np.array([0.0, 500.0, 250.0])
-    circles = np.column_stack([HALF * total, MOST * total])
-    drawn.shows("budget/circles", ["CEP", "R95"], TIME, circles, [(204, 121, 167), (0, 114, 178)])
+    circles = np.column_stack([MOST * total, HALF * total])
+    names = ["R95: 95 % of all runs", "CEP: half of all runs"]
+    drawn.shows("budget/circles", names, TIME, circles, [(0, 114, 178), (0, 158, 115)])
     third = np.array([0.0, 1.0 / 3.0, 1.0])
     position = np.column_stack([total, total, third * OTHERS[0] / 1e3])
     drawn.shows("budget/sigma/position", ["north", "east", "down"], TIME, position, [NORTH, EAST, DOWN])
@@ -39,8 +41,8 @@ def test_curves_and_limits_in_the_units_of_their_titles() -> None:
     # shares of the mean square: 0.36 and 0.64 at 1800 s, 0.64 and 0.36 at the end; none at an exact start
     names, share = drawn.lines["budget/shares"][2], drawn.lines["budget/shares"][1]
     of = {name: share[:, k].tolist() for k, name in enumerate(names)}
-    np.testing.assert_allclose(of["gyros: bias"], [0.0, 36.0, 64.0], rtol=1e-12)
-    np.testing.assert_allclose(of["accelerometers: bias <b>"], [0.0, 64.0, 36.0], rtol=1e-12)
+    np.testing.assert_allclose(of["gyros: bias"], [36.0, 64.0], rtol=1e-12)
+    np.testing.assert_allclose(of["accelerometers: bias <b>"], [64.0, 36.0], rtol=1e-12)
     alone = drawn.lines["budget/r95_alone"]
     by_name = dict(zip(alone[2], alone[1].T, strict=True))
     np.testing.assert_allclose(by_name["gyros: bias"], MOST * np.array([0.0, 300.0, 200.0]))
@@ -66,14 +68,17 @@ def test_curves_and_limits_in_the_units_of_their_titles() -> None:
 
 def test_the_tables_in_words() -> None:
     """CEP 1.17741 σ and R95 2.44775 σ of 250 km; the columns source, value and unit, share, R95 alone."""
-    text = view._markdown(budget(), (answer("r95(end) <= 500 km", 600e3, 7200.0),))
+    text = markdown(exhibits_of(budget(), (answer("r95(end) <= 500 km", 600e3, 7200.0),)))
     lines = text.splitlines()
-    assert lines[:3] == ["# sea & air", "", "**294,353 m** CEP and **611,937 m** R95 at the end, 7200 s"]
-    assert "- It is 600 km at 7200 s, 100 km (20 %) above the limit." in lines
+    assert lines[:2] == ["# sea & air: covariance budget", ""]
+    assert lines[2].startswith(
+        "After 7200 s, half of all runs are within **294.4 km** (CEP) and 95 % within **611.9 km**"
+    )
+    assert "It is 600 km at 7200 s, 100 km (20 %) above the limit." in text
     at = lines.index("## What to improve first, at the end, 7200 s")
     assert lines[at + 2 : at + 6] == [
-        "| source | value |  | share | R95 alone, km |",
-        "|---|---|---|---|---|",
+        "| source | value | unit | share | R95 alone, km |",
+        "|---|---:|---|---:|---:|",
         "| gyro_bias | 0.03 | deg/h | 64.00 % | 489.5 |",
         "| accel_bias | 450 | µg | 36.00 % | 367.2 |",
     ]

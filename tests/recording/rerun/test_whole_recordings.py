@@ -13,12 +13,15 @@ import numpy as np
 import pytest
 
 from sinssim.analyses.alignment import alignment_recording as alignment
-from sinssim.analyses.error_budget import budget_recording as budget
 from sinssim.analyses.noise_identification import noise_recording as noise
+from sinssim.charts import Axis, Chart, Charts, Line
+from sinssim.exhibits import Exhibits, Section, Sentence
 from sinssim.experiments.ensembles import ensemble_recording as ensemble
 from sinssim.experiments.run.views import one_component_recording as one_component
 from sinssim.experiments.studies import study_recording as study
+from sinssim.recording.rerun import exhibits
 from sinssim.recording.rerun.viewer import RUN_ENTITY
+from sinssim.scales import LENGTHS
 
 
 class Kept:
@@ -62,7 +65,7 @@ class Kept:
 @pytest.fixture
 def kept(monkeypatch: pytest.MonkeyPatch) -> Kept:
     found = Kept()
-    for module in (budget, ensemble, one_component, study):
+    for module in (exhibits, ensemble, one_component, study):
         monkeypatch.setattr(module, "Recording", found)
         monkeypatch.setattr(module, "all_views", lambda run: ("views", run.name, dict(run.labels)))
 
@@ -73,7 +76,7 @@ def kept(monkeypatch: pytest.MonkeyPatch) -> Kept:
     for module in (alignment, noise):
         monkeypatch.setattr(module, "whole_recording", whole)
         monkeypatch.setattr(module, "plain_text", lambda show: f"table of {show.args[0].source}\n")
-    for module in (budget, noise):
+    for module in (exhibits, noise):
         monkeypatch.setattr(module, "to_png", lambda figure: figure)
         monkeypatch.setattr(module.rr, "EncodedImage", lambda contents, media_type: (contents, media_type))
     return found
@@ -83,21 +86,28 @@ def scenario(**more: Any) -> Any:
     return SimpleNamespace(**{"name": "short", "to_toml": lambda: "seed = 3", "views": ("own.py",), **more})
 
 
-def test_a_budget(kept: Kept, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(budget, "judged_of", lambda answers: f"judged {answers}")
-    monkeypatch.setattr(budget, "_draw", lambda recording, result, judged: {"position": "km", "judged": judged})
-    monkeypatch.setattr(budget, "growth_figure", lambda result, answers: f"growth with {answers}")
-    monkeypatch.setattr(budget, "ranking_figure", lambda result: "ranking")
-    monkeypatch.setattr(budget, "_markdown", lambda result, answers: f"tables with {answers}")
-    result: Any = SimpleNamespace(scenario=scenario(), time=np.array([50.0, 60.0, 350.0]))
-    budget.record(result, ("answer",), Path("x/recording.rrd"))  # type: ignore[arg-type]
+def test_exhibits(kept: Kept, monkeypatch: pytest.MonkeyPatch) -> None:
+    """Charts over time as curves, a chosen group as a picture, all words in one document."""
+    curves: list[tuple[str, float]] = []
+    monkeypatch.setattr(
+        exhibits, "record_chart", lambda recording, entity, chart, start: curves.append((entity, start))
+    )
+    monkeypatch.setattr(exhibits, "figure_of", lambda charts: f"picture of {charts.key}")
+    y = Axis(label="error", units=LENGTHS)
+    line = Line(label="a", x=np.array([0.0, 300.0]), y=np.array([0.0, 2e5]))
+    of_number = Chart(key="other", x=Axis(label="number"), y=y, marks=(line,))
+    groups = [Charts(key, ((Chart(key=f"{key}/curve", y=y, marks=(line,)), of_number),), (4.0, 3.0), on=on)
+              for key, on in (("one", ("page", "recording")), ("two", ("page",)))]  # fmt: skip
+    shown = Exhibits("A title", [Section("Part", groups), Sentence("Words.")], name="short", kind="budget",
+                     root="root", span=(50.0, 350.0), pictures=("one", "two"))  # fmt: skip
+    exhibits.record(shown, Path("x/recording.rrd"))
     assert kept.opened == ["recording.rrd", "sinssim short", ("views", "short", {"kind": "budget"})]
-    assert kept.fixed == {"budget/figures/growth": ("growth with ('answer',)", "image/png"),
-                          "budget/figures/ranking": ("ranking", "image/png")}  # fmt: skip
-    assert kept.texts["budget/tables"] == "tables with ('answer',)"
+    assert curves == [("root/one/curve", 50.0)]
+    assert kept.fixed == {"root/figures/one": ("picture of one", "image/png")}
+    assert kept.texts["root/tables"] == "# A title\n\nWords.\n"
     run = kept.run
     assert (run["name"], run["start"], run["end"]) == ("short", 50.0, 350.0)
-    assert run["labels"] == {"kind": "budget", "position": "km", "judged": "judged ('answer',)"}
+    assert run["labels"] == {"kind": "budget", "one/curve": "km"}
     assert run["ranges"] == {"an entity": [1.5, 2.5]}
     assert kept.views == [("views", "short", run["labels"])]
 

@@ -37,25 +37,26 @@ def writes(text: str) -> Any:
 def test_a_budget(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(budget, "to_json", lambda result, answers, times: {"σ": [answers, times]})
     monkeypatch.setattr(budget, "_write_parquet", writes("table"))
-    monkeypatch.setattr("sinssim.analyses.error_budget.budget_report.budget_report",
-                        lambda result, answers, times: f"report {answers} {times}")  # fmt: skip
-    monkeypatch.setattr("sinssim.analyses.error_budget.budget_recording.record", writes("recording"))
+    monkeypatch.setattr("sinssim.analyses.error_budget.budget_exhibits.exhibits_of",
+                        lambda result, answers, times: f"{answers} {times}")  # fmt: skip
+    monkeypatch.setattr("sinssim.recording.report.exhibits.page_of", lambda exhibits: f"report {exhibits}")
+    monkeypatch.setattr("sinssim.recording.rerun.exhibits.record", writes("recording"))
     result: Any = SimpleNamespace(scenario=SimpleNamespace(to_toml=lambda: "seed = 3\n"))
     place = budget.write_budget(result, ("answer",), tmp_path / "b", times=(5.0,))  # type: ignore[arg-type]
     assert texts(place) == {
         "budget.json": '{\n  "σ": [\n    [\n      "answer"\n    ],\n    [\n      5.0\n    ]\n  ]\n}\n',
         "scenario.toml": "seed = 3\n", "budget.parquet": "table", "report.html": "report ('answer',) (5.0,)",
-        "recording.rrd": "recording ('answer',)",
+        "recording.rrd": "recording ('answer',) (5.0,)",
     }  # fmt: skip
     assert place == tmp_path / "b"
 
     def fails(*_: Any) -> None:
         raise ZeroDivisionError
 
-    monkeypatch.setattr("sinssim.analyses.error_budget.budget_recording.record", fails)
+    monkeypatch.setattr("sinssim.recording.rerun.exhibits.record", fails)
     with pytest.raises(ZeroDivisionError):
         budget.write_budget(result, (), tmp_path / "b", overwrite=True)
-    assert texts(place)["recording.rrd"] == "recording ('answer',)"
+    assert texts(place)["recording.rrd"] == "recording ('answer',) (5.0,)"
     with pytest.raises(ZeroDivisionError):
         budget.write_budget(result, (), tmp_path / "c")
     assert [one.name for one in tmp_path.iterdir()] == ["b"]

@@ -14,7 +14,7 @@ from sinssim.experiments.run.report.run_report import STYLE, schuler_period
 from sinssim.recording import style
 from sinssim.recording.report import page, plot
 from sinssim.recording.report.page import swatch, table, words
-from sinssim.recording.scales import duration_words
+from sinssim.scales import duration_words
 
 _MOST_KEYS = 60
 

@@ -15,7 +15,7 @@ from sinssim.recording import style
 from sinssim.recording.report import page, plot
 from sinssim.recording.report.page import table, words
 from sinssim.recording.report.plot import Line, Mark
-from sinssim.recording.scales import ANGLES, HEIGHTS, LENGTHS, SPEEDS, Scale, suiting
+from sinssim.scales import ANGLES, HEIGHTS, LENGTHS, SPEEDS, Scale, suiting
 from sinssim.strapdown.nav_error import NavError
 
 _KINDS = ("final", "rms", "max")

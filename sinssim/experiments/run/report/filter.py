@@ -17,7 +17,8 @@ from sinssim.recording import style
 from sinssim.recording.report import page, plot
 from sinssim.recording.report.page import table, words
 from sinssim.recording.report.plot import Line, Mark
-from sinssim.recording.scales import suiting, thinned
+from sinssim.recording.scales import thinned
+from sinssim.scales import suiting
 
 if TYPE_CHECKING:
     from sinssim.simulation.aided.truth_comparison import Aided

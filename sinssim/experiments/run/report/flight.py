@@ -16,7 +16,8 @@ from sinssim.recording import style
 from sinssim.recording.report import plot
 from sinssim.recording.report.page import table, words
 from sinssim.recording.report.plot import Line, Mark
-from sinssim.recording.scales import duration_words, thinned
+from sinssim.recording.scales import thinned
+from sinssim.scales import duration_words
 from sinssim.scenario.summary import field_words, given, leg_words, named_places, route_words, values_of
 
 if TYPE_CHECKING:

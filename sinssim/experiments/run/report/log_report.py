@@ -23,7 +23,8 @@ from sinssim.recording import style
 from sinssim.recording.report import page, plot
 from sinssim.recording.report.page import table, words
 from sinssim.recording.report.plot import Line, Mark
-from sinssim.recording.scales import LENGTHS, duration_words, suiting, thinned
+from sinssim.recording.scales import thinned
+from sinssim.scales import LENGTHS, duration_words, suiting
 from sinssim.sensors.imu.grades import grade_name
 from sinssim.simulation.truth import RecordedMotion
 from sinssim.strapdown.nav_error import NavError

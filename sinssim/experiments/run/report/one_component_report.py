@@ -17,8 +17,8 @@ from sinssim.recording.figures.diagrams import one_component_axes, one_component
 from sinssim.recording.report import page, plot
 from sinssim.recording.report.page import table, words
 from sinssim.recording.report.plot import Line, Mark
-from sinssim.recording.scales import ANGLES, SPEEDS, Scale, duration_words, suiting
 from sinssim.recording.store.summary import processor
+from sinssim.scales import ANGLES, SPEEDS, Scale, duration_words, suiting
 from sinssim.truth.vertical_plane import WAYS
 from sinssim.units import ARCMIN, DEG
 

@@ -15,7 +15,7 @@ from sinssim.recording import style
 from sinssim.recording.report import plot
 from sinssim.recording.report.page import table, words
 from sinssim.recording.report.plot import Line
-from sinssim.recording.scales import ANGLES, LENGTHS, Scale, suiting
+from sinssim.scales import ANGLES, LENGTHS, Scale, suiting
 from sinssim.sensors.sets.platform import torquer_sigma
 from sinssim.sensors.sets.sensor_set import Platform
 from sinssim.strapdown.platform.error_equations import ACCELEROMETERS, GYROS, START, TORQUERS

@@ -15,7 +15,8 @@ from sinssim.recording import style
 from sinssim.recording.report import plot
 from sinssim.recording.report.page import table, words
 from sinssim.recording.report.plot import Line, Mark
-from sinssim.recording.scales import ANGLES, LENGTHS, suiting, ticks
+from sinssim.recording.scales import ticks
+from sinssim.scales import ANGLES, LENGTHS, suiting
 from sinssim.scenario.summary import redundant_words
 from sinssim.sensors.imu.terms import of_triad
 from sinssim.sensors.sets.geometry import dilution

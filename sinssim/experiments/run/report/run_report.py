@@ -34,8 +34,8 @@ from sinssim.experiments.run.store.summaries.comparison_summary import compariso
 from sinssim.formatting import number_text
 from sinssim.recording.report import drawing, page, plot
 from sinssim.recording.report.page import table, words
-from sinssim.recording.scales import LENGTHS, duration_words, suiting
 from sinssim.recording.store.summary import flagged_words, processor
+from sinssim.scales import LENGTHS, duration_words, suiting
 from sinssim.scenario.height import height_words
 from sinssim.scenario.notes import earth_of_the_navigator
 from sinssim.scenario.summary import sensor_words

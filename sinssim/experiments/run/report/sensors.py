@@ -17,7 +17,7 @@ from sinssim.recording import style
 from sinssim.recording.report import plot
 from sinssim.recording.report.page import table, words
 from sinssim.recording.report.plot import Line
-from sinssim.recording.scales import suiting
+from sinssim.scales import suiting
 from sinssim.sensors.imu.compensation import imperfect_calibration
 from sinssim.sensors.imu.error_term import ErrorTerm
 from sinssim.sensors.imu.errors import ImuErrors

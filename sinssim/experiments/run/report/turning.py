@@ -13,7 +13,7 @@ from sinssim.recording import style
 from sinssim.recording.report import plot
 from sinssim.recording.report.page import table, words
 from sinssim.recording.report.plot import Line
-from sinssim.recording.scales import ANGLES, LENGTHS, suiting
+from sinssim.scales import ANGLES, LENGTHS, suiting
 
 if TYPE_CHECKING:
     from sinssim.experiments.run.parts.rotation import Rotation

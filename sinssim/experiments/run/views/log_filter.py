@@ -12,8 +12,9 @@ from numpy.typing import NDArray
 from sinssim.data import Array
 from sinssim.experiments.run.filter_axes import EDGE, NAVIGATION, settled
 from sinssim.recording import style
-from sinssim.recording.scales import Rows, suiting, thinned
+from sinssim.recording.scales import Rows, thinned
 from sinssim.recording.streams import Computed
+from sinssim.scales import suiting
 
 if TYPE_CHECKING:
     from sinssim.estimation import Innovations

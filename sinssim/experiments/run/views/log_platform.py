@@ -10,7 +10,8 @@ from sinssim import units
 from sinssim.algorithms import PLATFORM
 from sinssim.experiments.run.views.log_run import gaps
 from sinssim.recording import style
-from sinssim.recording.scales import ANGLES, LENGTHS, suiting, thinned
+from sinssim.recording.scales import thinned
+from sinssim.scales import ANGLES, LENGTHS, suiting
 
 if TYPE_CHECKING:
     from collections.abc import Mapping

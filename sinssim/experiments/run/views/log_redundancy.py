@@ -10,7 +10,8 @@ import numpy as np
 from sinssim.data import Array
 from sinssim.experiments.run.store.summaries.redundancy_summary import NAMES, window_names
 from sinssim.recording import style
-from sinssim.recording.scales import ANGLES, LENGTHS, suiting, thinned
+from sinssim.recording.scales import thinned
+from sinssim.scales import ANGLES, LENGTHS, suiting
 from sinssim.truth.channel import FlightEvent
 
 if TYPE_CHECKING:

@@ -13,7 +13,8 @@ from sinssim.experiments.run.sensor_comparison import SensorComparison
 from sinssim.experiments.run.views.models import vehicle_mesh
 from sinssim.recording import style
 from sinssim.recording.rerun.scene import Scene
-from sinssim.recording.scales import ANGLES, HEIGHTS, LENGTHS, SPEEDS, Rows, Scale, suiting, thinned
+from sinssim.recording.scales import Rows, thinned
+from sinssim.scales import ANGLES, HEIGHTS, LENGTHS, SPEEDS, Scale, suiting
 from sinssim.strapdown.nav_error import NavError
 from sinssim.truth.channel import FlightEvent
 

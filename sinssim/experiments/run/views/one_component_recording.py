@@ -18,8 +18,9 @@ from sinssim.recording import style
 from sinssim.recording.rerun.rrd import Recording
 from sinssim.recording.rerun.viewer import RUN_ENTITY
 from sinssim.recording.rerun.views import RunInfo, all_views
-from sinssim.recording.scales import ANGLES, SPEEDS, Scale, suiting, thinned
+from sinssim.recording.scales import thinned
 from sinssim.recording.streams import Stream
+from sinssim.scales import ANGLES, SPEEDS, Scale, suiting
 from sinssim.units import ARCMIN, DEG
 
 if TYPE_CHECKING:

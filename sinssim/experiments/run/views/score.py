@@ -20,7 +20,8 @@ from sinssim.recording.rerun.rrd import Recording, whole_recording
 from sinssim.recording.rerun.scene import map_zoom, some_rows
 from sinssim.recording.rerun.viewer import RUN_ENTITY
 from sinssim.recording.rerun.views import RunInfo, all_views
-from sinssim.recording.scales import ANGLES, HEIGHTS, LENGTHS, SPEEDS, suiting, thinned
+from sinssim.recording.scales import thinned
+from sinssim.scales import ANGLES, HEIGHTS, LENGTHS, SPEEDS, suiting
 from sinssim.strapdown.nav_error import NavError
 from sinssim.units import DEG
 

@@ -10,7 +10,7 @@ import pytest
 
 from sinssim.experiments.run.report import sensors as report
 from sinssim.experiments.run.sensor_comparison import SensorComparison
-from sinssim.recording.scales import ANGLES, SPEEDS
+from sinssim.scales import ANGLES, SPEEDS
 from sinssim.sensors.imu.errors import WarmUp
 from sinssim.sensors.imu.faults import BiasStep, Dropout, Spike
 from sinssim.sensors.imu.fields import TriadErrors

@@ -17,7 +17,7 @@ from sinssim.experiments.run.views.models import PATHS, kind_of, vehicle_mesh
 from sinssim.recording import style
 from sinssim.recording.rerun.scene import Scene, drifted, map_zoom
 from sinssim.recording.rerun.views import RunInfo, load_view
-from sinssim.recording.scales import ANGLES, LENGTHS, suiting
+from sinssim.scales import ANGLES, LENGTHS, suiting
 from sinssim.scenario import load_scenario
 from sinssim.sensors.sets.reading import Readings
 from tests.recording.rerun.test_views import views

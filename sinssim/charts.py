@@ -1,0 +1,375 @@
+"""Charts as data: axes with quantities and marks in SI, which every medium of `sinssim.recording` draws.
+
+A colour is the name of what is drawn (`recording.style` has one colour for each name), red, green and blue, or "" for
+the colour of the mark's label.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass, field
+from typing import Literal
+
+import numpy as np
+
+from sinssim.data import Array
+from sinssim.scales import TIMES, Scale, fixed, suiting
+
+Color = str | tuple[int, int, int]
+Weight = Literal["bold", "line", "thin", "hair"]
+Dash = Literal["", "--", ":", "-."]
+NUMBER: Scale = fixed("")
+
+
+@dataclass(frozen=True, kw_only=True)
+class Axis:
+    """An axis of a chart.
+
+    Attributes:
+        label: what it shows, without the unit.
+        units: units of its quantity; the one that suits the largest value is taken.
+        log: whether the scale is logarithmic.
+        low, high: its ends, SI; by the marks if None.
+        names: words at the places 0, 1, 2 … instead of numbers.
+        ticks: the only numbers that are written, SI; chosen if empty.
+        grid: whether lines cross the chart at its ticks.
+    """
+
+    label: str = ""
+    units: Scale = NUMBER
+    log: bool = False
+    low: float | None = None
+    high: float | None = None
+    names: tuple[str, ...] = ()
+    ticks: tuple[float, ...] = ()
+    grid: bool = True
+
+
+TIME = Axis(label="time", units=TIMES)
+"""Time since the start of a run."""
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
+class Line:
+    """A line.
+
+    Attributes:
+        label: name in the legend; "" for none.
+        x, y: (N,) SI; a NaN gives a gap.
+        color: its colour.
+        weight: how broad it is.
+        dash: pattern.
+        turn: full turn by which the values, if they are angles, jump; 0 for others.
+        marker: shape of the mark on each point: "o", "s", "^", "D", "P", "*", "" for none.
+        hollow: whether the marks are hollow.
+        counts: whether the line widens the axis.
+    """
+
+    label: str = ""
+    x: Array
+    y: Array
+    color: Color = ""
+    weight: Weight = "line"
+    dash: Dash = ""
+    turn: float = 0.0
+    marker: str = ""
+    hollow: bool = False
+    counts: bool = True
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
+class Band:
+    """The surface between two lines, such as a confidence band.
+
+    Attributes:
+        x, low, high: (N,) SI.
+        color: its colour, drawn pale.
+        label: name in the legend; "" for none.
+    """
+
+    x: Array
+    low: Array
+    high: Array
+    color: Color
+    label: str = ""
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
+class Dots:
+    """Single points.
+
+    Attributes:
+        label: name in the legend; "" for none.
+        x, y: (N,) SI.
+        color: one for all, or one for each.
+        size: diameter, points.
+        marker: shape, see `Line`.
+        error: (N,) 1σ drawn as a horizontal line through each point, SI; empty for none.
+    """
+
+    label: str = ""
+    x: Array
+    y: Array
+    color: Color | Sequence[Color] = ""
+    size: float = 4.0
+    marker: str = "o"
+    error: Array = field(default_factory=lambda: np.empty(0))
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
+class Bars:
+    """Bars from zero at places on an axis with names.
+
+    Attributes:
+        label: name in the legend; "" for none.
+        places: (N,) centres, in the numbers of the names.
+        values: (N,) SI.
+        color: one for all, or one for each.
+        texts: what is written at their ends; empty for nothing.
+        across: whether they are horizontal, with the names on the vertical axis.
+        width: in the numbers of the names.
+        low, high: (N,) ends of a line through each end, SI; empty for none.
+    """
+
+    label: str = ""
+    places: Array
+    values: Array
+    color: Color | Sequence[Color] = ""
+    texts: tuple[str, ...] = ()
+    across: bool = True
+    width: float = 0.7
+    low: Array = field(default_factory=lambda: np.empty(0))
+    high: Array = field(default_factory=lambda: np.empty(0))
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
+class Shares:
+    """Surfaces on top of each other.
+
+    Attributes:
+        x: (N,) SI.
+        parts: (k, N), the lowest first, SI.
+        labels: k names.
+        colors: k colours.
+    """
+
+    x: Array
+    parts: Array
+    labels: tuple[str, ...]
+    colors: tuple[Color, ...]
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
+class Histogram:
+    """Numbers of values in intervals.
+
+    Attributes:
+        values: (N,) SI, finite.
+        color: its colour.
+    """
+
+    values: Array
+    color: Color
+
+    @property
+    def counted(self) -> tuple[Array, Array]:
+        """Edges, (k + 1,) SI, and numbers, (k,)."""
+        counts, edges = np.histogram(self.values, bins="auto" if len(self.values) > 20 else 10)
+        return edges, counts.astype(np.float64)
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
+class Rule:
+    """A straight line across the chart at a value, with a band about it.
+
+    Attributes:
+        at: its value, SI.
+        upright: whether it stands at a value of the horizontal axis.
+        label: name in the legend; "" for none.
+        text: written at its end.
+        color: its colour.
+        weight, dash: see `Line`.
+        low, high: ends of the band; None for none.
+    """
+
+    at: float
+    upright: bool = False
+    label: str = ""
+    text: str = ""
+    color: Color = "soft"
+    weight: Weight = "thin"
+    dash: Dash = ""
+    low: float | None = None
+    high: float | None = None
+
+
+@dataclass(frozen=True, kw_only=True)
+class Limit:
+    """The limit of a requirement: a line throughout the run, or a mark at one time.
+
+    Attributes:
+        text: the requirement.
+        verdict: "met", "not met" or "undecided".
+        height: its limit, SI.
+        at: its time, s; None throughout.
+    """
+
+    text: str
+    verdict: str
+    height: float
+    at: float | None = None
+
+    FAR = 1.5
+    """A limit is drawn up to this multiple of the highest curve; beyond, it is only named."""
+
+    @property
+    def label(self) -> str:
+        """Its name in a legend."""
+        return f"{self.text}: {self.verdict}"
+
+    @property
+    def color(self) -> Color:
+        """Its colour, by the verdict."""
+        return {"met": "truth", "not met": "measured"}.get(self.verdict, "run")
+
+
+@dataclass(frozen=True, kw_only=True)
+class Remark:
+    """Words beside a point: `text` at `x`, `y`, SI."""
+
+    x: float
+    y: float
+    text: str
+
+
+Mark = Line | Band | Dots | Bars | Shares | Histogram | Rule | Limit | Remark
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
+class Chart:
+    """One chart.
+
+    Attributes:
+        key: its name within the group; of its entity in a recording.
+        title: what it shows.
+        x, y: its axes.
+        marks: what is drawn, in this order.
+        equal: whether both axes have the same scale.
+        legend: where the names of the marks are, if the group has no common legend.
+        room: factor of the space above the highest mark of an axis that begins at zero.
+    """
+
+    key: str
+    title: str = ""
+    x: Axis = TIME
+    y: Axis
+    marks: tuple[Mark, ...]
+    equal: bool = False
+    legend: Literal["inside", "right", "below", "none"] = "inside"
+    room: float = 1.05
+
+    def values(self, upright: bool) -> Iterator[Array]:
+        """Yield the values that widen an axis, SI.
+
+        Args:
+            upright: whether the vertical axis is meant.
+        """
+        for mark in self.marks:
+            match mark:
+                case Line() if mark.counts:
+                    yield mark.y if upright else mark.x
+                case Band():
+                    yield from ((mark.low, mark.high) if upright else (mark.x,))
+                case Dots():
+                    spread = (mark.x - mark.error, mark.x + mark.error) if len(mark.error) else (mark.x,)
+                    yield from ((mark.y,) if upright else spread)
+                case Bars() if mark.across != upright:
+                    yield from (mark.values, mark.low, mark.high)
+                case Shares():
+                    yield from ((mark.parts.sum(axis=0),) if upright else (mark.x,))
+                case Histogram():
+                    yield mark.counted[1] if upright else mark.counted[0]
+                case _:
+                    pass
+
+    @property
+    def most(self) -> float:
+        """The largest finite value on the vertical axis, SI; 0 without any."""
+        return max((float(v[np.isfinite(v)].max(initial=-np.inf)) for v in self.values(upright=True)), default=0.0)
+
+    def ends(self, upright: bool) -> tuple[float | None, float | None]:
+        """Return the ends of an axis that are not left to the medium.
+
+        Args:
+            upright: whether the vertical axis is meant.
+
+        Returns:
+            Both, SI: those of the axis; above zero with room over the highest mark; along the horizontal axis those
+            of the lines.
+        """
+        axis = self.y if upright else self.x
+        low, high = axis.low, axis.high
+        ends = [v[np.isfinite(v)] for v in self.values(upright)]
+        ends = [v for v in ends if len(v)]
+        if not ends or axis.log or axis.names:
+            return low, high
+        most = max(float(v.max()) for v in ends)
+        if high is None and low == 0.0:
+            named = any(isinstance(mark, Bars) and mark.across != upright and mark.texts for mark in self.marks)
+            high = (1.18 if named else self.room) * most if most > 0.0 else 1.0
+        lines = all(isinstance(mark, Line | Band | Shares | Rule | Limit) for mark in self.marks)
+        if not upright and low is None and high is None and lines:
+            least = min(float(v.min()) for v in ends)
+            low, high = (least, most) if least < most else (None, None)
+        return low, high
+
+    def unit(self, upright: bool) -> tuple[str, float]:
+        """Return the unit of an axis.
+
+        Args:
+            upright: whether the vertical axis is meant.
+
+        Returns:
+            Its name, and its size in SI.
+        """
+        axis = self.y if upright else self.x
+        ends = [np.array([end]) for end in (axis.low, axis.high) if end is not None]
+        if self.equal:
+            ends += [v for way in (False, True) for v in self.values(way)]
+        return suiting(axis.units, *ends, *(v[np.isfinite(v)] for v in self.values(upright)))
+
+    def heading(self, upright: bool) -> str:
+        """Return the label of an axis with its unit."""
+        axis, unit = (self.y if upright else self.x), self.unit(upright)[0]
+        return f"{axis.label} [{unit}]" if unit and axis.label else unit or axis.label
+
+
+@dataclass(frozen=True, eq=False)
+class Charts:
+    """Charts that belong together.
+
+    Attributes:
+        key: name of the group, of the file of its picture and of its parts on a page.
+        rows: the charts, row by row.
+        size: width and height of the whole as a picture, inches.
+        title: above all of them.
+        note: below all of them.
+        legend: where the names of all marks are; "each" for a legend in each chart.
+        share: which axes all charts have in common.
+        widths, heights: relative widths and heights of columns and rows; equal if empty.
+        on: the media that show it.
+    """
+
+    key: str
+    rows: tuple[tuple[Chart, ...], ...]
+    size: tuple[float, float]
+    title: str = ""
+    note: str = ""
+    legend: Literal["each", "right", "below"] = "each"
+    share: Literal["", "x", "y", "xy"] = ""
+    widths: tuple[float, ...] = ()
+    heights: tuple[float, ...] = ()
+    on: tuple[str, ...] = ("page", "recording")
+
+    def __iter__(self) -> Iterator[Chart]:
+        return (chart for row in self.rows for chart in row)

@@ -1,0 +1,191 @@
+"""What a result has to show: sentences, tables and charts in sections, which every medium renders.
+
+A text may have parts in `**bold**`. Numbers are in SI; the medium takes the unit that suits them.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass, field
+from typing import Literal
+
+import numpy as np
+
+from sinssim.charts import Charts
+from sinssim.scales import Scale, suiting
+
+Medium = Literal["console", "page", "recording"]
+EVERYWHERE: tuple[Medium, ...] = ("console", "page", "recording")
+Verdict = Literal["", "met", "not met", "undecided"]
+
+
+@dataclass(frozen=True)
+class Sentence:
+    """A paragraph.
+
+    Attributes:
+        text: whole sentences.
+        kind: "lead" below a title, "note" for a remark, "strong" for what must not be overlooked.
+        on: the media that show it.
+    """
+
+    text: str
+    kind: Literal["", "lead", "note", "strong"] = ""
+    on: tuple[Medium, ...] = EVERYWHERE
+
+
+@dataclass(frozen=True)
+class Column:
+    """A column of a table.
+
+    Attributes:
+        head: what it holds, without the unit.
+        units: units of its numbers; None for texts.
+        words: whether it holds words, which begin at the left.
+        on: the media that show it.
+    """
+
+    head: str
+    units: Scale | None = None
+    words: bool = False
+    on: tuple[Medium, ...] = EVERYWHERE
+
+
+@dataclass(frozen=True)
+class Table:
+    """A table.
+
+    Attributes:
+        columns: its columns.
+        rows: a text, or a number in SI in a column with units, for each column.
+        title: above it; the console takes that of the section if it is empty.
+        note: below it.
+        on: the media that show it.
+    """
+
+    columns: tuple[Column, ...]
+    rows: Sequence[Sequence[str | float]]
+    title: str = ""
+    note: str = ""
+    on: tuple[Medium, ...] = EVERYWHERE
+
+    def shown(self, medium: Medium) -> tuple[list[Column], list[tuple[str, str]], list[list[str]]]:
+        """Return what a medium shows.
+
+        Args:
+            medium: the medium.
+
+        Returns:
+            The columns, their heads and units, and the texts of the rows. Columns of one quantity have one unit.
+        """
+        places = [k for k, column in enumerate(self.columns) if medium in column.on]
+        found: dict[int, list[float]] = {}
+        for k in places:
+            values = [row[k] for row in self.rows if not isinstance(row[k], str)]
+            found.setdefault(id(self.columns[k].units), []).extend(v for v in values if math.isfinite(v))  # type: ignore[misc,arg-type]
+        chosen = {
+            k: ("", 1.0) if (units := self.columns[k].units) is None else suiting(units, np.array(found[id(units)]))
+            for k in places
+        }
+        texts = [[_text(row[k], chosen[k][1]) for k in places] for row in self.rows]
+        columns = [self.columns[k] for k in places]
+        return columns, [(self.columns[k].head, chosen[k][0]) for k in places], texts
+
+
+def _text(cell: str | float, size: float) -> str:
+    return cell if isinstance(cell, str) else four_digits(float(cell) / size)
+
+
+def four_digits(value: float) -> str:
+    """Write a number with four significant digits, a small one without an exponent.
+
+    Args:
+        value: the number.
+
+    Returns:
+        For example "0.01235", "12,346", "–" for NaN.
+    """
+    if 1e-7 < abs(value) < 1e-4:
+        return f"{value:.{3 - math.floor(math.log10(abs(value)))}f}"
+    return "–" if math.isnan(value) else f"{value:,.0f}" if 1e4 <= abs(value) < 1e7 else f"{value:.4g}"
+
+
+@dataclass(frozen=True)
+class Verbatim:
+    """A text whose white space counts, such as a file.
+
+    Attributes:
+        title: its name.
+        text: the text.
+        on: the media that show it.
+    """
+
+    title: str
+    text: str
+    on: tuple[Medium, ...] = ("page", "recording")
+
+
+@dataclass(frozen=True)
+class Section:
+    """Exhibits under a heading.
+
+    Attributes:
+        title: the heading; "" for none.
+        items: what it contains, in this order.
+        verdict: written after the heading.
+        on: the media that show it.
+    """
+
+    title: str
+    items: Sequence[Item]
+    verdict: Verdict = ""
+    on: tuple[Medium, ...] = EVERYWHERE
+
+
+Item = Sentence | Table | Verbatim | Charts | Section
+
+
+@dataclass(frozen=True)
+class Exhibits:
+    """All that a result has to show.
+
+    Attributes:
+        title: of the page.
+        items: what it contains, in this order.
+        plain: the title on the console; that of the page if empty.
+        name: of the recording, for which the viewer keeps a layout.
+        kind: of the recording, which chooses its views.
+        root: entity above all charts of the recording.
+        span: first and last instant of the recording, s; charts over the time since the start begin at the first.
+        figure: key of the charts that `plot()` draws.
+        labels: further words for the recording's views.
+        pictures: keys of groups of charts that the recording shows as pictures, too.
+    """
+
+    title: str
+    items: Sequence[Item]
+    plain: str = ""
+    name: str = ""
+    kind: str = ""
+    root: str = ""
+    span: tuple[float, float] = (0.0, 0.0)
+    figure: str = ""
+    labels: dict[str, str] = field(default_factory=dict)
+    pictures: tuple[str, ...] = ()
+
+    def charts(self) -> Iterator[Charts]:
+        """Yield all charts, also those of inner sections."""
+        return _charts(self.items)
+
+    def chosen(self, key: str) -> Charts:
+        """Return the charts with a key."""
+        return next(charts for charts in self.charts() if charts.key == key)
+
+
+def _charts(items: Sequence[Item]) -> Iterator[Charts]:
+    for item in items:
+        if isinstance(item, Charts):
+            yield item
+        elif isinstance(item, Section):
+            yield from _charts(item.items)

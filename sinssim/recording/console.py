@@ -1,0 +1,65 @@
+"""Exhibits on the console."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import TYPE_CHECKING
+
+from sinssim.exhibits import Exhibits, Item, Section, Sentence, Table
+
+if TYPE_CHECKING:
+    from rich import table as rich_table
+    from rich.console import Console
+
+
+def show(exhibits: Exhibits, console: Console) -> None:
+    """Print the tables and sentences of a result.
+
+    Args:
+        exhibits: what it has to show.
+        console: the console to print on.
+    """
+    if exhibits.plain:
+        console.print(f"{exhibits.plain}\n", markup=False)
+    _show(exhibits.items, console, "")
+
+
+def _show(items: Sequence[Item], console: Console, title: str) -> None:
+    for item in items:
+        match item:
+            case Sentence() if "console" in item.on:
+                console.print(item.text.replace("**", ""), markup=False)
+            case Table() if "console" in item.on:
+                console.print(table_of(item, title))
+            case Section() if "console" in item.on:
+                if item.verdict:
+                    console.print()
+                _show(item.items, console, item.title)
+            case _:
+                pass
+
+
+def table_of(table: Table, title: str = "") -> rich_table.Table:
+    """Return a table in the style of all tables on the console.
+
+    Args:
+        table: the table.
+        title: its title if it has no own.
+    """
+    from rich import box
+    from rich.table import Table as RichTable
+    from rich.text import Text
+
+    columns, heads, rows = table.shown("console")
+    drawn = RichTable(
+        title=table.title or title or None, title_justify="left", box=box.SIMPLE_HEAD, padding=(0, 1, 0, 0)
+    )
+    stacked = any(unit for _, unit in heads)
+    for column, (head, unit) in zip(columns, heads, strict=True):
+        words = "\n".join(filter(None, (head, unit))) if stacked else head
+        drawn.add_column(Text(words), justify="left" if column.words else "right", no_wrap=True)
+    for row in rows:
+        drawn.add_row(*map(Text, row))
+    if table.note:
+        drawn.caption, drawn.caption_justify = table.note, "left"
+    return drawn

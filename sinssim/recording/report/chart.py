@@ -1,0 +1,485 @@
+"""Charts on a page: drawn as SVG, without a drawing library, in the page's colours."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+
+from sinssim.charts import (
+    Axis,
+    Band,
+    Bars,
+    Chart,
+    Charts,
+    Dots,
+    Histogram,
+    Limit,
+    Line,
+    Mark,
+    Remark,
+    Rule,
+    Shares,
+)
+from sinssim.data import Array
+from sinssim.recording import style
+from sinssim.recording.report.page import words
+from sinssim.recording.report.plot import STYLE as OF_PLOTS
+from sinssim.recording.report.plot import dots as dots_of
+from sinssim.recording.report.plot import element, path, points, segments, text
+from sinssim.recording.scales import envelope, log_numbers, tick_label, ticks, time_ticks
+from sinssim.scales import TIMES
+
+STYLE = (
+    OF_PLOTS
+    + """
+.charts { display: flex; flex-wrap: wrap; gap: .8rem 1.2rem; margin: .6rem 0 1.2rem; }
+.charts h4 { flex-basis: 100%; margin: .4rem 0 0; }
+"""
+)
+
+_PAGE, _GAP, _INCH = 1130, 19, 92
+"""Width of a page and gap between charts, px; pixels of an inch of a picture."""
+_LETTER = 6.4
+_WIDTHS = {"bold": 2.4, "line": 1.5, "thin": 1.07, "hair": 1.0}
+_DASHES = {"": "", "--": "6 4", ":": "1.5 3", "-.": "7 3 1.5 3"}
+_SHAPES = {"s": "M-3-3h6v6h-6z", "^": "M0-4l4 7h-8z", "D": "M0-4l4 4l-4 4l-4-4z", "v": "M0 4l4-7h-8z",
+           "P": "M-1.5-4h3v2.5h2.5v3h-2.5v2.5h-3v-2.5h-2.5v-3h2.5z", "*": "M0-5l1.4 3.4 3.6.3-2.8 2.3.9 3.6-3.1-2-3.1 "
+           "2 .9-3.6-2.8-2.3 3.6-.3z"}  # fmt: skip
+
+
+def html_of(charts: Charts) -> str:
+    """Return a group of charts as HTML.
+
+    Args:
+        charts: the group.
+
+    Returns:
+        A block with one SVG element for each chart.
+    """
+    heights = charts.heights or (1.0,) * len(charts.rows)
+    body = [f"<h4>{words(charts.title)}</h4>"] if charts.title else []
+    if charts.legend != "each":
+        body.append(_common_legend(charts))
+    columns = max(map(len, charts.rows))
+    widths = charts.widths or (1.0,) * columns
+    whole = min(_PAGE, charts.size[0] * 1.08 * _INCH) - _GAP * (columns - 1)
+    in_line = "x" in charts.share
+    margin = max(_left(chart, *_ranges(chart)) for chart in charts) if in_line else 0.0
+    aside = max(_aside(chart) for chart in charts) if in_line and charts.legend == "each" else 0.0
+    spans = [_ranges(chart)[0] for chart in charts] if in_line else []
+    span = (min(low for low, _ in spans), max(high for _, high in spans)) if in_line else None
+    for row, share in zip(charts.rows, heights, strict=True):
+        height = charts.size[1] * _INCH * share / sum(heights)
+        for column, (chart, part) in enumerate(zip(row, widths, strict=False)):
+            frame = _Frame(margin, aside, span, names=not (column and "y" in charts.share))
+            body.append(svg_of(chart, whole * part / sum(widths), height, frame, legend=charts.legend == "each"))
+    note = f'<p class="note">{words(charts.note)}</p>' if charts.note else ""
+    return f'<div class="charts">{"".join(body)}</div>{note}'
+
+
+@dataclass(frozen=True)
+class _Frame:
+    """What a chart has in common with its neighbours: least margins, px, the horizontal span, names of places."""
+
+    left: float = 0.0
+    right: float = 0.0
+    span: tuple[float, float] | None = None
+    names: bool = True
+
+
+@dataclass(frozen=True)
+class _Way:
+    """A scale: from values in SI to pixels."""
+
+    low: float
+    high: float
+    start: float
+    end: float
+    log: bool
+
+    def __call__(self, values: Any) -> Any:
+        v, low, high = np.asarray(values, dtype=np.float64), self.low, self.high
+        if self.log:
+            with np.errstate(divide="ignore", invalid="ignore"):
+                v, low, high = np.log(np.maximum(v, 1e-300)), np.log(low), np.log(high)
+        return self.start + (v - low) * (self.end - self.start) / (high - low)
+
+
+def _ranges(chart: Chart) -> tuple[tuple[float, float], tuple[float, float]]:
+    """Return the ends of both axes, SI."""
+    found = [_range(chart, upright) for upright in (False, True)]
+    if chart.equal:
+        reach = max(abs(end) for ends in found for end in ends)
+        found = [(-reach, reach)] * 2 if all(low < 0.0 < high for low, high in found) else found
+    return found[0], found[1]
+
+
+def _range(chart: Chart, upright: bool) -> tuple[float, float]:
+    axis, (_, size) = (chart.y if upright else chart.x), chart.unit(upright)
+    if axis.names:
+        return (len(axis.names) - 0.5, -0.5) if upright else (-0.5, len(axis.names) - 0.5)
+    low, high = chart.ends(upright)
+    values = [v[np.isfinite(v) & ((v > 0.0) | (not axis.log))] for v in chart.values(upright)]
+    values = [v for v in values if len(v)]
+    if upright:
+        near = [
+            mark.height for mark in chart.marks if isinstance(mark, Limit) and mark.height <= Limit.FAR * chart.most
+        ]
+        values += [np.array([1.1 * height]) for height in near]
+        high = high if high is None else max(high, *(1.1 * height for height in near), high)
+    least = min((float(v.min()) for v in values), default=0.1 if axis.log else 0.0)
+    most = max((float(v.max()) for v in values), default=1.0)
+    if axis.log:
+        low, high = (least / 1.3 if low is None else low), (most * 1.3 if high is None else high)
+        return low, max(high, 1.01 * low)
+    if most - least <= 1e-9 * max(abs(least), abs(most)):
+        least, most = least - 0.5 * size, most + 0.5 * size
+    if low is None or high is None:
+        step = ticks(least / size, most / size, 5)[1] * size
+        low = float(np.floor(least / step + 1e-6) * step) if low is None else low
+        high = float(np.ceil(most / step - 1e-6) * step) if high is None else high
+    return low, high
+
+
+def _numbers(axis: Axis, ends: tuple[float, float], unit: tuple[str, float], count: int) -> list[tuple[float, str]]:
+    """Return the places, SI, and texts of the ticks of an axis."""
+    low, high, size = *ends, unit[1]
+    if axis.names:
+        return [(float(k), name) for k, name in enumerate(axis.names)]
+    if axis.ticks:
+        return [(at, f"{at / size:g}".replace("-", "−")) for at in axis.ticks]
+    if axis.log:
+        return [(v * size, f"{v:g}" if 1e-4 <= v < 1e6 else f"{v:.0e}") for v in log_numbers(low / size, high / size)]
+    if axis.units is TIMES:
+        at, step, _, size = time_ticks(low, high)
+    else:
+        at, step = ticks(low / size, high / size, count)
+    return [(float(v) * size, tick_label(float(v), step)) for v in at]
+
+
+def _left(chart: Chart, _: tuple[float, float], ends: tuple[float, float]) -> float:
+    """Return the room for the numbers or names on the left, px."""
+    texts = [text for _, text in _numbers(chart.y, ends, chart.unit(True), 5)]
+    return max(40.0, 14.0 + 0.98 * _LETTER * max(map(len, texts), default=0))
+
+
+def _aside(chart: Chart) -> float:
+    """Return the room for a legend on the right, px."""
+    names = _named(chart.marks, chart.most) if chart.legend == "right" else []
+    return 50.0 + _LETTER * max(len(label) for label, *_ in names) if names else 14.0
+
+
+def svg_of(chart: Chart, width: float, height: float, frame: _Frame | None = None, *, legend: bool = True) -> str:
+    """Return one chart.
+
+    Args:
+        chart: the chart.
+        width, height: of the drawing, px; a legend makes it higher.
+        frame: what it has in common with its neighbours.
+        legend: whether the names of its marks are drawn.
+
+    Returns:
+        An SVG element.
+    """
+    frame = frame or _Frame()
+    across, upright = _ranges(chart)
+    across = frame.span or across
+    left = max(frame.left, _left(chart, across, upright) if frame.names else 14.0)
+    names = _named(chart.marks, chart.most) if legend and chart.legend != "none" else []
+    aside = chart.legend == "right" and len(names) > 0
+    right = max(frame.right, _aside(chart) if legend else 14.0)
+    body, top = _heads(chart, left)
+    if names and not aside:
+        drawn, top = _legend(names, left, top, width)
+        body.append(drawn)
+    inner = width - left - right
+    tall = inner if chart.equal else max(height - 86.0, 90.0)
+    if chart.equal and inner > height:
+        inner = tall = max(height - 60.0, 240.0)
+    top += 8
+    bottom = top + tall
+    x, y = _Way(*across, left, left + inner, chart.x.log), _Way(*upright, bottom, top, chart.y.log)
+    body += _axes(chart, x, y, inner, top, bottom, names=frame.names)
+    curves, words_over = _marks(chart, x, y)
+    # An inner element clips the marks at the axes.
+    box = f"{left:g} {top:g} {inner:g} {tall:g}"
+    body.append(f'<svg x="{left:g}" y="{top:g}" width="{inner:g}" height="{tall:g}" viewBox="{box}">')
+    body += [*curves, "</svg>", *words_over]
+    if aside:
+        for number, (label, color, kind, dash) in enumerate(names):
+            at = top + 12.0 + 17.0 * number
+            body.append(_sample(left + inner + 10.0, at, color, kind, dash))
+            body.append(text(left + inner + 42.0, at + 4.0, label, kind="soft"))
+        bottom = max(bottom, top + 17.0 * len(names) - 40.0)
+    body.append(text(left + inner, bottom + 34, _axis_words(chart, across), "end", "soft"))
+    about = f"{chart.title}: {chart.heading(True)} over {chart.heading(False)}".strip(": ")
+    return element(width, round(bottom + 42), about, "".join(body))
+
+
+def _axis_words(chart: Chart, ends: tuple[float, float]) -> str:
+    """Return the label of the horizontal axis."""
+    if chart.x.units is TIMES and not chart.x.log:
+        return f"{chart.x.label} [{time_ticks(*ends)[2]}]"
+    return chart.heading(False)
+
+
+def _heads(chart: Chart, left: float) -> tuple[list[str], int]:
+    """Return title and label of the vertical axis, and the ordinate below them."""
+    label = "" if chart.y.names else chart.heading(True)
+    if chart.title and label and not chart.y.label:
+        return [text(left, 15, f"{chart.title} [{label}]", more='font-weight="600"')], 22
+    body = [text(left, 15, chart.title, more='font-weight="600"')] if chart.title else []
+    if not label:
+        return body, 22
+    return [*body, text(left, 15 + 17 * len(body), label, kind="soft")], 22 + 17 * len(body)
+
+
+def _axes(chart: Chart, x: _Way, y: _Way, inner: float, top: float, bottom: float, *, names: bool) -> Iterator[str]:
+    """Yield grid, axes and their numbers, and the names of places."""
+    left, right = x.start, x.end
+    for axis, way, unit, ends in (
+        (chart.x, x, chart.unit(False), (x.low, x.high)), (chart.y, y, chart.unit(True), (y.low, y.high)),
+    ):  # fmt: skip
+        upright = way is y
+        count = max(4, int((bottom - top) // 34)) if upright else max(3, int(inner // 75))
+        at = [(float(way(v)), label) for v, label in _numbers(axis, ends, unit, count)]
+        at = [(p, label) for p, label in at if min(way.start, way.end) - 0.5 <= p <= max(way.start, way.end) + 0.5]
+        if axis.grid and not axis.names:
+            lines = [p for p, _ in at]
+            n = len(lines)
+            yield (
+                segments([left] * n, lines, [right] * n, lines, "grid")
+                if upright
+                else segments(lines, [top] * n, lines, [bottom] * n, "grid")
+            )
+        if upright and axis.names and not names:
+            continue
+        if upright:
+            yield from (text(left - 6, p + 4, label, "end", "soft") for p, label in at)
+        else:
+            yield from _spread(at, bottom, turned=bool(axis.names) and sum(len(t) for _, t in at) * _LETTER > inner)
+    zero = [float(y(0.0))] if not y.log and y.low < 0.0 < y.high and not chart.y.names else []
+    yield segments([left] * (1 + len(zero)), [bottom, *zero], [right] * (1 + len(zero)), [bottom, *zero], "axis")
+    yield segments([left], [top], [left], [bottom], "axis")
+
+
+def _spread(at: Sequence[tuple[float, str]], bottom: float, *, turned: bool) -> Iterator[str]:
+    """Yield the numbers of a horizontal axis, without those that would touch their neighbours."""
+    free = -np.inf
+    for place, label in at:
+        half = 0.5 * _LETTER * len(label)
+        if turned:
+            yield text(
+                place, bottom + 14, label, "end", "soft", f'transform="rotate(-20 {place:.1f} {bottom + 14:.1f})"'
+            )
+        elif place - half > free:
+            yield text(place, bottom + 15, label, "middle", "soft")
+            free = place + half + 4.0
+
+
+Named = tuple[str, str, str, str]
+"""Label, CSS colour, kind and dashes of an entry of a legend."""
+
+
+def _named(marks: Sequence[Mark], most: float) -> list[Named]:
+    """Return the entries of the legend of some marks."""
+    found: list[Named] = []
+    for mark, color in zip(marks, style.of_marks(marks), strict=True):
+        if isinstance(mark, Shares):
+            pairs = zip(mark.labels, mark.colors, strict=True)
+            found += [(label, style.css_of(one), "area", "") for label, one in pairs][::-1]
+        elif label := getattr(mark, "label", ""):
+            shape = getattr(mark, "marker", "")
+            kind = shape if isinstance(mark, Dots) else f"line{shape}" if isinstance(mark, Line) else "area"
+            if isinstance(mark, Rule):
+                kind = "line"
+            if isinstance(mark, Limit):
+                kind = "line" if mark.at is None else "v"
+                label += " (above the plot)" if mark.height > Limit.FAR * most else ""
+            dash = "--" if isinstance(mark, Limit) else getattr(mark, "dash", "")
+            one = color if isinstance(color, str) or isinstance(color[0], int) else color[0]
+            found.append((label, style.css_of(one), kind, _DASHES[dash]))
+    return list(dict.fromkeys(found))
+
+
+def _sample(x: float, y: float, color: str, kind: str, dash: str) -> str:
+    """Return the sample of a mark in a legend."""
+    if kind == "area":
+        return f'<rect x="{x:.1f}" y="{y - 5:.1f}" width="26" height="10" fill="{color}" opacity="0.8"/>'
+    line = path(np.array([x, x + 26.0]), np.array([y, y]), color, 1.6, dash) if kind.startswith("line") else ""
+    shape = kind.removeprefix("line")
+    return line + (_shapes(np.array([x + 13.0]), np.array([y]), [color], shape, 6.0) if shape else "")
+
+
+def _legend(names: Sequence[Named], left: float, top: float, width: float) -> tuple[str, int]:
+    """Return a legend in rows, and the ordinate of its end."""
+    parts, x, y = [], left, top + 10.0
+    for label, color, kind, dash in names:
+        long = 44.0 + _LETTER * len(label)
+        if x > left and x + long > width:
+            x, y = left, y + 16.0
+        parts += [_sample(x, y - 4.0, color, kind, dash), text(x + 31.0, y, label, kind="soft")]
+        x += long
+    return "".join(parts), round(y + 4.0)
+
+
+def _common_legend(charts: Charts) -> str:
+    """Return the legend of all charts of a group."""
+    names = list(dict.fromkeys(one for chart in charts for one in _named(chart.marks, chart.most)))
+    if not names:
+        return ""
+    width = min(_PAGE, charts.size[0] * 1.08 * _INCH)
+    drawn, bottom = _legend(names, 4.0, 4.0, width)
+    return element(width, bottom + 4, "legend", drawn)
+
+
+def _marks(chart: Chart, x: _Way, y: _Way) -> tuple[list[str], list[str]]:
+    """Return the marks of a chart, and words that lie over them."""
+    body: list[str] = []
+    over: list[str] = []
+    for mark, color in zip(chart.marks, style.of_marks(chart.marks), strict=True):
+        match mark:
+            case Line():
+                body += _line(mark, style.css_of(color), x, y)
+            case Band():
+                body.append(_area(x(mark.x), y(mark.low), y(mark.high), style.css_of(color), 0.25))
+            case Dots():
+                if len(mark.error):
+                    left, right, level = x(mark.x - mark.error), x(mark.x + mark.error), y(mark.y)
+                    body.append(segments(left, level, right, level, "mark"))
+                several = not (isinstance(color, str) or isinstance(color[0], int))
+                paints = [style.css_of(one) for one in color] if several else [style.css_of(color)] * len(mark.x)
+                body.append(_shapes(x(mark.x), y(mark.y), paints, mark.marker, mark.size / 0.75))
+            case Bars():
+                drawn, named = _bars(mark, color, x, y)
+                body += drawn
+                over += named
+            case Shares():
+                sums = np.vstack((np.zeros(len(mark.x)), np.cumsum(mark.parts, axis=0)))
+                body += [
+                    _area(x(mark.x), y(low), y(high), style.css_of(one), 1.0)
+                    for low, high, one in zip(sums[:-1], sums[1:], mark.colors, strict=True)
+                ]
+            case Histogram():
+                edges, counts = mark.counted
+                fill = style.css_of(color)
+                body += [
+                    _box(float(x(a)), float(y(0.0)), float(x(b)) - 1.0, float(y(n)), fill)
+                    for a, b, n in zip(edges[:-1], edges[1:], counts, strict=True)
+                ]
+            case Rule():
+                body += _rule(mark, style.css_of(color), x, y)
+                if mark.text:
+                    over.append(text(x.end - 4.0, float(y(mark.at)) - 3.0, mark.text, "end", "soft"))
+            case Limit():
+                body += _limit(mark, chart.most, x, y)
+            case Remark():
+                over.append(text(float(x(mark.x)) + 7.0, float(y(mark.y)) - 6.0, mark.text, kind="over"))
+    return body, over
+
+
+def _line(mark: Line, color: str, x: _Way, y: _Way) -> Iterator[str]:
+    """Yield the pieces of a line between its gaps and jumps."""
+    there = np.isfinite(mark.x) & np.isfinite(mark.y)
+    cuts = np.flatnonzero(~there)
+    if mark.turn:
+        cuts = np.union1d(cuts, np.flatnonzero(np.abs(np.diff(mark.y)) > 0.5 * mark.turn) + 1)
+    for rows in np.split(np.arange(len(mark.x)), cuts):
+        rows = rows[there[rows]]
+        if not len(rows):
+            continue
+        at, values = mark.x[rows], mark.y[rows]
+        if not (x.log or mark.marker) and len(rows) > 2 and bool(np.all(np.diff(at) > 0.0)):
+            columns = max(2, round(abs(float(x(at[-1]) - x(at[0])))))
+            at, values = envelope(at, values, float(at[0]), float(at[-1]) + 1e-9, columns)
+        yield path(np.asarray(x(at)), np.asarray(y(values)), color, _WIDTHS[mark.weight], _DASHES[mark.dash])
+        if mark.marker:
+            fill = "hollow" if mark.hollow else color
+            yield _shapes(np.asarray(x(at)), np.asarray(y(values)), [fill] * len(at), mark.marker, 6.0, edge=color)
+
+
+def _shapes(x: Array, y: Array, colors: Sequence[str], marker: str, size: float, edge: str = "") -> str:
+    """Return marks on points."""
+    if marker in ("", "o", ".") and len(set(colors)) == 1 and "hollow" not in colors:
+        return dots_of(x, y, colors[0], size)
+    drawn = []
+    for a, b, color in zip(x, y, colors, strict=True):
+        if not (np.isfinite(a) and np.isfinite(b)):
+            continue
+        stroke = f' stroke="{edge}" stroke-width="1.2"' if edge else ""
+        fill = 'class="block" fill="#fff"' if color == "hollow" else f'fill="{color}"'
+        if marker in _SHAPES:
+            drawn.append(f'<path d="{_SHAPES[marker]}" transform="translate({a:.1f} {b:.1f})" {fill}{stroke}/>')
+        else:
+            drawn.append(f'<circle cx="{a:.1f}" cy="{b:.1f}" r="{0.5 * size:.1f}" {fill}{stroke}/>')
+    return "".join(drawn)
+
+
+def _area(x: Any, low: Any, high: Any, color: str, opacity: float) -> str:
+    there = np.isfinite(x) & np.isfinite(low) & np.isfinite(high)
+    if there.sum() < 2:
+        return ""
+    keep = np.flatnonzero(there)
+    keep = keep[np.unique(np.linspace(0, len(keep) - 1, min(len(keep), 1200)).astype(np.intp))]
+    around = points(np.concatenate((x[keep], x[keep][::-1])), np.concatenate((low[keep], high[keep][::-1])))
+    return f'<polygon points="{around}" fill="{color}" fill-opacity="{opacity:g}"/>'
+
+
+def _box(x1: float, y1: float, x2: float, y2: float, color: str) -> str:
+    return (
+        f'<rect x="{min(x1, x2):.1f}" y="{min(y1, y2):.1f}" width="{abs(x2 - x1):.1f}" height="{abs(y2 - y1):.1f}" '
+        f'fill="{color}"/>'
+    )
+
+
+def _bars(mark: Bars, color: Any, x: _Way, y: _Way) -> tuple[list[str], list[str]]:
+    """Return bars, and the texts at their ends."""
+    several = not (isinstance(color, str) or isinstance(color[0], int))
+    paints = [style.css_of(one) for one in color] if several else [style.css_of(color)] * len(mark.values)
+    along, places = (x, y) if mark.across else (y, x)
+    foot = along.start if along.log else float(along(0.0))
+    body, over = [], []
+    tops = np.fmax(mark.values, mark.high) if len(mark.high) else mark.values
+    for number, (place, value, paint) in enumerate(zip(mark.places, mark.values, paints, strict=True)):
+        if not np.isfinite(value):
+            continue
+        a, b = float(places(place - 0.5 * mark.width)), float(places(place + 0.5 * mark.width))
+        tip, end = float(along(value)), float(along(max(float(tops[number]), 0.0)))
+        middle = 0.5 * (a + b)
+        body.append(_box(foot, a, tip, b, paint) if mark.across else _box(a, foot, b, tip, paint))
+        if len(mark.low) and np.isfinite(mark.low[number]) and np.isfinite(mark.high[number]):
+            ends = [float(along(mark.low[number])), float(along(mark.high[number]))]
+            across = ([ends[0]], [middle], [ends[1]], [middle]), ([middle], [ends[0]], [middle], [ends[1]])
+            body.append(segments(*across[0 if mark.across else 1], "mark"))
+        if number < len(mark.texts):
+            over.append(
+                text(end + 5.0, middle + 4.0, mark.texts[number])
+                if mark.across else text(middle, end - 5.0, mark.texts[number], "middle")
+            )  # fmt: skip
+    return body, over
+
+
+def _rule(mark: Rule, color: str, x: _Way, y: _Way) -> Iterator[str]:
+    way, other = (x, y) if mark.upright else (y, x)
+    if mark.low is not None and mark.high is not None:
+        least, most = sorted((way.start, way.end))
+        a, b = (min(max(float(way(end)), least), most) for end in (mark.low, mark.high))
+        box = (a, other.start, b, other.end) if mark.upright else (other.start, a, other.end, b)
+        yield _box(*box, color).replace("/>", ' fill-opacity="0.25"/>')
+    at = np.full(2, float(way(mark.at)))
+    ends = np.array([other.start, other.end])
+    across, along = (at, ends) if mark.upright else (ends, at)
+    yield path(across, along, color, _WIDTHS[mark.weight], _DASHES[mark.dash])
+
+
+def _limit(mark: Limit, most: float, x: _Way, y: _Way) -> Iterator[str]:
+    if mark.height > Limit.FAR * most:
+        return
+    color, height = style.css_of(mark.color), float(y(mark.height))
+    if mark.at is None:
+        yield path(np.array([x.start, x.end]), np.full(2, height), color, 1.1, _DASHES["--"])
+    else:
+        yield _shapes(np.array([float(x(mark.at))]), np.array([height - 3.0]), [color], "v", 8.0)

@@ -1,0 +1,68 @@
+"""Exhibits as a self-contained HTML page."""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Iterator, Sequence
+
+from sinssim.charts import Charts
+from sinssim.exhibits import Exhibits, Item, Section, Sentence, Table, Verbatim
+from sinssim.recording.report import page
+from sinssim.recording.report.chart import STYLE, html_of
+from sinssim.recording.report.page import verbatim, words
+
+_CLASSES = {"lead": ' class="lead"', "note": ' class="note"', "strong": "", "": ""}
+_MARKS = {"met": "met", "not met": "missed", "undecided": "undecided"}
+
+
+def page_of(exhibits: Exhibits) -> str:
+    """Return the page of a result.
+
+    Args:
+        exhibits: what it has to show.
+
+    Returns:
+        HTML; it refers to nothing outside itself.
+    """
+    body = [f"<h1>{words(exhibits.title)}</h1>", *_parts(exhibits.items, 2)]
+    return page.page(exhibits.title, body, STYLE)
+
+
+def _parts(items: Sequence[Item], level: int) -> Iterator[str]:
+    for item in items:
+        if "page" not in item.on:
+            continue
+        match item:
+            case Charts():
+                yield html_of(item)
+            case Sentence():
+                yield _sentence(item)
+            case Table():
+                yield _table(item)
+            case Verbatim():
+                yield f"<details><summary>{words(item.title)}</summary><pre>{verbatim(item.text)}</pre></details>"
+            case Section():
+                if item.title:
+                    mark = f': <span class="{_MARKS[item.verdict]}">{item.verdict}</span>' if item.verdict else ""
+                    yield f"<h{level}>{words(item.title)}{mark}</h{level}>"
+                yield from _parts(item.items, level + 1)
+
+
+def _sentence(item: Sentence) -> str:
+    text = re.sub(r"\*\*(.+?)\*\*", r"<strong>\1</strong>", words(item.text))
+    return f"<p{_CLASSES[item.kind]}>{f'<strong>{text}</strong>' if item.kind == 'strong' else text}</p>"
+
+
+def _table(item: Table) -> str:
+    columns, heads, rows = item.shown("page")
+
+    def cell(tag: str, text: str, left: bool) -> str:
+        return f"<{tag}{' class=name' if left else ''}>{words(text)}</{tag}>"
+
+    names = [
+        cell("th", ", ".join(filter(None, head)), column.words) for column, head in zip(columns, heads, strict=True)
+    ]
+    lines = [[cell("td", text, column.words) for column, text in zip(columns, row, strict=True)] for row in rows]
+    title = f"<p class=note>{words(item.title)}</p>" if item.title else ""
+    note = f'<p class="note">{words(item.note)}</p>' if item.note else ""
+    return title + page.table(names, lines) + note

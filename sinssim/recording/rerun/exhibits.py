@@ -1,0 +1,150 @@
+"""Exhibits as a Rerun recording: curves over time, pictures, and a text with tables and sentences."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Sequence
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+import rerun as rr
+
+from sinssim.charts import Band, Chart, Charts, Limit, Line, Shares
+from sinssim.exhibits import Exhibits, Item, Section, Sentence, Table, Verbatim
+from sinssim.recording import style
+from sinssim.recording.figures.canvas import to_png
+from sinssim.recording.figures.charts import figure_of
+from sinssim.recording.rerun.rrd import Recording
+from sinssim.recording.rerun.viewer import RUN_ENTITY
+from sinssim.recording.rerun.views import RunInfo, all_views
+from sinssim.scales import TIMES
+
+_WIDTHS = {"bold": 2.2, "line": 1.5, "thin": 1.0, "hair": 0.8}
+
+
+def record(exhibits: Exhibits, path: Path) -> None:
+    """Write the recording of a result.
+
+    Args:
+        exhibits: what it has to show.
+        path: the file.
+
+    Raises:
+        OSError: it cannot be written.
+    """
+    labels = {"kind": exhibits.kind, **exhibits.labels}
+    run = RunInfo(exhibits.name, *exhibits.span, (), labels=labels)
+    with Recording(path, run.application, all_views(run)) as recording:
+        for charts in exhibits.charts():
+            if "recording" not in charts.on:
+                continue
+            for chart in charts:
+                if chart.x.units is TIMES and not chart.x.log:
+                    record_chart(recording, f"{exhibits.root}/{chart.key}", chart, exhibits.span[0])
+                    labels[chart.key] = chart.unit(True)[0]
+            if charts.key in exhibits.pictures:
+                image = rr.EncodedImage(contents=to_png(figure_of(charts)), media_type="image/png")
+                recording.static(f"{exhibits.root}/figures/{charts.key}", image)
+        recording.document(f"{exhibits.root}/tables", markdown(exhibits))
+        run = replace(run, labels=labels, ranges=dict(recording.ranges))
+        recording.document(RUN_ENTITY, run.to_json())
+        recording.blueprint(all_views(run))
+
+
+def record_chart(recording: Recording, entity: str, chart: Chart, start: float) -> None:
+    """Record the lines of a chart over time, and the limits of requirements.
+
+    Args:
+        recording: the recording.
+        entity: path of its entity; lines at other instants than the first are below it.
+        chart: the chart.
+        start: added to its times, s.
+    """
+    size = chart.unit(True)[1]
+    colors = style.of_marks(chart.marks)
+    lines: list[tuple[Line, style.Rgb]] = []
+    for mark, color in zip(chart.marks, colors, strict=True):
+        match mark:
+            case Line():
+                lines.append((mark, style.rgb_of(color)))
+            case Band():
+                pale = style.tint(style.rgb_of(color))
+                name = mark.label or _line_of(chart, mark)
+                for end, values in (("low", mark.low), ("high", mark.high)):
+                    lines.append((Line(label=f"{name}, {end}", x=mark.x, y=values, weight="hair"), pale))
+            case Shares():
+                for label, part, one in zip(mark.labels, mark.parts, mark.colors, strict=True):
+                    lines.append((Line(label=label, x=mark.x, y=part), style.rgb_of(one)))
+            case _:
+                pass
+    groups: dict[int, list[tuple[Line, style.Rgb]]] = {}
+    for line, paint in lines:
+        groups.setdefault(id(line.x), []).append((line, paint))
+    for number, group in enumerate(groups.values()):
+        values = np.column_stack([line.y for line, _ in group]) / size
+        recording.series(
+            f"{entity}/{number}" if number else entity, start + group[0][0].x,
+            np.where(np.isfinite(values), values, np.nan), [line.label for line, _ in group],
+            colors=[paint for _, paint in group], widths=[_WIDTHS[line.weight] for line, _ in group],
+        )  # fmt: skip
+    if entity in recording.ranges:
+        _limits(recording, entity, chart, start)
+
+
+def _line_of(chart: Chart, band: Band) -> str:
+    """Return the label of the line with the colour of a band."""
+    return next((one.label for one in chart.marks if isinstance(one, Line) and one.color == band.color), "")
+
+
+def _limits(recording: Recording, entity: str, chart: Chart, start: float) -> None:
+    """Record the limits of requirements below the entity of a plot; far ones are left out."""
+    size, most = chart.unit(True)[1], chart.most
+    low, high = recording.ranges[entity]
+    end = max(float(x.max()) for x in chart.values(upright=False) if len(x))
+    limits = [mark for mark in chart.marks if isinstance(mark, Limit)]
+    for number, limit in enumerate(limits, start=1):
+        if limit.height > Limit.FAR * most:
+            continue
+        height, color = limit.height / size, style.rgb_of(limit.color)
+        place = f"{entity}/limit_{number}"
+        if limit.at is None:
+            recording.series(
+                place, start + np.array([0.0, end]), np.full((2, 1), height), [limit.label], colors=[color]
+            )
+        else:
+            at = np.array([start + limit.at])
+            recording.points(place, 1, at, np.full((1, 1), height), [limit.label], color, marker="down", size=6.0)
+        low, high = min(low, height), max(high, height)
+    recording.ranges[entity] = (low, high)
+
+
+def markdown(exhibits: Exhibits) -> str:
+    """Return the tables and sentences of a result as text.
+
+    Args:
+        exhibits: what it has to show.
+    """
+    return "\n".join([f"# {exhibits.title}", "", *_lines(exhibits.items, 2)])
+
+
+def _lines(items: Sequence[Item], level: int) -> Iterator[str]:
+    for item in items:
+        if isinstance(item, Charts) or "recording" not in item.on:
+            continue
+        match item:
+            case Sentence():
+                yield from (item.text, "")
+            case Table():
+                columns, heads, rows = item.shown("recording")
+                yield from ([f"**{item.title}**", ""] if item.title else [])
+                yield "| " + " | ".join(", ".join(filter(None, head)) for head in heads) + " |"
+                yield "|" + "".join("---|" if column.words else "---:|" for column in columns)
+                yield from ("| " + " | ".join(row) + " |" for row in rows)
+                yield from ("", *([item.note, ""] if item.note else []))
+            case Verbatim():
+                yield from (f"```\n{item.text}\n```", "")
+            case Section():
+                inner = list(_lines(item.items, level + 1))
+                if item.title and inner:
+                    yield from (f"{'#' * level} {item.title}{f': {item.verdict}' if item.verdict else ''}", "")
+                yield from inner
