@@ -16,7 +16,6 @@ both ends cause Q²/6T²).
 
 from __future__ import annotations
 
-from collections.abc import Iterator
 from typing import Literal, NamedTuple, get_args
 
 import numpy as np
@@ -33,7 +32,7 @@ from sinssim.sensors.imu.error_validation import check_sigmas
 from sinssim.sensors.imu.errors import ImuErrors, WarmUp
 from sinssim.sensors.imu.fields import TriadErrors
 from sinssim.sensors.imu.imu import Imu
-from sinssim.sensors.imu.terms import non_linear_inputs, non_linearity, of_triad
+from sinssim.sensors.imu.terms import of_triad
 from sinssim.sensors.noise import flicker
 from sinssim.sensors.rates import of_output
 from sinssim.sensors.sets.combination import combined_sigma
@@ -41,21 +40,13 @@ from sinssim.sensors.sets.combination import combined_sigma
 Method = Literal["quiet", "disturbed", "disturbed, latitude known"]
 """Eq. (1) on a quiet base, or the inertial fit on a disturbed base with unknown or known latitude."""
 
-_DRIFTS = (
-    "bias", "scale factor", "misalignment", "non-linearity", "temperature", "ramp", "rate random walk",
-    "bias instability", "flicker",
-)  # fmt: skip
+_NOISES = ("rate random walk", "bias instability", "flicker")
 _AVERAGED = ("random walk", "quantisation")
 
 
-def _further(triad: str) -> tuple[str, ...]:
-    """Return the sources of one triad's terms whose rows have `multiplies`."""
-    return tuple(dict.fromkeys(term.source for term in of_triad(triad) if term.multiplies is not None))
-
-
 def _sources(triad: str, name: str, integral: str) -> tuple[str, ...]:
-    drifts, averaged = (f"{name} {source}" for source in _DRIFTS), (f"{integral} {source}" for source in _AVERAGED)
-    return (*drifts, *averaged, *(f"{name} {source}" for source in _further(triad)))
+    constant = dict.fromkeys(term.source for term in of_triad(triad) if term.multiplies is not None)
+    return (*(f"{name} {source}" for source in (*constant, *_NOISES)), *(f"{integral} {each}" for each in _AVERAGED))
 
 
 OF_GYROS = _sources("gyro", "gyro", "angle")
@@ -126,22 +117,15 @@ def reading_errors(
     """
     warmth = float(mean_warmth(errors.warm_up, duration, start))
 
-    def reading(name: str, triad: TriadErrors, x: Array) -> Array:
-        linear = (np.diag(triad.scale + triad.scale_temperature * warmth) + triad.misalignment) @ x
-        bent = non_linearity(x, x, triad.asymmetry, triad.quadratic, triad.cubic)
-        drift = triad.bias_temperature * warmth + triad.ramp * (start + 0.5 * duration)
-        error = triad.bias + linear + bent + x * (triad.cross_axis @ x) + drift
-        for term in of_triad(name):
-            if term.multiplies is not None:
-                value, multiplied = getattr(triad, term.field), term.multiplies(x, accel)
-                error = error + (value @ multiplied if term.size > 3 else value * multiplied)
-        return np.asarray(error)
+    def reading(triad: TriadErrors, x: Array) -> Array:
+        middle = start + 0.5 * duration
+        return sum((term.effect(value, x, accel, warmth, middle) for term, value in triad.acting), np.zeros(3))
 
-    rates = reading("gyro", errors.gyro, gyro)
+    rates = reading(errors.gyro, gyro)
     if errors.null_shift is not None:
         instants = start + duration * (np.arange(INSTANTS) + 0.5) / INSTANTS
         rates = rates + errors.null_shift.bias(errors.warm_up.temperature(instants)).mean()
-    return rates, reading("accel", errors.accel, accel)
+    return rates, reading(errors.accel, accel)
 
 
 def mean_warmth(warm_up: WarmUp, duration: ArrayLike, start: ArrayLike = 0.0) -> Array:
@@ -242,44 +226,27 @@ def reading_variances(
     time = numbers("duration", duration)
     if not (np.all(time > 0.0) and np.all(time < np.inf)):
         raise InputError(f"a session of {np.min(time):g} s: its length must be positive and finite.")
+    warmth, middle = mean_warmth(sigma.warm_up, time, start), start + 0.5 * time
     time = time[..., None]
-    warmth = mean_warmth(sigma.warm_up, time, start)
     flickering = flicker.variance_of_mean(np.maximum(time * rate_hz, 1.0))
     variances: dict[str, Array] = {}
-    for name, triad, ideal, names in (
-        ("gyro", sigma.gyro, gyro, OF_GYROS),
-        ("accel", sigma.accel, accel, SOURCES[len(OF_GYROS) :]),
-    ):
-        squares = ideal**2
-        bent = sum((getattr(triad, field) * x) ** 2 for field, x in non_linear_inputs(ideal).items())
+    for triad, ideal, sensor, integral in (
+        (sigma.gyro, gyro, "gyro", "angle"), (sigma.accel, accel, "accelerometer", "velocity"),
+    ):  # fmt: skip
+        variances |= {source: np.zeros_like(ideal) for source in SOURCES if source.startswith(sensor)}
+        for term, value in triad.acting:
+            known = (value * term.inputs(ideal, accel, warmth, middle)) ** 2
+            source = f"{sensor} {term.source}"
+            variances[source] = variances[source] + (known.sum(axis=-1) if term.size > 3 else known)
         fit = RANDOM_WALK_FACTOR if method != "quiet" and triad is sigma.gyro else 1.0
-        known = (
-            triad.bias**2,
-            (triad.scale * ideal) ** 2,
-            squares @ (triad.misalignment**2).T,
-            bent + squares * (squares @ (triad.cross_axis**2).T),
-            warmth**2 * (triad.bias_temperature**2 + (triad.scale_temperature * ideal) ** 2),
-            (triad.ramp * (start + 0.5 * time)) ** 2,
-            triad.rate_walk**2 * (start + time / 3.0),
-            _averaged_instability(triad, time),
-            triad.flicker**2 * flickering,
-            fit * triad.random_walk**2 / time,
-            triad.quantum**2 / (6.0 * time**2),
-        )
-        variances |= dict(zip(names, (*known, *_further_variances(name, triad, ideal, accel)), strict=True))
+        variances |= {
+            f"{sensor} rate random walk": triad.rate_walk**2 * (start + time / 3.0),
+            f"{sensor} bias instability": _averaged_instability(triad, time),
+            f"{sensor} flicker": triad.flicker**2 * flickering,
+            f"{integral} random walk": fit * triad.random_walk**2 / time,
+            f"{integral} quantisation": triad.quantum**2 / (6.0 * time**2),
+        }
     return {source: variances[source] for source in SOURCES}
-
-
-def _further_variances(name: str, triad: TriadErrors, ideal: Array, force: Array) -> Iterator[Array]:
-    """Yield the variances of the mean readings by the sources of `_further`."""
-    for source in _further(name):
-        variance = np.zeros_like(ideal)
-        for term in of_triad(name):
-            if term.source == source and term.multiplies is not None:
-                squares = term.multiplies(ideal, force) ** 2
-                sigma = getattr(triad, term.field)
-                variance = variance + (squares @ (sigma**2).T if term.size > 3 else sigma**2 * squares)
-        yield variance
 
 
 def cone_coefficients(c: Coefficients, latitude: ArrayLike, gravity: ArrayLike | None, known: bool) -> Coefficients:

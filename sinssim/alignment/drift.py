@@ -41,12 +41,16 @@ def largest_drift(expected: Expected, duration: float, start: float = 0.0) -> Dr
         The largest change over the axes.
     """
     ends = np.array([start, start + duration])
-    change = abs(float(np.diff(expected.mean.warm_up.temperature(ends))[0]))
+    warmth = expected.mean.warm_up.temperature(ends)
 
-    def of_triad(mean: TriadErrors, sigma: TriadErrors, reading: float) -> tuple[float, float]:
-        def driven(of: TriadErrors) -> Array:  # per degree, and by the ramp
-            warmed = np.hypot(of.bias_temperature, of.scale_temperature * reading) * change
-            return np.asarray(np.hypot(warmed, of.ramp * duration))
+    def of_triad(name: str, reading: float) -> tuple[float, float]:
+        mean, sigma = getattr(expected.mean, name), getattr(expected.sigma, name)
+
+        def driven(of: TriadErrors) -> Array:  # by temperature and time, each term by itself
+            x, force = np.full((2, 3), reading), np.full((2, 3), G0)
+            squares = ((np.diff(t.inputs(x, force, warmth, ends), axis=0)[0] * v) ** 2 for t, v in of.acting)
+            axes = (one.sum(axis=-1) if one.ndim == 2 else one for one in squares)
+            return np.sqrt(sum(axes, np.zeros(3)))
 
         remembered = np.exp(-duration / sigma.correlation_time)
         wandered = sigma.rate_walk**2 * duration + 2.0 * sigma.instability**2 * (1.0 - remembered)
@@ -54,8 +58,8 @@ def largest_drift(expected: Expected, duration: float, start: float = 0.0) -> Dr
         wandered += sigma.flicker**2 * 2.0 / np.pi * (np.log(max(duration, 1.0)) + 1.5)
         return float(np.max(driven(mean))), float(np.max(np.sqrt(driven(sigma) ** 2 + wandered)))
 
-    rate, rate_sigma = of_triad(expected.mean.gyro, expected.sigma.gyro, OMEGA_IE)
+    rate, rate_sigma = of_triad("gyro", OMEGA_IE)
     if (shift := expected.mean.null_shift) is not None:
         instants = start + duration * np.linspace(0.0, 1.0, INSTANTS)
         rate += float(np.ptp(shift.bias(expected.mean.warm_up.temperature(instants))))
-    return Drift(rate, rate_sigma, *of_triad(expected.mean.accel, expected.sigma.accel, G0))
+    return Drift(rate, rate_sigma, *of_triad("accel", G0))

@@ -20,7 +20,6 @@ from sinssim.data import Array
 from sinssim.errors import InputError
 from sinssim.sensors.imu.errors import ImuErrors, WarmUp
 from sinssim.sensors.imu.fields import TriadErrors
-from sinssim.sensors.imu.terms import non_linear_inputs, of_triad
 
 
 class BestHeadings(NamedTuple):
@@ -79,9 +78,8 @@ def set_sigma(
     zero = np.zeros_like(c.m)
     variances = []
     for by_rate, by_force in ((c.m, c.n), (zero, c.q), (zero, c.l), (c.p, c.r)):
-        variance = _carried(by_rate, gyro, sigma.gyro, turn) + _carried(by_force, accel, sigma.accel, turn)
-        variance = variance + _further(by_rate, gyro, accel, sigma.gyro, "gyro")
-        variance = variance + _further(by_force, accel, accel, sigma.accel, "accel")
+        variance = _carried(by_rate, gyro, accel, sigma.gyro, turn)
+        variance = variance + _carried(by_force, accel, accel, sigma.accel, turn)
         for source in AVERAGED:
             weight = by_rate if source in OF_GYROS else by_force
             if source in SLOW:  # hardly changes from one position to the next
@@ -96,60 +94,28 @@ class _Turn:
     """Drifts between successive positions of a set.
 
     Attributes:
-        middle: time to the middle of each position, (..., count, 1) s.
-        warmth: mean temperature in each position, (..., count, 1) K.
+        middle: time to the middle of each position, (..., count) s.
+        warmth: mean temperature in each position, (..., count) K.
         walk: covariance of the means of a unit random walk in the positions, (..., count, count) s.
     """
 
     def __init__(self, each: Array, warm_up: WarmUp, count: int) -> None:
         number = np.arange(count)
-        self.middle = (each * (number + 0.5))[..., None]
-        self.warmth = mean_warmth(warm_up, each, each * number)[..., None]
+        self.middle = each * (number + 0.5)
+        self.warmth = mean_warmth(warm_up, each, each * number)
         earlier = np.minimum.outer(number, number) + 0.5 - np.eye(count) / 6.0  # within one position T/3
         self.walk = each[..., None] * earlier
 
 
-def _further(weight: Array, ideal: Array, force: Array, triad: TriadErrors, name: str) -> Array:
-    """Return the variance by constant errors whose rows of the table have `multiplies`."""
-    variance = np.zeros(weight.shape[:-2])
-    for term in of_triad(name):
-        if term.multiplies is not None:
-            multiplied, sigma = term.multiplies(ideal, force), getattr(triad, term.field)
-            if term.size > 3:
-                variance = variance + (_products(weight, multiplied) ** 2 * sigma**2).sum(axis=(-2, -1))
-            else:
-                variance = variance + (weight * multiplied).mean(axis=-2) ** 2 @ sigma**2
-    return variance
-
-
-def _carried(weight: Array, ideal: Array, triad: TriadErrors, turn: _Turn) -> Array:
+def _carried(weight: Array, ideal: Array, force: Array, triad: TriadErrors, turn: _Turn) -> Array:
     """Return the variance by errors that are common to all positions or drift: (mean coefficient)² σ²."""
-
-    def alike(coefficient: Array, sigma: Array) -> Array:
-        return np.asarray(coefficient.mean(axis=-2) ** 2 @ sigma**2)
-
-    constant = alike(weight, triad.bias) + alike(weight * ideal, triad.scale)
-    for field, x in non_linear_inputs(ideal).items():
-        constant = constant + alike(weight * x, getattr(triad, field))
-    constant = (
-        constant
-        # M_ij adds a part of the reading along j to that of i, C_ij a part of the product of both
-        + (_products(weight, ideal) ** 2 * triad.misalignment**2).sum(axis=(-2, -1))
-        + (_products(weight * ideal, ideal) ** 2 * triad.cross_axis**2).sum(axis=(-2, -1))
-    )
-    drifting = (
-        alike(weight * turn.warmth, triad.bias_temperature)
-        + alike(weight * ideal * turn.warmth, triad.scale_temperature)
-        + alike(weight * turn.middle, triad.ramp)
-    )
     walk = np.einsum("...ki,...kl,...li->...", weight, turn.walk, weight) / weight.shape[-2] ** 2
-    return np.asarray(constant + drifting + triad.rate_walk**2 * walk)
-
-
-def _products(weight: Array, ideal: Array) -> Array:
-    """Return the mean over positions of w_i x_j, (..., 3, 3)."""
-    product = np.einsum("...ni,...nj->...ij", *np.broadcast_arrays(weight, ideal))
-    return np.asarray(product / weight.shape[-2])
+    variance = triad.rate_walk**2 * walk
+    for term, sigma in triad.acting:
+        inputs, matrix = term.inputs(ideal, force, turn.warmth, turn.middle), len(term.shape) == 2
+        mean = (weight[..., None] * inputs).mean(axis=-3) if matrix else (weight * inputs).mean(axis=-2)
+        variance = variance + (mean**2 * sigma**2).sum(axis=(-2, -1) if matrix else -1)
+    return np.asarray(variance)
 
 
 def best_headings(

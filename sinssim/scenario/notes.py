@@ -32,7 +32,7 @@ def keys_without_effect(imu: Imu, end: float) -> Iterator[str]:
         Whole sentences, each with its key.
     """
     if not (imu.temperature_start_c or imu.temperature_steady_c):
-        warming = [key for term in TERMS if term.stage == "WARMING" for key in term.keys]
+        warming = [key for term in TERMS if term.of_temperature for key in term.keys]
         by_temperature = [key for key in warming if _says(imu, key)]
         if imu.laser_gyro is not None and imu.laser_gyro.gas_flow_mps:
             by_temperature.append("laser_gyro.gas_flow_mps")

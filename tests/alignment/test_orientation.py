@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-from types import SimpleNamespace
-
 import numpy as np
 import pytest
 
@@ -15,7 +13,6 @@ from sinssim.alignment import (
     error_budget,
     expected_errors,
     ideal_readings,
-    orientation,
     set_sigma,
     total,
 )
@@ -93,18 +90,6 @@ def test_opposite_headings_cancel_the_horizontal_biases_of_a_level_vehicle():
     assert result.heading < 1e-15
     # of the latitude the vertical gyro's part stays, (24); turning about the vertical does not move that gyro
     assert result.latitude == pytest.approx(0.01 * DEG_H * np.cos(LATITUDE) / OMEGA_IE, rel=1e-12)
-
-
-@pytest.mark.parametrize(("field", "sizes"), [("scale", np.full(3, 1e-4)), ("misalignment", 1e-4 * (1.0 - np.eye(3)))])
-def test_an_error_of_the_table_counts_by_what_it_multiplies(field, sizes, monkeypatch):
-    """One that multiplies the reading, as scale factor and misalignment do, doubles their variance."""
-    sigma = ImuErrors(gyro=TriadErrors(**{field: sizes}), accel=TriadErrors(**{field: 1e-2 * sizes}))
-    alone = set_sigma(quarter_turns(0.7, 2), LATITUDE, sigma, 300.0)
-    term = SimpleNamespace(field=field, size=sizes.size, multiplies=lambda ideal, force: ideal)
-    of_force = SimpleNamespace(field=field, size=sizes.size, multiplies=lambda ideal, force: force)
-    monkeypatch.setattr(orientation, "of_triad", lambda name: [term if name == "gyro" else of_force])
-    together = set_sigma(quarter_turns(0.7, 2), LATITUDE, sigma, 300.0)
-    np.testing.assert_allclose(together, np.sqrt(2.0) * np.array(alone), rtol=1e-12)
 
 
 def test_slow_bias_instability_cancels_like_a_bias():

@@ -10,6 +10,12 @@ from sinssim.sensors.imu.fields import TriadErrors
 
 Array = NDArray[np.float64]
 
+KNOWN = (
+    "bias", "scale", "misalignment", "asymmetry", "quadratic", "cubic", "cross_axis", "g_sensitivity",
+    "bias_temperature", "scale_temperature", "ramp",
+)  # fmt: skip
+"""Errors that are written out here; a further one is compared with the row of the table that states it."""
+
 
 def temperature(errors: ImuErrors, since_start: Array) -> Array:
     """Return the temperature over that of the calibration, K."""

@@ -7,8 +7,9 @@ depend on the temperature. With the mean reading x̃ = Δβ̃/T of an interval, 
     x_i + ½κ̂|x_i| + K̂₂x_i² + K̂₃x_i³ + Σ Ĉ_ij x_i u_j = n_i    response, by Newton's method to rounding
     u = (I + M̂)⁻¹ x                                           misalignment; iterated with Ĉ to convergence
 
-(the chapter's analytic compensation, section 8.2); then the delay and the arms of the accelerometers. To first order in
-the errors of the calibration, the result is an instrument whose errors are those of the calibration: Δβ̂ − Δβ ≈ (k −
+Each line has the rows of the table of terms that act on this part of the reading, with what they multiply there (the
+chapter's analytic compensation, section 8.2). Then follow the delay and the arms of the accelerometers. To first order
+in the errors of the calibration, the result is an instrument whose errors are those of the calibration: Δβ̂ − Δβ ≈ (k −
 k̂) Δβ + (M − M̂) Δβ + (K₂ − K̂₂) x²T + … + (ω₀ − ω̂₀) T. Random walk, instability, flicker, ramp, a laser gyro's null
 shift, range, quantisation and faults are not compensated.
 """
@@ -17,7 +18,7 @@ from __future__ import annotations
 
 from dataclasses import replace
 from pathlib import Path
-from typing import Any, Self
+from typing import Any, Literal, Self
 
 import numpy as np
 from pydantic import Field, model_validator
@@ -29,14 +30,15 @@ from sinssim.sensors.imu.errors import ImuErrors, draw_triad
 from sinssim.sensors.imu.fields import CompensationKeys, TriadErrors
 from sinssim.sensors.imu.imu import Imu, Places
 from sinssim.sensors.imu.placement import at_the_elements
-from sinssim.sensors.imu.terms import CALIBRATED, FIELDS, TERMS, non_linearity, of_triad, response_slope
+from sinssim.sensors.imu.terms import CALIBRATED, TERMS, of_triad
 from sinssim.toml_file import read_toml
 
-_BENT = [name for name in CALIBRATED if FIELDS[name].stage == "BENT"]  # the fields of the non-linear response
+_SENSORS, _AXES = {"gyro": "gyro", "accel": "accelerometer"}, np.eye(3)
 _APART = 1 << 40  # offset of the seed, far from those of scenarios and of single accelerometers
 _STEPS = 50
 _CONVERGED = 1e-9  # relative; after a Newton step this small, the next changes only the last digits
 _STANDS = 4e-16  # relative, of the iteration over the coupling of the axes
+_STEP = 1e-4  # of the largest reading, for the slope of the response: the difference of a cube is right to 1e-8 of it
 
 
 def compensate(measured: ImuData, calibration: ImuErrors) -> ImuData:
@@ -73,13 +75,8 @@ def compensate_checked(measured: ImuData, calibration: ImuErrors) -> ImuData:
     Raises:
         InputError: the calibration values are invalid.
     """
-    interval = np.diff(measured.time)
-    warmth = calibration.warm_up.temperature(0.5 * (measured.time[1:] + measured.time[:-1]) - measured.time[0])
-    dvel = _corrected(measured.dvel, interval, warmth, calibration.accel, "accelerometer")
-    dtheta = measured.dtheta
-    if np.any(calibration.gyro.g_sensitivity):
-        dtheta = dtheta - _times(calibration.gyro.g_sensitivity, dvel)
-    dtheta = _corrected(dtheta, interval, warmth, calibration.gyro, "gyro")
+    dvel = _corrected(measured, calibration, "accel", measured.dvel)
+    dtheta = _corrected(measured, calibration, "gyro", dvel)
     imu = replace(measured, dtheta=dtheta, dvel=dvel)
     imu = at_the_elements(imu, np.zeros((3, 3)), -calibration.delay)
     if np.any(calibration.arms):
@@ -88,60 +85,66 @@ def compensate_checked(measured: ImuData, calibration: ImuErrors) -> ImuData:
 
 
 def _times(matrix: Array, vectors: Array) -> Array:
-    """Multiply each row by a matrix; the library's matrix product is avoided, as its rounding depends on the
+    """Multiply each row by a matrix or its own one; the library's product is avoided, as its rounding depends on the
     machine."""
-    rows = [row[0] * vectors[:, 0] + row[1] * vectors[:, 1] + row[2] * vectors[:, 2] for row in matrix]
-    return np.stack(rows, axis=1)
+    x, y, z = vectors.T
+    return np.stack([matrix[..., i, 0] * x + matrix[..., i, 1] * y + matrix[..., i, 2] * z for i in range(3)], axis=1)
 
 
-def _corrected(measured: Array, interval: Array, warmth: Array, known: TriadErrors, triad: str) -> Array:
-    axes = np.eye(3) + known.misalignment
-    scale = np.broadcast_to(1.0 + known.scale, measured.shape)
-    bias = np.broadcast_to(known.bias, measured.shape)
-    if np.any(known.scale_temperature) or np.any(known.bias_temperature):
-        scale = scale + np.multiply.outer(warmth, known.scale_temperature)
-        bias = bias + np.multiply.outer(warmth, known.bias_temperature)
-    if not (np.all(scale > 0.0) and np.linalg.det(axes) > 0.0):
-        raise InputError(
-            f"{triad} calibration: scale-factor errors {known.scale} and misalignment {known.misalignment.tolist()} "
-            "rad cannot be inverted; relative scale-factor errors must be above −1 and the three axes must span space."
+def _corrected(measured: ImuData, calibration: ImuErrors, name: Literal["gyro", "accel"], dvel: Array) -> Array:
+    """Return the increments of a triad, with the velocity increments that its errors depend on."""
+    readings, interval = measured.dtheta if name == "gyro" else measured.dvel, np.diff(measured.time)[:, None]
+    time = 0.5 * (measured.time[1:] + measured.time[:-1]) - measured.time[0]
+    warmth = calibration.warm_up.temperature(time)
+    terms = [(term, value) for term, value in getattr(calibration, name).acting if term.calibrated]
+    acts = {term.acts_on for term, _ in terms}
+
+    def whole(part: str, start: Array, u: Array, own: Array | None = None) -> Array:
+        """Add the effect of the terms that act on a part of the reading."""
+        one = (term.effect(value, u, force, warmth, time, own=own) for term, value in terms if term.acts_on == part)
+        return sum(one, start)
+
+    def refused(parts: tuple[str, ...], why: str) -> InputError:
+        wrong = (f"{t.field} = {np.asarray(v).tolist()}" for t, v in terms if t.acts_on in parts)
+        return InputError(f"{_SENSORS[name]} calibration: {', '.join(wrong)} (SI) cannot be inverted{why}.")
+
+    force = dvel / interval
+    unit = np.ones((1, 3))
+    scale, bias = whole("scale", unit, unit), whole("output", np.zeros(3), force)
+    axes = sum(
+        (value * term.inputs(unit, unit, warmth, time) for term, value in terms if term.acts_on == "axis"), _AXES
+    )
+    if not (np.all(scale > 0.0) and np.all(np.linalg.det(axes) > 0.0)):
+        raise refused(
+            ("scale", "axis"), "; relative scale-factor errors must be above −1 and the three axes must span space"
         )
     inverse = np.asarray(np.linalg.inv(axes), dtype=np.float64)
-    freed = (measured - bias * interval[:, None]) / scale
-    if not any(getattr(known, name).any() for name in _BENT):
+    freed = (readings - bias * interval) / scale
+    if "response" not in acts:
         return _times(inverse, freed)
-    reading = freed / interval[:, None]
-    inputs = _times(inverse, reading)
+    reading = freed / interval
+    inputs, step = _times(inverse, reading), _STEP * np.abs(reading).max(axis=0) + np.finfo(np.float64).tiny
+    across = any(term.acts_on == "response" and len(term.shape) == 2 for term, _ in terms)
     for _ in range(_STEPS):
-        coupling = 1.0 + _times(known.cross_axis, inputs)
-        along = np.stack([_linearised(reading[:, i], coupling[:, i], known, i, triad) for i in range(3)], axis=1)
-        before, inputs = inputs, _times(inverse, along)
-        if not known.cross_axis.any() or np.abs(inputs - before).max() <= _STANDS * np.abs(inputs).max():
-            return inputs * interval[:, None]
-    raise InputError(
-        f"{triad} calibration: a cross-axis coupling of {known.cross_axis.tolist()} (SI) cannot be inverted at "
-        f"readings of up to {np.abs(reading).max():.6g} (SI): it must be small against 1."
-    )
-
-
-def _linearised(reading: Array, coupling: Array, known: TriadErrors, axis: int, triad: str) -> Array:
-    """Return x of (1 + c)x + ½κ|x| + K₂x² + K₃x³ = reading, 1 + c the coupling, Newton's method from x = reading."""
-    k2, k3, asymmetry = float(known.quadratic[axis]), float(known.cubic[axis]), float(known.asymmetry[axis])
-    if not (k2 or k3 or asymmetry):
-        return np.asarray(reading / coupling)
-    x = reading.copy()
-    for _ in range(_STEPS):
-        slope = response_slope(x, coupling, asymmetry, k2, k3)
-        if not slope.min() > 0.0:
+        x = reading.copy()
+        for _ in range(_STEPS):  # Newton's method along each axis
+            up, down = (whole("response", np.zeros(3), inputs, x + sign * step) for sign in (1.0, -1.0))
+            slope = 1.0 + (up - down) / (2.0 * step)
+            if not slope.min() > 0.0:
+                break
+            change = (whole("response", x, inputs, x) - reading) / slope
+            x -= change
+            if (np.abs(change) <= _CONVERGED * np.abs(x)).all():
+                break
+        before, inputs = inputs, _times(inverse, x)
+        if not (slope.min() > 0.0 and (np.abs(change) <= _CONVERGED * np.abs(x)).all()):
             break
-        step = (x * coupling + non_linearity(x, x, asymmetry, k2, k3) - reading) / slope
-        x -= step
-        if (np.abs(step) <= _CONVERGED * np.abs(x)).all():  # convergence of Newton's method is quadratic
-            return x
-    raise InputError(
-        f"{triad} calibration: a non-linearity with K₂ = {k2:.6g} and K₃ = {k3:.6g} (SI) cannot be inverted at "
-        f"readings from {reading.min():.6g} to {reading.max():.6g} (SI): the reading must increase with the measured "
-        "quantity."
+        if not across or np.abs(inputs - before).max() <= _STANDS * np.abs(inputs).max():
+            return inputs * interval
+    raise refused(
+        ("response",),
+        f" at readings from {reading.min():.6g} to {reading.max():.6g} (SI): the reading must increase with the "
+        "measured quantity, and a coupling with other axes must be small against 1",
     )
 
 

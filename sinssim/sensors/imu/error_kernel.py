@@ -16,31 +16,27 @@ from the machine code.
 from __future__ import annotations
 
 import math
+from typing import Any, cast
 
 import numpy as np
 from numpy.typing import NDArray
 
 from sinssim.data import DROPPED, FROZEN, SATURATED, Array
-from sinssim.jit import strict_inline, strict_kernel
-from sinssim.sensors.imu.terms import SLOTS, STAGES, non_linearity
+from sinssim.jit import rebound, strict_inline, strict_kernel
+from sinssim.sensors.imu.error_term import Regressor
+from sinssim.sensors.imu.terms import FIELDS, SLOTS, STAGES
 from sinssim.sensors.noise.flicker import DIRECT, RATES, STATIONARY, WEIGHTS
 from sinssim.sensors.noise.gauss_markov import lost, mean_step
 from sinssim.statistics.random_numbers import Words, normal_pair, normal_pairs, normal_pairs_of_runs, term_number
 
-# Stages as bits of `active`; that of faults is not in the table of terms
-TILTED, BENT, G_SENSITIVE, WARMING, RAMPING = (
-    STAGES[name] for name in ("TILTED", "BENT", "G_SENSITIVE", "WARMING", "RAMPING")
-)
+# Stages of what needs the temperature and of the noises, as bits of `active`; faults are not in the table of terms
+WARMING = sum({STAGES[term.stage] for term in FIELDS.values() if term.of_temperature})
 WHITE, WANDERING, RATE_WALKING, FLICKERING = (
     STAGES[name] for name in ("WHITE", "WANDERING", "RATE_WALKING", "FLICKERING")
 )
 LIMITED, QUANTISED, FAULTY = STAGES["LIMITED"], STAGES["QUANTISED"], 2 * max(STAGES.values())
 
-# Parameters; "next" and "other" are the two axes after the channel's own, in the order x, y, z, x, …
-(BIAS,), (SCALE,), (TILT_NEXT, TILT_OTHER) = SLOTS["bias"], SLOTS["scale"], SLOTS["misalignment"]
-(ASYMMETRY,), (QUADRATIC,), (CUBIC,) = SLOTS["asymmetry"], SLOTS["quadratic"], SLOTS["cubic"]
-(CROSS_NEXT, CROSS_OTHER), (G_X, G_Y, G_Z) = SLOTS["cross_axis"], SLOTS["g_sensitivity"]
-(BIAS_WARM,), (SCALE_WARM,), (RAMP,) = SLOTS["bias_temperature"], SLOTS["scale_temperature"], SLOTS["ramp"]
+# Parameters of the noises
 (RANDOM_WALK,), (INSTABILITY,), (RATE_WALK,) = SLOTS["random_walk"], SLOTS["instability"], SLOTS["rate_walk"]
 (FLICKER,), (LIMIT,), (QUANTUM,) = SLOTS["flicker"], SLOTS["limit"], SLOTS["quantum"]
 PARAMETERS = sum(map(len, SLOTS.values()))
@@ -81,8 +77,6 @@ _KEPT = tuple(1.0 - rate for rate in RATES)
 _FLICKERS = len(RATES)
 
 Counts = NDArray[np.int64]
-
-non_linearity_k = strict_inline(non_linearity)
 
 
 @strict_inline
@@ -177,30 +171,111 @@ def draw_sample(active: int, z: Array, k: int, key_0: Words, key_1: Words) -> No
 
 
 @strict_inline
+def _before(
+    total: float, active: int, p: Array, run: int, i: int, u: Array, x: float, length: float, c: Array
+) -> float:  # fmt: skip
+    """Return the total: what precedes the first stage, and the first term."""
+    return total
+
+
+FIRST, STAGE = 0, 0
+multiplies_k: Any = _before
+terms_k: Any = _before
+"""First parameter of a term, bit of a stage, what a term's values multiply, terms of a stage; bound by `_effect`."""
+
+
+@strict_inline
+def _of_three(
+    total: float, active: int, p: Array, run: int, i: int, u: Array, x: float, length: float, c: Array
+) -> float:  # fmt: skip
+    """Add the effect of a term with one value for each axis, on an input of x/length along the sensitive axis."""
+    own, f = x / length, u[3 + i % 3] / length
+    total = _before(total, active, p, run, i, u, x, length, c)
+    total += parameter_k(p, run, i, FIRST) * multiplies_k(own, own, f, c[WARMTH], c[MIDDLE])
+    return total
+
+
+@strict_inline
+def _of_six(
+    total: float, active: int, p: Array, run: int, i: int, u: Array, x: float, length: float, c: Array
+) -> float:  # fmt: skip
+    """Add the effect of a term with values for the two other axes."""
+    own, after, other = x / length, _NEXT[i], _OTHER[i]
+    one = multiplies_k(own, u[after] / length, u[3 + after % 3] / length, c[WARMTH], c[MIDDLE])
+    two = multiplies_k(own, u[other] / length, u[3 + other % 3] / length, c[WARMTH], c[MIDDLE])
+    total = _before(total, active, p, run, i, u, x, length, c)
+    total += parameter_k(p, run, i, FIRST) * one + parameter_k(p, run, i, FIRST + 1) * two
+    return total
+
+
+@strict_inline
+def _of_nine(
+    total: float, active: int, p: Array, run: int, i: int, u: Array, x: float, length: float, c: Array
+) -> float:  # fmt: skip
+    """Add the effect of a term with values for the three axes of the block."""
+    own, k = x / length, i - i % 3
+    one = multiplies_k(own, u[k] / length, u[3] / length, c[WARMTH], c[MIDDLE])
+    two = multiplies_k(own, u[k + 1] / length, u[4] / length, c[WARMTH], c[MIDDLE])
+    three = multiplies_k(own, u[k + 2] / length, u[5] / length, c[WARMTH], c[MIDDLE])
+    total = _before(total, active, p, run, i, u, x, length, c)
+    first = parameter_k(p, run, i, FIRST) * one + parameter_k(p, run, i, FIRST + 1) * two
+    total += first + parameter_k(p, run, i, FIRST + 2) * three
+    return total
+
+
+@strict_inline
+def _if_active(
+    total: float, active: int, p: Array, run: int, i: int, u: Array, x: float, length: float, c: Array
+) -> float:  # fmt: skip
+    """Add the terms of a stage, if a run needs it."""
+    total = _before(total, active, p, run, i, u, x, length, c)
+    if active & STAGE:
+        total += terms_k(-0.0, active, p, run, i, u, x, length, c)
+    return total
+
+
+def _effect(acts_on: str) -> Any:
+    """Compose the compiled function of all terms that act on one part of the reading, stage by stage.
+
+    Args:
+        acts_on: as `ErrorTerm.acts_on`.
+
+    Returns:
+        The function. It takes the sum of what precedes them (−0 for nothing, because x + −0 is x for every x), the
+        active stages, the arrays of `measure`, an increment x along the sensitive axis and its duration.
+    """
+    whole = _before
+    own = [term for term in FIELDS.values() if term.multiplies and term.acts_on == acts_on]
+    for stage in dict.fromkeys(term.stage for term in own):
+        terms = whole if stage == "" else _before
+        for term in own:
+            if term.stage == stage:
+                terms = rebound(
+                    {3: _of_three, 6: _of_six, 9: _of_nine}[term.size], f"{term.field}_k", _before=terms,
+                    FIRST=SLOTS[term.field][0], multiplies_k=strict_inline(cast(Regressor, term.multiplies)),
+                )  # fmt: skip
+        if stage == "":
+            whole = terms
+        else:
+            name = f"{acts_on}_{stage.lower()}_k"
+            whole = rebound(_if_active, name, _before=whole, STAGE=STAGES[stage], terms_k=terms)
+    return whole
+
+
+axis_k, response_k, scale_k, output_k = map(_effect, ("axis", "response", "scale", "output"))
+BENDING = sum({STAGES[term.stage] for term in FIELDS.values() if term.multiplies and term.acts_on == "response"})
+
+
+@strict_inline
 def _sensed(active: int, u: Array, i: int, c: Array, p: Array, s: Array, run: int, z: Array, j: int) -> float:
     """Return channel i's increment after stages 2 to 5, without faults."""
     interval = c[T]
-    after, other = u[_NEXT[i]], u[_OTHER[i]]
-    x = u[i]
-    if active & TILTED:
-        x += parameter_k(p, run, i, TILT_NEXT) * after + parameter_k(p, run, i, TILT_OTHER) * other
+    x = axis_k(u[i], active, p, run, i, u, u[i], 1.0, c)
     n = x
-    if active & BENT:
-        mean = x / interval
-        n += non_linearity_k(
-            x, mean, parameter_k(p, run, i, ASYMMETRY), parameter_k(p, run, i, QUADRATIC), parameter_k(p, run, i, CUBIC)
-        )
-        n += mean * (parameter_k(p, run, i, CROSS_NEXT) * after + parameter_k(p, run, i, CROSS_OTHER) * other)
-    scale, rate = parameter_k(p, run, i, SCALE), parameter_k(p, run, i, BIAS)
-    if active & WARMING:
-        scale += parameter_k(p, run, i, SCALE_WARM) * c[WARMTH]
-        rate += parameter_k(p, run, i, BIAS_WARM) * c[WARMTH]
-    if active & RAMPING:
-        rate += parameter_k(p, run, i, RAMP) * c[MIDDLE]
-    if active & G_SENSITIVE:
-        rate += (
-            parameter_k(p, run, i, G_X) * u[3] + parameter_k(p, run, i, G_Y) * u[4] + parameter_k(p, run, i, G_Z) * u[5]
-        ) / interval
+    if active & BENDING:
+        n += interval * response_k(-0.0, active, p, run, i, u, x, interval, c)
+    scale = scale_k(-0.0, active, p, run, i, u, 1.0, 1.0, c)
+    rate = output_k(-0.0, active, p, run, i, u, x, interval, c)
     if active & WANDERING:
         first = GYRO if i < 3 else ACCEL
         fresh, before = noise_k(z, _WANDERING, i, j), state_k(s, run, i, WANDER)

@@ -5,9 +5,11 @@ from __future__ import annotations
 import dataclasses
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, replace
-from typing import Any
+from functools import cached_property
+from typing import Any, Literal
 
 import numpy as np
+from numpy.typing import ArrayLike
 
 from sinssim.data import Array
 from sinssim.units import ARCMIN, ARCSEC, DEG, DEG_H, DEG_SQRT_H, FOOT, G0, MPS_SQRT_H, PPM, UG
@@ -69,9 +71,11 @@ _MOST = {"deg": 3.6e6, "ug": 1e8, "ppm": 1e6, "arcsec": 1.296e6, "mm": 1e8, "s":
 
 _OFF_DIAGONAL = ~np.eye(3, dtype=bool)
 
-Input = Callable[[Any, Any], Any]
-"""Factor that a term multiplies, from a sensor's own ideal inputs x, (..., 3), and the specific force f, (..., 3)
-m/s²."""
+Regressor = Callable[[Any, Any, Any, Any, Any], Any]
+"""What one value of a term multiplies in the mean reading of its sensor, to first order: of `own`, the mean rate or
+specific force along the sensitive axis of sensor i; `along`, that along axis j of the sensor block; `force`, the
+specific force along axis j, m/s²; `warmth`, the temperature above that of the calibration, K; `time` since the start,
+s. A value with one index has j = i. Sums, products and abs, which numbers, arrays and the compiled kernel have."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -93,8 +97,8 @@ class ErrorTerm:
         untold: its name in the list of errors that a filter neglects; "" if a filter models it.
         calibrated: whether a calibration determines it and `sinssim.sensors.imu.compensation` removes it.
         source: its source in the alignment budget.
-        multiplies: factors of its values in a mean reading at rest, one for each column of a matrix; None if the budget
-            has another formula for it, or linear theory does not cover it.
+        multiplies: what each of its values multiplies in a mean reading: the one statement of its effect, which
+            emulator, compensation, filter, budgets, monitoring and calibration read; None for noise, pulses and range.
         limits: limits of one value in a scenario, for `pydantic.Field`; for size 1 at least 0 by default.
         sigma_limits: limits of its 1σ.
         default: default of its key; None for the grade's value, or zero if there is none.
@@ -115,7 +119,7 @@ class ErrorTerm:
     untold: str = ""
     calibrated: bool = False
     source: str = ""
-    multiplies: Input | None = None
+    multiplies: Regressor | None = None
     limits: Mapping[str, float] = dataclasses.field(default_factory=dict)
     sigma_limits: Mapping[str, float] = dataclasses.field(default_factory=lambda: {"ge": 0.0})
     default: float | None = None
@@ -197,3 +201,81 @@ class ErrorTerm:
     def nothing(self) -> Any:
         """Return the value of the field if nothing is given."""
         return np.zeros(self.shape) if self.drawn else self.without
+
+    def factors(self, warmth: Any, time: Any) -> tuple[Any, Any, Any, Any]:
+        """Return the factors of 1, `own`, `along` and `force` in what it multiplies, if that is linear in these.
+
+        Args:
+            warmth: temperature above that of the calibration, (...) K.
+            time: time since the start, (...) s.
+
+        Returns:
+            Four factors, numbers or (...).
+        """
+        assert self.multiplies is not None
+        constant = self.multiplies(0.0, 0.0, 0.0, warmth, time)
+        units = ((1.0, 0.0, 0.0), (0.0, 1.0, 0.0), (0.0, 0.0, 1.0))
+        own, along, force = (self.multiplies(*unit, warmth, time) - constant for unit in units)
+        return constant, own, along, force
+
+    @cached_property
+    def slopes(self) -> tuple[float, float, float, float] | None:
+        """Its `factors` at 1 K and 1 s; None if what it multiplies is not linear, or for a noise."""
+        if self.multiplies is None:
+            return None
+        found = self.factors(1.0, 1.0)
+        for probe in ((-2.0, 3.0, 5.0), (7.0, -4.0, -3.0)):
+            if self.multiplies(*probe, 1.0, 1.0) != np.dot(found, (1.0, *probe)):
+                return None
+        return found
+
+    @property
+    def acts_on(self) -> Literal["axis", "response", "scale", "output"]:
+        """Where it enters the reading y = (1 + scale) (x + response(x)) + output, with x along the sensitive axis.
+
+        This follows from what it multiplies: the input along other axes turns the sensitive axis, a factor of the own
+        input is a scale factor, any other dependence on the inputs bends the response; the rest is added to the output.
+        """
+        assert self.multiplies is not None
+        if self.slopes is None:
+            still, moving = (self.multiplies(own, along, 2.0, 1.0, 1.0) for own, along in ((0.0, 0.0), (3.0, -5.0)))
+            return "output" if still == moving else "response"
+        constant, own, along, force = self.slopes
+        if not (own or along):
+            return "output"
+        return "response" if constant or force or (own and along) else "scale" if own else "axis"
+
+    @property
+    def of_temperature(self) -> bool:
+        """Whether its effect depends on the temperature."""
+        if self.multiplies is None:
+            return False
+        cold, warm = (self.multiplies(2.0, 3.0, 5.0, warmth, 1.0) for warmth in (0.0, 1.0))
+        return bool(cold != warm)
+
+    def inputs(
+        self, x: Array, force: Array, warmth: ArrayLike = 0.0, time: ArrayLike = 0.0, own: Array | None = None
+    ) -> Array:
+        """Return what its values multiply in mean readings.
+
+        Args:
+            x: mean rates or specific forces of the triad in the axes of the block, (..., 3).
+            force: mean specific forces, (..., 3) m/s².
+            warmth: temperature above that of the calibration, (...) K.
+            time: time since the start, (...) s.
+            own: inputs along the sensitive axes, (..., 3); by default x, to first order.
+
+        Returns:
+            One factor for each value, (..., 3), or (..., 3, 3) for a matrix; zeros for a noise.
+        """
+        own, along, matrix = x if own is None else own, x, len(self.shape) == 2
+        if matrix:
+            own, along, force = own[..., None], x[..., None, :], force[..., None, :]
+        warmth, time = (np.expand_dims(one, (-2, -1) if matrix else -1) for one in (warmth, time))
+        found = 0.0 * own if self.multiplies is None else self.multiplies(own, along, force, warmth, time)
+        return np.broadcast_to(found, np.broadcast_shapes(np.shape(found), own.shape, along.shape))
+
+    def effect(self, value: Array, *motion: Any, **own: Any) -> Array:
+        """Return the effect of a value, in the shape of its field, on mean readings, (..., 3); see `inputs`."""
+        parts = value * self.inputs(*motion, **own)
+        return parts.sum(axis=-1) if len(self.shape) == 2 else parts

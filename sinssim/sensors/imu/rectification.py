@@ -29,7 +29,6 @@ from sinssim.data import Array, ImuData
 from sinssim.sensors.imu.errors import ImuErrors
 from sinssim.sensors.imu.fields import TriadErrors
 from sinssim.sensors.imu.placement import at_the_elements
-from sinssim.sensors.imu.terms import FIELDS, SLOTS, non_linearity
 from sinssim.truth.motions.quadrature import integrate_samples
 from sinssim.truth.trajectory import Trajectory
 
@@ -53,13 +52,15 @@ def rectified(trajectory: Trajectory, ideal: ImuData, errors: ImuErrors) -> ImuD
         non-linear terms and arms.
     """
     fastest = float(getattr(trajectory, "fastest", 0.0))
-    bent, armed = _bends(errors.gyro) or _bends(errors.accel), bool(np.any(errors.arms))
+    bends = (*errors.gyro.acting, *errors.accel.acting)
+    bent, armed = any(term.slopes is None for term, _ in bends), bool(np.any(errors.arms))
     if not fastest or not (bent or armed):
         return ideal
 
     def felt(t: Array) -> Array:
         omega, force = trajectory.rates(t)
-        parts = [_bend(omega, errors.gyro), _bend(force, errors.accel)] if bent else []
+        since, inputs = t - ideal.time[0], (("gyro", omega), ("accel", force)) if bent else ()
+        parts = [_bend(name, errors, x, force, since) for name, x in inputs]
         if armed:
             pulls = [np.cross(omega, np.cross(omega, arm))[:, i] for i, arm in enumerate(errors.arms)]
             parts.append(np.stack(pulls, axis=1))
@@ -70,9 +71,10 @@ def rectified(trajectory: Trajectory, ideal: ImuData, errors: ImuErrors) -> ImuD
     dtheta, dvel = ideal.dtheta, ideal.dvel
     if bent:
         interval = np.diff(ideal.time)[:, None]
-        means = sums[:, :6] / interval
-        dtheta = dtheta + _input(means[:, :3], ideal.dtheta / interval, errors.gyro) * interval
-        dvel = dvel + _input(means[:, 3:], ideal.dvel / interval, errors.accel) * interval
+        means, force = sums[:, :6] / interval, ideal.dvel / interval
+        middle = 0.5 * (ideal.time[1:] + ideal.time[:-1]) - ideal.time[0]
+        dtheta = dtheta + _input("gyro", errors, means[:, :3], ideal.dtheta / interval, force, middle) * interval
+        dvel = dvel + _input("accel", errors, means[:, 3:], force, force, middle) * interval
     if armed:
         turned = np.diff(trajectory.rates(ideal.time)[0], axis=0)
         exact = (
@@ -82,21 +84,19 @@ def rectified(trajectory: Trajectory, ideal: ImuData, errors: ImuErrors) -> ImuD
     return ImuData(ideal.time, dtheta, dvel)
 
 
-def _bends(triad: TriadErrors) -> bool:
-    return any(np.any(getattr(triad, name)) for name in SLOTS if FIELDS[name].stage == "BENT")
+def _bend(name: str, errors: ImuErrors, u: Array, force: Array, time: Array) -> Array:
+    """Return the part of the readings of a triad that is not linear in the inputs, n(x), (N, 3)."""
+    terms, warmth = getattr(errors, name).acting, errors.warm_up.temperature(time)
+    x = sum((term.effect(value, u, force, warmth, time) for term, value in terms if term.acts_on == "axis"), u)
+    bent = (term.effect(value, u, force, warmth, time, own=x) for term, value in terms if term.slopes is None)
+    return sum(bent, np.zeros_like(u))
 
 
-def _bend(u: Array, triad: TriadErrors) -> Array:
-    """Return the departure of the response from a straight line, n(x), (N, 3)."""
-    x = u + u @ triad.misalignment.T
-    bent = non_linearity(x, x, triad.asymmetry, triad.quadratic, triad.cubic)
-    return np.asarray(bent + x * (u @ triad.cross_axis.T))
-
-
-def _input(mean_of_bent: Array, mean: Array, triad: TriadErrors) -> Array:
+def _input(name: str, errors: ImuErrors, mean_of_bent: Array, mean: Array, force: Array, time: Array) -> Array:
     """Return the additional input r of (1) in the block's axes, (N, 3)."""
+    triad: TriadErrors = getattr(errors, name)
     untilt = np.linalg.inv(np.eye(3) + triad.misalignment).T  # convert x back to u
     extra = np.zeros_like(mean)
     for _ in range(3):  # each iteration reduces the error by n′, about 1e-4
-        extra = (mean_of_bent - _bend(mean + extra, triad)) @ untilt  # (1)
+        extra = (mean_of_bent - _bend(name, errors, mean + extra, force, time)) @ untilt  # (1)
     return np.asarray(extra)

@@ -1,10 +1,11 @@
 """The table of error terms of an inertial sensor block: one row each.
 
 A row of `TERMS` determines the keys of a scenario's [imu] and [compensation] with their limits, the field of
-`TriadErrors` and its validation, the parameters of the kernel and the stage that they need, the labels of report and
-tables, the line of `sinssim sensors`, the entry in the alignment budget, and the note on errors that a filter neglects.
-The effect of a term is in `sinssim.sensors.imu.error_kernel`, the resulting position error in
-`sinssim.sensors.expectation`. docs/extending/gyro-error-term.md adds a term.
+`TriadErrors` and its validation, the labels of report and tables, the line of `sinssim sensors`, and the note on errors
+that a filter neglects. What a row multiplies is the effect of its values on a reading, which nothing else states. The
+emulator's kernel is composed of it, and the compensation, the filter, the budgets, the monitoring of redundant sensors
+and the calibration read it. The resulting position error in closed form is in `sinssim.sensors.expectation`.
+docs/extending/gyro-error-term.md adds a term.
 """
 
 from __future__ import annotations
@@ -12,9 +13,6 @@ from __future__ import annotations
 from collections.abc import Iterator, Mapping
 from typing import Any
 
-import numpy as np
-
-from sinssim.data import Array
 from sinssim.sensors.imu.error_term import (
     ACCELERATION,
     ANGLE,
@@ -67,6 +65,7 @@ _ROWS = (
     *_both(
         "bias", 3, RATE, ACCELERATION,
         si_unit="{rate}",
+        multiplies=lambda own, along, force, warmth, time: 1.0,
         label="bias",
         meaning="output at zero input, constant in a run",
         explanation="turn-on biases (ω₀ and a₀ of equation (2))",
@@ -76,6 +75,7 @@ _ROWS = (
     *_both(
         "scale", 3, RATIO, RATIO,
         si_unit="1",
+        multiplies=lambda own, along, force, warmth, time: own,
         label="scale factor",
         meaning="relative error of the output",
         explanation="relative scale-factor errors (k and h of equation (2))",
@@ -87,6 +87,7 @@ _ROWS = (
     *_both(
         "misalignment", 6, ANGLE, ANGLE,
         si_unit="rad",
+        multiplies=lambda own, along, force, warmth, time: along,
         label="tilt towards",
         meaning="tilt of a sensitive axis towards each of the others",
         explanation="the six angles xy, xz, yx, yz, zx, zy; ij is the tilt of sensitive axis i towards axis j of the "
@@ -101,6 +102,7 @@ _ROWS = (
     *_both(
         "asymmetry", 3, RATIO, RATIO,
         si_unit="1",
+        multiplies=lambda own, along, force, warmth, time: 0.5 * abs(own),
         label="asymmetry",
         meaning="scale factor of positive inputs minus that of negative ones",
         explanation="relative scale factor for positive inputs minus that for negative inputs",
@@ -112,6 +114,7 @@ _ROWS = (
     *_both(
         "quadratic", 3, per(RATIO, {"deg_s": DEG, "rad_s": 1.0}), per(ACCELERATION, {"g2": G0**2}),
         si_unit="1/({rate})",
+        multiplies=lambda own, along, force, warmth, time: own * own,
         meaning="error that grows with the square of the input",
         stage="BENT",
         untold="quadratic terms",
@@ -131,6 +134,7 @@ _ROWS = (
     *_both(
         "cubic", 3, per(RATIO, {"deg2_s2": DEG**2, "rad2_s2": 1.0}), per(ACCELERATION, {"g3": G0**3}),
         si_unit="1/({rate})²",
+        multiplies=lambda own, along, force, warmth, time: own * own * own,
         meaning="error that grows with the cube of the input",
         stage="BENT",
         untold="cubic terms",
@@ -150,6 +154,7 @@ _ROWS = (
     ErrorTerm(
         "accel_cross_axis", "accel", "cross_axis", 6, per(ACCELERATION, {"g2": G0**2}),
         si_unit="1/({rate})",
+        multiplies=lambda own, along, force, warmth, time: own * along,
         label="coupling with",
         meaning="error that grows with the product of the inputs along and across the sensitive axis",
         explanation="the six couplings xy, xz, yx, yz, zx, zy; ij is the error of accelerometer i per product of the "
@@ -163,6 +168,7 @@ _ROWS = (
     ErrorTerm(
         "gyro_g_sensitivity", "gyro", "g_sensitivity", 9, per(RATE, PER_G),
         si_unit="rad/s/(m/s²)",
+        multiplies=lambda own, along, force, warmth, time: force,
         label="g-sensitivity to",
         meaning="apparent rate due to an acceleration",
         explanation="the nine biases per specific force xx, xy, xz, yx, …, zz; ij is the bias of gyro i per specific "
@@ -171,11 +177,11 @@ _ROWS = (
         untold="sensitivity to g",
         calibrated=True,
         source="g-sensitivity",
-        multiplies=lambda x, f: f,
     ),
     *_both(
         "bias_temperature", 3, per(RATE, PER_DEGREE), per(ACCELERATION, PER_DEGREE),
         si_unit="{rate}/K",
+        multiplies=lambda own, along, force, warmth, time: warmth,
         label="bias, with temperature",
         meaning="change of the bias per degree of warming",
         explanation="biases per degree Celsius above the temperature of the calibration",
@@ -186,6 +192,7 @@ _ROWS = (
     *_both(
         "scale_temperature", 3, per(RATIO, PER_DEGREE), per(RATIO, PER_DEGREE),
         si_unit="1/K",
+        multiplies=lambda own, along, force, warmth, time: warmth * own,
         label="scale factor, with temperature",
         meaning="change of the scale-factor error per degree of warming",
         explanation="scale-factor errors per degree Celsius",
@@ -197,6 +204,7 @@ _ROWS = (
     *_both(
         "ramp", 3, per(RATE, PER_HOUR), per(ACCELERATION, PER_HOUR),
         si_unit="{rate}/s",
+        multiplies=lambda own, along, force, warmth, time: time,
         label="growth of the bias",
         meaning="steady growth of the bias",
         explanation="growth of the biases from the start (rate ramp R)",
@@ -298,7 +306,8 @@ _ROWS = (
 TERMS = tuple(sorted(_ROWS, key=lambda term: ("gyro", "accel").index(term.triad)))
 """All error terms of a sensor block that a scenario can give, those of the gyros first."""
 
-FIELDS: dict[str, ErrorTerm] = {term.field: term for term in reversed(TERMS)}
+FIELDS: dict[str, ErrorTerm] = {row.field: row for row in reversed(_ROWS)}
+FIELDS = {row.field: FIELDS[row.field] for row in _ROWS}
 """A row for each field of `TriadErrors`."""
 
 STAGES = {stage: 1 << bit for bit, stage in enumerate(dict.fromkeys(term.stage for term in TERMS if term.stage))}
@@ -308,8 +317,7 @@ STAGES = {stage: 1 << bit for bit, stage in enumerate(dict.fromkeys(term.stage f
 def _numbered() -> dict[str, tuple[int, ...]]:
     """Number the parameters of the kernel."""
     slots, used = {}, 0
-    for name in dict.fromkeys(term.field for term in _ROWS):
-        term = FIELDS[name]
+    for name, term in FIELDS.items():
         count = {1: 1, 3: 1, 6: 2, 9: 3}[term.size] if term.slots is None else term.slots
         slots[name] = tuple(range(used, used + count))
         used += count
@@ -334,45 +342,3 @@ def of_triad(triad: str) -> tuple[ErrorTerm, ...]:
         Its rows of the table.
     """
     return tuple(term for term in TERMS if term.triad == triad)
-
-
-def non_linearity(x: Any, mean: Any, asymmetry: Any, quadratic: Any, cubic: Any) -> Any:
-    """Return ½κ|x| + K₂x² + K₃x³ for increments or means: the departure of a response from a straight line.
-
-    The kernel compiles it; it also works on arrays.
-
-    Args:
-        x: increment along the sensitive axis; or its mean rate or specific force.
-        mean: mean rate or specific force.
-        asymmetry, quadratic, cubic: κ, K₂ and K₃.
-
-    Returns:
-        Like x.
-    """
-    return mean * (quadratic + cubic * mean) * x + 0.5 * asymmetry * abs(x)
-
-
-def response_slope(x: Array, linear: Array, asymmetry: float, quadratic: float, cubic: float) -> Array:
-    """Return the derivative of c x + ½κ|x| + K₂x² + K₃x³ to x.
-
-    Args:
-        x: mean rates or specific forces along the sensitive axis.
-        linear: c, like x.
-        asymmetry, quadratic, cubic: κ, K₂ and K₃.
-
-    Returns:
-        Like x.
-    """
-    return np.asarray(linear + 0.5 * asymmetry * np.sign(x) + x * (2.0 * quadratic + 3.0 * cubic * x))
-
-
-def non_linear_inputs(x: Array) -> dict[str, Array]:
-    """Return ½|x|, x² and x³: what the fields of a triad's non-linearity multiply in the mean reading of x.
-
-    Args:
-        x: mean rates or specific forces along the sensitive axes.
-
-    Returns:
-        By field of `TriadErrors`, each like x.
-    """
-    return {"asymmetry": 0.5 * np.abs(x), "quadratic": x**2, "cubic": x**3}

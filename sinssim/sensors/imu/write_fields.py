@@ -32,7 +32,8 @@ from sinssim.arguments import numbers
 from sinssim.data import Array
 from sinssim.section import NotNegative, Positive
 from sinssim.sensors.imu.datasheet import ErrorTable
-from sinssim.sensors.imu.terms import SLOTS
+from sinssim.sensors.imu.error_term import ErrorTerm
+from sinssim.sensors.imu.terms import FIELDS, SLOTS
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -58,6 +59,12 @@ _CONVERSION = '''
                 continue
             array = numbers(f"TriadErrors: {name}", value)
             object.__setattr__(self, name, float(array) if array.ndim == 0 else array)
+
+    @property
+    def acting(self) -> list[tuple[ErrorTerm, Array]]:
+        """The rows of the table whose values multiply something in the readings and are not all zero, with these."""
+        found = ((term, getattr(self, name)) for name, term in FIELDS.items() if term.multiplies is not None)
+        return [(term, value) for term, value in found if np.any(value)]
 '''
 _SENSORS = {"gyro": "gyros", "accel": "accelerometers"}
 _SIZES = {3: "Three", 6: "Six", 9: "Nine"}

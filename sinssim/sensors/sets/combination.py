@@ -29,15 +29,29 @@ from sinssim.data import Array
 from sinssim.sensors.imu.errors import ImuErrors
 from sinssim.sensors.imu.fields import TriadErrors
 from sinssim.sensors.imu.imu import Imu
+from sinssim.sensors.imu.terms import FIELDS, of_triad
 from sinssim.sensors.sets.accelerometers import axes_about
 from sinssim.sensors.sets.geometry import estimator
 from sinssim.sensors.sets.sensor_set import Redundant
 
-LIKE_BIAS = ("bias", "bias_temperature", "ramp")
-"""Errors that are combined by G, as the bias."""
+_NOISES = [term.field for term in of_triad("gyro") if term.source and not term.drawn]
 
-_NOISES = ("random_walk", "quantum", "instability", "rate_walk", "flicker")
-_BENT = ("asymmetry", "quadratic", "cubic", "scale_temperature")
+
+def axes_of_values(directions: Array, size: int) -> list[Array]:
+    """Return the axes j to which the values ij of a single sensor's error belong.
+
+    Args:
+        directions: sensitive axes, (m, 3). Each is axis i mod 3 of a block of its own, as `emulate_single_sensors` has.
+        size: number of values of the error in a triad, as of `ErrorTerm`.
+
+    Returns:
+        Axes of all sensors, (m, 3), for each value of one sensor: its own for 3, the two others for 6, all three for 9.
+    """
+    blocks = np.stack([axes_about(row, i % 3) for i, row in enumerate(directions)])
+    if size == 9:
+        return list(blocks.swapaxes(0, 1))
+    across = np.stack([np.delete(block, i % 3, axis=0) for i, block in enumerate(blocks)])
+    return list(across.swapaxes(0, 1)) if size == 6 else [directions]
 
 
 def maps(directions: Array, used: Array | None = None) -> dict[str, Array]:
@@ -48,18 +62,19 @@ def maps(directions: Array, used: Array | None = None) -> dict[str, Array]:
         used: which sensors are in use, (m,); default: all.
 
     Returns:
-        By field of `TriadErrors`: of the biases (3, m); of scale factors (9, m), misalignments (9, 2m) and
-        g-sensitivities (9, 3m) on a matrix, row by row.
+        By field of `TriadErrors`, of errors that are linear in the inputs: (3, m) on the output of the combination for
+        those that do not depend on the inputs; (9, m) or, with more values for a sensor, (9, 2m) or (9, 3m) on the
+        matrix of its inputs, row by row.
     """
     gain = estimator(directions, None if used is None else np.asarray(used, dtype=np.float64))
-    blocks = np.stack([axes_about(row, i % 3) for i, row in enumerate(directions)])
-    across = np.stack([np.delete(block, i % 3, axis=0) for i, block in enumerate(blocks)])
-    return {
-        **dict.fromkeys(LIKE_BIAS, gain),
-        "scale": np.einsum("ai,ib->abi", gain, directions).reshape(9, -1),
-        "misalignment": np.einsum("ai,ikb->abik", gain, across).reshape(9, -1),
-        "g_sensitivity": np.einsum("ai,ikb->abik", gain, blocks).reshape(9, -1),
-    }
+    found = {}
+    for field, term in FIELDS.items():
+        if term.slopes is not None:
+            constant, own, _, _ = term.slopes
+            axes = [directions] if own else axes_of_values(directions, term.size)
+            matrix = np.einsum("ai,kib->abik", gain, np.stack(axes)).reshape(9, -1)
+            found[field] = gain if constant else matrix
+    return found
 
 
 def spread(directions: Array, used: Array | None = None) -> Array:
@@ -84,7 +99,7 @@ def combined_errors(
         used: which gyros and which accelerometers are in use, (m,) each; default: all.
 
     Returns:
-        Biases, scale factors, misalignments and g-sensitivities; noises and non-linear errors are not included.
+        The errors that are linear in the inputs; the mixed axes of one that changes with temperature are not included.
     """
 
     def triad(kind: Literal["gyro", "accel"], own: Array | None) -> TriadErrors:
@@ -94,12 +109,20 @@ def combined_errors(
             return np.asarray(by_field[field] @ _of_sensors(blocks, kind, field, len(directions)).ravel())
 
         matrix = (combined("scale") + combined("misalignment")).reshape(3, 3)
-        scale, felt = matrix.diagonal().copy(), combined("g_sensitivity").reshape(3, 3)
-        fields: dict[str, Any] = {field: combined(field) for field in LIKE_BIAS}
-        return TriadErrors(**fields, scale=scale, misalignment=matrix - np.diag(scale), g_sensitivity=felt)
+        fields: dict[str, Any] = {}
+        for field in by_field:
+            of_field = combined(field)
+            fields[field] = of_field if len(of_field) == 3 else _in_shape(of_field.reshape(3, 3), field)
+        scale = matrix.diagonal().copy()
+        return TriadErrors(**fields | {"scale": scale, "misalignment": matrix - np.diag(scale)})
 
     gyros, accels = (None, None) if used is None else used
     return ImuErrors(triad("gyro", gyros), triad("accel", accels), warm_up=blocks[0].warm_up)
+
+
+def _in_shape(matrix: Array, field: str) -> Array:
+    """Return the part of a matrix, (3, 3), that a field of `TriadErrors` can have."""
+    return matrix if len(FIELDS[field].shape) == 2 else matrix.diagonal().copy()
 
 
 def _of_sensors(blocks: Sequence[ImuErrors], kind: str, field: str, count: int) -> Array:
@@ -107,7 +130,7 @@ def _of_sensors(blocks: Sequence[ImuErrors], kind: str, field: str, count: int) 
     rows = []
     for i in range(count):
         own, axis = getattr(getattr(blocks[i // 3], kind), field)[i % 3], i % 3
-        rows.append(np.delete(own, axis) if field == "misalignment" else np.atleast_1d(own))
+        rows.append(np.delete(own, axis) if FIELDS[field].size == 6 else np.atleast_1d(own))
     return np.array(rows)
 
 
@@ -120,7 +143,8 @@ def combined_sigma(sigma: ImuErrors, imu: Imu) -> ImuErrors:
 
     Returns:
         Those of the combination if the set is redundant, else the given ones. Noises, which have one number for the
-        three axes, are multiplied by √(tr P/3), and non-linear errors by the root of the diagonal of P.
+        three axes, are multiplied by √(tr P/3), and non-linear errors by the root of the diagonal of P. The mixed axes
+        of an error that changes with temperature are not included.
     """
     if not isinstance(imu.sensor_set, Redundant):
         return sigma
@@ -129,15 +153,19 @@ def combined_sigma(sigma: ImuErrors, imu: Imu) -> ImuErrors:
     mean = float(np.sqrt(np.mean(sizes["bias"] ** 2)))
 
     def triad(own: TriadErrors) -> TriadErrors:
-        scale, tilt = float(np.max(own.scale)), float(np.max(own.misalignment))
-        matrix = np.hypot(scale * sizes["scale"], tilt * sizes["misalignment"]).reshape(3, 3)
-        diagonal = matrix.diagonal().copy()
-        along = {field: sizes["bias"] * getattr(own, field) for field in (*LIKE_BIAS, *_BENT)}
-        noises = {field: mean * getattr(own, field) for field in _NOISES}
-        felt = float(np.max(own.g_sensitivity)) * sizes["g_sensitivity"].reshape(3, 3)
-        return replace(
-            own, **along, **noises, cross_axis=sizes["bias"][:, None] * own.cross_axis,
-            scale=diagonal, misalignment=matrix - np.diag(diagonal), g_sensitivity=felt,
-        )  # fmt: skip
+        found: dict[str, Any] = {field: mean * getattr(own, field) for field in _NOISES}
+        for field, term in FIELDS.items():
+            value = getattr(own, field)
+            if term.multiplies is None:
+                continue
+            if field not in sizes:
+                found[field] = (sizes["bias"] if value.ndim == 1 else sizes["bias"][:, None]) * value
+            elif len(sizes[field]) == 3:
+                found[field] = sizes[field] * value
+            else:
+                found[field] = _in_shape(float(np.max(value)) * sizes[field].reshape(3, 3), field)
+        matrix = np.hypot(*(float(np.max(getattr(own, f))) * sizes[f].reshape(3, 3) for f in ("scale", "misalignment")))
+        scale = matrix.diagonal().copy()
+        return replace(own, **found | {"scale": scale, "misalignment": matrix - np.diag(scale)})
 
     return replace(sigma, gyro=triad(sigma.gyro), accel=triad(sigma.accel))

@@ -15,16 +15,17 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 from dataclasses import dataclass
+from itertools import pairwise
 
 import numpy as np
 
 from sinssim.data import Array
-from sinssim.errors import InputError
+from sinssim.sensors.imu.error_term import ErrorTerm
 from sinssim.sensors.imu.fields import TriadErrors
 from sinssim.sensors.imu.imu import Imu
-from sinssim.sensors.imu.terms import CORRELATION_TIME, of_triad
+from sinssim.sensors.imu.terms import CORRELATION_TIME
 from sinssim.sensors.noise.flicker import variance_of_mean
-from sinssim.sensors.sets.accelerometers import axes_about
+from sinssim.sensors.sets.combination import axes_of_values
 from sinssim.sensors.sets.geometry import along
 
 _ROUNDING = 1e-12
@@ -58,71 +59,43 @@ def accumulated_inputs(imu: Imu, kind: str, directions: Array, inputs: Inputs) -
     Returns:
         Accumulated inputs, (N+1, B), and coefficients, (K, m, B): the K-th error of sensor i over a window is normal
         with the standard deviation |Σ_b coefficients_kib Δ inputs_b|.
-
-    Raises:
-        InputError: an error is stated of which the test does not know the input.
     """
-    own = getattr(imu.sigma, kind)
-    spreads = {term.field: float(np.max(getattr(own, term.field))) for term in of_triad(kind) if term.drawn}
-    found: dict[str, Array] = {}
-    features: list[tuple[str, Array]] = []
-    for field, sigma in spreads.items():
-        if sigma:
-            for name, columns, coefficients in _features(field, imu, directions, inputs):
-                found.setdefault(name, columns)
-                features.append((name, sigma * coefficients))
-    place, begin = {}, 0
-    for name, columns in found.items():
-        place[name] = slice(begin, begin + columns.shape[1])
-        begin += columns.shape[1]
-    base = np.zeros((len(inputs.start), begin))
-    for name, columns in found.items():
-        np.cumsum(columns, axis=0, out=base[1:, place[name]])
-    matrix = np.zeros((len(features), len(directions), begin))
-    for number, (name, coefficients) in enumerate(features):
-        matrix[number, :, place[name]] = coefficients
+    found: list[Array] = []
+    features: list[tuple[int, Array]] = []
+    for term, sigma in getattr(imu.sigma, kind).acting:
+        for columns, coefficients in _features(term, imu, directions, inputs):
+            same = [n for n, other in enumerate(found) if np.array_equal(other, columns)]
+            found += [] if same else [columns]
+            features.append((same[0] if same else len(found) - 1, float(np.max(sigma)) * coefficients))
+    ends = np.cumsum([0, *(columns.shape[1] for columns in found)])
+    place = [slice(*pair) for pair in pairwise(ends)]
+    base = np.zeros((len(inputs.start), ends[-1]))
+    for columns, where in zip(found, place, strict=True):
+        np.cumsum(columns, axis=0, out=base[1:, where])
+    matrix = np.zeros((len(features), len(directions), ends[-1]))
+    for number, (which, coefficients) in enumerate(features):
+        matrix[number, :, place[which]] = coefficients
     return base, matrix
 
 
-def _features(field: str, imu: Imu, directions: Array, inputs: Inputs) -> Iterator[tuple[str, Array, Array]]:
-    """Yield the inputs of one error: name, increments (N, c), and factors (m, c)."""
-    count = len(directions)
+def _features(term: ErrorTerm, imu: Imu, directions: Array, inputs: Inputs) -> Iterator[tuple[Array, Array]]:
+    """Yield the inputs of each value that one sensor has of an error: increments (N, c), and factors (m, c)."""
+    assert term.multiplies is not None
     dt = np.diff(inputs.start)[:, np.newaxis]
     middle = inputs.start[:-1, np.newaxis] + 0.5 * dt
-    own = along(inputs.own, directions) if field in ("asymmetry", "quadratic", "cubic", "cross_axis") else np.empty(0)
-    across = [np.array([axes_about(row, 0)[j] for row in directions]) for j in (1, 2)]
-    one, each = np.ones((count, 1)), np.eye(count)
-    match field:
-        case "bias":
-            yield "time", dt, one
-        case "scale":
-            yield "own", inputs.own, directions
-        case "misalignment":
-            for axes in across:
-                yield "own", inputs.own, axes
-        case "asymmetry":
-            yield "magnitude", 0.5 * np.abs(own), each
-        case "quadratic":
-            yield "square", own**2 / dt, each
-        case "cubic":
-            yield "cube", own**3 / dt**2, each
-        case "cross_axis":
-            for j, axes in enumerate(across):
-                yield f"product {j}", own * along(inputs.own, axes) / dt, each
-        case "g_sensitivity":
-            for row in np.eye(3):
-                yield "force", inputs.force, np.tile(row, (count, 1))
-        case "bias_temperature":
-            yield "warmth", imu.warm_up.temperature(middle) * dt, one
-        case "scale_temperature":
-            yield "warm own", imu.warm_up.temperature(middle) * inputs.own, directions
-        case "ramp":
-            yield "ramp", middle * dt, one
-        case _:
-            raise InputError(
-                f"the monitoring of a redundant set does not know the effect of the error {field!r}: set its 1σ to 0, "
-                'or sensor_set.monitoring = "none".'
-            )
+    warmth = imu.warm_up.temperature(middle)
+    for axes in axes_of_values(directions, term.size):
+        if term.slopes is None:
+            own, across, force = along(inputs.own, directions), along(inputs.own, axes), along(inputs.force, axes)
+            yield dt * term.multiplies(own / dt, across / dt, force / dt, warmth, middle), np.eye(len(axes))
+            continue
+        motions = (dt, inputs.own, inputs.own, inputs.force)
+        towards = (np.ones((len(axes), 1)), directions, axes, axes)
+        for slope, factor, motion, rows in zip(
+            term.slopes, term.factors(warmth, middle), motions, towards, strict=True
+        ):
+            if slope:
+                yield factor * motion, rows
 
 
 def noise_variance(imu: Imu, kind: str, counts: Array, largest: float) -> Array:

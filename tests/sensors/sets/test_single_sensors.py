@@ -115,7 +115,7 @@ def test_sigmas_of_a_combination_whose_axes_differ() -> None:
     p = np.linalg.inv(axes.T @ axes)
     root, mean = np.sqrt(np.diag(p)), np.sqrt(np.trace(p) / 3.0)
     assert root.max() > 2.0 * root.min()
-    rows = ("bias", "bias_temperature", "ramp", "asymmetry", "quadratic", "cubic", "scale_temperature")
+    rows = ("bias", "bias_temperature", "ramp", "asymmetry", "quadratic", "cubic")
     noises = ("random_walk", "quantum", "instability", "rate_walk", "flicker")
     own = TriadErrors(
         **{name: np.array([1.0, 2.0, 3.0]) * (k + 1.0) for k, name in enumerate(rows)},
