@@ -10,7 +10,7 @@ import pytest
 from sinssim.units import DEG, DEG_H, G0
 from tests.extending.pages import Copy, read_page
 
-AIM = 4
+AIM = 3
 """Files of the package that a new term may touch."""
 
 CHECKS = """
@@ -87,8 +87,7 @@ def copy(tmp_path_factory):
 def test_a_new_term_touches_few_files(copy):
     assert len(copy.touched) <= AIM, copy.touched
     assert copy.touched == [
-        "sinssim/sensors/expectation.py", "sinssim/sensors/imu/error_kernel.py", "sinssim/sensors/imu/fields.py",
-        "sinssim/sensors/imu/terms.py",
+        "sinssim/sensors/expectation.py", "sinssim/sensors/imu/fields.py", "sinssim/sensors/imu/terms.py",
     ]  # fmt: skip
 
 

@@ -67,13 +67,6 @@ def test_the_input_of_every_error_is_that_of_the_emulator(term: Any) -> None:
         assert np.sqrt(squares) == pytest.approx(spread[i], rel=1e-6)
 
 
-def test_every_error_that_is_drawn_is_known() -> None:
-    assert {term.field for term in DRAWN} == {
-        "bias", "scale", "misalignment", "asymmetry", "quadratic", "cubic", "cross_axis", "g_sensitivity",
-        "bias_temperature", "scale_temperature", "ramp",
-    }  # fmt: skip
-
-
 @pytest.mark.parametrize(
     ("keys", "tolerance"),
     [
