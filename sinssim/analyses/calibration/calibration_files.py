@@ -85,12 +85,13 @@ def write_calibration(result: CalibrationResult, directory: Path, *, overwrite: 
     Raises:
         InputError: the place is taken or cannot be written.
     """
-    from sinssim.analyses.calibration.calibration_report import calibration_report
+    from sinssim.analyses.calibration.calibration_exhibits import exhibits_of
+    from sinssim.recording.report.exhibits import page_of
 
     def write(folder: Path) -> None:
         write_text(folder / "calibration.json", json.dumps(to_json(result), indent=2, ensure_ascii=False) + "\n")
         write_text(folder / "compensation.toml", compensation_text(result))
         write_text(folder / "scenario.toml", result.scenario.to_toml())
-        write_text(folder / "report.html", calibration_report(result))
+        write_text(folder / "report.html", page_of(exhibits_of(result)))
 
     return write_directory(directory, write, overwrite=overwrite)

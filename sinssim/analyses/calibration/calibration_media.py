@@ -6,6 +6,7 @@ from pathlib import Path
 from typing import Any
 
 from sinssim.analyses.calibration.result import CalibrationResult
+from sinssim.exhibits import Exhibits
 from sinssim.recording.result import Media
 
 
@@ -17,10 +18,10 @@ class CalibrationMedia(Media[CalibrationResult]):
 
         return of_calibration(result)
 
-    def figure(self, result: CalibrationResult, quantity: str | None = None) -> Any:
-        from sinssim.analyses.calibration.calibration_figure import parameters_figure
+    def exhibits(self, result: CalibrationResult) -> Exhibits:
+        from sinssim.analyses.calibration.calibration_exhibits import exhibits_of
 
-        return parameters_figure(result)
+        return exhibits_of(result)
 
     def save(self, result: CalibrationResult, directory: Path, *, overwrite: bool) -> Path:
         from sinssim.analyses.calibration.calibration_files import write_calibration

@@ -54,8 +54,8 @@ def command(
     if as_json:
         print_json(result.summary)
     elif not quiet:
-        from sinssim.analyses.calibration.calibration_table import show
+        from sinssim.recording.console import show
 
-        show(result, console(least_width=110))
+        show(result.exhibits, console(least_width=110))
         print(f"Report:       {result.directory}/report.html    (in any browser)")
         print(f'Compensation: {result.directory}/compensation.toml    ([compensation] with file = "…")')

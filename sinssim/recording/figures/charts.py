@@ -59,6 +59,8 @@ def figure_of(charts: Charts) -> Figure:
             draw(axes, chart, legend=charts.legend == "each")
             if "y" in charts.share and column:
                 axes.set_ylabel("")
+            if column and chart.y.names and chart.y.names == row[0].y.names:
+                axes.tick_params(labelleft=False)
             if "x" in charts.share and row is not charts.rows[-1]:
                 axes.set_xlabel("")
             for handle, label in zip(*axes.get_legend_handles_labels(), strict=True):

@@ -74,7 +74,8 @@ def html_of(charts: Charts) -> str:
     for row, share in zip(charts.rows, heights, strict=True):
         height = charts.size[1] * _INCH * share / sum(heights)
         for column, (chart, part) in enumerate(zip(row, widths, strict=False)):
-            frame = _Frame(margin, aside, span, names=not (column and "y" in charts.share))
+            again = column and ("y" in charts.share or (chart.y.names and chart.y.names == row[0].y.names))
+            frame = _Frame(margin, aside, span, names=not again)
             body.append(svg_of(chart, whole * part / sum(widths), height, frame, legend=charts.legend == "each"))
     note = f'<p class="note">{words(charts.note)}</p>' if charts.note else ""
     return f'<div class="charts">{"".join(body)}</div>{note}'

@@ -150,11 +150,8 @@ def test_budget(sinssim: Sinssim, put: Put) -> None:
 
 
 def test_calibrate(sinssim: Sinssim, put: Put) -> None:
-    result = SimpleNamespace(directory=Path("place"), summary=SUMMARY)
-    found, shown = (
-        put("analyses.calibration.calibrate.calibrate", result),
-        put("analyses.calibration.calibration_table.show"),
-    )
+    result = SimpleNamespace(directory=Path("place"), summary=SUMMARY, exhibits="exhibits")
+    found, shown = put("analyses.calibration.calibrate.calibrate", result), put("recording.console.show")
     assert sinssim("calibrate", "calibration_table") == (
         "Report:       place/report.html    (in any browser)\n"
         'Compensation: place/compensation.toml    ([compensation] with file = "…")\n'
@@ -162,7 +159,7 @@ def test_calibrate(sinssim: Sinssim, put: Put) -> None:
     plan, directory = found.args
     assert (plan.name, directory) == ("calibration_table", Path("runs/calibration_table-calibration"))
     assert found.options == {"method": None, "overwrite": False, "progress": False}
-    assert shown.args[0] is result
+    assert shown.args[0] == "exhibits"
     more = ("--method", "systematic", "-o", "d", "--overwrite", "--json")
     assert json.loads(sinssim("calibrate", "calibration_table", *more)) == SUMMARY
     assert (found.args[1], found.options["method"], found.options["overwrite"]) == (Path("d"), "systematic", True)

@@ -12,9 +12,6 @@ import pytest
 from sinssim.alignment.axes import Angles, Attitude
 from sinssim.analyses.alignment import alignment_figure as alignment
 from sinssim.analyses.alignment.report import AlignmentResult
-from sinssim.analyses.calibration import calibration_figure as calibration
-from sinssim.analyses.calibration.parameters import Parameter
-from sinssim.analyses.calibration.result import CalibrationResult
 from sinssim.analyses.error_budget import budget_exhibits as budget
 from sinssim.analyses.error_budget.inputs.sources import Source
 from sinssim.analyses.error_budget.limits import Allowance, Answer
@@ -181,68 +178,6 @@ def test_limits_over_time() -> None:
     assert (height_of(rate, 900.0), instant_of(rate, 900.0)) == (1800.0, 900.0)
     assert (height_of(judged[0][0], 900.0), instant_of(judged[0][0], 900.0)) == (600.0, 300.0)
     assert of_quantities(judged, ("rate", "heading")) == judged[:1]
-
-
-def calibrated(method: str = "separate", truth: bool = True) -> CalibrationResult:
-    """Return 1σ of 0.02, 1 and 5e-4 of the sizes before, the second not observable; errors of 2, −0.6 and −5 σ."""
-    parameters = (Parameter("gyro", "bias", 1, 1, 3.0 * DEG_H), Parameter("accel", "scale", 2, 2, 50e-6),
-                  Parameter("accel", "arm", 1, 2, 0.012))  # fmt: skip
-    sigma = np.array([0.06 * DEG_H, 50e-6, 6e-6])
-    solution = SimpleNamespace(covariance=np.diag(sigma**2), observable=np.array([True, False, True]),
-                               singular=np.array([2000.0, 50.0, 0.5, 1e-9]))  # fmt: skip
-    values = np.array([0.5 * DEG_H, 0.0, -7e-3])
-    gyro, accel = np.outer([1.0, -2.0, 3.0, 5.0], [1.0, 10.0, 100.0]), np.outer([7.0, -11.0], [1.0, 10.0, 100.0])
-    scale = (DEG_H, UG) if method == "separate" else (1.0, 1.0)
-    estimate = SimpleNamespace(values=values, solution=solution, residual_gyro=gyro * scale[0],
-                               residual_accel=accel * scale[1])  # fmt: skip
-    known = values - np.array([2.0, -0.6, -5.0]) * sigma if truth else None
-    return CalibrationResult(SimpleNamespace(name="table"), method, parameters, estimate, np.zeros((4, 2)), known, ())
-
-
-def test_the_parameters_of_a_calibration() -> None:
-    left, right = calibration.parameters_figure(calibrated()).axes
-    own, lost = css(COLORS["aided"]), css(COLORS["refused"])
-    assert bars(left) == [(2.0, pytest.approx(0.02), own), (1.0, pytest.approx(1.0), lost),
-                          (0.0, pytest.approx(5e-4), own)]  # fmt: skip
-    assert words(left) == ("What the sequence determines (pink: not observable)",
-                           "1σ after the calibration over 1σ before", "")  # fmt: skip
-    assert ticks(left, "y") == [(2.0, "gyro bias y"), (1.0, "accel scale z"), (0.0, "accel arm yz")]
-    assert left.get_xlim() == (pytest.approx(2.5e-4), 2.0)
-    assert left.get_xscale() == "log"
-    check_line(left.lines[0], "", [1.0, 1.0], [0.0, 1.0], css(COLORS["limit"]))
-    (dots,) = (one for one in right.collections if len(one.get_offsets()) == 3)
-    np.testing.assert_allclose(dots.get_offsets(), [[2.0, 2.0], [-0.6, 1.0], [-5.0, 0.0]], rtol=1e-12)
-    assert right.get_xlim() == (pytest.approx(-5.5), pytest.approx(5.5))
-    assert words(right) == ("Errors against the truth", "error over 1σ", "")
-    (band,) = right.patches
-    assert (band.get_x(), band.get_width()) == (-1.0, 2.0)
-    (alone,) = calibration.parameters_figure(calibrated(truth=False)).axes
-    assert bars(alone) == bars(left)
-
-
-def test_the_singular_values_of_a_calibration() -> None:
-    """Those of at least 10 are observable; the least is drawn at 0.001."""
-    from sinssim.analyses.calibration.least_squares import OBSERVABLE
-
-    (panel,) = calibration.observability_figure(calibrated()).axes
-    assert 0.5 < OBSERVABLE < 50.0
-    check_line(panel.lines[0], "observable", [1.0, 2.0], [2000.0, 50.0], css(COLORS["aided"]))
-    check_line(panel.lines[1], "not observable", [3.0, 4.0], [0.5, 1e-3], css(COLORS["refused"]))
-    check_line(panel.lines[2], "limit", [0.0, 1.0], [OBSERVABLE] * 2, css(COLORS["limit"]))
-    assert words(panel) == ("Singular values", "direction, by falling information", "1σ before over 1σ after")
-
-
-def test_the_residuals_of_a_calibration() -> None:
-    gyros, accels = calibration.residual_figure(calibrated()).axes
-    for panel, parts, label, name in ((gyros, (1.0, -2.0, 3.0, 5.0), "gyros, deg/h", "position or turn"),
-                                      (accels, (7.0, -11.0), "accelerometers, µg", "position")):  # fmt: skip
-        assert words(panel)[1:] == (name, label)
-        for axis, word in enumerate("xyz"):
-            check_line(panel.lines[axis], word, range(1, len(parts) + 1), np.array(parts) * 10.0**axis,
-                       css(COLORS[word]))  # fmt: skip
-    (panel,) = calibration.residual_figure(calibrated("systematic")).axes
-    assert words(panel) == ("Residuals", "observation", "velocity, 1σ")
-    check_line(panel.lines[2], "down", [1, 2], [700.0, -1100.0], css(COLORS["down"]))
 
 
 def test_the_budget_of_an_alignment() -> None:

@@ -2,14 +2,12 @@
 
 from __future__ import annotations
 
-from html import escape
 from types import SimpleNamespace
 from typing import Any
 
 import numpy as np
 import pytest
 
-from sinssim.analyses.calibration import calibration_report as calibration
 from sinssim.experiments.run.parts.outages import Outages
 from sinssim.experiments.run.report import log_report
 from sinssim.experiments.studies import study_report
@@ -17,7 +15,6 @@ from sinssim.experiments.studies.cost import Cost
 from sinssim.experiments.studies.operations import Operations
 from sinssim.experiments.studies.results import Order, Row
 from sinssim.simulation.truth import RecordedMotion
-from sinssim.truth.turntable.sequences import SEQUENCES
 from tests.recording.spies import cells
 
 
@@ -217,45 +214,3 @@ def test_costs(monkeypatch: pytest.MonkeyPatch) -> None:
 def test_how_a_study_was_measured() -> None:
     said = study_report._method(study_result([]), {"sinssim": "1.2", "processor": "a <b>"})
     assert said.endswith("<p class=note>sinssim 1.2, processor a &lt;b&gt;.</p>")
-
-
-@pytest.mark.parametrize("name", [None, "24-positions"])
-def test_a_calibration(monkeypatch: pytest.MonkeyPatch, name: str | None) -> None:
-    """The sequence lasts from the begin of its first dwell to the end of its last one: 400 s − 15 s."""
-    for figure in ("parameters_figure", "observability_figure", "residual_figure"):
-        monkeypatch.setattr(calibration, figure, lambda result, own=figure: own)
-    monkeypatch.setattr(calibration, "to_svg", lambda figure, name: f"({figure}: {name})")
-    monkeypatch.setattr(calibration, "heads", lambda result: ["parameter", "estimate", "unit", ""])
-    monkeypatch.setattr(calibration, "cells", lambda result: [["a <b>", "−1.5", "µg", "not & seen"], list("cdef")])
-    monkeypatch.setattr(calibration, "sentences", lambda result: ["χ² < 3.", "So."])
-    monkeypatch.setattr(calibration, "compensation_text", lambda result: "[compensation]\nx = 1 & 2\n")
-    ready = None if name is None else SEQUENCES[name]
-    scenario = SimpleNamespace(
-        name="table <2>", description="Twelve\npositions", turntable=SimpleNamespace(ready=ready)
-    )
-    dwells = np.array([[15.0, 75.0], [90.0, 150.0], [170.0, 400.0]])
-    result: Any = SimpleNamespace(scenario=scenario, method="separate", dwells=dwells)
-    page = calibration.calibration_report(result)
-    assert "<title>table &lt;2&gt;: calibration</title>" in page
-    given = ("given by [[turntable.turns]]." if ready is None else
-             f"“24-positions”: {escape(ready.about)} ({escape(ready.source)}).")  # fmt: skip
-    lines = body(page)
-    assert lines[:5] == [
-        "<h1>table &lt;2&gt;: calibration</h1>", '<p class="lead">Twelve positions</p>',
-        "<p>Means in known positions and integrals over known turns; the errors of the table are nuisance parameters "
-        "with the stated accuracy.</p>",
-        f"<p>Sequence: 3 positions in 385 s, {given}</p>", "<h2>Parameters</h2>",
-    ]  # fmt: skip
-    assert cells(page) == [["parameter", "estimate", "unit", ""], ["a &lt;b&gt;", "−1.5", "µg", "not &amp; seen"],
-                           list("cdef")]  # fmt: skip
-    end = lines.index("<p>χ² &lt; 3.</p>")
-    assert lines[end + 1 : end + 4] == [
-        "<p>So.</p>", "(parameters_figure: parameters)", "<h2>Observability of the sequence</h2>",
-    ]  # fmt: skip
-    assert lines[end + 5 :] == [
-        "(observability_figure: observability)", "<h2>Residuals</h2>", "(residual_figure: residuals)",
-        "<h2>Compensation</h2>",
-        "<details><summary>compensation.toml</summary><pre>[compensation]", "x = 1 &amp; 2", "</pre></details>",
-    ]  # fmt: skip
-    result.method = "systematic"
-    assert body(calibration.calibration_report(result))[2].startswith("<p>Navigation errors during the sequence: in ")

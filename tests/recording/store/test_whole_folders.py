@@ -65,14 +65,15 @@ def test_a_budget(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
 def test_a_calibration(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(calibration, "to_json", lambda result: {"unit": "µg"})
     monkeypatch.setattr(calibration, "compensation_text", lambda result: "[compensation]\n")
-    monkeypatch.setattr("sinssim.analyses.calibration.calibration_report.calibration_report", lambda result: "report")
+    monkeypatch.setattr("sinssim.analyses.calibration.calibration_exhibits.exhibits_of", lambda result: "exhibits")
+    monkeypatch.setattr("sinssim.recording.report.exhibits.page_of", lambda exhibits: f"page of {exhibits}")
     result: Any = SimpleNamespace(scenario=SimpleNamespace(to_toml=lambda: "seed = 3\n"))
     place = calibration.write_calibration(result, tmp_path / "c")
     assert texts(place) == {
         "calibration.json": '{\n  "unit": "µg"\n}\n', "compensation.toml": "[compensation]\n",
-        "scenario.toml": "seed = 3\n", "report.html": "report",
+        "scenario.toml": "seed = 3\n", "report.html": "page of exhibits",
     }  # fmt: skip
-    monkeypatch.setattr("sinssim.analyses.calibration.calibration_report.calibration_report", lambda result: 1 / 0)
+    monkeypatch.setattr("sinssim.recording.report.exhibits.page_of", lambda exhibits: 1 / 0)
     with pytest.raises(ZeroDivisionError):
         calibration.write_calibration(result, tmp_path / "d")
     assert [one.name for one in tmp_path.iterdir()] == ["c"]

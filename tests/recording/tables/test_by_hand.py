@@ -11,9 +11,6 @@ import pytest
 from sinssim.alignment.axes import Angles
 from sinssim.analyses.alignment import alignment_table as alignment
 from sinssim.analyses.alignment.report import AlignmentResult
-from sinssim.analyses.calibration import calibration_table as calibration
-from sinssim.analyses.calibration.parameters import Parameter
-from sinssim.analyses.calibration.result import CalibrationResult
 from sinssim.analyses.inspection import inspection_table as inspection
 from sinssim.analyses.noise_identification import noise_table as noise
 from sinssim.analyses.noise_identification.channels import CHANNELS, LogChannel
@@ -75,45 +72,6 @@ def test_an_alignment() -> None:
     assert printed(lambda console: alignment.show(quiet, console))[:3] == [
         "log: 300 s, 2 samples, eq. (1) on a quiet base", "determined, °", "heading 50.05000",
     ]  # fmt: skip
-
-
-def test_a_calibration() -> None:
-    """A gyro bias of 0.5 deg/h with 1σ = 0.02, true 0.46: 2σ; a scale of 30 ppm that is not seen; an arm of −7 mm."""
-    parameters = (Parameter("gyro", "bias", 1, 1, 3.0 * DEG_H), Parameter("accel", "scale", 2, 2, 50e-6),
-                  Parameter("accel", "arm", 1, 2, 0.012))  # fmt: skip
-    solution = SimpleNamespace(
-        chi_square=12.34, degrees=11, observable=np.array([True, False, True]), transformed=None,
-        covariance=np.diag([(0.02 * DEG_H) ** 2, 50e-6**2, 0.5e-3**2]),
-    )  # fmt: skip
-    estimate = SimpleNamespace(values=np.array([0.5 * DEG_H, 0.0, -7e-3]), solution=solution)
-    known = CalibrationResult(
-        SimpleNamespace(name="table"), "separate", parameters, estimate, np.zeros((4, 2)),
-        np.array([0.46 * DEG_H, 30e-6, -5.5e-3]), ("A note.",),
-    )  # fmt: skip
-    with pytest.MonkeyPatch.context() as patch:
-        patch.setattr(CalibrationResult, "unobservable", ["accel scale z"])
-        lines = printed(lambda console: calibration.show(known, console))
-    assert lines == [
-        "table: calibration, separate method, 4 positions",
-        "parameter estimate 1σ unit before, 1σ true error/σ",
-        "gyro bias y 0.5000 0.0200 deg/h 3.00 0.4600 +2.00",
-        "accel scale z – 50.0 ppm 50.0 30.0 −0.60 not observable",
-        "accel arm yz −7.000 0.500 mm 12.0 −5.500 −3.00",
-        "Misalignments refer to the axes of the table's positions, in which [turntable] gives attitudes and turns.",
-        "The sequence does not determine the following, which stay 0 in the compensation (factors are in units of "
-        "each error's 1σ before): accel scale z.",
-        "Residuals: χ² = 12.3 with 11 degrees of freedom.",
-        "Errors of the observable parameters: χ² = 13.0 with 2 degrees of freedom.",
-        "A note.",
-    ]
-    log = CalibrationResult(SimpleNamespace(name="log"), "systematic", parameters, estimate, np.zeros((4, 2)), None, ())
-    with pytest.MonkeyPatch.context() as patch:
-        patch.setattr(CalibrationResult, "unobservable", [])
-        lines = printed(lambda console: calibration.show(log, console))
-    assert lines[1:4] == ["parameter estimate 1σ unit before, 1σ", "gyro bias y 0.5000 0.0200 deg/h 3.00",
-                          "accel scale z – 50.0 ppm 50.0 not observable"]  # fmt: skip
-    assert lines[-2:] == ["The sequence determines every parameter.",
-                          "Residuals: χ² = 12.3 with 11 degrees of freedom."]  # fmt: skip
 
 
 def test_the_expectation_of_a_grade() -> None:

@@ -7,7 +7,6 @@ import re
 import numpy as np
 import pytest
 
-from sinssim.analyses.calibration.calibration_table import _like
 from sinssim.experiments.run.report.errors import _schuler_marks
 from sinssim.experiments.run.store.summaries.phase_summary import _cell
 from sinssim.recording.report import plot
@@ -44,5 +43,3 @@ def test_the_text_of_a_mark_is_not_on_the_axis() -> None:
 
 def test_numbers_without_exponents() -> None:
     assert [_cell(v) for v in (2774.3, -0.01234, 35869.2, 74.0, 0.0)] == ["2774", "−0.0123", "35869", "74.0", "0"]
-    assert [_like(v, 0.00385) for v in (-0.002347, 0.01)] == ["−0.00235", "0.01000"]
-    assert _like(71.3829, 0.3984) == "71.383"
