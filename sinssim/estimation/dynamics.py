@@ -22,12 +22,7 @@ from sinssim import earth
 from sinssim.data import Array
 from sinssim.earth.models import Ellipsoid
 from sinssim.estimation.model import ErrorModel
-
-R, V, PHI = slice(0, 3), slice(3, 6), slice(6, 9)
-"""Places of position, velocity and attitude in the state."""
-
-CORE = 9
-"""Number of these states."""
+from sinssim.sensors.aiding.base.measurement import CORE, PHI, R, V, earth_rate, earth_rate_slope, skew
 
 _LATITUDE_STEP, _HEIGHT_STEP = 1e-4, 100.0  # rad, m: steps for differences of gravity, accurate to 1e-8 of its gradient
 
@@ -53,52 +48,6 @@ class NominalMotion:
     force_n: Array
     rate_b: Array
     force_b: Array
-
-
-def skew(v: Array) -> Array:
-    """Return the matrices [v×] of vectors.
-
-    Args:
-        v: (..., 3).
-
-    Returns:
-        (..., 3, 3).
-    """
-    out = np.zeros((*v.shape[:-1], 3, 3))
-    out[..., 0, 1], out[..., 0, 2], out[..., 1, 2] = -v[..., 2], v[..., 1], -v[..., 0]
-    out[..., 1, 0], out[..., 2, 0], out[..., 2, 1] = v[..., 2], -v[..., 1], v[..., 0]
-    return out
-
-
-def earth_rate(latitude: Array, ellipsoid: Ellipsoid) -> Array:
-    """Return ω_ie in north, east, down.
-
-    Args:
-        latitude: (K,) rad.
-        ellipsoid: reference ellipsoid, with its rate of rotation.
-
-    Returns:
-        (K, 3) rad/s.
-    """
-    w = ellipsoid.omega
-    return np.stack([w * np.cos(latitude), np.zeros_like(latitude), -w * np.sin(latitude)], axis=-1)
-
-
-def earth_rate_slope(latitude: Array, height: Array, ellipsoid: Ellipsoid) -> Array:
-    """Return the derivative of ω_ie with respect to δr, both north, east, down.
-
-    Args:
-        latitude: (K,) rad.
-        height: (K,) m.
-        ellipsoid: reference ellipsoid, with its rate of rotation.
-
-    Returns:
-        (K, 3, 3) rad/s/m.
-    """
-    over_north = ellipsoid.omega / (earth.radii(latitude, ellipsoid)[0] + height)
-    out = np.zeros((len(latitude), 3, 3))
-    out[:, 0, 0], out[:, 2, 0] = -over_north * np.sin(latitude), -over_north * np.cos(latitude)
-    return out
 
 
 def transport_rate(latitude: Array, height: Array, velocity: Array, ellipsoid: Ellipsoid) -> Array:

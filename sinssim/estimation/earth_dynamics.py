@@ -27,8 +27,9 @@ import numpy as np
 from sinssim import earth, rotation
 from sinssim.data import Array, NavState
 from sinssim.earth.models import Ellipsoid
-from sinssim.estimation.dynamics import CORE, PHI, NominalMotion, R, V, force_error, rate_error, skew, transition
+from sinssim.estimation.dynamics import NominalMotion, force_error, rate_error, transition
 from sinssim.estimation.model import ErrorModel
+from sinssim.sensors.aiding.base.measurement import CORE, PHI, R, V, skew
 from sinssim.strapdown.polar import turn_of_north
 
 _STEP = 100.0  # m: step for differences of gravity, accurate to 1e-8 of its gradient

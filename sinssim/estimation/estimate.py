@@ -31,7 +31,7 @@ from sinssim.earth.transverse import route_along
 from sinssim.errors import InputError, RunError, check_name, shortened
 from sinssim.estimation.checks.cure import vibration_untold
 from sinssim.estimation.checks.divergence_checks import contradiction, remarks
-from sinssim.estimation.dynamics import CORE, driving_noise
+from sinssim.estimation.dynamics import driving_noise
 from sinssim.estimation.intake import CheckedMeasurements, take_in
 from sinssim.estimation.linearisation import Surroundings
 from sinssim.estimation.loop import Loop
@@ -39,6 +39,7 @@ from sinssim.estimation.model import ErrorModel
 from sinssim.estimation.nominal import MeanGyroRates, at, solution_of
 from sinssim.estimation.result import Estimate
 from sinssim.estimation.smoother import smooth as smoothed
+from sinssim.sensors.aiding.base.measurement import CORE
 from sinssim.sensors.from_readings.vibration import AddedNoise
 from sinssim.sensors.imu.encoder import Encoders
 from sinssim.strapdown.disturbance import navigate_in_field

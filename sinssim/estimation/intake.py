@@ -18,9 +18,9 @@ from sinssim.arguments import POSITIVE, doubles, number
 from sinssim.checks import first_not_finite
 from sinssim.data import Array, Measurements
 from sinssim.errors import InputError, shortened, unknown_name
-from sinssim.estimation.measurements.kind import measurement_kind
-from sinssim.estimation.model import BLOCKS, OF_SENSORS, ErrorModel
+from sinssim.estimation.model import BLOCKS, ErrorModel, of_sensors
 from sinssim.estimation.result import Reasons
+from sinssim.sensors.aiding.registry import measurement_kind
 from sinssim.system.memory import shared
 
 Numbers = NDArray[np.int32]
@@ -184,7 +184,7 @@ def _check_blocks(measurements: Sequence[Measurements], model: ErrorModel) -> No
     for block in model.blocks:
         if block.name in BLOCKS:
             continue
-        what = next(end for end in OF_SENSORS if block.name.endswith(end))
+        what = next(end for end in of_sensors() if block.name.endswith(end))
         sensor = block.name.removesuffix(what)
         if sensor not in labels:
             raise unknown_name(f"sensor of the block {block.name!r}", sensor, labels)

@@ -12,12 +12,14 @@ from numpy.typing import NDArray
 from sinssim import rotation
 from sinssim.data import Array, Measurements, NavSolution, NavState
 from sinssim.earth.models import Ellipsoid
-from sinssim.estimation.dynamics import PHI, V, dynamics, transition
+from sinssim.estimation.dynamics import dynamics, transition
 from sinssim.estimation.earth_dynamics import earth_dynamics, transported_transition
 from sinssim.estimation.intake import CheckedMeasurements, Epochs
-from sinssim.estimation.measurements.kind import Prediction, delays, measurement_kind, observe
 from sinssim.estimation.model import ErrorModel
 from sinssim.estimation.nominal import MeanGyroRates, at, motion, near, rows_of
+from sinssim.estimation.observation import Prediction, delays, observe
+from sinssim.sensors.aiding.base.measurement import PHI, V
+from sinssim.sensors.aiding.registry import measurement_kind
 from sinssim.sensors.from_readings.vibration import AddedNoise
 from sinssim.sensors.imu.encoder import Encoders
 from sinssim.sensors.imu.errors import ImuErrors

@@ -8,14 +8,14 @@ from sinssim.data import Array, NavState
 from sinssim.errors import InputError, RunError
 from sinssim.estimation.branch import Branches
 from sinssim.estimation.checks.divergence_checks import Diverged, check_covariance
-from sinssim.estimation.dynamics import CORE, PHI
 from sinssim.estimation.earth_dynamics import turn_of_axes
 from sinssim.estimation.linearisation import Linearisation, Observed, Surroundings, linearise
-from sinssim.estimation.measurements.kind import measurement_kind
 from sinssim.estimation.model import NAVIGATION
 from sinssim.estimation.nominal import rows_of
 from sinssim.estimation.record import HistoryRow, InnovationGate, Record
 from sinssim.estimation.result import Divergence, corrected
+from sinssim.sensors.aiding.base.measurement import CORE, PHI
+from sinssim.sensors.aiding.registry import measurement_kind
 from sinssim.sensors.imu.compensation import compensate_checked
 from sinssim.sensors.imu.errors import ImuErrors
 from sinssim.sensors.imu.fields import TriadErrors

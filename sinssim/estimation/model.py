@@ -25,6 +25,7 @@ from sinssim.arguments import POSITIVE, check_kind, names, number, numbers
 from sinssim.data import Array
 from sinssim.errors import InputError, check_name, shortened, unknown_name
 from sinssim.frames import AXES
+from sinssim.sensors.aiding.registry import own_errors
 from sinssim.sensors.imu.error_validation import check_sigmas
 from sinssim.sensors.imu.errors import ImuErrors, WarmUp
 from sinssim.sensors.imu.fields import TriadErrors
@@ -74,8 +75,10 @@ airspeed may have a "<sensor> wind" to the north and east [m/s]. A land vehicle'
 mounting", pitch and yaw of the vehicle's axes in the block's [rad], a "<sensor> lever arm" [m], and a "<sensor> slip",
 the cornering compliance [rad/(m/s²)]."""
 
-OF_SENSORS = (" bias", " scale", " delay", " deviation", " wind", " mounting", " lever arm", " slip")
-"""Endings of the names of the aiding sensors' blocks."""
+
+def of_sensors() -> tuple[str, ...]:
+    """Return the endings of the names of the aiding sensors' blocks."""
+    return (" bias", " scale", " delay", *(f" {error}" for error in sorted(own_errors())))
 
 
 @dataclass(frozen=True)
@@ -95,8 +98,8 @@ class Block:
     correlation_time: float = math.inf
 
     def __post_init__(self) -> None:
-        if not isinstance(self.name, str) or not (self.name in BLOCKS or self.name.endswith(OF_SENSORS)):
-            raise unknown_name("block of states", self.name, [*BLOCKS, *(f"<sensor>{end}" for end in OF_SENSORS)])
+        if not isinstance(self.name, str) or not (self.name in BLOCKS or self.name.endswith(of_sensors())):
+            raise unknown_name("block of states", self.name, [*BLOCKS, *(f"<sensor>{end}" for end in of_sensors())])
         sigma = numbers(f"block {self.name!r}: sigma", self.sigma)
         walk = numbers(f"block {self.name!r}: random_walk", self.random_walk)
         for what, value in (("sigma", sigma), ("random_walk", walk)):

@@ -8,7 +8,8 @@ from numpy.typing import NDArray
 from sinssim import earth, rotation
 from sinssim.data import Array, ImuData, NavSolution, NavState
 from sinssim.earth.models import Ellipsoid
-from sinssim.estimation.dynamics import NominalMotion, earth_rate, transport_rate
+from sinssim.estimation.dynamics import NominalMotion, transport_rate
+from sinssim.sensors.aiding.base.measurement import earth_rate
 from sinssim.sensors.imu.compensation import compensate_checked
 from sinssim.sensors.imu.errors import ImuErrors
 from sinssim.strapdown.polar import carried

@@ -11,12 +11,12 @@ from numpy.typing import NDArray
 
 from sinssim.data import Array, NavSolution, NavState
 from sinssim.earth.models import Ellipsoid
-from sinssim.estimation.dynamics import CORE
 from sinssim.estimation.intake import CheckedMeasurements, Epochs
 from sinssim.estimation.kalman import Innovation
 from sinssim.estimation.model import NAVIGATION, ErrorModel
 from sinssim.estimation.nominal import rows_of, solution_of
 from sinssim.estimation.result import History, Innovations, Reasons, corrected
+from sinssim.sensors.aiding.base.measurement import CORE
 
 
 class InnovationGate:

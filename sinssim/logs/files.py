@@ -23,6 +23,7 @@ from sinssim.logs.text.description import TIME_UNITS, TRIADS, LogDescription, un
 from sinssim.logs.text.fix_description import SIGNS, UNITS_OF, FixColumns, Quantity, SolutionColumns, Triple
 from sinssim.logs.text.joined import joined, with_gravity
 from sinssim.logs.text.samples import read_samples
+from sinssim.sensors.aiding.registry import measurement_kind
 
 _Stream = TypeVar("_Stream")
 _OWN_TIMES = Clock("machine", None, "times in a column, without a date")
@@ -175,7 +176,7 @@ def solution_stream(section: LogFile) -> tuple[SolutionStream | FixStream, Clock
     return solution, clock, table.notes
 
 
-_DIMENSION = {"baro-height": "length", "heading": "angle", "speed": "speed", "airspeed": "speed"}
+_DIMENSION = {"m": "length", "rad": "angle", "mps": "speed"}
 
 
 def other_units(section: LogOther) -> Mapping[str, float]:
@@ -184,7 +185,7 @@ def other_units(section: LogOther) -> Mapping[str, float]:
     Args:
         section: an entry of [[log.others]].
     """
-    return UNITS_OF[_DIMENSION[section.kind]]
+    return UNITS_OF[_DIMENSION[measurement_kind(section.kind).unit]]
 
 
 def other_stream(section: LogOther) -> tuple[OtherStream, Clock, tuple[str, ...]]:

@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 
 from sinssim.scenario.tables import Tables
-from sinssim.sensors.aiding.barometer import BarometerSection
+from sinssim.sensors.aiding.baro import Barometer
 
 _E_FOLD_S = math.sqrt(6.371e6 / (2.0 * 9.81))
 """√(R/2g): time in which an error of unaided height grows e-fold, s. Gravity falls by 2g/R per metre."""
@@ -32,6 +32,6 @@ def height_words(scenario: Tables) -> str:
         f"stabilised by a baro loop with a time constant of {navigation.baro_time_constant_s:g} s, which prevents a "
         f"growing height error from degrading the horizontal solution"
     )
-    if aiding is not None and aiding.sensor(BarometerSection) is not None:
+    if aiding is not None and aiding.sensor(Barometer) is not None:
         return f"{held}; its error is that of [aiding.baro]"
     return f"{held}; without [aiding.baro], its reference is a perfect altimeter (the true height)"

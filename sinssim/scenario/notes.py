@@ -7,8 +7,8 @@ from collections.abc import Iterator
 
 from sinssim.frames import OF_TRUTH
 from sinssim.scenario.tables import Tables
-from sinssim.sensors.aiding.barometer import BarometerSection
-from sinssim.sensors.aiding.gnss import GnssSection
+from sinssim.sensors.aiding.baro import Barometer
+from sinssim.sensors.aiding.gnss import Gnss
 from sinssim.sensors.imu.datasheet import to_si
 from sinssim.sensors.imu.grades import find_grade
 from sinssim.sensors.imu.imu import Imu
@@ -94,7 +94,7 @@ def times_not_reached(scenario: Tables, end: float) -> Iterator[str]:
     for name, sensor in (scenario.aiding.sensors() if scenario.aiding else {}).items():
         times = [(f"outages_s.{i}", begin) for i, (begin, _) in enumerate(sensor.outages_s, start=1)]
         times += [(f"during_s.{i}", b) for i, (b, _) in enumerate(getattr(sensor, "during_s", None) or (), start=1)]
-        if isinstance(sensor, GnssSection):
+        if isinstance(sensor, Gnss):
             for kind, faults in (("jumps", sensor.jumps), ("ramps", sensor.ramps)):
                 times += [(f"{kind}.{i}", fault.from_s) for i, fault in enumerate(faults, start=1)]
         for key, begin in times:
@@ -135,7 +135,7 @@ def barometer_of_the_day(scenario: Tables) -> Iterator[str]:
     """
     flight, aiding = scenario.flight, scenario.aiding
     baro = None if aiding is None else aiding.sensors().get("baro")
-    if flight is None or flight.atmosphere is None or not isinstance(baro, BarometerSection) or scenario.filter is None:
+    if flight is None or flight.atmosphere is None or not isinstance(baro, Barometer) or scenario.filter is None:
         return
     air, heights = flight.air(), [flight.start.altitude_m]
     for leg, _, state in flight.reckoned():

@@ -45,7 +45,7 @@ from sinssim.scenario.source import TABLES, TRAVELLING, AnySource, Given
 from sinssim.scenario.use import Use
 from sinssim.scenario.variation import check_variation
 from sinssim.section import Name, Section, Sentence
-from sinssim.sensors.aiding.gnss import GnssSection
+from sinssim.sensors.aiding.gnss import Gnss
 from sinssim.sensors.imu.compensation import Compensation
 from sinssim.sensors.imu.imu import Imu
 from sinssim.system.own_content.layout import Item, items_of
@@ -235,7 +235,7 @@ class Tables(Section):
             return self
         if self.aiding is None:
             return self
-        wanted, gnss = self.filter.alignment_s, self.aiding.sensor(GnssSection)
+        wanted, gnss = self.filter.alignment_s, self.aiding.sensor(Gnss)
         how = self.filter.alignment
         if how != "at-rest" and (gnss is None or not (gnss.position and gnss.velocity)):
             raise ValueError(f'filter.alignment = "{how}" needs [aiding.gnss] with position and velocity')

@@ -7,7 +7,7 @@ from functools import cached_property
 from typing import TYPE_CHECKING
 
 from sinssim.errors import InputError
-from sinssim.sensors.aiding.barometer import BarometerSection
+from sinssim.sensors.aiding.baro import Barometer
 from sinssim.sensors.aiding.base.sensor import Vehicle
 from sinssim.simulation.truth import RecordedMotion, Truth
 from sinssim.system.short_repr import short_repr
@@ -66,7 +66,7 @@ class Sensed:
         scenario, truth = self.scenario, self.truth
         if not isinstance(truth, Truth):
             return self.heights
-        altimeter = None if scenario.aiding is None else scenario.aiding.sensor(BarometerSection)
+        altimeter = None if scenario.aiding is None else scenario.aiding.sensor(Barometer)
         if scenario.navigation.vertical != "baro-loop" or altimeter is None:
             return truth.state.height
         from sinssim.strapdown.frames.vertical import HeightReadings

@@ -18,7 +18,7 @@ from sinssim.estimation.estimate import estimate
 from sinssim.estimation.model import ErrorModel, error_model
 from sinssim.frames import FRAMES
 from sinssim.sensors.aiding.base.sensor import Vehicle
-from sinssim.sensors.aiding.gnss import GnssSection
+from sinssim.sensors.aiding.gnss import Gnss
 from sinssim.truth.motions.great_circle import GreatCircle
 from sinssim.truth.motions.parked import Parked
 from tests.estimation.worlds import balanced, biases_only, errors_of, one_run
@@ -26,7 +26,7 @@ from tests.oracles.transported import wrong_by
 
 SIGMA = biases_only("laser-standard")
 MODEL = error_model(SIGMA, position=5.0, velocity=0.1, attitude=(1.5e-4, 1.5e-4, 1.7e-3))
-GNSS = GnssSection(rate_hz=1.0, lever_arm_m=(-4.0, 0.0, -3.0), latency_s=0.2)
+GNSS = Gnss(rate_hz=1.0, lever_arm_m=(-4.0, 0.0, -3.0), latency_s=0.2)
 SPEED = 240.0
 
 

@@ -10,8 +10,8 @@ import pytest
 from sinssim import rotation
 from sinssim.data import Measurements, NavState
 from sinssim.earth.models import WGS84
-from sinssim.estimation.measurements.kind import Prediction, observe
 from sinssim.estimation.model import Block, ErrorModel
+from sinssim.estimation.observation import Prediction, observe
 from sinssim.experiments.run.execute import run
 from sinssim.scenario import Scenario
 

@@ -66,7 +66,7 @@ def test_alignments_say_what_they_need() -> None:
         ({"aiding": {"land_vehicle": {}}}, r"\[aiding.land_vehicle\] has no budget"),
         (
             {"aiding": {"zero_rate": {"detect": True, "learn_s": [[0.0, 9.0]]}}},
-            "aiding.zero_rate.detect = true has no budget",
+            r"\[aiding.zero_rate\] has no budget: stops are detected .*\(detect = true\)",
         ),
     ],
 )

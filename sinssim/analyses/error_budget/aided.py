@@ -36,12 +36,14 @@ from sinssim.analyses.error_budget.shares import (
     Shares,
 )
 from sinssim.data import Array, Measurements, NavSolution
-from sinssim.estimation.dynamics import CORE, PHI, V, driving_noise
+from sinssim.estimation.dynamics import driving_noise
 from sinssim.estimation.intake import CheckedMeasurements, take_in
 from sinssim.estimation.linearisation import Linearisation, Observed, Surroundings, linearise, of_vehicle
-from sinssim.estimation.measurements.kind import Prediction, measurement_kind, observe
 from sinssim.estimation.model import Block, ErrorModel
 from sinssim.estimation.nominal import rows_of
+from sinssim.estimation.observation import Prediction, observe
+from sinssim.sensors.aiding.base.measurement import CORE, PHI, V
+from sinssim.sensors.aiding.registry import measurement_kind
 from sinssim.sensors.imu.encoder import encoders_of
 from sinssim.sensors.imu.errors import ImuErrors
 

@@ -11,7 +11,7 @@ from sinssim.analyses.error_budget.motion import TrueMotion
 from sinssim.analyses.error_budget.propagation import NavigationStep, Propagation
 from sinssim.analyses.error_budget.shares import Shares
 from sinssim.data import Array
-from sinssim.estimation.dynamics import CORE, PHI, V
+from sinssim.sensors.aiding.base.measurement import CORE, PHI, V
 
 _STEPS = np.repeat((1e-9, 1e-5), 3)
 """Steps of the differences, rad/s and m/s²: small against the Earth's rate and gravity, far above rounding."""

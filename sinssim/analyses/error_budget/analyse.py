@@ -38,7 +38,7 @@ from sinssim.progress import Progress, shown
 from sinssim.scenario.duration import check_times
 from sinssim.scenario.load import Overrides, as_scenario
 from sinssim.scenario.true_motion import block_of, fly
-from sinssim.sensors.aiding.barometer import BarometerSection
+from sinssim.sensors.aiding.baro import Barometer
 from sinssim.sensors.imu.emulate import digital
 from sinssim.statistics.requirements.requirement import parse_requirements
 from sinssim.strapdown.nav_error import navigation_error
@@ -249,7 +249,7 @@ def _inertial(
     section, readings = scenario.navigation, None
     own: list[SensorSource] = []
     if section.vertical == "baro-loop" and scenario.aiding is not None:
-        altimeter = scenario.aiding.sensor(BarometerSection)
+        altimeter = scenario.aiding.sensor(Barometer)
         if altimeter is not None and aiding is not None:
             m = next(m for m in aiding.measurements if m.label == "baro")
             own = [s for s in aiding.sources if s.source.group == "baro"]

@@ -14,7 +14,8 @@ from sinssim.analyses.error_budget.motion import TrueMotion, exponential, gravit
 from sinssim.analyses.error_budget.propagation import NavigationStep, Propagation, Reading
 from sinssim.analyses.error_budget.shares import SensorConstant, SensorGiven, SensorNoise, SensorProcess, Shares
 from sinssim.data import Array
-from sinssim.estimation.dynamics import CORE, NominalMotion
+from sinssim.estimation.dynamics import NominalMotion
+from sinssim.sensors.aiding.base.measurement import CORE
 
 _INTEGRAL, _HELD = CORE, CORE + 1
 STATES = CORE + 2

@@ -10,9 +10,10 @@ import numpy as np
 
 from sinssim.analyses.error_budget.inputs.step_response_kernel import step_responses
 from sinssim.data import Array, ImuData, NavState
-from sinssim.estimation.dynamics import CORE, PHI, NominalMotion, R, V, dynamics, skew
+from sinssim.estimation.dynamics import NominalMotion, dynamics
 from sinssim.estimation.model import Block, ErrorModel
 from sinssim.estimation.nominal import MeanGyroRates, motion
+from sinssim.sensors.aiding.base.measurement import CORE, PHI, R, V, skew
 from sinssim.sensors.imu.errors import ImuErrors, WarmUp
 from sinssim.truth.trajectory import Trajectory
 

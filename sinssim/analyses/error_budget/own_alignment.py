@@ -35,8 +35,8 @@ from sinssim.analyses.error_budget.shares import Shares
 from sinssim.data import Array, ImuData, NavState
 from sinssim.earth import radii
 from sinssim.errors import InputError
-from sinssim.estimation.dynamics import CORE, PHI, R, V, skew
 from sinssim.estimation.nominal import rows_of
+from sinssim.sensors.aiding.base.measurement import CORE, PHI, R, V, skew
 
 if TYPE_CHECKING:
     from sinssim.scenario import Scenario

@@ -11,7 +11,7 @@ from sinssim.analyses.error_budget.inputs.step_response_kernel import BIAS, SERI
 from sinssim.analyses.error_budget.inputs.turning import AngleError
 from sinssim.analyses.error_budget.propagation import Propagation
 from sinssim.data import Array
-from sinssim.estimation.dynamics import CORE
+from sinssim.sensors.aiding.base.measurement import CORE
 
 _BIASES = [(triad, BIAS, axis, axis) for triad in (0, 1) for axis in range(3)]
 

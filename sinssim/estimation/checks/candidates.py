@@ -9,9 +9,9 @@ from dataclasses import replace
 import numpy as np
 
 from sinssim.data import Array
-from sinssim.estimation.measurements.kind import measurement_kind
 from sinssim.estimation.model import Block, ErrorModel
 from sinssim.estimation.result import Innovations
+from sinssim.sensors.aiding.registry import measurement_kind
 
 _PRIOR = {
     "gnss lever arm": 10.0,  # m: the size of a vehicle

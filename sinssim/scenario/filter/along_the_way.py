@@ -7,7 +7,7 @@ from dataclasses import replace
 from typing import TYPE_CHECKING
 
 from sinssim.estimation.model import ErrorModel
-from sinssim.sensors.aiding.magnetometer import MagnetometerSection
+from sinssim.sensors.aiding.magnetometer import Magnetometer
 
 if TYPE_CHECKING:
     from sinssim.scenario import Scenario
@@ -30,7 +30,7 @@ def with_declination(model: ErrorModel, scenario: Scenario, trajectory: Trajecto
     Returns:
         The model; the same one where nothing changes, or where it has no state of the compass.
     """
-    compass = None if scenario.aiding is None else scenario.aiding.sensor(MagnetometerSection)
+    compass = None if scenario.aiding is None else scenario.aiding.sensor(Magnetometer)
     change = 0.0 if compass is None or _BLOCK not in model.slices else compass.largest_change(trajectory)
     if not change:
         return model

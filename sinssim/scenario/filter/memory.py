@@ -6,10 +6,10 @@ from collections.abc import Mapping
 from typing import NamedTuple
 
 from sinssim.errors import InputError
-from sinssim.estimation.dynamics import CORE
 from sinssim.scenario import Scenario
 from sinssim.scenario.duration import expected_duration, sample_bytes
 from sinssim.scenario.filter.filter_model import filter_model
+from sinssim.sensors.aiding.base.measurement import CORE
 from sinssim.system.memory import machine_memory
 
 ROWS = 2000

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING
 
 from sinssim.logs.files import other_units
 from sinssim.sensors.aiding.base.sensor import SensorState
-from sinssim.sensors.aiding.gnss import GnssSection
+from sinssim.sensors.aiding.gnss import Gnss
 from sinssim.units import PPM
 
 if TYPE_CHECKING:
@@ -56,7 +56,7 @@ def recorded_sensors(scenario: Scenario) -> tuple[HasStates, ...]:
         "lever_arm_sigma_m", "correlated_position_sigma_m", "correlated_height_sigma_m",
         "correlated_velocity_sigma_mps", "correlation_time_s", "time_offset_sigma_s", "velocity_delay_sigma_s",
     )  # fmt: skip
-    satellites = GnssSection(
+    satellites = Gnss(
         position="position" in gnss.use,
         velocity="velocity" in gnss.use,
         **{key: getattr(gnss, key) for key in keys},

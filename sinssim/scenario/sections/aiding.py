@@ -2,37 +2,19 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
 from functools import cache
 from typing import TYPE_CHECKING, Any, Self, TypeVar, cast
 
 from pydantic import ModelWrapValidatorHandler, create_model, model_validator
 
-from sinssim.errors import InputError
 from sinssim.section import Section
 from sinssim.sensors.aiding.base.sensor import AidingSensor
-from sinssim.sensors.aiding.gnss import GnssSection
-from sinssim.sensors.aiding.registry import SENSORS, load_class
-from sinssim.sensors.own_sensors import sensor_class
+from sinssim.sensors.aiding.gnss import Gnss
+from sinssim.sensors.aiding.registry import BROKEN, CLASSES, sensor_class
 from sinssim.system.own_content.layout import Item
 from sinssim.system.own_content.registry import ensure, registered
 
 _Sensor = TypeVar("_Sensor", bound=AidingSensor)
-
-_BROKEN: dict[str, str] = {}
-"""Reasons why sensors cannot be used, by their table; the others remain usable."""
-
-
-def _classes() -> Iterator[tuple[str, type[AidingSensor]]]:
-    """Yield table and class of every usable sensor, and record the reasons for the others."""
-    for name, entry in SENSORS.shipped.items():
-        try:
-            yield name, load_class("sinssim.sensors.aiding", entry, AidingSensor)
-        except InputError as error:
-            _BROKEN[name] = str(error)
-
-
-_CLASSES = dict(_classes())
 
 
 def _own_item(name: str) -> Item | None:
@@ -66,8 +48,8 @@ class _Tables(Section):
     @classmethod
     def _can_be_used(cls, data: Any) -> Any:
         for name in data if isinstance(data, dict) else ():
-            if name in _BROKEN:
-                raise ValueError(f"[aiding.{name}]: {_BROKEN[name]}")
+            if name in BROKEN:
+                raise ValueError(f"[aiding.{name}]: {BROKEN[name]}")
         return data
 
     @model_validator(mode="after")
@@ -93,7 +75,7 @@ class _Tables(Section):
     @property
     def outages(self) -> tuple[tuple[float, float], ...]:
         """The spans without satellites, s, in order."""
-        gnss = self.sensor(GnssSection)
+        gnss = self.sensor(Gnss)
         return () if gnss is None else tuple(sorted(gnss.outages_s))
 
 
@@ -105,7 +87,7 @@ else:
         __base__=_Tables,
         __module__=__name__,
         __doc__=_Tables.__doc__,
-        **{name: (sensor | None, None) for name, sensor in _CLASSES.items()},
+        **{name: (sensor | None, None) for name, sensor in CLASSES.items()},
     )
 
 
@@ -115,5 +97,5 @@ def describe_sensors() -> dict[str, str]:
     Returns:
         The first line of each sensor's docstring by table; for an unusable sensor, the reason.
     """
-    sentences = {name: (_CLASSES[name].__doc__ or "").split("\n")[0] for name in SENSORS.shipped if name in _CLASSES}
-    return sentences | {name: f"(cannot be used: {why})" for name, why in _BROKEN.items()}
+    sentences = {name: (sensor.__doc__ or "").split("\n")[0] for name, sensor in CLASSES.items()}
+    return sentences | {name: f"(cannot be used: {why})" for name, why in BROKEN.items()}

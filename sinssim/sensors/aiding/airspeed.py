@@ -1,10 +1,15 @@
-"""True airspeed: for a flight by JSBSim the aircraft's own, for any other motion the speed through still air."""
+"""True airspeed: for a flight by JSBSim the aircraft's own, for any other motion the speed through still air.
+
+It is the magnitude of the velocity through the air, independent of the angles of attack and sideslip, as a pitot tube
+measures it. The wind has states to the north and east. A vertical wind, which hardly affects the airspeed in level
+flight, has none.
+"""
 
 from __future__ import annotations
 
 import math
 from collections.abc import Iterator
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, ClassVar
 
 import numpy as np
 from pydantic import Field
@@ -12,6 +17,8 @@ from pydantic import Field
 from sinssim.data import Array
 from sinssim.section import CorrelationTime, Moment, Noise, Offset, Spread
 from sinssim.sensors.aiding.base.lag import lagged
+from sinssim.sensors.aiding.base.measurement import Comparison, MeasurementKind
+from sinssim.sensors.aiding.base.predictions import compare_velocity
 from sinssim.sensors.aiding.base.random_errors import turn_on, white
 from sinssim.sensors.aiding.base.sensor import AidingReadings, AidingSensor, SensorState, Vehicle
 from sinssim.units import PPM
@@ -24,9 +31,35 @@ _SLOWEST_MPS = 15.0
 pressure is less than 140 Pa, and the wind may come from any side."""
 
 
-class AirspeedSection(AidingSensor):
+def _through_the_air(at: Comparison, value: Array) -> tuple[Array, Array]:
+    """Compare |u|, u = v + C (ω × l) − w with the known wind w; residual u/|u| · (the velocity residual − δw)."""
+    states = at.states("wind")
+    wind = np.zeros(3) if states is None else np.append(at.known("wind"), 0.0)
+    through_air, h = compare_velocity(at, wind)
+    if states is not None:
+        h[:, :2, states] = np.eye(2)  # true wind minus known wind, as for all parameters of a reading
+    speed = np.linalg.norm(through_air, axis=1, keepdims=True)
+    # at rest in still air the magnitude has no derivative: forward airflow is assumed
+    ahead = np.divide(through_air, speed, out=at.c_nb[:, :, 0].copy(), where=speed > 0.0)
+    return speed - value, ahead[:, None] @ h
+
+
+class Airspeed(AidingSensor):
     """An airspeed sensor, which measures the magnitude of the velocity relative to the air; the filter does not know
     the wind."""
+
+    kinds: ClassVar = (
+        MeasurementKind(
+            "airspeed",
+            columns=("airspeed_mps",),
+            unit="mps",
+            compare=_through_the_air,
+            rounding="accelerometers",
+            of_north=True,
+            own_errors={"wind": (("n", "e"), "mps")},
+            diagnosed={"bias": 30.0, "scale": 0.3, "wind": 30.0},
+        ),
+    )
 
     sigma_mps: Noise = Field(default=1.0, description="white noise")
     bias_mps: Offset | None = Field(default=None, description="given constant error")
@@ -49,15 +82,6 @@ class AirspeedSection(AidingSensor):
         V is the magnitude of the velocity through the air, as a pitot tube measures it at usual angles of attack and
         sideslip. Below 15 m/s there is no reading. The filter models the readings as the magnitude of the ground
         velocity minus the wind, and a lag τ as a delay by τ.
-
-        Args:
-            vehicle: the vehicle that carries the sensor.
-
-        Returns:
-            "airspeed".
-
-        Raises:
-            InputError: the motion ends before the first reading, or the seed cannot be used.
         """
         s, trajectory, seed = self, vehicle.trajectory, vehicle.seed
         time = s.epochs(trajectory)
@@ -82,9 +106,12 @@ class AirspeedSection(AidingSensor):
 
     def states(self) -> Iterator[SensorState]:
         """Yield the states of the sensor's errors and of the wind."""
-        yield SensorState("airspeed bias", (math.hypot(self.bias_sigma_mps, self.bias_mps or 0.0),))
-        yield SensorState("airspeed scale", (PPM * math.hypot(self.scale_sigma_ppm, self.scale_ppm or 0.0),))
-        yield SensorState("airspeed wind", (self.wind_sigma_mps,) * 2, self.wind_correlation_time_s)
+        bias = math.hypot(self.bias_sigma_mps, self.bias_mps or 0.0)
+        yield SensorState("airspeed bias", (bias,), key="bias_sigma_mps")
+        scale = PPM * math.hypot(self.scale_sigma_ppm, self.scale_ppm or 0.0)
+        yield SensorState("airspeed scale", (scale,), key="scale_sigma_ppm")
+        tau = self.wind_correlation_time_s
+        yield SensorState("airspeed wind", (self.wind_sigma_mps,) * 2, tau, key="wind_sigma_mps", drawn=False)
 
 
 def _wind(trajectory: Trajectory, time: Array) -> Array:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterator
+from typing import ClassVar
 
 import numpy as np
 from pydantic import Field, field_validator
@@ -11,13 +12,33 @@ from pydantic import Field, field_validator
 from sinssim import rotation
 from sinssim.data import Array
 from sinssim.section import LeverArm, Noise, Offset, Spread
+from sinssim.sensors.aiding.base.measurement import Comparison, MeasurementKind
+from sinssim.sensors.aiding.base.predictions import compare_heading
 from sinssim.sensors.aiding.base.random_errors import turn_on, white
 from sinssim.sensors.aiding.base.sensor import AidingReadings, AidingSensor, SensorState, Vehicle
 from sinssim.units import DEG
 
 
-class DualAntennaSection(AidingSensor):
+def _of_baseline(at: Comparison, value: Array) -> tuple[Array, Array]:
+    """Compare the heading of the line from the first antenna to the second, whose vector is the lever arm."""
+    return compare_heading(at, value, at.lever_arm)
+
+
+class DualAntenna(AidingSensor):
     """A GNSS receiver with two antennas, which measures the heading of the baseline between them."""
+
+    kinds: ClassVar = (
+        MeasurementKind(
+            "baseline-heading",
+            columns=("heading_rad",),
+            unit="rad",
+            compare=_of_baseline,
+            rounding="gyros",
+            on_gnss_clock=True,
+            diagnosed={"bias": 1.0},
+            of_north=True,
+        ),
+    )
 
     baseline_m: LeverArm = Field(
         default=(1.0, 0.0, 0.0), description="from the first antenna to the second: forward, right, down"
@@ -40,17 +61,7 @@ class DualAntennaSection(AidingSensor):
         return value
 
     def read(self, vehicle: Vehicle) -> list[AidingReadings]:
-        """Return headings of the baseline, ψ + b + ν.
-
-        Args:
-            vehicle: the vehicle that carries the antennas.
-
-        Returns:
-            "dual-antenna", headings from true north, 0 … 2π.
-
-        Raises:
-            InputError: the motion ends before the first reading, or the seed cannot be used.
-        """
+        """Return headings of the baseline, ψ + b + ν."""
         s, trajectory, seed = self, vehicle.trajectory, vehicle.seed
         time = s.epochs(trajectory)
         line = rotation.rotate(trajectory.state(time).q_nb, np.array(s.baseline_m))
@@ -63,4 +74,5 @@ class DualAntennaSection(AidingSensor):
 
     def states(self) -> Iterator[SensorState]:
         """Yield the state of the constant error."""
-        yield SensorState("dual-antenna bias", (DEG * math.hypot(self.bias_sigma_deg, self.bias_deg or 0.0),))
+        sigma = DEG * math.hypot(self.bias_sigma_deg, self.bias_deg or 0.0)
+        yield SensorState("dual-antenna bias", (sigma,), key="bias_sigma_deg")

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterator
-from typing import Annotated, Self
+from typing import Annotated, ClassVar, Self
 
 import numpy as np
 from pydantic import Field, model_validator
@@ -25,6 +25,8 @@ from sinssim.section import (
     in_order,
 )
 from sinssim.sensors.aiding.base.lever_arm import state_at
+from sinssim.sensors.aiding.base.measurement import MeasurementKind
+from sinssim.sensors.aiding.base.predictions import beyond_a_pole, compare_antenna_velocity, compare_position
 from sinssim.sensors.aiding.base.random_errors import correlated, turn_on, white
 from sinssim.sensors.aiding.base.sensor import (
     AidingReadings,
@@ -83,8 +85,35 @@ class Ramp(_Fault):
     up_mps: Velocity = Field(default=0.0, description="rate of the error upwards")
 
 
-class GnssSection(AidingSensor):
+class Gnss(AidingSensor):
     """A GNSS receiver, which measures the position and the velocity of its antenna."""
+
+    kinds: ClassVar = (
+        MeasurementKind(
+            "gnss-position",
+            columns=("latitude_rad", "longitude_rad", "height_m"),
+            axes=("n", "e", "d"),
+            unit="m",
+            compare=compare_position,
+            less_bias=None,
+            fault=beyond_a_pole,
+            at_antenna=True,
+            on_gnss_clock=True,
+            turns_with_north=False,  # compared in Earth-fixed axes; [C l ×] is that of a lever arm that goes along
+        ),
+        MeasurementKind(
+            "gnss-velocity",
+            columns=("velocity_n_mps", "velocity_e_mps", "velocity_d_mps"),
+            axes=("n", "e", "d"),
+            unit="mps",
+            compare=compare_antenna_velocity,
+            rounding="accelerometers",
+            at_antenna=True,
+            on_gnss_clock=True,
+            of_north=True,
+            velocities=3,
+        ),
+    )
 
     position: bool = Field(default=True, description="whether the receiver provides positions")
     velocity: bool = Field(default=True, description="whether the receiver provides velocities")
@@ -147,15 +176,6 @@ class GnssSection(AidingSensor):
         """Return positions (latitude, longitude, height) and velocities (north, east, down) of the antenna.
 
         The lever arm that the filter assumes has the error that the section gives.
-
-        Args:
-            vehicle: the vehicle that carries the receiver.
-
-        Returns:
-            "gnss-position" and "gnss-velocity", or the one that the section requests.
-
-        Raises:
-            InputError: the motion ends before the first fix, or the seed cannot be used.
         """
         s, trajectory, seed = self, vehicle.trajectory, vehicle.seed
         time = s.epochs(trajectory)

@@ -6,12 +6,24 @@ vehicle, not on a sensor: a vehicle that flies, skids or is towed makes it wrong
 Its error has a fast part, by the vibration of the suspension, and a slow part: the body of a car pitches when it brakes
 or accelerates, and it drifts sideways on a cambered road or in the wind. The slow part lasts for seconds, so that more
 readings per second do not average it. It is a first-order Gauss-Markov process and a state of the filter.
+
+With u = C_bn v + ω × l, the velocity of the point at the lever arm l in the block's axes, and the vehicle's axes in the
+block's, turned by the yaw ψ and then by the pitch θ,
+
+    x = (cos ψ cos θ, sin ψ cos θ, −sin θ),  y = (−sin ψ, cos ψ, 0),  z = (cos ψ sin θ, sin ψ sin θ, cos θ),
+
+the predicted quantities are y · u and z · u (Dissanayake, Sukkarieh, Nebot and Durrant-Whyte, IEEE Trans. Robotics and
+Automation 17, 2001, 731). A roll between the axes has no effect, because both are zero. Tyres hold sideways only at a
+slip angle, which is proportional to the lateral acceleration up to about 4 m/s² (Gillespie, Fundamentals of Vehicle
+Dynamics, 1992, chapter 6): a rear axle drifts outwards by y · u = −k (x · u) a, a = (z · ω) (x · u), with its cornering
+compliance k.
 """
 
 from __future__ import annotations
 
 import math
 from collections.abc import Iterator
+from typing import ClassVar
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -21,6 +33,7 @@ from sinssim import rotation
 from sinssim.data import Array, ImuData, Measurements
 from sinssim.section import CorrelationTime, LeverArm, Noise, Offset, Positive, Rate, Spread
 from sinssim.sensors.aiding.base.lever_arm import state_at, turning
+from sinssim.sensors.aiding.base.measurement import PHI, Comparison, MeasurementKind, V, skew
 from sinssim.sensors.aiding.base.random_errors import correlated, turn_on, white
 from sinssim.sensors.aiding.base.sensor import AidingReadings, AidingSensor, SensorState, Vehicle
 from sinssim.units import DEG
@@ -30,8 +43,65 @@ _PER_G = DEG / 9.80665
 """One degree per g, rad/(m/s²)."""
 
 
-class LandVehicleSection(AidingSensor):
+def _across(at: Comparison, value: Array) -> tuple[Array, Array]:
+    """Compare the velocity of the rear axle to the right and down, in the vehicle's axes."""
+    angles, arm = value[:, 2:], at.lever_arm
+    mounting, arm_states, slip = at.states("mounting"), at.states("lever arm"), at.states("slip")
+    if mounting is not None:
+        angles = angles + at.known("mounting")
+    if arm_states is not None:
+        arm = arm + at.known("lever arm")
+    c_vb = _axes(angles)  # rows x, y, z
+    turn, velocity = at.turning(), at.state.velocity_ned
+    u = np.einsum("kij,kj->ki", at.c_bn, velocity) + np.cross(turn, arm)
+    forward, right, down = np.einsum("kij,kj->ik", c_vb, u)
+    residual = np.stack([right, down], axis=1) - value[:, :2]
+    across = c_vb[:, 1:]
+    h = -across @ skew(arm) @ at.turning_error()
+    h[:, :, V] += across @ at.c_bn
+    h[:, :, PHI] -= across @ at.c_bn @ skew(velocity)
+    if mounting is not None:  # dy/dψ = −(cos ψ, sin ψ, 0), dz/dψ = sin θ y, dz/dθ = x
+        pitch = angles[:, 0]
+        h[:, 0, mounting.start + 1] = np.cos(pitch) * forward + np.sin(pitch) * down
+        h[:, 1, mounting.start + 1] = -np.sin(pitch) * right
+        h[:, 1, mounting.start] = -forward
+    if arm_states is not None:
+        h[:, :, arm_states] = -across @ skew(turn)
+    if slip is not None:
+        drift = forward**2 * np.einsum("kj,kj->k", c_vb[:, 2], turn)
+        residual[:, 0] += at.known("slip")[0] * drift
+        h[:, 0, slip.start] = -drift
+    return residual, h
+
+
+def _axes(angles: Array) -> Array:
+    """Return the matrices into the vehicle's axes from the block's, of pitch and yaw, (M, 3, 3)."""
+    (st, sp), (ct, cp) = np.sin(angles).T, np.cos(angles).T
+    rows = ((cp * ct, sp * ct, -st), (-sp, cp, np.zeros_like(sp)), (cp * st, sp * st, ct))
+    return np.stack([np.stack(row, axis=-1) for row in rows], axis=-2)
+
+
+class LandVehicle(AidingSensor):
     """The nonholonomic constraint of a land vehicle, which moves along its own forward axis."""
+
+    kinds: ClassVar = (
+        MeasurementKind(  # velocity [m/s], and the assumed pitch and yaw of the vehicle's axes [rad]
+            "land-velocity",
+            columns=("velocity_right_mps", "velocity_down_mps", "pitch_rad", "yaw_rad"),
+            axes=("right", "down"),
+            unit="mps",
+            compare=_across,
+            rounding="accelerometers",
+            needs_rate=True,
+            own_errors={
+                "mounting": (("pitch", "yaw"), "rad"),
+                "lever arm": (("forward", "right", "down"), "m"),
+                "slip": (("",), "rad_per_mps2"),
+            },
+            diagnosed={"mounting": 0.3, "lever arm": 3.0},
+            velocities=2,
+        ),
+    )
 
     rate_hz: Rate = Field(
         default=2.0,
@@ -73,15 +143,6 @@ class LandVehicleSection(AidingSensor):
         """Return zero velocities across the vehicle's axes, with errors by slip, tyres and suspension.
 
         The assumed angles and lever arm have the errors that the section gives.
-
-        Args:
-            vehicle: the vehicle.
-
-        Returns:
-            "land-vehicle", zero velocity to the right and down.
-
-        Raises:
-            InputError: the motion ends before the first reading, or the seed cannot be used.
         """
         s, trajectory, seed = self, vehicle.trajectory, vehicle.seed
         time = s.epochs(trajectory)
@@ -112,6 +173,11 @@ class LandVehicleSection(AidingSensor):
         return [s.readings(_LABEL, "land-velocity", time, value, sigma, true, lever_arm=arm, valid=holds)]
 
     @property
+    def no_budget(self) -> str:
+        """Why a budget cannot have it."""
+        return "it is an assumption about the vehicle, whose errors the budget does not model"
+
+    @property
     def needs_no_truth(self) -> bool:
         """Whether the readings follow from the inertial readings: always."""
         return True
@@ -140,8 +206,8 @@ class LandVehicleSection(AidingSensor):
         """Yield the states of the slow error, of the mounting, of the lever arm and of the slip."""
         yield SensorState(f"{_LABEL} bias", self._drift, self.drift_correlation_time_s)
         slip = math.hypot(self.slip_sigma_deg_per_g, self.slip_deg_per_g or 0.0)
-        yield SensorState(f"{_LABEL} mounting", (DEG * self.mounting_sigma_deg,) * 2)
-        yield SensorState(f"{_LABEL} lever arm", (self.lever_arm_sigma_m,) * 3)
+        yield SensorState(f"{_LABEL} mounting", (DEG * self.mounting_sigma_deg,) * 2, key="mounting_sigma_deg")
+        yield SensorState(f"{_LABEL} lever arm", (self.lever_arm_sigma_m,) * 3, key="lever_arm_sigma_m")
         yield SensorState(f"{_LABEL} slip", (_PER_G * slip,))
 
     @property

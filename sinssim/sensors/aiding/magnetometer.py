@@ -10,7 +10,7 @@ from __future__ import annotations
 import datetime
 import math
 from collections.abc import Iterator
-from typing import TYPE_CHECKING, Annotated, Any, Literal, Self
+from typing import TYPE_CHECKING, Annotated, Any, ClassVar, Literal, Self
 
 import numpy as np
 from pydantic import BeforeValidator, Field, model_validator
@@ -20,6 +20,8 @@ from sinssim.data import Array, NavState
 from sinssim.earth.declination import BLACKOUT, decimal_year, field_along
 from sinssim.errors import InputError
 from sinssim.section import Noise, Offset, Spread
+from sinssim.sensors.aiding.base.measurement import Comparison, MeasurementKind
+from sinssim.sensors.aiding.base.predictions import compare_heading
 from sinssim.sensors.aiding.base.random_errors import turn_on, white
 from sinssim.sensors.aiding.base.sensor import AidingReadings, AidingSensor, SensorState, Vehicle
 from sinssim.units import DEG
@@ -28,6 +30,7 @@ if TYPE_CHECKING:
     from sinssim.truth.trajectory import Trajectory
 
 _EPOCH = 2025.0
+_FORWARD = np.array([1.0, 0.0, 0.0])
 
 _MODEL_SIGMA_DEG = 0.4
 """Stated 1σ of WMM-2025 at a horizontal field of 18 µT, that of latitudes of about 55 degrees."""
@@ -51,8 +54,34 @@ Date = Annotated[float | str, BeforeValidator(_date)]
 """Decimal year, or "YYYY-MM-DD"."""
 
 
-class MagnetometerSection(AidingSensor):
+def _heading(at: Comparison, value: Array) -> tuple[Array, Array]:
+    """Compare the heading of the forward axis; the deviation A sin ψ + B cos ψ is an error of the reading."""
+    deviation, wave = at.states("deviation"), np.zeros(0)
+    if deviation is not None:
+        north, east = at.c_nb[:, :2, 0].T
+        wave = at.c_nb[:, 1::-1, 0] / np.hypot(north, east)[:, None]  # sin ψ, cos ψ
+        value = value - wave @ at.known("deviation")[:, None]
+    residual, h = compare_heading(at, value, _FORWARD)
+    if deviation is not None:
+        h[:, 0, deviation] -= wave
+    return residual, h
+
+
+class Magnetometer(AidingSensor):
     """A magnetic compass, which measures the heading of the sensor block after correction for declination."""
+
+    kinds: ClassVar = (
+        MeasurementKind(
+            "heading",
+            columns=("heading_rad",),
+            unit="rad",
+            compare=_heading,
+            rounding="gyros",
+            own_errors={"deviation": (("sin", "cos"), "rad")},
+            diagnosed={"bias": 1.0},
+            of_north=True,
+        ),
+    )
 
     sigma_deg: Noise = Field(default=0.5, description="white noise")
     bias_deg: Offset | None = Field(default=None, description="given error of declination and mounting")
@@ -93,18 +122,7 @@ class MagnetometerSection(AidingSensor):
         return self
 
     def read(self, vehicle: Vehicle) -> list[AidingReadings]:
-        """Return headings ψ + b + D_taken − D + A sin ψ + B cos ψ + ν, where b contains the error of the model.
-
-        Args:
-            vehicle: the vehicle that carries the compass.
-
-        Returns:
-            "magnetometer", headings of the block's forward axis from true north, 0 … 2π.
-
-        Raises:
-            InputError: the motion ends before the first reading, the seed cannot be used, or the field is too weak for
-                a compass.
-        """
+        """Return headings ψ + b + D_taken − D + A sin ψ + B cos ψ + ν, where b contains the error of the model."""
         s, trajectory, seed = self, vehicle.trajectory, vehicle.seed
         time = s.epochs(trajectory)
         state = trajectory.state(time)
@@ -159,5 +177,5 @@ class MagnetometerSection(AidingSensor):
     def states(self) -> Iterator[SensorState]:
         """Yield the states of the constant error and of the deviation's two coefficients."""
         sigma = math.hypot(self.bias_sigma_deg, self.bias_deg or 0.0, self.declination_sigma_deg)
-        yield SensorState("magnetometer bias", (DEG * sigma,))
+        yield SensorState("magnetometer bias", (DEG * sigma,), key="bias_sigma_deg")
         yield SensorState("magnetometer deviation", (DEG * self.deviation_sigma_deg,) * 2)

@@ -17,7 +17,7 @@ from sinssim.sensors.imu.grades import find_grade
 from sinssim.units import ARCMIN
 
 
-class MasterSection(AidingSensor):
+class Master(AidingSensor):
     """A master inertial system on the same vehicle for transfer alignment; it starts at the same time."""
 
     grade: str = Field(
@@ -51,20 +51,15 @@ class MasterSection(AidingSensor):
             raise ValueError("velocity = false and attitude = false leave no measurement: set one of them to true")
         return self
 
+    @property
+    def no_budget(self) -> str:
+        """Why a budget cannot have it."""
+        return "its errors are those of another inertial system, which the budget does not model"
+
     def read(self, vehicle: Vehicle) -> list[AidingReadings]:
         """Return the velocities and attitudes that the master passes to the sensor block to be aligned.
 
         The velocities are those at the lever arm. The attitudes are those of the block with the mounting error.
-
-        Args:
-            vehicle: the vehicle that carries both systems; its `navigate` returns the master's solution, with its own
-                errors, at least at the rate of the readings. Without it there are no readings.
-
-        Returns:
-            "master-velocity" and "master-attitude", or the one that the section requests.
-
-        Raises:
-            InputError: the motion ends before the first reading, or the seed cannot be used.
         """
         s, trajectory, seed = self, vehicle.trajectory, vehicle.seed
         if vehicle.navigate is None:
@@ -94,4 +89,5 @@ class MasterSection(AidingSensor):
         if self.velocity:
             yield SensorState("master-velocity bias", (self.velocity_drift_mps,) * 3, self.drift_time_s)
         if self.attitude:
-            yield SensorState("master-attitude bias", (ARCMIN * self.mounting_sigma_arcmin,) * 3)
+            sigma = (ARCMIN * self.mounting_sigma_arcmin,) * 3
+            yield SensorState("master-attitude bias", sigma, key="mounting_sigma_arcmin")

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterator
+from typing import ClassVar
 
 import numpy as np
 from pydantic import Field
@@ -11,6 +12,8 @@ from pydantic import Field
 from sinssim import rotation
 from sinssim.section import LeverArm, Noise, Offset, Spread
 from sinssim.sensors.aiding.base.lever_arm import state_at
+from sinssim.sensors.aiding.base.measurement import MeasurementKind
+from sinssim.sensors.aiding.base.predictions import compare_speed
 from sinssim.sensors.aiding.base.random_errors import turn_on, white
 from sinssim.sensors.aiding.base.sensor import (
     AidingReadings,
@@ -21,8 +24,20 @@ from sinssim.sensors.aiding.base.sensor import (
 from sinssim.units import PPM
 
 
-class OdometerSection(AidingSensor):
+class Odometer(AidingSensor):
     """An odometer, which measures the speed of a land vehicle along the forward axis of the sensor block."""
+
+    kinds: ClassVar = (
+        MeasurementKind(
+            "speed",
+            columns=("speed_mps",),
+            unit="mps",
+            compare=compare_speed,
+            rounding="accelerometers",
+            diagnosed={"scale": 0.3},
+            velocities=1,
+        ),
+    )
 
     sigma_mps: Noise = Field(default=0.05, description="white noise")
     scale_ppm: Offset | None = Field(default=None, description="given relative error of the speed")
@@ -32,17 +47,7 @@ class OdometerSection(AidingSensor):
     )
 
     def read(self, vehicle: Vehicle) -> list[AidingReadings]:
-        """Return speeds (1 + k) v_x + ν, v_x being the forward velocity of the wheel.
-
-        Args:
-            vehicle: the vehicle that carries the odometer.
-
-        Returns:
-            "odometer", speeds along the forward axis.
-
-        Raises:
-            InputError: the motion ends before the first reading, or the seed cannot be used.
-        """
+        """Return speeds (1 + k) v_x + ν, v_x being the forward velocity of the wheel."""
         s, trajectory, seed = self, vehicle.trajectory, vehicle.seed
         time = s.epochs(trajectory)
         wheel = state_at(trajectory, time, s.lever_arm_m)
@@ -54,4 +59,5 @@ class OdometerSection(AidingSensor):
 
     def states(self) -> Iterator[SensorState]:
         """Yield the state of the scale-factor error."""
-        yield SensorState("odometer scale", (PPM * math.hypot(self.scale_sigma_ppm, self.scale_ppm or 0.0),))
+        sigma = PPM * math.hypot(self.scale_sigma_ppm, self.scale_ppm or 0.0)
+        yield SensorState("odometer scale", (sigma,), key="scale_sigma_ppm")

@@ -1,78 +1,196 @@
-"""The registries of aiding sensors and of kinds of measurement.
+"""The aiding sensors and their kinds of measurement: one file beside this one each, or a file outside the package.
 
-Adding a sensor takes a file beside this one and a line in `SENSORS`; see `docs/extending/aiding-sensor.md`. Adding a
-kind of measurement takes a file under `sinssim/estimation/measurements/` and a line in `KINDS`; see
-`docs/extending/measurement-kind.md`.
+A file's name is that of the sensor's table in [aiding]; see `docs/extending/aiding-sensor.md`.
 """
 
 from __future__ import annotations
 
+import functools
 import importlib
+from collections.abc import Callable
+from dataclasses import replace
 from pathlib import Path
-from typing import TypeVar
+from types import ModuleType
+from typing import Any
 
-import sinssim
-from sinssim.errors import InputError
-from sinssim.system.own_content.registry import Registry
+import numpy as np
 
-_T = TypeVar("_T")
+from sinssim.errors import InputError, RunError
+from sinssim.formatting import listed
+from sinssim.sensors import aiding
+from sinssim.sensors.aiding.base.measurement import Comparison, MeasurementKind
+from sinssim.sensors.aiding.base.sensor import AidingSensor
+from sinssim.system.own_content.layout import Item
+from sinssim.system.own_content.modules import explained, load_module
+from sinssim.system.own_content.registry import Registry, on_change, registered
 
-SENSORS: Registry[str] = Registry("aiding", "aiding sensor", {
-    "gnss": "gnss.GnssSection",
-    "baro": "barometer.BarometerSection",
-    "magnetometer": "magnetometer.MagnetometerSection",
-    "airspeed": "airspeed.AirspeedSection",
-    "odometer": "odometer.OdometerSection",
-    "zero_velocity": "standstill.ZeroVelocitySection",
-    "zero_rate": "standstill.ZeroRateSection",
-    "attitude": "attitude_reference.AttitudeSection",
-    "star_tracker": "star_tracker.StarTrackerSection",
-    "master": "master.MasterSection",
-    "dual_antenna": "dual_antenna.DualAntennaSection",
-    "land_vehicle": "land_vehicle.LandVehicleSection",
-})  # fmt: skip
-"""File and class of each sensor, by its table in [aiding]."""
-
-KINDS: Registry[str | type] = Registry("kinds", "kind of measurement", {
-    "gnss-position": "position.GnssPosition",
-    "gnss-velocity": "velocity.GnssVelocity",
-    "baro-height": "height.BaroHeight",
-    "zero-velocity": "velocity.ZeroVelocity",
-    "zero-rate": "rate.ZeroRate",
-    "heading": "heading.Heading",
-    "attitude": "attitude.LevelAttitude",
-    "earth-attitude": "attitude.EarthAttitude",
-    "speed": "speed.Speed",
-    "airspeed": "airspeed.Airspeed",
-    "land-velocity": "land_velocity.LandVelocity",
-    "baseline-heading": "heading.BaselineHeading",
-})  # fmt: skip
-"""File and class of each kind of measurement, by `Measurements.kind`; the class itself of a kind outside the package,
-which the file of a sensor brings under its own name."""
+_ORDER = (
+    "gnss", "baro", "magnetometer", "airspeed", "odometer", "zero_velocity", "zero_rate", "attitude", "star_tracker",
+    "master", "dual_antenna", "land_vehicle",
+)  # fmt: skip
+"""The first sensors in lists, whose readings of one instant the filter takes in this order; others follow by name."""
 
 
-def load_class(package: str, entry: str, base: type[_T]) -> type[_T]:
-    """Load the class of an entry.
+def _files() -> dict[str, Path]:
+    """Return the files of the package's sensors by table."""
+    files = {path.stem: path for folder in aiding.__path__ for path in sorted(Path(folder).glob("[!_]*.py"))}
+    del files["registry"]
+    return {name: files.pop(name) for name in _ORDER} | files
+
+
+CLASSES: dict[str, type[AidingSensor]] = {}
+"""The package's sensors by table."""
+BROKEN: dict[str, str] = {}
+"""Reasons why sensors of the package cannot be used, by table; the others remain usable."""
+
+
+def _load() -> dict[str, MeasurementKind]:
+    """Load the package's sensors, and return their kinds of measurement by name."""
+    kinds: dict[str, MeasurementKind] = {}
+    for name, path in _files().items():
+        try:
+            CLASSES[name] = _class_in(importlib.import_module(f"{aiding.__name__}.{name}"), f"{path} cannot be used")
+        except InputError as error:
+            BROKEN[name] = str(error)
+            continue
+        except Exception as error:  # any error of an invalid file
+            BROKEN[name] = f"{path} cannot be used: {type(error).__name__}: {error}"
+            continue
+        CLASSES[name].table = name
+        kinds |= {kind.name: kind for kind in CLASSES[name].kinds}
+    return kinds
+
+
+def _class_in(module: ModuleType, wrong: str) -> type[AidingSensor]:
+    """Return the sensor of a file; raise an InputError that begins with `wrong` if there is none that can be used."""
+    classes = [
+        item
+        for item in vars(module).values()
+        if isinstance(item, type) and issubclass(item, AidingSensor) and item.__module__ == module.__name__
+    ]
+    if len(classes) != 1:
+        names = listed([item.__name__ for item in classes]) if classes else "there is none"
+        raise InputError(f"{wrong}: it must have one class that derives from AidingSensor; {names}.")
+    sensor = classes[0]
+    if not (sensor.__doc__ or "").strip():
+        raise InputError(f"{wrong}: {sensor.__name__} needs a docstring, whose first line describes it.")
+    if sensor.read is AidingSensor.read and sensor.from_imu is AidingSensor.from_imu:
+        raise InputError(
+            f"{wrong}: {sensor.__name__} needs a method read(self, vehicle) that returns its measurements."
+        )
+    return sensor
+
+
+KINDS: Registry[MeasurementKind] = Registry("kinds", "kind of measurement", _load())
+"""The kinds of measurement by `Measurements.kind`."""
+
+SENSORS: Registry[str] = Registry("aiding", "aiding sensor", {name: name for name in (*CLASSES, *BROKEN)})
+"""The aiding sensors by table."""
+
+_BROUGHT: dict[str, str] = {}
+"""Sensors outside the package by the name of a kind of measurement that they bring."""
+
+
+def _drop_kinds(of: Callable[[str], bool] = lambda table: registered("aiding", table) is None) -> None:
+    """Drop the kinds of some sensors outside the package, by default of those that are no longer registered."""
+    for name in [name for name, table in _BROUGHT.items() if of(table)]:
+        KINDS.drop(name)
+        del _BROUGHT[name]
+
+
+on_change.append(_drop_kinds)
+
+
+def measurement_kind(name: str) -> MeasurementKind:
+    """Return a kind of measurement by its name.
 
     Args:
-        package: package of the file, for example "sinssim.sensors.aiding".
-        entry: file and class, for example "gnss.GnssSection".
-        base: required base class.
+        name: `Measurements.kind`.
 
     Returns:
-        The class.
+        The kind.
 
     Raises:
-        InputError: the file is missing or invalid, or has no such class; the message names its path.
+        InputError: the name is unknown.
     """
-    module, _, name = entry.rpartition(".")
-    path = Path(sinssim.__file__).parent.joinpath(*package.split(".")[1:], *module.split(".")).with_suffix(".py")
-    try:
-        found = getattr(importlib.import_module(f"{package}.{module}"), name)
-    except Exception as error:  # any error of an invalid file
-        raise InputError(f"{path} cannot be used: {type(error).__name__}: {error}") from error
-    if not (isinstance(found, type) and issubclass(found, base)):
-        raise InputError(f"{path} cannot be used: {name} must be a class that derives from {base.__name__}.")
-    if not (found.__doc__ or "").strip():
-        raise InputError(f"{path} cannot be used: {name} needs a docstring, whose first line describes it.")
-    return found
+    return KINDS.check(name)
+
+
+def own_errors() -> set[str]:
+    """Return the names of errors that only sensors of some kind have: "wind", "mounting"."""
+    return {error for kind in KINDS.values() for error in kind.own_errors}
+
+
+def sensor_class(item: Item) -> type[AidingSensor]:
+    """Run the file of an aiding sensor outside the package, and return its class.
+
+    Args:
+        item: the sensor.
+
+    Returns:
+        The class; what its methods raise is explained with the file. Its kinds of measurement are registered.
+
+    Raises:
+        InputError: the file cannot be run, or has no class that can be used.
+    """
+    wrong = f"the {item.words} cannot be used: {item.file}"
+    sensor = _class_in(load_module(item), wrong)
+    if not sensor.table:
+        sensor.table = item.name
+        own: Any = sensor
+        own.read, own.states = _read(item, sensor.read), _read(item, sensor.states)
+        sensor.kinds = tuple(replace(kind, compare=_compared(item, kind)) for kind in sensor.kinds)
+    _drop_kinds(lambda table: table == item.name)
+    for kind in sensor.kinds:
+        if kind.name in KINDS:
+            by = _BROUGHT.get(kind.name, "sinssim")
+            raise InputError(f"{wrong}: {kind.name} is the name of a kind of measurement of {by}; rename its own.")
+        KINDS.add(kind.name, kind)
+        _BROUGHT[kind.name] = item.name
+    return sensor
+
+
+def _compared(item: Item, kind: MeasurementKind) -> Callable[[Comparison, Any], Any]:
+    """Return a function `compare` whose failures name the file, and whose results are checked."""
+
+    @functools.wraps(kind.compare)
+    def compare(at: Comparison, value: Any) -> Any:
+        residual, h = kind.compare(at, value)
+        count, size = len(value), at.model.size
+        for name, given, shape in (
+            ("residuals", residual, (count, kind.errors)), ("H", h, (count, kind.errors, size)),
+        ):  # fmt: skip
+            if np.shape(given) != shape:
+                raise ValueError(f"{name} have the shape {np.shape(given)}; {shape} is needed")
+            if not np.isfinite(given).all():
+                raise ValueError(f"{name} are not finite")
+        return residual, h
+
+    return explained(item, compare)  # no RunError, which would be taken for a divergence
+
+
+def _read(item: Item, method: Callable[..., Any]) -> Callable[..., Any]:
+    """Return a method whose failures name the file, and whose readings are checked."""
+
+    @functools.wraps(method)
+    def call(*arguments: Any, **named: Any) -> Any:
+        result = list(method(*arguments, **named))
+        for entry in result:
+            _check(getattr(entry, "measurements", None))
+        return result
+
+    return explained(item, call, RunError)
+
+
+def _check(readings: Any) -> None:
+    """Raise for readings that are not one row of finite numbers for each instant."""
+    if readings is None:
+        return
+    value, time = np.asarray(readings.value), np.asarray(readings.time)
+    if value.ndim != 2 or len(value) != len(time):
+        raise ValueError(f"the measurements have the shape {value.shape}; ({len(time)}, components) is needed")
+    bad = ~np.isfinite(value).all(axis=1)
+    if bad.any():
+        raise ValueError(
+            f"{int(bad.sum())} of {len(bad)} measurements are not finite, the first at t = {time[bad][0]:g} s"
+        )

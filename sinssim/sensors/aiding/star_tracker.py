@@ -6,35 +6,61 @@ It does not sense the local level: tilts computed from it have the error of the 
 from __future__ import annotations
 
 from collections.abc import Iterator
+from typing import ClassVar
 
 import numpy as np
 from pydantic import Field
 
 from sinssim import earth, rotation
+from sinssim.data import Array
 from sinssim.section import Spread
+from sinssim.sensors.aiding.base.measurement import PHI, Comparison, MeasurementKind, R
+from sinssim.sensors.aiding.base.predictions import turned_back
 from sinssim.sensors.aiding.base.random_errors import turn_on, white
 from sinssim.sensors.aiding.base.sensor import AidingReadings, AidingSensor, Noise3, SensorState, Vehicle
 from sinssim.units import ARCSEC
 
 
-class StarTrackerSection(AidingSensor):
+def _in_earth_axes(at: Comparison, value: Array) -> tuple[Array, Array]:
+    """Compare attitudes relative to the Earth; residual C_bn (θ − φ), a rotation vector about the body's axes.
+
+    θ = (δr_E/(R₂+h), −δr_N/(R₁+h), −δr_E tan φ/(R₂+h)) is the rotation of the local level by an error of position.
+    """
+    state = at.state
+    q_eb = rotation.multiply(earth.q_en(state.latitude, state.longitude), state.q_nb)
+    off = rotation.multiply(rotation.conjugate(rotation.normalize(value)), q_eb)
+    r1, r2 = earth.radii(state.latitude, at.ellipsoid)
+    turn = np.zeros((len(r1), 3, 3))
+    turn[:, 0, 1] = 1.0 / (r2 + state.height)
+    turn[:, 1, 0] = -1.0 / (r1 + state.height)
+    turn[:, 2, 1] = -np.tan(state.latitude) / (r2 + state.height)
+    h = at.zeros(3)
+    h[:, :, PHI] = -at.c_bn
+    h[:, :, R] = at.c_bn @ turn
+    return rotation.rotation_vector_from_quaternion(off), h
+
+
+class StarTracker(AidingSensor):
     """A star tracker, which measures the attitude of the sensor block in inertial space."""
+
+    kinds: ClassVar = (
+        MeasurementKind(
+            "earth-attitude",
+            columns=("q_eb_w", "q_eb_x", "q_eb_y", "q_eb_z"),
+            axes=("x", "y", "z"),
+            unit="rad",
+            compare=_in_earth_axes,
+            less_bias=turned_back,
+            rounding="gyros",
+            diagnosed={"bias": 0.5},
+        ),
+    )
 
     sigma_arcsec: Noise3 = Field(default=(5.0, 5.0, 5.0), description="white noise about forward, right and down")
     bias_sigma_arcsec: Spread = Field(default=0.0, description="1σ of the mounting error about each axis")
 
     def read(self, vehicle: Vehicle) -> list[AidingReadings]:
-        """Return attitudes q_eb ∘ q(ε), ε noise and the mounting's error about the block's axes.
-
-        Args:
-            vehicle: the vehicle that carries the tracker.
-
-        Returns:
-            "star-tracker", unit quaternions q_eb; the 1σ is about each axis of the block.
-
-        Raises:
-            InputError: the motion ends before the first reading, or the seed cannot be used.
-        """
+        """Return attitudes q_eb ∘ q(ε), ε noise and the mounting's error about the block's axes."""
         s, seed = self, vehicle.seed
         time = s.epochs(vehicle.trajectory)
         mounting = ARCSEC * s.bias_sigma_arcsec
@@ -48,4 +74,4 @@ class StarTrackerSection(AidingSensor):
 
     def states(self) -> Iterator[SensorState]:
         """Yield the states of the mounting error about the block's axes."""
-        yield SensorState("star-tracker bias", (ARCSEC * self.bias_sigma_arcsec,) * 3)
+        yield SensorState("star-tracker bias", (ARCSEC * self.bias_sigma_arcsec,) * 3, key="bias_sigma_arcsec")

@@ -24,7 +24,7 @@ from sinssim.scenario.filter.memory import ROWS
 from sinssim.scenario.filter.redundant_set import noise_of_combination
 from sinssim.scenario.true_motion import block_of, known_field, mounting
 from sinssim.sensors.aiding.base.sensor import AidingReadings, Vehicle
-from sinssim.sensors.aiding.land_vehicle import LandVehicleSection
+from sinssim.sensors.aiding.land_vehicle import LandVehicle
 from sinssim.sensors.from_readings.vibration import AddedNoise, vibration, vibration_noise
 from sinssim.sensors.imu.encoder import Encoders, encoders_of, turned_in
 from sinssim.simulation.aided.diagnosis import diagnosed
@@ -296,7 +296,7 @@ def _assumed_mounting(scenario: Scenario, measurements: Sequence[Measurements]) 
     assert scenario.aiding is not None
     for m in measurements:
         if m.kind == "land-velocity" and len(m):
-            section = scenario.aiding.sensor(LandVehicleSection)
+            section = scenario.aiding.sensor(LandVehicle)
             spread = 0.0 if section is None else math.radians(section.mounting_sigma_deg)
             return (float(m.value[0, 2]), float(m.value[0, 3])), spread
     ahead = rotation.dcm_from_quaternion(mounting(scenario).q_bs)[0]

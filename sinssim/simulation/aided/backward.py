@@ -31,8 +31,8 @@ from sinssim.earth.models import in_reverse_time
 from sinssim.estimation import Block, ErrorModel, Estimate, Innovations
 from sinssim.estimation.estimate import estimate
 from sinssim.estimation.intake import averaging_intervals
-from sinssim.estimation.measurements.kind import measurement_kind
 from sinssim.estimation.model import NAVIGATION
+from sinssim.sensors.aiding.registry import measurement_kind
 from sinssim.sensors.from_readings.vibration import AddedNoise, vibration, vibration_noise
 from sinssim.strapdown.mechanization import Mechanization
 
@@ -44,7 +44,7 @@ _LARGEST_ANGLE = 0.5
 taken for small ones."""
 
 _OTHER_SIGN = ("velocity", "gyro bias", "gyro instability")
-_OTHER_SIGN_OF_SENSORS = (" delay", " time offset", " wind")
+_OTHER_SIGN_OF_SENSORS = (" delay", " time offset")
 
 
 def run_backward(
@@ -167,8 +167,8 @@ def signs_in_reverse_time(model: ErrorModel, kinds: Mapping[str, str]) -> Array:
     """
     signs = np.ones(model.size)
     for name, where in model.slices.items():
-        sensor = name.removesuffix(" bias")
-        of_velocity = sensor in kinds and measurement_kind(kinds[sensor]).velocities > 0
+        sensor = next((label for label in kinds if name.startswith(f"{label} ")), "")
+        of_velocity = sensor and measurement_kind(kinds[sensor]).is_velocity(name.removeprefix(f"{sensor} "))
         if name in _OTHER_SIGN or name.endswith(_OTHER_SIGN_OF_SENSORS) or of_velocity:
             signs[where] = -1.0
     return signs

@@ -10,7 +10,7 @@ import pytest
 import sinssim
 from sinssim.analyses.error_budget.served import _OTHER_SETS
 from sinssim.errors import InputError
-from sinssim.sensors.aiding.barometer import BarometerSection
+from sinssim.sensors.aiding.baro import Barometer
 from sinssim.sensors.aiding.base.sensor import AidingReadings, Vehicle
 from sinssim.sensors.sets.sensor_set import SensorSet
 from tests.analyses.error_budget.worlds import SHORT_TURN, scenario
@@ -73,12 +73,12 @@ def test_a_master_has_no_budget() -> None:
 
 def test_a_sensor_with_other_random_errors_has_no_budget(monkeypatch: pytest.MonkeyPatch) -> None:
     """A key for a random error that does not have sigma in its name."""
-    usual = BarometerSection.read
+    usual = Barometer.read
 
-    def read(self: BarometerSection, vehicle: Vehicle) -> list[AidingReadings]:
+    def read(self: Barometer, vehicle: Vehicle) -> list[AidingReadings]:
         return usual(self.model_copy(update={"sigma_m": 1.0}), vehicle)
 
-    monkeypatch.setattr(BarometerSection, "read", read)
+    monkeypatch.setattr(Barometer, "read", read)
     with pytest.raises(InputError, match=r"\[aiding.baro\] has no budget: baro has random errors in addition to"):
         sinssim.budget(scenario(**_AIDED, aiding={"baro": {}}))
 

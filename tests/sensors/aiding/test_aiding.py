@@ -11,19 +11,20 @@ from sinssim.data import Measurements, NavSolution, NavState
 from sinssim.earth import WGS84
 from sinssim.errors import InputError
 from sinssim.estimation import BLOCKS, Block, ErrorModel
-from sinssim.estimation.measurements.kind import Prediction, observe
+from sinssim.estimation.observation import Prediction, observe
 from sinssim.scenario.sections.aiding import AidingSection
-from sinssim.sensors.aiding.airspeed import AirspeedSection
-from sinssim.sensors.aiding.attitude_reference import AttitudeSection
-from sinssim.sensors.aiding.barometer import BarometerSection
+from sinssim.sensors.aiding.airspeed import Airspeed
+from sinssim.sensors.aiding.attitude import AttitudeReference
+from sinssim.sensors.aiding.baro import Barometer
 from sinssim.sensors.aiding.base.lag import lagged
 from sinssim.sensors.aiding.base.sensor import Vehicle
-from sinssim.sensors.aiding.gnss import GnssSection
-from sinssim.sensors.aiding.magnetometer import MagnetometerSection
-from sinssim.sensors.aiding.master import MasterSection
-from sinssim.sensors.aiding.odometer import OdometerSection
-from sinssim.sensors.aiding.standstill import ZeroRateSection, ZeroVelocitySection
-from sinssim.sensors.aiding.star_tracker import StarTrackerSection
+from sinssim.sensors.aiding.gnss import Gnss
+from sinssim.sensors.aiding.magnetometer import Magnetometer
+from sinssim.sensors.aiding.master import Master
+from sinssim.sensors.aiding.odometer import Odometer
+from sinssim.sensors.aiding.star_tracker import StarTracker
+from sinssim.sensors.aiding.zero_rate import ZeroRate
+from sinssim.sensors.aiding.zero_velocity import ZeroVelocity
 from sinssim.truth.channel import Channel
 from sinssim.truth.curve import Curve
 from sinssim.truth.motions.great_circle import GreatCircle
@@ -64,7 +65,7 @@ class Climb:
 def sensed(trajectory, section, seed=0):
     """Return the readings of a sensor, with the truth about them: one set, or one for each kind."""
     given = section.read(Vehicle(trajectory, seed))
-    return given if isinstance(section, GnssSection) else given[0]
+    return given if isinstance(section, Gnss) else given[0]
 
 
 def read(trajectory, section, seed=0):
@@ -100,7 +101,7 @@ def correlation(error: np.ndarray, lag: int) -> float:
 
 
 def test_white_noise_of_fixes_has_the_given_sigma_and_is_white():
-    section = GnssSection(position_sigma_m=2.0, height_sigma_m=5.0, velocity_sigma_mps=0.1)
+    section = Gnss(position_sigma_m=2.0, height_sigma_m=5.0, velocity_sigma_mps=0.1)
     position, velocity = read(parked(20_000.0), section, 3)
     error = metres(position)
     for i, sigma in enumerate((2.0, 2.0, 5.0)):
@@ -115,7 +116,7 @@ def test_white_noise_of_fixes_has_the_given_sigma_and_is_white():
 
 def test_correlated_noise_decays_with_its_time_and_is_stationary():
     tau, n, runs = 50.0, 4_000, 40
-    section = GnssSection(
+    section = Gnss(
         position_sigma_m=1e-9,
         height_sigma_m=1e-9,
         velocity_sigma_mps=1e-9,
@@ -141,7 +142,7 @@ def test_antenna_moves_as_the_rigid_body_does(flight):
     """Position by the oracle's matrices; velocity is the central difference of the position."""
     arm = np.array([4.0, -7.0, -2.5])
     exact = {"position_sigma_m": 1e-9, "height_sigma_m": 1e-9, "velocity_sigma_mps": 1e-12}
-    section = GnssSection(rate_hz=2.0, lever_arm_m=tuple(arm), **exact)
+    section = Gnss(rate_hz=2.0, lever_arm_m=tuple(arm), **exact)
     position, velocity = read(flight, section, 0)
     t, h = velocity.time[:-1], 2e-3
 
@@ -162,8 +163,8 @@ def test_antenna_moves_as_the_rigid_body_does(flight):
 
 def test_reading_is_of_its_time_of_validity_and_arrives_later():
     circle = GreatCircle(0.8, 0.1, 9000.0, 1.0, 250.0, 100.0)
-    late, _ = read(circle, GnssSection(rate_hz=5.0, latency_s=0.4), 1)
-    prompt, _ = read(circle, GnssSection(rate_hz=5.0), 1)
+    late, _ = read(circle, Gnss(rate_hz=5.0, latency_s=0.4), 1)
+    prompt, _ = read(circle, Gnss(rate_hz=5.0), 1)
     assert np.array_equal(late.value, prompt.value)
     assert np.array_equal(late.time, prompt.time)
     np.testing.assert_allclose(late.arrival - late.time, 0.4, rtol=0, atol=1e-13)
@@ -172,7 +173,7 @@ def test_reading_is_of_its_time_of_validity_and_arrives_later():
 
 
 def test_outage_takes_readings_and_leaves_the_others_noise():
-    section = GnssSection(correlated_position_sigma_m=2.0)
+    section = Gnss(correlated_position_sigma_m=2.0)
     whole, _ = read(parked(1000.0), section, 1)
     broken, velocity = read(
         parked(1000.0), section.model_copy(update={"outages_s": ((100.5, 200.0), (900.0, 2000.0))}), 1
@@ -185,8 +186,8 @@ def test_outage_takes_readings_and_leaves_the_others_noise():
 
 
 def test_jumps_and_ramps_are_what_they_say():
-    clean = GnssSection()
-    spoofed = GnssSection(
+    clean = Gnss()
+    spoofed = Gnss(
         jumps=({"from_s": 50.0, "to_s": 59.5, "north_m": 100.0, "east_m": -50.0, "up_m": 7.0},),
         ramps=({"from_s": 100.0, "to_s": 300.0, "north_mps": 0.5, "east_mps": 2.0, "up_mps": -0.25},),
     )
@@ -205,7 +206,7 @@ def test_jumps_and_ramps_are_what_they_say():
 def test_lag_of_a_climb_and_of_a_wave():
     tau, omega = 2.5, 0.4
     exact = {"sigma_m": 1e-9, "bias_sigma_m": 0.0, "rate_hz": 4.0}
-    lagging = BarometerSection(lag_s=tau, **exact)
+    lagging = Barometer(lag_s=tau, **exact)
     climb = read(Climb(lambda t: 100.0 + 8.0 * t), lagging)
     np.testing.assert_allclose(climb.arrival - climb.time, tau, rtol=0, atol=1e-12)
     # long after its begin a steady climb is told as it was at the time of validity
@@ -250,13 +251,13 @@ def test_any_lag_is_exact_and_cheap():
 
 
 def test_barometer_errors():
-    section = BarometerSection(sigma_m=1e-9, bias_m=12.0, bias_sigma_m=0.0, scale_ppm=5000.0)
+    section = Barometer(sigma_m=1e-9, bias_m=12.0, bias_sigma_m=0.0, scale_ppm=5000.0)
     given = read(parked(100.0), section)
     np.testing.assert_allclose(given.value[:, 0], 400.0 * 1.005 + 12.0, rtol=0, atol=1e-7)
 
-    drawn = [read(parked(2.0), BarometerSection(bias_sigma_m=8.0, sigma_m=1e-9), k) for k in range(2000)]
+    drawn = [read(parked(2.0), Barometer(bias_sigma_m=8.0, sigma_m=1e-9), k) for k in range(2000)]
     assert_sigma(np.array([d.value[0, 0] - 400.0 for d in drawn]), 8.0)
-    noise = read(parked(20_000.0), BarometerSection(bias_sigma_m=0.0, sigma_m=0.7), 1)
+    noise = read(parked(20_000.0), Barometer(bias_sigma_m=0.0, sigma_m=0.7), 1)
     assert_sigma(noise.value[:, 0] - 400.0, 0.7)
     assert noise.kind == "baro-height"
     assert noise.sigma.shape == noise.value.shape == (20_000, 1)
@@ -264,7 +265,7 @@ def test_barometer_errors():
 
 def test_barometer_bias_wanders_as_the_filter_is_told():
     tau = 20.0
-    section = BarometerSection(sigma_m=1e-9, bias_sigma_m=5.0, bias_correlation_time_s=tau)
+    section = Barometer(sigma_m=1e-9, bias_sigma_m=5.0, bias_correlation_time_s=tau)
     error = read(parked(40_000.0), section, 2).value[:, 0] - 400.0
     independent = 40_000.0 / tau
     assert np.mean(error**2) == pytest.approx(25.0, rel=4.5 * np.sqrt(2.0 / independent), abs=0)
@@ -276,7 +277,7 @@ def test_barometer_bias_wanders_as_the_filter_is_told():
 
 def test_odometer_reads_the_wheels_forward_velocity(flight):
     arm = np.array([-1.2, 0.8, 0.5])
-    section = OdometerSection(sigma_mps=1e-12, scale_ppm=2000.0, lever_arm_m=tuple(arm))
+    section = Odometer(sigma_mps=1e-12, scale_ppm=2000.0, lever_arm_m=tuple(arm))
     given = read(flight, section)
     t, h = given.time[:-1], 2e-3
 
@@ -287,18 +288,18 @@ def test_odometer_reads_the_wheels_forward_velocity(flight):
     velocity = (8.0 * (wheel(t + h) - wheel(t - h)) - wheel(t + 2 * h) + wheel(t - 2 * h)) / (12.0 * h)
     forward = np.einsum("ni,ni->n", ecef(flight, t)[2][:, :, 0], velocity)
     np.testing.assert_allclose(given.value[:-1, 0], 1.002 * forward, rtol=0, atol=3e-6)
-    noise = read(parked(20_000.0), OdometerSection(sigma_mps=0.2), 5)
+    noise = read(parked(20_000.0), Odometer(sigma_mps=0.2), 5)
     assert_sigma(noise.value[:, 0], 0.2)
 
 
 @pytest.mark.parametrize(
     ("section", "mean", "sigma", "term"),
     [
-        (OdometerSection, {"scale_ppm": 2000.0}, {"scale_sigma_ppm": 500.0}, "odometer scale"),
-        (BarometerSection, {"scale_ppm": 2000.0}, {"scale_sigma_ppm": 500.0}, "baro scale"),
-        (AirspeedSection, {"scale_ppm": 2000.0}, {"scale_sigma_ppm": 500.0}, "airspeed scale"),
-        (AirspeedSection, {"bias_mps": 2.0}, {"bias_sigma_mps": 0.5}, "airspeed bias"),
-        (MagnetometerSection, {"bias_deg": 2.0}, {"bias_sigma_deg": 0.5}, "magnetometer bias"),
+        (Odometer, {"scale_ppm": 2000.0}, {"scale_sigma_ppm": 500.0}, "odometer scale"),
+        (Barometer, {"scale_ppm": 2000.0}, {"scale_sigma_ppm": 500.0}, "baro scale"),
+        (Airspeed, {"scale_ppm": 2000.0}, {"scale_sigma_ppm": 500.0}, "airspeed scale"),
+        (Airspeed, {"bias_mps": 2.0}, {"bias_sigma_mps": 0.5}, "airspeed bias"),
+        (Magnetometer, {"bias_deg": 2.0}, {"bias_sigma_deg": 0.5}, "magnetometer bias"),
     ],
 )
 def test_mean_and_sigma_of_one_error(flight, section, mean, sigma, term):
@@ -315,14 +316,14 @@ def test_mean_and_sigma_of_one_error(flight, section, mean, sigma, term):
 
 def test_airspeed_is_the_aircrafts_own_where_there_is_one(flight):
     exact = {"sigma_mps": 1e-12, "bias_mps": 2.0, "scale_ppm": -10_000.0, "wind_sigma_mps": 4.0}
-    still_air = read(flight, AirspeedSection(**exact))
+    still_air = read(flight, Airspeed(**exact))
     ground = np.linalg.norm(flight.state(still_air.time).velocity_ned, axis=1)
     np.testing.assert_allclose(still_air.value[:, 0], 0.99 * ground + 2.0, rtol=0, atol=1e-9)
 
     climb = Climb(lambda t: 0.0 * t)
     knots = np.arange(0.0, 300.0, 0.5)
     climb.channels = {"airspeed_mps": Channel(knots, 80.0 + 0.1 * knots, "m/s")}
-    windy = read(climb, AirspeedSection(lag_s=1.0, **exact))
+    windy = read(climb, Airspeed(lag_s=1.0, **exact))
     t = windy.time
     assert np.array_equal(t, np.arange(3.0, 203.0))  # a lag of 1 s: what it reads at 4 s is told as that of 3 s
     t = t + 1.0
@@ -349,7 +350,7 @@ def test_airspeed_and_the_filters_model_are_one_at_an_angle_of_attack():
         "wind_north_mps": Channel(knots, np.full(2, -7.0), "m/s"),
         "wind_east_mps": Channel(knots, np.full(2, 12.0), "m/s"),
     }
-    given = sensed(nose, AirspeedSection(sigma_mps=1e-12))
+    given = sensed(nose, Airspeed(sigma_mps=1e-12))
     np.testing.assert_allclose(given.parameters["airspeed wind"], np.tile(wind[:2], (200, 1)), rtol=0, atol=1e-12)
     model = ErrorModel((*(Block(name, 1.0) for name in BLOCKS), Block("airspeed wind", np.ones(2))), 0.0, 0.0)
     now = Prediction(nose.state(given.time), np.zeros((200, 3)), WGS84)
@@ -368,7 +369,7 @@ def test_airspeed_is_silent_on_the_ground():
             s.velocity_ned[:, 0] = 0.5 * (t - self.start)
             return s
 
-    given = read(Running(lambda t: 0.0 * t), AirspeedSection())
+    given = read(Running(lambda t: 0.0 * t), Airspeed())
     assert np.array_equal(given.time, np.arange(33.0, 204.0))  # 15 m/s after 30 s
 
 
@@ -379,7 +380,7 @@ def test_magnetometer_follows_the_heading_with_deviation(flight):
     exact = {"sigma_deg": 1e-9, "bias_deg": 1.5, "deviation_sigma_deg": 2.0}
     found = []
     for seed in range(400):
-        given = read(flight, MagnetometerSection(**exact), seed)
+        given = read(flight, Magnetometer(**exact), seed)
         q = flight.state(given.time).q_nb
         heading = Rotation.from_quat(q, scalar_first=True).as_euler("ZYX")[:, 0]
         error = np.degrees(np.angle(np.exp(1j * (given.value[:, 0] - heading))))
@@ -393,7 +394,7 @@ def test_magnetometer_follows_the_heading_with_deviation(flight):
     np.testing.assert_allclose(constant, 1.5, rtol=0, atol=1e-6)
     assert_sigma(sine, 2.0)
     assert_sigma(cosine, 2.0)
-    noise = read(parked(20_000.0), MagnetometerSection(sigma_deg=0.5), 5)
+    noise = read(parked(20_000.0), Magnetometer(sigma_deg=0.5), 5)
     assert_sigma(np.degrees(np.angle(np.exp(1j * noise.value[:, 0]))), 0.5)
     np.testing.assert_allclose(noise.sigma, np.radians(0.5), rtol=1e-15, atol=0)
 
@@ -404,8 +405,8 @@ def test_attitude_noise_is_about_the_blocks_axes():
     level = Rotation.from_matrix(oracle.ned_axes(PLACE["latitude"], PLACE["longitude"])).inv()
     sigma = (3.0, 6.0, 20.0)
     for given, unit, true in (
-        (read(standing, AttitudeSection(sigma_arcmin=sigma), 2), 60.0, tilted),
-        (read(standing, StarTrackerSection(sigma_arcsec=sigma), 2), 3600.0, level * tilted),
+        (read(standing, AttitudeReference(sigma_arcmin=sigma), 2), 60.0, tilted),
+        (read(standing, StarTracker(sigma_arcsec=sigma), 2), 3600.0, level * tilted),
     ):
         error = (true.inv() * Rotation.from_quat(given.value, scalar_first=True)).as_rotvec(degrees=True) * unit
         for i in range(3):
@@ -430,25 +431,25 @@ class Stopping(Climb):
 
 def test_standstill_is_known_when_it_is_true():
     driving = Stopping(lambda t: 0.0 * t)
-    velocity = read(driving, ZeroVelocitySection(sigma_mps=0.02), 3)
-    rate = read(driving, ZeroRateSection(rate_hz=2.0, sigma_deg_h=0.5), 3)
+    velocity = read(driving, ZeroVelocity(sigma_mps=0.02), 3)
+    rate = read(driving, ZeroRate(rate_hz=2.0, sigma_deg_h=0.5), 3)
     for given in (velocity, rate):
         assert given.value.shape == given.sigma.shape == (len(given.time), 3)
     t = np.arange(4.0, 203.5)
     assert np.array_equal(velocity.time, t[((t <= 50.0) | (t >= 120.0)) & (t <= 180.0)])
     t = np.arange(3.5, 203.25, 0.5)
     assert np.array_equal(rate.time, t[(t <= 150.0) | (t >= 160.5)])  # the mean from 159.5 s to 160 s is no zero
-    creeping = read(driving, ZeroVelocitySection(sigma_mps=0.0601), 3)
+    creeping = read(driving, ZeroVelocity(sigma_mps=0.0601), 3)
     assert creeping.time[-1] == 203.0
-    said = read(driving, ZeroVelocitySection(during_s=((60.0, 69.5),)), 3)
+    said = read(driving, ZeroVelocity(during_s=((60.0, 69.5),)), 3)
     np.testing.assert_array_equal(said.time, np.arange(60.0, 70.0))
 
-    long = read(parked(20_000.0), ZeroVelocitySection(sigma_mps=0.02), 3)
+    long = read(parked(20_000.0), ZeroVelocity(sigma_mps=0.02), 3)
     assert_sigma(long.value, 0.02)
-    long = read(parked(20_000.0), ZeroRateSection(sigma_deg_h=0.5), 3)
+    long = read(parked(20_000.0), ZeroRate(sigma_deg_h=0.5), 3)
     assert_sigma(np.degrees(long.value) * 3600.0, 0.5)
     moving = GreatCircle(0.8, 0.1, 9000.0, 1.0, 250.0, 100.0)
-    assert len(read(moving, ZeroVelocitySection()).time) == 0
+    assert len(read(moving, ZeroVelocity()).time) == 0
 
 
 @pytest.mark.parametrize("sigma", [0.006, 0.01, 0.1])
@@ -468,7 +469,7 @@ def test_zero_velocity_is_as_good_as_its_sigma_of_a_vehicle_that_creeps(sigma):
             return s
 
     creeping = Creeping(lambda t: 0.0 * t)
-    given = read(creeping, ZeroVelocitySection(sigma_mps=sigma), 8)
+    given = read(creeping, ZeroVelocity(sigma_mps=sigma), 8)
     error = given.value - creeping.state(given.time).velocity_ned
     nees = np.sum((error / given.sigma) ** 2)
     low, high = chi2.ppf([0.5e-5, 1.0 - 0.5e-5], error.size)
@@ -502,8 +503,8 @@ def test_no_sensors_draws_depend_on_another():
 
 def test_terms_of_one_sensor_draw_apart():
     standing = parked(500.0)
-    plain = GnssSection(velocity_sigma_mps=0.5)
-    noisier = GnssSection(velocity_sigma_mps=0.5, correlated_velocity_sigma_mps=1.0, position=False)
+    plain = Gnss(velocity_sigma_mps=0.5)
+    noisier = Gnss(velocity_sigma_mps=0.5, correlated_velocity_sigma_mps=1.0, position=False)
     assert np.array_equal(
         read(standing, plain.model_copy(update={"position": False}), 1)[0].value,
         read(standing, plain, 1)[1].value,
@@ -518,7 +519,7 @@ def test_true_parameters_are_what_the_readings_are_off_by(flight):
     tiny = 1e-9
     fix, velocity = sensed(
         flight,
-        GnssSection(
+        Gnss(
             position_sigma_m=tiny, height_sigma_m=tiny, velocity_sigma_mps=tiny, correlated_position_sigma_m=3.0,
             correlated_height_sigma_m=5.0, correlated_velocity_sigma_mps=0.4, outages_s=((10.0, 20.0),),
         ),
@@ -535,19 +536,19 @@ def test_true_parameters_are_what_the_readings_are_off_by(flight):
     off = velocity.measurements.value - truth.velocity_ned[kept]
     np.testing.assert_allclose(off, velocity.parameters["gnss-velocity bias"][kept], rtol=0, atol=1e-7)
 
-    height = sensed(flight, BarometerSection(sigma_m=tiny, bias_m=3.0, scale_sigma_ppm=5000.0), 1)
+    height = sensed(flight, Barometer(sigma_m=tiny, bias_m=3.0, scale_sigma_ppm=5000.0), 1)
     h = flight.state(height.time).height
     expected = (1.0 + height.parameters["baro scale"][0]) * h + height.parameters["baro bias"][:, 0]
     np.testing.assert_allclose(height.measurements.value[:, 0], expected, rtol=0, atol=1e-7)
     assert abs(height.parameters["baro scale"][0]) > 1e-4
 
-    speed = sensed(flight, AirspeedSection(sigma_mps=tiny, bias_sigma_mps=1.0, scale_sigma_ppm=900.0), 1)
+    speed = sensed(flight, Airspeed(sigma_mps=tiny, bias_sigma_mps=1.0, scale_sigma_ppm=900.0), 1)
     through_air = np.linalg.norm(ecef(flight, speed.time)[1], axis=1)
     expected = (1.0 + speed.parameters["airspeed scale"]) * through_air + speed.parameters["airspeed bias"]
     np.testing.assert_allclose(speed.measurements.value[:, 0], expected, rtol=0, atol=1e-7)
     np.testing.assert_array_equal(speed.parameters["airspeed wind"], np.zeros((60, 2)))
 
-    compass = sensed(flight, MagnetometerSection(sigma_deg=tiny, bias_sigma_deg=1.0, deviation_sigma_deg=2.0), 1)
+    compass = sensed(flight, Magnetometer(sigma_deg=tiny, bias_sigma_deg=1.0, deviation_sigma_deg=2.0), 1)
     psi = Rotation.from_quat(flight.state(compass.time).q_nb, scalar_first=True).as_euler("ZYX")[:, 0]
     a, b = compass.parameters["magnetometer deviation"]
     off = compass.measurements.value[:, 0] - psi - compass.parameters["magnetometer bias"]
@@ -555,7 +556,7 @@ def test_true_parameters_are_what_the_readings_are_off_by(flight):
     np.testing.assert_allclose(np.angle(np.exp(1j * (off - expected))), 0.0, rtol=0, atol=1e-9)
     assert np.ptp(expected) > 1e-3
 
-    reference = sensed(flight, AttitudeSection(sigma_arcmin=(1e-11,) * 3, bias_sigma_arcmin=9.0), 1)
+    reference = sensed(flight, AttitudeReference(sigma_arcmin=(1e-11,) * 3, bias_sigma_arcmin=9.0), 1)
     true = Rotation.from_quat(flight.state(reference.time).q_nb, scalar_first=True)
     turned = true * Rotation.from_rotvec(reference.parameters["attitude bias"])
     apart = turned.inv() * Rotation.from_quat(reference.measurements.value, scalar_first=True)
@@ -563,7 +564,7 @@ def test_true_parameters_are_what_the_readings_are_off_by(flight):
 
 
 def test_filter_is_told_a_wrong_lever_arm():
-    section = GnssSection(lever_arm_m=(1.0, -2.0, 0.5), lever_arm_sigma_m=0.3)
+    section = Gnss(lever_arm_m=(1.0, -2.0, 0.5), lever_arm_sigma_m=0.3)
     found = [sensed(parked(2.0), section, seed) for seed in range(2000)]
     off = np.array([f.measurements.lever_arm for f, _ in found]) - section.lever_arm_m
     for i in range(3):
@@ -584,7 +585,7 @@ def test_better_system_gives_its_own_solution():
     solution = NavSolution(
         time, *(np.zeros(n),) * 3, drift, tilt.as_quat(scalar_first=True), np.zeros(n), "quaternion"
     )  # fmt: skip
-    section = MasterSection(
+    section = Master(
         attitude=True, velocity_sigma_mps=0.05, attitude_sigma_arcmin=2.0, mounting_sigma_arcmin=20.0,
         lever_arm_m=(0.0, 3.0, 0.0), latency_s=0.1,
     )  # fmt: skip
@@ -606,4 +607,4 @@ def test_motion_that_is_over_before_the_first_reading():
     with pytest.raises(
         InputError, match=r"aiding\.gnss\.rate_hz = 0\.01: the first measurement comes after 100 s, and the"
     ):
-        read(parked(50.0), GnssSection(rate_hz=0.01))
+        read(parked(50.0), Gnss(rate_hz=0.01))

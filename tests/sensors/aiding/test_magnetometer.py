@@ -11,7 +11,7 @@ from scipy.stats import chi2
 from sinssim.data import NavState
 from sinssim.errors import InputError
 from sinssim.sensors.aiding.base.sensor import AidingReadings, Vehicle
-from sinssim.sensors.aiding.magnetometer import MagnetometerSection
+from sinssim.sensors.aiding.magnetometer import Magnetometer
 
 DEG = np.pi / 180.0
 TINY: dict[str, Any] = {"sigma_deg": 1e-12}
@@ -33,7 +33,7 @@ class Lift:
 
 def sense(place: tuple[float, float], seed: int = 1, **keys: Any) -> tuple[AidingReadings, np.ndarray]:
     """Return the readings and their errors, deg."""
-    (given,) = MagnetometerSection(**{**TINY, **keys}).read(Vehicle(Lift(*place), seed))  # type: ignore[arg-type]
+    (given,) = Magnetometer(**{**TINY, **keys}).read(Vehicle(Lift(*place), seed))  # type: ignore[arg-type]
     return given, np.degrees(np.angle(np.exp(1j * given.measurements.value[:, 0])))
 
 
@@ -72,7 +72,7 @@ def test_filter_is_told_the_error_of_the_model() -> None:
         ({"declination": "start", "bias_sigma_deg": 0.3}, 0.5),
         ({"declination": "wmm", "declination_sigma_deg": 1.2, "bias_deg": 0.5}, 1.3),
     ):
-        bias = next(iter(MagnetometerSection(**keys).states()))
+        bias = next(iter(Magnetometer(**keys).states()))
         assert bias.block == "magnetometer bias"
         assert bias.sigma == pytest.approx((sigma * DEG,), rel=1e-14)
 
@@ -94,10 +94,10 @@ def test_compass_is_refused_near_a_magnetic_pole() -> None:
 )
 def test_refused(keys: dict[str, Any], says: str) -> None:
     with pytest.raises(InputError, match=says):
-        MagnetometerSection(**keys)
+        Magnetometer(**keys)
 
 
 def test_written_out_defaults_are_accepted() -> None:
     for keys in ({}, {"declination": "wmm", "date": 2027}, {"declination": "start", "date": "2026-06-01"}):
-        section = MagnetometerSection(**keys)
-        assert MagnetometerSection(**section.model_dump(exclude_none=True)) == section
+        section = Magnetometer(**keys)
+        assert Magnetometer(**section.model_dump(exclude_none=True)) == section

@@ -1,9 +1,7 @@
-"""Every sensor's file has its line in the registry, and one broken file leaves the other sensors alone."""
+"""A sensor is one file that the registry finds by its table's name, and one broken file leaves the others alone."""
 
 from __future__ import annotations
 
-import importlib
-import inspect
 import subprocess
 import sys
 from pathlib import Path
@@ -13,64 +11,59 @@ import pytest
 from sinssim.errors import InputError
 from sinssim.scenario.sections.aiding import AidingSection, describe_sensors
 from sinssim.sensors import aiding
-from sinssim.sensors.aiding.base.sensor import AidingSensor
-from sinssim.sensors.aiding.registry import SENSORS, load_class
+from sinssim.sensors.aiding.registry import BROKEN, CLASSES, KINDS, SENSORS, measurement_kind
 
 FOLDER = Path(aiding.__file__).parent
-FILES = sorted(path.stem for path in FOLDER.glob("*.py") if path.stem not in ("__init__", "registry"))
 
 
-@pytest.mark.parametrize("name", FILES)
-def test_every_file_has_its_line(name: str) -> None:
-    module = importlib.import_module(f"sinssim.sensors.aiding.{name}")
-    classes = [c for c in vars(module).values() if inspect.isclass(c) and c.__module__ == module.__name__]
-    sensors = {
-        f"{name}.{c.__name__}" for c in classes if issubclass(c, AidingSensor) and not c.__name__.startswith("_")
-    }
-    assert sensors, f"sinssim/sensors/aiding/{name}.py holds no class that derives from AidingSensor"
-    missing = sensors - set(SENSORS.values())
-    assert not missing, f"SENSORS in sinssim/sensors/aiding/registry.py has no line for {sorted(missing)}"
-
-
-def test_every_line_has_its_file_and_its_table() -> None:
-    assert len(set(SENSORS.values())) == len(SENSORS)
-    for entry in SENSORS.values():
-        assert issubclass(load_class("sinssim.sensors.aiding", entry, AidingSensor), AidingSensor)
+def test_every_file_is_a_table() -> None:
+    names = {path.stem for path in FOLDER.glob("*.py")} - {"__init__", "registry"}
+    assert names == set(CLASSES) == set(SENSORS)
+    assert not BROKEN
     assert list(AidingSection.model_fields) == list(SENSORS) == list(describe_sensors())
+    assert {name: sensor.table for name, sensor in CLASSES.items()} == {name: name for name in CLASSES}
+
+
+def test_every_kind_has_one_sensor() -> None:
+    names = [kind.name for sensor in CLASSES.values() for kind in sensor.kinds]
+    assert sorted(names) == sorted(KINDS)
+
+
+def test_an_unknown_kind_is_named() -> None:
+    with pytest.raises(InputError, match=r"unknown kind of measurement 'sped'.*Did you mean 'speed'"):
+        measurement_kind("sped")
 
 
 @pytest.mark.parametrize(
-    ("entry", "reason"),
+    ("text", "reason"),
     [
-        ("sextant.Sextant", r"sextant\.py cannot be used: ModuleNotFoundError"),
-        ("gnss.Sextant", r"gnss\.py cannot be used: AttributeError: .*Sextant"),
-        ("gnss.Jump", r"gnss\.py cannot be used: Jump must be a class that derives from AidingSensor"),
-        ("gnss._DOWN", r"gnss\.py cannot be used: _DOWN must be a class"),
+        ("import sextants", "ModuleNotFoundError: No module named 'sextants'"),
+        ("", "it must have one class that derives from AidingSensor; there is none."),
+        ("class A(AidingSensor): ...\n\n\nclass B(AidingSensor): ...", "derives from AidingSensor; A and B."),
+        ("class A(AidingSensor): ...", "A needs a docstring, whose first line describes it."),
+        ('class A(AidingSensor):\n    """Stars."""', "A needs a method read(self, vehicle)"),
     ],
 )
-def test_a_line_that_fits_no_file_is_named_with_the_path(entry: str, reason: str) -> None:
-    with pytest.raises(InputError, match=rf"sensors.aiding.{reason}"):
-        load_class("sinssim.sensors.aiding", entry, AidingSensor)
-
-
-def test_a_broken_file_leaves_the_other_sensors_alone() -> None:
-    code = """
-from sinssim.sensors.aiding.registry import SENSORS
-SENSORS.shipped["sextant"] = "sextant.Sextant"
+def test_a_broken_file_leaves_the_other_sensors_alone(tmp_path: Path, text: str, reason: str) -> None:
+    head = "from sinssim.sensors.aiding.base.sensor import AidingSensor\n"
+    (tmp_path / "sextant.py").write_text(head + text + "\n", encoding="utf-8")
+    code = f"""
+from sinssim.sensors import aiding
+aiding.__path__.append({str(tmp_path)!r})
 from sinssim.scenario import Scenario
 from sinssim.scenario.sections.aiding import describe_sensors
 print(describe_sensors()["sextant"])
-base = {"name": "x", "parked": {"latitude_deg": 50.0, "heading_deg": 0.0, "duration_s": 60.0}, "filter": {}}
-print(list(Scenario.model_validate({**base, "aiding": {"gnss": {}}}).aiding.sensors()))
+base = {{"name": "x", "parked": {{"latitude_deg": 50.0, "heading_deg": 0.0, "duration_s": 60.0}}, "filter": {{}}}}
+print(list(Scenario.model_validate({{**base, "aiding": {{"gnss": {{}}}}}}).aiding.sensors()))
 try:
-    Scenario.model_validate({**base, "aiding": {"sextant": {}}})
+    Scenario.model_validate({{**base, "aiding": {{"sextant": {{}}}}}})
 except ValueError as error:
     print(error)
 """
     done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)
     listed, sensors, refused = done.stdout.split("\n", 2)
-    assert listed.startswith("(cannot be used: ")
-    assert listed.endswith("No module named 'sinssim.sensors.aiding.sextant')")
+    assert listed.startswith(f"(cannot be used: {tmp_path}")
+    assert reason in listed
     assert sensors == "['gnss']"
     assert "[aiding.sextant]: " in refused
-    assert "sextant.py cannot be used: ModuleNotFoundError" in refused
+    assert "sextant.py cannot be used: " in refused

@@ -9,7 +9,8 @@ from sinssim.data import ImuData, Measurements
 from sinssim.errors import InputError
 from sinssim.scenario.sections.aiding import AidingSection
 from sinssim.sensors.aiding.base.sensor import Vehicle, within
-from sinssim.sensors.aiding.standstill import ZeroRateSection, ZeroVelocitySection
+from sinssim.sensors.aiding.zero_rate import ZeroRate
+from sinssim.sensors.aiding.zero_velocity import ZeroVelocity
 from sinssim.sensors.from_readings.stops import LEAST_S, RATIO, SIGMAS, Rest, Stops, find_stops, learn_rest, standstill
 from sinssim.truth.motions.parked import Parked
 
@@ -96,12 +97,12 @@ def test_readings_of_stops() -> None:
 def test_zeros_from_the_readings_have_the_larger_sigma() -> None:
     """0.1 °/h is 4.8e-7 rad/s, less than what the means scatter; 10 °/h is 4.85e-5 rad/s, between two axes."""
     imu, learn = _readings(20.0), ((0.0, 20.0),)
-    (velocity,) = ZeroVelocitySection(detect=True, learn_s=learn, sigma_mps=0.04, rate_hz=4.0).from_imu(imu)
+    (velocity,) = ZeroVelocity(detect=True, learn_s=learn, sigma_mps=0.04, rate_hz=4.0).from_imu(imu)
     assert (velocity.kind, len(velocity.time)) == ("zero-velocity", 80)
     assert velocity.sigma[3].tolist() == [0.04] * 3
     scatter = _SHAKE[:3] / 10.0 * 2.0  # over a quarter of a second
     for told, least in ((0.1, np.radians(0.1) / 3600.0), (14.0, np.radians(14.0) / 3600.0)):
-        (rate,) = ZeroRateSection(detect=True, learn_s=learn, sigma_deg_h=told, rate_hz=4.0).from_imu(imu)
+        (rate,) = ZeroRate(detect=True, learn_s=learn, sigma_deg_h=told, rate_hz=4.0).from_imu(imu)
         assert rate.sigma[3] == pytest.approx(np.maximum(scatter, least))
     assert scatter[0] < np.radians(14.0) / 3600.0 < scatter[2]
 
@@ -109,9 +110,9 @@ def test_zeros_from_the_readings_have_the_larger_sigma() -> None:
 def test_a_third_of_the_sigma_is_rest() -> None:
     time = np.array([4.0, 5.0, 6.0, 7.0])
     size = 0.06 * np.array([0.33, 0.34, 0.5, 0.1])
-    assert ZeroVelocitySection()._stands(time, size, 0.06).tolist() == [True, False, False, True]
-    told = ZeroVelocitySection(during_s=((5.0, 6.0),))
-    assert told._stands(time, size, 0.06).tolist() == [False, True, True, False]
+    assert ZeroVelocity().stands(time, size, 0.06).tolist() == [True, False, False, True]
+    told = ZeroVelocity(during_s=((5.0, 6.0),))
+    assert told.stands(time, size, 0.06).tolist() == [False, True, True, False]
 
 
 def test_detected_stops_of_a_run() -> None:

@@ -14,10 +14,10 @@ from sinssim.data import Array, Measurements, NavState
 from sinssim.earth.models import WGS84, ellipsoid_by_name, in_reverse_time
 from sinssim.estimation import Block, ErrorModel, Estimate, error_model
 from sinssim.estimation.estimate import estimate
-from sinssim.estimation.measurements.kind import Prediction, measurement_kind, observe
 from sinssim.estimation.nominal import rows_of
+from sinssim.estimation.observation import Prediction, observe
 from sinssim.scenario import Scenario
-from sinssim.sensors.aiding.registry import KINDS
+from sinssim.sensors.aiding.registry import KINDS, measurement_kind
 from sinssim.sensors.imu.imu import Imu
 from sinssim.simulation.aided.backward import (
     reversed_imu,

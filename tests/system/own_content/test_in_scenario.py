@@ -110,9 +110,9 @@ def test_an_own_aiding_sensor(tmp_path: Path) -> None:
 @pytest.mark.parametrize(
     ("old", "new", "said"),
     [
-        ("def read", "def red", "RadarAltimeterSection needs a method read"),
+        ("def read", "def red", "RadarAltimeter needs a method read"),
         ("(AidingSensor)", "", "must have one class that derives from AidingSensor; there is none"),
-        ('    """A radar altimeter over the sea, up to 2500 ft."""', "", "RadarAltimeterSection needs a docstring"),
+        ('    """A radar altimeter over the sea, up to 2500 ft."""', "", "RadarAltimeter needs a docstring"),
         ("default=0.5,", "default=0.5 +,", "syntax error in line 20"),
         ("default=0.5,", "default=1 / 0,", "line 20: ZeroDivisionError: division by zero"),
     ],

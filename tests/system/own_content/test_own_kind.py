@@ -26,12 +26,8 @@ SCENARIO: dict[str, Any] = {
 
 
 def project(folder: Path, **replaced: str) -> dict[str, Any]:
-    """Return a scenario on the sensor and the kind of the page, which lie in one file of a project folder."""
-    page = read_page("measurement-kind")
-    kind, sensor = (block.code for block in page.files if block.language == "python")
-    future = "from __future__ import annotations\n"
-    text = kind + sensor.replace(future, "")
-    text = text.replace('"beacon", "range"', '"beacon", "beacon"')
+    """Return a scenario on the sensor of the page, which lies in a project folder."""
+    text = next(block.code for block in read_page("measurement-kind").files if block.language == "python")
     for old, new in replaced.items():
         text = text.replace(old, new)
     (folder / "aiding").mkdir()
@@ -46,7 +42,7 @@ def test_the_filter_takes_readings_of_an_own_kind(tmp_path: Path) -> None:
     assert result.aided is not None
     found = result.aided.estimate
     (innovations,) = found.innovations
-    assert (innovations.sensor, innovations.kind, int(innovations.accepted.sum())) == ("beacon", "beacon", 40)
+    assert (innovations.sensor, innovations.kind, int(innovations.accepted.sum())) == ("beacon", "range", 40)
     assert found.sigma[-1, :2].min() < 0.3 * found.sigma[0, :2].min()
     assert np.abs(result.aided.error.position_ned[-1, :2] / found.sigma[-1, :2]).max() < 4.0
     assert "range_m" in result.streams["aiding_beacon"].columns
@@ -59,8 +55,13 @@ def test_a_wrong_kind_is_explained(tmp_path: Path) -> None:
 
 
 def test_a_kind_without_its_unit_is_refused(tmp_path: Path) -> None:
-    with pytest.raises(ValueError, match="needs unit"):
-        sinssim.Scenario.model_validate(project(tmp_path, **{'    unit = "m"\n': ""}))
+    with pytest.raises(ValueError, match=r"beacon.py.*missing 1 required keyword-only argument: 'unit'"):
+        sinssim.Scenario.model_validate(project(tmp_path, **{'            unit="m",\n': ""}))
+
+
+def test_a_kind_of_another_sensor_is_refused(tmp_path: Path) -> None:
+    with pytest.raises(ValueError, match="speed is the name of a kind of measurement of sinssim; rename its own"):
+        sinssim.Scenario.model_validate(project(tmp_path, **{'"range",': '"speed",'}))
 
 
 @pytest.fixture(autouse=True)
@@ -68,5 +69,5 @@ def _forgotten() -> Any:
     from sinssim.system.own_content.registry import forget
 
     yield
-    KINDS.drop("beacon")
     forget("beacon")
+    assert "range" not in KINDS

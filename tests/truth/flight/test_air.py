@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 
 from sinssim.data import NavState
 from sinssim.errors import InputError
-from sinssim.sensors.aiding.barometer import BarometerSection
+from sinssim.sensors.aiding.baro import Barometer
 from sinssim.sensors.aiding.base.sensor import Vehicle
 from sinssim.truth.channel import Channel
 from sinssim.truth.flight import jsbsim_flight
@@ -198,7 +198,7 @@ class _Climb:
 
 def test_a_barometer_reads_the_pressure_altitude_and_its_true_errors_are_those_of_the_air() -> None:
     air = Air(isa_deviation=20.0, sea_level_pressure=100_000.0)
-    section = BarometerSection(rate_hz=1.0, sigma_m=1e-6, bias_sigma_m=0.0, bias_m=2.0, scale_ppm=1e-3)
+    section = Barometer(rate_hz=1.0, sigma_m=1e-6, bias_sigma_m=0.0, bias_m=2.0, scale_ppm=1e-3)
     (given,) = section.read(Vehicle(_Climb(air), seed=1))  # type: ignore[arg-type]
     height, value = 10.0 * given.time, given.measurements.value[:, 0]
     assert np.abs(value - 2.0 - [air.pressure_altitude(h) for h in height]).max() < 1e-3
@@ -211,7 +211,7 @@ def test_a_barometer_reads_the_pressure_altitude_and_its_true_errors_are_those_o
 
 def test_without_a_scale_state_the_error_of_the_air_is_a_bias() -> None:
     air = Air(isa_deviation=20.0)
-    (given,) = BarometerSection(sigma_m=1e-6, bias_sigma_m=0.0).read(Vehicle(_Climb(air), seed=1))  # type: ignore[arg-type]
+    (given,) = Barometer(sigma_m=1e-6, bias_sigma_m=0.0).read(Vehicle(_Climb(air), seed=1))  # type: ignore[arg-type]
     expected = [air.pressure_altitude(h) - h for h in 10.0 * given.time]
     assert np.abs(given.parameters["baro bias"][:, 0] - expected).max() < 1e-3
     assert expected[-1] < -500.0

@@ -12,8 +12,8 @@ from sinssim.analyses.error_budget.inputs.sources import Source
 from sinssim.analyses.error_budget.shares import SensorConstant, SensorGiven, SensorNoise, SensorProcess, SensorSource
 from sinssim.data import Array, Measurements
 from sinssim.errors import InputError
-from sinssim.estimation.measurements.kind import measurement_kind
 from sinssim.sensors.aiding.base.sensor import AidingSensor, Vehicle
+from sinssim.sensors.aiding.registry import measurement_kind
 from sinssim.units import ARCMIN, DEG_H, PPM
 
 if TYPE_CHECKING:
@@ -22,12 +22,6 @@ if TYPE_CHECKING:
 
 _WRITTEN = {"m": ("m", 1.0), "mps": ("m/s", 1.0), "rad": ("arcmin", ARCMIN), "radps": ("deg/h", DEG_H)}
 """Units as people write them, by the unit of a residual."""
-
-_WITHOUT = {
-    "master": "its errors are those of another inertial system, which the budget does not model",
-    "land_vehicle": "it is an assumption about the vehicle, whose errors the budget does not model",
-}
-"""Sensors that have no budget."""
 
 _OF_TIME = (" delay", " time offset")
 """Endings of the states of an error of time, which the budget does not model."""
@@ -68,24 +62,18 @@ def aiding_sources(scenario: Scenario, trajectory: Trajectory) -> AidingSources:
     vehicle = Vehicle(trajectory, scenario.seed)
     found = AidingSources([], [], tuple(scenario.aiding.sensors()), {})
     for table, sensor in scenario.aiding.sensors().items():
-        if table in _WITHOUT:
-            raise InputError(f"[aiding.{table}] has no budget: {_WITHOUT[table]}. Remove it, or use an ensemble.")
+        if sensor.no_budget:
+            raise InputError(f"[aiding.{table}] has no budget: {sensor.no_budget}. Remove it, or use an ensemble.")
         late = next(
             (state.block for state in sensor.states() if state.block.endswith(_OF_TIME) and any(state.sigma)), ""
         )
         if late:
             raise InputError(f"[aiding.{table}] has no budget: the state {late!r}. Remove its key, or use an ensemble.")
-        if getattr(sensor, "detect", False):
-            raise InputError(
-                f"aiding.{table}.detect = true has no budget: stops are detected from the data of one run. Remove it, "
-                f"or use an ensemble."
-            )
-        still = hasattr(sensor, "during_s")
         noisy = [readings.measurements for readings in sensor.read(vehicle)]
-        exact = noisy if still else _exact(table, _without_random(sensor), trajectory, scenario.seed)
+        exact = noisy if sensor.assumed else _exact(table, _without_random(sensor), trajectory, scenario.seed)
         kinds = {}
         for with_noise, m in zip(noisy, exact, strict=True):
-            value = np.zeros_like(m.value) if still else m.value
+            value = np.zeros_like(m.value) if sensor.assumed else m.value
             found.measurements.append(replace(m, value=value, sigma=with_noise.sigma))
             kinds[m.label] = m.kind
             found.sources.extend(_noises(table, m, with_noise.sigma))
@@ -131,7 +119,7 @@ def _groups(sigma: Array, axes: Sequence[str]) -> Iterator[tuple[Array, str, str
 
 def _noises(table: str, m: Measurements, sigma: Array) -> Iterator[SensorNoise]:
     kind = measurement_kind(m.kind)
-    unit, size = _WRITTEN[kind.unit]
+    unit, size = _WRITTEN.get(kind.unit, (kind.unit, 1.0))
     whole = np.array(sigma[0] if len(sigma) else np.zeros(kind.errors), dtype=np.float64)
     what = m.label.removeprefix(f"{table}-").replace("-", " ")
     label = "noise" if what == table.replace("_", " ") else f"{what} noise"
@@ -143,15 +131,18 @@ def _noises(table: str, m: Measurements, sigma: Array) -> Iterator[SensorNoise]:
 
 def _states(table: str, sensor: AidingSensor, kinds: Mapping[str, str]) -> Iterator[SensorConstant | SensorProcess]:
     for state in sensor.states():
-        if not any(state.sigma) or state.block.endswith(" wind"):  # the wind is that of the flight, not random
+        if not any(state.sigma) or not state.drawn:
             continue
-        label, _, what = state.block.rpartition(" ")
+        label = next((label for label in kinds if state.block.startswith(f"{label} ")), "")
+        what = state.block.removeprefix(f"{label} ")
         kind = kinds.get(label)
         unit, size = ("m", 1.0)
         if what == "scale":
             unit, size = "ppm", PPM
         elif kind is not None:
-            unit, size = _WRITTEN[measurement_kind(kind).unit]
+            known = measurement_kind(kind)
+            unit = known.own_errors[what][1] if what in known.own_errors else known.unit
+            unit, size = _WRITTEN.get(unit, (unit, 1.0))
         sigma = np.array(state.sigma, dtype=np.float64)
         words = state.block.removeprefix(f"{table}-").removeprefix(f"{table} ").replace("-", " ")
         constant = not np.isfinite(state.correlation_time)

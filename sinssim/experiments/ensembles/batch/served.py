@@ -5,7 +5,7 @@ from __future__ import annotations
 from typing import TYPE_CHECKING
 
 from sinssim.algorithms import REGISTRY
-from sinssim.sensors.aiding.barometer import BarometerSection
+from sinssim.sensors.aiding.baro import Barometer
 from sinssim.sensors.sets.sensor_set import Gyros
 
 if TYPE_CHECKING:
@@ -74,7 +74,7 @@ def served(scenario: Scenario) -> str | None:
         return f'navigation.frame = "{navigation.frame}"'
     if navigation.rates_hz is not None:
         return "it has a three-rate schedule"
-    altimeter = None if scenario.aiding is None else scenario.aiding.sensor(BarometerSection)
+    altimeter = None if scenario.aiding is None else scenario.aiding.sensor(Barometer)
     if navigation.vertical == "baro-loop" and altimeter is not None:
         return "the barometer of its vertical channel has errors of each run"
     return next(filter(None, map(served_algorithm, navigation.algorithms)), None)

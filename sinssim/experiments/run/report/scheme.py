@@ -9,7 +9,7 @@ from sinssim.frames import FRAME_REGISTRY, FRAMES
 from sinssim.recording import style
 from sinssim.recording.report.drawing import Drawing
 from sinssim.recording.report.page import words
-from sinssim.sensors.aiding.barometer import BarometerSection
+from sinssim.sensors.aiding.baro import Barometer
 from sinssim.sensors.sets.sensor_set import AttitudeSensor, Redundant, SixAccelerometers
 
 if TYPE_CHECKING:
@@ -171,7 +171,7 @@ def _height(d: Drawing, scenario: Scenario) -> None:
     if navigation.vertical == "truth":
         lines = ["true height", "and climb"]
     else:
-        barometer = scenario.aiding is not None and scenario.aiding.sensor(BarometerSection) is not None
+        barometer = scenario.aiding is not None and scenario.aiding.sensor(Barometer) is not None
         lines = [
             f"baro loop, {navigation.baro_time_constant_s:g} s, on",
             "the barometer" if barometer else "the true height",

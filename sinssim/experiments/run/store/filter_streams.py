@@ -9,9 +9,9 @@ from typing import TYPE_CHECKING
 import numpy as np
 from numpy.typing import ArrayLike
 
-from sinssim.estimation.measurements.kind import measurement_kind
 from sinssim.recording.store.streams import error_stream, nav_stream
 from sinssim.recording.streams import Computed, Stream, Vector
+from sinssim.sensors.aiding.registry import measurement_kind
 
 if TYPE_CHECKING:
     from sinssim.data import Array, Measurements

@@ -1,4 +1,4 @@
-"""The base of every aiding sensor: its keys, its readings, and its states in the filter.
+"""The base of every aiding sensor: its keys, its readings, its kinds of measurement, and its states in the filter.
 
 An error that differs from run to run can be given in two ways, as for the inertial sensors: `bias_sigma_m = 10.0` is
 the 1σ of a random error, `bias_m = 10.0` the error itself. All noises are 1σ of each measurement. By default the filter
@@ -20,7 +20,7 @@ from pydantic import Field
 from sinssim.data import Array, ImuData, Measurements
 from sinssim.errors import InputError
 from sinssim.section import LeverArm, Moment, Noise, Rate, Section, Span
-from sinssim.sensors.aiding.registry import SENSORS
+from sinssim.sensors.aiding.base.measurement import MeasurementKind
 from sinssim.system.short_repr import short_repr
 from sinssim.truth.sample_times import sample_edges
 
@@ -63,11 +63,15 @@ class SensorState(NamedTuple):
         block: name of the states, for example "<label> bias"; see `sinssim.estimation.model.BLOCKS`.
         sigma: 1σ of each component, SI; the filter has no state for an error whose 1σ are all zero.
         correlation_time: correlation time of a Gauss-Markov process, s; infinite for a constant.
+        key: key of the sensor's table with this 1σ, which a diagnosis of the filter names.
+        drawn: whether `read` draws the error; False for a wind, which is that of the flight.
     """
 
     block: str
     sigma: tuple[float, ...]
     correlation_time: float = math.inf
+    key: str = ""
+    drawn: bool = True
 
 
 @short_repr
@@ -91,7 +95,11 @@ class AidingSensor(Section):
     """A table of [aiding]: the common keys of aiding sensors, which are rate, latency, and outages."""
 
     table: ClassVar[str] = ""
-    """Name of the table, of a sensor outside the package."""
+    """Name of the table: that of the sensor's file."""
+    kinds: ClassVar[tuple[MeasurementKind, ...]] = ()
+    """The kinds of measurement that the sensor brings; its readings may also be of kinds that other sensors bring."""
+    assumed: ClassVar[bool] = False
+    """Whether the readings are zero by assumption, with an error of the given 1σ."""
 
     rate_hz: Rate = Field(
         default=1.0,
@@ -118,6 +126,11 @@ class AidingSensor(Section):
             InputError: the motion ends before the first reading, or the seed cannot be used.
         """
         raise NotImplementedError
+
+    @property
+    def no_budget(self) -> str:
+        """Why a budget cannot have the sensor, for a message; "" if it can."""
+        return ""
 
     @property
     def needs_no_truth(self) -> bool:
@@ -157,11 +170,10 @@ class AidingSensor(Section):
         """
         duration = trajectory.end - trajectory.start
         if duration * self.rate_hz < 1.0 - 1e-9:
-            ours = (k for k, entry in SENSORS.shipped.items() if entry.endswith(f".{type(self).__name__}"))
-            key = self.table or next(ours, "?")
             raise InputError(
-                f"aiding.{key}.rate_hz = {self.rate_hz:g}: the first measurement comes after {1.0 / self.rate_hz:g} "
-                f"s, and the motion ends after {duration:g} s. Use a higher rate or a longer motion."
+                f"aiding.{self.table}.rate_hz = {self.rate_hz:g}: the first measurement comes after "
+                f"{1.0 / self.rate_hz:g} s, and the motion ends after {duration:g} s. Use a higher rate or a longer "
+                "motion."
             )
         return sample_edges(trajectory.start, trajectory.end, self.rate_hz)[1:]
 

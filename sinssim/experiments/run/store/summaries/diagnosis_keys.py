@@ -8,32 +8,20 @@ from typing import TYPE_CHECKING
 from sinssim import units
 from sinssim.formatting import number_text
 from sinssim.logs.files import other_units
+from sinssim.sensors.aiding.registry import measurement_kind
 
 if TYPE_CHECKING:
     from sinssim.estimation.explanation import Hypothesis
     from sinssim.scenario import Scenario
 
-_OF_SENSORS: dict[str, tuple[str, str, float]] = {
-    "baro bias": ("baro.bias_sigma_m", "m", 1.0),
-    "baro scale": ("baro.scale_sigma_ppm", "ppm", units.PPM),
-    "odometer scale": ("odometer.scale_sigma_ppm", "ppm", units.PPM),
-    "magnetometer bias": ("magnetometer.bias_sigma_deg", "°", units.DEG),
-    "airspeed bias": ("airspeed.bias_sigma_mps", "m/s", 1.0),
-    "airspeed scale": ("airspeed.scale_sigma_ppm", "ppm", units.PPM),
-    "airspeed wind": ("airspeed.wind_sigma_mps", "m/s", 1.0),
-    "attitude bias": ("attitude.bias_sigma_arcmin", "arcmin", units.ARCMIN),
-    "star-tracker bias": ("star_tracker.bias_sigma_arcsec", "arcsec", units.ARCSEC),
-    "dual-antenna bias": ("dual_antenna.bias_sigma_deg", "°", units.DEG),
-    "master-attitude bias": ("master.mounting_sigma_arcmin", "arcmin", units.ARCMIN),
-    "land-vehicle mounting": ("land_vehicle.mounting_sigma_deg", "°", units.DEG),
-    "land-vehicle lever arm": ("land_vehicle.lever_arm_sigma_m", "m", 1.0),
-}
-"""Key in [aiding], display unit and its size, by the block of the sensor's error."""
-
-_OF_KINDS: dict[str, tuple[str, float]] = {
-    "baro-height": ("m", 1.0), "heading": ("deg", units.DEG), "speed": ("m/s", 1.0), "airspeed": ("m/s", 1.0),
+_UNITS: dict[str, tuple[str, float]] = {
+    "m": ("m", 1.0), "mps": ("m/s", 1.0), "ppm": ("ppm", units.PPM), "deg": ("°", units.DEG),
+    "arcmin": ("arcmin", units.ARCMIN), "arcsec": ("arcsec", units.ARCSEC),
 }  # fmt: skip
-"""Unit of the keys of a recorded sensor, and its size, by the kind of measurement."""
+"""Display unit and its size, by the unit in a key's name."""
+
+_RECORDED: dict[str, tuple[str, float]] = {"m": ("m", 1.0), "rad": ("deg", units.DEG), "mps": ("m/s", 1.0)}
+"""Unit of the keys of a recorded sensor, and its size, by the unit of its kind of measurement."""
 
 _OF_START: dict[str, tuple[str, str, float, str]] = {
     "initial position": ("position", "m", 1.0, "north, east, down"),
@@ -90,9 +78,9 @@ def sensor_error(cause: Hypothesis, scenario: Scenario) -> tuple[str, str]:
     largest = max(cause.value, key=abs)
     others = [] if scenario.log is None else list(scenario.log.others)
     for number, other in enumerate(others, start=1):
-        if other.name != sensor or other.kind not in _OF_KINDS:
+        if other.name != sensor:
             continue
-        where, (unit, size) = f"log.others.{number}", _OF_KINDS[other.kind]
+        where, (unit, size) = f"log.others.{number}", _RECORDED[measurement_kind(other.kind).unit]
         if error == "scale":
             told = with_sigma(cause, units.PPM, "ppm")
             return (
@@ -102,12 +90,25 @@ def sensor_error(cause: Hypothesis, scenario: Scenario) -> tuple[str, str]:
         told = with_sigma(cause, size, "°" if unit == "deg" else unit)
         text = f'{{ value = {wide(largest / size)}, unit = "{unit}" }}'
         return f"the {_words(error)} of {sensor} is {told}", f"{where}.bias_sigma = {text}"
-    if cause.name in _OF_SENSORS:
-        key, unit, size = _OF_SENSORS[cause.name]
+    key = _key(cause.name, scenario)
+    if key.rpartition("_")[2] in _UNITS:
+        unit, size = _UNITS[key.rpartition("_")[2]]
         told = with_sigma(cause, size, unit)
-        return f"the {_words(error)} of {sensor} is {told}", f"aiding.{key} = {wide(largest / size)}"
+        return f"the {_words(error)} of {sensor} is {told}", f"{key} = {wide(largest / size)}"
     told = with_sigma(cause, 1.0, "in SI units")
     return f"the {_words(error)} of {sensor} is {told}", f'a state "{cause.name}" in the method states() of the sensor'
+
+
+def _key(block: str, scenario: Scenario) -> str:
+    """Return the key of [aiding] with the 1σ of a sensor's error, "" if there is none."""
+    sensors = {} if scenario.aiding is None else scenario.aiding.sensors()
+    keys = (
+        f"aiding.{table}.{state.key}"
+        for table, sensor in sensors.items()
+        for state in sensor.states()
+        if state.key and state.block == block
+    )
+    return next(keys, "")
 
 
 def sensor_walk(cause: Hypothesis, scenario: Scenario) -> tuple[str, str]:
@@ -122,8 +123,8 @@ def sensor_walk(cause: Hypothesis, scenario: Scenario) -> tuple[str, str]:
     sensor, density = cause.name, cause.value[0]
     others = [] if scenario.log is None else list(scenario.log.others)
     for number, other in enumerate(others, start=1):
-        if other.name == sensor and other.kind in _OF_KINDS and other.bias_sigma is not None:
-            unit, size = _OF_KINDS[other.kind]
+        if other.name == sensor and other.bias_sigma is not None:
+            unit, size = _RECORDED[measurement_kind(other.kind).unit]
             sigma = (other.bias_sigma.value or 0.0) * other_units(other)[other.bias_sigma.unit]
             tau = 2.0 * (sigma / density) ** 2
             what = f"the error of {sensor} has a random walk of {short(density / size)} {unit}/√s"

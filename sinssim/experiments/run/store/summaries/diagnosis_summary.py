@@ -11,7 +11,6 @@ from sinssim import units
 from sinssim.estimation.checks.consistency import consistency
 from sinssim.estimation.checks.evidence import FALSE_ALARM, refusals, size_of_innovations
 from sinssim.estimation.explanation import Refusals
-from sinssim.estimation.measurements.kind import measurement_kind
 from sinssim.experiments.run.store.summaries.diagnosis_keys import (
     initial_state,
     planted,
@@ -21,6 +20,7 @@ from sinssim.experiments.run.store.summaries.diagnosis_keys import (
     with_sigma,
 )
 from sinssim.formatting import listed, number_text
+from sinssim.sensors.aiding.registry import measurement_kind
 
 if TYPE_CHECKING:
     from sinssim.estimation import Estimate

@@ -16,7 +16,7 @@ from sinssim.experiments.run.store.summaries.use_of_readings import unused_sente
 from sinssim.formatting import number_text, signed
 from sinssim.scenario.filter.filter_states import hints
 from sinssim.scenario.notes import times_not_reached
-from sinssim.sensors.aiding.gnss import GnssSection, Jump, Ramp
+from sinssim.sensors.aiding.gnss import Gnss, Jump, Ramp
 from sinssim.strapdown.error_numbers import error_numbers_of, known_error_numbers_of
 
 if TYPE_CHECKING:
@@ -174,7 +174,7 @@ def _first(time: np.ndarray[Any, Any], which: np.ndarray[Any, Any]) -> float | N
 
 def _faults(aided: Aided, scenario: Scenario) -> Iterator[dict[str, Any]]:
     """Yield the filter's response to every jump and ramp of the satellite receiver."""
-    gnss = None if scenario.aiding is None else scenario.aiding.sensor(GnssSection)
+    gnss = None if scenario.aiding is None else scenario.aiding.sensor(Gnss)
     time = aided.estimate.time
     if gnss is None or not len(time):
         return

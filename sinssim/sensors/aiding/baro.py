@@ -8,7 +8,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterator
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, ClassVar
 
 import numpy as np
 from pydantic import Field
@@ -16,6 +16,8 @@ from pydantic import Field
 from sinssim.data import Array
 from sinssim.section import CorrelationTime, Moment, Noise, Offset, Spread
 from sinssim.sensors.aiding.base.lag import lagged
+from sinssim.sensors.aiding.base.measurement import MeasurementKind
+from sinssim.sensors.aiding.base.predictions import compare_height
 from sinssim.sensors.aiding.base.random_errors import correlated, turn_on, white
 from sinssim.sensors.aiding.base.sensor import AidingReadings, AidingSensor, SensorState, Vehicle
 from sinssim.truth.flight.air import STANDARD_TEMPERATURE, Air
@@ -25,8 +27,18 @@ if TYPE_CHECKING:
     from sinssim.truth.trajectory import Trajectory
 
 
-class BarometerSection(AidingSensor):
+class Barometer(AidingSensor):
     """A barometric altimeter, which measures the height above the ellipsoid."""
+
+    kinds: ClassVar = (
+        MeasurementKind(
+            "baro-height",
+            columns=("height_m",),
+            unit="m",
+            compare=compare_height,
+            diagnosed={"bias": 1000.0, "scale": 0.3},
+        ),
+    )
 
     sigma_m: Noise = Field(default=1.0, description="white noise")
     bias_m: Offset = Field(default=0.0, description="constant error, which is unknown to the filter")
@@ -40,15 +52,6 @@ class BarometerSection(AidingSensor):
         """Return heights (1 + k) h + b + b(t) + ν, with h lagged; h is the pressure altitude if the air has one.
 
         The filter models a lag τ as a delay by τ, which is exact in a steady climb.
-
-        Args:
-            vehicle: the vehicle that carries the altimeter.
-
-        Returns:
-            "baro", heights above the ellipsoid.
-
-        Raises:
-            InputError: the motion ends before the first reading, or the seed cannot be used.
         """
         s, trajectory, seed = self, vehicle.trajectory, vehicle.seed
         time = s.epochs(trajectory)
@@ -73,8 +76,9 @@ class BarometerSection(AidingSensor):
 
     def states(self) -> Iterator[SensorState]:
         """Yield the states of the pressure field's error and of the scale factor."""
-        yield SensorState("baro bias", (self.bias_sigma_m,), self.bias_correlation_time_s)
-        yield SensorState("baro scale", (PPM * math.hypot(self.scale_sigma_ppm, self.scale_ppm or 0.0),))
+        yield SensorState("baro bias", (self.bias_sigma_m,), self.bias_correlation_time_s, key="bias_sigma_m")
+        scale = PPM * math.hypot(self.scale_sigma_ppm, self.scale_ppm or 0.0)
+        yield SensorState("baro scale", (scale,), key="scale_sigma_ppm")
 
 
 def _scale_of_air(trajectory: Trajectory) -> float:

@@ -2,20 +2,15 @@
 
 from __future__ import annotations
 
-import importlib
-import inspect
-from pathlib import Path
-
 import numpy as np
 import pytest
 from scipy.spatial.transform import Rotation
 
 from sinssim.data import Array, Measurements, NavState
 from sinssim.earth.models import WGS84
-from sinssim.errors import InputError
-from sinssim.estimation import BLOCKS, Block, ErrorModel, measurements
-from sinssim.estimation.measurements.kind import MeasurementKind, Prediction, measurement_kind, observe
-from sinssim.sensors.aiding.registry import KINDS
+from sinssim.estimation import BLOCKS, Block, ErrorModel
+from sinssim.estimation.observation import Prediction, observe
+from sinssim.sensors.aiding.registry import KINDS, measurement_kind
 from tests.oracles import integrator as oracle
 
 ARM = np.array([1.5, -0.4, -2.0])
@@ -211,27 +206,6 @@ def test_components_of_each_kind() -> None:
         expected = (4, 3) if name.endswith("attitude") else (3, 3) if name in vectors else (1, 1)
         expected = (4, 2) if name == "land-velocity" else expected
         assert (kind.components, kind.errors) == expected, name
-
-
-FILES = sorted(path.stem for path in Path(measurements.__file__).parent.glob("*.py"))
-
-
-@pytest.mark.parametrize("name", [name for name in FILES if name not in ("__init__", "kind")])
-def test_every_file_has_its_lines(name: str) -> None:
-    module = importlib.import_module(f"sinssim.estimation.measurements.{name}")
-    classes = [c for c in vars(module).values() if inspect.isclass(c) and c.__module__ == module.__name__]
-    kinds = {f"{name}.{c.__name__}" for c in classes if issubclass(c, MeasurementKind)}
-    assert kinds, f"sinssim/estimation/measurements/{name}.py holds no class that derives from MeasurementKind"
-    missing = kinds - set(KINDS.values())
-    assert not missing, f"KINDS in sinssim/sensors/aiding/registry.py has no line for {sorted(missing)}"
-
-
-def test_a_kind_whose_file_is_missing_is_named_with_its_path(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setitem(KINDS.shipped, "range", "beacon.Range")
-    with pytest.raises(InputError, match=r"estimation.measurements.beacon\.py cannot be used: ModuleNotFoundError"):
-        measurement_kind("range")
-    with pytest.raises(InputError, match=r"unknown kind of measurement 'rage'.*Did you mean 'range'"):
-        measurement_kind("rage")
 
 
 def row(

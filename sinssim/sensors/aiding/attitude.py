@@ -3,36 +3,43 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
+from typing import ClassVar
 
 import numpy as np
 from pydantic import Field
 
 from sinssim import rotation
 from sinssim.section import CorrelationTime, Spread
+from sinssim.sensors.aiding.base.measurement import MeasurementKind
+from sinssim.sensors.aiding.base.predictions import compare_attitude, turned_back
 from sinssim.sensors.aiding.base.random_errors import correlated, white
 from sinssim.sensors.aiding.base.sensor import AidingReadings, AidingSensor, Noise3, SensorState, Vehicle
 from sinssim.units import ARCMIN
 
 
-class AttitudeSection(AidingSensor):
+class AttitudeReference(AidingSensor):
     """An attitude reference, which measures the attitude of the sensor block relative to the local level frame."""
+
+    kinds: ClassVar = (
+        MeasurementKind(
+            "attitude",
+            columns=("q_nb_w", "q_nb_x", "q_nb_y", "q_nb_z"),
+            axes=("x", "y", "z"),
+            unit="rad",
+            compare=compare_attitude,
+            less_bias=turned_back,
+            rounding="gyros",
+            diagnosed={"bias": 0.5},
+            of_north=True,
+        ),
+    )
 
     sigma_arcmin: Noise3 = Field(default=(6.0, 6.0, 18.0), description="white noise about forward, right and down")
     bias_sigma_arcmin: Spread = Field(default=0.0, description="1σ of the Gauss-Markov error about each axis")
     bias_correlation_time_s: CorrelationTime = Field(default=600.0, description="correlation time of this error")
 
     def read(self, vehicle: Vehicle) -> list[AidingReadings]:
-        """Return attitudes q_nb ∘ q(ε), ε noise and drift about the block's axes.
-
-        Args:
-            vehicle: the vehicle that carries the reference.
-
-        Returns:
-            "attitude", unit quaternions q_nb; the 1σ is about each axis of the block.
-
-        Raises:
-            InputError: the motion ends before the first reading, or the seed cannot be used.
-        """
+        """Return attitudes q_nb ∘ q(ε), ε noise and drift about the block's axes."""
         s, seed = self, vehicle.seed
         time = s.epochs(vehicle.trajectory)
         slow = (ARCMIN * s.bias_sigma_arcmin,) * 3
@@ -45,4 +52,5 @@ class AttitudeSection(AidingSensor):
 
     def states(self) -> Iterator[SensorState]:
         """Yield the states of the drift about the block's axes."""
-        yield SensorState("attitude bias", (ARCMIN * self.bias_sigma_arcmin,) * 3, self.bias_correlation_time_s)
+        sigma = (ARCMIN * self.bias_sigma_arcmin,) * 3
+        yield SensorState("attitude bias", sigma, self.bias_correlation_time_s, key="bias_sigma_arcmin")
