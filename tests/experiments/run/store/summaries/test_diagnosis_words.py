@@ -160,7 +160,10 @@ def test_a_cause_of_a_simulated_run(simulated: Scenario, own: Hypothesis, what: 
     ],
 )  # fmt: skip
 def test_an_error_of_an_aiding_sensor(simulated: Scenario, name: str, unit: float, told: str, keys: str) -> None:
-    found = _told(cause(name, "state", (-5.0 * unit,), (0.5 * unit,)), simulated)
+    table = keys.partition(".")[0]
+    aiding = {"gnss": {}, table: {"attitude": True} if table == "master" else {}}
+    scenario = Scenario.model_validate({**simulated.contents(), "aiding": aiding})
+    found = _told(cause(name, "state", (-5.0 * unit,), (0.5 * unit,)), scenario)
     assert found == (f"the {told}", f"aiding.{keys} = 15")
     other = _told(cause("radar time offset", "state", (0.25,), (0.5,)), simulated)
     state = 'a state "radar time offset" in the method states() of the sensor'
