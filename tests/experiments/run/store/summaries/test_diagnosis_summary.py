@@ -23,8 +23,9 @@ def scenario(tmp_path: Path) -> Scenario:
     log = {"imu": {"file": file}, "gnss": gnss, "others": [{**baro, "sigma": meter, "bias_sigma": meter}]}
     log["start"] = {"heading_deg": 310.0}
     return Scenario.model_validate(
-        {"name": "x", "log": log, "imu": {"grade": "tactical"}, "filter": {"states": ["gyro bias"]}}
-    )
+        {"name": "x", "log": log, "imu": {"grade": "tactical"}, "filter": {"states": ["gyro bias"]},
+         "aiding": {"magnetometer": {}}}
+    )  # fmt: skip
 
 
 def told(hypotheses: Sequence[Hypothesis], scenario: Scenario, until: float) -> list[str]:
