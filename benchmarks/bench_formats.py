@@ -29,6 +29,7 @@ def main() -> None:
     with tempfile.TemporaryDirectory() as folder:
         path, head = Path(folder) / "imu.txt", Path(folder) / "head.txt"
         values = 1e-3 * np.random.default_rng(1).standard_normal((_ROWS, 6))
+        values[:, 5] -= 0.005 * 9.8  # at rest: gravity is what the format is recognised by
         columns = columns_of(345618.0 + 0.005 * np.arange(_ROWS), values)
         write_columns(path, columns)
         write_columns(head, [column[:100] for column in columns])

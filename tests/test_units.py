@@ -9,7 +9,7 @@ import pytest
 
 from sinssim import units
 from sinssim.analyses.noise_identification.units import UNITS
-from sinssim.logs.text.fix_description import UNITS_OF
+from sinssim.logs.text.names import UNITS_OF
 from sinssim.sensors.imu.datasheet import to_si
 from sinssim.statistics.rates import to_nmi_h
 

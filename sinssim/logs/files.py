@@ -19,9 +19,10 @@ from sinssim.logs.log import TEXT_FORMAT, LogFile, LogImu, LogOther
 from sinssim.logs.read import candidates, read_file
 from sinssim.logs.streams import Clock, FixStream, InertialStream, OtherStream, SolutionStream, Streams
 from sinssim.logs.text.columns import SUFFIXES, Table
-from sinssim.logs.text.description import TIME_UNITS, TRIADS, LogDescription, unit_in_name
-from sinssim.logs.text.fix_description import SIGNS, UNITS_OF, FixColumns, Quantity, SolutionColumns, Triple
+from sinssim.logs.text.description import TRIADS, LogDescription
+from sinssim.logs.text.fix_description import SIGNS, FixColumns, Quantity, SolutionColumns, Triple
 from sinssim.logs.text.joined import joined, with_gravity
+from sinssim.logs.text.names import TIME_UNITS, UNITS_OF, unit_in_name
 from sinssim.logs.text.samples import read_samples
 from sinssim.sensors.aiding.registry import measurement_kind
 

@@ -11,8 +11,9 @@ from pydantic import AfterValidator, Field, model_validator
 
 from sinssim.errors import unknown_name
 from sinssim.logs.outages import Outages
-from sinssim.logs.text.description import UNITS, LogDescription, TriadColumns
+from sinssim.logs.text.description import LogDescription, TriadColumns
 from sinssim.logs.text.fix_description import FixColumns, Quantity, SolutionColumns
+from sinssim.logs.text.names import UNITS
 from sinssim.section import (
     CorrelationTime,
     Factor,

@@ -9,11 +9,11 @@ import numpy as np
 import pytest
 
 from sinssim.errors import InputError
-from sinssim.logs.formats.number_table import check_finite, check_times, head_numbers
 from sinssim.logs.formats.registry import FORMATS
 from sinssim.logs.libraries import library, refused
 from sinssim.logs.read import _check, detect
 from sinssim.logs.streams import Clock, FixStream, InertialStream, SolutionStream, Streams
+from sinssim.logs.text.table import check_finite, head_numbers
 
 IMU = [[100.5, 1e-3, -2e-3, 3e-3, 0.5, -0.25, -2.0], [101.0, 1e-3, -2e-3, 3e-3, 0.5, -0.25, -2.0]]
 GNSS = [[100.5, 30.5, 114.25, 20.5, 0.5, 0.25, 0.75], [101.5, 30.55, 114.5, 21.5, 0.5, 0.25, 0.75]]
@@ -94,7 +94,7 @@ def test_the_first_numbers_of_a_file() -> None:
     found = head_numbers(b"# a\n\n% b\n1 2 3\n4 5 6\n7 8 9\n", rows=2)
     assert found is not None
     assert found.tolist() == [[1, 2, 3], [4, 5, 6]]
-    found = head_numbers(b"2,3\n4,5,6\n7,8,9\n", ",")
+    found = head_numbers(b"2 3\n4 5 6\n7 8 9\n")
     assert found is not None
     assert found.tolist() == [[4, 5, 6], [7, 8, 9]]
     assert head_numbers(b"1 2 3\n4 5\n") is None
@@ -109,7 +109,7 @@ def test_the_first_numbers_of_a_file() -> None:
 
 def test_rows_are_named_from_one() -> None:
     with pytest.raises(InputError, match=r"x, row 3: the column t is missing or not finite"):
-        check_times(Path("x"), np.array([1.0, 2.0, np.nan, np.inf]), "column t")
+        check_finite(Path("x"), np.array([1.0, 2.0, np.nan, np.inf]), "column t")
     with pytest.raises(InputError, match=r"x, row 2: the number is missing or not finite"):
         check_finite(Path("x"), np.array([[1.0, 2.0], [3.0, np.nan]]), "number")
     with pytest.raises(InputError, match=r"x, row 1: the number is missing or not finite"):

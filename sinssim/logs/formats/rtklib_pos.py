@@ -18,7 +18,7 @@ from sinssim.errors import InputError
 from sinssim.logs.clocks import leap_seconds
 from sinssim.logs.gps_time import WEEK
 from sinssim.logs.streams import Clock, FixStream, HeightDatum, Streams
-from sinssim.logs.text.cut_rows import CutRows, cut_rows
+from sinssim.logs.text.rows import WHITESPACE, CutRows, cut_rows
 from sinssim.system.user_file import read_text
 from sinssim.units import DEG
 
@@ -65,7 +65,7 @@ def read(path: Path) -> Streams:
         )
     kind = _kind(heads[-1])
     utc = "UTC" in heads[-1].split("latitude")[0].split("x-ecef")[0]
-    cut = cut_rows(path, None, 0)
+    cut = cut_rows(path, WHITESPACE, 0)
     numbers, times = _rows(path, lines, utc, kind, cut)
     if kind == "ecef":
         numbers = _geodetic(numbers)

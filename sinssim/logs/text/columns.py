@@ -2,11 +2,9 @@
 
 from __future__ import annotations
 
-import csv
-import io
 import zipfile
 from collections import Counter
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from pathlib import Path
 from typing import Any, Protocol
 
@@ -16,12 +14,12 @@ from numpy.typing import NDArray
 from sinssim.data import Array
 from sinssim.errors import InputError, unknown_name
 from sinssim.logs.streams import Clock
-from sinssim.logs.text.cut_rows import CutRows, cut_rows
 from sinssim.logs.text.dates import date_seconds, is_date
-from sinssim.logs.text.description import WHITESPACE, Column
-from sinssim.logs.text.selection import RowLayout, read_rows, selected_text
+from sinssim.logs.text.description import Column
+from sinssim.logs.text.rows import CutRows, Row, RowLayout, cut_rows, read_rows, selected_text
+from sinssim.logs.text.table import bad_row, read_columns
 from sinssim.system.memory import machine_memory
-from sinssim.system.user_file import open_file, read_bytes, user_file
+from sinssim.system.user_file import open_file, user_file
 
 TEXT = (".csv", ".txt", ".tsv", ".dat", ".asc", ".log")
 """Suffixes of text files."""
@@ -52,6 +50,8 @@ class Table:
         path: a text file (`TEXT`), or a .parquet or .npz file.
         layout: description of the columns.
         wanted: the columns to read.
+        kind: one of `SUFFIXES`; default: that of the file.
+        comments: whether lines of text that begin with # or % are left out.
 
     Raises:
         InputError: the file cannot be read or does not fit into memory, or two of its columns have the same name.
@@ -60,8 +60,10 @@ class Table:
         notes: a sentence on each row that was cut short and is left out.
     """
 
-    def __init__(self, path: Path, layout: Layout, wanted: Sequence[Column]) -> None:
-        suffix = path.suffix.lower()
+    def __init__(
+        self, path: Path, layout: Layout, wanted: Sequence[Column], kind: str | None = None, *, comments: bool = False
+    ) -> None:
+        suffix = kind or path.suffix.lower()
         if suffix not in SUFFIXES:
             raise InputError(
                 f"{path}: a log is a text file ({', '.join(TEXT)}) or a .parquet or .npz file, not "
@@ -72,19 +74,18 @@ class Table:
                 f"{path}: the columns of a {suffix} file have names; only text files without names have numbered "
                 "columns."
             )
-        self.path, self._layout, self._text = path, layout, suffix in TEXT
+        self.path, self._layout, self._text, self._comments = path, layout, suffix in TEXT, comments
         self.notes: tuple[str, ...] = ()
         self._first_cut: int | None = None
         if layout.rows and not self._text:
             raise InputError(f"{path}: rows selects lines of text files only, not of a {suffix} file.")
-        read = _text if self._text else _parquet if suffix == ".parquet" else _npz
         try:
             with open_file(path):  # its message for a missing file is clearer than pyarrow's
                 pass
-            cut = _cut(path, layout) if self._text else None
-            if cut is not None:
-                self.notes, self._first_cut = cut.notes, cut.first
-            self.names, self._columns = read(path, layout, frozenset(wanted), cut)
+            if self._text:
+                self.names, self._columns = self._read_text(frozenset(wanted))
+            else:
+                self.names, self._columns = (_parquet if suffix == ".parquet" else _npz)(path, frozenset(wanted))
         except OSError as error:
             raise InputError(f"{path} cannot be read: {error.strerror or error}.") from error
         except InputError:
@@ -93,8 +94,52 @@ class Table:
             raise InputError(f"{path} does not fit into memory: {error}. Read a part of it.") from error
         except Exception as error:  # numpy, pyarrow and zipfile raise various errors for an invalid file
             reason = "".join(c if c.isprintable() else " " for c in str(error)).strip().rstrip(".")
-            kind = f"a {suffix} file"
-            raise InputError(f"{path} cannot be read as {kind}: {reason[:300] or type(error).__name__}.") from error
+            words = f"a {suffix} file"
+            raise InputError(f"{path} cannot be read as {words}: {reason[:300] or type(error).__name__}.") from error
+
+    def _read_text(self, wanted: frozenset[Column]) -> Columns:
+        """Return the names of the columns of a text file, and the wanted ones."""
+        import pyarrow as pa
+
+        path, layout = self.path, self._layout
+        _check_text(path, layout)
+        size = _BYTES_OF_TEXT * path.stat().st_size
+        if size > machine_memory():
+            raise _too_large(path, size)
+        skip, width = layout.skip_lines, None
+        if not layout.numbered and (names := next(self._rows(), None)) is not None:
+            skip, width = names[0], len(names[1])
+        if layout.rows:
+            cut = CutRows(path.stat().st_size)  # rows that are not selected may have any width
+        else:
+            cut = cut_rows(path, layout.delimiter, skip, width)
+        self.notes, self._first_cut = cut.notes, cut.first
+        rows = (row for row in self._rows() if row[0] not in (cut.first, cut.last))
+        line, fields = next(rows, (0, []))
+        if not fields:
+            raise InputError(
+                f"{path} holds no samples: it has no lines (delimiter = {layout.delimiter!r}, skip_lines = "
+                f"{layout.skip_lines})."
+            )
+        known: list[Column] = list(range(1, len(fields) + 1)) if layout.numbered else list(fields)
+        numbers = {name: str(k) for k, name in enumerate(known) if name in wanted and known.count(name) == 1}
+        text = selected_text(path, layout) if layout.rows else path
+        try:
+            table = read_columns(
+                text, layout.delimiter, len(fields), skip, cut, comments=self._comments, decimal_point=layout.decimal,
+                include_columns=[*numbers.values()] or ["0"],
+            )  # fmt: skip
+        except pa.ArrowException as error:
+            hint = f", as in line {line} (skip_lines = {layout.skip_lines})"
+            raise bad_row(path, rows, [len(fields)], layout.delimiter, error, hint=hint) from error
+        columns = {name: table.column(k) for name, k in numbers.items()}
+        return known, {
+            name: (column.cast(pa.string()) if pa.types.is_temporal(column.type) else column).to_numpy()
+            for name, column in columns.items()
+        }
+
+    def _rows(self) -> Iterator[Row]:
+        return read_rows(self.path, self._layout, comments=self._comments)
 
     @property
     def rows(self) -> int:
@@ -104,7 +149,7 @@ class Table:
     def place(self, sample: int) -> str:
         """Return the place of a sample for a message: "log.csv, sample 7 (line 9)"."""
         if self._text:
-            rows = iter(read_rows(self.path, self._layout))
+            rows = self._rows()
             if not self._layout.numbered:
                 next(rows, None)
             for k, (line, _) in enumerate(row for row in rows if row[0] != self._first_cut):
@@ -143,7 +188,9 @@ class Table:
         except (TypeError, ValueError, OverflowError) as error:
             k, value = next(((k, v) for k, v in enumerate(raw.flat) if not _is_number(v)), (0, raw.flat[0]))
             hint = (
-                " If it belongs to a heading, skip the heading (skip_lines) and number the columns." if k == 0 else ""
+                " If it belongs to a heading, skip the heading (skip_lines) and number the columns."
+                if k == 0 and not self._comments
+                else ""
             )
             raise InputError(
                 f"{self.place(k // width)}: the column {shown} holds {_short(repr(value))}, not a number.{hint}"
@@ -170,14 +217,20 @@ class Table:
         Raises:
             InputError: as for `column`.
         """
-        raw = self._columns.get(name)
-        if raw is None or raw.dtype.kind != "O" or not len(raw) or not isinstance(raw[0], str) or not is_date(raw[0]):
+        raw = self.texts(name)
+        if raw is None or not is_date(raw[0]):
             return self.column(name) * unit, None
-        time, clock = date_seconds(raw.tolist())
+        time, clock = date_seconds(raw)
         if not np.isfinite(time).all():
             k = int(np.argmin(np.isfinite(time)))
             raise InputError(f"{self.place(k)}: the column {_short(repr(name))} contains {raw[k]!r} instead of a date.")
         return time, clock
+
+    def texts(self, name: Column) -> list[str] | None:
+        """Return the fields of a column that begins with a text, (N,); None for another one."""
+        raw = self._columns.get(name)
+        words = raw is not None and raw.dtype.kind == "O" and len(raw) > 0 and isinstance(raw[0], str)
+        return raw.tolist() if words and raw is not None else None
 
     def _missing(self, name: Column) -> InputError:
         if isinstance(name, int):
@@ -196,7 +249,7 @@ class Table:
 Columns = tuple[list[Column], dict[Column, NDArray[Any]]]
 
 
-def _npz(path: Path, layout: Layout, wanted: frozenset[Column], cut: object) -> Columns:
+def _npz(path: Path, wanted: frozenset[Column]) -> Columns:
     if not zipfile.is_zipfile(user_file(path)):
         raise ValueError("it is not an archive of arrays as written by numpy.savez")
     with zipfile.ZipFile(user_file(path)) as archive:
@@ -222,64 +275,16 @@ def _header(file: Any) -> tuple[tuple[int, ...], bool, np.dtype[Any]]:
     return np.lib.format.read_array_header_2_0(file)
 
 
-def _parquet(path: Path, layout: Layout, wanted: frozenset[Column], cut: object) -> Columns:
+def _parquet(path: Path, wanted: frozenset[Column]) -> Columns:
     from pyarrow import parquet
 
     with parquet.ParquetFile(user_file(path)) as file:
         raw = file.schema_arrow.names
-        names: list[Column] = [_plain(name) for name in raw]
-        chosen = [name for name, plain in zip(raw, names, strict=True) if plain in wanted and names.count(plain) == 1]
+        names: list[Column] = [name.strip().strip('"') for name in raw]
+        chosen = {n: name for name, n in zip(raw, names, strict=True) if n in wanted and names.count(n) == 1}
         _fits(path, 8 * file.metadata.num_rows * len(chosen))
-        table = file.read(columns=chosen)
-    return names, {_plain(name): table.column(name).to_numpy() for name in chosen}
-
-
-def _text(path: Path, layout: Layout, wanted: frozenset[Column], cut: CutRows | None) -> Columns:
-    """Read a text file with pyarrow; if blanks are the delimiter, runs of blanks are first reduced to single ones."""
-    import pyarrow as pa
-    from pyarrow import csv as arrow_csv
-
-    _check_text(path, layout)
-    size = _BYTES_OF_TEXT * path.stat().st_size
-    if size > machine_memory():
-        raise _too_large(path, size)
-    source: Path | io.BytesIO = path
-    delimiter, skip = layout.delimiter, 0 if layout.rows else layout.skip_lines
-    if layout.rows:
-        source = io.BytesIO(selected_text(path, layout))
-    elif delimiter == WHITESPACE:
-        data = read_bytes(path) if cut is None else cut.without(read_bytes(path))
-        source = io.BytesIO(b"\n".join(b" ".join(line.split()) for line in data.splitlines()))
-    elif cut is not None and cut.notes:
-        source = io.BytesIO(cut.without(read_bytes(path)))
-    try:
-        table = arrow_csv.read_csv(
-            source,
-            read_options=arrow_csv.ReadOptions(skip_rows=skip, autogenerate_column_names=layout.numbered),
-            parse_options=arrow_csv.ParseOptions(delimiter=" " if delimiter == WHITESPACE else delimiter),
-            convert_options=arrow_csv.ConvertOptions(decimal_point=layout.decimal),
-        )
-    except pa.ArrowException as error:
-        raise InputError(_not_a_table(path, layout, error)) from error
-    names: list[Column] = list(range(1, table.num_columns + 1))
-    if not layout.numbered:
-        names = [_plain(name) for name in table.column_names]
-    return names, {
-        name: (column.cast(pa.string()) if pa.types.is_temporal(column.type) else column).to_numpy()
-        for name, column in zip(names, table.columns, strict=True)
-        if name in wanted and names.count(name) == 1
-    }
-
-
-def _cut(path: Path, layout: Layout) -> CutRows | None:
-    """Return the rows of a file that were cut short; None if only some of its rows are read."""
-    if layout.rows:
-        return None
-    delimiter = None if layout.delimiter == WHITESPACE else layout.delimiter
-    if layout.numbered:
-        return cut_rows(path, delimiter, layout.skip_lines)
-    names = next(iter(read_rows(path, layout)), None)
-    return None if names is None else cut_rows(path, delimiter, names[0], len(names[1]))
+        table = file.read(columns=[*chosen.values()])
+    return names, {name: table.column(of).to_numpy() for name, of in chosen.items()}
 
 
 def _check_text(path: Path, layout: Layout) -> None:
@@ -308,26 +313,6 @@ def _check_text(path: Path, layout: Layout) -> None:
         ) from error
 
 
-def _not_a_table(path: Path, layout: Layout, error: Exception) -> str:
-    """Return an error that names the first line with a different number of fields, or pyarrow's message."""
-    hint = f" (delimiter = {layout.delimiter!r}, skip_lines = {layout.skip_lines})"
-    try:
-        rows = iter(read_rows(path, layout))
-        first = next(rows, None)
-        if first is None:
-            return f"{path} holds no samples: it has no lines{hint}."
-        for line, fields in rows:
-            if len(fields) != len(first[1]):
-                return (
-                    f"{path}, line {line}: it has {len(fields)} field{'s' * (len(fields) != 1)} but line {first[0]} "
-                    f"has {len(first[1])}{hint}."
-                )
-    except csv.Error:
-        pass
-    reason = "".join(c if c.isprintable() else " " for c in str(error)).strip().rstrip(".")
-    return f"{path} cannot be read as text in columns: {reason[:300]}{hint}."
-
-
 def _fits(path: Path, size: int) -> None:
     """Refuse a file whose columns, including copies, do not fit into the machine's memory."""
     if _COPIES * size > machine_memory():
@@ -339,10 +324,6 @@ def _too_large(path: Path, size: int) -> InputError:
         f"{path} would need {size / 1e9:.3g} GB of memory; this machine has {machine_memory() / 1e9:.3g} GB. Split it "
         "into parts, or average samples first."
     )
-
-
-def _plain(name: str) -> str:
-    return name.strip().strip('"')
 
 
 def _short(text: str) -> str:

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import re
 from typing import Annotated, Literal, Self
 
 import numpy as np
@@ -10,21 +9,9 @@ from pydantic import Field, model_validator
 
 from sinssim.data import Array
 from sinssim.errors import unknown_name
+from sinssim.logs.text.names import TIME_UNITS, UNITS, unit_in_name
+from sinssim.logs.text.rows import WHITESPACE
 from sinssim.section import Section
-from sinssim.units import ARCSEC, DEG, DEG_H, FOOT, G0
-
-TIME_UNITS = {"s": 1.0, "ms": 1e-3, "100us": 1e-4, "us": 1e-6, "ns": 1e-9}
-"""Units of time, in s."""
-UNITS: dict[tuple[str, str], dict[str, float]] = {
-    ("gyro", "increments"): {"rad": 1.0, "mrad": 1e-3, "urad": 1e-6, "deg": DEG, "arcsec": ARCSEC},
-    ("gyro", "rates"): {"rad/s": 1.0, "mrad/s": 1e-3, "deg/s": DEG, "deg/h": DEG_H},
-    ("accel", "increments"): {"m/s": 1.0, "mm/s": 1e-3, "ft/s": FOOT, "g*s": G0},
-    ("accel", "rates"): {"m/s^2": 1.0, "ft/s^2": FOOT, "g": G0, "mg": 1e-3 * G0},
-}
-"""Units by triad and kind of log, in SI."""
-
-WHITESPACE = "whitespace"
-"""The delimiter for columns separated by any number of spaces and tabs."""
 
 TriadName = Literal["gyro", "accel"]
 TRIADS: tuple[TriadName, ...] = ("gyro", "accel")
@@ -39,18 +26,6 @@ DIRECTIONS: dict[str, tuple[int, float]] = {
     "up": (2, -1.0),
 }
 """Axis and sign of each direction, forward-right-down."""
-# A unit at the end of a column's name, after a separator or as capitals after a lower-case letter: t_ms, time [s],
-# TimeUS.
-_PER = re.compile(r"/\s*$|(?:^|[\W_])(?:[mck]?m|ft|[mk]?g|m?rad|deg|°|per|p)$")
-"""The end of a name before a unit of time that makes it one of a rate or a speed."""
-_UNIT_IN_NAME = re.compile(r"(?:[\W_]|(?<=[a-z])(?=[A-Z]))((?i:m|u|µ|μ|n)?(?i:s|sec))\W*$")
-
-_EPOCH = (1.0e9, 2.2e9)
-"""Seconds since 1970 of the years 2001 to 2039."""
-_EPOCH_STEPS = (1e-5, 1e3)
-"""Intervals of any logger, s: counters since the start of a computer that look like dates have others."""
-
-
 Column = str | Annotated[int, Field(ge=1)]
 """Name of a column, or its number, from 1, in a text file without a line of names."""
 
@@ -120,32 +95,6 @@ class TextLayout(Section):
         if self.delimiter == self.decimal == ",":
             raise ValueError('decimal = "," needs another delimiter, for example delimiter = ";"')
         return self
-
-
-def unit_in_name(column: Column | None) -> str | None:
-    """Return the unit of time at the end of a column's name, None if there is none, as in those of speeds (m_s)."""
-    found = _UNIT_IN_NAME.search(column) if isinstance(column, str) else None
-    if found is None or _PER.search(str(column)[: found.start(1)].rstrip(" _")):
-        return None
-    return found[1].lower().replace("µ", "u").replace("μ", "u").removesuffix("ec")
-
-
-def epoch_unit(column: Array, interval: float) -> str | None:
-    """Return the unit in which stamps are dates since 1970.
-
-    Args:
-        column: stamps, (N,).
-        interval: usual interval, in the same unit.
-
-    Returns:
-        The unit; None if they are no such dates.
-    """
-    for unit, scale in TIME_UNITS.items():
-        first, last = (float(column[k]) * scale for k in (0, -1))
-        if _EPOCH[0] < first < _EPOCH[1] and _EPOCH[0] < last < _EPOCH[1] and unit != "100us":
-            low, high = _EPOCH_STEPS
-            return unit if low <= interval * scale <= high else None
-    return None
 
 
 class LogDescription(TextLayout):

@@ -2,22 +2,15 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterator
 from typing import Literal, Self
 
 from pydantic import Field, model_validator
 
 from sinssim.errors import unknown_name
-from sinssim.logs.text.description import TIME_UNITS, Column, TextLayout
+from sinssim.logs.text.description import Column, TextLayout
+from sinssim.logs.text.names import TIME_UNITS, UNITS_OF
 from sinssim.section import Keys, Section
-from sinssim.units import ANGLES, DEG, LENGTHS, SPEEDS
-
-UNITS_OF: dict[str, Mapping[str, float]] = {
-    "angle": {**ANGLES, "1e-7 deg": 1e-7 * DEG},
-    "length": {**LENGTHS, "mm": 1e-3, "cm": 1e-2},
-    "speed": {**SPEEDS, "mm/s": 1e-3, "cm/s": 1e-2},
-}
-"""Units by dimension, in SI."""
 
 Axes = Literal["north-east-down", "north-east-up", "east-north-up"]
 SIGNS: dict[Axes, tuple[tuple[int, float], ...]] = {

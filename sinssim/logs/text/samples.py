@@ -18,16 +18,8 @@ from sinssim.errors import InputError, warn
 from sinssim.logs.stored.made_by import warn_of_version
 from sinssim.logs.streams import Clock
 from sinssim.logs.text.columns import SUFFIXES, TEXT, Table
-from sinssim.logs.text.description import (
-    TIME_UNITS,
-    TRIADS,
-    UNITS,
-    WORDS,
-    Column,
-    LogDescription,
-    TriadColumns,
-    TriadName,
-)
+from sinssim.logs.text.description import TRIADS, WORDS, Column, LogDescription, TriadColumns, TriadName
+from sinssim.logs.text.names import TIME_UNITS, UNITS
 
 __all__ = ["SUFFIXES", "TEXT", "Samples", "TriadName", "read_log", "read_samples", "slow"]
 

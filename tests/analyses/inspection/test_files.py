@@ -285,5 +285,7 @@ def test_rows_of_another_width_are_named_as_a_run_refuses_them(tmp_path: Path) -
     assert not found.inspection.usable
     assert found.scenario is not None
     (tmp_path / "drive.toml").write_text(found.scenario)
-    with pytest.raises(InputError, match=r"gyro\.csv, line 12: it has 5 fields but line 1 has 4"):
+    with pytest.raises(
+        InputError, match=r"gyro\.csv, line 12: it has 5 fields; 4 separated by ',' are needed, as in line 1"
+    ):
         inspect([tmp_path / "drive.toml"])

@@ -214,8 +214,14 @@ def test_columns(tmp_path: Path) -> None:
 @pytest.mark.parametrize(
     ("text", "said"),
     [
-        ("time_s,latitude_deg,longitude_deg,height_m\n1,50,14,x\n", "line 2: 'x' is not a number"),
-        ("time_s,latitude_deg,longitude_deg,height_m,roll_deg\n1,50,14,2,3\n", "pitch with its unit is missing"),
+        (
+            "time_s,latitude_deg,longitude_deg,height_m\n1,50,14,x\n",
+            "line 2\\): the column 'height_m' holds 'x', not a number\\.$",
+        ),
+        (
+            "time_s,latitude_deg,longitude_deg,height_m,roll_deg\n1,50,14,2,3\n",
+            "has roll_deg but not pitch_deg and heading_deg: give all",
+        ),
         ("time_s,latitude_deg,longitude_deg,height_m,time_s\n1,50,14,2,3\n", "appears twice"),
         ("time_s,latitude_deg,longitude_deg,height_m\n,50,14,2\n", "row 1: the column time_s is missing"),
         ("time_s,latitude_deg,longitude_deg,height_m,q_nb_w,q_nb_x,q_nb_y,q_nb_z\n1,5,1,2,3,0,0,0\n", "norm 3"),

@@ -187,7 +187,7 @@ def test_flysight(tmp_path: Path) -> None:
     np.testing.assert_allclose(fixes.velocity_sigma, [[0.25, 0.25, 0.25]] * 4)
     assert track.clock.origin_gps_s == 1751990400 - 315964800 + 18
     path.write_text(path.read_text() + "$IMU,1,2\n$IMU,1,2\n")
-    with pytest.raises(InputError, match="it has 3 fields; 9 are described"):
+    with pytest.raises(InputError, match="it has 3 fields; 9 separated by ',' are needed, as \\$COL says"):
         read_file(path)
 
 
@@ -252,14 +252,14 @@ def test_gnss_ins_sim(tmp_path: Path) -> None:
 @pytest.mark.parametrize(
     ("make", "old", "new", "said"),
     [
-        (loggers.vbox, "012 160000.50", "012 x", "line 14: could not convert"),
+        (loggers.vbox, "012 160000.50", "012 x", "line 14: 'x' is not a number"),
         (
             loggers.android,
             "UncalGyro,1751990400250,9000250000000,0.01",
             "UncalGyro,1751990400250,9000250000000,a",
             "line 12",
         ),
-        (loggers.inertial_explorer, "230401.00", "what", "line 7: could not convert"),
+        (loggers.inertial_explorer, "230401.00", "what", "line 7: 'what' is not a number"),
         (loggers.ardupilot_dump, "GyrY : -0.02", "GyrY : -0.02, GyrY : 1", "line 3: IMU has 8 fields"),
     ],
 )

@@ -8,8 +8,8 @@ import numpy as np
 import pytest
 
 from sinssim.errors import InputError
-from sinssim.logs.formats import number_table
-from sinssim.logs.formats.number_table import read_numbers
+from sinssim.logs.text import table as number_table
+from sinssim.logs.text.table import read_numbers
 
 
 def test_exact_and_in_blocks(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
@@ -34,9 +34,9 @@ def test_missing_values_and_names(tmp_path: Path) -> None:
 @pytest.mark.parametrize(
     ("text", "said"),
     [
-        (b"1 2 3\n4 5\n", "line 2: it has 2 columns; 3 numbers"),
+        (b"1 2 3\n4 5\n", "line 2: it has 2 fields; 3 separated by blanks"),
         (b"1 2 3\n# comment\n4 x 6\n", r"line 3: 'x' is not a number"),
-        (b"1 2\n", "line 1: it has 2 columns; 3 numbers"),
+        (b"1 2\n", "line 1: it has 2 fields; 3 separated by blanks"),
         (b"", "holds no rows"),
         (b"% only a comment\n", "holds no rows"),
         (b"1 2 3\n\0\0\0\0", "zero bytes"),

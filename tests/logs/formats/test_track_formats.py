@@ -178,10 +178,10 @@ def test_parquet_as_a_run_writes_it(tmp_path: Path) -> None:
     [
         (("latitude_deg", "breite"), "no column latitude_deg"),
         (("time_s", "when"), "no column time_s"),
-        (("pitch_deg", "nod"), "not the other angles"),
-        (("51.6", "51,6"), "row 2: 8 fields"),
-        (("51.6", "x"), "row 2: latitude_deg = 'x' is not a number"),
-        (("roll_deg,pitch_deg,heading_deg", "qw,a,b"), "none of qx, qy, qz"),
+        (("pitch_deg", "nod"), "has roll_deg and heading_deg but not pitch_deg"),
+        (("51.6", "51,6"), "line 3: it has 8 fields; 7 separated by ','"),
+        (("51.6", "x"), "line 3): the column 'latitude_deg' holds 'x', not a number."),
+        (("roll_deg,pitch_deg,heading_deg", "qw,a,b"), "has qw but not q_nb_x and q_nb_y and q_nb_z"),
         (("roll_deg", "lat"), "latitude_deg and lat"),
     ],
 )

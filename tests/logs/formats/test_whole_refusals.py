@@ -12,13 +12,13 @@ import numpy as np
 import pytest
 
 from sinssim.errors import InputError
-from sinssim.logs.formats import number_table
-from sinssim.logs.formats.number_table import read_numbers
 from sinssim.logs.formats.receivers import novatel, novatel_ascii, vbox
 from sinssim.logs.formats.robots import ros
 from sinssim.logs.formats.robots.stamps import split_first
 from sinssim.logs.formats.robots.tum import unit
 from sinssim.logs.read import read_file
+from sinssim.logs.text import table as number_table
+from sinssim.logs.text.table import read_numbers
 from tests.logs.formats.whole import whole
 
 NAV = "2200 {} 30.5 114.25 20.75 1.5 -2.5 3.5 10.5 -20.25 130.75\n"
@@ -35,26 +35,27 @@ CSV = "time_s,latitude_deg,longitude_deg,height_m\n"
         ("a.nav", NAV.format(100.5) + "-3" + NAV.format(101.5)[4:] + "7.5" + NAV.format(102.5)[4:],
          "kf-gins-solution", ", row 2: -3 is not a GPS week; the first column is the week, or 0."),
         ("a.txt", "remark\n" + IE + 2 * "2200 1.5 30 40 50 60\n", "inertial-explorer",
-         ", line 4: it has 6 fields; the names need 5."),
+         ", line 4: it has 6 fields; 5 separated by blanks are needed, as the names say."),
         ("a.txt", "remark\n" + IE + "2200 1.5 30 40 50\n2200 2.5 x 40 50\n2200 3.5 30 40 50\n", "inertial-explorer",
-         ", line 5: could not convert string to float: 'x'."),
+         ", line 5: 'x' is not a number."),
         ("a.txt", IE + "2200 1.5 30 40\n", "inertial-explorer",
          " has 1 rows below its names; at least two are needed."),
-        ("a.txt", IE + "2200 1.5\n2200 2.5\n", "inertial-explorer", ", line 3: it has 2 fields; the names need 5."),
+        ("a.txt", IE + "2200 1.5\n2200 2.5\n", "inertial-explorer",
+         ", line 3: it has 2 fields; 5 separated by blanks are needed, as the names say."),
         ("a.txt", IE.replace("GPSTime", "UTCTime") + "2200 1.5 30 40 50\n2200 2.5 30 40 50\n", "inertial-explorer",
          " has no column GPSTime: export it, with Week."),
         ("a.vbo", VBO + "120000.5 0 0 7\n120001.5 0 0 8\n", "vbox", " has no position."),
         ("a.vbo", VBO + "120000.5 30 40 7\n120001.5 30 x 8\n120002.5 30 40 9\n", "vbox",
-         ", line 6: could not convert string to float: 'x'."),
+         ", line 6: 'x' is not a number."),
         ("a.vbo", VBO + "120000.5 30 40 7\n120001.5 30 40 8 9\n120002.5 30 40 9\n", "vbox",
-         ", line 6: it has 5 fields; [column names] has 4."),
+         ", line 6: it has 5 fields; 4 separated by blanks are needed."),
         ("a.vbo", VBO.replace("long", "east") + "120000.5 30 40 7\n", "vbox",
          " has no [column names] with time, lat and long, or no [data]."),
         ("a.csv", "# nothing\n\n", "track-csv", " is empty."),
         ("a.csv", "time_s,latitude_deg,time_s\n1,2,3\n", "track-csv",
-         " has two columns of one name: time_s, latitude_deg, time_s."),
+         ": the column 'time_s' appears twice."),
         ("a.csv", CSV + "1,2,3,4\n2,3\n3,4,5,6\n", "track-csv",
-         ", row 2: 2 fields, but the first line names 4 columns."),
+         ", line 3: it has 2 fields; 4 separated by ',' are needed, as in line 1 (skip_lines = 0)."),
     ],
 )  # fmt: skip
 def test_mistakes_by_row_and_line(tmp_path: Path, name: str, text: str, form: str, said: str) -> None:

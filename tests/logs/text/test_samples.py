@@ -233,7 +233,7 @@ def arrays(**columns):
         (
             "log.csv",
             b"a,b\n1,2\n\n3,4,5\n",
-            "line 4: it has 3 fields but line 1 has 2 (delimiter = ',', skip_lines = 0)",
+            "line 4: it has 3 fields; 2 separated by ',' are needed, as in line 1 (skip_lines = 0)",
         ),
         ("log.csv", b"time_s,dtheta_x_rad\ns,rad\n1,2\n", "holds 'rad', not a number. If it belongs to a heading"),
         ("log.csv", b"a,b\n1,2\n", "Its columns are a, b: describe them in a TOML file (--columns)"),
@@ -288,7 +288,11 @@ OWN_NAMES = ",".join(own_table().column_names) + "\n"
         ("", "0.03,1,2,x,4,5,6\n", r"log.csv, sample 2 \(line 4\): the column 'dtheta_z_rad' holds 'x', not a number"),
         ("", "\n0.03,1,2,,4,5,6\n", r"log.csv, sample 2 \(line 5\): the column 'dtheta_z_rad' is empty or not finite"),
         ("rig 7\n", "0.015,1,2,3,4,5,6\n", r"log.csv, sample 2 \(line 5\): the time 0.015 s is not later than 0.02"),
-        ("rig 7\n", "0.03,1,2\n0.04,0,0,0,0,0,0\n", r"log.csv, line 5: it has 3 fields but line 2 has 7"),
+        (
+            "rig 7\n",
+            "0.03,1,2\n0.04,0,0,0,0,0,0\n",
+            r"log.csv, line 5: it has 3 fields; 7 separated by ',' are needed, as",
+        ),
         (
             "",
             "0.03,1e4,2,3,4,5,6\n",

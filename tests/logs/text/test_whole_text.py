@@ -10,14 +10,15 @@ import pytest
 from sinssim.errors import InputError
 from sinssim.logs.log import LogImu
 from sinssim.logs.streams import Clock
-from sinssim.logs.text.cut_rows import CutRows, cut_rows
 from sinssim.logs.text.dates import date_seconds
-from sinssim.logs.text.description import TIME_UNITS, LogDescription, epoch_unit, unit_in_name
+from sinssim.logs.text.description import LogDescription
 from sinssim.logs.text.even_stamps import even_stamps
 from sinssim.logs.text.joined import joined, with_gravity
+from sinssim.logs.text.names import TIME_UNITS, epoch_unit, unit_in_name
 from sinssim.logs.text.no_gravity import without_gravity
+from sinssim.logs.text.rows import CutRows, cut_rows, read_rows, selected_text, text_rows
 from sinssim.logs.text.samples import read_samples, slow, with_readings
-from sinssim.logs.text.selection import read_rows, selected_text
+from sinssim.logs.text.table import read_numbers
 
 NAN = float("nan")
 
@@ -130,9 +131,9 @@ def test_rows_by_their_texts(tmp_path: Path) -> None:
     path.write_text('rig 7\n"kind",id, v\ngyro,0,1\ngyro,1,2\naccel,0,3\ngyro,0 ,4\n', encoding="utf-8")
     layout = LogDescription.model_validate({"skip_lines": 1, "time": "kind", "rows": {"kind": "gyro", "id": "0"}})
     assert list(read_rows(path, layout)) == [
-        (2, ["kind", "id", " v"]), (3, ["gyro", "0", "1"]), (6, ["gyro", "0 ", "4"]),
+        (2, ["kind", "id", "v"]), (3, ["gyro", "0", "1"]), (6, ["gyro", "0", "4"]),
     ]  # fmt: skip
-    assert selected_text(path, layout) == b"kind,id, v\ngyro,0,1\ngyro,0 ,4\n"
+    assert selected_text(path, layout) == b"gyro,0,1\ngyro,0,4\n"
     numbered = {"columns": [3, 3, 3], "unit": "rad"}
     layout = LogDescription.model_validate({"skip_lines": 2, "time": 2, "gyro": numbered, "rows": {"1": "accel"}})
     assert list(read_rows(path, layout)) == [(5, ["accel", "0", "3"])]
@@ -217,10 +218,12 @@ def test_rows_that_were_cut_short(tmp_path: Path) -> None:
             "x.txt, line 8: the last row was cut short (2 of 3 fields) and is left out.",
         ),
     )  # fmt: skip
-    assert found.without(path.read_bytes()) == b"names of two lines\n\n# said\n1,2,3\n4,5,6\n7,8,9\n"
+    rows = [["1", "2", "3"], ["4", "5", "6"], ["7", "8", "9"]]
+    assert [fields for _, fields in text_rows(path, ",", 1, found)] == rows
+    assert read_numbers(path, (3,), [], delimiter=",", skip=1).tolist() == [[1, 2, 3], [4, 5, 6], [7, 8, 9]]
     path.write_text("1 2 3\n4 5 6\n7 8 9\n")
-    assert cut_rows(path, None, 0) == CutRows(path.stat().st_size)
-    assert cut_rows(path, None, 0, 4) == CutRows(path.stat().st_size)
+    assert cut_rows(path, "whitespace", 0) == CutRows(path.stat().st_size)
+    assert cut_rows(path, "whitespace", 0, 4) == CutRows(path.stat().st_size)
 
 
 def test_even_instants_of_stamps_that_are_even() -> None:

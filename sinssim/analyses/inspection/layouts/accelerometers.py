@@ -16,9 +16,8 @@ from sinssim.analyses.inspection.layouts.likeness import (
     uneven,
     varies,
 )
-from sinssim.analyses.inspection.layouts.names import quantity, unit_of
 from sinssim.analyses.inspection.layouts.text_table import TextTable
-from sinssim.logs.text.description import UNITS
+from sinssim.logs.text.names import UNITS, quantity, unit_of
 from sinssim.logs.text.no_gravity import WITHOUT_GRAVITY, without_gravity
 from sinssim.units import G0
 

@@ -14,37 +14,21 @@ from typing import Any
 import numpy as np
 
 from sinssim.analyses.inspection.layouts.inertial import is_unix
-from sinssim.analyses.inspection.layouts.names import quantity, triads, unit_of
 from sinssim.analyses.inspection.layouts.text_table import TextTable
-from sinssim.analyses.inspection.layouts.time_column import says_other, says_time
 from sinssim.data import Array
-from sinssim.logs.text.description import TIME_UNITS, epoch_unit, unit_in_name
-from sinssim.logs.text.fix_description import UNITS_OF
+from sinssim.logs.text.names import (
+    TIME_UNITS,
+    UNITS_OF,
+    epoch_unit,
+    means,
+    quantity,
+    says_other,
+    says_time,
+    triads,
+    unit_in_name,
+    unit_of,
+)
 
-_END = r"(?:$|[\W_])"
-_START = r"(?:^|[\W_])"
-_WORDS = {
-    "latitude": rf"{_START}lat(?:itude)?{_END}|latitude|(?<=[a-z])Lat{_END}",
-    "longitude": rf"{_START}(?:lon|lng|long)(?:itude)?{_END}|longitude|(?<=[a-z])(?:Lon|Lng){_END}",
-    "height": rf"{_START}(?:alt|altitude|height|hgt|elev\w*|ele|h|hmsl|hae){_END}|altitude|height",
-    "north": rf"{_START}v(?:el(?:ocity)?)?[\W_]*n(?:orth)?{_END}|north[\W_]*vel|vel\w*[\W_]*north|v[Nn]orth"
-    rf"|vel\w*\W+n{_END}",
-    "east": rf"{_START}v(?:el(?:ocity)?)?[\W_]*e(?:ast)?{_END}|east[\W_]*vel|vel\w*[\W_]*east|v[Ee]ast"
-    rf"|vel\w*\W+e{_END}",
-    "down": rf"{_START}v(?:el(?:ocity)?)?[\W_]*d(?:own)?{_END}|down[\W_]*vel|vel\w*[\W_]*down|v[Dd]own"
-    rf"|vel\w*\W+d{_END}",
-    "up": rf"{_START}v(?:el(?:ocity)?)?[\W_]*u(?:p)?{_END}|up[\W_]*vel|vel\w*[\W_]*up{_END}|v[Uu]p|climb",
-    "speed": rf"speed|{_START}spd{_END}|{_START}vel_m_s{_END}|{_START}sog{_END}|^velocity(?:\s*[\[(].*)?$",
-    "course": rf"course|bearing|{_START}g?crs{_END}|{_START}cog|{_START}heading{_END}|track|head(?:ing)?_?mot|"
-    rf"^direction{_END}",
-    "sigma_h": rf"horizontal[\W_]*acc|{_START}h_?acc|{_START}eph{_END}|^acc(?:uracy)?(?:$|[ \[(])|pos\w*_acc",
-    "sigma_v": rf"vertical[\W_]*acc|{_START}v_?acc|{_START}epv{_END}|(?:altitude|height)[\W_]*acc",
-    "sigma_s": rf"(?:speed|velocity)[\W_]*acc|{_START}s_?acc|s_variance_m_s|velu{_END}",
-    "sigma_n": rf"{_START}(?:sd|std|sigma|s|var)_?(?:dev)?_?n(?:orth)?{_END}|posu\W+n{_END}",
-    "sigma_e": rf"{_START}(?:sd|std|sigma|s)_?(?:dev)?_?e(?:ast)?{_END}|posu\W+e{_END}",
-    "sigma_d": rf"{_START}(?:sd|std|sigma|s)_?(?:dev)?_?(?:d(?:own)?|u(?:p)?|h){_END}|posu\W+d{_END}",
-    "quality": r"^(?:fix|q|quality|fix_?type|fix_?q\w*|gps_?q\w*|solution_?status|rtk_?\w*status)$",
-}
 _NO_HEIGHT = re.compile(r"wave|geoid|undul|separ|baro|press|relat", re.IGNORECASE)
 _UNCERTAIN = re.compile(r"acc|std|sigma|accuracy|err|(?:^|[\W_])sd|var|cov|dop", re.IGNORECASE)
 _R = 6.371e6  # m; roles are judged by ratios of 10 %
@@ -134,7 +118,7 @@ def guess_fixes(table: TextTable, near: tuple[str | int, str, float, float] | No
 def _find(table: TextTable, role: str, *, uncertain: bool = False) -> int | None:
     """Return the first column whose name has a word of a role."""
     for k, name in enumerate(table.words or ()):
-        fits = re.search(_WORDS[role], name, re.IGNORECASE) and (uncertain or not _UNCERTAIN.search(name))
+        fits = means(name, role) and (uncertain or not _UNCERTAIN.search(name))
         if fits and np.isfinite(table.values[:, k]).any():
             return k
     return None
@@ -147,7 +131,7 @@ def _named_place(table: TextTable) -> tuple[int, int, int] | None:
     heights = [
         k
         for k, name in enumerate(table.words or ())
-        if re.search(_WORDS["height"], name, re.IGNORECASE) and not (_UNCERTAIN.search(name) or _NO_HEIGHT.search(name))
+        if means(name, "height") and not (_UNCERTAIN.search(name) or _NO_HEIGHT.search(name))
     ]
     # of several, that of the receiver is beside its latitude and longitude; another one is that of a barometer
     heights.sort(key=lambda k: (not re.search(r"ellip|hae", (table.words or ())[k], re.I), abs(k - longitude)))

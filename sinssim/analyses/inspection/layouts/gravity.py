@@ -8,15 +8,13 @@ import numpy as np
 
 from sinssim.analyses.inspection.layouts.inertial import Layout, guess_layout, guess_part, quantity_of
 from sinssim.analyses.inspection.layouts.likeness import Three, varies
-from sinssim.analyses.inspection.layouts.names import says, triads, unit_of
 from sinssim.analyses.inspection.layouts.text_table import TextTable
 from sinssim.analyses.inspection.layouts.time_column import time_column
 from sinssim.data import Array
 from sinssim.errors import InputError
-from sinssim.logs.text.description import UNITS
+from sinssim.logs.text.names import UNITS, means, says, triads, unit_of
 from sinssim.units import G0
 
-_WORD = r"grav"
 _BARE = r"lin|user"
 _NEAR_G = 0.05
 """Relative departure of a gravity vector from standard gravity: that of the Earth, and rounding."""
@@ -39,9 +37,9 @@ def gravity_in(table: TextTable) -> Layout | None:
         time, unit, _ = time_column(table)
     except InputError:
         return None
-    of_file = any(says(text, _WORD) for text in (*table.rows.values(), table.path.stem))
+    of_file = any(means(text, "gravity") for text in (*table.rows.values(), table.path.stem))
     for three in triads(table.words):
-        if time in three or not (of_file or all(says(str(table.label(k)), _WORD) for k in three)):
+        if time in three or not (of_file or all(means(str(table.label(k)), "gravity") for k in three)):
             continue
         size = np.linalg.norm(table.values[:, list(three)], axis=1)
         size = size[np.isfinite(size)]

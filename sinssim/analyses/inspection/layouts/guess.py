@@ -11,14 +11,13 @@ from sinssim.analyses.inspection.layouts.fix_columns import FixLayout, guess_fix
 from sinssim.analyses.inspection.layouts.gravity import gravity_in, part_of_unit, whole_unit
 from sinssim.analyses.inspection.layouts.inertial import Layout, joined, off_gravity
 from sinssim.analyses.inspection.layouts.kinds import split_kinds
-from sinssim.analyses.inspection.layouts.names import quantity, triads
 from sinssim.analyses.inspection.layouts.text_table import TextTable
 from sinssim.analyses.inspection.layouts.time_column import UncertainUnitError
 from sinssim.errors import InputError
 from sinssim.logs.files import fix_stream
 from sinssim.logs.log import LogGnss
 from sinssim.logs.streams import Streams
-from sinssim.logs.text.description import TIME_UNITS
+from sinssim.logs.text.names import TIME_UNITS, quantity, triads
 
 
 @dataclass(frozen=True)

@@ -11,14 +11,13 @@ import numpy as np
 
 from sinssim.analyses.inspection.layouts.accelerometers import Kind, accelerometers, named_quantity, no_gravity_words
 from sinssim.analyses.inspection.layouts.likeness import Three, copies, gyro_unit_of, quaternion, unlike_gyros, varies
-from sinssim.analyses.inspection.layouts.names import quantity, triads
 from sinssim.analyses.inspection.layouts.text_table import TextTable
 from sinssim.analyses.inspection.layouts.time_column import time_column
 from sinssim.data import Array
 from sinssim.errors import InputError
 from sinssim.logs.gps_time import gps_from_unix
 from sinssim.logs.streams import Clock, InertialStream
-from sinssim.logs.text.description import TIME_UNITS, UNITS
+from sinssim.logs.text.names import TIME_UNITS, UNITS, quantity, triads
 from sinssim.logs.text.samples import with_readings
 from sinssim.units import G0
 

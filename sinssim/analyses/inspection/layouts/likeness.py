@@ -6,10 +6,9 @@ from typing import Literal
 
 import numpy as np
 
-from sinssim.analyses.inspection.layouts.names import quantity, says, triads, unit_of
 from sinssim.analyses.inspection.layouts.text_table import TextTable
 from sinssim.data import Array
-from sinssim.logs.text.description import UNITS
+from sinssim.logs.text.names import UNITS, means, quantity, triads, unit_of
 
 Three = tuple[int, int, int]
 """Columns x, y, z, from 0."""
@@ -106,9 +105,7 @@ def says_no_gravity(table: TextTable, word: str | None) -> bool:
     """Return whether names say that gravity is removed: linear or user acceleration, or this file of Sensor Logger."""
     if table.path.stem.lower() == "accelerometer" and "seconds_elapsed" in (table.words or ()):
         return True
-    return any(
-        says(text, r"(?:lin(?:ear)?|user|free)[\W_]*acc") for text in (word, table.path.stem, *table.rows.values())
-    )
+    return any(means(text, "without gravity") for text in (word, table.path.stem, *table.rows.values()))
 
 
 def gyro_unit_of(table: TextTable, three: Three, kind: Literal["rates", "increments"]) -> tuple[str, bool]:

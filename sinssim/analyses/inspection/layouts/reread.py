@@ -9,7 +9,7 @@ from typing import Any, Literal
 import numpy as np
 
 from sinssim.data import Array
-from sinssim.logs.text.description import UNITS
+from sinssim.logs.text.names import UNITS
 
 Kind = Literal["rates", "increments"]
 _SAME = 0.05

@@ -2,9 +2,7 @@
 
 from __future__ import annotations
 
-import csv
 import re
-from collections.abc import Iterator
 from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import Any
@@ -15,9 +13,10 @@ from numpy.typing import NDArray
 from sinssim.data import Array
 from sinssim.errors import InputError
 from sinssim.logs.streams import Clock
-from sinssim.logs.text.cut_rows import cut_rows
 from sinssim.logs.text.dates import date_seconds, is_date
-from sinssim.system.user_file import open_file, open_text, user_file
+from sinssim.logs.text.rows import WHITESPACE, CutRows, cut_rows, split, text_rows
+from sinssim.logs.text.table import bad_row, read_columns
+from sinssim.system.user_file import open_file
 
 _HEAD_LINES = 200
 _LARGEST = 1e30
@@ -103,14 +102,6 @@ class TextTable:
         return column + 1 if self.names is None else self.names[column]
 
 
-def _split(line: str, delimiter: str) -> list[str]:
-    """Return the fields of a line, without blanks and quotation marks around them; a quoted delimiter ends no field."""
-    if delimiter == "whitespace":
-        return line.split()
-    fields = next(csv.reader([line.strip("\r\n ")], delimiter=delimiter, skipinitialspace=True), [])
-    return [field.strip().strip('"').strip() for field in fields]
-
-
 def _number(text: str) -> float:
     try:
         return float(text.replace(",", ".") if _COMMA.fullmatch(text) else text)
@@ -143,9 +134,9 @@ def read_table(path: Path) -> TextTable:
         raise InputError(f"{path} is neither a file of a known format nor a text file.")
     lines = [line.decode("utf-8", "replace").rstrip("\r\n").removeprefix("\ufeff") for line in head if line]
     delimiter = _delimiter(lines)
-    widths = [len(_split(line, delimiter)) if line.strip() else 0 for line in lines]
+    widths = [len(split(line, delimiter)) if line.strip() else 0 for line in lines]
     numeric = [
-        width > 1 and _is_row(_split(line, delimiter)) and not line.lstrip().startswith(_COMMENT)
+        width > 1 and _is_row(split(line, delimiter)) and not line.lstrip().startswith(_COMMENT)
         for line, width in zip(lines, widths, strict=True)
     ]
     if not any(numeric):
@@ -154,24 +145,24 @@ def read_table(path: Path) -> TextTable:
             "log with rows of numbers, or a file of a format of `sinssim list formats`."
         )
     heading = first = numeric.index(True)
-    if first and 0 < widths[first - 1] < widths[first] and all(map(_is_value, _split(lines[first - 1], delimiter))):
+    if first and 0 < widths[first - 1] < widths[first] and all(map(_is_value, split(lines[first - 1], delimiter))):
         heading -= 1  # a first row of which one number is left
-    cut = cut_rows(path, None if delimiter == "whitespace" else delimiter, heading)
+    cut = cut_rows(path, delimiter, heading)
     first = cut.first or first
-    fields = _split(lines[first], delimiter)
+    fields = split(lines[first], delimiter)
     decimal = "," if delimiter != "," and any(_COMMA.fullmatch(f) for f in fields) else "."
     names, comment = _heading(lines[:heading], widths[:heading], delimiter, widths[first], fields[-1] == "")
     if names is not None and "\ufffd" in lines[heading - 1]:
         latin = head[heading - 1].decode("latin-1").rstrip("\r\n").removeprefix("ï»¿")
-        names, comment = None, tuple(_split(latin, delimiter))
+        names, comment = None, tuple(split(latin, delimiter))
     if any(len(word) > _LONGEST_WORD for word in names or comment or ()):
         names = comment = None
     dates = {k: f for k, f in enumerate(fields) if is_date(f)}
-    values, kinds, whole = _values(path, delimiter, first, widths[first], decimal, dates)
+    values, kinds, whole = _values(path, delimiter, first, widths[first], decimal, dates, cut)
     values = np.where(np.abs(values) < _LARGEST, values, np.nan)
     clocks = {k: date_seconds([text])[1] for k, text in dates.items()}
     skip = heading - (names is not None)
-    uneven = () if whole else tuple(k for k in _uneven(path, delimiter, first, widths[first]) if k != cut.last)
+    uneven = () if whole else _uneven(path, delimiter, first, widths[first], cut)
     return TextTable(
         path, delimiter, skip, names, values, decimal, dates, comment, clocks, kinds=kinds, notes=cut.notes,
         uneven=uneven,
@@ -193,14 +184,14 @@ def _heading(
     if not lines:
         return None, None
     if lines[-1].lstrip().startswith(_COMMENT):
-        fields = _split(lines[-1].lstrip(" #%/!"), delimiter)
+        fields = split(lines[-1].lstrip(" #%/!"), delimiter)
         return None, tuple(fields) if len(fields) == width else None
     begin = len(lines)
     while begin and widths[begin - 1] == width and not lines[begin - 1].lstrip().startswith(_COMMENT):
         begin -= 1
-    heading = [_split(line, delimiter) for line in lines[begin:]]
+    heading = [split(line, delimiter) for line in lines[begin:]]
     if not heading:
-        last = _split(lines[-1], delimiter)
+        last = split(lines[-1], delimiter)
         if ends_empty and len(last) == width - 1:
             return None, (*last, "")
         apart = [field for field in re.split(r"\s*:\s*", lines[-1].strip()) if field]  # names with blanks in them
@@ -222,11 +213,11 @@ def _delimiter(lines: list[str]) -> str:
     """Return the delimiter that gives most lines the same number of fields."""
     text = [line for line in lines if line.strip() and not line.lstrip().startswith(_COMMENT)] or lines
     for delimiter in _DELIMITERS:
-        counts = [len(_split(line, delimiter)) - 1 for line in text]
+        counts = [len(split(line, delimiter)) - 1 for line in text]
         common = int(np.median(counts)) if counts else 0
         if common and sum(count == common for count in counts) >= 0.8 * len(counts):
             return delimiter
-    return "whitespace"
+    return WHITESPACE
 
 
 _MOST_KINDS = 40
@@ -234,17 +225,14 @@ _MOST_KINDS = 40
 
 
 def _values(
-    path: Path, delimiter: str, skip: int, width: int, decimal: str, dates: dict[int, str]
+    path: Path, delimiter: str, skip: int, width: int, decimal: str, dates: dict[int, str], cut: CutRows
 ) -> tuple[Array, dict[int, NDArray[np.str_]], bool]:
     """Return the numbers after the heading, (N, width), the words of columns that hold a few, and if no row is uneven.
 
     Rows of another width are left out.
     """
-    from pyarrow import ArrowInvalid, csv, string
+    from pyarrow import ArrowInvalid, string
 
-    names = [str(k) for k in range(width)]
-    if delimiter == "whitespace":
-        return _slow_values(path, delimiter, skip, width, dates), {}, False
     uneven: list[bool] = []
 
     def left_out(_: object) -> str:
@@ -252,16 +240,15 @@ def _values(
         return "skip"
 
     try:
-        table = csv.read_csv(
-            user_file(path),
-            read_options=csv.ReadOptions(skip_rows=skip, column_names=names, encoding="latin-1"),
-            parse_options=csv.ParseOptions(delimiter=delimiter, invalid_row_handler=left_out),
-            convert_options=csv.ConvertOptions(
-                decimal_point=decimal, column_types={names[k]: string() for k in dates}, strings_can_be_null=True
-            ),
-        )
-    except ArrowInvalid:
-        return _slow_values(path, delimiter, skip, width, dates), {}, False
+        table = read_columns(
+            path, delimiter, width, skip, cut, decimal_point=decimal, encoding="latin-1", invalid_row_handler=left_out,
+            column_types={str(k): string() for k in dates}, strings_can_be_null=True,
+            quote_char=False if delimiter == WHITESPACE else '"',
+        )  # fmt: skip
+    except ArrowInvalid as error:
+        raise bad_row(path, (), (), delimiter, error) from error
+    if not table.num_rows:
+        raise InputError(f"{path} contains no row of {width} numbers after line {skip}.")
     columns, kinds = [], {}
     for k, column in enumerate(table.columns):
         if k in dates:
@@ -270,39 +257,14 @@ def _values(
         try:
             columns.append(column.cast("float64", safe=False).to_numpy())  # ns of dates have 19 digits
         except (ArrowInvalid, NotImplementedError):
-            columns.append(_some_numbers(column.to_pylist()))
+            texts = [text if isinstance(text, str) else "" for text in column.to_pylist()]
+            columns.append(np.array([_number(text) for text in texts]))  # some fields are words, such as "null"
             if column.type == string() and 1 < len(column.unique()) <= _MOST_KINDS:
-                kinds[k] = np.array([(text or "").strip() for text in column.to_pylist()])
+                kinds[k] = np.array([text.encode("latin-1").decode("utf-8", "replace").strip() for text in texts])
     return np.column_stack(columns), kinds, not uneven
 
 
-def _uneven(path: Path, delimiter: str, skip: int, width: int) -> Iterator[int]:
-    """Yield the lines, from 1, of rows with another number of fields."""
-    with open_text(path, encoding="latin-1") as file:
-        for number, line in enumerate(file, start=1):
-            if number > skip and line.strip() and len(_split(line, delimiter)) != width:
-                yield number
-
-
-def _some_numbers(texts: list[Any]) -> Array:
-    """Return the numbers of a column in which some fields are words, such as "null": NaN for these."""
-    return np.array([_number(text) if isinstance(text, str) else float("nan") for text in texts])
-
-
-def _slow_values(path: Path, delimiter: str, skip: int, width: int, dates: dict[int, str]) -> Array:
-    """Return the numbers line by line: blanks of any number, or rows of unequal length."""
-    rows, stamps = [], []
-    with open_text(path, encoding="utf-8", errors="replace") as file:
-        for k, line in enumerate(file):
-            if k < skip:
-                continue
-            fields = _split(line, delimiter)
-            if len(fields) == width and not re.match(r"\s*(#|%|//|!)", line):
-                rows.append([float("nan") if j in dates else _number(f) for j, f in enumerate(fields)])
-                stamps.append([fields[j] for j in dates])
-    if not rows:
-        raise InputError(f"{path} contains no row of {width} numbers after line {skip}.")
-    values = np.array(rows)
-    for j, column in zip(dates, zip(*stamps, strict=True), strict=True):
-        values[:, j] = date_seconds(column)[0]
-    return values
+def _uneven(path: Path, delimiter: str, skip: int, width: int, cut: CutRows) -> tuple[int, ...]:
+    """Return the lines, from 1, of rows with another number of fields."""
+    rows = text_rows(path, delimiter, skip, cut, comments=False)
+    return tuple(line for line, fields in rows if len(fields) != width)

@@ -6,10 +6,9 @@ from collections.abc import Iterator
 
 import numpy as np
 
-from sinssim.analyses.inspection.layouts.names import UNIT_WORDS, says, unit_of
 from sinssim.analyses.inspection.layouts.text_table import TextTable
 from sinssim.errors import InputError
-from sinssim.logs.text.description import TIME_UNITS, epoch_unit, unit_in_name
+from sinssim.logs.text.names import TIME_UNITS, epoch_unit, means, says, says_other, says_time, unit_in_name
 
 _RATES = (1.0, 10_000.0)
 """Samples a second of inertial sensors, from slow recorders to raw outputs."""
@@ -17,25 +16,10 @@ _USUAL = 200.0
 """Samples a second in the middle of those of users' units, 50 to 1000."""
 _CLEAR = 1.2
 """Least difference of the evidence for two units, in decades of the rate, with which the first one is taken."""
-_TIME_WORDS = r"time|stamp|^t$|^t[_\W]|(?:^|[\W_])sec(?:$|[\W_]|ond)|tow|sow|epoch|utc|clock|millis|micros|nanos"
-_COUNT_WORDS = r"sample|packet|count|index|(?:^|[\W_])(?:seq|row|frame|number|no|nr|n|id)(?:$|[\W_])"
-_OTHER_WORDS = r"sound|speed|veloc|temp|press|humid|alt|height|depth|dist|odo|volt|current|batt|heading|course|energy"
 
 
 class UncertainUnitError(InputError):
     """Several units of the times of a file are possible."""
-
-
-def says_time(word: str) -> bool:
-    """Return whether the name of a column says that it is a time."""
-    return says(word, _TIME_WORDS) and not says_other(word)
-
-
-def says_other(word: str) -> bool:
-    """Return whether the name of a column says that it is no time: a count, another quantity, or the unit of one."""
-    if says(word, r"time|stamp|utc|tow|sow|epoch|millis|micros|nanos"):
-        return False
-    return says(word, _OTHER_WORDS) or says(word, _COUNT_WORDS) or unit_of(word, tuple(UNIT_WORDS)) is not None
 
 
 def time_column(table: TextTable) -> tuple[int, str, float]:
@@ -77,7 +61,7 @@ def time_column(table: TextTable) -> tuple[int, str, float]:
             best = min(best, (spread - 10.0 * says_time(word) - 5.0 * sure - 1.0 * own, k, units))
     _, k, units = best
     if k < 0:
-        counts = [str(word) for word in table.words or () if says(word, _COUNT_WORDS) and not says_time(word)]
+        counts = [str(word) for word in table.words or () if means(word, "count") and not says_time(word)]
         of = f" ({counts[0]!r} is a count, no time)" if counts else ""
         raise InputError(
             f"{table.path}: no column{of} increases from row to row by the interval of inertial sensors "

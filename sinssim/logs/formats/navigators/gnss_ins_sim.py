@@ -13,14 +13,10 @@ import numpy as np
 
 from sinssim.data import Array
 from sinssim.errors import InputError
-from sinssim.logs.formats.number_table import check_finite, read_numbers
 from sinssim.logs.streams import Clock, FixStream, InertialStream, Streams
+from sinssim.logs.text.names import SPELLED
+from sinssim.logs.text.table import check_finite, read_numbers
 from sinssim.system.user_file import open_text
-from sinssim.units import DEG, G0
-
-_UNITS = {"deg/s": DEG, "rad/s": 1.0, "deg/hr": DEG / 3600.0, "m/s^2": 1.0, "m/s2": 1.0, "g": G0, "sec": 1.0,
-          "deg": DEG, "rad": 1.0, "m": 1.0, "m/s": 1.0}  # fmt: skip
-
 
 _NAMES = ("time", "gps_time", "gyro-*", "accel-*", "gps-*", "mag-*", "ref_*", "algo_time")
 
@@ -61,10 +57,10 @@ def _table(path: Path, width: int, notes: list[str]) -> Array:
     with open_text(path, encoding="utf-8", errors="replace") as file:
         heads = file.readline().split(",")
     units = [match[1] if (match := re.search(r"\(([^)]*)\)\s*$", head.strip())) else "" for head in heads]
-    if len(units) != width or any(unit not in _UNITS for unit in units):
+    if len(units) != width or any(unit not in SPELLED for unit in units):
         raise InputError(
             f"{path}, line 1: {width} names with units are needed, such as 'gyro_x (deg/s)'; it has {heads!r}."
         )
     values = read_numbers(path, (width,), notes, delimiter=",", skip=1)
     check_finite(path, values, "number")
-    return np.asarray(values * np.array([_UNITS[unit] for unit in units]))
+    return np.asarray(values * np.array([SPELLED[unit] for unit in units]))

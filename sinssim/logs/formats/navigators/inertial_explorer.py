@@ -19,7 +19,7 @@ from sinssim.data import Array
 from sinssim.errors import InputError
 from sinssim.logs.gps_time import WEEK
 from sinssim.logs.streams import Clock, FixStream, HeightDatum, SolutionStream, Streams
-from sinssim.logs.text.cut_rows import cut_rows
+from sinssim.logs.text.rows import WHITESPACE, cut_rows, not_a_number, uneven
 from sinssim.system.user_file import read_text
 from sinssim.units import DEG
 
@@ -49,7 +49,7 @@ def read(path: Path) -> Streams:
     columns = _columns(lines[at].replace(",", " "), lines[at + 1].replace(",", " "))
     width = sum(count for _, count in columns)
     rows: list[list[float]] = []
-    cut = cut_rows(path, None, at + 2)
+    cut = cut_rows(path, WHITESPACE, at + 2)
     for number, line in enumerate(lines[at + 2 :], start=at + 3):
         fields = line.replace(",", " ").split()
         if not fields or number in (cut.first, cut.last):
@@ -57,11 +57,11 @@ def read(path: Path) -> Streams:
         if len(fields) not in (width, width - 1):
             if rows:
                 break  # a footer
-            raise InputError(f"{path}, line {number}: it has {len(fields)} fields; the names need {width}.")
+            raise uneven(path, number, len(fields), str(width), WHITESPACE, ", as the names say")
         try:
             rows.append([_number(field) for field in fields[:width]] + [np.nan] * (width - len(fields)))
         except ValueError as error:
-            raise InputError(f"{path}, line {number}: {error}.") from error
+            raise not_a_number(path, number, fields) from error
     if len(rows) < 2:
         raise InputError(f"{path} has {len(rows)} rows below its names; at least two are needed.")
     table = np.array(rows)

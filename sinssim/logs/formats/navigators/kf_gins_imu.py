@@ -10,9 +10,9 @@ from pathlib import Path
 
 import numpy as np
 
-from sinssim.logs.formats.number_table import check_finite, head_numbers, read_numbers
 from sinssim.logs.gps_time import WEEK, unrolled
 from sinssim.logs.streams import Clock, InertialStream, Streams
+from sinssim.logs.text.table import check_finite, head_numbers, read_numbers
 
 WIDTHS = (7, 8)
 

@@ -19,9 +19,9 @@ import numpy as np
 from sinssim import rotation
 from sinssim.data import Array
 from sinssim.errors import InputError
-from sinssim.logs.formats.number_table import check_finite, head_numbers, read_numbers
 from sinssim.logs.gps_time import WEEK, unrolled
 from sinssim.logs.streams import Clock, SolutionStream, Streams
+from sinssim.logs.text.table import check_finite, head_numbers, read_numbers
 from sinssim.units import DEG
 
 WIDTHS = (11,)

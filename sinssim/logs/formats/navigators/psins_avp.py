@@ -11,9 +11,9 @@ from __future__ import annotations
 from pathlib import Path
 
 from sinssim import rotation
-from sinssim.logs.formats.number_table import check_finite, read_numbers
 from sinssim.logs.local_level import swapped
 from sinssim.logs.streams import Clock, SolutionStream, Streams
+from sinssim.logs.text.table import check_finite, read_numbers
 from sinssim.units import DEG
 
 WIDTHS = (4, 5, 7, 8, 10, 11)

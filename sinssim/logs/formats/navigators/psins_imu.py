@@ -14,8 +14,8 @@ from pathlib import Path
 import numpy as np
 
 from sinssim.errors import InputError
-from sinssim.logs.formats.number_table import check_finite, read_numbers
 from sinssim.logs.streams import Clock, InertialStream, Streams
+from sinssim.logs.text.table import check_finite, read_numbers
 from sinssim.units import ARCSEC
 
 

@@ -7,7 +7,6 @@ files", and the lines $COL and $UNIT of the file.
 
 from __future__ import annotations
 
-import csv
 from pathlib import Path
 
 import numpy as np
@@ -16,14 +15,13 @@ from sinssim.data import Array
 from sinssim.errors import InputError
 from sinssim.logs.gps_time import WEEK
 from sinssim.logs.streams import Clock, FixStream, InertialStream, Streams
-from sinssim.logs.text.cut_rows import cut_rows
 from sinssim.logs.text.dates import date_seconds
+from sinssim.logs.text.names import SPELLED
+from sinssim.logs.text.rows import cut_rows, text_rows, uneven
 from sinssim.system.user_file import open_text
-from sinssim.units import DEG, G0
 
 _IMU = ("time", "wx", "wy", "wz", "ax", "ay", "az")
 _GNSS = ("lat", "lon", "hMSL", "velN", "velE", "velD", "hAcc", "vAcc", "sAcc")
-_UNITS = {"deg/s": DEG, "g": G0, "s": 1.0, "deg": DEG, "m": 1.0, "m/s": 1.0}
 
 
 def recognises(path: Path, head: bytes) -> bool:
@@ -37,15 +35,13 @@ def read(path: Path) -> Streams:
     rows: dict[str, list[list[str]]] = {}
     columns: dict[str, list[str]] = {}
     units: dict[str, list[str]] = {}
-    with open_text(path, encoding="latin-1", newline="") as file:
-        for number, fields in enumerate(csv.reader(file), start=1):
-            if fields[:1] in (["$COL"], ["$UNIT"]) and len(fields) > 2:
-                (columns if fields[0] == "$COL" else units)[fields[1]] = fields[2:]
-            elif fields and (kind := fields[0].removeprefix("$")) in columns and number != cut.last:
-                if len(fields) != len(columns[kind]) + 1:
-                    width = len(columns[kind]) + 1
-                    raise InputError(f"{path}, line {number}: it has {len(fields)} fields; {width} are described.")
-                rows.setdefault(kind, []).append(fields[1:])
+    for number, fields in text_rows(path, ",", 0, cut, comments=False):
+        if fields[0] in ("$COL", "$UNIT") and len(fields) > 2:
+            (columns if fields[0] == "$COL" else units)[fields[1]] = fields[2:]
+        elif (kind := fields[0].removeprefix("$")) in columns:
+            if len(fields) != len(columns[kind]) + 1:
+                raise uneven(path, number, len(fields), str(len(columns[kind]) + 1), ",", ", as $COL says")
+            rows.setdefault(kind, []).append(fields[1:])
 
     def of(kind: str, name: str) -> Array:
         if name not in columns[kind]:
@@ -53,7 +49,7 @@ def read(path: Path) -> Streams:
         k = columns[kind].index(name)
         unit = dict(enumerate(units.get(kind, ()))).get(k, "")
         try:
-            return np.array([float(row[k]) for row in rows[kind]]) * _UNITS.get(unit, 1.0)
+            return np.array([float(row[k]) for row in rows[kind]]) * SPELLED.get(unit, 1.0)
         except ValueError as error:
             raise InputError(f"{path}: the column {name} of {kind}: {error}.") from error
 

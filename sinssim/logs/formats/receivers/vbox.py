@@ -15,7 +15,7 @@ import numpy as np
 from sinssim.errors import InputError
 from sinssim.logs.gps_time import DAY, EPOCH_UNIX, gps_from_unix, unrolled
 from sinssim.logs.streams import Clock, FixStream, Streams
-from sinssim.logs.text.cut_rows import cut_rows
+from sinssim.logs.text.rows import WHITESPACE, cut_rows, numbers_of
 from sinssim.system.user_file import read_text
 from sinssim.units import DEG, KNOT
 
@@ -42,19 +42,9 @@ def read(path: Path) -> Streams:
     columns = " ".join(line for _, line in sections.get("[column names]", ())).lower().split()
     if not {"time", "lat", "long"} <= set(columns) or not sections.get("[data]"):
         raise InputError(f"{path} has no [column names] with time, lat and long, or no [data].")
-    rows = []
-    cut = cut_rows(path, None, sections["[data]"][0][0] - 1, len(columns))
-    for number, line in sections["[data]"]:
-        if number in (cut.first, cut.last):
-            continue
-        fields = line.split()
-        try:
-            rows.append([float(field) for field in fields])
-        except ValueError as error:
-            raise InputError(f"{path}, line {number}: {error}.") from error
-        if len(fields) != len(columns):
-            raise InputError(f"{path}, line {number}: it has {len(fields)} fields; [column names] has {len(columns)}.")
-    table = np.array(rows)
+    cut = cut_rows(path, WHITESPACE, sections["[data]"][0][0] - 1, len(columns))
+    rows = ((k, line.split()) for k, line in sections["[data]"] if k not in (cut.first, cut.last))
+    table = numbers_of(path, rows, len(columns))
     table = table[(table[:, columns.index("lat")] != 0.0) | (table[:, columns.index("long")] != 0.0)]
     if not len(table):
         raise InputError(f"{path} has no position.")

@@ -18,7 +18,7 @@ from sinssim.data import Array
 from sinssim.errors import InputError
 from sinssim.logs.gps_time import WEEK
 from sinssim.logs.streams import Clock, FixStream, InertialStream, Streams
-from sinssim.logs.text.cut_rows import cut_row
+from sinssim.logs.text.rows import cut_row
 from sinssim.system.user_file import read_bytes
 from sinssim.units import DEG
 

@@ -11,10 +11,10 @@ from __future__ import annotations
 from pathlib import Path
 
 from sinssim.errors import InputError
-from sinssim.logs.formats.number_table import check_finite, read_numbers
 from sinssim.logs.formats.robots.stamps import clock_of, split_first
 from sinssim.logs.formats.robots.tum import local_solution, unit
 from sinssim.logs.streams import Clock, InertialStream, SolutionStream, Streams
+from sinssim.logs.text.table import check_finite, read_numbers
 from sinssim.system.user_file import open_file
 
 _IMU, _TRUTH = "imu0/data.csv", "state_groundtruth_estimate0/data.csv"
@@ -56,7 +56,7 @@ def read(path: Path) -> Streams:
             raise InputError(f"{file}, line 1: it does not begin with EuRoC's names, #timestamp, w_RS_S_x or p_RS_R_x.")
         rows = read_numbers(file, (7,) if kind == "imu" else (8, 11, 17), notes, delimiter=",")
         check_finite(file, rows[:, :11], "number")
-        own, time = clock_of(split_first(file, ",", 0), "nanoseconds")
+        own, time = clock_of(split_first(file, ","), "nanoseconds")
         if clock is None:
             clock = own
         elif clock.origin_gps_s is not None and own.origin_gps_s is not None:

@@ -11,8 +11,7 @@ from sinssim.data import Array
 from sinssim.errors import InputError
 from sinssim.logs.gps_time import EPOCH_UNIX, gps_from_unix
 from sinssim.logs.streams import Clock
-from sinssim.logs.text.cut_rows import cut_rows
-from sinssim.system.user_file import open_file
+from sinssim.logs.text.rows import WHITESPACE, cut_rows, text_rows
 
 NS = 1_000_000_000
 
@@ -39,12 +38,12 @@ def clock_of(ns: NDArray[np.int64], note: str) -> tuple[Clock, Array]:
     return Clock("machine", origin, note), (seconds - first) + rest * 1e-9
 
 
-def split_first(path: Path, delimiter: str | None, skip: int) -> NDArray[np.int64]:
+def split_first(path: Path, delimiter: str = WHITESPACE, skip: int = 0) -> NDArray[np.int64]:
     """Return the first column as whole nanoseconds, without rounding.
 
     Args:
-        path: a text file that `sinssim.logs.formats.number_table.read_numbers` accepts.
-        delimiter: between the columns; None for blanks.
+        path: a text file that `sinssim.logs.text.table.read_numbers` accepts.
+        delimiter: one character, or `WHITESPACE`.
         skip: lines at the beginning that are left out.
 
     Returns:
@@ -54,27 +53,21 @@ def split_first(path: Path, delimiter: str | None, skip: int) -> NDArray[np.int6
         InputError: a stamp is no decimal number.
     """
     found: list[int] = []
-    sign = delimiter.encode() if delimiter else None
-    cut = cut_rows(path, delimiter, skip)
-    with open_file(path) as file:
-        for number, line in enumerate(file, start=1):
-            plain = line.strip()
-            if number <= skip or number in (cut.first, cut.last) or not plain or plain[:1] in (b"#", b"%"):
-                continue
-            word = plain.split(sign, 1)[0].strip()
-            whole, point, decimals = word.partition(b".")
-            try:
-                if not point and len(whole.lstrip(b"+-0")) >= 16:
-                    found.append(int(whole))
-                elif b"e" in word.lower():
-                    found.append(round(float(word) * 1e9))
-                else:
-                    part = int((decimals + b"000000000")[:9]) if decimals.isdigit() or not decimals else None
-                    if part is None:
-                        raise ValueError
-                    found.append(int(whole or b"0") * NS + (-part if whole.startswith(b"-") else part))
-            except (ValueError, OverflowError) as error:
-                raise InputError(f"{path}, line {number}: {word[:40].decode('latin-1')!r} is not a stamp.") from error
-            if not -(2**62) < found[-1] < 2**62:
-                raise InputError(f"{path}, line {number}: the stamp {word[:40].decode('latin-1')} is out of range.")
+    for number, fields in text_rows(path, delimiter, skip, cut_rows(path, delimiter, skip)):
+        word = fields[0]
+        whole, point, decimals = word.partition(".")
+        try:
+            if not point and len(whole.lstrip("+-0")) >= 16:
+                found.append(int(whole))
+            elif "e" in word.lower():
+                found.append(round(float(word) * 1e9))
+            else:
+                part = int((decimals + "000000000")[:9]) if decimals.isdigit() or not decimals else None
+                if part is None:
+                    raise ValueError
+                found.append(int(whole or "0") * NS + (-part if whole.startswith("-") else part))
+        except (ValueError, OverflowError) as error:
+            raise InputError(f"{path}, line {number}: {word[:40]!r} is not a stamp.") from error
+        if not -(2**62) < found[-1] < 2**62:
+            raise InputError(f"{path}, line {number}: the stamp {word[:40]} is out of range.")
     return np.array(found, dtype=np.int64)

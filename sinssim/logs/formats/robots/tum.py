@@ -13,10 +13,10 @@ import numpy as np
 from sinssim import rotation
 from sinssim.data import Array
 from sinssim.errors import InputError
-from sinssim.logs.formats.number_table import check_finite, head_numbers, read_numbers
 from sinssim.logs.formats.robots.stamps import clock_of, split_first
 from sinssim.logs.local_level import q_nb_from_enu_flu
 from sinssim.logs.streams import SolutionStream, Streams
+from sinssim.logs.text.table import check_finite, head_numbers, read_numbers
 
 
 def recognises(path: Path, head: bytes) -> bool:
@@ -71,6 +71,6 @@ def read(path: Path) -> Streams:
     notes = ["Axes taken as east-north-up and forward-left-up; the file does not define them."]
     rows = read_numbers(path, (8,), notes)
     check_finite(path, rows, "number")
-    clock, time = clock_of(split_first(path, None, 0), "seconds")
+    clock, time = clock_of(split_first(path), "seconds")
     stream = local_solution(time, rows[:, 1:4], unit(path, rows[:, 4:])[:, (3, 0, 1, 2)], None)
     return Streams(path, "tum", clock, solutions={"solution": stream}, notes=tuple(notes))

@@ -9,10 +9,10 @@ import numpy as np
 import pytest
 
 from sinssim.analyses.inspection.layouts.likeness import gyro_unit_of
-from sinssim.analyses.inspection.layouts.names import axis, quantity, triads, unit_of
 from sinssim.analyses.inspection.layouts.reread import description_of
 from sinssim.analyses.inspection.layouts.text_table import read_table
 from sinssim.data import Array
+from sinssim.logs.text.names import axis, quantity, triads, unit_of
 
 
 def test_columns_change_order_sign_and_unit_as_the_matrix_says() -> None:

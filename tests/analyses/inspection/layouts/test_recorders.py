@@ -7,10 +7,10 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from sinssim.analyses.inspection.layouts.names import axis, quantity, triads
 from sinssim.analyses.inspection.layouts.text_table import read_table
 from sinssim.analyses.inspection.layouts.time_column import time_column
 from sinssim.errors import InputError
+from sinssim.logs.text.names import axis, quantity, triads
 from tests.analyses.inspection.layouts.test_loggers import _COUNT, _G, _RATE, _place, _read, _rows, _same, _unit
 
 
