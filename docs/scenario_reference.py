@@ -1,19 +1,14 @@
-"""Writes docs/scenario.md, the reference of the scenario file, from the schema: `python docs/scenario_reference.py`."""
+"""Writes the pages of a scenario's tables for the site, build/scenario/*.md, from the schema."""
 
 from __future__ import annotations
 
-import re
 from collections.abc import Iterator
 from pathlib import Path
 from typing import Any
 
-import tomli_w
-
-from sinssim.scenario.schema import Scenario
+from sinssim.scenario.keys import Key, KeyTable, key_tables, toml_lines
 from sinssim.truth.flight.legs import LEGS
 from sinssim.truth.vehicles.legs import Stop, Straight, Turn
-
-FILE = Path(__file__).with_name("scenario.md")
 
 # Values for the keys that have no default, and for one of two keys that exclude each other: by key, or by table.key.
 EXAMPLES: dict[str, Any] = {
@@ -258,199 +253,85 @@ OTHERS = {
     "log.reference.course",
 }
 
-_TAGS = ("type", "on")  # keys that say which kind of table a table is
+TITLES = {
+    "flight": "Flight",
+    "parked": "Parked vehicle",
+    "great_circle": "Great-circle motion",
+    "motion": "Motion in closed form for tests of algorithms",
+    "track": "Recorded or planned track",
+    "drive": "Drive on a road",
+    "voyage": "Voyage of a ship",
+    "turntable": "Calibration on a turntable",
+    "log": "Recorded sensors",
+    "one_component": "One-component system",
+    "calibration": "Calibration settings",
+    "vibration": "Vibration",
+    "isolator": "Shock mounts",
+    "truth": "Gravity model and ellipsoid of the truth",
+    "gravity": "The true gravity field",
+    "imu": "The sensor block",
+    "compensation": "Compensation of sensor errors",
+    "aiding": "Aiding sensors",
+    "navigation": "Navigation",
+    "filter": "The filter",
+    "output": "Further coordinates",
+    "recording": "Files of a run",
+    "ensemble": "Ensembles",
+}
+"""Titles of the tables of the top level, in the order of the site."""
 
-INTRODUCTION = """\
-# The scenario file
-
-A scenario is a TOML file. It describes the true motion, the inertial sensors (`[imu]`) and the navigation
-(`[navigation]`). The true motion is exactly one of `[flight]`, `[parked]`, `[great_circle]`, `[motion]`, `[track]`,
-`[drive]`, `[voyage]` and `[turntable]`. Recorded sensor data (`[log]`, see [Logs](logs.md)) can replace the true
-motion. Alternatively, a scenario describes the system of [chapter 8](sources.md#chapter-8) in a vertical plane. It then
-contains the table `[one_component]` and no others of these (see [One component](one-component.md)).
-
-If a key is a physical quantity, its name contains the unit. Keys that are left out have the default values shown here.
-`height_m` is accepted wherever a key is `altitude_m`.
-Keys that are commented out here have no default value, or are alternatives to other keys.
-
-`sinssim check FILE` lists every mistake in a file with its line and the correct value. `--set key.path=value` replaces
-a value from the command line. The legs of a flight are numbered from 1: `--set flight.legs.2.altitude_m=9000` changes
-the second leg.
-
-This page is generated from the schema by `python docs/scenario_reference.py`.
-"""
-
-
-def _resolve(schema: dict[str, Any], definitions: dict[str, Any]) -> dict[str, Any]:
-    """Follow a reference, and drop the "or nothing" of an optional value."""
-    for option in schema.get("anyOf", []):
-        if option.get("type") != "null":
-            return {**_resolve(option, definitions), **{k: v for k, v in schema.items() if k != "anyOf"}}
-    if "$ref" in schema:
-        name = schema["$ref"].rsplit("/", 1)[-1]
-        return {**definitions[name], "model": name, **{k: v for k, v in schema.items() if k != "$ref"}}
-    return schema
+PAGES = Path(__file__).parents[1] / "build" / "scenario"
 
 
-def _members(schema: dict[str, Any]) -> list[str]:
-    """Return the names of the models that a union chooses among."""
-    return [option["$ref"].rsplit("/", 1)[-1] for option in schema.get("oneOf", [])]
+def lines_of(table: KeyTable) -> Iterator[str]:
+    """Yield one table as TOML, with an example for each key without a default."""
+    example = LEG_EXAMPLES.get(table.model, {})
+
+    def value_of(key: Key) -> Any:
+        own = f"{table.path}.{key.name}"
+        if key.name in ("type", "on") and table.tag:
+            return table.tag
+        if key.name in example:
+            return example[key.name]
+        if key.name == "description" or key.default is None or own in EXAMPLES:
+            return EXAMPLES.get(own, EXAMPLES.get(f"{table.model}.{key.name}", EXAMPLES.get(key.name)))
+        return key.default
+
+    return toml_lines(table, value_of, CHOSEN.get(table.model, set()) | set(example))
 
 
-def _about(docstring: str) -> tuple[str, dict[str, str]]:
-    """Split a docstring into what stands before its attributes, and the attributes' explanations."""
-    text, _, attributes = docstring.partition("Attributes:")
-    found = {}
-    for names, explanation in re.findall(r"^    ([\w*, ]+): (.*(?:\n {8}.*)*)", attributes, re.MULTILINE):
-        for name in names.split(", "):
-            found[name] = " ".join(explanation.split()).rstrip(".").replace("None: ", "default: ")
-    return " ".join(text.split()), found
-
-
-def _limits(schema: dict[str, Any]) -> str:
-    if "enum" in schema:
-        return " or ".join(f'"{value}"' for value in schema["enum"])
-    low, high, above = (schema.get(key) for key in ("minimum", "maximum", "exclusiveMinimum"))
-    if low is not None and high is not None:
-        return f"{low:g} … {high:g}"
-    words = [("at least", low), ("more than", above), ("at most", high)]
-    return ", ".join(f"{word} {value:g}" for word, value in words if value is not None)
-
-
-def _table(
-    path: str, model: dict[str, Any], definitions: dict[str, Any], *, array: bool = False, tag: str = ""
-) -> Iterator[str]:
-    """Yield one table, its keys first, then the tables in it."""
-    about, attributes = _about(model.get("description", ""))
-    example = LEG_EXAMPLES.get(model.get("model", ""), {})
-    chosen = CHOSEN.get(model.get("model", ""), set()) | set(example)
-    keys: list[tuple[str, str]] = []
-    inner: list[tuple[str, dict[str, Any]]] = []
-    for name, raw in model["properties"].items():
-        field = _resolve(raw, definitions)
-        items = field.get("items", {})
-        if "properties" in field or "oneOf" in field or "oneOf" in items or "$ref" in items:
-            inner.append((name, field))
-            continue
-        explanation = raw.get("description") or attributes.get(name, "")
-        if not explanation:  # the sensor block explains all its "_sigma_" keys in one sentence
-            explanation = attributes.get("*_sigma_*", "") if "_sigma_" in name else ""
-        required = name in model.get("required", [])
-        value = raw.get("default")
-        if name == "description" or value is None or f"{path}.{name}" in EXAMPLES:
-            of_class = EXAMPLES.get(f"{model.get('model')}.{name}", EXAMPLES.get(name))
-            value = EXAMPLES.get(f"{path}.{name}", of_class)
-        value = example.get(name, value)
-        if name in _TAGS:
-            value = tag
-        live = required or raw.get("default") is not None or name in chosen
-        limits = _limits(field)
-        if limits in explanation or ("enum" in field and all(option in explanation for option in field["enum"])):
-            limits = ""
-        notes = "; ".join(part for part in (explanation, limits) if part)
-        if required:
-            notes = f"required: {notes}".removesuffix(": ")
-        written = _value(value, field)
-        keys.append((f"{name} = {written}" if live else f"# {name} = {written}", notes))
-    # What a table is comes first, the patience it is given last.
-    keys.sort(key=lambda key: (not key[0].startswith(tuple(_TAGS)), key[0].startswith("timeout_s")))
-    width = min(44, max((len(key) for key, _ in keys), default=0))
-    if about:
-        yield f"# {about}"
-    if path:
-        yield f"[[{path}]]" if array else f"[{path}]"
-    for key, notes in keys:
-        yield f"{key:<{width}}  # {notes}".rstrip(" #")
-    yield ""
-    for name, field in inner:
-        yield from _inner(f"{path}.{name}".lstrip("."), field, definitions)
-
-
-def _inner(path: str, field: dict[str, Any], definitions: dict[str, Any]) -> Iterator[str]:
-    items = field.get("items")
-    union = items or field
-    if members := _members(union):
-        mapping = union["discriminator"]["mapping"]
-        tags = {mapping[tag].rsplit("/", 1)[-1]: tag for tag in reversed(mapping)}
-        for number, name in enumerate(members):
-            lines = _table(path, {**definitions[name], "model": name}, definitions, array=bool(items), tag=tags[name])
-            # Of a table, unlike of an array, there can be one only: the others are comments.
-            yield from lines if items or number == 0 else map(_commented, lines)
-    elif items:
-        lines = _table(path, _resolve(items, definitions), definitions, array=True)
-        yield from map(_commented, lines) if path in OTHERS else lines
-    else:
-        lines = _table(path, field, definitions)
-        yield from map(_commented, lines) if path in OTHERS else lines
+def toml_of(name: str) -> str:
+    """Return a table of the top level with the tables in it; of kinds that exclude each other, the first is live."""
+    lines: list[str] = []
+    left_out = ""
+    for table in key_tables(name):
+        if left_out and not table.path.startswith(f"{left_out}."):
+            left_out = ""
+        if (table.kind and not table.array) or table.path in OTHERS:
+            left_out = table.path
+        own = lines_of(table)
+        lines += map(_commented, own) if left_out else own
+    return "\n".join(lines).rstrip()
 
 
 def _commented(line: str) -> str:
     return f"# {line}" if line and not line.startswith("#") else line
 
 
-def _value(value: Any, field: dict[str, Any]) -> str:
-    if value is None:
-        count = field.get("minItems", 0)
-        value = [0.0] * count if field.get("type") == "array" else 0.0 if field.get("type") == "number" else 0
-    if isinstance(value, dict):
-        return "{ " + ", ".join(f'"{key}" = {_value(item, {})}' for key, item in value.items()) + " }"
-    if isinstance(value, list | tuple):
-        return "[" + ", ".join(_value(item, {}) for item in value) + "]"
-    return tomli_w.dumps({"x": value}).removeprefix("x = ").strip()
-
-
-def reference() -> str:
-    """Return the whole page.
+def pages() -> dict[str, str]:
+    """Return the pages of the tables by the name of the table; "head" for the keys of the top level.
 
     Returns:
-        Markdown; its TOML blocks are, one after the other, the file's head with each kind of motion, and the rest.
+        Markdown; its TOML blocks together are the file's head, each kind of motion, and the rest.
     """
-    schema = Scenario.model_json_schema()
-    definitions = schema["$defs"]
-    properties = schema["properties"]
-    motions = {
-        "flight", "parked", "great_circle", "motion", "track", "drive", "voyage", "turntable", "log", "one_component",
-    }  # fmt: skip
-    plain = {
-        name: field for name, field in properties.items() if name in ("name", "description", "seed", "use", "views")
-    }
-    blocks = [("Head of the file", {**schema, "properties": plain, "description": ""}, "")]
-    titles = {
-        "flight": "Flight",
-        "parked": "Parked vehicle",
-        "great_circle": "Great-circle motion",
-        "motion": "Motion in closed form for tests of algorithms",
-        "track": "Recorded or planned track",
-        "drive": "Drive on a road",
-        "voyage": "Voyage of a ship",
-        "turntable": "Calibration on a turntable",
-        "log": "Recorded sensors",
-        "one_component": "One-component system",
-        "calibration": "Calibration settings",
-        "vibration": "Vibration",
-        "isolator": "Shock mounts",
-        "truth": "Gravity model and ellipsoid of the truth",
-        "gravity": "The true gravity field",
-        "imu": "The sensor block",
-        "compensation": "Compensation of sensor errors",
-        "aiding": "Aiding sensors",
-        "navigation": "Navigation",
-        "filter": "The filter",
-        "output": "Further coordinates",
-        "recording": "Files of a run",
-        "ensemble": "Ensembles",
-    }
-    page = [INTRODUCTION]
-    order = [name for name in properties if name in motions] + [
-        name for name in properties if name not in motions and name not in plain
-    ]
-    blocks += [(titles[name], _resolve(properties[name], definitions), name) for name in order]
-    for title, model, path in blocks:
-        table = _inner(path, model, definitions) if path else _table(path, model, definitions)
-        lines = "\n".join(table).rstrip()
-        page.append(f"## {title}\n\n```toml\n{lines}\n```\n")
-    return "\n".join(page)
+    head = "\n".join(lines_of(next(key_tables()))).rstrip()
+    found = {"head": f"# Head of the file\n\n```toml\n{head}\n```\n"}
+    for name, title in TITLES.items():
+        found[name] = f"# {title}: `[{name}]`\n\n```toml\n{toml_of(name)}\n```\n"
+    return found
 
 
 if __name__ == "__main__":
-    FILE.write_text(reference(), encoding="utf-8")
+    PAGES.mkdir(parents=True, exist_ok=True)
+    for name, text in pages().items():
+        (PAGES / f"{name}.md").write_text(text, encoding="utf-8")

@@ -1,7 +1,7 @@
 """Hooks of the site.
 
-They fill docs/reference.md with the docstring of every public name, take in CONTRIBUTING.md and CHANGELOG.md, which lie
-above the folder of the pages, and list pages that mkdocs.yml does not name at the end of its how-to section.
+They fill docs/reference.md with the docstring of every public name, take in CONTRIBUTING.md, CHANGELOG.md and the
+generated pages of a scenario's tables, and list pages that mkdocs.yml does not name at the end of its how-to section.
 """
 
 from __future__ import annotations
@@ -14,6 +14,9 @@ from typing import Any
 ROOT = Path(__file__).parents[1]
 ABOVE = {"contributing.md": "CONTRIBUTING.md", "changelog.md": "CHANGELOG.md"}
 """Pages of the site by their file in the root of the checkout."""
+
+TABLES = ROOT / "build" / "scenario"
+"""Folder of the generated pages of a scenario's tables."""
 
 MARK = "<!-- every public name -->"
 _FENCE_OF_A_FILE = re.compile(r"^```(\w+) +(\S+)$", re.MULTILINE)
@@ -94,11 +97,14 @@ def on_config(config: Any, **_: Any) -> Any:
     """
     section = next(entry["How-to"] for entry in config["nav"] if "How-to" in entry)
     section += unlisted(config["nav"])
+    reference = next(entry["Reference"] for entry in config["nav"] if "Reference" in entry)
+    tables = sorted(page.stem for page in TABLES.glob("*.md"))
+    reference += [{"Tables of a scenario": [{f"[{name}]": f"scenario/{name}.md"} for name in tables]}]
     return config
 
 
 def on_files(files: Any, *, config: Any, **_: Any) -> Any:
-    """Add the files that lie above the folder of the pages.
+    """Add the files that lie outside the folder of the pages.
 
     Args:
         files: of the site.
@@ -111,6 +117,8 @@ def on_files(files: Any, *, config: Any, **_: Any) -> Any:
 
     for name, source in ABOVE.items():
         files.append(File.generated(config, name, abs_src_path=str(ROOT / source)))
+    for page in TABLES.glob("*.md"):
+        files.append(File.generated(config, f"scenario/{page.name}", abs_src_path=str(page)))
     return files
 
 
@@ -127,6 +135,8 @@ def on_page_markdown(markdown: str, *, page: Any, **_: Any) -> str:
     name = page.file.src_uri
     if name == "reference.md":
         return markdown.replace(MARK, reference())
+    if name == "scenario.md":
+        return re.sub(r"^\| `\[(\w+)\]` \|", r"| [`[\1]`](scenario/\1.md) |", markdown, flags=re.MULTILINE)
     if name in ABOVE:
         return markdown.replace("](docs/", "](")
     up = "../" * (name.count("/") + 1)

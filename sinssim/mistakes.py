@@ -290,7 +290,7 @@ def _unknown_key(path: tuple[str, ...], value: object, holders: list[type[Table]
         place = f"[{table}]" if table else "The file's top level"
         if len(fields) > _MANY:
             near = difflib.get_close_matches(path[-1], sorted(fields), 5, cutoff=0.0)
-            most = f"{place} may have {len(fields)} keys, which docs/scenario.md lists"
+            most = f"{place} may have {len(fields)} keys, which `sinssim check --keys {table}` lists"
             return f"unknown key '{name}'. {most}; the nearest: {', '.join(near)}"
         return f"unknown key '{name}'. {place} may have: {', '.join(sorted(fields))}"
     (stem, unit), (meant_stem, meant_unit) = _split_unit(path[-1]), _split_unit(meant)

@@ -110,10 +110,10 @@ def _execute(arguments: list[str], folder: Path, shell: str = "") -> str:
     return ended.stdout
 
 
-def test_the_readme_makes_or_ships_every_file_that_it_names() -> None:
-    """A file that a command of the README reads is in the checkout, or an earlier command writes it or its folder."""
+def test_the_first_steps_make_or_ship_every_file_that_they_name() -> None:
+    """A file that a command reads is in the checkout, or an earlier command writes it or its folder."""
     made: list[str] = []
-    for block in blocks(ROOT / "README.md"):
+    for block in (*blocks(ROOT / "README.md"), *blocks(ROOT / "docs" / "first-steps.md")):
         for line in block.code.splitlines() if block.language == "sh" else ():
             for part in line.split("&&"):
                 words = shlex.split(part, comments=True)

@@ -8,10 +8,11 @@ import re
 import pytest
 
 import sinssim
+from sinssim.scenario.keys import key_tables, toml_lines
 from tests.documentation.fences import ROOT
 
 PAGE = (ROOT / "docs" / "glossary.md").read_text(encoding="utf-8")
-SCENARIO = (ROOT / "docs" / "scenario.md").read_text(encoding="utf-8")
+SCENARIO = "\n".join(line for table in key_tables() for line in toml_lines(table))
 ROWS = [row.strip("| ").split(" | ") for row in re.findall(r"^\|(?! term|--).*\|$", PAGE, re.MULTILINE)]
 PLACES = sorted(
     {name for row in re.findall(r"^\|.*\|$", PAGE, re.M) for name in re.findall(r"`([^`]+)`", row.split("|")[-2])}

@@ -1,4 +1,4 @@
-"""The reference page of the scenario file: up to date, and itself a scenario that loads."""
+"""The reference of the scenario file: every table has a line and a page, and the pages are a scenario that loads."""
 
 from __future__ import annotations
 
@@ -10,7 +10,9 @@ from types import ModuleType
 
 import pytest
 
+from sinssim.errors import InputError
 from sinssim.scenario import Scenario
+from sinssim.scenario.keys import key_tables, keys_under, toml_lines
 from sinssim.sensors.imu.imu import Imu
 
 DOCS = Path(__file__).parents[2] / "docs"
@@ -26,10 +28,33 @@ def script() -> ModuleType:
     return module
 
 
-def test_page_is_up_to_date(script: ModuleType) -> None:
-    assert (DOCS / "scenario.md").read_text(encoding="utf-8") == script.reference(), (
-        "the schema has changed: python docs/scenario_reference.py"
-    )
+def test_every_table_has_a_line_and_a_page(script: ModuleType) -> None:
+    tables = {name for name, field in Scenario.model_json_schema()["properties"].items()
+              if name not in {key.name for key in next(key_tables()).keys}}  # fmt: skip
+    listed = re.findall(r"^\| `\[(\w+)\]` \|", (DOCS / "scenario.md").read_text(encoding="utf-8"), re.MULTILINE)
+    assert set(listed) == tables == set(script.pages()) - {"head"}
+    assert len(listed) == len(tables)
+
+
+def test_keys_of_a_place() -> None:
+    (start, *_) = tables = keys_under("flight.start")
+    assert [(table.path, table.tag) for table in tables] == [("flight.start", "air"), ("flight.start", "runway")]
+    assert list(toml_lines(start))[:3] == [
+        "# The flight begins in the air, in trimmed straight and level flight.", "[flight.start]",
+        'on = "air"           # required',
+    ]  # fmt: skip
+    (block,) = keys_under("imu.gyro_bias_sigma")
+    assert list(toml_lines(block))[1:] == [
+        "[imu]",
+        "# gyro_bias_sigma_deg_h = 0.0  # 1σ of the random error of the same name, added to the given one; default: "
+        "that of the grade, or 0 if an error is given; at least 0",
+        "",
+    ]
+    assert {"imu", "imu.faults", "imu.rotation"} <= {table.path for table in keys_under("imu")}
+    with pytest.raises(
+        InputError, match=r"no table or key 'imu\.gryo_bias_deg_h'; the nearest: imu\.gyro_bias_deg_h, "
+    ):
+        keys_under("imu.gryo_bias_deg_h")
 
 
 GROUND = ("takeoff", "take_off", "parked", "park", "taxi", "land")
@@ -40,7 +65,9 @@ SOURCES = {
 
 @pytest.mark.parametrize("motion", sorted(SOURCES))
 def test_examples_load(script: ModuleType, motion: str) -> None:
-    blocks = [tomllib.loads(block) for block in re.findall(r"```toml\n(.*?)```", script.reference(), re.DOTALL)]
+    blocks = [
+        tomllib.loads(block) for block in re.findall(r"```toml\n(.*?)```", "".join(script.pages().values()), re.DOTALL)
+    ]
     data = {key: value for block in blocks for key, value in block.items()}
     for other in SOURCES - {motion}:
         del data[other]

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from sinssim.cli.options import Debug, GradeOption, Json, ScenarioName, Settings, with_grade
+from sinssim.cli.options import Debug, GradeOption, Json, Settings, scenario_names, with_grade
 from sinssim.cli.terminal import print_json
 
 if TYPE_CHECKING:
@@ -15,13 +15,30 @@ if TYPE_CHECKING:
 
 
 def command(
-    scenario: ScenarioName,
+    scenario: Annotated[
+        str | None,
+        typer.Argument(
+            metavar="SCENARIO",
+            autocompletion=scenario_names,
+            help="Path of a TOML file, or a name from `sinssim list scenarios`.",
+            show_default=False,
+        ),
+    ] = None,
     settings: Settings = None,
     grade: GradeOption = None,
     as_json: Json = False,
     plot: Annotated[
         Path | None,
         typer.Option("--plot", metavar="FILE", help="Draw the plan: map, height, speed (.png, .svg, .pdf)."),
+    ] = None,
+    keys: Annotated[
+        str | None,
+        typer.Option(
+            "--keys",
+            metavar="TABLE",
+            help="Show the keys of a table with default, limits and meaning instead, or those with a common beginning: "
+            "imu, flight.legs, imu.gyro_bias.",
+        ),
     ] = None,
     debug: Debug = False,
 ) -> None:
@@ -35,7 +52,15 @@ def command(
         sinssim check my_flight.toml --set flight.aircraft=f16
         sinssim check my_flight.toml --grade my_unit.toml
         sinssim check my_flight.toml --plot plan.png
+        sinssim check --keys imu.gyro_bias
     """
+    if keys is not None:
+        _show_keys(keys)
+        return
+    if scenario is None:
+        from sinssim.errors import InputError
+
+        raise InputError("give a scenario to check, or --keys TABLE for the keys that a table may have.")
     from sinssim.scenario import load_scenario
     from sinssim.scenario.duration import check_times, expected_duration
     from sinssim.scenario.limits import check_limits
@@ -84,6 +109,13 @@ def command(
         save(plan_figure(plan), plot)
         if not as_json:
             print(f"plot        {plot}")
+
+
+def _show_keys(place: str) -> None:
+    """Print the keys of a table as they are written in a scenario."""
+    from sinssim.scenario.keys import keys_under, toml_lines
+
+    print("\n".join(line for table in keys_under(place) for line in toml_lines(table)).rstrip())
 
 
 def _check_log(plan: Scenario, as_json: bool) -> None:
