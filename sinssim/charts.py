@@ -63,6 +63,7 @@ class Line:
         marker: shape of the mark on each point: "o", "s", "^", "D", "P", "*", "" for none.
         hollow: whether the marks are hollow.
         counts: whether the line widens the axis.
+        more: what a picture adds to the label, such as the last value.
     """
 
     label: str = ""
@@ -75,6 +76,12 @@ class Line:
     marker: str = ""
     hollow: bool = False
     counts: bool = True
+    more: str = ""
+
+    @property
+    def name(self) -> str:
+        """Name in the legend of a picture."""
+        return self.label + self.more
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
@@ -373,3 +380,27 @@ class Charts:
 
     def __iter__(self) -> Iterator[Chart]:
         return (chart for row in self.rows for chart in row)
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
+class Cloud:
+    """Points that move in a plane, and circles about its origin; a recording shows it.
+
+    Attributes:
+        key: name of its entity.
+        time: (K,) s since the start.
+        x, y: (N, K) to the right and up, SI; NaN where a point is missing.
+        units: units of both.
+        names: what lies to the right, and up.
+        circles: radius of each circle, (K,) SI, by the name of its colour; none where it is not finite.
+        on: the media that show it.
+    """
+
+    key: str
+    time: Array
+    x: Array
+    y: Array
+    units: Scale
+    names: tuple[str, str]
+    circles: dict[str, Array]
+    on: tuple[str, ...] = ("recording",)

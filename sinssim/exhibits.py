@@ -1,6 +1,7 @@
 """What a result has to show: sentences, tables and charts in sections, which every medium renders.
 
-A text may have parts in `**bold**`. Numbers are in SI; the medium takes the unit that suits them.
+A text may have parts in `**bold**`, and commands between backticks. Numbers are in SI; the medium takes
+the unit that suits them.
 """
 
 from __future__ import annotations
@@ -12,7 +13,7 @@ from typing import Literal
 
 import numpy as np
 
-from sinssim.charts import Charts
+from sinssim.charts import Charts, Cloud
 from sinssim.scales import Scale, suiting
 
 Medium = Literal["console", "page", "recording"]
@@ -143,7 +144,7 @@ class Section:
     on: tuple[Medium, ...] = EVERYWHERE
 
 
-Item = Sentence | Table | Verbatim | Charts | Section
+Item = Sentence | Table | Verbatim | Charts | Cloud | Section
 
 
 @dataclass(frozen=True)

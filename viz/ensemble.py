@@ -29,7 +29,7 @@ def blueprint(run: RunInfo) -> rrb.Blueprint:
             plot_legend=rrb.PlotLegend(visible=True, corner=run.corner(entity)),
         )
 
-    unit = run.label("position", "m")
+    unit = run.label("growth", "m")
     sigmas = [
         plot(f"sigma_{key}", f"σ over the runs, {key} [{run.label(f'sigma_{key}', 'SI')}]")
         for key in ("position", "velocity", "attitude")
@@ -41,7 +41,7 @@ def blueprint(run: RunInfo) -> rrb.Blueprint:
                 rrb.Spatial2DView(
                     origin="/ensemble/cloud", name=f"Position errors of {run.label('runs', 'the')} runs [{unit}]"
                 ),
-                rrb.TextDocumentView(origin="/about/summary", name="Numbers"),
+                rrb.TextDocumentView(origin="/ensemble/tables", name="Numbers"),
                 row_shares=[3, 2],
             ),
             rrb.Vertical(plot("growth", f"CEP and R95 with 95 % bands [{unit}]"), *tests),

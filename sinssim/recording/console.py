@@ -28,7 +28,7 @@ def _show(items: Sequence[Item], console: Console, title: str) -> None:
     for item in items:
         match item:
             case Sentence() if "console" in item.on:
-                console.print(item.text.replace("**", ""), markup=False)
+                console.print(_bare(item.text), markup=False)
             case Table() if "console" in item.on:
                 console.print(table_of(item, title))
             case Section() if "console" in item.on:
@@ -37,6 +37,10 @@ def _show(items: Sequence[Item], console: Console, title: str) -> None:
                 _show(item.items, console, item.title)
             case _:
                 pass
+
+
+def _bare(text: str) -> str:
+    return text.replace("**", "").replace("`", "")
 
 
 def table_of(table: Table, title: str = "") -> rich_table.Table:
@@ -57,9 +61,9 @@ def table_of(table: Table, title: str = "") -> rich_table.Table:
     stacked = any(unit for _, unit in heads)
     for column, (head, unit) in zip(columns, heads, strict=True):
         words = "\n".join(filter(None, (head, unit))) if stacked else head
-        drawn.add_column(Text(words), justify="left" if column.words else "right", no_wrap=True)
+        drawn.add_column(Text(words), justify="left" if column.words else "right", no_wrap=not column.words)
     for row in rows:
-        drawn.add_row(*map(Text, row))
+        drawn.add_row(*(Text(_bare(cell)) for cell in row))
     if table.note:
         drawn.caption, drawn.caption_justify = table.note, "left"
     return drawn

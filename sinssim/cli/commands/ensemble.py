@@ -118,11 +118,12 @@ def command(
 
         print_json(plain(numbers))
     elif not quiet:
-        from sinssim.experiments.ensembles.ensemble_table import show, show_sheet
+        from sinssim.experiments.ensembles.ensemble_exhibits import exhibits_of, sheet_of
+        from sinssim.recording.console import show
 
-        if sheet:
-            show_sheet(result, numbers, console(least_width=120))
-        else:
-            show(result, numbers, console(least_width=120), program_name())
+        show((sheet_of if sheet else exhibits_of)(result, numbers), console(least_width=120))
+        for one in () if sheet else numbers["named_runs"]:
+            if one["rank"] in ("worst", "median", "best"):
+                print(f"{one['rank']:<7}{result.command(one['run'], program_name())}")
         print(f"Report: {directory / 'report.html'}    (in any browser)")
         print(f"View:   {program_name()} view {directory}    (--web: in a browser)")

@@ -3,14 +3,13 @@
 from __future__ import annotations
 
 import json
-import platform
 from collections.abc import Mapping
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from sinssim.experiments.ensembles.predicted import predicted_sigma
 from sinssim.experiments.ensembles.summary import ensemble_numbers
-from sinssim.recording.store.summary import plain, processor, versions
+from sinssim.recording.store.summary import plain, versions
 from sinssim.system.outputs import write_text
 
 if TYPE_CHECKING:
@@ -47,19 +46,19 @@ def write_ensemble(result: EnsembleResult, folder: Path, status: str = "finished
     Raises:
         OSError: they cannot be written.
     """
-    from sinssim.experiments.ensembles.ensemble_figure import overview
-    from sinssim.experiments.ensembles.ensemble_recording import record
-    from sinssim.experiments.ensembles.ensemble_report import ensemble_report
+    from sinssim.experiments.ensembles.ensemble_exhibits import exhibits_of
     from sinssim.recording.figures.canvas import save
+    from sinssim.recording.figures.charts import figure_of
+    from sinssim.recording.report.exhibits import page_of
+    from sinssim.recording.rerun.exhibits import record
 
-    about = {**versions(), "Python": platform.python_version(), "processor": processor()}
     numbers = ensemble_numbers(result, status)
-    predicted = predicted_sigma(result.plan) if status == "finished" else None
-    write_text(folder / "report.html", ensemble_report(result, numbers, about, predicted))
-    picture = overview(result)
+    exhibits = exhibits_of(result, numbers, predicted_sigma(result.plan) if status == "finished" else None)
+    write_text(folder / "report.html", page_of(exhibits))
+    picture = figure_of(exhibits.chosen(exhibits.figure))
     for name in FIGURES:
         save(picture, folder / name)
-    record(result, numbers, folder / "recording.rrd")
+    record(exhibits, folder / "recording.rrd")
     text = json.dumps(to_json(result, numbers), indent=2, ensure_ascii=False, allow_nan=False)
     write_text(folder / "summary.json", text + "\n")
     return ["report.html", "summary.json", "recording.rrd", *FIGURES]

@@ -6,6 +6,7 @@ from collections.abc import Callable, Iterator
 from pathlib import Path
 from typing import Any
 
+from sinssim.exhibits import Exhibits
 from sinssim.experiments.ensembles.result import EnsembleResult
 from sinssim.recording.result import Media
 from sinssim.recording.streams import Stream, Vector
@@ -29,10 +30,11 @@ class EnsembleMedia(Media[EnsembleResult]):
         columns |= {f"{name}_high_m": one.high for name, one in circles.items()}
         yield Stream("circles", result.time, tuple(Vector(k, (k,), v[:, None]) for k, v in columns.items()))
 
-    def figure(self, result: EnsembleResult, quantity: str | None = None) -> Any:
-        from sinssim.experiments.ensembles.ensemble_figure import overview
+    def exhibits(self, result: EnsembleResult) -> Exhibits:
+        from sinssim.experiments.ensembles.ensemble_exhibits import exhibits_of
+        from sinssim.experiments.ensembles.summary import ensemble_numbers
 
-        return overview(result)
+        return exhibits_of(result, ensemble_numbers(result))
 
     def save(self, result: EnsembleResult, directory: Path, *, overwrite: bool) -> Path:
         return self._write(result, directory, overwrite=overwrite)

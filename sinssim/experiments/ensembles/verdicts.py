@@ -1,4 +1,4 @@
-"""The verdicts of an ensemble on requirements, in sentences and as a part of the report."""
+"""The verdicts of an ensemble on requirements, in sentences."""
 
 from __future__ import annotations
 
@@ -6,19 +6,13 @@ import math
 from typing import TYPE_CHECKING
 
 from sinssim.experiments.ensembles.judge import LOOKS
-from sinssim.formatting import capital, number_text
-from sinssim.recording.report.page import words
+from sinssim.formatting import number_text
 
 if TYPE_CHECKING:
     from sinssim.experiments.ensembles.result import EnsembleResult
     from sinssim.statistics.requirements.verdict import Verdict
 
 _WORDS = {"met": "met, with 95 % confidence", "not met": "NOT MET, with 95 % confidence", "undecided": "undecided"}
-_MARKED = {
-    "met": '<span class="met">met, with 95 % confidence</span>',
-    "not met": '<span class="missed">not met, with 95 % confidence</span>',
-    "undecided": "undecided",
-}
 
 
 def verdict_text(found: Verdict) -> str:
@@ -82,30 +76,6 @@ def requirement_lines(result: EnsembleResult) -> list[str]:
     """
     lines = [f"{one.requirement.text}: {_WORDS[one.verdict]}. {verdict_text(one)}" for one in result.verdicts]
     return [*lines, *filter(None, [looks_text(result)])]
-
-
-def requirement_section(result: EnsembleResult) -> list[str]:
-    """Return the verdicts as a part of the report.
-
-    Args:
-        result: the ensemble.
-
-    Returns:
-        Pieces of HTML; none without a requirement.
-    """
-    if not result.verdicts:
-        return []
-    body = ["<h2>Requirements</h2>"]
-    for one in result.verdicts:
-        body += [
-            f"<h3>{words(one.requirement.text)}: {_MARKED[one.verdict]}</h3>",
-            f"<p>{words(capital(one.requirement.meaning))}. {words(verdict_text(one))}</p>",
-        ]
-    how = (
-        "Percentiles are tested by the exact binomial interval, without an assumption about the distribution; "
-        "components are tested by the χ² interval for normal errors. Each requirement is tested separately. "
-    )
-    return [*body, f'<p class="note">{words(how + looks_text(result))}</p>']
 
 
 def _rounded(number: int) -> str:

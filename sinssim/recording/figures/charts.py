@@ -125,7 +125,7 @@ def _draw(axes: Axes, mark: Mark, color: Any, x: float, y: float) -> None:
             hollow: dict[str, Any] = {"markerfacecolor": "white"} if mark.hollow else {}
             axes.plot(
                 at / x, values / y, color=_css(color), lw=_WIDTHS[mark.weight], ls=mark.dash or "-",
-                marker=mark.marker or None, label=mark.label or None, **hollow,
+                marker=mark.marker or None, label=mark.name or None, **hollow,
             )  # fmt: skip
         case Band():
             axes.fill_between(
@@ -203,6 +203,7 @@ def _ends(axes: Axes, chart: Chart, x: float, y: float) -> None:
             axes.grid(False, axis=way)  # type: ignore[arg-type]
     if chart.equal:
         axes.set_aspect("equal")
+        axes.locator_params(nbins=6)
 
 
 def _limit(axes: Axes, limit: Limit, most: float, x: float, y: float) -> None:

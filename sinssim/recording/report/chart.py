@@ -69,25 +69,32 @@ def html_of(charts: Charts) -> str:
     in_line = "x" in charts.share
     margin = max(_left(chart, *_ranges(chart)) for chart in charts) if in_line else 0.0
     aside = max(_aside(chart) for chart in charts) if in_line and charts.legend == "each" else 0.0
-    spans = [_ranges(chart)[0] for chart in charts] if in_line else []
-    span = (min(low for low, _ in spans), max(high for _, high in spans)) if in_line else None
+    span = _hull(charts, upright=False) if in_line else None
+    reach = _hull(charts, upright=True) if "y" in charts.share and not charts.rows[0][0].y.names else None
     for row, share in zip(charts.rows, heights, strict=True):
         height = charts.size[1] * _INCH * share / sum(heights)
         for column, (chart, part) in enumerate(zip(row, widths, strict=False)):
             again = column and ("y" in charts.share or (chart.y.names and chart.y.names == row[0].y.names))
-            frame = _Frame(margin, aside, span, names=not again)
+            frame = _Frame(margin, aside, span, reach, names=not again)
             body.append(svg_of(chart, whole * part / sum(widths), height, frame, legend=charts.legend == "each"))
     note = f'<p class="note">{words(charts.note)}</p>' if charts.note else ""
     return f'<div class="charts">{"".join(body)}</div>{note}'
 
 
+def _hull(charts: Charts, *, upright: bool) -> tuple[float, float]:
+    """Return the ends of an axis that all charts have in common, SI."""
+    ends = [_ranges(chart)[upright] for chart in charts]
+    return min(low for low, _ in ends), max(high for _, high in ends)
+
+
 @dataclass(frozen=True)
 class _Frame:
-    """What a chart has in common with its neighbours: least margins, px, the horizontal span, names of places."""
+    """What a chart has in common with its neighbours: least margins, px, ends of both axes, names of places."""
 
     left: float = 0.0
     right: float = 0.0
     span: tuple[float, float] | None = None
+    reach: tuple[float, float] | None = None
     names: bool = True
 
 
@@ -187,12 +194,12 @@ def svg_of(chart: Chart, width: float, height: float, frame: _Frame | None = Non
     """
     frame = frame or _Frame()
     across, upright = _ranges(chart)
-    across = frame.span or across
+    across, upright = frame.span or across, frame.reach or upright
     left = max(frame.left, _left(chart, across, upright) if frame.names else 14.0)
     names = _named(chart.marks, chart.most) if legend and chart.legend != "none" else []
     aside = chart.legend == "right" and len(names) > 0
     right = max(frame.right, _aside(chart) if legend else 14.0)
-    body, top = _heads(chart, left)
+    body, top = _heads(chart, left, labelled=frame.names)
     if names and not aside:
         drawn, top = _legend(names, left, top, width)
         body.append(drawn)
@@ -227,9 +234,9 @@ def _axis_words(chart: Chart, ends: tuple[float, float]) -> str:
     return chart.heading(False)
 
 
-def _heads(chart: Chart, left: float) -> tuple[list[str], int]:
+def _heads(chart: Chart, left: float, *, labelled: bool) -> tuple[list[str], int]:
     """Return title and label of the vertical axis, and the ordinate below them."""
-    label = "" if chart.y.names else chart.heading(True)
+    label = "" if chart.y.names or not labelled else chart.heading(True)
     if chart.title and label and not chart.y.label:
         return [text(left, 15, f"{chart.title} [{label}]", more='font-weight="600"')], 22
     body = [text(left, 15, chart.title, more='font-weight="600"')] if chart.title else []
@@ -256,7 +263,7 @@ def _axes(chart: Chart, x: _Way, y: _Way, inner: float, top: float, bottom: floa
                 if upright
                 else segments(lines, [top] * n, lines, [bottom] * n, "grid")
             )
-        if upright and axis.names and not names:
+        if upright and not names:
             continue
         if upright:
             yield from (text(left - 6, p + 4, label, "end", "soft") for p, label in at)
@@ -292,7 +299,7 @@ def _named(marks: Sequence[Mark], most: float) -> list[Named]:
         if isinstance(mark, Shares):
             pairs = zip(mark.labels, mark.colors, strict=True)
             found += [(label, style.css_of(one), "area", "") for label, one in pairs][::-1]
-        elif label := getattr(mark, "label", ""):
+        elif label := mark.name if isinstance(mark, Line) else getattr(mark, "label", ""):
             shape = getattr(mark, "marker", "")
             kind = shape if isinstance(mark, Dots) else f"line{shape}" if isinstance(mark, Line) else "area"
             if isinstance(mark, Rule):
@@ -329,7 +336,11 @@ def _legend(names: Sequence[Named], left: float, top: float, width: float) -> tu
 
 def _common_legend(charts: Charts) -> str:
     """Return the legend of all charts of a group."""
-    names = list(dict.fromkeys(one for chart in charts for one in _named(chart.marks, chart.most)))
+    by_label: dict[str, Named] = {}
+    for chart in charts:
+        for one in _named(chart.marks, chart.most):
+            by_label.setdefault(one[0], one)
+    names = list(by_label.values())
     if not names:
         return ""
     width = min(_PAGE, charts.size[0] * 1.08 * _INCH)

@@ -12,6 +12,8 @@ from sinssim.recording.report.chart import STYLE, html_of
 from sinssim.recording.report.page import verbatim, words
 
 _CLASSES = {"lead": ' class="lead"', "note": ' class="note"', "strong": "", "": ""}
+_LONG = 48
+"""Characters from which the words of a cell are broken into lines."""
 _MARKS = {"met": "met", "not met": "missed", "undecided": "undecided"}
 
 
@@ -49,15 +51,21 @@ def _parts(items: Sequence[Item], level: int) -> Iterator[str]:
 
 
 def _sentence(item: Sentence) -> str:
-    text = re.sub(r"\*\*(.+?)\*\*", r"<strong>\1</strong>", words(item.text))
+    text = _marked(item.text)
     return f"<p{_CLASSES[item.kind]}>{f'<strong>{text}</strong>' if item.kind == 'strong' else text}</p>"
+
+
+def _marked(text: str) -> str:
+    """Return a text as HTML, with its bold parts and commands."""
+    return re.sub(r"`([^`]+)`", r"<code>\1</code>", re.sub(r"\*\*(.+?)\*\*", r"<strong>\1</strong>", words(text)))
 
 
 def _table(item: Table) -> str:
     columns, heads, rows = item.shown("page")
 
     def cell(tag: str, text: str, left: bool) -> str:
-        return f"<{tag}{' class=name' if left else ''}>{words(text)}</{tag}>"
+        kind = " class=text" if left and len(text) > _LONG else " class=name" if left else ""
+        return f"<{tag}{kind}>{_marked(text)}</{tag}>"
 
     names = [
         cell("th", ", ".join(filter(None, head)), column.words) for column, head in zip(columns, heads, strict=True)

@@ -29,6 +29,7 @@ th, td { padding: .18rem .6rem; text-align: right; border-bottom: 1px solid var(
 th { background: var(--head); font-weight: 600; white-space: normal; } td.name, th.name { text-align: left; }
 td.text, td.text ul { text-align: left; white-space: normal; } td.text { min-width: 16rem; }
 td.text ul { margin: .2rem 0; padding-left: 1.1rem; }
+code { font-family: ui-monospace, "Liberation Mono", monospace; font-size: .92em; overflow-wrap: anywhere; }
 .wide { overflow-x: auto; } svg { max-width: 100%; height: auto; display: block; }
 svg text { font-family: system-ui, "Segoe UI", "Liberation Sans", Arial, sans-serif !important; }
 .met { color: var(--good); font-weight: 600; } .missed { color: var(--bad); font-weight: 600; }

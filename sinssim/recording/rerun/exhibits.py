@@ -9,7 +9,7 @@ from pathlib import Path
 import numpy as np
 import rerun as rr
 
-from sinssim.charts import Band, Chart, Charts, Limit, Line, Shares
+from sinssim.charts import Band, Chart, Charts, Cloud, Limit, Line, Shares
 from sinssim.exhibits import Exhibits, Item, Section, Sentence, Table, Verbatim
 from sinssim.recording import style
 from sinssim.recording.figures.canvas import to_png
@@ -17,7 +17,7 @@ from sinssim.recording.figures.charts import figure_of
 from sinssim.recording.rerun.rrd import Recording
 from sinssim.recording.rerun.viewer import RUN_ENTITY
 from sinssim.recording.rerun.views import RunInfo, all_views
-from sinssim.scales import TIMES
+from sinssim.scales import TIMES, suiting
 
 _WIDTHS = {"bold": 2.2, "line": 1.5, "thin": 1.0, "hair": 0.8}
 
@@ -45,6 +45,9 @@ def record(exhibits: Exhibits, path: Path) -> None:
             if charts.key in exhibits.pictures:
                 image = rr.EncodedImage(contents=to_png(figure_of(charts)), media_type="image/png")
                 recording.static(f"{exhibits.root}/figures/{charts.key}", image)
+        for item in exhibits.items:
+            if isinstance(item, Cloud):
+                record_cloud(recording, f"{exhibits.root}/{item.key}", item, exhibits.span[0])
         recording.document(f"{exhibits.root}/tables", markdown(exhibits))
         run = replace(run, labels=labels, ranges=dict(recording.ranges))
         recording.document(RUN_ENTITY, run.to_json())
@@ -91,6 +94,41 @@ def record_chart(recording: Recording, entity: str, chart: Chart, start: float) 
         _limits(recording, entity, chart, start)
 
 
+def record_cloud(recording: Recording, entity: str, cloud: Cloud, start: float) -> None:
+    """Record points that move in a plane, and the circles about its origin.
+
+    Args:
+        recording: the recording.
+        entity: path of its entity.
+        cloud: the points.
+        start: added to its times, s.
+    """
+    size = suiting(cloud.units, cloud.x, cloud.y)[1]
+    # the picture's y axis points down
+    frames = np.stack((cloud.x, -cloud.y), axis=-1).transpose(1, 0, 2) / size
+    there, time = [frame[np.isfinite(frame).all(axis=1)] for frame in frames], start + cloud.time
+    dots = rr.Points2D.from_fields(radii=rr.Radius.ui_points(1.6), colors=[style.COLORS["run"]])
+    recording.static(f"{entity}/runs", dots)
+    positions = rr.Points2D.columns(positions=np.concatenate(there)).partition([len(frame) for frame in there])
+    recording.columns(f"{entity}/runs", time, positions)
+    angle = np.linspace(0.0, 2.0 * np.pi, 121)
+    ring = np.column_stack((np.sin(angle), np.cos(angle)))
+    for name, radius in cloud.circles.items():
+        strips = [r * ring for r in np.where(np.isfinite(radius), radius, 0.0) / size]
+        look = rr.LineStrips2D.from_fields(radii=rr.Radius.ui_points(1.2), colors=[style.COLORS[name]])
+        recording.static(f"{entity}/{name}", look)
+        recording.columns(f"{entity}/{name}", time, rr.LineStrips2D.columns(strips=strips))
+    reach = max((float(np.abs(frame).max(initial=0.0)) for frame in there), default=1.0) or 1.0
+    cross = [np.array([[-reach, 0.0], [reach, 0.0]]), np.array([[0.0, -reach], [0.0, reach]])]
+    grey = style.COLORS["ground"]
+    recording.static(f"{entity}/axes", rr.LineStrips2D(cross, radii=rr.Radius.ui_points(0.5), colors=grey))
+    words = rr.Points2D(
+        [[1.05 * reach, 0.0], [0.0, -1.05 * reach]], labels=list(cloud.names), colors=grey,
+        radii=rr.Radius.ui_points(0.1), show_labels=True,
+    )  # fmt: skip
+    recording.static(f"{entity}/words", words)
+
+
 def _line_of(chart: Chart, band: Band) -> str:
     """Return the label of the line with the colour of a band."""
     return next((one.label for one in chart.marks if isinstance(one, Line) and one.color == band.color), "")
@@ -129,7 +167,7 @@ def markdown(exhibits: Exhibits) -> str:
 
 def _lines(items: Sequence[Item], level: int) -> Iterator[str]:
     for item in items:
-        if isinstance(item, Charts) or "recording" not in item.on:
+        if isinstance(item, Charts | Cloud) or "recording" not in item.on:
             continue
         match item:
             case Sentence():

@@ -114,6 +114,12 @@ def _version(name: str) -> str:
     return version(name)
 
 
+def software() -> str:
+    """Return the versions of the software and the processor, in a line."""
+    about = {**versions(), "Python": platform.python_version(), "processor": processor()}
+    return ", ".join(f"{name} {text}" for name, text in about.items())
+
+
 def processor() -> str:
     """Return the name of the machine's processor.
 

@@ -1,0 +1,474 @@
+"""What an ensemble has to show: growth of CEP and R95, final positions, rates, σ by component, consistency."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterator, Mapping, Sequence
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from sinssim import units
+from sinssim.charts import Axis, Band, Chart, Charts, Cloud, Dots, Histogram, Line, Mark, Rule
+from sinssim.data import Array
+from sinssim.exhibits import Column, Exhibits, Item, Section, Sentence, Table, Verbatim
+from sinssim.experiments.ensembles.run_errors import COMPONENTS, VECTORS
+from sinssim.experiments.ensembles.summary import (
+    DEFINITIONS,
+    PART_121_HOURS,
+    PART_121_RATE,
+    consistency_sentences,
+    covariance_at_end,
+)
+from sinssim.experiments.ensembles.verdicts import looks_text, requirement_lines, verdict_text
+from sinssim.formatting import capital, number_text, signed
+from sinssim.recording.scales import Rows, thinned
+from sinssim.recording.store.summary import software
+from sinssim.scales import ANGLES, LENGTHS, SPEEDS, Scale, duration_words, fixed, suiting
+from sinssim.sensors.imu.grades import grade_name
+from sinssim.statistics.circles import circle_radius
+from sinssim.statistics.order_statistics import cep, r95, runs_for_band
+from sinssim.statistics.requirements.limits import CIRCLES, limits_of
+from sinssim.statistics.requirements.requirement import COMPONENTS as QUANTITIES
+
+if TYPE_CHECKING:
+    from sinssim.experiments.ensembles.result import EnsembleResult, MeanSquare
+
+_DOTS = 5000
+"""Most runs drawn as dots."""
+_FRAMES, _MOVING = 200, 2000
+"""Most instants and runs of the moving cloud of positions."""
+_LIMIT_SHOWN = 3.0
+"""The limit of the regulation is drawn if it is less than this multiple of the largest value."""
+_MOST_FAILURES, _MOST_REASONS = 50, 5
+_LABELS = {"r95": "R95", "cep": "CEP"}
+_AXES = ("north", "east", "down")
+_NAMES = ("position", "velocity", "attitude φ")
+_KNOTS = fixed("nmi/h", units.NAUTICAL_MILE / 3600.0)
+_PAGE: Any = ("page", "recording")
+_HOW = (
+    "Percentiles are tested by the exact binomial interval, without an assumption about the distribution; components "
+    "are tested by the χ² interval for normal errors. Each requirement is tested separately. "
+)
+_OF_SQUARES = (
+    "Mean over the runs per degree of freedom, with the 95 % band of χ² for this number of runs; a filter with a "
+    "correct covariance has 1, and an overconfident filter has more. Neighbouring epochs are correlated: biases are "
+    "constant in a run, so the mean of a correct filter can be outside the band for some time."
+)
+_SEEDS = (
+    "Run i has the seed S_i, the first 53 bits of SHA-256 over the ensemble’s seed and i. Its errors are those of "
+    "`sinssim run` with that seed, bit for bit. All runs share one motion, unless turbulence, vibration or a varied "
+    "key changes it."
+)
+
+
+def exhibits_of(result: EnsembleResult, numbers: Mapping[str, Any], predicted: Array | None = None) -> Exhibits:
+    """Return what an ensemble has to show.
+
+    Args:
+        result: the ensemble.
+        numbers: the contents of its `summary.json`, from `ensemble_numbers`.
+        predicted: σ by the covariance budget at the epochs, (K, 9), drawn beside that of the runs.
+
+    Returns:
+        Sentences, tables and charts.
+    """
+    plan, scales = result.plan, scales_of(result)
+    items: list[Item] = [
+        *([Sentence(plan.scenario.description, "lead", on=("page",))] if plan.scenario.description else []),
+        Sentence(opening(result, numbers["status"]), "note"),
+        *(Sentence(note, "strong", on=_PAGE) for note in result.notes),
+        *_requirements(result),
+        Section("Errors of the population", [
+            _headline(numbers, scales[0]), Sentence(regulation(numbers["part_121"])),
+            _overview(result, scales[0]), _rates(result),
+        ]),
+        *(Sentence(line, on=("console",)) for line in requirement_lines(result)),
+        Section("Errors by component", [_components(result, scales, predicted), _component_table(numbers, scales)],
+                on=("page",)),
+        _sigmas(result, scales),
+        _cloud(result, scales[0]),
+        *([_consistency(result, numbers)] if result.nees else []),
+        _runs(result, numbers, scales[0]),
+        *_failures(result),
+        Section("Definitions", [Table((Column("", words=True), Column("definition", words=True)),
+                                      list(DEFINITIONS.items()))], on=("page",)),
+        Section("How it was computed", [*_method(result, numbers)], on=("page",)),
+        Verbatim("Scenario", plan.scenario.to_toml(), on=("recording",)),
+    ]  # fmt: skip
+    name = plan.scenario.name
+    labels = {"runs": str(len(result)), "filter": "yes" if result.nees else ""}
+    return Exhibits(
+        f"{name}: an ensemble of {len(result)} runs", items, f"{name}: {len(result)} runs",
+        name=f"{name} ensemble", kind="ensemble", root="ensemble", span=(plan.start, float(plan.epochs[-1])),
+        figure="overview", labels=labels,
+    )  # fmt: skip
+
+
+def opening(result: EnsembleResult, status: str) -> str:
+    """Return what an ensemble is of, in a few sentences.
+
+    Args:
+        result: the ensemble.
+        status: "finished", "interrupted" or "failed".
+    """
+    plan = result.plan
+    broken_off = {"interrupted": "was interrupted", "failed": "failed"}.get(status)
+    needed = runs_for_band(0.95)
+    few = f" R95 has no upper bound with fewer than {needed} runs." if len(result) < needed else ""
+    ended = f" The ensemble {broken_off}; the report shows the finished runs." if broken_off else ""
+    varied = f" Varied from run to run: {', '.join(plan.keys)}." if plan.keys else ""
+    failed = int(result.failed.sum())
+    count = f" {failed} of {len(result)} runs failed; their errors are treated as infinite." if failed else ""
+    return (
+        f"Solution: {plan.solution}. Seed {plan.scenario.seed}. Each run lasts "
+        f"{duration_words(float(plan.epochs[-1]) - plan.start)}; its errors are kept at {len(plan.epochs)} epochs."
+        f"{varied}{few}{count}{ended}"
+    )
+
+
+def with_band(found: Mapping[str, float], size: float = 1.0) -> str:
+    """Return a percentile with its band, for example "0.712 (0.655 … 0.781)"; "∞" for an infinite end.
+
+    Args:
+        found: `value`, `low` and `high`.
+        size: the unit.
+    """
+    value, low, high = (
+        "∞" if found[key] == math.inf else number_text(found[key] / size) for key in ("value", "low", "high")
+    )
+    return f"{value} ({low} … {high})"
+
+
+def regulation(found: Mapping[str, Any]) -> str:
+    """Return the comparison with the regulation as sentences.
+
+    Args:
+        found: from `part_121`.
+    """
+    verdict = {
+        "met": "met, with 95 % confidence",
+        "not met": "not met, with 95 % confidence",
+        "undecided": "undecided: the limit lies within the confidence interval; more runs narrow it",
+        "does not apply": f"it does not apply, because {found.get('reason', '')}",
+    }[found["verdict"]]
+    shown = "; ".join(f"{name}: {with_band(one)}, limit {one['limit']:g}" for name, one in found["quantities"].items())
+    return f"{found['rule']}: {verdict}{'. ' if shown else ''}{capital(shown)}."
+
+
+def scales_of(result: EnsembleResult) -> list[Scale]:
+    """Return the one unit each for positions, velocities and attitudes in all charts and tables of an ensemble."""
+    circles = (result.r95.value, result.cep.value, result.errors.final[:, :2])
+    found = []
+    for quantity, scale in zip(VECTORS, (LENGTHS, SPEEDS, ANGLES), strict=True):
+        spread = result.spread(quantity)
+        values = (spread.sigma, spread.mean, *(circles if scale is LENGTHS else ()))
+        found.append(fixed(*suiting(scale, *(v[np.isfinite(v)] for v in values))))
+    return found
+
+
+def _requirements(result: EnsembleResult) -> Iterator[Section]:
+    if not result.verdicts:
+        return
+    sections = [
+        Section(one.requirement.text, [Sentence(
+            f"{capital(one.requirement.meaning)}. {_surely(one.verdict)}{verdict_text(one)}")], one.verdict, on=_PAGE)
+        for one in result.verdicts
+    ]  # fmt: skip
+    yield Section("Requirements", [*sections, Sentence(_HOW + looks_text(result), "note")], on=_PAGE)
+
+
+def _surely(verdict: str) -> str:
+    return "" if verdict == "undecided" else f"It is {verdict} with 95 % confidence. "
+
+
+def _headline(numbers: Mapping[str, Any], scale: Scale) -> Table:
+    """Return the table of CEP and R95."""
+    (unit, size, _), *_ = scale
+    final, rate, circles = numbers["final_horizontal_m"], numbers["rate_nmi_h"], numbers["circles_of_covariance_m"]
+    pairs = [
+        *((f"horizontal error at {one['time_s']:g} s, {unit}", (one["cep_m"], one["r95_m"]), size)
+          for one in numbers["at"]),
+        (f"horizontal error at the end, {unit}", (final["cep"], final["r95"]), size),
+        ("rate by the line Σ t r / Σ t², nmi/h", (rate["line"]["cep"], rate["line"]["r95"]), 1.0),
+        ("rate at the end r(T) / T, nmi/h", (rate["end"]["cep"], rate["end"]["r95"]), 1.0),
+    ]  # fmt: skip
+    rows = [[name, *(with_band(one, by) for one in both)] for name, both, by in pairs]
+    normal = [number_text(circles[key] / size) for key in ("cep", "r95")]
+    rows.append([f"circle of a normal distribution with this covariance, {unit}", *normal])
+    heads = ("CEP (95 % band)", "R95 (95 % band)")
+    return Table((Column("", words=True), *map(Column, heads)), rows)
+
+
+def _finite(values: Array) -> Array:
+    return np.where(np.isfinite(values), values, np.nan)
+
+
+def _overview(result: EnsembleResult, scale: Scale) -> Charts:
+    """Return growth of CEP and R95 beside the cloud of final positions: the figure for a paper."""
+    return Charts("overview", ((_growth(result, scale), _final(result, scale)),), (10.0, 4.4), widths=(5.0, 4.0))
+
+
+def _growth(result: EnsembleResult, scale: Scale) -> Chart:
+    """Return CEP and R95 over time with their bands, and the limits of the regulation and of requirements."""
+    (unit, size, _), *_ = scale
+    time, marks = result.elapsed, list[Mark]()
+    largest = max(float(_finite(v.value)[np.isfinite(v.value)].max(initial=0.0)) for v in (result.r95, result.cep))
+    for key, found in (("r95", result.r95), ("cep", result.cep)):
+        end = float(found.value[-1])
+        more = f", at the end {number_text(end / size)} {unit}"
+        more = more if np.isfinite(end) else " is infinite: too many runs failed"
+        low = np.maximum(_finite(found.low), 0.0)
+        marks.append(Band(x=time, low=low, high=_finite(found.high), color=key))
+        marks.append(Line(label=_LABELS[key], more=more, x=time, y=_finite(found.value), color=key))
+    limit = PART_121_RATE * units.NAUTICAL_MILE / 3600.0 * time
+    near = not result.plan.filtered and float(limit[-1]) < _LIMIT_SHOWN * largest
+    if time[-1] <= PART_121_HOURS * 3600.0 and near:
+        label = "2 nmi/h, limit of R95 (14 CFR 121 App. G)"
+        marks.append(Line(label=label, x=time, y=limit, color="limit", dash="--", weight="thin"))
+    marks += limits_of(_judged(result), CIRCLES, float(time[-1]))
+    y = Axis(label="horizontal error", units=scale, low=0.0)
+    return Chart(key="growth", title=f"{len(result)} runs, 95 % bands", y=y, marks=tuple(marks), room=1.25)
+
+
+def _final(result: EnsembleResult, scale: Scale) -> Chart:
+    """Return the final positions with circles of CEP and R95, and circle and ellipse of their covariance."""
+    (unit, size, _), *_ = scale
+    final = result.errors.final[~result.failed][:, :2]
+    shown, p = final[:_DOTS], covariance_at_end(result)
+    angle = np.linspace(0.0, 2.0 * np.pi, 361)
+    marks: list[Mark] = [Dots(x=shown[:, 1], y=shown[:, 0], color="run", size=1.9 if len(shown) > 200 else 3.4)]
+    reach = max(float(np.abs(final).max(initial=0.0)), 1e-3)
+    for key, found in (("r95", r95(result.final_horizontal)), ("cep", cep(result.final_horizontal))):
+        radius = float(found.value)
+        if np.isfinite(radius):
+            label, reach = f"{_LABELS[key]} {number_text(radius / size)} {unit}", max(reach, radius)
+            marks.append(Line(label=label, x=radius * np.sin(angle), y=radius * np.cos(angle), color=key))
+    if np.isfinite(p).all():
+        root, vectors = np.linalg.eigh(p)
+        ring = vectors @ (np.sqrt(np.maximum(root, 0.0))[:, None] * np.array([np.cos(angle), np.sin(angle)]))
+        k, normal = float(np.sqrt(-2.0 * np.log(0.05))), float(circle_radius(p, 0.95))
+        marks.append(Line(label="95 % ellipse of the covariance", x=k * ring[1], y=k * ring[0], color="ink",
+                          weight="thin", dash="--"))  # fmt: skip
+        marks.append(Line(label=f"95 % circle of the covariance {number_text(normal / size)} {unit}",
+                          x=normal * np.sin(angle), y=normal * np.cos(angle), color="ink", dash=":"))  # fmt: skip
+        reach = max(reach, k * float(np.sqrt(max(root.max(), 0.0))))
+    axes = [Axis(label=name, units=scale, low=-1.05 * reach, high=1.05 * reach) for name in ("east", "north")]
+    lost = "" if len(marks) > 1 else ": every run failed, or too many for a circle"
+    return Chart(key="final", title=f"errors at the end{lost}", x=axes[0], y=axes[1], marks=tuple(marks), equal=True,
+                 legend="below")  # fmt: skip
+
+
+def _rates(result: EnsembleResult) -> Charts:
+    """Return histograms of the rate of each run in both definitions."""
+    pairs = (("line through the origin, Σ t r / Σ t²", result.mean_rates), ("at the end, r(T) / T", result.end_rates))
+    charts = []
+    for number, (title, values) in enumerate(pairs):
+        finite = values[np.isfinite(values)]
+        marks: list[Mark] = [Histogram(values=finite, color="run")] if len(finite) else []
+        for key, found in (("cep", cep(values)), ("r95", r95(values))):
+            if np.isfinite(found.value):
+                at = float(found.value)
+                high = float(found.high) if np.isfinite(found.high) else float(finite.max())
+                marks.append(Rule(at=at, upright=True, label=f"{_LABELS[key]} {number_text(at / _KNOTS[0][1])} nmi/h",
+                                  color=key, weight="line", low=max(float(found.low), 0.0), high=high))  # fmt: skip
+        charts.append(Chart(key=f"rates/{number}", title=title, x=Axis(label="rate", units=_KNOTS, low=0.0, grid=False),
+                            y=Axis(label="runs", low=0.0), marks=tuple(marks), legend="below"))  # fmt: skip
+    return Charts("rates", (tuple(charts),), (10.0, 3.4), title="Rates of the runs", share="y", on=("page",))
+
+
+def _judged(result: EnsembleResult) -> Sequence[Any]:
+    return [(one.requirement, one.verdict) for one in result.verdicts]
+
+
+def _components(result: EnsembleResult, scales: Sequence[Scale], predicted: Array | None) -> Charts:
+    """Return σ over the runs by component with its standard error, the filter's own and that of the budget."""
+    time, rows, judged = result.elapsed, list[tuple[Chart, ...]](), _judged(result)
+    for row, (quantity, scale, name) in enumerate(zip(VECTORS, scales, _NAMES, strict=True)):
+        found, claimed = result.spread(quantity), result.stated(quantity)
+        charts = []
+        for column, axis in enumerate(_AXES):
+            sigma, error, mean = (v[:, column] for v in (found.sigma, found.standard_error, found.mean))
+            marks: list[Mark] = [
+                Band(x=time, low=sigma - 1.96 * error, high=sigma + 1.96 * error, color=axis),
+                Line(label="σ of the runs, ± 1.96 standard errors", x=time, y=sigma, color=axis),
+            ]
+            if claimed is not None:
+                marks.append(Line(label="σ stated by the filter", x=time, y=claimed[:, column], color="ink",
+                                  weight="thin", dash="--"))  # fmt: skip
+            if predicted is not None:  # on the filter's own where they agree
+                marks.append(Line(label="σ predicted by the budget", x=time, y=predicted[:, 3 * row + column],
+                                  color="ink" if claimed is None else "smoothed", dash=":"))  # fmt: skip
+            marks.append(Line(label="mean of the runs", x=time, y=mean, color="soft", weight="thin"))
+            marks += limits_of(judged, [QUANTITIES[3 * row + column]], float(time[-1]))
+            charts.append(Chart(key=f"component/{row}/{column}", title=f"{name}, {axis}", y=Axis(units=scale),
+                                marks=tuple(marks)))  # fmt: skip
+        rows.append(tuple(charts))
+    return Charts("components", tuple(rows), (10.5, 7.4), share="x", legend="below", on=("page",))
+
+
+def _component_table(numbers: Mapping[str, Any], scales: Sequence[Scale]) -> Table:
+    rows = []
+    for number, one in enumerate(numbers["components"].values()):
+        (unit, size, _), *_ = scales[number // 3]
+        sigma = _with_error(one["final_sigma"] / size, one["final_sigma_standard_error"] / size)
+        name = f"{_NAMES[number // 3]}, {_AXES[number % 3]}"
+        rows.append([name, unit, signed(one["final_mean"] / size), sigma, number_text(one["rms"] / size)])
+    heads = ("mean at the end", "σ at the end ± standard error", "rms over runs and epochs")
+    return Table((Column("", words=True), Column("unit", words=True), *map(Column, heads)), rows)
+
+
+def _with_error(value: float, error: float) -> str:
+    """Write a value with the decimals of its standard error, which has two significant digits."""
+    text = number_text(error, 2)
+    if not (math.isfinite(value) and math.isfinite(error) and error > 0.0) or "e" in text:
+        return f"{number_text(value)} ± {text}"
+    return f"{value:.{len(text.partition('.')[2])}f} ± {text}"
+
+
+def _sigmas(result: EnsembleResult, scales: Sequence[Scale]) -> Charts:
+    """Return σ over the runs, the three components of a quantity together."""
+    time, judged, charts = result.elapsed, _judged(result), []
+    for row, (quantity, scale, name) in enumerate(zip(VECTORS, scales, _NAMES, strict=True)):
+        sigma = result.spread(quantity).sigma
+        lines = (Line(label=axis, x=time, y=sigma[:, k]) for k, axis in enumerate(_AXES))
+        limits = limits_of(judged, QUANTITIES[3 * row : 3 * row + 3], float(time[-1]))
+        key = f"sigma_{name.removesuffix(' φ')}"
+        charts.append(Chart(key=key, title=f"σ of the {name}", y=Axis(units=scale, low=0.0), marks=(*lines, *limits)))
+    return Charts("sigma", (tuple(charts),), (11.0, 3.6), on=("recording",))
+
+
+def _cloud(result: EnsembleResult, scale: Scale) -> Cloud:
+    """Return the horizontal errors of the runs over time, with the circles of CEP and R95."""
+    rows = thinned(len(result.time), _FRAMES)
+    runs = np.flatnonzero(~result.failed)[:_MOVING]
+    north, east = (_taken(result, name, runs, rows) for name in COMPONENTS[:2])
+    circles = {"cep": result.cep.value[rows], "r95": result.r95.value[rows]}
+    return Cloud(
+        key="cloud", time=result.elapsed[rows], x=east, y=north, units=scale, names=("east", "north"), circles=circles
+    )
+
+
+def _taken(result: EnsembleResult, name: str, runs: Rows, rows: Rows) -> Array:
+    """Return some runs of a column at some epochs."""
+    parts, first = [], slice(0, int(runs.max(initial=-1)) + 1)
+    for epochs in result.errors.spans():
+        there = rows[(rows >= epochs.start) & (rows < epochs.stop)] - epochs.start
+        parts.append(result.errors.column(name, epochs, first)[np.ix_(runs, there)])
+    return np.concatenate(parts, axis=1)
+
+
+def _consistency(result: EnsembleResult, numbers: Mapping[str, Any]) -> Section:
+    """Return mean normalised squares over the runs with their χ² bands, and the verdict on the filter."""
+    items: list[Item] = [Sentence(text, "strong") for text in consistency_sentences(numbers)]
+    items.append(Sentence(_OF_SQUARES))
+    heads = ("mean over all epochs", "at the last epoch", "95 % band there", "epochs within the band")
+    for key, squares, title, what in (
+        ("nees", result.nees, "NEES / n", "ANEES by block of states"), ("nis", result.nis, "NIS / n", "NIS by sensor"),
+    ):  # fmt: skip
+        rows = [
+            [name, number_text(one["mean"]), number_text(one["end"]),
+             f"{number_text(one['low'])} … {number_text(one['high'])}",
+             "–" if math.isnan(one["share_in_band"]) else f"{100.0 * one['share_in_band']:.0f} %"]
+            for name, one in numbers[key].items()
+        ]  # fmt: skip
+        table = Table((Column("", words=True), *map(Column, heads)), rows)
+        items.append(Section(what, [*_squares(result, key, squares, title), table]))
+    return Section("Consistency of the filter", items)
+
+
+def _squares(result: EnsembleResult, key: str, squares: Mapping[str, MeanSquare], title: str) -> Iterator[Charts]:
+    """Yield a chart for each block or sensor, and one of all of them together for the recording."""
+    time, charts, y = result.elapsed, [], Axis(label=title, low=0.0)
+    for one in squares.values():
+        low, high = (np.broadcast_to(end, one.value.shape) for end in (one.band.low, one.band.high))
+        there = np.isfinite(one.value)
+        marks = (
+            Band(x=time[there], low=low[there], high=high[there], color="bound"),
+            Line(x=time[there], y=one.value[there], color=one.name, weight="thin"),
+            Rule(at=1.0, weight="hair"),
+        )
+        charts.append(Chart(key=f"{key}/{one.name}", title=one.name, y=y, marks=marks))
+    if charts:
+        rows = tuple(tuple(charts[k : k + 2]) for k in range(0, len(charts), 2))
+        yield Charts(f"{key}s", rows, (5.2 * len(rows[0]), 0.5 + 1.9 * len(rows)), share="x", on=("page",))
+    lines = tuple(Line(label=one.name, x=time, y=one.value) for one in squares.values() if np.isfinite(one.value).any())
+    yield Charts(key, ((Chart(key=key, y=y, marks=lines),),), (8.0, 3.0), on=("recording",))
+
+
+def _runs(result: EnsembleResult, numbers: Mapping[str, Any], scale: Scale) -> Section:
+    rows = [
+        [one["rank"], str(one["run"]), "failed" if one["failure"] else one["rate_nmi_h"] * _KNOTS[0][1],
+         "–" if one["failure"] else one["final_horizontal_m"], f"`{result.command(one['run'])}`"]
+        for one in numbers["named_runs"]
+    ]  # fmt: skip
+    columns = (
+        Column("", words=True), Column("run"), Column("rate Σ t r / Σ t²", _KNOTS), Column("final", scale),
+        Column("command for the complete run", words=True),
+    )  # fmt: skip
+    return Section("Runs to examine", [Table(columns, rows)], on=_PAGE)
+
+
+def _failures(result: EnsembleResult) -> Iterator[Item]:
+    """Yield a table of failed runs, and on the console the reasons with their runs."""
+    if not result.failures:
+        return
+    shown = list(result.failures.items())[:_MOST_FAILURES]
+    rows = [[str(number), str(result.member(number).seed), text] for number, text in shown]
+    more = len(result.failures) - len(shown)
+    rest = f"… and {more} more; runs.parquet of to_parquet and the files of runs have all of them." if more else ""
+    table = Table((Column("run"), Column("seed"), Column("reason", words=True)), rows, note=rest)
+    yield Section("Failed runs", [table], on=_PAGE)
+    reasons: dict[str, list[int]] = {}
+    for number, text in result.failures.items():
+        reasons.setdefault(text, []).append(number)
+    for text, runs in list(reasons.items())[:_MOST_REASONS]:
+        named = ", ".join(map(str, runs[:5])) + (f" and {len(runs) - 5} more" if len(runs) > 5 else "")
+        yield Sentence(f"FAILED, {'run' if len(runs) == 1 else 'runs'} {named}: {text}", on=("console",))
+    if len(reasons) > _MOST_REASONS:
+        left = len(reasons) - _MOST_REASONS
+        yield Sentence(f"… and {left} other reasons; see the report.", on=("console",))
+
+
+def _method(result: EnsembleResult, numbers: Mapping[str, Any]) -> Iterator[Item]:
+    """Yield how the ensemble was computed, and the files outside the package on which the numbers depend."""
+    yield Sentence(f"{_SEEDS} {result.computed} runs were computed in {result.seconds:.1f} s by this call.")
+    yield Sentence(software(), "note")
+    if own := numbers.get("own_content"):
+        heads = ("own content", "name", "SHA-256", "file")
+        rows = [[one["kind"], one["name"], f"{one['sha256'][:12]}…", one["file"]] for one in own]
+        yield Table(tuple(Column(head, words=True) for head in heads), rows)
+
+
+def sheet_of(result: EnsembleResult, numbers: Mapping[str, Any]) -> Exhibits:
+    """Return the performance of the unit in the words of a data sheet, with their definitions.
+
+    Args:
+        result: the ensemble.
+        numbers: the contents of its `summary.json`, from `ensemble_numbers`.
+    """
+    rate, found = numbers["rate_nmi_h"], numbers["components"]
+
+    def rms(*names: str, size: float = 1.0) -> str:
+        return number_text(math.sqrt(sum(found[name]["rms"] ** 2 for name in names) / len(names)) / size)
+
+    rows = []
+    for key, name in (("line", "Σ t r / Σ t²"), ("end", "r(T) / T")):
+        rows.append(["position rate, CEP", f"{with_band(rate[key]['cep'])} nmi/h", f"{name}, 50 % of the runs"])
+        rows.append(["position rate, R95", f"{with_band(rate[key]['r95'])} nmi/h", f"{name}, 95 % of the runs"])
+    rows += [
+        ["velocity, north and east", f"{rms('velocity_n_mps', 'velocity_e_mps')} m/s", "per axis, rms"],
+        ["velocity, vertical", f"{rms('velocity_d_mps')} m/s", "rms"],
+        ["roll and pitch", f"{rms('attitude_n_rad', 'attitude_e_rad', size=units.DEG)} °", "tilt per axis, rms"],
+        ["heading", f"{rms('attitude_d_rad', size=units.DEG)} °", "rms"],
+    ]
+    plan = result.plan
+    title = f"Performance of {grade_name(plan.scenario.imu.grade)} in {plan.scenario.name}, {len(result)} runs"
+    texts = [
+        regulation(numbers["part_121"]),
+        *requirement_lines(result),
+        "Common terms: navigation grade 0.5 to 1 nmi/h CEP, tactical grade 10 to 20 nmi/h. Definitions:",
+        *(f"  {name}: {text}." for name, text in DEFINITIONS.items()),
+    ]
+    columns = (Column("quantity", words=True), Column("value"), Column("definition", words=True))
+    return Exhibits(title, [Table(columns, rows, title), *map(Sentence, texts)])
