@@ -144,7 +144,6 @@ def _draw(axes: Axes, mark: Mark, color: Any, x: float, y: float) -> None:
                            edgecolor="white")  # fmt: skip
         case Histogram():
             edges, counts = mark.counted
-            axes.stairs(counts, edges / x, fill=True, color=_css(color), edgecolor="white")
             axes.bar(edges[:-1] / x, counts, np.diff(edges) / x, align="edge", color=_css(color), edgecolor="white")
         case Rule():
             size = x if mark.upright else y

@@ -236,13 +236,14 @@ def _axis_words(chart: Chart, ends: tuple[float, float]) -> str:
 
 def _heads(chart: Chart, left: float, *, labelled: bool) -> tuple[list[str], int]:
     """Return title and label of the vertical axis, and the ordinate below them."""
-    label = "" if chart.y.names or not labelled else chart.heading(True)
+    label = "" if chart.y.names else chart.heading(True)
     if chart.title and label and not chart.y.label:
         return [text(left, 15, f"{chart.title} [{label}]", more='font-weight="600"')], 22
     body = [text(left, 15, chart.title, more='font-weight="600"')] if chart.title else []
     if not label:
         return body, 22
-    return [*body, text(left, 15 + 17 * len(body), label, kind="soft")], 22 + 17 * len(body)
+    words_over = [text(left, 15 + 17 * len(body), label, kind="soft")] if labelled else []
+    return [*body, *words_over], 22 + 17 * len(body)
 
 
 def _axes(chart: Chart, x: _Way, y: _Way, inner: float, top: float, bottom: float, *, names: bool) -> Iterator[str]:

@@ -212,13 +212,16 @@ def test_compare_runs(sinssim: Sinssim, put: Put) -> None:
 
 
 def test_ensemble(sinssim: Sinssim, put: Put) -> None:
-    found = put("experiments.ensembles.running.run.ensemble", "result")
-    put("experiments.ensembles.summary.ensemble_numbers", {**SUMMARY, "unknown": float("nan")})
-    shown, sheet = (
-        put("experiments.ensembles.ensemble_table.show"),
-        put("experiments.ensembles.ensemble_table.show_sheet"),
-    )
-    assert sinssim("ensemble", "parked") == report("runs/parked-ensemble") + view("runs/parked-ensemble")
+    result = SimpleNamespace(command=lambda run, program: f"{program} run of {run}")
+    found = put("experiments.ensembles.running.run.ensemble", result)
+    named = [{"rank": "worst", "run": 7}, {"rank": "worst 2", "run": 8}, {"rank": "best", "run": 5}]
+    numbers = {**SUMMARY, "unknown": float("nan"), "named_runs": named}
+    put("experiments.ensembles.summary.ensemble_numbers", numbers)
+    whole = put("experiments.ensembles.ensemble_exhibits.exhibits_of", "exhibits")
+    sheet = put("experiments.ensembles.ensemble_exhibits.sheet_of", "sheet")
+    shown = put("recording.console.show")
+    commands = "worst  sinssim run of 7\nbest   sinssim run of 5\n"
+    assert sinssim("ensemble", "parked") == commands + report("runs/parked-ensemble") + view("runs/parked-ensemble")
     plan, runs, place = found.args
     options = dict(found.options)
     options.pop("say")
@@ -227,16 +230,17 @@ def test_ensemble(sinssim: Sinssim, put: Put) -> None:
         "resume": False, "overwrite": False, "threads": None, "workers": None, "scheduler": None, "require": (),
         "until_decided": False, "times": (), "progress": False,
     }  # fmt: skip
-    assert (shown.args[0], shown.args[3]) == ("result", "sinssim")
+    assert (shown.args[0], whole.args) == ("exhibits", (result, numbers))
     more = ("-n", 12, "-o", "d", "--resume", "--overwrite", "--threads", 3, "--workers", 4, "--scheduler", "tcp://x",
             "--require", "r95(60 s) <= 2 km", "--until-decided", "--at", 7, "--at", 9)  # fmt: skip
     assert sinssim("ensemble", "parked", *more, "--sheet") == report("d") + view("d")
-    assert (found.args[1:], len(sheet.calls), len(shown.calls)) == ((12, Path("d")), 1, 1)
+    assert (found.args[1:], len(sheet.calls), len(whole.calls)) == ((12, Path("d")), 1, 1)
+    assert shown.args[0] == "sheet"
     options = {key: value for key, value in found.options.items() if key not in ("say", "require", "progress")}
     assert options == {
         "resume": True, "overwrite": True, "threads": 3, "workers": 4, "scheduler": "tcp://x", "until_decided": True,
         "times": [7.0, 9.0],
     }  # fmt: skip
     assert [one.limit for one in found.options["require"]] == [2000.0]
-    assert json.loads(sinssim("ensemble", "parked", "--json")) == {**SUMMARY, "unknown": None}
+    assert json.loads(sinssim("ensemble", "parked", "--json")) == {**numbers, "unknown": None}
     assert sinssim("ensemble", "parked", "-q") == ""

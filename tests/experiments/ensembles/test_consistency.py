@@ -11,12 +11,12 @@ from rich.console import Console
 from scipy.stats import chi2
 
 import sinssim
-from sinssim.experiments.ensembles.ensemble_report import ensemble_report
-from sinssim.experiments.ensembles.ensemble_table import show
 from sinssim.experiments.ensembles.plan import Plan, make_plan
 from sinssim.experiments.ensembles.result import EnsembleResult
 from sinssim.experiments.ensembles.run_errors import empty
 from sinssim.experiments.ensembles.summary import consistency, consistency_sentences, ensemble_numbers
+from sinssim.recording.console import show
+from sinssim.recording.report.exhibits import page_of
 from sinssim.statistics.chi_square import extreme
 from tests.experiments.ensembles.examples import AIDED, scenario
 
@@ -139,7 +139,7 @@ def test_runs_with_gravity_that_the_filter_does_not_know() -> None:
     assert note in found["hints"]
     assert note in list(consistency_sentences(numbers))
     console = Console(record=True, width=10_000)
-    show(result, numbers, console)
-    for text in (console.export_text(), ensemble_report(result, numbers, {})):
+    show(result.exhibits, console)
+    for text in (console.export_text(), page_of(result.exhibits)):
         assert note in text.replace("\n", " ")
         assert "Therefore the filter is not consistent over 6 runs: the worst of " in text

@@ -9,9 +9,8 @@ import pytest
 from rerun.chunk import RrdReader
 
 import sinssim
-from sinssim.experiments.ensembles.ensemble_recording import record
 from sinssim.experiments.ensembles.judge import judge
-from sinssim.experiments.ensembles.summary import ensemble_numbers
+from sinssim.recording.rerun.exhibits import record
 from sinssim.recording.rerun.views import RunInfo, all_views
 from sinssim.statistics.requirements.requirement import parse_requirements
 from tests.experiments.ensembles.examples import AIDED, scenario
@@ -19,7 +18,7 @@ from tests.experiments.ensembles.examples import AIDED, scenario
 
 def test_recording_and_view(tmp_path) -> None:
     result = sinssim.ensemble(scenario(AIDED), 4, threads=1)
-    record(result, ensemble_numbers(result), tmp_path / "recording.rrd")
+    record(result.exhibits, tmp_path / "recording.rrd")
     chunks = list(RrdReader(tmp_path / "recording.rrd").stream())
     entities = {chunk.entity_path for chunk in chunks}
     for wanted in ("growth", "cloud/runs", "cloud/cep", "cloud/r95", "sigma_position", "sigma_attitude", "nees", "nis"):
@@ -31,7 +30,7 @@ def test_recording_and_view(tmp_path) -> None:
         for value in chunk.to_record_batch().column("Scalars:scalars").to_pylist()
     ]
     assert len(rows) == len(result.time)
-    cep = np.array([row[0] for row in rows])
+    cep = np.array([row[-1] for row in rows])
     size = np.nanmax(result.cep.value) / np.nanmax(cep)  # metres, or a unit that suits them
     np.testing.assert_allclose(cep * size, result.cep.value, rtol=1e-12)
     run = RunInfo("x", 0.0, 1.0, ("aided",), labels={"kind": "ensemble", "filter": "yes"})
@@ -50,7 +49,7 @@ def test_limits_of_requirements_are_below_their_plots(tmp_path) -> None:
         "velocity_down(run) <= 9 km/h",
     ]
     result.verdicts = tuple(judge(result, one) for one in parse_requirements(texts))
-    record(result, ensemble_numbers(result), tmp_path / "recording.rrd")
+    record(result.exhibits, tmp_path / "recording.rrd")
     chunks = list(RrdReader(tmp_path / "recording.rrd").stream())
     found = {}
     for chunk in chunks:

@@ -10,12 +10,13 @@ import numpy as np
 import pytest
 
 import sinssim
-from sinssim.experiments.ensembles import ensemble_figure as figures
+from sinssim.experiments.ensembles.ensemble_exhibits import _with_error, exhibits_of, scales_of, with_band
 from sinssim.experiments.ensembles.ensemble_files import write_ensemble
-from sinssim.experiments.ensembles.ensemble_report import _components, _with_error, own_content, with_band
 from sinssim.experiments.ensembles.result import EnsembleResult
 from sinssim.experiments.ensembles.summary import ensemble_numbers
+from sinssim.recording.report.exhibits import page_of
 from tests.experiments.ensembles.examples import AIDED, scenario
+from tests.recording.figures.drawn import figure, words
 
 
 @pytest.fixture(scope="module")
@@ -79,29 +80,26 @@ def test_report_of_a_filter(filtered: EnsembleResult, tmp_path) -> None:
 
 def test_figures_say_what_they_show(with_failures: EnsembleResult, filtered: EnsembleResult) -> None:
     for result in (with_failures, filtered):
-        left, right = figures.overview(result).axes
+        left, right = result.plot().axes
         assert "horizontal error" in left.get_ylabel()
         assert "[" in left.get_xlabel()
         assert (right.get_xlabel()[:4], right.get_ylabel()[:5]) == ("east", "north")
-    panels = figures.components(filtered).axes
+    panels = figure(filtered.exhibits, "components").axes
     assert len(panels) == 9
-    assert all("[" in axes.get_title(loc="left") for axes in panels)
-    stated = [line for line in panels[0].lines if "stated" in str(line.get_label())]
-    assert len(stated) == 1
+    assert all(axes.get_ylabel() for axes in panels)
+    (stated,) = [line for line in panels[0].lines if "stated" in str(line.get_label())]
     sigma = filtered.errors.sigma
     assert sigma is not None
-    unit = 1.0 if "[m]" in panels[0].get_title(loc="left") else np.nan
-    np.testing.assert_allclose(stated[0].get_ydata() * unit, np.sqrt(np.mean(sigma[:, :, 0] ** 2, axis=0)), rtol=1e-12)
-    drawn = figures.consistency(filtered, filtered.nees, "NEES / n").axes
-    assert [axes.get_title(loc="left") for axes in drawn] == list(filtered.plan.blocks)
+    assert panels[0].get_ylabel() == "m"
+    np.testing.assert_allclose(stated.get_ydata(), np.sqrt(np.mean(sigma[:, :, 0] ** 2, axis=0)), rtol=1e-12)
+    assert [words(axes)[0] for axes in figure(filtered.exhibits, "neess").axes] == list(filtered.plan.blocks)
 
 
 def test_tables_and_figures_have_the_same_units(filtered: EnsembleResult) -> None:
-    units = figures.units_of(filtered)
-    expected = [unit for unit, _ in units for _ in range(3)]
-    titles = [axes.get_title(loc="left") for axes in figures.components(filtered).axes]
-    assert [title.partition("[")[2] for title in titles] == [f"{unit}]" for unit in expected]
-    text = _components(ensemble_numbers(filtered), units)
+    expected = [scale[0][0] for scale in scales_of(filtered) for _ in range(3)]
+    exhibits = exhibits_of(filtered, ensemble_numbers(filtered))
+    assert [axes.get_ylabel() for axes in figure(exhibits, "components").axes] == expected
+    text = page_of(exhibits)
     assert re.findall(r"(?:position|velocity|attitude φ), \w+</t.><td[^>]*>([^<]+)</td>", text) == expected
 
 
@@ -135,11 +133,3 @@ def test_nothing_but_failures_has_a_report(with_failures: EnsembleResult, tmp_pa
     text = _words((tmp_path / "report.html").read_text(encoding="utf-8"))
     assert "80 of 80 runs failed" in text
     assert "∞ (∞ … ∞)" in text
-
-
-def test_the_report_lists_own_content() -> None:
-    file = "/home/me/algorithms/cayley.py"
-    own = [{"kind": "algorithms", "name": "cayley", "file": file, "package": "", "sha256": "0b5cb1e800cf" + 52 * "0"}]
-    text = re.sub(r"<[^>]*>", " ", own_content({"own_content": own}))
-    assert f"algorithms cayley 0b5cb1e800cf… {file}" in " ".join(text.split())
-    assert not own_content({})

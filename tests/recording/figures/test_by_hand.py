@@ -20,11 +20,13 @@ from sinssim.analyses.noise_identification import noise_figure as noise
 from sinssim.analyses.noise_identification.channels import CHANNELS
 from sinssim.analyses.noise_identification.fit import TermEstimate
 from sinssim.analyses.noise_identification.report import ChannelNoise
+from sinssim.charts import Axis, Chart, Charts, Line
 from sinssim.data import ImuData
 from sinssim.errors import InputError
 from sinssim.recording.figures.charts import figure_of
-from sinssim.recording.figures.limits import draw_limits, height_of, instant_of, of_quantities
 from sinssim.recording.style import COLORS, SOFT, css
+from sinssim.scales import fixed
+from sinssim.statistics.requirements.limits import limits_of
 from sinssim.statistics.requirements.requirement import parse_requirement
 from tests.recording.by_hand import ARCMIN, CEP, R95, hand_budget
 from tests.recording.figures.drawn import (
@@ -157,27 +159,26 @@ def test_the_sigmas_of_a_budget() -> None:
 
 
 def test_limits_over_time() -> None:
-    """In units of 10 m and 60 s: a rate of 2 m/s for 300 s are 60; beyond 1.5 times the highest curve only a name."""
-    from matplotlib.figure import Figure
-
-    axes = Figure().subplots()
-    axes.set_ylim(0.0, 50.0)
+    """A mark at its time, a line throughout the run; the limit of a rate is that of its time; far ones are named."""
     judged = [(parse_requirement(text), verdict) for text, verdict in
               (("rate(300 s) <= 2 m/s", "met"), ("r95(run) <= 400 m", "undecided"), ("cep(end) <= 750 m", "not met"),
                ("cep(end) <= 751 m", "met"), ("cep(120 s) <= 20 m", "met"))]  # fmt: skip
-    drawn = draw_limits(axes, judged, 500.0, 10.0, 60.0, 900.0)
-    assert len(drawn) == 5
+    marks = limits_of(judged, ("rate", "r95", "cep"), 900.0)
+    curve = Line(x=np.array([0.0, 900.0]), y=np.array([0.0, 500.0]))
+    y = Axis(units=fixed("decametres", 10.0), low=0.0, high=500.0)
+    chart = Chart(key="limits", x=Axis(label="time", units=fixed("min", 60.0)), y=y, marks=(curve, *marks))
+    (axes,) = figure_of(Charts("limits", ((chart,),), (4.0, 3.0))).axes
     good, bad, grey = (css(COLORS[name]) for name in ("truth", "measured", "run"))
-    check_line(axes.lines[0], "rate(300 s) <= 2 m/s: met", [5.0], [60.0], good)
-    check_line(axes.lines[1], "r95(run) <= 400 m: undecided", [0.0, 1.0], [40.0, 40.0], grey, "--")
-    check_line(axes.lines[2], "cep(end) <= 750 m: not met", [15.0], [75.0], bad)
-    check_line(axes.lines[3], "cep(end) <= 751 m: met (above the plot)", [], [], good)
-    check_line(axes.lines[4], "cep(120 s) <= 20 m: met", [2.0], [2.0], good)
+    check_line(axes.lines[1], "rate(300 s) <= 2 m/s: met", [5.0], [60.0], good)
+    check_line(axes.lines[2], "r95(run) <= 400 m: undecided", [0.0, 1.0], [40.0, 40.0], grey, "--")
+    check_line(axes.lines[3], "cep(end) <= 750 m: not met", [15.0], [75.0], bad)
+    check_line(axes.lines[4], "cep(end) <= 751 m: met (above the plot)", [], [], good)
+    check_line(axes.lines[5], "cep(120 s) <= 20 m: met", [2.0], [2.0], good)
     assert axes.get_ylim() == (0.0, pytest.approx(82.5))
-    rate = parse_requirement("rate(end) <= 2 m/s")
-    assert (height_of(rate, 900.0), instant_of(rate, 900.0)) == (1800.0, 900.0)
-    assert (height_of(judged[0][0], 900.0), instant_of(judged[0][0], 900.0)) == (600.0, 300.0)
-    assert of_quantities(judged, ("rate", "heading")) == judged[:1]
+    (rate,) = limits_of([(parse_requirement("rate(end) <= 2 m/s"), "met")], ("rate",), 900.0)
+    assert (rate.height, rate.at) == (1800.0, 900.0)
+    assert limits_of(judged, ("rate", "heading"), 900.0) == marks[:1]
+    assert (marks[0].height, marks[0].at) == (600.0, 300.0)
 
 
 def test_the_budget_of_an_alignment() -> None:

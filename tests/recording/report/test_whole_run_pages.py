@@ -1,4 +1,4 @@
-"""Pages of runs, ensembles and trade studies: their sections in order, and which of them a result has."""
+"""Pages of runs and trade studies: their sections in order, and which of them a result has."""
 
 from __future__ import annotations
 
@@ -9,7 +9,6 @@ from typing import Any
 import numpy as np
 import pytest
 
-from sinssim.experiments.ensembles import ensemble_report
 from sinssim.experiments.run.parts.platform import OnPlatform
 from sinssim.experiments.run.parts.redundancy import Redundancy
 from sinssim.experiments.run.parts.rotation import Rotation
@@ -226,43 +225,6 @@ def test_residual_errors_of_single_sensors(monkeypatch: pytest.MonkeyPatch) -> N
     ]  # fmt: skip
     ideal = SimpleNamespace(error=np.zeros((2, 3)))
     assert list(sensors.sensor_errors(scenario, true, [ideal]))[-1] == "<p>All sensors are ideal.</p>"  # type: ignore[list-item]
-
-
-def test_an_ensemble(monkeypatch: pytest.MonkeyPatch) -> None:
-    for name in ("growth", "cloud", "rates", "components"):
-        monkeypatch.setattr(ensemble_report.figures, name, lambda *given, own=name: f"{own} {given[1:]}")
-    monkeypatch.setattr(ensemble_report.figures, "units_of", lambda result: ("m", "mm/s", "deg"))
-    monkeypatch.setattr(ensemble_report, "to_svg", lambda figure, name: f"({figure}: {name})")
-    for name in ("opening", "_regulation", "_runs", "_failures", "_method", "definitions"):
-        monkeypatch.setattr(ensemble_report, name, lambda *given, own=name: f"({own})")
-    for name in ("headline", "_components"):
-        monkeypatch.setattr(ensemble_report, name, lambda numbers, units, own=name: f"({own} {units})")
-    monkeypatch.setattr(ensemble_report, "_consistency", lambda result, numbers: ["(consistency)"])
-    monkeypatch.setattr(ensemble_report, "requirement_section", lambda result: ["(requirements)"])
-
-    class Result(SimpleNamespace):
-        def __len__(self) -> int:
-            return 80
-
-    plan = SimpleNamespace(scenario=SimpleNamespace(name="<s>", description="From\nA."))
-    result: Any = Result(plan=plan, notes=["A <note>."], nees={"all": 1}, failures={3: "It fell."})
-    html = ensemble_report.ensemble_report(result, {}, {}, "predicted")  # type: ignore[arg-type]
-    assert "<title>&lt;s&gt;: ensemble</title>" in html
-    said = [
-        "<h1>&lt;s&gt;: an ensemble of 80 runs</h1>", '<p class="lead">From A.</p>', '<p class="note">(opening)</p>',
-        "<p><strong>A &lt;note&gt;.</strong></p>", "(requirements)", "<h2>Errors of the population</h2>",
-        "(headline m)", "(_regulation)", "<h3>Growth of the position error</h3>", "(growth (): growth)",
-        "<h3>Errors at the end</h3>", "(cloud (): cloud)", "<h3>Rates of the runs</h3>", "(rates (): rates)",
-        "<h2>Errors by component</h2>", "(components ('predicted',): components)",
-        "(_components ('m', 'mm/s', 'deg'))", "(consistency)", "<h2>Runs to examine</h2>", "(_runs)",
-        "<h2>Failed runs</h2>", "(_failures)", "<h2>Definitions</h2>", "(definitions)",
-        "<h2>How it was computed</h2>", "(_method)",
-    ]  # fmt: skip
-    assert body(html) == said
-    result.nees, result.failures, plan.scenario.description = {}, {}, ""
-    assert body(ensemble_report.ensemble_report(result, {}, {})) == [
-        one.replace("'predicted'", "None") for k, one in enumerate(said) if k not in (1, 17, 20, 21)
-    ]
 
 
 @pytest.mark.parametrize(("shape", "said"), [((3, 4, 5), False), ((4, 4, 5), True), ((5,), False)])

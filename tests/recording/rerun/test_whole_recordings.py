@@ -16,7 +16,6 @@ from sinssim.analyses.alignment import alignment_recording as alignment
 from sinssim.analyses.noise_identification import noise_recording as noise
 from sinssim.charts import Axis, Chart, Charts, Line
 from sinssim.exhibits import Exhibits, Section, Sentence
-from sinssim.experiments.ensembles import ensemble_recording as ensemble
 from sinssim.experiments.run.views import one_component_recording as one_component
 from sinssim.experiments.studies import study_recording as study
 from sinssim.recording.rerun import exhibits
@@ -65,7 +64,7 @@ class Kept:
 @pytest.fixture
 def kept(monkeypatch: pytest.MonkeyPatch) -> Kept:
     found = Kept()
-    for module in (exhibits, ensemble, one_component, study):
+    for module in (exhibits, one_component, study):
         monkeypatch.setattr(module, "Recording", found)
         monkeypatch.setattr(module, "all_views", lambda run: ("views", run.name, dict(run.labels)))
 
@@ -110,36 +109,6 @@ def test_exhibits(kept: Kept, monkeypatch: pytest.MonkeyPatch) -> None:
     assert run["labels"] == {"kind": "budget", "one/curve": "km"}
     assert run["ranges"] == {"an entity": [1.5, 2.5]}
     assert kept.views == [("views", "short", run["labels"])]
-
-
-@pytest.mark.parametrize("filtered", [True, False])
-def test_an_ensemble(kept: Kept, monkeypatch: pytest.MonkeyPatch, filtered: bool) -> None:
-    drawn: list[str] = []
-    for name, labels in (("_draw_growth", {"growth": "m"}), ("_draw_components", {"velocity": "mm/s"}),
-                         ("_draw_consistency", None)):  # fmt: skip
-
-        def draw(recording: Any, result: Any, own: str = name, said: Any = labels) -> Any:
-            drawn.append(own)
-            return said
-
-        monkeypatch.setattr(ensemble, name, draw)
-    monkeypatch.setattr(ensemble, "_markdown", lambda result, numbers: f"# {numbers}")
-
-    class Result(SimpleNamespace):
-        def __len__(self) -> int:
-            return 80
-
-    plan = SimpleNamespace(scenario=scenario(), solution="poisson")
-    result: Any = Result(time=np.array([50.0, 60.0, 350.0]), plan=plan, nees={"all": 1} if filtered else {})
-    ensemble.record(result, {"n": 1}, Path("recording.rrd"))
-    assert drawn == ["_draw_growth", "_draw_components", *(["_draw_consistency"] if filtered else [])]
-    assert kept.texts["about/summary"] == "# {'n': 1}"
-    assert kept.texts["about/scenario"] == "```toml\nseed = 3\n```"
-    run = kept.run
-    assert (run["name"], run["start"], run["end"], run["algorithms"]) == ("short ensemble", 50.0, 350.0, ["poisson"])
-    assert run["labels"] == {"kind": "ensemble", "runs": "80", "filter": "yes" if filtered else "", "growth": "m",
-                             "velocity": "mm/s"}  # fmt: skip
-    assert run["ranges"] == {"an entity": [1.5, 2.5]}
 
 
 def test_a_run_of_one_component(kept: Kept, monkeypatch: pytest.MonkeyPatch) -> None:

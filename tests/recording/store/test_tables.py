@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import importlib
 import io
 import json
 from dataclasses import dataclass, fields
@@ -17,7 +16,6 @@ import pytest
 
 from sinssim.data import ImuData
 from sinssim.errors import InputError
-from sinssim.experiments.ensembles import ensemble_files as ensemble
 from sinssim.experiments.run.result import PlaneRun
 from sinssim.experiments.run.store import score_files as score
 from sinssim.experiments.run.store.run_streams import streams_of_run
@@ -273,31 +271,6 @@ def test_scores_beside_a_run(tmp_path: Path) -> None:
     wrong = pq.read_table(folder / "scores/mine/error_mine.parquet").to_pydict()
     assert wrong["position_e_m"] == rows(50.0, 3)[:, 1].tolist()
     assert sorted(written(folder)) == [name for name in held if name != ".sinssim.json"]
-
-
-def test_the_files_of_an_ensemble(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    """The prediction is that of a finished ensemble alone."""
-    seen = []
-    monkeypatch.setattr(ensemble, "ensemble_numbers", lambda result, status: {"status": status, "x": nan})
-    monkeypatch.setattr(ensemble, "predicted_sigma", lambda plan: f"of {plan}")
-    report = importlib.import_module("sinssim.experiments.ensembles.ensemble_report")
-    monkeypatch.setattr(report, "ensemble_report", lambda *args: seen.append(args) or "page")
-    for module, name in (
-        ("experiments.ensembles.ensemble_figure", "overview"),
-        ("recording.figures.canvas", "save"),
-        ("experiments.ensembles.ensemble_recording", "record"),
-    ):
-        monkeypatch.setattr(importlib.import_module(f"sinssim.{module}"), name, lambda *_: None)
-    result = SimpleNamespace(plan="plan")
-    files = ["report.html", "summary.json", "recording.rrd", "ensemble.svg", "ensemble.png"]
-    assert ensemble.write_ensemble(result, tmp_path) == files
-    numbers = json.loads((tmp_path / "summary.json").read_text())
-    assert (numbers["status"], numbers["x"], numbers["versions"]["numpy"]) == ("finished", None, np.__version__)
-    ensemble.write_ensemble(result, tmp_path, "interrupted")
-    assert [args[3] for args in seen] == ["of plan", None]
-    assert seen[0][0] is result
-    assert "Python" in seen[0][2]
-    assert "processor" in seen[0][2]
 
 
 def test_the_name_of_the_processor(monkeypatch: pytest.MonkeyPatch) -> None:

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import json
 from pathlib import Path
 from types import SimpleNamespace
 from typing import Any
@@ -12,7 +11,6 @@ import pytest
 
 from sinssim.analyses.calibration import calibration_files as calibration
 from sinssim.analyses.error_budget import budget_files as budget
-from sinssim.experiments.ensembles import ensemble_files as ensemble
 from sinssim.experiments.studies import study_files as study
 from sinssim.experiments.studies.results import Case, CoordinateError
 from sinssim.system.outputs import MARK
@@ -77,31 +75,6 @@ def test_a_calibration(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     with pytest.raises(ZeroDivisionError):
         calibration.write_calibration(result, tmp_path / "d")
     assert [one.name for one in tmp_path.iterdir()] == ["c"]
-
-
-def test_an_ensemble(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    """The prediction is that of a finished ensemble; numbers that are not finite become null."""
-    monkeypatch.setattr(ensemble, "ensemble_numbers", lambda result, status: {"status": status, "value": float("inf")})
-    monkeypatch.setattr(ensemble, "predicted_sigma", lambda plan: f"prediction of {plan}")
-    monkeypatch.setattr(ensemble, "versions", lambda: {"sinssim": "1.2"})
-    monkeypatch.setattr(ensemble, "processor", lambda: "fast")
-
-    def report(result: Any, numbers: Any, about: Any, predicted: Any) -> str:
-        return f"{numbers['status']} {list(about)} {predicted}"
-
-    monkeypatch.setattr("sinssim.experiments.ensembles.ensemble_report.ensemble_report", report)
-    monkeypatch.setattr("sinssim.experiments.ensembles.ensemble_figure.overview", lambda result: "overview")
-    monkeypatch.setattr("sinssim.recording.figures.canvas.save", writes("picture"))
-    monkeypatch.setattr("sinssim.experiments.ensembles.ensemble_recording.record", writes("recording"))
-    result: Any = SimpleNamespace(plan="plan")
-    for status, predicted in (("finished", "prediction of plan"), ("interrupted", None)):
-        written = ensemble.write_ensemble(result, tmp_path, status)
-        found = texts(tmp_path)
-        assert set(written) == set(found)
-        assert found["report.html"] == f"{status} ['sinssim', 'Python', 'processor'] {predicted}"
-        assert found["ensemble.svg"] == found["ensemble.png"] == "picture overview"
-        assert json.loads(found["summary.json"]) == {"status": status, "value": None, "versions": {"sinssim": "1.2"}}
-        assert found["recording.rrd"].startswith(f"recording {{'status': '{status}'")
 
 
 def test_a_study(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:

@@ -3,16 +3,12 @@
 from __future__ import annotations
 
 import datetime
-from math import inf, nan, pi, sqrt
 from pathlib import Path
 from types import SimpleNamespace
 from typing import Any
 
-import numpy as np
 import pytest
 
-from sinssim.experiments.ensembles import ensemble_table as ensemble
-from sinssim.experiments.ensembles.summary import DEFINITIONS
 from sinssim.experiments.run.finished.run_list import Entry
 from sinssim.experiments.run.store.summaries.phase_summary import HEADS as HEADS_OF_PHASES
 from sinssim.experiments.run.store.summaries.phase_summary import NOTE, SOURCE_NOTE
@@ -232,83 +228,3 @@ def test_a_study() -> None:
     assert shown[:2] == ["claim verdict measured expected", "claim of the coning refuted 3 m –"]
     narrow = printed(lambda console: study._show_rates("title", lines, lambda one: one.algorithm, console), 29)
     assert narrow[1:] == ["10 Hz 50 Hz", "euler 3.0 0.60", "poisson 12 –"]  # the lowest and the highest
-
-
-def band(size: float) -> dict[str, float]:
-    return {"value": size, "low": 0.5 * size, "high": 2.0 * size}
-
-
-def test_an_ensemble() -> None:
-    """The heads name what stands below them: CEP first, R95 second; ends of the bands in order."""
-    squares = {"mean": 1.05, "end": 1.25, "low": 0.75, "high": 1.5, "share_in_band": 0.876}
-    found = {
-        "status": "finished", "failed": 2, "final_horizontal_m": {"cep": band(10.0), "r95": band(20.0)},
-        "at": [{"time_s": 60.0, "cep_m": band(1.0), "r95_m": band(2.0) | {"high": inf}}],
-        "rate_nmi_h": {"line": {"cep": band(0.1), "r95": band(0.2)}, "end": {"cep": band(0.3), "r95": band(0.4)}},
-        "part_121": {"verdict": "undecided", "rule": "The rule", "quantities": {"rate": band(3.0) | {"limit": 2.0}}},
-        "named_runs": [{"rank": "worst", "run": 7}, {"rank": "2nd worst", "run": 8}, {"rank": "best", "run": 5}],
-        "nees": {"all": squares}, "nis": {"gnss": squares | {"share_in_band": nan, "mean": 0.5}}, "consistency": None,
-        "components": {
-            "velocity_n_mps": {"rms": 0.3}, "velocity_e_mps": {"rms": 0.4}, "velocity_d_mps": {"rms": 0.07},
-            "attitude_n_rad": {"rms": 3.0 * pi / 180.0}, "attitude_e_rad": {"rms": 4.0 * pi / 180.0},
-            "attitude_d_rad": {"rms": 0.25 * pi / 180.0},
-        },
-    }  # fmt: skip
-    scenario = SimpleNamespace(name="flight", seed=42, imu=SimpleNamespace(grade="tactical"))
-    plan = SimpleNamespace(scenario=scenario, solution="euler", epochs=np.array([50.0, 110.0, 230.0]), start=50.0,
-                           keys=("initial error", "wind"))  # fmt: skip
-
-    class Result(SimpleNamespace):
-        def __len__(self) -> int:
-            return 80
-
-    reasons = {3: "It fell.", 9: "It rose.", 4: "It fell."}
-    result = Result(plan=plan, verdicts=(), looks=(), nees={"all": 1}, failures=reasons,
-                    command=lambda number, program: f"{program} run {number}")  # fmt: skip
-    assert printed(lambda console: ensemble.show(result, found, console, "other")) == [
-        "flight: 80 runs",
-        "Solution: euler. Seed 42. Each run lasts 180 s; its errors are kept at 3 epochs. Varied from run to run: "
-        "initial error, wind. 2 of 80 runs failed; their errors are treated as infinite.",
-        "CEP (95 % band) R95 (95 % band)",
-        "horizontal error at 60 s, m 1.00 (0.500 … 2.00) 2.00 (1.00 … ∞)",
-        "horizontal error at the end, m 10.0 (5.00 … 20.0) 20.0 (10.0 … 40.0)",
-        "rate by the line Σ t r / Σ t², nmi/h 0.100 (0.0500 … 0.200) 0.200 (0.100 … 0.400)",
-        "rate at the end r(T)/T, nmi/h 0.300 (0.150 … 0.600) 0.400 (0.200 … 0.800)",
-        "The rule: undecided: the limit lies within the confidence interval; more runs narrow it. Rate: 3.00 (1.50 … "
-        "6.00), limit 2.",
-        "Consistency, 1 is expected",
-        "mean at the end 95 % band there epochs in band",
-        "ANEES, all 1.05 1.25 0.750 … 1.50 88 %",
-        "NIS, gnss 0.500 1.25 0.750 … 1.50 –",
-        "Biases are constant in a run: in few runs a block can be outside its band at all epochs by chance.",
-        "FAILED, runs 3, 4: It fell.",
-        "FAILED, run 9: It rose.",
-        "worst other run 7",
-        "best other run 5",
-    ]
-    sheet = printed(lambda console: ensemble.show_sheet(result, found, console))
-    assert sheet[1:10] == [
-        "quantity value definition",
-        "position rate, CEP 0.100 (0.0500 … 0.200) nmi/h Σ t r / Σ t², 50 % of the runs",
-        "position rate, R95 0.200 (0.100 … 0.400) nmi/h Σ t r / Σ t², 95 % of the runs",
-        "position rate, CEP 0.300 (0.150 … 0.600) nmi/h r(T) / T, 50 % of the runs",
-        "position rate, R95 0.400 (0.200 … 0.800) nmi/h r(T) / T, 95 % of the runs",
-        f"velocity, north and east {sqrt(0.125):.3f} m/s per axis, rms",
-        "velocity, vertical 0.0700 m/s rms",
-        f"roll and pitch {sqrt(12.5):.2f} ° tilt per axis, rms",
-        "heading 0.250 ° rms",
-    ]
-    assert sheet[0].endswith(" in flight, 80 runs")
-    assert "Common terms: navigation grade 0.5 to 1 nmi/h CEP, tactical grade 10 to 20 nmi/h. Definitions:" in sheet
-    assert f"CEP, R95: {DEFINITIONS['CEP, R95']}." in sheet
-    assert DEFINITIONS["CEP, R95"].startswith("50th and 95th percentile of r over the runs")
-    assert len(sheet) == 12 + len(DEFINITIONS)
-
-
-def test_many_failures_are_counted() -> None:
-    failures = dict.fromkeys(range(1, 8), "It fell.") | {k: f"Reason {k}." for k in range(8, 14)}
-    result = SimpleNamespace(failures=failures)
-    assert printed(lambda console: ensemble._show_failures(result, console)) == [
-        "FAILED, runs 1, 2, 3, 4, 5 and 2 more: It fell.", "FAILED, run 8: Reason 8.", "FAILED, run 9: Reason 9.",
-        "FAILED, run 10: Reason 10.", "FAILED, run 11: Reason 11.", "… and 2 other reasons; see the report.",
-    ]  # fmt: skip

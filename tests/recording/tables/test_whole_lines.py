@@ -11,7 +11,6 @@ from typing import Any
 import pytest
 
 from sinssim.analyses.noise_identification import noise_table as noise
-from sinssim.experiments.ensembles import ensemble_table as ensemble
 from sinssim.experiments.run.finished.run_list import Entry
 from sinssim.experiments.run.tables import expectation_table as expectation
 from sinssim.experiments.run.tables import run_table as run
@@ -85,38 +84,3 @@ def test_one_draw_of_a_study(monkeypatch: pytest.MonkeyPatch) -> None:
     assert printed(lambda console: study.show(found, console)) == [
         "b: One draw of all.", "2 of 3 navigations failed; the report gives the reasons.",
     ]  # fmt: skip
-
-
-def test_the_order_below_an_ensemble(monkeypatch: pytest.MonkeyPatch) -> None:
-    """The rule, requirements, consistency, failures; then worst, median and best."""
-    monkeypatch.setattr(ensemble, "regulation", lambda numbers: "The rule.")
-    monkeypatch.setattr(ensemble, "requirement_lines", lambda result: ["R1: met.", "R2: not met."])
-    monkeypatch.setattr(ensemble, "consistency_sentences", lambda numbers: ["Consistent."])
-    monkeypatch.setattr(ensemble, "_show_failures", lambda result, console: console.print("Failures."))
-    monkeypatch.setattr(ensemble, "opening", lambda result, numbers: "Opening.")
-    monkeypatch.setattr(ensemble, "with_band", lambda found: str(found))
-    rates = {"line": {"cep": 1, "r95": 2}, "end": {"cep": 3, "r95": 4}}
-    named = [{"rank": rank, "run": k} for k, rank in enumerate(("worst", "worst 2", "median", "best"))]
-    numbers: dict[str, Any] = {"at": [], "final_horizontal_m": {"cep": 5, "r95": 6}, "rate_nmi_h": rates, "nees": {},
-                               "nis": {}, "named_runs": named}  # fmt: skip
-
-    class Result(SimpleNamespace):
-        def __len__(self) -> int:
-            return 80
-
-    plan = SimpleNamespace(scenario=SimpleNamespace(name="s", imu=SimpleNamespace(grade="tactical")))
-    result: Any = Result(plan=plan, nees={"all": 1}, command=lambda number, program: f"{program} {number}")
-    lines = printed(lambda console: ensemble.show(result, numbers, console, "other"))
-    assert lines[3:] == [
-        "horizontal error at the end, m 5 6", "rate by the line Σ t r / Σ t², nmi/h 1 2",
-        "rate at the end r(T)/T, nmi/h 3 4", "The rule.", "R1: met.", "R2: not met.", *lines[9:-5],
-        "Consistent.", "Failures.", "worst other 0", "median other 2", "best other 3",
-    ]  # fmt: skip
-    assert lines[-6].startswith("Biases are constant in a run")
-    numbers["components"] = {f"{name}_{unit}": {"rms": 1.0} for name, unit in (
-        ("velocity_n", "mps"), ("velocity_e", "mps"), ("velocity_d", "mps"), ("attitude_n", "rad"),
-        ("attitude_e", "rad"), ("attitude_d", "rad"))}  # fmt: skip
-    sheet = printed(lambda console: ensemble.show_sheet(result, numbers, console))
-    at = sheet.index("The rule.")
-    assert sheet[at + 1 : at + 3] == ["R1: met.", "R2: not met."]
-    assert sheet[0] == "Performance of tactical in s, 80 runs"

@@ -9,6 +9,7 @@ from typing import Any
 import numpy as np
 
 from sinssim.statistics.requirements.requirement import parse_requirement
+from sinssim.statistics.requirements.verdict import Verdict
 
 TIME = np.array([100.0, 160.0, 400.0])
 ARCMIN = np.pi / 10_800.0
@@ -28,30 +29,39 @@ def percentile(value: list[float], low: list[float], high: list[float]) -> Any:
 class Result:
     """Stands in for `EnsembleResult`."""
 
-    def __init__(self, *verdicts: tuple[str, str], filtered: bool = True) -> None:
-        scenario: Any = SimpleNamespace(name="trial", seed=17, description="", to_toml=lambda: "name = 1")
+    def __init__(self, *verdicts: tuple[str, Any], filtered: bool = True) -> None:
+        scenario: Any = SimpleNamespace(
+            name="<trial>", seed=17, description="From A.", to_toml=lambda: "name = 1",
+            imu=SimpleNamespace(grade="tactical"),
+        )  # fmt: skip
         self.plan = SimpleNamespace(
-            scenario=scenario, solution="aided", epochs=TIME, start=100.0, keys=("imu.a", "imu.b")
+            scenario=scenario, solution="aided", epochs=TIME, start=100.0, keys=("imu.a", "imu.b"), filtered=filtered
         )
         self.time, self.elapsed = TIME, TIME - 100.0
         self.failed = np.array([False, False, True, False, False])
         self.cep = percentile([0.0, 4.5, 42.0], [0.0, 3.0, 35.0], [0.0, 8.5, 60.0])
         self.r95 = percentile([0.0, 13.0, 90.0], [0.0, 10.0, 75.0], [0.0, 17.0, inf])
-        self.verdicts = tuple(SimpleNamespace(requirement=parse_requirement(t), verdict=v) for t, v in verdicts)
+        self.verdicts = tuple(
+            Verdict(parse_requirement(text), verdict, 40.0, 60.0, 5, 0, None) for text, verdict in verdicts
+        )
         self.nees = {"attitude": self._square("attitude", [nan, 1.25, 0.75])} if filtered else {}
         self.nis = {name: self._square(name, [nan] * 3 if name == "baro" else [2.0, 0.5, 1.5])
                     for name in ("baro", "gnss")} if filtered else {}  # fmt: skip
         self.failures = {2: "it <fell> over."}
-        self.errors = SimpleNamespace(spans=lambda: [slice(0, 2), slice(2, 3)], column=self._column)
+        final = np.zeros((5, 9))
+        final[:, 0], final[:, 1] = NORTH[:, 2], EAST[:, 2]
+        self.errors = SimpleNamespace(spans=lambda: [slice(0, 2), slice(2, 3)], column=self._column, final=final)
+        self.final_horizontal = np.where(self.failed, inf, np.hypot(final[:, 0], final[:, 1]))
+        self.mean_rates = self.end_rates = self.final_horizontal / 300.0
         self.computed, self.seconds = 3, 12.34
-        self.looks, self.notes, self.ranking = (), (), ()
+        self.looks, self.notes = (), ["A <note>."]
 
     def __len__(self) -> int:
         return 5
 
     @staticmethod
     def _square(name: str, value: list[float]) -> Any:
-        return SimpleNamespace(name=name, value=np.array(value))
+        return SimpleNamespace(name=name, value=np.array(value), band=SimpleNamespace(low=0.5, high=1.75))
 
     @staticmethod
     def _column(name: str, epochs: slice, runs: slice) -> np.ndarray:
@@ -59,11 +69,16 @@ class Result:
 
     @staticmethod
     def spread(quantity: str) -> Any:
-        return SimpleNamespace(sigma=SIGMA[quantity])
+        sigma = SIGMA[quantity]
+        return SimpleNamespace(sigma=sigma, mean=0.0 * sigma, standard_error=0.1 * sigma)
 
     @staticmethod
-    def command(run: int) -> str:
-        return f"sinssim run <{run}>"
+    def stated(quantity: str) -> None:
+        return None
+
+    @staticmethod
+    def command(run: int, program: str = "sinssim") -> str:
+        return f"{program} run <{run}>"
 
     @staticmethod
     def member(run: int) -> Any:
@@ -74,6 +89,20 @@ def band(value: float, low: float, high: float) -> dict[str, float]:
     return {"value": value, "low": low, "high": high}
 
 
+SQUARE = {"mean": 1.25, "end": 0.75, "low": 0.5, "high": 1.75, "share_in_band": 0.875}
+SIZES = [1.0] * 3 + [1e-3] * 3 + [ARCMIN] * 3
+"""m, mm/s, arcmin: the units of this ensemble."""
+
+
+def component(k: int) -> dict[str, float]:
+    """Return the numbers of the k-th component, from 1."""
+    values = (-k if k < 4 else k, 2.0 * k, 0.5 * k if k < 4 else 0.25, 3.0 * k if k < 4 else 4.0 * k)
+    keys = ("final_mean", "final_sigma", "final_sigma_standard_error", "rms")
+    return {key: value * SIZES[k - 1] for key, value in zip(keys, values, strict=True)}
+
+
+_COMPONENTS = [f"{what}_{axis}_{unit}" for what, unit in (("position", "m"), ("velocity", "mps"), ("attitude", "rad"))
+               for axis in "ned"]  # fmt: skip
 NUMBERS: dict[str, Any] = {
     "status": "interrupted", "failed": 1,
     "final_horizontal_m": {"cep": band(42.0, 35.0, 60.0), "r95": band(90.0, 75.0, inf)},
@@ -88,6 +117,13 @@ NUMBERS: dict[str, Any] = {
         "quantities": {"rate of all": {**band(0.27, 0.22, 0.33), "limit": 2.5},
                        "CEP": {**band(1.5, 1.25, 1.75), "limit": 4.0}},
     },
+    "components": {name: component(k) for k, name in enumerate(_COMPONENTS, 1)},
+    "nees": {"attitude": SQUARE}, "nis": {"gnss": {**SQUARE, "end": 3.5, "share_in_band": nan}},
+    "runs": 5, "consistency": {"hints": [], "runs": 4, "diverged": 0, "verdict": "consistent", "worst": {
+        "test": "NIS", "name": "gnss", "time_s": None, "value": 1.25, "limit": 1.75, "probability": 0.5, "tests": 3,
+        "level": 0.01}},
+    "own_content": [{"kind": "algorithms", "name": "cayley", "file": "/home/me/cayley.py",
+                     "sha256": "0b5cb1e800cf" + 52 * "0"}],
     "named_runs": [
         {"rank": "the <worst>", "run": 3, "failure": None, "rate_nmi_h": 0.75, "final_horizontal_m": 52.2},
         {"rank": "median", "run": 2, "failure": "it fell", "rate_nmi_h": None, "final_horizontal_m": None},
