@@ -137,6 +137,10 @@ def on_page_markdown(markdown: str, *, page: Any, **_: Any) -> str:
         return markdown.replace(MARK, reference())
     if name == "scenario.md":
         return re.sub(r"^\| `\[(\w+)\]` \|", r"| [`[\1]`](scenario/\1.md) |", markdown, flags=re.MULTILINE)
+    if name == "changelog.md":
+        page.meta["search"] = {"exclude": True}  # what was added is found at the page that describes it
+    if name == "logs.md":
+        page.meta["search"] = {"boost": 2}  # who looks for a log has one, and begins here
     if name in ABOVE:
         return markdown.replace("](docs/", "](")
     up = "../" * (name.count("/") + 1)
