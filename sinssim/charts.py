@@ -311,24 +311,37 @@ class Chart:
             upright: whether the vertical axis is meant.
 
         Returns:
-            Both, SI: those of the axis; above zero with room over the highest mark; along the horizontal axis those
-            of the lines.
+            Both, SI: those of the axis; above zero with room over the highest mark; about the positive values on a
+            logarithmic axis; along the horizontal axis those of the lines.
         """
         axis = self.y if upright else self.x
         low, high = axis.low, axis.high
         ends = [v[np.isfinite(v)] for v in self.values(upright)]
         ends = [v for v in ends if len(v)]
-        if not ends or axis.log or axis.names:
+        if not ends or axis.names:
             return low, high
+        lines = all(isinstance(mark, Line | Band | Shares | Rule | Limit) for mark in self.marks)
+        if axis.log:
+            return self._log_ends(axis, np.concatenate(ends), 1.0 if lines and not upright else 1.3)
         most = max(float(v.max()) for v in ends)
         if high is None and low == 0.0:
             named = any(isinstance(mark, Bars) and mark.across != upright and mark.texts for mark in self.marks)
             high = (1.18 if named else self.room) * most if most > 0.0 else 1.0
-        lines = all(isinstance(mark, Line | Band | Shares | Rule | Limit) for mark in self.marks)
         if not upright and low is None and high is None and lines:
             least = min(float(v.min()) for v in ends)
             low, high = (least, most) if least < most else (None, None)
         return low, high
+
+    @staticmethod
+    def _log_ends(axis: Axis, values: Array, room: float) -> tuple[float | None, float | None]:
+        """Return the ends of a logarithmic axis: room about the values, and enough for two numbers."""
+        values = values[values > 0.0]
+        if not len(values):
+            return axis.low, axis.high
+        low = float(values.min()) / room if axis.low is None else axis.low
+        high = float(values.max()) * room if axis.high is None else axis.high
+        widen = max(1.0, np.sqrt(4.0 * low / high))  # to a factor of 4, which holds two of 1, 2, 5, 10 …
+        return (low / widen if axis.low is None else low), (high * widen if axis.high is None else high)
 
     def unit(self, upright: bool) -> tuple[str, float]:
         """Return the unit of an axis.

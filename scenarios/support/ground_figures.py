@@ -10,9 +10,11 @@ from numpy.typing import ArrayLike, NDArray
 
 from sinssim.alignment.axes import Angles, Array, Attitude
 from sinssim.alignment.budget import Method
-from sinssim.analyses.alignment.alignment_figure import draw_budget, draw_curves
+from sinssim.analyses.alignment.alignment_exhibits import bars, curve
+from sinssim.charts import Charts
 from sinssim.recording import style
 from sinssim.recording.figures.canvas import new_figure, styled
+from sinssim.recording.figures.charts import figure_of
 from sinssim.sensors.imu.errors import ImuErrors
 from sinssim.units import ARCMIN, DEG
 
@@ -69,7 +71,6 @@ def heading_map(heading: ArrayLike, latitude: ArrayLike, sigma: ArrayLike, title
     return figure
 
 
-@styled
 def budget_bars(budget: dict[str, Angles], title: str) -> Figure:
     """Draw the error budget: a bar for every source and angle.
 
@@ -80,13 +81,9 @@ def budget_bars(budget: dict[str, Angles], title: str) -> Figure:
     Returns:
         The figure.
     """
-    figure = new_figure(10.0, 5.0)
-    draw_budget(budget, list(figure.subplots(1, 4, sharey=True)))
-    figure.suptitle(title)
-    return figure
+    return figure_of(Charts("budget", (bars(budget),), (10.0, 5.0), title))
 
 
-@styled
 def session_curves(
     attitude: Attitude,
     latitude: ArrayLike,
@@ -109,12 +106,8 @@ def session_curves(
     Returns:
         The figure.
     """
-    figure = new_figure(5.2 * len(shown), 4.4)
-    panels = np.atleast_1d(figure.subplots(1, len(shown)))
-    for panel, name in zip(panels, shown, strict=True):
-        draw_curves(panel, name, attitude, latitude, sigmas, method)
-    figure.suptitle(title)
-    return figure
+    curves = tuple(curve(name, attitude, latitude, sigmas, method) for name in shown)
+    return figure_of(Charts("length", (curves,), (5.2 * len(shown), 4.4), title, legend="below"))
 
 
 @styled

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Literal
 
 from sinssim.exhibits import Exhibits, Item, Section, Sentence, Table
 
@@ -59,9 +59,12 @@ def table_of(table: Table, title: str = "") -> rich_table.Table:
         title=table.title or title or None, title_justify="left", box=box.SIMPLE_HEAD, padding=(0, 1, 0, 0)
     )
     stacked = any(unit for _, unit in heads)
-    for column, (head, unit) in zip(columns, heads, strict=True):
+    for place, (column, (head, unit)) in enumerate(zip(columns, heads, strict=True)):
         words = "\n".join(filter(None, (head, unit))) if stacked else head
-        drawn.add_column(Text(words), justify="left" if column.words else "right", no_wrap=not column.words)
+        widest = max((len(row[place]) for row in rows), default=0)
+        whole = not column.words and len(head) <= widest  # a longer head is broken where the console is narrow
+        side: Literal["left", "right"] = "left" if column.words else "right"
+        drawn.add_column(Text(words), justify=side, no_wrap=whole, min_width=None if column.words else widest)
     for row in rows:
         drawn.add_row(*(Text(_bare(cell)) for cell in row))
     if table.note:

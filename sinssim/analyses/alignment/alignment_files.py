@@ -24,14 +24,15 @@ def write_alignment(result: AlignmentResult, directory: Path, *, overwrite: bool
     Raises:
         InputError: the place is taken or cannot be written.
     """
-    from sinssim.analyses.alignment.alignment_figure import session_figure
-    from sinssim.analyses.alignment.alignment_recording import record_alignment
     from sinssim.recording.figures.canvas import save
+    from sinssim.recording.rerun.exhibits import record
+
+    exhibits = result.exhibits
 
     def write(folder: Path) -> None:
         write_text(folder / "alignment.json", json.dumps(result.summary, indent=2, ensure_ascii=False) + "\n")
-        record_alignment(folder / "recording.rrd", result)
-        if result.budget is not None:
-            save(session_figure(result), folder / "alignment.svg")
+        record(exhibits, folder / "recording.rrd")
+        if exhibits.figure:
+            save(result.plot(), folder / "alignment.svg")
 
     return write_directory(directory, write, overwrite=overwrite)

@@ -7,6 +7,8 @@ from pathlib import Path
 from typing import Any
 
 from sinssim.analyses.alignment.report import AlignmentResult
+from sinssim.errors import InputError
+from sinssim.exhibits import Exhibits
 from sinssim.recording.result import Media
 from sinssim.recording.streams import Stream
 
@@ -19,10 +21,20 @@ class AlignmentMedia(Media[AlignmentResult]):
 
         yield imu_stream("measured", result.imu)
 
-    def figure(self, result: AlignmentResult, quantity: str | None = None) -> Any:
-        from sinssim.analyses.alignment.alignment_figure import session_figure
+    def exhibits(self, result: AlignmentResult) -> Exhibits:
+        from sinssim.analyses.alignment.alignment_exhibits import exhibits_of
 
-        return session_figure(result)
+        return exhibits_of(result)
+
+    def figure(self, result: AlignmentResult, quantity: str | None = None) -> Any:
+        from sinssim.analyses.alignment.alignment_exhibits import has_expectation
+
+        if not has_expectation(result):
+            raise InputError(
+                f"{result.source}: nothing to plot: the expected errors need the sensors' grade (--grade for a log) "
+                "and a determined attitude and latitude."
+            )
+        return super().figure(result, quantity)
 
     def save(self, result: AlignmentResult, directory: Path, *, overwrite: bool) -> Path:
         from sinssim.analyses.alignment.alignment_files import write_alignment

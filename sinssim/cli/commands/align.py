@@ -79,17 +79,16 @@ def command(
         overrides=tuple(settings or ()),
     )
     if plot is not None:
-        from sinssim.analyses.alignment.alignment_figure import session_figure
         from sinssim.recording.figures.canvas import save
 
-        save(session_figure(report), plot)
+        save(report.plot(), plot)
     if record is not None:
-        from sinssim.analyses.alignment.alignment_recording import record_alignment
+        from sinssim.recording.rerun.exhibits import record as record_exhibits
 
-        record_alignment(record, report)
+        record_exhibits(report.exhibits, record)
     if as_json:
         print_json(report.summary)
     else:
-        from sinssim.analyses.alignment.alignment_table import show
+        from sinssim.recording.console import show
 
-        show(report, console())
+        show(report.exhibits, console())

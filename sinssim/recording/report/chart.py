@@ -73,10 +73,14 @@ def html_of(charts: Charts) -> str:
     reach = _hull(charts, upright=True) if "y" in charts.share and not charts.rows[0][0].y.names else None
     for row, share in zip(charts.rows, heights, strict=True):
         height = charts.size[1] * _INCH * share / sum(heights)
+        again = [bool(chart.y.names) and number > 0 and chart.y.names == row[0].y.names
+                 for number, chart in enumerate(row)]  # fmt: skip
+        beside = _left(row[0], *_ranges(row[0])) if any(again) else 0.0  # names take no room from the first chart
         for column, (chart, part) in enumerate(zip(row, widths, strict=False)):
-            again = column and ("y" in charts.share or (chart.y.names and chart.y.names == row[0].y.names))
-            frame = _Frame(margin, aside, span, reach, names=not again)
-            body.append(svg_of(chart, whole * part / sum(widths), height, frame, legend=charts.legend == "each"))
+            width = (whole - beside) * part / sum(widths) + (0.0 if column else beside)
+            hidden = again[column] or (column > 0 and "y" in charts.share)
+            frame = _Frame(margin, aside, span, reach, names=not hidden)
+            body.append(svg_of(chart, width, height, frame, legend=charts.legend == "each"))
     note = f'<p class="note">{words(charts.note)}</p>' if charts.note else ""
     return f'<div class="charts">{"".join(body)}</div>{note}'
 
@@ -130,7 +134,7 @@ def _range(chart: Chart, upright: bool) -> tuple[float, float]:
     if axis.names:
         return (len(axis.names) - 0.5, -0.5) if upright else (-0.5, len(axis.names) - 0.5)
     low, high = chart.ends(upright)
-    values = [v[np.isfinite(v) & ((v > 0.0) | (not axis.log))] for v in chart.values(upright)]
+    values = [v[np.isfinite(v)] for v in chart.values(upright)]
     values = [v for v in values if len(v)]
     if upright:
         near = [
@@ -138,11 +142,10 @@ def _range(chart: Chart, upright: bool) -> tuple[float, float]:
         ]
         values += [np.array([1.1 * height]) for height in near]
         high = high if high is None else max(high, *(1.1 * height for height in near), high)
-    least = min((float(v.min()) for v in values), default=0.1 if axis.log else 0.0)
+    least = min((float(v.min()) for v in values), default=0.0)
     most = max((float(v.max()) for v in values), default=1.0)
     if axis.log:
-        low, high = (least / 1.3 if low is None else low), (most * 1.3 if high is None else high)
-        return low, max(high, 1.01 * low)
+        return (low or 0.1), (high or 1.0)
     if most - least <= 1e-9 * max(abs(least), abs(most)):
         least, most = least - 0.5 * size, most + 0.5 * size
     if low is None or high is None:

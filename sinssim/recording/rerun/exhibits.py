@@ -8,13 +8,15 @@ from pathlib import Path
 
 import numpy as np
 import rerun as rr
+import rerun.blueprint as rrb
 
 from sinssim.charts import Band, Chart, Charts, Cloud, Limit, Line, Shares
 from sinssim.exhibits import Exhibits, Item, Section, Sentence, Table, Verbatim
+from sinssim.formatting import capital
 from sinssim.recording import style
 from sinssim.recording.figures.canvas import to_png
 from sinssim.recording.figures.charts import figure_of
-from sinssim.recording.rerun.rrd import Recording
+from sinssim.recording.rerun.rrd import Recording, time_plot, whole_recording
 from sinssim.recording.rerun.viewer import RUN_ENTITY
 from sinssim.recording.rerun.views import RunInfo, all_views
 from sinssim.scales import TIMES, suiting
@@ -26,32 +28,49 @@ def record(exhibits: Exhibits, path: Path) -> None:
     """Write the recording of a result.
 
     Args:
-        exhibits: what it has to show.
-        path: the file.
+        exhibits: what it has to show; without a kind, the recording has a tab for each group of charts and one for
+            the tables.
+        path: the file, by convention with the suffix .rrd.
 
     Raises:
-        OSError: it cannot be written.
+        RunError: it cannot be written.
     """
     labels = {"kind": exhibits.kind, **exhibits.labels}
     run = RunInfo(exhibits.name, *exhibits.span, (), labels=labels)
-    with Recording(path, run.application, all_views(run)) as recording:
+    tabs: list[rrb.Container | rrb.View] = []
+    with whole_recording(path, run.application) as recording:
         for charts in exhibits.charts():
             if "recording" not in charts.on:
                 continue
-            for chart in charts:
-                if chart.x.units is TIMES and not chart.x.log:
-                    record_chart(recording, f"{exhibits.root}/{chart.key}", chart, exhibits.span[0])
-                    labels[chart.key] = chart.unit(True)[0]
+            name = capital(charts.key.replace("_", " "))
+            over_time = [chart for chart in charts if chart.x.units is TIMES and not chart.x.log]
+            for chart in over_time:
+                record_chart(recording, f"{exhibits.root}/{chart.key}", chart, exhibits.span[0])
+                labels[chart.key] = chart.unit(True)[0]
             if charts.key in exhibits.pictures:
+                entity = f"{exhibits.root}/figures/{charts.key}"
                 image = rr.EncodedImage(contents=to_png(figure_of(charts)), media_type="image/png")
-                recording.static(f"{exhibits.root}/figures/{charts.key}", image)
+                recording.static(entity, image)
+                tabs.append(rrb.Spatial2DView(origin=f"/{entity}", name=name))
+            elif over_time:
+                tabs.append(rrb.Grid(*(_plot(exhibits, chart) for chart in over_time), name=name))
         for item in exhibits.items:
             if isinstance(item, Cloud):
                 record_cloud(recording, f"{exhibits.root}/{item.key}", item, exhibits.span[0])
         recording.document(f"{exhibits.root}/tables", markdown(exhibits))
+        tabs.insert(1, rrb.TextDocumentView(origin=f"/{exhibits.root}/tables", name="Summary"))
+        if not exhibits.kind:
+            recording.blueprint(rrb.Blueprint(rrb.Tabs(*tabs), collapse_panels=True))
+            return
         run = replace(run, labels=labels, ranges=dict(recording.ranges))
         recording.document(RUN_ENTITY, run.to_json())
         recording.blueprint(all_views(run))
+
+
+def _plot(exhibits: Exhibits, chart: Chart) -> rrb.View:
+    unit = chart.unit(True)[0]
+    name = f"{chart.title} [{unit}]" if unit else chart.title
+    return time_plot(f"{exhibits.root}/{chart.key}", name, np.array(exhibits.span))
 
 
 def record_chart(recording: Recording, entity: str, chart: Chart, start: float) -> None:

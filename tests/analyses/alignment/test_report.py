@@ -14,12 +14,10 @@ from scenarios.support.swaying import Sway, Swaying
 from sinssim.alignment import Angles, Determination, ideal_readings
 from sinssim.alignment.determination import Flags
 from sinssim.analyses.alignment.align import _part, align
-from sinssim.analyses.alignment.alignment_figure import session_figure
 from sinssim.analyses.alignment.report import AlignmentResult, align_session
 from sinssim.cli.process import main
 from sinssim.data import ImuData
 from sinssim.errors import InputError
-from sinssim.recording.figures.canvas import save
 from sinssim.sensors.imu.emulate import emulate
 from sinssim.sensors.imu.imu import Imu
 
@@ -231,11 +229,11 @@ def test_what_cannot_be_written_is_named(scenario, tmp_path, capsys, option, nam
     assert "cannot be written" in err
 
 
-def test_nothing_is_plotted_where_nothing_is_expected(tmp_path, scenario):
+def test_nothing_is_plotted_where_nothing_is_expected(scenario):
     report = align(scenario, overrides=("parked.latitude_deg=90",))
     assert np.isnan(report.determination.heading)
     with pytest.raises(InputError, match="nothing to plot"):
-        save(session_figure(report), tmp_path / "x.png")
+        report.plot()
 
 
 def test_what_is_not_determined_is_said_and_null(scenario, capsys):

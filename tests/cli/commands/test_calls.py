@@ -68,20 +68,16 @@ def test_run_with_recorded_files(sinssim: Sinssim, put: Put, tmp_path: Path) -> 
 
 
 def test_align(sinssim: Sinssim, put: Put) -> None:
-    found = SimpleNamespace(summary=SUMMARY)
-    aligned, shown = put("analyses.alignment.align.align", found), put("analyses.alignment.alignment_table.show")
-    drawn, saved = (
-        put("analyses.alignment.alignment_figure.session_figure", "figure"),
-        put("recording.figures.canvas.save"),
-    )
-    recorded = put("analyses.alignment.alignment_recording.record_alignment")
+    found = SimpleNamespace(summary=SUMMARY, exhibits="exhibits", plot=lambda: "figure")
+    aligned, shown = put("analyses.alignment.align.align", found), put("recording.console.show")
+    saved, recorded = put("recording.figures.canvas.save"), put("recording.rerun.exhibits.record")
     assert sinssim("align", "parked") == ""
     assert aligned.args == ("parked",)
     assert aligned.options == {
         "columns": None, "grade": None, "start": None, "end": None, "method": "quiet", "latitude": None,
         "overrides": (),
     }  # fmt: skip
-    assert shown.args[0] is found
+    assert shown.args[0] == "exhibits"
     options = ("--from", 3, "--to", 70, "--disturbed", "--latitude", -30, "--columns", "c.toml", "--grade", "tactical",
                "--set", "seed=5", "--plot", "p.svg", "--record", "r.rrd", "--json")  # fmt: skip
     assert json.loads(sinssim("align", "log.csv", *options)) == SUMMARY
@@ -89,7 +85,7 @@ def test_align(sinssim: Sinssim, put: Put) -> None:
         "columns": Path("c.toml"), "grade": "tactical", "start": 3.0, "end": 70.0, "method": "disturbed",
         "latitude": pytest.approx(-pi / 6.0), "overrides": ("seed=5",),
     }  # fmt: skip
-    assert (drawn.args, saved.args, recorded.args) == ((found,), ("figure", Path("p.svg")), (Path("r.rrd"), found))
+    assert (saved.args, recorded.args) == (("figure", Path("p.svg")), ("exhibits", Path("r.rrd")))
 
 
 def test_allan(sinssim: Sinssim, put: Put) -> None:

@@ -2,16 +2,12 @@
 
 from __future__ import annotations
 
-from dataclasses import replace
-from math import cos, exp, inf, log, nan, pi, sqrt
+from math import inf, pi, sqrt
 from types import SimpleNamespace
 
 import numpy as np
 import pytest
 
-from sinssim.alignment.axes import Angles, Attitude
-from sinssim.analyses.alignment import alignment_figure as alignment
-from sinssim.analyses.alignment.report import AlignmentResult
 from sinssim.analyses.error_budget import budget_exhibits as budget
 from sinssim.analyses.error_budget.inputs.sources import Source
 from sinssim.analyses.error_budget.limits import Allowance, Answer
@@ -21,10 +17,8 @@ from sinssim.analyses.noise_identification.channels import CHANNELS
 from sinssim.analyses.noise_identification.fit import TermEstimate
 from sinssim.analyses.noise_identification.report import ChannelNoise
 from sinssim.charts import Axis, Chart, Charts, Line
-from sinssim.data import ImuData
-from sinssim.errors import InputError
 from sinssim.recording.figures.charts import figure_of
-from sinssim.recording.style import COLORS, SOFT, css
+from sinssim.recording.style import COLORS, css
 from sinssim.scales import fixed
 from sinssim.statistics.requirements.limits import limits_of
 from sinssim.statistics.requirements.requirement import parse_requirement
@@ -179,99 +173,6 @@ def test_limits_over_time() -> None:
     assert (rate.height, rate.at) == (1800.0, 900.0)
     assert limits_of(judged, ("rate", "heading"), 900.0) == marks[:1]
     assert (marks[0].height, marks[0].at) == (600.0, 300.0)
-
-
-def test_the_budget_of_an_alignment() -> None:
-    """σ of 3 and 4 arcmin: 5 in all; of 0.3 and 0.4 arcmin: 30 arcsec; each panel has its unit."""
-    from matplotlib.figure import Figure
-
-    def angles(*minutes: float) -> Angles:
-        return Angles(*(np.asarray(value * ARCMIN) for value in minutes))
-
-    sources = {"bias": angles(3.0, 0.3, 0.0, 0.003), "none": angles(0.0, 0.0, 0.0, 0.0),
-               "noise": angles(4.0, 0.4, 7.0, 0.0)}  # fmt: skip
-    panels = list(Figure().subplots(1, 4))
-    alignment.draw_budget(sources, panels)
-    values = ([3.0, 4.0, 5.0], [18.0, 24.0, 30.0], [0.0, 7.0, 7.0], [0.18, 0.0, 0.18])
-    shown = (["3.00", "4.00", "5.00"], ["18.00", "24.00", "30.00"], ["", "7.00", "7.00"], ["0.18", "", "0.18"])
-    for panel, name, unit, lengths, said in zip(panels, Angles._fields, ("arcmin", "arcsec", "arcmin", "arcsec"),
-                                                values, shown, strict=True):  # fmt: skip
-        own = css(COLORS[name])
-        assert bars(panel) == [(2.0, pytest.approx(lengths[0]), own), (1.0, pytest.approx(lengths[1]), own),
-                               (0.0, pytest.approx(lengths[2]), SOFT)]  # fmt: skip
-        assert words(panel) == (name, f"σ [{unit}]", "")
-        assert panel.get_xlim() == (0.0, pytest.approx(1.28 * lengths[2]))
-        assert texts(panel) == said
-        assert ticks(panel, "y") == [(2.0, "bias"), (1.0, "noise"), (0.0, "total")]
-    assert [t.get_position() for t in panels[0].texts] == [(pytest.approx(v + 0.1), 2 - k) for k, v in
-                                                           enumerate((3.0, 4.0, 5.0))]  # fmt: skip
-
-
-def test_the_curves_of_an_alignment() -> None:
-    """A gyro bias gives the heading b/(U cos φ) at any time; white noise N the same with N/√T; both cross at (N/b)²."""
-    from matplotlib.figure import Figure
-
-    from sinssim.sensors.imu.errors import ImuErrors
-    from sinssim.sensors.imu.fields import TriadErrors
-
-    bias, walk, latitude = 0.01 * DEG_H, 0.004 * DEG_H * 60.0, 0.8
-    sigma = ImuErrors(TriadErrors(bias=np.full(3, bias), random_walk=walk), TriadErrors())
-    panel = Figure().subplots()
-    alignment.draw_curves(panel, "heading", Attitude(0.7, 0.0, 0.0), latitude, {"block": sigma}, "quiet")
-    time = np.array([exp(log(2e4) * k / 199.0) for k in range(200)])
-    east = 7.292115e-5 * cos(latitude)
-    assert panel.lines[0].get_label() == "block"
-    floor = np.asarray(panel.lines[1].get_ydata()) * ARCMIN
-    np.testing.assert_allclose(floor, bias / east, rtol=2e-3)
-    whole = np.asarray(panel.lines[0].get_ydata()) * ARCMIN
-    np.testing.assert_allclose(whole, np.hypot(bias, walk / np.sqrt(time)) / east, rtol=2e-3)
-    np.testing.assert_allclose(panel.lines[0].get_xdata(), time, rtol=1e-9)
-    crossing = (walk / bias) ** 2
-    assert crossing == pytest.approx(576.0)
-    check = panel.lines[2]
-    assert float(check.get_xdata()[0]) == pytest.approx(crossing, rel=2e-3)
-    assert float(check.get_ydata()[0]) == pytest.approx(sqrt(2.0) * bias / east / ARCMIN, rel=2e-3)
-    assert texts(panel) == ["576 s"]
-    assert words(panel) == ("heading", "session length T [s]", "σ of the heading [arcmin]")
-    assert legend(panel) == ["block", "not reduced by averaging", "bias dominates"]
-    low, high = floor.min() / ARCMIN, whole.max() / ARCMIN
-    bottom, top = panel.get_ylim()
-    assert low / 4.0 < bottom < low / 1.5 < 4.0 * high < top < 10.0 * high  # room below, and for the legend above
-    tilts = Figure().subplots()
-    level = ImuErrors(TriadErrors(), TriadErrors(bias=np.full(3, 50.0 * UG)))
-    alignment.draw_curves(tilts, "roll", Attitude(0.7, 0.0, 0.0), latitude, {"block": level}, "quiet")
-    np.testing.assert_allclose(tilts.lines[1].get_ydata(), 50e-6 * 206_264.8, rtol=2e-3)  # b/g in arcsec
-    assert words(tilts) == ("roll", "session length T [s]", "σ of the roll [arcsec]")
-
-
-def test_the_figure_of_a_session() -> None:
-    """The bars above the curves; a line at the 300 s of the session; nothing without sensors or angles."""
-    from sinssim.sensors.imu.errors import ImuErrors
-    from sinssim.sensors.imu.fields import TriadErrors
-
-    def angles(*values: float) -> Angles:
-        return Angles(*(np.asarray(value) for value in values))
-
-    sigma = ImuErrors(TriadErrors(bias=np.full(3, 0.01 * DEG_H)), TriadErrors(bias=np.full(3, 50.0 * UG)))
-    determination = SimpleNamespace(attitude=Attitude(0.7, 0.0, 0.0), latitude=np.float64(0.8))
-    imu = ImuData(np.array([50.0, 200.0, 350.0]), np.zeros((2, 3)), np.zeros((2, 3)))
-    report = AlignmentResult("session", "quiet", imu, determination, sigma,
-                             budget={"bias": angles(3.0 * ARCMIN, 1e-4, 2e-4, 5e-4)})  # fmt: skip
-    figure = alignment.session_figure(report)
-    assert figure._suptitle.get_text() == "session: expected error of a session of 300 s"
-    middles = [panel.get_window_extent().y0 for panel in figure.axes]
-    assert min(middles[:4]) > max(middles[4:])
-    for name, above, below in zip(Angles._fields, figure.axes[:4], figure.axes[4:], strict=True):
-        assert words(above)[0] == name
-        unit = {"roll": "arcsec", "pitch": "arcsec"}.get(name, "arcmin")
-        assert words(below)[1:] == ("session length T [s]", f"σ of the {name} [{unit}]")
-        (line,) = (one for one in below.lines if one.get_label() == "duration")
-        check_line(line, "duration", [300.0, 300.0], [0.0, 1.0], SOFT, ":")
-    assert bars(figure.axes[0])[0][1] == pytest.approx(3.0)
-    unknown = SimpleNamespace(attitude=Attitude(nan, 0.0, 0.0), latitude=np.float64(0.8))
-    for changed in ({"sigma": None}, {"budget": None}, {"determination": unknown}):
-        with pytest.raises(InputError, match="session: nothing to plot"):
-            alignment.session_figure(replace(report, **changed))
 
 
 class Fit(SimpleNamespace):

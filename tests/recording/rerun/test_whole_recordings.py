@@ -12,7 +12,6 @@ from typing import Any
 import numpy as np
 import pytest
 
-from sinssim.analyses.alignment import alignment_recording as alignment
 from sinssim.analyses.noise_identification import noise_recording as noise
 from sinssim.charts import Axis, Chart, Charts, Line
 from sinssim.exhibits import Exhibits, Section, Sentence
@@ -65,15 +64,17 @@ class Kept:
 def kept(monkeypatch: pytest.MonkeyPatch) -> Kept:
     found = Kept()
     for module in (exhibits, one_component, study):
-        monkeypatch.setattr(module, "Recording", found)
+        if module is not exhibits:
+            monkeypatch.setattr(module, "Recording", found)
         monkeypatch.setattr(module, "all_views", lambda run: ("views", run.name, dict(run.labels)))
 
     @contextmanager
     def whole(path: Path, application: str) -> Iterator[Any]:
         yield found(path, application)
 
-    for module in (alignment, noise):
+    for module in (exhibits, noise):
         monkeypatch.setattr(module, "whole_recording", whole)
+    for module in (noise,):
         monkeypatch.setattr(module, "plain_text", lambda show: f"table of {show.args[0].source}\n")
     for module in (exhibits, noise):
         monkeypatch.setattr(module, "to_png", lambda figure: figure)
@@ -100,7 +101,8 @@ def test_exhibits(kept: Kept, monkeypatch: pytest.MonkeyPatch) -> None:
     shown = Exhibits("A title", [Section("Part", groups), Sentence("Words.")], name="short", kind="budget",
                      root="root", span=(50.0, 350.0), pictures=("one", "two"))  # fmt: skip
     exhibits.record(shown, Path("x/recording.rrd"))
-    assert kept.opened == ["recording.rrd", "sinssim short", ("views", "short", {"kind": "budget"})]
+    assert kept.opened[:2] == ["recording.rrd", "sinssim short"]
+    assert kept.views == [("views", "short", {"kind": "budget", "one/curve": "km"})]
     assert curves == [("root/one/curve", 50.0)]
     assert kept.fixed == {"root/figures/one": ("picture of one", "image/png")}
     assert kept.texts["root/tables"] == "# A title\n\nWords.\n"
@@ -109,6 +111,26 @@ def test_exhibits(kept: Kept, monkeypatch: pytest.MonkeyPatch) -> None:
     assert run["labels"] == {"kind": "budget", "one/curve": "km"}
     assert run["ranges"] == {"an entity": [1.5, 2.5]}
     assert kept.views == [("views", "short", run["labels"])]
+
+
+def test_exhibits_without_views_of_their_kind(kept: Kept, monkeypatch: pytest.MonkeyPatch) -> None:
+    """A tab for each group of charts over time, one for the tables, one for each picture; each plot names its unit."""
+    monkeypatch.setattr(exhibits, "record_chart", lambda *_: None)
+    monkeypatch.setattr(exhibits, "figure_of", lambda charts: charts.key)
+    line = Line(x=np.array([0.0, 300.0]), y=np.array([0.0, 2e5]))
+    of_time = Chart(key="curve", title="way", y=Axis(units=LENGTHS), marks=(line,))
+    of_number = Chart(key="other", x=Axis(label="number"), y=Axis(), marks=(line,))
+    groups = [Charts("the_session", ((of_time, of_number),), (4.0, 3.0)), Charts("bars", ((of_number,),), (4.0, 3.0))]
+    shown = Exhibits("A title", groups, name="log", root="root", span=(50.0, 350.0), pictures=("bars",))
+    exhibits.record(shown, Path("a.rrd"))
+    assert kept.opened[:2] == ["a.rrd", "sinssim log"]
+    root = kept.views[0].root_container
+    tabs = root.contents if len(root.contents) > 1 else root.contents[0].contents
+    assert [tab.name for tab in tabs] == ["The session", "Summary", "Bars"]
+    (plot,) = tabs[0].contents
+    assert plot.name == "way [km]"
+    span = plot.properties["TimeAxis"].view_range.as_arrow_array().to_pylist()[0]
+    assert (span["start"], span["end"]) == (50 * 10**9, 350 * 10**9)
 
 
 def test_a_run_of_one_component(kept: Kept, monkeypatch: pytest.MonkeyPatch) -> None:
@@ -152,30 +174,6 @@ def test_a_study(kept: Kept, monkeypatch: pytest.MonkeyPatch) -> None:
     result.histories = {}
     study.record(result, Path("recording.rrd"))
     assert kept.run["end"] == 1.0
-
-
-def test_an_alignment(kept: Kept, monkeypatch: pytest.MonkeyPatch) -> None:
-    import rerun.blueprint as rrb
-
-    def views(*titles: str) -> Any:
-        return lambda *_: [rrb.TimeSeriesView(origin=title, name=title) for title in titles]
-
-    monkeypatch.setattr(alignment, "_record_angles", views("heading", "roll"))
-    monkeypatch.setattr(alignment, "_record_departures", views("turn"))
-    monkeypatch.setattr(alignment, "_record_budget", views("bars"))
-    monkeypatch.setattr(alignment, "_sources", lambda report: "sources")
-    session: Any = SimpleNamespace(source="log", budget={"a": 1})
-    alignment.record_alignment(Path("a.rrd"), session)
-    assert kept.opened[:2] == ["a.rrd", "sinssim_alignment"]
-    assert kept.texts == {"session/summary": "```\ntable of log\n```\nsources"}
-    root = kept.views[0].root_container
-    tabs = root.contents if len(root.contents) > 1 else root.contents[0].contents
-    assert [(tab.name, [one.name for one in tab.contents]) for tab in tabs if tab.name != "Summary"] == [
-        ("Session", ["heading", "roll", "turn"]), ("Error budget", ["bars"]),
-    ]  # fmt: skip
-    session.budget = None
-    alignment.record_alignment(Path("a.rrd"), session)
-    assert len(kept.views) == 2
 
 
 def test_a_record_of_noise(kept: Kept, monkeypatch: pytest.MonkeyPatch) -> None:

@@ -2,76 +2,25 @@
 
 from __future__ import annotations
 
-from math import log, nan, pi, sqrt
+from math import log, pi, sqrt
 from types import SimpleNamespace
 
 import numpy as np
 import pytest
 
-from sinssim.alignment.axes import Angles
-from sinssim.analyses.alignment import alignment_table as alignment
-from sinssim.analyses.alignment.report import AlignmentResult
 from sinssim.analyses.inspection import inspection_table as inspection
 from sinssim.analyses.noise_identification import noise_table as noise
 from sinssim.analyses.noise_identification.channels import CHANNELS, LogChannel
 from sinssim.analyses.noise_identification.fit import TermEstimate
 from sinssim.analyses.noise_identification.report import ChannelNoise
 from sinssim.analyses.noise_identification.units import units_of
-from sinssim.data import ImuData
 from sinssim.experiments.run.tables import expectation_table as expectation
 from sinssim.experiments.run.tables import one_component_table as one_component
 from sinssim.sensors.expectation import Contribution, Expectation, Term
 from sinssim.sensors.imu.imu import Imu
-from tests.recording.by_hand import ARCMIN, printed
+from tests.recording.by_hand import printed
 
 DEG, DEG_H, UG = pi / 180.0, pi / 648_000.0, 9.80665e-6
-
-
-def angles(*values: float, size: float = 1.0) -> Angles:
-    return Angles(*(np.asarray(value * size) for value in values))
-
-
-def test_an_alignment() -> None:
-    """Errors 3 and −6 arcmin; σ of the total 5, 13 and 25 arcmin from 3, 4; 5, 12; 7, 24; latitude by one source."""
-    budget = {
-        "gyro bias": angles(3.0, 5.0, 7.0, 2.0, size=ARCMIN),
-        "nothing": angles(0.0, 0.0, 0.0, 0.0),
-        "accelerometer bias": angles(4.0, 12.0, 24.0, 0.0, size=ARCMIN),
-        "tiny": angles(1e-6, 0.0, 0.0, 0.0, size=ARCMIN),
-    }
-    truth = angles(50.0, 2.0, nan, 48.1, size=DEG)
-    found = angles(50.05, 1.9, -3.0, 48.123456, size=DEG)
-    determination = SimpleNamespace(
-        **found._asdict(), warnings=("the base moved.",), earth_rate=15.0411 * DEG_H, gravity=np.float64(9.81236)
-    )
-    report = AlignmentResult(
-        "session", "disturbed", ImuData(np.array([50.0, 200.0, 350.0]), np.zeros((2, 3)), np.zeros((2, 3))),
-        determination, mean=angles(0.5, 0.0, -0.25, 0.0, size=ARCMIN), budget=budget, truth=truth, residual=0.001234,
-        crossing=angles(1234.0, 56.0, 7.5, 890.0), mean_angles=angles(49.0, 2.5, -3.5, nan, size=DEG),
-    )  # fmt: skip
-    assert printed(lambda console: alignment.show(report, console)) == [
-        "session: 300 s, 2 samples, gravity's cone in inertial space",
-        "bias dominates eq. (1) on the",
-        "determined, ° σ, ′ from, s true, ° error, ′ same data, °",
-        "heading 50.05000 5.000 1.23e+03 50.00000 3.000 49.00000",
-        "roll 1.90000 13.000 56 2.00000 -6.000 2.50000",
-        "pitch -3.00000 25.000 7.5 not determined – -3.50000",
-        "latitude 48.12346 2.000 890 48.10000 1.407 not determined",
-        "Measured: Earth rate 15.0411 deg/h, gravity 9.81236 m/s².",
-        "Residual velocity after the fit of the cone (heave, sway, noise): 0.00123 m/s rms.",
-        "The base moved.",
-        "Expected error by source, σ in ′",
-        "source heading roll pitch latitude",
-        "gyro bias 3.000 5.000 7.000 2.000",
-        "accelerometer bias 4.000 12.000 24.000 –",
-        "tiny <0.001 – – –",
-        "total 5.000 13.000 25.000 2.000",
-        "known mean error 0.500 – -0.250 –",
-    ]
-    quiet = AlignmentResult("log", "quiet", report.imu, determination)
-    assert printed(lambda console: alignment.show(quiet, console))[:3] == [
-        "log: 300 s, 2 samples, eq. (1) on a quiet base", "determined, °", "heading 50.05000",
-    ]  # fmt: skip
 
 
 def test_the_expectation_of_a_grade() -> None:
