@@ -2,10 +2,13 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, Self
+
+from pydantic import model_validator
 
 from sinssim.logs.log import Log
 from sinssim.logs.track.track import Track
+from sinssim.scenario.dependencies import check_dependencies
 from sinssim.scenario.tables import Tables
 from sinssim.system.short_repr import html_lines
 from sinssim.truth.flight.flight import Flight
@@ -44,6 +47,11 @@ class Scenario(Tables):
             one_component: OneComponent | None = None,
             **others: Any,
         ) -> None: ...
+
+    @model_validator(mode="after")
+    def _tables_fit_together(self) -> Self:
+        check_dependencies(self)
+        return self
 
     def __repr__(self) -> str:
         given = {*self.model_fields_set, self.source.table} | ({"turntable"} if self.sequence is not None else set())

@@ -20,32 +20,20 @@ from pydantic.fields import FieldInfo
 from pydantic.json_schema import JsonSchemaValue
 from pydantic_core import CoreSchema
 
-from sinssim.algorithms import MEASURED_ATTITUDE, PLATFORM, schedule
-from sinssim.errors import InputError, shortened, unknown_name
-from sinssim.formatting import listed
-from sinssim.frames import check_correctable
+from sinssim.algorithms import PLATFORM
+from sinssim.errors import shortened
 from sinssim.logs.log import Log
 from sinssim.logs.track.track import Track
 from sinssim.mistakes import ONE_OF_SEVERAL
-from sinssim.scenario.combinations import (
-    check_compensation,
-    check_filter,
-    check_gravity,
-    check_gravity_of_log,
-    check_platform,
-    check_rotation,
-)
 from sinssim.scenario.sections.aiding import AidingSection
 from sinssim.scenario.sections.calibration import CalibrationSection
 from sinssim.scenario.sections.ensemble import EnsembleSection
 from sinssim.scenario.sections.filter import FilterSection
-from sinssim.scenario.sections.navigation import NavigationSection, check_alignment
+from sinssim.scenario.sections.navigation import NavigationSection
 from sinssim.scenario.sections.output import OF_FRAME, OutputSection, RecordingSection
 from sinssim.scenario.source import TABLES, TRAVELLING, AnySource, Given
 from sinssim.scenario.use import Use
-from sinssim.scenario.variation import check_variation
 from sinssim.section import Name, Section, Sentence
-from sinssim.sensors.aiding.gnss import Gnss
 from sinssim.sensors.imu.compensation import Compensation
 from sinssim.sensors.imu.imu import Imu
 from sinssim.system.own_content.layout import Item, items_of
@@ -64,7 +52,7 @@ from sinssim.truth.vehicles.drive import Drive
 from sinssim.truth.vehicles.voyage import Voyage
 from sinssim.truth.vertical_plane import OneComponent
 
-_IN_SPACE = (
+IN_SPACE = (
     "vibration",
     "isolator",
     "truth",
@@ -146,160 +134,11 @@ class Tables(Section):
             usual["algorithms"] = (PLATFORM, "quaternion")  # the platform itself, and strapdown navigation
         return {**data, "navigation": {**usual, **navigation}} if usual else data
 
-    @model_validator(mode="after")
-    def _tables_apply_to_the_source(self) -> Self:
-        given = [name for name in type(self).model_fields if name in self.model_fields_set and getattr(self, name)]
-        others = [f"[{name}]" for name in given if name in _IN_SPACE]
-        if others and not self.source.in_space:
-            does, it = ("does", "it") if len(others) == 1 else ("do", "them")
-            raise ValueError(
-                f"{' and '.join(others)} {does} not apply to [{self.source.table}], which has its own sensors and "
-                f"states: remove {it}"
-            )
-        for name, why in self.source.idle.items():
-            if name in given:
-                raise ValueError(f"[{name}] {why} ([{self.source.table}]): remove it")
-        return self
-
-    @model_validator(mode="after")
-    def _log_has_what_it_needs(self) -> Self:
-        if self.log is None:
-            return self
-        check_gravity_of_log(self.gravity, self.navigation)
-        if "grade" not in self.imu.model_fields_set:
-            raise ValueError(
-                "imu.grade: give the grade of the IMU that recorded the log, or the nearest grade (`sinssim list "
-                "grades`) and the values of its data sheet that differ; the filter assumes these errors"
-            )
-        if self.imu.faults:
-            raise ValueError("imu.faults would have no effect: the data are recorded ([log]); remove them")
-        if self.imu.sensor_set.type != "gyros":
-            raise ValueError(
-                f"[log] has three gyros and three accelerometers; imu.sensor_set.type = "
-                f'"{self.imu.sensor_set.type}" is another set'
-            )
-        if self.log.outages is not None and self.filter is None:
-            raise ValueError("log.outages need a [filter]: without a filter, GNSS is not used")
-        return self
-
-    @model_validator(mode="after")
-    def _calibration_has_a_table(self) -> Self:
-        if self.calibration is not None and self.turntable is None:
-            raise ValueError("[calibration] needs the sequence that it works on: add [turntable]")
-        if self.sequence is not None and self.calibration is None:
-            raise ValueError(
-                "[turntable] with [log] describes the sequence of a calibration: add [calibration], or remove it"
-            )
-        return self
-
-    @model_validator(mode="after")
-    def _filter_has_what_it_needs(self) -> Self:
-        check_rotation(self.imu, self.filter, self.aiding, self.source, self.navigation)
-        check_filter(self.filter, self.imu, self.aiding, self.source, self.navigation.vertical)
-        return self
-
-    @model_validator(mode="after")
-    def _own_alignment_is_possible(self) -> Self:
-        check_alignment(self.navigation, self.imu.sensor_set.type, self.source.recorded, self.filter is not None)
-        return self
-
-    @model_validator(mode="after")
-    def _filter_navigates_as_the_section_says(self) -> Self:
-        if self.filter is None:
-            return self
-        try:
-            check_correctable(self.navigation.algorithms[0])
-        except InputError as error:
-            raise ValueError(
-                f"navigation.algorithms = {list(self.navigation.algorithms)}: [filter] navigates by the first of them, "
-                f"and {str(error).rstrip('.')}: put another first, or remove [filter]"
-            ) from error
-        return self
-
-    @model_validator(mode="after")
-    def _no_sensor_is_faster_than_the_samples(self) -> Self:
-        for name, sensor in (self.aiding.sensors() if self.aiding else {}).items():
-            if sensor.rate_hz > self.imu.rate_hz:
-                raise ValueError(
-                    f"aiding.{name}.rate_hz = {sensor.rate_hz:g} must be at most imu.rate_hz = {self.imu.rate_hz:g}"
-                )
-        return self
-
-    @model_validator(mode="after")
-    def _alignment_has_what_it_needs(self) -> Self:
-        if self.filter is None or self.filter.alignment_s is None:
-            return self
-        if self.log is not None:
-            if self.filter.alignment == "in-motion" and (self.log.gnss is None or len(self.log.gnss.use) < 2):
-                raise ValueError('filter.alignment = "in-motion" needs [log.gnss] with position and velocity')
-            return self
-        if self.aiding is None:
-            return self
-        wanted, gnss = self.filter.alignment_s, self.aiding.sensor(Gnss)
-        how = self.filter.alignment
-        if how != "at-rest" and (gnss is None or not (gnss.position and gnss.velocity)):
-            raise ValueError(f'filter.alignment = "{how}" needs [aiding.gnss] with position and velocity')
-        lasts = self.source.known_duration
-        if lasts is not None and wanted >= lasts:
-            raise ValueError(
-                f"filter.alignment_s = {wanted:g} must be less than duration_s = {lasts:g}: the filter needs time "
-                "after the alignment"
-            )
-        return self
-
-    @model_validator(mode="after")
-    def _frame_has_the_coordinates(self) -> Self:
-        frame = self.navigation.frame
-        for name in self.output.coordinates or ():
-            able = [other for other, own in OF_FRAME.items() if name in own]
-            if name in ("frame", "conditional") and frame not in able:
-                raise ValueError(
-                    f'output.coordinates: "{name}" needs the frame {listed(able, "or")}; navigation.frame is "{frame}"'
-                )
-        return self
-
     @property
     def coordinates(self) -> tuple[str, ...]:
         """The coordinates to record, given or those of the frame."""
         given = self.output.coordinates
         return OF_FRAME.get(self.navigation.frame, ()) if given is None else given
-
-    @model_validator(mode="after")
-    def _rates_divide_the_samples(self) -> Self:
-        if self.navigation.rates_hz is not None:
-            try:
-                schedule(self.navigation.rates_hz, self.imu.rate_hz)
-            except InputError as error:
-                raise ValueError(f"navigation.{error}") from error
-        return self
-
-    @model_validator(mode="after")
-    def _navigated_as_the_sensors_allow(self) -> Self:
-        kind = self.imu.sensor_set.type
-        if (kind == "attitude-sensor") != (MEASURED_ATTITUDE in self.navigation.algorithms):
-            raise ValueError(
-                f'imu.sensor_set.type = "attitude-sensor" requires navigation.algorithms = ["{MEASURED_ATTITUDE}"] '
-                f'(with navigation.frame = "inertial"), and vice versa; here imu.sensor_set.type = "{kind}" and '
-                f"navigation.algorithms = {list(self.navigation.algorithms)}"
-            )
-        check_platform(self.imu, self.navigation)
-        check_gravity(self.gravity, self.navigation, self.truth, kind)
-        check_compensation(self.compensation, kind)
-        return self
-
-    @model_validator(mode="after")
-    def _ensemble_is_possible(self) -> Self:
-        if self.ensemble is None:
-            return self
-        known = [*self.navigation.algorithms, *(["aided"] if self.filter else [])]
-        if self.ensemble.solution is not None and self.ensemble.solution not in known:
-            raise ValueError(f"ensemble.solution: {unknown_name('solution', self.ensemble.solution, known)}")
-        if self.ensemble.vary:
-            try:
-                check_variation(self, self.ensemble, self.contents(without=("ensemble",)))
-            except ValueError as error:
-                raise ValueError(f"ensemble.{error}") from error
-        return self
 
     @classmethod
     def file_keys(cls) -> dict[str, FieldInfo]:
@@ -425,7 +264,7 @@ class Tables(Section):
         items = [item for item in self.own_items() if not item.package]
         brought = {item.file for path in self.use for item in items_of(Path(path))} if items else set()
         use = (*self.use, *(str(item.file) for item in items if item.file not in brought))
-        return {**self.model_dump(exclude=None if self.source.in_space else set(_IN_SPACE)), "use": use}
+        return {**self.model_dump(exclude=None if self.source.in_space else set(IN_SPACE)), "use": use}
 
     def to_toml(self, about_filter: Iterable[str] = ()) -> str:
         """Return the scenario as a TOML file with every default written out.

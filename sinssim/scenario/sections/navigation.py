@@ -222,33 +222,3 @@ class NavigationSection(Section):
         if 1.0 - abs(cosine) < 1e-12:
             raise ValueError("A and B of the route coincide or are antipodal, so they do not determine a great circle")
         return route
-
-
-def check_alignment(section: NavigationSection, sensor_set: str, recorded: bool, filtered: bool) -> None:
-    """Raise for an alignment of the inertial navigators that cannot be, or that leaves keys without effect.
-
-    Args:
-        section: the [navigation] table.
-        sensor_set: imu.sensor_set.type.
-        recorded: whether the sensors are recorded, [log].
-        filtered: whether there is a filter, whose start has the initial errors.
-
-    Raises:
-        ValueError: the message names the key.
-    """
-    if section.alignment is None:
-        return
-    if recorded:
-        raise ValueError(
-            "navigation.alignment is for simulated sensors; for [log] give filter.alignment and filter.alignment_s"
-        )
-    if sensor_set not in ("gyros", "redundant"):
-        raise ValueError(
-            f'navigation.alignment needs gyros and accelerometers; imu.sensor_set.type = "{sensor_set}" is another set'
-        )
-    for name, value in () if filtered else section.initial_error:
-        if value and not name.startswith(("north", "east", "height", "position")):
-            raise ValueError(
-                f"navigation.initial_error.{name} would have no effect: [navigation.alignment] determines the "
-                "attitude and the velocity; remove one of the two"
-            )

@@ -46,6 +46,11 @@ class ZeroRate(Standstill):
         description="1σ of the mean rate about each axis over the interval of a measurement, due to this vibration",
     )
 
+    @property
+    def of_fixed_block(self) -> str:
+        """Why the block must not turn."""
+        return "compares the mean of the gyro data with zero rotation of the vehicle"
+
     def read(self, vehicle: Vehicle) -> list[AidingReadings]:
         """Return zero rates of the block relative to the Earth where its mean rate over the interval is at most σ/3."""
         time = self.epochs(vehicle.trajectory)

@@ -133,6 +133,11 @@ class AidingSensor(Section):
         return ""
 
     @property
+    def of_fixed_block(self) -> str:
+        """Why the readings need a block that does not turn in the vehicle, for a message; "" if they do not."""
+        return ""
+
+    @property
     def needs_no_truth(self) -> bool:
         """Whether the readings follow from the inertial readings themselves, see `from_imu`; not by default."""
         return False

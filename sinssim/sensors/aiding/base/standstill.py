@@ -61,6 +61,11 @@ class Standstill(AidingSensor):
         return "stops are detected from the data of one run (detect = true)" if self.detect else ""
 
     @property
+    def of_fixed_block(self) -> str:
+        """Why the block must not turn."""
+        return "detects stops in the inertial data (detect = true; during_s gives them instead)" if self.detect else ""
+
+    @property
     def needs_no_truth(self) -> bool:
         """Whether the stops are found in the inertial readings."""
         return self.detect
