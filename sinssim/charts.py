@@ -8,6 +8,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, field
+from functools import cached_property
 from typing import Literal
 
 import numpy as np
@@ -16,7 +17,7 @@ from sinssim.data import Array
 from sinssim.scales import TIMES, Scale, fixed, suiting
 
 Color = str | tuple[int, int, int]
-Weight = Literal["bold", "line", "thin", "hair"]
+Weight = Literal["wide", "bold", "line", "thin", "hair"]
 Dash = Literal["", "--", ":", "-."]
 NUMBER: Scale = fixed("")
 
@@ -33,6 +34,7 @@ class Axis:
         names: words at the places 0, 1, 2 … instead of numbers.
         ticks: the only numbers that are written, SI; chosen if empty.
         grid: whether lines cross the chart at its ticks.
+        least: smallest change that is not rounding, SI.
     """
 
     label: str = ""
@@ -43,10 +45,39 @@ class Axis:
     names: tuple[str, ...] = ()
     ticks: tuple[float, ...] = ()
     grid: bool = True
+    least: float = 0.0
 
 
 TIME = Axis(label="time", units=TIMES)
 """Time since the start of a run."""
+
+
+PAIR, WIDE = (11.4, 3.0), (11.4, 3.6)
+"""Sizes of two plots side by side and of one over the whole width of a run's report, inches."""
+
+
+def over(span: tuple[float, float]) -> Axis:
+    """Return the axis of the times of a run.
+
+    Args:
+        span: its first and last instant, s.
+    """
+    return Axis(label="time", units=TIMES, low=span[0], high=span[1])
+
+
+def extremes(values: Array) -> Array:
+    """Return the least and the greatest finite value, all that a linear axis needs; nothing if there is none.
+
+    Args:
+        values: of any shape.
+    """
+    if not values.size:
+        return np.empty(0)
+    ends = np.array([values.min(), values.max()])
+    if np.isfinite(ends).all():
+        return ends
+    values = values[np.isfinite(values)]
+    return np.array([values.min(), values.max()]) if values.size else values
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
@@ -82,6 +113,16 @@ class Line:
     def name(self) -> str:
         """Name in the legend of a picture."""
         return self.label + self.more
+
+    @cached_property
+    def across(self) -> Array:
+        """`extremes` of x."""
+        return extremes(self.x)
+
+    @cached_property
+    def upright(self) -> Array:
+        """`extremes` of y."""
+        return extremes(self.y)
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
@@ -193,7 +234,7 @@ class Rule:
         at: its value, SI.
         upright: whether it stands at a value of the horizontal axis.
         label: name in the legend; "" for none.
-        text: written at its end.
+        text: written at its end, at the top of one that stands.
         color: its colour.
         weight, dash: see `Line`.
         low, high: ends of the band; None for none.
@@ -276,7 +317,7 @@ class Chart:
     room: float = 1.05
 
     def values(self, upright: bool) -> Iterator[Array]:
-        """Yield the values that widen an axis, SI.
+        """Yield the values that widen an axis, SI; the extremes of a line on a linear axis.
 
         Args:
             upright: whether the vertical axis is meant.
@@ -284,7 +325,10 @@ class Chart:
         for mark in self.marks:
             match mark:
                 case Line() if mark.counts:
-                    yield mark.y if upright else mark.x
+                    if (self.y if upright else self.x).log:
+                        yield mark.y if upright else mark.x
+                    else:
+                        yield mark.upright if upright else mark.across
                 case Band():
                     yield from ((mark.low, mark.high) if upright else (mark.x,))
                 case Dots():
@@ -316,6 +360,8 @@ class Chart:
         """
         axis = self.y if upright else self.x
         low, high = axis.low, axis.high
+        if low is not None and high is not None:
+            return low, high
         ends = [v[np.isfinite(v)] for v in self.values(upright)]
         ends = [v for v in ends if len(v)]
         if not ends or axis.names:
@@ -354,6 +400,8 @@ class Chart:
         """
         axis = self.y if upright else self.x
         ends = [np.array([end]) for end in (axis.low, axis.high) if end is not None]
+        if len(ends) == 2 and not self.equal:
+            return suiting(axis.units, *ends)
         if self.equal:
             ends += [v for way in (False, True) for v in self.values(way)]
         return suiting(axis.units, *ends, *(v[np.isfinite(v)] for v in self.values(upright)))

@@ -7,7 +7,7 @@ the unit that suits them.
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import dataclass, field
 from typing import Literal
 
@@ -27,12 +27,13 @@ class Sentence:
 
     Attributes:
         text: whole sentences.
-        kind: "lead" below a title, "note" for a remark, "strong" for what must not be overlooked.
+        kind: "lead" below a title, "note" for a remark, "strong" for what must not be overlooked, "warning" for what
+            is wrong.
         on: the media that show it.
     """
 
     text: str
-    kind: Literal["", "lead", "note", "strong"] = ""
+    kind: Literal["", "lead", "note", "strong", "warning"] = ""
     on: tuple[Medium, ...] = EVERYWHERE
 
 
@@ -128,6 +129,19 @@ class Verbatim:
 
 
 @dataclass(frozen=True)
+class Beside:
+    """Exhibits side by side where there is room.
+
+    Attributes:
+        items: what stands beside each other, from the left.
+        on: the media that show it.
+    """
+
+    items: Sequence[Item]
+    on: tuple[Medium, ...] = EVERYWHERE
+
+
+@dataclass(frozen=True)
 class Section:
     """Exhibits under a heading.
 
@@ -144,7 +158,7 @@ class Section:
     on: tuple[Medium, ...] = EVERYWHERE
 
 
-Item = Sentence | Table | Verbatim | Charts | Cloud | Section
+Item = Sentence | Table | Verbatim | Charts | Cloud | Beside | Section
 
 
 @dataclass(frozen=True)
@@ -177,16 +191,21 @@ class Exhibits:
 
     def charts(self) -> Iterator[Charts]:
         """Yield all charts, also those of inner sections."""
-        return _charts(self.items)
+        return charts_in(self.items)
 
     def chosen(self, key: str) -> Charts:
         """Return the charts with a key."""
         return next(charts for charts in self.charts() if charts.key == key)
 
 
-def _charts(items: Sequence[Item]) -> Iterator[Charts]:
+def charts_in(items: Iterable[Item]) -> Iterator[Charts]:
+    """Yield all charts, also those of inner sections.
+
+    Args:
+        items: what contains them.
+    """
     for item in items:
         if isinstance(item, Charts):
             yield item
-        elif isinstance(item, Section):
-            yield from _charts(item.items)
+        elif isinstance(item, Section | Beside):
+            yield from charts_in(item.items)

@@ -21,15 +21,14 @@ def blueprint(run: RunInfo) -> rrb.Blueprint:
 
     def plot(name: str, entity: str) -> rrb.TimeSeriesView:
         return rrb.TimeSeriesView(
-            origin="/platform",
-            contents=[f"/platform/{entity}"],
+            origin=f"/platform/{entity}",
             name=name,
             axis_x=run.axis_x(),
             axis_y=run.axis_y(f"platform/{entity}"),
             plot_legend=rrb.PlotLegend(visible=True, corner=rrb.Corner2D.LeftTop),
         )
 
-    length, angle = run.label("platform_horizontal", "m"), run.label("platform_attitude", "arcsec")
+    length, angle = run.label("platform/horizontal", "m"), run.label("platform/attitude", "arcsec")
     return rrb.Blueprint(
         rrb.Vertical(
             rrb.Horizontal(

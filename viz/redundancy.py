@@ -19,28 +19,22 @@ def blueprint(run: RunInfo) -> rrb.Blueprint:
         The layout: a column for the gyros and one for the accelerometers, and the errors below.
     """
 
-    def plot(name: str, *entities: str, axis: rrb.ScalarAxis | None = None, legend: bool = True) -> rrb.TimeSeriesView:
+    def plot(name: str, *entities: str, fixed: bool = False, legend: bool = True) -> rrb.TimeSeriesView:
+        axis = rrb.ScalarAxis(range=run.range_of(*entities)) if fixed else run.axis_y(*entities)
         return rrb.TimeSeriesView(
             origin="/redundancy",
-            contents=[f"/{entity}" for entity in entities],
+            contents=[f"/{entity}/**" for entity in entities],
             name=name,
             axis_x=run.axis_x(),
-            axis_y=axis or run.axis_y(*entities),
+            axis_y=axis,
             plot_legend=rrb.PlotLegend(visible=legend, corner=rrb.Corner2D.LeftTop),
         )
 
     def column(kind: str, name: str, unit: str) -> rrb.Vertical:
-        high = 2.0 * float(run.label(f"redundancy_{kind}_threshold", "1"))
         window, of = run.label("sensor_window", "1 s"), f"redundancy/{kind}"
-        count = run.range_of(f"{of}/used")[1]
         return rrb.Vertical(
-            plot(
-                f"{name}: test statistic by window, and threshold", f"{of}/statistic", f"{of}/threshold",
-                axis=rrb.ScalarAxis(range=(0.0, high)),
-            ),
-            plot(
-                f"{name} in use", f"{of}/used", axis=rrb.ScalarAxis(range=(0.0, count + 1.0)), legend=False
-            ),
+            plot(f"{name}: test statistic by window, and threshold", f"{of}/statistic", fixed=True),
+            plot(f"{name} in use", f"{of}/used", fixed=True, legend=False),
             plot(f"{name}: error, mean over {window} [{unit}]", f"sensors/single_{kind}/error"),
             row_shares=[3, 2, 3],
         )  # fmt: skip
@@ -48,8 +42,8 @@ def blueprint(run: RunInfo) -> rrb.Blueprint:
     rows: list[rrb.Horizontal] = [
         rrb.Horizontal(column("gyro", "Gyros", "deg/h"), column("accel", "Accelerometers", "µg"))
     ]
-    if name := run.label("redundancy_algorithm"):
-        length, angle = run.label("redundancy_horizontal"), run.label("redundancy_attitude")
+    if length := run.label("redundancy/horizontal"):
+        name, angle = run.algorithms[0], run.label("redundancy/attitude")
         rows.append(
             rrb.Horizontal(
                 plot(f"{name}: horizontal error [{length}]", "redundancy/horizontal"),

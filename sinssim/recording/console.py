@@ -2,10 +2,10 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Iterable
 from typing import TYPE_CHECKING, Literal
 
-from sinssim.exhibits import Exhibits, Item, Section, Sentence, Table
+from sinssim.exhibits import Beside, Exhibits, Item, Section, Sentence, Table
 
 if TYPE_CHECKING:
     from rich import table as rich_table
@@ -21,20 +21,29 @@ def show(exhibits: Exhibits, console: Console) -> None:
     """
     if exhibits.plain:
         console.print(f"{exhibits.plain}\n", markup=False)
-    _show(exhibits.items, console, "")
+    show_items(exhibits.items, console)
 
 
-def _show(items: Sequence[Item], console: Console, title: str) -> None:
+def show_items(items: Iterable[Item], console: Console, title: str = "") -> None:
+    """Print tables and sentences.
+
+    Args:
+        items: exhibits.
+        console: the console to print on.
+        title: of the tables that have no own.
+    """
     for item in items:
         match item:
             case Sentence() if "console" in item.on:
                 console.print(_bare(item.text), markup=False)
             case Table() if "console" in item.on:
                 console.print(table_of(item, title))
+            case Beside() if "console" in item.on:
+                show_items(item.items, console, title)
             case Section() if "console" in item.on:
                 if item.verdict:
                     console.print()
-                _show(item.items, console, item.title)
+                show_items(item.items, console, item.title)
             case _:
                 pass
 

@@ -39,6 +39,20 @@ def envelope(time: Array, values: Array, start: float, end: float, columns: int)
     )
 
 
+def gaps(angles: Array, turn: float) -> Array:
+    """Return angles with a gap where they jump by a whole turn, so that no line crosses the plot.
+
+    Args:
+        angles: (N,).
+        turn: a whole turn in their unit.
+
+    Returns:
+        (N,), NaN at the last angle before a jump.
+    """
+    jump = np.abs(np.diff(angles)) > 0.5 * turn
+    return np.where(np.concatenate((jump, [False])), np.nan, angles)
+
+
 def ticks(low: float, high: float, count: int, steps: Sequence[float] = (1.0, 2.0, 5.0)) -> tuple[Array, float]:
     """Return round numbers within a range.
 

@@ -101,6 +101,13 @@ class Navigated:
         return found
 
 
+def before_navigation(scenario: Scenario, sensed: Sensed) -> Navigated:
+    """Return a run whose sensors have been read, without a solution."""
+    found = Navigated(scenario, sensed)
+    vars(found)["_solved"] = ({}, {})
+    return found
+
+
 def navigate(scenario: Scenario, sensed: Sensed) -> Navigated:
     """Navigate by every algorithm of a scenario.
 

@@ -7,6 +7,7 @@ from typing import Any
 
 import numpy as np
 
+from sinssim.experiments.run.parts.platform import OnPlatform
 from sinssim.sensors.sets.sensor_set import Platform
 from sinssim.strapdown.nav_error import NavError
 from sinssim.strapdown.platform.error_equations import ACCELEROMETERS, GYROS, START, TORQUERS, ErrorsByCause
@@ -45,12 +46,19 @@ def solution() -> Any:
     return SimpleNamespace(time=TIME, commanded=COMMANDED * ARCSEC, gimbals=np.radians(GIMBALS))
 
 
-def run(frame: str) -> Any:
+class Made(OnPlatform):
+    """A part whose numbers are chosen."""
+
+    solution: Any = solution()
+    true_increments: Any = SimpleNamespace(dtheta=np.radians(SENSED))
+
+
+def part(frame: str, strapdown: NavError | None = STRAPDOWN, free: NavError | None = FREE) -> Any:
     scenario = SimpleNamespace(
         imu=SimpleNamespace(sensor_set=Platform(type="platform")), navigation=SimpleNamespace(frame=frame)
     )
-    return SimpleNamespace(
-        run=SimpleNamespace(scenario=scenario, time=TIME), solution=solution(), errors=PLATFORM,
-        strapdown=("poisson", STRAPDOWN), without_errors_of_turns=FREE,
-        true_increments=SimpleNamespace(dtheta=np.radians(SENSED)), errors_by_cause=BY_CAUSE,
-    )  # fmt: skip
+    errors = {"platform": PLATFORM} | ({} if strapdown is None else {"poisson": strapdown})
+    run: Any = SimpleNamespace(scenario=scenario, time=TIME, errors=errors)
+    made = Made(run)
+    vars(made).update(without_errors_of_turns=free, errors_by_cause=BY_CAUSE)
+    return made

@@ -3,14 +3,19 @@
 from __future__ import annotations
 
 import re
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
 import pytest
 
+from sinssim.charts import Rule
+from sinssim.exhibits import Item, charts_in
+from sinssim.recording import style
+from sinssim.recording.report.exhibits import parts_of
 from sinssim.recording.report.plot import Line
+from sinssim.recording.rerun.exhibits import record_charts
 
 
 @dataclass
@@ -84,6 +89,37 @@ class Drawn:
         np.testing.assert_allclose(found[1], values, rtol=1e-9, atol=1e-12, err_msg=entity)
         if colors is not None:
             assert [tuple(color) for color in found[3]] == colors, entity
+
+
+class Shown:
+    """What exhibits have: the charts by key, the page's HTML and the recording."""
+
+    def __init__(self, items: Iterable[Item]) -> None:
+        self.items = list(items)
+        groups = list(charts_in(self.items))
+        self.charts = {chart.key: chart for charts in groups for chart in charts}
+        self.html = "".join(parts_of(self.items, 3))
+        self.drawn: Any = Drawn()
+        self.labels = {key: unit for charts in groups for key, unit in record_charts(self.drawn, charts).items()}
+
+    def curves(self, key: str, title: str, unit: str, *curves: tuple[str, str, Any, Any]) -> None:
+        """Assert title, unit and lines of a chart: label, colour, times and values in the chart's unit."""
+        chart = self.charts[key]
+        assert (chart.title, chart.unit(True)[0]) == (title, unit)
+        colors = [style.css_of(color) for color in style.of_marks(chart.marks)]
+        lines = [(mark, color) for mark, color in zip(chart.marks, colors, strict=True) if hasattr(mark, "x")]
+        assert [(line.label, color) for line, color in lines] == [curve[:2] for curve in curves]
+        for (line, _), (label, _, x, y) in zip(lines, curves, strict=True):
+            np.testing.assert_allclose(line.x, x, rtol=1e-12, err_msg=label)
+            np.testing.assert_allclose(line.y / chart.unit(True)[1], y, rtol=1e-9, atol=1e-12, err_msg=label)
+
+    def rules(self, key: str) -> list[tuple[float, str]]:
+        """Return place and text of the upright lines of a chart."""
+        return [(mark.at, mark.text) for mark in self.charts[key].marks if isinstance(mark, Rule)]
+
+    def span(self, key: str) -> tuple[float | None, float | None]:
+        """Return the ends of a chart's horizontal axis."""
+        return self.charts[key].x.low, self.charts[key].x.high
 
 
 def values_of(batch: Any) -> Any:

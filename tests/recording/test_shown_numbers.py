@@ -11,7 +11,7 @@ import pytest
 
 from sinssim.analyses.error_budget.budget_exhibits import lines_of
 from sinssim.analyses.error_budget.limits import Allowance, Answer
-from sinssim.experiments.run.report.platform import platform_errors
+from sinssim.experiments.run.report.sensors import platform_errors
 from sinssim.experiments.run.store.summaries.diagnosis_keys import with_sigma
 from sinssim.experiments.run.tables.expectation_table import to_json
 from sinssim.experiments.studies.cost import Cost

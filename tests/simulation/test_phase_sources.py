@@ -8,7 +8,8 @@ from typing import Any
 import pytest
 
 import sinssim
-from sinssim.experiments.run.store.summaries.phase_summary import source_tables
+from sinssim.exhibits import Sentence, Table
+from sinssim.experiments.run.parts.phases import tables
 from sinssim.scenario import Scenario
 
 
@@ -43,16 +44,17 @@ def test_sources_of_each_phase(tmp_path: Path) -> None:
                 assert found == {"horizontal_sigma_m": 0.0, "shares": {}}
                 continue
             assert sum(found["shares"].values()) == pytest.approx(1.0, abs=0.1)
-    ((name, lines),) = source_tables(run.summary)
-    assert name == "quaternion"
-    assert lines[0][0] == "alignment"
-    assert "accel_bias" in lines[0][3]
+    (found,) = (one for one in tables(run.summary["phases"], "console") if "sources" in getattr(one, "title", ""))
+    assert isinstance(found, Table)
+    assert found.title.startswith("quaternion: ")
+    assert found.rows[0][0] == "alignment"
+    assert "accel_bias" in str(found.rows[0][3])
     assert "quaternion: sources" in (tmp_path / "run" / "report.html").read_text()
 
 
 def test_a_run_without_a_budget_says_why(tmp_path: Path) -> None:
     aided = {"aiding": {"land_vehicle": {}}, "filter": {}, "navigation": {}}
     run = sinssim.run(_mission(**aided), tmp_path / "run")
-    found = dict(source_tables(run.summary))
-    assert "[aiding.land_vehicle] has no budget" in found["aided"]
+    found = [one.text for one in tables(run.summary["phases"], "console") if isinstance(one, Sentence)]
+    assert any(one.startswith("aided: ") and "[aiding.land_vehicle] has no budget" in one for one in found)
     assert "are unknown (no budget)" in (tmp_path / "run" / "report.html").read_text()

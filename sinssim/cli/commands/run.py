@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from pathlib import Path
 from tempfile import TemporaryDirectory
-from typing import TYPE_CHECKING, Annotated, Literal
+from typing import TYPE_CHECKING, Annotated, Any, Literal
 
 import typer
 
@@ -136,12 +136,7 @@ def command(
     if as_json:
         print_json(result.summary)
     elif not quiet:
-        if plan.source.in_space:
-            from sinssim.experiments.run.tables.run_table import show
-        else:
-            from sinssim.experiments.run.tables.one_component_table import show
-
-        show(plan, result.summary, console(least_width=120))
+        _show(result, plan)
         if suggestion is not None:
             _tell(suggestion, directory / NAME, scenario)
         if plan.recording.has_report:
@@ -154,6 +149,14 @@ def command(
         from sinssim.recording.rerun.viewer import open_viewer
 
         open_viewer(directory, view=view)
+
+
+def _show(result: Any, plan: Scenario) -> None:
+    """Print the tables and sentences of a run."""
+    from sinssim.experiments.run.tables import one_component_table, run_table
+
+    show = run_table.show if plan.source.in_space else one_component_table.show
+    show(result, console(least_width=120))
 
 
 def _suggestion(files: list[str], out: Path | None, overwrite: bool) -> Suggestion:

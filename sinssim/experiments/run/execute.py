@@ -12,10 +12,11 @@ import numpy as np
 
 from sinssim.data import Array, NavState
 from sinssim.earth.coordinates import geodetic_to_ecef
-from sinssim.errors import SinssimError
+from sinssim.errors import RunError, SinssimError
 from sinssim.experiments.run.execute_one_component import compute_one_component
 from sinssim.experiments.run.finish import about, keep
 from sinssim.experiments.run.parts import parts_of
+from sinssim.experiments.run.parts.log import best_solution
 from sinssim.experiments.run.report.log_report import log_report
 from sinssim.experiments.run.report.run_report import draw_sections, run_report
 from sinssim.experiments.run.result import PlaneRun, Reached, Run
@@ -23,7 +24,6 @@ from sinssim.experiments.run.run_media import RunMedia
 from sinssim.experiments.run.sensor_comparison import SensorComparison, sensor_comparisons
 from sinssim.experiments.run.store.summaries.against_inertial import horizontal_of, worse_than_inertial
 from sinssim.experiments.run.store.summaries.filter_summary import filter_markdown, filter_numbers
-from sinssim.experiments.run.store.summaries.log_summary import best_solution
 from sinssim.logs.stored.error_rule import ErrorRule
 from sinssim.progress import Progress, shown
 from sinssim.recording.store.directory import RunDirectory
@@ -32,7 +32,7 @@ from sinssim.scenario.duration import check_times
 from sinssim.scenario.load import Overrides, as_scenario
 from sinssim.scenario.route import check_route, check_route_flown
 from sinssim.simulation.aiding import aid, best_reference
-from sinssim.simulation.navigation import Navigated, navigate
+from sinssim.simulation.navigation import Navigated, before_navigation, navigate
 from sinssim.simulation.recorded import planned, sense_recorded
 from sinssim.simulation.sensed import sense
 from sinssim.simulation.stages import STAGES, Stages
@@ -132,7 +132,6 @@ class Execution:
         self._inertial: dict[str, tuple[Array, Array]] = {}  # horizontal errors beside the filter's
         self._numbers: dict[str, dict[str, float]] = {}
         self._found: dict[str, Any] = {}  # entries of the summary
-        self._of_parts: dict[str, Any] = {}
 
     @property
     def _scenario(self) -> Scenario:
@@ -193,11 +192,12 @@ class Execution:
                 writer.flown(truth, () if scenario.aiding is None else scenario.aiding.outages)
         with self._clock("imu"):
             sensed = sense(scenario, truth)
-            self.reached = replace(self.reached, last=sensed)
+            parts = parts_of(before_navigation(scenario, sensed))
+            self.reached = replace(self.reached, last=sensed, parts=parts)
             if self._folder is not None:
                 self._kinds = sensor_comparisons(sensed)
             if self._writer is not None:
-                self._writer.sensed(sensed, self._kinds)
+                self._writer.sensed(sensed, self._kinds, [one for part in parts.values() for one in part.events()])
 
     def _fly(self) -> Trajectory:
         """Fly, and note whether the flight came from the cache; None for another motion."""
@@ -228,7 +228,12 @@ class Execution:
         """Navigate by each algorithm."""
         with self._clock("navigate"):
             assert self.reached.sensed is not None  # the stage is complete
-            navigated = navigate(self._scenario, self.reached.sensed)
+            try:
+                navigated = navigate(self._scenario, self.reached.sensed)
+            except RunError:
+                if self._writer is not None:
+                    self._writer.parts(self.reached.parts)
+                raise
         self.reached = replace(self.reached, last=navigated)
 
     def _compare(self) -> None:
@@ -249,11 +254,12 @@ class Execution:
             self._found["failures"] = failures(navigated.failures)
             self._found["singularities"] = plain(singularities(navigated.solutions))
             parts = parts_of(navigated)
-            self._of_parts = {name: part.numbers() for name, part in parts.items()}
+            for part in parts.values():
+                part.enter(part.numbers())
         for name, part in parts.items():
             if self._report and part.takes_long:
                 with self._clock("budget"):
-                    parts[name] = part.explain(self._of_parts[name])
+                    parts[name] = part.explain(part.entry)
         self.reached = replace(self.reached, parts=parts)
         if self.reached.aided is not None:
             with self._clock("filter"):
@@ -301,7 +307,8 @@ class Execution:
     def _aid_parts(self) -> None:
         """Compute what the filter changes in what only some runs have."""
         parts = {name: part.on(self._navigated, self.reached.aided) for name, part in self.reached.parts.items()}
-        self._of_parts = {name: part.with_filter(self._of_parts[name]) for name, part in parts.items()}
+        for part in parts.values():
+            part.enter(part.with_filter(part.entry))
         self.reached = replace(self.reached, parts=parts)
 
     def _open(self, time: Array, motion: NavState, events: tuple[FlightEvent, ...], ellipsoid: Ellipsoid) -> RunWriter:
@@ -361,7 +368,8 @@ class Execution:
 
     def _entries(self) -> dict[str, Any]:
         """Return the entries of the summary that follow from the stages, in order."""
-        found, parts = self._found, {name: plain(one) for name, one in self._of_parts.items() if one is not None}
+        found = self._found
+        parts = {name: plain(part.entry) for name, part in self.reached.parts.items() if part.entry is not None}
         entries: dict[str, Any] = {
             **{name: found[name] for name in ("flight_cached", "not_attained") if name in found},
             "flagged_samples": flagged(self._navigated.sensed.measured),

@@ -30,7 +30,13 @@ if TYPE_CHECKING:
     from matplotlib.axes import Axes
     from matplotlib.figure import Figure
 
-_WIDTHS = {"bold": 2.0 * style.LINE, "line": style.LINE, "thin": style.THIN, "hair": style.HAIR}
+_WIDTHS = {
+    "wide": 3.5 * style.LINE,
+    "bold": 2.0 * style.LINE,
+    "line": style.LINE,
+    "thin": style.THIN,
+    "hair": style.HAIR,
+}
 _COLUMNS = 4000
 """Columns of pixels in which a long line keeps its least and greatest value."""
 
@@ -154,10 +160,10 @@ def _draw(axes: Axes, mark: Mark, color: Any, x: float, y: float) -> None:
             straight(mark.at / size, color=_css(color), lw=_WIDTHS[mark.weight], ls=mark.dash or "-",
                      label=mark.label or None)  # fmt: skip
             if mark.text:
-                axes.annotate(
-                    mark.text, (0.99, mark.at / size), xycoords=("axes fraction", "data"), color=style.SOFT,
-                    xytext=(0, 2), textcoords="offset points", ha="right",
-                )  # fmt: skip
+                at, coords, ha = ((mark.at / size, 1.0), ("data", "axes fraction"), "center") if mark.upright else (
+                    (0.99, mark.at / size), ("axes fraction", "data"), "right")  # fmt: skip
+                axes.annotate(mark.text, at, xycoords=coords, color=style.SOFT, xytext=(0, 2),
+                              textcoords="offset points", ha=ha)  # fmt: skip
         case Remark():
             axes.annotate(mark.text, (mark.x / x, mark.y / y), (6.0, 6.0), textcoords="offset points",
                           fontsize=style.SMALL)  # fmt: skip

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
@@ -43,7 +43,10 @@ STYLE = (
 _PAGE, _GAP, _INCH = 1130, 19, 92
 """Width of a page and gap between charts, px; pixels of an inch of a picture."""
 _LETTER = 6.4
-_WIDTHS = {"bold": 2.4, "line": 1.5, "thin": 1.07, "hair": 1.0}
+_SMALL = style.SMALL / style.POINTS_PER_PIXEL
+_SAME = 0.5
+"""Distance up to which lines coincide, px."""
+_WIDTHS = {"wide": 4.5, "bold": 2.4, "line": 1.5, "thin": 1.07, "hair": 1.0}
 _DASHES = {"": "", "--": "6 4", ":": "1.5 3", "-.": "7 3 1.5 3"}
 _SHAPES = {"s": "M-3-3h6v6h-6z", "^": "M0-4l4 7h-8z", "D": "M0-4l4 4l-4 4l-4-4z", "v": "M0 4l4-7h-8z",
            "P": "M-1.5-4h3v2.5h2.5v3h-2.5v2.5h-3v-2.5h-2.5v-3h2.5z", "*": "M0-5l1.4 3.4 3.6.3-2.8 2.3.9 3.6-3.1-2-3.1 "
@@ -146,7 +149,7 @@ def _range(chart: Chart, upright: bool) -> tuple[float, float]:
     most = max((float(v.max()) for v in values), default=1.0)
     if axis.log:
         return (low or 0.1), (high or 1.0)
-    if most - least <= 1e-9 * max(abs(least), abs(most)):
+    if most - least <= max(1e-9 * max(abs(least), abs(most)), axis.least):
         least, most = least - 0.5 * size, most + 0.5 * size
     if low is None or high is None:
         step = ticks(least / size, most / size, 5)[1] * size
@@ -199,7 +202,9 @@ def svg_of(chart: Chart, width: float, height: float, frame: _Frame | None = Non
     across, upright = _ranges(chart)
     across, upright = frame.span or across, frame.reach or upright
     left = max(frame.left, _left(chart, across, upright) if frame.names else 14.0)
-    names = _named(chart.marks, chart.most) if legend and chart.legend != "none" else []
+    names = [] if not legend or chart.legend == "none" else _named(_told_apart(chart, upright, height), chart.most)
+    if len(names) == 1 and isinstance(chart.marks[-1], Line) and chart.title:
+        names = []  # the title says it
     aside = chart.legend == "right" and len(names) > 0
     right = max(frame.right, _aside(chart) if legend else 14.0)
     body, top = _heads(chart, left, labelled=frame.names)
@@ -207,6 +212,8 @@ def svg_of(chart: Chart, width: float, height: float, frame: _Frame | None = Non
         drawn, top = _legend(names, left, top, width)
         body.append(drawn)
     inner = width - left - right
+    texts = [mark for mark in chart.marks if isinstance(mark, Rule) and mark.upright and mark.text]
+    top += 11 if texts else 0
     tall = inner if chart.equal else max(height - 86.0, 90.0)
     if chart.equal and inner > height:
         inner = tall = max(height - 60.0, 240.0)
@@ -215,6 +222,7 @@ def svg_of(chart: Chart, width: float, height: float, frame: _Frame | None = Non
     x, y = _Way(*across, left, left + inner, chart.x.log), _Way(*upright, bottom, top, chart.y.log)
     body += _axes(chart, x, y, inner, top, bottom, names=frame.names)
     curves, words_over = _marks(chart, x, y)
+    words_over += _tops(texts, x, top, width - 4.0)
     # An inner element clips the marks at the axes.
     box = f"{left:g} {top:g} {inner:g} {tall:g}"
     body.append(f'<svg x="{left:g}" y="{top:g}" width="{inner:g}" height="{tall:g}" viewBox="{box}">')
@@ -292,6 +300,44 @@ def _spread(at: Sequence[tuple[float, str]], bottom: float, *, turned: bool) -> 
             free = place + half + 4.0
 
 
+def _tops(marks: Sequence[Rule], x: _Way, top: float, right: float) -> Iterator[str]:
+    """Yield the texts of upright lines above the chart, without those that would touch their neighbours."""
+    free = -np.inf
+    for mark in marks:
+        at, long = float(x(mark.at)), 0.92 * _LETTER * len(mark.text)
+        left = max(min(at - 0.5 * long, right - long), x.start)  # the top number of the axis is beside it
+        if left > free:
+            yield text(left, top - 4, mark.text, kind="soft", more=f'font-size="{_SMALL:g}"')
+            free = left + long + _LETTER  # numbers without a gap would read as one
+
+
+def _told_apart(chart: Chart, ends: tuple[float, float], height: float) -> list[Mark]:
+    """Return the marks with a word in the names of lines that coincide with a former one."""
+    least = _SAME * (ends[1] - ends[0]) / height
+    found: list[Mark] = []
+    for mark, color in zip(chart.marks, style.of_marks(chart.marks), strict=True):
+        if isinstance(mark, Line) and mark.label and not chart.y.log:
+            own = [one for one in found if isinstance(one, Line) and one.label]
+            same = next((one.label.partition(" (same as ")[0] for one in own if _coincide(one, mark, least)), None)
+            mark = replace(mark, label=mark.label if same is None else f"{mark.label} (same as {same})", color=color)
+        found.append(mark)
+    return found
+
+
+def _coincide(one: Line, other: Line, least: float) -> bool:
+    """Return whether two lines lie on each other; lines with other instants are compared between them."""
+    if not len(one.x) or not len(other.x) or abs(float(one.y[-1]) - float(other.y[-1])) > least:
+        return False  # the usual case, without a look at every sample
+    values = one.y
+    if one.x is not other.x and not np.array_equal(one.x, other.x):
+        margin = 0.01 * float(one.x[-1] - one.x[0])
+        ends = np.abs(one.x[[0, -1]] - other.x[[0, -1]])
+        if one.turn or other.turn or ends.max() > margin or margin < 0.0:
+            return False
+        values = np.interp(other.x, one.x, one.y)
+    return bool(np.abs(values - other.y).max() <= least)
+
+
 Named = tuple[str, str, str, str]
 """Label, CSS colour, kind and dashes of an entry of a legend."""
 
@@ -359,7 +405,7 @@ def _marks(chart: Chart, x: _Way, y: _Way) -> tuple[list[str], list[str]]:
     for mark, color in zip(chart.marks, style.of_marks(chart.marks), strict=True):
         match mark:
             case Line():
-                body += _line(mark, style.css_of(color), x, y)
+                body += _line(mark, style.css_of(color), x, y, timed=chart.x.units is TIMES)
             case Band():
                 body.append(_area(x(mark.x), y(mark.low), y(mark.high), style.css_of(color), 0.25))
             case Dots():
@@ -388,7 +434,7 @@ def _marks(chart: Chart, x: _Way, y: _Way) -> tuple[list[str], list[str]]:
                 ]
             case Rule():
                 body += _rule(mark, style.css_of(color), x, y)
-                if mark.text:
+                if mark.text and not mark.upright:
                     over.append(text(x.end - 4.0, float(y(mark.at)) - 3.0, mark.text, "end", "soft"))
             case Limit():
                 body += _limit(mark, chart.most, x, y)
@@ -397,24 +443,51 @@ def _marks(chart: Chart, x: _Way, y: _Way) -> tuple[list[str], list[str]]:
     return body, over
 
 
-def _line(mark: Line, color: str, x: _Way, y: _Way) -> Iterator[str]:
-    """Yield the pieces of a line between its gaps and jumps."""
+def _line(mark: Line, color: str, x: _Way, y: _Way, *, timed: bool) -> Iterator[str]:
+    """Yield the pieces of a line between its gaps and jumps; of one over time, what its columns of pixels show."""
+    for at, values in _pieces(mark):
+        columns = max(2, round(abs(float(x(at[-1]) - x(at[0])))))
+        long = not (x.log or mark.marker) and len(at) > 2 * columns
+        if long and (timed or bool(np.all(np.diff(at) > 0.0))):
+            at, values = envelope(at, values, float(at[0]), float(at[-1]) + 1e-9, columns)
+        px, py = np.asarray(x(at)), np.asarray(y(values))
+        if not mark.marker:
+            px, py = _settled(px, py)
+        yield path(px, py, color, _WIDTHS[mark.weight], _DASHES[mark.dash])
+        if mark.marker:
+            fill = "hollow" if mark.hollow else color
+            yield _shapes(px, py, [fill] * len(at), mark.marker, 6.0, edge=color)
+
+
+def _pieces(mark: Line) -> Iterator[tuple[Array, Array]]:
+    """Yield the parts of a line between gaps and jumps."""
+    whole = len(mark.x) > 0 and bool(np.isfinite(mark.x[[0, -1]]).all() and np.isfinite(mark.y.sum()))
+    if whole and not mark.turn:
+        yield mark.x, mark.y
+        return
     there = np.isfinite(mark.x) & np.isfinite(mark.y)
     cuts = np.flatnonzero(~there)
     if mark.turn:
-        cuts = np.union1d(cuts, np.flatnonzero(np.abs(np.diff(mark.y)) > 0.5 * mark.turn) + 1)
+        with np.errstate(invalid="ignore"):
+            cuts = np.union1d(cuts, np.flatnonzero(np.abs(np.diff(mark.y)) > 0.5 * mark.turn) + 1)
     for rows in np.split(np.arange(len(mark.x)), cuts):
         rows = rows[there[rows]]
-        if not len(rows):
-            continue
-        at, values = mark.x[rows], mark.y[rows]
-        if not (x.log or mark.marker) and len(rows) > 2 and bool(np.all(np.diff(at) > 0.0)):
-            columns = max(2, round(abs(float(x(at[-1]) - x(at[0])))))
-            at, values = envelope(at, values, float(at[0]), float(at[-1]) + 1e-9, columns)
-        yield path(np.asarray(x(at)), np.asarray(y(values)), color, _WIDTHS[mark.weight], _DASHES[mark.dash])
-        if mark.marker:
-            fill = "hollow" if mark.hollow else color
-            yield _shapes(np.asarray(x(at)), np.asarray(y(values)), [fill] * len(at), mark.marker, 6.0, edge=color)
+        if len(rows):
+            yield mark.x[rows], mark.y[rows]
+
+
+def _settled(x: Array, y: Array) -> tuple[Array, Array]:
+    """Replace a column's least and greatest value by their mean where they lie within a pixel."""
+    pairs = len(x) // 2
+    if pairs < 100 or len(x) % 2:
+        return x, y
+    left, right, low, high = x[0::2], x[1::2], y[0::2], y[1::2]
+    smooth = (np.abs(high - low) < 1.0) & (right - left < 1.5)
+    middle = 0.5 * (low + high)
+    low, high = np.where(smooth, middle, low), np.where(smooth, middle, high)
+    keep = np.column_stack((np.ones(pairs, bool), ~smooth)).ravel()
+    keep[-1] = True
+    return np.column_stack((left, right)).ravel()[keep], np.column_stack((low, high)).ravel()[keep]
 
 
 def _shapes(x: Array, y: Array, colors: Sequence[str], marker: str, size: float, edge: str = "") -> str:

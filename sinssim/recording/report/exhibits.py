@@ -3,15 +3,15 @@
 from __future__ import annotations
 
 import re
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterable, Iterator
 
 from sinssim.charts import Charts
-from sinssim.exhibits import Exhibits, Item, Section, Sentence, Table, Verbatim
+from sinssim.exhibits import Beside, Exhibits, Item, Section, Sentence, Table, Verbatim
 from sinssim.recording.report import page
 from sinssim.recording.report.chart import STYLE, html_of
 from sinssim.recording.report.page import verbatim, words
 
-_CLASSES = {"lead": ' class="lead"', "note": ' class="note"', "strong": "", "": ""}
+_CLASSES = {"lead": ' class="lead"', "note": ' class="note"', "warning": ' class="broken"', "strong": "", "": ""}
 _LONG = 48
 """Characters from which the words of a cell are broken into lines."""
 _MARKS = {"met": "met", "not met": "missed", "undecided": "undecided"}
@@ -26,11 +26,17 @@ def page_of(exhibits: Exhibits) -> str:
     Returns:
         HTML; it refers to nothing outside itself.
     """
-    body = [f"<h1>{words(exhibits.title)}</h1>", *_parts(exhibits.items, 2)]
+    body = [f"<h1>{words(exhibits.title)}</h1>", *parts_of(exhibits.items, 2)]
     return page.page(exhibits.title, body, STYLE)
 
 
-def _parts(items: Sequence[Item], level: int) -> Iterator[str]:
+def parts_of(items: Iterable[Item], level: int) -> Iterator[str]:
+    """Yield exhibits as HTML.
+
+    Args:
+        items: the exhibits.
+        level: of the headings of their sections, 2 below the title of a page.
+    """
     for item in items:
         if "page" not in item.on:
             continue
@@ -43,11 +49,14 @@ def _parts(items: Sequence[Item], level: int) -> Iterator[str]:
                 yield _table(item)
             case Verbatim():
                 yield f"<details><summary>{words(item.title)}</summary><pre>{verbatim(item.text)}</pre></details>"
+            case Beside():
+                inside = "".join(f"<div>{''.join(parts_of([one], level))}</div>" for one in item.items)
+                yield f'<div class="pair">{inside}</div>'
             case Section():
                 if item.title:
                     mark = f': <span class="{_MARKS[item.verdict]}">{item.verdict}</span>' if item.verdict else ""
                     yield f"<h{level}>{words(item.title)}{mark}</h{level}>"
-                yield from _parts(item.items, level + 1)
+                yield from parts_of(item.items, level + 1)
 
 
 def _sentence(item: Sentence) -> str:
@@ -72,5 +81,5 @@ def _table(item: Table) -> str:
     ]
     lines = [[cell("td", text, column.words) for column, text in zip(columns, row, strict=True)] for row in rows]
     title = f"<p class=note>{words(item.title)}</p>" if item.title else ""
-    note = f'<p class="note">{words(item.note)}</p>' if item.note else ""
+    note = f'<p class="note">{_marked(item.note)}</p>' if item.note else ""
     return title + page.table(names, lines) + note

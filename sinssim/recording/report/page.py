@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import html
+import re
 from collections.abc import Iterable, Sequence
 
 from sinssim.recording.style import GRID, INK, SOFT
@@ -30,6 +31,11 @@ th { background: var(--head); font-weight: 600; white-space: normal; } td.name, 
 td.text, td.text ul { text-align: left; white-space: normal; } td.text { min-width: 16rem; }
 td.text ul { margin: .2rem 0; padding-left: 1.1rem; }
 code { font-family: ui-monospace, "Liberation Mono", monospace; font-size: .92em; overflow-wrap: anywhere; }
+.pair { display: grid; grid-template-columns: repeat(2, minmax(0, 1fr)); gap: 1.2rem 1.4rem; align-items: start; }
+.pair > div > table:first-child, .pair .wide:first-child table { margin-top: 0; }
+.pair > div td.text { min-width: 9rem; }
+@media screen and (max-width: 820px) { .pair { grid-template-columns: minmax(0, 1fr); } }
+.broken { border-left: 5px solid #b03a00; padding: .4rem 1rem; max-width: none; background: var(--head); }
 .wide { overflow-x: auto; } svg { max-width: 100%; height: auto; display: block; }
 svg text { font-family: system-ui, "Segoe UI", "Liberation Sans", Arial, sans-serif !important; }
 .met { color: var(--good); font-weight: 600; } .missed { color: var(--bad); font-weight: 600; }
@@ -46,6 +52,9 @@ svg text { font-family: system-ui, "Segoe UI", "Liberation Sans", Arial, sans-se
         for paint in ("fill", "stroke")
     )
 )
+
+
+_BLANKS = re.compile(r"[ \t\r\n\f\v]+")
 
 
 def page(title: str, body: Iterable[str], style: str = "") -> str:
@@ -69,7 +78,7 @@ def page(title: str, body: Iterable[str], style: str = "") -> str:
 
 
 def words(text: str) -> str:
-    """Return a text as HTML with runs of white space reduced to single blanks.
+    """Return a text as HTML with runs of white space reduced to single blanks; a blank that does not break stays.
 
     Args:
         text: any text.
@@ -77,7 +86,7 @@ def words(text: str) -> str:
     Returns:
         HTML.
     """
-    return html.escape(" ".join(text.split()))
+    return html.escape(_BLANKS.sub(" ", text).strip(" "))
 
 
 def verbatim(text: str) -> str:

@@ -11,7 +11,7 @@ import rerun as rr
 import rerun.blueprint as rrb
 
 from sinssim.charts import Band, Chart, Charts, Cloud, Limit, Line, Shares
-from sinssim.exhibits import Exhibits, Item, Section, Sentence, Table, Verbatim
+from sinssim.exhibits import Beside, Exhibits, Item, Section, Sentence, Table, Verbatim
 from sinssim.formatting import capital
 from sinssim.recording import style
 from sinssim.recording.figures.canvas import to_png
@@ -19,9 +19,11 @@ from sinssim.recording.figures.charts import figure_of
 from sinssim.recording.rerun.rrd import Recording, time_plot, whole_recording
 from sinssim.recording.rerun.viewer import RUN_ENTITY
 from sinssim.recording.rerun.views import RunInfo, all_views
+from sinssim.recording.scales import gaps
+from sinssim.recording.thinning import is_long, screen_rows
 from sinssim.scales import TIMES, suiting
 
-_WIDTHS = {"bold": 2.2, "line": 1.5, "thin": 1.0, "hair": 0.8}
+_WIDTHS = {"wide": 4.0, "bold": 2.2, "line": 1.5, "thin": 1.0, "hair": 0.8}
 
 
 def record(exhibits: Exhibits, path: Path) -> None:
@@ -40,13 +42,11 @@ def record(exhibits: Exhibits, path: Path) -> None:
     tabs: list[rrb.Container | rrb.View] = []
     with whole_recording(path, run.application) as recording:
         for charts in exhibits.charts():
+            labels |= record_charts(recording, charts, f"{exhibits.root}/", exhibits.span[0])
             if "recording" not in charts.on:
                 continue
             name = capital(charts.key.replace("_", " "))
-            over_time = [chart for chart in charts if chart.x.units is TIMES and not chart.x.log]
-            for chart in over_time:
-                record_chart(recording, f"{exhibits.root}/{chart.key}", chart, exhibits.span[0])
-                labels[chart.key] = chart.unit(True)[0]
+            over_time = [chart for chart in charts if _is_over_time(chart)]
             if charts.key in exhibits.pictures:
                 entity = f"{exhibits.root}/figures/{charts.key}"
                 image = rr.EncodedImage(contents=to_png(figure_of(charts)), media_type="image/png")
@@ -71,6 +71,30 @@ def _plot(exhibits: Exhibits, chart: Chart) -> rrb.View:
     unit = chart.unit(True)[0]
     name = f"{chart.title} [{unit}]" if unit else chart.title
     return time_plot(f"{exhibits.root}/{chart.key}", name, np.array(exhibits.span))
+
+
+def record_charts(recording: Recording, charts: Charts, root: str = "", start: float = 0.0) -> dict[str, str]:
+    """Record those of some charts that are over time.
+
+    Args:
+        recording: the recording.
+        charts: the charts.
+        root: before their keys, which are the paths of their entities.
+        start: added to their times, s.
+
+    Returns:
+        The unit of each by its key, for the views' titles.
+    """
+    labels = {}
+    for chart in charts if "recording" in charts.on else ():
+        if _is_over_time(chart):
+            record_chart(recording, f"{root}{chart.key}", chart, start)
+            labels[chart.key] = chart.unit(True)[0]
+    return labels
+
+
+def _is_over_time(chart: Chart) -> bool:
+    return chart.x.units is TIMES and not chart.x.log
 
 
 def record_chart(recording: Recording, entity: str, chart: Chart, start: float) -> None:
@@ -99,18 +123,29 @@ def record_chart(recording: Recording, entity: str, chart: Chart, start: float) 
                     lines.append((Line(label=label, x=mark.x, y=part), style.rgb_of(one)))
             case _:
                 pass
-    groups: dict[int, list[tuple[Line, style.Rgb]]] = {}
+    groups: list[list[tuple[Line, style.Rgb]]] = []
     for line, paint in lines:
-        groups.setdefault(id(line.x), []).append((line, paint))
-    for number, group in enumerate(groups.values()):
-        values = np.column_stack([line.y for line, _ in group]) / size
+        same = (group for group in groups if group[0][0].x is line.x or np.array_equal(group[0][0].x, line.x))
+        group = next(same, [])
+        groups += [] if group else [group]
+        group.append((line, paint))
+    for number, group in enumerate(groups):
+        time = group[0][0].x
+        values = np.column_stack([gaps(line.y, line.turn) if line.turn else line.y for line, _ in group])
+        if is_long(len(time)):
+            rows = screen_rows(time, values, float(time[0]), float(time[-1]))
+            time, values = time[rows], values[rows]
         recording.series(
-            f"{entity}/{number}" if number else entity, start + group[0][0].x,
-            np.where(np.isfinite(values), values, np.nan), [line.label for line, _ in group],
+            f"{entity}/{number}" if number else entity, start + time,
+            np.where(np.isfinite(values), values / size, np.nan), [line.label for line, _ in group],
             colors=[paint for _, paint in group], widths=[_WIDTHS[line.weight] for line, _ in group],
         )  # fmt: skip
-    if entity in recording.ranges:
+    below = [ends for place, ends in recording.ranges.items() if place == entity or place.startswith(f"{entity}/")]
+    if below:
+        recording.ranges[entity] = (min(low for low, _ in below), max(high for _, high in below))
         _limits(recording, entity, chart, start)
+        if chart.y.low is not None and chart.y.high is not None:
+            recording.ranges[entity] = (chart.y.low / size, chart.y.high / size)
 
 
 def record_cloud(recording: Recording, entity: str, cloud: Cloud, start: float) -> None:
@@ -200,6 +235,8 @@ def _lines(items: Sequence[Item], level: int) -> Iterator[str]:
                 yield from ("", *([item.note, ""] if item.note else []))
             case Verbatim():
                 yield from (f"```\n{item.text}\n```", "")
+            case Beside():
+                yield from _lines(item.items, level)
             case Section():
                 inner = list(_lines(item.items, level + 1))
                 if item.title and inner:

@@ -30,8 +30,8 @@ def test_run(sinssim: Sinssim, put: Put) -> None:
     assert sinssim("run", "parked") == report("runs/parked") + view("runs/parked")
     plan, place = ran.args
     assert (plan.name, place, ran.options) == ("parked", Path("runs/parked"), {"overwrite": False, "progress": False})
-    assert shown.args[:2] == (plan, SUMMARY)
-    assert shown.args[2].width >= 120
+    assert shown.args[0].summary == SUMMARY
+    assert shown.args[1].width >= 120
     assert sinssim("run", "parked", "-o", "a/b", "--keep", "summary") == "Summary: a/b/summary.json\n"
     assert (ran.args[1], ran.args[0].recording.keep) == (Path("a/b"), "summary")
     assert sinssim("run", "parked", "-o", "a", "--keep", "report", "--overwrite") == report("a")
@@ -48,7 +48,7 @@ def test_run(sinssim: Sinssim, put: Put) -> None:
     assert "--keep report keeps no recording, so that --recording full would have no effect" in said
     plane = put("experiments.run.tables.one_component_table.show")
     assert sinssim("run", "one_component") == report("runs/one_component") + view("runs/one_component")
-    assert plane.args[1] == SUMMARY
+    assert plane.args[0].summary == SUMMARY
 
 
 def test_run_with_recorded_files(sinssim: Sinssim, put: Put, tmp_path: Path) -> None:

@@ -3,10 +3,12 @@
 from __future__ import annotations
 
 import platform
+from types import SimpleNamespace
 from typing import Any
 
 import pytest
 
+from sinssim.exhibits import Sentence
 from sinssim.experiments.run.report import run_report as report
 from sinssim.scenario import Scenario
 from tests.recording.spies import cells, read
@@ -29,10 +31,12 @@ def summary(algorithms: dict[str, Any], **more: Any) -> dict[str, Any]:
     }  # fmt: skip
 
 
-def sentences(monkeypatch: pytest.MonkeyPatch, algorithms: dict[str, Any], **more: Any) -> list[str]:
+def sentences(
+    monkeypatch: pytest.MonkeyPatch, algorithms: dict[str, Any], parts: tuple[Any, ...] = (), **more: Any
+) -> list[str]:
     monkeypatch.setattr(report, "flagged_words", lambda flagged, samples: f"{samples} samples.")
-    monkeypatch.setattr(report, "comparison_sentences", lambda found: [])
-    return list(report._in_short(SCENARIO, summary(algorithms, **more)))
+    found = {str(k): part for k, part in enumerate(parts)}
+    return list(report._in_short(SCENARIO, summary(algorithms, **more), found))
 
 
 def test_what_was_run(monkeypatch: pytest.MonkeyPatch) -> None:
@@ -74,7 +78,11 @@ def test_failures_and_a_platform(monkeypatch: pytest.MonkeyPatch) -> None:
     none = sentences(monkeypatch, {"b": {}}, failures={"b": {}})
     assert none[-1].startswith("No result from b;")
     both = {"platform": errors(1.0, 2.0), "quaternion": errors(3.0, 4.0)}
-    assert not [one for one in sentences(monkeypatch, both, platform={}) if one.startswith("Horizontal")]
+    told = [Sentence("Of the platform."), Sentence("For the console.", on=("console",))]
+    part = SimpleNamespace(compares=2, brief=lambda algorithms: told if list(algorithms) == list(both) else [])
+    assert sentences(monkeypatch, both, (part,))[-1] == "Of the platform."
+    part.compares = 3
+    assert sentences(monkeypatch, both, (part,))[-1].startswith("Horizontal error of platform (smallest)")
     assert not sentences(monkeypatch, {})
 
 

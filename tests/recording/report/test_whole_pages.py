@@ -8,6 +8,8 @@ from typing import Any
 import numpy as np
 import pytest
 
+from sinssim.exhibits import Sentence
+from sinssim.experiments.run.parts.log import Log
 from sinssim.experiments.run.parts.outages import Outages
 from sinssim.experiments.run.report import log_report
 from sinssim.experiments.studies import study_report
@@ -34,6 +36,16 @@ def stand_ins(monkeypatch: pytest.MonkeyPatch, module: Any, *names: str) -> None
         monkeypatch.setattr(module, name, said)
 
 
+class Bridged(Outages):
+    """Outages with chosen words."""
+
+    def brief(self, algorithms: Any) -> Any:
+        yield Sentence("(outage_sentence)")
+
+    def exhibits(self) -> Any:
+        yield Sentence("(outage_section)")
+
+
 def log_run(aided: Any) -> Any:
     scenario = SimpleNamespace(
         name="drive <1>", description="From A\n to B.", imu=SimpleNamespace(rate_hz=200.0, grade="x/own unit.toml"),
@@ -42,14 +54,15 @@ def log_run(aided: Any) -> Any:
     prepared = SimpleNamespace(log=None)
     navigated: Any = SimpleNamespace(time=np.array([50.0, 60.0, 650.0]), errors={},
                                      truth=RecordedMotion(prepared, None))  # type: ignore[arg-type]  # fmt: skip
-    parts = {} if aided is None else {"outages": Outages(navigated)}
+    parts: dict[str, Any] = {"log": Log(navigated, entry=LOG)}
+    if aided is not None:
+        parts["outages"] = Bridged(navigated)
     return SimpleNamespace(scenario=scenario, navigated=navigated, aided=aided, parts=parts, about_filter="about")
 
 
 LOG = {"compared_with": "ref.csv", "reference_file": "ref.csv", "knows": ["velocity"], "notes": ["Read <it>."]}
 LOG_PARTS = ("_recording", "error_tables", "error_plots", "_schuler", "singularity_table", "filter_section",
-             "_uncertainty_of_reference", "_estimates", "outage_section", "made", "failure", "_known", "Compared",
-             "outage_sentence")  # fmt: skip
+             "_uncertainty_of_reference", "_estimates", "made", "failure", "_known", "Compared")  # fmt: skip
 
 
 def log_summary(**more: Any) -> dict[str, Any]:
@@ -75,7 +88,7 @@ def test_a_run_on_recorded_sensors(monkeypatch: pytest.MonkeyPatch) -> None:
         "<h2>Singular attitudes</h2>", "(0 events)",
         "<h2>The aided solution</h2>", "(filter_section (50.0, 650.0))",
         "(uncertainty_of_reference (50.0, 650.0))", "(estimates (50.0, 650.0))",
-        "<h2>Outages</h2>", "(outage_section)",
+        "<h2>Outages</h2>", "<p>(outage_section)</p>",
         "<h2>How the run was computed</h2>", "(made)",
         "<h2>Scenario</h2>", "<pre>about = 1 &lt; 2</pre>",
     ]  # fmt: skip
@@ -85,13 +98,14 @@ def test_a_run_on_recorded_sensors(monkeypatch: pytest.MonkeyPatch) -> None:
     left = [*said[:5], *said[6:9], "(euler: a)", "(poisson: b)", said[10], *said[12:14], *said[20:]]
     assert body(page) == left
     own = {"compared_with": "poisson", "reference_file": None, "knows": [], "notes": []}
-    page = log_report.log_report(
-        log_run(None), log_summary(log=own, failures={}, status="failed", message="No <fuel>.")
-    )
+    other = log_run(None)
+    other.parts["log"].enter(own)
+    page = log_report.log_report(other, log_summary(log=own, failures={}, status="failed", message="No <fuel>."))
     assert body(page)[2] == '<p class="broken"><strong>The run failed.</strong> No &lt;fuel&gt;.</p>'
     assert body(page)[6:10] == ["(recording (50.0, 650.0))", "<h2>Differences of the solutions</h2>",
                                 "(error_tables poisson)", "(error_plots)"]  # fmt: skip
-    page = log_report.log_report(log_run(None), log_summary(log=own | {"compared_with": None}, failures={}))
+    other.parts["log"].enter(own | {"compared_with": None})
+    page = log_report.log_report(other, log_summary(log=own | {"compared_with": None}, failures={}))
     assert body(page)[5:8] == ["(recording (50.0, 650.0))", "<h2>Differences of the solutions</h2>",
                                "<h2>Singular attitudes</h2>"]  # fmt: skip
 

@@ -9,18 +9,16 @@ from typing import Any
 import numpy as np
 import pytest
 
-from sinssim.experiments.run.parts.platform import OnPlatform
-from sinssim.experiments.run.parts.redundancy import Redundancy
-from sinssim.experiments.run.parts.rotation import Rotation
-from sinssim.experiments.run.report import flight, redundancy, sensors, track
+from sinssim.exhibits import Sentence
+from sinssim.experiments.run.report import flight, sensors, track
 from sinssim.experiments.run.report import run_report as report
-from sinssim.experiments.run.report.platform import platform_errors
+from sinssim.experiments.run.report.sensors import platform_errors
 from sinssim.experiments.trades import trade_report
 from sinssim.scenario import Scenario
 from sinssim.sensors.imu.imu import Imu
 from sinssim.sensors.sets.sensor_set import Redundant
 from sinssim.simulation.truth import Truth
-from tests.recording.made_monitoring import GYROS, SECTION
+from tests.recording.made_monitoring import SECTION
 from tests.recording.report.test_whole_pages import body, stand_ins
 from tests.recording.spies import cells
 
@@ -30,15 +28,22 @@ ARCSEC, PPM = np.pi / 648_000.0, 1e-6
 def run_of(**more: Any) -> Any:
     scenario = SimpleNamespace(name="<s>", description="d", track=None, flight=None,
                                to_toml=lambda about: f"{about} < 2\n", imu=None)  # fmt: skip
-    return SimpleNamespace(**{"scenario": scenario, "aided": None, "about_filter": "x",
+    return SimpleNamespace(**{"scenario": scenario, "aided": None, "about_filter": "x", "parts": {},
                               "truth": SimpleNamespace(time=np.array([50.0, 60.0, 350.0])), **more})  # fmt: skip
 
 
-NONE = report.Sections("", None, "sensors", "", "", "", "", "axes")
+NONE = report.Sections("", None, "sensors", "", "", "axes")
 EVERY = report.Sections(
-    f"flight [{report.MAP}]", lambda tracks: f"map of {dict(tracks)}", "sensors", "redundancy", "platform", "turning",
-    "errors", "axes",
-)  # fmt: skip
+    f"flight [{report.MAP}]", lambda tracks: f"map of {dict(tracks)}", "sensors", "parts", "errors", "axes"
+)
+
+
+def part(place: str, title: str = "") -> Any:
+    return SimpleNamespace(place=place, title=title, exhibits=lambda: [Sentence(f"Of {place}.")])
+
+
+PARTS = {place: part(place, f"After {place}" if place != "motion" else "")
+         for place in ("motion", "sensors", "errors", "filter")}  # fmt: skip
 LAST = ["<h2>How the run was computed</h2>", "(made)",
         "<details><summary>Scheme of the navigation, and its axes</summary>", "scheme", "words", "axes", "</details>",
         "<h2>Scenario</h2>", "<pre>x &lt; 2</pre>"]  # fmt: skip
@@ -46,7 +51,7 @@ LAST = ["<h2>How the run was computed</h2>", "(made)",
 
 @pytest.fixture
 def parts(monkeypatch: pytest.MonkeyPatch) -> None:
-    stand_ins(monkeypatch, report, "_in_short", "error_tables", "phase_section", "filter_section", "made")
+    stand_ins(monkeypatch, report, "_in_short", "error_tables", "filter_section", "made")
     monkeypatch.setattr(report, "failure", lambda item: f"({item[0]}: {item[1]})")
     monkeypatch.setattr(report, "singularity_table", lambda events: f"({len(events)} events)")
     monkeypatch.setattr(report, "scheme", lambda scenario: "scheme")
@@ -60,18 +65,18 @@ def summary(**more: Any) -> dict[str, Any]:
 @pytest.mark.usefixtures("parts")
 def test_a_run_with_everything() -> None:
     aided = SimpleNamespace(estimate=SimpleNamespace(solution="solution"))
-    html = report.run_report(run_of(aided=aided), summary(filter={}, phases={"a": []}), EVERY)
+    html = report.run_report(run_of(aided=aided, parts=PARTS), summary(filter={}), EVERY)
     assert "<title>&lt;s&gt;: run</title>" in html
     said = [
         "<h1>&lt;s&gt;</h1>", '<p class="lead">d</p>', "<p>(in_short)</p>", "<h2>Motion</h2>",
         "flight [map of {'aided': 'solution'}]", "<h2>Sensor errors of this run</h2>", "sensors",
-        "<h2>Monitoring of the redundant sensors</h2>", "redundancy", "<h2>Platform and strapdown</h2>", "platform",
-        "<h2>Rotating IMU</h2>", "turning", "<h2>Navigation errors</h2>", "(euler: It fell.)", "(error_tables)",
-        "errors", "<h2>What each phase added</h2>", "(phase_section)", "<h2>Singular attitudes</h2>", "(2 events)",
-        "<h2>The aided solution</h2>", "(filter_section (50.0, 350.0))", *LAST,
+        "parts", "<h2>Navigation errors</h2>", "(euler: It fell.)", "(error_tables)", "errors",
+        "<h2>After errors</h2>", "<p>Of errors.</p>", "<h2>Singular attitudes</h2>", "(2 events)",
+        "<h2>The aided solution</h2>", "(filter_section (50.0, 350.0))", "<h2>After filter</h2>", "<p>Of filter.</p>",
+        *LAST,
     ]  # fmt: skip
     assert body(html) == said
-    assert "<h2>What each phase added</h2>" not in report.run_report(run_of(), summary(), EVERY)
+    assert "<h2>After" not in report.run_report(run_of(), summary(), EVERY)
     assert "<h2>The aided solution</h2>" not in report.run_report(run_of(aided=aided), summary(), EVERY)
     for what, name in (("track", "Track"), ("flight", "Flight")):
         one = run_of()
@@ -86,17 +91,14 @@ def test_a_run_that_failed_early() -> None:
     assert body(html) == [
         "<h1>&lt;s&gt;</h1>", '<p class="lead">d</p>',
         '<p class="broken"><strong>The run failed.</strong> No &lt;fuel&gt;.</p>', "<p>(in_short)</p>",
-        "<h2>Sensor errors of this run</h2>", "sensors", *LAST,
+        "<h2>Sensor errors of this run</h2>", "sensors", "", *LAST,
     ]  # fmt: skip
 
 
 def test_sections_that_a_run_has(monkeypatch: pytest.MonkeyPatch) -> None:
-    """Monitoring needs readings, errors need the solutions as well; Schuler's period is that of the true motion."""
-    for name in ("platform_section", "turning_section", "with_and_without"):
-        monkeypatch.setattr(report, name, lambda part, own=name: [f"{own} of {part.run.name}"])
-    monkeypatch.setattr(report, "redundancy_section", lambda section, readings: ["redundancy_section ", readings, " "])
+    """Errors need the solutions; Schuler's period is that of the true motion; parts are drawn at their places."""
     monkeypatch.setattr(report, "error_plots", lambda run, period: ["error_plots of ", run.name, period])
-    monkeypatch.setattr(report, "flight_section", lambda scenario, truth: ["flight_section ", truth.state])
+    monkeypatch.setattr(report, "flight_section", lambda scenario, truth, parts: ["flight ", truth.state, *parts])
     monkeypatch.setattr(report, "map_of", lambda scenario, truth, solutions: f"chart of {truth.state} and {solutions}")
     monkeypatch.setattr(report, "sensor_errors", lambda scenario, errors, kinds: [f"sensors {errors} {kinds}"])
     monkeypatch.setattr(report, "sensor_comparisons", lambda sensed: "compared" if sensed else "nothing")
@@ -106,40 +108,24 @@ def test_sections_that_a_run_has(monkeypatch: pytest.MonkeyPatch) -> None:
     truth = Truth(SimpleNamespace(ellipsoid="ellipsoid"), None, 1.0, np.zeros(2))  # type: ignore[arg-type]
     vars(truth)["state"] = "truth"
     navigated: Any = SimpleNamespace(name="run", solutions="solutions")
-    kinds = (Redundancy, OnPlatform, Rotation)
-    run = run_of(truth=truth, sensed=SimpleNamespace(errors="own", readings="readings"), navigated=navigated,
-                 parts={kind.name: kind(navigated) for kind in kinds})  # type: ignore[type-abstract]  # fmt: skip
+    sensed = SimpleNamespace(errors="own", readings="readings")
+    run = run_of(truth=truth, sensed=sensed, navigated=navigated, parts=PARTS)
     run.scenario.imu, run.scenario.seed, run.scenario.compensation = SimpleNamespace(sensor_set=SECTION), 41, None
     found = report.draw_sections(run, "kinds")  # type: ignore[arg-type]
     assert found == report.Sections(
-        "flight_section truth", "chart of truth and solutions", "sensors own kinds",
-        "redundancy_section readings with_and_without of run", "platform_section of run", "turning_section of run",
-        "error_plots of run period of truth on ellipsoid", "axes of solutions",
+        "flight truth<p>Of motion.</p>", "chart of truth and solutions", "sensors own kinds",
+        "<h2>After sensors</h2><p>Of sensors.</p>", "error_plots of run period of truth on ellipsoid",
+        "axes of solutions",
     )  # type: ignore[arg-type]  # fmt: skip
     run.navigated = None
     early = report.draw_sections(run)
     assert (early.flight, early.chart) == (found.flight, "chart of truth and {}")
-    assert (early.sensors, early.redundancy) == ("sensors own compared", "redundancy_section readings ")
-    assert not any((early.platform, early.turning, early.errors, early.axes))
+    assert (early.sensors, early.parts) == ("sensors own compared", found.parts)
+    assert not any((early.errors, early.axes))
     run.truth = run.sensed = None
+    run.parts = {}
     drawn = "sensors drawn with 41 nothing"
-    assert report.draw_sections(run) == report.Sections("", None, drawn, "", "", "", "", "")
-
-
-def test_monitoring_that_there_is_and_is_not(monkeypatch: pytest.MonkeyPatch) -> None:
-    stand_ins(monkeypatch, redundancy, "_about")
-    monkeypatch.setattr(redundancy, "_tests", lambda found, section: [f"({len(found)} tests)"])
-    monkeypatch.setattr(redundancy, "_alarms", lambda found: f"{len(found)} alarms")
-    monkeypatch.setattr(redundancy, "_statistic", lambda one, edges: f"[{one.kind} {edges}]")
-    readings: Any = SimpleNamespace(monitored=(GYROS, GYROS), imu=SimpleNamespace(time="edges"))
-    *first, note, tests = redundancy.redundancy_section(SECTION, readings)
-    assert first == ["(about)", "2 alarms", '<div class="pair">[gyro edges][gyro edges]</div>']
-    assert "Values above 2 thresholds are clipped." in note
-    assert tests == "(2 tests)"
-    readings.monitored = ()
-    assert list(redundancy.redundancy_section(SECTION, readings)) == [
-        "(about)", "<p>The sensors are not monitored: all of them are always used.</p>",
-    ]  # fmt: skip
+    assert report.draw_sections(run) == report.Sections("", None, drawn, "", "", "")
 
 
 def test_the_source_of_the_true_motion(monkeypatch: pytest.MonkeyPatch) -> None:

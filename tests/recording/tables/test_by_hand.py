@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from math import log, pi, sqrt
 from types import SimpleNamespace
+from typing import Any
 
 import numpy as np
 import pytest
@@ -159,7 +160,8 @@ def test_a_run_of_one_component() -> None:
     }  # fmt: skip
     summary = {"one_component": found, "timing": {"truth_s": 0.125, "navigation_s": 2.5, "recording_s": 0.0}}
     scenario = SimpleNamespace(name="plane", description="It moves.")
-    assert printed(lambda console: one_component.show(scenario, summary, console)) == [
+    run: Any = SimpleNamespace(scenario=scenario, summary=summary)
+    assert printed(lambda console: one_component.show(run, console)) == [
         "It moves.",
         "plane: errors against the truth",
         "position velocity pitch difference",

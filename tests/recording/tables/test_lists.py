@@ -10,8 +10,7 @@ from typing import Any
 import pytest
 
 from sinssim.experiments.run.finished.run_list import Entry
-from sinssim.experiments.run.store.summaries.phase_summary import HEADS as HEADS_OF_PHASES
-from sinssim.experiments.run.store.summaries.phase_summary import NOTE, SOURCE_NOTE
+from sinssim.experiments.run.parts import PARTS
 from sinssim.experiments.run.tables import run_table as run
 from sinssim.experiments.run.tables import runs_table as runs
 from sinssim.experiments.run.tables import score_table as score
@@ -44,9 +43,15 @@ def summary(**changes: Any) -> dict[str, Any]:
     return found | changes
 
 
+def finished(found: dict[str, Any]) -> Any:
+    """Return a finished run with a summary and the parts that have an entry in it."""
+    parts = {kind.name: kind(None, entry=found[kind.name]) for kind in PARTS if kind.name in found}  # type: ignore[arg-type]
+    return SimpleNamespace(scenario=fake_run.scenario(), summary=found, parts=parts)
+
+
 def test_the_errors_of_a_run() -> None:
     scenario = fake_run.scenario()
-    lines = printed(lambda console: run.show(scenario, summary(), console))
+    lines = printed(lambda console: run.show(finished(summary()), console))
     assert lines[:5] == ["fake: errors against the truth", HEADS[0], "algorithm " + HEADS[1], f"quaternion {ROW}",
                          "euler 2.000 4.000 6.000 12.00 18.00 3.000"]  # fmt: skip
     assert lines[-1] == "Time: sensors 1.25 s, navigation 0.50 s"
@@ -57,7 +62,7 @@ def test_the_errors_of_a_run() -> None:
     )  # fmt: skip
     with pytest.MonkeyPatch.context() as patch:
         patch.setattr(run, "sentences", lambda found: [f"sentences of {sorted(found)}"])
-        lines = printed(lambda console: run.show(scenario, failed, console))
+        lines = printed(lambda console: run.show(finished(failed), console))
     assert lines[3:7] == [f"quaternion {ROW}", "euler 2.000 4.000 6.000 12.00 18.00 –",
                           "aided 4.000 8.000 12.00 24.00 36.00 6.000",
                           "smoothed 3.000 6.000 9.000 18.00 27.00 4.500"]  # fmt: skip
@@ -79,7 +84,7 @@ def test_the_errors_of_a_run() -> None:
 )
 def test_the_title_of_a_log(about: dict[str, Any], title: str) -> None:
     found = summary(log=about | {"notes": ["Read."], "knows": ["velocity"]})
-    lines = printed(lambda console: run.show(fake_run.scenario(), found, console))
+    lines = printed(lambda console: run.show(finished(found), console))
     assert lines[0] == f"fake: {title}"
     assert "Read." in lines
     assert not any(line.startswith("Height of the inertial solutions") for line in lines)
@@ -99,25 +104,26 @@ def test_outages_and_phases_of_a_run() -> None:
         "tilt_error_arcsec": 4.25, "tilt_added_arcsec": -6.75,
     }  # fmt: skip
     found = summary(outages=outages, phases={"aided": [{"phase": "taxi", "from_s": 120.4, "to_s": 300.6, **phases}]})
-    lines = printed(lambda console: run.show(fake_run.scenario(), found, console))
+    lines = printed(lambda console: run.show(finished(found), console))
     assert lines[5:19] == [
-        "2 outages: errors at the end, against the truth",
-        "from … to, s horizontal, m its 1σ, m height, m velocity, m/s smoothed, max, m",
-        "100 … 130 1.500 2.500 3.500 0.2500 0.1250",
-        "250 … 280 4.500 5.500 6.500 0.5000 0.7500",
-        "median 3.000 4.000 5.000 0.3750 0.4375",
-        "90 % 4.200 5.200 6.200 0.4750 0.6875",
         "aided: what each phase added",
         "from … to horizontal added velocity added heading added tilt added",
         "phase s m m m/s m/s arcmin arcmin arcsec arcsec",
         "taxi 120 … 301 12.3 5.68 0.0321 −0.0456 – 1.50 4.25 −6.75",
-        *lines[15:19],
+        "2 outages: errors at the end, against the truth",
+        "from … to horizontal 1σ of the filter height velocity smoothed, largest",
+        "s m m m m/s m",
+        "100 … 130 1.50 2.50 3.50 0.250 0.125",
+        "250 … 280 4.50 5.50 6.50 0.500 0.750",
+        "median 3.00 4.00 5.00 0.375 0.438",
+        "90 % 4.20 5.20 6.20 0.475 0.688",
+        *lines[16:19],
     ]
-    assert lines[15].startswith("Errors at the end of each phase. Added: length of the change")
+    assert lines[16].startswith("Errors at the end of each phase. Added: length of the change")
     assert ("2 outages of 30 s: horizontal error at the end 3.00 m (median), 4.20 m (90 %); smoothed, at most 0.438 m "
             "and 0.688 m within the outage. The errors at the end are 1.23 of their 1σ (rms).") in lines  # fmt: skip
     many = found | {"outages": outages | {"each": each * 8}}
-    lines = printed(lambda console: run.show(fake_run.scenario(), many, console))
+    lines = printed(lambda console: run.show(finished(many), console))
     assert "16 outages: errors at the end, against the truth" in lines
     assert not any(line.startswith("100 …") for line in lines)
 
@@ -132,16 +138,18 @@ def test_the_sources_of_the_phases() -> None:
         "horizontal": of("horizontal_sigma_m", 12.34, gyros=0.615, accels=0.25, baro=0.125),
         "heading": of("heading_sigma_arcmin", 0.567, walk=0.95, bias=0.05), "tilt": of("tilt_sigma_arcsec", 0.0),
     }  # fmt: skip
-    row = dict.fromkeys(HEADS_OF_PHASES, 1.5) | {"phase": "taxi", "from_s": 0.0, "to_s": 60.0}
+    keys = (one.format(what) for one in ("horizontal_{}_m", "velocity_{}_mps", "heading_{}_arcmin", "tilt_{}_arcsec")
+            for what in ("error", "added"))  # fmt: skip
+    row = dict.fromkeys(keys, 1.5) | {"phase": "taxi", "from_s": 0.0, "to_s": 60.0}
     found = summary(phases={"aided": [row | {"sources": sources}], "euler": [row | {"no_sources": "It has a gap."}]})
-    lines = printed(lambda console: run.show(fake_run.scenario(), found, console))
+    lines = printed(lambda console: run.show(finished(found), console))
     start = lines.index("aided: sources of what each phase added, 1σ of all runs")
     assert lines[start + 1 : start + 3] == [
         "phase horizontal heading tilt", "taxi 12.3 m: gyros 62 %, accels 25 % 0.567 arcmin: walk 95 % 0",
     ]  # fmt: skip
-    assert lines[start + 3] == NOTE
-    assert lines[start + 4] == SOURCE_NOTE
-    assert lines[start + 5] == "euler: the sources of the phases' errors are unknown (no budget). It has a gap."
+    assert lines[start + 3].startswith("Errors at the end of each phase. Added: ")
+    assert lines[start + 4] == "euler: the sources of the phases’ errors are unknown (no budget). It has a gap."
+    assert lines[start + 5].startswith("Sources: root mean square over all runs of what a phase adds")
 
 
 def test_finished_runs(tmp_path: Path) -> None:

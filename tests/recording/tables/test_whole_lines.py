@@ -13,30 +13,12 @@ import pytest
 from sinssim.analyses.noise_identification import noise_table as noise
 from sinssim.experiments.run.finished.run_list import Entry
 from sinssim.experiments.run.tables import expectation_table as expectation
-from sinssim.experiments.run.tables import run_table as run
 from sinssim.experiments.run.tables import runs_table as runs
 from sinssim.experiments.studies import study_table as study
 from sinssim.sensors.expectation import Contribution, Expectation, Term
 from sinssim.sensors.imu.imu import Imu
-from tests.recording import fake_run
 from tests.recording.by_hand import printed
 from tests.recording.tables.test_by_hand import channel
-from tests.recording.tables.test_lists import summary
-
-
-def test_the_fit_of_a_track(monkeypatch: pytest.MonkeyPatch) -> None:
-    """The track's curve is made in the truth's gravity and on its ellipsoid."""
-
-    def prepared(earth: object) -> SimpleNamespace:
-        return SimpleNamespace(fit="fit" if earth == "earth" else None)
-
-    scenario = SimpleNamespace(track=SimpleNamespace(prepared=prepared), truth="earth")
-    monkeypatch.setattr("sinssim.truth.track.fit.fit_sentences", lambda fit: [f"The {fit} is close.", "Assumed."])
-    assert list(run._about_track(scenario)) == ["The fit is close.", "Assumed."]  # type: ignore[arg-type]
-    scenario.track = None  # type: ignore[assignment]
-    assert not list(run._about_track(scenario))  # type: ignore[arg-type]
-    monkeypatch.setattr(run, "_about_track", lambda scenario: ["Of the track."])
-    assert "Of the track." in printed(lambda console: run.show(fake_run.scenario(), summary(), console))
 
 
 def test_runs_of_another_version(monkeypatch: pytest.MonkeyPatch) -> None:

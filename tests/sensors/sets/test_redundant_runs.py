@@ -13,7 +13,7 @@ import pytest
 
 from sinssim.errors import InputError, RunError
 from sinssim.experiments.run.execute import run
-from sinssim.experiments.run.store.summaries.redundancy_summary import redundancy_sentences
+from sinssim.experiments.run.parts.redundancy import sentences as redundancy_sentences
 from sinssim.recording.rerun.viewer import find_run_info
 from sinssim.recording.rerun.views import all_views
 from sinssim.scenario import Scenario, load_scenario

@@ -3,15 +3,19 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from sinssim.charts import PAIR, Axis, Chart, Charts, Dots, Line, over
 from sinssim.data import Array
+from sinssim.exhibits import Beside, Column, Item, Sentence, Table
 from sinssim.experiments.run.part import Part
+from sinssim.formatting import number_text, signed
+from sinssim.scales import fixed
 from sinssim.simulation.aiding import recorded_start
 from sinssim.simulation.navigation import Navigated
 from sinssim.simulation.sensed import Sensed
@@ -24,6 +28,15 @@ if TYPE_CHECKING:
     from sinssim.simulation.aided.recorded_run import Prepared
 
 _SHARES = {"median": 50.0, "p90": 90.0}
+_LISTED = 15
+"""Number of outages up to which each has a row on the console; the report has the rows of all."""
+_SMOOTHED = "smoothed_max_horizontal_error_m"
+_COLUMNS = {
+    "horizontal_error_m": ("horizontal", "m"), "horizontal_sigma_m": ("1σ of the filter", "m"),
+    "height_error_m": ("height", "m"), "velocity_error_mps": ("velocity", "m/s"),
+    _SMOOTHED: ("smoothed, largest", "m"),
+}  # fmt: skip
+"""Heads and units of the table by key."""
 
 
 @dataclass(frozen=True)
@@ -43,7 +56,7 @@ class JudgedOutages:
 class Outages(Part):
     """The injected outages of a run on recorded sensors with a filter."""
 
-    name = "outages"
+    name, title, place = "outages", "Outages", "filter"
 
     @classmethod
     def belongs_to(cls, run: Navigated) -> bool:
@@ -84,6 +97,62 @@ class Outages(Part):
     def with_filter(self, numbers: Any) -> Mapping[str, Any]:
         """Return the errors of the outages, for `summary.json`."""
         return self.judged.numbers
+
+    def brief(self, algorithms: Mapping[str, Mapping[str, Any]]) -> Iterator[Item]:
+        """Yield the errors at the end of each outage, and all of them in a sentence."""
+        if self.entry["each"]:
+            title = f"{len(self.entry['each'])} outages: errors at the end, against {self.entry['against']}"
+            table = self._table(self.entry["each"] if len(self.entry["each"]) <= _LISTED else ())
+            yield replace(table, title=title, note="", on=("console",))
+        yield from map(Sentence, sentences(self.entry))
+
+    def exhibits(self) -> Iterator[Item]:
+        """Yield the errors within each outage, and at their ends."""
+        yield from (Sentence(sentence, "strong") for sentence in sentences(self.entry))
+        each = self.entry["each"]
+        if each:
+            rows = sorted(each, key=lambda one: float(one["from_s"]))
+            yield Beside([Charts("outages", tuple((chart,) for chart in self._charts(each)),
+                                 (0.5 * PAIR[0], 2.0 * PAIR[1]), on=("page",)), self._table(rows)])  # fmt: skip
+
+    def _charts(self, each: Sequence[Mapping[str, Any]]) -> Iterator[Chart]:
+        """Yield the horizontal error since the beginning of each outage, and at the end of each over the run."""
+        y, span = Axis(units=fixed("m"), low=0.0), (float(self.run.time[0]), float(self.run.time[-1]))
+        drawn = [(time, error) for time, error in self.judged.growth if len(time) > 1]
+        if drawn:
+            longest = max(one["to_s"] - one["from_s"] for one in each)
+            lines = tuple(
+                Line(label="" if number else "one line an outage", x=time, y=error, color="aided", weight="hair")
+                for number, (time, error) in enumerate(drawn)
+            )
+            title = "Horizontal error since the last fix"
+            yield Chart(key="outages/growth", title=title, x=over((0.0, longest)), y=y, marks=lines)
+        at, end, sigma = (np.array([one[key] for one in each], dtype=np.float64)
+                          for key in ("at_s", "horizontal_error_m", "horizontal_sigma_m"))  # fmt: skip
+        dots = (
+            Dots(label="at the end", x=at, y=end, color="aided", size=4.5),
+            Dots(label="1σ of the filter", x=at, y=sigma, color="bound", size=3.75),
+        )
+        yield Chart(
+            key="outages/ends", title="Horizontal error at the end of each outage", x=over(span), y=y, marks=dots
+        )
+
+    def _table(self, each: Sequence[Mapping[str, Any]]) -> Table:
+        """Return the errors at the end of some outages, median and 90 % of all."""
+        keys = [key for key in _COLUMNS if key in self.entry["median"]]
+        rows = [
+            (f"{one['from_s']:g} … {one['to_s']:g}", *("–" if one[k] is None else signed(one[k]) for k in keys))
+            for one in each
+        ]
+        for word, name in (("**median**", "median"), ("**90 %**", "p90")):
+            own = self.entry[name]
+            rows.append((word, *("–" if own[k] is None else number_text(own[k]) for k in keys)))
+        return Table(
+            (Column("from … to", fixed("s"), words=True),
+             *(Column(head, fixed(unit)) for head, unit in map(_COLUMNS.__getitem__, keys))), rows,
+            note=f"Errors at the last time of each outage at which {self.entry['against']} is known; median and 90 % "
+            "of magnitudes. Smoothed: the largest horizontal error within the outage.",
+        )  # fmt: skip
 
 
 def outage_errors(
@@ -183,3 +252,30 @@ def _pass(sensed: Sensed, prepared: Prepared, spans: tuple[tuple[float, float], 
     changed = replace(prepared, scenario=scenario, log=replace(log, sensed=(*without, *others), outages=spans))
     start = recorded_start(prepared.scenario, sensed)
     return aid_recorded(changed, sensed.imu, start, history=settings.smooth)
+
+
+def sentences(numbers: Mapping[str, Any]) -> Iterator[str]:
+    """Yield the result of the outages in a sentence.
+
+    Args:
+        numbers: the entry `outages` of the summary.
+    """
+    each = numbers["each"]
+    if not each:
+        yield "No outage could be evaluated: the reference is not known in any of them."
+        return
+    median, high = numbers["median"], numbers["p90"]
+    lengths = {round(one["to_s"] - one["from_s"], 3) for one in each}
+    of = f" of {lengths.pop():g} s" if len(lengths) == 1 else ""
+    passes = len({one.get("pass", 1) for one in each})
+    of += f" in {passes} passes" if passes > 1 else ""
+    text = (
+        f"{len(each)} outage{'s' * (len(each) != 1)}{of}: horizontal error at the end "
+        f"{number_text(median['horizontal_error_m'])} m (median), {number_text(high['horizontal_error_m'])} m (90 %)"
+    )
+    key = "smoothed_max_horizontal_error_m"
+    if key in median:
+        text += f"; smoothed, at most {number_text(median[key])} m and {number_text(high[key])} m within the outage"
+    if len(each) > 1:
+        text += f". The errors at the end are {number_text(numbers['error_over_sigma'])} of their 1σ (rms)"
+    yield f"{text}."

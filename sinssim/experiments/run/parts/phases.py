@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import re
-from collections.abc import Callable, Iterable, Mapping, Sequence
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from functools import cached_property
 from typing import TYPE_CHECKING, Any, Self
@@ -14,7 +14,10 @@ from numpy.typing import NDArray
 from sinssim import units
 from sinssim.data import Array
 from sinssim.errors import SinssimError
+from sinssim.exhibits import Column, Item, Medium, Section, Sentence, Table
 from sinssim.experiments.run.part import Part
+from sinssim.formatting import signed
+from sinssim.scales import fixed
 from sinssim.simulation.navigation import Navigated
 from sinssim.simulation.truth import Truth
 from sinssim.strapdown.nav_error import NavError
@@ -41,6 +44,29 @@ _QUANTITIES = {
 
 _SMALLEST = 0.01
 """Smaller shares are not listed."""
+
+_HEADS = {
+    f"{name}_{what}_{key}": Column("added" if what == "added" else name, fixed(unit))
+    for name, key, unit in (
+        ("horizontal", "m", "m"), ("velocity", "mps", "m/s"), ("heading", "arcmin", "arcmin"),
+        ("tilt", "arcsec", "arcsec"),
+    )
+    for what in ("error", "added")
+}  # fmt: skip
+"""Columns of the table by key."""
+_NOTE = (
+    "Errors at the end of each phase. Added: length of the change of the north and east error of position or velocity "
+    "within the phase, and change of the other errors. The first row of a solution that aligns itself is its start."
+)
+_SOURCE_NOTE = (
+    "Sources: root mean square over all runs of what a phase adds, from the covariance budget, and the shares of the "
+    "largest sources in the mean square. This run is one of these runs. `sinssim budget` ranks the sources over the "
+    "whole run."
+)
+_LARGEST, _SHARE = 2, 0.1
+"""Most sources named in a cell, and their least share."""
+_NOTHING = 1e-9
+"""Smaller errors, by rounding, are shown as zero."""
 
 
 @dataclass(frozen=True)
@@ -179,8 +205,7 @@ class Phases(Part):
         budgets: the covariance budget of the inertial solutions and of the aided one, or why there is none.
     """
 
-    name = "phases"
-    takes_long = True
+    name, title, takes_long = "phases", "What each phase added", True
     budgets: Mapping[str, BudgetResult | str] = field(default_factory=dict)
 
     @classmethod
@@ -213,6 +238,64 @@ class Phases(Part):
         if "filter" in self.budgets:
             add_sources(rows, self.budgets["filter"], float(self.run.truth.time[0]))
         return {**numbers, "aided": rows}
+
+    def brief(self, algorithms: Mapping[str, Mapping[str, Any]]) -> Iterator[Item]:
+        """Yield the tables for the console."""
+        yield from tables(self.entry, "console")
+
+    def exhibits(self) -> Iterator[Item]:
+        """Yield the tables, each under the name of its solution."""
+        yield from tables(self.entry, "page")
+
+
+def tables(entry: Mapping[str, Sequence[Mapping[str, Any]]], medium: Medium) -> Iterator[Item]:
+    """Yield what each phase added to the errors of each solution, and the sources of that.
+
+    Args:
+        entry: phases by solution.
+        medium: where they are shown.
+    """
+
+    def titled(title: str, plain: str, columns: tuple[Column, ...], rows: Sequence[Sequence[str]]) -> Item:
+        if medium == "page":
+            return Section(title, [Table(columns, rows)])
+        return Table(columns, rows, title=plain, on=("console",))
+
+    heads = (Column("phase", words=True), Column("from … to", fixed("s")), *_HEADS.values())
+    for name, rows in entry.items():
+        cells = [[row["phase"], f"{row['from_s']:.0f} … {row['to_s']:.0f}", *(_cell(row[key]) for key in _HEADS)]
+                 for row in rows]  # fmt: skip
+        yield titled(name, f"{name}: what each phase added", heads, cells)
+    if entry:
+        yield Sentence(_NOTE, "note", on=(medium,))
+    columns = (Column("phase", words=True), *(Column(what, words=True) for what in _QUANTITIES))
+    known = {name: rows for name, rows in entry.items() if rows and "sources" in rows[0]}
+    for name, rows in entry.items():
+        if rows and "no_sources" in rows[0]:
+            why = f"{name}: the sources of the phases’ errors are unknown (no budget). {rows[0]['no_sources']}"
+            yield Sentence(why, "note", on=(medium,))
+        elif name in known:
+            cells = [[row["phase"], *(_of_sources(row["sources"], what) for what in _QUANTITIES)] for row in rows]
+            plain = f"{name}: sources of what each phase added, 1σ of all runs"
+            yield titled(f"{name}: sources", plain, columns, cells)
+    if known:
+        yield Sentence(_SOURCE_NOTE, "note", on=(medium,))
+
+
+def _cell(value: float | None) -> str:
+    """Write a number with three significant digits."""
+    if value is None or not np.isfinite(value):
+        return "–"
+    return "0" if abs(value) < _NOTHING else signed(value, 3)
+
+
+def _of_sources(sources: Mapping[str, Any], what: str) -> str:
+    """Write the root mean square and the largest sources."""
+    key, found = _QUANTITIES[what][1], sources[what]
+    largest = [(name, share) for name, share in found["shares"].items() if share >= _SHARE][:_LARGEST]
+    of = ", ".join(f"{name} {100.0 * share:.0f}\u00a0%" for name, share in largest)
+    size = _cell(found[key])
+    return size if size == "0" else f"{size} {key.rpartition('_')[2]}: {of}"
 
 
 def _phases(run: Navigated) -> list[Phase]:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
 from functools import cached_property
 from typing import TYPE_CHECKING, Any
@@ -11,11 +11,18 @@ import numpy as np
 
 from sinssim import units
 from sinssim.algorithms import PLATFORM
-from sinssim.data import ImuData
-from sinssim.experiments.run.part import Part
+from sinssim.charts import PAIR, Axis, Chart, Charts, Color, Line, Weight, over
+from sinssim.data import Array, ImuData
+from sinssim.exhibits import Beside, Column, Item, Section, Sentence, Table
+from sinssim.experiments.run.part import Part, side_by_side
+from sinssim.formatting import number_text
+from sinssim.recording.store.streams import other_error_stream, platform_stream
+from sinssim.recording.streams import Stream
+from sinssim.scales import ANGLES, LENGTHS, fixed
 from sinssim.simulation.navigation import Navigated, what_if
 from sinssim.simulation.truth import Truth
 from sinssim.strapdown.error_numbers import error_numbers
+from sinssim.strapdown.platform.error_equations import ACCELEROMETERS, GYROS, START, TORQUERS
 
 if TYPE_CHECKING:
     from sinssim.sensors.sets.platform import PlatformErrors
@@ -24,13 +31,33 @@ if TYPE_CHECKING:
     from sinssim.strapdown.platform.navigate import PlatformSolution
 
 _TURNING = 10.0 * units.DEG / 60.0  # rate above which the vehicle is said to turn, rad/s
+_LEAST = 1e-6
+"""Largest error of a cause that is left out, m: rounding."""
+_COLORS = {GYROS: "gyro bias", TORQUERS: "heading", ACCELEROMETERS: "accelerometer bias", START: "position"}
+"""Colours of the causes."""
+_NOT_LINEAR = 0.2
+"""Share of the largest error by which the linear equations may differ from the simulation."""
+_FREE = "strapdown, no rate-dependent errors"
+"""Name of the strapdown solution whose gyros have no errors that depend on the sensed rate."""
+_BODY = ("x, forward", "y, right", "z, down")
+_AXES = {
+    "level": ("north", "east", "down"),
+    "inertial": ("north at the start", "east at the start", "down at the start"),
+}
+_STANDS = {
+    "level": "It is level and points north",
+    "wander": "It is level and does not rotate about the vertical relative to the Earth (wander azimuth)",
+    "free-azimuth": "It is level and does not rotate about the vertical in inertial space (free azimuth)",
+    "transverse": "It is level and points along the great circle of the route",
+    "inertial": "It keeps the direction of north, east and down at the start in inertial space and is not torqued",
+}
 
 
 @dataclass(frozen=True)
 class OnPlatform(Part):
     """The platform of a run whose navigator has a solution."""
 
-    name = "platform"
+    name, title, place, compares = "platform", "Platform and strapdown", "sensors", 2
 
     @classmethod
     def belongs_to(cls, run: Navigated) -> bool:
@@ -107,6 +134,136 @@ class OnPlatform(Part):
             self.solution, true.platform, self.true_increments, self.strapdown, self.without_errors_of_turns,
             self.errors_by_cause, self.errors,
         )  # fmt: skip
+
+    def streams(self) -> Iterator[Stream]:
+        """Yield what the platform did, and the errors of gyros without errors of turns."""
+        yield platform_stream(self.solution)
+        if self.without_errors_of_turns is not None:
+            yield other_error_stream("error_without_errors_of_turns", self.without_errors_of_turns)
+
+    def brief(self, algorithms: Mapping[str, Mapping[str, Any]]) -> Iterator[Item]:
+        """Yield the rates, and the errors of the same sensors on the platform and strapped down."""
+        entry = self.entry
+        most, turned = number_text(entry["max_commanded_rate_deg_h"], 3), entry["max_commanded_rate_deg_h"] > 0.0
+        yield Sentence(
+            f"The platform was {f'turned by its gyros at up to {most} deg/h' if turned else 'not turned in inertial '}"
+            f"{'' if turned else 'space'}; in the strapdown system, they measured up to "
+            f"{number_text(entry['max_rate_of_the_vehicle_deg_s'], 3)} deg/s, and "
+            f"{number_text(entry['turned_deg'], 4)}° in turns."
+        )
+        beside = entry.get("strapdown")
+        if beside is None or PLATFORM not in algorithms or beside["algorithm"] not in algorithms:
+            return
+        own, other, without = algorithms[PLATFORM], algorithms[beside["algorithm"]], beside["without_errors_of_turns"]
+        if any(n["final_horizontal_error_m"] is None for n in (own, other, without)):
+            return
+
+        def both(errors: Mapping[str, Any]) -> str:
+            end, most = (number_text(errors[f"{when}_horizontal_error_m"], 4) for when in ("final", "max"))
+            return f"{end} m at the end, {most} m at most"
+
+        yield Sentence(
+            f"Horizontal error of the same sensors on the platform: {both(own)}; strapdown ({beside['algorithm']}): "
+            f"{both(other)}."
+        )
+        yield Sentence(
+            "Scale factor, misalignment and non-linearity of the gyros, which act on the sensed rate, changed the "
+            f"strapdown solution by {number_text(beside['final_distance_m'], 4)} m at the end, "
+            f"{number_text(beside['max_distance_m'], 4)} m at most; without them its error is {both(without)}."
+        )
+
+    def exhibits(self) -> Iterator[Item]:
+        """Yield its errors beside those of the same sensors strapped down, rates, gimbal angles, and the causes."""
+        frame, time = self.run.scenario.navigation.frame, self.run.time
+        span = (float(time[0]), float(time[-1]))
+        torqued = (
+            "The scale-factor error of their torquers acts on the commanded rates. " if frame != "inertial" else ""
+        )
+        yield Sentence(
+            f"Three gyros and three accelerometers on a gimballed platform. {_STANDS[frame]}. The gyros stabilise the "
+            "platform and do not sense the rotation of the vehicle: their bias, random walk and g-sensitivity act "
+            "about the axes of the platform, and their scale-factor error, misalignment and non-linearity have no "
+            f"effect. {torqued}Roll, pitch and heading are gimbal angles. For comparison, the same sensors with the "
+            "same errors are used in a strapdown system."
+        )
+        yield from self._side_by_side(span)
+        yield from self._rates(span)
+        yield Section("What each error contributes", list(self._by_cause(span)))
+
+    def _side_by_side(self, span: tuple[float, float]) -> Iterator[Item]:
+        found: dict[str, tuple[NavError, Color, Weight]] = {PLATFORM: (self.errors, PLATFORM, "bold")}
+        if self.strapdown is not None:
+            found[f"strapdown ({self.strapdown[0]})"] = (self.strapdown[1], self.strapdown[0], "line")
+        if self.without_errors_of_turns is not None:
+            found[_FREE] = (self.without_errors_of_turns, "reference", "line")
+        full = {_FREE: "strapdown, gyros without scale-factor error, misalignment and non-linearity"}
+        yield Table(
+            (Column("", words=True), Column("horizontal error, end", LENGTHS), Column("largest", LENGTHS),
+             Column("attitude error, end", ANGLES), Column("largest", ANGLES)),
+            [[full.get(name, name), float(e.horizontal[-1]), float(e.horizontal.max()), float(e.angle[-1]),
+              float(e.angle.max())] for name, (e, *_) in found.items()],
+        )  # fmt: skip
+        yield side_by_side("platform", found, span)
+
+    def _rates(self, span: tuple[float, float]) -> Iterator[Item]:
+        """Yield what the gyros sense strapped down, what the platform is commanded, and the gimbal angles."""
+        edges, solution = self.run.time, self.solution
+        sensed = self.true_increments.dtheta / np.diff(edges)[:, np.newaxis]
+        frame = self.run.scenario.navigation.frame
+        angles = solution.gimbals[:, (0, 1, 2)]
+        rates, turns = fixed("deg/s", units.DEG), fixed("deg/h", units.DEG_H)
+        yield Charts("platform_rates", ((
+            Chart(key="platform/sensed", title="Strapdown: true rate of the IMU", x=over(span), y=Axis(units=rates),
+                  marks=_three(edges[1:], sensed, _BODY)),
+            Chart(key="platform/commanded", title="Platform: commanded rate", x=over(span), y=Axis(units=turns),
+                  marks=_three(edges[1:], solution.commanded, _AXES.get(frame, ("x", "y", "z, down")))),
+        ),), PAIR)  # fmt: skip
+        yield Sentence(
+            "The scale factor of a gyro multiplies the rate on the left, deg/s, that of a torquer the rate on the "
+            "right, deg/h. Turns to one side add up; turns in alternating directions cancel.", "note",
+        )  # fmt: skip
+        marks = tuple(
+            Line(label=name, x=solution.time, y=angles[:, k], color=color, turn=0.0 if k == 1 else 2.0 * np.pi)
+            for k, (name, color) in enumerate((("roll", "roll"), ("pitch", "pitch"), ("azimuth", "heading")))
+        )
+        y = Axis(units=fixed("deg", units.DEG))
+        gimbals = Chart(key="platform/gimbals", title="Gimbal angles", x=over(span), y=y, marks=marks)
+        yield Charts("platform_gimbals", ((gimbals,),), PAIR, on=("recording",))
+
+    def _by_cause(self, span: tuple[float, float]) -> Iterator[Item]:
+        """Yield what each error of the platform contributes, by the linear error equations, beside the simulation."""
+        found, horizontal = self.errors_by_cause, self.errors.horizontal
+        sizes = {name: np.linalg.norm(rows, axis=1) for name, rows in found.position.items()}
+        sizes = {name: size for name, size in sizes.items() if size.max() > _LEAST}
+        total, apart = np.linalg.norm(found.total, axis=1), found.apart(self.errors)
+        if apart > _NOT_LINEAR * float(horizontal.max()):
+            yield Sentence(
+                "The errors are too large for the linear error equations, which give the contribution of each."
+            )
+            return
+        listed = {**sizes, "all together, as vectors": total, "the simulated platform": horizontal}
+        table = Table(
+            (Column("cause", words=True), Column("horizontal error, end", LENGTHS), Column("most", LENGTHS)),
+            [[name, float(size[-1]), float(size.max())] for name, size in listed.items()],
+        )
+        chart = Chart(
+            key="platform/by_cause", title="Horizontal error by cause", x=over(span), y=Axis(units=LENGTHS, low=0.0),
+            marks=(
+                Line(label="all causes together", x=found.time, y=total, color="reference", weight="wide"),
+                Line(label="simulated platform", x=self.errors.time, y=horizontal, color=PLATFORM),
+                *(Line(label=name, x=found.time, y=size, color=_COLORS[name]) for name, size in sizes.items()),
+            ),
+        )  # fmt: skip
+        yield Beside([table, Charts("platform_causes", ((chart,),), (0.5 * PAIR[0], PAIR[1]), on=("page",))])
+        yield Sentence(
+            "Each cause separately, by the linear error equations of the platform; the simulation is that of the "
+            f"complete loop. The two differ by {number_text(apart, 3)} m at most.", "note",
+        )  # fmt: skip
+
+
+def _three(time: Array, rows: Array, names: tuple[str, ...]) -> tuple[Line, ...]:
+    """Return a line for each axis."""
+    return tuple(Line(label=name, x=time, y=rows[:, k], color="xyz"[k]) for k, name in enumerate(names))
 
 
 def platform_numbers(

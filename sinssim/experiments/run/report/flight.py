@@ -2,16 +2,14 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from typing import TYPE_CHECKING
 
 import numpy as np
 
 from sinssim import rotation, units
 from sinssim.data import Array, NavState
-from sinssim.experiments.run.report.gravity import gravity_plots
 from sinssim.experiments.run.report.track import Places, Track, degrees, draw_map
-from sinssim.experiments.run.report.track_source import track_source
 from sinssim.recording import style
 from sinssim.recording.report import plot
 from sinssim.recording.report.page import table, words
@@ -33,12 +31,13 @@ _MAP_ROWS = 16384
 _BY_LEGS = ("drive", "voyage")
 
 
-def flight_section(scenario: Scenario, truth: Truth) -> Iterator[str]:
+def flight_section(scenario: Scenario, truth: Truth, further: Iterable[str] = ()) -> Iterator[str]:
     """Return the section about the true motion: map, facts, plots over time, legs and events.
 
     Args:
         scenario: what is run.
         truth: its true motion.
+        further: what follows the plots, HTML.
 
     Yields:
         HTML.
@@ -49,8 +48,7 @@ def flight_section(scenario: Scenario, truth: Truth) -> Iterator[str]:
     marks = [Mark(begin, str(i + 1), faint=True) for i, (_, _, begin, _) in enumerate(legs)]
     airspeed = trajectory.channels.get("airspeed_mps")
     yield from motion_plots(truth.time, truth.state, marks, scenario.output.angles, airspeed)
-    yield from gravity_plots(trajectory)
-    yield from track_source(scenario, trajectory)
+    yield from further
     if legs:
         yield f'<h3>Legs{" as flown" if scenario.flight else ""}</h3><div class="events">'
         lines = [

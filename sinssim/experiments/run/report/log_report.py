@@ -11,14 +11,12 @@ import numpy as np
 from sinssim import rotation, units
 from sinssim.data import Array, NavSolution, NavState
 from sinssim.earth.models import WGS84
-from sinssim.experiments.run.parts.outages import Outages
+from sinssim.experiments.run.parts.log import best_solution
 from sinssim.experiments.run.report.errors import Compared, error_plots, error_tables, failure, singularity_table
 from sinssim.experiments.run.report.filter import filter_section
 from sinssim.experiments.run.report.flight import between_text, motion_plots, place_text
-from sinssim.experiments.run.report.outages import outage_section
-from sinssim.experiments.run.report.run_report import STYLE, ended, made, schuler_period
+from sinssim.experiments.run.report.run_report import STYLE, ended, made, schuler_period, sections, sentences
 from sinssim.experiments.run.report.track import draw_map
-from sinssim.experiments.run.store.summaries.log_summary import best_solution, compared_words, outage_sentence
 from sinssim.recording import style
 from sinssim.recording.report import page, plot
 from sinssim.recording.report.page import table, words
@@ -31,6 +29,7 @@ from sinssim.strapdown.nav_error import NavError
 
 if TYPE_CHECKING:
     from sinssim.estimation import Estimate
+    from sinssim.experiments.run.part import Part
     from sinssim.experiments.run.result import Reached, Run
     from sinssim.logs.load import RecordedLog
     from sinssim.scenario import Scenario
@@ -59,7 +58,7 @@ def log_report(reached: Reached | Run, summary: Mapping[str, Any]) -> str:
     body = [f"<h1>{words(scenario.name)}</h1>", f'<p class="lead">{words(scenario.description)}</p>']
     if summary["status"] != "finished":
         body.append(f'<p class="broken"><strong>The run {ended(summary)}</strong> {words(summary["message"])}</p>')
-    body += [f"<p>{words(sentence)}</p>" for sentence in _in_short(scenario, summary)]
+    body += [f"<p>{words(sentence)}</p>" for sentence in _in_short(scenario, summary, reached.parts)]
     body += ["<h2>The recording</h2>", *_recording(run, aided, span)]
     about = summary["log"]
     against = about["compared_with"] or "nothing"
@@ -74,14 +73,13 @@ def log_report(reached: Reached | Run, summary: Mapping[str, Any]) -> str:
         body += ["<h2>The aided solution</h2>", *filter_section(aided, summary, span)]
         body += _uncertainty_of_reference(_log(run), aided, span)
         body += _estimates(aided.estimate, span)
-        if isinstance(outages := reached.parts.get("outages"), Outages):
-            body += ["<h2>Outages</h2>", *outage_section(outages, summary["outages"])]
+        body += sections(reached, "filter")
     body += ["<h2>How the run was computed</h2>", *made(scenario, summary)]
     body += ["<h2>Scenario</h2>", f"<pre>{page.verbatim(scenario.to_toml(reached.about_filter).strip())}</pre>"]
     return page.page(f"{scenario.name}: run", body, STYLE)
 
 
-def _in_short(scenario: Scenario, summary: Mapping[str, Any]) -> Iterator[str]:
+def _in_short(scenario: Scenario, summary: Mapping[str, Any], parts: Mapping[str, Part]) -> Iterator[str]:
     """Yield the main results in a few sentences."""
     duration = summary["end_s"] - summary["start_s"]
     yield (
@@ -89,10 +87,8 @@ def _in_short(scenario: Scenario, summary: Mapping[str, Any]) -> Iterator[str]:
         f"grade {grade_name(scenario.imu.grade)} with the changes in [imu]. Navigation in the frame "
         f"“{scenario.navigation.frame}”."
     )
-    yield from summary["log"]["notes"]
-    yield compared_words(summary["log"])
-    if "outages" in summary:
-        yield from outage_sentence(summary["outages"])
+    for part in parts.values():
+        yield from sentences(part.brief(summary["algorithms"]))
 
 
 def _known(errors: Mapping[str, NavError]) -> dict[str, NavError]:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import platform
-from collections.abc import Callable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
@@ -13,26 +13,21 @@ from sinssim.data import NavState
 from sinssim.earth.coordinates import radii
 from sinssim.earth.gravity import gravity_ned
 from sinssim.earth.models import Ellipsoid
-from sinssim.experiments.run.parts.platform import OnPlatform
-from sinssim.experiments.run.parts.redundancy import Redundancy
-from sinssim.experiments.run.parts.rotation import Rotation
+from sinssim.exhibits import Item, Section, Sentence
 from sinssim.experiments.run.report.axes import axes_drawing
 from sinssim.experiments.run.report.errors import error_plots, error_tables, failure, singularity_table
 from sinssim.experiments.run.report.filter import STYLE as FILTER_STYLE
 from sinssim.experiments.run.report.filter import filter_section
 from sinssim.experiments.run.report.flight import MAP, flight_section, map_of
-from sinssim.experiments.run.report.phases import phase_section
-from sinssim.experiments.run.report.platform import platform_section
-from sinssim.experiments.run.report.redundancy import redundancy_section, with_and_without
 from sinssim.experiments.run.report.scheme import scheme, scheme_words
 from sinssim.experiments.run.report.sensors import sensor_errors
 from sinssim.experiments.run.report.track import STYLE as TRACK_STYLE
 from sinssim.experiments.run.report.track import Track
-from sinssim.experiments.run.report.turning import turning_section
 from sinssim.experiments.run.sensor_comparison import SensorComparison, sensor_comparisons
-from sinssim.experiments.run.store.summaries.comparison_summary import comparison_sentences
 from sinssim.formatting import number_text
-from sinssim.recording.report import drawing, page, plot
+from sinssim.recording.report import drawing, page
+from sinssim.recording.report.chart import STYLE as CHART_STYLE
+from sinssim.recording.report.exhibits import parts_of
 from sinssim.recording.report.page import table, words
 from sinssim.recording.store.summary import flagged_words, processor
 from sinssim.scales import LENGTHS, duration_words, suiting
@@ -40,22 +35,17 @@ from sinssim.scenario.height import height_words
 from sinssim.scenario.notes import earth_of_the_navigator
 from sinssim.scenario.summary import sensor_words
 from sinssim.sensors.imu.grades import grade_name
-from sinssim.sensors.sets.sensor_set import Redundant
 from sinssim.sensors.sets.true_errors import draw_true_errors
 from sinssim.simulation.truth import Truth
 
 if TYPE_CHECKING:
+    from sinssim.experiments.run.part import Part
     from sinssim.experiments.run.result import Reached, Run
     from sinssim.scenario import Scenario
 
-STYLE = f"""{plot.STYLE}{drawing.STYLE}{TRACK_STYLE}{FILTER_STYLE}
-.pair {{ display: grid; grid-template-columns: repeat(2, minmax(0, 1fr)); gap: 1.2rem 1.4rem; align-items: start; }}
-.pair > div > table:first-child, .pair .wide:first-child table {{ margin-top: 0; }}
-.pair > div td.text {{ min-width: 9rem; }}
-@media screen and (max-width: 820px) {{ .pair {{ grid-template-columns: minmax(0, 1fr); }} }}
+STYLE = f"""{CHART_STYLE}{drawing.STYLE}{TRACK_STYLE}{FILTER_STYLE}
 pre {{ background: var(--head); padding: .8rem 1rem; font-size: .78rem; line-height: 1.45; columns: 3 19rem;
   white-space: pre-wrap; overflow-wrap: anywhere; }}
-.broken {{ border-left: 5px solid #b03a00; padding: .4rem 1rem; max-width: none; background: var(--head); }}
 th.group {{ text-align: center; }} .first {{ border-left: 1px solid var(--line); }}
 @media print {{ .errors table, .events table {{ font-size: 7.5pt; }} .errors th, .errors td {{ padding: .1rem .3rem; }}
   pre {{ font-size: 7pt; columns: 2; }} }}
@@ -72,9 +62,7 @@ class Sections:
     flight: str
     chart: Callable[[Mapping[str, Track]], str] | None
     sensors: str
-    redundancy: str
-    platform: str
-    turning: str
+    parts: str
     errors: str
     axes: str
 
@@ -89,27 +77,35 @@ def draw_sections(run: Reached | Run, kinds: Sequence[SensorComparison] | None =
     Returns:
         The sections, for `run_report`. The samples may be freed before the report is put together.
     """
-    flight = redundancy = platform_and_strapdown = turning = errors = axes = ""
+    flight = errors = axes = ""
     chart, scenario, truth, navigated = None, run.scenario, run.truth, run.navigated
     if isinstance(truth, Truth):
-        flight = "".join(flight_section(scenario, truth))
+        flight = "".join(flight_section(scenario, truth, sections(run, "motion")))
         chart = map_of(scenario, truth, {} if navigated is None else navigated.solutions)
     true = None if run.sensed is None else run.sensed.errors
     if true is None:
         true = draw_true_errors(scenario.imu, scenario.seed, scenario.compensation)
     sensors = "".join(sensor_errors(scenario, true, sensor_comparisons(run.sensed) if kinds is None else kinds))
-    if run.sensed is not None and isinstance(scenario.imu.sensor_set, Redundant):
-        redundancy = "".join(redundancy_section(scenario.imu.sensor_set, run.sensed.readings))
+    parts = "".join(sections(run, "sensors"))
     if isinstance(truth, Truth) and navigated is not None:
-        if isinstance(set_ := run.parts.get("redundancy"), Redundancy):
-            redundancy += "".join(with_and_without(set_))
-        if isinstance(platform := run.parts.get("platform"), OnPlatform):
-            platform_and_strapdown = "".join(platform_section(platform))
-        if isinstance(rotation := run.parts.get("rotation"), Rotation):
-            turning = "".join(turning_section(rotation))
         errors = "".join(error_plots(navigated, schuler_period(truth.state, truth.ellipsoid)))
         axes = axes_drawing(scenario, truth.state, navigated.solutions)
-    return Sections(flight, chart, sensors, redundancy, platform_and_strapdown, turning, errors, axes)
+    return Sections(flight, chart, sensors, parts, errors, axes)
+
+
+def sections(run: Reached | Run, place: str) -> Iterator[str]:
+    """Yield the sections on what only some runs have.
+
+    Args:
+        run: the run.
+        place: which of them, `Part.place`.
+
+    Yields:
+        HTML.
+    """
+    for part in run.parts.values():
+        if part.place == place and (items := list(part.exhibits())):
+            yield from parts_of([Section(part.title, items)], 2 if part.title else 1)
 
 
 def run_report(run: Reached | Run, summary: Mapping[str, Any], drawn: Sections | None = None) -> str:
@@ -127,7 +123,7 @@ def run_report(run: Reached | Run, summary: Mapping[str, Any], drawn: Sections |
     body = [f"<h1>{words(scenario.name)}</h1>", f'<p class="lead">{words(scenario.description)}</p>']
     if summary["status"] != "finished":
         body.append(f'<p class="broken"><strong>The run {ended(summary)}</strong> {words(summary["message"])}</p>')
-    body.append("".join(f"<p>{words(sentence)}</p>" for sentence in _in_short(scenario, summary)))
+    body.append("".join(f"<p>{words(sentence)}</p>" for sentence in _in_short(scenario, summary, run.parts)))
     drawn = draw_sections(run) if drawn is None else drawn
     if drawn.flight and drawn.chart is not None:
         aided = {} if run.aided is None else {"aided": run.aided.estimate.solution}
@@ -135,27 +131,27 @@ def run_report(run: Reached | Run, summary: Mapping[str, Any], drawn: Sections |
         body.append(f"<h2>{what}</h2>")
         body.append(drawn.flight.replace(MAP, drawn.chart(aided)))
     body += ["<h2>Sensor errors of this run</h2>", drawn.sensors]
-    if drawn.redundancy:
-        body += ["<h2>Monitoring of the redundant sensors</h2>", drawn.redundancy]
-    if drawn.platform:
-        body += ["<h2>Platform and strapdown</h2>", drawn.platform]
-    if drawn.turning:
-        body += ["<h2>Rotating IMU</h2>", drawn.turning]
+    body.append(drawn.parts)
     if "algorithms" in summary and drawn.errors:
         body += ["<h2>Navigation errors</h2>", *map(failure, summary["failures"].items())]
         body += error_tables(summary["algorithms"])
         body.append(drawn.errors)
-        if summary.get("phases"):
-            body += ["<h2>What each phase added</h2>", *phase_section(summary)]
+        body += sections(run, "errors")
         body += ["<h2>Singular attitudes</h2>", singularity_table(summary["singularities"])]
     if run.aided is not None and run.truth is not None and "filter" in summary:
         span = (float(run.truth.time[0]), float(run.truth.time[-1]))
         body += ["<h2>The aided solution</h2>", *filter_section(run.aided, summary, span)]
+        body += sections(run, "filter")
     body += ["<h2>How the run was computed</h2>", *made(scenario, summary)]
     body += ["<details><summary>Scheme of the navigation, and its axes</summary>", scheme(scenario)]
     body += [scheme_words(scenario), drawn.axes, "</details>"]
     body += ["<h2>Scenario</h2>", f"<pre>{page.verbatim(scenario.to_toml(run.about_filter).strip())}</pre>"]
     return page.page(f"{scenario.name}: run", body, STYLE)
+
+
+def sentences(items: Iterable[Item]) -> Iterator[str]:
+    """Yield the sentences with which a report begins."""
+    yield from (one.text for one in items if isinstance(one, Sentence) and "page" in one.on)
 
 
 def schuler_period(truth: NavState, ellipsoid: Ellipsoid) -> float:
@@ -183,7 +179,7 @@ def ended(summary: Mapping[str, Any]) -> str:
     )
 
 
-def _in_short(scenario: Scenario, summary: Mapping[str, Any]) -> Iterator[str]:
+def _in_short(scenario: Scenario, summary: Mapping[str, Any], parts: Mapping[str, Part]) -> Iterator[str]:
     """Yield the main results in a few sentences."""
     if not summary.get("algorithms"):
         return
@@ -198,8 +194,9 @@ def _in_short(scenario: Scenario, summary: Mapping[str, Any]) -> Iterator[str]:
     yield from earth_of_the_navigator(scenario)
     if flags := flagged_words(summary["flagged_samples"], round(duration * scenario.imu.rate_hz)):
         yield flags
-    yield from comparison_sentences(summary)
-    if "platform" in summary and len(numbers) == 2:  # the sentences have the errors of both
+    for part in parts.values():
+        yield from sentences(part.brief(numbers))
+    if any(part.compares == len(numbers) for part in parts.values()):  # the sentences have the errors of all
         return
     if summary["failures"]:
         yield f"No result from {', '.join(summary['failures'])}; the section on navigation errors gives the reason."

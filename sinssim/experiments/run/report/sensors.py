@@ -9,8 +9,6 @@ import numpy as np
 
 from sinssim import units
 from sinssim.data import Array
-from sinssim.experiments.run.report.platform import platform_errors
-from sinssim.experiments.run.report.redundancy import single_errors
 from sinssim.experiments.run.sensor_comparison import SensorComparison
 from sinssim.formatting import capital, signed
 from sinssim.recording import style
@@ -24,6 +22,7 @@ from sinssim.sensors.imu.errors import ImuErrors
 from sinssim.sensors.imu.fields import TriadErrors
 from sinssim.sensors.imu.grades import find_grade, grade_name
 from sinssim.sensors.imu.terms import of_triad
+from sinssim.sensors.sets.platform import torquer_sigma
 from sinssim.sensors.sets.sensor_set import (
     AttitudeSensor,
     Gyros,
@@ -38,6 +37,7 @@ if TYPE_CHECKING:
     from sinssim.sensors.imu.grade_file import TriadGrade
     from sinssim.sensors.imu.imu import Imu
     from sinssim.sensors.sets.attitude_sensor import AttitudeSensorErrors
+    from sinssim.sensors.sets.platform import PlatformErrors
     from sinssim.sensors.sets.true_errors import TrueErrors
 
 _DIGITS = 4
@@ -264,3 +264,69 @@ def _of_noise(errors: TriadErrors, kind: str) -> Iterator[tuple[str, float, floa
 def _noises(*terms: tuple[str, float, float, str]) -> str:
     parts = [f"{name} {_short(value / size)} {unit}" for name, value, size, unit in terms if value]
     return f'<p class="note">{capital(", ".join(parts) or "no noise")}.</p>'
+
+
+def platform_errors(section: Imu, errors: PlatformErrors, frame: str) -> str:
+    """Return a table of the errors of a platform's torquers and pick-offs.
+
+    Args:
+        section: the [imu] section, whose sensor set is a platform.
+        errors: the errors of the run.
+        frame: the navigation frame.
+
+    Returns:
+        HTML.
+    """
+    own = section.sensor_set
+    assert isinstance(own, Platform)
+
+    def spread(given: object, sigma: float) -> str:
+        if given is not None:
+            return f"given ± {sigma:.6g}" if sigma else "given"
+        return f"{sigma:.6g}"
+
+    rows = []
+    if frame != "inertial":
+        ppm = (signed(float(v), 4) for v in errors.torquer_scale / units.PPM)
+        rows.append(
+            ("torquing scale factor x, y, z", "ppm", *ppm, spread(own.torquer_scale_ppm, torquer_sigma(section) * 1e6))
+        )
+    arcsec = (signed(float(v), 4) for v in errors.pickoff / units.ARCSEC)
+    sigma = spread(own.pickoff_arcsec, own.pickoff_sigma_arcsec or 0.0)
+    rows.append(("gimbal angle roll, pitch, azimuth", "arcsec", *arcsec, sigma))
+    noise = f"Noise of each gimbal angle {own.pickoff_noise_arcsec:g} arcsec. " if own.pickoff_noise_arcsec else ""
+    return table(("", "unit", "1", "2", "3", "1σ"), rows, 2) + (
+        f'<p class="note">{noise}The axes of gyros and accelerometers above are those of the platform, and of the '
+        "sensor block for the strapdown system.</p>"
+    )
+
+
+def single_errors(blocks: Sequence[ImuErrors], section: Imu, kind: str) -> str:
+    """Return a table of the errors of single sensors.
+
+    Args:
+        blocks: errors of the sensors in threes.
+        section: the [imu] section, whose sensor set is redundant.
+        kind: "gyro" or "accel".
+
+    Returns:
+        HTML.
+    """
+    assert isinstance(section.sensor_set, Redundant)
+    count = len(section.sensor_set.axes)
+    rows = []
+    for term in of_triad(kind):
+        values = np.concatenate([getattr(getattr(block, kind), term.field).reshape(-1) for block in blocks]) if (
+            term.drawn and term.size == 3
+        ) else None  # fmt: skip
+        if term.drawn and term.field == "misalignment":
+            tilts = [np.linalg.norm(getattr(block, kind).misalignment, axis=1) for block in blocks]
+            values = np.concatenate(tilts)
+        if values is None or not (values.any() or term.field in ("bias", "scale", "misalignment")):
+            continue
+        label = "tilt of the axis" if term.field == "misalignment" else term.label
+        sigma = float(np.max(section.stated(term)[1])) / term.unit
+        cells = (signed(float(value) / term.unit, _DIGITS) for value in values[:count])
+        rows.append((label, term.written_unit, *cells, f"{sigma:.6g}"))
+    heads = ("", "unit", *(str(number) for number in range(1, count + 1)), "1σ")
+    return table(heads, rows, 2)

@@ -15,7 +15,7 @@ from sinssim.truth.vertical_plane import WAYS
 if TYPE_CHECKING:
     from rich.console import Console
 
-    from sinssim.scenario import Scenario
+    from sinssim.experiments.run.result import PlaneRun
 
 _HEADINGS = (
     "position\nfinal, m",
@@ -28,14 +28,14 @@ _HEADINGS = (
 )
 
 
-def show(scenario: Scenario, summary: Mapping[str, Any], console: Console) -> None:
+def show(run: PlaneRun, console: Console) -> None:
     """Print the errors of the simulation and of the error equations, and the time of each stage.
 
     Args:
-        scenario: the scenario.
-        summary: contents of `summary.json`.
+        run: the finished run.
         console: the console to print on.
     """
+    scenario, summary = run.scenario, run.summary
     found = summary["one_component"]
     table = Table(
         title=f"{scenario.name}: errors against the truth",

@@ -3,23 +3,15 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Iterable, Iterator, Mapping
+from collections.abc import Mapping
 from typing import TYPE_CHECKING, Any
 
 from rich import box
-from rich.table import Table
+from rich.table import Table as RichTable
 
-from sinssim.experiments.run.store.summaries.comparison_summary import comparison_sentences
+from sinssim.exhibits import Table
 from sinssim.experiments.run.store.summaries.filter_summary import sentences
-from sinssim.experiments.run.store.summaries.log_summary import compared_words, outage_sentence
-from sinssim.experiments.run.store.summaries.phase_summary import (
-    HEADS,
-    NOTE,
-    SOURCE_HEADS,
-    SOURCE_NOTE,
-    phase_tables,
-    source_tables,
-)
+from sinssim.recording.console import show_items
 from sinssim.recording.store.summary import flagged_words
 from sinssim.scenario.height import height_words
 from sinssim.scenario.notes import (
@@ -33,10 +25,8 @@ from sinssim.scenario.notes import (
 if TYPE_CHECKING:
     from rich.console import Console
 
-    from sinssim.scenario import Scenario
+    from sinssim.experiments.run.result import Run
 
-_LISTED_OUTAGES = 15
-"""Number of outages up to which each has a row; the report has the rows of all."""
 _HEADINGS = (
     "horizontal\nfinal, m",
     "\nrms, m",
@@ -47,17 +37,17 @@ _HEADINGS = (
 )
 
 
-def show(scenario: Scenario, summary: Mapping[str, Any], console: Console) -> None:
-    """Print each algorithm's errors, remarks on the run, and the time of each stage.
+def show(run: Run, console: Console) -> None:
+    """Print each algorithm's errors, what only some runs have, remarks, and the time of each stage.
 
     Args:
-        scenario: the scenario.
-        summary: contents of `summary.json`.
+        run: the finished run.
         console: the console to print on.
     """
+    scenario, summary = run.scenario, run.summary
     failures, of_filter = summary["failures"], summary.get("filter", {})
     aided = {name: of_filter[name] for name in ("aided", "backward", "smoothed") if of_filter.get(name)}
-    table = Table(
+    table = RichTable(
         title=f"{scenario.name}: {_title(summary)}",
         title_justify="left",
         box=box.SIMPLE_HEAD,
@@ -68,11 +58,11 @@ def show(scenario: Scenario, summary: Mapping[str, Any], console: Console) -> No
         table.add_column(heading, justify="right", no_wrap=True)
     for name, errors in {**summary["algorithms"], **aided}.items():
         table.add_row(name, *_cells(errors, failed=name in failures))
+    numbers = {name: errors for name, errors in summary["algorithms"].items() if name not in failures}
+    of_parts = [item for part in run.parts.values() for item in part.brief(numbers)]
     of_log = summary.get("log")
     lines = [
         *summary.get("not_attained", ()),
-        *_about_track(scenario),
-        *([] if of_log is None else [*of_log["notes"], compared_words(of_log)]),
         *([] if of_log is not None else [f"Height of the inertial solutions: {height_words(scenario)}."]),
         *earth_of_the_navigator(scenario),
         *torquer_taken(scenario),
@@ -81,7 +71,6 @@ def show(scenario: Scenario, summary: Mapping[str, Any], console: Console) -> No
     samples = round((summary["end_s"] - summary["start_s"]) * scenario.imu.rate_hz)
     if flags := flagged_words(summary["flagged_samples"], samples):
         lines.append(flags)
-    lines += comparison_sentences(summary)
     if of_log is None:
         lines += keys_without_effect(scenario.imu, summary["end_s"])
     lines += defaults_taken(scenario.imu, summary["end_s"])
@@ -89,36 +78,15 @@ def show(scenario: Scenario, summary: Mapping[str, Any], console: Console) -> No
     lines += [event["text"] for events in summary["singularities"].values() for event in events]
     if of_filter:
         lines += sentences(of_filter)
-    if "outages" in summary:
-        lines += outage_sentence(summary["outages"])
     timing = {stage.removesuffix("_s"): seconds for stage, seconds in summary["timing"].items()}
     lines.append("Time: " + ", ".join(f"{stage} {seconds:.2f} s" for stage, seconds in timing.items() if seconds))
     if scenario.description:
         console.print(f"{scenario.description}\n", markup=False)
     console.print(table)
-    if summary.get("outages", {}).get("each"):
-        console.print(_outage_table(summary["outages"]))
-    for name, rows in phase_tables(summary):
-        console.print(_phase_table(name, rows))
-    for name, found in source_tables(summary):
-        if isinstance(found, str):
-            lines.insert(0, f"{name}: the sources of the phases' errors are unknown (no budget). {found}")
-        else:
-            console.print(_source_table(name, found))
-    if any("sources" in row for rows in summary.get("phases", {}).values() for row in rows):
-        lines.insert(0, SOURCE_NOTE)
-    if summary.get("phases"):
-        lines.insert(0, NOTE)
+    show_items((item for item in of_parts if isinstance(item, Table)), console)
+    show_items((item for item in of_parts if not isinstance(item, Table)), console)
     for line in lines:
         console.print(line, markup=False)
-
-
-def _about_track(scenario: Scenario) -> Iterator[str]:
-    """Yield how a track's curve fits its samples, and what is assumed."""
-    if scenario.track is not None:
-        from sinssim.truth.track.fit import fit_sentences
-
-        yield from fit_sentences(scenario.track.prepared(scenario.truth).fit)
 
 
 def _title(summary: Mapping[str, Any]) -> str:
@@ -129,61 +97,6 @@ def _title(summary: Mapping[str, Any]) -> str:
     if about["reference_file"] is not None:
         return f"errors against the reference {about['reference_file']}"
     return f"differences from {about['compared_with']}" if about["compared_with"] else "one solution, no reference"
-
-
-def _outage_table(numbers: Mapping[str, Any]) -> Table:
-    """Return the table of the errors at the end of each outage."""
-    table = Table(
-        title=f"{len(numbers['each'])} outages: errors at the end, against {numbers['against']}",
-        title_justify="left",
-        box=box.SIMPLE_HEAD,
-        padding=(0, 1, 0, 0),
-    )
-    keys = {
-        "horizontal_error_m": "horizontal, m",
-        "horizontal_sigma_m": "its 1σ, m",
-        "height_error_m": "height, m",
-        "velocity_error_mps": "velocity, m/s",
-        "smoothed_max_horizontal_error_m": "smoothed, max, m",
-    }
-    keys = {key: head for key, head in keys.items() if key in numbers["median"]}
-    table.add_column("from … to, s", no_wrap=True)
-    for head in keys.values():
-        table.add_column(head, justify="right", no_wrap=True)
-    if len(numbers["each"]) <= _LISTED_OUTAGES:
-        for one in numbers["each"]:
-            table.add_row(f"{one['from_s']:g} … {one['to_s']:g}", *(error_text(one[key]) for key in keys))
-    for word, name in (("median", "median"), ("90 %", "p90")):
-        table.add_row(word, *(error_text(numbers[name][key]) for key in keys))
-    return table
-
-
-def _phase_table(name: str, rows: Iterable[tuple[str, ...]]) -> Table:
-    """Return the table of what each phase of a mission added to the errors of a solution."""
-    table = Table(
-        title=f"{name}: what each phase added", title_justify="left", box=box.SIMPLE_HEAD, padding=(0, 1, 0, 0)
-    )
-    table.add_column("phase", no_wrap=True)
-    table.add_column("from … to\ns", justify="right", no_wrap=True)
-    for what, unit in HEADS.values():
-        table.add_column(f"{what}\n{unit}", justify="right", no_wrap=True)
-    for row in rows:
-        table.add_row(*row)
-    return table
-
-
-def _source_table(name: str, rows: Iterable[tuple[str, ...]]) -> Table:
-    """Return the table of the sources of what each phase added."""
-    table = Table(
-        title=f"{name}: sources of what each phase added, 1σ of all runs", title_justify="left", box=box.SIMPLE_HEAD,
-        padding=(0, 1, 0, 0),
-    )  # fmt: skip
-    table.add_column("phase", no_wrap=True)
-    for what in SOURCE_HEADS:
-        table.add_column(what)
-    for row in rows:
-        table.add_row(*row)
-    return table
 
 
 def _cells(errors: Mapping[str, float | None], failed: bool) -> tuple[str, ...]:

@@ -13,7 +13,7 @@ from sinssim.experiments.run.sensor_comparison import SensorComparison
 from sinssim.experiments.run.views.models import vehicle_mesh
 from sinssim.recording import style
 from sinssim.recording.rerun.scene import Scene
-from sinssim.recording.scales import Rows, thinned
+from sinssim.recording.scales import Rows, gaps, thinned
 from sinssim.scales import ANGLES, HEIGHTS, LENGTHS, SPEEDS, Scale, suiting
 from sinssim.strapdown.nav_error import NavError
 from sinssim.truth.channel import FlightEvent
@@ -25,20 +25,6 @@ _PATH_POINTS = 4096
 _POSTS = 60
 _UP = -1.0
 """Down to up."""
-
-
-def gaps(angles: Array, turn: float) -> Array:
-    """Return angles with a gap where they jump by a whole turn, so that no line crosses the plot.
-
-    Args:
-        angles: (N,).
-        turn: a whole turn in their unit.
-
-    Returns:
-        (N,), NaN at the last angle before a jump.
-    """
-    jump = np.abs(np.diff(angles)) > 0.5 * turn
-    return np.where(np.concatenate((jump, [False])), np.nan, angles)
 
 
 def draw_flight(

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from concurrent.futures import Future, ThreadPoolExecutor, wait
 from dataclasses import replace
 from pathlib import Path
@@ -14,17 +14,13 @@ import numpy as np
 from sinssim.data import Array, ImuData, NavSolution, NavState
 from sinssim.earth.models import Ellipsoid, ellipsoid_by_name
 from sinssim.earth.transverse import route_pole
-from sinssim.experiments.run.parts.platform import OnPlatform
-from sinssim.experiments.run.parts.redundancy import Redundancy
-from sinssim.experiments.run.parts.rotation import Rotation
+from sinssim.exhibits import charts_in
 from sinssim.experiments.run.sensor_comparison import SensorComparison
 from sinssim.experiments.run.store.coordinate_streams import CoordinateStreams
 from sinssim.experiments.run.store.filter_streams import filter_streams
 from sinssim.experiments.run.views import log_run as pictures
 from sinssim.experiments.run.views.log_coordinates import draw_coordinates
 from sinssim.experiments.run.views.log_filter import draw_filter
-from sinssim.experiments.run.views.log_platform import compared, draw_platform
-from sinssim.experiments.run.views.log_redundancy import alarm_events, draw_monitoring, draw_with_and_without
 from sinssim.experiments.run.views.models import PATHS, kind_of
 from sinssim.recording import style
 from sinssim.recording.rerun.scene import Scene, drifted, map_zoom, some_rows
@@ -34,21 +30,15 @@ from sinssim.recording.store import parquet
 from sinssim.recording.store.streams import (
     channel_streams,
     error_stream,
-    gravity_stream,
     imu_stream,
     nav_stream,
-    other_error_stream,
-    platform_stream,
     reference_stream,
-    rotation_stream,
     set_streams,
     truth_stream,
 )
 from sinssim.recording.streams import Stream
 from sinssim.strapdown.nav_error import NavError
 from sinssim.truth.channel import FlightEvent
-from sinssim.truth.gravity.disturbed import Disturbed
-from sinssim.truth.gravity.values import gravity_values
 
 if TYPE_CHECKING:
     from sinssim.experiments.run.part import Part
@@ -56,12 +46,10 @@ if TYPE_CHECKING:
     from sinssim.logs.stored.error_rule import ErrorRule
     from sinssim.recording.rerun.rrd import Recording
     from sinssim.scenario import Scenario
-    from sinssim.sensors.sets.reading import Readings
     from sinssim.simulation.aided.truth_comparison import Aided
     from sinssim.simulation.navigation import Navigated
     from sinssim.simulation.sensed import Sensed
     from sinssim.simulation.truth import Truth
-    from sinssim.strapdown.platform.navigate import PlatformSolution
 
 _PATH_WIDTH = 2.0
 
@@ -142,8 +130,6 @@ class RunWriter:
             self._stream(stream)
         for stream in channel_streams(truth.trajectory.channels):
             self._stream(stream)
-        if isinstance(truth.trajectory, Disturbed):
-            self._stream(gravity_stream(gravity_values(truth.trajectory)))
 
     def __enter__(self) -> Self:
         return self
@@ -183,18 +169,17 @@ class RunWriter:
     def _show_later(self, stream: Stream) -> None:
         self._draw(self._show, stream, [event.time for event in self._events])
 
-    def sensed(self, sensed: Sensed, kinds: Sequence[SensorComparison]) -> None:
+    def sensed(self, sensed: Sensed, kinds: Sequence[SensorComparison], events: Iterable[FlightEvent] = ()) -> None:
         """Write the sensors' readings.
 
         Args:
             sensed: what they read.
             kinds: the readings by kind of sensor, to be drawn.
+            events: events of the sensors.
         """
         readings = sensed.readings
         self._draw(self._draw_sensors, kinds)
-        if readings.monitored:
-            self._draw(self._draw_monitoring, readings)
-            self._events += alarm_events(readings.monitored)
+        self._events += events
         for kind, found in (("ideal", sensed.perfect), ("measured", readings)):
             for stream in set_streams(kind, found):
                 self._stream(stream)
@@ -237,8 +222,6 @@ class RunWriter:
             rule: how the errors follow from truth and solution, so that they are not stored; None if they do not.
         """
         solutions, errors, failed = run.solutions, run.errors, run.failures
-        if isinstance(turning := parts.get("rotation"), Rotation):
-            self._turned(turning)
         for name, error in failed.items():
             self._events.append(FlightEvent(self._run.end if error.time is None else error.time, f"{name}: {error}"))
         for solution in solutions.values():
@@ -254,33 +237,20 @@ class RunWriter:
                 self._stream(of_errors)
             for stream in self._coordinates.of(name, solution.time, solution):
                 self._stream(stream)
-        if isinstance(redundant := parts.get("redundancy"), Redundancy):
-            self._with_and_without(next(iter(errors.items())), redundant.without_monitoring)
+        self.parts(parts)
         for pool in (self._to_rerun, self._to_parquet):
             self._submit(pool, parquet.give_back_memory)
-        if isinstance(platform := parts.get("platform"), OnPlatform):
-            self._on_platform(platform)
 
-    def _turned(self, part: Rotation) -> None:
-        """Write the angles of a rotating IMU, and the errors of one that does not."""
-        self._stream(rotation_stream(part.encoders))
-        if part.without_rotation is not None:
-            self._stream(other_error_stream("error_without_rotation", part.without_rotation))
+    def parts(self, parts: Mapping[str, Part]) -> None:
+        """Write what only some runs have.
 
-    def _with_and_without(self, own: tuple[str, NavError], without: NavError | None) -> None:
-        """Write the errors of a redundant set without its monitoring, if they are others."""
-        if without is not None:
-            self._draw(self._draw_with_and_without, own, without)
-            self._stream(other_error_stream("error_without_monitoring", without))
-
-    def _on_platform(self, part: OnPlatform) -> None:
-        """Write what a platform did, and its errors beside those of the same sensors strapped down."""
-        self._stream(platform_stream(part.solution))
-        without = part.without_errors_of_turns
-        if without is not None:
-            self._stream(other_error_stream("error_without_errors_of_turns", without))
-        beside = compared(part.errors, part.strapdown, without)
-        self._draw(self._draw_platform, part.solution, beside, part.true_increments.dtheta)
+        Args:
+            parts: parts of the run by name.
+        """
+        for part in parts.values():
+            for stream in part.streams():
+                self._stream(stream)
+            self._draw(self._draw_part, part)
 
     def filtered(self, aided: Aided, about: str) -> None:
         """Write the estimate of a filter and its readings.
@@ -354,14 +324,13 @@ class RunWriter:
         )
         self._learn(labels)
 
-    def _draw_monitoring(self, readings: Readings) -> None:
-        self._learn(draw_monitoring(self._recording, readings.imu.time, readings.monitored))
+    def _draw_part(self, part: Part) -> None:
+        from sinssim.recording.rerun.exhibits import record_charts
 
-    def _draw_with_and_without(self, own: tuple[str, NavError], without: NavError) -> None:
-        self._learn(draw_with_and_without(self._recording, own, without))
-
-    def _draw_platform(self, solution: PlatformSolution, errors: dict[str, NavError], sensed: Array) -> None:
-        self._learn(draw_platform(self._recording, solution, errors, sensed))
+        labels: dict[str, str] = {}
+        for charts in charts_in(part.exhibits()):
+            labels |= record_charts(self._recording, charts)
+        self._learn({**labels, part.name: "yes"} if labels else {})
 
     def _draw_events(self) -> None:
         self._recording.events(self._events)

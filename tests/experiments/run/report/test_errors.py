@@ -7,8 +7,8 @@ import re
 import numpy as np
 import pytest
 
+from sinssim.experiments.run.parts.phases import _cell
 from sinssim.experiments.run.report.errors import _schuler_marks
-from sinssim.experiments.run.store.summaries.phase_summary import _cell
 from sinssim.recording.report import plot
 
 PERIOD = 5066.0

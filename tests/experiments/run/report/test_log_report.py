@@ -145,7 +145,7 @@ def test_the_recorded_motion(plots: Plots, monkeypatch: pytest.MonkeyPatch) -> N
     assert cells(html) == [
         ["the smoothed solution", ""], ["duration", "15 min"],
         ["distance over ground (∫ ground speed dt)", "0.146 km"],
-        ["start", "33.50000°S 151.25000°E, 120.0 m"], ["end", "33.21000°S 179.12500°W, 260.0 m"],
+        ["start", "33.50000°S 151.25000°E, 120.0\u00a0m"], ["end", "33.21000°S 179.12500°W, 260.0\u00a0m"],
         ["height", "90.5 … 340.0 m"], ["ground speed", "5.0 … 25.0 m/s"], ["roll of the IMU", "−30.0 … 45.0°"],
         ["pitch of the IMU", "−7.2 … 10.0°"], ["recorded, gnss &lt;1&gt;", "37 measurements"],
     ]  # fmt: skip

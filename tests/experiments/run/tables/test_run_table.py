@@ -8,7 +8,7 @@ from pathlib import Path
 import pytest
 
 from sinssim.cli import process as cli
-from sinssim.experiments.run.store.summaries.comparison_summary import comparison_sentences
+from sinssim.experiments.run.parts.rotation import Rotation
 from sinssim.experiments.run.tables.run_table import error_text
 
 
@@ -38,7 +38,8 @@ def test_the_console_has_the_comparisons_of_the_report(tmp_path: Path, capsys: p
     out = capsys.readouterr().out
     summary = json.loads((tmp_path / "made" / "summary.json").read_text(encoding="utf-8"))
     report = (tmp_path / "made" / "report.html").read_text(encoding="utf-8")
-    (sentence,) = comparison_sentences(summary)
+    (said,) = Rotation(None, entry=summary["rotation"]).brief(summary["algorithms"])  # type: ignore[arg-type]
+    sentence = said.text  # type: ignore[union-attr]
     without = summary["rotation"]["without_rotation"]["max_horizontal_error_m"]
     assert f"without the rotation it reaches {without:.4g}" in sentence
     assert " ".join(sentence.split()) in " ".join(out.split())

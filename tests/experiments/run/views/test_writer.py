@@ -11,15 +11,12 @@ from typing import Any
 import numpy as np
 import pytest
 
+from sinssim.charts import Axis, Chart, Charts, Line
 from sinssim.earth.models import ellipsoid_by_name
 from sinssim.earth.transverse import route_pole
 from sinssim.errors import RunError
 from sinssim.experiments.run.part import Part
-from sinssim.experiments.run.parts.platform import OnPlatform
-from sinssim.experiments.run.parts.redundancy import Redundancy
-from sinssim.experiments.run.parts.rotation import Rotation
 from sinssim.experiments.run.views import writer
-from sinssim.simulation.truth import Truth
 from sinssim.truth.channel import FlightEvent
 
 TIME = np.array([50.0, 50.5, 51.5])
@@ -80,7 +77,7 @@ def opened(monkeypatch: pytest.MonkeyPatch) -> Opened:
     scene = SimpleNamespace(height_scale=20, eye=(1.0, 2.0, 3.0), middle=(4.0, 5.0, 6.0))
     monkeypatch.setattr(writer.Scene, "around", lambda truth, ellipsoid: scene)
     monkeypatch.setattr(writer, "_coordinate_streams", lambda scenario, own, truth, epoch: Coordinates())
-    for kind in ("truth", "imu", "nav", "other_error", "platform", "reference", "rotation", "error"):
+    for kind in ("truth", "imu", "nav", "reference", "error"):
         monkeypatch.setattr(writer, f"{kind}_stream", named(kind))
     monkeypatch.setattr(writer, "channel_streams", lambda channels: [named("channel")(name) for name in channels])
     monkeypatch.setattr(writer, "set_streams", lambda kind, readings: [named("set")(kind, readings.name)])
@@ -97,14 +94,13 @@ def opened(monkeypatch: pytest.MonkeyPatch) -> Opened:
             return dict(said)
 
         monkeypatch.setattr(writer.pictures, name, drawn)
-    for name in ("draw_filter", "draw_monitoring", "draw_with_and_without", "draw_platform"):
+    for name in ("draw_filter",):
 
         def further(recording: Any, *given: Any, own: str = name) -> dict[str, str]:
             recording.calls.append((own, *given))
             return {own: "yes"}
 
         monkeypatch.setattr(writer, name, further)
-    monkeypatch.setattr(writer, "compared", lambda own, strapdown, without: ("compared", own, strapdown, without))
     monkeypatch.setattr(writer.parquet, "give_back_memory", lambda: None)
     monkeypatch.setattr(writer.parquet, "write_stream", lambda stream, folder, metadata=None: found.calls.append(
         ("written", stream.name, folder.name, metadata)))  # fmt: skip
@@ -181,16 +177,16 @@ def test_recorded_sensors_are_drawn_without_a_truth(tmp_path: Path, opened: Open
     assert made._run.labels["events"] == "no"
 
 
-def test_what_the_sensors_read(tmp_path: Path, opened: Opened, monkeypatch: pytest.MonkeyPatch) -> None:
-    """Alarms are events; increments of angle are left out where an attitude is measured."""
-    monkeypatch.setattr(writer, "alarm_events", lambda monitored: [FlightEvent(50.125, f"alarm of {monitored[0]}")])
+def test_what_the_sensors_read(tmp_path: Path, opened: Opened) -> None:
+    """Events of the sensors are kept; increments of angle are left out where an attitude is measured."""
     imu = SimpleNamespace(time=TIME)
     perfect = SimpleNamespace(name="perfect")
     usual = SimpleNamespace(name="read", monitored=("gyros",), imu=imu, attitude=None, compensated="compensated")
     level = SimpleNamespace(name="read", monitored=(), imu=imu, attitude="q", compensated=None)
     with begun(tmp_path) as made:
         before = len(of(opened, "written"))
-        made.sensed(SimpleNamespace(readings=usual, perfect=perfect), ["kind"])
+        made.sensed(SimpleNamespace(readings=usual, perfect=perfect), ["kind"],
+                    [FlightEvent(50.125, "an alarm")])  # fmt: skip
         made.sensed(SimpleNamespace(readings=level, perfect=perfect), [])
         made._to_parquet.submit(int).result()
     names = [call[1] for call in of(opened, "written")][before:]
@@ -199,9 +195,6 @@ def test_what_the_sensors_read(tmp_path: Path, opened: Opened, monkeypatch: pyte
         "set ideal perfect", "set measured read", "imu measured with_angles=False",
     ]  # fmt: skip
     assert of(opened, "draw_sensors") == [("draw_sensors", ["kind"]), ("draw_sensors", [])]
-    (monitoring,) = of(opened, "draw_monitoring")
-    assert monitoring[1] is TIME
-    assert monitoring[2] == ("gyros",)
     assert [call[3] for call in of(opened, "shown")][-1] == (51.0, 50.125)
     assert made._run.labels["gyro_sum"] == "arcmin"
 
@@ -214,11 +207,19 @@ def error() -> Any:
     return SimpleNamespace(at=None)
 
 
-def held(kind: type[Part], run: Any, **values: Any) -> Any:
-    """Return a part that holds what it would compute."""
-    part = kind(run)
-    vars(part).update(values)
-    return part
+class Further(Part):
+    """A part with a stream and a chart."""
+
+    name = "further"
+
+    def streams(self) -> Any:
+        yield SimpleNamespace(name="error_without_it")
+
+    def exhibits(self) -> Any:
+        marks = (Line(label="a", x=TIME, y=np.array([2e3, 3e5, 1e5]), color="truth"),)
+        y = Axis(units=(("m", 1.0, 1e5), ("km", 1e3, np.inf)))
+        yield Charts("c", ((Chart(key="further/error", y=y, marks=marks),),), (1.0, 1.0))
+        yield Charts("d", ((Chart(key="further/page", y=y, marks=marks),),), (1.0, 1.0), on=("page",))
 
 
 def test_the_solutions(tmp_path: Path, opened: Opened) -> None:
@@ -232,24 +233,23 @@ def test_the_solutions(tmp_path: Path, opened: Opened) -> None:
         made._to_parquet.submit(int).result()
         opened.calls.clear()
         run: Any = SimpleNamespace(solutions=solutions, errors=errors, failures=failures)
-        part = held(Redundancy, run, without_monitoring="without")
-        made.navigated(run, {"redundancy": part}, rule)  # type: ignore[arg-type]
+        made.navigated(run, {"further": Further(run)}, rule)  # type: ignore[arg-type]
         made._to_rerun.submit(int).result()
         made._to_parquet.submit(int).result()
         assert [(call[1], call[3]) for call in of(opened, "written")] == [
             ("nav poisson", {"rule": "a, f, axes"}), ("coordinates_poisson_own", None), ("nav euler", None),
-            ("error euler", None), ("coordinates_euler_own", None), ("other_error error_without_monitoring without",
-                                                                     None),
+            ("error euler", None), ("coordinates_euler_own", None), ("error_without_it", None),
         ]  # fmt: skip
         events = (51.0, 50.75, 51.5, 50.25)
         assert [call[1:] for call in of(opened, "shown")] == [
             (name, True, events)
             for name in ("nav poisson", "error poisson", "coordinates_poisson_own", "nav euler", "error euler",
-                         "coordinates_euler_own", "other_error error_without_monitoring without")
+                         "coordinates_euler_own", "error_without_it")
         ]  # fmt: skip
-        assert of(opened, "draw_with_and_without") == [
-            ("draw_with_and_without", ("poisson", errors["poisson"]), "without")
-        ]
+        (line,) = of(opened, "series")
+        assert line[1] == "further/error"
+        np.testing.assert_array_equal(line[3][:, 0], [2.0, 300.0, 100.0])
+        assert (made._run.labels["further"], made._run.labels["further/error"]) == ("yes", "km")
         assert [(one.time, one.text) for one in made._events[1:]] == [
             (50.75, "a: It fell."), (51.5, "b: It rose."), (50.25, "through 90°"),
         ]  # fmt: skip
@@ -266,35 +266,6 @@ def test_the_map_of_recorded_sensors_leaves_out_what_drifts_away(tmp_path: Path,
     made.navigated(run, {})
     made.finish("", lambda share: None)
     assert (made._run.map_zoom, made._run.labels["not_on_map"]) == (2.0, "euler")
-
-
-own: Any = SimpleNamespace(at=None)
-
-
-class Made(OnPlatform):
-    """A platform whose solution is chosen."""
-
-    solution: Any = "solution"
-
-
-def test_a_platform_and_a_turning_block(tmp_path: Path, opened: Opened) -> None:
-    truth = Truth(None, None, 1.0, TIME)  # type: ignore[arg-type]
-    vars(truth)["ideal"] = SimpleNamespace(dtheta="increments")
-    run: Any = SimpleNamespace(truth=truth, solutions={"poisson": solution()}, failures={})
-    with begun(tmp_path) as made:
-        for name, without in (("poisson", "without"), ("platform", None)):
-            run.errors, run.solutions = {name: error(), "platform": own}, {name: solution()}
-            platform = held(Made, run, without_errors_of_turns=without)
-            made.navigated(run, {"platform": platform})
-            made.navigated(run, {"rotation": held(Rotation, run, encoders="encoders", without_rotation=without)})
-    written = [call[1] for call in of(opened, "written")][4:]
-    assert [name for name in written if not name.startswith(("nav", "error", "coordinates"))] == [
-        "platform solution", "other_error error_without_errors_of_turns without",
-        "rotation encoders", "other_error error_without_rotation without", "platform solution", "rotation encoders",
-    ]  # fmt: skip
-    (both, alone) = of(opened, "draw_platform")
-    assert both[1:] == ("solution", ("compared", own, ("poisson", both[2][2][1]), "without"), "increments")
-    assert alone[1:] == ("solution", ("compared", own, None, None), "increments")
 
 
 def test_a_filter_and_the_end(tmp_path: Path, opened: Opened) -> None:

@@ -8,37 +8,45 @@ from typing import Any
 import numpy as np
 import pytest
 
-from sinssim.experiments.run.report import gravity, track_source
+from sinssim.experiments.run.parts.gravity import TrueGravity
+from sinssim.experiments.run.parts.track import Track
 from sinssim.experiments.studies import coordinates_report as coordinates
+from sinssim.simulation.truth import Truth
 from sinssim.truth.channel import Channel
 from sinssim.truth.gravity.disturbed import Disturbed
-from tests.recording.spies import Plots, cells, read
+from tests.recording.spies import Shown, cells, read
 
 ORANGE, GREEN, BLUE = "#d55e00", "#009e73", "#56b4e9"
 ARCSEC = np.pi / 648_000.0
 
 
-def test_deflections_and_disturbance(plots: Plots, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_deflections_and_disturbance() -> None:
     """ξ is to the north, η to the east; 1 mGal is 1e-5 m/s²."""
     time = np.array([5.0, 6.0, 8.0])
     values = SimpleNamespace(time=time, xi=np.array([1.0, -2.0, 4.0]) * ARCSEC, eta=np.array([5.0, 7.0, -3.0]) * ARCSEC,
                              disturbance=np.array([3e-4, -5e-4, 7e-4]), anomaly=np.ones(3), undulation=None,
                              altitude_msl=None)  # fmt: skip
-    monkeypatch.setattr(gravity, "gravity_values", lambda motion: values)
-    motion = Disturbed.__new__(Disturbed)
-    assert len(list(gravity.gravity_plots(motion))) == 4
-    plots[0].shows("Deflection of the vertical", "arcsec", ("ξ, north", ORANGE, time, [1.0, -2.0, 4.0]),
-                   ("η, east", GREEN, time, [5.0, 7.0, -3.0]))  # fmt: skip
-    plots[1].shows("Gravity beyond normal gravity", "mGal", ("gravity disturbance, down", BLUE, time,
-                                                             [30.0, -50.0, 70.0]))  # fmt: skip
-    assert [found.span for found in plots] == [(5.0, 8.0)] * 2
-    assert not list(gravity.gravity_plots(SimpleNamespace()))  # type: ignore[arg-type]
+    run: Any = None
+    part = TrueGravity(run)
+    vars(part)["values"] = values
+    found = Shown(part.exhibits())
+    found.curves("gravity/deflection", "Deflection of the vertical", "arcsec",
+                 ("ξ, north", ORANGE, time, [1.0, -2.0, 4.0]), ("η, east", GREEN, time, [5.0, 7.0, -3.0]))  # fmt: skip
+    found.curves("gravity/disturbance", "Gravity beyond normal gravity", "mGal",
+                 ("gravity disturbance, down", BLUE, time, [30.0, -50.0, 70.0]))  # fmt: skip
+    assert {found.span(key) for key in found.charts} == {(5.0, 8.0)}
+    assert not found.drawn.lines
+    normal: Any = SimpleNamespace(truth=Truth(SimpleNamespace(), None, 1.0, time))  # type: ignore[arg-type]
+    assert not TrueGravity.belongs_to(normal)
+    normal = SimpleNamespace(truth=Truth(Disturbed.__new__(Disturbed), None, 1.0, time))  # type: ignore[arg-type]
+    assert TrueGravity.belongs_to(normal)
 
 
-def test_a_track_and_its_distance_from_the_samples(plots: Plots, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_a_track_and_its_distance_from_the_samples(monkeypatch: pytest.MonkeyPatch) -> None:
     fit = SimpleNamespace(warnings=("Too <fast>.",), notes=("One sample was left out.",))
     asked = []
-    monkeypatch.setattr(track_source, "fit_lines", lambda one: [("largest speed", "12 m/s & more")])
+    monkeypatch.setattr("sinssim.truth.track.fit.fit_lines", lambda one: [("largest speed", "12 m/s & more")])
+    monkeypatch.setattr("sinssim.truth.track.fit.fit_sentences", lambda one: ["It is close."])
     section = SimpleNamespace(
         waypoints=(), what="a.csv", vehicle="land",
         prepared=lambda earth: asked.append(earth) or SimpleNamespace(fit=fit),  # type: ignore[func-returns-value]
@@ -50,23 +58,27 @@ def test_a_track_and_its_distance_from_the_samples(plots: Plots, monkeypatch: py
         "height_above_samples_m": Channel(time, np.array([-0.5, 0.25, 0.75]), "m"),
         "angle_from_samples_rad": Channel(other, np.radians([0.5, -1.5]), "rad"),
     }
-    trajectory: Any = SimpleNamespace(channels=channels, start=6.5, end=9.5)
-    html = "".join(track_source.track_source(scenario, trajectory))
+    truth = Truth(SimpleNamespace(channels=channels, start=6.5, end=9.5), None, 1.0, time)  # type: ignore[arg-type]
+    part = Track(SimpleNamespace(scenario=scenario, truth=truth))  # type: ignore[arg-type]
+    found = Shown(part.exhibits())
     assert asked == ["earth"]
-    assert cells(html) == [["recorded track", ""], ["made from", "a.csv"], ["vehicle", "land"],
-                           ["largest speed", "12 m/s &amp; more"]]  # fmt: skip
-    assert '<p class="broken">Too &lt;fast&gt;.</p>' in html
-    assert "One sample was left out." in html
-    distance, angle = plots
-    distance.shows("Distance of the curve from the samples", "m", ("horizontal", GREEN, time, [1.0, 3.0, 2.0]),
-                   ("vertical, up", BLUE, time, [-0.5, 0.25, 0.75]))  # fmt: skip
-    angle.shows("Angle from the recorded attitude", "deg", ("angle", ORANGE, other, [0.5, -1.5]))
-    assert distance.span == angle.span == (6.5, 9.5)
+    assert cells(found.html) == [["recorded track", ""], ["made from", "a.csv"], ["vehicle", "land"],
+                                 ["largest speed", "12 m/s &amp; more"]]  # fmt: skip
+    assert '<p class="broken">Too &lt;fast&gt;.</p>' in found.html
+    assert "One sample was left out." in found.html
+    found.curves("track/distance", "Distance of the curve from the samples", "m",
+                 ("horizontal", GREEN, time, [1.0, 3.0, 2.0]),
+                 ("vertical, up", BLUE, time, [-0.5, 0.25, 0.75]))  # fmt: skip
+    found.curves("track/angle", "Angle from the recorded attitude", "deg", ("angle", ORANGE, other, [0.5, -1.5]))
+    assert found.span("track/distance") == found.span("track/angle") == (6.5, 9.5)
+    brief: list[Any] = list(part.brief({}))
+    assert [(one.text, one.on) for one in brief] == [("It is close.", ("console",))]
     section.waypoints = ("a",)
-    assert "<h3>The planned route</h3>" in "".join(track_source.track_source(scenario, trajectory))
-    assert len(plots) == 2
+    planned = Shown(part.exhibits())
+    assert "<h3>The planned route</h3>" in planned.html
+    assert not planned.charts
     scenario.track = None
-    assert not list(track_source.track_source(scenario, trajectory))
+    assert not Track.belongs_to(part.run)
 
 
 def test_largest_errors_in_further_coordinates(monkeypatch: pytest.MonkeyPatch) -> None:

@@ -10,15 +10,14 @@ import numpy as np
 import pytest
 
 from sinssim.data import ImuData
+from sinssim.experiments.run.part import Part
+from sinssim.experiments.run.parts.log import best_solution, compared_words
 from sinssim.experiments.run.parts.outages import outage_errors, outage_numbers
-from sinssim.experiments.run.parts.platform import platform_numbers
-from sinssim.experiments.run.parts.redundancy import redundancy_numbers
-from sinssim.experiments.run.parts.rotation import rotation_numbers
-from sinssim.experiments.run.store.summaries.comparison_summary import comparison_sentences
-from sinssim.experiments.run.store.summaries.log_summary import best_solution, compared_words, outage_sentence
-from sinssim.experiments.run.store.summaries.platform_summary import platform_sentences
-from sinssim.experiments.run.store.summaries.redundancy_summary import redundancy_sentences, window_names
-from sinssim.experiments.run.store.summaries.rotation_summary import rotation_sentences
+from sinssim.experiments.run.parts.outages import sentences as outage_sentence
+from sinssim.experiments.run.parts.platform import OnPlatform, platform_numbers
+from sinssim.experiments.run.parts.redundancy import redundancy_numbers, window_names
+from sinssim.experiments.run.parts.redundancy import sentences as redundancy_sentences
+from sinssim.experiments.run.parts.rotation import Rotation, rotation_numbers
 from sinssim.sensors.sets.monitor import Alarm, Monitored
 from sinssim.sensors.sets.platform import PlatformErrors
 from sinssim.strapdown.nav_error import NavError
@@ -29,6 +28,13 @@ DEG, SECOND = pi / 180.0, pi / 648_000.0
 
 def entry(final: float | None, most: float | None) -> dict[str, Any]:
     return {"final_horizontal_error_m": final, "max_horizontal_error_m": most, "rms_horizontal_error_m": 99.0}
+
+
+def told(kind: type[Part], numbers: Any, algorithms: Any) -> list[str]:
+    """Return the sentences of a part with some entry."""
+    run: Any = None
+    found: list[Any] = list(kind(run, entry=numbers).brief(algorithms))
+    return [one.text for one in found]
 
 
 def test_a_platform_in_numbers() -> None:
@@ -69,7 +75,7 @@ def test_a_platform_in_words() -> None:
                       "max_distance_m": 8.0},
     }  # fmt: skip
     own = {"platform": entry(1.0, 2.0), "euler": entry(3.0, 4.0)}
-    assert list(platform_sentences(numbers, own)) == [
+    assert told(OnPlatform, numbers, own) == [
         "The platform was turned by its gyros at up to 13.2 deg/h; in the strapdown system, they measured up to 3.46 "
         "deg/s, and 4.045° in turns.",
         "Horizontal error of the same sensors on the platform: 1.000 m at the end, 2.000 m at most; strapdown (euler): "
@@ -79,9 +85,9 @@ def test_a_platform_in_words() -> None:
         "6.000 m at most.",
     ]
     still = {**numbers, "max_commanded_rate_deg_h": 0.0}
-    assert next(platform_sentences(still, own)).startswith("The platform was not turned in inertial space; in the")
-    assert len(list(platform_sentences(numbers, {"platform": entry(None, 2.0), "euler": entry(3.0, 4.0)}))) == 1
-    assert len(list(platform_sentences(numbers, {"euler": entry(3.0, 4.0)}))) == 1
+    assert told(OnPlatform, still, own)[0].startswith("The platform was not turned in inertial space; in the")
+    assert len(told(OnPlatform, numbers, {"platform": entry(None, 2.0), "euler": entry(3.0, 4.0)})) == 1
+    assert len(told(OnPlatform, numbers, {"euler": entry(3.0, 4.0)})) == 1
 
 
 def test_a_redundant_set_in_numbers() -> None:
@@ -133,8 +139,8 @@ def test_a_redundant_set_in_words() -> None:
     gyro = {"windows_s": [0.5, 2.5], "alarms": [alarm(0.5, 8.0, 7.25, 5), alarm(2.5, 8.5, 9.75, 3)]}
     accel = {"windows_s": [0.5, 2.5], "alarms": [alarm(2.5, 8.5, None, None)]}
     numbers = {"monitoring": "isolate", "gyro": gyro, "accel": accel, "without_monitoring": entry(3.0, 4.0)}
-    told = list(redundancy_sentences(numbers, {"euler": entry(1.0, 2.0), "poisson": entry(7.0, 8.0)}))
-    assert told == [
+    said = list(redundancy_sentences(numbers, {"euler": entry(1.0, 2.0), "poisson": entry(7.0, 8.0)}))
+    assert said == [
         "A fault of gyro 5 was detected at 7.25 s by a single sample; the sensor was isolated and excluded at once.",
         "A fault of gyro 3 was detected at 7.25 s by sums over 2.5 s; the sensor was isolated and excluded at 9.75 s.",
         "A fault of the accelerometers was detected at 7.25 s by sums over 2.5 s, but the faulty sensor could not be "
@@ -161,11 +167,9 @@ def test_a_rotating_block() -> None:
         "the rotation it reaches 4.000 m."
     )
     rotation = {"without_rotation": entry(3.0, 4.0)}
-    assert list(rotation_sentences(rotation, numbers)) == [words]
-    assert list(rotation_sentences({"without_rotation": entry(None, None)}, numbers)) == []
-    summary = {"algorithms": {"quaternion": entry(5.0, 6.0), **numbers}, "failures": {"quaternion": {}}}
-    assert list(comparison_sentences({**summary, "rotation": rotation})) == [words]
-    assert list(comparison_sentences(summary)) == []
+    assert told(Rotation, rotation, numbers) == [words]
+    assert told(Rotation, {"without_rotation": entry(None, None)}, numbers) == []
+    assert told(Rotation, rotation, {}) == []
 
 
 def outages() -> list[dict[str, Any]]:
@@ -229,16 +233,16 @@ def test_outages_in_words() -> None:
 
 
 def test_what_a_log_is_compared_with() -> None:
-    def told(against: str | None, file: str | None, *knows: str) -> str:
+    def words(against: str | None, file: str | None, *knows: str) -> str:
         return compared_words({"compared_with": against, "knows": knows, "reference_file": file})
 
     whole = "Errors are differences from the reference r"
-    assert told("r", "f", "position", "velocity", "attitude") == f"{whole}."
-    assert told("r", "f", "position", "velocity") == f"{whole}; it has no attitude."
-    assert told("r", "f", "position") == f"{whole}; it has no velocity and no attitude."
-    assert told(None, None) == "There is no reference and only one solution, so the errors are unknown."
+    assert words("r", "f", "position", "velocity", "attitude") == f"{whole}."
+    assert words("r", "f", "position", "velocity") == f"{whole}; it has no attitude."
+    assert words("r", "f", "position") == f"{whole}; it has no velocity and no attitude."
+    assert words(None, None) == "There is no reference and only one solution, so the errors are unknown."
     other = "There is no reference: differences from aided are shown, which is not the truth."
-    assert told("aided", None, "position") == other
+    assert words("aided", None, "position") == other
 
 
 def test_the_best_solution() -> None:

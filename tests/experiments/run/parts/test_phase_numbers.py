@@ -2,11 +2,13 @@
 
 from __future__ import annotations
 
+from typing import Any
+
 import numpy as np
 import pytest
 
-from sinssim.experiments.run.parts.phases import Phase, phase_numbers, phase_rows, phases_of
-from sinssim.experiments.run.store.summaries.phase_summary import HEADS, SOURCE_HEADS, phase_tables, source_tables
+from sinssim.exhibits import Section, Sentence, Table
+from sinssim.experiments.run.parts.phases import Phase, phase_numbers, phase_rows, phases_of, tables
 from sinssim.strapdown.nav_error import NavError
 from sinssim.truth.channel import FlightEvent
 from sinssim.units import ARCMIN, ARCSEC
@@ -21,7 +23,20 @@ def events(*legs: tuple[str, float]) -> list[FlightEvent]:
     return found
 
 
+_KEYS = [f"{one}_{what}_{unit}" for one, unit in (("horizontal", "m"), ("velocity", "mps"), ("heading", "arcmin"),
+                                                ("tilt", "arcsec")) for what in ("error", "added")]  # fmt: skip
 LEGS = (("park", 100.0), ("taxi", 20.0), ("taxi", 30.0), ("take_off", 50.0), ("climb", 40.0), ("turn", 60.0))
+
+
+def rows_of(entry: Any) -> dict[str, Any]:
+    """Return the rows of the page's tables by title; the first sentence but for notes under "why"."""
+    found: dict[str, Any] = {"why": [one.text for one in tables(entry, "page") if isinstance(one, Sentence)]}
+    for one in tables(entry, "page"):
+        if isinstance(one, Section):
+            (table,) = one.items
+            assert isinstance(table, Table)
+            found[one.title] = [tuple(row) for row in table.rows]
+    return found
 
 
 def test_neighbouring_legs_of_a_kind_are_one_phase() -> None:
@@ -73,9 +88,7 @@ def test_cells_are_short_and_rounding_is_zero() -> None:
     time = np.array([0.0, 10.0])
     error = NavError(time, np.full((2, 3), 1e-12), np.zeros((2, 3)), np.zeros((2, 3)))
     rows = phase_numbers([Phase("taxi", 0.0, 10.0)], time, error.rows)
-    ((name, lines),) = phase_tables({"phases": {"quaternion": rows}})
-    assert name == "quaternion"
-    assert lines[0][:4] == ("taxi", "0 … 10", "0", "0")
+    assert rows_of({"quaternion": rows})["quaternion"][0][:4] == ("taxi", "0 … 10", "0", "0")
 
 
 def test_every_number_of_a_phase() -> None:
@@ -105,20 +118,11 @@ def test_every_number_of_a_phase() -> None:
             "tilt_error_arcsec": 1.0, "tilt_added_arcsec": np.hypot(4.4, 11.2),
         }
     )  # fmt: skip
-    ((name, lines),) = phase_tables({"phases": {"euler": [first, last]}})
-    assert (name, lines) == (
-        "euler",
-        [
-            ("taxi", "20 … 30", "15.0", "14.4", "9.00", "7.35", "1.50", "2.00", "13.0", "16.1"),
-            ("flight", "30 … 44", "9.85", "8.00", "3.00", "8.49", "−1.00", "−2.50", "1.00", "12.0"),
-        ],
-    )
-    assert list(HEADS.values()) == [
-        ("horizontal", "m"), ("added", "m"), ("velocity", "m/s"), ("added", "m/s"), ("heading", "arcmin"),
-        ("added", "arcmin"), ("tilt", "arcsec"), ("added", "arcsec"),
-    ]  # fmt: skip
-    unknown = next(phase_tables({"phases": {"e": [{**first, "tilt_added_arcsec": None}]}}))
-    assert unknown[1][0][-1] == "–"
+    assert rows_of({"euler": [first, last]})["euler"] == [
+        ("taxi", "20 … 30", "15.0", "14.4", "9.00", "7.35", "1.50", "2.00", "13.0", "16.1"),
+        ("flight", "30 … 44", "9.85", "8.00", "3.00", "8.49", "−1.00", "−2.50", "1.00", "12.0"),
+    ]
+    assert rows_of({"e": [{**first, "tilt_added_arcsec": None}]})["e"][0][-1] == "–"
 
 
 def test_rows_of_a_solution_that_begins_later() -> None:
@@ -168,11 +172,10 @@ def test_the_sources_of_a_phase_in_words() -> None:
     """At most two sources of a tenth or more; what a phase does not change is 0."""
     horizontal = {"horizontal_sigma_m": 12.345, "shares": {"gyro bias": 0.614, "start": 0.2, "accel bias": 0.15}}
     heading = {"heading_sigma_arcmin": 0.5, "shares": {"gyro bias": 0.996, "start": 0.004}}
-    rows = [{"phase": "taxi", "sources": {"horizontal": horizontal, "heading": heading,
-                                          "tilt": {"tilt_sigma_arcsec": 1e-12, "shares": {}}}}]  # fmt: skip
-    found = dict(source_tables({"phases": {"euler": rows, "poisson": [{"no_sources": "because."}], "none": []}}))
-    assert found == {
-        "euler": [("taxi", "12.3 m: gyro bias 61\u00a0%, start 20\u00a0%", "0.500 arcmin: gyro bias 100\u00a0%", "0")],
-        "poisson": "because.",
-    }
-    assert SOURCE_HEADS["tilt"] == ("tilt_sigma_arcsec", "arcsec")
+    sources = {"horizontal": horizontal, "heading": heading, "tilt": {"tilt_sigma_arcsec": 1e-12, "shares": {}}}
+    rows = [dict.fromkeys(_KEYS, 1.0) | {"from_s": 0.0, "to_s": 1.0, "phase": "taxi", "sources": sources}]
+    found = rows_of({"euler": rows, "poisson": [{**rows[0], "no_sources": "because."}], "none": []})
+    assert found["euler: sources"] == [
+        ("taxi", "12.3 m: gyro bias 61\u00a0%, start 20\u00a0%", "0.500 arcmin: gyro bias 100\u00a0%", "0")
+    ]
+    assert found["why"][1] == "poisson: the sources of the phases’ errors are unknown (no budget). because."
