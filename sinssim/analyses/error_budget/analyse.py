@@ -16,7 +16,7 @@ from sinssim.analyses.error_budget.filter_run import FilterRun
 from sinssim.analyses.error_budget.inertial import STATES, HeightErrors, Marks, Snapshot, Vertical, propagate
 from sinssim.analyses.error_budget.inputs.aiding_sources import AidingSources, aiding_sources
 from sinssim.analyses.error_budget.inputs.algorithm import ALGORITHM, of_algorithm
-from sinssim.analyses.error_budget.inputs.given_readings import emulated_constants, given_readings
+from sinssim.analyses.error_budget.inputs.given_readings import given_readings
 from sinssim.analyses.error_budget.inputs.gravity_sources import field_readings, in_normal_gravity, remainder_noise
 from sinssim.analyses.error_budget.inputs.sources import (
     Constants,
@@ -183,8 +183,7 @@ def _budget(
     named, *of_one_run = given_readings(scenario, ideal)
     of_field, *by_field = field_readings(scenario, block, ideal)
     named = [*named, *of_field]
-    of_constants = emulated_constants(scenario, fixed, ideal)
-    theta, velocity = (np.concatenate(parts) for parts in zip(of_constants, of_one_run, by_field, strict=True))
+    theta, velocity = (np.concatenate(parts) for parts in zip(of_one_run, by_field, strict=True))
     inertial = _InertialErrors(fixed, named, (theta, velocity))
     marked = Marks(_instants(ideal.time, marks, 0)) if marks else None
     outputs = _instants(ideal.time, (*times, *marks, *(one.time for one in wanted if one.when == "at")))
@@ -379,7 +378,7 @@ def _by_source(shares: Shares, found: Sequence[Snapshot]) -> tuple[list[Source],
             continue
         columns, size = shares.parts[source.name]
         part = sensitivity[:, :, columns]
-        part = part * size if size.ndim == 1 else part @ size
+        part = part * size
         if not part.any():
             continue
         sources.append(source)

@@ -5,9 +5,11 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import cached_property
+from typing import Any
 
 import numpy as np
 
+from sinssim.analyses.error_budget.inputs.sources import Column
 from sinssim.analyses.error_budget.inputs.step_response_kernel import step_responses
 from sinssim.data import Array, ImuData, NavState
 from sinssim.estimation.dynamics import NominalMotion, dynamics
@@ -97,14 +99,12 @@ class TrueMotion:
         """Return F of the navigation errors, (K, 9, 9)."""
         return dynamics(NAVIGATION_MODEL, nominal, self.gravity, self.trajectory.ellipsoid)
 
-    def responses(
-        self, time: Array, columns: Sequence[tuple[int, int, int, int]], theta: Array, vel: Array
-    ) -> Responses:
+    def responses(self, time: Array, columns: Sequence[Column | int], theta: Array, vel: Array) -> Responses:
         """Return the effects of constant errors over steps.
 
         Args:
             time: boundaries of K steps, s.
-            columns: triad, input, i and j of each of the m columns.
+            columns: m constant errors, or numbers of given reading errors.
             theta, vel: given reading errors, (s, N, 3) rad and m/s.
 
         Returns:
@@ -115,14 +115,40 @@ class TrueMotion:
         part = (time - edges[sample]) / (edges[sample + 1] - edges[sample])
         part[np.abs(part) < 1e-6] = 0.0
         part = np.minimum(part, 1.0)
-        described = np.array(columns, dtype=np.int64).reshape(-1, 4)
-        out = np.empty((len(time) - 1, CORE, len(described)))
-        mean = np.empty((len(time) - 1, 6, len(described)))
+        out, mean = np.empty((len(time) - 1, CORE, len(columns))), np.empty((len(time) - 1, 6, len(columns)))
+        directions = np.array([np.zeros(3) if isinstance(c, int) else c.direction for c in columns])
+        inputs, rows = self._inputs(columns, slice(int(sample[0]), int(sample[-1]) + 1))
+        codes = [(0, c, 0) if isinstance(c, int) else (c.triad, -1, row) for c, row in zip(columns, rows, strict=True)]
         step_responses(
-            sample, part, edges, np.ascontiguousarray(self.ideal.dtheta), np.ascontiguousarray(self.ideal.dvel),
-            np.ascontiguousarray(self.state.q_nb), self._warmth, described, theta, vel, out, mean,
+            sample, part, edges, np.ascontiguousarray(self.ideal.dvel), np.ascontiguousarray(self.state.q_nb),
+            np.array(codes, dtype=np.int64).reshape(-1, 3), directions.reshape(-1, 3), inputs, theta, vel, out, mean,
         )  # fmt: skip
         return Responses(out, mean)
+
+    def _inputs(self, columns: Sequence[Column | int], samples: slice) -> tuple[Array, list[int]]:
+        """Return the integrals over samples of what unit errors multiply, each once, (r, n), and the row of each."""
+        edges, warmth = self.ideal.time, self._warmth[samples]
+        interval, middle = np.diff(edges)[samples], (0.5 * (edges[1:] + edges[:-1]) - edges[0])[samples]
+        motion = [(rows[samples] / interval[:, None]).T for rows in (self.ideal.dtheta, self.ideal.dvel)]
+        lines: dict[tuple[int, bytes], Array] = {}
+
+        def line(triad: int, axis: Array) -> Array:
+            key = triad, axis.tobytes()
+            return lines[key] if key in lines else lines.setdefault(key, axis @ motion[triad])
+
+        found: dict[float, tuple[int, Any]] = {}  # by number, or by the identity of an array, which is kept
+        rows = []
+        for c in columns:
+            if isinstance(c, int):
+                rows.append(0)
+                continue
+            assert c.term.multiplies is not None
+            one = c.term.multiplies(line(c.triad, c.own), line(c.triad, c.along), line(1, c.along), warmth, middle)
+            rows.append(found.setdefault(one if np.ndim(one) == 0 else id(one), (len(found), one))[0])
+        inputs = np.empty((len(found), len(interval)))
+        for row, one in found.values():
+            np.multiply(one, interval, out=inputs[row])
+        return inputs, rows
 
 
 def noise_inputs(nominal: NominalMotion) -> dict[tuple[int, str], Array]:

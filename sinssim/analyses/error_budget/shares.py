@@ -6,14 +6,14 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from sinssim.analyses.error_budget.inputs.sources import Constants, InertialNoise, InitialErrors, Source
-from sinssim.analyses.error_budget.inputs.step_response_kernel import BIAS, SERIES
+from sinssim.analyses.error_budget.inputs.sources import Column, Constants, InertialNoise, InitialErrors, Source
 from sinssim.analyses.error_budget.inputs.turning import AngleError
 from sinssim.analyses.error_budget.propagation import Propagation
 from sinssim.data import Array
 from sinssim.sensors.aiding.base.measurement import CORE
+from sinssim.sensors.imu.terms import FIELDS
 
-_BIASES = [(triad, BIAS, axis, axis) for triad in (0, 1) for axis in range(3)]
+_BIASES = [Column(triad, axis, axis, axis, FIELDS["bias"]) for triad in (0, 1) for axis in np.eye(3)]
 
 
 @dataclass(frozen=True)
@@ -112,15 +112,14 @@ class Shares:
         Args:
             constants: constant errors of the inertial sensors.
             noises: their noises.
-            series: sources of one run, whose readings follow those of the emulated constants.
+            series: sources of one run, in the order of the given readings.
             initial: errors of the initial state.
             sensors: errors of the aiding sensors.
         """
         self.noises, self.initial, self.sensors = noises, initial, sensors
         self.sources = [*constants.sources, *(n.source for n in noises), *series, *initial.sources]
         self.sources += [s.source for s in sensors]
-        first = len(constants.emulated)
-        self.kernel_columns = [*constants.columns, *((0, SERIES, first + k, 0) for k in range(len(series))), *_BIASES]
+        self.kernel_columns: list[Column | int] = [*constants.columns, *range(len(series)), *_BIASES]
         self.inertial = len(constants.columns) + len(series)
         self.parts = dict(constants.parts)
         for k, source in enumerate(series):

@@ -26,7 +26,9 @@ _NOISES = {
 _SKEWED = [[1.0, 0.0, 0.0], [0.6, 0.8, 0.0], [0.6, -0.8, 0.0], [0.0, 0.6, 0.8], [0.0, 0.0, 1.0]]
 _REDUNDANT = {
     "sensor_set": {"type": "redundant", "directions": _SKEWED, "monitoring": "none"}, "grade": "tactical",
-    "gyro_g_sensitivity_sigma_deg_h_per_g": 1.0, **_NOISES,
+    "gyro_g_sensitivity_sigma_deg_h_per_g": 1.0, "gyro_asymmetry_sigma_ppm": 3000.0,
+    "accel_quadratic_sigma_ug_per_g2": 1000.0, "accel_scale_temperature_sigma_ppm_per_c": 30.0,
+    "temperature_steady_c": -20.0, **_NOISES,
 }  # fmt: skip
 """Five sensors whose covariance has no symmetry, with errors of all kinds."""
 

@@ -42,10 +42,6 @@ def test_other_sets_of_sensors_have_no_budget(name: str, reason: str) -> None:
     [
         ((), r"imu\.faults of a redundant set have no budget: the monitoring excludes sensors"),
         (
-            ("imu.faults=[]", "imu.gyro_asymmetry_sigma_ppm=5"),
-            r"imu\.gyro_asymmetry_sigma_ppm of a redundant set has no",
-        ),
-        (
             ("imu.faults=[]", "imu.gyro_range_deg_s=1"),
             "the gyro range of a redundant set has no budget: single sensors",
         ),

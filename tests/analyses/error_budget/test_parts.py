@@ -24,12 +24,13 @@ from sinssim.analyses.error_budget.inertial import (
     add_rounding,
 )
 from sinssim.analyses.error_budget.inputs.gravity_sources import remainder_noise
-from sinssim.analyses.error_budget.inputs.sources import Constants, InertialNoise, InitialErrors, Source
+from sinssim.analyses.error_budget.inputs.sources import Column, Constants, InertialNoise, InitialErrors, Source
 from sinssim.analyses.error_budget.motion import TrueMotion, exponential, gravity_input, noise_inputs, white_covariance
 from sinssim.analyses.error_budget.propagation import Propagation
 from sinssim.analyses.error_budget.shares import SensorConstant, SensorGiven, SensorNoise, SensorProcess, Shares
 from sinssim.errors import InputError
 from sinssim.estimation.dynamics import NominalMotion
+from sinssim.sensors.imu.terms import FIELDS
 from tests.analyses.error_budget.worlds import scenario
 
 OMEGA = 7.292115e-5
@@ -156,7 +157,7 @@ def test_a_reading_replaces_the_error_that_the_loop_holds() -> None:
 
 def test_columns_of_the_sources() -> None:
     """Of a bias of three axes, a series, two initial errors and a sensor's scale factor, in this order."""
-    columns = [(0, 0, axis, axis) for axis in range(3)]
+    columns = [Column(0, axis, axis, axis, FIELDS["bias"]) for axis in np.eye(3)]
     constants = Constants([source("bias")], columns, {"bias": ([0, 1, 2], np.array([2.0, 3.0, 5.0]))})
     start = np.zeros((9, 2))
     start[3, 0], start[7, 1] = 0.25, 0.5

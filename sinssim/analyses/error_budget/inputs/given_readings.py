@@ -7,16 +7,16 @@ and the null shift of laser gyros. The emulated readings less the true increment
 from __future__ import annotations
 
 from dataclasses import replace
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 import numpy as np
 
-from sinssim.analyses.error_budget.inputs.sources import Constants, Source
+from sinssim.analyses.error_budget.inputs.sources import Source
 from sinssim.data import Array, ImuData
 from sinssim.errors import InputError
 from sinssim.sensors.imu.errors import ImuErrors
 from sinssim.sensors.imu.fields import TriadErrors
-from sinssim.sensors.imu.terms import FIELDS, TERMS
+from sinssim.sensors.imu.terms import TERMS
 from sinssim.sensors.sets.geometry import along
 from sinssim.sensors.sets.sensor_set import Redundant
 
@@ -81,29 +81,3 @@ def given_readings(scenario: Scenario, ideal: ImuData) -> tuple[list[Source], Ar
 
 def _stacked(series: list[Array], ideal: ImuData) -> Array:
     return np.array(series) if series else np.zeros((0, len(ideal), 3))
-
-
-def emulated_constants(scenario: Scenario, found: Constants, ideal: ImuData) -> tuple[Array, Array]:
-    """Return the readings by a unit of each constant error whose input the kernel does not know.
-
-    Args:
-        scenario: the scenario.
-        found: its constant errors.
-        ideal: true increments, N intervals.
-
-    Returns:
-        Errors of the increments per unit, (s, N, 3) and (s, N, 3): the emulator's at the error's size, divided by it.
-    """
-    from sinssim.sensors.imu.emulate import emulate
-
-    theta, velocity = [], []
-    warmth = scenario.imu.warm_up
-    for triad, field, index, size in found.emulated:
-        value = np.zeros(FIELDS[field].shape)
-        value[index] = size
-        own, none = TriadErrors(**dict[str, Any]({field: value})), TriadErrors()
-        pair = (own, none) if triad == "gyro" else (none, own)
-        read = emulate(ideal, ImuErrors(*pair, warm_up=warmth))
-        theta.append((read.dtheta - ideal.dtheta) / size)
-        velocity.append((read.dvel - ideal.dvel) / size)
-    return _stacked(theta, ideal), _stacked(velocity, ideal)

@@ -5,29 +5,16 @@ from __future__ import annotations
 import math
 from collections.abc import Iterable
 from dataclasses import dataclass, field
-from typing import TYPE_CHECKING, Literal
+from typing import TYPE_CHECKING, Literal, NamedTuple
 
 import numpy as np
 
 from sinssim.analyses.error_budget.inputs.processes import Flicker, GaussMarkov, Process, Sum, Walk
-from sinssim.analyses.error_budget.inputs.step_response_kernel import (
-    ALONG,
-    BIAS,
-    COUPLED,
-    CUBE,
-    FORCE,
-    HALF_SIZE,
-    RAMP,
-    SERIES,
-    SQUARE,
-    WARM_BIAS,
-    WARM_SCALE,
-)
 from sinssim.data import Array
-from sinssim.errors import InputError
 from sinssim.sensors.imu.error_term import ErrorTerm
 from sinssim.sensors.imu.terms import TERMS
-from sinssim.sensors.sets.combination import maps, spread
+from sinssim.sensors.sets.combination import axes_of_values, spread
+from sinssim.sensors.sets.geometry import estimator
 from sinssim.sensors.sets.sensor_set import Redundant
 from sinssim.units import ARCMIN
 
@@ -37,13 +24,6 @@ if TYPE_CHECKING:
 Kind = Literal["random", "given", "one run"]
 """random: differs from run to run, with a 1σ; given: the same in every run, with its sign; one run: not linear, the
 effect of the sensors' readings in one run with this source alone."""
-
-_INPUTS = {
-    "bias": BIAS, "scale": ALONG, "misalignment": ALONG, "asymmetry": HALF_SIZE, "quadratic": SQUARE, "cubic": CUBE,
-    "cross_axis": COUPLED, "g_sensitivity": FORCE, "bias_temperature": WARM_BIAS, "scale_temperature": WARM_SCALE,
-    "ramp": RAMP,
-}  # fmt: skip
-"""What a constant error multiplies in the readings, by its field of `TriadErrors`."""
 
 _GROUPS = {"gyro": "gyros", "accel": "accelerometers"}
 
@@ -70,25 +50,37 @@ class Source:
     unit: str
 
 
+class Column(NamedTuple):
+    """One value of a constant error, of one sensor.
+
+    Attributes:
+        triad: 0 for gyros, 1 for accelerometers.
+        direction: in which the sensor's reading acts, (3,): its axis, or the gain of a combination of sensors.
+        own: sensitive axis of the sensor, (3,).
+        along: axis to which the value belongs, (3,).
+        term: the error, whose `multiplies` is the input of the column.
+    """
+
+    triad: int
+    direction: Array
+    own: Array
+    along: Array
+    term: ErrorTerm
+
+
 @dataclass(frozen=True)
 class Constants:
-    """Constant errors of the inertial sensors: one column for each axis of each error.
-
-    An error whose input is not among those of the kernel has columns of given readings, from the emulator.
+    """Constant errors of the inertial sensors: one column for each value of each error.
 
     Attributes:
         sources: of each column's random part and given part, by name; one entry for each source.
-        columns: triad, input, i and j for the kernel, (m, 4).
-        parts: for each source its columns and their size: 1σ for a random source, values for a given one; or the root L
-            of the covariance L Lᵀ of the columns, one row each.
-        emulated: triad, field, place in the field, and size of the errors whose readings the emulator gives, in the
-            order of their series.
+        columns: the columns.
+        parts: for each source its columns and their sizes: 1σ for a random source, values for a given one.
     """
 
     sources: list[Source]
-    columns: list[tuple[int, int, int, int]]
+    columns: list[Column]
     parts: dict[str, tuple[list[int], Array]]
-    emulated: list[tuple[str, str, tuple[int, ...], float]] = field(default_factory=list)
 
 
 @dataclass(frozen=True)
@@ -151,19 +143,26 @@ def constants(scenario: Scenario) -> Constants:
         Those that are not zero; an error that varies about a given value is two sources.
     """
     found = Constants([], [], {})
-    own = scenario.imu.sensor_set
+    own, axes = scenario.imu.sensor_set, np.eye(3)
     for term in TERMS:
         if not term.drawn:
             continue
-        if isinstance(own, Redundant):
-            _add_combined(found, term, own, float(np.max(remaining(scenario, term)[1])))
-            continue
-        mean, sigma = (np.broadcast_to(a, term.shape) for a in remaining(scenario, term))
+        triad, mean_and_sigma = ("gyro", "accel").index(term.triad), remaining(scenario, term)
+        columns: dict[tuple[int, ...], Column] = {}
+        if isinstance(own, Redundant):  # the same 1σ for all single sensors; given values are refused
+            gains, many = estimator(own.axes).T, list(enumerate(axes_of_values(own.axes, term.size)))
+            for i, (gain, axis) in enumerate(zip(gains, own.axes, strict=True)):
+                columns |= {(i, k): Column(triad, gain, axis, along[i], term) for k, along in many}
+            sigma = np.full((len(gains), len(many)), np.max(mean_and_sigma[1]))
+            mean = np.zeros_like(sigma)
+        else:
+            mean, sigma = (np.broadcast_to(a, term.shape) for a in mean_and_sigma)
+            for at in np.ndindex(term.shape):
+                columns[at] = Column(triad, axes[at[0]], axes[at[0]], axes[at[-1]], term)
         kinds: Iterable[tuple[Kind, str, str, Array]] = (
             ("random", term.name, "", sigma),
             ("given", f"{term.name}_given", ", given", mean),
         )
-        triad = ("gyro", "accel").index(term.triad)
         places: dict[tuple[int, ...], int] = {}
         for kind, name, also, values in kinds:
             where = [tuple(map(int, index)) for index in np.argwhere(values)]
@@ -172,46 +171,13 @@ def constants(scenario: Scenario) -> Constants:
             for index in where:
                 if index not in places:
                     places[index] = len(found.columns)
-                    found.columns.append(_column(found, term, triad, index, float(values[index])))
+                    found.columns.append(columns[index])
             found.sources.append(
                 Source(name, f"{_label(term)}{also}", _GROUPS[term.triad], kind, _in_unit(term, values),
                        term.written_unit)
             )  # fmt: skip
             found.parts[name] = ([places[index] for index in where], np.array([values[index] for index in where]))
     return found
-
-
-def _add_combined(found: Constants, term: ErrorTerm, own: Redundant, sigma: float) -> None:
-    """Add an error of a redundant set: columns of the combination, and the effect of the single sensors on them."""
-    if not sigma:
-        return
-    effects = maps(own.axes)
-    if term.field not in effects:
-        raise InputError(
-            f"imu.{term.sigma_key} of a redundant set has no budget: the error depends on the input along each single "
-            "axis. Set it to 0, or use an ensemble."
-        )
-    effect, triad = effects[term.field], ("gyro", "accel").index(term.triad)
-    first = len(found.columns)
-    for number in range(len(effect)):
-        i, j = (number, number) if len(effect) == 3 else divmod(number, 3)
-        found.columns.append((triad, _INPUTS[term.field], i, j))
-    found.sources.append(
-        Source(term.name, _label(term), _GROUPS[term.triad], "random", _in_unit(term, np.array(sigma)),
-               term.written_unit)
-    )  # fmt: skip
-    found.parts[term.name] = (list(range(first, len(found.columns))), sigma * effect)
-
-
-def _column(
-    found: Constants, term: ErrorTerm, triad: int, index: tuple[int, ...], size: float
-) -> tuple[int, int, int, int]:
-    """Return a column of the kernel for one value of an error."""
-    if term.field in _INPUTS:
-        i, j = index if len(index) == 2 else (*index, *index)
-        return triad, _INPUTS[term.field], i, j
-    found.emulated.append((term.triad, term.field, index, size))
-    return 0, SERIES, len(found.emulated) - 1, 0
 
 
 def _label(term: ErrorTerm) -> str:

@@ -17,17 +17,13 @@ from numpy.typing import NDArray
 from sinssim.data import Array
 from sinssim.jit import strict_kernel
 
-BIAS, ALONG, FORCE, WARM_BIAS, WARM_SCALE, RAMP, HALF_SIZE, SQUARE, CUBE, COUPLED, SERIES = range(11)
-"""What a column multiplies over a sample of length T with the increments x of its own triad and the velocity increments
-w: T; x_j; w_j; T Θ; x_i Θ; T t; |x_i|/2; x_i²/T; x_i³/T²; x_i x_j/T; a given series of reading errors."""
-
 Ints = NDArray[np.int64]
 
 
 @strict_kernel
 def step_responses(
-    edges: Ints, part: Array, time: Array, dtheta: Array, dvel: Array, q: Array, warmth: Array,
-    columns: Ints, series_theta: Array, series_vel: Array, out: Array, means: Array,
+    edges: Ints, part: Array, time: Array, dvel: Array, q: Array, columns: Ints, directions: Array, inputs: Array,
+    series_theta: Array, series_vel: Array, out: Array, means: Array,
 ) -> None:  # fmt: skip
     """Compute the responses over all steps.
 
@@ -35,10 +31,11 @@ def step_responses(
         edges: sample that contains each boundary of the steps, (K+1,).
         part: fraction of that sample before the boundary, (K+1,).
         time: edges of the samples, (N+1,) s.
-        dtheta, dvel: true increments, (N, 3) rad and m/s.
+        dvel: true velocity increments, (N, 3) m/s.
         q: true attitude at the edges, (N+1, 4).
-        warmth: temperature in the middle of the samples, (N,) K.
-        columns: triad (0 gyro, 1 accelerometer), input, i, j of each column, (m, 4); for a series its number as i.
+        columns: triad (0 gyro, 1 accelerometer), series (−1 for none) and row of `inputs` of each column, (m, 3).
+        directions: in which a column without a series adds its input to the increments of its triad, (m, 3).
+        inputs: integrals of the inputs over the samples from the first boundary on, (r, n).
         series_theta, series_vel: reading errors of each series, (s, N, 3) rad and m/s.
         out: position, velocity, attitude at the end of each step, (K, 9, m), written.
         means: mean of u over each step in body axes, gyros first, (K, 6, m), written.
@@ -53,7 +50,7 @@ def step_responses(
             for m in range(count):
                 means[k, row, m] = 0.0
         length = 0.0
-        for n in range(edges[k], min(edges[k + 1] + 1, len(dtheta))):
+        for n in range(edges[k], min(edges[k + 1] + 1, len(dvel))):
             share = 1.0
             if n == edges[k]:
                 share -= part[k]
@@ -78,9 +75,9 @@ def step_responses(
             fy = c[1, 0] * wx + c[1, 1] * wy + c[1, 2] * wz
             fz = c[2, 0] * wx + c[2, 1] * wy + c[2, 2] * wz
             for m in range(count):
-                triad, kind, i, j = columns[m, 0], columns[m, 1], columns[m, 2], columns[m, 3]
                 gx = gy = gz = ax = ay = az = 0.0
-                if kind == SERIES:
+                i = columns[m, 1]
+                if i >= 0:
                     gx, gy, gz = (
                         share * series_theta[i, n, 0],
                         share * series_theta[i, n, 1],
@@ -94,33 +91,16 @@ def step_responses(
                     means[k, 4, m] += ay
                     means[k, 5, m] += az
                 else:
-                    x_i = dtheta[n, i] if triad == 0 else dvel[n, i]
-                    x_j = dtheta[n, j] if triad == 0 else dvel[n, j]
-                    if kind == BIAS:
-                        u = t
-                    elif kind == ALONG:
-                        u = share * x_j
-                    elif kind == FORCE:
-                        u = share * dvel[n, j]
-                    elif kind == WARM_BIAS:
-                        u = t * warmth[n]
-                    elif kind == WARM_SCALE:
-                        u = share * x_i * warmth[n]
-                    elif kind == RAMP:
-                        u = t * (0.5 * (time[n] + time[n + 1]) - time[0])
-                    elif kind == HALF_SIZE:
-                        u = 0.5 * share * abs(x_i)
-                    elif kind == SQUARE:
-                        u = share * x_i * x_i / sample
-                    elif kind == CUBE:
-                        u = share * x_i * x_i * x_i / (sample * sample)
+                    u = share * inputs[columns[m, 2], n - edges[0]]
+                    ux, uy, uz = u * directions[m, 0], u * directions[m, 1], u * directions[m, 2]
+                    if columns[m, 0] == 0:
+                        gx, gy, gz = ux, uy, uz
                     else:
-                        u = share * x_i * x_j / sample
-                    means[k, 3 * triad + i, m] += u
-                    if triad == 0:
-                        gx, gy, gz = (u if i == 0 else 0.0), (u if i == 1 else 0.0), (u if i == 2 else 0.0)
-                    else:
-                        ax, ay, az = (u if i == 0 else 0.0), (u if i == 1 else 0.0), (u if i == 2 else 0.0)
+                        ax, ay, az = ux, uy, uz
+                    first = 3 * columns[m, 0]
+                    means[k, first, m] += ux
+                    means[k, first + 1, m] += uy
+                    means[k, first + 2, m] += uz
                 px = -(c[0, 0] * gx + c[0, 1] * gy + c[0, 2] * gz)
                 py = -(c[1, 0] * gx + c[1, 1] * gy + c[1, 2] * gz)
                 pz = -(c[2, 0] * gx + c[2, 1] * gy + c[2, 2] * gz)

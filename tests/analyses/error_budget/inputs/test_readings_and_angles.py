@@ -1,4 +1,4 @@
-"""Sizes of the errors of a turning block's angles, unit readings of the emulator, and what a filter is told."""
+"""Sizes of the errors of a turning block's angles, readings of the emulator, and what a filter is told."""
 
 from __future__ import annotations
 
@@ -12,8 +12,7 @@ import pytest
 import sinssim
 from sinssim.analyses.error_budget.analyse import budget
 from sinssim.analyses.error_budget.inputs import gravity_sources
-from sinssim.analyses.error_budget.inputs.given_readings import emulated_constants, given_readings
-from sinssim.analyses.error_budget.inputs.sources import Constants
+from sinssim.analyses.error_budget.inputs.given_readings import given_readings
 from sinssim.analyses.error_budget.inputs.turning import angle_errors, of_turning
 from sinssim.data import ImuData
 from sinssim.scenario import Scenario
@@ -69,16 +68,6 @@ def increments() -> ImuData:
     return ImuData(
         3.0 + 0.1 * np.arange(11), np.tile([0.03, -0.02, 0.05], (10, 1)), np.tile([0.1, -0.2, -0.9], (10, 1))
     )
-
-
-def test_readings_by_a_unit_of_a_constant() -> None:
-    """A scale factor multiplies the angle of its own axis, and a bias is a velocity of 0.1 s per unit."""
-    found = Constants([], [], {}, [("gyro", "scale", (1,), 4e-4), ("accel", "bias", (2,), 0.02)])
-    theta, velocity = emulated_constants(scenario(), found, increments())
-    assert theta[0] == pytest.approx(np.tile([0.0, -0.02, 0.0], (10, 1)), abs=1e-9)
-    assert velocity[1] == pytest.approx(np.tile([0.0, 0.0, 0.1], (10, 1)), abs=1e-9)
-    assert np.abs(theta[1]).max() < 1e-9
-    assert np.abs(velocity[0]).max() < 1e-9
 
 
 def test_readings_that_are_the_same_in_every_run() -> None:

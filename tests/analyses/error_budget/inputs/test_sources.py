@@ -12,7 +12,6 @@ import sinssim
 from sinssim.analyses.error_budget.inputs.aiding_sources import aiding_sources
 from sinssim.analyses.error_budget.inputs.processes import AlongWay, Flicker, GaussMarkov, Sum, Walk
 from sinssim.analyses.error_budget.inputs.sources import Source, constants, inertial_noises, initial_errors
-from sinssim.analyses.error_budget.inputs.step_response_kernel import ALONG, BIAS, HALF_SIZE, SERIES
 from sinssim.analyses.error_budget.shares import SensorConstant, SensorGiven, SensorNoise, SensorProcess
 from sinssim.data import Array
 from sinssim.truth.gravity.remainder import RemainderModel
@@ -38,20 +37,23 @@ def test_constants_of_the_inertial_sensors() -> None:
         ("gyro_asymmetry", "asymmetry", "gyros", "random", 40.0, "ppm"),
         ("accel_misalignment_given", "misalignment, given", "accelerometers", "given", 30.0, "arcsec"),
     ]
-    names = {name: [found.columns[k] for k in columns] for name, (columns, _) in found.parts.items()}
-    assert names["gyro_bias"] == [(0, BIAS, axis, axis) for axis in range(3)]
-    assert names["gyro_bias_given"] == names["gyro_bias"][:2]
-    assert names["gyro_asymmetry"] == [(0, HALF_SIZE, axis, axis) for axis in range(3)]
-    assert {(triad, what) for triad, what, _, _ in names["accel_misalignment_given"]} == {(1, ALONG)}
+
+    def places(name: str) -> list[tuple[int, str, int, int]]:
+        """Return triad, field, sensitive axis and axis of the value of each column."""
+        columns = [found.columns[k] for k in found.parts[name][0]]
+        assert all(c.direction.tolist() == c.own.tolist() for c in columns)
+        return [(c.triad, c.term.field, int(np.argmax(c.own)), int(np.argmax(c.along))) for c in columns]
+
+    assert places("gyro_bias") == [(0, "bias", axis, axis) for axis in range(3)]
+    assert places("gyro_bias_given") == places("gyro_bias")[:2]
+    assert places("gyro_asymmetry") == [(0, "asymmetry", axis, axis) for axis in range(3)]
     pairs = [(i, j) for i in range(3) for j in range(3) if i != j]  # rows of the matrix, without its diagonal
-    assert [(i, j) for _, _, i, j in names["accel_misalignment_given"]] == [pairs[0], pairs[2], pairs[5]]
+    assert places("accel_misalignment_given") == [(1, "misalignment", *pairs[n]) for n in (0, 2, 5)]
     sizes = {name: size for name, (_, size) in found.parts.items()}
     assert sizes["gyro_bias"] == pytest.approx(np.full(3, 0.2 * DEG / 3600.0), rel=1e-12)
     assert sizes["gyro_bias_given"] == pytest.approx(np.array([0.3, -0.5]) * DEG / 3600.0, rel=1e-12)
     assert sizes["gyro_asymmetry"] == pytest.approx(np.full(3, 40e-6), rel=1e-12)
     assert sizes["accel_misalignment_given"] == pytest.approx(np.array([20.0, -30.0, 7.0]) * DEG / 3600.0, rel=1e-12)
-    assert not found.emulated
-    assert all(column[1] != SERIES for column in found.columns)
 
 
 NOISES = {
