@@ -94,22 +94,26 @@ def command(
             correlation_time=correlation_time,
             progress=progress,
         )
-    if plot is not None:
-        from sinssim.analyses.noise_identification.noise_figure import noise_figure
+    from sinssim.analyses.noise_identification.noise_exhibits import exhibits_of
+
+    shows = not (imu or as_json or quiet)
+    exhibits = exhibits_of(report) if shows or plot or record else None
+    if exhibits and plot is not None:
         from sinssim.recording.figures.canvas import save
+        from sinssim.recording.figures.charts import figure_of
 
-        save(noise_figure(report), plot)
-    if record is not None:
-        from sinssim.analyses.noise_identification.noise_recording import record_noise
+        save(figure_of(exhibits.chosen(exhibits.figure)), plot)
+    if exhibits and record is not None:
+        from sinssim.recording.rerun.exhibits import record as record_exhibits
 
-        record_noise(record, report)
+        record_exhibits(exhibits, record)
     if imu:
         from sinssim.analyses.noise_identification.imu_block import block_text
 
         print(block_text(report), end="")
     elif as_json:
         print_json(report.to_json())
-    elif not quiet:
-        from sinssim.analyses.noise_identification.noise_table import show
+    elif exhibits and shows:
+        from sinssim.recording.console import show
 
-        show(report, console(least_width=120))
+        show(exhibits, console(least_width=120))

@@ -104,7 +104,8 @@ def draw(axes: Axes, chart: Chart, *, legend: bool = True) -> None:
     for mark in chart.marks:
         if isinstance(mark, Limit):
             _limit(axes, mark, chart.most, x, y)
-    axes.set(title=chart.title, xlabel=chart.heading(False), ylabel=chart.heading(True))
+    words = {"title": chart.title, "xlabel": chart.heading(False), "ylabel": chart.heading(True)}
+    axes.set(**{key: text.replace("$", r"\$") for key, text in words.items()})  # a column's name, not a formula
     _ticks(axes, chart.x, x, upright=False)
     _ticks(axes, chart.y, y, upright=True)
     if legend and chart.legend != "none" and axes.get_legend_handles_labels()[0]:

@@ -13,12 +13,12 @@ from pyarrow import parquet, table
 from rerun.chunk import RrdReader
 
 from sinssim.analyses.noise_identification.channels import CHANNELS, chosen_channels
-from sinssim.analyses.noise_identification.noise_figure import noise_figure
-from sinssim.analyses.noise_identification.noise_recording import record_noise
+from sinssim.analyses.noise_identification.noise_exhibits import deviations, exhibits_of
 from sinssim.analyses.noise_identification.report import noise_report
 from sinssim.analyses.noise_identification.units import unit_in_name
 from sinssim.cli.process import main
 from sinssim.errors import InputError
+from sinssim.recording.rerun.exhibits import record
 
 COUNT = 20_000
 SIGMA = 0.25  # hPa, of a reading
@@ -163,10 +163,9 @@ def test_command(weather: Path, tmp_path: Path, capsys: pytest.CaptureFixture[st
 
 def test_figure_and_recording(weather: Path, tmp_path: Path) -> None:
     report = noise_report(weather, columns=weather.with_suffix(".toml"), channels=["p=hPa", "air_c"])
-    panels = [panel for panel in noise_figure(report).axes if panel.lines]
-    assert [panel.get_title("left") for panel in panels] == ["p", "air_c"]
+    assert [chart.title for chart in deviations(report)] == ["p", "air_c"]
     file = tmp_path / "noise.rrd"
-    record_noise(file, report)
+    record(exhibits_of(report), file)
     binary = Path(rerun_cli.__file__).parent / "rerun"
     done = subprocess.run([binary, "rrd", "verify", file], capture_output=True, check=False)
     assert done.returncode == 0, done.stderr

@@ -16,14 +16,15 @@ from pyarrow import csv, parquet, table
 from rerun.chunk import RrdReader
 
 from sinssim.analyses.noise_identification.channels import CHANNELS, chosen_channels, clock, even_increments
-from sinssim.analyses.noise_identification.noise_figure import noise_figure
-from sinssim.analyses.noise_identification.noise_recording import record_noise
+from sinssim.analyses.noise_identification.noise_exhibits import deviations, exhibits_of
 from sinssim.analyses.noise_identification.report import noise_report
 from sinssim.analyses.noise_identification.units import four_digits
 from sinssim.cli.process import main
 from sinssim.errors import InputError
 from sinssim.logs.text.description import LogDescription
 from sinssim.logs.text.samples import Samples
+from sinssim.recording.figures.charts import figure_of
+from sinssim.recording.rerun.exhibits import record
 from tests.oracles import noise
 
 T = 0.1
@@ -292,41 +293,40 @@ def test_plot(log, capsys, tmp_path, suffix):
             assert words in text
 
 
-def test_figure_has_a_panel_for_each_channel(report):
-    figure = noise_figure(report)
-    panels = [panel for panel in figure.axes if panel.lines]
-    assert [panel.get_title("left").split()[0] for panel in panels] == [channel.name for channel in report.channels]
-    assert [panel.get_ylabel().split()[-1] for panel in panels] == ["[deg/h]"] * 3 + ["[µg]"] * 3
-    for panel, channel in zip(panels, report.channels, strict=True):
-        unit = DEG_H if channel.channel.triad == "gyro" else UG
-        np.testing.assert_allclose(panel.lines[0].get_ydata(), channel.deviation.deviation / unit)
-        low, high = panel.get_ylim()
-        assert low < channel.low.min() / unit < channel.deviation.deviation.max() / unit < high
+def test_a_chart_for_each_channel(report):
+    charts = list(deviations(report))
+    assert [chart.title.split()[0] for chart in charts] == [channel.name for channel in report.channels]
+    assert [chart.heading(True).split()[-1] for chart in charts] == ["[deg/h]"] * 3 + ["[µg]"] * 3
+    for chart, channel in zip(charts, report.channels, strict=True):
+        np.testing.assert_array_equal(chart.marks[1].y, channel.deviation.deviation)
+        low, high = chart.ends(upright=True)
+        assert low < channel.low.min() < channel.deviation.deviation.max() < high
 
 
-def test_every_axis_shows_two_powers_of_ten(tmp_path):
+def test_every_axis_shows_two_numbers(tmp_path):
     """Also of flicker alone, whose deviations are all alike."""
     gyro, accel = increments(count=1000)
     gyro[:, 0] = noise.flicker(np.random.default_rng(3), 1000, T, 3.0 * DEG_H)
     flat = noise_report(write(tmp_path / "log.parquet", gyro, accel), channels=["gyro_x"])
-    (panel,) = noise_figure(flat).axes
-    deviations = flat.channels[0].deviation.deviation / DEG_H
-    assert deviations.max() < 3.0 * deviations.min()
-    bottom, top = np.log10(panel.get_ylim())
-    assert np.floor(top) > np.ceil(bottom)
-    assert 10.0**bottom < deviations.min() < deviations.max() < 10.0**top
+    (panel,) = figure_of(deviations(flat)).axes
+    found = flat.channels[0].deviation.deviation / DEG_H
+    assert found.max() < 3.0 * found.min()
+    bottom, top = panel.get_ylim()
+    assert bottom < found.min() < found.max() < top
+    assert sum(bottom <= at <= top for at in panel.get_yticks()) >= 2
 
 
 def test_recording(report, tmp_path):
     file = tmp_path / "made" / "noise.rrd"
-    record_noise(file, report)
+    record(exhibits_of(report), file)
     binary = Path(rerun_cli.__file__).parent / "rerun"
     done = subprocess.run([binary, "rrd", "verify", file], capture_output=True, check=False)
     assert done.returncode == 0, done.stderr
     chunks = list(RrdReader(file).stream().filter(content="/noise/gyro/rate"))
     assert sum(chunk.num_rows for chunk in chunks if not chunk.is_static) == 8192
     entities = {chunk.entity_path for chunk in RrdReader(file).stream()}
-    assert {"/noise/gyro/rate", "/noise/gyro/sum", "/noise/accel/sum", "/noise/allan", "/noise/summary"} <= entities
+    assert {"/noise/gyro/rate", "/noise/gyro/sum", "/noise/accel/sum", "/noise/figures/allan_deviation"} <= entities
+    assert "/noise/tables" in entities
     assert [path.name for path in file.parent.iterdir()] == ["noise.rrd"]
 
 
@@ -335,7 +335,7 @@ def test_a_recording_that_cannot_be_written(report, tmp_path):
 
     (tmp_path / "file").write_text("")
     with pytest.raises(RunError, match="cannot be written"):
-        record_noise(tmp_path / "file" / "noise.rrd", report)
+        record(exhibits_of(report), tmp_path / "file" / "noise.rrd")
 
 
 def bad(kind, tmp_path):

@@ -90,18 +90,14 @@ def test_align(sinssim: Sinssim, put: Put) -> None:
 
 def test_allan(sinssim: Sinssim, put: Put) -> None:
     found = SimpleNamespace(to_json=lambda: SUMMARY)
-    reported, shown = (
-        put("analyses.noise_identification.report.noise_report", found),
-        put("analyses.noise_identification.noise_table.show"),
-    )
-    saved, recorded = (
-        put("recording.figures.canvas.save"),
-        put("analyses.noise_identification.noise_recording.record_noise"),
-    )
-    put("analyses.noise_identification.noise_figure.noise_figure", "figure")
+    reported, shown = put("analyses.noise_identification.report.noise_report", found), put("recording.console.show")
+    saved, recorded = put("recording.figures.canvas.save"), put("recording.rerun.exhibits.record")
+    exhibits = SimpleNamespace(figure="key", chosen=lambda key: f"charts {key}")
+    made = put("analyses.noise_identification.noise_exhibits.exhibits_of", exhibits)
+    drawn = put("recording.figures.charts.figure_of", "figure")
     put("analyses.noise_identification.imu_block.block_text", "[imu]\n")
     assert sinssim("allan", "log.csv") == ""
-    assert shown.args[0] is found
+    assert (made.args[0], shown.args[0]) == (found, exhibits)
     options = ("--channel", "gyro", "--channel", "p=hPa", "--from", 3, "--to", 70, "--correlation-time", 40,
                "--columns", "c.toml", "--plot", "p.svg", "--record", "r.rrd")  # fmt: skip
     assert sinssim("allan", "log.csv", *options, "--imu") == "[imu]\n"
@@ -110,7 +106,8 @@ def test_allan(sinssim: Sinssim, put: Put) -> None:
         (Path("log.csv"),),
         {"columns": Path("c.toml"), "channels": ("gyro", "p=hPa"), "start": 3.0, "end": 70.0, "correlation_time": 40.0},
     )  # fmt: skip
-    assert (saved.args, recorded.args) == (("figure", Path("p.svg")), (Path("r.rrd"), found))
+    assert (saved.args, recorded.args) == (("figure", Path("p.svg")), (exhibits, Path("r.rrd")))
+    assert drawn.args == ("charts key",)
     assert json.loads(sinssim("allan", "log.csv", "--json")) == SUMMARY
     assert sinssim("allan", "log.csv", "--quiet") == ""
     assert len(shown.calls) == 1

@@ -12,10 +12,6 @@ from sinssim.analyses.error_budget import budget_exhibits as budget
 from sinssim.analyses.error_budget.inputs.sources import Source
 from sinssim.analyses.error_budget.limits import Allowance, Answer
 from sinssim.analyses.error_budget.result import BudgetResult
-from sinssim.analyses.noise_identification import noise_figure as noise
-from sinssim.analyses.noise_identification.channels import CHANNELS
-from sinssim.analyses.noise_identification.fit import TermEstimate
-from sinssim.analyses.noise_identification.report import ChannelNoise
 from sinssim.charts import Axis, Chart, Charts, Line
 from sinssim.recording.figures.charts import figure_of
 from sinssim.recording.style import COLORS, css
@@ -173,53 +169,3 @@ def test_limits_over_time() -> None:
     assert (rate.height, rate.at) == (1800.0, 900.0)
     assert limits_of(judged, ("rate", "heading"), 900.0) == marks[:1]
     assert (marks[0].height, marks[0].at) == (600.0, 300.0)
-
-
-class Fit(SimpleNamespace):
-    """A fit whose sum is 2/τ and whose terms are 3 τ, in SI."""
-
-    def allan_deviation(self, tau: np.ndarray, symbol: str | None = None) -> np.ndarray:
-        return 2.0 * DEG_H / tau if symbol is None else 3.0 * DEG_H * tau
-
-
-def test_the_allan_deviations_of_a_log() -> None:
-    tau = np.array([0.5, 5.0, 50.0])
-    estimates = {"N": TermEstimate(0.12 * DEG_H * 60.0, 0.0, 1.0), "B": TermEstimate(None, 0.0, 1.0),
-                 "sigma_b": TermEstimate(0.5 * DEG_H, 0.0, 1.0)}  # fmt: skip
-    deviation = SimpleNamespace(tau=tau, deviation=np.array([9.0, 4.0, 700.0]) * DEG_H)
-    low, high = np.array([8.0, 3.0, 600.0]) * DEG_H, np.array([10.0, 6.0, 900.0]) * DEG_H
-    one = ChannelNoise(CHANNELS[2], deviation, np.ones(3), low, high, Fit(estimates=estimates), None)
-    figure = noise.noise_figure(SimpleNamespace(source="rest.csv", duration=3600.5, interval=0.02, channels=(one, one)))
-    panel, _ = figure.axes
-    check_band(panel.collections[0], tau, [8.0, 3.0, 600.0], [10.0, 6.0, 900.0])
-    measured = css(COLORS["measured"])
-    check_line(panel.lines[0], "measured", tau, [9.0, 4.0, 700.0], measured)
-    check_line(panel.lines[1], "sum of terms", tau, 2.0 / tau, css(COLORS["fit"]))
-    check_line(panel.lines[2], "N = 0.1200 deg/√h", tau, 3.0 * tau, css(COLORS["N"]))
-    check_line(panel.lines[3], "σ$_b$ = 0.5000 deg/h", tau, 3.0 * tau, css(COLORS["sigma_b"]))
-    assert len(panel.lines) == 4
-    assert words(panel) == ("gyro_z (down)", "averaging time τ [s]", "Allan deviation [deg/h]")
-    assert limits(panel) == ((0.5, 50.0), (pytest.approx(1.2), pytest.approx(1750.0)))
-    assert figure._suptitle.get_text() == "rest.csv: overlapping Allan deviation, 3600.5 s at 50 Hz"
-    flat = SimpleNamespace(tau=tau, deviation=np.array([3.0, 4.0, 2.5]) * DEG_H)
-    other = ChannelNoise(CHANNELS[2], flat, np.ones(3), flat.deviation, flat.deviation, Fit(estimates={}), None)
-    (panel,) = noise.noise_figure(
-        SimpleNamespace(source="x", duration=1.0, interval=1.0, channels=(other,))
-    ).axes  # of 1 to 10 only one label would be within
-    assert panel.get_ylim() == (pytest.approx(1.0), pytest.approx(10.0))
-
-
-def test_panels_of_four_channels() -> None:
-    """Three in a row; the rest of the second row is empty."""
-    tau = np.array([0.5, 5.0, 50.0])
-    deviation = SimpleNamespace(tau=tau, deviation=np.array([9.0, 4.0, 700.0]) * DEG_H)
-    many = [
-        ChannelNoise(one, deviation, np.ones(3), deviation.deviation, deviation.deviation, Fit(estimates={}), None)
-        for one in CHANNELS[:4]
-    ]
-    figure = noise.noise_figure(SimpleNamespace(source="x", duration=1.0, interval=1.0, channels=tuple(many)))
-    assert figure.get_size_inches().tolist() == pytest.approx([16.2, 9.2])
-    places = [(spec.rowspan.start, spec.colspan.start) for panel in figure.axes if (spec := panel.get_subplotspec())]
-    assert places == [(0, 0), (0, 1), (0, 2), (1, 0), (1, 1), (1, 2)]
-    assert [panel.axison for panel in figure.axes] == [True] * 4 + [False] * 2
-    assert [words(panel)[0][:6] for panel in figure.axes[:4]] == ["gyro_x", "gyro_y", "gyro_z", "accel_"]

@@ -12,7 +12,6 @@ from typing import Any
 import numpy as np
 import pytest
 
-from sinssim.analyses.noise_identification import noise_recording as noise
 from sinssim.charts import Axis, Chart, Charts, Line
 from sinssim.exhibits import Exhibits, Section, Sentence
 from sinssim.experiments.run.views import one_component_recording as one_component
@@ -72,13 +71,9 @@ def kept(monkeypatch: pytest.MonkeyPatch) -> Kept:
     def whole(path: Path, application: str) -> Iterator[Any]:
         yield found(path, application)
 
-    for module in (exhibits, noise):
-        monkeypatch.setattr(module, "whole_recording", whole)
-    for module in (noise,):
-        monkeypatch.setattr(module, "plain_text", lambda show: f"table of {show.args[0].source}\n")
-    for module in (exhibits, noise):
-        monkeypatch.setattr(module, "to_png", lambda figure: figure)
-        monkeypatch.setattr(module.rr, "EncodedImage", lambda contents, media_type: (contents, media_type))
+    monkeypatch.setattr(exhibits, "whole_recording", whole)
+    monkeypatch.setattr(exhibits, "to_png", lambda figure: figure)
+    monkeypatch.setattr(exhibits.rr, "EncodedImage", lambda contents, media_type: (contents, media_type))
     return found
 
 
@@ -174,14 +169,3 @@ def test_a_study(kept: Kept, monkeypatch: pytest.MonkeyPatch) -> None:
     result.histories = {}
     study.record(result, Path("recording.rrd"))
     assert kept.run["end"] == 1.0
-
-
-def test_a_record_of_noise(kept: Kept, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(noise, "_record_streams", lambda recording, report: [])
-    monkeypatch.setattr(noise, "noise_figure", lambda report: f"figure of {report.source}")
-    found: Any = SimpleNamespace(source="rest.csv")
-    noise.record_noise(Path("n.rrd"), found)
-    assert kept.opened[:2] == ["n.rrd", "sinssim_noise"]
-    assert kept.fixed == {"noise/allan": ("figure of rest.csv", "image/png")}
-    assert kept.texts == {"noise/summary": "```\ntable of rest.csv\n```\n"}
-    assert len(kept.views) == 1

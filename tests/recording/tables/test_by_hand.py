@@ -6,15 +6,9 @@ from math import log, pi, sqrt
 from types import SimpleNamespace
 from typing import Any
 
-import numpy as np
 import pytest
 
 from sinssim.analyses.inspection import inspection_table as inspection
-from sinssim.analyses.noise_identification import noise_table as noise
-from sinssim.analyses.noise_identification.channels import CHANNELS, LogChannel
-from sinssim.analyses.noise_identification.fit import TermEstimate
-from sinssim.analyses.noise_identification.report import ChannelNoise
-from sinssim.analyses.noise_identification.units import units_of
 from sinssim.experiments.run.tables import expectation_table as expectation
 from sinssim.experiments.run.tables import one_component_table as one_component
 from sinssim.sensors.expectation import Contribution, Expectation, Term
@@ -89,65 +83,6 @@ def test_the_findings_of_an_inspection() -> None:
     assert printed(lambda console: inspection.show(SimpleNamespace(findings=findings[:1] * 2), console))[-1] == (
         "0 errors, 0 doubts."
     )
-
-
-class Fit(SimpleNamespace):
-    """A fit that describes its record."""
-
-    exchangeable, possible, aside, misfit = (), None, (), 0.0
-
-
-def channel(which: LogChannel, estimates: dict[str, TermEstimate], mean: float, interval: float = 0.04) -> ChannelNoise:
-    """Return noise with the lowest upper end of the band at the second of three averaging times."""
-    fit = Fit(estimates=estimates, likely={"Q": 0.0, "N": 1.0}, mean=mean, interval=interval, correlation_time=123.456,
-              correlation_band=(100.4, 150.6))  # fmt: skip
-    size = which.units.rate[1]
-    deviation = SimpleNamespace(deviation=np.array([5.0, 0.25, 0.2]) * size, tau=np.array([1.0, 30.0, 300.0]))
-    return ChannelNoise(which, deviation, np.ones(3), np.zeros(3), np.array([6.0, 0.3, 0.4]) * size, fit, None)
-
-
-def test_the_noise_of_a_log() -> None:
-    hour = 60.0  # √3600 s
-    gyro = {
-        "Q": TermEstimate(2.0 * DEG / 3600.0, 1.0 * DEG / 3600.0, 3.0 * DEG / 3600.0),
-        "N": TermEstimate(0.12 * DEG / hour, 0.11 * DEG / hour, 0.13 * DEG / hour),
-        "B": TermEstimate(0.5 * DEG_H, 0.4 * DEG_H, 0.6 * DEG_H),
-        "K": TermEstimate(None, -0.3 * DEG_H / hour, 0.2 * DEG_H / hour),
-        "R": TermEstimate(-0.7 * DEG_H / 3600.0, -0.8 * DEG_H / 3600.0, -0.6 * DEG_H / 3600.0),
-        "sigma_b": TermEstimate(0.9 * DEG_H, 0.8 * DEG_H, 1.1 * DEG_H),
-    }
-    accel = {
-        "N": TermEstimate(30.0 * UG, 20.0 * UG, 40.0 * UG),
-        "Q": TermEstimate(5e-3, 4e-3, 6e-3),
-        "sigma_b": TermEstimate(None, 0.0, 7.0 * UG),
-    }
-    other = {"N": TermEstimate(0.6, 0.5, 0.7)}
-    report = SimpleNamespace(
-        source="rest.csv", duration=3600.0, count=90_000, interval=0.04, remarks=("One remark.",),
-        channels=(channel(CHANNELS[1], gyro, -2.5 * DEG_H), channel(CHANNELS[5], accel, 1000.0 * UG),
-                  channel(LogChannel("p_pa", units_of("Pa")), other, 101_325.0)),
-    )  # fmt: skip
-    tau = "τ_b = 123.5 s (100 … 151)"
-    assert printed(lambda console: noise.show(report, console)) == [
-        "rest.csv: 3600 s, 90000 samples at 25 Hz",
-        "One remark.",
-        "gyro_y: mean -2.500 deg/h, lowest Allan deviation 0.2500 deg/h at 30 s",
-        "value 95 % band unit equivalent",
-        f"Q quantisation 2.000 1.000 … 3.000 arcsec pulse of {2.0 * sqrt(12.0):.3f} arcsec",
-        "N random walk 0.1200 0.1100 … 0.1300 deg/√h 7.200 deg/h/√Hz",
-        f"B bias instability, flicker 0.5000 0.4000 … 0.6000 deg/h Allan deviation of {0.5 * 0.66428:.4f} deg/h",
-        "K rate random walk not observable < 0.3000 deg/h/√h",
-        "R rate ramp -0.7000 -0.8000 … -0.6000 deg/h/h",
-        f"σ_b Gauss-Markov bias, 1σ 0.9000 0.8000 … 1.100 deg/h {tau}",
-        "accel_z: mean 1000 µg, lowest Allan deviation 0.2500 µg at 30 s",
-        "value 95 % band unit equivalent",
-        f"Q quantisation 5.000 4.000 … 6.000 mm/s pulse of {5.0 * sqrt(12.0):.2f} mm/s",
-        f"N random walk 30.00 20.00 … 40.00 µg/√Hz {30.0 * UG * 60.0:.5f} m/s/√h",
-        f"σ_b Gauss-Markov bias, 1σ not observable < 7.000 µg {tau}",
-        "p_pa: mean 101325 Pa, lowest Allan deviation 0.2500 Pa at 30 s",
-        "value 95 % band unit equivalent",
-        "N random walk 0.6000 0.5000 … 0.7000 Pa/√Hz 3.000 Pa (1σ) of a sample",
-    ]
 
 
 def test_a_run_of_one_component() -> None:

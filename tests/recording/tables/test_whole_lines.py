@@ -3,14 +3,12 @@
 from __future__ import annotations
 
 import datetime
-from math import pi
 from pathlib import Path
 from types import SimpleNamespace
 from typing import Any
 
 import pytest
 
-from sinssim.analyses.noise_identification import noise_table as noise
 from sinssim.experiments.run.finished.run_list import Entry
 from sinssim.experiments.run.tables import expectation_table as expectation
 from sinssim.experiments.run.tables import runs_table as runs
@@ -18,7 +16,6 @@ from sinssim.experiments.studies import study_table as study
 from sinssim.sensors.expectation import Contribution, Expectation, Term
 from sinssim.sensors.imu.imu import Imu
 from tests.recording.by_hand import printed
-from tests.recording.tables.test_by_hand import channel
 
 
 def test_runs_of_another_version(monkeypatch: pytest.MonkeyPatch) -> None:
@@ -40,19 +37,6 @@ def test_keys_without_effect_on_an_expectation(monkeypatch: pytest.MonkeyPatch) 
         "Half of all runs end within 0.83 nmi per hour, which is called the class of a unit.",
         "imu.x has no effect in 1800 s.",
     ]  # fmt: skip
-
-
-def test_remarks_on_a_channel(monkeypatch: pytest.MonkeyPatch) -> None:
-    from sinssim.analyses.noise_identification.channels import CHANNELS
-    from sinssim.analyses.noise_identification.fit import TermEstimate
-    from sinssim.analyses.noise_identification.report import ChannelNoise
-
-    monkeypatch.setattr(ChannelNoise, "remarks", lambda self: [f"A remark on {self.name}."])
-    one = channel(CHANNELS[0], {"N": TermEstimate(0.1 * pi / 180.0 / 60.0, 0.0, 1.0)}, 0.0)
-    report: Any = SimpleNamespace(source="x", duration=1.0, count=2, interval=0.5, remarks=(), channels=(one, one))
-    lines = printed(lambda console: noise.show(report, console))
-    assert [k for k, line in enumerate(lines) if line == "A remark on gyro_x."] == [4, 8]
-    assert len(lines) == 9
 
 
 def test_one_draw_of_a_study(monkeypatch: pytest.MonkeyPatch) -> None:
