@@ -12,6 +12,7 @@ from functools import cached_property
 from typing import Literal
 
 import numpy as np
+from numpy.typing import NDArray
 
 from sinssim.data import Array
 from sinssim.scales import TIMES, Scale, fixed, suiting
@@ -290,7 +291,35 @@ class Remark:
     text: str
 
 
-Mark = Line | Band | Dots | Bars | Shares | Histogram | Rule | Limit | Remark
+@dataclass(frozen=True, kw_only=True, eq=False)
+class Cells:
+    """Coloured cells at the places of two axes with names.
+
+    Attributes:
+        values: (m, n), the first row on top, SI; a value that is not finite has no colour.
+        texts: what is written in the cells, m rows.
+        low, high: values of the palest and of the darkest shade, SI.
+        log: whether the shades follow the logarithm.
+        framed: (m, n), whether a cell has a frame.
+    """
+
+    values: Array
+    texts: Sequence[Sequence[str]]
+    low: float
+    high: float
+    log: bool
+    framed: NDArray[np.bool_]
+
+    @property
+    def shades(self) -> Array:
+        """From 0 to 1, (m, n), NaN without a colour."""
+        scale = np.log if self.log else np.asarray
+        with np.errstate(divide="ignore", invalid="ignore"):
+            shades = (scale(self.values) - scale(self.low)) / (scale(self.high) - scale(self.low))
+        return np.where(np.isfinite(shades), shades, np.nan)
+
+
+Mark = Line | Band | Dots | Bars | Shares | Histogram | Rule | Limit | Remark | Cells
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
@@ -375,7 +404,8 @@ class Chart:
             high = (1.18 if named else self.room) * most if most > 0.0 else 1.0
         if not upright and low is None and high is None and lines:
             least = min(float(v.min()) for v in ends)
-            low, high = (least, most) if least < most else (None, None)
+            room = 0.03 * (most - least) if any(isinstance(mark, Line) and mark.marker for mark in self.marks) else 0.0
+            low, high = (least - room, most + room) if least < most else (None, None)
         return low, high
 
     @staticmethod
@@ -426,6 +456,7 @@ class Charts:
         share: which axes all charts have in common.
         widths, heights: relative widths and heights of columns and rows; equal if empty.
         on: the media that show it.
+        named: what the names in a common legend are.
     """
 
     key: str
@@ -438,6 +469,7 @@ class Charts:
     widths: tuple[float, ...] = ()
     heights: tuple[float, ...] = ()
     on: tuple[str, ...] = ("page", "recording")
+    named: str = ""
 
     def __iter__(self) -> Iterator[Chart]:
         return (chart for row in self.rows for chart in row)

@@ -21,11 +21,11 @@ def blueprint(run: RunInfo) -> rrb.Blueprint:
         The layout.
     """
     pictures = json.loads(run.label("pictures", "[]"))
-    shown, cells, unit = run.label("shown"), run.label("cells"), run.label("circle", "m")
+    shown, cells, unit = run.label("shown"), run.label("cells"), run.label("r95", "m")
     which = f"{shown} of {cells} cells, from the best to the worst" if shown != cells else "each cell"
 
     def growth(key: str, name: str, legend: bool) -> rrb.TimeSeriesView:
-        entities = [entity for entity in run.ranges if entity.startswith(f"trade/{key}/")]
+        entities = [entity for entity in run.ranges if entity.startswith(f"trade/{key}")]
         return rrb.TimeSeriesView(
             origin=f"/trade/{key}",
             name=f"{name} [{unit}] of {which}",

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from collections.abc import Iterable
 from typing import TYPE_CHECKING, Literal
 
@@ -10,6 +11,10 @@ from sinssim.exhibits import Beside, Exhibits, Item, Section, Sentence, Table
 if TYPE_CHECKING:
     from rich import table as rich_table
     from rich.console import Console
+
+
+_LONG = 64
+"""Characters from which the words of a cell may be broken into lines."""
 
 
 def show(exhibits: Exhibits, console: Console) -> None:
@@ -37,7 +42,7 @@ def show_items(items: Iterable[Item], console: Console, title: str = "") -> None
             case Sentence() if "console" in item.on:
                 console.print(_bare(item.text), markup=False)
             case Table() if "console" in item.on:
-                console.print(table_of(item, title))
+                _print(item, item.title or title, console)
             case Beside() if "console" in item.on:
                 show_items(item.items, console, title)
             case Section() if "console" in item.on:
@@ -48,34 +53,44 @@ def show_items(items: Iterable[Item], console: Console, title: str = "") -> None
                 pass
 
 
+def _print(table: Table, title: str, console: Console) -> None:
+    """Print a table on a console that is widened for it: no digit is cut off."""
+    from rich.measure import Measurement
+
+    drawn, before = table_of(table), console.width
+    if title:
+        console.print(title, markup=False)
+    console.width = max(before, Measurement.get(console, console.options.update(width=1000), drawn).minimum)
+    console.print(drawn)
+    console.width = before
+    if table.note:
+        console.print(f"{table.note}\n", markup=False)
+
+
 def _bare(text: str) -> str:
     return text.replace("**", "").replace("`", "")
 
 
-def table_of(table: Table, title: str = "") -> rich_table.Table:
+def table_of(table: Table) -> rich_table.Table:
     """Return a table in the style of all tables on the console.
 
     Args:
         table: the table.
-        title: its title if it has no own.
     """
     from rich import box
     from rich.table import Table as RichTable
     from rich.text import Text
 
     columns, heads, rows = table.shown("console")
-    drawn = RichTable(
-        title=table.title or title or None, title_justify="left", box=box.SIMPLE_HEAD, padding=(0, 1, 0, 0)
-    )
-    stacked = any(unit for _, unit in heads)
+    drawn = RichTable(box=box.SIMPLE_HEAD, padding=(0, 1, 0, 0))
     for place, (column, (head, unit)) in enumerate(zip(columns, heads, strict=True)):
-        words = "\n".join(filter(None, (head, unit))) if stacked else head
-        widest = max((len(row[place]) for row in rows), default=0)
-        whole = not column.words and len(head) <= widest  # a longer head is broken where the console is narrow
+        lines = [*filter(None, (*re.sub(r" (<=?|≤) ", r"\n\1 ", head).split("\n"), unit))]
+        own, widest = max(map(len, lines), default=0), max((len(row[place]) for row in rows), default=0)
+        # words of a cell are broken into lines if they are long; a head that is longer than its numbers, too
+        whole = widest < _LONG if column.words else own <= widest
+        least = widest if not column.words else max(own, widest) if whole else None
         side: Literal["left", "right"] = "left" if column.words else "right"
-        drawn.add_column(Text(words), justify=side, no_wrap=whole, min_width=None if column.words else widest)
+        drawn.add_column(Text("\n".join(lines)), justify=side, no_wrap=whole, min_width=least)
     for row in rows:
         drawn.add_row(*(Text(_bare(cell)) for cell in row))
-    if table.note:
-        drawn.caption, drawn.caption_justify = table.note, "left"
     return drawn

@@ -6,6 +6,7 @@ and without its yellow, so that every line is legible on a dark and on a light b
 
 from __future__ import annotations
 
+import math
 from collections.abc import Sequence
 from typing import Any
 
@@ -228,6 +229,26 @@ def of_marks(marks: Sequence[Mark]) -> list[Any]:
     free = [mark.label for mark in marks if not getattr(mark, "color", "x")]  # type: ignore[union-attr]
     by_label = dict(zip(free, map(css, colors(free)), strict=True))
     return [getattr(mark, "color", "") or by_label.get(getattr(mark, "label", ""), SOFT) for mark in marks]
+
+
+def shade(fraction: float) -> tuple[str, str]:
+    """Return the colour of a cell of a map, and of the number in it.
+
+    Args:
+        fraction: from 0, the palest, to 1; NaN for a cell without a value.
+
+    Returns:
+        Both in CSS notation.
+    """
+    if math.isnan(fraction):
+        return GRID, ON_LIGHT
+    pale, deep = rgb_of(PALE), COLORS["r95"]
+    r, g, b = (round(p + fraction * (d - p)) for p, d in zip(pale, deep, strict=True))
+    return css((r, g, b)), ON_DARK if fraction > _DARK else ON_LIGHT
+
+
+_DARK = 0.55
+"""Shade beyond which numbers are white."""
 
 
 def tint(color: Rgb) -> Rgb:

@@ -10,7 +10,7 @@ import pytest
 
 from sinssim.analyses.error_budget.budget_exhibits import units_of_budget
 from sinssim.experiments.run.filter_axes import NAVIGATION, settled
-from sinssim.recording.scales import envelope, thinned, tick_label, ticks, time_ticks
+from sinssim.recording.scales import envelope, log_numbers, thinned, tick_label, ticks, time_ticks
 from sinssim.scales import ANGLES, HEIGHTS, LENGTHS, SPEEDS, Scale, duration_words, suiting, time_unit
 
 SECOND, MINUTE, DEGREE = pi / 648_000.0, pi / 10_800.0, pi / 180.0
@@ -138,3 +138,16 @@ def test_the_blocks_of_navigation() -> None:
         ("velocity", SPEEDS, ("velocity_north", "velocity_east", "velocity_down"), 1.0),
         ("attitude", ANGLES, ("tilt_north", "tilt_east", "azimuth"), 1.0),
     )
+
+
+@pytest.mark.parametrize(
+    ("low", "high", "numbers"),
+    [
+        (8.0, 60.0, [10, 20, 30, 50]), (8.0, 79.0, [10, 20, 30, 50, 70]), (8.0, 81.0, [10, 20, 50]),
+        (3.0, 899.0, [5, 10, 20, 50, 100, 200, 500]), (3.0, 901.0, [10, 100]), (0.02, 0.5, [0.02, 0.05, 0.1, 0.2, 0.5]),
+        (5e5, 3e6, [5e5, 7e5, 1e6, 2e6, 3e6]),
+    ],
+)  # fmt: skip
+def test_plain_numbers_on_a_logarithmic_axis(low: float, high: float, numbers: list[float]) -> None:
+    """Within a ratio of 10 also threes and sevens, within 300 twos and fives, beyond only powers of ten."""
+    assert list(log_numbers(low, high)) == pytest.approx(numbers)

@@ -155,9 +155,9 @@ def _show(result: StudyResult | TradeResult, directory: Path, quiet: bool, as_js
             print_json(results(result))
     elif not quiet:
         if isinstance(result, TradeResult):
-            from sinssim.experiments.trades.trade_table import show as show_trade
+            from sinssim.recording.console import show as show_exhibits
 
-            show_trade(result, console(least_width=120))
+            show_exhibits(result.exhibits, console(least_width=120))
         else:
             from sinssim.experiments.studies.study_table import show
 

@@ -300,48 +300,6 @@ def failure_lines(result: TradeResult) -> list[str]:
     return [f"cell {number}, {result.name(number)}: failed: {text}" for number, text in result.failures.items()]
 
 
-def markdown(result: TradeResult) -> str:
-    """Return the summary of a study in Markdown.
-
-    Args:
-        result: the study.
-
-    Returns:
-        Text with the tables of all cells.
-    """
-    study = result.study
-    lines = [f"# {study.name}", ""]
-    lines += [study.description, ""] if study.description else []
-    lines += [headline(result), ""]
-    lines += [f"- {_escaped(line)}" for line in requirement_lines(result)] + [""] * bool(study.requirements)
-    if len(study.axes) > 1:
-        for quantity in study.drawn:
-            for grid in grids(result, quantity):
-                lines += [f"**{_escaped(grid.title)}**", "", *_lines([grid.corner, *grid.across], grid.rows, 1), ""]
-    tables = [(None, "At the end"), *((q, f"At {q.time:g} s") for q in instants(result))]
-    for when, title in tables:
-        heads, rows, words = cell_table(result, when, bands=True)
-        lines += [f"## {title}", "", *_lines(heads, rows, words), ""]
-    if result.failures:
-        lines += ["## Failed cells", "", *(f"- {_escaped(line)}" for line in failure_lines(result)), ""]
-    lines += ["## Definitions", "", *(f"- {name}: {text}." for name, text in definitions(result).items()), ""]
-    lines += ["## Commands of the cells", "", "```sh"]
-    lines += [result.command(one.cell.number) for one in result.cells] + ["```", ""]
-    return "\n".join(lines)
-
-
 def instants(result: TradeResult) -> list[Quantity]:
     """Return one quantity for each of the study's times, by which `cell_table` is asked for their tables."""
     return [Quantity("r95", "at", t) for t in result.study.times_s]
-
-
-def _lines(heads: Sequence[str], rows: Sequence[Sequence[str]], words: int) -> Iterator[str]:
-    """Yield the lines of a table in Markdown."""
-    yield f"| {' | '.join(map(_escaped, heads))} |"
-    yield "|" + "|".join("---" if k < words else "---:" for k in range(len(heads))) + "|"
-    for row in rows:
-        yield f"| {' | '.join(map(_escaped, row))} |"
-
-
-def _escaped(text: str) -> str:
-    return text.replace("\\", "\\\\").replace("|", "\\|").replace("*", "\\*")

@@ -10,6 +10,7 @@ from sinssim.charts import (
     Axis,
     Band,
     Bars,
+    Cells,
     Chart,
     Charts,
     Dots,
@@ -77,7 +78,11 @@ def figure_of(charts: Charts) -> Figure:
             grid[0, 0].set_xlim(min(whole), max(whole))
     if charts.legend != "each" and len(named) > 0:
         place = {"right": "outside right upper", "below": "outside lower center"}[charts.legend]
-        figure.legend(list(named.values()), list(named), loc=place, ncols=1 if charts.legend == "right" else 3)
+        rank = {getattr(mark, "name", getattr(mark, "label", "")): k for chart in charts
+                for k, mark in enumerate(chart.marks)}  # fmt: skip
+        names = sorted(named, key=lambda name: rank.get(name, len(rank)))
+        figure.legend([named[name] for name in names], names, loc=place, ncols=1 if charts.legend == "right" else 3,
+                      title=charts.named or None, title_fontsize=style.SMALL, alignment="left")  # fmt: skip
     if charts.title:
         figure.suptitle(charts.title)
     if charts.note:
@@ -168,6 +173,8 @@ def _draw(axes: Axes, mark: Mark, color: Any, x: float, y: float) -> None:
         case Remark():
             axes.annotate(mark.text, (mark.x / x, mark.y / y), (6.0, 6.0), textcoords="offset points",
                           fontsize=style.SMALL)  # fmt: skip
+        case Cells():
+            _cells(axes, mark)
         case Limit():
             pass  # drawn after the ends of the axes are known
 
@@ -195,6 +202,21 @@ def _bars(axes: Axes, mark: Bars, color: Any, size: float) -> None:
         at, apart = ((value, place), (3.0, 0.0)) if mark.across else ((place, value), (0.0, 2.0))
         placed: dict[str, Any] = {"va": "center"} if mark.across else {"ha": "center"}
         axes.annotate(text, at, apart, textcoords="offset points", fontsize=style.SMALL, **placed)
+
+
+def _cells(axes: Axes, mark: Cells) -> None:
+    from matplotlib.patches import Rectangle
+
+    for (i, k), fraction in np.ndenumerate(mark.shades):
+        fill, ink = style.shade(float(fraction))
+        axes.add_patch(Rectangle((k - 0.5, i - 0.5), 1.0, 1.0, fc=fill, ec="white", lw=style.THIN))
+        axes.text(k, i, mark.texts[i][k], ha="center", va="center", fontsize=style.SMALL, color=ink)
+        if mark.framed[i, k]:
+            axes.add_patch(Rectangle((k - 0.46, i - 0.46), 0.92, 0.92, fill=False, lw=style.FRAME,
+                                     ec=style.css_of("truth"), zorder=2))  # fmt: skip
+    axes.set_xlim(-0.5, mark.values.shape[1] - 0.5)
+    axes.grid(False)
+    axes.spines[:].set_visible(False)
 
 
 def _ends(axes: Axes, chart: Chart, x: float, y: float) -> None:

@@ -12,6 +12,7 @@ from sinssim.charts import (
     Axis,
     Band,
     Bars,
+    Cells,
     Chart,
     Charts,
     Dots,
@@ -247,7 +248,7 @@ def _axis_words(chart: Chart, ends: tuple[float, float]) -> str:
 
 def _heads(chart: Chart, left: float, *, labelled: bool) -> tuple[list[str], int]:
     """Return title and label of the vertical axis, and the ordinate below them."""
-    label = "" if chart.y.names else chart.heading(True)
+    label = chart.heading(True)
     if chart.title and label and not chart.y.label:
         return [text(left, 15, f"{chart.title} [{label}]", more='font-weight="600"')], 22
     body = [text(left, 15, chart.title, more='font-weight="600"')] if chart.title else []
@@ -394,7 +395,9 @@ def _common_legend(charts: Charts) -> str:
     if not names:
         return ""
     width = min(_PAGE, charts.size[0] * 1.08 * _INCH)
-    drawn, bottom = _legend(names, 4.0, 4.0, width)
+    about = text(4.0, 14.0, f"{charts.named}:", kind="soft") if charts.named else ""
+    drawn, bottom = _legend(names, 12.0 + _LETTER * len(charts.named) if about else 4.0, 4.0, width)
+    drawn = about + drawn
     return element(width, bottom + 4, "legend", drawn)
 
 
@@ -436,6 +439,8 @@ def _marks(chart: Chart, x: _Way, y: _Way) -> tuple[list[str], list[str]]:
                 body += _rule(mark, style.css_of(color), x, y)
                 if mark.text and not mark.upright:
                     over.append(text(x.end - 4.0, float(y(mark.at)) - 3.0, mark.text, "end", "soft"))
+            case Cells():
+                over += _cells(mark, x, y)
             case Limit():
                 body += _limit(mark, chart.most, x, y)
             case Remark():
@@ -549,6 +554,18 @@ def _bars(mark: Bars, color: Any, x: _Way, y: _Way) -> tuple[list[str], list[str
                 if mark.across else text(middle, end - 5.0, mark.texts[number], "middle")
             )  # fmt: skip
     return body, over
+
+
+def _cells(mark: Cells, x: _Way, y: _Way) -> Iterator[str]:
+    for (i, k), fraction in np.ndenumerate(mark.shades):
+        fill, ink = style.shade(float(fraction))
+        left, right, top, bottom = (float(v) for v in (x(k - 0.5), x(k + 0.5), y(i - 0.5), y(i + 0.5)))
+        yield _box(left + 1.0, top + 1.0, right - 1.0, bottom - 1.0, fill)
+        if mark.framed[i, k]:
+            frame = f' fill-opacity="0" stroke="{style.css_of("truth")}" stroke-width="2"/>'
+            yield _box(left + 3.0, top + 3.0, right - 3.0, bottom - 3.0, fill).replace("/>", frame)
+        middle = text(0.5 * (left + right), 0.5 * (top + bottom) + 4.0, mark.texts[i][k], "middle")
+        yield middle.replace("<text", f'<text style="fill:{ink}"', 1)
 
 
 def _rule(mark: Rule, color: str, x: _Way, y: _Way) -> Iterator[str]:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from collections.abc import Iterator, Sequence
 from dataclasses import replace
 from pathlib import Path
@@ -89,7 +90,7 @@ def record_charts(recording: Recording, charts: Charts, root: str = "", start: f
     for chart in charts if "recording" in charts.on else ():
         if _is_over_time(chart):
             record_chart(recording, f"{root}{chart.key}", chart, start)
-            labels[chart.key] = chart.unit(True)[0]
+            labels[chart.key] = f"log₁₀ {chart.unit(True)[0]}" if chart.y.log else chart.unit(True)[0]
     return labels
 
 
@@ -135,9 +136,12 @@ def record_chart(recording: Recording, entity: str, chart: Chart, start: float) 
         if is_long(len(time)):
             rows = screen_rows(time, values, float(time[0]), float(time[-1]))
             time, values = time[rows], values[rows]
+        values = values / size
+        if chart.y.log:  # the viewer has no logarithmic axis
+            values = np.log10(np.where(values > 0.0, values, np.nan))
         recording.series(
             f"{entity}/{number}" if number else entity, start + time,
-            np.where(np.isfinite(values), values / size, np.nan), [line.label for line, _ in group],
+            np.where(np.isfinite(values), values, np.nan), [line.label for line, _ in group],
             colors=[paint for _, paint in group], widths=[_WIDTHS[line.weight] for line, _ in group],
         )  # fmt: skip
     below = [ends for place, ends in recording.ranges.items() if place == entity or place.startswith(f"{entity}/")]
@@ -228,10 +232,10 @@ def _lines(items: Sequence[Item], level: int) -> Iterator[str]:
                 yield from (item.text, "")
             case Table():
                 columns, heads, rows = item.shown("recording")
-                yield from ([f"**{item.title}**", ""] if item.title else [])
-                yield "| " + " | ".join(", ".join(filter(None, head)) for head in heads) + " |"
+                yield from ([f"**{_escaped(item.title)}**", ""] if item.title else [])
+                yield "| " + " | ".join(_escaped(", ".join(filter(None, head))) for head in heads) + " |"
                 yield "|" + "".join("---|" if column.words else "---:|" for column in columns)
-                yield from ("| " + " | ".join(row) + " |" for row in rows)
+                yield from ("| " + " | ".join(map(_escaped, row)) + " |" for row in rows)
                 yield from ("", *([item.note, ""] if item.note else []))
             case Verbatim():
                 yield from (f"```\n{item.text}\n```", "")
@@ -242,3 +246,8 @@ def _lines(items: Sequence[Item], level: int) -> Iterator[str]:
                 if item.title and inner:
                     yield from (f"{'#' * level} {item.title}{f': {item.verdict}' if item.verdict else ''}", "")
                 yield from inner
+
+
+def _escaped(text: str) -> str:
+    """Return a text in which bars and single asterisks stand for themselves."""
+    return re.sub(r"\||(?<!\*)\*(?!\*)", r"\\\g<0>", text)

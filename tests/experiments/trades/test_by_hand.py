@@ -6,12 +6,13 @@ import shlex
 from math import inf, nan, pi
 from pathlib import Path
 from types import SimpleNamespace
+from typing import Any
 
 import numpy as np
 import pytest
 
 from sinssim.errors import InputError
-from sinssim.experiments.trades import cells
+from sinssim.experiments.trades import cells, trade_exhibits
 from sinssim.experiments.trades.cells import cells_of, command_of
 from sinssim.experiments.trades.result import CellResult, TradeResult
 from sinssim.experiments.trades.running.write import to_json
@@ -25,15 +26,19 @@ from sinssim.experiments.trades.summary import (
     headline,
     instants,
     label_of,
-    markdown,
     requirement_lines,
     unit_for,
     verdict_text,
 )
+from sinssim.experiments.trades.trade_charts import growth
+from sinssim.experiments.trades.trade_exhibits import exhibits_of
+from sinssim.recording.report.exhibits import page_of
+from sinssim.recording.rerun.exhibits import markdown, record_chart
 from sinssim.statistics.requirements.quantity import Quantity, parse_quantity
 from sinssim.statistics.requirements.requirement import parse_requirement
 from tests.experiments.trades.by_hand import ASK, OTHER, RISING, UNITS, made, without
 from tests.experiments.trades.examples import ACCEL, BIAS, GRADE, study
+from tests.recording.spies import Drawn
 
 SECOND = pi / 648_000.0
 
@@ -252,17 +257,17 @@ def test_times_within_a_flight(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) 
 
 
 def test_markdown(tmp_path: Path) -> None:
-    lines = markdown(without(made(tmp_path, description="Of two units."), 2)).splitlines()
-    assert lines[:5] == ["# small", "", "Of two units.", "", lines[4]]
+    lines = markdown(exhibits_of(without(made(tmp_path, description="Of two units."), 2))).splitlines()
+    assert lines[:5] == ["# small: a trade study", "", "Of two units.", "", lines[4]]
     assert lines[4].startswith("6 covariance budgets of")
-    start = lines.index("## At the end")
+    start = lines.index("**At the end**")
     assert lines[start + 2].startswith("| cell | unit | gyro bias σ, deg/h | CEP, m | R95, m |")
     assert lines[start + 3] == "|---|---|---|" + "---:|" * 11
     assert lines[start + 4].startswith("| 1 | A | 0.02 | 50.0 (40.0 … 75.0) | 100 (80.0 … 150) |")
-    later = lines.index("## At 30 s")
+    later = lines.index("**At 30 s**")
     assert lines[later + 4].startswith("| 1 | A | 0.02 | 16.7 (13.3 … 25.0) | 33.3 (26.7 … 50.0) |")
-    assert "- cell 2, unit A, gyro bias σ 0.01 deg/h: failed: it fell." in lines
-    commands = lines[lines.index("```sh") + 1 : -1]
+    assert "cell 2, unit A, gyro bias σ 0.01 deg/h: failed: it fell." in lines
+    commands = lines[lines.index("```") + 1 :]
     assert [f"{BIAS}={value}" in command for command, value in zip(commands, (0.02, 0.01, 0.05) * 2, strict=False)] == [
         True
     ] * 6
@@ -281,3 +286,31 @@ def test_what_a_study_asks_for() -> None:
     assert (linked.title, linked.name_of(1)) == ("gyro bias σ & accel bias σ", "0.3 & 4")
     assert (linked.unit, linked.numeric) == ("", False)
     assert linked.settings(1) == ((BIAS, 0.3), (ACCEL, 4.0))
+
+
+@pytest.mark.parametrize("wide", [False, True])
+def test_growth_of_the_cells_in_a_recording(tmp_path: Path, wide: bool) -> None:
+    """In m, or as its logarithm where nothing is zero: R95 at the end of 100 to 600 m, or of 10 m in the first cell."""
+    result = made(tmp_path)
+    if wide:
+        result.cells[0].numbers.r95[:] = [0.0, 5.0, 10.0]  # type: ignore[union-attr]
+    drawn: Any = Drawn()
+    for charts in growth(result):
+        for chart in charts:
+            record_chart(drawn, f"trade/{chart.key}", chart, 0.0)
+            assert (chart.y.log, chart.unit(upright=True)[0]) == (wide, "m")
+    for key, factor in (("r95", 1.0), ("cep", 0.5)):
+        for k, name in enumerate(f"{unit}, {bias} deg/h" for unit in "AB" for bias in ("0.02", "0.01", "0.05")):
+            ends = np.array([0.0, 5.0, 10.0]) if wide and not k and key == "r95" else (k + 1.0) * np.array([0, 50, 100])
+            values = factor * ends if key == "cep" or not wide or k else ends
+            with np.errstate(divide="ignore"):
+                shown = np.where(values > 0.0, np.log10(values), np.nan) if wide else values
+            drawn.shows(f"trade/{key}/{k}" if k else f"trade/{key}", [name], [0.0, 30.0, 60.0], shown[:, None])
+
+
+def test_panels_beyond_twelve_are_named(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """The last two axes are within a panel: of a grid of 2 × 2 × 3, two panels."""
+    monkeypatch.setattr(trade_exhibits, "MOST_PANELS", 1)
+    three = page_of(exhibits_of(made(tmp_path, (OTHER, UNITS, RISING))))
+    assert "The figures show 1 of 2 panels; the table has all." in three
+    assert "The figures show" not in page_of(exhibits_of(made(tmp_path)))

@@ -12,7 +12,7 @@ import sinssim
 from sinssim.analyses.error_budget.budget_exhibits import exhibits_of, lines_of
 from sinssim.analyses.error_budget.budget_files import to_json
 from sinssim.experiments.trades.cells import cells_of
-from sinssim.experiments.trades.trade_table import show
+from sinssim.recording.console import show
 from sinssim.recording.report.exhibits import page_of
 from sinssim.recording.tables.plain_text import plain_text
 from tests.experiments.trades.examples import AIDED, study
@@ -60,7 +60,7 @@ def test_the_cells_of_a_trade_study(tmp_path: Path, kind: str) -> None:
     ask = (LIMIT, "position_north(run) <= 1 km")
     plan = study(tmp_path, OUTAGE, AXIS, require=ask, cell=kind, **({"runs": 20} if kind == "ensemble" else {}))
     result = sinssim.compare(plan, tmp_path / "made", threads=1)
-    text = plain_text(lambda console: show(result, console))
+    text = plain_text(lambda console: show(result.exhibits, console))
     for number in (1, 2):
         found = result.cells[number - 1].verdict(LIMIT)
         assert found is not None

@@ -17,10 +17,11 @@ from sinssim.experiments.trades.summary import (
     cell_table,
     grids,
     headline,
-    markdown,
     requirement_lines,
     unit_for,
 )
+from sinssim.experiments.trades.trade_exhibits import exhibits_of
+from sinssim.recording.rerun.exhibits import markdown
 from sinssim.statistics.requirements.quantity import Quantity
 from tests.experiments.trades.examples import BIAS, GRADE, study
 
@@ -143,11 +144,11 @@ def test_units(tmp_path: Path) -> None:
 
 
 def test_markdown(tmp_path: Path) -> None:
-    text = markdown(made(tmp_path))
+    text = markdown(exhibits_of(made(tmp_path)))
     for line in text.splitlines():
         assert not line.startswith("|") or line.endswith("|")
     tables = [block for block in text.split("\n\n") if block.startswith("|")]
-    assert len(tables) == 2
+    assert len(tables) == 3  # with the definitions
     for block in tables:
         assert len({line.replace("\\|", "").count("|") for line in block.splitlines()}) == 1
     assert "cell 5, grade laser-standard, gyro bias σ 0.01 deg/h: failed: the flight failed." in text

@@ -14,9 +14,9 @@ from sinssim.experiments.trades.cells import cells_of
 from sinssim.experiments.trades.measure import CellNumbers, CellVerdict
 from sinssim.experiments.trades.result import CellResult, TradeResult
 from sinssim.experiments.trades.schema import Axis
-from sinssim.experiments.trades.trade_figure import growth_figure, pictures, trade_figure
-from sinssim.experiments.trades.trade_grid_figure import families, grid_of
-from sinssim.experiments.trades.trade_map_figure import heat_map
+from sinssim.experiments.trades.trade_charts import curves, families, grid_of, growth, pictures
+from sinssim.experiments.trades.trade_charts import heat_map as map_of
+from sinssim.recording.figures.charts import figure_of
 from sinssim.recording.style import COLORS, css
 from sinssim.statistics.requirements.quantity import Quantity
 from tests.experiments.trades.examples import ACCEL, AXES, BIAS, GRADE, study
@@ -45,6 +45,19 @@ def made(
     return TradeResult(plan, tuple(results))
 
 
+def trade_figure(result: TradeResult, quantity: Quantity) -> Any:
+    return figure_of(curves(result, quantity))
+
+
+def heat_map(result: TradeResult, quantity: Quantity) -> Any:
+    return figure_of(map_of(result, quantity))
+
+
+def growth_figure(result: TradeResult) -> Any:
+    """Return the growth of R95, None without any."""
+    return next((figure_of(charts) for charts in growth(result) if charts.title), None)
+
+
 def test_one_axis_of_numbers_is_a_curve_with_its_band_and_the_limit(tmp_path: Path) -> None:
     figure = trade_figure(made(tmp_path, NUMBERS, band=0.1), R95)
     (panel,) = figure.axes
@@ -54,7 +67,7 @@ def test_one_axis_of_numbers_is_a_curve_with_its_band_and_the_limit(tmp_path: Pa
     assert limit.get_color() == css(COLORS["limit"])
     (band,) = panel.collections
     np.testing.assert_allclose(band.get_paths()[0].get_extents().bounds[1::2], [9.0, 33.0 - 9.0])
-    assert panel.get_xlabel() == "gyro bias σ, deg/h"
+    assert panel.get_xlabel() == "gyro bias σ [deg/h]"
     assert panel.get_ylabel() == "R95 at the end [m]"
     assert [tick.get_text() for tick in panel.get_xticklabels()] == ["0.01", "0.02", "0.04"]
     assert figure._supxlabel.get_text() == "bands: 95 % confidence"  # type: ignore[attr-defined]
@@ -73,7 +86,7 @@ def test_choices_of_many_sizes_are_dots(tmp_path: Path) -> None:
     (panel,) = trade_figure(made(tmp_path, CHOICES, values=[1.0, 10.0, 1000.0]), R95).axes
     assert panel.get_yscale() == "log"
     assert len(panel.patches) == 0
-    np.testing.assert_array_equal(panel.lines[0].get_ydata(), [1.0, 10.0, 1000.0])
+    np.testing.assert_array_equal(panel.collections[0].get_offsets()[:, 1], [1.0, 10.0, 1000.0])
 
 
 @pytest.mark.parametrize(("axes", "lines", "bars"), [((NUMBERS, SWITCH), 2, 0), ((SWITCH, NUMBERS), 2, 0),
@@ -101,19 +114,19 @@ def test_which_axis_gives_the_colours() -> None:
 def test_further_axes_are_panels(tmp_path: Path) -> None:
     figure = trade_figure(made(tmp_path, SWITCH, *AXES), R95)
     assert [panel.get_title(loc="left") for panel in figure.axes] == ["vertical free", "vertical baro-loop"]
-    assert len(heat_map(made(tmp_path, SWITCH, *AXES), R95).axes) == 3  # and the colour bar
+    assert len(heat_map(made(tmp_path, SWITCH, *AXES), R95).axes) == 2
 
 
 def test_the_heat_map_has_the_numbers_in_the_order_of_the_table(tmp_path: Path) -> None:
     figure = heat_map(made(tmp_path, *AXES), R95)
     panel = figure.axes[0]
     texts = {tuple(text.get_position()): text.get_text() for text in panel.texts}
-    assert [[texts[k + 0.5, i + 0.5] for k in range(3)] for i in range(2)] == [
+    assert [[texts[k, i] for k in range(3)] for i in range(2)] == [
         ["10.0", "20.0", "30.0"],
         ["40.0", "50.0", "60.0"],
     ]
-    assert panel.get_ylim() == (2.0, 0.0)
-    assert len(panel.patches) == 3  # frames of the cells that meet the requirement
+    assert panel.get_ylim() == (1.5, -0.5)
+    assert sum(not patch.get_fill() for patch in panel.patches) == 3  # frames of the cells that meet the requirement
     assert figure._supxlabel.get_text() == "framed: meets r95(end) <= 35.0 m"  # type: ignore[attr-defined]
 
 
@@ -127,7 +140,7 @@ def test_a_cell_without_numbers(tmp_path: Path) -> None:
     assert np.isnan(trade_figure(result, R95).axes[0].lines[1].get_ydata()[1])
     assert growth_figure(result) is not None
     nothing = TradeResult(whole.study, tuple(CellResult(one.cell) for one in cells), "interrupted")
-    assert pictures(nothing) == []
+    assert not list(pictures(nothing))
     for figure in (trade_figure(nothing, R95), heat_map(nothing, R95)):
         figure.draw_without_rendering()
     assert growth_figure(nothing) is None
@@ -146,19 +159,20 @@ def test_requirements_of_other_quantities_are_not_drawn(tmp_path: Path) -> None:
 
 
 def test_all_pictures(tmp_path: Path) -> None:
-    assert [one.name for one in pictures(made(tmp_path, *AXES))] == ["r95_end", "r95_end_map", "growth"]
-    assert [one.name for one in pictures(made(tmp_path, NUMBERS))] == ["r95_end", "growth"]
+    assert [one.key for one in pictures(made(tmp_path, *AXES))] == ["r95_end", "r95_end_map", "growth", "growth_cep"]
+    assert [one.key for one in pictures(made(tmp_path, NUMBERS))] == ["r95_end", "growth", "growth_cep"]
 
 
 @pytest.mark.parametrize("axes", [(NUMBERS,), (CHOICES,), AXES, (SWITCH, *AXES)])
 def test_labels_do_not_overlap(tmp_path: Path, axes: tuple[dict[str, Any], ...]) -> None:
     for one in pictures(made(tmp_path, *axes)):
-        one.figure.draw_without_rendering()
-        renderer = one.figure._get_renderer()  # type: ignore[attr-defined]
-        for panel in one.figure.axes:
+        figure = figure_of(one)
+        figure.draw_without_rendering()
+        renderer = figure._get_renderer()  # type: ignore[attr-defined]
+        for panel in figure.axes:
             boxes = [tick.get_window_extent(renderer) for tick in panel.get_xticklabels() if tick.get_text()]
             turned = any(tick.get_rotation() for tick in panel.get_xticklabels())
-            assert turned or all(a.x1 < b.x0 for a, b in pairwise(boxes)), one.name
+            assert turned or all(a.x1 < b.x0 for a, b in pairwise(boxes)), one.key
 
 
 def test_growth_ends_with_the_longest_run(tmp_path: Path) -> None:

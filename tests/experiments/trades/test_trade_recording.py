@@ -13,8 +13,8 @@ from rerun.chunk import RrdReader
 import sinssim
 from sinssim.experiments.trades.measure import CellNumbers
 from sinssim.experiments.trades.result import CellResult, TradeResult
-from sinssim.experiments.trades.trade_figure import pictures
-from sinssim.experiments.trades.trade_recording import record
+from sinssim.experiments.trades.trade_charts import shown_cells
+from sinssim.recording.rerun.exhibits import record
 from sinssim.recording.rerun.viewer import find_run_info
 from sinssim.recording.rerun.views import all_views, load_view
 from tests.analyses.error_budget.test_budget_recording import views
@@ -51,30 +51,32 @@ def test_the_view_shows_what_is_recorded(result: TradeResult) -> None:
         assert any(entity.startswith(str(view.origin)) for entity in entities), view.origin
     plots = [view.name for view in shown if isinstance(view, rrb.TimeSeriesView)]
     assert plots == ["R95 [m] of each cell", "CEP [m] of each cell"]
-    assert {f"/trade/{key}/{number}" for key in ("r95", "cep") for number in range(1, 7)} <= entities
+    names = [f"{key}{number}" for key in ("r95", "cep") for number in ("", *(f"/{k}" for k in range(1, 6)))]
+    assert {f"/trade/{name}" for name in names} <= entities
 
 
 def test_the_lines_are_those_of_the_cells(result: TradeResult) -> None:
     """The last recorded value is the R95 of the cell's own budget, in metres."""
     assert result.directory is not None
-    ends = [values_of(result.directory / "recording.rrd", f"trade/r95/{n}")[-1] for n in range(1, 7)]
+    ends = [
+        values_of(result.directory / "recording.rrd", f"trade/r95{n}")[-1]
+        for n in ("", *(f"/{k}" for k in range(1, 6)))
+    ]
     np.testing.assert_allclose(ends, result.values("r95(end)").ravel(), rtol=1e-12)
 
 
 def test_of_many_cells_some_are_recorded(result: TradeResult, tmp_path: Path) -> None:
     """At most ten lines, the least and the largest R95 among them; a study without a finished cell has a view, too."""
-    from sinssim.experiments.trades import trade_recording as trade
-
     ends = [float((7 * n) % 23) for n in range(1, 23)]
     of: Any = [CellNumbers({}, (), np.arange(2.0), np.zeros(2), np.array([0.0, end]), ()) for end in ends]
     many = TradeResult(result.study, tuple(CellResult(result.cells[0].cell, one) for one in of))
-    chosen = [numbers.r95[-1] for _, numbers in trade._shown(many)]
+    chosen = [numbers.r95[-1] for _, numbers in shown_cells(many)]
     assert len(chosen) == 10
     assert {1.0, 22.0} <= set(chosen)
     assert chosen == [end for end in ends if end in chosen]
     failed = TradeResult(
         result.study, tuple(CellResult(one.cell, failure="it fell.") for one in result.cells), "failed"
     )
-    record(failed, pictures(failed), tmp_path / "recording.rrd")
+    record(failed.exhibits, tmp_path / "recording.rrd")
     shown = views(load_view("trade", find_run_info(tmp_path / "recording.rrd")).root_container)
     assert "0 of 6 cells" in next(view.name for view in shown if isinstance(view, rrb.TimeSeriesView))

@@ -1,4 +1,4 @@
-"""Pages of runs and trade studies: their sections in order, and which of them a result has."""
+"""Pages of runs: their sections in order, and which of them a result has."""
 
 from __future__ import annotations
 
@@ -13,7 +13,6 @@ from sinssim.exhibits import Sentence
 from sinssim.experiments.run.report import flight, sensors, track
 from sinssim.experiments.run.report import run_report as report
 from sinssim.experiments.run.report.sensors import platform_errors
-from sinssim.experiments.trades import trade_report
 from sinssim.scenario import Scenario
 from sinssim.sensors.imu.imu import Imu
 from sinssim.sensors.sets.sensor_set import Redundant
@@ -211,31 +210,6 @@ def test_residual_errors_of_single_sensors(monkeypatch: pytest.MonkeyPatch) -> N
     ]  # fmt: skip
     ideal = SimpleNamespace(error=np.zeros((2, 3)))
     assert list(sensors.sensor_errors(scenario, true, [ideal]))[-1] == "<p>All sensors are ideal.</p>"  # type: ignore[list-item]
-
-
-@pytest.mark.parametrize(("shape", "said"), [((3, 4, 5), False), ((4, 4, 5), True), ((5,), False)])
-def test_panels_of_a_trade_study(monkeypatch: pytest.MonkeyPatch, shape: tuple[int, ...], said: bool) -> None:
-    """The last two axes are within a panel: of 80 cells in a grid of 4 × 4 × 5, four panels."""
-    for name in ("headline", "_definitions", "_method"):
-        monkeypatch.setattr(trade_report, name, lambda *_, own=name: own.strip("_"))
-    monkeypatch.setattr(trade_report, "instants", lambda result: [])
-    monkeypatch.setattr(trade_report, "cell_table", lambda result, when, bands: (["h"], [["1"]], 1))
-    monkeypatch.setattr(trade_report, "to_svg", lambda figure, name: f"({figure}: {name})")
-    monkeypatch.setattr(trade_report, "MOST_PANELS", 3)
-
-    class Result(SimpleNamespace):
-        def __len__(self) -> int:
-            return int(np.prod(shape))
-
-    study = SimpleNamespace(name="<t>", description="d", requirements=(), shape=shape, axes=shape, cell="budget")
-    result: Any = Result(study=study, notes=["n"], failures={})
-    picture: Any = SimpleNamespace(title="R95 & more", figure="drawn", name="r95")
-    lines = body(trade_report.trade_report(result, [picture], {}))
-    assert lines[:5] == ["<h1>&lt;t&gt;: a trade study</h1>", '<p class="lead">d</p>', '<p class="note">headline</p>',
-                         "<p><strong>n</strong></p>", "<h2>Trade-offs</h2>"]  # fmt: skip
-    panels = ["<p class=note>The figures show 3 of 4 panels; the table has all.</p>"] if said else []
-    assert lines[5:][: len(panels) + 4] == [*panels, "<h3>R95 &amp; more</h3>", "(drawn: r95)", "<h2>Cells</h2>",
-                                            "<h3>At the end</h3>"]  # fmt: skip
 
 
 def test_instants_on_a_map(monkeypatch: pytest.MonkeyPatch) -> None:

@@ -1,15 +1,12 @@
-"""Scored solutions, cells of a trade study and axes of views, from numbers that are chosen."""
+"""Scored solutions and axes of views, from numbers that are chosen."""
 
 from __future__ import annotations
 
-from types import SimpleNamespace
 from typing import Any
 
 import numpy as np
-import pytest
 
 from sinssim.experiments.run.views import score
-from sinssim.experiments.trades import trade_recording as trade
 from sinssim.recording.rerun.views import RunInfo
 from sinssim.strapdown.nav_error import NavError
 from tests.recording.spies import Drawn
@@ -50,25 +47,6 @@ def test_the_order_of_drawing() -> None:
     numbers: Any = {name: {"rms_horizontal_error_m": rms} for name, rms in
                     (("a", 10.0), ("theirs", 100.0), ("own", 101.0), ("b", 5000.0))}  # fmt: skip
     assert score._drawing_order(numbers, {"theirs"}) == ["b", "own", "theirs", "a"]
-
-
-@pytest.mark.parametrize("wide", [False, True])
-def test_growth_of_the_cells(monkeypatch: pytest.MonkeyPatch, wide: bool) -> None:
-    """In km, or as its logarithm where nothing is zero."""
-    monkeypatch.setattr(trade, "unit_for", lambda *what: SimpleNamespace(name="km", size=1e3))
-    monkeypatch.setattr(trade, "is_wide", lambda last: wide)
-    monkeypatch.setattr(trade, "short_name", lambda result, one: f"cell {one.cell.number}")
-    monkeypatch.setattr(trade, "_colors", lambda result, numbers: [(n, n, n) for n in numbers])
-    numbers = SimpleNamespace(time=TIME, r95=np.array([0.0, 2000.0, np.inf]), cep=np.array([100.0, 1000.0, 500.0]))
-    shown: Any = [(SimpleNamespace(cell=SimpleNamespace(number=7)), numbers)]
-    drawn: Any = Drawn()
-    labels = trade._draw_growth(drawn, None, shown)  # type: ignore[arg-type]
-    assert labels == {"circle": "log₁₀ km" if wide else "km"}
-    r95, cep = np.array([0.0, 2.0, np.nan]), np.array([0.1, 1.0, 0.5])
-    if wide:
-        r95, cep = np.array([np.nan, np.log10(2.0), np.nan]), np.log10(cep)
-    drawn.shows("trade/r95/7", ["cell 7"], TIME, r95[:, None], [(7, 7, 7)])
-    drawn.shows("trade/cep/7", ["cell 7"], TIME, cep[:, None], [(7, 7, 7)])
 
 
 def test_axes_of_views() -> None:

@@ -3,14 +3,13 @@
 from __future__ import annotations
 
 import json
-import platform
 from pathlib import Path
 from typing import Any
 
 from sinssim.experiments.trades.result import TradeResult
-from sinssim.experiments.trades.summary import definitions, markdown
+from sinssim.experiments.trades.summary import definitions
 from sinssim.recording.store.parquet import write_table
-from sinssim.recording.store.summary import plain, processor, versions
+from sinssim.recording.store.summary import plain, versions
 from sinssim.system.outputs import write_text
 
 
@@ -80,26 +79,27 @@ def write_trade(result: TradeResult, folder: Path) -> list[str]:
     """
     import tomli_w
 
-    from sinssim.experiments.trades.trade_figure import pictures
-    from sinssim.experiments.trades.trade_recording import record
-    from sinssim.experiments.trades.trade_report import trade_report
+    from sinssim.experiments.trades.trade_exhibits import exhibits_of
     from sinssim.recording.figures.canvas import save
+    from sinssim.recording.figures.charts import figure_of
+    from sinssim.recording.report.exhibits import page_of
+    from sinssim.recording.rerun.exhibits import markdown, record
 
-    about = {**versions(), "Python": platform.python_version(), "processor": processor()}
-    drawn = pictures(result)
+    exhibits = exhibits_of(result)
     contents = result.study.model_dump(exclude_none=True)
     write_text(folder / "study.toml", tomli_w.dumps(_lists(contents)))
     text = json.dumps(to_json(result), indent=2, ensure_ascii=False, allow_nan=False)
     write_text(folder / "results.json", text + "\n")
     write_table(result.to_table(), folder / "results.parquet")
-    write_text(folder / "summary.md", markdown(result))
+    write_text(folder / "summary.md", markdown(exhibits))
     names = ["study.toml", "results.json", "results.parquet", "summary.md", "report.html"]
-    for one in drawn:
+    for key in exhibits.pictures:
+        picture = figure_of(exhibits.chosen(key))
         for ending in (".svg", ".png"):
-            save(one.figure, folder / f"{one.name}{ending}")
-            names.append(f"{one.name}{ending}")
-    write_text(folder / "report.html", trade_report(result, drawn, about))
-    record(result, drawn, folder / "recording.rrd")
+            save(picture, folder / f"{key}{ending}")
+            names.append(f"{key}{ending}")
+    write_text(folder / "report.html", page_of(exhibits))
+    record(exhibits, folder / "recording.rrd")
     return [*names, "recording.rrd"]
 
 
