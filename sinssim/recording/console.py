@@ -88,7 +88,8 @@ def table_of(table: Table) -> rich_table.Table:
         own, widest = max(map(len, lines), default=0), max((len(row[place]) for row in rows), default=0)
         # words of a cell are broken into lines if they are long; a head that is longer than its numbers, too
         whole = widest < _LONG if column.words else own <= widest
-        least = widest if not column.words else max(own, widest) if whole else None
+        word = max((len(word) for line in lines for word in line.split()), default=0)
+        least = max(own if whole else word, widest) if whole or not column.words else None
         side: Literal["left", "right"] = "left" if column.words else "right"
         drawn.add_column(Text("\n".join(lines)), justify=side, no_wrap=whole, min_width=least)
     for row in rows:

@@ -92,8 +92,7 @@ def test_everything_on_the_console() -> None:
     over = 2.0 * R95 * 50.0 - 200.0
     assert lines == [
         "by hand: covariance budget of inertial navigation",
-        "Errors over time: root mean square over all runs; CEP and R95 are the radii of 50 % and 95 %",
-        "of the runs",
+        "Errors over time: root mean square over all runs; CEP and R95 are the radii of 50 % and 95 % of the runs",
         " ".join(names),
         " ".join(units),
         *(" ".join(row(k * third)) for k in (0.5, 1.0, 2.0, 3.0, 4.0, 5.0, 6.0)),

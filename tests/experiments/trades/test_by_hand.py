@@ -300,12 +300,14 @@ def test_growth_of_the_cells_in_a_recording(tmp_path: Path, wide: bool) -> None:
             record_chart(drawn, f"trade/{chart.key}", chart, 0.0)
             assert (chart.y.log, chart.unit(upright=True)[0]) == (wide, "m")
     for key, factor in (("r95", 1.0), ("cep", 0.5)):
-        for k, name in enumerate(f"{unit}, {bias} deg/h" for unit in "AB" for bias in ("0.02", "0.01", "0.05")):
+        names = [f"{unit}, {bias} deg/h" for unit in "AB" for bias in ("0.02", "0.01", "0.05")]
+        columns = []
+        for k in range(6):
             ends = np.array([0.0, 5.0, 10.0]) if wide and not k and key == "r95" else (k + 1.0) * np.array([0, 50, 100])
             values = factor * ends if key == "cep" or not wide or k else ends
             with np.errstate(divide="ignore"):
-                shown = np.where(values > 0.0, np.log10(values), np.nan) if wide else values
-            drawn.shows(f"trade/{key}/{k}" if k else f"trade/{key}", [name], [0.0, 30.0, 60.0], shown[:, None])
+                columns.append(np.where(values > 0.0, np.log10(values), np.nan) if wide else values)
+        drawn.shows(f"trade/{key}", names, [0.0, 30.0, 60.0], np.column_stack(columns))
 
 
 def test_panels_beyond_twelve_are_named(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
