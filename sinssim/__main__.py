@@ -9,7 +9,7 @@ import signal
 import sys
 from typing import NoReturn
 
-_ALLOCATIONS = 100_000
+_ALLOCATIONS = 200_000
 """Objects between two searches for reference cycles: with the default of 700, modules load under hundreds of them."""
 
 

@@ -11,7 +11,7 @@ from collections.abc import Collection, Iterable, Iterator, Mapping, Sequence
 from contextlib import suppress
 from typing import Annotated, Any, Literal, Union, get_args, get_origin
 
-from pydantic import BaseModel, ValidationError
+from pydantic import BaseModel, ConfigDict, ValidationError
 from pydantic.fields import FieldInfo
 from pydantic_core import ErrorDetails
 
@@ -81,6 +81,8 @@ _TYPES = {
 
 class Table(BaseModel):
     """A table of a file, with what it knows of keys that are not its fields."""
+
+    model_config = ConfigDict(defer_build=True, protected_namespaces=())  # both for the time of a program's start
 
     @classmethod
     def file_keys(cls) -> dict[str, FieldInfo]:

@@ -268,7 +268,7 @@ def given(section: BaseModel, *without: str) -> str:
     Returns:
         "key = value, …", "" if all are defaults.
     """
-    return _values(section.model_dump(exclude_defaults=True, exclude=set(without)))
+    return _values({key: value for key, value in _other_than_defaults(section).items() if key not in without})
 
 
 def leg_words(leg: BaseModel) -> str:
@@ -334,11 +334,20 @@ def values_of(section: BaseModel, *without: str) -> str:
     return _values(section.model_dump(exclude=set(without)))
 
 
+def _other_than_defaults(section: BaseModel) -> dict[str, object]:
+    """Return the values that differ from the defaults; pydantic's own way builds a serializer for each table."""
+    fields = type(section).model_fields.items()
+    values = {key: (getattr(section, key), field.get_default(call_default_factory=True)) for key, field in fields}
+    return {key: value for key, (value, default) in values.items() if value != default}
+
+
 def _values(values: Mapping[str, object]) -> str:
     return ", ".join(f"{key} = {_value(value)}" for key, value in values.items())
 
 
 def _value(value: object) -> str:
+    if isinstance(value, BaseModel):
+        value = _other_than_defaults(value)
     if isinstance(value, dict):
         return "{" + _values(value) + "}"
     if isinstance(value, tuple | list):
