@@ -10,7 +10,8 @@ import sys
 from typing import NoReturn
 
 _ALLOCATIONS = 200_000
-"""Objects between two searches for reference cycles: with the default of 700, modules load under hundreds of them."""
+"""Objects between two searches for reference cycles, more than loading makes: with the default of 700,
+modules load under hundreds of searches."""
 
 
 def program() -> NoReturn:
@@ -21,6 +22,7 @@ def program() -> NoReturn:
     """
     code = 1
     gc.set_threshold(_ALLOCATIONS)
+    os.environ.setdefault("PYDANTIC_DISABLE_PLUGINS", "__all__")  # it would read the metadata of all installed packages
     os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")  # for matrices as small as here, waking threads takes longer
     before = {number: signal.getsignal(number) for number in (signal.SIGINT, signal.SIGTERM)}
     for number, handler in before.items():

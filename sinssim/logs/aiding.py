@@ -23,12 +23,12 @@ _CLAIM = 0.1
 """1σ of a float fix that is doubted if it is smaller, m: wrong ambiguities are of decimetres."""
 
 
-def quality_factor(fixes: FixStream, section: LogGnss | LogReference) -> Array:
+def quality_factor(fixes: FixStream, keys: LogGnss | LogReference) -> Array:
     """Return the factor of σ of each fix, NaN for one whose quality is refused, (M,).
 
     Without factors a fix counts as its own σ says, unless its code says that there is none.
     """
-    if section.quality_factors is None:
+    if keys.quality_factors is None:
         found = np.ones(len(fixes))
         for number, word in fixes.quality_words.items():
             if fixes.quality is not None and word in _NO_FIX:
@@ -36,21 +36,21 @@ def quality_factor(fixes: FixStream, section: LogGnss | LogReference) -> Array:
         return found
     if fixes.quality is None:
         raise InputError(
-            f"{section.file} has no codes of quality, but quality_factors are given: describe the column of the codes "
+            f"{keys.file} has no codes of quality, but quality_factors are given: describe the column of the codes "
             "(quality), or remove quality_factors."
         )
     found = np.full(len(fixes), np.nan)
-    for code, factor in section.quality_factors.items():
+    for code, factor in keys.quality_factors.items():
         found[fixes.quality == int(code)] = factor
     return found
 
 
-def quality_words(fixes: FixStream, section: LogGnss | LogReference) -> Iterator[str]:
+def quality_words(fixes: FixStream, keys: LogGnss | LogReference) -> Iterator[str]:
     """Yield a sentence on the codes of quality of recorded fixes."""
     if fixes.quality is None or not len(fixes):
         return
     codes, counts = np.unique(fixes.quality, return_counts=True)
-    factors = section.quality_factors
+    factors = keys.quality_factors
     parts = []
     for code, count in zip(codes.tolist(), counts.tolist(), strict=True):
         word = fixes.quality_words.get(code)
@@ -62,7 +62,7 @@ def quality_words(fixes: FixStream, section: LogGnss | LogReference) -> Iterator
             what += ", refused" if factor is None else f", σ times {factor:g}" if factor != 1.0 else ""
         parts.append(what)
     yield f"The quality of the fixes: {'; '.join(parts)}."
-    own = fixes.position_sigma if section.position_sigma_m is None else None
+    own = fixes.position_sigma if keys.position_sigma_m is None else None
     floats = [code for code in codes.tolist() if fixes.quality_words.get(code) == "float"]
     if factors is None and floats and own is not None:
         claimed = float(np.nanmedian(own[np.isin(fixes.quality, floats)][:, :2]))
@@ -74,45 +74,45 @@ def quality_words(fixes: FixStream, section: LogGnss | LogReference) -> Iterator
             )
 
 
-def gnss_readings(fixes: FixStream, section: LogGnss, outages: Spans) -> list[AidingReadings]:
+def gnss_readings(fixes: FixStream, gnss: LogGnss, outages: Spans) -> list[AidingReadings]:
     """Return recorded fixes as measurements.
 
     Args:
         fixes: fixes in the run's time, within the run.
-        section: the table [log.gnss].
+        gnss: the table [log.gnss].
         outages: injected outages, s: a fix after the beginning and not after the end is withheld.
 
     Returns:
-        Positions and velocities, as far as the section takes them and the file has them.
+        Positions and velocities, as far as the table takes them and the file has them.
 
     Raises:
         InputError: 1σ of positions or velocities is not known, or no quality is accepted.
     """
-    factor = quality_factor(fixes, section)
+    factor = quality_factor(fixes, gnss)
     found = []
-    if "position" in section.use:
+    if "position" in gnss.use:
         sigma = _sigma(
-            fixes.position_sigma, section.position_sigma_m, len(fixes), section.file, "position_sigma_m = [2, 2, 4]"
+            fixes.position_sigma, gnss.position_sigma_m, len(fixes), gnss.file, "position_sigma_m = [2, 2, 4]"
         )
-        sigma = np.maximum(sigma * section.sigma_factor, max(section.least_sigma_m, 1e-9)) * factor[:, None]
+        sigma = np.maximum(sigma * gnss.sigma_factor, max(gnss.least_sigma_m, 1e-9)) * factor[:, None]
         value = np.column_stack((fixes.latitude, fixes.longitude, fixes.height))
-        correlation = None if section.position_sigma_m is not None else _correlation(fixes.covariance)
-        found.append(_readings("gnss-position", fixes.time, value, sigma, section, outages, correlation))
-    if "velocity" in section.use and fixes.velocity_ned is not None:
+        correlation = None if gnss.position_sigma_m is not None else _correlation(fixes.covariance)
+        found.append(_readings("gnss-position", fixes.time, value, sigma, gnss, outages, correlation))
+    if "velocity" in gnss.use and fixes.velocity_ned is not None:
         sigma = _sigma(
-            fixes.velocity_sigma, section.velocity_sigma_mps, len(fixes), section.file,
+            fixes.velocity_sigma, gnss.velocity_sigma_mps, len(fixes), gnss.file,
             "velocity_sigma_mps = [0.1, 0.1, 0.2]",
         )  # fmt: skip
-        least = max(section.least_velocity_sigma_mps, 1e-9)
-        sigma = np.maximum(sigma * section.velocity_sigma_factor, least) * factor[:, None]
-        time, velocity = fixes.time - section.velocity_delay_s, fixes.velocity_ned
+        least = max(gnss.least_velocity_sigma_mps, 1e-9)
+        sigma = np.maximum(sigma * gnss.velocity_sigma_factor, least) * factor[:, None]
+        time, velocity = fixes.time - gnss.velocity_delay_s, fixes.velocity_ned
         level = np.isfinite(velocity[:, :2]).all(axis=1) & ~np.isfinite(velocity[:, 2])
         if level.any():  # speed and course
             velocity = np.where(level[:, None] & ~np.isfinite(velocity), 0.0, velocity)
             sigma = np.where(level[:, None] * np.array((False, False, True)), _UNKNOWN_CLIMB, sigma)
-        found.append(_readings("gnss-velocity", time, velocity, sigma, section, outages))
+        found.append(_readings("gnss-velocity", time, velocity, sigma, gnss, outages))
     if not found:
-        raise InputError(f"{section.file} has no velocities, and use = {list(section.use)} takes nothing else.")
+        raise InputError(f"{gnss.file} has no velocities, and use = {list(gnss.use)} takes nothing else.")
     return found
 
 
@@ -151,7 +151,7 @@ def _readings(
     time: Array,
     value: Array,
     sigma: Array,
-    section: LogGnss,
+    gnss: LogGnss,
     outages: Spans,
     correlation: Array | None = None,
 ) -> AidingReadings:
@@ -160,8 +160,8 @@ def _readings(
     kept = ~withheld(time, outages)
     if correlation is not None:
         correlation = np.ascontiguousarray(correlation[sound][kept])
-    arrival = time + section.latency_s + (section.velocity_delay_s if kind == "gnss-velocity" else 0.0)
-    arm = np.array(section.lever_arm_m)
+    arrival = time + gnss.latency_s + (gnss.velocity_delay_s if kind == "gnss-velocity" else 0.0)
+    arm = np.array(gnss.lever_arm_m)
     given = Measurements(
         kind, time[kept], np.maximum(arrival, time)[kept], value[kept], np.ascontiguousarray(sigma[kept]), arm, kind,
         correlation,
@@ -177,12 +177,12 @@ def withheld(time: Array, outages: Spans) -> Mask:
     return inside
 
 
-def other_readings(stream: OtherStream, section: LogOther) -> AidingReadings:
+def other_readings(stream: OtherStream, sensor: LogOther) -> AidingReadings:
     """Return the readings of another sensor as measurements, in the run's time."""
-    assert stream.sigma is not None  # a section describes it
+    assert stream.sigma is not None  # a sensor describes it
     sound = np.isfinite(stream.value).all(axis=1) & np.isfinite(stream.sigma).all(axis=1)
     time = stream.time[sound]
     given = Measurements(
-        section.kind, time, time, stream.value[sound], stream.sigma[sound], np.array(section.lever_arm_m), section.name
+        sensor.kind, time, time, stream.value[sound], stream.sigma[sound], np.array(sensor.lever_arm_m), sensor.name
     )
     return AidingReadings(given, time, {})

@@ -30,11 +30,11 @@ _Stream = TypeVar("_Stream")
 _OWN_TIMES = Clock("machine", None, "times in a column, without a date")
 
 
-def inertial_stream(section: LogImu) -> tuple[InertialStream, Clock, tuple[str, ...]]:
+def inertial_stream(unit: LogImu) -> tuple[InertialStream, Clock, tuple[str, ...]]:
     """Read the recorded inertial unit.
 
     Args:
-        section: the table [log.imu].
+        unit: the table [log.imu].
 
     Returns:
         Its readings turned to forward-right-down, with the axes of the file in `axes`; the clock of the file; and the
@@ -43,40 +43,40 @@ def inertial_stream(section: LogImu) -> tuple[InertialStream, Clock, tuple[str, 
     Raises:
         InputError: the file cannot be read, holds no inertial unit, or has another kind than described.
     """
-    path = Path(section.file)
-    found = _formatted(section, described=_describes(section, LogDescription, ("axes",)))
+    path = Path(unit.file)
+    found = _formatted(unit, described=_describes(unit, LogDescription, ("axes",)))
     if found is not None:
-        stream = _one(found.inertial, section, found, "inertial unit")
-        axes = section.axes if "axes" in section.model_fields_set or stream.axes is None else stream.axes
+        stream = _one(found.inertial, unit, found, "inertial unit")
+        axes = unit.axes if "axes" in unit.model_fields_set or stream.axes is None else stream.axes
         matrix = LogDescription.model_validate({"axes": axes}).matrix
         return _turned(replace(stream, axes=axes), matrix), found.clock, found.notes
-    apart = [name for name in TRIADS if (triad := section.triad(name)) is not None and triad.apart]
+    apart = [name for name in TRIADS if (triad := unit.triad(name)) is not None and triad.apart]
     if len(apart) == len(TRIADS):
         raise InputError(
             f"{path}: gyro and accel both have a file or rows of their own; give those of one of them in log.imu."
         )
-    samples = read_samples(path, section, [name for name in TRIADS if name not in apart])
+    samples = read_samples(path, unit, [name for name in TRIADS if name not in apart])
     # the axes are already turned; a copy of the first interval stands before the first stamp
     time, triads, notes = samples.time[1:], samples.triads, samples.notes
     for name in apart:
-        time, triads, added = joined(section, samples, name)
+        time, triads, added = joined(unit, samples, name)
         notes += added
-    if section.gravity is not None:
-        time, triads, added = with_gravity(section, time, triads, samples.clock)
+    if unit.gravity is not None:
+        time, triads, added = with_gravity(unit, time, triads, samples.clock)
         notes += added
-    time, clock = _on_clock(section, time, samples.clock)
+    time, clock = _on_clock(unit, time, samples.clock)
     return InertialStream(time, triads["gyro"], triads["accel"], samples.kind), clock, notes
 
 
-def _on_clock(section: LogFile, time: Array, dated: Clock | None) -> tuple[Array, Clock]:
+def _on_clock(source: LogFile, time: Array, dated: Clock | None) -> tuple[Array, Clock]:
     """Return the times of a file in columns, and their clock: that of dates, Unix time, or an unknown one."""
     if dated is not None:
         if dated.kind == "utc" or dated.origin_gps_s is None:
             return time, dated
-        if section.clock == "utc":
+        if source.clock == "utc":
             return time, replace(dated, kind="utc", origin_gps_s=int(gps_from_unix(dated.origin_gps_s + EPOCH_UNIX)))
         return time, replace(dated, kind="gps")
-    if section.clock != "unix":
+    if source.clock != "unix":
         return time, _OWN_TIMES
     first = math.floor(time[0])
     return time - first, Clock("utc", int(gps_from_unix(first)), "Unix time")
@@ -86,11 +86,11 @@ def _turned(stream: InertialStream, matrix: Array) -> InertialStream:
     return replace(stream, gyro=stream.gyro @ matrix.T, accel=stream.accel @ matrix.T)
 
 
-def fix_stream(section: LogFile) -> tuple[FixStream, Clock, tuple[str, ...]]:
+def fix_stream(source: LogFile) -> tuple[FixStream, Clock, tuple[str, ...]]:
     """Read recorded fixes.
 
     Args:
-        section: the table [log.gnss].
+        source: the table [log.gnss].
 
     Returns:
         The fixes, the clock of the file, and the reader's notes.
@@ -98,22 +98,22 @@ def fix_stream(section: LogFile) -> tuple[FixStream, Clock, tuple[str, ...]]:
     Raises:
         InputError: the file cannot be read or holds no fixes.
     """
-    assert isinstance(section, FixColumns)
-    found = _formatted(section, described=_describes(section, FixColumns))
+    assert isinstance(source, FixColumns)
+    found = _formatted(source, described=_describes(source, FixColumns))
     if found is not None:
-        return _one(found.fixes, section, found, "fixes"), found.clock, found.notes
-    table = _table(section)
-    stream, _, clock = _fixes_of_columns(table, section)
+        return _one(found.fixes, source, found, "fixes"), found.clock, found.notes
+    table = _table(source)
+    stream, _, clock = _fixes_of_columns(table, source)
     return stream, clock, table.notes
 
 
-def _fixes_of_columns(table: Table, section: LogFile) -> tuple[FixStream, NDArray[np.intp], Clock]:
+def _fixes_of_columns(table: Table, source: LogFile) -> tuple[FixStream, NDArray[np.intp], Clock]:
     """Return the fixes of a file in columns, their rows in the file, and their clock."""
-    assert isinstance(section, FixColumns)
-    c = section
+    assert isinstance(source, FixColumns)
+    c = source
     _needed(table.path, c, ("latitude", "longitude", "height"))
     quality = None if c.quality is None else table.column(c.quality, gaps=True)
-    time, clock = _times(table, section)
+    time, clock = _times(table, source)
     stream = FixStream(
         time,
         _one_of(table, c.latitude, "angle"),
@@ -128,11 +128,11 @@ def _fixes_of_columns(table: Table, section: LogFile) -> tuple[FixStream, NDArra
     return stream if len(rows) == len(stream) else stream.rows(rows), rows, clock
 
 
-def solution_stream(section: LogFile) -> tuple[SolutionStream | FixStream, Clock, tuple[str, ...]]:
+def solution_stream(source: LogFile) -> tuple[SolutionStream | FixStream, Clock, tuple[str, ...]]:
     """Read a reference: a solution, or fixes.
 
     Args:
-        section: the table [log.reference].
+        source: the table [log.reference].
 
     Returns:
         The solution or the fixes, the clock of the file, and the reader's notes.
@@ -140,20 +140,20 @@ def solution_stream(section: LogFile) -> tuple[SolutionStream | FixStream, Clock
     Raises:
         InputError: the file cannot be read or holds neither.
     """
-    assert isinstance(section, SolutionColumns)
-    found = _formatted(section, described=_describes(section, SolutionColumns))
+    assert isinstance(source, SolutionColumns)
+    found = _formatted(source, described=_describes(source, SolutionColumns))
     if found is not None:
         both: dict[str, SolutionStream | FixStream] = {**found.fixes, **found.solutions}
-        if section.stream is None and found.solutions:
-            return _one(found.solutions, section, found, "solution"), found.clock, found.notes
-        return _one(both, section, found, "solution"), found.clock, found.notes
-    table, c = _table(section), section
+        if source.stream is None and found.solutions:
+            return _one(found.solutions, source, found, "solution"), found.clock, found.notes
+        return _one(both, source, found, "solution"), found.clock, found.notes
+    table, c = _table(source), source
     if (c.heading or c.quaternion) and not (c.latitude or c.longitude or c.height):
-        time, clock = _times(table, section)  # attitude alone
+        time, clock = _times(table, source)  # attitude alone
         unknown = np.full(len(time), np.nan)
         stream, rows = FixStream(time, unknown, unknown, unknown), np.arange(len(time))
     else:
-        stream, rows, clock = _fixes_of_columns(table, section)
+        stream, rows, clock = _fixes_of_columns(table, source)
     q_nb = None
     if c.quaternion is not None:
         q_nb = np.column_stack([table.column(column, gaps=True) for column in c.quaternion])
@@ -180,20 +180,20 @@ def solution_stream(section: LogFile) -> tuple[SolutionStream | FixStream, Clock
 _DIMENSION = {"m": "length", "rad": "angle", "mps": "speed"}
 
 
-def other_units(section: LogOther) -> Mapping[str, float]:
+def other_units(sensor: LogOther) -> Mapping[str, float]:
     """Return the units that the readings of another sensor may have, in SI.
 
     Args:
-        section: an entry of [[log.others]].
+        sensor: an entry of [[log.others]].
     """
-    return UNITS_OF[_DIMENSION[measurement_kind(section.kind).unit]]
+    return UNITS_OF[_DIMENSION[measurement_kind(sensor.kind).unit]]
 
 
-def other_stream(section: LogOther) -> tuple[OtherStream, Clock, tuple[str, ...]]:
+def other_stream(sensor: LogOther) -> tuple[OtherStream, Clock, tuple[str, ...]]:
     """Read the readings of another sensor from columns.
 
     Args:
-        section: an entry of [[log.others]].
+        sensor: an entry of [[log.others]].
 
     Returns:
         The readings, the clock of the file, and the reader's notes.
@@ -201,41 +201,41 @@ def other_stream(section: LogOther) -> tuple[OtherStream, Clock, tuple[str, ...]
     Raises:
         InputError: the file cannot be read, or a unit is unknown.
     """
-    units = other_units(section)
-    for quantity in (section.reading, section.sigma, section.bias_sigma):
+    units = other_units(sensor)
+    for quantity in (sensor.reading, sensor.sigma, sensor.bias_sigma):
         if quantity is not None and quantity.unit not in units:
-            raise unknown_name(f"unit of {section.kind}", quantity.unit, units)
-    columns = [c for c in (section.time, section.reading.column, section.sigma.column) if c is not None]
-    layout = FixColumns(time=section.time, delimiter=section.delimiter, skip_lines=section.skip_lines)
-    table = Table(Path(section.file), layout, columns)
-    time = table.column(section.time) * TIME_UNITS[section.time_unit or unit_in_name(section.time) or "s"]
-    value = _values(table, section.reading, units[section.reading.unit], len(time))
-    sigma = _values(table, section.sigma, units[section.sigma.unit], len(time))
-    return OtherStream(section.name, section.kind, time, value[:, None], sigma[:, None]), _OWN_TIMES, table.notes
+            raise unknown_name(f"unit of {sensor.kind}", quantity.unit, units)
+    columns = [c for c in (sensor.time, sensor.reading.column, sensor.sigma.column) if c is not None]
+    layout = FixColumns(time=sensor.time, delimiter=sensor.delimiter, skip_lines=sensor.skip_lines)
+    table = Table(Path(sensor.file), layout, columns)
+    time = table.column(sensor.time) * TIME_UNITS[sensor.time_unit or unit_in_name(sensor.time) or "s"]
+    value = _values(table, sensor.reading, units[sensor.reading.unit], len(time))
+    sigma = _values(table, sensor.sigma, units[sensor.sigma.unit], len(time))
+    return OtherStream(sensor.name, sensor.kind, time, value[:, None], sigma[:, None]), _OWN_TIMES, table.notes
 
 
-def _describes(section: LogFile, of: type[LogDescription] | type[FixColumns], also: tuple[str, ...] = ()) -> list[str]:
+def _describes(source: LogFile, of: type[LogDescription] | type[FixColumns], also: tuple[str, ...] = ()) -> list[str]:
     """Return the keys of columns that a table gives, other than the defaults that a run writes out."""
     return [
         name
         for name, field in of.model_fields.items()
-        if name in section.model_fields_set and name not in also and getattr(section, name) != field.default
+        if name in source.model_fields_set and name not in also and getattr(source, name) != field.default
     ]
 
 
-def _formatted(section: LogFile, described: list[str]) -> Streams | None:
-    """Read a file of the registry's formats; None for columns that the section describes."""
-    path = Path(section.file)
-    if section.format == TEXT_FORMAT or (section.format is None and described):
+def _formatted(source: LogFile, described: list[str]) -> Streams | None:
+    """Read a file of the registry's formats; None for columns that the table describes."""
+    path = Path(source.file)
+    if source.format == TEXT_FORMAT or (source.format is None and described):
         return None
-    if section.format is None and not candidates(path):
+    if source.format is None and not candidates(path):
         if path.suffix.lower() in SUFFIXES:
             return None
         raise InputError(
             f"{path}: no format recognises this file. Known are {', '.join(FORMATS)}, and text in columns "
             f"({', '.join(SUFFIXES)})."
         )
-    found = read_file(path, section.format)
+    found = read_file(path, source.format)
     if described:
         raise InputError(
             f"{path} is read in the format {found.format}, which defines its columns: remove {', '.join(described)}."
@@ -243,12 +243,12 @@ def _formatted(section: LogFile, described: list[str]) -> Streams | None:
     return found
 
 
-def _one(streams: dict[str, _Stream], section: LogFile, found: Streams, what: str) -> _Stream:
-    """Return the stream that a section names, or the only one."""
-    if section.stream is not None:
-        if section.stream not in streams:
-            raise unknown_name(f"stream of {found.path}", section.stream, streams)
-        return streams[section.stream]
+def _one(streams: dict[str, _Stream], source: LogFile, found: Streams, what: str) -> _Stream:
+    """Return the stream that a source names, or the only one."""
+    if source.stream is not None:
+        if source.stream not in streams:
+            raise unknown_name(f"stream of {found.path}", source.stream, streams)
+        return streams[source.stream]
     if len(streams) != 1:
         raise InputError(
             f"{found.path} ({found.format}) has "
@@ -271,11 +271,11 @@ def _needed(path: Path, columns: FixColumns, names: tuple[str, ...]) -> None:
         )
 
 
-def _times(table: Table, section: LogFile) -> tuple[Array, Clock]:
+def _times(table: Table, source: LogFile) -> tuple[Array, Clock]:
     """Return the times of a file, (M,) s, and their clock."""
-    assert isinstance(section, FixColumns)
-    unit = section.time_unit or unit_in_name(section.time) or "s"
-    return _on_clock(section, *table.times(section.time, TIME_UNITS[unit]))
+    assert isinstance(source, FixColumns)
+    unit = source.time_unit or unit_in_name(source.time) or "s"
+    return _on_clock(source, *table.times(source.time, TIME_UNITS[unit]))
 
 
 def _fresh(table: Table, stream: FixStream, columns: FixColumns) -> NDArray[np.intp]:

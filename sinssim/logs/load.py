@@ -76,11 +76,11 @@ class RecordedLog:
         return {one.measurements.label: len(one.time) / lasts for one in self.sensed if len(one.time)}
 
 
-def recorded_log(section: Log, mounting_deg: Vector3 | None = None) -> RecordedLog:
+def recorded_log(log: Log, mounting_deg: Vector3 | None = None) -> RecordedLog:
     """Load recorded sensors.
 
     Args:
-        section: the table [log] of a scenario.
+        log: the table [log] of a scenario.
         mounting_deg: roll, pitch and yaw of the block's axes in the vehicle's, to which a reference attitude belongs.
 
     Returns:
@@ -89,32 +89,32 @@ def recorded_log(section: Log, mounting_deg: Vector3 | None = None) -> RecordedL
     Raises:
         InputError: a file cannot be read, samples are missing, or the files do not overlap in time.
     """
-    stream, clock, notes = inertial_stream(section.imu)
-    own = _clock(section.imu, clock, stream.time)
-    zero = float(stream.time[0] + section.imu.time_offset_s)
-    stream = replace(stream, time=(stream.time - stream.time[0]) / (1.0 + 1e-6 * section.imu.clock_drift_ppm))
+    stream, clock, notes = inertial_stream(log.imu)
+    own = _clock(log.imu, clock, stream.time)
+    zero = float(stream.time[0] + log.imu.time_offset_s)
+    stream = replace(stream, time=(stream.time - stream.time[0]) / (1.0 + 1e-6 * log.imu.clock_drift_ppm))
     whole = (0.0, float(stream.time[-1]))
     made = made_increments(
-        _between(stream, section.from_s, section.to_s, section.imu.file),
-        readings=section.imu.readings,
-        stamps=section.imu.stamps,
-        max_gap=section.imu.max_gap_s,
-        source=section.imu.file,
+        _between(stream, log.from_s, log.to_s, log.imu.file),
+        readings=log.imu.readings,
+        stamps=log.imu.stamps,
+        max_gap=log.imu.max_gap_s,
+        source=log.imu.file,
     )
     imu = made.imu
-    if section.imu.check_scale:
-        _check_scale(imu, section.imu)
+    if log.imu.check_scale:
+        _check_scale(imu, log.imu)
     span = (float(imu.time[0]), float(imu.time[-1]))
-    outages = () if section.outages is None else section.outages.spans(*span)
-    passes = () if section.outages is None else section.outages.passes(*span)
+    outages = () if log.outages is None else log.outages.spans(*span)
+    passes = () if log.outages is None else log.outages.passes(*span)
     found = [*notes, *gap_words(made.gaps), *_clock_words(own, zero)]
     sensed: list[AidingReadings] = []
     fixes = reference = None
-    if section.gnss is not None:
-        fixes, words = _fixes(section.gnss, own, zero, span, whole)
-        sensed += gnss_readings(fixes, section.gnss, outages)
-        found += [*words, *quality_words(fixes, section.gnss)]
-    for number, other in enumerate(section.others, start=1):
+    if log.gnss is not None:
+        fixes, words = _fixes(log.gnss, own, zero, span, whole)
+        sensed += gnss_readings(fixes, log.gnss, outages)
+        found += [*words, *quality_words(fixes, log.gnss)]
+    for number, other in enumerate(log.others, start=1):
         readings, other_clock, words = other_stream(other)
         found += words
         at = _run_time(other, f"log.others.{number}", own, zero, other_clock, readings.time)
@@ -130,8 +130,8 @@ def recorded_log(section: Log, mounting_deg: Vector3 | None = None) -> RecordedL
                 other,
             )
         )
-    if section.reference is not None:
-        reference, words = _reference(section.reference, own, zero, span, whole, mounting_deg)
+    if log.reference is not None:
+        reference, words = _reference(log.reference, own, zero, span, whole, mounting_deg)
         found += words
     rate = 1.0 / float(np.median(np.diff(imu.time)))
     start = None if own.zero is None else Instant(own.zero.seconds, own.zero.fraction + zero)
@@ -141,7 +141,7 @@ def recorded_log(section: Log, mounting_deg: Vector3 | None = None) -> RecordedL
     )  # fmt: skip
 
 
-def _check_scale(imu: ImuData, section: LogImu) -> None:
+def _check_scale(imu: ImuData, unit: LogImu) -> None:
     """Raise for a specific force that is not about gravity: a wrong unit, increments taken for rates, no gravity."""
     step = np.diff(imu.time)[:, None]
     every, interval = imu.dvel / step, float(np.median(step))
@@ -149,27 +149,27 @@ def _check_scale(imu: ImuData, section: LogImu) -> None:
     low, high = _FORCE
     if without_gravity(every, interval):
         raise InputError(
-            f"{section.file}: the specific force (log.imu.accel) is {force:.4g} m/s² (median), but much less where it "
+            f"{unit.file}: the specific force (log.imu.accel) is {force:.4g} m/s² (median), but much less where it "
             f"changes least, which is not gravity. {WITHOUT_GRAVITY} If they contain gravity, set log.imu.check_scale "
             "= false."
         )
     if not low * G0 <= force <= high * G0:
         raise InputError(
-            f"{section.file}: the specific force is {force:.4g} m/s² (median), but at rest and in any usual motion it "
+            f"{unit.file}: the specific force is {force:.4g} m/s² (median), but at rest and in any usual motion it "
             f"is about {G0:.4g}: a factor of {force / G0:.4g}. Check accel.unit and kind (rates, or increments over "
             f"{interval:.4g} s), or set log.imu.check_scale = false."
         )
 
 
-def _clock(section: LogFile, clock: Clock, time: Array) -> FileClock:
-    row = None if section.first_row is None else gps_instant(section.first_row, section.clock)
+def _clock(source: LogFile, clock: Clock, time: Array) -> FileClock:
+    row = None if source.first_row is None else gps_instant(source.first_row, source.clock)
     return file_clock(clock, float(time[0]), row)
 
 
-def _run_time(section: LogFile, name: str, own: FileClock, zero: float, clock: Clock, time: Array) -> Array:
+def _run_time(source: LogFile, name: str, own: FileClock, zero: float, clock: Clock, time: Array) -> Array:
     """Return the times of another file in the run's time; `zero` is the unit's first stamp with its offset."""
-    theirs = _clock(section, clock, time)
-    return time + (offset(own, theirs, name, float(time[0])) + section.time_offset_s - zero)
+    theirs = _clock(source, clock, time)
+    return time + (offset(own, theirs, name, float(time[0])) + source.time_offset_s - zero)
 
 
 def _between(stream: InertialStream, begin: float | None, end: float | None, file: str) -> InertialStream:
@@ -204,18 +204,18 @@ def _within(
 
 
 def _fixes(
-    section: LogGnss, own: FileClock, zero: float, span: tuple[float, float], whole: tuple[float, float]
+    gnss: LogGnss, own: FileClock, zero: float, span: tuple[float, float], whole: tuple[float, float]
 ) -> tuple[FixStream, tuple[str, ...]]:
-    stream, clock, notes = fix_stream(section)
-    at = _run_time(section, "log.gnss", own, zero, clock, stream.time)
-    rows = _within(at, span, whole, section.file, "log.gnss")
+    stream, clock, notes = fix_stream(gnss)
+    at = _run_time(gnss, "log.gnss", own, zero, clock, stream.time)
+    rows = _within(at, span, whole, gnss.file, "log.gnss")
     words = list(notes)
-    if stream.datum == "mean sea level" and not section.geoid_height_m:
+    if stream.datum == "mean sea level" and not gnss.geoid_height_m:
         words.append(
-            f"{section.file} has heights above mean sea level, and geoid_height_m is 0: they are taken for heights "
+            f"{gnss.file} has heights above mean sea level, and geoid_height_m is 0: they are taken for heights "
             "above the ellipsoid."
         )
-    return _picked(stream, at, rows, section.geoid_height_m), tuple(words)
+    return _picked(stream, at, rows, gnss.geoid_height_m), tuple(words)
 
 
 def _picked(stream: FixStream, at: Array, rows: Rows, geoid_height: float) -> FixStream:
@@ -224,23 +224,23 @@ def _picked(stream: FixStream, at: Array, rows: Rows, geoid_height: float) -> Fi
 
 
 def _reference(
-    section: LogReference,
+    source: LogReference,
     own: FileClock,
     zero: float,
     span: tuple[float, float],
     whole: tuple[float, float],
     mounting_deg: Vector3 | None,
 ) -> tuple[Reference, tuple[str, ...]]:
-    stream, clock, notes = solution_stream(section)
-    at = _run_time(section, "log.reference", own, zero, clock, stream.time)
-    rows = _within(at, span, whole, section.file, "log.reference", _MARGIN)
+    stream, clock, notes = solution_stream(source)
+    at = _run_time(source, "log.reference", own, zero, clock, stream.time)
+    rows = _within(at, span, whole, source.file, "log.reference", _MARGIN)
     sound = np.isfinite(stream.latitude) & np.isfinite(stream.longitude) & np.isfinite(stream.height)
     if isinstance(stream, FixStream):
-        sound &= np.isfinite(quality_factor(stream, section))
+        sound &= np.isfinite(quality_factor(stream, source))
     rows = rows[sound[rows]]
     if not sound.any():
         raise InputError(
-            f"log.reference: {section.file} has no positions; attitude alone is only for `sinssim inspect`: "
+            f"log.reference: {source.file} has no positions; attitude alone is only for `sinssim inspect`: "
             "describe latitude, longitude and height, or remove the table."
         )
     rows = rows[np.append(True, np.diff(at[rows]) != 0.0)] if len(rows) else rows  # the first row of each instant
@@ -248,24 +248,24 @@ def _reference(
     if back.any():
         k = int(rows[int(np.argmax(back)) + 1])
         raise InputError(
-            f"log.reference: {section.file}, row {k + 1}: the time {stream.time[k]:.9g} s goes back. Sort the rows, or "
+            f"log.reference: {source.file}, row {k + 1}: the time {stream.time[k]:.9g} s goes back. Sort the rows, or "
             "remove them."
         )
     if len(rows) < 2:
-        raise InputError(f"log.reference: {section.file} has {len(rows)} usable rows during the run; two are needed.")
+        raise InputError(f"log.reference: {source.file} has {len(rows)} usable rows during the run; two are needed.")
     q_nb = None
     if isinstance(stream, SolutionStream) and stream.q_nb is not None:
         q_nb = stream.q_nb[rows]
         if mounting_deg is not None:
             q_nb = rotation.multiply(q_nb, rotation.quaternion_from_euler(*np.radians(mounting_deg)))
     sigma = None if stream.position_sigma is None else stream.position_sigma[rows]
-    if section.position_sigma_m is not None:
-        sigma = np.tile(section.position_sigma_m, (len(rows), 1))
+    if source.position_sigma_m is not None:
+        sigma = np.tile(source.position_sigma_m, (len(rows), 1))
     velocity = None if stream.velocity_ned is None else stream.velocity_ned[rows]
     reference = Reference(
-        Path(section.file).name, at[rows], stream.latitude[rows], stream.longitude[rows],
-        stream.height[rows] + section.geoid_height_m, velocity, q_nb, sigma, section.lever_arm_m, section.gap_s,
-        at[rows] - section.velocity_delay_s if section.velocity_delay_s else None,
+        Path(source.file).name, at[rows], stream.latitude[rows], stream.longitude[rows],
+        stream.height[rows] + source.geoid_height_m, velocity, q_nb, sigma, source.lever_arm_m, source.gap_s,
+        at[rows] - source.velocity_delay_s if source.velocity_delay_s else None,
     )  # fmt: skip
     return reference, notes
 

@@ -67,13 +67,13 @@ class RecordedStart:
 
 
 def recorded_start(
-    log: RecordedLog, section: LogStart, mounting_deg: Vector3 | None = None, gravity: str = "normal"
+    log: RecordedLog, start: LogStart, mounting_deg: Vector3 | None = None, gravity: str = "normal"
 ) -> RecordedStart:
     """Return the state that navigation starts from.
 
     Args:
         log: the recorded sensors.
-        section: the table [log.start]; what it gives counts more than the data.
+        start: the table [log.start]; what it gives counts more than the data.
         mounting_deg: roll, pitch and yaw of the block's axes in the vehicle's.
         gravity: one of `sinssim.GRAVITY_MODELS`.
 
@@ -81,9 +81,9 @@ def recorded_start(
         The start.
 
     Raises:
-        InputError: the data do not give position or heading, and the section does not either.
+        InputError: the data do not give position or heading, and the table does not either.
     """
-    of_reference = _of_reference(log, section)
+    of_reference = _of_reference(log, start)
     if of_reference is not None:
         return of_reference
     begin = float(log.imu.time[0])
@@ -91,22 +91,22 @@ def recorded_start(
     position, velocity = fixes.get("gnss-position"), fixes.get("gnss-velocity")
     if velocity is None or not len(velocity):
         velocity = velocity_of_positions(position)
-    place, place_sigma = _place(section, position, velocity, begin)
-    speed, speed_sigma = _speed(section, velocity, begin)
+    place, place_sigma = _place(start, position, velocity, begin)
+    speed, speed_sigma = _speed(start, velocity, begin)
     q_vb = rotation.quaternion_from_euler(*np.radians(mounting_deg or (0.0, 0.0, 0.0)))
     resting = _resting(velocity, begin)
     down = float(earth.gravity_ned(place[0], place[2], gravity, WGS84)[2])
-    q_nv, heading, words = _attitude(log.imu, section, velocity, resting, q_vb, down)
+    q_nv, heading, words = _attitude(log.imu, start, velocity, resting, q_vb, down)
     q_nb = rotation.multiply(q_nv, q_vb)
     latitude, longitude, height = (np.asarray(part) for part in place)
     state = NavState(latitude, longitude, height, speed, rotation.normalize(q_nb))
     return RecordedStart(state, place_sigma, speed_sigma, _TILT, heading, words)
 
 
-def _of_reference(log: RecordedLog, section: LogStart) -> RecordedStart | None:
+def _of_reference(log: RecordedLog, start: LogStart) -> RecordedStart | None:
     """Return the reference's own state at the start, if it is whole there and nothing else is given."""
     reference, begin = log.reference, log.imu.time[:1]
-    if reference is None or reference.knows != ("position", "velocity", "attitude") or section.is_given:
+    if reference is None or reference.knows != ("position", "velocity", "attitude") or start.is_given:
         return None
     state = reference.state_at(begin)
     if state is None:
@@ -120,10 +120,10 @@ def _of_reference(log: RecordedLog, section: LogStart) -> RecordedStart | None:
 
 
 def _place(
-    section: LogStart, position: Measurements | None, velocity: Measurements | None, begin: float
+    start: LogStart, position: Measurements | None, velocity: Measurements | None, begin: float
 ) -> tuple[tuple[float, float, float], Array]:
     """Return latitude, longitude and height at the start, and their 1σ."""
-    given = section.latitude_deg, section.longitude_deg, section.height_m
+    given = start.latitude_deg, start.longitude_deg, start.height_m
     if None not in given:
         latitude, longitude, height = (float(value or 0.0) for value in given)
         return (np.radians(latitude), np.radians(longitude), height), np.full(3, 1.0)
@@ -146,17 +146,17 @@ def _place(
     latitude += back[0] / (float(r1) + height)
     longitude += back[1] / ((float(r2) + height) * np.cos(latitude))
     sigma = np.hypot(3.0 * position.sigma[0], 0.5 * _ACCELERATION * wait**2)
-    if section.latitude_deg is not None and section.longitude_deg is not None:
-        latitude, longitude = np.radians(section.latitude_deg), np.radians(section.longitude_deg)
-    if section.height_m is not None:
-        height, back[2] = section.height_m, 0.0
+    if start.latitude_deg is not None and start.longitude_deg is not None:
+        latitude, longitude = np.radians(start.latitude_deg), np.radians(start.longitude_deg)
+    if start.height_m is not None:
+        height, back[2] = start.height_m, 0.0
     return (latitude, longitude, height - back[2]), sigma
 
 
-def _speed(section: LogStart, velocity: Measurements | None, begin: float) -> tuple[Array, float]:
+def _speed(start: LogStart, velocity: Measurements | None, begin: float) -> tuple[Array, float]:
     """Return the velocity at the start, and its 1σ."""
-    if section.velocity_ned_mps is not None:
-        return np.array(section.velocity_ned_mps), 0.1
+    if start.velocity_ned_mps is not None:
+        return np.array(start.velocity_ned_mps), 0.1
     if velocity is None or not len(velocity):
         return np.zeros(3), 1.0
     k = int(np.argmin(np.abs(velocity.time - begin)))
@@ -175,7 +175,7 @@ def _resting(velocity: Measurements | None, begin: float) -> float:
 
 
 def _attitude(
-    imu: ImuData, section: LogStart, velocity: Measurements | None, resting: float, q_vb: Array, down: float
+    imu: ImuData, start: LogStart, velocity: Measurements | None, resting: float, q_vb: Array, down: float
 ) -> tuple[Array, float, str]:
     """Return the attitude of the vehicle at the start, the 1σ of its heading, rad, and a sentence on it."""
     begin = float(imu.time[0])
@@ -185,9 +185,9 @@ def _attitude(
     bias = imu.dtheta[:count].sum(axis=0) / lasts if resting else np.zeros(3)
     steps = np.diff(imu.time)[:, None]
     freed = ImuData(imu.time, imu.dtheta - bias * steps, imu.dvel)
-    heading_deg, at, uncertain = section.heading_deg, begin, 0.0
+    heading_deg, at, uncertain = start.heading_deg, begin, 0.0
     if heading_deg is None:
-        at, course, uncertain = _course(velocity, section.course_speed_mps, begin)
+        at, course, uncertain = _course(velocity, start.course_speed_mps, begin)
     then = min(int(np.searchsorted(imu.time, at - 1e-9)), len(imu))
     stop = max(then, count)
     turns, pushed = inertial_curve(ImuData(freed.time[: stop + 1], freed.dtheta[:stop], freed.dvel[:stop]))
@@ -200,8 +200,8 @@ def _attitude(
     heading = 0.0 if heading_deg is None else np.radians(heading_deg)
     for _ in range(4):  # the tilt depends on the heading only by the acceleration
         roll, pitch = _level(sensed, pushing - np.array((0.0, 0.0, down)), float(heading))
-        if section.roll_deg is not None and section.pitch_deg is not None:
-            roll, pitch = np.radians(section.roll_deg), np.radians(section.pitch_deg)
+        if start.roll_deg is not None and start.pitch_deg is not None:
+            roll, pitch = np.radians(start.roll_deg), np.radians(start.pitch_deg)
         q_nv = rotation.quaternion_from_euler(roll, pitch, heading)
         if heading_deg is not None:
             break
@@ -212,9 +212,9 @@ def _attitude(
         heading = heading + course - np.arctan2(forward[1], forward[0])
     over = np.degrees(abs(roll))
     upside = f" With the given axes the vehicle is upside down, with a roll of {over:.0f}°: check log.imu.axes."
-    upside = upside if over > _UPSIDE_DOWN and section.roll_deg is None else ""
+    upside = upside if over > _UPSIDE_DOWN and start.roll_deg is None else ""
     tilt = f"roll and pitch from {lasts:.1f} s {'at rest' if resting else 'in motion'}"
-    if section.roll_deg is not None:
+    if start.roll_deg is not None:
         tilt = "the given roll and pitch"
     if heading_deg is not None:
         return q_nv, _HEADING, f"Navigation starts at t = {begin:.3f} s with {tilt} and the given heading.{upside}"
