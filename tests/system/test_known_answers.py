@@ -14,8 +14,8 @@ import pytest
 
 from sinssim import __version__
 from sinssim.errors import InputError
+from sinssim.experiments.store import Kind, Store, owned, read_manifest
 from sinssim.recording.store.directory import RunDirectory, _beside
-from sinssim.recording.store.growing_directory import GrowingDirectory, Kind, owned, read_manifest
 from sinssim.system import kernel_files, memory, user_file
 from sinssim.system.drafts import Draft
 from sinssim.system.locks import open_own
@@ -193,7 +193,7 @@ def test_the_place_of_a_run(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> 
 
 def test_the_free_space_is_in_megabytes(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr("shutil.disk_usage", lambda path: SimpleNamespace(total=9e9, used=8e9, free=234e6))
-    assert GrowingDirectory.free(SimpleNamespace(path=Path())) == 234.0
+    assert Store.free(SimpleNamespace(path=Path())) == 234.0
 
 
 def test_the_least_memory_counts(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:

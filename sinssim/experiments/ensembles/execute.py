@@ -109,9 +109,6 @@ def _unexpected(error: Exception) -> str:
 def _fail(errors: RunErrors, row: int, text: str) -> None:
     """Mark a run as failed."""
     errors.failure[row] = text or "it failed without a message."
-    for values in (errors.position_ned, errors.velocity_ned, errors.attitude, errors.final, errors.sigma):
-        if values is not None:
-            values[row] = np.nan
-    for kept in (errors.nees, errors.nees_freedom, errors.nis, errors.nis_freedom):
-        for values in kept.values():
-            values[row] = np.nan
+    errors.final[row] = np.nan
+    for name in errors.names:
+        errors.column(name)[row] = np.nan

@@ -4,9 +4,8 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
-from dataclasses import dataclass, field, fields
+from dataclasses import dataclass, field
 from itertools import pairwise
-from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -29,10 +28,9 @@ AT_ONCE = 2**20
 """Numbers of one column, runs times epochs, that statistics over all runs hold at a time: 8 MB."""
 
 
-@short_repr
 @dataclass
-class RunErrors:
-    """Errors of R runs at K epochs; a value is NaN where a run failed, has ended, or its filter has not begun.
+class KeptErrors:
+    """What the errors of runs have in common, in memory or in a file.
 
     Attributes:
         number: numbers of the runs, (R,).
@@ -40,13 +38,7 @@ class RunErrors:
         end: end of each run, s, (R,).
         failure: why a run failed, R texts, "" for a run that did not.
         values: values of the varied keys by key, (R,) each.
-        position_ned, velocity_ned, attitude: errors in the true local level, (R, K, 3): m, m/s, rad.
-        final: the errors at each run's own end, (R, 9), in the order of the three.
-        sigma: 1σ that a filter states for the same nine errors, (R, K, 9); None without a filter.
-        nees: normalised squared errors by block of the filter, (R, K) each.
-        nees_freedom: their degrees of freedom, (R, K) each.
-        nis: sum of the normalised squared innovations since the previous epoch, by sensor, (R, K) each.
-        nis_freedom: their degrees of freedom, (R, K) each.
+        final: the errors at each run's own end, (R, 9), in the order of `COMPONENTS`.
     """
 
     number: NDArray[np.int64]
@@ -54,15 +46,7 @@ class RunErrors:
     end: Array
     failure: list[str]
     values: dict[str, Array]
-    position_ned: Array
-    velocity_ned: Array
-    attitude: Array
     final: Array
-    sigma: Array | None = None
-    nees: dict[str, Array] = field(default_factory=dict)
-    nees_freedom: dict[str, Array] = field(default_factory=dict)
-    nis: dict[str, Array] = field(default_factory=dict)
-    nis_freedom: dict[str, Array] = field(default_factory=dict)
 
     def __len__(self) -> int:
         return len(self.number)
@@ -72,21 +56,48 @@ class RunErrors:
         """Whether each run failed, (R,)."""
         return np.array([bool(text) for text in self.failure], dtype=np.bool_)
 
+    def put_runs(self, part: KeptErrors, first: int) -> None:
+        """Put what does not depend on the epoch, of runs from the row `first` on."""
+        rows = slice(first, first + len(part))
+        self.failure[rows] = part.failure
+        for there, here in ((self.number, part.number), (self.seed, part.seed), (self.end, part.end)):
+            there[rows] = here
+        self.final[rows] = part.final
+        for key, values in self.values.items():
+            values[rows] = part.values[key]
+
+
+@short_repr
+@dataclass
+class RunErrors(KeptErrors):
+    """Errors of R runs at K epochs; a value is NaN where a run failed, has ended, or its filter has not begun.
+
+    Attributes:
+        number, seed, end, failure, values, final: as those of `KeptErrors`.
+        position_ned, velocity_ned, attitude: errors in the true local level, (R, K, 3): m, m/s, rad.
+        sigma: 1σ that a filter states for the same nine errors, (R, K, 9); None without a filter.
+        nees: normalised squared errors by block of the filter, (R, K) each.
+        nees_freedom: their degrees of freedom, (R, K) each.
+        nis: sum of the normalised squared innovations since the previous epoch, by sensor, (R, K) each.
+        nis_freedom: their degrees of freedom, (R, K) each.
+    """
+
+    position_ned: Array
+    velocity_ned: Array
+    attitude: Array
+    sigma: Array | None = None
+    nees: dict[str, Array] = field(default_factory=dict)
+    nees_freedom: dict[str, Array] = field(default_factory=dict)
+    nis: dict[str, Array] = field(default_factory=dict)
+    nis_freedom: dict[str, Array] = field(default_factory=dict)
+
     @property
     def names(self) -> tuple[str, ...]:
         """Names of the columns, see `column_names`."""
         return column_names(tuple(self.nees), tuple(self.nis), self.sigma is not None)
 
     def column(self, name: str, epochs: slice = EVERYTHING, runs: slice = EVERYTHING) -> Array:
-        """Return one column at some epochs of some runs.
-
-        Args:
-            name: one of `names`.
-            epochs, runs: which of them; by default all.
-
-        Returns:
-            (R, E), not to be changed.
-        """
+        """Return one of the columns `names` at some epochs of some runs, (R, E): a view."""
         kind, _, block = name.partition(" ")
         if block:
             return np.asarray(getattr(self, kind)[block][runs, epochs])
@@ -96,6 +107,12 @@ class RunErrors:
             return self.sigma[runs, epochs, number]
         vectors: Array = getattr(self, VECTORS[number // 3])
         return vectors[runs, epochs, number % 3]
+
+    def put(self, part: RunErrors, first: int) -> None:
+        """Put the errors of runs from the row `first` on, with the same epochs, keys, blocks and sensors."""
+        self.put_runs(part, first)
+        for name in self.names:
+            self.column(name, runs=slice(first, first + len(part)))[:] = part.column(name)
 
     def spans(self) -> list[slice]:
         """Return parts of the epochs whose columns are small, all runs of them together."""
@@ -127,25 +144,12 @@ def spans_of(runs: int, epochs: int) -> list[slice]:
     """Return parts of the epochs, each as small as `AT_ONCE` allows for all runs, but of two epochs at least.
 
     Two, because numpy adds the runs of a single epoch in another order, which would change the last bits of a mean.
-
-    Args:
-        runs, epochs: their numbers.
-
-    Returns:
-        The parts, in order, of nearly the same size.
     """
     return _parts(epochs, min(math.ceil(runs * epochs / AT_ONCE), epochs // 2))
 
 
 def groups_of(runs: int, epochs: int) -> list[slice]:
-    """Return parts of the runs, each as small as `AT_ONCE` allows for all epochs.
-
-    Args:
-        runs, epochs: their numbers.
-
-    Returns:
-        The parts, in order, of nearly the same size.
-    """
+    """Return parts of the runs, each as small as `AT_ONCE` allows for all epochs."""
     return _parts(runs, min(math.ceil(runs * epochs / AT_ONCE), runs))
 
 
@@ -157,18 +161,7 @@ def _parts(length: int, number: int) -> list[slice]:
 def empty(
     count: int, epochs: int, keys: Sequence[str], blocks: Sequence[str] = (), sensors: Sequence[str] = ()
 ) -> RunErrors:
-    """Return the errors of runs that are still to be filled in: all NaN.
-
-    Args:
-        count: number of runs R.
-        epochs: number of epochs K.
-        keys: varied keys.
-        blocks: blocks of a filter's states.
-        sensors: aiding sensors.
-
-    Returns:
-        The errors; with `sigma` if there are blocks.
-    """
+    """Return the errors of runs that are still to be filled in, all NaN; with `sigma` if there are blocks."""
 
     def nan(*shape: int) -> Array:
         return np.full((count, *shape), np.nan)
@@ -191,53 +184,6 @@ def empty(
     )
 
 
-_BY_EPOCH = (*VECTORS, "sigma", "nees", "nees_freedom", "nis", "nis_freedom")
-
-
-def put(errors: RunErrors, part: RunErrors, first: int) -> None:
-    """Put the errors of some runs among those of more runs.
-
-    Args:
-        errors: errors of more runs, changed in place.
-        part: errors of some of them, with the same epochs, keys, blocks and sensors.
-        first: row of the first of them.
-    """
-    put_rows(errors, part, first)
-    for name in _BY_EPOCH:
-        _copy(getattr(errors, name), getattr(part, name), slice(first, first + len(part)))
-
-
-def put_rows(errors: RunErrors, part: RunErrors, first: int) -> None:
-    """Put what does not depend on the epoch among that of more runs.
-
-    Args:
-        errors, part, first: as for `put`.
-    """
-    rows = slice(first, first + len(part))
-    errors.failure[rows] = part.failure
-    for one in fields(RunErrors):
-        if one.name not in _BY_EPOCH:
-            _copy(getattr(errors, one.name), getattr(part, one.name), rows)
-
-
-def _copy(there: object, here: Any, rows: slice) -> None:
-    if isinstance(there, dict):
-        for name, values in there.items():
-            values[rows] = here[name]
-    elif isinstance(there, np.ndarray):
-        there[rows] = here
-
-
 def bytes_of(runs: int, epochs: int, blocks: int = 0, sensors: int = 0) -> float:
-    """Return the memory of the errors of some runs.
-
-    Args:
-        runs: number of runs.
-        epochs: number of epochs.
-        blocks: number of blocks of a filter's states.
-        sensors: number of aiding sensors.
-
-    Returns:
-        Bytes.
-    """
+    """Return the memory of the errors of some runs, bytes; of a filter with some blocks and aiding sensors."""
     return 8.0 * runs * epochs * (9 + 9 * bool(blocks) + 2 * blocks + 2 * sensors)

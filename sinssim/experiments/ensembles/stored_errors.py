@@ -13,19 +13,18 @@ from collections.abc import Mapping, Sequence
 from pathlib import Path
 
 import numpy as np
-from numpy.typing import NDArray
 
 from sinssim.data import Array
 from sinssim.errors import InputError
 from sinssim.experiments.ensembles.run_errors import (
     COMPONENTS,
     EVERYTHING,
+    KeptErrors,
     RunErrors,
     bytes_of,
     column_names,
     empty,
     groups_of,
-    put_rows,
     spans_of,
 )
 from sinssim.system.memory import machine_memory
@@ -36,32 +35,23 @@ _OF_MEMORY = 0.7
 _BYTES = 8
 
 
-class StoredErrors:
+class StoredErrors(KeptErrors):
     """The errors of N runs at K epochs in a file; the numbers of a run that do not depend on the epoch are in memory.
 
-    Attributes:
-        number, seed, end, failure, values, final: as those of `RunErrors`.
+    The other attributes of `RunErrors` are properties, which read the file at each use; `column` reads a part of it.
     """
 
     def __init__(
         self, count: int, epochs: int, keys: Sequence[str], blocks: Sequence[str], sensors: Sequence[str], folder: Path
     ) -> None:
-        """Begin with all values missing.
-
-        Args:
-            count: number of runs.
-            epochs: number of epochs.
-            keys: varied keys.
-            blocks: blocks of a filter's states.
-            sensors: aiding sensors.
-            folder: where to put the file, which disappears with this object.
+        """Begin with all values missing; the file in `folder` disappears with this object.
 
         Raises:
             OSError: there is no space for it.
         """
-        self._runs = empty(count, 0, keys, blocks, sensors)
-        self.number, self.seed, self.end = self._runs.number, self._runs.seed, self._runs.end
-        self.failure, self.values, self.final = self._runs.failure, self._runs.values, self._runs.final
+        runs = empty(count, 0, keys, blocks, sensors)
+        self.number, self.seed, self.end = runs.number, runs.seed, runs.end
+        self.failure, self.values, self.final = runs.failure, runs.values, runs.final
         self._epochs, self._blocks, self._sensors = epochs, tuple(blocks), tuple(sensors)
         self.names = column_names(blocks, sensors, bool(blocks))
         self._place = {name: place for place, name in enumerate(self.names)}
@@ -70,14 +60,6 @@ class StoredErrors:
         file = tempfile.TemporaryFile(dir=folder, prefix=".errors-", buffering=0)  # noqa: SIM115
         weakref.finalize(self, file.close)
         self._file = file
-
-    def __len__(self) -> int:
-        return len(self.number)
-
-    @property
-    def failed(self) -> NDArray[np.bool_]:
-        """Whether each run failed, (N,)."""
-        return self._runs.failed
 
     def spans(self) -> list[slice]:
         """Return parts of the epochs whose columns are small, all runs of them together."""
@@ -88,30 +70,19 @@ class StoredErrors:
         return groups_of(len(self), self._epochs)
 
     def put(self, part: RunErrors, first: int) -> None:
-        """Put the errors of some runs among those of all.
-
-        Args:
-            part: errors of some runs, with the same epochs, keys, blocks and sensors.
-            first: row of the first of them.
+        """Put the errors of runs from the row `first` on, with the same epochs, keys, blocks and sensors.
 
         Raises:
             OSError: the disk is full.
         """
-        put_rows(self._runs, part, first)
+        self.put_runs(part, first)
         for span in self._spans:
             for name in self.names:
                 rows = np.ascontiguousarray(part.column(name, span))
                 self._write(rows, self._offset(name, span, first))
 
     def column(self, name: str, epochs: slice = EVERYTHING, runs: slice = EVERYTHING) -> Array:
-        """Read one column at some epochs of some runs.
-
-        Args:
-            name: one of `names`.
-            epochs, runs: which of them, without steps; by default all.
-
-        Returns:
-            (R, E).
+        """Read one of the columns `names` at some epochs of some runs, (R, E).
 
         Raises:
             InputError: they do not fit in the memory.
@@ -130,53 +101,53 @@ class StoredErrors:
 
     @property
     def position_ned(self) -> Array:
-        """Position errors, (N, K, 3) m, read at each use; see `column` for a part of them."""
-        return self._vectors(0)
+        """Position errors, (N, K, 3) m."""
+        return self._stacked(COMPONENTS[:3])
 
     @property
     def velocity_ned(self) -> Array:
-        """Velocity errors, (N, K, 3) m/s, read at each use."""
-        return self._vectors(1)
+        """Velocity errors, (N, K, 3) m/s."""
+        return self._stacked(COMPONENTS[3:6])
 
     @property
     def attitude(self) -> Array:
-        """Rotation vectors of the attitude errors, (N, K, 3) rad, read at each use."""
-        return self._vectors(2)
+        """Rotation vectors of the attitude errors, (N, K, 3) rad."""
+        return self._stacked(COMPONENTS[6:])
 
     @property
     def sigma(self) -> Array | None:
-        """1σ that a filter states for the nine errors, (N, K, 9), read at each use; None without a filter."""
+        """1σ that a filter states for the nine errors, (N, K, 9); None without a filter."""
         return self._stacked([f"sigma_{name}" for name in COMPONENTS]) if self._blocks else None
 
     @property
     def nees(self) -> Mapping[str, Array]:
-        """Normalised squared errors by block of the filter, (N, K) each, read at each use."""
-        return {name: self.column(f"nees {name}") for name in self._blocks}
+        """Normalised squared errors by block of the filter, (N, K) each."""
+        return self._named("nees", self._blocks)
 
     @property
     def nees_freedom(self) -> Mapping[str, Array]:
         """Their degrees of freedom."""
-        return {name: self.column(f"nees_freedom {name}") for name in self._blocks}
+        return self._named("nees_freedom", self._blocks)
 
     @property
     def nis(self) -> Mapping[str, Array]:
-        """Sums of the normalised squared innovations by sensor, (N, K) each, read at each use."""
-        return {name: self.column(f"nis {name}") for name in self._sensors}
+        """Sums of the normalised squared innovations by sensor, (N, K) each."""
+        return self._named("nis", self._sensors)
 
     @property
     def nis_freedom(self) -> Mapping[str, Array]:
         """Their degrees of freedom."""
-        return {name: self.column(f"nis_freedom {name}") for name in self._sensors}
+        return self._named("nis_freedom", self._sensors)
 
-    def _vectors(self, number: int) -> Array:
-        return self._stacked(COMPONENTS[3 * number : 3 * number + 3])
+    def _named(self, kind: str, names: Sequence[str]) -> Mapping[str, Array]:
+        return {name: self.column(f"{kind} {name}") for name in names}
 
     def _stacked(self, names: Sequence[str]) -> Array:
-        found = self._room(len(self), self._epochs, len(names))
+        values = self._room(len(self), self._epochs, len(names))
         for span in self._spans:
             for place, name in enumerate(names):
-                found[:, span, place] = self.column(name, span)
-        return found
+                values[:, span, place] = self.column(name, span)
+        return values
 
     def _room(self, *shape: int) -> Array:
         """Return an array that is still to be filled, if the memory holds it."""
@@ -220,12 +191,6 @@ def errors_for(
     count: int, epochs: int, keys: Sequence[str], blocks: Sequence[str], sensors: Sequence[str], folder: Path
 ) -> Errors:
     """Return the errors of an ensemble that are still to be put: in memory, or in a file if they are many.
-
-    Args:
-        count, epochs, keys, blocks, sensors, folder: as for `StoredErrors`.
-
-    Returns:
-        The errors.
 
     Raises:
         OSError: there is no space for the file.

@@ -11,7 +11,7 @@ import pytest
 import sinssim
 from sinssim.experiments.ensembles.plan import make_plan
 from sinssim.experiments.ensembles.result import EnsembleResult
-from sinssim.experiments.ensembles.run_errors import bytes_of, empty, put
+from sinssim.experiments.ensembles.run_errors import bytes_of, empty
 from sinssim.experiments.ensembles.summary import ensemble_numbers, part_121
 from tests.experiments.ensembles.examples import scenario
 
@@ -163,7 +163,7 @@ def test_groups_are_put_in_order() -> None:
     whole, part = empty(3, 4, ("a",), ("position",), ("gnss",)), empty(1, 4, ("a",), ("position",), ("gnss",))
     part.failure[0], part.number[0], part.values["a"][0], part.nis["gnss"][0] = "failed", 7, 8.0, 9.0
     part.position_ned[:] = 1.0
-    put(whole, part, 2)
+    whole.put(part, 2)
     assert whole.failed.tolist() == [False, False, True]
     assert whole.number.tolist() == [0, 0, 7]
     assert (whole.values["a"][2], whole.nis["gnss"][2, 0], whole.position_ned[2, 3, 2]) == (8.0, 9.0, 1.0)

@@ -9,7 +9,6 @@ from __future__ import annotations
 import hashlib
 import json
 import re
-from collections.abc import Iterable
 from pathlib import Path
 from typing import Any
 
@@ -18,7 +17,7 @@ import numpy as np
 from sinssim.data import Array
 from sinssim.errors import RunError
 from sinssim.experiments.ensembles.plan import Plan
-from sinssim.experiments.ensembles.run_errors import COMPONENTS, EVERYTHING, VECTORS, RunErrors
+from sinssim.experiments.ensembles.run_errors import COMPONENTS, EVERYTHING, RunErrors, empty
 from sinssim.experiments.ensembles.stored_errors import Errors
 from sinssim.system.drafts import draft
 
@@ -124,30 +123,16 @@ def _columns(errors: Errors, runs: slice) -> dict[str, Array]:
 
 def _errors(columns: dict[str, Array], failure: list[str], plan: Plan) -> RunErrors:
     """Return what `_columns` was made of."""
-
-    def stacked(prefix: str = "") -> list[Array]:
-        return [columns[f"{prefix}{name}"] for name in COMPONENTS]
-
-    def named(kind: str, names: Iterable[str]) -> dict[str, Array]:
-        return {name: columns[f"{kind} {name}"] for name in names}
-
-    position, velocity, attitude = (np.stack(stacked()[3 * i : 3 * i + 3], axis=-1) for i in range(len(VECTORS)))
-    return RunErrors(
-        number=columns["run"].astype(np.int64),
-        seed=columns["seed"].astype(np.int64),
-        end=columns["end_s"],
-        failure=failure,
-        values={key: columns[f"vary {key}"] for key in plan.keys},
-        position_ned=position,
-        velocity_ned=velocity,
-        attitude=attitude,
-        final=np.stack(stacked("final_"), axis=-1),
-        sigma=np.stack(stacked("sigma_"), axis=-1) if plan.blocks else None,
-        nees=named("nees", plan.blocks),
-        nees_freedom=named("nees_freedom", plan.blocks),
-        nis=named("nis", plan.sensors),
-        nis_freedom=named("nis_freedom", plan.sensors),
-    )
+    errors = empty(len(failure), len(plan.epochs), plan.keys, tuple(plan.blocks), plan.sensors)
+    errors.number[:], errors.seed[:], errors.end[:] = (columns[name] for name in ("run", "seed", "end_s"))
+    errors.failure = failure
+    for key, values in errors.values.items():
+        values[:] = columns[f"vary {key}"]
+    for i, name in enumerate(COMPONENTS):
+        errors.final[:, i] = columns[f"final_{name}"]
+    for name in errors.names:
+        errors.column(name)[:] = columns[name]
+    return errors
 
 
 def _digest(columns: dict[str, Array], failure: list[str]) -> str:

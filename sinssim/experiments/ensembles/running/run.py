@@ -294,13 +294,7 @@ def _write(folder: EnsembleDirectory, result: EnsembleResult, status: str) -> No
     """Write report, figures, recording and numbers."""
     from sinssim.experiments.ensembles.ensemble_files import write_ensemble
 
-    try:
-        folder.keep(lambda place: write_ensemble(result, place, status))
-    except OSError as error:
-        raise InputError(
-            f"the report of the ensemble could not be written to {folder.path}: {error.strerror or error} "
-            f"({folder.free():.0f} MB are free). All runs are kept; --resume writes it."
-        ) from error
+    folder.keep(lambda place: write_ensemble(result, place, status))
 
 
 def _leave(folder: EnsembleDirectory, looks: Looks, how: _How, stop: BaseException) -> None:
@@ -310,8 +304,8 @@ def _leave(folder: EnsembleDirectory, looks: Looks, how: _How, stop: BaseExcepti
     if not done:
         stop.add_note("No group of runs had finished.")
         return
-    stop.add_note(f"{done} of {wanted} runs are finished, in {folder.path}; --resume continues.")
-    try:
+
+    def write() -> None:
         result = EnsembleResult(folder.plan, folder.load(there), folder.path, times=how.times)
         if looks.verdicts:
             result.verdicts = looks.so_far(result)
@@ -319,9 +313,8 @@ def _leave(folder: EnsembleDirectory, looks: Looks, how: _How, stop: BaseExcepti
                 f"The requirements are tested with the {done} finished runs; --resume tests them with all runs."
             )
         _write(folder, result, "interrupted" if isinstance(stop, KeyboardInterrupt) else "failed")
-        stop.add_note(f"Their report is {folder.path / 'report.html'}.")
-    except Exception as error:  # for example on a full disk: the runs are safe
-        stop.add_note(f"Their report could not be written: {error}")
+
+    folder.leave(stop, f"{done} of {wanted} runs", write)
 
 
 def _whole(name: str, value: object, most: int) -> int:
@@ -343,7 +336,7 @@ def _check_workers(threads: int | None, workers: int | None, scheduler: str | No
 def _compute(folder: EnsembleDirectory, groups: Sequence[range], how: _How, on_run: OnRun) -> None:
     """Compute groups of runs by threads, processes or a cluster."""
     plan, chunks = folder.plan, folder.folder
-    try:
+    with folder.writing("the runs of the ensemble could not be written to"):
         if how.workers is not None or how.scheduler is not None:
             from sinssim.experiments.ensembles.running.cluster import on_cluster
 
@@ -358,11 +351,6 @@ def _compute(folder: EnsembleDirectory, groups: Sequence[range], how: _How, on_r
             return lambda runs, done: make_chunk(plan, runs, chunks, how.truths, done)
 
         work_through(groups, number, here, on_run)
-    except OSError as error:
-        raise InputError(
-            f"the runs of the ensemble could not be written to {folder.path}: {error.strerror or error} "
-            f"({folder.free():.0f} MB are free)."
-        ) from error
 
 
 def _counter(before: int, wanted: int, report: Progress) -> OnRun:

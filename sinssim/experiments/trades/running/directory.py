@@ -16,59 +16,61 @@ from typing import Any
 
 import numpy as np
 
-from sinssim.errors import InputError
-from sinssim.experiments.ensembles.running.directory import MANIFEST as ENSEMBLE
-from sinssim.experiments.ensembles.running.directory import NUMERIC, all_files, difference, other_versions
+from sinssim.experiments.ensembles.running.directory import EnsembleDirectory
+from sinssim.experiments.store import Kind, Store, other_scenario, other_software, software
 from sinssim.experiments.trades.measure import CellNumbers, CellVerdict
 from sinssim.experiments.trades.schema import TradeStudy
-from sinssim.recording.store.growing_directory import GrowingDirectory, Kind
-from sinssim.recording.store.summary import plain, versions
+from sinssim.recording.store.summary import plain
 from sinssim.scenario.load import load_scenario
 from sinssim.scenario.own_files import own_digests
 from sinssim.system.outputs import MARK, remove, write_text
 
-MANIFEST, CELLS = "trade.json", "cells"
-_KIND = Kind(MANIFEST, (), CELLS, "sinssim trade study", "a", "trade study")
+MANIFEST = "trade.json"
 _LETTERS = 24
 """Letters of a digest in the name of a cell: two of 1000 cells share them with a probability of 1e-23."""
+_ENSEMBLE = EnsembleDirectory.KIND.manifest
 
 
-class TradeDirectory(GrowingDirectory):
-    """The directory of a trade study, locked while it is used."""
+class TradeDirectory(Store):
+    """The directory of a trade study: a file or a folder for each cell that is finished."""
 
-    KIND = _KIND
+    KIND = Kind(MANIFEST, (), "cells", "sinssim trade study", "a", "trade study", "finished cells")
 
     def __init__(self, path: Path, study: TradeStudy, *, resume: bool = False, overwrite: bool = False) -> None:
-        """Begin a directory, or continue one.
-
-        Args:
-            path: the directory.
-            study: the study.
-            resume: whether a study in it is continued; a missing or empty directory is begun in any case.
-            overwrite: whether a study in it is removed.
-
-        Raises:
-            InputError: the directory holds something else, another study, or cannot be written; or another process uses
-                it.
-        """
-        self._about = _about(study)
+        """Begin the directory of a study, or continue it, as `Store` does."""
+        without = ("name", "description", "views", "use", "output", "recording")
+        scenario = load_scenario(study.scenario, study.set)
+        contents = json.loads(json.dumps(scenario.contents(without=without)))
+        files = own_digests(scenario)
+        self._about = {
+            "name": study.name,
+            "cell": study.cell,
+            "versions": software(),
+            "scenario": {**contents, **({"own_content": files} if files else {})},
+        }
         super().__init__(path, resume=resume, overwrite=overwrite)
 
-    def _check_same(self, found: dict[str, Any], path: Path) -> None:
-        _check_same(found, self._about, path)
+    def manifest(self) -> dict[str, Any]:
+        return self._about
 
-    def _computed(self) -> list[str]:
-        found = []
-        for cell in self.folder.glob("*"):
+    def difference(self, there: dict[str, Any]) -> str:
+        about = self._about
+        if there.get("name") != about["name"]:
+            return f"is the study {there.get('name')}, not {about['name']}"
+        if there.get("cell") != about["cell"]:
+            return f"has {there.get('cell')} cells, not {about['cell']} cells"
+        return other_software(there) or other_scenario(there.get("scenario"), about["scenario"])
+
+    @classmethod
+    def computed(cls, path: Path) -> list[str]:
+        names = []
+        for cell in (path / "cells").glob("*"):
             if cell.suffix == ".json" and len(cell.stem) == _LETTERS:
-                found.append(f"{CELLS}/{cell.name}")
-            elif len(cell.name) == _LETTERS and (cell.is_symlink() or (cell / ENSEMBLE).is_file()):
-                inside = [] if cell.is_symlink() else [f"/{name}" for name in (*all_files(cell), MARK)]
-                found += [f"{CELLS}/{cell.name}{name}" for name in inside or [""]]
-        return found
-
-    def _begin(self) -> None:
-        write_text(self.path / MANIFEST, json.dumps(self._about, indent=1) + "\n")
+                names.append(f"cells/{cell.name}")
+            elif len(cell.name) == _LETTERS and (cell.is_symlink() or (cell / _ENSEMBLE).is_file()):
+                inside = [] if cell.is_symlink() else [f"/{name}" for name in _files_of(cell)]
+                names += [f"cells/{cell.name}{name}" for name in inside or [""]]
+        return names
 
     def cell(self, digest: str) -> Path:
         """Return the folder of an ensemble, or without its ending the file of a budget, by the digest of its cell."""
@@ -125,44 +127,16 @@ class TradeDirectory(GrowingDirectory):
         folder = self.cell(digest)
         if folder.is_dir():
             try:
-                json.loads((folder / ENSEMBLE).read_text(encoding="utf-8"))["digest"]
+                json.loads((folder / _ENSEMBLE).read_text(encoding="utf-8"))["digest"]
             except (OSError, ValueError, KeyError, TypeError) as error:
-                say(f"{folder / ENSEMBLE} is damaged ({error}). Its cell is computed again.")
-                remove(folder, [*all_files(folder), MARK])
+                say(f"{folder / _ENSEMBLE} is damaged ({error}). Its cell is computed again.")
+                remove(folder, _files_of(folder))
         return folder
 
 
-def _about(study: TradeStudy) -> dict[str, Any]:
-    """Return what all cells of a study have in common."""
-    without = ("name", "description", "views", "use", "output", "recording")
-    scenario = load_scenario(study.scenario, study.set)
-    contents = json.loads(json.dumps(scenario.contents(without=without)))
-    files = own_digests(scenario)
-    return {
-        "kind": _KIND.kind,
-        "name": study.name,
-        "cell": study.cell,
-        "versions": {name: versions()[name] for name in NUMERIC},
-        "scenario": {**contents, **({"own_content": files} if files else {})},
-    }
-
-
-def _check_same(found: dict[str, Any], about: dict[str, Any], path: Path) -> None:
-    """Raise unless a manifest is that of the study; the message names the difference."""
-    if found.get("name") != about["name"]:
-        other = f"is the study {found.get('name')}, not {about['name']}"
-    elif found.get("cell") != about["cell"]:
-        other = f"has {found.get('cell')} cells, not {about['cell']} cells"
-    elif changed := other_versions(found):
-        other = f"was computed by {changed}"
-    elif text := difference(found.get("scenario"), about["scenario"]):
-        other = f"is of another scenario: {text}"
-    else:
-        return
-    raise InputError(
-        f"the study in {path} cannot be continued: it {other}. It stays unchanged; give another folder with -o, or "
-        "replace it with --overwrite."
-    )
+def _files_of(ensemble: Path) -> list[str]:
+    """Return what sinssim wrote in the folder of an ensemble."""
+    return [*EnsembleDirectory.all_files(ensemble), MARK]
 
 
 def _contents(numbers: CellNumbers) -> dict[str, Any]:

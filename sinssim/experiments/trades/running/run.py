@@ -206,7 +206,8 @@ class _Work:
                     truth=truth, progress=lambda stage, part: watch.inside(part if stage == "budget" else 0.0),
                 )  # fmt: skip
                 numbers = of_budget(self.study, found)
-                self._keep(one.digest, numbers)
+                with self._folder.writing("the cells of the study could not be written to"):
+                    self._folder.write(one.digest, numbers)
             else:
                 result = stored_runs(
                     scenario, self.study.runs, self._folder.ensemble(one.digest, self.say), times=self.study.instants,
@@ -229,15 +230,6 @@ class _Work:
             self._failures[one.digest] = f"{type(error).__name__}: {error}"
             self.runs_failed = True
         watch.finish(failed=one.digest in self._failures)
-
-    def _keep(self, digest: str, numbers: CellNumbers) -> None:
-        try:
-            self._folder.write(digest, numbers)
-        except OSError as error:
-            raise InputError(
-                f"the cells of the study could not be written to {self._folder.path}: {error.strerror or error} "
-                f"({self._folder.free():.0f} MB are free)."
-            ) from error
 
     def fill_in(self, result: TradeResult, status: str) -> None:
         """Fill in what has become of the cells."""
@@ -275,25 +267,14 @@ def _leave(folder: TradeDirectory, result: TradeResult, stop: BaseException) -> 
     if not result.finished:
         stop.add_note("No cell had finished; --resume continues.")
         return
-    stop.add_note(f"{result.finished} of {len(result)} cells are finished, in {folder.path}; --resume continues.")
-    try:
-        _write(folder, result)
-        stop.add_note(f"Their report is {folder.path / 'report.html'}.")
-    except Exception as error:  # for example on a full disk: the cells are safe
-        stop.add_note(f"Their report could not be written: {error}")
+    folder.leave(stop, f"{result.finished} of {len(result)} cells", lambda: _write(folder, result))
 
 
 def _write(folder: TradeDirectory, result: TradeResult) -> None:
     """Write report, figures and numbers."""
     from sinssim.experiments.trades.running.write import write_trade
 
-    try:
-        folder.keep(lambda place: write_trade(result, place))
-    except OSError as error:
-        raise InputError(
-            f"the report of the study could not be written to {folder.path}: {error.strerror or error} "
-            f"({folder.free():.0f} MB are free). All finished cells are kept; --resume writes it."
-        ) from error
+    folder.keep(lambda place: write_trade(result, place))
 
 
 TradeResult.media = TradeMedia(write_result)

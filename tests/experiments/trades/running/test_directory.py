@@ -54,7 +54,7 @@ def test_a_full_disk_leaves_nothing(tmp_path: Path, monkeypatch: pytest.MonkeyPa
     place = tmp_path / "deep" / "out"
     if exists:
         place.mkdir(parents=True)
-    monkeypatch.setattr("sinssim.experiments.trades.running.directory.write_text", fail)
+    monkeypatch.setattr("sinssim.experiments.store.write_text", fail)
     with pytest.raises(InputError, match=r"out cannot be made: No space left on device\. Give a folder"):
         begin(tmp_path, place)
     left = [path for path in tmp_path.rglob("*") if path.name != "standing.toml"]

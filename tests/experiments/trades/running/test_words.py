@@ -14,7 +14,7 @@ import pytest
 from sinssim.errors import InputError, RunError
 from sinssim.experiments.trades.measure import CellNumbers, CellVerdict
 from sinssim.experiments.trades.running import run as running
-from sinssim.experiments.trades.running.directory import _about, _check_same, _contents, _numbers
+from sinssim.experiments.trades.running.directory import TradeDirectory, _contents, _numbers
 from sinssim.experiments.trades.running.run import trade
 from sinssim.experiments.trades.running.write import _lists, write_trade
 from sinssim.recording.figures import canvas
@@ -83,7 +83,8 @@ def test_cells_in_the_order_of_their_motions(tmp_path: Path, monkeypatch: pytest
 def test_what_is_said_of_an_interrupted_study(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     """Two of six cells: the notes count them, and name folder and report."""
     monkeypatch.setattr(running, "_write", lambda folder, result: None)
-    folder, stop = SimpleNamespace(path=tmp_path / "there"), KeyboardInterrupt()
+    folder, stop = TradeDirectory(tmp_path / "there", study(tmp_path)), KeyboardInterrupt()
+    folder.close()
 
     class Result(SimpleNamespace):
         def __len__(self) -> int:
@@ -123,10 +124,13 @@ def test_numbers_come_back_in_their_places() -> None:
     ],
 )
 def test_another_study_is_named(tmp_path: Path, changed: dict[str, Any], said: str) -> None:
-    about = _about(study(tmp_path))
-    _check_same(about, about, tmp_path)
-    with pytest.raises(InputError, match=rf"the study in {tmp_path} cannot be continued: {said}"):
-        _check_same(about | changed, about, tmp_path)
+    TradeDirectory(place := tmp_path / "made", study(tmp_path)).close()
+    about = json.loads((place / "trade.json").read_text())
+    (place / "trade.json").write_text(json.dumps(about | changed))
+    with pytest.raises(InputError, match=rf"the study in {place} cannot be continued: {said}.*replace it with --over"):
+        TradeDirectory(place, study(tmp_path), resume=True)
+    (place / "trade.json").write_text(json.dumps(about))
+    TradeDirectory(place, study(tmp_path), resume=True).close()
 
 
 def test_the_files_of_a_study(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
