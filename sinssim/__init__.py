@@ -33,6 +33,7 @@ if TYPE_CHECKING:
     from sinssim.estimation.model import error_model as error_model
     from sinssim.estimation.result import Estimate as Estimate
     from sinssim.estimation.result import Innovations as Innovations
+    from sinssim.experiments.compare import compare as compare
     from sinssim.experiments.ensembles.result import EnsembleResult as EnsembleResult
     from sinssim.experiments.ensembles.running.run import ensemble as ensemble
     from sinssim.experiments.run.execute import run as run
@@ -42,7 +43,6 @@ if TYPE_CHECKING:
     from sinssim.experiments.studies.results import StudyResult as StudyResult
     from sinssim.experiments.studies.schema import Study as Study
     from sinssim.experiments.trades.result import TradeResult as TradeResult
-    from sinssim.experiments.trades.running.compare import compare as compare
     from sinssim.experiments.trades.schema import TradeStudy as TradeStudy
     from sinssim.frames import FRAMES as FRAMES
     from sinssim.logs.load import RecordedLog as RecordedLog

@@ -51,6 +51,20 @@ def capital(sentence: str) -> str:
     return sentence[:1].upper() + sentence[1:]
 
 
+def duration_text(seconds: float) -> str:
+    """Return a duration in words of at most six letters.
+
+    Args:
+        seconds: s.
+
+    Returns:
+        "40 s", "3 min" or "2.5 h".
+    """
+    if seconds < 90.0:
+        return f"{seconds:.0f} s"
+    return f"{seconds / 60.0:.0f} min" if seconds < 5400.0 else f"{seconds / 3600.0:.1f} h"
+
+
 def size_text(size: float) -> str:
     """Return a size with a suitable unit.
 

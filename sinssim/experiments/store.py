@@ -123,6 +123,15 @@ class Store(ABC):
             with suppress(OSError):  # it may not exist
                 place.rmdir()
 
+    @classmethod
+    def check_options(cls, directory: Path | str | None, *, resume: bool, overwrite: bool) -> None:
+        """Raise InputError for options of an experiment that exclude each other."""
+        kind = cls.KIND
+        if directory is None and (resume or overwrite):
+            raise InputError(f"resume and overwrite need the directory of {kind.article} {kind.noun}.")
+        if resume and overwrite:
+            raise InputError(f"resume and overwrite exclude each other: continue the {kind.noun}, or replace it.")
+
     @abstractmethod
     def manifest(self) -> dict[str, Any]:
         """Return what the parts have in common; with `software` as `versions`."""

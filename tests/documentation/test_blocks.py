@@ -20,8 +20,7 @@ import typer.main
 
 from sinssim.cli.app import app
 from sinssim.errors import SinssimError
-from sinssim.experiments.studies.load import load_study
-from sinssim.experiments.trades.load import load_trade_study
+from sinssim.experiments.load import load_study, load_trade_study
 from sinssim.logs.text.description import LogDescription
 from sinssim.scenario.load import load_scenario
 from sinssim.sensors.imu.grade_file import read_grade

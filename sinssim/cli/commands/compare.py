@@ -103,7 +103,7 @@ def command(
         sinssim compare gyro_trade --require "r95(3600 s) <= 1 nmi"
         sinssim compare first_flight --vary imu.grade=laser-navigation,laser-standard --vary imu.rate_hz=50:200:50
     """
-    from sinssim.experiments.trades.load import load_any_study
+    from sinssim.experiments.load import load_any_study
     from sinssim.experiments.trades.schema import TradeStudy
 
     plan: Study | TradeStudy
@@ -122,7 +122,7 @@ def command(
         raise InputError(
             f"--require belongs to trade studies, which have axes; the study {plan.name} compares algorithms."
         )
-    from sinssim.experiments.trades.running.compare import compare
+    from sinssim.experiments.compare import compare
 
     def say(text: str) -> None:
         if not quiet:

@@ -25,9 +25,11 @@ if TYPE_CHECKING:
     from sinssim.experiments.ensembles.truth import TruthCache
 
 
-def errors_of_runs(
-    plan: Plan, runs: range, truths: TruthCache, on_run: Callable[[int], None] | None = None
-) -> RunErrors:
+OnRun = Callable[[int], None]
+"""Called with the number of further runs that are finished; it may raise to abandon the others."""
+
+
+def errors_of_runs(plan: Plan, runs: range, truths: TruthCache, on_run: OnRun | None = None) -> RunErrors:
     """Compute some runs of an ensemble and return their errors at its epochs.
 
     Inertial runs on one motion are computed together where the batch serves them, and one by one otherwise.

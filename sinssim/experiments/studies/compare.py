@@ -4,9 +4,9 @@ from __future__ import annotations
 
 import itertools
 import os
+import threading
 import time
 from collections.abc import Callable, Iterator
-from concurrent.futures import FIRST_COMPLETED, Future, ThreadPoolExecutor, wait
 from dataclasses import asdict, dataclass, fields
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -16,6 +16,7 @@ import numpy as np
 from sinssim.algorithms import REGISTRY
 from sinssim.data import Array, ImuData
 from sinssim.errors import InputError, RunError, SinssimError
+from sinssim.experiments.duration import FLIGHT_SPEED, LIMIT_MINUTES, check_duration, check_limit
 from sinssim.experiments.studies import (
     attitude_cost,
     cost,
@@ -27,12 +28,12 @@ from sinssim.experiments.studies.in_coordinates import coordinate_errors
 from sinssim.experiments.studies.instants import drifts, instants, rows_of
 from sinssim.experiments.studies.results import Case, CoordinateError, Engine, ErrorGrowth, Row, StudyResult, fit_orders
 from sinssim.experiments.studies.schema import Part, Study, StudyMotion, with_set
+from sinssim.experiments.work import Compute, work_through
 from sinssim.frames import OF_TRUTH
 from sinssim.progress import Progress, shown
 from sinssim.strapdown.mechanization import Mechanization
 from sinssim.strapdown.nav_error import NavError, navigation_error
 from sinssim.system.memory import machine_memory
-from sinssim.system.threads import thread_pool
 
 if TYPE_CHECKING:
     from sinssim.recording.store.directory import RunDirectory
@@ -41,15 +42,9 @@ if TYPE_CHECKING:
 
 Navigated = tuple[Row, ErrorGrowth | None, list[CoordinateError]]
 
-LONG_SECONDS = 30.0
-"""Expected duration above which a study is announced before it starts."""
-LIMIT_MINUTES = 30.0
-"""Expected duration above which a study is refused unless a higher limit is given."""
-
 _SAMPLE_SECONDS = 1.5e-6  # time to make one sample of the truth
 _CASE_SECONDS = 0.03  # time to check a sample, and to compare it with the truth
 _SAMPLE_BYTES = 300  # memory per sample at a block's highest rate, with the solutions in progress
-_FLIGHT_SPEED = 250.0  # speed of JSBSim relative to real time
 
 
 # Long: what is left of a study that stops is decided where it stops.
@@ -83,8 +78,7 @@ def compare(
     """
     from sinssim.recording.store.directory import RunDirectory
 
-    if not limit_minutes >= 0.0:
-        raise InputError(f"limit_minutes = {limit_minutes} must not be negative; inf means no limit.")
+    check_limit(limit_minutes)
     folder = None if directory is None else RunDirectory(Path(directory), overwrite=overwrite)
     comparison = StudyResult(study)
     begin = time.perf_counter()
@@ -161,7 +155,7 @@ def _run(comparison: StudyResult, limit_minutes: float, progress: Progress, say:
     for part, motion in _pairs(study):
         seconds = _seconds(part, motion, expected[id(motion)], comparison.costs)
         if (motion.scenario, motion.set) not in flown and not motions.is_cached(motion):
-            seconds += motions.flight_seconds(motion) / _FLIGHT_SPEED
+            seconds += motions.flight_seconds(motion) / FLIGHT_SPEED
         flown.add((motion.scenario, motion.set))
         plan.append(_Block(part, motion, seconds))
     total = sum(block.seconds for block in plan)
@@ -170,13 +164,8 @@ def _run(comparison: StudyResult, limit_minutes: float, progress: Progress, say:
         expected[id(b.motion)] * rate * b.part.cases / len(b.part.pace) for b in plan for rate, *_ in b.part.pace
     )
     navigations = "1 navigation" if cases == 1 else f"{cases} navigations"
-    text = f"{navigations} of {steps / 1e6:.3g} million samples, about {rough_duration(total)}"
-    if total > 60.0 * limit_minutes:
-        raise InputError(
-            f"the study {study.name} would take too long: {text}, more than the limit of "
-            f"{limit_minutes:g} min. Compare fewer rates, algorithms or motions, or raise the limit "
-            f"with --limit-minutes {int(np.ceil(total / 60.0 * 1.2))}."
-        )
+    what, cure = f"{navigations} of {steps / 1e6:.3g} million samples", "Compare fewer rates, algorithms or motions"
+    check_duration(study.name, what, total, limit_minutes, cure, say)
     largest = max(plan, key=lambda block: expected[id(block.motion)] * block.part.highest_hz)
     samples = expected[id(largest.motion)] * largest.part.highest_hz
     if samples * _SAMPLE_BYTES > machine_memory():
@@ -185,19 +174,16 @@ def _run(comparison: StudyResult, limit_minutes: float, progress: Progress, say:
             f"{largest.motion.label} at {largest.part.highest_hz:g} Hz need about {samples * _SAMPLE_BYTES / 1e9:.0f} "
             f"GB, and this machine has {machine_memory() / 1e9:.0f} GB. Use a shorter motion or a lower highest rate."
         )
-    if total > LONG_SECONDS:
-        say(f"{study.name}: {text}.")
     done = 0.0
-    with thread_pool(min(2, os.cpu_count() or 1)) as pool:
-        for block in plan:
-            share = block.seconds / total if total else 1.0
-            base = done
+    for block in plan:
+        share = block.seconds / total if total else 1.0
+        base = done
 
-            def report(what: str, fraction: float, base: float = base, share: float = share) -> None:
-                progress(what, 0.02 + 0.98 * (base + share * fraction))
+        def report(what: str, fraction: float, base: float = base, share: float = share) -> None:
+            progress(what, 0.02 + 0.98 * (base + share * fraction))
 
-            _run_block(comparison, block, pool, report)
-            done += share
+        _run_block(comparison, block, report)
+        done += share
 
 
 @dataclass(frozen=True)
@@ -250,7 +236,6 @@ def _check_length(part: Part, motion: StudyMotion, duration: float) -> None:
 
 def _seconds(part: Part, motion: StudyMotion, duration: float, costs: dict[Engine, cost.Cost]) -> float:
     """Estimate how long a block takes."""
-    threads = min(2, os.cpu_count() or 1)
     each = len(part.gravities) * len(part.curvatures) * len(part.ellipsoids) * len(part.sensors) * len(part.variants)
     ns = sum(
         duration * rate * costs[algorithm, frame, schedule or ()].ns_per_step
@@ -258,27 +243,17 @@ def _seconds(part: Part, motion: StudyMotion, duration: float, costs: dict[Engin
         for algorithm in part.algorithms
         for frame in part.frames
     )
-    seconds = (ns * 1e-9 * each + _CASE_SECONDS * part.cases) / threads
+    seconds = (ns * 1e-9 * each + _CASE_SECONDS * part.cases) / _threads()
     vibrating = 1 + 40 * bool(motion.vibration)
     seconds += duration * part.highest_hz * _SAMPLE_SECONDS * (vibrating + 0.5 * len(part.sensors))
     return seconds
 
 
-def rough_duration(seconds: float) -> str:
-    """Return a duration in words.
-
-    Args:
-        seconds: s.
-
-    Returns:
-        "40 s", "3 min" or "2.5 h".
-    """
-    if seconds < 90.0:
-        return f"{max(seconds, 1.0):.0f} s"
-    return f"{seconds / 60.0:.0f} min" if seconds < 5400.0 else f"{seconds / 3600.0:.1f} h"
+def _threads() -> int:
+    return min(2, os.cpu_count() or 1)
 
 
-def _run_block(comparison: StudyResult, block: _Block, pool: ThreadPoolExecutor, report: Progress) -> None:
+def _run_block(comparison: StudyResult, block: _Block, report: Progress) -> None:
     from sinssim.sensors.sets.reading import read
 
     part, motion, seed = block.part, block.motion, comparison.study.seed
@@ -304,32 +279,28 @@ def _run_block(comparison: StudyResult, block: _Block, pool: ThreadPoolExecutor,
                     schedule or (), slow, ellipsoid,
                 )  # fmt: skip
                 cases.append((case, slower))
-        futures = {pool.submit(_navigate, case, slower, part, truth, comparison): case for case, slower in cases}
+        navigated: dict[Case, Navigated] = {}
+
+        def navigate(stop: threading.Event) -> Compute[tuple[Case, Readings]]:
+            return lambda one, tell: tell((one[0], _navigate(*one, part, truth, comparison)))
+
+        def keep(one: tuple[Case, Navigated], navigated: dict[Case, Navigated] = navigated) -> None:
+            nonlocal finished
+            navigated[one[0]] = one[1]
+            finished += 1
+            report(f"{motion.label}: {one[0].algorithm}", finished / count)
+
         try:
-            for future in _as_they_come(list(futures)):
-                row, history, in_coordinates = future.result()
+            work_through(cases, _threads(), navigate, keep)
+        finally:
+            for case in (case for case, _ in cases if case in navigated):
+                row, history, in_coordinates = navigated[case]
                 comparison.rows.append(row)
                 comparison.coordinate_errors += in_coordinates
                 if history is not None:
-                    comparison.histories[futures[future]] = history
-                finished += 1
-                report(f"{motion.label}: {row.algorithm}", finished / count)
-        except BaseException:
-            for future in futures:
-                future.cancel()
-            raise
+                    comparison.histories[case] = history
     order = {part.title: number for number, part in enumerate(comparison.study.parts)}
     comparison.rows.sort(key=lambda row: order[row.part])
-
-
-def _as_they_come(
-    futures: list[Future[Navigated]],
-) -> Iterator[Future[Navigated]]:
-    """Yield futures in order as they finish; the wait wakes up often, so that Ctrl-C takes effect."""
-    for future in futures:
-        while not future.done():
-            wait([future], timeout=0.2, return_when=FIRST_COMPLETED)
-        yield future
 
 
 class _Truth:

@@ -8,7 +8,6 @@ import json
 from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import cached_property
-from pathlib import Path
 
 from sinssim.errors import InputError
 from sinssim.experiments.trades.keys import toml_text
@@ -213,20 +212,3 @@ def command_of(study: TradeStudy, cell: Cell, program: str = "sinssim") -> str:
     for text in study.require:
         words += ["--require", text]
     return " ".join(map(shlex.quote, words))
-
-
-def scenario_beside(scenario: str, folder: Path) -> str:
-    """Return a scenario's file beside a study instead of in the current folder by its full path.
-
-    Args:
-        scenario: a scenario's name or file.
-        folder: folder of the study.
-
-    Returns:
-        The path, or the name as it is.
-    """
-    if scenario.endswith(".toml") and not Path(scenario).exists():
-        beside = folder / scenario
-        if beside.is_file():
-            return str(beside.resolve())
-    return scenario

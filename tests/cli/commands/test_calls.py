@@ -160,7 +160,7 @@ def test_calibrate(sinssim: Sinssim, put: Put) -> None:
 
 def test_compare(sinssim: Sinssim, put: Put, tmp_path: Path) -> None:
     compared, shown = (
-        put("experiments.trades.running.compare.compare", "result"),
+        put("experiments.compare.compare", "result"),
         put("experiments.studies.study_table.show"),
     )
     put("experiments.studies.study_files.results", SUMMARY)

@@ -20,8 +20,8 @@ from sinssim.experiments.ensembles.plan import _epochs, _with_times, make_plan, 
 from sinssim.experiments.ensembles.predicted import predicted_sigma
 from sinssim.experiments.ensembles.run_errors import RunErrors, column_names, empty, groups_of, spans_of
 from sinssim.experiments.ensembles.running import room
-from sinssim.experiments.ensembles.running.run import duration_text
 from sinssim.experiments.ensembles.truth import truth_key
+from sinssim.formatting import duration_text
 from sinssim.scenario.schema import Scenario
 from sinssim.statistics.requirements.requirement import parse_requirements
 from sinssim.strapdown.nav_error import NavError

@@ -15,9 +15,9 @@ import pytest
 
 from sinssim.content import list_content
 from sinssim.errors import InputError
+from sinssim.experiments.load import load_study
 from sinssim.experiments.studies import compare as module
 from sinssim.experiments.studies.compare import compare
-from sinssim.experiments.studies.load import load_study
 from sinssim.experiments.studies.schema import Study
 
 CONE = {"type": "coning", "half_angle_deg": 1.0, "frequency_hz": 1.0, "duration_s": 20.0}

@@ -12,7 +12,7 @@ import pytest
 from sinssim.data import Array, ImuData, NavSolution, NavState
 from sinssim.earth.models import ELLIPSOIDS
 from sinssim.experiments.studies import cost, headings, motions
-from sinssim.experiments.studies.compare import _seconds, rough_duration
+from sinssim.experiments.studies.compare import _seconds
 from sinssim.experiments.studies.cost import Cost, least_time, measure_time
 from sinssim.experiments.studies.headings import FORMS, compare_headings
 from sinssim.experiments.studies.in_coordinates import _errors
@@ -21,6 +21,7 @@ from sinssim.experiments.studies.naming import at_one_rate, labeller, line_label
 from sinssim.experiments.studies.operations import Operations
 from sinssim.experiments.studies.results import Case, ErrorGrowth, Pick, StudyResult, Verdict, fit_orders
 from sinssim.experiments.studies.schema import Part, Study, StudyMotion
+from sinssim.formatting import duration_text
 from sinssim.units import ARCSEC, DEG, UG
 from tests.experiments.studies.test_results import row
 
@@ -242,7 +243,7 @@ def test_how_long_a_study_takes(monkeypatch: pytest.MonkeyPatch) -> None:
         motion = StudyMotion.model_validate({**MOTION, "vibration": vibration})
         found = _seconds(part, motion, 100.0, costs)
         assert found == pytest.approx(1440e-3 + 0.03 * 8 + samples * factor, rel=1e-9)
-    assert [rough_duration(s) for s in (0.2, 89.4, 90.0, 5399.0, 5400.0, 9000.0)] == [
+    assert [duration_text(s) for s in (1.2, 89.4, 90.0, 5399.0, 5400.0, 9000.0)] == [
         "1 s", "89 s", "2 min", "90 min", "1.5 h", "2.5 h",
     ]  # fmt: skip
 

@@ -8,8 +8,8 @@ from typing import Any
 
 import pytest
 
+from sinssim.experiments.load import load_trade_study
 from sinssim.experiments.trades.cells import cells_of
-from sinssim.experiments.trades.load import load_trade_study
 from sinssim.experiments.trades.schema import Axis, TradeStudy
 
 DOCS = Path(__file__).parents[3] / "docs"

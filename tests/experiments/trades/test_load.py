@@ -8,10 +8,9 @@ import pytest
 
 from sinssim.content import list_content
 from sinssim.errors import InputError
-from sinssim.experiments.studies.load import load_study
+from sinssim.experiments.load import load_any_study, load_study
 from sinssim.experiments.studies.schema import Study
 from sinssim.experiments.trades.cells import cells_of
-from sinssim.experiments.trades.load import load_any_study
 from sinssim.experiments.trades.schema import TradeStudy
 from tests.experiments.trades.examples import SCENARIO
 

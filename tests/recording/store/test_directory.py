@@ -18,10 +18,10 @@ from scipy.stats import chi2
 
 from sinssim.data import NavSolution, NavState
 from sinssim.errors import InputError, RunError
+from sinssim.experiments.load import load_study
 from sinssim.experiments.run.execute import run
 from sinssim.experiments.run.finished.run_streams import load_streams
 from sinssim.experiments.studies.compare import compare
-from sinssim.experiments.studies.load import load_study
 from sinssim.recording.rerun.viewer import find_recording, find_run_info
 from sinssim.recording.store.directory import RunDirectory
 from sinssim.scenario.initial_error import initial_state_with_errors

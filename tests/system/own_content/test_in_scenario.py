@@ -14,7 +14,7 @@ import sinssim
 from sinssim.algorithms import ALGORITHMS
 from sinssim.errors import InputError, RunError
 from sinssim.experiments.ensembles import run_seed
-from sinssim.experiments.studies.load import load_study
+from sinssim.experiments.load import load_study
 from sinssim.rotation import conjugate, multiply
 from sinssim.scenario import load_scenario
 from sinssim.scenario.own_files import own_digests

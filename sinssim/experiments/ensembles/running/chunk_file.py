@@ -16,9 +16,11 @@ import numpy as np
 
 from sinssim.data import Array
 from sinssim.errors import RunError
+from sinssim.experiments.ensembles.execute import OnRun, errors_of_runs
 from sinssim.experiments.ensembles.plan import Plan
 from sinssim.experiments.ensembles.run_errors import COMPONENTS, EVERYTHING, RunErrors, empty
 from sinssim.experiments.ensembles.stored_errors import Errors
+from sinssim.experiments.ensembles.truth import TruthCache
 from sinssim.system.drafts import draft
 
 _NAME = re.compile(r"(\d{7,})-(\d{7,})\.parquet$")
@@ -80,6 +82,24 @@ def write_chunk(errors: Errors, plan: Plan, folder: Path, runs: slice = EVERYTHI
             column_encoding=split,
         )  # fmt: skip
     return path
+
+
+def make_chunk(plan: Plan, runs: range, folder: Path, truths: TruthCache, on_run: OnRun | None = None) -> None:
+    """Compute a group of runs and write its file.
+
+    It may be done twice, by any process: the file is the same and is renamed into place.
+
+    Args:
+        plan: the plan of the ensemble.
+        runs: numbers of the runs.
+        folder: folder of the files of runs.
+        truths: true motions that are kept between groups.
+        on_run: called after each run; it may raise to abandon the group.
+
+    Raises:
+        OSError: the file cannot be written.
+    """
+    write_chunk(errors_of_runs(plan, runs, truths, on_run), plan, folder)
 
 
 def read_chunk(path: Path, plan: Plan) -> RunErrors:

@@ -18,9 +18,11 @@ from pathlib import Path
 from typing import IO, Any
 
 from sinssim.errors import RunError
+from sinssim.experiments.ensembles.execute import OnRun
 from sinssim.experiments.ensembles.plan import Plan, own_motions
-from sinssim.experiments.ensembles.running.tasks import Abandoned, Compute, OnRun, make_chunk
+from sinssim.experiments.ensembles.running.chunk_file import make_chunk
 from sinssim.experiments.ensembles.truth import TruthCache
+from sinssim.experiments.work import Abandoned, Compute
 
 _LIVES = 3
 """Number of processes that may die on one group of runs before the ensemble fails."""
@@ -56,7 +58,7 @@ class SparePool:
 
 def in_processes(
     plan: Plan, folder: Path, spare: SparePool, truths: TruthCache
-) -> Callable[[threading.Event], Compute]:
+) -> Callable[[threading.Event], Compute[range]]:
     """Return what makes a thread's function: it has the groups computed by a process of its own.
 
     A process that dies costs the group that it was computing, which another process computes again.
@@ -68,11 +70,11 @@ def in_processes(
         truths: the true motions of this process; the one that the runs share is sent to the others.
 
     Returns:
-        A function for `tasks.work_through`.
+        A function for `work_through`.
     """
     task = _task(plan, folder, truths)
 
-    def worker(stop: threading.Event) -> Compute:
+    def worker(stop: threading.Event) -> Compute[range]:
         process = _Process(task, spare, stop)
 
         def compute(runs: range, on_run: OnRun) -> None:

@@ -12,15 +12,17 @@ from typing import TYPE_CHECKING
 
 from sinssim.errors import InputError, RunError, shortened
 from sinssim.experiments.ensembles.ensemble_media import EnsembleMedia
+from sinssim.experiments.ensembles.execute import OnRun
 from sinssim.experiments.ensembles.judge import Looks, check_kept
 from sinssim.experiments.ensembles.plan import AIDED, LONG_CHUNK, make_plan, with_runs
 from sinssim.experiments.ensembles.result import EnsembleResult
-from sinssim.experiments.ensembles.running.chunk_file import write_chunk
+from sinssim.experiments.ensembles.running.chunk_file import make_chunk, write_chunk
 from sinssim.experiments.ensembles.running.directory import EnsembleDirectory, kept_epochs, missing
 from sinssim.experiments.ensembles.running.processes import SparePool, in_processes
 from sinssim.experiments.ensembles.running.room import check_disk, check_memory, runs_at_a_time, short_of
-from sinssim.experiments.ensembles.running.tasks import Compute, OnRun, make_chunk, work_through
 from sinssim.experiments.ensembles.truth import TruthCache
+from sinssim.experiments.work import Compute, work_through
+from sinssim.formatting import duration_text
 from sinssim.progress import Progress, shown
 from sinssim.scenario.limits import warn_of_limits
 from sinssim.scenario.load import Overrides, as_scenario
@@ -92,10 +94,7 @@ def ensemble(
     section = scenario.ensemble or EnsembleSection()
     count = _whole("runs", section.runs if runs is None else runs, MOST_RUNS)
     _check_workers(threads, workers, scheduler)
-    if directory is None and (resume or overwrite):
-        raise InputError("resume and overwrite need the directory of an ensemble.")
-    if resume and overwrite:
-        raise InputError("resume and overwrite exclude each other: continue the ensemble, or replace it.")
+    EnsembleDirectory.check_options(directory, resume=resume, overwrite=overwrite)
     wanted = parse_requirements(require)
     if until_decided and not wanted:
         raise InputError("until_decided (--until-decided) needs a requirement: give one with require (--require).")
@@ -347,7 +346,7 @@ def _compute(folder: EnsembleDirectory, groups: Sequence[range], how: _How, on_r
             work_through(groups, number, in_processes(plan, chunks, how.spare, how.truths), on_run)
             return
 
-        def here(stop: threading.Event) -> Compute:
+        def here(stop: threading.Event) -> Compute[range]:
             return lambda runs, done: make_chunk(plan, runs, chunks, how.truths, done)
 
         work_through(groups, number, here, on_run)
@@ -365,20 +364,6 @@ def _counter(before: int, wanted: int, report: Progress) -> OnRun:
         report(f"{before + done}/{total} runs, {rate:.3g}/s, {duration_text(left)} left", (before + done) / total)
 
     return count
-
-
-def duration_text(seconds: float) -> str:
-    """Return a duration in words of at most six letters.
-
-    Args:
-        seconds: s.
-
-    Returns:
-        "40 s", "3 min" or "2.5 h".
-    """
-    if seconds < 90.0:
-        return f"{seconds:.0f} s"
-    return f"{seconds / 60.0:.0f} min" if seconds < 5400.0 else f"{seconds / 3600.0:.1f} h"
 
 
 EnsembleResult.media = EnsembleMedia(write_result)

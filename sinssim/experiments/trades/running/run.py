@@ -9,13 +9,13 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from sinssim.errors import InputError, RunError, SinssimError
+from sinssim.experiments.duration import FLIGHT_SPEED, LIMIT_MINUTES, TooLongError, Watch, check_limit
 from sinssim.experiments.ensembles.running.run import stored_runs
 from sinssim.experiments.ensembles.truth import TruthCache, truth_key
 from sinssim.experiments.trades.cells import Cell, cells_of, digest_of
 from sinssim.experiments.trades.measure import CellNumbers, of_budget, of_ensemble
 from sinssim.experiments.trades.result import CellResult, TradeResult
 from sinssim.experiments.trades.running.directory import TradeDirectory
-from sinssim.experiments.trades.running.watch import TooLongError, Watch
 from sinssim.experiments.trades.schema import TradeStudy
 from sinssim.experiments.trades.trade_media import TradeMedia
 from sinssim.progress import Progress, shown
@@ -25,10 +25,6 @@ from sinssim.scenario.sections.ensemble import EnsembleSection
 from sinssim.system.drafts import Draft
 
 Say = Callable[[str], None]
-LIMIT_MINUTES = 30.0
-"""Expected duration above which a study is refused unless a higher limit is given."""
-_FLIGHT_SPEED = 250.0
-"""Speed of JSBSim relative to real time."""
 
 
 def trade(
@@ -66,12 +62,8 @@ def trade(
             too long, or the disk is full.
         RunError: every cell failed; an `InputError` if by values that cannot be used.
     """
-    if not limit_minutes >= 0.0:
-        raise InputError(f"limit_minutes = {limit_minutes} must not be negative; inf means no limit.")
-    if directory is None and (resume or overwrite):
-        raise InputError("resume and overwrite need the directory of a study.")
-    if resume and overwrite:
-        raise InputError("resume and overwrite exclude each other: continue the study, or replace it.")
+    check_limit(limit_minutes)
+    TradeDirectory.check_options(directory, resume=resume, overwrite=overwrite)
     cells = cells_of(study)
     speak = say or (lambda text: None)
     with contextlib.ExitStack() as stack:
@@ -258,7 +250,7 @@ def _flights(todo: list[_Missing]) -> dict[str, float]:
         scenario = one.cell.scenario
         assert scenario is not None
         if one.motion not in found and scenario.flight is not None and not is_cached(scenario.flight, scenario.seed):
-            found[one.motion] = expected_duration(scenario) / _FLIGHT_SPEED
+            found[one.motion] = expected_duration(scenario) / FLIGHT_SPEED
     return found
 
 

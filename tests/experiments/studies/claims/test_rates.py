@@ -7,9 +7,9 @@ import math
 import numpy as np
 import pytest
 
+from sinssim.experiments.load import load_study
 from sinssim.experiments.studies import motions
 from sinssim.experiments.studies.compare import compare
-from sinssim.experiments.studies.load import load_study
 from sinssim.experiments.studies.schema import Study
 
 VERDICTS = {

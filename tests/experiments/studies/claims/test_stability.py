@@ -7,8 +7,8 @@ from typing import Any
 
 import pytest
 
+from sinssim.experiments.load import load_study
 from sinssim.experiments.studies.compare import compare
-from sinssim.experiments.studies.load import load_study
 from sinssim.experiments.studies.schema import COMPUTED, Part, Study, StudyMotion
 from tests.experiments.studies.claims.test_rates import VERDICTS
 

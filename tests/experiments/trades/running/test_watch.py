@@ -4,8 +4,8 @@ from __future__ import annotations
 
 import pytest
 
-from sinssim.experiments.trades.running import watch as module
-from sinssim.experiments.trades.running.watch import TooLongError, Watch
+from sinssim.experiments import duration as module
+from sinssim.experiments.duration import TooLongError, Watch
 
 
 class Clock:

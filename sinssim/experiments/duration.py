@@ -1,4 +1,4 @@
-"""Progress and expected duration of a trade study, and the limit of the duration."""
+"""The expected duration of a study and its limit; the progress of a trade study."""
 
 from __future__ import annotations
 
@@ -7,9 +7,13 @@ import time
 from collections.abc import Callable
 
 from sinssim.errors import InputError
-from sinssim.experiments.ensembles.running.run import duration_text
+from sinssim.formatting import duration_text
 from sinssim.progress import Progress
 
+LIMIT_MINUTES = 30.0
+"""Expected duration above which a study is refused unless a higher limit is given."""
+FLIGHT_SPEED = 250.0
+"""Speed of JSBSim relative to real time."""
 LONG_SECONDS = 30.0
 """Expected duration above which a study is announced."""
 _SURE_AFTER = 10.0
@@ -18,6 +22,38 @@ _SURE_AFTER = 10.0
 
 class TooLongError(InputError):
     """The study would take longer than allowed."""
+
+
+def check_limit(limit_minutes: float) -> None:
+    """Raise InputError for a limit that is none."""
+    if not limit_minutes >= 0.0:
+        raise InputError(f"limit_minutes = {limit_minutes} must not be negative; inf means no limit.")
+
+
+def check_duration(
+    name: str, what: str, seconds: float, limit_minutes: float, cure: str, say: Callable[[str], None]
+) -> None:
+    """Announce a long study, or refuse it.
+
+    Args:
+        name: name of the study.
+        what: what is computed, in words: "24 ensembles of 200 runs".
+        seconds: its expected duration, s.
+        limit_minutes: expected duration above which it is refused.
+        cure: what would make it shorter, without a full stop: "Give fewer values".
+        say: called with the expected duration, if it is long.
+
+    Raises:
+        TooLongError: it would take too long.
+    """
+    text = f"{what}, about {duration_text(max(seconds, 1.0))}"
+    if seconds > 60.0 * limit_minutes:
+        raise TooLongError(
+            f"the study {name} would take too long: {text}, more than the limit of {limit_minutes:g} min. {cure}, or "
+            f"raise the limit with --limit-minutes {math.ceil(seconds / 60.0 * 1.2)}."
+        )
+    if seconds > LONG_SECONDS:
+        say(f"{name}: {text}.")
 
 
 class Watch:
@@ -103,11 +139,5 @@ class Watch:
             return
         self._announced = True
         total = each * left + self._flights + time.perf_counter() - self._begin
-        if total > 60.0 * self._limit:
-            raise TooLongError(
-                f"the study {self._name} would take too long: {self._what}, about {duration_text(total)}, more than "
-                f"the limit of {self._limit:g} min. Give fewer values or fewer runs, or raise the limit with "
-                f"--limit-minutes {math.ceil(total / 60.0 * 1.2)}."
-            )
-        if total > LONG_SECONDS:
-            self._say(f"{self._name}: {self._what}, about {duration_text(total)}.")
+        cure = "Give fewer values or fewer runs"
+        check_duration(self._name, self._what, total, self._limit, cure, self._say)

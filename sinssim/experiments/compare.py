@@ -7,11 +7,11 @@ from pathlib import Path
 from typing import overload
 
 from sinssim.errors import InputError
-from sinssim.experiments.studies.compare import LIMIT_MINUTES
+from sinssim.experiments.duration import LIMIT_MINUTES
+from sinssim.experiments.load import load_any_study
 from sinssim.experiments.studies.compare import compare as compare_algorithms
 from sinssim.experiments.studies.results import StudyResult
 from sinssim.experiments.studies.schema import Study
-from sinssim.experiments.trades.load import load_any_study
 from sinssim.experiments.trades.result import TradeResult
 from sinssim.experiments.trades.running.run import trade
 from sinssim.experiments.trades.schema import TradeStudy

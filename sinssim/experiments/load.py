@@ -2,18 +2,19 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from pathlib import Path
-from typing import Any
+from typing import Any, TypeVar
 
 from sinssim.content import find_content, list_content
 from sinssim.errors import InputError
-from sinssim.experiments.studies.load import load_study
 from sinssim.experiments.studies.schema import Study
-from sinssim.experiments.trades.cells import scenario_beside
 from sinssim.experiments.trades.schema import TradeStudy
 from sinssim.scenario.load import override
+from sinssim.scenario.use import resolved_use
 from sinssim.toml_file import read_toml, validate
+
+Kind = TypeVar("Kind", Study, TradeStudy)
 
 
 def load_any_study(path: str | Path, overrides: Sequence[str] = ()) -> Study | TradeStudy:
@@ -49,27 +50,43 @@ def load_any_study(path: str | Path, overrides: Sequence[str] = ()) -> Study | T
     return load_study(path, overrides)
 
 
-def load_trade_study(path: str | Path, overrides: Sequence[str] = ()) -> TradeStudy:
-    """Load and check a trade study.
-
-    Args:
-        path: as for `load_any_study`.
-        overrides: as for `load_any_study`.
-
-    Returns:
-        The study.
-
-    Raises:
-        InputError: as for `load_any_study`.
-    """
+def load_study(path: str | Path, overrides: Sequence[str] = ()) -> Study:
+    """Load and check a comparison of algorithms, as `load_any_study` does."""
     file = find_content("studies", str(path))
     text, data = read_toml(file)
+    if "axes" in data and "parts" not in data:
+        raise InputError(
+            f"{path} is a trade study, with axes, not a comparison of algorithms, with parts: use `sinssim compare`, "
+            "or sinssim.compare from Python."
+        )
+    resolved_use(data, file.parent, views=False)
+    return _checked(Study, file, text, data, str(path), overrides)
+
+
+def load_trade_study(path: str | Path, overrides: Sequence[str] = ()) -> TradeStudy:
+    """Load and check a trade study, as `load_any_study` does."""
+    file = find_content("studies", str(path))
+    return _checked(TradeStudy, file, *read_toml(file), str(path), overrides)
+
+
+def _checked(
+    kind: type[Kind], file: Path, text: str, data: dict[str, Any], path: str, overrides: Sequence[str]
+) -> Kind:
+    """Return the study of a file's contents; scenarios beside the file are found from any folder."""
     data.setdefault("name", file.stem)
-    _scenario_beside(data, file.parent)
+    for table in _with_scenario(data):
+        name = table.get("scenario")
+        if isinstance(name, str) and name.endswith(".toml") and not Path(name).exists():
+            beside = file.parent / name
+            if beside.is_file():
+                table["scenario"] = str(beside.resolve())
     overridden = {override(data, setting) for setting in overrides}
-    return validate(TradeStudy, data, text, str(path), overridden)
+    return validate(kind, data, text, path, overridden)
 
 
-def _scenario_beside(data: dict[str, Any], folder: Path) -> None:
-    if isinstance(data.get("scenario"), str):
-        data["scenario"] = scenario_beside(data["scenario"], folder)
+def _with_scenario(data: dict[str, Any]) -> Iterator[dict[str, Any]]:
+    """Yield the tables of a file that may name a scenario: the study's own, and those of the motions of its parts."""
+    yield data
+    for part in data["parts"] if isinstance(data.get("parts"), list) else ():
+        motions = part.get("motions") if isinstance(part, dict) else None
+        yield from (motion for motion in (motions if isinstance(motions, list) else ()) if isinstance(motion, dict))
