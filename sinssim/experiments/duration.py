@@ -94,10 +94,6 @@ class Watch:
     def inside(self, fraction: float, detail: str = "") -> None:
         """Report the progress within a cell.
 
-        Args:
-            fraction: fraction of the cell that is finished.
-            detail: words about it.
-
         Raises:
             TooLongError: the study would take too long.
         """

@@ -182,9 +182,6 @@ class Store(ABC):
     def keep(self, write: Callable[[Path], object]) -> None:
         """Write the results, in place of those of before; the files of others stay.
 
-        Args:
-            write: writes files to a given folder.
-
         Raises:
             InputError: they cannot be written, or a file of others has the name of a result; nothing is changed.
         """
@@ -223,13 +220,6 @@ class Store(ABC):
 def owned(path: Path, kind: Kind) -> list[str]:
     """Return the files that sinssim wrote in a directory, beside the folder of the parts.
 
-    Args:
-        path: the directory.
-        kind: what it holds.
-
-    Returns:
-        Their names, with slashes.
-
     Raises:
         InputError: the directory has a mark that cannot be one.
     """
@@ -243,13 +233,6 @@ def owned(path: Path, kind: Kind) -> list[str]:
 
 def read_manifest(path: Path, kind: Kind) -> dict[str, Any]:
     """Return the manifest of a directory.
-
-    Args:
-        path: the directory.
-        kind: what it should hold.
-
-    Returns:
-        The contents of the manifest.
 
     Raises:
         InputError: the path is a file, or the directory holds something else.

@@ -67,18 +67,7 @@ def errors_of_runs(plan: Plan, runs: range, truths: TruthCache, on_run: OnRun | 
 
 
 def errors_of_run(plan: Plan, one: Member, truths: TruthCache, errors: RunErrors, row: int) -> None:
-    """Compute one run, and fill in its row.
-
-    Args:
-        plan: the plan of the ensemble.
-        one: the run.
-        truths: true motions that are kept between calls.
-        errors: errors of several runs.
-        row: the row to fill in.
-
-    Raises:
-        SinssimError: the run fails.
-    """
+    """Compute one run, and fill in its row."""
     from sinssim.scenario.route import check_route, check_route_flown
 
     scenario = one.scenario

@@ -30,14 +30,7 @@ def rows_at(epochs: Array, time: Array) -> tuple[NDArray[np.intp], NDArray[np.in
 
 
 def fill_in(errors: RunErrors, row: int, error: NavError, epochs: NDArray[np.intp]) -> None:
-    """Fill in a run's errors.
-
-    Args:
-        errors: errors of several runs.
-        row: the run's row.
-        error: its errors at the epochs, and at its end.
-        epochs: numbers of the epochs.
-    """
+    """Fill in a run's errors."""
     for number, name in enumerate(VECTORS):
         values = getattr(error, name)
         getattr(errors, name)[row, epochs] = values[:-1]
@@ -45,14 +38,7 @@ def fill_in(errors: RunErrors, row: int, error: NavError, epochs: NDArray[np.int
 
 
 def check_finite(error: NavError) -> None:
-    """Raise for errors that are not finite.
-
-    Args:
-        error: a run's errors at its epochs.
-
-    Raises:
-        RunError: the message gives the first epoch.
-    """
+    """Raise for errors that are not finite."""
     finite = np.all([np.isfinite(getattr(error, name)).all(axis=1) for name in VECTORS], axis=0)
     if not finite.all():
         time = float(error.time[int(np.argmin(finite))])

@@ -28,17 +28,7 @@ _DEPENDENT = 1e-9
 
 
 def fill_in_filtered(plan: Plan, sensed: Sensed, errors: RunErrors, row: int) -> None:
-    """Run the filter of a run, and fill in its row.
-
-    Args:
-        plan: the plan of the ensemble.
-        sensed: what the sensors of the run read.
-        errors: errors of several runs.
-        row: the run's row.
-
-    Raises:
-        SinssimError: the run fails, or its filter diverges.
-    """
+    """Run the filter of a run, and fill in its row."""
     from sinssim.scenario.filter.filter_states import with_states
     from sinssim.scenario.initial_error import initial_state_with_errors
     from sinssim.simulation.aided.aided_run import aid_run

@@ -36,9 +36,6 @@ next, so that the last one has 16 times the first number."""
 def looks_of(runs: int) -> tuple[int, ...]:
     """Return the numbers of runs after which an ensemble is judged that runs until its requirements are decided.
 
-    Args:
-        runs: the first number.
-
     Returns:
         At most `LOOKS` numbers, each twice the one before.
     """
@@ -52,9 +49,6 @@ def check_kept(plan: Plan, require: Iterable[Requirement], times: Iterable[float
         plan: the plan of the ensemble.
         require: the requirements.
         times: further times since the start, s.
-
-    Raises:
-        InputError: it names the nearest epochs.
     """
     elapsed = plan.epochs - plan.start
     asked = [(f"requirement {one.text!r}", one.time) for one in require if one.when == "at"]
@@ -140,9 +134,6 @@ class Looks:
 
     def so_far(self, result: EnsembleResult) -> tuple[Verdict, ...]:
         """Judge the runs of an ensemble that stopped early; no look is counted.
-
-        Args:
-            result: the finished runs.
 
         Returns:
             The verdicts that had been reached, and those of these runs on the other requirements.

@@ -162,15 +162,7 @@ def make_plan(
 
 
 def with_runs(plan: Plan, runs: int) -> Plan:
-    """Return a plan whose scenario names another number of runs; nothing else changes.
-
-    Args:
-        plan: the plan.
-        runs: number of runs.
-
-    Returns:
-        The plan.
-    """
+    """Return a plan whose scenario names another number of runs; nothing else changes."""
     from sinssim.scenario.sections.ensemble import EnsembleSection
 
     section = plan.scenario.ensemble or EnsembleSection()
@@ -179,11 +171,7 @@ def with_runs(plan: Plan, runs: int) -> Plan:
 
 
 def own_motions(scenario: Scenario) -> bool:
-    """Return whether the runs of an ensemble differ in their true motions.
-
-    Args:
-        scenario: the scenario of the ensemble.
-    """
+    """Return whether the runs of an ensemble differ in their true motions."""
     try:
         return len({truth_key(member(scenario, number).scenario) for number in (0, 1)}) > 1
     except InputError:  # a run that draws a value that is not allowed

@@ -20,9 +20,6 @@ if TYPE_CHECKING:
 def predicted_sigma(plan: Plan) -> Array | None:
     """Return σ of the errors at the epochs by the propagation of covariances, without any run.
 
-    Args:
-        plan: the plan of an ensemble.
-
     Returns:
         (K, 9): position, velocity and attitude, north, east, down: m, m/s, rad; of the filter's solution if the runs
         have a filter. None with varied keys, which the budget does not know; for fewer than 20 runs with a filter,

@@ -44,11 +44,7 @@ class StoredErrors(KeptErrors):
     def __init__(
         self, count: int, epochs: int, keys: Sequence[str], blocks: Sequence[str], sensors: Sequence[str], folder: Path
     ) -> None:
-        """Begin with all values missing; the file in `folder` disappears with this object.
-
-        Raises:
-            OSError: there is no space for it.
-        """
+        """Begin with all values missing; the file in `folder` disappears with this object."""
         runs = empty(count, 0, keys, blocks, sensors)
         self.number, self.seed, self.end = runs.number, runs.seed, runs.end
         self.failure, self.values, self.final = runs.failure, runs.values, runs.final
@@ -70,11 +66,7 @@ class StoredErrors(KeptErrors):
         return groups_of(len(self), self._epochs)
 
     def put(self, part: RunErrors, first: int) -> None:
-        """Put the errors of runs from the row `first` on, with the same epochs, keys, blocks and sensors.
-
-        Raises:
-            OSError: the disk is full.
-        """
+        """Put the errors of runs from the row `first` on, with the same epochs, keys, blocks and sensors."""
         self.put_runs(part, first)
         for span in self._spans:
             for name in self.names:
@@ -190,11 +182,7 @@ Errors = RunErrors | StoredErrors
 def errors_for(
     count: int, epochs: int, keys: Sequence[str], blocks: Sequence[str], sensors: Sequence[str], folder: Path
 ) -> Errors:
-    """Return the errors of an ensemble that are still to be put: in memory, or in a file if they are many.
-
-    Raises:
-        OSError: there is no space for the file.
-    """
+    """Return the errors of an ensemble that are still to be put: in memory, or in a file if they are many."""
     if bytes_of(count, epochs, len(blocks), len(sensors)) <= IN_MEMORY:
         return empty(count, epochs, keys, blocks, sensors)
     return StoredErrors(count, epochs, keys, blocks, sensors, folder)

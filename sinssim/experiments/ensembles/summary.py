@@ -123,9 +123,6 @@ def band(found: Percentile) -> dict[str, float]:
 def named_runs(result: EnsembleResult) -> list[dict[str, Any]]:
     """Return the worst runs, the median and the best one, by the rate of the line through the origin.
 
-    Args:
-        result: the ensemble.
-
     Returns:
         Each with its rank in words, number, seed, rate, final error, and failure or "".
     """
@@ -155,9 +152,6 @@ def named_runs(result: EnsembleResult) -> list[dict[str, Any]]:
 
 def requirements(result: EnsembleResult) -> list[dict[str, Any]]:
     """Return the verdicts on the requirements as plain numbers.
-
-    Args:
-        result: the ensemble.
 
     Returns:
         For each the requirement as it was written, its meaning, the verdict and its confidence, the value of these runs
@@ -255,9 +249,6 @@ def _components(result: EnsembleResult) -> dict[str, dict[str, float]]:
 def covariance_at_end(result: EnsembleResult) -> Array:
     """Return mean squares and products of the final errors north and east over the runs that did not fail, (2, 2) m².
 
-    Args:
-        result: the ensemble.
-
     Returns:
         The second moment about zero, the covariance of a zero-mean distribution; NaN with fewer than two runs.
     """
@@ -292,9 +283,6 @@ def consistency(result: EnsembleResult) -> dict[str, Any] | None:
     The tests are ANEES of each block at each epoch, whose sum over independent runs is χ², and NIS of each sensor over
     all epochs, since innovations are independent in time, too. As for a single run, an ANEES below 1 does not count,
     because the initial state may have been better than assumed.
-
-    Args:
-        result: the ensemble.
 
     Returns:
         `verdict`, "consistent" or "not consistent"; `runs` that did not fail and `diverged`, the number of those whose

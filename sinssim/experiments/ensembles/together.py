@@ -40,10 +40,6 @@ _BEGIN = 7000
 def alone_because(plan: Plan, truths: TruthCache) -> str | None:
     """Return why the runs of an ensemble are computed one by one.
 
-    Args:
-        plan: the plan of the ensemble.
-        truths: true motions that are kept between calls.
-
     Returns:
         A clause without a full stop, for example "it has a filter"; None if they are computed together.
     """

@@ -25,9 +25,6 @@ _KEPT = 2
 def truth_key(scenario: Scenario) -> str:
     """Return a text that is equal for scenarios with the same true motion and increments.
 
-    Args:
-        scenario: the scenario of a run.
-
     Returns:
         The tables and keys that determine them, with the seed if turbulence, vibration, road, sea, gravity's remainder
         or the errors of a turntable are drawn from it.
@@ -68,24 +65,13 @@ class TruthCache:
             self._unrounded = None
 
     def keep(self, scenario: Scenario, truth: Truth) -> None:
-        """Keep a true motion that another process has computed.
-
-        Args:
-            scenario: the scenario of the motion.
-            truth: the motion.
-        """
+        """Keep a true motion that another process has computed."""
         with self._lock:
             self._kept[truth_key(scenario)] = truth
             self._drop_old()
 
     def of(self, scenario: Scenario) -> Truth:
         """Return the true motion of a scenario, the same bits as those of `sinssim run`.
-
-        Args:
-            scenario: the scenario of a run.
-
-        Returns:
-            The motion.
 
         Raises:
             InputError: the scenario's motion cannot be used.
@@ -129,9 +115,6 @@ class TruthCache:
 
 def has_remainder(scenario: Scenario) -> bool:
     """Return whether a scenario's gravity has a part that is drawn in each run.
-
-    Args:
-        scenario: the scenario.
 
     Returns:
         Whether [gravity.remainder] is there.

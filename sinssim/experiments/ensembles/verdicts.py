@@ -16,14 +16,7 @@ _WORDS = {"met": "met, with 95 % confidence", "not met": "NOT MET, with 95 % con
 
 
 def verdict_text(found: Verdict) -> str:
-    """Return the value behind a verdict, its limit, and about how many more runs decide.
-
-    Args:
-        found: the verdict.
-
-    Returns:
-        Whole sentences.
-    """
+    """Return the value behind a verdict, its limit, and about how many more runs decide."""
     one, size = found.requirement, found.requirement.unit_size
     if math.isnan(found.value):
         return f"No run has a solution {one.instant}."
@@ -42,9 +35,6 @@ def verdict_text(found: Verdict) -> str:
 
 def looks_text(result: EnsembleResult) -> str:
     """Return how often an ensemble was looked at, and the probability of error.
-
-    Args:
-        result: the ensemble.
 
     Returns:
         Whole sentences; "" if it did not run until decided.
@@ -67,9 +57,6 @@ def looks_text(result: EnsembleResult) -> str:
 
 def requirement_lines(result: EnsembleResult) -> list[str]:
     """Return the verdicts as lines for the console.
-
-    Args:
-        result: the ensemble.
 
     Returns:
         A line for each requirement, and one on the looks.

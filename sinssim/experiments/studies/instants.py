@@ -35,14 +35,7 @@ class Instants(NamedTuple):
 
 
 def instants(count: int) -> Instants:
-    """Return the rows at which errors are taken.
-
-    Args:
-        count: number of rows of the solution.
-
-    Returns:
-        The rows.
-    """
+    """Return the rows at which errors are taken."""
     even = _spread(count, _EVALUATED)
     early = np.geomspace(1, max(count - 1, 1), min(count - 1, _EARLY)).round().astype(np.intp)
     taken = np.union1d(even, early)
@@ -51,15 +44,7 @@ def instants(count: int) -> Instants:
 
 
 def rows_of(solution: NavSolution, rows: Rows) -> NavSolution:
-    """Return some rows of a solution.
-
-    Args:
-        solution: the solution.
-        rows: their numbers.
-
-    Returns:
-        The rows, without events.
-    """
+    """Return some rows of a solution."""
     names = ["time", "latitude", "longitude", "height", "velocity_ned", "q_nb", "defect"]
     names += ["azimuth"] if solution.azimuth is not None else []
     return replace(solution, events=(), **{name: getattr(solution, name)[rows] for name in names})

@@ -46,9 +46,6 @@ class MotionFacts:
 def scenario_of(motion: StudyMotion) -> Scenario:
     """Return a scenario with the motion.
 
-    Args:
-        motion: the motion.
-
     Returns:
         The scenario; of its other sections only the place of the sensor block is used.
 
@@ -70,9 +67,6 @@ def scenario_of(motion: StudyMotion) -> Scenario:
 def expected_seconds(motion: StudyMotion) -> float:
     """Estimate the duration of a motion without making it.
 
-    Args:
-        motion: the motion.
-
     Returns:
         Duration, s: exact except for a flight.
 
@@ -88,9 +82,6 @@ def expected_seconds(motion: StudyMotion) -> float:
 def flight_seconds(motion: StudyMotion) -> float:
     """Estimate the duration of the complete motion, of which a study may use only the beginning.
 
-    Args:
-        motion: the motion.
-
     Returns:
         Duration, s.
 
@@ -103,9 +94,6 @@ def flight_seconds(motion: StudyMotion) -> float:
 def is_cached(motion: StudyMotion) -> bool:
     """Return whether a motion needs no flight simulation.
 
-    Args:
-        motion: the motion.
-
     Returns:
         Whether the motion is not a flight, or a flight in the cache.
     """
@@ -117,12 +105,6 @@ def is_cached(motion: StudyMotion) -> bool:
 
 def make(motion: StudyMotion) -> Trajectory:
     """Return the true trajectory of a motion; a flight flown before comes from the cache.
-
-    Args:
-        motion: the motion.
-
-    Returns:
-        The trajectory of the sensor block.
 
     Raises:
         InputError: the scenario does not exist, has mistakes or cannot be flown, or the motion is shorter than
@@ -173,9 +155,6 @@ def first_seconds(imu: ImuData, duration: float) -> ImuData:
     Args:
         imu: increments, N intervals.
         duration: duration to keep, s.
-
-    Returns:
-        The intervals that end within it.
     """
     count = int(np.searchsorted(imu.time, imu.time[0] + duration + 1e-9, side="right")) - 1
     return ImuData(imu.time[: count + 1], imu.dtheta[:count], imu.dvel[:count])
@@ -183,10 +162,6 @@ def first_seconds(imu: ImuData, duration: float) -> ImuData:
 
 def facts(motion: StudyMotion, trajectory: Trajectory) -> MotionFacts:
     """Characterise a motion by numbers.
-
-    Args:
-        motion: the motion.
-        trajectory: its trajectory.
 
     Returns:
         The characteristics, from states and rates at evenly spread instants.

@@ -21,9 +21,6 @@ _RATES_FOR_LINES = 3  # number of rates from which errors are drawn over the rat
 def varying(rows: Sequence[Row]) -> tuple[str, ...]:
     """Return the dimensions in which rows differ, apart from motion and rate.
 
-    Args:
-        rows: rows of one part.
-
     Returns:
         Names of the attributes of `Row`.
     """
@@ -36,9 +33,6 @@ def labeller(rows: Sequence[Row], pace: bool = False) -> Label:
     Args:
         rows: rows of one part.
         pace: whether the label includes the rate, if rates differ.
-
-    Returns:
-        A function of a row.
     """
     dimensions = varying(rows)
     several = pace and len({row.pace for row in rows}) > 1
@@ -51,39 +45,17 @@ def labeller(rows: Sequence[Row], pace: bool = False) -> Label:
 
 
 def over_rates(part: Part) -> bool:
-    """Return whether a part is best drawn as lines over the rate.
-
-    Args:
-        part: a part of a study.
-
-    Returns:
-        Whether the part has several plain rates.
-    """
+    """Return whether a part is best drawn as lines over the rate."""
     return len(part.rates_hz) >= _RATES_FOR_LINES and not part.schedules_hz
 
 
 def line_labeller(part: Part, rows: Sequence[Row]) -> Label:
-    """Return a function that names lines: a schedule has its own name, the plain rates of an engine share one.
-
-    Args:
-        part: a part of a study.
-        rows: rows of the part.
-
-    Returns:
-        A function of a row.
-    """
+    """Return a function that names lines: a schedule has its own name, the plain rates of an engine share one."""
     return labeller(rows, pace=bool(part.schedules_hz))
 
 
 def at_one_rate(rows: Sequence[Row]) -> list[Row]:
-    """Return the rows whose errors are drawn over time: schedules, and plain rates at the one nearest to 50 Hz.
-
-    Args:
-        rows: rows of a part.
-
-    Returns:
-        Rows with different names of lines.
-    """
+    """Return the rows whose errors are drawn over time: schedules, and plain rates at the one nearest to 50 Hz."""
     scheduled = [row for row in rows if row.schedule_hz]
     if scheduled or not rows:
         return scheduled
@@ -93,10 +65,6 @@ def at_one_rate(rows: Sequence[Row]) -> list[Row]:
 
 def one_draw(part: Part, study: Study) -> str:
     """State that a part compares sensors by one draw of their errors.
-
-    Args:
-        part: of the study.
-        study: the study.
 
     Returns:
         A few sentences; "" for a part with one sensor set or without random errors.
@@ -118,9 +86,6 @@ def _is_certain(block: Imu) -> bool:
 
 def sensors_of(pick: Pick) -> str:
     """Describe the sensors of a pick.
-
-    Args:
-        pick: a pick of a study.
 
     Returns:
         The grade, and the variant if it is not the default.

@@ -151,14 +151,7 @@ class _CountingNumpy:
 
 
 def uncompiled(function: Any, _made: dict[int, Any] | None = None) -> Any:
-    """Return the plain Python function of a kernel, and of all kernels that it calls, for counting numbers.
-
-    Args:
-        function: a compiled kernel.
-
-    Returns:
-        A plain function of the same arguments.
-    """
+    """Return the plain Python function of a kernel, and of all kernels that it calls, for counting numbers."""
     made = {} if _made is None else _made
     plain = getattr(function, "py_func", function)
     if id(plain) in made:

@@ -55,9 +55,6 @@ class _Candidate:
 def picks(comparison: StudyResult) -> list[Pick]:
     """Return the recommended engine of every part that compares engines.
 
-    Args:
-        comparison: results of the study.
-
     Returns:
         One pick for each part and each of its sensor sets; none for a part with a single engine at a single rate.
     """

@@ -305,36 +305,15 @@ class StudyResult(Result):
     directory: Path | None = None
 
     def history(self, row: Row) -> ErrorGrowth:
-        """Return the growth of the errors of a case.
-
-        Args:
-            row: row of a finished case.
-
-        Returns:
-            The errors over time.
-        """
+        """Return the growth of the errors of a case."""
         return self.histories[row.case]
 
     def history_or_none(self, row: Row) -> ErrorGrowth | None:
-        """Return the growth of the errors of a case, None if it was not kept.
-
-        Args:
-            row: row of a finished case.
-
-        Returns:
-            The errors over time.
-        """
+        """Return the growth of the errors of a case, None if it was not kept."""
         return self.histories.get(row.case)
 
     def of_part(self, title: str) -> list[Row]:
-        """Return the rows of one part.
-
-        Args:
-            title: title of the part.
-
-        Returns:
-            Its rows, in order.
-        """
+        """Return the rows of one part."""
         return [row for row in self.rows if row.part == title]
 
 
@@ -356,9 +335,6 @@ _STRAIGHT = 0.15
 
 def fit_orders(rows: list[Row]) -> list[Order]:
     """Fit the order of convergence of every algorithm on every motion with ideal sensors.
-
-    Args:
-        rows: rows of one part.
 
     Returns:
         Orders of the algorithms with at least three rates above the rounding floor.

@@ -119,9 +119,6 @@ def with_set(section: Imu, variant: str, rate_hz: float) -> Imu:
             an attitude sensor follows from the gyros' biases.
         variant: one of `VARIANTS`.
         rate_hz: samples per second.
-
-    Returns:
-        The section.
     """
     return section.model_copy(update={"sensor_set": _SETS[variant], "rate_hz": rate_hz})
 
@@ -378,9 +375,6 @@ class Study(Section):
 
         Args:
             name: name of one of the study's own blocks, or a grade.
-
-        Returns:
-            The section.
         """
         return self.blocks.get(name) or Imu(grade=name)
 

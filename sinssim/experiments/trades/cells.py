@@ -51,10 +51,6 @@ class Cell:
 def digest_of(study: TradeStudy, cell: Cell) -> str:
     """Return the digest of everything that determines the numbers of a cell, except the versions of the software.
 
-    Args:
-        study: the study.
-        cell: one of its cells, with a scenario.
-
     Returns:
         SHA-256. The number of runs of an ensemble is not part of it, because an ensemble can be extended.
     """
@@ -74,10 +70,6 @@ def digest_of(study: TradeStudy, cell: Cell) -> str:
 def name_of(study: TradeStudy, cell: Cell) -> str:
     """Return the values of a cell in words.
 
-    Args:
-        study: the study.
-        cell: one of its cells.
-
     Returns:
         "grade tactical, gyro bias sigma 0.01 deg/h".
     """
@@ -90,9 +82,6 @@ def cells_of(study: TradeStudy) -> tuple[Cell, ...]:
     """Return the cells of a study, the last axis changing fastest.
 
     The scenario of a cell is that of `load_scenario` with the study's fixed keys and then the cell's own.
-
-    Args:
-        study: the study.
 
     Returns:
         The cells. Values that do not go together are the cell's mistake.
@@ -188,11 +177,6 @@ def _wrong_alone(study: TradeStudy, number: int, k: int, flown: dict[str, float]
 
 def command_of(study: TradeStudy, cell: Cell, program: str = "sinssim") -> str:
     """Return the command that computes a cell by itself.
-
-    Args:
-        study: the study.
-        cell: one of its cells.
-        program: how sinssim is called.
 
     Returns:
         `sinssim budget …` or `sinssim ensemble …`; its numbers are those of the cell, bit for bit.

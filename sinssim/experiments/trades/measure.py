@@ -88,10 +88,6 @@ class CellNumbers:
 def of_budget(study: TradeStudy, result: BudgetResult) -> CellNumbers:
     """Return the numbers of a budget.
 
-    Args:
-        study: the study.
-        result: the budget, with the study's instants.
-
     Returns:
         The numbers that `sinssim budget` gives, bit for bit.
     """

@@ -243,9 +243,6 @@ class TradeStudy(Section):
         Args:
             texts: the requirements; those that it has already are left out.
 
-        Returns:
-            The study.
-
         Raises:
             InputError: a requirement cannot be read.
         """

@@ -33,9 +33,6 @@ class DamagedChunkError(RunError):
 def chunk_name(runs: range) -> str:
     """Return the file name of a group of runs.
 
-    Args:
-        runs: numbers of the runs.
-
     Returns:
         For example "0000064-0000127.parquet".
     """
@@ -59,9 +56,6 @@ def write_chunk(errors: Errors, plan: Plan, folder: Path, runs: slice = EVERYTHI
 
     Returns:
         The file; the same errors give the same bytes.
-
-    Raises:
-        OSError: the file cannot be written; nothing is left of it.
     """
     import pyarrow as pa
     import pyarrow.parquet as pq
@@ -95,19 +89,12 @@ def make_chunk(plan: Plan, runs: range, folder: Path, truths: TruthCache, on_run
         folder: folder of the files of runs.
         truths: true motions that are kept between groups.
         on_run: called after each run; it may raise to abandon the group.
-
-    Raises:
-        OSError: the file cannot be written.
     """
     write_chunk(errors_of_runs(plan, runs, truths, on_run), plan, folder)
 
 
 def read_chunk(path: Path, plan: Plan) -> RunErrors:
     """Read the errors of a group of runs.
-
-    Args:
-        path: the file.
-        plan: the plan of the ensemble.
 
     Returns:
         The errors.

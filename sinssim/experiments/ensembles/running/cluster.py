@@ -39,11 +39,6 @@ def _truths() -> TruthCache:
 def compute_task(plan: Plan, folder: str, first: int, last: int) -> int:
     """Compute a group of runs on a worker.
 
-    Args:
-        plan: the plan of the ensemble.
-        folder: folder of the files of runs.
-        first, last: numbers of the first and of the last run.
-
     Returns:
         The number of runs.
 

@@ -73,19 +73,12 @@ class EnsembleDirectory(Store):
         return [f"runs/{file.name}" for file in (path / "runs").glob("*.parquet") if runs_of(file) is not None]
 
     def extend(self, plan: Plan) -> None:
-        """Go on with a plan of more runs.
-
-        Args:
-            plan: the plan of the same ensemble.
-        """
+        """Go on with a plan of more runs."""
         self.plan = plan
         self.begin()
 
     def finished(self, say: Callable[[str], None] | None = None) -> list[range]:
         """Return the runs that are finished, in order; a damaged file is named and removed.
-
-        Args:
-            say: called with a sentence about each damaged file.
 
         Returns:
             Numbers of the runs, one entry for each file.
@@ -110,9 +103,6 @@ class EnsembleDirectory(Store):
     def load(self, groups: Sequence[range]) -> Errors:
         """Return the errors of finished runs.
 
-        Args:
-            groups: numbers of the runs of each file, in order.
-
         Returns:
             Their errors; many are kept in a file without a name in the directory.
 
@@ -134,9 +124,6 @@ class EnsembleDirectory(Store):
 def kept_epochs(path: Path) -> list[float] | None:
     """Return the epochs that requirements have added to an ensemble.
 
-    Args:
-        path: its directory.
-
     Returns:
         Times, s; None if the directory holds no ensemble.
     """
@@ -155,9 +142,6 @@ def missing(finished: list[range], runs: int, chunk: int) -> list[range]:
         finished: runs of the files, in order, disjoint.
         runs: number of runs wanted.
         chunk: runs in a file; a group ends at a multiple of it.
-
-    Returns:
-        Groups of consecutive runs.
     """
     groups, start = [], 0
     for there in [*finished, range(runs, runs)]:

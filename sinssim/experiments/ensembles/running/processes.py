@@ -32,11 +32,7 @@ class SparePool:
     """Processes that have started and have no work yet; a context manager that ends those without work."""
 
     def __init__(self, number: int) -> None:
-        """Start processes.
-
-        Args:
-            number: how many.
-        """
+        """Start processes."""
         self._spare = [_start() for _ in range(number)]
 
     def take(self) -> subprocess.Popen[bytes]:

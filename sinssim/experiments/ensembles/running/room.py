@@ -27,15 +27,7 @@ _COMPRESSED = 0.5
 
 
 def check_memory(plan: Plan, runs: int) -> None:
-    """Raise for an ensemble whose statistics do not fit in the memory.
-
-    Args:
-        plan: the plan.
-        runs: number of runs.
-
-    Raises:
-        InputError: it says what would fit.
-    """
+    """Raise for an ensemble whose statistics do not fit in the memory."""
     needed, have = memory_needed(plan, runs), _memory()
     if needed <= have:
         return
@@ -52,17 +44,7 @@ def check_memory(plan: Plan, runs: int) -> None:
 
 
 def check_disk(plan: Plan, runs: int, finished: int, folder: Path) -> None:
-    """Raise for an ensemble whose files do certainly not fit on the disk.
-
-    Args:
-        plan: the plan.
-        runs: number of runs.
-        finished: number of those whose files exist.
-        folder: where the files are.
-
-    Raises:
-        InputError: it says how much is needed.
-    """
+    """Raise for an ensemble whose files do certainly not fit on the disk."""
     needed, have = disk_needed(plan, runs, finished), _disk(folder)
     if needed > have:
         raise InputError(
@@ -118,11 +100,7 @@ def disk_needed(plan: Plan, runs: int, finished: int) -> float:
 
 
 def runs_at_a_time(plan: Plan) -> int:
-    """Return the number of runs that are computed at a time: the cores, or fewer if the memory is too small.
-
-    Args:
-        plan: the plan.
-    """
+    """Return the number of runs that are computed at a time: the cores, or fewer if the memory is too small."""
     samples = (plan.epochs[-1] - plan.start) * plan.scenario.imu.rate_hz
     each = _SAMPLE_BYTES * max(samples, 1.0) + _OF_FILE * _bytes(plan, plan.chunk)
     return max(1, min(os.cpu_count() or 1, int(min(_memory() / each, 1024.0))))

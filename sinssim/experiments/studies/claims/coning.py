@@ -16,9 +16,6 @@ _LEAST_DRIFT = 1e-5 * ARCSEC  # total drift; a smaller one contains rounding
 def coning_drift(evidence: Evidence) -> Outcome:
     """Compare the drift after whole turns of a cone with the law and with the exact theory.
 
-    Args:
-        evidence: numbers of the deciding parts.
-
     Returns:
         The outcome, with a verdict on each cone and number of samples.
     """

@@ -40,9 +40,6 @@ def cheapest(evidence: Evidence) -> Outcome:
     The chapter's algorithms, which make a step of every sample, decide; rotation vectors of several samples per step
     are listed beside them. The whole navigation decides; the attitude alone is compared, too.
 
-    Args:
-        evidence: numbers of the deciding parts.
-
     Returns:
         The outcome, with a verdict on each motion.
     """

@@ -46,9 +46,6 @@ _COMPUTED: dict[str, Callable[[], Outcome]] = {
 def decide(comparison: StudyResult) -> list[Verdict]:
     """Decide the claims that a study's parts have numbers for.
 
-    Args:
-        comparison: results of the study.
-
     Returns:
         A verdict for each claim, in the order of the chapter; "undecided" if the study ended early or lacks numbers
         that the claim needs.

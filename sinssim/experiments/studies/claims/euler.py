@@ -22,9 +22,6 @@ def euler_heading(evidence: Evidence) -> Outcome:
     The verdict is that of the integrated heading, at the highest rate of each motion: it must be right and must not
     jump. The other forms are judged modulo 360°, beside it: a heading of 10° is that of 370°.
 
-    Args:
-        evidence: numbers of the deciding parts.
-
     Returns:
         The outcome, with a verdict on each motion and form.
     """
@@ -77,9 +74,6 @@ def _said(heading: Heading) -> str:
 
 def euler_limit(evidence: Evidence) -> Outcome:
     """Decide on the errors of Euler angles and of quaternions at ±90° of pitch.
-
-    Args:
-        evidence: numbers of the deciding parts.
 
     Returns:
         The outcome, with a verdict on each motion and rate.

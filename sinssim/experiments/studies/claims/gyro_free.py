@@ -18,9 +18,6 @@ _FORM = "power {measured:.2f} {band} (closed form {closed:.2f})"
 def gyro_free(evidence: Evidence) -> Outcome:
     """Find the power of time with which six accelerometers drift, below 1000 s and beyond a Schuler period.
 
-    Args:
-        evidence: numbers of the deciding parts.
-
     Returns:
         The outcome, with a verdict on each block and band while its tilt is small.
     """

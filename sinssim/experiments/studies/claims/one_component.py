@@ -23,9 +23,6 @@ _STEPS = 1200  # per Schuler period: the error of the fourth-order integration i
 def accelerometer_term(periods: int = PERIODS) -> Outcome:
     """Simulate the largest error of the coordinate by a constant accelerometer error, which is 2Δa/g by (8.13).
 
-    Args:
-        periods: Schuler periods to simulate.
-
     Returns:
         The outcome, with a verdict on each size of the error.
     """
@@ -44,9 +41,6 @@ def accelerometer_term(periods: int = PERIODS) -> Outcome:
 
 def gyro_term(periods: int = PERIODS) -> Outcome:
     """Simulate the error of the coordinate by a constant gyro error, which is Δω₀ t after whole periods by (8.15).
-
-    Args:
-        periods: Schuler periods to simulate.
 
     Returns:
         The outcome, with a verdict on each size of the error.

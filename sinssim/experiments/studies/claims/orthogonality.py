@@ -11,9 +11,6 @@ KEPT = 1e-9
 def orthogonality(evidence: Evidence) -> Outcome:
     """Decide on the norm that the two quaternions lose.
 
-    Args:
-        evidence: numbers of the deciding parts.
-
     Returns:
         The outcome, with a verdict on each motion.
     """

@@ -76,22 +76,12 @@ class Outcome:
 
 
 def undecided(lacking: str) -> Outcome:
-    """Return the outcome of a claim without its numbers.
-
-    Args:
-        lacking: what is missing.
-
-    Returns:
-        The outcome.
-    """
+    """Return the outcome of a claim without its numbers."""
     return Outcome("undecided", f"The study lacks the numbers that decide it: {lacking}.")
 
 
 def overall(points: Sequence[Point]) -> str:
     """Return the verdict on a claim that must hold on every motion.
-
-    Args:
-        points: of the claim.
 
     Returns:
         "confirmed" if all judged points are, "refuted" if all are, otherwise "partly".
@@ -101,15 +91,7 @@ def overall(points: Sequence[Point]) -> str:
 
 
 def by(rows: Sequence[Row], key: Callable[[Row], str]) -> dict[str, list[Row]]:
-    """Return rows in groups, in the order of their first rows.
-
-    Args:
-        rows: the rows.
-        key: returns the name of a row's group.
-
-    Returns:
-        Rows by the name of the group.
-    """
+    """Return rows in groups, in the order of their first rows."""
     groups: dict[str, list[Row]] = {}
     for row in rows:
         groups.setdefault(key(row), []).append(row)
@@ -129,9 +111,6 @@ def base(algorithm: str) -> str:
 def needed(rows: Sequence[Row]) -> dict[str, Row]:
     """Return the lowest rate from which on the attitude drifts by at most 0.3′ in an hour.
 
-    Args:
-        rows: rows of one motion.
-
     Returns:
         The row of that rate, by algorithm; none for an algorithm that exceeds the limit at its highest rate.
     """
@@ -149,11 +128,6 @@ def needed(rows: Sequence[Row]) -> dict[str, Row]:
 
 def drift_at(rows: Sequence[Row], algorithms: Sequence[str], rate_hz: float) -> float:
     """Return the least attitude drift of some algorithms at a rate.
-
-    Args:
-        rows: rows of one motion.
-        algorithms: their names, without the correction after each step.
-        rate_hz: the rate.
 
     Returns:
         Arcsec/h; NaN if there is none.

@@ -39,9 +39,6 @@ def simplified_radii(evidence: Evidence) -> Outcome:
     grows without bound. So the comparison depends on its duration, and one Schuler period is the shortest that shows
     both.
 
-    Args:
-        evidence: numbers of the deciding parts.
-
     Returns:
         The outcome, with a verdict on each motion and form.
     """
@@ -95,9 +92,6 @@ def _in_a_period(row: Row, evidence: Evidence) -> float | None:
 def latitude_rate(evidence: Evidence) -> Outcome:
     """Compute the rate of latitude on a true motion due north.
 
-    Args:
-        evidence: numbers of the deciding parts.
-
     Returns:
         The outcome.
     """
@@ -121,9 +115,6 @@ def latitude_rate(evidence: Evidence) -> Outcome:
 
 def computer_errors(evidence: Evidence) -> Outcome:
     """Compare the errors of the algorithm, with perfect sensors, with those that the sensors cause.
-
-    Args:
-        evidence: numbers of the deciding parts.
 
     Returns:
         The outcome, with a verdict on each motion. On a motion at rest the closed form (8.15) is beside the errors.

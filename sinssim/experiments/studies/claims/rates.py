@@ -39,9 +39,6 @@ def velocity_rate(evidence: Evidence) -> Outcome:
     Both act as an error of the acceleration: the drift of the velocity in perfect navigation with slow rates, and the
     bias of the accelerometers. So the comparison depends neither on a draw nor on the duration.
 
-    Args:
-        evidence: numbers of the deciding parts.
-
     Returns:
         The outcome, with a verdict on each motion.
     """
@@ -92,9 +89,6 @@ def velocity_rate(evidence: Evidence) -> Outcome:
 
 def attitude_rate(evidence: Evidence) -> Outcome:
     """Find the lowest rate that keeps attitude within a few tenths of a minute of arc in an hour, motion by motion.
-
-    Args:
-        evidence: numbers of the deciding parts.
 
     Returns:
         The outcome, with a verdict on each motion.

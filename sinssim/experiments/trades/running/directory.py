@@ -79,10 +79,6 @@ class TradeDirectory(Store):
     def read(self, digest: str, say: Callable[[str], None]) -> CellNumbers | None:
         """Return the numbers of a finished budget; a damaged file is named and removed.
 
-        Args:
-            digest: digest of the cell.
-            say: called with a sentence about a damaged file.
-
         Returns:
             The numbers; None if there are none.
         """
@@ -101,29 +97,13 @@ class TradeDirectory(Store):
             return None
 
     def write(self, digest: str, numbers: CellNumbers) -> None:
-        """Keep the numbers of a finished budget.
-
-        Args:
-            digest: digest of the cell.
-            numbers: its numbers.
-
-        Raises:
-            OSError: they cannot be written.
-        """
+        """Keep the numbers of a finished budget."""
         contents = _contents(numbers)
         text = json.dumps({"digest": digest, "contents": _digest(contents), "numbers": contents}, allow_nan=False)
         write_text(self.cell(digest).with_suffix(".json"), text + "\n")
 
     def ensemble(self, digest: str, say: Callable[[str], None]) -> Path:
-        """Return the folder of an ensemble; one whose manifest is damaged is named and removed.
-
-        Args:
-            digest: digest of the cell.
-            say: called with a sentence about a damaged one.
-
-        Returns:
-            The folder, which need not exist.
-        """
+        """Return the folder of an ensemble; one whose manifest is damaged is named and removed."""
         folder = self.cell(digest)
         if folder.is_dir():
             try:
