@@ -33,18 +33,9 @@ def check_limit(limit_minutes: float) -> None:
 def check_duration(
     name: str, what: str, seconds: float, limit_minutes: float, cure: str, say: Callable[[str], None]
 ) -> None:
-    """Announce a long study, or refuse it.
+    """Announce a study that takes long, or raise TooLongError.
 
-    Args:
-        name: name of the study.
-        what: what is computed, in words: "24 ensembles of 200 runs".
-        seconds: its expected duration, s.
-        limit_minutes: expected duration above which it is refused.
-        cure: what would make it shorter, without a full stop: "Give fewer values".
-        say: called with the expected duration, if it is long.
-
-    Raises:
-        TooLongError: it would take too long.
+    `what` is computed, in words: "24 ensembles of 200 runs"; the `cure` would make it shorter: "Give fewer values".
     """
     text = f"{what}, about {duration_text(max(seconds, 1.0))}"
     if seconds > 60.0 * limit_minutes:
@@ -112,14 +103,7 @@ class Watch:
         self._report(f"{self._done}/{self._cells} cells{f', {detail}' if detail else ''}{words}", share)
 
     def finish(self, failed: bool = False) -> None:
-        """Finish a cell.
-
-        Args:
-            failed: whether it failed, and tells nothing about the duration of the others.
-
-        Raises:
-            TooLongError: the study would take too long.
-        """
+        """Finish a cell; one that failed tells nothing about the duration of the others. May raise TooLongError."""
         self._done += 1
         if not failed:
             self._each = min(self._each, time.perf_counter() - self._start)

@@ -168,9 +168,7 @@ class Store(ABC):
     def writing(self, failed: str, then: str = "") -> Iterator[None]:
         """Turn an error of the system inside the block, such as a full disk, into an `InputError`.
 
-        Args:
-            failed: what did not succeed: "the runs of the ensemble could not be written to".
-            then: a sentence about what there is.
+        It says what `failed`, "the runs of the ensemble could not be written to", and `then` what there is.
         """
         try:
             yield
@@ -194,13 +192,7 @@ class Store(ABC):
             publish(place, self.path, [self.KIND.manifest, *self.KIND.files])
 
     def leave(self, stop: BaseException, done: str, write: Callable[[], None]) -> None:
-        """Say in the notes of what stops an experiment what there is, and write a report of it.
-
-        Args:
-            stop: what stops it.
-            done: what is finished: "64 of 150 runs".
-            write: writes the report.
-        """
+        """Say in the notes of what stops an experiment what is `done`, "64 of 150 runs", and write a report of it."""
         stop.add_note(f"{done} are finished, in {self.path}; --resume continues.")
         try:
             write()

@@ -32,16 +32,8 @@ OnRun = Callable[[int], None]
 def errors_of_runs(plan: Plan, runs: range, truths: TruthCache, on_run: OnRun | None = None) -> RunErrors:
     """Compute some runs of an ensemble and return their errors at its epochs.
 
-    Inertial runs on one motion are computed together where the batch serves them, and one by one otherwise.
-
-    Args:
-        plan: the plan of the ensemble.
-        runs: numbers of the runs.
-        truths: true motions that are kept between calls.
-        on_run: called with the number of further runs that are finished; it may raise to abandon the rest.
-
-    Returns:
-        The errors; a run that fails has the reason in `failure`, and its errors are NaN.
+    Inertial runs on one motion are computed together where the batch serves them, and one by one otherwise. A run that
+    fails has the reason in `failure`, and its errors are NaN.
     """
     errors = empty(len(runs), len(plan.epochs), plan.keys, tuple(plan.blocks), plan.sensors)
     members = [member(plan.scenario, number) for number in runs]

@@ -15,14 +15,9 @@ WITHIN = 1e-6
 
 
 def rows_at(epochs: Array, time: Array) -> tuple[NDArray[np.intp], NDArray[np.intp]]:
-    """Return the epochs that a solution reaches, and its rows: the last one at or before each, and its last of all.
+    """Return the epochs, (K,) s, that a solution at instants `time`, (N,) s, reaches, and its rows there.
 
-    Args:
-        epochs: (K,) s.
-        time: instants of the solution, (N,) s.
-
-    Returns:
-        Numbers of the epochs from its start to its end, (k,), and rows, (k + 1,); the last one is that of its end.
+    These are numbers of the epochs, (k,), and the last row at or before each, with the last of all, (k + 1,).
     """
     reached = np.flatnonzero((epochs >= time[0] - WITHIN) & (epochs <= time[-1] + WITHIN))
     rows = np.searchsorted(time, epochs[reached] + WITHIN, side="right") - 1

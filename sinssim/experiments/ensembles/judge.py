@@ -43,13 +43,7 @@ def looks_of(runs: int) -> tuple[int, ...]:
 
 
 def check_kept(plan: Plan, require: Iterable[Requirement], times: Iterable[float] = ()) -> None:
-    """Raise if a time that is asked for is not among the epochs of an ensemble that is continued.
-
-    Args:
-        plan: the plan of the ensemble.
-        require: the requirements.
-        times: further times since the start, s.
-    """
+    """Raise InputError if a time that is asked for, s, is not among the epochs of an ensemble that is continued."""
     elapsed = plan.epochs - plan.start
     asked = [(f"requirement {one.text!r}", one.time) for one in require if one.when == "at"]
     for who, time in (*asked, *((f"times (--at): {time:g} s", time) for time in times)):
@@ -115,13 +109,7 @@ class Looks:
     """The looks at an ensemble; a verdict that is reached stands."""
 
     def __init__(self, require: Sequence[Requirement], first: int, until_decided: bool) -> None:
-        """Begin without a look.
-
-        Args:
-            require: the requirements.
-            first: number of runs of the first look.
-            until_decided: whether more follow until all requirements are decided.
-        """
+        """Begin without a look at a `first` number of runs, the only one unless the ensemble runs `until_decided`."""
         self.numbers = looks_of(first) if until_decided else (first,)
         self.done: list[int] = []
         self.verdicts: list[Verdict | None] = [None] * len(require)
@@ -147,10 +135,8 @@ class Looks:
     def look(self, result: EnsembleResult, runs: int) -> None:
         """Judge the requirements that are not decided.
 
-        Args:
-            result: the ensemble.
-            runs: number of runs. Several looks judge these alone, so that a continued ensemble looks as a new one does;
-                a single look judges all runs of the directory.
+        Several looks judge their number of runs alone, so that a continued ensemble looks as a new one does; a single
+        look judges all runs of the directory.
         """
         error = (1.0 - CONFIDENCE) / (LOOKS if self.several else 1)
         self.done.append(runs if self.several else len(result))

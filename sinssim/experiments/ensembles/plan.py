@@ -114,15 +114,8 @@ def make_plan(
 ) -> Plan:
     """Plan an ensemble; its flight is flown if it is not in the cache.
 
-    Args:
-        scenario: the scenario, with or without an [ensemble] section.
-        truths: where to keep the true motion for the runs.
-        require: requirements; their times are epochs, too.
-        kept: the further epochs of an ensemble that is continued, s; its requirements add none.
-        times: further times since the start that are epochs, s.
-
-    Returns:
-        The plan.
+    Times of requirements and further `times`, s, are epochs, too; but requirements of an ensemble that is continued add
+    none to those that it has `kept`. The true motion for the runs is put into `truths`.
 
     Raises:
         InputError: the scenario cannot be used for an ensemble, or not be run at all.

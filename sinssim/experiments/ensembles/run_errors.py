@@ -126,14 +126,8 @@ class RunErrors(KeptErrors):
 def column_names(blocks: Sequence[str], sensors: Sequence[str], sigma: bool) -> tuple[str, ...]:
     """Return the names of the columns that are kept of each run at each epoch.
 
-    Args:
-        blocks: blocks of a filter's states.
-        sensors: aiding sensors.
-        sigma: whether a filter states the σ of the nine errors.
-
-    Returns:
-        The components, each followed by "sigma_" and its name with a filter; then "nees", "nees_freedom", "nis" and
-        "nis_freedom", a space, and the block or sensor.
+    These are the components, each followed by "sigma_" and its name with a filter; then "nees" and "nees_freedom" with
+    a space and a block of the filter's states, "nis" and "nis_freedom" with an aiding sensor.
     """
     kinds = (("nees", blocks), ("nees_freedom", blocks), ("nis", sensors), ("nis_freedom", sensors))
     errors = [text for name in COMPONENTS for text in ((name, f"sigma_{name}") if sigma else (name,))]

@@ -104,14 +104,7 @@ def ensemble_numbers(result: EnsembleResult, status: str = "finished") -> dict[s
 
 
 def band(found: Percentile) -> dict[str, float]:
-    """Return a percentile of one number of each run as plain numbers.
-
-    Args:
-        found: the percentile, of the shape ().
-
-    Returns:
-        `value`, `low`, `high` and `runs`.
-    """
+    """Return a percentile of one number of each run as `value`, `low`, `high` and `runs`."""
     return {
         "value": float(found.value),
         "low": max(float(found.low), 0.0),
@@ -322,14 +315,7 @@ def consistency(result: EnsembleResult) -> dict[str, Any] | None:
 
 
 def consistency_sentences(numbers: Mapping[str, Any]) -> Iterator[str]:
-    """Write the verdict on a filter over all runs in sentences.
-
-    Args:
-        numbers: of an ensemble, from `ensemble_numbers`.
-
-    Yields:
-        Whole sentences, the causes first; none without a filter.
-    """
+    """Write the verdict on a filter, from `ensemble_numbers`, in sentences, the causes first; none without a filter."""
     found = numbers["consistency"]
     if found is None:
         return

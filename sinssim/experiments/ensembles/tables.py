@@ -17,16 +17,7 @@ from sinssim.system.drafts import draft
 
 
 def write_tables(errors: Errors, epochs: Array, mean_rates: Array, end_rates: Array, folder: Path) -> tuple[Path, Path]:
-    """Write the tables.
-
-    Args:
-        errors: errors of all runs.
-        epochs: the epochs, (K,) s.
-        mean_rates, end_rates: rates of the runs in both definitions, (N,) m/s.
-        folder: folder to write to; made if it does not exist.
-
-    Returns:
-        `errors.parquet` and `runs.parquet`.
+    """Write `errors.parquet` and `runs.parquet`, with the runs' rates in both definitions, (N,) m/s.
 
     Raises:
         InputError: they cannot be written.

@@ -62,17 +62,9 @@ def alone_because(plan: Plan, truths: TruthCache) -> str | None:
 def fill_in_together(
     plan: Plan, members: Sequence[Member], truths: TruthCache, errors: RunErrors, on_run: Callable[[int], None] | None
 ) -> list[int]:
-    """Compute runs together, and fill in the rows of those that the batch can finish.
+    """Compute runs of a plan that `alone_because` admits together, and fill in the rows of those that can be finished.
 
-    Args:
-        plan: the plan of the ensemble, which `alone_because` admits.
-        members: the runs.
-        truths: true motions that are kept between calls.
-        errors: errors of these runs, in their order.
-        on_run: called with the number of further runs that are finished; it may raise to abandon the rest.
-
-    Returns:
-        Rows of the runs that are left: those that leave the range of the batch, and those that fail.
+    Rows of the others are returned: runs that leave the range of the batch, and those that fail.
     """
     truth = truths.of(plan.scenario)
     epochs, rows = rows_at(plan.epochs, truth.time)

@@ -178,12 +178,8 @@ def _loop(algorithm: str, by_functions: bool) -> Callable[..., None]:
 def attitude_costs(algorithm: str) -> list[AttitudeCost]:
     """Count operations and measure time of the attitude alone.
 
-    Args:
-        algorithm: one of `sinssim.ALGORITHMS`.
-
-    Returns:
-        The cost; for Euler angles also with B by sines and cosines; none for an algorithm that iterates attitude,
-        velocity and position together.
+    For Euler angles also with B by sines and cosines; none for an algorithm that iterates attitude, velocity and
+    position together.
     """
     if REGISTRY[algorithm].windowed:
         return []
@@ -207,15 +203,7 @@ def _arguments(time: Array, dtheta: Array, dvel: Array) -> tuple[Array, ...]:
 
 @cache
 def count_attitude(algorithm: str, by_functions: bool = False) -> tuple[Operations, Operations]:
-    """Count the floating-point operations of the attitude alone; the result is cached.
-
-    Args:
-        algorithm: one of `sinssim.ALGORITHMS` that consists of parts.
-        by_functions: whether B is computed from Euler angles by sines and cosines.
-
-    Returns:
-        Mean numbers of operations per sample: of everything, and of B.
-    """
+    """Return the mean operations per sample of the attitude alone, and of B; the result is cached."""
     imu, _ = timed_data()
     samples = _COUNTED
     updates = samples // REGISTRY[algorithm].samples

@@ -75,16 +75,7 @@ def _whole_rows(ratios: tuple[int, ...]) -> int:
 
 
 def measure_cost(algorithm: str, frame: str, schedule_hz: tuple[float, ...] = ()) -> Cost:
-    """Count operations and measure time.
-
-    Args:
-        algorithm: one of `sinssim.ALGORITHMS`.
-        frame: one of `sinssim.FRAMES`.
-        schedule_hz: fast, medium and slow rate, Hz; empty for everything at the sample rate.
-
-    Returns:
-        The cost of one sample.
-    """
+    """Count operations and measure time of one sample; a schedule has a fast, medium and slow rate, Hz."""
     ratios = _ratios(schedule_hz)
     time_ns, operations = measure_time(algorithm, frame, ratios=ratios), count_operations(algorithm, frame, ratios)
     return Cost(algorithm, frame, time_ns, operations, schedule_hz)
@@ -111,16 +102,9 @@ def _options(ratios: tuple[int, ...]) -> dict[str, Any]:
 def measure_time(
     algorithm: str, frame: str, timed: Callable[[], float] = time.thread_time, ratios: tuple[int, ...] = ()
 ) -> float:
-    """Measure the processor time of one sample's navigation step.
+    """Measure the processor time of one sample's navigation step by a clock `timed`, s; return ns.
 
-    Args:
-        algorithm: one of `sinssim.ALGORITHMS`.
-        frame: one of `sinssim.FRAMES`.
-        timed: a clock, s.
-        ratios: ratios of a schedule's rates, of the fast to the medium and of the medium to the slow one.
-
-    Returns:
-        ns per sample.
+    A schedule has the `ratios` of its fast to its medium rate and of that to its slow one.
     """
     from sinssim.strapdown.navigate import navigate
 
@@ -130,15 +114,7 @@ def measure_time(
 
 
 def least_time(call: Callable[[], Any], timed: Callable[[], float] = time.thread_time) -> float:
-    """Return the least time of several calls.
-
-    Args:
-        call: the function; its first call compiles, or loads the compiled kernel.
-        timed: a clock, s.
-
-    Returns:
-        ns.
-    """
+    """Return the least time of several calls, ns, by a clock `timed`, s; the first call loads or compiles the kernel."""
     least = np.inf
     for _ in range(_REPETITIONS + 1):
         begin = timed()
@@ -149,16 +125,7 @@ def least_time(call: Callable[[], Any], timed: Callable[[], float] = time.thread
 
 @cache
 def count_operations(algorithm: str, frame: str, ratios: tuple[int, ...] = ()) -> Operations:
-    """Count the floating-point operations of one sample's navigation step; the result is cached.
-
-    Args:
-        algorithm: one of `sinssim.ALGORITHMS`.
-        frame: one of `sinssim.FRAMES`.
-        ratios: ratios of a schedule's rates, of the fast to the medium and of the medium to the slow one.
-
-    Returns:
-        Mean number of operations per sample.
-    """
+    """Count the floating-point operations of one sample's navigation step; the result is cached."""
     return _counted(algorithm, frame, ratios)[0]
 
 

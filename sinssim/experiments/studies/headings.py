@@ -75,15 +75,10 @@ def _loop(algorithm: str) -> Callable[..., None]:
 
 
 def headings(trajectory: Trajectory, imu: ImuData, truth: Array) -> dict[str, Array]:
-    """Return the heading in each form.
+    """Return the heading in each form by its name, (N+1,) rad each: integrated and unwrapped ones count turns.
 
-    Args:
-        trajectory: the true motion, for the start and for the rate of the navigation frame.
-        imu: increments along it, N intervals.
-        truth: true headings at the edges, (N+1,) rad, which give the turn that the integration starts in.
-
-    Returns:
-        Headings by form, (N+1,) rad each: integrated and unwrapped ones count turns.
+    The trajectory gives the start and the rate of the navigation frame; the true headings at the edges, (N+1,) rad, the
+    turn that the integration starts in.
     """
     weights, uniform = weight_table(imu.time, is_uniform(imu.time)), is_uniform(imu.time)
     edges, middle = imu.time, 0.5 * (imu.time[1:] + imu.time[:-1])
@@ -123,14 +118,8 @@ def compare_headings(
 ) -> list[Heading]:
     """Compare the heading in each form with the true heading, which counts turns.
 
-    Args:
-        part, motion: names for the results.
-        trajectory: the true motion.
-        ideal: ideal increments at the highest rate, at which the true heading changes by less than half a turn.
-        ratios: number of these samples per sample, by rate, Hz.
-
-    Returns:
-        The results; none for a motion that comes near to pitch ±90°.
+    `ratios` are numbers of the `ideal` samples per sample, by rate, Hz; in an ideal sample the true heading changes by
+    less than half a turn. A motion that comes near to pitch ±90° has no results.
     """
     _, pitch, heading = rotation.euler_from_quaternion(trajectory.state(ideal.time).q_nb)
     if np.abs(pitch).max() > STEEPEST:

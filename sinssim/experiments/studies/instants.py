@@ -51,14 +51,9 @@ def rows_of(solution: NavSolution, rows: Rows) -> NavSolution:
 
 
 def drifts(error: NavError, rows: Rows) -> dict[str, float]:
-    """Return the drifts of velocity and attitude: errors per time, which do not depend on the duration of the motion.
+    """Return the slopes of velocity and attitude errors and their standard errors, as `results.Row` names them.
 
-    Args:
-        error: errors of a navigation.
-        rows: the evenly spread rows to which lines through the origin are fitted.
-
-    Returns:
-        Slopes and their standard errors, as `sinssim.experiments.studies.results.Row` names them.
+    Lines through the origin are fitted to the evenly spread `rows`; slopes do not depend on the duration of the motion.
     """
     time = error.time[rows] - error.time[0]
     found = {}

@@ -44,14 +44,7 @@ class MotionFacts:
 
 
 def scenario_of(motion: StudyMotion) -> Scenario:
-    """Return a scenario with the motion.
-
-    Returns:
-        The scenario; of its other sections only the place of the sensor block is used.
-
-    Raises:
-        InputError: the scenario does not exist or has mistakes.
-    """
+    """Return a scenario with the motion; of its other sections only the place of the sensor block is used."""
     if motion.scenario is None:
         return Scenario(
             name="motion",
@@ -65,14 +58,7 @@ def scenario_of(motion: StudyMotion) -> Scenario:
 
 
 def expected_seconds(motion: StudyMotion) -> float:
-    """Estimate the duration of a motion without making it.
-
-    Returns:
-        Duration, s: exact except for a flight.
-
-    Raises:
-        InputError: the scenario does not exist or has mistakes, or the motion is shorter than requested.
-    """
+    """Return the duration of a motion without making it, s: exact except for a flight; InputError if it is too short."""
     whole = flight_seconds(motion)
     if motion.scenario is None:
         _check_duration(motion, whole)
@@ -80,14 +66,7 @@ def expected_seconds(motion: StudyMotion) -> float:
 
 
 def flight_seconds(motion: StudyMotion) -> float:
-    """Estimate the duration of the complete motion, of which a study may use only the beginning.
-
-    Returns:
-        Duration, s.
-
-    Raises:
-        InputError: the scenario does not exist or has mistakes.
-    """
+    """Return the duration of the complete motion, s, of which a study may use only the beginning."""
     return expected_duration(scenario_of(motion))
 
 
@@ -150,12 +129,7 @@ class Beginning:
 
 
 def first_seconds(imu: ImuData, duration: float) -> ImuData:
-    """Return the beginning of some increments.
-
-    Args:
-        imu: increments, N intervals.
-        duration: duration to keep, s.
-    """
+    """Return the beginning of some increments: the intervals that end within a duration, s."""
     count = int(np.searchsorted(imu.time, imu.time[0] + duration + 1e-9, side="right")) - 1
     return ImuData(imu.time[: count + 1], imu.dtheta[:count], imu.dvel[:count])
 

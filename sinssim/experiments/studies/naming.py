@@ -28,12 +28,7 @@ def varying(rows: Sequence[Row]) -> tuple[str, ...]:
 
 
 def labeller(rows: Sequence[Row], pace: bool = False) -> Label:
-    """Return a function that labels rows of one motion by their differences.
-
-    Args:
-        rows: rows of one part.
-        pace: whether the label includes the rate, if rates differ.
-    """
+    """Return a function that labels rows of one motion by their differences, with the `pace` if it is wanted."""
     dimensions = varying(rows)
     several = pace and len({row.pace for row in rows}) > 1
 

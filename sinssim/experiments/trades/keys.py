@@ -20,14 +20,7 @@ _BARE = re.compile(r"[A-Za-z0-9_-]+")
 
 
 def unit_of(key: str) -> str:
-    """Return the unit in the name of a key.
-
-    Args:
-        key: path of the key: "imu.gyro_bias_sigma_deg_h".
-
-    Returns:
-        "deg/h"; "" for a key without a unit.
-    """
+    """Return the unit in the name of a key: "imu.gyro_bias_sigma_deg_h" → "deg/h"; "" without one."""
     name, tokens = _split(key.rpartition(".")[2])
     text, link = "", ""
     for token in tokens:
@@ -40,13 +33,9 @@ def unit_of(key: str) -> str:
 
 
 def label_of(key: str) -> str:
-    """Return the words of a key without its unit.
+    """Return the words of a key without its unit: "aiding.gnss.position_sigma_m" → "gnss position σ".
 
-    Args:
-        key: path of the key: "aiding.gnss.position_sigma_m".
-
-    Returns:
-        "gnss position σ"; the table's name is left out where the key is clear without it.
+    The table's name is left out where the key is clear without it.
     """
     *tables, name = key.split(".")
     words = _split(name)[0]
@@ -69,14 +58,7 @@ def _split(name: str) -> tuple[str, list[str]]:
 
 
 def toml_text(value: Any) -> str:
-    """Return a value as TOML in one line, as `--set` takes it.
-
-    Args:
-        value: a number, a truth value, a text, an array or a table.
-
-    Returns:
-        Text that loads back to the same value.
-    """
+    """Return a value as TOML in one line, as `--set` takes it."""
     if isinstance(value, bool):
         return "true" if value else "false"
     if isinstance(value, str):
@@ -93,14 +75,7 @@ def _key_text(key: str) -> str:
 
 
 def value_text(value: Any) -> str:
-    """Return a value as people read it.
-
-    Args:
-        value: a number, a truth value, a text, an array or a table.
-
-    Returns:
-        "0.01", "on", "tactical" or "[1, 2]".
-    """
+    """Return a value as people read it: "0.01", "on", "tactical" or "[1, 2]"."""
     if isinstance(value, bool):
         return "on" if value else "off"
     if isinstance(value, str):

@@ -135,15 +135,7 @@ def _verdict(
 
 
 def of_ensemble(study: TradeStudy, result: EnsembleResult) -> CellNumbers:
-    """Return the numbers of an ensemble.
-
-    Args:
-        study: the study.
-        result: the ensemble, with the study's instants among its epochs.
-
-    Returns:
-        The numbers that `sinssim ensemble` gives, bit for bit.
-    """
+    """Return the numbers that `sinssim ensemble` gives, bit for bit, of one with the study's instants among its epochs."""
     from sinssim.experiments.ensembles.judge import judge
     from sinssim.experiments.ensembles.summary import ensemble_numbers
 

@@ -238,14 +238,7 @@ class TradeStudy(Section):
         return tuple(sorted({q.time for q in self.quantities if q.when == "at"}))
 
     def with_requirements(self, texts: Iterable[str]) -> TradeStudy:
-        """Return the study with further requirements.
-
-        Args:
-            texts: the requirements; those that it has already are left out.
-
-        Raises:
-            InputError: a requirement cannot be read.
-        """
+        """Return the study with further requirements, without those that it has."""
         added = tuple(dict.fromkeys(text for text in texts if text not in self.require))
         for text in added:
             parse_requirement(text)

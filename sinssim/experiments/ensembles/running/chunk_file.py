@@ -46,17 +46,7 @@ def runs_of(path: Path) -> range | None:
 
 
 def write_chunk(errors: Errors, plan: Plan, folder: Path, runs: slice = EVERYTHING) -> Path:
-    """Write the errors of a group of runs.
-
-    Args:
-        errors: errors of consecutive runs.
-        plan: the plan of the ensemble.
-        folder: an existing folder.
-        runs: rows of the group among them; by default all.
-
-    Returns:
-        The file; the same errors give the same bytes.
-    """
+    """Write the errors of consecutive runs, which are some rows of `errors`; the same errors give the same bytes."""
     import pyarrow as pa
     import pyarrow.parquet as pq
 
@@ -82,22 +72,12 @@ def make_chunk(plan: Plan, runs: range, folder: Path, truths: TruthCache, on_run
     """Compute a group of runs and write its file.
 
     It may be done twice, by any process: the file is the same and is renamed into place.
-
-    Args:
-        plan: the plan of the ensemble.
-        runs: numbers of the runs.
-        folder: folder of the files of runs.
-        truths: true motions that are kept between groups.
-        on_run: called after each run; it may raise to abandon the group.
     """
     write_chunk(errors_of_runs(plan, runs, truths, on_run), plan, folder)
 
 
 def read_chunk(path: Path, plan: Plan) -> RunErrors:
     """Read the errors of a group of runs.
-
-    Returns:
-        The errors.
 
     Raises:
         DamagedChunkError: the file cannot be read, belongs to another ensemble, or was changed.

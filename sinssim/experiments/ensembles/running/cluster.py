@@ -37,15 +37,7 @@ def _truths() -> TruthCache:
 
 
 def compute_task(plan: Plan, folder: str, first: int, last: int) -> int:
-    """Compute a group of runs on a worker.
-
-    Returns:
-        The number of runs.
-
-    Raises:
-        InputError: this worker does not see the folder.
-        OSError: the file cannot be written.
-    """
+    """Compute a group of runs on a worker and return their number; InputError if it does not see the folder."""
     if not Path(folder).is_dir():
         raise InputError(
             f"a worker on {os.uname().nodename} does not see the folder {folder}. All workers need the same file "

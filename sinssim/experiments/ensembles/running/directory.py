@@ -101,10 +101,7 @@ class EnsembleDirectory(Store):
         return found
 
     def load(self, groups: Sequence[range]) -> Errors:
-        """Return the errors of finished runs.
-
-        Returns:
-            Their errors; many are kept in a file without a name in the directory.
+        """Return the errors of finished runs; many are kept in a file without a name in the directory.
 
         Raises:
             DamagedChunkError: a file has changed since it was checked.
@@ -136,13 +133,7 @@ def kept_epochs(path: Path) -> list[float] | None:
 
 
 def missing(finished: list[range], runs: int, chunk: int) -> list[range]:
-    """Return the runs that are still to be computed, in groups.
-
-    Args:
-        finished: runs of the files, in order, disjoint.
-        runs: number of runs wanted.
-        chunk: runs in a file; a group ends at a multiple of it.
-    """
+    """Return the runs that are still to be computed, in groups that end at multiples of `chunk`."""
     groups, start = [], 0
     for there in [*finished, range(runs, runs)]:
         stop = min(there.start, runs)

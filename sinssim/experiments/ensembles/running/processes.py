@@ -55,18 +55,10 @@ class SparePool:
 def in_processes(
     plan: Plan, folder: Path, spare: SparePool, truths: TruthCache
 ) -> Callable[[threading.Event], Compute[range]]:
-    """Return what makes a thread's function: it has the groups computed by a process of its own.
+    """Return what makes a thread's function for `work_through`: it has the groups computed by a process of its own.
 
-    A process that dies costs the group that it was computing, which another process computes again.
-
-    Args:
-        plan: the plan of the ensemble.
-        folder: folder of the files of runs.
-        spare: processes without work.
-        truths: the true motions of this process; the one that the runs share is sent to the others.
-
-    Returns:
-        A function for `work_through`.
+    A process that dies costs the group that it was computing, which another process computes again. The true motion
+    that all runs share is sent to the processes.
     """
     task = _task(plan, folder, truths)
 

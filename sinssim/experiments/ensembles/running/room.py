@@ -55,14 +55,7 @@ def check_disk(plan: Plan, runs: int, finished: int, folder: Path) -> None:
 
 
 def short_of(plan: Plan, runs: int, finished: int, folder: Path) -> str:
-    """Return where an ensemble would not fit.
-
-    Args:
-        plan, runs, finished, folder: as for `check_disk`.
-
-    Returns:
-        "in the memory", "on the disk", or "".
-    """
+    """Return where an ensemble would not fit: "in the memory", "on the disk", or ""."""
     if memory_needed(plan, runs) > _memory():
         return "in the memory"
     return "on the disk" if disk_needed(plan, runs, finished) > _disk(folder) else ""
@@ -71,13 +64,7 @@ def short_of(plan: Plan, runs: int, finished: int, folder: Path) -> str:
 def memory_needed(plan: Plan, runs: int, epochs: int | None = None) -> float:
     """Return the memory of an ensemble's statistics and of the files that are being written, bytes.
 
-    Args:
-        plan: the plan.
-        runs: number of runs.
-        epochs: number of epochs; by default that of the plan.
-
-    Returns:
-        All errors if they are few, else the parts of them that are held at a time; without the runs in progress.
+    These are all errors if they are few, else the parts of them that are held at a time; without the runs in progress.
     """
     epochs = epochs or len(plan.epochs)
     whole = _bytes(plan, runs, epochs)
@@ -89,11 +76,7 @@ def memory_needed(plan: Plan, runs: int, epochs: int | None = None) -> float:
 def disk_needed(plan: Plan, runs: int, finished: int) -> float:
     """Return the bytes that an ensemble takes on the disk at least, beside the files that exist.
 
-    Args:
-        plan, runs, finished: as for `check_disk`.
-
-    Returns:
-        The further files, and the file without a name from which statistics of many runs are computed.
+    These are the further files, and the file without a name from which statistics of many runs are computed.
     """
     whole = _bytes(plan, runs)
     return _COMPRESSED * _bytes(plan, runs - finished) + (whole if whole > IN_MEMORY else 0.0)

@@ -135,22 +135,8 @@ def stored_runs(
 ) -> EnsembleResult:
     """Run an ensemble, or continue it, in a directory without a report: a part of something larger.
 
-    Args:
-        scenario: as for `ensemble`.
-        runs: as for `ensemble`.
-        directory: the directory; runs that it holds are not computed again.
-        times: further times since the start that are epochs, s.
-        truths: true motions that are kept between ensembles.
-        threads: as for `ensemble`.
-        progress: as for `ensemble`.
-        say: as for `ensemble`.
-
-    Returns:
-        The errors of all runs. An interruption leaves the finished groups of runs in the directory.
-
-    Raises:
-        InputError: as for `ensemble`.
-        RunError: workers died again and again.
+    The options are those of `ensemble`. True motions are kept in `truths` between ensembles. An interruption leaves the
+    finished groups of runs in the directory.
     """
     count = _whole("runs", (scenario.ensemble or EnsembleSection()).runs if runs is None else runs, MOST_RUNS)
     plan = with_runs(make_plan(scenario, truths, times=times), count)
@@ -164,19 +150,7 @@ def stored_runs(
 
 
 def write_result(result: EnsembleResult, directory: Path, *, overwrite: bool) -> Path:
-    """Write the directory of an ensemble that was kept in memory.
-
-    Args:
-        result: the ensemble.
-        directory: the directory.
-        overwrite: whether an ensemble in it is replaced.
-
-    Returns:
-        The directory, which can be extended as any other.
-
-    Raises:
-        InputError: the directory cannot be used, or the disk is full.
-    """
+    """Write the directory of an ensemble that was kept in memory; it can be extended as any other."""
     plan = result.plan
     folder = EnsembleDirectory(directory, plan, overwrite=overwrite)
     try:
@@ -206,11 +180,7 @@ class _How:
 def _spare(scenario: Scenario, count: int, threads: int | None, *, later: bool) -> SparePool:
     """Start the processes of runs with a filter, so that they load the program while the ensemble is planned.
 
-    Args:
-        scenario: the scenario.
-        count: number of runs.
-        threads: number of processes, if it is given.
-        later: whether processes start when their work is known: an ensemble that is continued may need none.
+    They start `later`, when their work is known, for an ensemble that is continued and may need none.
     """
     solution = None if scenario.ensemble is None else scenario.ensemble.solution
     number = min(threads or os.cpu_count() or 1, -(-count // LONG_CHUNK))

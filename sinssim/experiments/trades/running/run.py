@@ -95,16 +95,7 @@ def trade(
 def write_result(result: TradeResult, directory: Path, *, overwrite: bool) -> Path:
     """Write the directory of a study that was kept in memory; the runs of its ensembles are not kept.
 
-    Args:
-        result: the study.
-        directory: the directory.
-        overwrite: whether a study in it is replaced.
-
-    Returns:
-        The directory. A study of ensembles that is continued there computes its cells again.
-
-    Raises:
-        InputError: the directory cannot be used, or the disk is full.
+    A study of ensembles that is continued there computes its cells again.
     """
     folder = TradeDirectory(directory, result.study, resume=False, overwrite=overwrite)
     try:
