@@ -13,9 +13,8 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from sinssim.errors import SinssimError
-from sinssim.experiments.ensembles.fill_in import check_finite, fill_in, rows_at
 from sinssim.experiments.ensembles.members import Member, member
-from sinssim.experiments.ensembles.run_errors import RunErrors, empty
+from sinssim.experiments.ensembles.run_errors import RunErrors, check_finite, empty, fill_in, rows_at
 from sinssim.experiments.ensembles.together import alone_because, fill_in_together
 from sinssim.simulation.navigation import by_one, navigate
 from sinssim.simulation.sensed import sense

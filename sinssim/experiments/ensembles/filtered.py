@@ -9,9 +9,8 @@ from numpy.typing import NDArray
 
 from sinssim.data import Array
 from sinssim.errors import RunError
-from sinssim.experiments.ensembles.fill_in import WITHIN, check_finite, fill_in, rows_at
 from sinssim.experiments.ensembles.plan import ALL, Plan
-from sinssim.experiments.ensembles.run_errors import RunErrors
+from sinssim.experiments.ensembles.run_errors import WITHIN, RunErrors, check_finite, fill_in, rows_at
 from sinssim.simulation.truth import Truth
 
 if TYPE_CHECKING:

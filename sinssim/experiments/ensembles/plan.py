@@ -14,8 +14,8 @@ from numpy.typing import NDArray
 
 from sinssim.data import Array
 from sinssim.errors import InputError
-from sinssim.experiments.ensembles.fill_in import WITHIN
 from sinssim.experiments.ensembles.members import member
+from sinssim.experiments.ensembles.run_errors import WITHIN
 from sinssim.experiments.ensembles.truth import TruthCache, truth_key
 from sinssim.scenario.own_files import own_digests
 from sinssim.system.short_repr import short_repr

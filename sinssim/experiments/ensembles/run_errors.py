@@ -6,12 +6,17 @@ import math
 from collections.abc import Sequence
 from dataclasses import dataclass, field
 from itertools import pairwise
+from typing import TYPE_CHECKING
 
 import numpy as np
 from numpy.typing import NDArray
 
 from sinssim.data import Array
+from sinssim.errors import RunError
 from sinssim.system.short_repr import short_repr
+
+if TYPE_CHECKING:
+    from sinssim.strapdown.nav_error import NavError
 
 VECTORS = ("position_ned", "velocity_ned", "attitude")
 """Errors by component: m, m/s, and the rotation vector φ of `NavError`, rad."""
@@ -23,6 +28,8 @@ COMPONENTS = tuple(
 )
 """The nine errors, in the order of `RunErrors.final`."""
 
+WITHIN = 1e-6
+"""s: an instant of a solution that is later than an epoch by less counts as the epoch."""
 EVERYTHING = slice(None)
 AT_ONCE = 2**20
 """Numbers of one column, runs times epochs, that statistics over all runs hold at a time: 8 MB."""
@@ -181,3 +188,29 @@ def empty(
 def bytes_of(runs: int, epochs: int, blocks: int = 0, sensors: int = 0) -> float:
     """Return the memory of the errors of some runs, bytes; of a filter with some blocks and aiding sensors."""
     return 8.0 * runs * epochs * (9 + 9 * bool(blocks) + 2 * blocks + 2 * sensors)
+
+
+def rows_at(epochs: Array, time: Array) -> tuple[NDArray[np.intp], NDArray[np.intp]]:
+    """Return the epochs, (K,) s, that a solution at instants `time`, (N,) s, reaches, and its rows there.
+
+    These are numbers of the epochs, (k,), and the last row at or before each, with the last of all, (k + 1,).
+    """
+    reached = np.flatnonzero((epochs >= time[0] - WITHIN) & (epochs <= time[-1] + WITHIN))
+    rows = np.searchsorted(time, epochs[reached] + WITHIN, side="right") - 1
+    return reached, np.append(rows, len(time) - 1)
+
+
+def fill_in(errors: RunErrors, row: int, error: NavError, epochs: NDArray[np.intp]) -> None:
+    """Fill in a run's errors."""
+    for number, name in enumerate(VECTORS):
+        values = getattr(error, name)
+        getattr(errors, name)[row, epochs] = values[:-1]
+        errors.final[row, 3 * number : 3 * number + 3] = values[-1]
+
+
+def check_finite(error: NavError) -> None:
+    """Raise for errors that are not finite."""
+    finite = np.all([np.isfinite(getattr(error, name)).all(axis=1) for name in VECTORS], axis=0)
+    if not finite.all():
+        time = float(error.time[int(np.argmin(finite))])
+        raise RunError(f"its errors are not finite at t = {time:.2f} s: it diverged.", time=time)

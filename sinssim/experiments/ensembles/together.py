@@ -13,8 +13,7 @@ from sinssim.data import NavSolution, NavState
 from sinssim.errors import RunError
 from sinssim.experiments.ensembles.batch.navigate_batch import BatchSolution, navigate_batch
 from sinssim.experiments.ensembles.batch.served import served
-from sinssim.experiments.ensembles.fill_in import check_finite, fill_in, rows_at
-from sinssim.experiments.ensembles.run_errors import RunErrors
+from sinssim.experiments.ensembles.run_errors import RunErrors, check_finite, fill_in, rows_at
 from sinssim.experiments.ensembles.truth import truth_key
 from sinssim.scenario.initial_error import initial_state_with_errors
 from sinssim.scenario.sections.ensemble import EnsembleSection

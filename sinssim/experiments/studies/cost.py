@@ -114,7 +114,7 @@ def measure_time(
 
 
 def least_time(call: Callable[[], Any], timed: Callable[[], float] = time.thread_time) -> float:
-    """Return the least time of several calls, ns, by a clock `timed`, s; the first call loads or compiles the kernel."""
+    """Return the least time of several calls, ns, by a clock `timed`, s; the first one loads the kernel."""
     least = np.inf
     for _ in range(_REPETITIONS + 1):
         begin = timed()

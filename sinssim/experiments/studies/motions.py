@@ -58,7 +58,7 @@ def scenario_of(motion: StudyMotion) -> Scenario:
 
 
 def expected_seconds(motion: StudyMotion) -> float:
-    """Return the duration of a motion without making it, s: exact except for a flight; InputError if it is too short."""
+    """Return the duration of a motion without making it, s: exact except for a flight."""
     whole = flight_seconds(motion)
     if motion.scenario is None:
         _check_duration(motion, whole)

@@ -305,15 +305,15 @@ class StudyResult(Result):
     directory: Path | None = None
 
     def history(self, row: Row) -> ErrorGrowth:
-        """Return the growth of the errors of a case."""
+        """Return the growth of the errors of the case of a finished `row`."""
         return self.histories[row.case]
 
     def history_or_none(self, row: Row) -> ErrorGrowth | None:
-        """Return the growth of the errors of a case, None if it was not kept."""
+        """Return the growth of the errors of the case of a finished `row`, None if it was not kept."""
         return self.histories.get(row.case)
 
     def of_part(self, title: str) -> list[Row]:
-        """Return the rows of one part."""
+        """Return the rows of the part with a `title`, in order."""
         return [row for row in self.rows if row.part == title]
 
 

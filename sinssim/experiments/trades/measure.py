@@ -135,7 +135,7 @@ def _verdict(
 
 
 def of_ensemble(study: TradeStudy, result: EnsembleResult) -> CellNumbers:
-    """Return the numbers that `sinssim ensemble` gives, bit for bit, of one with the study's instants among its epochs."""
+    """Return the numbers that `sinssim ensemble` gives, bit for bit; its epochs have the study's instants."""
     from sinssim.experiments.ensembles.judge import judge
     from sinssim.experiments.ensembles.summary import ensemble_numbers
 

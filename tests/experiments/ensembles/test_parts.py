@@ -13,12 +13,20 @@ from scipy.stats import norm
 
 from sinssim.errors import InputError, RunError
 from sinssim.experiments.ensembles import filtered, members, together
-from sinssim.experiments.ensembles.fill_in import check_finite, fill_in, rows_at
 from sinssim.experiments.ensembles.judge import check_kept
 from sinssim.experiments.ensembles.members import Member, member
 from sinssim.experiments.ensembles.plan import _epochs, _with_times, make_plan, own_motions, with_runs
 from sinssim.experiments.ensembles.predicted import predicted_sigma
-from sinssim.experiments.ensembles.run_errors import RunErrors, column_names, empty, groups_of, spans_of
+from sinssim.experiments.ensembles.run_errors import (
+    RunErrors,
+    check_finite,
+    column_names,
+    empty,
+    fill_in,
+    groups_of,
+    rows_at,
+    spans_of,
+)
 from sinssim.experiments.ensembles.running import room
 from sinssim.experiments.ensembles.truth import truth_key
 from sinssim.formatting import duration_text

@@ -17,7 +17,7 @@ from typing import Any
 from sinssim.errors import InputError, RunError
 from sinssim.experiments.ensembles.execute import OnRun
 from sinssim.experiments.ensembles.plan import Plan
-from sinssim.experiments.ensembles.running.chunk_file import make_chunk
+from sinssim.experiments.ensembles.running.directory import make_chunk
 from sinssim.experiments.ensembles.truth import TruthCache
 
 _PATIENCE_S = 10.0

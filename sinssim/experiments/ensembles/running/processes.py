@@ -20,7 +20,7 @@ from typing import IO, Any
 from sinssim.errors import RunError
 from sinssim.experiments.ensembles.execute import OnRun
 from sinssim.experiments.ensembles.plan import Plan, own_motions
-from sinssim.experiments.ensembles.running.chunk_file import make_chunk
+from sinssim.experiments.ensembles.running.directory import make_chunk
 from sinssim.experiments.ensembles.truth import TruthCache
 from sinssim.experiments.work import Abandoned, Compute
 

@@ -16,8 +16,13 @@ from sinssim.experiments.ensembles.execute import OnRun
 from sinssim.experiments.ensembles.judge import Looks, check_kept
 from sinssim.experiments.ensembles.plan import AIDED, LONG_CHUNK, make_plan, with_runs
 from sinssim.experiments.ensembles.result import EnsembleResult
-from sinssim.experiments.ensembles.running.chunk_file import make_chunk, write_chunk
-from sinssim.experiments.ensembles.running.directory import EnsembleDirectory, kept_epochs, missing
+from sinssim.experiments.ensembles.running.directory import (
+    EnsembleDirectory,
+    kept_epochs,
+    make_chunk,
+    missing,
+    write_chunk,
+)
 from sinssim.experiments.ensembles.running.processes import SparePool, in_processes
 from sinssim.experiments.ensembles.running.room import check_disk, check_memory, runs_at_a_time, short_of
 from sinssim.experiments.ensembles.truth import TruthCache

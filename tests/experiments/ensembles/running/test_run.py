@@ -16,7 +16,7 @@ import numpy as np
 import pytest
 
 import sinssim
-from sinssim.experiments.ensembles.running import chunk_file, directory, processes, run
+from sinssim.experiments.ensembles.running import directory, processes, run
 from tests.experiments.ensembles.examples import AIDED, PARKED, files, scenario
 
 LINUX = pytest.mark.skipif(not Path("/proc/self/task").is_dir(), reason="children are found below /proc")
@@ -213,7 +213,7 @@ def test_a_directory_in_use(tmp_path) -> None:
 
 
 def test_a_full_disk_loses_nothing_that_is_finished(tmp_path, monkeypatch) -> None:
-    write, written = chunk_file.write_chunk, []
+    write, written = directory.write_chunk, []
 
     def full(*arguments: Any) -> Path:
         if written:
@@ -222,7 +222,7 @@ def test_a_full_disk_loses_nothing_that_is_finished(tmp_path, monkeypatch) -> No
         return write(*arguments)
 
     with monkeypatch.context() as patch:
-        patch.setattr(chunk_file, "write_chunk", full)
+        patch.setattr(directory, "write_chunk", full)
         with pytest.raises(sinssim.InputError, match=r"could not be written .*No space left .*MB are free") as error:
             sinssim.ensemble(scenario(), 150, tmp_path / "e", threads=1)
     assert "64 of 150 runs are finished" in error.value.__notes__[0]
