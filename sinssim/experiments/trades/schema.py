@@ -238,7 +238,7 @@ class TradeStudy(Section):
         return tuple(sorted({q.time for q in self.quantities if q.when == "at"}))
 
     def with_requirements(self, texts: Iterable[str]) -> TradeStudy:
-        """Return the study with further requirements, without those that it has."""
+        """Return the study with further requirements, `texts`, without those that it has."""
         added = tuple(dict.fromkeys(text for text in texts if text not in self.require))
         for text in added:
             parse_requirement(text)
