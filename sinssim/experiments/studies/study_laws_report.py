@@ -4,13 +4,13 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 
-from sinssim.experiments.studies import study_laws_figure as figures
+from sinssim.experiments.studies import study_charts as figures
 from sinssim.experiments.studies.claims.guarantees import guarantee
 from sinssim.experiments.studies.results import DEFECT, ErrorGrowth, Heading, Row, StudyResult
 from sinssim.experiments.studies.schema import Part
-from sinssim.experiments.studies.study_figure import color_of
+from sinssim.experiments.studies.study_charts import color_of
 from sinssim.formatting import number_text
-from sinssim.recording.figures.canvas import to_svg
+from sinssim.recording.report.chart import html_of
 from sinssim.recording.report.page import swatch, table, words
 
 _BLOCK = "six-accelerometers-"
@@ -22,13 +22,12 @@ def at_highest_rate(found: Sequence[Heading]) -> list[Heading]:
     return [heading for heading in found if heading.rate_hz == highest[heading.motion]]
 
 
-def turning(comparison: StudyResult, part: Part, name: str) -> list[str]:
+def turning(comparison: StudyResult, part: Part) -> list[str]:
     """Return the section on the heading through turns.
 
     Args:
         comparison: the study.
         part: one of its parts.
-        name: prefix of names within the page.
 
     Returns:
         HTML, nothing for a part without headings.
@@ -61,7 +60,7 @@ def turning(comparison: StudyResult, part: Part, name: str) -> list[str]:
         "of C₂₁/C₁₁: of "
         "one argument it lies within ±90°, of two within ±180°; unwrapped, it adds a turn if two successive values "
         "differ by more than half a turn.</p>",
-        to_svg(figures.turning(at_highest_rate(found)), f"{name}turning"),
+        html_of(figures.turning(at_highest_rate(found))),
         table(heads, lines, 2),
     ]
 
@@ -84,13 +83,12 @@ def gyro_free_blocks(comparison: StudyResult, part: Part) -> dict[str, tuple[Err
     return blocks
 
 
-def power_of_time(comparison: StudyResult, part: Part, name: str) -> list[str]:
+def power_of_time(comparison: StudyResult, part: Part) -> list[str]:
     """Return the section on the power of time of blocks without gyros.
 
     Args:
         comparison: the study.
         part: one of its parts.
-        name: prefix of names within the page.
 
     Returns:
         HTML, nothing for a part that does not decide on such blocks.
@@ -105,7 +103,7 @@ def power_of_time(comparison: StudyResult, part: Part, name: str) -> list[str]:
         "R δω̇ (½ t² − (1 − cos ω_s t)/ω_s²), is (θ² − θ sin θ)/(½ θ² − 1 + cos θ) with θ = ω_s t. Grey: 4.0 ± 0.1 "
         "below 1000 s, 2.0 ± 0.2 beyond one Schuler period. The rotation of the Earth causes the slow deviation at "
         "the end.</p>",
-        to_svg(figures.power_of_time(blocks), f"{name}power"),
+        html_of(figures.power_of_time(blocks)),
     ]
 
 

@@ -21,15 +21,16 @@ class StudyMedia(Media[StudyResult]):
 
     def figure(self, result: StudyResult, quantity: str | None = None) -> Any:
         from sinssim.experiments.studies.naming import labeller, line_labeller, over_rates
-        from sinssim.experiments.studies.study_figure import against_rate, bars, palette
+        from sinssim.experiments.studies.study_charts import against_rate, bars, palette
+        from sinssim.recording.figures.charts import figure_of
 
         paint = palette(result)
         for part in result.study.parts:
             rows = [row for row in result.of_part(part.title) if row.status == "done"]
             if rows and over_rates(part):
-                return against_rate(rows, labeller(rows), paint)
+                return figure_of(against_rate(rows, labeller(rows), paint))
             if rows:
-                return bars(rows, labeller(rows, pace=True), line_labeller(part, rows), paint)
+                return figure_of(bars(rows, labeller(rows, pace=True), line_labeller(part, rows), paint))
         raise InputError(f"the study {result.study.name} has no finished navigation to draw.")
 
     def save(self, result: StudyResult, directory: Path, *, overwrite: bool) -> Path:

@@ -8,7 +8,7 @@ from pathlib import Path
 import numpy as np
 
 from sinssim.data import Array
-from sinssim.experiments.studies import study_figure as figures
+from sinssim.experiments.studies import study_charts as figures
 from sinssim.experiments.studies.naming import at_one_rate, labeller, line_labeller, over_rates
 from sinssim.experiments.studies.results import ErrorGrowth, Row, StudyResult
 from sinssim.formatting import capital, number_text

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 
-from sinssim.experiments.studies import study_figure as figures
+from sinssim.experiments.studies import study_charts as figures
 from sinssim.experiments.studies import study_laws_report as study_laws
 from sinssim.experiments.studies.coordinates_report import coordinate_tables
 from sinssim.experiments.studies.naming import (
@@ -23,6 +23,7 @@ from sinssim.experiments.studies.schema import Part
 from sinssim.formatting import capital, number_text
 from sinssim.recording.figures.canvas import to_svg
 from sinssim.recording.figures.diagrams import three_rates
+from sinssim.recording.report.chart import STYLE, html_of
 from sinssim.recording.report.page import page, swatch, table, words
 
 _METRICS = (
@@ -76,10 +77,10 @@ def html_report(comparison: StudyResult, about: dict[str, str]) -> str:
             body.append(f'<p class="note"><strong>{words(said)}</strong></p>')
         if part.schedules_hz:
             body.append(to_svg(three_rates(), f"rates{number_}"))
-        body += _part(comparison, part, rows, paint, f"part{number_}") if rows else ["<p>Not reached.</p>"]
+        body += _part(comparison, part, rows, paint) if rows else ["<p>Not reached.</p>"]
     body += ["<h2>Cost of a step</h2>", *_costs(comparison)]
     body += ["<h2>Motions</h2>", _motions(comparison), "<h2>How it was measured</h2>", _method(comparison, about)]
-    return page(f"{study.name}: comparison", body, _STYLE)
+    return page(f"{study.name}: comparison", body, STYLE + _STYLE)
 
 
 def _swatch(algorithm: str) -> str:
@@ -126,32 +127,32 @@ def _mark(judged: str) -> str:
     return f'<span class="verdict small {judged}">{judged}</span> ' if judged else ""
 
 
-def _part(comparison: StudyResult, part: Part, rows: list[Row], paint: figures.Paint, name: str) -> list[str]:
+def _part(comparison: StudyResult, part: Part, rows: list[Row], paint: figures.Paint) -> list[str]:
     body: list[str] = []
     failed = [row for row in rows if row.status == "failed"]
     if over_rates(part):
         label = labeller(rows)
         for over, draw in (("rate", figures.against_rate), ("cost", figures.against_cost)):
-            body += [f"<h3>Accuracy against {over}</h3>", to_svg(draw(rows, label, paint), f"{name}{over}")]
+            body += [f"<h3>Accuracy against {over}</h3>", html_of(draw(rows, label, paint))]
         for quantity, title in zip(ERRORS, ("Largest attitude error, ″", "Largest horizontal error, m"), strict=True):
             for motion in dict.fromkeys(row.motion for row in rows):
                 here = [row for row in rows if row.motion == motion]
                 unfold = " open" if quantity == ERRORS[0] else ""
                 body.append(f"<details{unfold}><summary>{title}: {words(motion)}</summary>")
                 body.append(_pivot(here, quantity, label, paint) + "</details>")
-        body += _orders(comparison, part, name)
+        body += _orders(comparison, part)
         if any(row.max_defect > 0.0 for row in rows):
             body += [
                 "<h3>Loss of norm or orthogonality</h3>",
                 "<p class=note>|‖q‖ − 1| of quaternions, the largest element of |BBᵀ − I| of direction cosines, both "
                 "of the algorithm's own variables; Euler angles have no such defect. Values of 1e-13 are rounding.</p>",
-                to_svg(figures.defect_against_rate(rows, label, paint), f"{name}defect"),
+                html_of(figures.defect_against_rate(rows, label, paint)),
                 study_laws.guarantees(comparison, part, rows),
             ]
     else:
         if any(row.status == "done" for row in rows):
             drawn = figures.bars(rows, labeller(rows, pace=True), line_labeller(part, rows), paint)
-            body.append(to_svg(drawn, f"{name}bars"))
+            body.append(html_of(drawn))
             label, done = line_labeller(part, rows), [row for row in rows if row.status == "done"]
             panels = {
                 motion: [(label(row), comparison.history(row)) for row in at_one_rate(done) if row.motion == motion]
@@ -159,11 +160,11 @@ def _part(comparison: StudyResult, part: Part, rows: list[Row], paint: figures.P
             }
             body += [
                 "<h3>Growth of the position error</h3>",
-                to_svg(figures.growth(panels, paint), f"{name}grow"),
+                html_of(figures.growth(panels, paint)),
             ]
         body.append(_long_table(rows))
     body += coordinate_tables(comparison, part, rows)
-    body += study_laws.turning(comparison, part, name) + study_laws.power_of_time(comparison, part, name)
+    body += study_laws.turning(comparison, part) + study_laws.power_of_time(comparison, part)
     passed = [row for row in rows if row.passages]
     if passed:
         body += ["<h3>Passages through the singular attitude</h3>", _passages(passed)]
@@ -197,7 +198,7 @@ def _pivot(rows: list[Row], quantity: str, label: Label, paint: figures.Paint) -
     return table(("", *(f"{rate:g} Hz" for rate in rates)), lines)
 
 
-def _orders(comparison: StudyResult, part: Part, name: str) -> list[str]:
+def _orders(comparison: StudyResult, part: Part) -> list[str]:
     orders = [order for order in comparison.orders if order.part == part.title and order.quantity in ERRORS]
     if not orders:
         return []
@@ -209,7 +210,7 @@ def _orders(comparison: StudyResult, part: Part, name: str) -> list[str]:
         "fewer than three such rates, or the errors do not follow a straight line.</p>",
     ]
     if attitude:
-        body.append(to_svg(figures.orders(attitude), f"{name}orders"))
+        body.append(html_of(figures.orders(attitude)))
     motions = list(dict.fromkeys(order.motion for order in orders))
     heads = ["", *(f"{m}: {q}" for m in motions for q in ("attitude", "position"))]
     lines = []
@@ -276,7 +277,7 @@ def _costs(comparison: StudyResult) -> list[str]:
         "are not counted. Time is the processor time of one core for the whole call with its checks and output rows, "
         "the minimum of several calls. The engine of one rate compensates the increments in blocks, several in one "
         "operation of the processor, and has a higher order; that of a schedule does not.</p>",
-        to_svg(figures.costs(comparison), "costs"),
+        html_of(figures.costs(comparison)),
         table(heads, lines, 3),
         *_attitude_costs(comparison),
     ]

@@ -147,9 +147,9 @@ def test_a_study(monkeypatch: pytest.MonkeyPatch) -> None:
         "<h1>All &lt;of&gt; them</h1>", '<p class="lead">What is best?</p>',
         '<p class="note">3 navigations in 13 s, seed 17.</p>',
         "<h2>Claims and verdicts</h2>", "(verdicts)", "<h2>Recommended engines</h2>", "(picks)",
-        "<h2>1. one</h2>", "<p>See &lt;it&gt;.</p>", "(part part1)",
+        "<h2>1. one</h2>", "<p>See &lt;it&gt;.</p>", "(part)",
         "<h2>2. two</h2>", '<p class="note"><strong>One &amp; draw.</strong></p>', "(three rates: rates2)",
-        "(part part2)",
+        "(part)",
         "<h2>3. three</h2>", "<p>Not reached.</p>",
         "<h2>Cost of a step</h2>", "(costs)", "<h2>Motions</h2>", "(motions)", "<h2>How it was measured</h2>",
         "(method)",
@@ -178,7 +178,7 @@ def names_of(body: list[str]) -> list[str]:
 def test_a_part_over_rates(monkeypatch: pytest.MonkeyPatch) -> None:
     for name in DRAWN:
         monkeypatch.setattr(study_report.figures, name, lambda rows, *_, own=name: f"{own} of {len(rows)}")
-    monkeypatch.setattr(study_report, "to_svg", lambda figure, name: f"({figure}: {name})")
+    monkeypatch.setattr(study_report, "html_of", lambda charts: f"({charts})")
     stand_ins(monkeypatch, study_report, "coordinate_tables")
     stand_ins(monkeypatch, study_report.study_laws, "turning", "power_of_time")
     monkeypatch.setattr(study_report.study_laws, "guarantees", lambda *_: "(guarantees)")
@@ -190,16 +190,16 @@ def test_a_part_over_rates(monkeypatch: pytest.MonkeyPatch) -> None:
     part = study_part("one", (10.0, 20.0, 40.0, 80.0))
     order = Order("one", "cone", "euler", "max_attitude_error_arcsec", 2.0, 0.25, 4, 10.0, 40.0)
     found = study_report._part(study_result(rows, part, orders=[order]), part, rows, dict.fromkeys(
-        ("euler", "poisson", "dcm"), "#123456"), "part7")  # fmt: skip
+        ("euler", "poisson", "dcm"), "#123456"))  # fmt: skip
     pivot = "10 Hz, 20 Hz, 40 Hz, 80 Hz"
     assert names_of(found) == [
-        "<h3>Accuracy against rate</h3>", "(against_rate of 6: part7rate)",
-        "<h3>Accuracy against cost</h3>", "(against_cost of 6: part7cost)",
+        "<h3>Accuracy against rate</h3>", "(against_rate of 6)",
+        "<h3>Accuracy against cost</h3>", "(against_cost of 6)",
         "<details open><summary>Largest attitude error, ″: cone</summary>", "table , " + pivot,
         "<details><summary>Largest horizontal error, m: cone</summary>", "table , " + pivot,
-        "<h3>Order of convergence</h3>", "(orders of 1: part7orders)", "table , cone: attitude, cone: position",
-        "<h3>Loss of norm or orthogonality</h3>", "(defect_against_rate of 6: part7defect)", "(guarantees)",
-        "(coordinate_tables)", "(turning part7)", "(power_of_time part7)",
+        "<h3>Order of convergence</h3>", "(orders of 1)", "table , cone: attitude, cone: position",
+        "<h3>Loss of norm or orthogonality</h3>", "(defect_against_rate of 6)", "(guarantees)",
+        "(coordinate_tables)", "(turning)", "(power_of_time)",
         "<h3>Passages through the singular attitude</h3>",
         "table , motion, rate, Hz, passages, largest damage, ′, horizontal max, m, event",
         "<h3>Failed navigations</h3><ul>",
@@ -210,12 +210,12 @@ def test_a_part_over_rates(monkeypatch: pytest.MonkeyPatch) -> None:
 
 def test_costs(monkeypatch: pytest.MonkeyPatch) -> None:
     """2500 ns a step are 0.40 million steps a second; at 40 Hz 100 µs a second of motion."""
-    monkeypatch.setattr(study_report, "to_svg", lambda figure, name: f"({figure}: {name})")
+    monkeypatch.setattr(study_report, "html_of", lambda charts: f"({charts})")
     monkeypatch.setattr(study_report.figures, "costs", lambda comparison: "drawn")
     operations = Operations(10.0, 20.0, 3.25, 4.5, 5.75)
     costs = [Cost("euler", "level", 2500.0, operations, (40.0, 20.0, 5.0)), Cost("dcm", "ned", 312.5, operations)]
     found = study_report._costs(study_result([], costs=dict(enumerate(costs)), attitude_costs=[]))
-    assert found[2] == "(drawn: costs)"
+    assert found[2] == "(drawn)"
     counted = ["10", "20", "3.2", "4.5", "5.8", "176"]
     assert cells(found[3]) == [
         ["algorithm", "frame", "rates, Hz", "+ −", "×", "÷", "√", "sin, cos, …", "all", "ns per step",

@@ -47,7 +47,7 @@ def test_errors_over_rates() -> None:
 
 
 def test_orders_of_convergence(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(report, "to_svg", lambda figure, name: f"({name}: {figure})")
+    monkeypatch.setattr(report, "html_of", lambda charts: f"({charts})")
     monkeypatch.setattr(report.figures, "orders", lambda found: f"{len(found)} orders")
 
     def order(algorithm: str, quantity: str, value: float, motion: str = "turn", part: str = "p") -> Order:
@@ -59,12 +59,12 @@ def test_orders_of_convergence(monkeypatch: pytest.MonkeyPatch) -> None:
                 order("euler", position, 1.5, "coning"), order("euler", attitude, 9.0, part="other")],
         of_part=lambda title: [row("poisson", 10.0), row("euler", 10.0), row("poisson", 20.0)],
     )  # fmt: skip
-    html = "".join(report._orders(study, SimpleNamespace(title="p"), "part3"))  # type: ignore[arg-type]
+    html = "".join(report._orders(study, SimpleNamespace(title="p")))  # type: ignore[arg-type]
     assert cells(html) == [
         ["", "turn: attitude", "turn: position", "coning: attitude", "coning: position"],
         ["poisson", "4.25 ± 0.12", "3.50 ± 0.12", "–", "–"], ["euler", "2.00 ± 0.12", "–", "–", "1.50 ± 0.12"],
     ]  # fmt: skip
-    assert "(part3orders: 2 orders)" in html
+    assert "(2 orders)" in html
 
 
 def test_the_long_table() -> None:
@@ -135,13 +135,13 @@ def heading(motion: str, rate: float, **more: Any) -> Heading:
 
 def test_headings_through_turns(monkeypatch: pytest.MonkeyPatch) -> None:
     """From a degree on, errors are in degrees."""
-    monkeypatch.setattr(laws, "to_svg", lambda figure, name: f"({name}: {figure})")
+    monkeypatch.setattr(laws, "html_of", lambda charts: f"({charts})")
     monkeypatch.setattr(laws.figures, "turning", lambda found: [(h.motion, h.rate_hz) for h in found])
     found = [heading("turn", 10.0), heading("turn", 50.0, least_hz=1.25), heading("climb", 20.0, part="other"),
              heading("loop", 5.0, wrong=0.0)]  # fmt: skip
     study: Any = SimpleNamespace(headings=found)
     part: Any = SimpleNamespace(title="p")
-    html = "".join(laws.turning(study, part, "part1"))
+    html = "".join(laws.turning(study, part))
     own = ["2.25", "2.00°", "-45.0″", "3", "38 %"]
     assert cells(html) == [
         ["motion", "form", "rate, Hz", "turns", "error max", "final", "jumps", "wrong by > 0.3′",
@@ -149,8 +149,8 @@ def test_headings_through_turns(monkeypatch: pytest.MonkeyPatch) -> None:
         ["turn", "two &lt;args&gt;", "10", *own, "any"], ["turn", "two &lt;args&gt;", "50", *own, "1.2"],
         ["loop", "two &lt;args&gt;", "5", *own[:-1], "0 %", "any"],
     ]  # fmt: skip
-    assert "(part1turning: [('turn', 50.0), ('loop', 5.0)])" in html
-    assert not laws.turning(study, SimpleNamespace(title="q"), "x")  # type: ignore[arg-type]
+    assert "([('turn', 50.0), ('loop', 5.0)])" in html
+    assert not laws.turning(study, SimpleNamespace(title="q"))  # type: ignore[arg-type]
     assert (laws._angle(3599.0), laws._angle(-3600.0)) == ("3599″", "-1.00°")
 
 

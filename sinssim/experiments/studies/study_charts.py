@@ -1,0 +1,312 @@
+"""The charts of a study: errors over rate and cost, growth, cost of a step, orders, headings, the power of time."""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Mapping, Sequence
+from typing import Any
+
+import numpy as np
+
+from sinssim.algorithms import family
+from sinssim.charts import TIME, Axis, Band, Bars, Chart, Charts, Dots, Line, Mark, Rule, Weight
+from sinssim.data import Array
+from sinssim.experiments.studies.claims import power_of_time as law
+from sinssim.experiments.studies.naming import Label, line_labeller
+from sinssim.experiments.studies.results import ErrorGrowth, Heading, Order, Row, StudyResult
+from sinssim.recording.style import COLORS, colors, css
+from sinssim.scales import fixed
+from sinssim.units import ARCSEC, DEG
+
+Paint = Mapping[str, str]
+"""CSS colour of each line by its name."""
+
+_MARKERS = {"1": "o", "1p": "P", "2": "s", "3": "^", "4": "D"}
+_SHAPES = "os^Dv"
+_FLOOR = 1e-16  # smaller numbers are drawn as this one, because a logarithmic axis has no zero
+_NANOMETRE = 1e-9  # rounding error of a position
+_COLUMNS = 3  # panels side by side; with more, their text would be too small to read
+_ROOM = 1.3  # factor between the largest number and the end of a logarithmic axis
+_ATTITUDE = ("max_attitude_error_arcsec", "largest attitude error", "″", ARCSEC)
+_POSITION = ("max_horizontal_error_m", "largest horizontal error", "m", 1.0)
+_DEFECT = ("max_defect", "largest defect of norm or orthogonality", "", 1.0)
+_LIMIT = 18.0 * ARCSEC
+_SECONDS = Axis(label="time", units=fixed("s"), log=True)
+_FORMS: tuple[tuple[str, Weight, Weight], ...] = (
+    ("euler", "wide", "bold"), ("functional-iteration", "line", "line"), ("two-quaternions", "line", "line"),
+    ("quaternion", "line", "line"),
+)  # fmt: skip
+"""Colour and weights of the lines of the heading and of its error, form by form."""
+_LEAST_ARCSEC = 1e-10  # smaller errors are drawn as this one
+_SLOPE_HALF = 1.08  # a local power is the slope between the instants t/1.08 and 1.08 t
+
+
+def palette(comparison: StudyResult) -> dict[str, str]:
+    """Return the colours of a study's lines; a name has the same colour in all charts.
+
+    Args:
+        comparison: the study.
+
+    Returns:
+        CSS colour by name.
+    """
+    names: dict[str, None] = {}
+    for part in comparison.study.parts:
+        rows = comparison.of_part(part.title)
+        names |= dict.fromkeys(map(line_labeller(part, rows), rows))
+    return {name: css(color) for name, color in zip(names, colors(list(names)), strict=True)}
+
+
+def color_of(algorithm: str) -> str:
+    """Return the colour of an algorithm, "#rrggbb", which is the same everywhere."""
+    return css(colors([algorithm])[0])
+
+
+def _look(name: str, color: str) -> dict[str, Any]:
+    """Return the look of a line: marker by order, dashed and hollow if corrected after each step."""
+    order = re.search(r"-(\d+p?)", name)
+    corrected = name.endswith(("-ortho", "-norm"))
+    marker = _MARKERS.get(order[1] if order else "", "*" if family(name) in COLORS else "o")
+    return {"color": color, "marker": marker, "dash": "--" if corrected else "", "hollow": corrected}
+
+
+def _spaced(rates: Sequence[float]) -> tuple[float, ...]:
+    """Return the rates that have a tick: those that do not crowd."""
+    shown = [rates[0]]
+    for rate in rates[1:]:
+        if np.log(rate / shown[-1]) > 0.08 * np.log(rates[-1] / rates[0]):
+            shown.append(rate)
+    return tuple(shown)
+
+
+def _in_rows(charts: Sequence[Chart]) -> list[tuple[Chart, ...]]:
+    return [tuple(charts[k : k + _COLUMNS]) for k in range(0, len(charts), _COLUMNS)]
+
+
+def against_rate(rows: Sequence[Row], label: Label, paint: Paint) -> Charts:
+    """Return errors over the sample rate: a column for each motion, a line for each algorithm or other varied choice.
+
+    Args:
+        rows: rows of one part.
+        label: returns the name of a line.
+        paint: colours by name.
+    """
+    return _lines("rate", rows, label, paint, (_ATTITUDE, _POSITION))
+
+
+def against_cost(rows: Sequence[Row], label: Label, paint: Paint) -> Charts:
+    """Return errors over the processor time per second of motion, see `against_rate`."""
+    return _lines("cost", rows, label, paint, (_ATTITUDE,))
+
+
+def defect_against_rate(rows: Sequence[Row], label: Label, paint: Paint) -> Charts:
+    """Return the loss of norm or orthogonality over the sample rate, see `against_rate`."""
+    return _lines("defect", [row for row in rows if row.max_defect > 0.0], label, paint, (_DEFECT,))
+
+
+def _lines(
+    key: str, rows: Sequence[Row], label: Label, paint: Paint, quantities: Sequence[tuple[str, str, str, float]]
+) -> Charts:
+    motions = list(dict.fromkeys(row.motion for row in rows))
+    names = list(dict.fromkeys(label(row) for row in rows))
+    done = sorted((row for row in rows if row.status == "done"), key=lambda row: row.rate_hz)
+    if key == "cost":
+        x = Axis(label="processor time per second of motion", units=fixed("µs", 1e-6), log=True)
+    else:
+        ticks = _spaced(sorted({row.rate_hz for row in rows})) if rows else ()
+        x = Axis(label="sample rate", units=fixed("Hz"), log=True, ticks=ticks)
+    lines: list[list[tuple[Chart, ...]]] = []
+    for number, (quantity, title, unit, size) in enumerate(quantities):
+        compared = quantity == _ATTITUDE[0] and len({row.algorithm for row in rows}) > 1
+        values = [max(getattr(row, quantity), _FLOOR) * size for row in done] + [_LIMIT] * compared
+        charts = []
+        for column, motion in enumerate(motions):
+            marks: list[Mark] = []
+            for name in names:
+                found = [row for row in done if row.motion == motion and label(row) == name]
+                at = [row.rate_hz * (row.ns_per_step * 1e-9 if key == "cost" else 1.0) for row in found]
+                y = np.array([max(getattr(row, quantity), _FLOOR) * size for row in found])
+                marks.append(Line(label=name, x=np.array(at), y=y, **_look(name, paint[name])))
+            if compared:
+                marks.append(Rule(at=_LIMIT, dash=":", text="" if column else "0.3′"))
+            y_axis = Axis(
+                label="" if column % _COLUMNS else title, units=fixed(unit if column % _COLUMNS == 0 else "", size),
+                log=True, low=min(values, default=_FLOOR) / _ROOM, high=max(values, default=1.0) * _ROOM,
+            )  # fmt: skip
+            charts.append(Chart(key=f"{key}/{quantity}/{column}", title="" if number else motion, x=x, y=y_axis,
+                                marks=tuple(marks)))  # fmt: skip
+        lines.append(_in_rows(charts))
+    ordered = tuple(row for band in zip(*lines, strict=True) for row in band)
+    columns = min(len(motions), _COLUMNS)
+    size_of = (max(3.3 * columns, 6.0) + 2.2, max(3.2 * len(ordered), 0.6 + 0.165 * len(names)))
+    return Charts(key, ordered, size_of, legend="right")
+
+
+def bars(rows: Sequence[Row], label: Label, line: Label, paint: Paint) -> Charts:
+    """Return errors as bars, for comparisons at one rate.
+
+    Args:
+        rows: rows of one part.
+        label: returns the name of a bar.
+        line: returns the name of the bar's line over time, whose colour it shares.
+        paint: colours of lines by name.
+    """
+    done = [row for row in rows if row.status == "done"]
+    names = list(dict.fromkeys(label(row) for row in rows))
+    charts = []
+    for number, motion in enumerate(dict.fromkeys(row.motion for row in done)):
+        here = [row for row in done if row.motion == motion]
+        values = np.array([max(row.max_horizontal_error_m, _FLOOR) for row in here])
+        low, high = np.floor(np.log10(values.min()) - 0.3), np.ceil(np.log10(values.max()))
+        mark = Bars(places=np.array([float(names.index(label(row))) for row in here]), values=values,
+                    color=[paint[line(row)] for row in here], texts=tuple(map(_short, values)))  # fmt: skip
+        x = Axis(label="largest horizontal error", units=fixed("m"), log=True, low=float(10.0**low),
+                 high=float(10.0 ** (high + 0.18 * (high - low))))  # fmt: skip
+        y = Axis(names=tuple(names), grid=False)
+        charts.append(Chart(key=f"bars/{number}", title=motion, x=x, y=y, marks=(mark,)))
+    lines = _in_rows(charts)
+    size = (max(7.5, 2.4 + 3.2 * len(lines[0])), len(lines) * (1.0 + 0.24 * len(names)) + 0.4)
+    return Charts("bars", tuple(lines), size, share="y")
+
+
+def _short(value: float) -> str:
+    if not 1e-3 <= value < 1e7:
+        return f"{value:.1e}"
+    return f"{value:.3g}" if value < 1000.0 else f"{value:.0f}"
+
+
+def growth(panels: Mapping[str, Sequence[tuple[str, ErrorGrowth]]], paint: Paint) -> Charts:
+    """Return the horizontal error over time, both logarithmic, so that a power of time is a straight line.
+
+    Args:
+        panels: by motion, names of lines and the growth of their errors.
+        paint: colours of lines by name.
+    """
+    every = [np.maximum(history.horizontal[1:], _NANOMETRE) for drawn in panels.values() for _, history in drawn]
+    low, high = min(float(v.min()) for v in every) / _ROOM, max(float(v.max()) for v in every) * _ROOM
+    charts = []
+    for number, (motion, drawn) in enumerate(panels.items()):
+        first = number % _COLUMNS == 0
+        y = Axis(label="horizontal error" if first else "", units=fixed("m" if first else ""), log=True, low=low,
+                 high=high)  # fmt: skip
+        marks = tuple(
+            Line(label=name, x=history.time[1:] - history.time[0], y=np.maximum(history.horizontal[1:], _NANOMETRE),
+                 color=paint[name])
+            for name, history in drawn
+        )  # fmt: skip
+        charts.append(Chart(key=f"grow/{number}", title=motion, x=_SECONDS, y=y, marks=marks))
+    lines = _in_rows(charts)
+    names = dict.fromkeys(name for drawn in panels.values() for name, _ in drawn)
+    size = (max(3.3 * len(lines[0]), 5.5) + 2.6, max(3.0 * len(lines), 0.6 + 0.165 * len(names)))
+    return Charts("grow", tuple(lines), size, legend="right")
+
+
+def costs(comparison: StudyResult) -> Charts:
+    """Return the cost of one step of each algorithm, frame and schedule: operations, and processor time."""
+    measured = list(comparison.costs.values())
+    several = [key for key in ("frame", "pace") if len({getattr(cost, key) for cost in measured}) > 1]
+    names = tuple(" · ".join([cost.algorithm, *(getattr(cost, key) for key in several)]) for cost in measured)
+    charts = []
+    for title, unit, size, values in (
+        ("floating-point operations per step", "", 1.0, [cost.operations.total for cost in measured]),
+        ("processor time per step", "ns", 1e-9, [cost.ns_per_step for cost in measured]),
+    ):
+        mark = Bars(places=np.arange(float(len(names))), values=np.array(values) * size,
+                    color=[color_of(cost.algorithm) for cost in measured],
+                    texts=tuple(f"{value:.0f}" for value in values))  # fmt: skip
+        x = Axis(label=title, units=fixed(unit, size), low=0.0, high=1.12 * max(values, default=1.0) * size)
+        charts.append(Chart(key=f"costs/{unit}", x=x, y=Axis(names=names, grid=False), marks=(mark,)))
+    return Charts("costs", (tuple(charts),), (8.5, 0.9 + 0.24 * len(names)), share="y")
+
+
+def orders(fits: Sequence[Order]) -> Charts:
+    """Return fitted orders of convergence of the attitude: a row for each algorithm, a mark for each motion.
+
+    Args:
+        fits: orders of one part for one quantity.
+    """
+    names = tuple(dict.fromkeys(order.algorithm for order in fits))
+    motions = list(dict.fromkeys(order.motion for order in fits))
+    marks = []
+    for number, motion in enumerate(motions):
+        here = [order for order in fits if order.motion == motion]
+        places, found, apart = np.array([(names.index(o.algorithm), o.order, o.uncertainty) for o in here]).T
+        marks.append(Dots(
+            label=motion if len(motions) > 1 else "", x=found, y=places, error=apart, size=5.8,
+            color=[color_of(order.algorithm) for order in here], marker=_SHAPES[number % len(_SHAPES)],
+        ))  # fmt: skip
+    top = max((order.order for order in fits), default=4.0)
+    x = Axis(label="order of convergence of the attitude: error ~ intervalᵖ, p", low=0.0, high=top + 0.7,
+             ticks=tuple(map(float, range(int(np.ceil(top)) + 2))))  # fmt: skip
+    chart = Chart(key="orders", x=x, y=Axis(names=names), marks=tuple(marks), legend="right")
+    return Charts("orders", ((chart,),), (7.5, 1.1 + 0.24 * len(names)))
+
+
+def turning(found: Sequence[Heading]) -> Charts:
+    """Return the heading in each form over time, and its error, a column for each motion.
+
+    Args:
+        found: headings of one part, each motion at one rate.
+    """
+    rows: tuple[list[Chart], list[Chart]] = ([], [])
+    for column, motion in enumerate(dict.fromkeys(heading.motion for heading in found)):
+        here = [heading for heading in found if heading.motion == motion]
+        marks: tuple[list[Mark], list[Mark]] = ([], [])
+        for heading, (name, broad, narrow) in zip(here, _FORMS, strict=True):
+            time, unwrapped = heading.time - heading.time[0], heading.form.endswith("unwrapped")
+            apart = np.mod(heading.heading - heading.truth + np.pi, 2.0 * np.pi) - np.pi
+            error = np.maximum(np.abs(apart), _LEAST_ARCSEC * ARCSEC)
+            look: dict[str, Any] = {"x": time, "color": name, "dash": "--" if unwrapped else ""}
+            marks[0].append(Line(label=heading.form, y=heading.heading, weight=broad, **look))
+            marks[1].append(Line(y=error, weight=narrow, **look))
+        marks[1].append(Rule(at=_LIMIT, dash=":", text="0.3′"))
+        first = column == 0
+        angle = Axis(label="heading" if first else "", units=fixed("°" if first else "", DEG))
+        error_axis = Axis(label="error of the heading" if first else "", units=fixed("″" if first else "", ARCSEC),
+                          log=True)  # fmt: skip
+        title = f"{motion}, {here[0].rate_hz:g} Hz"
+        rows[0].append(Chart(key=f"heading/{column}", title=title, x=TIME, y=angle, marks=tuple(marks[0])))
+        rows[1].append(Chart(key=f"error/{column}", x=TIME, y=error_axis, marks=tuple(marks[1])))
+    return Charts("turning", (tuple(rows[0]), tuple(rows[1])), (3.8 * len(rows[0]) + 2.6, 5.4), legend="right")
+
+
+def power_of_time(blocks: Mapping[str, tuple[ErrorGrowth, float]]) -> Charts:
+    """Return the error of blocks without gyros over time, both logarithmic, and its local power of time.
+
+    Args:
+        blocks: growth of the errors and arm of the cube, m, by name.
+
+    Returns:
+        Errors while the tilt is small above, local powers with the closed form below.
+    """
+    above, below, last = list[Mark](), list[Mark](), law.SCHULER_PERIOD
+    for (name, (history, arm)), color in zip(blocks.items(), colors(list(blocks)), strict=True):
+        time, error = law.linear_part(history, arm)
+        if len(time) < 2:
+            continue
+        last = max(last, float(time[-1]))
+        above.append(Line(label=name, x=time, y=error, color=color))
+        inside = time[(time > _SLOPE_HALF * time[0]) & (time < time[-1] / _SLOPE_HALF)]
+        below.append(Line(x=inside, y=_slope(time, error, inside), color=color))
+    at = np.geomspace(5.0, last, 400)
+    below.append(Line(label="closed form", x=at, y=law.local_power(at), color="ink", weight="thin", dash="--"))
+    for start, end, power, within in ((5.0, law.EARLY, 4.0, 0.1), (law.SCHULER_PERIOD, last, 2.0, 0.2)):
+        low, high = (np.full(2, power + sign * within) for sign in (-1.0, 1.0))
+        below.append(Band(x=np.array([start, end]), low=low, high=high, color="bound"))
+    x = Axis(label="time", units=fixed("s"), log=True, low=5.0, high=1.05 * last)
+    charts = []
+    for key, marks, words, y in (
+        ("error", above, ("1000 s", "Schuler period"), Axis(label="horizontal error", units=fixed("m"), log=True)),
+        ("power", below, ("", ""), Axis(label="power of time", low=1.0, high=5.0)),
+    ):
+        rules = [Rule(at=instant, upright=True, text=word, dash=":")
+                 for instant, word in zip((law.EARLY, law.SCHULER_PERIOD), words, strict=True)]  # fmt: skip
+        charts.append((Chart(key=key, x=x, y=y, marks=(*marks, *rules)),))
+    return Charts("power", tuple(charts), (8.5, 6.2), share="x", heights=(1.5, 1.0), legend="right")
+
+
+def _slope(time: Array, error: Array, inside: Array) -> Array:
+    """Return the local power of time at some instants."""
+    x, y, half = np.log(time), np.log(error), np.log(_SLOPE_HALF)
+    before, after = (np.interp(np.log(inside) + step, x, y) for step in (-half, half))
+    return np.asarray((after - before) / (2.0 * half))
