@@ -26,7 +26,7 @@ _SHAPES = "os^Dv"
 _FLOOR = 1e-16  # smaller numbers are drawn as this one, because a logarithmic axis has no zero
 _NANOMETRE = 1e-9  # rounding error of a position
 _COLUMNS = 3  # panels side by side; with more, their text would be too small to read
-_ROOM = 1.3  # factor between the largest number and the end of a logarithmic axis
+_ROOM = 0.04  # of the length of a logarithmic axis, beyond the least and the largest number
 _ATTITUDE = ("max_attitude_error_arcsec", "largest attitude error", "″", ARCSEC)
 _POSITION = ("max_horizontal_error_m", "largest horizontal error", "m", 1.0)
 _DEFECT = ("max_defect", "largest defect of norm or orthogonality", "", 1.0)
@@ -79,6 +79,15 @@ def _spaced(rates: Sequence[float]) -> tuple[float, ...]:
     return tuple(shown)
 
 
+def _beyond(values: Sequence[float]) -> dict[str, Any]:
+    """Return the ends of a logarithmic axis, with room for the marks; none without positive values."""
+    values = [value for value in values if 0.0 < value < np.inf]
+    if not values:
+        return {}
+    room = max((max(values) / min(values)) ** _ROOM, 1.05)
+    return {"low": min(values) / room, "high": max(values) * room}
+
+
 def _in_rows(charts: Sequence[Chart]) -> list[tuple[Chart, ...]]:
     return [tuple(charts[k : k + _COLUMNS]) for k in range(0, len(charts), _COLUMNS)]
 
@@ -111,10 +120,12 @@ def _lines(
     names = list(dict.fromkeys(label(row) for row in rows))
     done = sorted((row for row in rows if row.status == "done"), key=lambda row: row.rate_hz)
     if key == "cost":
-        x = Axis(label="processor time per second of motion", units=fixed("µs", 1e-6), log=True)
+        spent = _beyond([row.rate_hz * row.ns_per_step * 1e-9 for row in done])
+        x = Axis(label="processor time per second of motion", units=fixed("µs", 1e-6), log=True, **spent)
     else:
-        ticks = _spaced(sorted({row.rate_hz for row in rows})) if rows else ()
-        x = Axis(label="sample rate", units=fixed("Hz"), log=True, ticks=ticks)
+        rates = sorted({row.rate_hz for row in rows})
+        ticks = _spaced(rates) if rates else ()
+        x = Axis(label="sample rate", units=fixed("Hz"), log=True, ticks=ticks, **_beyond(rates))
     lines: list[list[tuple[Chart, ...]]] = []
     for number, (quantity, title, unit, size) in enumerate(quantities):
         compared = quantity == _ATTITUDE[0] and len({row.algorithm for row in rows}) > 1
@@ -129,10 +140,9 @@ def _lines(
                 marks.append(Line(label=name, x=np.array(at), y=y, **_look(name, paint[name])))
             if compared:
                 marks.append(Rule(at=_LIMIT, dash=":", text="" if column else "0.3′"))
-            y_axis = Axis(
-                label="" if column % _COLUMNS else title, units=fixed(unit if column % _COLUMNS == 0 else "", size),
-                log=True, low=min(values, default=_FLOOR) / _ROOM, high=max(values, default=1.0) * _ROOM,
-            )  # fmt: skip
+            first = column % _COLUMNS == 0
+            y_axis = Axis(label=title if first else "", units=fixed(unit if first else "", size), log=True,
+                          **_beyond(values))  # fmt: skip
             charts.append(Chart(key=f"{key}/{quantity}/{column}", title="" if number else motion, x=x, y=y_axis,
                                 marks=tuple(marks)))  # fmt: skip
         lines.append(_in_rows(charts))
@@ -183,12 +193,11 @@ def growth(panels: Mapping[str, Sequence[tuple[str, ErrorGrowth]]], paint: Paint
         paint: colours of lines by name.
     """
     every = [np.maximum(history.horizontal[1:], _NANOMETRE) for drawn in panels.values() for _, history in drawn]
-    low, high = min(float(v.min()) for v in every) / _ROOM, max(float(v.max()) for v in every) * _ROOM
+    ends = _beyond([float(end) for v in every for end in (v.min(), v.max())])
     charts = []
     for number, (motion, drawn) in enumerate(panels.items()):
         first = number % _COLUMNS == 0
-        y = Axis(label="horizontal error" if first else "", units=fixed("m" if first else ""), log=True, low=low,
-                 high=high)  # fmt: skip
+        y = Axis(label="horizontal error" if first else "", units=fixed("m" if first else ""), log=True, **ends)
         marks = tuple(
             Line(label=name, x=history.time[1:] - history.time[0], y=np.maximum(history.horizontal[1:], _NANOMETRE),
                  color=paint[name])
