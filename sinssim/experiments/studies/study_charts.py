@@ -271,8 +271,10 @@ def turning(found: Sequence[Heading]) -> Charts:
         marks[1].append(Rule(at=_LIMIT, dash=":", text="0.3′"))
         first = column == 0
         angle = Axis(label="heading" if first else "", units=fixed("°" if first else "", DEG))
+        ends = _beyond([_LIMIT, *(float(end) for line in marks[1] if isinstance(line, Line)
+                                  for end in (line.y.min(), line.y.max()))])  # fmt: skip
         error_axis = Axis(label="error of the heading" if first else "", units=fixed("″" if first else "", ARCSEC),
-                          log=True)  # fmt: skip
+                          log=True, **ends)  # fmt: skip
         title = f"{motion}, {here[0].rate_hz:g} Hz"
         rows[0].append(Chart(key=f"heading/{column}", title=title, x=TIME, y=angle, marks=tuple(marks[0])))
         rows[1].append(Chart(key=f"error/{column}", x=TIME, y=error_axis, marks=tuple(marks[1])))

@@ -39,6 +39,9 @@ STYLE = (
 .charts { display: flex; flex-wrap: wrap; gap: .8rem 1.2rem; margin: .6rem 0 1.2rem; }
 .charts h4 { flex-basis: 100%; margin: .4rem 0 0; }
 """
+    # lines in the colours of words are those of a dark page, too
+    + f'svg [stroke="{style.INK}"] {{ stroke: var(--ink); }} svg [stroke="{style.SOFT}"] {{ stroke: var(--soft); }}\n'
+    + "svg .block { fill: var(--paper); }\n"
 )
 
 _PAGE, _GAP, _INCH = 1130, 19, 92

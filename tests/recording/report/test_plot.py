@@ -299,3 +299,19 @@ def test_a_drawing_to_the_pixel() -> None:
     assert 'stroke-dasharray="5 4"' in svg
     assert '<polyline points="1.0,2.0 3.0,4.0" fill="none" stroke="#555555"' in svg
     assert svg.count("<polygon") == 1
+
+
+def test_lines_in_the_colour_of_words_are_legible_on_a_dark_page() -> None:
+    """What is drawn in ink or as a hollow mark takes the colours of the page."""
+    from sinssim.charts import Axis, Chart, Line
+    from sinssim.recording import style
+    from sinssim.recording.report.chart import STYLE, svg_of
+
+    x = np.array([0.0, 1.0])
+    drawn = svg_of(
+        Chart(key="k", x=Axis(), y=Axis(), marks=(Line(x=x, y=x, color="ink", marker="s", hollow=True),)), 400.0, 200.0
+    )
+    assert f'stroke="{style.INK}"' in drawn
+    assert 'class="block"' in drawn
+    assert f'svg [stroke="{style.INK}"] {{ stroke: var(--ink); }}' in STYLE
+    assert "svg .block { fill: var(--paper); }" in STYLE
