@@ -263,7 +263,7 @@ CHAPTER = (
         "(8.16)",
         "1/(R₁+H) ≈ (1/a)[1 + e²(1 − 3/2 sin² B) − H/a], 1/(R₂+H) ≈ (1/a)[1 − ½e² sin² B − H/a]; further forms "
         "neglect e² or H",
-        ("strapdown.frames.level.curvatures_k", "strapdown.frames.radii.curvatures_k"),
+        ("strapdown.frames.radii.curvatures_k",),
         (
             "strapdown/test_s_turn.py::test_simplified_curvature_costs_what_8_16_neglects",
             "strapdown/frames/test_radii.py::test_a_flight_to_the_north",

@@ -17,12 +17,14 @@ from numba.extending import overload
 
 from sinssim.data import Array
 from sinssim.earth.kernels import EarthParameters
-from sinssim.jit import bind, rebound, strict_inline
+from sinssim.jit import bind, strict_inline
 from sinssim.rotation.kernels import sincos_k
 from sinssim.strapdown.assemble import parts
-from sinssim.strapdown.attitude.quaternion import quaternion_k, start_k
+from sinssim.strapdown.attitude.quaternion import dcm_k, quaternion_k, start_k, step_k
+from sinssim.strapdown.frames.kernels import forces_k
 from sinssim.strapdown.frames.level import EXACT_EVERY, LevelState, refreshed_k, start_level_k, step_level_k
-from sinssim.strapdown.frames.vertical import HELD
+from sinssim.strapdown.frames.problem import Models
+from sinssim.strapdown.frames.vertical import HELD, Loop
 from sinssim.strapdown.increments.block_turns import BLOCK, empty_turns_k, fill_single_turns, turn_in_block_k
 from sinssim.strapdown.increments.block_turns import fill_fitted_turns as fill_turns
 
@@ -74,27 +76,30 @@ def _navigate(
 ) -> None:  # fmt: skip
     lat0, lon0, h0 = start[0], start[1], start[2]
     attitude = words_k(start_k(start[6], start[7], start[8], start[9]), lsb[0], cut)
-    x = start_level_k(p, 0, False, lat0, h0, start[3], start[4], start[5], 0.0)
+    of = Models(p, 0, False)
+    x = start_level_k(of, lat0, h0, (start[3], start[4], start[5]), Loop(0.0, 0.0))
     turns, count = empty_turns_k(), dtheta.shape[0]
     for k in range(count):
         if k % BLOCK == 0:
             fill_turns(dtheta, dvel, weights, True, k, min(k + BLOCK, count), turns)
         if k % EXACT_EVERY == 0:
             x = refreshed_k(lat0, x)
-        x, attitude = step_level_k(
-            p, 0, False, HELD, (0.0, 0.0, 0.0), dt, lat0, lon0, h0, 0.0, turn_in_block_k(turns, k % BLOCK), attitude, x
-        )  # fmt: skip
-        attitude = words_k(attitude, lsb[0], cut)
+        body = turn_in_block_k(turns, k % BLOCK)
+        x, frame = step_level_k(of, HELD, (0.0, 0.0, 0.0), dt, lon0, (h0, 0.0), forces_k(dcm_k(attitude), body), x)
+        attitude = words_k(step_k(attitude, body, frame), lsb[0], cut)
         north, east = x.north, x.east
         if lsb[2] != 0.0:  # the words hold latitude and longitude
             north, east = word_k(lat0 + north, lsb[2], cut) - lat0, word_k(lon0 + east, lsb[2], cut) - lon0
-        x = LevelState(
-            word_k(x.vn, lsb[1], cut), word_k(x.ve, lsb[1], cut), x.vd, x.h, north, east, x.s, x.c, x.i, x.k1, x.k2,
-            x.gn, x.gd, x.an, x.ae, x.ad, x.loop_sum, x.loop_error,
-        )  # fmt: skip
+        v = word_k(x.v[0], lsb[1], cut), word_k(x.v[1], lsb[1], cut), x.v[2]
+        x = LevelState(v, x.a, x.h, north, east, x.at, x.loop)
         if (k + 1) % every == 0:
             row = (k + 1) // every
-            states[row, 0], states[row, 1], states[row, 2], states[row, 3] = lat0 + x.north, lon0 + x.east, x.vn, x.ve
+            states[row, 0], states[row, 1], states[row, 2], states[row, 3] = (
+                lat0 + x.north,
+                lon0 + x.east,
+                x.v[0],
+                x.v[1],
+            )
             states[row, 4], states[row, 5], states[row, 6], states[row, 7], _ = quaternion_k(attitude)
 
 
@@ -157,8 +162,9 @@ def engine(algorithm: str, throughout: bool = False) -> Callable[..., None]:
     """Return the loop of an algorithm, with 53 bits or in single precision throughout."""
     name = f"{algorithm}_{'single' if throughout else 'words'}"
     own = parts(algorithm)
-    used = {"start_k": own["start_k"], "quaternion_k": own["quaternion_k"], "start_level_k": start_level_k,
-            "step_level_k": rebound(step_level_k, f"step_{name}", **own), "refreshed_k": refreshed_k}  # fmt: skip
+    used = {part: own[part] for part in ("start_k", "dcm_k", "step_k", "quaternion_k")}
+    used |= {"start_level_k": start_level_k, "step_level_k": step_level_k, "refreshed_k": refreshed_k,
+             "forces_k": forces_k}  # fmt: skip
     if throughout:
         used = {part: single(function) for part, function in used.items()}
         used["fill_turns"] = bind(fill_single_turns, f"fill_{name}", turn_k=single(own["turn_k"]))

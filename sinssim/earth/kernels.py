@@ -14,8 +14,8 @@ import numpy as np
 
 from sinssim.data import Array
 from sinssim.earth.models import GRAVITY_MODELS, Ellipsoid
-from sinssim.jit import free_inline, inline, kernel, strict_inline
-from sinssim.rotation.kernels import Quaternion, Vector, product_k
+from sinssim.jit import inline, kernel
+from sinssim.rotation.kernels import Quaternion, Vector
 
 GRAVITY_NUMBERS: dict[str, int] = {name: number for number, name in enumerate(GRAVITY_MODELS)}
 
@@ -100,11 +100,11 @@ def _gravity_fit(p: EarthParameters) -> Array:
 def radii_k(p: EarthParameters, sin_lat: float) -> tuple[float, float]:
     """Radii of curvature of the meridian R₁ and of the prime vertical R₂ (the chapter's section 8.2)."""
     w = 1.0 / (1.0 - p.e2 * sin_lat * sin_lat)
-    r2 = product_k(p.a, sqrt(w))
+    r2 = p.a * sqrt(w)
     return r2 * (1.0 - p.e2) * w, r2
 
 
-@free_inline
+@inline
 def normal_gravitation_k(p: EarthParameters, rho2: float, z: float) -> tuple[float, float]:
     """Gravitation of the normal field at distance √ρ² from the axis and height z above the equator's plane.
 
@@ -135,7 +135,7 @@ def normal_gravitation_k(p: EarthParameters, rho2: float, z: float) -> tuple[flo
     return g_rho, g_z
 
 
-@strict_inline
+@inline
 def j2_gravitation_k(p: EarthParameters, rho2: float, z: float) -> tuple[float, float]:
     """Gravitation of a point mass with its second zonal harmonic: (g_ρ/ρ, g_z)."""
     r2 = rho2 + z * z
@@ -146,7 +146,7 @@ def j2_gravitation_k(p: EarthParameters, rho2: float, z: float) -> tuple[float, 
     return -mu * (1.0 + c * (1.0 - s)), -mu * (1.0 + c * (3.0 - s)) * z
 
 
-@strict_inline
+@inline
 def closed_gravity_k(
     p: EarthParameters, model: int, sin_lat: float, cos_lat: float, r2: float, height: float
 ) -> tuple[float, float]:
@@ -154,11 +154,11 @@ def closed_gravity_k(
     rho = (r2 + height) * cos_lat
     z = (r2 * (1.0 - p.e2) + height) * sin_lat
     if model == 0:
-        g_rho, g_z = normal_gravitation_k(p, product_k(rho, rho), z)
+        g_rho, g_z = normal_gravitation_k(p, rho * rho, z)
     else:
-        g_rho, g_z = j2_gravitation_k(p, product_k(rho, rho), z)
-    g_rho = (g_rho + product_k(p.omega, p.omega)) * rho
-    return product_k(cos_lat, g_z) - sin_lat * g_rho, product_k(-cos_lat, g_rho) - sin_lat * g_z
+        g_rho, g_z = j2_gravitation_k(p, rho * rho, z)
+    g_rho = (g_rho + p.omega * p.omega) * rho
+    return cos_lat * g_z - sin_lat * g_rho, -cos_lat * g_rho - sin_lat * g_z
 
 
 @inline
@@ -207,7 +207,7 @@ def gravity_ned_k(
     return 0.0, p.gamma_e * (1.0 - 2.0 * x)
 
 
-@free_inline
+@inline
 def geodetic_to_ecef_k(p: EarthParameters, latitude: float, longitude: float, height: float) -> Vector:
     """Earth-centred Earth-fixed coordinates."""
     s, c = sin(latitude), cos(latitude)
@@ -216,7 +216,7 @@ def geodetic_to_ecef_k(p: EarthParameters, latitude: float, longitude: float, he
     return rho * cos(longitude), rho * sin(longitude), (r2 * (1.0 - p.e2) + height) * s
 
 
-@free_inline
+@inline
 def geodetic_sincos_k(p: EarthParameters, rho: float, z: float) -> tuple[float, float, float]:
     """sin and cos of geodetic latitude, and height, of a point at ρ from the axis and z from the equator's plane.
 
@@ -241,14 +241,14 @@ def geodetic_sincos_k(p: EarthParameters, rho: float, z: float) -> tuple[float, 
     return s, c, rho * c + z * s - p.a * sqrt(1.0 - p.e2 * s * s)
 
 
-@free_inline
+@inline
 def ecef_to_geodetic_k(p: EarthParameters, x: float, y: float, z: float) -> Vector:
     """Geodetic latitude, longitude and height."""
     s, c, height = geodetic_sincos_k(p, sqrt(x * x + y * y), z)
     return atan2(s, c), atan2(y, x), height
 
 
-@free_inline
+@inline
 def gravitation_ecef_k(p: EarthParameters, model: int, x: float, y: float, z: float) -> Vector:
     """Gravitation (gravity without the centrifugal part) in Earth-fixed axes, any model."""
     rho2 = x * x + y * y
@@ -267,7 +267,7 @@ def gravitation_ecef_k(p: EarthParameters, model: int, x: float, y: float, z: fl
     return outward * cos_lon - w2 * x, outward * sin_lon - w2 * y, c * g_n - s * g_d
 
 
-@free_inline
+@inline
 def q_en_k(latitude: float, longitude: float) -> Quaternion:
     """Quaternion from north-east-down to Earth-fixed coordinates: v_e = C_en v_n."""
     # rotation about z by the longitude, then about y by −(90° + latitude)

@@ -18,28 +18,17 @@ SERIES = 0.06
 """Squared angle [rad²] below which trigonometric ratios are summed as series, with a truncation error below 1e-17."""
 
 
-@strict_inline
-def product_k(a: float, b: float) -> float:
-    """The product a b, never fused with a sum.
-
-    In a sum of two products the compiler may fuse either one, and chooses differently in different kernels. With the
-    first one taken by this function, only the second one can be fused, and every kernel gets the same numbers. The same
-    holds for a product that is added to several sums: the compiler fuses one that is used once.
-    """
-    return a * b
-
-
 @inline
 def cross_k(ax: float, ay: float, az: float, bx: float, by: float, bz: float) -> Vector:
     """Vector product a × b."""
-    return product_k(ay, bz) - az * by, product_k(az, bx) - ax * bz, product_k(ax, by) - ay * bx
+    return ay * bz - az * by, az * bx - ax * bz, ax * by - ay * bx
 
 
 @inline
 def less_cross_k(
     x: float, y: float, z: float, ax: float, ay: float, az: float, bx: float, by: float, bz: float
 ) -> Vector:
-    """v − a × b; no component of v may be a product that could be fused (see `product_k`)."""
+    """v − a × b."""
     return x - ay * bz + az * by, y - az * bx + ax * bz, z - ax * by + ay * bx
 
 
@@ -47,10 +36,10 @@ def less_cross_k(
 def multiply_k(a0: float, a1: float, a2: float, a3: float, b0: float, b1: float, b2: float, b3: float) -> Quaternion:
     """Hamilton product a ∘ b."""
     return (
-        product_k(a0, b0) - a1 * b1 - a2 * b2 - a3 * b3,
-        product_k(a0, b1) + a1 * b0 + a2 * b3 - a3 * b2,
-        product_k(a0, b2) - a1 * b3 + a2 * b0 + a3 * b1,
-        product_k(a0, b3) + a1 * b2 - a2 * b1 + a3 * b0,
+        a0 * b0 - a1 * b1 - a2 * b2 - a3 * b3,
+        a0 * b1 + a1 * b0 + a2 * b3 - a3 * b2,
+        a0 * b2 - a1 * b3 + a2 * b0 + a3 * b1,
+        a0 * b3 + a1 * b2 - a2 * b1 + a3 * b0,
     )
 
 
@@ -164,7 +153,7 @@ def rotation_series_k(x2: float) -> tuple[float, float, float]:
 @inline
 def quaternion_from_rotation_vector_k(x: float, y: float, z: float) -> Quaternion:
     """Quaternion of a rotation by |φ| about φ."""
-    c, s = half_angle_series_k(product_k(x, x) + y * y + z * z)
+    c, s = half_angle_series_k(x * x + y * y + z * z)
     return c, s * x, s * y, s * z
 
 
@@ -186,15 +175,15 @@ def rotation_vector_from_quaternion_k(q0: float, q1: float, q2: float, q3: float
 def dcm_from_quaternion_k(q0: float, q1: float, q2: float, q3: float) -> Matrix:
     """Direction cosine matrix of a unit quaternion."""
     return (
-        product_k(q0, q0) + q1 * q1 - q2 * q2 - q3 * q3,
-        2.0 * (product_k(q1, q2) - q0 * q3),
-        2.0 * (product_k(q1, q3) + q0 * q2),
-        2.0 * (product_k(q1, q2) + q0 * q3),
-        product_k(q0, q0) - q1 * q1 + q2 * q2 - q3 * q3,
-        2.0 * (product_k(q2, q3) - q0 * q1),
-        2.0 * (product_k(q1, q3) - q0 * q2),
-        2.0 * (product_k(q2, q3) + q0 * q1),
-        product_k(q0, q0) - q1 * q1 - q2 * q2 + q3 * q3,
+        q0 * q0 + q1 * q1 - q2 * q2 - q3 * q3,
+        2.0 * (q1 * q2 - q0 * q3),
+        2.0 * (q1 * q3 + q0 * q2),
+        2.0 * (q1 * q2 + q0 * q3),
+        q0 * q0 - q1 * q1 + q2 * q2 - q3 * q3,
+        2.0 * (q2 * q3 - q0 * q1),
+        2.0 * (q1 * q3 - q0 * q2),
+        2.0 * (q2 * q3 + q0 * q1),
+        q0 * q0 - q1 * q1 - q2 * q2 + q3 * q3,
     )
 
 

@@ -12,7 +12,7 @@ from functools import cache
 from typing import Any
 
 from sinssim.algorithms import REGISTRY
-from sinssim.jit import bind, with_constants
+from sinssim.jit import bind, rebound
 from sinssim.strapdown.files import algorithm_file
 from sinssim.strapdown.frames.problem import Problem
 from sinssim.strapdown.increments import block_turns as turns
@@ -37,9 +37,7 @@ def parts(algorithm: str) -> dict[str, Callable[..., Any]]:
     functions = {name: getattr(file, name, None) or interval.fitted_turn_k for name in _NAMES}
     suffix = algorithm.replace("-", "_")
     if entry.variant:
-        functions = {
-            name: with_constants(part, f"{name}_{suffix}", **entry.variant) for name, part in functions.items()
-        }
+        functions = {name: rebound(part, f"{name}_{suffix}", **entry.variant) for name, part in functions.items()}
     if hasattr(file, "turn_k"):
         functions["fill_turns"] = bind(turns.fill_single_turns, f"fill_{suffix}", turn_k=functions["turn_k"])
     else:
@@ -65,25 +63,25 @@ def own_engine(algorithm: str, frame: str) -> Callable[[Problem, str], None] | N
 
 
 def engines(
-    template: Callable[..., None], frame: str, forms: Mapping[str, Mapping[str, Callable[..., Any]]] | None = None
+    template: Callable[..., None], frame: str, forms: Mapping[str, Mapping[str, Any]] | None = None
 ) -> Callable[..., Callable[..., None]]:
     """Return a function that makes and caches a frame's engines.
 
     Args:
         template: the frame's engine as a plain function over the parts' names.
         frame: the frame's name in the names of its engines.
-        forms: by the name of a form of the engine, functions in place of the template's own.
+        forms: by the name of a form of the engine, values in place of the template's own.
 
     Returns:
-        A function of an algorithm's name, one of `sinssim.ALGORITHMS`, and of a form's ("" for the template's own
-        functions), that returns the compiled engine. The engine fills the arrays of the solution, whose first rows hold
-        the initial state.
+        A function of an algorithm's name, one of `sinssim.ALGORITHMS`, and of a form's (by default "", the template's
+        own values), that returns the compiled engine. The engine fills the arrays of the solution, whose first rows
+        hold the initial state.
     """
 
     @cache
     def engine(algorithm: str, form: str = "") -> Callable[..., None]:
         name = "_".join((frame, algorithm, *([form] if form else []))).replace("-", "_")
-        made = bind(template, name, **parts(algorithm), **(forms[form] if forms and form else {}))
+        made = bind(template, name, **parts(algorithm), **(forms or {}).get(form, {}))
         return guarded(algorithm, made) if REGISTRY[algorithm].path else made
 
     on_change.append(engine.cache_clear)

@@ -9,7 +9,7 @@ the Schuler oscillation (8.14).
 
 from __future__ import annotations
 
-from math import cos, pi, sin
+from math import cos, sin
 from typing import Unpack
 
 import numpy as np
@@ -20,26 +20,20 @@ from sinssim.algorithms import MEASURED_ATTITUDE
 from sinssim.arguments import doubles
 from sinssim.checks import check_finite, check_increasing, checked_initial, not_finite_in
 from sinssim.data import Array, ImuData, NavSolution, NavState
-from sinssim.earth.kernels import (
-    EarthParameters,
-    ecef_to_geodetic_k,
-    geodetic_to_ecef_k,
-    gravitation_ecef_k,
-    gravity_ned_k,
-    q_en_k,
-    radii_k,
-)
+from sinssim.earth.kernels import gravitation_ecef_k, gravity_ned_k, radii_k
 from sinssim.errors import InputError, RunError
 from sinssim.jit import kernel
-from sinssim.rotation.kernels import rotate_k
+from sinssim.rotation.vectors import add, along
+from sinssim.strapdown.frames.inertial import coordinates_k, settled_k
+from sinssim.strapdown.frames.problem import Models
 from sinssim.strapdown.frames.vertical import (
-    BARO_LOOP,
-    FREE,
     NUMBERS,
+    Channel,
     HeightReadings,
-    baro_loop_k,
     height_reference,
     loop_gains_k,
+    reference_k,
+    start_loop_k,
 )
 from sinssim.strapdown.mechanization import Mechanization, Options, chosen
 from sinssim.strapdown.navigate import navigate
@@ -51,63 +45,30 @@ _UNIT = 1e-3  # largest deviation of the norm of a quaternion from 1
 
 @kernel
 def _integrate(
-    p: EarthParameters,
-    model: int,
-    time: Array,
-    push: Array,
-    shift: Array,
-    vertical: int,
-    reference: Array,
-    climb: Array,
-    time_constant: float,
-    position: Array,
-    velocity: Array,
-    latitude: Array,
-    longitude: Array,
-    height: Array,
-    velocity_ned: Array,
-) -> None:
+    of: Models, channel: Channel, time: Array, push: Array, shift: Array, position: Array, velocity: Array,
+    latitude: Array, longitude: Array, height: Array, velocity_ned: Array,
+) -> None:  # fmt: skip
     """Integrate over the intervals in inertial axes; the first rows of the outputs hold the start."""
-    x, y, z = position[0], position[1], position[2]
-    vx, vy, vz = velocity[0], velocity[1], velocity[2]
-    gx, gy, gz = gravitation_ecef_k(p, model, x, y, z)
-    before = height[0]
-    s, c = sin(latitude[0]), cos(latitude[0])
+    p, h0, s, c = of.earth, height[0], sin(latitude[0]), cos(latitude[0])
     _, r2 = radii_k(p, s)
-    _, gravity_down = gravity_ned_k(p, model, s, c, r2, before)
-    loop1, loop2, loop3 = loop_gains_k(time_constant, gravity_down, 1.0 / (r2 + before))
-    loop_sum = 0.0
+    _, gravity_down = gravity_ned_k(p, of.gravity, s, c, r2, h0)
+    gains, loop = loop_gains_k(channel.time_constant, gravity_down, 1.0 / (r2 + h0)), start_loop_k(channel, h0)
+    r, v = (position[0], position[1], position[2]), (velocity[0], velocity[1], velocity[2])
+    g = gravitation_ecef_k(p, of.gravity, *r)
     for k in range(len(push)):
-        h = time[k + 1] - time[k]
+        dt, angle = time[k + 1] - time[k], p.omega * time[k + 1]
         # gravitation at the end from a position with constant gravitation, then the mean of both
-        x += h * vx + shift[k, 0]
-        y += h * vy + shift[k, 1]
-        z += h * vz + shift[k, 2]
-        half, third, sixth = 0.5 * h * h, h * h / 3.0, h * h / 6.0
-        hx, hy, hz = gravitation_ecef_k(p, model, x + half * gx, y + half * gy, z + half * gz)
-        x, y, z = x + third * gx + sixth * hx, y + third * gy + sixth * hy, z + third * gz + sixth * hz
-        vx += push[k, 0] + 0.5 * h * (gx + hx)
-        vy += push[k, 1] + 0.5 * h * (gy + hy)
-        vz += push[k, 2] + 0.5 * h * (gz + hz)
-        # Inertial axes at time t equal the Earth-fixed ones except for the longitude, which is measured from the x
-        # axis.
-        lat, lon, alt = ecef_to_geodetic_k(p, x, y, z)
-        n0, n1, n2, n3 = q_en_k(lat, lon)
-        vn, ve, vd = rotate_k(n0, -n1, -n2, -n3, vx + p.omega * y, vy - p.omega * x, vz)
-        if vertical != FREE:
-            if vertical == BARO_LOOP:
-                alt, vd, loop_sum = baro_loop_k(h, loop1, loop2, loop3, loop_sum, before, alt, vd, reference, k)
-            else:
-                alt, vd = reference[k + 1], climb[k + 1]
-            x, y, z = geodetic_to_ecef_k(p, lat, lon, alt)
-            vx, vy, vz = rotate_k(n0, n1, n2, n3, vn, ve, vd)
-            vx, vy = vx - p.omega * y, vy + p.omega * x
-        before = alt
-        gx, gy, gz = gravitation_ecef_k(p, model, x, y, z)
-        lon -= p.omega * time[k + 1]
-        lon -= 2.0 * pi * np.floor((lon + pi) / (2.0 * pi))
-        latitude[k + 1], longitude[k + 1], height[k + 1] = lat, lon, alt
-        velocity_ned[k + 1, 0], velocity_ned[k + 1, 1], velocity_ned[k + 1, 2] = vn, ve, vd
+        r = add(along(r, dt, v), (shift[k, 0], shift[k, 1], shift[k, 2]))
+        g1 = gravitation_ecef_k(p, of.gravity, *along(r, 0.5 * dt * dt, g))
+        r = along(along(r, dt * dt / 3.0, g), dt * dt / 6.0, g1)
+        v = along(add(v, (push[k, 0], push[k, 1], push[k, 2])), 0.5 * dt, add(g, g1))
+        # inertial axes at time t equal the Earth-fixed ones except for the longitude, measured from the x axis
+        turn = cos(angle), sin(angle)
+        x = settled_k(of, channel.number, gains, dt, turn, reference_k(channel, k + 1), r, v, g1, loop)
+        r, v, loop, g = x.r, x.v, x.loop, gravitation_ecef_k(p, of.gravity, *x.r)
+        latitude[k + 1], longitude[k + 1], _ = coordinates_k(x.north)
+        height[k + 1] = x.north.h
+        velocity_ned[k + 1, 0], velocity_ned[k + 1, 1], velocity_ned[k + 1, 2] = x.north.v
 
 
 def _pushes(time: Array, dvel: Array, q_ib: Array) -> tuple[Array, Array]:
@@ -166,7 +127,7 @@ def navigate_by_attitude(
     count = len(dvel)
     of = chosen(mechanization, options)
     reference, climb = height_reference(of.vertical, height, time)
-    body, model = of.earth, earth.gravity_number(of.gravity)
+    body = of.earth
 
     latitude, longitude, altitude = (np.empty(count + 1) for _ in range(3))
     velocity_ned = np.empty((count + 1, 3))
@@ -177,9 +138,9 @@ def navigate_by_attitude(
     velocity += np.cross([0.0, 0.0, body.omega], position)
     push, shift = _pushes(time, dvel, q_ib)
     _integrate(
-        earth.parameters(body), model, time, push, shift, NUMBERS[of.vertical], reference, climb,
-        of.baro_time_constant,
-        position, velocity, latitude, longitude, altitude, velocity_ned,
+        Models(earth.parameters(body), earth.gravity_number(of.gravity), False),
+        Channel(NUMBERS[of.vertical], reference, climb, of.baro_time_constant),
+        time, push, shift, position, velocity, latitude, longitude, altitude, velocity_ned,
     )  # fmt: skip
     q_in = earth.q_en(latitude, longitude + body.omega * time)
     q_nb = rotation.multiply(rotation.conjugate(q_in), rotation.normalize(q_ib))

@@ -11,20 +11,25 @@ from scipy.spatial.transform import Rotation
 from sinssim.earth import WGS84
 from sinssim.earth.kernels import GRAVITY_NUMBERS, parameters
 from sinssim.rotation import cross_k
+from sinssim.rotation.vectors import turned
 from sinssim.strapdown.attitude.euler import _seen_after_k, _turned_k
-from sinssim.strapdown.frames.azimuth import FREE_AZIMUTH, TRANSVERSE, WANDER, earth_k, into_w_k, transport_k, turned_k
-from sinssim.strapdown.frames.inertial import _gravitation_rate_k
+from sinssim.strapdown.frames.azimuth import FREE_AZIMUTH, TRANSVERSE, WANDER, Place, earth_k, pole_k, transport_k
+from sinssim.strapdown.frames.inertial import gravitation_rate_k
+from sinssim.strapdown.frames.problem import Models
 from sinssim.strapdown.increments.coning_sculling import logarithm_k
 
 
-@pytest.mark.parametrize(("kernel", "order"), [(turned_k, 3), (_seen_after_k, 4)])
+@pytest.mark.parametrize(("kernel", "order"), [(turned, 3), (_seen_after_k, 4)])
 def test_a_vector_seen_from_axes_that_turn(kernel, order) -> None:
     """exp(−[r×]) x, up to the first term that is left out, |r|ⁿ/n!."""
     for r in np.random.default_rng(1).uniform(-0.02, 0.02, (20, 3)):
         x = np.array([1.0, -2.0, 3.0]) + r
         expected = Rotation.from_rotvec(r).apply(x, inverse=True)
         left_out = np.linalg.norm(r) ** order / np.prod(np.arange(1, order + 1)) * np.linalg.norm(x)
-        assert np.linalg.norm(np.array(kernel(*r, *x) if order == 4 else kernel(*x, *r)) - expected) < 1.01 * left_out
+        assert (
+            np.linalg.norm(np.array(kernel(*r, *x) if order == 4 else kernel(tuple(x), tuple(r))) - expected)
+            < 1.01 * left_out
+        )
 
 
 def test_an_earth_fixed_vector_in_the_frames_axes() -> None:
@@ -33,22 +38,24 @@ def test_an_earth_fixed_vector_in_the_frames_axes() -> None:
         Rotation.random(20, random_state=4).as_quat(scalar_first=True), rng.normal(size=(20, 3)), strict=True
     ):
         expected = Rotation.from_quat(q, scalar_first=True).apply(v, inverse=True)
-        np.testing.assert_allclose(into_w_k(*q, *v), expected, rtol=0, atol=2e-15)
+        np.testing.assert_allclose(pole_k(TRANSVERSE, v, tuple(q)), expected, rtol=0, atol=2e-15)
 
 
 def test_a_free_azimuth_does_not_turn_about_the_vertical_among_the_stars() -> None:
     for v, k in np.random.default_rng(3).uniform(-1.0, 1.0, (20, 2, 3)):
-        rate = transport_k(FREE_AZIMUTH, 7.3e-5, *k, 1.0, 0.0, 1.6e-7, 1e-9, v[0], v[1])
+        place = Place(tuple(k), (1.0, 0.0, 0.0), 0.0, 1.6e-7, 1e-9, 0.0, 9.8)
+        rate = transport_k(FREE_AZIMUTH, 7.3e-5, place, tuple(v))
         assert rate[2] + 7.3e-5 * k[2] == 0.0
-        assert rate[:2] == transport_k(WANDER, 7.3e-5, *k, 1.0, 0.0, 1.6e-7, 1e-9, v[0], v[1])[:2]
+        assert rate[:2] == transport_k(WANDER, 7.3e-5, place, tuple(v))[:2]
 
 
 def test_the_transverse_frame_turns_with_the_pole_of_its_route() -> None:
     """ṗ = −ω × p of a point fixed to the Earth: its y component stays zero, so that x stays towards it."""
     for v, k, p in np.random.default_rng(3).uniform(-1.0, 1.0, (20, 3, 3)):
-        rate = transport_k(TRANSVERSE, 7.3e-5, *k, p[0], p[2], 1.6e-7, 1e-9, v[0], v[1])
+        place = Place(tuple(k), tuple(p), 0.0, 1.6e-7, 1e-9, 0.0, 9.8)
+        rate = transport_k(TRANSVERSE, 7.3e-5, place, tuple(v))
         assert abs(np.cross(rate, [p[0], 0.0, p[2]])[1]) < 1e-15 * np.linalg.norm(rate)
-        assert rate[:2] == transport_k(WANDER, 7.3e-5, *k, p[0], p[2], 1.6e-7, 1e-9, v[0], v[1])[:2]
+        assert rate[:2] == transport_k(WANDER, 7.3e-5, place, tuple(v))[:2]
 
 
 @pytest.mark.parametrize("side", [1.0, -1.0])
@@ -56,7 +63,9 @@ def test_the_earth_at_the_poles(side: float) -> None:
     """Both radii are a²/b there, κ is e²b/(a²(1 − e²)), and gravity has no horizontal part."""
     a, b, gravity_at_pole = 6378137.0, 6356752.314245, 9.8321849378
     e2 = 1.0 - (b / a) ** 2
-    k2, kappa, along, down = earth_k(parameters(WGS84), GRAVITY_NUMBERS["normal"], False, 0.0, 0.0, -side, 0.0)
+    k2, kappa, along, down = earth_k(
+        Models(parameters(WGS84), GRAVITY_NUMBERS["normal"], False), (0.0, 0.0, -side), 0.0
+    )
     assert k2 == pytest.approx(b / a**2, rel=1e-12)
     assert kappa == pytest.approx(e2 / (1.0 - e2) * b / a**2, rel=1e-9)
     assert along == 0.0
@@ -82,7 +91,7 @@ def test_gravitation_changes_along_a_motion() -> None:
         near, wide = (central(r + n * step * v) - central(r - n * step * v) for n in (1, 2))
         expected = (8.0 * near - wide) / (12.0 * step)
         np.testing.assert_allclose(
-            _gravitation_rate_k(gm, *r, *v), expected, rtol=0, atol=1e-9 * np.abs(expected).max()
+            gravitation_rate_k(gm, tuple(r), tuple(v)), expected, rtol=0, atol=1e-9 * np.abs(expected).max()
         )
 
 

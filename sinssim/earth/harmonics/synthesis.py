@@ -24,7 +24,7 @@ from numpy.typing import NDArray
 
 from sinssim.data import Array
 from sinssim.earth.harmonics.coefficients import Coefficients
-from sinssim.jit import free_inline, kernel
+from sinssim.jit import inline, kernel
 
 _SMALL, _LARGE = 1e-280, 1e280
 
@@ -77,7 +77,7 @@ def harmonic_table(model: Coefficients) -> HarmonicTable:
     return HarmonicTable(model.gm, model.radius, first, _SMALL * sectoral, terms)
 
 
-@free_inline
+@inline
 def harmonic_k(table: HarmonicTable, x: float, y: float, z: float) -> tuple[float, float, float, float]:
     """Potential, m²/s², and its gradient in Earth-fixed axes, m/s²."""
     inverse = 1.0 / sqrt(x * x + y * y + z * z)

@@ -57,7 +57,7 @@ _OF_SQUARES = (
 )
 _SEEDS = (
     "Run i has the seed S_i, the first 53 bits of SHA-256 over the ensemble’s seed and i. Its errors are those of "
-    "`sinssim run` with that seed, bit for bit. All runs share one motion, unless turbulence, vibration or a varied "
+    "`sinssim run` with that seed, to rounding. All runs share one motion, unless turbulence, vibration or a varied "
     "key changes it."
 )
 

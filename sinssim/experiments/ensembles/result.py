@@ -293,7 +293,7 @@ class EnsembleResult(Result):
             scenario: name or file of the scenario; by default the file in the ensemble's directory.
 
         Returns:
-            The command; its errors are those of the ensemble, bit for bit.
+            The command; its errors are those of the ensemble, to rounding.
 
         Raises:
             InputError: the ensemble has no such run.

@@ -62,7 +62,9 @@ def _follow(
     attitude = start_k(start[0], start[1], start[2], start[3])
     out[0, 0], out[0, 1] = read_k(attitude)
     for k in range(dtheta.shape[0]):
-        frame = frame_turn_k(u0[k, 0], u0[k, 1], u0[k, 2], um[k, 0], um[k, 1], um[k, 2], u1[k, 0], u1[k, 1], u1[k, 2])
+        frame = frame_turn_k(
+            (u0[k, 0], u0[k, 1], u0[k, 2]), (um[k, 0], um[k, 1], um[k, 2]), (u1[k, 0], u1[k, 1], u1[k, 2])
+        )
         attitude = step_k(attitude, turn_k(dtheta, dvel, weights, uniform, k), frame)
         out[k + 1, 0], out[k + 1, 1] = read_k(attitude)
 

@@ -12,7 +12,7 @@ and the body's measured turn, which is more accurate than the attitudes of the s
 
 from __future__ import annotations
 
-from sinssim.jit import free_inline
+from sinssim.jit import inline
 from sinssim.rotation.kernels import Matrix, Vector, euler_from_quaternion_k, less_cross_k, sincos_k
 from sinssim.strapdown.increments.interval import BodyTurn, FrameTurn
 
@@ -27,7 +27,7 @@ _FRESH_EVERY = 8  # steps between new sines and cosines, which accumulate roundi
 _SMALL = 0.06  # changes below this [rad] are summed as series with a truncation error below 1e-17
 
 
-@free_inline
+@inline
 def start_k(q0: float, q1: float, q2: float, q3: float) -> Attitude:
     """Attitude variables of a unit quaternion q_nb."""
     roll, pitch, heading = euler_from_quaternion_k(q0, q1, q2, q3)
@@ -37,7 +37,7 @@ def start_k(q0: float, q1: float, q2: float, q3: float) -> Attitude:
     return roll, pitch, heading, sr, cr, sp, cp, sh, ch, 0
 
 
-@free_inline
+@inline
 def quaternion_k(attitude: Attitude) -> tuple[float, float, float, float, float]:
     """Unit quaternion q_nb; Euler angles have no norm, so the defect is 0."""
     _, _, _, sr, cr, sp, cp, sh, ch, _ = attitude
@@ -50,13 +50,13 @@ def quaternion_k(attitude: Attitude) -> tuple[float, float, float, float, float]
     )
 
 
-@free_inline
+@inline
 def _doubled_k(s: float, c: float) -> tuple[float, float]:
     """Sine and cosine of an angle from those of its half."""
     return 2.0 * s * c, (c - s) * (c + s)
 
 
-@free_inline
+@inline
 def dcm_k(attitude: Attitude) -> Matrix:
     """C_nb."""
     sr, cr = _doubled_k(attitude[3], attitude[4])
@@ -70,7 +70,7 @@ def dcm_k(attitude: Attitude) -> Matrix:
     )  # fmt: skip
 
 
-@free_inline
+@inline
 def _turned_k(angle: float, change: float, s: float, c: float) -> tuple[float, float]:
     """Sine and cosine of angle + change from those of the angle."""
     x = change * change
@@ -83,7 +83,7 @@ def _turned_k(angle: float, change: float, s: float, c: float) -> tuple[float, f
     return s + ((c * change) * sine - (s * x) * versine), c - ((s * change) * sine + (c * x) * versine)
 
 
-@free_inline
+@inline
 def _rates_k(
     sr: float, cr: float, sp: float, cp: float, wx: float, wy: float, wz: float
 ) -> tuple[float, float, float]:  # fmt: skip
@@ -95,7 +95,7 @@ def _rates_k(
     return wx + sp * turn, wy * cr - wz * sr, turn
 
 
-@free_inline
+@inline
 def _seen_after_k(rx: float, ry: float, rz: float, x: float, y: float, z: float) -> Vector:
     """A vector in axes rotated by the small rotation vector r: exp(−[r×]) to the third order."""
     ax, ay, az = less_cross_k(x, y, z, rx / 3.0, ry / 3.0, rz / 3.0, x, y, z)
@@ -103,7 +103,7 @@ def _seen_after_k(rx: float, ry: float, rz: float, x: float, y: float, z: float)
     return less_cross_k(x, y, z, rx, ry, rz, ax, ay, az)
 
 
-@free_inline
+@inline
 def step_k(attitude: Attitude, body: BodyTurn, frame: FrameTurn) -> Attitude:
     """Attitude variables at the end of the interval."""
     roll, pitch, heading, hsr, hcr, hsp, hcp, hsh, hch, age = attitude

@@ -16,7 +16,6 @@ from sinssim.rotation.kernels import (
     cross_k,
     dcm_from_quaternion_k,
     less_cross_k,
-    product_k,
     quaternion_from_dcm_k,
 )
 from sinssim.strapdown.increments.interval import BodyTurn, FrameTurn
@@ -50,7 +49,7 @@ def dcm_k(attitude: Attitude) -> Matrix:
 def _times_rotation_k(bx: float, by: float, bz: float, s: float, c: float, px: float, py: float, pz: float) -> Vector:
     """Row vector b (I + s [φ×] + c [φ×]²), using b [φ×] = −φ × b written as a row, b × φ."""
     ax, ay, az = cross_k(bx, by, bz, px, py, pz)
-    tx, ty, tz = product_k(s, bx) + c * ax, product_k(s, by) + c * ay, product_k(s, bz) + c * az
+    tx, ty, tz = s * bx + c * ax, s * by + c * ay, s * bz + c * az
     return less_cross_k(bx, by, bz, px, py, pz, tx, ty, tz)
 
 
@@ -73,21 +72,21 @@ def nearest_rotation_k(
         c11, c12, c13 = cross_k(b21, b22, b23, b31, b32, b33)
         c21, c22, c23 = cross_k(b31, b32, b33, b11, b12, b13)
         c31, c32, c33 = cross_k(b11, b12, b13, b21, b22, b23)
-        half = 0.5 / (product_k(b11, c11) + b12 * c12 + b13 * c13)
+        half = 0.5 / (b11 * c11 + b12 * c12 + b13 * c13)
         d11, d12, d13 = (
-            product_k(half, c11) - 0.5 * b11,
-            product_k(half, c12) - 0.5 * b12,
-            product_k(half, c13) - 0.5 * b13,
+            half * c11 - 0.5 * b11,
+            half * c12 - 0.5 * b12,
+            half * c13 - 0.5 * b13,
         )
         d21, d22, d23 = (
-            product_k(half, c21) - 0.5 * b21,
-            product_k(half, c22) - 0.5 * b22,
-            product_k(half, c23) - 0.5 * b23,
+            half * c21 - 0.5 * b21,
+            half * c22 - 0.5 * b22,
+            half * c23 - 0.5 * b23,
         )
         d31, d32, d33 = (
-            product_k(half, c31) - 0.5 * b31,
-            product_k(half, c32) - 0.5 * b32,
-            product_k(half, c33) - 0.5 * b33,
+            half * c31 - 0.5 * b31,
+            half * c32 - 0.5 * b32,
+            half * c33 - 0.5 * b33,
         )
         b11, b12, b13 = b11 + d11, b12 + d12, b13 + d13
         b21, b22, b23 = b21 + d21, b22 + d22, b23 + d23
@@ -105,13 +104,13 @@ def step_k(attitude: Attitude, body: BodyTurn, frame: FrameTurn) -> Attitude:
         px, py, pz = body.phi_x, body.phi_y, body.phi_z
     else:
         px, py, pz = body.theta_x, body.theta_y, body.theta_z
-    s, c = series_k(ORDER, product_k(px, px) + py * py + pz * pz)
+    s, c = series_k(ORDER, px * px + py * py + pz * pz)
     b11, b12, b13 = _times_rotation_k(attitude[0], attitude[1], attitude[2], s, c, px, py, pz)
     b21, b22, b23 = _times_rotation_k(attitude[3], attitude[4], attitude[5], s, c, px, py, pz)
     b31, b32, b33 = _times_rotation_k(attitude[6], attitude[7], attitude[8], s, c, px, py, pz)
     # from the left by exp(−[ζ×]): columns b ← b (row form) times exp([ζ×]), since (exp(−[ζ×]) b)ᵀ = bᵀ exp([ζ×])
     zx, zy, zz = frame.zeta_x, frame.zeta_y, frame.zeta_z
-    s, c = series_k(ORDER, product_k(zx, zx) + zy * zy + zz * zz)
+    s, c = series_k(ORDER, zx * zx + zy * zy + zz * zz)
     b11, b21, b31 = _times_rotation_k(b11, b21, b31, s, c, zx, zy, zz)
     b12, b22, b32 = _times_rotation_k(b12, b22, b32, s, c, zx, zy, zz)
     b13, b23, b33 = _times_rotation_k(b13, b23, b33, s, c, zx, zy, zz)

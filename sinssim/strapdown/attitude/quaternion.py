@@ -12,7 +12,6 @@ from sinssim.rotation.kernels import (
     Quaternion,
     dcm_from_quaternion_k,
     multiply_k,
-    product_k,
     quaternion_from_rotation_vector_k,
 )
 from sinssim.strapdown.increments.interval import BodyTurn, FrameTurn
@@ -30,7 +29,7 @@ def start_k(q0: float, q1: float, q2: float, q3: float) -> Attitude:
 def quaternion_k(attitude: Attitude) -> tuple[float, float, float, float, float]:
     """Unit quaternion q_nb and the norm defect |‖q‖ − 1| of the attitude variables."""
     a0, a1, a2, a3 = attitude
-    excess = 0.5 * (product_k(a0, a0) + a1 * a1 + a2 * a2 + a3 * a3 - 1.0)  # ‖q‖ − 1 for a norm near one
+    excess = 0.5 * (a0 * a0 + a1 * a1 + a2 * a2 + a3 * a3 - 1.0)  # ‖q‖ − 1 for a norm near one
     scale = 1.0 - excess
     return scale * a0, scale * a1, scale * a2, scale * a3, abs(excess)
 

@@ -15,7 +15,7 @@ from __future__ import annotations
 from math import sqrt
 
 from sinssim.jit import inline
-from sinssim.rotation.kernels import Matrix, Quaternion, dcm_from_quaternion_k, multiply_k, product_k
+from sinssim.rotation.kernels import Matrix, Quaternion, dcm_from_quaternion_k, multiply_k
 from sinssim.strapdown.increments.interval import BodyTurn, FrameTurn
 
 ORDER = 2
@@ -29,7 +29,7 @@ Attitude = Quaternion
 @inline
 def picard_k(order: int, x: float, y: float, z: float) -> Quaternion:
     """Quaternion of a small rotation to a given order."""
-    y2 = product_k(x, x) + y * y + z * z
+    y2 = x * x + y * y + z * z
     s = 0.5 - y2 / 48.0 if order >= 3 else 0.5
     c = 1.0 - y2 / 8.0 if order >= 2 else 1.0
     if order >= 4:
@@ -40,7 +40,7 @@ def picard_k(order: int, x: float, y: float, z: float) -> Quaternion:
 @inline
 def unit_k(q0: float, q1: float, q2: float, q3: float) -> tuple[float, float, float, float, float]:
     """Unit quaternion, and |‖q‖ − 1|."""
-    norm = sqrt(product_k(q0, q0) + q1 * q1 + q2 * q2 + q3 * q3)
+    norm = sqrt(q0 * q0 + q1 * q1 + q2 * q2 + q3 * q3)
     scale = 1.0 / norm
     return scale * q0, scale * q1, scale * q2, scale * q3, abs(norm - 1.0)
 

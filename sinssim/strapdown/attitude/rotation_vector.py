@@ -28,7 +28,7 @@ in manoeuvres, where the compressed form has the third.
 from __future__ import annotations
 
 from sinssim.data import Array
-from sinssim.jit import free_inline
+from sinssim.jit import inline
 from sinssim.rotation.kernels import cross_k, rotation_series_k
 from sinssim.strapdown.attitude.quaternion import dcm_k, quaternion_k, start_k, step_k
 from sinssim.strapdown.increments.coning_sculling import bracket_k, velocity_increment_k
@@ -61,7 +61,7 @@ EDGE = (
 polynomial whose integrals over the samples are the increments; in reverse order, at its end."""
 
 
-@free_inline
+@inline
 def turn_k(dtheta: Array, dvel: Array, weights: Array, uniform: bool, k: int) -> BodyTurn:
     """Rotation of the body in update k, with the samples k n … k n + n − 1."""
     first = SAMPLES * k

@@ -10,7 +10,7 @@ right-handed axes, here in those of the package.
 from __future__ import annotations
 
 from sinssim.jit import inline
-from sinssim.rotation.kernels import Matrix, Quaternion, dcm_from_quaternion_k, multiply_k, product_k
+from sinssim.rotation.kernels import Matrix, Quaternion, dcm_from_quaternion_k, multiply_k
 from sinssim.strapdown.attitude.quaternion_picard import unit_k
 from sinssim.strapdown.increments.interval import BodyTurn, FrameTurn
 
@@ -23,13 +23,13 @@ def picard_step_k(
     l0: float, l1: float, l2: float, l3: float, bx: float, by: float, bz: float
 ) -> Quaternion:  # (8.19), line by line
     """One quaternion of (8.19) after a rotation Δβ."""
-    e2 = product_k(bx, bx) + by * by + bz * bz
+    e2 = bx * bx + by * by + bz * bz
     c = 1.0 - e2 / 8.0
     return (
-        product_k(c, l0) - 0.5 * (product_k(bx, l1) + by * l2 + bz * l3),
-        product_k(c, l1) + 0.5 * (product_k(bx, l0) + bz * l2 - by * l3),
-        product_k(c, l2) + 0.5 * (product_k(by, l0) + bx * l3 - bz * l1),
-        product_k(c, l3) + 0.5 * (product_k(bz, l0) + by * l1 - bx * l2),
+        c * l0 - 0.5 * (bx * l1 + by * l2 + bz * l3),
+        c * l1 + 0.5 * (bx * l0 + bz * l2 - by * l3),
+        c * l2 + 0.5 * (by * l0 + bx * l3 - bz * l1),
+        c * l3 + 0.5 * (bz * l0 + by * l1 - bx * l2),
     )
 
 

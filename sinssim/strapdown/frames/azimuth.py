@@ -17,21 +17,30 @@ the level engine this is a template over the attitude algorithm, whose variables
 from __future__ import annotations
 
 from math import atan2, cos, sin, sqrt
+from typing import NamedTuple
 
 import numpy as np
 
 from sinssim.data import Array
-from sinssim.earth.kernels import EarthParameters, gravity_ned_k, q_en_k, radii_k
+from sinssim.earth.kernels import gravity_ned_k, q_en_k
 from sinssim.earth.transverse import route_pole, too_near
 from sinssim.errors import RunError
-from sinssim.jit import free_inline, strict_inline
-from sinssim.rotation.kernels import Vector, cross_k, half_angle_k, multiply_k, quaternion_from_rotation_vector_k
+from sinssim.jit import inline, strict_inline
+from sinssim.rotation.kernels import (
+    Quaternion,
+    Vector,
+    half_angle_k,
+    multiply_k,
+    quaternion_from_rotation_vector_k,
+    rotate_k,
+)
+from sinssim.rotation.vectors import add, along, cross, mean, mul, simpson, sub, sub_cross, turned
 from sinssim.strapdown.assemble import engines
 from sinssim.strapdown.attitude.quaternion import dcm_k, quaternion_k, start_k, step_k
-from sinssim.strapdown.frames.kernels import continued_k, resolved_k
-from sinssim.strapdown.frames.problem import Problem
-from sinssim.strapdown.frames.radii import FORMS
-from sinssim.strapdown.frames.vertical import loop_gains_k, vertical_channel_k
+from sinssim.strapdown.frames.kernels import continued_k, first_quaternion_k, forces_k, keep_k
+from sinssim.strapdown.frames.problem import Increments, Models, Problem, Rows
+from sinssim.strapdown.frames.radii import FORMS, SPHERICAL, distances_k
+from sinssim.strapdown.frames.vertical import Channel, Loop, loop_gains_k, reference_k, start_loop_k, vertical_step_k
 from sinssim.strapdown.increments.block_turns import BLOCK, empty_turns_k, turn_in_block_k
 from sinssim.strapdown.increments.block_turns import fill_fitted_turns as fill_turns
 from sinssim.strapdown.increments.interval import frame_turn_k
@@ -42,66 +51,113 @@ WANDER, FREE_AZIMUTH, TRANSVERSE = 0, 1, 2
 _RULES = {"wander": WANDER, "free-azimuth": FREE_AZIMUTH, "transverse": TRANSVERSE}
 
 
-@free_inline
-def earth_k(
-    p: EarthParameters, gravity: int, simplified: bool, kx: float, ky: float, kz: float, h: float
-) -> tuple[float, float, float, float]:
+class Place(NamedTuple):
+    """Where a vehicle is, and what follows from it.
+
+    k, pole: the Earth's axis and the pole of the transverse frame's route, in w.
+    h: height, m.
+    k2, kappa: 1/(R₂+h) and κ, 1/m.
+    north, down: gravity along k_h per unit of it, and down, m/s².
+    """
+
+    k: Vector
+    pole: Vector
+    h: float
+    k2: float
+    kappa: float
+    north: float
+    down: float
+
+
+class AzimuthState(NamedTuple):
+    """A vehicle at an edge.
+
+    e, lost: q_ew, and the rounding errors of the additions to it.
+    x: where it is.
+    v: velocity along the axes of w, m/s.
+    a: change of velocity over the last interval at the rate of its end, m/s.
+    loop: of the vertical channel.
+    """
+
+    e: Quaternion
+    lost: Quaternion
+    x: Place
+    v: Vector
+    a: Vector
+    loop: Loop
+
+
+@inline
+def earth_k(of: Models, k: Vector, h: float) -> tuple[float, float, float, float]:
     """1/(R₂+h), κ, gravity along k_h per unit of it, gravity down."""
-    s = -kz
-    c = sqrt(kx * kx + ky * ky)
-    r1, r2 = radii_k(p, s)
-    north, down = gravity_ned_k(p, gravity, s, c, r2, h)
-    along = north / c if c > 0.0 else 0.0  # north gravity is proportional to cos φ
-    if simplified:  # (8.16)
-        return (1.0 - 0.5 * p.e2 * s * s - h / p.a) / p.a, p.e2 / p.a, along, down
-    k2 = 1.0 / (r2 + h)
-    return k2, p.e2 * r2 / (1.0 - p.e2 * s * s) * k2 / (r1 + h), along, down
+    p, s, c = of.earth, -k[2], sqrt(k[0] * k[0] + k[1] * k[1])
+    x1, x2, r1, r2 = distances_k(p, s, h)
+    north, down = gravity_ned_k(p, of.gravity, s, c, r2, h)
+    north = north / c if c > 0.0 else 0.0  # it is proportional to cos φ
+    if of.simplified:  # (8.16)
+        return (1.0 - 0.5 * p.e2 * s * s - h / p.a) / p.a, p.e2 / p.a, north, down
+    k2 = 1.0 / x2
+    return k2, 0.0 if SPHERICAL else p.e2 / (1.0 - p.e2) * r1 * k2 / x1, north, down  # R₁/(1 − e²) = R₂/(1 − e² sin²φ)
 
 
-@free_inline
-def transport_k(
-    rule: int, omega: float, kx: float, ky: float, kz: float, px: float, pz: float,
-    k2: float, kappa: float, vx: float, vy: float,
-) -> Vector:  # fmt: skip
-    """ω_ew in w-axes."""
-    along = kappa * (kx * vx + ky * vy)
-    wx, wy = k2 * vy + along * ky, -k2 * vx - along * kx
-    if rule == WANDER:
-        return wx, wy, 0.0
-    if rule == FREE_AZIMUTH:
-        return wx, wy, -omega * kz
-    return wx, wy, wx * pz / px
-
-
-@free_inline
-def coriolis_k(
-    omega: float, kx: float, ky: float, kz: float, wx: float, wy: float, wz: float, vx: float, vy: float, vz: float
-) -> Vector:
-    """−(2ω_ie + ω_ew) × v."""
-    ax, ay, az = 2.0 * omega * kx + wx, 2.0 * omega * ky + wy, 2.0 * omega * kz + wz
-    return az * vy - ay * vz, ax * vz - az * vx, ay * vx - ax * vy
-
-
-@free_inline
-def turned_k(x: float, y: float, z: float, rx: float, ry: float, rz: float) -> Vector:
-    """A vector fixed in space, in axes that rotate by the small rotation vector r (to the third order)."""
-    ax, ay, az = cross_k(rx, ry, rz, x, y, z)
-    bx, by, bz = cross_k(rx, ry, rz, ax, ay, az)
-    return x - ax + 0.5 * bx, y - ay + 0.5 * by, z - az + 0.5 * bz
-
-
-@free_inline
+@inline
 def third_row_k(q0: float, q1: float, q2: float, q3: float) -> Vector:
     """The Earth's axis in w-coordinates: the third row of C_ew."""
     return 2.0 * (q1 * q3 - q0 * q2), 2.0 * (q2 * q3 + q0 * q1), q0 * q0 - q1 * q1 - q2 * q2 + q3 * q3
 
 
-@free_inline
-def into_w_k(q0: float, q1: float, q2: float, q3: float, x: float, y: float, z: float) -> Vector:
-    """C_weᵀ… of an Earth-fixed vector: v_w = C_ewᵀ v_e."""
-    tx, ty, tz = cross_k(-q1, -q2, -q3, x, y, z)
-    ux, uy, uz = cross_k(-q1, -q2, -q3, tx + q0 * x, ty + q0 * y, tz + q0 * z)
-    return x + 2.0 * ux, y + 2.0 * uy, z + 2.0 * uz
+@inline
+def place_k(of: Models, rule: int, axis: Array, e: Quaternion, h: float) -> Place:
+    """The place of a frame's quaternion q_ew and a height."""
+    k = third_row_k(*e)
+    return Place(k, pole_k(rule, axis, e), h, *earth_k(of, k, h))
+
+
+@inline
+def pole_k(rule: int, axis: Array, e: Quaternion) -> Vector:
+    """The pole of the route in w; any for the other frames."""
+    if rule == TRANSVERSE:
+        return rotate_k(e[0], -e[1], -e[2], -e[3], axis[0], axis[1], axis[2])
+    return 1.0, 0.0, 0.0
+
+
+@inline
+def transport_k(rule: int, omega: float, x: Place, v: Vector) -> Vector:
+    """ω_ew in w-axes."""
+    north = x.kappa * (x.k[0] * v[0] + x.k[1] * v[1])
+    wx, wy = x.k2 * v[1] + north * x.k[1], -x.k2 * v[0] - north * x.k[0]
+    if rule == WANDER:
+        return wx, wy, 0.0
+    if rule == FREE_AZIMUTH:
+        return wx, wy, -omega * x.k[2]
+    return wx, wy, wx * x.pole[2] / x.pole[0]
+
+
+@inline
+def rates_k(rule: int, omega: float, x: Place, v: Vector) -> tuple[Vector, Vector, Vector]:
+    """ω_ew, the acceleration by gravity and Coriolis g − (2ω_ie + ω_ew) × v, and ω_iw, at a place and a velocity."""
+    t = transport_k(rule, omega, x, v)
+    g = sub_cross((x.north * x.k[0], x.north * x.k[1], x.down), along(t, 2.0 * omega, x.k), v)
+    return t, g, along(t, omega, x.k)
+
+
+@inline
+def _ahead_k(rule: int, of: Models, x: Place, dt: float, v: Vector) -> Place:
+    """The place at the interval's end, extrapolated with the velocity in its middle."""
+    r = mul(dt, transport_k(rule, of.earth.omega, x, v))
+    k, h = turned(x.k, r), x.h - dt * v[2]
+    return Place(k, turned(x.pole, r), h, *earth_k(of, k, h))
+
+
+@inline
+def _middle_k(x: Place, x1: Place, bend: Vector, bend_h: float) -> Place:
+    """The place at mid-interval, by cubic Hermite interpolation."""
+    k = mean(x.k, x1.k)
+    k2, down = x1.k2 * x1.k2, 2.0 * x1.down * x1.k2
+    return Place(
+        sub_cross(k, bend, k), mean(x.pole, x1.pole), 0.0, 0.5 * (x.k2 + x1.k2) + k2 * bend_h,
+        0.5 * (x.kappa + x1.kappa), 0.5 * (x.north + x1.north), 0.5 * (x.down + x1.down) + down * bend_h,
+    )  # fmt: skip
 
 
 @strict_inline
@@ -112,172 +168,114 @@ def carried_sum_k(total: float, lost: float, step: float) -> tuple[float, float]
     return new, due - (new - total)
 
 
-# A compiled engine: one loop with its state in scalars.
-def _navigate(
-    time: Array,
-    dtheta: Array,
-    dvel: Array,
-    weights: Array,
-    uniform: bool,
-    first: int,
-    p: EarthParameters,
-    gravity: int,
-    simplified: bool,
-    vertical: int,
-    height_reference: Array,
-    climb_reference: Array,
-    time_constant: float,
-    rule: int,
-    axis: Array,
-    latitude: Array,
-    longitude: Array,
-    height: Array,
-    velocity: Array,
-    q_nb: Array,
-    defect: Array,
-    of_x: Array,
-) -> None:
-    count = time.shape[0] - 1
-    omega = p.omega
-    # --- the frame at the start: x at the azimuth in the first row, or towards the route's pole
-    h = height[0]
-    e0, e1, e2, e3 = q_en_k(latitude[0], longitude[0])
-    azimuth = of_x[0]
+@inline
+def turned_on_k(e: Quaternion, lost: Quaternion, r: Vector) -> tuple[Quaternion, Quaternion]:
+    """e ∘ q(r) as e + e ∘ (q(r) − 1): a step is ten million times smaller than e and would lose half its digits."""
+    r0, r1, r2, r3 = quaternion_from_rotation_vector_k(*r)
+    d = multiply_k(*e, -(r1 * r1 + r2 * r2 + r3 * r3) / (1.0 + r0), r1, r2, r3)
+    e0, l0 = carried_sum_k(e[0], lost[0], d[0])
+    e1, l1 = carried_sum_k(e[1], lost[1], d[1])
+    e2, l2 = carried_sum_k(e[2], lost[2], d[2])
+    e3, l3 = carried_sum_k(e[3], lost[3], d[3])
+    return (e0, e1, e2, e3), (l0, l1, l2, l3)
+
+
+@inline
+def start_azimuth_k(
+    of: Models, rule: int, axis: Array, azimuth: float, rows: Rows, loop: Loop
+) -> tuple[AzimuthState, float, float, float]:
+    """State at the start, azimuth of the x axis, given or towards the route's pole, and cosine and sine of its half."""
+    e = q_en_k(rows.latitude[0], rows.longitude[0])
     if rule == TRANSVERSE:
-        px, py, pz = into_w_k(e0, e1, e2, e3, axis[0], axis[1], axis[2])
-        azimuth = atan2(py, px)
-    of_x[0] = azimuth
+        pole = pole_k(rule, axis, e)
+        azimuth = atan2(pole[1], pole[0])
     ch, sh = cos(0.5 * azimuth), sin(0.5 * azimuth)
-    e0, e1, e2, e3 = multiply_k(e0, e1, e2, e3, ch, 0.0, 0.0, sh)
-    l0, l1, l2, l3 = 0.0, 0.0, 0.0, 0.0  # rounding errors of the additions to it
-    w0, w1, w2, w3 = multiply_k(ch, 0.0, 0.0, -sh, q_nb[0, 0], q_nb[0, 1], q_nb[0, 2], q_nb[0, 3])
-    attitude = start_k(w0, w1, w2, w3)
-    vx = cos(azimuth) * velocity[0, 0] + sin(azimuth) * velocity[0, 1]
-    vy = cos(azimuth) * velocity[0, 1] - sin(azimuth) * velocity[0, 0]
-    vz = velocity[0, 2]
-    q0, q1, q2, q3 = q_nb[0, 0], q_nb[0, 1], q_nb[0, 2], q_nb[0, 3]
-    _, _, _, _, defect[0] = quaternion_k(attitude)
-    kx, ky, kz = third_row_k(e0, e1, e2, e3)
-    px, py, pz = 1.0, 0.0, 0.0
-    if rule == TRANSVERSE:
-        px, py, pz = into_w_k(e0, e1, e2, e3, axis[0], axis[1], axis[2])
-    k2, kappa, along, down = earth_k(p, gravity, simplified, kx, ky, kz, h)
-    loop1, loop2, loop3 = loop_gains_k(time_constant, down, k2)
-    loop_sum = 0.0
-    ax, ay, az = 0.0, 0.0, 0.0  # acceleration at the end of the previous interval, times dt
+    e = multiply_k(*e, ch, 0.0, 0.0, sh)
+    v = rotate_k(ch, 0.0, 0.0, -sh, rows.velocity[0, 0], rows.velocity[0, 1], rows.velocity[0, 2])
+    x = place_k(of, rule, axis, e, rows.height[0])
+    return AzimuthState(e, (0.0, 0.0, 0.0, 0.0), x, v, (0.0, 0.0, 0.0), loop), azimuth, ch, sh
+
+
+@inline
+def step_azimuth_k(
+    of: Models, rule: int, axis: Array, turning: bool, vertical: int, gains: Vector, dt: float,
+    reference: tuple[float, float], f: tuple[Vector, Vector, Vector], at: AzimuthState,
+) -> tuple[AzimuthState, tuple[Vector, Vector, Vector]]:  # fmt: skip
+    """The state one interval later, and the frame's rate ω_iw at the start, in the middle and at the end, times dt.
+
+    f is the increment of velocity by specific force, and specific force at the start and at the end, times dt. If
+    `turning`, they are in the axes of the start, out of which the frame turns during the interval; otherwise in axes
+    that turn with it, those of a platform.
+    """
+    omega, x, v, (d, s, e) = of.earth.omega, at.x, at.v, f
+    t0, g0, w0 = rates_k(rule, omega, x, v)
+    u0 = mul(dt, w0)
+    x1 = _ahead_k(rule, of, x, dt, along(v, 0.5, at.a))
+    # velocity at the end, predicted, with Coriolis as at mid-interval
+    half = along(mul(0.5, d), 1.0 / 12.0, sub(e, s))  # ∫∫a/dt from the end back: what the frame's rotation turns
+    a0 = along(s, dt, g0)
+    _, gm, _ = rates_k(rule, omega, x, along(v, 0.5, a0))
+    pushed = add(v, d)
+    v1 = pushed
+    if turning:
+        v1, e = sub_cross(pushed, u0, half), sub_cross(e, u0, e)
+    v1 = along(v1, dt, gm)
+    t1, g1, w1 = rates_k(rule, omega, x1, v1)
+    a1, u1 = along(e, dt, g1), mul(dt, w1)
+    # middle of the interval
+    vm = along(mean(v, v1), 0.125, sub(a0, a1))
+    xm = _middle_k(x, x1, mul(0.125 * dt, sub(t0, t1)), 0.125 * dt * (v[2] - v1[2]))
+    tm, gm, wm = rates_k(rule, omega, xm, vm)
+    # velocity at the end: −∫ζ × a with ζ = u₀ τ + (u₁ − u₀) τ²/2, and +½∫ζ × (ζ × a)
+    if turning:
+        zeta = along(u0, 1.0 / 3.0, sub(u1, u0))
+        pushed = sub_cross(pushed, zeta, along(half, -1.0 / 6.0, cross(zeta, d)))
+    v1 = along(along(pushed, dt / 6.0, add(g0, g1)), dt / 1.5, gm)
+    # position at the end; the Earth's values are corrected from the extrapolated to the final height
+    h = x.h - dt / 6.0 * (v[2] + 4.0 * vm[2] + v1[2])
+    h, vz, loop = vertical_step_k(vertical, dt, gains, at.loop, h, v1[2], reference)
+    q, lost = turned_on_k(at.e, at.lost, mul(dt, simpson(t0, tm, t1)))
+    up, k2_rate, g_rate = h - x1.h, x1.k2 * x1.k2, 2.0 * x1.down * x1.k2
+    place = Place(
+        third_row_k(*q), pole_k(rule, axis, q), h, x1.k2 - k2_rate * up, x1.kappa, x1.north, x1.down - g_rate * up
+    )
+    return AzimuthState(q, lost, place, (v1[0], v1[1], vz), a1, loop), (u0, mul(dt, wm), u1)
+
+
+@inline
+def north_k(x: AzimuthState) -> tuple[float, float, Vector, float, float, float]:
+    """Latitude, longitude, velocity north, east, down, azimuth of the x axis, and cosine and sine of its half."""
+    k, e, v = x.x.k, x.e, x.v
+    equatorial = sqrt(k[0] * k[0] + k[1] * k[1])
+    c, s = (k[0] / equatorial, -k[1] / equatorial) if equatorial > 0.0 else (1.0, 0.0)
+    longitude = atan2(-2.0 * (e[2] * e[3] - e[0] * e[1]), -2.0 * (e[1] * e[3] + e[0] * e[2]))
+    velocity = c * v[0] - s * v[1], s * v[0] + c * v[1], v[2]
+    ch, sh = half_angle_k(c, s)
+    return atan2(-k[2], equatorial), longitude, velocity, -atan2(k[1], k[0]), ch, sh
+
+
+def _navigate(data: Increments, of: Models, channel: Channel, rows: Rows, rule: int, axis: Array, of_x: Array) -> None:
+    count = data.time.shape[0] - 1
+    x, of_x[0], ch, sh = start_azimuth_k(of, rule, axis, of_x[0], rows, start_loop_k(channel, rows.height[0]))
+    gains = loop_gains_k(channel.time_constant, x.x.down, x.x.k2)
+    q = first_quaternion_k(rows)
+    attitude = start_k(*multiply_k(ch, 0.0, 0.0, -sh, *q))
+    rows.defect[0] = quaternion_k(attitude)[4]
     turns = empty_turns_k()
-
     for k in range(count):
-        dt = time[k + 1] - time[k]
-
-        # --- rates at the start
-        tx0, ty0, tz0 = transport_k(rule, omega, kx, ky, kz, px, pz, k2, kappa, vx, vy)
-        gx0, gy0, gz0 = coriolis_k(omega, kx, ky, kz, tx0, ty0, tz0, vx, vy, vz)
-        gx0, gy0, gz0 = gx0 + along * kx, gy0 + along * ky, gz0 + down
-        ux0, uy0, uz0 = dt * (omega * kx + tx0), dt * (omega * ky + ty0), dt * (omega * kz + tz0)
-
-        # --- Earth at the end, at an extrapolated position
-        rx, ry, rz = transport_k(rule, omega, kx, ky, kz, px, pz, dt * k2, dt * kappa, vx + 0.5 * ax, vy + 0.5 * ay)
-        if rule == FREE_AZIMUTH:
-            rz *= dt
-        kx1, ky1, kz1 = turned_k(kx, ky, kz, rx, ry, rz)
-        px1, _, pz1 = turned_k(px, py, pz, rx, ry, rz)
-        h_taken = h - dt * (vz + 0.5 * az)
-        k2_1, kappa_1, along_1, down_1 = earth_k(p, gravity, simplified, kx1, ky1, kz1, h_taken)
-
-        # --- the body's rotation and specific force over the interval, into the frame of its start
         if k % BLOCK == 0:
-            fill_turns(dtheta, dvel, weights, uniform, first + k, first + min(k + BLOCK, count), turns)
-        b = turn_in_block_k(turns, k % BLOCK)
-        c_wb = dcm_k(attitude)
-        dx, dy, dz = resolved_k(c_wb, b.dv_x, b.dv_y, b.dv_z)
-        sx, sy, sz = resolved_k(c_wb, b.fs_x, b.fs_y, b.fs_z)
-        ex, ey, ez = resolved_k(c_wb, b.fe_x, b.fe_y, b.fe_z)
-
-        # --- velocity at the end, predicted, with Coriolis as at mid-interval
-        ax0, ay0, az0 = sx + dt * gx0, sy + dt * gy0, sz + dt * gz0
-        # ∫∫a/dt from the end back: what the frame's rotation turns
-        hx, hy, hz = 0.5 * dx + (ex - sx) / 12.0, 0.5 * dy + (ey - sy) / 12.0, 0.5 * dz + (ez - sz) / 12.0
-        rx, ry, rz = cross_k(ux0, uy0, uz0, hx, hy, hz)
-        vxm, vym, vzm = vx + 0.5 * ax0, vy + 0.5 * ay0, vz + 0.5 * az0
-        mx, my, mz = transport_k(rule, omega, kx, ky, kz, px, pz, k2, kappa, vxm, vym)
-        mx, my, mz = coriolis_k(omega, kx, ky, kz, mx, my, mz, vxm, vym, vzm)
-        vx1 = vx + dx - rx + dt * (mx + along * kx)
-        vy1 = vy + dy - ry + dt * (my + along * ky)
-        vz1 = vz + dz - rz + dt * (mz + down)
-        rx, ry, rz = cross_k(ux0, uy0, uz0, ex, ey, ez)
-        tx1, ty1, tz1 = transport_k(rule, omega, kx1, ky1, kz1, px1, pz1, k2_1, kappa_1, vx1, vy1)
-        gx1, gy1, gz1 = coriolis_k(omega, kx1, ky1, kz1, tx1, ty1, tz1, vx1, vy1, vz1)
-        gx1, gy1, gz1 = gx1 + along_1 * kx1, gy1 + along_1 * ky1, gz1 + down_1
-        ax, ay, az = ex - rx + dt * gx1, ey - ry + dt * gy1, ez - rz + dt * gz1
-        ux1, uy1, uz1 = dt * (omega * kx1 + tx1), dt * (omega * ky1 + ty1), dt * (omega * kz1 + tz1)
-
-        # --- middle of the interval
-        vxm = 0.5 * (vx + vx1) + 0.125 * (ax0 - ax)
-        vym = 0.5 * (vy + vy1) + 0.125 * (ay0 - ay)
-        vzm = 0.5 * (vz + vz1) + 0.125 * (az0 - az)
-        bend_h = 0.125 * dt * (vz - vz1)
-        bend_x, bend_y, bend_z = 0.125 * dt * (tx0 - tx1), 0.125 * dt * (ty0 - ty1), 0.125 * dt * (tz0 - tz1)
-        kxm, kym, kzm = 0.5 * (kx + kx1), 0.5 * (ky + ky1), 0.5 * (kz + kz1)
-        rx, ry, rz = cross_k(bend_x, bend_y, bend_z, kxm, kym, kzm)
-        kxm, kym, kzm = kxm - rx, kym - ry, kzm - rz
-        pxm, pzm = 0.5 * (px + px1), 0.5 * (pz + pz1)
-        k2m, kappam = 0.5 * (k2 + k2_1) + k2_1 * k2_1 * bend_h, 0.5 * (kappa + kappa_1)
-        along_m, down_m = 0.5 * (along + along_1), 0.5 * (down + down_1) + 2.0 * down_1 * k2_1 * bend_h
-        txm, tym, tzm = transport_k(rule, omega, kxm, kym, kzm, pxm, pzm, k2m, kappam, vxm, vym)
-        gxm, gym, gzm = coriolis_k(omega, kxm, kym, kzm, txm, tym, tzm, vxm, vym, vzm)
-        gxm, gym, gzm = gxm + along_m * kxm, gym + along_m * kym, gzm + down_m
-        uxm, uym, uzm = dt * (omega * kxm + txm), dt * (omega * kym + tym), dt * (omega * kzm + tzm)
-
-        # --- velocity and position at the end: −∫ζ × a with ζ = u₀ τ + (u₁ − u₀) τ²/2, and +½∫ζ × (ζ × a)
-        wx, wy, wz = ux0 + (ux1 - ux0) / 3.0, uy0 + (uy1 - uy0) / 3.0, uz0 + (uz1 - uz0) / 3.0
-        mx, my, mz = cross_k(wx, wy, wz, dx, dy, dz)
-        rx, ry, rz = cross_k(wx, wy, wz, hx - mx / 6.0, hy - my / 6.0, hz - mz / 6.0)
-        sixth = dt / 6.0
-        vx1 = vx + dx - rx + sixth * (gx0 + 4.0 * gxm + gx1)
-        vy1 = vy + dy - ry + sixth * (gy0 + 4.0 * gym + gy1)
-        vz1 = vz + dz - rz + sixth * (gz0 + 4.0 * gzm + gz1)
-        h1 = h - sixth * (vz + 4.0 * vzm + vz1)
-        r0, r1, r2, r3 = quaternion_from_rotation_vector_k(
-            sixth * (tx0 + 4.0 * txm + tx1), sixth * (ty0 + 4.0 * tym + ty1), sixth * (tz0 + 4.0 * tzm + tz1)
-        )
-        # e + e ∘ (r − 1): a step is ten million times smaller than e and would lose half its digits
-        d0, d1, d2, d3 = multiply_k(e0, e1, e2, e3, -(r1 * r1 + r2 * r2 + r3 * r3) / (1.0 + r0), r1, r2, r3)
-        e0, l0 = carried_sum_k(e0, l0, d0)
-        e1, l1 = carried_sum_k(e1, l1, d1)
-        e2, l2 = carried_sum_k(e2, l2, d2)
-        e3, l3 = carried_sum_k(e3, l3, d3)
-
-        # --- vertical channel
-        h1, vz1, loop_sum = vertical_channel_k(
-            vertical, dt, loop1, loop2, loop3, loop_sum, h, h1, vz1, height_reference, climb_reference, k
-        )
-
-        # --- attitude
-        frame = frame_turn_k(ux0, uy0, uz0, uxm, uym, uzm, ux1, uy1, uz1)
-        attitude = step_k(attitude, b, frame)
-
-        vx, vy, vz, h = vx1, vy1, vz1, h1
-        kx, ky, kz = third_row_k(e0, e1, e2, e3)
-        if rule == TRANSVERSE:
-            px, py, pz = into_w_k(e0, e1, e2, e3, axis[0], axis[1], axis[2])
-        moved_h = h1 - h_taken
-        k2, kappa = k2_1 - k2_1 * k2_1 * moved_h, kappa_1
-        along, down = along_1, down_1 - 2.0 * down_1 * k2_1 * moved_h
-
-        # --- output relative to geodetic north
-        equatorial = sqrt(kx * kx + ky * ky)
-        ca, sa = (kx / equatorial, -ky / equatorial) if equatorial > 0.0 else (1.0, 0.0)
-        ch, sh = half_angle_k(ca, sa)
-        of_x[k + 1] = -atan2(ky, kx)  # azimuth of the x axis, from north
-        latitude[k + 1] = atan2(-kz, equatorial)
-        longitude[k + 1] = atan2(-2.0 * (e2 * e3 - e0 * e1), -2.0 * (e1 * e3 + e0 * e2))
-        height[k + 1] = h
-        velocity[k + 1, 0], velocity[k + 1, 1], velocity[k + 1, 2] = ca * vx - sa * vy, sa * vx + ca * vy, vz
-        w0, w1, w2, w3, defect[k + 1] = quaternion_k(attitude)
-        r0, r1, r2, r3 = multiply_k(ch, 0.0, 0.0, sh, w0, w1, w2, w3)
-        q0, q1, q2, q3 = continued_k(q0, q1, q2, q3, r0, r1, r2, r3)
-        q_nb[k + 1, 0], q_nb[k + 1, 1], q_nb[k + 1, 2], q_nb[k + 1, 3] = q0, q1, q2, q3
+            first, last = data.first + k, data.first + min(k + BLOCK, count)
+            fill_turns(data.dtheta, data.dvel, data.weights, data.uniform, first, last, turns)
+        body = turn_in_block_k(turns, k % BLOCK)
+        x, u = step_azimuth_k(
+            of, rule, axis, True, channel.number, gains, data.time[k + 1] - data.time[k], reference_k(channel, k + 1),
+            forces_k(dcm_k(attitude), body), x,
+        )  # fmt: skip
+        attitude = step_k(attitude, body, frame_turn_k(*u))
+        latitude, longitude, v, of_x[k + 1], ch, sh = north_k(x)
+        q0, q1, q2, q3, rows.defect[k + 1] = quaternion_k(attitude)
+        q = continued_k(q, multiply_k(ch, 0.0, 0.0, sh, q0, q1, q2, q3))
+        keep_k(rows, k + 1, latitude, longitude, x.x.h, v, q)
 
 
 engine = engines(_navigate, "azimuth", FORMS)
@@ -303,10 +301,7 @@ def azimuth_rule(problem: Problem, frame: str) -> tuple[int, Array]:
 def solve(problem: Problem, frame: str) -> None:
     """Navigate in a frame of this file; see `sinssim.strapdown.files.FrameFile`."""
     p = problem
-    engine(p.algorithm, p.form)(
-        p.time, p.dtheta, p.dvel, p.weights, p.uniform, p.first, p.earth, p.gravity, p.simplified, *p.channel,
-        *azimuth_rule(p, frame), *p.solution, p.azimuth,
-    )  # fmt: skip
+    engine(p.algorithm, p.form)(p.increments, p.models, p.channel, p.solution, *azimuth_rule(p, frame), p.azimuth)
 
 
 def check(problem: Problem, frame: str) -> None:

@@ -11,8 +11,38 @@ from sinssim.checks import not_finite_in
 from sinssim.data import Array
 from sinssim.earth.kernels import EarthParameters
 from sinssim.errors import RunError
-from sinssim.strapdown.frames.vertical import NUMBERS
+from sinssim.strapdown.frames.vertical import NUMBERS, Channel
 from sinssim.strapdown.mechanization import Mechanization
+
+
+class Increments(NamedTuple):
+    """What an engine integrates; see `Problem`."""
+
+    time: Array
+    dtheta: Array
+    dvel: Array
+    weights: Array
+    uniform: bool
+    first: int
+
+
+class Models(NamedTuple):
+    """Ellipsoid, number of the gravity model, and whether the radii of curvature are those of (8.16)."""
+
+    earth: EarthParameters
+    gravity: int
+    simplified: bool
+
+
+class Rows(NamedTuple):
+    """The arrays of a solution; see `Problem`."""
+
+    latitude: Array
+    longitude: Array
+    height: Array
+    velocity: Array
+    q_nb: Array
+    defect: Array
 
 
 class Problem(NamedTuple):
@@ -74,15 +104,25 @@ class Problem(NamedTuple):
         return "" if curvature in ("exact", "simplified") else curvature
 
     @property
-    def channel(self) -> tuple[int, Array, Array, float]:
-        """The vertical channel for the engines: number, two references, time constant."""
-        of = self.mechanization
-        return NUMBERS[of.vertical], self.height_reference, self.climb_reference, of.baro_time_constant
+    def increments(self) -> Increments:
+        """The increments for the engines."""
+        return Increments(self.time, self.dtheta, self.dvel, self.weights, self.uniform, self.first)
 
     @property
-    def solution(self) -> tuple[Array, Array, Array, Array, Array, Array]:
+    def models(self) -> Models:
+        """The Earth for the engines."""
+        return Models(self.earth, self.gravity, self.simplified)
+
+    @property
+    def channel(self) -> Channel:
+        """The vertical channel for the engines."""
+        of = self.mechanization
+        return Channel(NUMBERS[of.vertical], self.height_reference, self.climb_reference, of.baro_time_constant)
+
+    @property
+    def solution(self) -> Rows:
         """The arrays of the solution for the engines."""
-        return self.latitude, self.longitude, self.height, self.velocity, self.q_nb, self.defect
+        return Rows(self.latitude, self.longitude, self.height, self.velocity, self.q_nb, self.defect)
 
 
 def check_solution(problem: Problem) -> None:

@@ -12,6 +12,7 @@ height is integrated from the accelerometers with the bias that the loop has est
 from __future__ import annotations
 
 from dataclasses import dataclass
+from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -21,7 +22,8 @@ from sinssim.checks import first_not_finite
 from sinssim.data import Array
 from sinssim.errors import InputError, check_name
 from sinssim.frames import VERTICALS
-from sinssim.jit import inline, strict_inline
+from sinssim.jit import strict_inline
+from sinssim.rotation.kernels import Vector
 
 FREE, BARO_LOOP, HELD = 0, 1, 2
 """Vertical channels by number."""
@@ -111,8 +113,17 @@ def height_reference(vertical: str, height: ArrayLike | HeightReadings | None, t
     return reference, -np.gradient(reference, time) if vertical == "truth" else np.empty(0)
 
 
+class Channel(NamedTuple):
+    """The vertical channel of an engine: its number, references at the rows (empty if not needed), τ of the loop."""
+
+    number: int
+    height: Array
+    climb: Array
+    time_constant: float
+
+
 @strict_inline
-def loop_gains_k(time_constant: float, gravity_down: float, k2: float) -> tuple[float, float, float]:
+def loop_gains_k(time_constant: float, gravity_down: float, k2: float) -> Vector:
     """Gains k₁, k₂, k₃ of the baro loop; k2 is the curvature 1/(R₂+h) where it is used."""
     rate = 1.0 / time_constant
     return 3.0 * rate, 3.0 * rate * rate + 2.0 * gravity_down * k2, rate * rate * rate
@@ -126,79 +137,40 @@ def error_after_k(reference: float, h: float, e: float) -> float:
     return e if reference < OVERDUE else 0.0
 
 
+class Loop(NamedTuple):
+    """State of the baro loop: k₃∫e dt, and the error e that is held until the next reading."""
+
+    sum: float
+    error: float
+
+
 @strict_inline
-def baro_step_k(
-    dt: float, gain1: float, gain2: float, gain3: float, loop_sum: float, error: float,
-    h1: float, v_down1: float, reference: float,
-) -> tuple[float, float, float, float]:  # fmt: skip
-    """Height, down velocity, k₃∫e dt and held error at the end of an interval under the loop, second order in it.
-
-    error is the one at the start, h1 and v_down1 are the free values at the end, and reference that of the end.
-    """
-    e1 = h1 - dt * gain1 * error - reference
-    e = 0.5 * (error + e1) if reference < NO_HEIGHT else error
-    pull = dt * (gain2 * e + loop_sum + 0.5 * dt * gain3 * e)
-    held = h1 - dt * (gain1 * e + 0.5 * pull)
-    return held, v_down1 + pull, loop_sum + dt * gain3 * e, error_after_k(reference, held, error)
+def start_loop_k(channel: Channel, h: float) -> Loop:
+    """State of the loop at the start."""
+    return Loop(0.0, error_after_k(channel.height[0], h, 0.0) if channel.number == BARO_LOOP else 0.0)
 
 
-@inline
-def baro_loop_k(
-    dt: float, gain1: float, gain2: float, gain3: float, loop_sum: float,
-    h: float, h1: float, v_down1: float, reference: Array, k: int,
-) -> tuple[float, float, float]:  # fmt: skip
-    """Height, down velocity and k₃∫e dt at the end of interval k; see `baro_step_k`.
-
-    h is the height at the start. At rows without a reading, the height minus the current error replaces the reference.
-    """
-    error = h - reference[k] if reference[k] < NO_HEIGHT else 0.0
-    held, v_down, loop_sum, error = baro_step_k(
-        dt, gain1, gain2, gain3, loop_sum, error, h1, v_down1, reference[k + 1]
-    )  # fmt: skip
-    if reference[k + 1] > NO_HEIGHT:
-        reference[k + 1] = held - error
-    return held, v_down, loop_sum
+@strict_inline
+def reference_k(channel: Channel, row: int) -> tuple[float, float]:
+    """Height and down velocity of a channel's reference at a row, as far as it has them."""
+    height = channel.height[row] if channel.number != FREE else 0.0
+    return height, channel.climb[row] if channel.number == HELD else 0.0
 
 
 @strict_inline
 def vertical_step_k(
-    vertical: int, dt: float, gain1: float, gain2: float, gain3: float, loop_sum: float, error: float,
-    h1: float, v_down1: float, reference: float, climb: float,
-) -> tuple[float, float, float, float]:  # fmt: skip
-    """Height, down velocity, k₃∫e dt and held error at the end of an interval in any of the channels.
+    vertical: int, dt: float, gains: Vector, loop: Loop, h1: float, v_down1: float, reference: tuple[float, float]
+) -> tuple[float, float, Loop]:
+    """Height, down velocity and loop at the end of an interval in any of the channels, second order in the interval.
 
-    h1 and v_down1 are the free ones; reference and climb are the height and the down velocity of the reference there.
+    h1 and v_down1 are the free values at the end, and `reference` is that of the end.
     """
-    if vertical == BARO_LOOP:
-        return baro_step_k(dt, gain1, gain2, gain3, loop_sum, error, h1, v_down1, reference)
+    height, climb = reference
     if vertical == HELD:
-        return reference, climb, loop_sum, error
-    return h1, v_down1, loop_sum, error
-
-
-@strict_inline
-def vertical_channel_k(
-    vertical: int, dt: float, gain1: float, gain2: float, gain3: float, loop_sum: float,
-    h: float, h1: float, v_down1: float, reference: Array, climb_reference: Array, k: int,
-) -> tuple[float, float, float]:  # fmt: skip
-    """Height, down velocity and k₃∫e dt at the end of interval k in any of the channels.
-
-    h is the height at the start, h1 and v_down1 the free ones at the end.
-    """
-    if vertical == BARO_LOOP:
-        return baro_loop_k(dt, gain1, gain2, gain3, loop_sum, h, h1, v_down1, reference, k)
-    if vertical == HELD:
-        return reference[k + 1], climb_reference[k + 1], loop_sum
-    return h1, v_down1, loop_sum
-
-
-@inline
-def next_error_k(reference: Array, row: int, h: float, e: float) -> float:
-    """Return the error that holds from a row on; at a row without a reading, store h minus this error as reference.
-
-    h is the height at the row, and e the previous error.
-    """
-    if reference[row] > NO_HEIGHT:
-        reference[row] = h - e if reference[row] < OVERDUE else h
-    error: float = h - reference[row]
-    return error
+        return height, climb, loop
+    if vertical != BARO_LOOP:
+        return h1, v_down1, loop
+    e = 0.5 * (loop.error + (h1 - dt * gains[0] * loop.error - height)) if height < NO_HEIGHT else loop.error
+    pull = dt * (gains[1] * e + loop.sum + 0.5 * dt * gains[2] * e)
+    held = h1 - dt * (gains[0] * e + 0.5 * pull)
+    return held, v_down1 + pull, Loop(loop.sum + dt * gains[2] * e, error_after_k(height, held, loop.error))

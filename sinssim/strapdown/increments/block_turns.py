@@ -10,7 +10,7 @@ import numpy as np
 
 from sinssim.data import Array
 from sinssim.jit import inline, kernel
-from sinssim.rotation.kernels import SERIES, product_k, small_rotation_series_k
+from sinssim.rotation.kernels import SERIES, small_rotation_series_k
 from sinssim.strapdown.increments.coning_sculling import Twist, logarithm_k
 from sinssim.strapdown.increments.fit import WINDOW
 from sinssim.strapdown.increments.interval import BodyTurn, Weights, fitted_k, turn_of_moments_k
@@ -73,7 +73,7 @@ def _moments_k(x: Array, channel: int, j: int, p: Weights, q: Weights) -> tuple[
 def small_turn_k(a0: Twist, a2: Twist, a3: Twist) -> tuple[BodyTurn, float]:
     """The body's turn from increments and fitted moments, and its squared angle, which must be below `SERIES`."""
     log = logarithm_k(a0, a2, a3)
-    angle2 = product_k(log[0], log[0]) + log[1] * log[1] + log[2] * log[2]
+    angle2 = log[0] * log[0] + log[1] * log[1] + log[2] * log[2]
     _, b, c = small_rotation_series_k(angle2)
     return turn_of_moments_k(a0, a2, a3, log, b, c), angle2
 

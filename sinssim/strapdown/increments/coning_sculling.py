@@ -10,7 +10,7 @@ increment in the axes at the interval's start is Δv = J(φ) ν.
 from __future__ import annotations
 
 from sinssim.jit import inline
-from sinssim.rotation.kernels import Vector, cross_k, product_k
+from sinssim.rotation.kernels import Vector, cross_k
 
 Twist = tuple[float, float, float, float, float, float]
 
@@ -22,12 +22,12 @@ def bracket_k(
 ) -> Twist:  # fmt: skip
     """Lie bracket of two twists (ω, f): (ω_a × ω_b, ω_a × f_b + f_a × ω_b)."""
     return (
-        product_k(ay, bz) - az * by,
-        product_k(az, bx) - ax * bz,
-        product_k(ax, by) - ay * bx,
-        (product_k(ay, bw) - az * bv) + (product_k(av, bz) - aw * by),
-        (product_k(az, bu) - ax * bw) + (product_k(aw, bx) - au * bz),
-        (product_k(ax, bv) - ay * bu) + (product_k(au, by) - av * bx),
+        ay * bz - az * by,
+        az * bx - ax * bz,
+        ax * by - ay * bx,
+        (ay * bw - az * bv) + (av * bz - aw * by),
+        (az * bu - ax * bw) + (aw * bx - au * bz),
+        (ax * bv - ay * bu) + (au * by - av * bx),
     )
 
 

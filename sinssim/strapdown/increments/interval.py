@@ -6,7 +6,8 @@ from typing import NamedTuple
 
 from sinssim.data import Array
 from sinssim.jit import inline
-from sinssim.rotation.kernels import cross_k, product_k, rotation_series_k
+from sinssim.rotation.kernels import Vector, cross_k, rotation_series_k
+from sinssim.rotation.vectors import simpson
 from sinssim.strapdown.increments.coning_sculling import Twist, logarithm_k, velocity_increment_k
 from sinssim.strapdown.increments.fit import WINDOW
 
@@ -73,14 +74,9 @@ class FrameTurn(NamedTuple):
 
 
 @inline
-def frame_turn_k(
-    u0_x: float, u0_y: float, u0_z: float, um_x: float, um_y: float, um_z: float, u1_x: float, u1_y: float, u1_z: float
-) -> FrameTurn:
+def frame_turn_k(u0: Vector, um: Vector, u1: Vector) -> FrameTurn:
     """Frame's rotation ζ = ∫ω_in dt by Simpson's rule from the rates at start, middle and end, times the interval."""
-    return FrameTurn(
-        (u0_x + 4.0 * um_x + u1_x) / 6.0, (u0_y + 4.0 * um_y + u1_y) / 6.0, (u0_z + 4.0 * um_z + u1_z) / 6.0,
-        u0_x, u0_y, u0_z, um_x, um_y, um_z, u1_x, u1_y, u1_z,
-    )  # fmt: skip
+    return FrameTurn(*simpson(u0, um, u1), *u0, *um, *u1)
 
 
 @inline
@@ -106,7 +102,7 @@ def turn_of_moments_k(a0: Twist, a2: Twist, a3: Twist, log: Twist, b: float, c: 
 @inline
 def fitted_k(p: Weights, x0: float, x1: float, x2: float, x3: float, x4: float) -> float:
     """Weighted sum over a window."""
-    return product_k(p[0], x0) + p[1] * x1 + p[2] * x2 + p[3] * x3 + p[4] * x4
+    return p[0] * x0 + p[1] * x1 + p[2] * x2 + p[3] * x3 + p[4] * x4
 
 
 @inline
@@ -135,5 +131,5 @@ def fitted_turn_k(dtheta: Array, dvel: Array, weights: Array, uniform: bool, k: 
     a2 = _moment_k((w[0], w[1], w[2], w[3], w[4]), dtheta, dvel, first)
     a3 = _moment_k((w[5], w[6], w[7], w[8], w[9]), dtheta, dvel, first)
     log = logarithm_k(a0, a2, a3)
-    _, b, c = rotation_series_k(product_k(log[0], log[0]) + log[1] * log[1] + log[2] * log[2])
+    _, b, c = rotation_series_k(log[0] * log[0] + log[1] * log[1] + log[2] * log[2])
     return turn_of_moments_k(a0, a2, a3, log, b, c)

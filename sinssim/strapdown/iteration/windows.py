@@ -18,10 +18,12 @@ from sinssim.jit import inline, kernel
 from sinssim.rotation.kernels import (
     Quaternion,
     Vector,
+    dcm_from_quaternion_k,
     multiply_k,
     quaternion_from_rotation_vector_k,
     rotate_k,
 )
+from sinssim.rotation.vectors import resolved, sub
 from sinssim.strapdown.frames.vertical import HELD
 
 Long = NDArray[np.longdouble]
@@ -172,10 +174,10 @@ def interpolate_vector_k(weights: Array, i: int, value: Array, c: int) -> Vector
 
 
 @inline
-def turned_on_k(a0: float, a1: float, a2: float, a3: float, weights: Array, i: int, q: Array) -> Quaternion:
+def turned_on_k(a: Quaternion, weights: Array, i: int, q: Array) -> Quaternion:
     """Attitude a of the window's start, turned on by the body's rotation until the end of the window's sample i."""
     return multiply_k(
-        a0, a1, a2, a3,
+        *a,
         interpolate_k(weights, i, q, 0), interpolate_k(weights, i, q, 1),
         interpolate_k(weights, i, q, 2), interpolate_k(weights, i, q, 3),
     )  # fmt: skip
@@ -195,11 +197,63 @@ def height_at_nodes_k(
 
 
 @inline
-def largest_change_k(y: Array, x0: float, y0: float, z0: float) -> float:
-    """Largest change of the velocity at the window's end, the first three rows of y, by an iteration."""
-    last = NODES - 1
-    change: float = max(max(abs(y[0, last] - x0), abs(y[1, last] - y0)), abs(y[2, last] - z0))
-    return change
+def vector_k(y: Array, row: int, j: int) -> Vector:
+    """Values of the rows `row` … row + 2 at a node."""
+    return y[row, j], y[row + 1, j], y[row + 2, j]
+
+
+@inline
+def keep_vector_k(y: Array, row: int, j: int, a: Vector) -> None:
+    """Store values of the rows `row` … row + 2 at a node."""
+    y[row, j], y[row + 1, j], y[row + 2, j] = a
+
+
+@inline
+def integrate_rows_k(matrix: Array, rate: Array, start: Array, out: Array) -> float:
+    """Integrate all rows from their values at the start; return the largest change of the first three at the end."""
+    before = vector_k(out, 0, NODES - 1)
+    for row in range(rate.shape[0]):
+        integrate_k(matrix, rate, row, start[row], out)
+    x, y, z = sub(vector_k(out, 0, NODES - 1), before)
+    return max(max(abs(x), abs(y)), abs(z))
+
+
+@inline
+def resolve_force_k(q: Quaternion, force: Array) -> None:
+    """Turn the specific force at the nodes into the axes in which a quaternion near one of unit norm gives the body."""
+    scale = 1.5 - 0.5 * (q[0] * q[0] + q[1] * q[1] + q[2] * q[2] + q[3] * q[3])
+    c = dcm_from_quaternion_k(scale * q[0], scale * q[1], scale * q[2], scale * q[3])
+    for j in range(NODES):
+        keep_vector_k(force, 0, j, resolved(c, vector_k(force, 0, j)))
+
+
+@inline
+def unit_k(q: Quaternion) -> tuple[Quaternion, float]:
+    """Unit quaternion of one with a norm near one, and how far the norm is from it."""
+    excess = 0.5 * (q[0] * q[0] + q[1] * q[1] + q[2] * q[2] + q[3] * q[3] - 1.0)
+    scale = 1.0 - excess
+    return (scale * q[0], scale * q[1], scale * q[2], scale * q[3]), abs(excess)
+
+
+class Work(NamedTuple):
+    """Arrays of one engine: of the body, see `body_k`; the unknowns y with their rates and values at the start of a
+    window; reference and its rate at the nodes, (NODES,)."""
+
+    body_rate: Array
+    work: Array
+    q: Array
+    force: Array
+    y: Array
+    rate: Array
+    start: Array
+    reference: Array
+    climb: Array
+
+
+def work_space(rows: int) -> Work:
+    """Return the arrays for a number of unknowns."""
+    shapes = (6, NODES), (4, NODES), (4, NODES), (3, NODES), (rows, NODES), (rows, NODES), (rows,), (NODES,), (NODES,)
+    return Work(*(np.zeros(shape) for shape in shapes))
 
 
 @kernel

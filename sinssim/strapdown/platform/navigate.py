@@ -21,8 +21,9 @@ from sinssim.jit import bind
 from sinssim.sensors.imu.errors import ImuErrors
 from sinssim.sensors.sets.platform import PlatformErrors, without_errors_of_turns
 from sinssim.strapdown.frames.azimuth import FREE_AZIMUTH, TRANSVERSE, WANDER
+from sinssim.strapdown.frames.problem import Models, Rows
 from sinssim.strapdown.frames.radii import FORMS
-from sinssim.strapdown.frames.vertical import NUMBERS, HeightReadings, height_reference
+from sinssim.strapdown.frames.vertical import NUMBERS, Channel, HeightReadings, height_reference
 from sinssim.strapdown.mechanization import Mechanization, Options, chosen
 from sinssim.strapdown.platform.force import Forces
 from sinssim.strapdown.polar import POLAR_LIMIT
@@ -107,6 +108,7 @@ def navigate_platform(
     """
     from sinssim.sensors.imu.pack import pack
     from sinssim.statistics.random_numbers import key
+    from sinssim.strapdown.platform.kernel import Platform, Sensors
 
     of = replace(chosen(mechanization, options), algorithm=PLATFORM)  # which has no fast part: rates are refused
     frame = of.frame
@@ -143,12 +145,15 @@ def navigate_platform(
     commanded, readings, drift = (np.empty((count, 3)) for _ in range(3))
     flagged = _flagged(packed.active)
     flags = np.zeros((count if flagged else 0, 6), dtype=np.uint8)
+    q_nb, no_defect = np.empty((rows, 4)), np.zeros(rows)
     _engine("" if of.curvature in ("exact", "simplified") else of.curvature)(
-        time, forces.push, q_ip, torqued, own.torquer_scale, packed.active, packed.conditions, packed.parameters,
-        key_0, key_1, packed.kinds, packed.spans, packed.amounts,
-        earth.parameters(body), earth.gravity_number(of.gravity), of.curvature == "simplified", NUMBERS[of.vertical],
-        reference, climb, of.baro_time_constant, rule, pole,
-        latitude, longitude, altitude, velocity, of_x, q_wp, commanded, readings, drift, flags,
+        time,
+        Models(earth.parameters(body), earth.gravity_number(of.gravity), of.curvature == "simplified"),
+        Channel(NUMBERS[of.vertical], reference, climb, of.baro_time_constant),
+        Rows(latitude, longitude, altitude, velocity, q_nb, no_defect), rule, pole, of_x,
+        Sensors(packed.active, packed.conditions, packed.parameters, key_0, key_1, packed.kinds, packed.spans,
+                packed.amounts),
+        Platform(forces.push, torqued, own.torquer_scale, q_ip, q_wp, commanded, readings, drift, flags),
     )  # fmt: skip
     _check(frame, pole, time, latitude, longitude, altitude, velocity, q_ip)
 
@@ -164,7 +169,7 @@ def navigate_platform(
     q_nb *= 1.0 if q_nb[0] @ initial.q_nb >= 0.0 else -1.0
     with_azimuth = frame not in ("level", "inertial")
     return PlatformSolution(
-        time, latitude, longitude, altitude, velocity, q_nb, np.zeros(rows), PLATFORM,
+        time, latitude, longitude, altitude, velocity, q_nb, no_defect, PLATFORM,
         azimuth=of_x if with_azimuth else None, q_ip=q_ip, gimbals=gimbals, commanded=commanded, drift=drift,
         readings=readings, flags=flags if flagged else None,
     )  # fmt: skip

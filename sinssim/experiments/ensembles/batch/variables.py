@@ -6,7 +6,8 @@ from sinssim.data import Array
 from sinssim.experiments.ensembles.batch.layout import LANES as L
 from sinssim.jit import inline
 from sinssim.rotation.kernels import Matrix, Quaternion
-from sinssim.strapdown.frames.level import LevelState
+from sinssim.strapdown.frames.level import LevelState, Place
+from sinssim.strapdown.frames.vertical import Loop
 
 Eight = tuple[float, float, float, float, float, float, float, float]
 
@@ -15,20 +16,24 @@ Eight = tuple[float, float, float, float, float, float, float, float]
 def level_k(x: Array, j: int) -> LevelState:
     """State in the level frame of run j."""
     return LevelState(
-        x[j], x[L + j], x[2 * L + j], x[3 * L + j], x[4 * L + j], x[5 * L + j], x[6 * L + j], x[7 * L + j],
-        x[8 * L + j], x[9 * L + j], x[10 * L + j], x[11 * L + j], x[12 * L + j], x[13 * L + j], x[14 * L + j],
-        x[15 * L + j], x[16 * L + j], x[17 * L + j],
+        (x[j], x[L + j], x[2 * L + j]),
+        (x[3 * L + j], x[4 * L + j], x[5 * L + j]),
+        x[6 * L + j], x[7 * L + j], x[8 * L + j],
+        Place(x[9 * L + j], x[10 * L + j], x[11 * L + j], x[12 * L + j], x[13 * L + j], x[14 * L + j], x[15 * L + j]),
+        Loop(x[16 * L + j], x[17 * L + j]),
     )  # fmt: skip
 
 
 @inline
 def keep_level_k(x: Array, j: int, state: LevelState) -> None:
     """Store the state of run j."""
+    x[j], x[L + j], x[2 * L + j] = state.v
+    x[3 * L + j], x[4 * L + j], x[5 * L + j] = state.a
+    x[6 * L + j], x[7 * L + j], x[8 * L + j] = state.h, state.north, state.east
     (
-        x[j], x[L + j], x[2 * L + j], x[3 * L + j], x[4 * L + j], x[5 * L + j], x[6 * L + j], x[7 * L + j],
-        x[8 * L + j], x[9 * L + j], x[10 * L + j], x[11 * L + j], x[12 * L + j], x[13 * L + j], x[14 * L + j],
-        x[15 * L + j], x[16 * L + j], x[17 * L + j],
-    ) = state  # fmt: skip
+        x[9 * L + j], x[10 * L + j], x[11 * L + j], x[12 * L + j], x[13 * L + j], x[14 * L + j], x[15 * L + j]
+    ) = state.at  # fmt: skip
+    x[16 * L + j], x[17 * L + j] = state.loop
 
 
 @inline

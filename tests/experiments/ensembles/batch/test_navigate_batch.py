@@ -1,4 +1,4 @@
-"""A batch against single runs: the same numbers bit for bit, by any number of threads."""
+"""A batch against single runs: the same numbers but for rounding, and the same bits by any number of threads."""
 
 from __future__ import annotations
 
@@ -44,6 +44,10 @@ SECTIONS: dict[str, dict[str, Any]] = {
 }
 
 
+LIMITS = {"latitude": 1e-15, "longitude": 1e-15, "height": 1e-9, "velocity_ned": 1e-10}
+"""Rounding errors of 2000 steps: the compiler fuses other products with sums in the kernel of a batch."""
+
+
 @cache
 def flight() -> Flight:
     """Return 20 s of S-turns at 100 Hz."""
@@ -72,22 +76,22 @@ def drawn(name: str, seeds: range) -> list[ImuErrors]:
 
 def assert_equal(batch: BatchSolution, run: int, initial: NavState, errors: ImuErrors, seed: int, rows: Any,
                  signed: bool = True, **options: Any) -> None:  # fmt: skip
-    """Fail unless a run of a batch has the bits of a single run."""
+    """Fail unless a run of a batch has the numbers of a single run, but for rounding."""
     single = navigate(emulate(ideal(), errors, seed, rounded=True), initial, **options)
     state = batch.state(run)
-    for name in ("latitude", "longitude", "height", "velocity_ned"):
-        np.testing.assert_array_equal(getattr(state, name), getattr(single, name)[rows], err_msg=name)
+    for name, limit in LIMITS.items():
+        np.testing.assert_allclose(getattr(state, name), getattr(single, name)[rows], rtol=0, atol=limit, err_msg=name)
     q, expected = state.q_nb, single.q_nb[rows]
     if not signed:
         q, expected = q * np.sign(q[:, :1]), expected * np.sign(expected[:, :1])
-    np.testing.assert_array_equal(q, expected)
+    np.testing.assert_allclose(q, expected, rtol=0, atol=1e-13)
 
 
 SLOW = ("laser-navigation", "ideal")  # without errors: see `test_options`
 
 
 @pytest.mark.parametrize("name", [pytest.param(n, marks=pytest.mark.slow) if n in SLOW else n for n in SECTIONS])
-def test_every_run_has_the_bits_of_a_single_run(name: str) -> None:
+def test_every_run_has_the_numbers_of_a_single_run(name: str) -> None:
     seeds, rows = range(100, 120), np.array([0, 1, 7, 500, 1997, 1998, 1999, 2000])
     errors = drawn(name, seeds)
     states = [start(10.0 * run) for run in range(len(seeds))]
@@ -185,8 +189,8 @@ def test_unequal_intervals() -> None:
     batch = navigate_batch(uneven, start(), errors, range(2), rows, **held())
     for run in range(2):
         single = navigate(emulate(uneven, errors[run], run, rounded=True), start(), **held())
-        np.testing.assert_array_equal(batch.latitude[run], single.latitude[rows])
-        np.testing.assert_array_equal(batch.velocity_ned[run], single.velocity_ned[rows])
+        np.testing.assert_allclose(batch.latitude[run], single.latitude[rows], rtol=0, atol=LIMITS["latitude"])
+        np.testing.assert_allclose(batch.velocity_ned[run], single.velocity_ned[rows], rtol=0, atol=1e-10)
 
 
 def test_what_is_not_served_is_refused() -> None:
