@@ -21,7 +21,7 @@ import numpy as np
 from sinssim import earth
 from sinssim.data import Array
 from sinssim.earth.models import Ellipsoid
-from sinssim.estimation.model import ErrorModel
+from sinssim.estimation.model import INERTIAL, ErrorModel
 from sinssim.sensors.aiding.base.measurement import CORE, PHI, R, V, earth_rate, earth_rate_slope, skew
 
 _LATITUDE_STEP, _HEIGHT_STEP = 1e-4, 100.0  # rad, m: steps for differences of gravity, accurate to 1e-8 of its gradient
@@ -95,14 +95,14 @@ def force_error(model: ErrorModel, force_b: Array) -> Array:
 
 def _reading_error(model: ErrorModel, triad: str, reading: Array) -> Array:
     out = np.zeros((len(reading), 3, model.size))
-    for what in ("bias", "instability"):
-        if (where := model.slices.get(f"{triad} {what}")) is not None:
+    for name, where in model.slices.items():
+        if name == f"{triad} instability":
             out[:, :, where] = np.eye(3)
-    if (where := model.slices.get(f"{triad} scale")) is not None:
-        out[:, range(3), range(where.start, where.stop)] = reading
-    if (where := model.slices.get(f"{triad} misalignment")) is not None:
-        for k, (i, j) in enumerate(((0, 1), (0, 2), (1, 0), (1, 2), (2, 0), (2, 1))):
-            out[:, i, where.start + k] = reading[:, j]
+        if name.startswith(f"{triad} ") and (term := INERTIAL.get(name)) is not None:
+            inputs = np.broadcast_to(term.inputs(reading, np.zeros_like(reading)), (len(reading), *term.shape))
+            places = np.argwhere(np.ones(term.shape) if term.size == 3 else ~np.eye(3, dtype=bool))
+            for state, at in enumerate(places, start=where.start):
+                out[:, at[0], state] = inputs[:, *at]
     return out
 
 

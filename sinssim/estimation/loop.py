@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from typing import Any
+
 import numpy as np
 
 from sinssim.data import Array, NavState
@@ -10,7 +12,7 @@ from sinssim.estimation.branch import Branches
 from sinssim.estimation.checks.divergence_checks import Diverged, check_covariance
 from sinssim.estimation.earth_dynamics import turn_of_axes
 from sinssim.estimation.linearisation import Linearisation, Observed, Surroundings, linearise
-from sinssim.estimation.model import NAVIGATION
+from sinssim.estimation.model import INERTIAL, NAVIGATION
 from sinssim.estimation.nominal import rows_of
 from sinssim.estimation.record import HistoryRow, InnovationGate, Record
 from sinssim.estimation.result import Divergence, corrected
@@ -190,10 +192,8 @@ class Loop:
         found = self._parameters()
 
         def triad(name: str) -> TriadErrors:
-            matrix = np.zeros((3, 3))
-            matrix[~np.eye(3, dtype=bool)] = found.get(f"{name} misalignment", 0.0)
-            bias, scale = (found.get(f"{name} {what}", np.zeros(3)) for what in ("bias", "scale"))
-            return TriadErrors(bias=bias, scale=scale, misalignment=matrix)
+            own = ((INERTIAL[b], value) for b, value in found.items() if b in INERTIAL and b.startswith(f"{name} "))
+            return TriadErrors(**dict[str, Any]({term.field: term.shaped(value) for term, value in own}))
 
         return ImuErrors(triad("gyro"), triad("accelerometer"))
 

@@ -29,7 +29,7 @@ from sinssim.sensors.aiding.registry import own_errors
 from sinssim.sensors.imu.error_validation import check_sigmas
 from sinssim.sensors.imu.errors import ImuErrors, WarmUp
 from sinssim.sensors.imu.fields import TriadErrors
-from sinssim.sensors.imu.terms import FIELDS, SLOTS
+from sinssim.sensors.imu.terms import FIELDS, SLOTS, TERMS
 from sinssim.sensors.noise import flicker
 from sinssim.system.short_repr import short_repr
 
@@ -79,6 +79,13 @@ the cornering compliance [rad/(m/s²)]."""
 def of_sensors() -> tuple[str, ...]:
     """Return the endings of the names of the aiding sensors' blocks."""
     return (" bias", " scale", " delay", *(f" {error}" for error in sorted(own_errors())))
+
+
+INERTIAL = {
+    name: term for term in TERMS if (name := f"{term.triad.replace('accel', 'accelerometer')} {term.field}") in BLOCKS
+    and term.multiplies is not None
+}  # fmt: skip
+"""Rows of the table of error terms whose values are the states of a block, by its name."""
 
 
 @dataclass(frozen=True)
@@ -319,10 +326,9 @@ def error_model(
 def _imu_block(name: str, what: str, triad: TriadErrors, warm_up: WarmUp, duration: float) -> Block:
     if what == "instability":
         return Block(name, triad.instability, correlation_time=triad.correlation_time)
-    if what == "misalignment":
-        return Block(name, triad.misalignment[~np.eye(3, dtype=bool)])
-    if what == "scale":
-        return Block(name, triad.scale)
+    if what != "bias":
+        value: Array = getattr(triad, what)
+        return Block(name, value if value.ndim == 1 else value[~np.eye(3, dtype=bool)])
     warming = triad.bias_temperature * (warm_up.steady - warm_up.start)
     start = triad.bias**2 + (triad.bias_temperature * warm_up.start) ** 2
     walk = triad.rate_walk**2 + triad.ramp**2 * duration + warming**2 / warm_up.time_constant

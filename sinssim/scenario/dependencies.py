@@ -14,10 +14,11 @@ from sinssim.scenario.tables import IN_SPACE, Tables
 from sinssim.scenario.variation import check_variation
 from sinssim.sensors.aiding.gnss import Gnss
 from sinssim.sensors.imu.terms import TERMS, of_triad
+from sinssim.sensors.sets.platform import OF_TURNS
 from sinssim.sensors.sets.sensor_set import Platform
 
-_OF_TURNS = ("BENT", "LIMITED", "QUANTISED")
-"""Stages of the error terms that gyros on a platform do not have, because they sense no turns."""
+_OF_TURNS = (*OF_TURNS, "limit", "quantum")
+"""Fields of the error terms that gyros on a platform do not have, because they sense no turns."""
 
 _GEOCENTRIC = ("wgs84", "pz-90.11")
 """Ellipsoids whose centre is that of the models."""
@@ -132,7 +133,7 @@ def _of_turns(s: Tables) -> Iterator[str]:
     if not isinstance(s.imu.sensor_set, Platform) or len(s.navigation.algorithms) > 1:
         return
     for term in of_triad("gyro"):
-        for key in term.keys if term.stage in _OF_TURNS or term.field in ("scale", "misalignment") else ():
+        for key in term.keys if term.field in _OF_TURNS else ():
             if getattr(s.imu, key) is not None and not (key == "gyro_scale_sigma_ppm" and not _torquer(s)):
                 yield key
 

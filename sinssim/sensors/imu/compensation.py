@@ -108,8 +108,9 @@ def _corrected(measured: ImuData, calibration: ImuErrors, name: Literal["gyro", 
         wrong = (f"{t.field} = {np.asarray(v).tolist()}" for t, v in terms if t.acts_on in parts)
         return InputError(f"{_SENSORS[name]} calibration: {', '.join(wrong)} (SI) cannot be inverted{why}.")
 
-    force = dvel / interval
     unit = np.ones((1, 3))
+    steady = all(term.slopes and not term.slopes[3] for term, _ in terms)
+    force = unit if steady else dvel / interval  # which nothing depends on, or the readings
     scale, bias = whole("scale", unit, unit), whole("output", np.zeros(3), force)
     axes = sum(
         (value * term.inputs(unit, unit, warmth, time) for term, value in terms if term.acts_on == "axis"), _AXES

@@ -229,7 +229,7 @@ class ErrorTerm:
                 return None
         return found
 
-    @property
+    @cached_property
     def acts_on(self) -> Literal["axis", "response", "scale", "output"]:
         """Where it enters the reading y = (1 + scale) (x + response(x)) + output, with x along the sensitive axis.
 
@@ -254,8 +254,15 @@ class ErrorTerm:
         return bool(cold != warm)
 
     def inputs(
-        self, x: Array, force: Array, warmth: ArrayLike = 0.0, time: ArrayLike = 0.0, own: Array | None = None
-    ) -> Array:
+        self,
+        x: Array,
+        force: Array,
+        warmth: ArrayLike = 0.0,
+        time: ArrayLike = 0.0,
+        own: Array | None = None,
+        *,
+        whole: bool = True,
+    ) -> Any:
         """Return what its values multiply in mean readings.
 
         Args:
@@ -264,6 +271,7 @@ class ErrorTerm:
             warmth: temperature above that of the calibration, (...) K.
             time: time since the start, (...) s.
             own: inputs along the sensitive axes, (..., 3); by default x, to first order.
+            whole: whether factors that are equal are repeated.
 
         Returns:
             One factor for each value, (..., 3), or (..., 3, 3) for a matrix; zeros for a noise.
@@ -271,11 +279,13 @@ class ErrorTerm:
         own, along, matrix = x if own is None else own, x, len(self.shape) == 2
         if matrix:
             own, along, force = own[..., None], x[..., None, :], force[..., None, :]
-        warmth, time = (np.expand_dims(one, (-2, -1) if matrix else -1) for one in (warmth, time))
+        warmth, time = (np.asarray(one)[(..., None, None) if matrix else (..., None)] for one in (warmth, time))
         found = 0.0 * own if self.multiplies is None else self.multiplies(own, along, force, warmth, time)
-        return np.broadcast_to(found, np.broadcast_shapes(np.shape(found), own.shape, along.shape))
+        return (
+            found if not whole else np.broadcast_to(found, np.broadcast_shapes(np.shape(found), own.shape, along.shape))
+        )
 
     def effect(self, value: Array, *motion: Any, **own: Any) -> Array:
         """Return the effect of a value, in the shape of its field, on mean readings, (..., 3); see `inputs`."""
-        parts = value * self.inputs(*motion, **own)
-        return parts.sum(axis=-1) if len(self.shape) == 2 else parts
+        parts = value * self.inputs(*motion, **own, whole=False)
+        return np.asarray(parts.sum(axis=-1) if len(self.shape) == 2 else parts)
