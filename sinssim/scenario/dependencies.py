@@ -13,8 +13,7 @@ from sinssim.scenario.sections.output import OF_FRAME
 from sinssim.scenario.tables import IN_SPACE, Tables
 from sinssim.scenario.variation import check_variation
 from sinssim.sensors.aiding.gnss import Gnss
-from sinssim.sensors.imu.terms import TERMS, of_triad
-from sinssim.sensors.sets.platform import OF_TURNS
+from sinssim.sensors.imu.terms import OF_TURNS, TERMS, of_triad
 from sinssim.sensors.sets.sensor_set import Platform
 
 _OF_TURNS = (*OF_TURNS, "limit", "quantum")

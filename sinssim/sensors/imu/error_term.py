@@ -286,6 +286,6 @@ class ErrorTerm:
         )
 
     def effect(self, value: Array, *motion: Any, **own: Any) -> Array:
-        """Return the effect of a value, in the shape of its field, on mean readings, (..., 3); see `inputs`."""
+        """Return the effect of a value, in the shape of its field, on mean readings, broadcasting to (..., 3)."""
         parts = value * self.inputs(*motion, **own, whole=False)
         return np.asarray(parts.sum(axis=-1) if len(self.shape) == 2 else parts)

@@ -328,6 +328,9 @@ SLOTS = _numbered()
 """Parameters of the kernel by field: one for each axis; for six values those of the two axes after the channel's own,
 in the order x, y, z, x, …; for nine one for each axis of the block."""
 
+OF_TURNS = tuple(name for name, term in FIELDS.items() if term.multiplies and term.acts_on != "output")
+"""Fields of `TriadErrors` that act on what the sensors sense, which for gyros on a platform is nothing."""
+
 CALIBRATED = tuple(name for name in SLOTS if FIELDS[name].calibrated)
 """Fields of `TriadErrors` that a calibration determines."""
 

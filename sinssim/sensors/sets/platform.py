@@ -26,16 +26,12 @@ from sinssim.data import Array
 from sinssim.errors import InputError
 from sinssim.sensors.imu.errors import ImuErrors
 from sinssim.sensors.imu.imu import Imu
-from sinssim.sensors.imu.terms import FIELDS, of_triad
+from sinssim.sensors.imu.terms import OF_TURNS, of_triad
 from sinssim.sensors.sets.sensor_set import Platform
 from sinssim.statistics.random_numbers import normals
 from sinssim.units import ARCSEC, PPM
 
 (_SCALE,) = (term for term in of_triad("gyro") if term.field == "scale")
-
-
-OF_TURNS = [term.field for term in FIELDS.values() if term.multiplies and term.acts_on != "output"]
-"""Errors of gyros, fields of `TriadErrors`, that act on what they sense, which is nothing on a platform."""
 
 
 @dataclass(frozen=True)
