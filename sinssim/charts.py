@@ -430,6 +430,9 @@ class Chart:
         """
         axis = self.y if upright else self.x
         ends = [np.array([end]) for end in (axis.low, axis.high) if end is not None]
+        if axis.units is TIMES and not axis.log and not upright:  # as long as the run is
+            known = [extremes(v) for v in (ends or self.values(upright))]
+            return suiting(TIMES, np.ptp(np.concatenate(known or [np.zeros(1)]), keepdims=True))
         if len(ends) == 2 and not self.equal:
             return suiting(axis.units, *ends)
         if self.equal:

@@ -23,9 +23,10 @@ class RunMedia(Media[Run]):
         yield from streams_of_run(result)
 
     def figure(self, result: Run, quantity: str | None = None) -> Any:
-        from sinssim.experiments.run.run_figure import run_figure
+        from sinssim.experiments.run.report.errors import figure_charts
+        from sinssim.recording.figures.charts import figure_of
 
-        return run_figure(result)
+        return figure_of(figure_charts(result))
 
     def save(self, result: Run, directory: Path, *, overwrite: bool) -> Path:
         place = self._write(result.scenario, directory, overwrite=overwrite).directory

@@ -65,11 +65,12 @@ def _sentence(item: Sentence) -> str:
 
 
 def _marked(text: str) -> str:
-    """Return a text as HTML, with its bold parts and commands."""
+    """Return a text as HTML, with its bold parts, commands and subscripts, `x_{n}`."""
     word, colon, rest = text.partition(": ")
     if kind := _MARKS.get(word.lower()):
         return f'<span class="{kind}">{word.lower()}</span>{colon}{_marked(rest)}'
-    return re.sub(r"`([^`]+)`", r"<code>\1</code>", re.sub(r"\*\*(.+?)\*\*", r"<strong>\1</strong>", words(text)))
+    text = re.sub(r"_\{(.+?)\}", r"<sub>\1</sub>", words(text))
+    return re.sub(r"`([^`]+)`", r"<code>\1</code>", re.sub(r"\*\*(.+?)\*\*", r"<strong>\1</strong>", text))
 
 
 def _table(item: Table) -> str:

@@ -2,21 +2,27 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Iterator, Mapping, Sequence
-from dataclasses import dataclass
-from typing import Any, Protocol
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
+from dataclasses import dataclass, replace
+from typing import TYPE_CHECKING, Any, Literal, Protocol
 
 import numpy as np
 
 from sinssim import units
+from sinssim.charts import PAIR, WIDE, Axis, Chart, Charts, Dash, Line, Rule, over
 from sinssim.data import Array
+from sinssim.errors import InputError
+from sinssim.exhibits import Item, Sentence
 from sinssim.formatting import capital, signed
 from sinssim.recording import style
-from sinssim.recording.report import page, plot
+from sinssim.recording.report import page
+from sinssim.recording.report.exhibits import parts_of
 from sinssim.recording.report.page import table, words
-from sinssim.recording.report.plot import Line, Mark
-from sinssim.scales import ANGLES, HEIGHTS, LENGTHS, SPEEDS, Scale, suiting
+from sinssim.scales import ANGLES, HEIGHTS, LENGTHS, SPEEDS, Scale, fixed, suiting
 from sinssim.strapdown.nav_error import NavError
+
+if TYPE_CHECKING:
+    from sinssim.experiments.run.result import Run
 
 _KINDS = ("final", "rms", "max")
 _DIGITS = 4
@@ -122,86 +128,82 @@ class WithErrors(Protocol):
     def errors(self) -> Mapping[str, NavError]: ...
 
 
-def error_plots(run: WithErrors, period: float, *, apart: bool = True) -> Iterator[str]:
-    """Yield the plots of the errors over time.
+_DASHES: tuple[Dash, ...] = ("", "--", ":")
+"""So that solutions with the same errors do not hide one another; more than three are all solid."""
+_Plot = tuple[str, str, Scale, str, Callable[[NavError], Array]]
+_HORIZONTAL: _Plot = ("horizontal", "Horizontal position error", LENGTHS, "horizontal", lambda e: e.horizontal)
+_PLOTS: tuple[_Plot, ...] = (
+    ("position_north", "North position error", LENGTHS, "horizontal", lambda e: e.position_ned[:, 0]),
+    ("position_east", "East position error", LENGTHS, "horizontal", lambda e: e.position_ned[:, 1]),
+    ("velocity_north", "North velocity error", SPEEDS, "speed", lambda e: e.velocity_ned[:, 0]),
+    ("velocity_east", "East velocity error", SPEEDS, "speed", lambda e: e.velocity_ned[:, 1]),
+    ("tilt_north", "Tilt about north, φN", ANGLES, "tilt_east", lambda e: e.attitude[:, 0]),
+    ("tilt_east", "Tilt about east, φE", ANGLES, "tilt_north", lambda e: e.attitude[:, 1]),
+    ("azimuth", "Azimuth misalignment, φD", ANGLES, "azimuth", lambda e: e.attitude[:, 2]),
+    ("height", "Height error (positive: too high)", HEIGHTS, "height", lambda e: e.height),
+    ("speed", "Velocity error, magnitude", SPEEDS, "speed", lambda e: e.speed),
+    ("attitude", "Attitude error, angle", ANGLES, "attitude", lambda e: e.angle),
+)
+"""The plots two by two: key, title, units, the plot whose unit it has, and the values."""
+_MAGNITUDES = ("horizontal", "speed", "attitude")
+
+
+def error_exhibits(run: WithErrors, period: float, *, apart: bool = True) -> Iterator[Item]:
+    """Yield the errors over time.
 
     Args:
         run: whose errors they are; quantities that are not known are NaN.
         period: Schuler's, s.
         apart: whether the distance of the solutions from the first one is drawn, too.
-
-    Yields:
-        HTML.
     """
-    names, errors = list(run.errors), list(run.errors.values())
-    colors = [style.css(c) for c in style.colors(names)]
-    dashes = plot.dashes(len(names))
     span, marks = _schuler_marks(float(run.time[0]), float(run.time[-1]), period)
+    dashes = dict(zip(run.errors, _DASHES, strict=False)) if len(run.errors) <= len(_DASHES) else {}
+    lines: dict[str, tuple[Line, ...]] = {}
+    for key, *_, of in (_HORIZONTAL, *_PLOTS):
+        found = ((name, error, of(error)) for name, error in run.errors.items())
+        lines[key] = tuple(
+            Line(label=name, x=error.time, y=rows, color=name, dash=dashes.get(name, ""))
+            for name, error, rows in found if not np.isnan(rows[0]) or not np.isnan(rows).all()
+        )  # fmt: skip
 
-    def draw_one(
-        title: str, values: Sequence[Array], unit: tuple[str, float], more: Sequence[Line] = (), **options: Any
-    ) -> str:
-        lines = []
-        if not any(np.isfinite(rows).any() for rows in values):
-            return ""
-        for name, error, rows, color, dash in zip(names, errors, values, colors, dashes, strict=True):
-            if not np.isnan(rows).all():
-                lines.append(Line(name, error.time, rows, color, 2.0, dash, unit[1]))
-        return plot.plot(title, unit[0], [*more, *lines], span, marks=marks, **options)
+    def chart(key: str, title: str, units: Scale, like: str, _: object = None) -> Chart:
+        same = (like,) if like in _MAGNITUDES else (like, key)
+        unit = suiting(units, *(line.upright for one in same for line in lines[one]))
+        mile = [_mile_an_hour(span)] if key == "horizontal" and unit[0] != "mm" else []
+        y = Axis(units=fixed(*unit), low=0.0 if key in _MAGNITUDES else None)
+        return Chart(key=f"navigation/{key}", title=title, x=over(span), y=y, marks=(*mile, *lines[key], *marks))
 
-    def components(
-        scale: Scale, kind: str, axes: Sequence[int], whole: Sequence[Array] = ()
-    ) -> tuple[list[list[Array]], tuple[str, float]]:
-        """Return components and their unit, which is that of the magnitude where one is drawn."""
-        columns = [[getattr(e, kind)[:, i] for e in errors] for i in axes]
-        return columns, suiting(scale, *_known(whole or [c for column in columns for c in column]))
-
-    yield _explanation(period, span[1] - span[0])
+    yield from _explanation(period, span[1] - span[0])
     if run.axes == "transported":
-        yield _NEAR_A_POLE
-    horizontal = [e.horizontal for e in errors]
-    unit = suiting(LENGTHS, *_known(horizontal))
-    mile = [] if unit[0] == "mm" else [_mile_an_hour(span, unit[1])]
-    yield draw_one("Horizontal position error", horizontal, unit, mile, width=1140, height=240, from_zero=True)
-    yield '<div class="pair">'
-    speed, angle = [e.speed for e in errors], [e.angle for e in errors]
-    position, unit = components(LENGTHS, "position_ned", (0, 1), horizontal)
-    velocity, v_unit = components(SPEEDS, "velocity_ned", (0, 1), speed)
-    tilts, a_unit = components(ANGLES, "attitude", (0, 1))
-    azimuth, z_unit = components(ANGLES, "attitude", (2,))
-    for title, columns, one in (
-        ("position error", position, unit),
-        ("velocity error", velocity, v_unit),
-        ("tilt φ", tilts, a_unit),
-    ):
-        for axis, values in zip(("North", "East"), columns, strict=True):
-            name = f"Tilt about {axis.lower()}, φ{axis[0]}" if title == "tilt φ" else f"{axis} {title}"
-            yield draw_one(name, values, one)
-    height = [e.height for e in errors]
-    yield draw_one("Azimuth misalignment, φD", azimuth[0], z_unit)
-    yield draw_one("Height error (positive: too high)", height, suiting(HEIGHTS, *_known(height)))
-    yield draw_one("Velocity error, magnitude", speed, v_unit, from_zero=True)
-    yield draw_one("Attitude error, angle", angle, suiting(ANGLES, *_known(angle)), from_zero=True)
-    yield "</div>"
-    if apart and len(names) > 1:
-        yield _apart(run.errors, colors, dashes, span, marks)
+        yield Sentence(_NEAR_A_POLE, "note")
+    yield Charts("horizontal", ((chart(*_HORIZONTAL),),), WIDE)
+    charts = [chart(*one) for one in _PLOTS if lines[one[0]]]
+    rows = tuple(tuple(charts[k : k + 2]) for k in range(0, len(charts), 2))
+    yield Charts("errors", rows, (PAIR[0], PAIR[1] * len(rows)))
+    if apart and len(run.errors) > 1:
+        yield Charts("apart", ((_apart(run.errors, dashes, span, marks),),), WIDE)
 
 
-def _known(columns: Sequence[Array]) -> list[Array]:
-    """Return the columns that have values: a scored solution may lack velocity or attitude."""
-    return [column for column in columns if not np.isnan(column).all()]
+def error_plots(run: WithErrors, period: float, *, apart: bool = True) -> Iterator[str]:
+    """Yield `error_exhibits` as HTML.
+
+    Args:
+        run: whose errors they are.
+        period: Schuler's, s.
+        apart: whether the distance of the solutions from the first one is drawn, too.
+    """
+    yield from parts_of(error_exhibits(run, period, apart=apart), 3)
 
 
 _NEAR_A_POLE = (
-    '<p class="note">The run comes within 1° of a pole, where the direction of north depends on the position. Velocity '
-    "and attitude are therefore compared without a rotation about the vertical. The components are along north and "
-    "east of "
-    "the solution’s place: they change their signs where it passes over the pole.</p>"
+    "The run comes within 1° of a pole, where the direction of north depends on the position. Velocity and attitude "
+    "are therefore compared without a rotation about the vertical. The components are along north and east of the "
+    "solution’s place: they change their signs where it passes over the pole."
 )
 """What the errors of a run near a pole are."""
 
 
-def _schuler_marks(start: float, end: float, period: float) -> tuple[tuple[float, float], list[Mark]]:
+def _schuler_marks(start: float, end: float, period: float) -> tuple[tuple[float, float], list[Rule]]:
     """Return the time axis of the error plots, and marks at half the Schuler period and at its multiples.
 
     A run of many periods has marks at twelve multiples at most, and none at the half.
@@ -211,13 +213,13 @@ def _schuler_marks(start: float, end: float, period: float) -> tuple[tuple[float
     periods = int((span[1] - start) / period + 1e-9)
     step = -(-periods // _MOST_MARKS) or 1
     whole = range(step, periods + 1, step)
-    marks = [Mark(start + k * period, f"T = {period / 60.0:.1f} min" if k == 1 else f"{k} T") for k in whole]
+    texts = {float(k): f"T = {period / 60.0:.1f} min" if k == 1 else f"{k} T" for k in whole}
     if periods <= _MARKS_WITH_HALF and span[1] - start >= 0.5 * period * (1.0 - 1e-9):
-        marks.insert(0, Mark(start + 0.5 * period, f"T/2 = {0.5 * period / 60.0:.1f} min"))
-    return span, marks
+        texts = {0.5: f"T/2 = {0.5 * period / 60.0:.1f} min", **texts}
+    return span, [Rule(at=start + k * period, upright=True, text=text, dash=":") for k, text in texts.items()]
 
 
-def _explanation(period: float, length: float) -> str:
+def _explanation(period: float, length: float) -> Iterator[Sentence]:
     """Explain the marks and the angles in the error plots."""
     if length < 0.5 * period * (1.0 - 1e-9):
         marks = "the run is shorter than half a period."
@@ -225,22 +227,17 @@ def _explanation(period: float, length: float) -> str:
         marks = "dotted lines mark it and its half."
     else:
         marks = "dotted lines mark its multiples."
-    return (
-        f"<p>The Schuler period T = 2π√(R/g) is {period / 60.0:.2f} min here; {marks} φ is the rotation vector of the "
-        "error equations, q<sub>true</sub> = q(φ) ⊗ q<sub>solution</sub>, to first order C<sub>solution</sub> = "
-        "(I − [φ×]) C<sub>true</sub>: φ<sub>N</sub> and φ<sub>E</sub> are tilts, and for a level vehicle "
-        "−φ<sub>D</sub> is the error of heading.</p>"
-    )
+    yield Sentence(
+        f"The Schuler period T = 2π√(R/g) is {period / 60.0:.2f} min here; {marks} φ is the rotation vector of the "
+        "error equations, q_{true} = q(φ) ⊗ q_{solution}, to first order C_{solution} = (I − [φ×]) C_{true}: φ_{N} and "
+        "φ_{E} are tilts, and for a level vehicle −φ_{D} is the error of heading.", on=("page",),
+    )  # fmt: skip
 
 
 def _apart(
-    errors: Mapping[str, NavError],
-    colors: Sequence[str],
-    dashes: Sequence[str],
-    span: tuple[float, float],
-    marks: Sequence[Mark],
-) -> str:
-    """Draw the distance of each solution from the first one, which shows the errors of the algorithms alone."""
+    errors: Mapping[str, NavError], dashes: Mapping[str, Dash], span: tuple[float, float], marks: Sequence[Rule]
+) -> Chart:
+    """Return the distance of each solution from the first one, which shows the errors of the algorithms alone."""
     # algorithms that take several samples per update have fewer rows: use the instants common to all
     time = min((error.time for error in errors.values()), key=len)
     time = time[np.unique(np.linspace(0, len(time) - 1, min(len(time), 8192)).round().astype(np.intp))]
@@ -248,20 +245,64 @@ def _apart(
         name: e.position_ned[np.searchsorted(e.time, time).clip(max=len(e.time) - 1)] for name, e in errors.items()
     }
     (first, base), *others = found.items()
-    distances = [np.linalg.norm(position - base, axis=1) for _, position in others]
-    unit, size = suiting(LENGTHS, *distances)
     lines = [
-        Line(name, time, distance, color, 2.0, dash, size)
-        for (name, _), distance, color, dash in zip(others, distances, colors[1:], dashes[1:], strict=True)
+        Line(label=name, x=time, y=np.linalg.norm(position - base, axis=1), color=name, dash=dashes.get(name, ""))
+        for name, position in others
     ]
     title = f"Distance of {'the others' if len(lines) > 1 else lines[0].label} from {first}"
-    return plot.plot(title, unit, lines, span, marks=marks, width=1140, from_zero=True)
+    y = Axis(units=LENGTHS, low=0.0)
+    return Chart(key="navigation/apart", title=title, x=over(span), y=y, marks=(*lines, *marks))
 
 
-def _mile_an_hour(span: tuple[float, float], size: float) -> Line:
+def _mile_an_hour(span: tuple[float, float]) -> Line:
     ends = np.array(span)
     rate = (ends - span[0]) / 3600.0 * units.NAUTICAL_MILE
-    return Line("1 nmi/h", ends, rate, style.css(style.COLORS["reference"]), 1.2, "6 4", size, reference=True)
+    return Line(label="1 nmi/h", x=ends, y=rate, color="reference", weight="thin", dash="--", counts=False)
+
+
+def figure_charts(run: Run) -> Charts:
+    """Return the horizontal, the velocity and the attitude error of each solution of a run over time.
+
+    Args:
+        run: a finished run.
+
+    Raises:
+        InputError: the run has no solution with errors.
+    """
+    errors: dict[str, NavError] = dict(run.errors)
+    if run.aided is not None and run.aided.true_parameters_known:
+        of_filter = {"aided": run.aided.error, "backward": run.aided.backward_error,
+                     "smoothed": run.aided.smoothed_error}  # fmt: skip
+        errors |= {name: one for name, one in of_filter.items() if one is not None}
+    if not errors:
+        raise InputError(
+            f"the run {run.scenario.name} has no solution in three dimensions with errors to draw; its report and its "
+            "recording show what it has."
+        )
+    charts: list[tuple[Chart]] = []
+    for name, scale, of in (
+        ("horizontal error", LENGTHS, "horizontal"), ("velocity error", SPEEDS, "speed"),
+        ("attitude error", ANGLES, "angle"),
+    ):  # fmt: skip
+        lines = tuple(
+            Line(label=label, x=error.time, y=getattr(error, of), color=label, dash=_IN_FIGURE[k % len(_IN_FIGURE)])
+            for k, (label, error) in enumerate(errors.items())
+        )
+        largest = [float(np.nanmax(line.y)) for line in lines]
+        y = Axis(label=name, units=scale, low=0.0)
+        if (
+            max(largest) > _FAR * min(largest) > 0.0
+        ):  # an aided error beside an inertial one would be a line on the axis
+            y = replace(y, log=True, low=min(float(np.nanmedian(line.y)) for line in lines) / 10.0)
+        legend: Literal["inside", "none"] = "none" if charts else "inside"
+        title = "" if charts else run.scenario.name
+        charts.append((Chart(key=name, title=title, y=y, marks=lines, legend=legend),))
+    return Charts("errors", tuple(charts), (8.0, 6.6), share="x")
+
+
+_FAR = 20.0
+"""Ratio of the largest errors of two solutions from which the scale of a figure is logarithmic."""
+_IN_FIGURE: tuple[Dash, ...] = ("", "--", "-.", ":")
 
 
 def singularity_table(found: Mapping[str, Sequence[Mapping[str, Any]]]) -> str:

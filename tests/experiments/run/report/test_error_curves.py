@@ -8,9 +8,16 @@ from typing import Any
 import numpy as np
 import pytest
 
-from sinssim.experiments.run.report.errors import _explanation, error_plots, error_tables, failure, singularity_table
+from sinssim.charts import Line
+from sinssim.experiments.run.report.errors import (
+    _explanation,
+    error_exhibits,
+    error_tables,
+    failure,
+    singularity_table,
+)
 from sinssim.strapdown.nav_error import NavError
-from tests.recording.spies import Plots, cells, read
+from tests.recording.spies import Shown, cells, read
 
 BLUE, ORANGE, GREY = "#56b4e9", "#e69f00", "#8c8c8c"
 ARCSEC, ARCMIN = np.pi / 648_000.0, np.pi / 10_800.0
@@ -28,9 +35,10 @@ def run(*errors: NavError, axes: str = "north") -> Any:
     return SimpleNamespace(time=TIME, axes=axes, errors=dict(zip(("quaternion", "poisson"), errors, strict=False)))
 
 
-def test_every_component_has_its_plot_and_unit(plots: Plots) -> None:
+def test_every_component_has_its_plot_and_unit() -> None:
     """√(3² + 4²) = 5 …; √(0.02² + 0.03² + 0.06²) = 0.07 …; 7″, √(4² + 8² + 80²) = 80.498447″ …"""
-    html = "".join(error_plots(run(FIRST, OTHER), 5000.0))
+    shown = Shown(error_exhibits(run(FIRST, OTHER), 5000.0))
+    html, plots = shown.html, list(shown.charts.values())
     a, b = ("quaternion", BLUE, TIME), ("poisson", ORANGE, TIME[::2])
     angle = np.array([7.0, np.sqrt(6480.0), np.sqrt(27600.0)]) / 60.0
     expected = [
@@ -50,30 +58,32 @@ def test_every_component_has_its_plot_and_unit(plots: Plots) -> None:
     for found, (title, unit, one, two) in zip(plots, expected, strict=False):
         # 1 nmi/h from the beginning of the run: two hours are 3704 m
         mile = [("1 nmi/h", GREY, [100.0, 7300.0], [0.0, 3704.0])] if title.startswith("Horizontal") else []
-        found.shows(title, unit, *mile, (*a, one), (*b, two))
-        assert found.span == (100.0, 7300.0)
-        assert found.marks == [(2600.0, "T/2 = 41.7 min", False), (5100.0, "T = 83.3 min", False)]
-        assert found.options.get("from_zero", False) == any(w in title for w in ("Horiz", "magnitude", "angle"))
-    assert plots[0].lines[0].reference
+        shown.curves(found.key, title, unit, *mile, (*a, one), (*b, two))
+        assert shown.span(found.key) == (100.0, 7300.0)
+        assert shown.rules(found.key) == [(2600.0, "T/2 = 41.7 min"), (5100.0, "T = 83.3 min")]
+        assert (found.y.low == 0.0) == any(w in title for w in ("Horiz", "magnitude", "angle"))
+        assert [line.dash for line in found.marks if isinstance(line, Line)][-2:] == ["", "--"]
+    assert not plots[0].marks[0].counts  # type: ignore[union-attr]
     apart = plots[11]  # the instants common to both; ‖(3, −4, 7)‖ = √74, ‖(500, 1200, 45)‖ = √1692025
-    apart.shows("Distance of poisson from quaternion", "m", (*b, np.sqrt([74.0, 1692025.0])))
-    assert apart.options["from_zero"]
-    assert [line.dashes for line in plots[0].lines[1:]] == ["", "9 9"]
-    assert apart.lines[0].dashes == "9 9"
+    shown.curves(apart.key, "Distance of poisson from quaternion", "m", (*b, np.sqrt([74.0, 1692025.0])))
+    assert apart.y.low == 0.0
+    assert apart.marks[0].dash == "--"  # type: ignore[union-attr]
     assert "is 83.33 min here; dotted lines mark it and its half." in html
     assert "within 1° of a pole" not in html
 
 
-def test_one_solution_of_millimetres_near_a_pole(plots: Plots) -> None:
+def test_one_solution_of_millimetres_near_a_pole() -> None:
     small = NavError(TIME, 1e-4 * FIRST.position_ned, 0.01 * FIRST.velocity_ned, np.full((3, 3), np.nan))
-    html = "".join(error_plots(run(small, axes="transported"), 5000.0))
-    assert "The run comes within 1° of a pole" in html
-    assert [(found.title, found.unit) for found in plots] == [
+    shown = Shown(error_exhibits(run(small, axes="transported"), 5000.0))
+    assert "The run comes within 1° of a pole" in shown.html
+    assert [(found.title, found.unit(True)[0]) for found in shown.charts.values()] == [
         ("Horizontal position error", "mm"), ("North position error", "mm"), ("East position error", "mm"),
         ("North velocity error", "mm/s"), ("East velocity error", "mm/s"), ("Height error (positive: too high)", "mm"),
         ("Velocity error, magnitude", "mm/s"),
     ]  # fmt: skip
-    plots[0].shows("Horizontal position error", "mm", ("quaternion", BLUE, TIME, [0.5, 10.0, 130.0]))
+    shown.curves(
+        "navigation/horizontal", "Horizontal position error", "mm", ("quaternion", BLUE, TIME, [0.5, 10.0, 130.0])
+    )
 
 
 @pytest.mark.parametrize(
@@ -86,7 +96,7 @@ def test_one_solution_of_millimetres_near_a_pole(plots: Plots) -> None:
     ],
 )
 def test_what_the_dotted_lines_are(length: float, words: str) -> None:
-    assert words in _explanation(5000.0, length)
+    assert words in next(_explanation(5000.0, length)).text
 
 
 def statistics(horizontal: Any, height: Any, velocity: Any, attitude: Any) -> dict[str, Any]:

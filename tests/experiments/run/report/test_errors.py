@@ -7,9 +7,11 @@ import re
 import numpy as np
 import pytest
 
+from sinssim.charts import Axis, Chart, Line, Rule
 from sinssim.experiments.run.parts.phases import _cell
 from sinssim.experiments.run.report.errors import _schuler_marks
-from sinssim.recording.report import plot
+from sinssim.recording.report.chart import svg_of
+from sinssim.scales import LENGTHS
 
 PERIOD = 5066.0
 
@@ -30,15 +32,17 @@ def test_marks_of_schulers_period_reach_the_end_of_the_run(periods: float, texts
     assert [mark.text for mark in marks] == texts
     for mark in marks:
         factor = {"T/2": 0.5, "T": 1.0}.get(mark.text.partition(" =")[0]) or float(mark.text.partition(" ")[0])
-        assert mark.time == pytest.approx(100.0 + factor * PERIOD)
+        assert mark.at == pytest.approx(100.0 + factor * PERIOD)
     assert span[1] >= 100.0 + periods * PERIOD
 
 
 def test_the_text_of_a_mark_is_not_on_the_axis() -> None:
-    line = plot.Line("a", np.array([0.0, 100.0]), np.array([0.0, 4.0]), "#000")
-    svg = plot.plot("error", "m", [line], (0.0, 100.0), marks=[plot.Mark(2.0, "T/2 = 42.2 min")])
+    line = Line(label="a", x=np.array([0.0, 100.0]), y=np.array([0.0, 4.0]))
+    mark = Rule(at=2.0, upright=True, text="T/2 = 42.2 min")
+    svg = svg_of(Chart(key="c", title="error", y=Axis(units=LENGTHS), marks=(line, mark)), 560.0, 200.0)
     (x,) = re.findall(r'<text x="([\d.]+)"[^>]*>T/2', svg)
-    assert float(x) >= 64.0  # where the plot begins
+    (left,) = re.findall(r'</g>|<svg x="([\d.]+)"', svg)
+    assert float(x) >= float(left)  # where the plot begins
 
 
 def test_numbers_without_exponents() -> None:
