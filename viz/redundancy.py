@@ -43,11 +43,11 @@ def blueprint(run: RunInfo) -> rrb.Blueprint:
         rrb.Horizontal(column("gyro", "Gyros", "deg/h"), column("accel", "Accelerometers", "µg"))
     ]
     if length := run.label("redundancy/horizontal"):
-        name, angle = run.algorithms[0], run.label("redundancy/attitude")
+        angle = run.label("redundancy/attitude")
         rows.append(
             rrb.Horizontal(
-                plot(f"{name}: horizontal error [{length}]", "redundancy/horizontal"),
-                plot(f"{name}: attitude error [{angle}]", "redundancy/attitude"),
+                plot(f"{run.label('redundancy/horizontal title')} [{length}]", "redundancy/horizontal"),
+                plot(f"{run.label('redundancy/attitude title')} [{angle}]", "redundancy/attitude"),
             )
         )
     return rrb.Blueprint(rrb.Vertical(*rows, row_shares=[3, 1][: len(rows)]), collapse_panels=True)

@@ -118,6 +118,7 @@ def side_by_side(
     errors: Mapping[str, tuple[NavError, Color, Weight]],
     span: tuple[float, float],
     marks: tuple[Mark, ...] = (),
+    of: str = "",
 ) -> Charts:
     """Return the horizontal and the attitude errors of solutions beside each other.
 
@@ -126,10 +127,11 @@ def side_by_side(
         errors: by name, with colour and weight of their lines.
         span: first and last instant of the run, s.
         marks: further marks of both.
+        of: the algorithm that they have in common, for the titles.
     """
     charts = [
         Chart(
-            key=f"{key}/{name}", title=title, x=over(span), y=Axis(units=units, low=0.0),
+            key=f"{key}/{name}", title=f"{title} of {of}" if of else title, x=over(span), y=Axis(units=units, low=0.0),
             marks=(*(Line(label=label, x=e.time, y=getattr(e, what), color=color, weight=weight)
                      for label, (e, color, weight) in errors.items()), *marks),
         )

@@ -84,13 +84,15 @@ def record_charts(recording: Recording, charts: Charts, root: str = "", start: f
         start: added to their times, s.
 
     Returns:
-        The unit of each by its key, for the views' titles.
+        The unit and the title of each by its key, for the views' titles.
     """
     labels = {}
     for chart in charts if "recording" in charts.on else ():
         if _is_over_time(chart):
             record_chart(recording, f"{root}{chart.key}", chart, start)
             labels[chart.key] = f"log₁₀ {chart.unit(True)[0]}" if chart.y.log else chart.unit(True)[0]
+            if chart.title:
+                labels[f"{chart.key} title"] = chart.title
     return labels
 
 

@@ -102,10 +102,10 @@ def test_with_and_without_monitoring(tmp_path: Path) -> None:
     texts = pq.read_table(streams / "events.parquet")["text"].to_pylist()
     assert "gyro 3 excluded" in texts
     shown = find_run_info(tmp_path / "run" / "recording.rrd")
-    assert shown.label("redundancy_algorithm") == "quaternion"
-    for entity in ("gyro/statistic", "gyro/threshold", "accel/used", "horizontal", "attitude"):
+    assert shown.label("redundancy/horizontal title") == "Horizontal error of quaternion"
+    for entity in ("gyro/statistic", "accel/used", "horizontal", "attitude"):
         assert f"redundancy/{entity}" in shown.ranges
-    assert shown.ranges["redundancy/gyro/statistic"][1] > shown.ranges["redundancy/gyro/threshold"][1]
+    assert shown.ranges["redundancy/gyro/statistic"][1] > gyros.threshold.max()
     assert all_views(shown, "redundancy").root_container.contents[-1].name == "redundancy"
 
 

@@ -188,7 +188,13 @@ class OnPlatform(Part):
         )
         yield from self._side_by_side(span)
         yield from self._rates(span)
-        yield Section("What each error contributes", list(self._by_cause(span)))
+        title = "What each error contributes" if self._is_linear else ""
+        yield Section(title, list(self._by_cause(span)))
+
+    @property
+    def _is_linear(self) -> bool:
+        """Whether the linear error equations describe the simulation."""
+        return self.errors_by_cause.apart(self.errors) <= _NOT_LINEAR * float(self.errors.horizontal.max())
 
     def _side_by_side(self, span: tuple[float, float]) -> Iterator[Item]:
         found: dict[str, tuple[NavError, Color, Weight]] = {PLATFORM: (self.errors, PLATFORM, "bold")}
@@ -236,7 +242,7 @@ class OnPlatform(Part):
         sizes = {name: np.linalg.norm(rows, axis=1) for name, rows in found.position.items()}
         sizes = {name: size for name, size in sizes.items() if size.max() > _LEAST}
         total, apart = np.linalg.norm(found.total, axis=1), found.apart(self.errors)
-        if apart > _NOT_LINEAR * float(horizontal.max()):
+        if not self._is_linear:
             yield Sentence(
                 "The errors are too large for the linear error equations, which give the contribution of each."
             )

@@ -115,7 +115,7 @@ class Redundancy(Part):
         both = side_by_side(
             "redundancy",
             {"without monitoring": (without, "refused", "bold"), "with monitoring": (own, "aided", "line")},
-            (float(self.run.time[0]), float(self.run.time[-1])), marks,
+            (float(self.run.time[0]), float(self.run.time[-1])), marks, name,
         )  # fmt: skip
         note = (
             "The same flight and the same measurements; without monitoring the faulty sensors are used to the end. "

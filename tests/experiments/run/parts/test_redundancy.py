@@ -135,13 +135,13 @@ def test_with_and_without_monitoring() -> None:
     found = Shown(part(without, own).exhibits())
     assert "With and without monitoring: poisson" in found.html
     found.curves(
-        "redundancy/horizontal", "Horizontal error", "m",
+        "redundancy/horizontal", "Horizontal error of poisson", "m",
         ("without monitoring", PINK, TIME, [5.0, 10.0, 15.0, 20.0, 25.0]),
         ("with monitoring", AIDED, TIME, [0.5, 1.0, 5.0, 2.0, 2.5]),
     )  # fmt: skip
     minute = 17.0 / 60.0
     found.curves(
-        "redundancy/attitude", "Attitude error", "arcmin",
+        "redundancy/attitude", "Attitude error of poisson", "arcmin",
         ("without monitoring", PINK, TIME, np.array([1.0, 2.0, 3.0, 60.0, 5.0]) * minute),
         ("with monitoring", AIDED, TIME, np.array([1.0, 2.0, 6.0, 4.0, 5.0]) * minute),
     )  # fmt: skip

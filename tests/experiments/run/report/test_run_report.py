@@ -187,12 +187,14 @@ def test_the_largest_error_is_seen_in_the_plot(recorded):
     assert {"quaternion", "poisson", "euler"} <= {t.text for t in texts}
     unit = {"mm": 1e-3, "m": 1.0, "km": 1e3}[re.search(r"\[(\w+)\]", texts[0].text)[1]]
     greatest = max(n["max_horizontal_error_m"] for n in result.summary["algorithms"].values()) / unit
-    axis = max(float(t.text) for t in texts if t.get("text-anchor") == "end" and t.text[0].isdigit())
+    marks = [(float(t.get("y")) - 4.0, float(t.text)) for t in texts
+             if t.get("text-anchor") == "end" and t.text[0].isdigit()]  # fmt: skip
+    (low, first), (high, last) = max(marks), min(marks)
     inner = drawing.find(f"{SVG}svg")
     points = [pair for line in inner.iter(f"{SVG}polyline") for pair in line.get("points").split()]
-    height = float(inner.get("height"))
-    drawn = (height - min(float(pair.split(",")[1]) for pair in points)) / height * axis
-    assert drawn == pytest.approx(greatest, abs=axis / height)  # a pixel
+    of_a_pixel = (last - first) / (low - high)
+    drawn = first + (low - min(float(pair.split(",")[1]) for pair in points)) * of_a_pixel
+    assert drawn == pytest.approx(greatest, abs=of_a_pixel)
 
 
 def test_sensor_errors_stand_in_the_units_that_people_know(tmp_path):
