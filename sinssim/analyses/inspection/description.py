@@ -48,6 +48,7 @@ def suggested_scenario(
     path, keys, clock = inertial
     begin = list(_begin(inspection, of_reference=fixes is None and reference is not None))
     lines = [
+        *(f"# {f.sentence}" for f in inspection.findings if f.numbers.get("worse_than_fixes")),
         f'name = "{_name(path)}"',
         f'description = "Recorded by {path.name}"',
         "",
@@ -64,12 +65,8 @@ def suggested_scenario(
         lines.append(f"clock_drift_ppm = {1e6 * inspection.drift:.1f}  # match with the fixes, over the whole log")
     receiver = fixes[2] if fixes else reference[2] if reference else None
     lines += _lines(clock_keys(inspection, clock, receiver))
-    if (
-        clock.origin_gps_s is None
-        and receiver is not None
-        and receiver.origin_gps_s is not None
-        and not inspection.offset
-    ):
+    dated = receiver is not None and receiver.origin_gps_s is not None
+    if clock.origin_gps_s is None and dated and not inspection.offset:
         lines.append('# first_row = "2026-01-01 00:00:00.000"  # which was the GPS time of the first row?')
     if inspection.inertial is not None and (bridge := bridges(inspection.inertial.time, _BRIDGED)[0]) is not None:
         lines.append(f"max_gap_s = {bridge:g}  # the longest gap, which is bridged with more noise")
@@ -91,9 +88,8 @@ def suggested_scenario(
             f"file = {_text(relative(reference[0], folder))}",
             *_file_keys({"format": reference[1]}),
         ]
-    if fixes is not None:
-        lines += _start(inspection)
-    elif fixes is None and reference is None:
+    lines += _start(inspection) if fixes is not None else []
+    if fixes is None and reference is None:
         lines += ["", "[log.start]  # which are they? A run needs them"]
         lines += [f"# {key} = 0.0" for key in ("latitude_deg", "longitude_deg", "height_m", "heading_deg")]
     lines += ["", *_imu(inspection)]
@@ -138,7 +134,7 @@ def _course(inspection: Inspection, curve: Seen) -> tuple[float, float] | None:
     later = np.ones(len(curve.time), dtype=bool)
     if inspection.offset is not None:
         later = np.array([since(inspection, t) >= begin for t in curve.time])
-    size = max(_SIGMA_DOPPLER[0], inspection.residual or 0.0)  # as `_sigmas` writes it
+    size = max(_SIGMA_DOPPLER[0], inspection.residual or 0.0)  # as `_sigmas` writes it for one fix a second
     if inspection.fixes.velocity_ned is None:
         size = _SIGMA_OF_STEPS
     elif inspection.fixes.velocity_sigma is not None:
@@ -303,28 +299,32 @@ _SIGMA_DOPPLER = (0.1, 0.1, 0.2)
 """1σ of a velocity by Doppler shifts, as data sheets state it, with the change within the stamp's uncertainty, m/s."""
 
 
+_LASTING_S = 1.0
+"""Least time for which errors of a receiver's own filter last, s: more fixes within it say nothing new."""
+
+
 def _sigmas(inspection: Inspection) -> Iterator[str]:
     """Yield standard deviations of the fixes where the file has none: those of the kind of receiver."""
     fixes = inspection.fixes
     if fixes is None:
         return
+    lasting = np.sqrt(max(_LASTING_S / np.median(np.diff(fixes.time)), 1.0)) if inspection.lasting else 1.0
     if fixes.position_sigma is None and fixes.covariance is None:
-        words = (
-            {fixes.quality_words.get(int(c), "") for c in np.unique(fixes.quality)}
-            if fixes.quality is not None
-            else set()
-        )
+        codes = () if fixes.quality is None else np.unique(fixes.quality)
+        words = {fixes.quality_words.get(int(code), "") for code in codes}
         size: tuple[float, ...]
         size, what = (_SIGMA_FIXED, "fixed ambiguities") if words == {"fixed"} else (_SIGMA_SINGLE, "code positions")
         why = f"assumed for {what}: the file has no σ, see the data sheet"
+        if lasting > 1.0:
+            size, why = tuple(round(float(s * lasting), 1) for s in size), f"{why}; errors last for a second"
         step = max((f.numbers["step_sigma_m"] for f in inspection.findings if "step_sigma_m" in f.numbers), default=0.0)
         if step / np.sqrt(2.0) > size[0]:  # a step has the errors of two fixes
             size, why = tuple(round(float(s / size[0] * step / np.sqrt(2.0)), 2) for s in size), "from the steps"
         yield f"position_sigma_m = {list(size)}  # {why}"
     if fixes.velocity_ned is not None and fixes.velocity_sigma is None:
         size, why = _SIGMA_DOPPLER, "assumed: the file has no σ"
-        if (inspection.residual or 0.0) > size[0]:
-            size = tuple(round(float(s / size[0] * (inspection.residual or 0.0)), 2) for s in size)
+        if (shown := lasting * (inspection.residual or 0.0)) > size[0]:
+            size = tuple(round(float(s / size[0] * shown), 2) for s in size)
             why = "from the match with the inertial data"
         yield f"velocity_sigma_mps = {list(size)}  # {why}"
 

@@ -2,7 +2,8 @@
 
 A common rotation of gyros and accelerometers changes nothing in the match with the fixes, because the attitude is free
 there. A wrong scale or sign of the gyros, a left-handed set of axes, or axes of the gyros in another order than those
-of the accelerometers increase the residual by far.
+of the accelerometers increase the residual by far. Where the velocities do not tell, the turns of the course do: the
+gyros turn as much about the vertical that the accelerometers show, for a vehicle that moves where it points.
 """
 
 from __future__ import annotations
@@ -10,12 +11,12 @@ from __future__ import annotations
 from collections.abc import Iterator
 from dataclasses import dataclass
 from itertools import permutations
-from typing import Literal
+from typing import Any, Literal
 
 import numpy as np
 
 from sinssim.analyses.inspection.finding import Finding, doubt, fact, wrong
-from sinssim.analyses.inspection.velocity_match import Seen, match, pushed
+from sinssim.analyses.inspection.velocity_match import Seen, match, pushed, turns_apart
 from sinssim.data import Array
 
 CLEARLY = 2.0
@@ -127,7 +128,11 @@ def judge_reading(
         curve = pushed(time, rate @ gyro.T, force @ accel.T, _RATE)
         return min(match(curve, fixes, at, most=_WINDOWS, window=window).residual for at in offsets)
 
+    def turned(gyro: Array, accel: Array) -> float:
+        return turns_apart(time, rate @ gyro.T, force @ accel.T, fixes, offset)
+
     without_turns = least(np.zeros((3, 3)), np.eye(3))
+    stated_turns, by_turns, refuted = turned(np.eye(3), np.eye(3)), None, False
     for meaning, right, *of_columns in _others(interval, kind):
         gyro, accel = (axes @ matrix @ axes.T for matrix in of_columns)
         size = float(np.percentile(np.linalg.norm(rate @ gyro.T, axis=1), 90.0))
@@ -137,26 +142,56 @@ def judge_reading(
         scaled = not np.isclose(abs(np.linalg.det(gyro)), 1.0)
         if scaled and CLEARLY * residual > without_turns:  # any unit in which the rates are tiny fits straight motion
             continue
+        one = (residual, meaning, right, gyro, accel)
+        if own.residual / CLEARLY < residual < CLEARLY * own.residual:  # the turns of the course may decide
+            apart = turned(gyro, accel)
+            if (
+                stated_turns > CLEARLY * apart
+                and residual <= own.residual
+                and (by_turns is None or residual < by_turns[0])
+            ):
+                by_turns = one
+            if apart > CLEARLY * stated_turns:
+                refuted = True
+                continue
         if residual < best[0]:
-            best = (residual, meaning, right, gyro, accel)
-    numbers = {"residual_mps": own.residual, "residual_of_best_other_mps": best[0], "best_other": best[1]}
+            best = one
+    explained = own.residual <= _EXPLAINED * own.moved
+    numbers: dict[str, Any] = {
+        "residual_mps": own.residual,
+        "residual_of_best_other_mps": best[0],
+        "best_other": best[1],
+    }
+    numbers |= {"turns_agree": True} if refuted and explained else {}
     text = (
-        f"In windows of {window:.3g} s the data agree with the velocities of the fixes to {own.residual:.3g} m/s rms; "
-        f"the best alternative interpretation, that {best[1]}, agrees to {best[0]:.3g} m/s."
+        f"In windows of {window:.3g} s the data agree with the velocities of the fixes to {own.residual:.3g} m/s rms"
+        f"{', and in their turns with the course' if refuted else ''}; the best alternative interpretation, that "
+        f"{best[1]}, agrees to {best[0]:.3g} m/s."
     )
     if own.residual > CLEARLY * best[0]:
         found = wrong("units and axes", text, f"Describe the log with {best[2]}.", **numbers)
         return Reading([found], best[3], best[4])
+    if by_turns is not None:
+        found = wrong(
+            "units and axes",
+            f"The gyros turn about the vertical otherwise than the course of the fixes, unless {by_turns[1]}: then the "
+            f"data also agree with the velocities in windows of {window:.3g} s to {by_turns[0]:.3g} m/s rms instead of "
+            f"{own.residual:.3g} m/s.",
+            f"Describe the log with {by_turns[2]}.",
+            **{**numbers, "best_other": by_turns[1]},
+        )
+        return Reading([found], by_turns[3], by_turns[4])
     if best[0] > CLEARLY * own.residual:
         return Reading([fact("units and axes", f"{text} Units, signs and handedness are correct.", **numbers)])
     fix = "The motion does not distinguish the two: verify the description."
-    if own.residual > _EXPLAINED * own.moved:
+    if not explained:
         text = (
             f"In windows of {window:.3g} s the velocity of the fixes changes by {own.moved:.3g} m/s rms, and the data "
             f"explain it to {own.residual:.3g} m/s only; so does every other interpretation of the columns."
         )
         fix = (
-            "Are the files of the same vehicle and day, and the columns those of an IMU? If so, navigation with these "
-            "inertial data is not better than the fixes alone."
+            "Navigation with these inertial data is worse than the fixes alone. Likely causes: the unit moves in the "
+            "vehicle or is beyond its range, or the files are not of the same vehicle and time."
         )
+        numbers["worse_than_fixes"] = True
     return Reading([doubt("units and axes", text, fix, **numbers)])

@@ -45,7 +45,9 @@ class Inspection:
         findings: all sentences, in the order of the files and then of what joins them.
         inertial: the inertial stream; None without.
         fixes: the fixes; None without.
-        residual: rms of the match of the velocities, m/s; None if the reading of the inertial data is not certain.
+        residual: rms of the match of the velocities, m/s; that of the worst window if their errors last; None if the
+            reading of the inertial data is not certain.
+        lasting: whether errors of the fixes last, as the match shows.
         quiet: readings in quiet spans.
         fast: densities of what changes from sample to sample in the whole log, rad/√s and m/s/√s, (3,) each.
         offset: the unit's clock minus that of the positions, s; None if unknown.
@@ -65,6 +67,7 @@ class Inspection:
     quiet: AtRest | None = None
     fast: tuple[Array, Array] | None = None
     residual: float | None = None
+    lasting: bool = False
     offset: float | None = None
     late: float = 0.0
     drift: float = 0.0
@@ -290,6 +293,9 @@ def _inspect_together(
     at = offset.value if offset.shown or found.stated is None else found.stated
     if any(f.grade == "fact" for f in found.readings):
         result.residual = offset.match.residual
+    elif found.readings and found.readings[-1].numbers.get("turns_agree"):
+        # only the turns of the course show the reading: the velocities have errors that last, which no mean removes
+        result.residual, result.lasting = float(offset.match.each.max()), True
     curve = pushed(time, rate, force)
     if result.residual is not None or offset.shown:  # a wrong reading has no clear minimum at an offset
         result.attitude = partial(attitude_by_match, curve, fixes, offset.match, offset.value)

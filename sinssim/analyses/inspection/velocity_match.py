@@ -267,6 +267,55 @@ def _windows(curve: Pushed, fixes: Seen, offset: float, window: float, most: int
     return rows
 
 
+_TURN_S = 5.0
+"""Time over which turns are compared, s: longer than the delay of a course, shorter than gyros drift by a radian."""
+_TURN = np.radians(20.0)
+"""Least rms of the turns of a course that tell readings apart: the course of a slow vehicle is known to 0.1 rad."""
+_LEVEL_S = 2.0
+"""Time over which the specific force is averaged for the vertical, s: steps and jolts are shorter."""
+
+
+def turns_apart(time: Array, rate: Array, force: Array, fixes: Seen, offset: float) -> float:
+    """Return by how much the turns of the gyros about the vertical of the accelerometers differ from the course's.
+
+    Args:
+        time: (N,) s.
+        rate: (N, 3) rad/s.
+        force: (N, 3) m/s².
+        fixes: the curve of the fixes.
+        offset: the unit's clock minus that of the fixes, s.
+
+    Returns:
+        The rms, rad, but for a bias of the gyros; NaN if the course hardly turns.
+    """
+    from scipy.ndimage import gaussian_filter1d
+
+    step = float(np.median(np.diff(time)))
+    up = gaussian_filter1d(force, _LEVEL_S / step, axis=0)
+    up /= np.maximum(np.linalg.norm(up, axis=1, keepdims=True), 1e-30)
+    turned = _summed(0.5 * np.diff(time) * -np.sum((rate * up)[1:] + (rate * up)[:-1], axis=1))
+    at = fixes.time + offset
+    known = (at > time[0]) & (at < time[-1])
+    east = np.sum(fixes.relative * np.cross(fixes.north, fixes.up), axis=1)
+    north = np.sum(fixes.relative * fixes.north, axis=1)
+    course = np.unwrap(np.arctan2(east, north))
+    slow = np.cumsum(np.append(0, ~known | (np.hypot(north, east) < max(1.0, 10.0 * fixes.sigma))))
+    span = max(_TURN_S, 4.0 * float(np.median(np.diff(at))))
+    end = np.searchsorted(at, at + span)
+    begin = np.flatnonzero(end < len(at))
+    begin = begin[slow[end[begin] + 1] == slow[begin]]
+    end = end[begin]
+    if len(begin) < 2 * _LEAST:
+        return np.nan
+    of_course = course[end] - course[begin]
+    if float(np.sqrt(np.mean(of_course**2))) < _TURN:
+        return np.nan
+    of_gyros = np.interp(at, time, turned)
+    apart = of_gyros[end] - of_gyros[begin] - of_course
+    drift = np.clip(np.median(apart) / span, -_BIAS_SIGMA[0], _BIAS_SIGMA[0])
+    return float(np.sqrt(np.mean((apart - drift * span) ** 2)))
+
+
 class _Window:
     """The two curves within a window, without their means."""
 

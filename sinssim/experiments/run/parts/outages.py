@@ -274,7 +274,7 @@ def sentences(numbers: Mapping[str, Any]) -> Iterator[str]:
         f"{number_text(median['horizontal_error_m'])} m (median), {number_text(high['horizontal_error_m'])} m (90 %)"
     )
     key = "smoothed_max_horizontal_error_m"
-    if key in median:
+    if median.get(key) is not None:  # a filter that diverged is not smoothed
         text += f"; smoothed, at most {number_text(median[key])} m and {number_text(high[key])} m within the outage"
     if len(each) > 1:
         text += f". The errors at the end are {number_text(numbers['error_over_sigma'])} of their 1σ (rms)"
