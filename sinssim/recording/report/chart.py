@@ -159,7 +159,7 @@ def _range(chart: Chart, upright: bool) -> tuple[float, float]:
         step = ticks(least / size, most / size, 5)[1] * size
         low = float(np.floor(least / step + 1e-6) * step) if low is None else low
         high = float(np.ceil(most / step - 1e-6) * step) if high is None else high
-    return low, high
+    return (low, high) if high > low else (low, low + size)
 
 
 def _numbers(axis: Axis, ends: tuple[float, float], unit: tuple[str, float], count: int) -> list[tuple[float, str]]:

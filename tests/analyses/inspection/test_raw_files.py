@@ -139,7 +139,10 @@ def test_readings_that_explain_nothing(monkeypatch: pytest.MonkeyPatch) -> None:
         "In windows of 10 s the velocity of the fixes changes by 0.75 m/s rms, and the data explain it to 0.4 m/s "
         "only; so does every other interpretation of the columns."
     )
-    assert found.fix.startswith("Are the files of the same vehicle and day, and the columns those of an IMU?")
+    assert found.fix == (
+        "Navigation with these inertial data is worse than the fixes alone. Likely causes: the unit moves in the "
+        "vehicle or is beyond its range, or the files are not of the same vehicle and time."
+    )
     (found,) = _judged(monkeypatch, 0.4, 0.41, 0.85).findings
     assert found.fix.startswith("The motion does not distinguish")
     still = "The velocity of the fixes changes by 0.49 m/s at most: too little to verify units and axes."

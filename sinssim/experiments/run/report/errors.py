@@ -158,11 +158,12 @@ def error_exhibits(run: WithErrors, period: float, *, apart: bool = True) -> Ite
     """
     span, marks = _schuler_marks(float(run.time[0]), float(run.time[-1]), period)
     dashes = dict(zip(run.errors, _DASHES, strict=False)) if len(run.errors) <= len(_DASHES) else {}
+    paint = _paint(run.errors)
     lines: dict[str, tuple[Line, ...]] = {}
     for key, *_, of in (_HORIZONTAL, *_PLOTS):
         found = ((name, error, of(error)) for name, error in run.errors.items())
         lines[key] = tuple(
-            Line(label=name, x=error.time, y=rows, color=name, dash=dashes.get(name, ""))
+            Line(label=name, x=error.time, y=rows, color=paint[name], dash=dashes.get(name, ""))
             for name, error, rows in found if not np.isnan(rows[0]) or not np.isnan(rows).all()
         )  # fmt: skip
 
@@ -182,6 +183,12 @@ def error_exhibits(run: WithErrors, period: float, *, apart: bool = True) -> Ite
     yield Charts("errors", rows, (PAIR[0], PAIR[1] * len(rows)))
     if apart and len(run.errors) > 1:
         yield Charts("apart", ((_apart(run.errors, dashes, span, marks),),), WIDE)
+
+
+def _paint(names: Iterable[str]) -> dict[str, style.Rgb]:
+    """Return one colour for each solution, the same in every chart, also for names that the style does not know."""
+    known = list(names)
+    return dict(zip(known, style.colors(known), strict=True))
 
 
 def error_plots(run: WithErrors, period: float, *, apart: bool = True) -> Iterator[str]:
@@ -245,8 +252,11 @@ def _apart(
         name: e.position_ned[np.searchsorted(e.time, time).clip(max=len(e.time) - 1)] for name, e in errors.items()
     }
     (first, base), *others = found.items()
+    paint = _paint(errors)
     lines = [
-        Line(label=name, x=time, y=np.linalg.norm(position - base, axis=1), color=name, dash=dashes.get(name, ""))
+        Line(
+            label=name, x=time, y=np.linalg.norm(position - base, axis=1), color=paint[name], dash=dashes.get(name, "")
+        )
         for name, position in others
     ]
     title = f"Distance of {'the others' if len(lines) > 1 else lines[0].label} from {first}"
@@ -279,13 +289,19 @@ def figure_charts(run: Run) -> Charts:
             f"the run {run.scenario.name} has no solution in three dimensions with errors to draw; its report and its "
             "recording show what it has."
         )
-    charts: list[tuple[Chart]] = []
+    paint, charts = _paint(errors), list[tuple[Chart]]()
     for name, scale, of in (
         ("horizontal error", LENGTHS, "horizontal"), ("velocity error", SPEEDS, "speed"),
         ("attitude error", ANGLES, "angle"),
     ):  # fmt: skip
         lines = tuple(
-            Line(label=label, x=error.time, y=getattr(error, of), color=label, dash=_IN_FIGURE[k % len(_IN_FIGURE)])
+            Line(
+                label=label,
+                x=error.time,
+                y=getattr(error, of),
+                color=paint[label],
+                dash=_IN_FIGURE[k % len(_IN_FIGURE)],
+            )
             for k, (label, error) in enumerate(errors.items())
         )
         largest = [float(np.nanmax(line.y)) for line in lines]
