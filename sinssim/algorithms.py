@@ -55,14 +55,7 @@ class Algorithm:
 
 
 def by_name(*entries: Algorithm) -> dict[str, Algorithm]:
-    """Return algorithms by name; a duplicate name is marked, and refused when chosen.
-
-    Args:
-        *entries: the algorithms.
-
-    Returns:
-        The algorithms by name.
-    """
+    """Return algorithms by name; a duplicate name is marked, and refused when chosen."""
     registry: dict[str, Algorithm] = {}
     for entry in entries:
         before = registry.get(entry.name)
@@ -254,10 +247,6 @@ def three_rates(rates_hz: Iterable[float]) -> tuple[float, float, float]:
 
 def schedule(rates_hz: tuple[float, float, float], data_hz: float) -> tuple[int, int, int]:
     """Return the whole ratios of the data's rate to the fast, the fast to the medium, and the medium to the slow rate.
-
-    Args:
-        rates_hz: fast, medium and slow rate.
-        data_hz: rate of the data.
 
     Returns:
         Three whole numbers, at least 1.

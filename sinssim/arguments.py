@@ -23,7 +23,6 @@ def numbers(name: str, values: Any) -> Array:
     """Convert an argument to an array of doubles of any shape.
 
     Args:
-        name: name of the argument, for the message.
         values: a number, a list, a tuple or an array of numbers.
 
     Returns:
@@ -60,13 +59,6 @@ def numbers(name: str, values: Any) -> Array:
 def doubles(name: str, values: Any) -> Array:
     """Convert an argument to an array of doubles with at least one axis; otherwise like `numbers`.
 
-    Args:
-        name: name of the argument, for the message.
-        values: numbers.
-
-    Returns:
-        The array.
-
     Raises:
         InputError: the argument is not an array of numbers.
     """
@@ -77,13 +69,8 @@ def number(name: str, value: Any, unit: str = "", *, low: float = -math.inf, hig
     """Convert an argument to one finite number.
 
     Args:
-        name: name of the argument, for the message.
         value: an int, a float, or an array without axes.
-        unit: its unit, for the message.
         low, high: smallest and largest allowed number; 5e-324 for any positive number.
-
-    Returns:
-        The number.
 
     Raises:
         InputError: the argument is not a number, not finite, or out of range.
@@ -109,12 +96,6 @@ POSITIVE = 5e-324
 def vector(name: str, values: Any, size: int, unit: str = "") -> Array:
     """Convert an argument to a vector of finite numbers.
 
-    Args:
-        name: name of the argument, for the message.
-        values: the numbers.
-        size: required number of values.
-        unit: their unit, for the message.
-
     Returns:
         (size,).
 
@@ -130,10 +111,6 @@ def vector(name: str, values: Any, size: int, unit: str = "") -> Array:
 
 def quaternion(name: str, values: Any) -> Array:
     """Convert an argument to a quaternion that can be normalised.
-
-    Args:
-        name: name of the argument, for the message.
-        values: scalar first.
 
     Returns:
         (4,), not normalised.
@@ -151,9 +128,6 @@ def check_kind(name: str, value: object, kind: type, like: str = "") -> None:
     """Raise if an argument is not an instance of a class.
 
     Args:
-        name: name of the argument, for the message.
-        value: what was given.
-        kind: the class.
         like: description of such an object, for the message; by default the name of the class.
 
     Raises:
@@ -165,15 +139,6 @@ def check_kind(name: str, value: object, kind: type, like: str = "") -> None:
 
 def names(name: str, kind: str, values: Iterable[str], known: Collection[str]) -> list[str]:
     """Convert an argument to a list of known names.
-
-    Args:
-        name: name of the argument, for the message.
-        kind: kind of the names, for the message.
-        values: a list or tuple of names.
-        known: all allowed names.
-
-    Returns:
-        The names.
 
     Raises:
         InputError: the argument is not a list of names, or a name is unknown.

@@ -67,11 +67,7 @@ def over(span: tuple[float, float]) -> Axis:
 
 
 def extremes(values: Array) -> Array:
-    """Return the least and the greatest finite value, all that a linear axis needs; nothing if there is none.
-
-    Args:
-        values: of any shape.
-    """
+    """Return the least and the greatest finite value, all that a linear axis needs; nothing if there is none."""
     if not values.size:
         return np.empty(0)
     ends = np.array([values.min(), values.max()])
@@ -346,11 +342,7 @@ class Chart:
     room: float = 1.05
 
     def values(self, upright: bool) -> Iterator[Array]:
-        """Yield the values that widen an axis, SI; the extremes of a line on a linear axis.
-
-        Args:
-            upright: whether the vertical axis is meant.
-        """
+        """Yield the values that widen an axis, SI; the extremes of a line on a linear axis."""
         for mark in self.marks:
             match mark:
                 case Line() if mark.counts:
@@ -379,9 +371,6 @@ class Chart:
 
     def ends(self, upright: bool) -> tuple[float | None, float | None]:
         """Return the ends of an axis that are not left to the medium.
-
-        Args:
-            upright: whether the vertical axis is meant.
 
         Returns:
             Both, SI: those of the axis; above zero with room over the highest mark; about the positive values on a
@@ -421,9 +410,6 @@ class Chart:
 
     def unit(self, upright: bool) -> tuple[str, float]:
         """Return the unit of an axis.
-
-        Args:
-            upright: whether the vertical axis is meant.
 
         Returns:
             Its name, and its size in SI.

@@ -38,9 +38,6 @@ def first_not_finite(array: Array) -> int | None:
 def checked_increments(imu: ImuData) -> tuple[Array, Array, Array]:
     """Check increments, and return them as contiguous arrays of doubles.
 
-    Args:
-        imu: the increments.
-
     Returns:
         Edges of the intervals, (N+1,) s, angle increments, (N, 3) rad, velocity increments, (N, 3) m/s.
 
@@ -75,9 +72,6 @@ def checked_increments(imu: ImuData) -> tuple[Array, Array, Array]:
 def checked_imu(imu: ImuData) -> ImuData:
     """Check increments, and return them with contiguous arrays of doubles.
 
-    Args:
-        imu: the increments.
-
     Returns:
         The increments; the same object if its arrays already have this form.
 
@@ -111,9 +105,7 @@ def check_finite(name: str, array: Array, unit: str, ends: Array | None = None) 
     """Raise if an array holds a NaN or an infinity.
 
     Args:
-        name: what it is, for the message.
         array: (N, …).
-        unit: of its numbers.
         ends: edges of the intervals of its rows, (N+1,) s, if the rows are intervals.
 
     Raises:
@@ -132,7 +124,6 @@ def check_increasing(name: str, time: Array) -> None:
     """Raise if times do not increase.
 
     Args:
-        name: what they are, for the message.
         time: (N+1,) s, finite.
 
     Raises:
@@ -150,9 +141,6 @@ def check_increasing(name: str, time: Array) -> None:
 
 def checked_initial(initial: NavState) -> tuple[float, float, float, Array, Array]:
     """Check the initial state of navigation.
-
-    Args:
-        initial: the state, scalars.
 
     Returns:
         Latitude and longitude, rad, height, m, velocity, (3,) m/s, and attitude, (4,), of unit norm.

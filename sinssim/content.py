@@ -86,9 +86,6 @@ def warn_of_two(what: str, name: str, used: Path, left_out: Path) -> None:
 
     Args:
         what: kind of content, for example "view".
-        name: their name.
-        used: the file that is used.
-        left_out: the file that is ignored.
     """
     logger.warning("There are two %ss named %s: %s is used, %s is ignored.", what, name, used, left_out)
 

@@ -71,9 +71,6 @@ def warn(text: str) -> None:
     """Issue a warning at the line of the user's program that called sinssim; Python shows it once for each line.
 
     The command line prints it as a line on standard error.
-
-    Args:
-        text: whole sentences.
     """
     frame: FrameType | None = sys._getframe()
     level = 1
@@ -102,10 +99,6 @@ def printable(text: str) -> str:
 def shortened(text: str, most: int = 80) -> str:
     """Return a text for a message, shortened if it is long.
 
-    Args:
-        text: the text.
-        most: maximum number of characters kept.
-
     Returns:
         The text, or its beginning with "…" and its length.
     """
@@ -128,10 +121,6 @@ def respelled(name: str) -> str:
 def nearest(name: str, known: Iterable[str]) -> str | None:
     """Return the known name that is meant.
 
-    Args:
-        name: the given name.
-        known: all known names.
-
     Returns:
         The name of the same words, letters and digits; or else the one with the most similar spelling; None if there is
         none.
@@ -151,11 +140,6 @@ def unknown_name(kind: str, name: object, known: Iterable[str]) -> InputError:
 
     Args:
         kind: kind of the name, for example "algorithm".
-        name: the given name.
-        known: all known names.
-
-    Returns:
-        The error, ready to raise.
     """
     names = sorted(known)
     near = nearest(str(name), names)
@@ -167,9 +151,7 @@ def check_name(kind: str, name: object, known: Collection[str]) -> None:
     """Raise if a name is unknown.
 
     Args:
-        kind: kind of the name.
         name: the given name; anything but text is refused.
-        known: all known names.
 
     Raises:
         InputError: the message lists the known names.

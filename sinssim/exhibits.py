@@ -75,9 +75,6 @@ class Table:
     def shown(self, medium: Medium) -> tuple[list[Column], list[tuple[str, str]], list[list[str]]]:
         """Return what a medium shows.
 
-        Args:
-            medium: the medium.
-
         Returns:
             The columns, their heads and units, and the texts of the rows. Columns of one quantity have one unit.
         """
@@ -101,9 +98,6 @@ def _text(cell: str | float, size: float) -> str:
 
 def four_digits(value: float) -> str:
     """Write a number with four significant digits, a small one without an exponent.
-
-    Args:
-        value: the number.
 
     Returns:
         For example "0.01235", "12,346", "–" for NaN.
@@ -199,11 +193,7 @@ class Exhibits:
 
 
 def charts_in(items: Iterable[Item]) -> Iterator[Charts]:
-    """Yield all charts, also those of inner sections.
-
-    Args:
-        items: what contains them.
-    """
+    """Yield all charts, also those of inner sections."""
     for item in items:
         if isinstance(item, Charts):
             yield item

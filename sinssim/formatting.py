@@ -9,10 +9,6 @@ from collections.abc import Iterable
 def number_text(value: float, digits: int = 3) -> str:
     """Write a number with a few significant digits.
 
-    Args:
-        value: the number.
-        digits: number of significant digits.
-
     Returns:
         "0.0123", "1.2e-09", or "–" for an unknown number.
     """
@@ -29,10 +25,6 @@ def number_text(value: float, digits: int = 3) -> str:
 def signed(value: float, digits: int = 3) -> str:
     """Write a number with a few significant digits and, if it is negative, a true minus sign.
 
-    Args:
-        value: the number.
-        digits: number of significant digits.
-
     Returns:
         "−0.0123".
     """
@@ -40,14 +32,7 @@ def signed(value: float, digits: int = 3) -> str:
 
 
 def capital(sentence: str) -> str:
-    """Return a sentence with a capital first letter.
-
-    Args:
-        sentence: any words.
-
-    Returns:
-        The sentence.
-    """
+    """Return a sentence with a capital first letter."""
     return sentence[:1].upper() + sentence[1:]
 
 
@@ -81,14 +66,6 @@ def size_text(size: float) -> str:
 
 
 def listed(names: Iterable[str], last_by: str = "and") -> str:
-    """Return names as a list in a sentence: "a, b and c".
-
-    Args:
-        names: the names.
-        last_by: the word before the last one.
-
-    Returns:
-        The text.
-    """
+    """Return names as a list in a sentence: "a, b and c"."""
     *first, last = names
     return f"{', '.join(first)} {last_by} {last}" if first else last

@@ -139,14 +139,7 @@ SLOW_QUANTITIES: dict[str, str] = {
 
 
 def frames_that(wanted: Callable[[Frame], bool]) -> list[str]:
-    """Return the names of the frames with a property.
-
-    Args:
-        wanted: the property.
-
-    Returns:
-        Names, in the order of the registry.
-    """
+    """Return the names of the frames with a property."""
     return [name for name, frame in FRAME_REGISTRY.items() if wanted(frame)]
 
 

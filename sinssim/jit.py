@@ -49,7 +49,6 @@ def _key(value: Any, above: tuple[int, ...] = ()) -> str:
     """Return a digest of a value that a kernel refers to, of everything that the compiler uses.
 
     Args:
-        value: a kernel, function, class, array, tuple, number…
         above: the plain functions through which the value was reached.
 
     Returns:
@@ -247,8 +246,6 @@ def rebound(function: Any, name: str, **parts: Any) -> Any:
 
     Args:
         function: a plain function, or one made by `inline`, `strict_inline`, `kernel` or `strict_kernel`.
-        name: a name unique among the copies.
-        **parts: compiled functions or numbers by global name.
 
     Returns:
         A plain copy of a plain function, a compiled one of a compiled function with the same options; a compiled
@@ -281,12 +278,7 @@ def bind(template: Callable[..., Any], name: str, **parts: Any) -> Callable[...,
     with its own name. All functions that it calls get the parts as well.
 
     Args:
-        template: the plain (not compiled) function.
         name: a name unique among the copies of this template.
-        **parts: compiled functions or numbers by global name.
-
-    Returns:
-        The compiled copy.
     """
     made: Callable[..., Any] = rebound(template, name, **parts)
     return kernel(made)

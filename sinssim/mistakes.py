@@ -116,13 +116,8 @@ def report(
 
     Args:
         error: pydantic's error.
-        model: the model of the whole file.
         lines: as for `describe`.
         overridden: as for `describe`.
-        source: name of the file in the message.
-
-    Returns:
-        One sentence, or a heading with a line for each of the first mistakes.
     """
     mistakes, others = describe(error.errors(include_url=False), model, lines, overridden)
     sentences = [text if text.endswith(("?", ".")) else text + "." for text in dict.fromkeys(mistakes)]
@@ -144,10 +139,7 @@ def describe(
     """Return pydantic's errors as sentences.
 
     Args:
-        errors: the findings.
-        model: the model of the whole file.
         lines: line number of every key and table of the file by path, from `key_lines`.
-        overridden: paths of the overridden keys.
 
     Returns:
         One sentence for each of the first two hundred mistakes, with its line, the key's path, what is wrong and the
@@ -438,9 +430,6 @@ def key_lines(text: str) -> dict[tuple[str, ...], int]:
     """Find the lines of the keys and tables of a TOML text.
 
     Keys inside inline tables and arrays are not searched; the line of their table is used.
-
-    Args:
-        text: a valid TOML text.
 
     Returns:
         Line number, from 1, by path; tables in an array are counted from 1.

@@ -26,9 +26,6 @@ def shown(progress: Progress | bool | None, stages: Mapping[str, str] | None = N
         stages: text of each stage, which then has a bar of its own, in order; one bar with the description if not
             given.
 
-    Yields:
-        The function.
-
     Raises:
         InputError: it is something else.
     """

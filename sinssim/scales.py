@@ -37,7 +37,6 @@ def suiting(scale: Scale, *values: Array) -> tuple[str, float]:
     """Return the unit that suits the largest of some values.
 
     Args:
-        scale: the available units.
         values: arrays of any shapes, SI.
 
     Returns:

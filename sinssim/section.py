@@ -118,7 +118,6 @@ def once(what: str, by: Callable[[Any], Any] = lambda entry: entry) -> AfterVali
 
     Args:
         what: what differs, for example "algorithm".
-        by: what an entry is known by.
     """
 
     def check(entries: tuple[Any, ...]) -> tuple[Any, ...]:

@@ -25,12 +25,6 @@ _TOO_DEEP = f"tables or arrays are nested more than {_DEEPEST} deep; a scenario 
 def read_toml(file: Path) -> tuple[str, dict[str, Any]]:
     """Read a TOML file.
 
-    Args:
-        file: the file.
-
-    Returns:
-        Its text and its contents.
-
     Raises:
         InputError: the file cannot be read or is not TOML; the message shows the line.
     """
@@ -62,16 +56,6 @@ def validate(
     model: type[Model], data: dict[str, Any], text: str, source: str, overridden: Collection[str] = ()
 ) -> Model:
     """Check the contents of a TOML file.
-
-    Args:
-        model: the model of the file.
-        data: contents of the file.
-        text: text of the file, for line numbers.
-        source: name of the file in messages.
-        overridden: paths of the overridden keys.
-
-    Returns:
-        The contents as a model.
 
     Raises:
         InputError: there are mistakes; the message lists them, each with its line, its key and the correct form.

@@ -96,9 +96,6 @@ def checked_angles(attitude: Attitude, latitude: ArrayLike) -> tuple[Attitude, A
         attitude: heading, roll, pitch, rad.
         latitude: rad.
 
-    Returns:
-        The angles as float arrays.
-
     Raises:
         InputError: an angle is not finite, or a pitch or latitude exceeds ±90 deg.
     """
@@ -125,9 +122,6 @@ def checked_angles(attitude: Attitude, latitude: ArrayLike) -> tuple[Attitude, A
 
 def check_broadcast(arrays: Mapping[str, Array]) -> None:
     """Raise if arrays do not broadcast together.
-
-    Args:
-        arrays: arrays by name.
 
     Raises:
         InputError: they do not; the message gives their shapes.

@@ -318,11 +318,7 @@ def _of_sums(
 
     Args:
         increments: (N, 3) rad, or tilts times the interval, rad s.
-        size: samples in a sum.
         interval: between samples, s.
-        noise: noise of the sensors.
-        allowed: variance of acceptable motion.
-        probability: probability of a false alarm.
         parts: whether the sums are reported as mean tilts of the parts.
     """
     from scipy.special import chdtri

@@ -132,7 +132,6 @@ def mean_warmth(warm_up: WarmUp, duration: ArrayLike, start: ArrayLike = 0.0) ->
     """Return the mean temperature Θ̄ of a sensor block over a session.
 
     Args:
-        warm_up: the temperature.
         duration: length of the session, (...) s.
         start: time from when the sensors were switched on to its first sample, (...) s.
 
@@ -212,7 +211,6 @@ def reading_variances(
         duration: length of the session, s, broadcasting with the readings' leading shape.
         method: see `Method`.
         start: time from when the sensors were switched on to the session's first sample, s.
-        rate_hz: samples per second, for flicker noise.
 
     Returns:
         Variances by source, (..., 3) (rad/s)² or (m/s²)².

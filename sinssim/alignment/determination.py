@@ -179,7 +179,6 @@ def doubt(determination: Determination, sigma: Angles) -> Determination:
     """Mark the angles whose expected standard deviation exceeds `LARGEST_SIGMA`.
 
     Args:
-        determination: the determination.
         sigma: expected standard deviations, rad; broadcasts with it.
 
     Returns:

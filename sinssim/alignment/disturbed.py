@@ -127,9 +127,6 @@ def fit_of_session(imu: ImuData, latitude: float) -> ConeFit:
         imu: the session's increments.
         latitude: rad.
 
-    Returns:
-        The fit.
-
     Raises:
         InputError: the measurements are impossible for a parked vehicle.
         RunError: the fit does not converge.
@@ -155,9 +152,6 @@ def _check_stayed(fit: ConeFit, imu: ImuData, velocity: Array) -> None:
 
 def inertial_curve(imu: ImuData) -> tuple[Array, Array]:
     """Compute attitude and velocity of the block in the inertial frame of its first instant.
-
-    Args:
-        imu: increments.
 
     Returns:
         Quaternion ib0 from b, (N+1, 4), and the integral of the specific force in ib0, (N+1, 3) m/s.
@@ -282,9 +276,7 @@ def cone_jacobian(fit: ConeFit, t: Array, fixed: bool) -> Array:
     """Return the derivatives of the fitted velocity with respect to the unknowns.
 
     Args:
-        fit: the fit about which they are.
         t: times since the start, (N,) s.
-        fixed: whether the latitude is known.
 
     Returns:
         By a small rotation of `fit.c` in ib0, latitude (zero if it is known), gravity and v₀, (N, 3, 8).

@@ -32,12 +32,6 @@ def mean_readings(imu: ImuData) -> tuple[Array, Array]:
 def check_session(imu: ImuData) -> ImuData:
     """Check that increments are usable as a session.
 
-    Args:
-        imu: the increments.
-
-    Returns:
-        The increments, their arrays contiguous doubles.
-
     Raises:
         InputError: the arrays do not fit together, there are too few samples, a sample is not finite, or the times do
             not increase.

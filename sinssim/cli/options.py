@@ -23,9 +23,6 @@ def want_traceback(value: bool) -> bool:
 
     Args:
         value: whether an error shows Python's traceback.
-
-    Returns:
-        The value.
     """
     global _traceback
     _traceback = value
@@ -33,14 +30,7 @@ def want_traceback(value: bool) -> bool:
 
 
 def scenario_names(incomplete: str) -> list[str]:
-    """Return the names of scenarios for the shell's completion, which adds files where none of them fits.
-
-    Args:
-        incomplete: beginning of the name.
-
-    Returns:
-        The names with this beginning.
-    """
+    """Return the names of scenarios for the shell's completion, which adds files where none of them fits."""
     from sinssim.content import list_content
 
     return [name for name in list_content("scenarios") if name.startswith(incomplete)]
@@ -52,14 +42,7 @@ def quiet_wanted() -> bool:
 
 
 def want_quiet(value: bool) -> bool:
-    """Set what `quiet_wanted` returns; the callback of --quiet.
-
-    Args:
-        value: whether only errors are printed.
-
-    Returns:
-        The value.
-    """
+    """Set what `quiet_wanted` returns; the callback of --quiet."""
     global _quiet
     _quiet = value
     return value
@@ -117,10 +100,6 @@ Debug = Annotated[
 
 def with_grade(settings: Sequence[str] | None, grade: str | None) -> list[str]:
     """Return the settings of a scenario with that of --grade.
-
-    Args:
-        settings: those of --set.
-        grade: that of --grade.
 
     Returns:
         The settings; that of --grade is the last one.

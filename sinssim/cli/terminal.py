@@ -15,11 +15,7 @@ if TYPE_CHECKING:
 
 
 def has_bars(quiet: bool) -> bool:
-    """Return whether progress is shown: on a terminal, unless the command is quiet.
-
-    Args:
-        quiet: --quiet.
-    """
+    """Return whether progress is shown: on a terminal, unless the command is quiet."""
     return not quiet and sys.stderr.isatty()
 
 
@@ -29,9 +25,6 @@ def console(least_width: int = 0) -> Console:
     Args:
         least_width: minimum number of characters per line. Digits are never truncated; on a narrower terminal, lines
             wrap.
-
-    Returns:
-        The console on standard output.
     """
     from rich.console import Console
 
@@ -40,11 +33,7 @@ def console(least_width: int = 0) -> Console:
 
 
 def print_json(value: object) -> None:
-    """Print a result as JSON; characters that standard output cannot represent are escaped.
-
-    Args:
-        value: a value that JSON can hold.
-    """
+    """Print a result as JSON; characters that standard output cannot represent are escaped."""
     print(json.dumps(value, indent=2, ensure_ascii=not holds_everything(sys.stdout)))
 
 
@@ -57,9 +46,6 @@ def program_name() -> str:
 
 def notes_of(error: BaseException) -> str:
     """Return the notes that were added to an error, about the recorded part of the run and its place.
-
-    Args:
-        error: an error.
 
     Returns:
         The notes as one text; empty without notes.

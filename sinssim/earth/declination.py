@@ -37,9 +37,6 @@ def decimal_year(date: float | str) -> float:
     Args:
         date: decimal year, or "YYYY-MM-DD".
 
-    Returns:
-        The year with the elapsed part of it.
-
     Raises:
         InputError: it is not a date, or no model is valid then.
     """

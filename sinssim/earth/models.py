@@ -143,11 +143,7 @@ GRAVITY_MODELS: dict[str, str] = {
 
 
 def describe_ellipsoids() -> dict[str, str]:
-    """Return the constants of every ellipsoid in words.
-
-    Returns:
-        Descriptions by name.
-    """
+    """Return the constants of every ellipsoid in words."""
     return {
         name: f"a = {e.a:.0f} m, 1/f = {1.0 / e.f:.9g}, {e.gamma_e:.7f} m/s² at the equator, {e.omega:.7g} rad/s"
         for name, e in ELLIPSOIDS.items()

@@ -156,10 +156,6 @@ def sentence(pole: Array, distance: float, speed: float, step: float, when: str)
         distance: distance from the pole, m.
         speed: horizontal, m/s.
         step: the engine's step, s.
-        when: description of the time.
-
-    Returns:
-        Two sentences: the error and the remedy.
     """
     allowed, shown = float(nearest_allowed(speed, step)), float(f"{distance:.4g}")
     angles = math.asin(max(-1.0, min(1.0, pole[2]))), math.atan2(pole[1], pole[0])

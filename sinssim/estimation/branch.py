@@ -70,7 +70,6 @@ class Branch:
         """Return the innovation of a reading.
 
         Args:
-            one: the reading.
             r: R, (k, k).
             interval: averaging interval of a zero-rate reading, s.
         """

@@ -57,7 +57,6 @@ def transport_rate(latitude: Array, height: Array, velocity: Array, ellipsoid: E
         latitude: (K,) rad.
         height: (K,) m.
         velocity: (K, 3) m/s.
-        ellipsoid: reference ellipsoid.
 
     Returns:
         (K, 3) rad/s.
@@ -71,7 +70,6 @@ def rate_error(model: ErrorModel, rate_b: Array) -> Array:
     """Return the matrix of δω, the error of the compensated gyro increments per unit of time.
 
     Args:
-        model: the error model.
         rate_b: inertial rate in body axes, (K, 3) rad/s.
 
     Returns:
@@ -84,7 +82,6 @@ def force_error(model: ErrorModel, force_b: Array) -> Array:
     """Return the matrix of δf, the error of the compensated velocity increments per unit of time.
 
     Args:
-        model: the error model.
         force_b: specific force in body axes, (K, 3) m/s².
 
     Returns:
@@ -110,10 +107,8 @@ def dynamics(model: ErrorModel, motion: NominalMotion, gravity: str, ellipsoid: 
     """Return F of ẋ = F x + w.
 
     Args:
-        model: the error model.
         motion: the motion at K instants.
         gravity: name of the engine's gravity model.
-        ellipsoid: reference ellipsoid.
 
     Returns:
         (K, n, n).
@@ -167,9 +162,6 @@ def dynamics(model: ErrorModel, motion: NominalMotion, gravity: str, ellipsoid: 
 
 def driving_noise(model: ErrorModel) -> Array:
     """Return the spectral density of w; it is diagonal because the noise of a triad is equal in all axes.
-
-    Args:
-        model: the error model.
 
     Returns:
         Diagonal of E[w wᵀ], (n,) unit²/s.

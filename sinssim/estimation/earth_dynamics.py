@@ -50,11 +50,9 @@ def earth_dynamics(
     """Return F of ẋ = F x + w with position, velocity and attitude in Earth-fixed axes.
 
     Args:
-        model: the error model.
         motion: the motion at K instants, in north, east, down.
         longitude: there, (K,) rad.
         gravity: name of the engine's gravity model.
-        ellipsoid: reference ellipsoid.
 
     Returns:
         (K, n, n).
@@ -115,7 +113,6 @@ def transported_transition(
         density: diagonal of the spectral density, (n,); the same in all axes of a navigation block.
         interval: (K,) s.
         state: the solution at the intervals' ends, K+1 rows.
-        ellipsoid: reference ellipsoid.
 
     Returns:
         Φ and Q, (K, n, n) each.
@@ -132,11 +129,6 @@ def transported_transition(
 
 def turn_of_axes(before: NavState, after: NavState, size: int) -> Array:
     """Return the matrix that refers a state to the axes of a corrected solution, which are its own north and east.
-
-    Args:
-        before: the solution before the feedback, one row.
-        after: the solution after it, one row.
-        size: number of states.
 
     Returns:
         (n, n).

@@ -67,7 +67,6 @@ class CheckedMeasurements:
 
         Args:
             rows: numbers of the readings, (R,).
-            model: the error model.
 
         Returns:
             The variance of each reading, and that of the inertial noise in the prediction that no state describes,
@@ -80,7 +79,6 @@ class CheckedMeasurements:
         """Return R of a reading.
 
         Args:
-            row: number of the reading.
             variance: its diagonal, of `variance`, (k,).
 
         Returns:
@@ -116,8 +114,6 @@ def take_in(
     """Check readings and lay out the epochs: the instants of prediction, and all instants of validity.
 
     Args:
-        measurements: one entry for each sensor and kind.
-        model: the error model.
         time: edges of the IMU's intervals, (N+1,) s.
         rate_hz: rate of the covariance prediction; its interval is rounded to whole samples.
 

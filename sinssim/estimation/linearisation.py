@@ -131,11 +131,6 @@ def linearise(
         around: data that stay the same throughout the run.
         first, last: numbers of the segment's first and last epoch.
         nominal: inertial navigation from the epoch before the first to the last one.
-        calibration: errors that are compensated in its increments.
-        parameters: values of all compensated parameters, by block.
-
-    Returns:
-        The linearisation.
     """
     model, epochs = around.model, around.epochs
     time = epochs.time[max(first - 1, 0) : last + 1]
@@ -187,7 +182,6 @@ def added_noise(phi: Array, c_nb: Array, turn: Array | None, roots: Array, inter
 
     Args:
         phi: Φ, (K, n, n).
-        c_nb, turn: of the linearisation.
         roots: of the spectral densities, gyros and accelerometers, (K, 2, 3, 3).
         interval: (K,) s.
 
@@ -294,8 +288,6 @@ def of_vehicle(block: Prediction, encoders: Encoders, time: Array) -> Prediction
     """Return the prediction of the vehicle's motion from that of a block that turns in it.
 
     Args:
-        block: inertial navigation of the block.
-        encoders: of the block.
         time: instants of the readings, (M,) s.
 
     Returns:
@@ -320,7 +312,6 @@ def _carried_back(h: Array, delay: float, before: Before, row: NDArray[np.intp])
     Args:
         h: for the errors at the instants of validity, (M, k, n).
         delay: s.
-        before: the segment.
         row: its epoch at each reading, (M,).
 
     Returns:

@@ -84,7 +84,6 @@ class Loop:
         """Go through all epochs.
 
         Args:
-            state: at the first.
             feedback_s: longest segment of the closed loop, s; None for the open loop.
 
         Returns:

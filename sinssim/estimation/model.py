@@ -342,9 +342,6 @@ def _imu_block(name: str, what: str, triad: TriadErrors, warm_up: WarmUp, durati
 def crossing_time(triad: TriadErrors) -> float:
     """Return the averaging time at which flicker noise is as large as the random walk.
 
-    Args:
-        triad: with flicker.
-
     Returns:
         τ with N/√τ = √(2 ln 2/π) B, s; at least one second, which is short for any estimate of a bias.
     """

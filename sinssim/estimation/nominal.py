@@ -20,10 +20,6 @@ def rows_of(state: NavState | NavSolution, rows: NDArray[np.intp] | slice) -> Na
 
     Args:
         state: N rows.
-        rows: numbers of the rows.
-
-    Returns:
-        Those rows.
     """
     s = state
     return NavState(s.latitude[rows], s.longitude[rows], s.height[rows], s.velocity_ned[rows], s.q_nb[rows])
@@ -35,10 +31,6 @@ def solution_of(time: Array, state: NavState, algorithm: str) -> NavSolution:
     Args:
         time: (N,) s.
         state: N rows.
-        algorithm: name of the attitude algorithm.
-
-    Returns:
-        The solution.
     """
     s = state
     return NavSolution(time, s.latitude, s.longitude, s.height, s.velocity_ned, s.q_nb, np.zeros(len(time)), algorithm)
@@ -58,7 +50,6 @@ def at(
         solution: N+1 rows.
         edge: row before each instant, (K,).
         fraction: fraction of the way from that row to the next, 0 … 1, (K,).
-        ellipsoid: reference ellipsoid.
         axes: axes of the error model; "transported" ones interpolate across a pole.
         bend: rotation of the body beyond the linear one, in the axes of the row before, (K, 3) rad; None for none.
 
@@ -101,10 +92,6 @@ def near(
     Args:
         solution: N+1 rows.
         time: instants, (K,) s.
-        gyros: source of the rates.
-        calibration: known errors of the gyros.
-        ellipsoid: reference ellipsoid.
-        axes: axes of the error model.
 
     Returns:
         K rows.
@@ -186,7 +173,6 @@ class MeanGyroRates:
 
         Args:
             begin, end: ends of each interval, (K,) s.
-            calibration: known errors of the gyros.
 
         Returns:
             In body axes, compensated, (K, 3) rad/s.
@@ -235,7 +221,6 @@ def motion(
         interval: time between them, (K,) s.
         rate_b: mean inertial rate of the body, (K, 3) rad/s.
         gravity: name of the engine's gravity model.
-        ellipsoid: reference ellipsoid.
         axes: axes of the error model; in "transported" ones the velocities at both ends are carried to the middle.
 
     Returns:

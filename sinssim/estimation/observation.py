@@ -47,9 +47,6 @@ def observe(
     """Return residuals and H of readings.
 
     Args:
-        measurements: M readings of one sensor.
-        prediction: inertial navigation at their instants.
-        model: the error model.
         parameters: values of the sensors' compensated parameters, by block.
 
     Returns:
@@ -69,12 +66,6 @@ def observe(
 
 
 def delays(kind: MeasurementKind, label: str, model: ErrorModel) -> list[str]:
-    """Return the names of the blocks that describe by how much readings of a sensor are stamped too late.
-
-    Args:
-        kind: kind of the readings.
-        label: name of the sensor.
-        model: the error model.
-    """
+    """Return the names of the blocks that describe by how much readings of a sensor are stamped too late."""
     own = [f"{label} delay", *(["gnss time offset"] if kind.on_gnss_clock else [])]
     return [name for name in own if name in model.slices]

@@ -160,11 +160,8 @@ class Record:
         """Record the solution of a segment.
 
         Args:
-            first: number of its first epoch.
-            navigation: inertial navigation at its epochs.
             compensated: values of all compensated parameters in it, in the order of the states, (n,).
             fed_back: errors fed back at its end, (n,).
-            corrected_end: inertial navigation after the feedback, one row.
             turn: matrix into the axes there, (n, n); None if they are the same.
         """
         count = len(navigation.latitude)

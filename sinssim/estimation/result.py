@@ -311,8 +311,6 @@ def corrected(state: NavState, error: Array, ellipsoid: Ellipsoid, axes: str = "
     Args:
         state: N rows.
         error: position north, east, down [m], velocity [m/s], attitude φ [rad], (N, 9).
-        ellipsoid: reference ellipsoid.
-        axes: axes of the error model.
 
     Returns:
         The states, N rows.

@@ -24,12 +24,6 @@ from sinssim.estimation.result import History, Smoothed, corrected
 def smooth(model: ErrorModel, history: History, ellipsoid: Ellipsoid, algorithm: str) -> Smoothed:
     """Smooth a closed or open loop.
 
-    Args:
-        model: the error model.
-        history: history of the filter.
-        ellipsoid: reference ellipsoid.
-        algorithm: name of the attitude algorithm that navigated.
-
     Returns:
         The estimate at the rows from all readings.
     """

@@ -56,9 +56,7 @@ class Watch:
         """Begin.
 
         Args:
-            name: name of the study.
             what: what is computed, in words: "24 ensembles of 200 runs".
-            cells: number of cells to be computed.
             limit_minutes: expected duration above which the study is refused.
             report: called with cells done and time left in words, and the fraction done.
             say: called with the expected duration, if it is long.

@@ -62,7 +62,6 @@ class Store(ABC):
         """Begin a directory, or continue one.
 
         Args:
-            path: the directory.
             resume: whether its contents are continued; a missing or empty directory is begun in any case.
             overwrite: whether its contents are removed; `resume` goes before it.
 

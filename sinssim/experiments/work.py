@@ -28,8 +28,6 @@ def work_through(
     """Compute tasks in several threads.
 
     Args:
-        tasks: the tasks, begun in this order.
-        threads: number of threads.
         worker: makes the function by which a thread computes a task; it is given the event of an interruption.
         on_done: called in this thread with what the tasks tell.
 

@@ -79,7 +79,6 @@ def gnss_readings(fixes: FixStream, gnss: LogGnss, outages: Spans) -> list[Aidin
 
     Args:
         fixes: fixes in the run's time, within the run.
-        gnss: the table [log.gnss].
         outages: injected outages, s: a fix after the beginning and not after the end is withheld.
 
     Returns:

@@ -79,7 +79,6 @@ def file_clock(clock: Clock, first: float, first_row: Instant | None) -> FileClo
     """Return the clock of a file.
 
     Args:
-        clock: what the file itself says.
         first: its first time, s.
         first_row: instant of its first row, if the description gives it.
 
@@ -96,8 +95,6 @@ def offset(own: FileClock, other: FileClock, name: str, first: float) -> float:
     """Return what is added to the times of another file so that they are on the clock of one's own.
 
     Args:
-        own: clock of the inertial unit.
-        other: clock of the other file.
         name: what the other file is, for the message: "log.gnss".
         first: first time of the other file, s.
 

@@ -33,9 +33,6 @@ _OWN_TIMES = Clock("machine", None, "times in a column, without a date")
 def inertial_stream(unit: LogImu) -> tuple[InertialStream, Clock, tuple[str, ...]]:
     """Read the recorded inertial unit.
 
-    Args:
-        unit: the table [log.imu].
-
     Returns:
         Its readings turned to forward-right-down, with the axes of the file in `axes`; the clock of the file; and the
         reader's notes.
@@ -89,9 +86,6 @@ def _turned(stream: InertialStream, matrix: Array) -> InertialStream:
 def fix_stream(source: LogFile) -> tuple[FixStream, Clock, tuple[str, ...]]:
     """Read recorded fixes.
 
-    Args:
-        source: the table [log.gnss].
-
     Returns:
         The fixes, the clock of the file, and the reader's notes.
 
@@ -130,9 +124,6 @@ def _fixes_of_columns(table: Table, source: LogFile) -> tuple[FixStream, NDArray
 
 def solution_stream(source: LogFile) -> tuple[SolutionStream | FixStream, Clock, tuple[str, ...]]:
     """Read a reference: a solution, or fixes.
-
-    Args:
-        source: the table [log.reference].
 
     Returns:
         The solution or the fixes, the clock of the file, and the reader's notes.
@@ -181,19 +172,12 @@ _DIMENSION = {"m": "length", "rad": "angle", "mps": "speed"}
 
 
 def other_units(sensor: LogOther) -> Mapping[str, float]:
-    """Return the units that the readings of another sensor may have, in SI.
-
-    Args:
-        sensor: an entry of [[log.others]].
-    """
+    """Return the units that the readings of another sensor may have, in SI."""
     return UNITS_OF[_DIMENSION[measurement_kind(sensor.kind).unit]]
 
 
 def other_stream(sensor: LogOther) -> tuple[OtherStream, Clock, tuple[str, ...]]:
     """Read the readings of another sensor from columns.
-
-    Args:
-        sensor: an entry of [[log.others]].
 
     Returns:
         The readings, the clock of the file, and the reader's notes.

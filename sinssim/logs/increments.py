@@ -55,10 +55,6 @@ def made_increments(
         readings: of rates: values at the stamps, or means over the intervals that end there.
         stamps: "even" replaces the stamps by even instants, see `even_stamps`.
         max_gap: longest time without samples that is bridged, s.
-        source: what the readings are, for messages.
-
-    Returns:
-        The increments, and the gaps that were bridged.
 
     Raises:
         InputError: times do not increase, there are fewer than two samples, or a gap is too long.
@@ -149,7 +145,6 @@ def bridge_noise(imu: ImuData, gaps: Array) -> AddedNoise | None:
     whose integral over the gap has the variance S T²/12. White noise of the density √(S T/12) has the same.
 
     Args:
-        imu: increments, the bridged ones included.
         gaps: beginning and length, (G, 2) s.
 
     Returns:
@@ -175,9 +170,6 @@ def gap_words(gaps: Array) -> Sequence[str]:
 
     Args:
         gaps: beginning and length, (G, 2) s.
-
-    Returns:
-        One sentence, or none.
     """
     if not len(gaps):
         return ()

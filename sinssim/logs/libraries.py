@@ -16,12 +16,7 @@ def library(module: str, package: str, purpose: str) -> Any:
     """Import a library of the extra `logs`.
 
     Args:
-        module: its module.
-        package: its name in the package index.
         purpose: what needs it, the beginning of the message: a file, or "--to mcap".
-
-    Returns:
-        The module.
 
     Raises:
         InputError: it is not installed.
@@ -38,12 +33,8 @@ def refused(path: Path, format_name: str, error: BaseException) -> InputError:
     """Return the error for a file that a vendor's library cannot read.
 
     Args:
-        path: the file.
         format_name: what the file should be, for example "a PX4 ULog".
         error: the library's error.
-
-    Returns:
-        The error, ready to raise.
     """
     reason = "".join(c if c.isprintable() else " " for c in str(error)).strip().rstrip(".")
     return InputError(

@@ -80,7 +80,6 @@ def recorded_log(log: Log, mounting_deg: Vector3 | None = None) -> RecordedLog:
     """Load recorded sensors.
 
     Args:
-        log: the table [log] of a scenario.
         mounting_deg: roll, pitch and yaw of the block's axes in the vehicle's, to which a reference attitude belongs.
 
     Returns:

@@ -317,7 +317,6 @@ def files_from(log: Any, folder: Path) -> None:
     """Replace relative paths of a log's files by absolute ones, in the contents of a scenario's file.
 
     Args:
-        log: contents of the table [log].
         folder: the scenario's folder.
     """
     tables = [log.get(key) for key in ("imu", "gnss", "reference")] if isinstance(log, dict) else []

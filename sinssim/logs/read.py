@@ -35,9 +35,6 @@ def format_module(name: str) -> Format:
     Args:
         name: key of `FORMATS`.
 
-    Returns:
-        The module.
-
     Raises:
         InputError: the format is unknown.
     """
@@ -75,11 +72,7 @@ def candidates(path: Path) -> list[str]:
 
 
 def folder_of(file: Path) -> Path | None:
-    """Return the folder that a file is a part of, in one of the formats that are folders; None if there is none.
-
-    Args:
-        file: an existing file.
-    """
+    """Return the folder that a file is a part of, in one of the formats that are folders; None if there is none."""
     for folder in (file.parent, file.parent.parent):
         for name in candidates(folder):
             if file in format_module(name).files_of(folder):
@@ -119,9 +112,6 @@ def read_file(path: Path | str, format_name: str | None = None) -> Streams:
     Args:
         path: the file, or a folder for the formats that are folders.
         format_name: key of `FORMATS`; found from the file if not given.
-
-    Returns:
-        Its streams.
 
     Raises:
         InputError: the file cannot be read, is of an unknown format, is damaged, or needs a library that is not

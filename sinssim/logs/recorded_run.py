@@ -235,23 +235,13 @@ class RecordedRun:
     def errors(self, name: str) -> Array:
         """Return the columns of a stream of errors.
 
-        Args:
-            name: an algorithm.
-
         Returns:
             (10, N): time, position, velocity, attitude.
         """
         return np.stack(self._table(f"error_{name}", ERROR_COLUMNS))
 
     def table(self, name: str) -> dict[str, Array]:
-        """Return all columns of a stream.
-
-        Args:
-            name: of the stream.
-
-        Returns:
-            By name.
-        """
+        """Return all columns of a stream."""
         names = self._names(name)
         return dict(zip(names, self._table(name, tuple(names)), strict=True))
 

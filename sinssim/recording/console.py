@@ -18,25 +18,14 @@ _LONG = 64
 
 
 def show(exhibits: Exhibits, console: Console) -> None:
-    """Print the tables and sentences of a result.
-
-    Args:
-        exhibits: what it has to show.
-        console: the console to print on.
-    """
+    """Print the tables and sentences of a result."""
     if exhibits.plain:
         console.print(f"{exhibits.plain}\n", markup=False)
     show_items(exhibits.items, console)
 
 
 def show_items(items: Iterable[Item], console: Console, title: str = "") -> None:
-    """Print tables and sentences.
-
-    Args:
-        items: exhibits.
-        console: the console to print on.
-        title: of the tables that have no own.
-    """
+    """Print tables and sentences."""
     for item in items:
         match item:
             case Sentence() if "console" in item.on:
@@ -72,11 +61,7 @@ def _bare(text: str) -> str:
 
 
 def table_of(table: Table) -> rich_table.Table:
-    """Return a table in the style of all tables on the console.
-
-    Args:
-        table: the table.
-    """
+    """Return a table in the style of all tables on the console."""
     from rich import box
     from rich.table import Table as RichTable
     from rich.text import Text

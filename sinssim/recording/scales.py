@@ -21,7 +21,6 @@ def envelope(time: Array, values: Array, start: float, end: float, columns: int)
         time: (N,) s, in order.
         values: (N,).
         start, end: the time span of the columns, s.
-        columns: number of columns.
 
     Returns:
         Times and values, at most two per column, in order of time; all extremes are kept.
@@ -44,7 +43,6 @@ def gaps(angles: Array, turn: float) -> Array:
 
     Args:
         angles: (N,).
-        turn: a whole turn in their unit.
 
     Returns:
         (N,), NaN at the last angle before a jump.
@@ -57,12 +55,7 @@ def ticks(low: float, high: float, count: int, steps: Sequence[float] = (1.0, 2.
     """Return round numbers within a range.
 
     Args:
-        low, high: the range, high > low.
-        count: approximate maximum number.
         steps: allowed steps between them, up to a power of ten; in rising order, from 1 to under 10.
-
-    Returns:
-        The numbers, and the step between them.
     """
     least = (high - low) / count
     power = 10.0 ** np.floor(np.log10(least))
@@ -72,10 +65,6 @@ def ticks(low: float, high: float, count: int, steps: Sequence[float] = (1.0, 2.
 
 def tick_label(value: float, step: float) -> str:
     """Write a tick's number with the digits that distinguish it from its neighbours.
-
-    Args:
-        value: the number.
-        step: distance to the next one.
 
     Returns:
         For example "0.25", with a true minus sign.
@@ -102,15 +91,7 @@ def time_ticks(start: float, end: float) -> tuple[Array, float, str, float]:
 
 
 def thinned(count: int, most: int = _PLOT_ROWS) -> Rows:
-    """Return the rows of a stream to be drawn.
-
-    Args:
-        count: number of rows of the stream.
-        most: approximate maximum number of rows drawn.
-
-    Returns:
-        Indices, evenly spaced, the first and the last row among them.
-    """
+    """Return the rows of a stream to be drawn."""
     return np.unique(np.linspace(0, count - 1, min(count, most)).round().astype(np.intp))
 
 

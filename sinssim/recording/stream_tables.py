@@ -19,11 +19,7 @@ class StreamTable:
     """A stream of a run: a table over time, whose columns are those of its Parquet file; units are in their names."""
 
     def __init__(self, stream: Stream) -> None:
-        """Take a stream.
-
-        Args:
-            stream: the stream.
-        """
+        """Take a stream."""
         self._stream = stream
 
     @property
@@ -87,11 +83,7 @@ class Streams(Mapping[str, StreamTable]):
     """
 
     def __init__(self, streams: Iterable[Stream] = ()) -> None:
-        """Take streams.
-
-        Args:
-            streams: the streams.
-        """
+        """Take streams."""
         self._by_name = {stream.name: StreamTable(stream) for stream in streams}
 
     def __getitem__(self, name: str) -> StreamTable:

@@ -63,10 +63,6 @@ class Stream:
 
 
 def blocks(count: int) -> Iterator[slice]:
-    """Yield rows in blocks, as they are written; of no rows one empty block.
-
-    Args:
-        count: number of rows.
-    """
+    """Yield rows in blocks, as they are written; of no rows one empty block."""
     for start in range(0, max(count, 1), BLOCK):
         yield slice(start, min(start + BLOCK, count))

@@ -162,9 +162,6 @@ def _other(place: int) -> Rgb:
 def colors(names: Sequence[str]) -> list[Rgb]:
     """Return one colour per name: the table's colour or, for a name not in the table, the next free one.
 
-    Args:
-        names: names of algorithms or axes, for example.
-
     Returns:
         Red, green, blue of 0…255 each.
     """
@@ -174,9 +171,6 @@ def colors(names: Sequence[str]) -> list[Rgb]:
 
 def stacked_widths(count: int) -> list[float]:
     """Return line widths for lines that may coincide: each is thinner than the one under it.
-
-    Args:
-        count: number of lines, drawn in order.
 
     Returns:
         Widths in points, widest first.
@@ -221,11 +215,7 @@ _TEXTS = {"ink": INK, "soft": SOFT, "grid": GRID}
 
 
 def of_marks(marks: Sequence[Mark]) -> list[Any]:
-    """Return the colours of marks, each that of its label if it has no own.
-
-    Args:
-        marks: as drawn in a chart.
-    """
+    """Return the colours of marks, each that of its label if it has no own."""
     free = [mark.label for mark in marks if not getattr(mark, "color", "x")]  # type: ignore[union-attr]
     by_label = dict(zip(free, map(css, colors(free)), strict=True))
     return [getattr(mark, "color", "") or by_label.get(getattr(mark, "label", ""), SOFT) for mark in marks]
@@ -236,9 +226,6 @@ def shade(fraction: float) -> tuple[str, str]:
 
     Args:
         fraction: from 0, the palest, to 1; NaN for a cell without a value.
-
-    Returns:
-        Both in CSS notation.
     """
     if math.isnan(fraction):
         return GRID, ON_LIGHT

@@ -66,9 +66,6 @@ def screen_rows(time: Array, values: Array, start: float, end: float, events: Se
         start: time of the first column, s, at most `time[0]`.
         end: end of the last of `COLUMNS` columns, s.
         events: times around which all rows stay, s.
-
-    Returns:
-        Indices in order.
     """
     count = len(time)
     if count <= 2 or end <= start:

@@ -24,9 +24,6 @@ def check_times(scenario: Tables) -> None:
 
     The duration of a flight is an estimate, so up to twice the estimate plus ten minutes is accepted.
 
-    Args:
-        scenario: the scenario.
-
     Raises:
         InputError: a fault lies outside the run, the run is shorter than a sample, or the samples exceed this machine's
             memory.
@@ -84,9 +81,6 @@ def sample_bytes(scenario: Tables, first: float = _SAMPLE_BYTES) -> float:
 
 def expected_duration(scenario: Tables) -> float:
     """Estimate the duration of a scenario's motion.
-
-    Args:
-        scenario: the scenario.
 
     Returns:
         Duration, s: exact except for a flight, for which it is an estimate.

@@ -34,12 +34,6 @@ def excitation(scenario: Tables) -> Excitation:
     The estimate contains the Earth's rate and the transport rate, a flight's manoeuvres and turbulence or the rates of
     another motion, the turning of the block, angular vibration, and gravity. It is accurate to a factor of a few.
 
-    Args:
-        scenario: the scenario.
-
-    Returns:
-        The estimate.
-
     Raises:
         InputError: the aircraft's description is not right.
     """

@@ -12,14 +12,7 @@ _E_FOLD_S = math.sqrt(6.371e6 / (2.0 * 9.81))
 
 
 def height_words(scenario: Tables) -> str:
-    """Describe the height reference and its effect on the horizontal solution.
-
-    Args:
-        scenario: the scenario.
-
-    Returns:
-        A phrase without a full stop.
-    """
+    """Describe the height reference and its effect on the horizontal solution."""
     navigation, aiding = scenario.navigation, scenario.aiding
     if navigation.vertical == "free":
         return (

@@ -22,14 +22,9 @@ def initial_state_with_errors(
     """Return the initial state of navigation: the true state with errors added.
 
     Args:
-        truth: true state at the start, scalars.
         error: the errors; if all are zero, the true state is returned bit for bit.
-        ellipsoid: reference ellipsoid.
         seed: the run's seed, for random errors.
         axes: axes in which the run's errors are compared, see `sinssim.frames.AXES`.
-
-    Returns:
-        The state, scalars.
     """
     from sinssim.statistics.random_numbers import normals
 

@@ -114,7 +114,6 @@ def toml_lines(
     """Yield a table in the notation of TOML, each key with its meaning; one without a default is a comment.
 
     Args:
-        table: the table.
         value_of: returns the value of a key that is shown; its default if not given.
         chosen: keys without a default that are no comments.
     """

@@ -43,9 +43,6 @@ class Finding:
 def check_limits(scenario: Tables) -> None:
     """Raise for a flight plan beyond the limits of its aircraft, as far as its aircraft.toml gives them.
 
-    Args:
-        scenario: the scenario.
-
     Raises:
         InputError: the message lists all legs that cannot be flown, with what is right.
     """
@@ -55,14 +52,7 @@ def check_limits(scenario: Tables) -> None:
 
 
 def limit_notes(scenario: Tables) -> Iterator[str]:
-    """Yield a note on each leg that will be flown otherwise than it is written.
-
-    Args:
-        scenario: the scenario.
-
-    Yields:
-        Whole sentences.
-    """
+    """Yield a note on each leg that will be flown otherwise than it is written."""
     yield from (finding.text for finding in findings(scenario) if not finding.refused)
 
 
@@ -78,9 +68,6 @@ def warn_of_limits(*scenarios: Tables) -> None:
 
 def findings(scenario: Tables) -> Iterator[Finding]:
     """Compare the legs of a flight with the aircraft's limits, in straight legs without turbulence.
-
-    Args:
-        scenario: the scenario.
 
     Yields:
         What exceeds them; nothing for another motion, or for an aircraft without [envelope].

@@ -52,9 +52,6 @@ def as_scenario(scenario: Scenario | str | Path, overrides: Overrides = ()) -> S
         scenario: the scenario, the path of a TOML file, or a name as in `sinssim list scenarios`.
         overrides: settings, as for `load_scenario`.
 
-    Returns:
-        The scenario with these settings.
-
     Raises:
         InputError: as for `load_scenario`.
     """
@@ -117,7 +114,6 @@ def override(data: dict[str, Any], setting: str) -> str:
     """Apply one "key.path=value" to a file's contents.
 
     Args:
-        data: the contents, changed in place.
         setting: the key's path and its new value as in TOML; entries of arrays are counted from 1.
 
     Returns:
@@ -150,10 +146,6 @@ def parse_value(written: str, option: str) -> Any:
 
     Args:
         written: a value as in TOML; a plain word needs no quotes.
-        option: beginning of a message.
-
-    Returns:
-        The value.
 
     Raises:
         InputError: it has another form.

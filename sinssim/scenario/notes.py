@@ -25,11 +25,7 @@ def keys_without_effect(imu: Imu, end: float) -> Iterator[str]:
     """Yield notes on keys of a sensor block that have no effect.
 
     Args:
-        imu: the [imu] section.
         end: end of the run, s.
-
-    Yields:
-        Whole sentences, each with its key.
     """
     if not (imu.temperature_start_c or imu.temperature_steady_c):
         warming = [key for term in TERMS if term.of_temperature for key in term.keys]
@@ -82,11 +78,7 @@ def times_not_reached(scenario: Tables, end: float) -> Iterator[str]:
     """Yield notes on outages, faults, stops and alignments beyond the end of the run.
 
     Args:
-        scenario: the scenario.
         end: end of the run, s.
-
-    Yields:
-        Whole sentences, each with its key.
     """
     wanted = None if scenario.filter is None else scenario.filter.alignment_s
     if wanted is not None and wanted >= end:
@@ -108,14 +100,7 @@ def times_not_reached(scenario: Tables, end: float) -> Iterator[str]:
 
 
 def earth_of_the_navigator(scenario: Tables) -> Iterator[str]:
-    """Yield a note if the navigator has other constants of the Earth than the truth.
-
-    Args:
-        scenario: the scenario.
-
-    Yields:
-        Whole sentences, each with its key.
-    """
+    """Yield a note if the navigator has other constants of the Earth than the truth."""
     own, true = scenario.navigation.ellipsoid, scenario.truth.ellipsoid
     if own not in (OF_TRUTH, true):
         yield (
@@ -125,14 +110,7 @@ def earth_of_the_navigator(scenario: Tables) -> Iterator[str]:
 
 
 def barometer_of_the_day(scenario: Tables) -> Iterator[str]:
-    """Yield a note if the filter does not know by how much the air makes the barometer wrong.
-
-    Args:
-        scenario: the scenario.
-
-    Yields:
-        Whole sentences, each with its key.
-    """
+    """Yield a note if the filter does not know by how much the air makes the barometer wrong."""
     flight, aiding = scenario.flight, scenario.aiding
     baro = None if aiding is None else aiding.sensors().get("baro")
     if flight is None or flight.atmosphere is None or not isinstance(baro, Barometer) or scenario.filter is None:
@@ -153,14 +131,7 @@ def barometer_of_the_day(scenario: Tables) -> Iterator[str]:
 
 
 def torquer_taken(scenario: Tables) -> Iterator[str]:
-    """Yield a note on the default torquing scale factor of a platform.
-
-    Args:
-        scenario: the scenario.
-
-    Yields:
-        Whole sentences, each with its key.
-    """
+    """Yield a note on the default torquing scale factor of a platform."""
     imu, own = scenario.imu, scenario.imu.sensor_set
     if not isinstance(own, Platform) or scenario.navigation.frame == "inertial":
         return
@@ -177,14 +148,7 @@ def torquer_taken(scenario: Tables) -> Iterator[str]:
 
 
 def coarse_rates(imu: Imu) -> Iterator[str]:
-    """Yield notes on rates whose rounding is not white noise.
-
-    Args:
-        imu: the [imu] section.
-
-    Yields:
-        Whole sentences, each with its key.
-    """
+    """Yield notes on rates whose rounding is not white noise."""
     for triad in ("gyro", "accel") if imu.output != "increments" else ():
         grade, terms = getattr(find_grade(imu.grade), triad), {term.field: term for term in of_triad(triad)}
         quantum, noise = (
@@ -204,11 +168,7 @@ def defaults_taken(imu: Imu, duration: float) -> Iterator[str]:
     """Yield notes on default correlation times, and on flicker in a run longer than its validity.
 
     Args:
-        imu: the [imu] section.
         duration: duration of the run, s.
-
-    Yields:
-        Whole sentences, each with its key.
     """
     for triad in ("gyro", "accel"):
         keys = {term.field: term.key for term in of_triad(triad)}

@@ -40,9 +40,6 @@ class OwnFile:
 def own_files(scenario: Tables) -> list[OwnFile]:
     """Return the files outside the package on which the numbers of a scenario depend.
 
-    Args:
-        scenario: the scenario.
-
     Returns:
         Those of its own algorithms, frame and aiding sensors, of its grades, and of its aircraft.
     """
@@ -61,9 +58,6 @@ def own_files(scenario: Tables) -> list[OwnFile]:
 
 def own_digests(scenario: Tables) -> dict[str, str]:
     """Return the SHA-256 of the files of `own_files` by their place in a project folder.
-
-    Args:
-        scenario: the scenario.
 
     Returns:
         The digests; empty if no number depends on own content.

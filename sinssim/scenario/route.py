@@ -39,9 +39,6 @@ def check_route(scenario: Tables) -> None:
 
     The place of a vehicle at rest and a great circle are known completely; of a flight, the start and the waypoints.
 
-    Args:
-        scenario: the scenario.
-
     Raises:
         InputError: the motion comes too near; the message says where, when and how near.
     """
@@ -62,9 +59,7 @@ def check_route_flown(scenario: Tables, time: Array, truth: NavState) -> None:
     """Raise for a true motion that comes too near to the pole of its route.
 
     Args:
-        scenario: the scenario.
         time: edges of the samples, (N+1,) s.
-        truth: true states at these times.
 
     Raises:
         InputError: the motion comes too near; the message says where, when and how near.

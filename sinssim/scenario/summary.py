@@ -39,12 +39,6 @@ from sinssim.truth.vertical_plane import SENSOR_OF, WAYS, OneComponent
 def plan_lines(scenario: Tables) -> Iterator[str]:
     """Summarise a scenario.
 
-    Args:
-        scenario: the scenario.
-
-    Yields:
-        Lines of text.
-
     Raises:
         InputError: the aircraft's description is invalid, or the sensors do not suit the run.
     """
@@ -181,14 +175,7 @@ def _plane_lines(scenario: Tables, section: OneComponent) -> Iterator[str]:
 
 
 def sensor_words(section: Imu) -> str:
-    """Describe the sensor set of a block.
-
-    Args:
-        section: the [imu] section.
-
-    Returns:
-        A few words.
-    """
+    """Describe the sensor set of a block."""
     match section.sensor_set:
         case SixAccelerometers(arm_m=arm):
             return f"six accelerometers on the faces of a cube, {arm:g} m from its centre, and no gyro"
@@ -224,14 +211,7 @@ _LAYOUTS = {
 
 
 def redundant_words(section: Redundant) -> str:
-    """Describe the sensors of a redundant set.
-
-    Args:
-        section: the set.
-
-    Returns:
-        A few words.
-    """
+    """Describe the sensors of a redundant set."""
     count = len(section.axes)
     number = {4: "four", 5: "five", 6: "six"}.get(count, str(count))
     where = "along given directions" if section.directions is not None else _LAYOUTS[section.layout or "dodecahedron"]
@@ -239,14 +219,7 @@ def redundant_words(section: Redundant) -> str:
 
 
 def field_words(scenario: Tables) -> str:
-    """Return the true gravity field, and what the navigator knows of it.
-
-    Args:
-        scenario: with [gravity].
-
-    Returns:
-        One line.
-    """
+    """Return the true gravity field, and what the navigator knows of it."""
     gravity, known = scenario.gravity, scenario.navigation.gravity_degree
     assert gravity is not None
     model = gravity.coefficients()
@@ -261,10 +234,6 @@ def field_words(scenario: Tables) -> str:
 def given(section: BaseModel, *without: str) -> str:
     """Return the values of a table that differ from the defaults.
 
-    Args:
-        section: the table.
-        without: keys to leave out.
-
     Returns:
         "key = value, …", "" if all are defaults.
     """
@@ -274,9 +243,6 @@ def given(section: BaseModel, *without: str) -> str:
 def leg_words(leg: BaseModel) -> str:
     """Return the values of a leg of a flight plan that differ from the defaults, but not the places of a route.
 
-    Args:
-        leg: the leg.
-
     Returns:
         "key = value, …", "" if all are defaults.
     """
@@ -285,9 +251,6 @@ def leg_words(leg: BaseModel) -> str:
 
 def route_words(leg: BaseModel) -> list[str]:
     """Return the places of a route in words.
-
-    Args:
-        leg: a leg of a flight plan.
 
     Returns:
         One entry per place; none for a leg without a route.
@@ -305,9 +268,6 @@ def route_words(leg: BaseModel) -> list[str]:
 def named_places(scenario: Tables) -> list[tuple[str, float, float]]:
     """Return the waypoints of a scenario that have a name.
 
-    Args:
-        scenario: the scenario.
-
     Returns:
         Name, latitude and longitude, rad, in the order of the plan.
     """
@@ -323,10 +283,6 @@ def named_places(scenario: Tables) -> list[tuple[str, float, float]]:
 
 def values_of(section: BaseModel, *without: str) -> str:
     """Return all values of a table, defaults included.
-
-    Args:
-        section: the table.
-        without: keys to leave out.
 
     Returns:
         "key = value, …".

@@ -245,9 +245,6 @@ class Tables(Section):
     def contents(self, without: Iterable[str] = ()) -> dict[str, Any]:
         """Return the contents of the scenario's file with every default, as TOML can hold them.
 
-        Args:
-            without: tables to leave out.
-
         Returns:
             Tables, arrays and values by key; `Scenario.model_validate` makes an equal scenario of them.
         """
@@ -267,14 +264,7 @@ class Tables(Section):
         return {**self.model_dump(exclude=None if self.source.in_space else set(IN_SPACE)), "use": use}
 
     def to_toml(self, about_filter: Iterable[str] = ()) -> str:
-        """Return the scenario as a TOML file with every default written out.
-
-        Args:
-            about_filter: comment lines for [filter].
-
-        Returns:
-            Text that loads back to an equal scenario.
-        """
+        """Return the scenario as a TOML file with every default written out."""
         import tomli_w
 
         text = tomli_w.dumps(self.contents())

@@ -90,12 +90,6 @@ def true_motion(
 def mounting(scenario: Scenario) -> Mounting:
     """Return the place of a scenario's sensor block in its vehicle: from [imu], the aircraft or zero, in this order.
 
-    Args:
-        scenario: the scenario.
-
-    Returns:
-        The place.
-
     Raises:
         InputError: there is no such aircraft.
     """
@@ -109,9 +103,6 @@ def mounting(scenario: Scenario) -> Mounting:
 def known_field(scenario: Scenario) -> DisturbingField | None:
     """Return the disturbing field that the navigator of a scenario knows.
 
-    Args:
-        scenario: the scenario.
-
     Returns:
         The field of navigation.gravity_degree; None if it knows normal gravity only.
     """
@@ -121,9 +112,6 @@ def known_field(scenario: Scenario) -> DisturbingField | None:
 
 def unknown_field(scenario: Scenario) -> DisturbingField | None:
     """Return the part of the true field that the navigator does not know.
-
-    Args:
-        scenario: the scenario.
 
     Returns:
         The field; None if there is none.

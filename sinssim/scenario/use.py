@@ -42,7 +42,6 @@ def resolved_use(data: dict[str, Any], folder: Path, *, views: bool = True) -> N
 
     Args:
         data: contents of a scenario's file, changed in place.
-        folder: the folder that relative paths begin in.
         views: whether the file has the key `views`, which the views of a project are added to.
     """
     paths = data.get("use")

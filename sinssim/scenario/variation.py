@@ -23,7 +23,6 @@ def check_variation(scenario: Table, section: EnsembleSection, contents: dict[st
 
     Args:
         scenario: a scenario that is valid in everything else.
-        section: its [ensemble] section.
         contents: its contents by key, without [ensemble], as a file gives them.
 
     Raises:
@@ -46,9 +45,6 @@ def with_values(contents: Mapping[str, Any], values: Mapping[str, Any]) -> dict[
     Args:
         contents: contents by key; unchanged.
         values: values by the path of their key; entries of arrays are counted from 1.
-
-    Returns:
-        The new contents.
     """
     new = dict(contents)
     for path, value in values.items():

@@ -59,9 +59,6 @@ class Schuler:
 
         Args:
             latitude: φ, rad.
-
-        Returns:
-            The vehicle.
         """
         r1, r2 = earth.radii(latitude)
         gravity = float(earth.surface_gravity(latitude))
@@ -98,7 +95,6 @@ class Schuler:
         """Return the position error if velocity, tilt or azimuth changes at a unit rate: the integral of `impulse`.
 
         Args:
-            kind: kind of error.
             t: times since the start, (...) s.
 
         Returns:
@@ -116,7 +112,6 @@ class Schuler:
         """Return the position error if the rate of change itself grows at a unit rate: the integral of `step`.
 
         Args:
-            kind: kind of error.
             t: time since the start, s.
 
         Returns:
@@ -134,7 +129,6 @@ class Schuler:
         """Return the standard deviation of the position error by white noise of unit density.
 
         Args:
-            kind: the quantity that the noise changes.
             t: time since the start, s.
 
         Returns:
@@ -153,7 +147,6 @@ class Schuler:
         """Return the standard deviation of the position error by a random rate of change.
 
         Args:
-            kind: the quantity that changes.
             t: time since the start, s.
             covariance: covariance of the rate at two instants, (N,) and (N,) s.
 
@@ -168,7 +161,6 @@ class Schuler:
         """Return the position error by a given rate of change.
 
         Args:
-            kind: the quantity that changes.
             t: time since the start, s.
             change: the rate at instants, (N,) s.
 

@@ -137,9 +137,6 @@ def expect(imu: Imu, latitude: float, duration: float = 3600.0) -> Expectation:
         latitude: latitude of the vehicle, rad.
         duration: duration of the navigation, s, longer than the manoeuvres; the closed forms hold up to about an hour.
 
-    Returns:
-        The error terms, and the position error by each alone.
-
     Raises:
         InputError: the sensor set has no gyros.
     """

@@ -37,11 +37,6 @@ from sinssim.truth.trajectory import Trajectory
 def perfect_increments(trajectory: Trajectory, ideal: ImuData, imu: Imu) -> ImuData:
     """Return the increments that navigation makes of the output of a block without errors.
 
-    Args:
-        trajectory: the true motion.
-        ideal: its increments.
-        imu: the sensor block.
-
     Returns:
         The increments; the ideal ones unless the block gives instantaneous rates.
     """
@@ -61,10 +56,6 @@ def measured_increments(
     """Return the increments that navigation makes of the output of a block with errors.
 
     Args:
-        trajectory: the true motion.
-        ideal: its increments.
-        imu: the sensor block.
-        errors: errors of the block.
         seed: the run's seed.
         calibration: calibration values; None without a compensation.
 
@@ -94,10 +85,6 @@ def measured_increments(
 
 def of_output(sigma: ImuErrors, imu: Imu) -> ImuErrors:
     """Return the standard deviations of a block's errors with the noise of its output.
-
-    Args:
-        sigma: standard deviations of the errors.
-        imu: the sensor block.
 
     Returns:
         The same for increments; for rates, the rounding is white noise and part of the random walk.

@@ -25,7 +25,6 @@ def aid(scenario: Scenario, sensed: Sensed, progress: Progress = silent) -> Aide
 
     Args:
         scenario: with a filter, whose states are written out.
-        sensed: what the sensors read.
         progress: called with what a diagnosis tries and the fraction done.
 
     Returns:
@@ -85,9 +84,7 @@ def best_reference(motion: RecordedMotion, aided: Aided | None, solutions: dict[
     """Return what the inertial solutions of recorded sensors are compared with: the best that is known.
 
     Args:
-        motion: what is known of the motion.
         aided: the aided solution, if there is a filter.
-        solutions: the inertial solutions by algorithm.
 
     Returns:
         The recorded reference, or else the smoothed solution, the aided one, or the first of several; None for nothing.

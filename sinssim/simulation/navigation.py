@@ -111,10 +111,6 @@ def before_navigation(scenario: Scenario, sensed: Sensed) -> Navigated:
 def navigate(scenario: Scenario, sensed: Sensed) -> Navigated:
     """Navigate by every algorithm of a scenario.
 
-    Args:
-        scenario: the scenario.
-        sensed: what the sensors read.
-
     Returns:
         The run so far, which holds its solutions.
 
@@ -136,9 +132,6 @@ def what_if(navigated: Navigated, algorithm: str, imu: ImuData, scenario: Scenar
     """Return the errors of one algorithm of a run if its sensors had read something else.
 
     Args:
-        navigated: the run.
-        algorithm: one of its algorithms.
-        imu: the other increments.
         scenario: the scenario of the other run, by default that of the run.
 
     Returns:
@@ -168,9 +161,7 @@ def solve(
     """Navigate by every algorithm in parallel, as the kernels release the interpreter's lock.
 
     Args:
-        scenario: the scenario.
         truth: the true motion, or what is known of a recorded one, for the initial state.
-        imu: compensated increments.
         attitude: measured q_ib of a set with an attitude sensor, (N+1, 4).
         height: height reference, see `Sensed.height`.
         errors: the true errors of the sensors, which a platform needs.

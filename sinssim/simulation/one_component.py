@@ -101,11 +101,7 @@ def compute(section: OneComponent, seed: int) -> OneComponentResult:
     """Compute a one-component run.
 
     Args:
-        section: the [one_component] table.
         seed: the run's seed, for noise.
-
-    Returns:
-        The run.
 
     Raises:
         InputError: the rate gives no reading, or the motion cannot be computed with.
@@ -159,12 +155,6 @@ def navigate(
 
     Args:
         readings: of the variant's sensors.
-        section: the [one_component] table.
-        truth: true motion at the edges.
-        increments: its integrals, for the initial coordinate.
-
-    Returns:
-        The solution at the edges.
     """
     error, radius = section.initial_error, section.radius_m
     velocity = float(truth.velocity[0]) + error.velocity_mps
@@ -187,11 +177,7 @@ def only(section: OneComponent, source: str) -> OneComponent:
     """Return a table that has the errors of one group of sources alone.
 
     Args:
-        section: the [one_component] table.
         source: one of `SOURCES`; "" for no errors at all.
-
-    Returns:
-        The table.
     """
     without: dict[str, object] = {}
     if source != "accelerometers":
@@ -244,11 +230,7 @@ def constant_errors(section: OneComponent, pitch: float) -> ConstantErrors:
     """Return the constant part of the errors for a body at rest; noise has none.
 
     Args:
-        section: the [one_component] table.
         pitch: α of the accelerometer x, rad.
-
-    Returns:
-        The errors.
     """
     error, g = section.initial_error, section.gravity_mps2
     x, y = (

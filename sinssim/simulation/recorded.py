@@ -38,7 +38,6 @@ def planned(scenario: Scenario, *, recorded: bool) -> Plan:
     """Read the files of a scenario with [log], and check what follows from them.
 
     Args:
-        scenario: with a [log] table.
         recorded: whether the run is written to a run directory.
 
     Raises:
@@ -60,7 +59,6 @@ def sense_recorded(scenario: Scenario, motion: RecordedMotion) -> Sensed:
     """Return what recorded sensors read, compensated by the errors that the scenario gives as numbers.
 
     Args:
-        scenario: the scenario.
         motion: what is known of the motion, with the recording.
 
     Raises:

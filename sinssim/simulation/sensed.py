@@ -98,10 +98,6 @@ class Sensed:
 def sense(scenario: Scenario, truth: Truth) -> Sensed:
     """Emulate the inertial sensors of a simulated run.
 
-    Args:
-        scenario: the scenario.
-        truth: the true motion.
-
     Returns:
         What the sensors read, which holds the readings of perfect sensors as well.
 

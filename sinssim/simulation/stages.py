@@ -24,11 +24,7 @@ class Stages:
     """Reports the stages of a run and measures the duration of each."""
 
     def __init__(self, progress: Progress) -> None:
-        """Start the clock.
-
-        Args:
-            progress: called with the progress of the stages.
-        """
+        """Start the clock."""
         self.report = progress
         self._seconds = dict.fromkeys(STAGES, 0.0)
         self._begin = time.perf_counter()

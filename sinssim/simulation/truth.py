@@ -55,9 +55,6 @@ class Truth:
         """Return the truth along a motion, which holds what has been computed of it.
 
         Args:
-            trajectory: the motion of the vehicle.
-            block: the motion that the sensors feel.
-            rate_hz: rate of the IMU.
             ideal: ideal increments along `block`, in the steps of `digital`.
             state: true states at their edges, if they are known.
         """
@@ -110,10 +107,6 @@ def truth_along(trajectory: Trajectory, scenario: Scenario) -> Truth:
 
     Args:
         trajectory: the motion of the vehicle at the block's place.
-        scenario: the scenario.
-
-    Returns:
-        The truth, which holds its increments and states.
 
     Raises:
         InputError: an interval of the IMU is longer than the motion.

@@ -66,7 +66,6 @@ def radius_about_mean(covariance: Array, mean: Array, share: float) -> Array:
     Args:
         covariance: (N, 2, 2).
         mean: (N, 2).
-        share: probability inside the circle.
 
     Returns:
         Radii, (N,). With the mean zero they come from `circle_radius`; else from the integral over one axis of the

@@ -28,10 +28,6 @@ def upper_tail(weights: Array, value: float) -> float:
 
     Args:
         weights: λ, positive, (N,).
-        value: q.
-
-    Returns:
-        P(Σ λ χ² > q).
     """
     if value <= 0.0:
         return 1.0
@@ -58,9 +54,6 @@ def quantile(weights: Array, tail: float) -> float:
     Args:
         weights: λ, positive, (N,).
         tail: the probability, between 0 and 1.
-
-    Returns:
-        q.
     """
     w = weights / weights.max()
     low, gap = -1.0, 0.25

@@ -44,10 +44,6 @@ def philox(
 ) -> tuple[np.uint64, np.uint64, np.uint64, np.uint64]:
     """Return the four words of one block; every argument has 32 bits.
 
-    Args:
-        key_0, key_1: the key.
-        c0, c1, c2, c3: the counter.
-
     Returns:
         Four words of 32 bits.
     """
@@ -85,7 +81,6 @@ def normal_pair(
         key_0, key_1: key of the seed, from `key`.
         number: number of the sample, from 0.
         term: number of the term, from `term_number`.
-        axis: number of the axis.
 
     Returns:
         The gyro's number and the accelerometer's.
@@ -121,10 +116,7 @@ def normal_pairs(
 
     Args:
         one, two: arrays for the gyro's and the accelerometer's numbers, (N,).
-        key_0, key_1: key of the seed.
-        first: number of the first sample.
         term: number of the term, from `term_number`.
-        axis: number of the axis.
     """
     for n in range(len(one)):
         one[n], two[n] = normal_pair(key_0, key_1, np.int64(first + n), term, axis)
@@ -139,9 +131,7 @@ def normal_pairs_of_runs(
     Args:
         one, two: arrays for the gyro's and the accelerometer's numbers, (R,).
         key_0, key_1: keys of the runs' seeds, (R,).
-        number: number of the sample.
         term: number of the term, from `term_number`.
-        axis: number of the axis.
     """
     for run in range(len(one)):
         one[run], two[run] = normal_pair(key_0[run], key_1[run], np.int64(number), term, axis)
@@ -165,9 +155,6 @@ def key(seed: int) -> tuple[np.uint64, np.uint64]:
     Args:
         seed: the run's seed.
 
-    Returns:
-        Low and high half.
-
     Raises:
         InputError: the seed is not an integer from 0 to 2⁶⁴ − 1.
     """
@@ -185,8 +172,6 @@ def pairs(seed: int, term: str, axis: int, count: int, first: int = 0) -> Array:
         seed: the run's seed, from 0 to 2⁶⁴ − 1.
         term: name of the error term, for example "bias".
         axis: number of the axis, from 0.
-        count: number of samples.
-        first: number of the first.
 
     Returns:
         The numbers of the gyro and of the accelerometer, (2, count).
@@ -207,10 +192,6 @@ def normals(seed: int, term: str, axis: int, count: int) -> Array:
         seed: the run's seed, from 0 to 2⁶⁴ − 1.
         term: name of the term, for example "gnss position".
         axis: number of the axis, from 0.
-        count: number of samples.
-
-    Returns:
-        The numbers, (count,).
 
     Raises:
         InputError: the seed cannot be used.

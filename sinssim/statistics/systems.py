@@ -78,9 +78,6 @@ def compare_systems(outputs: Any, covariance: Any, false_alarm: float) -> Compar
         covariance: of the errors of one system without a fault, (E, k, k).
         false_alarm: probability that a test of two systems finds a fault although there is none.
 
-    Returns:
-        The tests of all pairs.
-
     Raises:
         InputError: the shapes do not fit, or the probability is not between 0 and 1.
     """

@@ -83,7 +83,6 @@ def earth_fixed(state: NavState | NavSolution, ellipsoid: Ellipsoid = WGS84) -> 
 
     Args:
         state: N rows.
-        ellipsoid: of its geodetic coordinates.
 
     Returns:
         N rows.

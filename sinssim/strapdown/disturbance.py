@@ -42,13 +42,7 @@ def navigate_in_field(
     """Navigate with the disturbance of gravity at the navigator's own position.
 
     Args:
-        imu: increments.
-        field: the field that the navigator knows.
         ellipsoid: the navigator's ellipsoid.
-        navigate: navigates on increments with normal gravity.
-
-    Returns:
-        The solution.
 
     Raises:
         RunError: `navigate` does, or the positions of successive passes do not come closer.
@@ -78,7 +72,6 @@ def disturbance_of_segment(
     """Return the increments by the disturbance over a segment's samples and their neighbours.
 
     Args:
-        field: the field that the navigator knows.
         ellipsoid: the navigator's ellipsoid.
         samples: increments of the segment and those beside it.
         nominal: a solution over the segment; of one row, if only the start is known.

@@ -25,9 +25,6 @@ NO_NUMBERS: dict[str, float] = {f"{kind}_{q}": math.nan for q in _QUANTITIES for
 def error_numbers(error: NavError) -> dict[str, float]:
     """Return the error statistics of one algorithm.
 
-    Args:
-        error: its errors.
-
     Returns:
         `final_`, `rms_` and `max_` of `horizontal_error_m`, `height_error_m`, `velocity_error_mps` and
         `attitude_error_arcsec`. The final height error has a sign, positive if the solution is too high; all others are
@@ -78,9 +75,6 @@ def known_error_numbers_of(blocks: Callable[[], Iterable[NavError]]) -> dict[str
 
 def diverged(errors: Mapping[str, NavError]) -> dict[str, RunError]:
     """Find the algorithms whose errors are not finite.
-
-    Args:
-        errors: by algorithm.
 
     Returns:
         For each of them an error with the message and the instant from which this holds.

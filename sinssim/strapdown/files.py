@@ -98,9 +98,6 @@ def algorithm_file(algorithm: str) -> AttitudeFile | EngineFile:
     Args:
         algorithm: one of `sinssim.ALGORITHMS`.
 
-    Returns:
-        The module.
-
     Raises:
         InputError: the file is missing, invalid or incomplete, or the registry has the name twice; the message gives
             the path and the reason.
@@ -135,9 +132,6 @@ def frame_file(frame: str) -> FrameFile:
     Args:
         frame: one of `sinssim.FRAMES`.
 
-    Returns:
-        The module.
-
     Raises:
         InputError: the file is missing, invalid or incomplete; the message gives the path and the reason.
     """
@@ -161,9 +155,6 @@ def three_rate_file(frame: str) -> ThreeRateFile:
     Args:
         frame: one of `sinssim.FRAMES` with `has_three_rates`.
 
-    Returns:
-        The module.
-
     Raises:
         InputError: the file is missing, invalid or incomplete; the message gives the path and the reason.
     """
@@ -180,10 +171,6 @@ def three_rate_file(frame: str) -> ThreeRateFile:
 
 def check_own_files(algorithms: Iterable[str], frame: str) -> None:
     """Raise for a file outside the package that cannot be used, before anything is computed.
-
-    Args:
-        algorithms: names of algorithms.
-        frame: name of the navigation frame.
 
     Raises:
         InputError: as for `algorithm_file`, `frame_file` and `three_rate_file`.

@@ -111,9 +111,7 @@ def navigate_by_attitude(
         q_ib: attitude relative to inertial space measured at the edges, unit quaternions, (N+1, 4); it must turn by
             well under half a turn between edges.
         initial: state at time[0], scalars; its attitude is not used.
-        mechanization: gravity, ellipsoid and vertical channel.
         height: reference height for the vertical channel, (N+1,) m, as for `navigate`.
-        **options: fields of the mechanization by name instead.
 
     Returns:
         The solution at every edge; its attitude is the measured one, referred to the computed place.
@@ -186,12 +184,8 @@ def navigate_set(
     Args:
         imu: increments; those of angle are not used if the attitude is measured.
         attitude: measured attitude relative to inertial space at the edges, (N+1, 4), or None.
-        initial: state at the start.
         mechanization: with a measured attitude, gravity, ellipsoid and those of the vertical channel apply.
         height: as for `navigate`.
-
-    Returns:
-        The solution.
 
     Raises:
         InputError: the data or the engine do not admit an option.

@@ -163,10 +163,6 @@ def chosen(mechanization: Mechanization | None, options: Options) -> Mechanizati
 
     Args:
         mechanization: the given one, None if there is none.
-        options: fields by name.
-
-    Returns:
-        It.
 
     Raises:
         InputError: both are given, or as for `Mechanization`.

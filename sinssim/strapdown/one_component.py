@@ -157,9 +157,6 @@ def simulate(
         velocity, coordinate, pitch: at time[0], m/s, rad, rad.
         radius: radius of the Earth, m.
 
-    Returns:
-        The solution at every edge.
-
     Raises:
         InputError: the arrays do not belong together, a value is not finite, or the times do not increase.
     """
@@ -191,9 +188,6 @@ def simulate_measured(
         dvel: integrals of the specific force along the body and up, (N, 2) m/s.
         velocity, coordinate: at time[0], m/s, rad.
         radius: radius of the Earth, m.
-
-    Returns:
-        The solution at every edge.
 
     Raises:
         InputError: the arrays do not belong together, a value is not finite, or the times do not increase.

@@ -51,15 +51,7 @@ def _failed(algorithm: str, path: str, error: Exception) -> InputError:
 
 
 def guarded(algorithm: str, engine: Callable[..., None]) -> Callable[..., None]:
-    """Return an engine whose failures are explained with the file of the algorithm in it.
-
-    Args:
-        algorithm: name of an algorithm outside the package.
-        engine: its compiled engine.
-
-    Returns:
-        A function that calls the engine.
-    """
+    """Return an engine whose failures are explained with the file of the algorithm in it."""
 
     @functools.wraps(engine)
     def call(*arguments: Any) -> None:
@@ -80,11 +72,6 @@ def guarded(algorithm: str, engine: Callable[..., None]) -> Callable[..., None]:
 
 def check_parts(algorithm: str, path: str, file: ModuleType) -> None:
     """Raise if the functions of an algorithm do not fit each other, or do not mean what the engines take them for.
-
-    Args:
-        algorithm: its name.
-        path: its file.
-        file: its module, with all functions.
 
     Raises:
         InputError: a function cannot be compiled, fails, or returns something else; the message has the file.

@@ -77,9 +77,6 @@ class Segments:
 
         Args:
             first, last: numbers of the rows at its ends, `time[first]` … `time[last]`.
-
-        Returns:
-            Number of samples before the segment, and the samples (views of the data).
         """
         data = self._data
         start, end = self._start(first), min(last * data.per_row + self._around, len(data.dtheta))
@@ -90,7 +87,6 @@ class Segments:
         """Navigate over one segment.
 
         Args:
-            first, last: numbers of the rows at its ends.
             state: state at `time[first]`.
             samples: the samples of `samples(first, last)`, compensated.
 

@@ -56,7 +56,6 @@ def updates(imu: ImuData, of: Mechanization) -> Updates:
 
     Args:
         imu: increments, N intervals.
-        of: algorithm, frame and rates.
 
     Returns:
         The updates; samples at the end that do not fill a row stay.

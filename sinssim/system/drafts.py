@@ -59,9 +59,6 @@ class Draft:
     def move_to(self, place: Path) -> None:
         """Rename the folder to its final name.
 
-        Args:
-            place: a free name in the same folder.
-
         Raises:
             OSError: it cannot be renamed.
         """
@@ -105,9 +102,6 @@ def remove_left(parent: Path) -> None:
     """Remove the hidden folders of processes that have ended.
 
     Nothing is removed if the system does not support locks, or of processes on other machines.
-
-    Args:
-        parent: the folder in which they lie.
     """
     with suppress(OSError):
         for entry in list(os.scandir(parent)):

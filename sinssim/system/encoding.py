@@ -29,14 +29,7 @@ def encode_everything(stream: TextIO) -> None:
 
 
 def holds_everything(stream: TextIO) -> bool:
-    """Return whether a stream's encoding represents all characters.
-
-    Args:
-        stream: a text stream.
-
-    Returns:
-        Whether its encoding is a Unicode encoding.
-    """
+    """Return whether a stream's encoding represents all characters."""
     return (getattr(stream, "encoding", None) or "utf-8").lower().startswith(("utf", "cp65001"))
 
 

@@ -154,10 +154,6 @@ class CheckedFiles(IndexDataCacheFile):  # type: ignore[misc]
 def content_digest(path: str, content: bytes) -> bytes:
     """Return the digest with which a file begins.
 
-    Args:
-        path: the file, whose name enters.
-        content: what follows the digest.
-
     Returns:
         `DIGEST_BYTES` bytes.
     """

@@ -17,10 +17,6 @@ MARK = ".sinssim-in-use"
 def open_own(path: Path, *, make: bool = True) -> int:
     """Open a file of this program for reading and writing; links are not followed.
 
-    Args:
-        path: the file.
-        make: whether a missing file is made.
-
     Returns:
         Its descriptor, which child programs do not inherit.
 
@@ -40,9 +36,6 @@ def open_own(path: Path, *, make: bool = True) -> int:
 def try_lock(file: int) -> bool | None:
     """Lock a file until its descriptor is closed, at the latest when the process ends.
 
-    Args:
-        file: its descriptor.
-
     Returns:
         Whether this process has locked it, and not another one; None if the system has no such locks, as Windows or
         some network drives.
@@ -60,9 +53,6 @@ def try_lock(file: int) -> bool | None:
 
 def try_hold(folder: Path) -> int | None:
     """Mark a folder as in use, unless another process has.
-
-    Args:
-        folder: an existing folder.
 
     Returns:
         Descriptor of the locked file; None if another process has locked it. Without locks, the folder is taken as

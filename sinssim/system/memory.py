@@ -42,10 +42,6 @@ def shared(array: T, known: list[T]) -> T:
 
     Args:
         array: any; it becomes known if no other is equal.
-        known: arrays that nobody changes.
-
-    Returns:
-        One of them.
     """
     for one in known:
         if one.dtype == array.dtype and np.array_equal(one, array):

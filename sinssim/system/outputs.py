@@ -20,10 +20,6 @@ MARK = ".sinssim.json"
 def write_text(path: Path, text: str) -> None:
     """Write a text file to a temporary file and rename it into place.
 
-    Args:
-        path: the file.
-        text: its contents.
-
     Raises:
         OSError: the file cannot be written.
     """
@@ -33,9 +29,6 @@ def write_text(path: Path, text: str) -> None:
 
 def written(place: Path) -> list[str] | None:
     """Return the files that sinssim wrote in a directory.
-
-    Args:
-        place: the directory.
 
     Returns:
         Their names in it, with slashes, by its mark; None without a mark that could be one.
@@ -55,10 +48,6 @@ def written(place: Path) -> list[str] | None:
 def check_inside(place: Path, names: Iterable[str]) -> None:
     """Refuse names in a directory that a link leads elsewhere, or at which there is a folder instead of a file.
 
-    Args:
-        place: the directory.
-        names: names of files in it, with slashes.
-
     Raises:
         InputError: the directory has such a link or folder.
     """
@@ -77,7 +66,6 @@ def remove(place: Path, names: Iterable[str]) -> None:
     """Remove files of sinssim in a directory, and the folders that are empty then; all others stay.
 
     Args:
-        place: the directory.
         names: names of files in it, with slashes; missing ones are left out.
 
     Raises:
@@ -96,7 +84,6 @@ def publish(source: Draft, place: Path, kept: Iterable[str] = ()) -> list[str]:
 
     Args:
         source: the new files, on the same file system.
-        place: a directory, or a free name.
         kept: names of files of sinssim in it that stay and are marked with the new ones.
 
     Returns:
@@ -173,10 +160,6 @@ def is_taken(place: Path) -> bool:
 
 def check_place(place: Path, overwrite: bool) -> None:
     """Raise unless a place is free or holds a run that may be replaced.
-
-    Args:
-        place: of a run directory.
-        overwrite: whether a run may be replaced.
 
     Raises:
         InputError: the message says what is in the way.

@@ -26,9 +26,6 @@ def short_repr(kind: C) -> C:
 
     Args:
         kind: the dataclass; its docstring says what the attributes are.
-
-    Returns:
-        The same class.
     """
     for name, function in (("__repr__", _repr), ("_repr_html_", _html)):
         if name not in vars(kind) or name == "__repr__":
@@ -38,9 +35,6 @@ def short_repr(kind: C) -> C:
 
 def described(value: Any) -> str:
     """Return a value in a few words.
-
-    Args:
-        value: anything.
 
     Returns:
         For an array its shape and span, such as "1201 × 3 array, -0.5 … 2"; for a short one its numbers.
@@ -69,16 +63,7 @@ def described(value: Any) -> str:
 
 
 def html_table(title: str, rows: Sequence[tuple[str, ...]], heads: tuple[str, ...] = ()) -> str:
-    """Return a table for a notebook.
-
-    Args:
-        title: what it shows.
-        rows: cells, as plain text.
-        heads: headings of the columns.
-
-    Returns:
-        HTML.
-    """
+    """Return a table for a notebook."""
 
     def row(cells: tuple[str, ...], tag: str) -> str:
         shown = (f'<{tag} style="text-align: left">{html.escape(cell)}</{tag}>' for cell in cells)
@@ -89,14 +74,7 @@ def html_table(title: str, rows: Sequence[tuple[str, ...]], heads: tuple[str, ..
 
 
 def html_lines(lines: Iterable[str]) -> str:
-    """Return lines of text for a notebook, with their columns.
-
-    Args:
-        lines: the lines.
-
-    Returns:
-        HTML.
-    """
+    """Return lines of text for a notebook, with their columns."""
     return f"<pre>{html.escape(chr(10).join(lines))}</pre>"
 
 

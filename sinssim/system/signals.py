@@ -73,9 +73,6 @@ def aside(work: Callable[[], T]) -> T:
         work: the work. It is done in the current thread if that is not the main thread, which alone receives signals,
             or if a module is being imported, for which the work might wait.
 
-    Returns:
-        Its result.
-
     Raises:
         KeyboardInterrupt: the work was interrupted.
     """

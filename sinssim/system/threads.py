@@ -13,9 +13,6 @@ def thread_pool(count: int | None) -> Iterator[ThreadPoolExecutor]:
 
     Python's own pool would wait in that case, too, for compilations and for navigations over hours of samples.
 
-    Args:
-        count: maximum number of threads.
-
     Yields:
         The pool. Its work must be safe to abandon: it must not write files.
     """

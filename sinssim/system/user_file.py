@@ -27,9 +27,6 @@ def user_file(path: Path) -> Path:
     Args:
         path: a file, or a folder for the formats that are folders.
 
-    Returns:
-        The same path.
-
     Raises:
         InputError: it is neither an ordinary file nor a folder, or larger than the memory.
         OSError: it does not exist.
@@ -51,12 +48,6 @@ def user_file(path: Path) -> Path:
 def open_file(path: Path) -> BufferedReader:
     """Open a file for reading bytes.
 
-    Args:
-        path: the file.
-
-    Returns:
-        The open file.
-
     Raises:
         InputError, OSError: as for `user_file`.
     """
@@ -67,11 +58,7 @@ def open_text(path: Path, encoding: str, errors: str = "strict", newline: str | 
     """Open a file for reading text.
 
     Args:
-        path: the file.
         encoding, errors, newline: as for `open`.
-
-    Returns:
-        The open file.
 
     Raises:
         InputError, OSError: as for `user_file`.
@@ -81,9 +68,6 @@ def open_text(path: Path, encoding: str, errors: str = "strict", newline: str | 
 
 def read_bytes(path: Path) -> bytes:
     """Return the contents of a file.
-
-    Args:
-        path: the file.
 
     Returns:
         Its bytes.
@@ -98,11 +82,7 @@ def read_text(path: Path, encoding: str = "utf-8", errors: str = "strict") -> st
     """Return the contents of a text file.
 
     Args:
-        path: the file.
         encoding, errors: as for `open`.
-
-    Returns:
-        Its text.
 
     Raises:
         InputError, OSError: as for `user_file`.

@@ -17,7 +17,6 @@ def velocity_increments(trajectory: Trajectory, position: ArrayLike, rate_hz: fl
     Args:
         trajectory: motion of the vehicle's reference point.
         position: position of each point from the reference point, in the trajectory's axes, (K, 3) m.
-        rate_hz: samples per second.
 
     Returns:
         Edges of the intervals (N+1,) s and the integrals in the trajectory's axes, (N, K, 3) m/s.

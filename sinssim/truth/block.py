@@ -16,10 +16,6 @@ def block_state(position: Array, velocity: Array, q_es: Array, ellipsoid: Ellips
         position: Earth-fixed position of the block, (..., 3) m.
         velocity: relative to the Earth, Earth-fixed axes, (..., 3) m/s.
         q_es: attitude of the block, v_e = C_es v_s, (..., 4).
-        ellipsoid: reference ellipsoid.
-
-    Returns:
-        The state, in arrays of the same leading shape.
     """
     latitude, longitude, height = earth.ecef_to_geodetic(position, ellipsoid)
     q_ne = rotation.conjugate(earth.q_en(latitude, longitude))

@@ -87,9 +87,6 @@ class Motion(Source):
     def duration(self, earth: TrueEarth = NORMAL_EARTH) -> float:
         """Return the duration before the motion is computed.
 
-        Args:
-            earth: gravity and ellipsoid.
-
         Returns:
             Duration, s: exact except for a flight, for which it is an estimate.
 
@@ -114,14 +111,9 @@ class Motion(Source):
         """Return the true motion of the sensor block.
 
         Args:
-            block: its place in the vehicle.
-            earth: gravity and ellipsoid.
             seed: seed of what is random in the motion.
             progress: called with the fraction of a flight flown, 0…1.
             meanwhile: called once while another process flies; not called if there is nothing to fly.
-
-        Returns:
-            The motion.
 
         Raises:
             InputError: the motion is impossible; the message names the leg, the file or the key.

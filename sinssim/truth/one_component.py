@@ -79,9 +79,6 @@ class PlaneMotion:
     def __init__(self, system: OneComponent) -> None:
         """Lay the curves through the rows.
 
-        Args:
-            system: the table.
-
         Raises:
             InputError: the rows give a motion that cannot be computed with.
         """
@@ -103,9 +100,6 @@ class PlaneMotion:
 
         Args:
             time: instants, (N,) s.
-
-        Returns:
-            The motion at these instants.
         """
         v, height, theta = self._velocity(time), self._height(time), self._body_pitch(time)
         turn, horizontal, vertical = self._felt(time, v, height)
@@ -123,12 +117,6 @@ class PlaneMotion:
 
     def increments(self, rate_hz: float) -> PlaneIncrements:
         """Return the integrals of ideal readings by Gauss-Legendre quadrature, exact to rounding between rows.
-
-        Args:
-            rate_hz: readings per second.
-
-        Returns:
-            The integrals over equal intervals that fit into the motion.
 
         Raises:
             InputError: the rate gives no interval, or more than this machine's memory holds.

@@ -68,9 +68,6 @@ def checked_knots(time: ArrayLike, position_ecef: ArrayLike, q_eb: ArrayLike) ->
         position_ecef: positions at the knots, (K, 3) m.
         q_eb: attitude at the knots, v_e = C_eb v_b, (K, 4).
 
-    Returns:
-        Times, positions and quaternions.
-
     Raises:
         InputError: the knots do not define a curve; the message names the knot.
     """
@@ -129,9 +126,6 @@ def knot_derivatives(time: Array, position: Array, q: Array) -> KnotDerivatives:
         time: the knots, (K,) s.
         position: positions at the knots, (K, 3) m.
         q: quaternions at the knots, of continuous sign, (K, 4).
-
-    Returns:
-        The derivatives, by which the integrals of the acceleration pass through the positions.
     """
     from scipy.interpolate import make_interp_spline
 
@@ -152,7 +146,6 @@ def panels_through(time: Array, position: Array, q: Array, derivatives: KnotDeri
         time: the knots, (K,) s.
         position: positions at the knots, (K, 3) m.
         q: quaternions at the knots, of continuous sign, (K, 4).
-        derivatives: of position and quaternions at the knots.
 
     Returns:
         (K-1, 6, 7) coefficients of x, y, z, q0, q1, q2, q3 by power of the time since the panel's first knot.

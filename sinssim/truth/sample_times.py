@@ -31,7 +31,6 @@ def sample_edges(start: float, end: float, rate_hz: float) -> Array:
     Args:
         start: first edge, s.
         end: no edge lies beyond it, s.
-        rate_hz: intervals per second.
 
     Returns:
         start + k/rate_hz for k = 0...N, (N+1,) s.
@@ -62,9 +61,6 @@ def checked_place(latitude: float, longitude: float, height: float) -> tuple[flo
         latitude, longitude: geodetic, rad.
         height: above the ellipsoid, m.
 
-    Returns:
-        The same.
-
     Raises:
         InputError: a value is not finite, the latitude is beyond a pole, or the height is not near the Earth.
     """
@@ -80,9 +76,6 @@ def checked_duration(duration: float) -> float:
 
     Args:
         duration: s.
-
-    Returns:
-        The same.
 
     Raises:
         InputError: the duration is not positive and finite.
@@ -121,9 +114,6 @@ def part_by_part(state: Callable[[Array], NavState], instants: Array) -> NavStat
     Args:
         state: returns the states at instants, of whose number none depends.
         instants: () or (N,) s.
-
-    Returns:
-        The states at all of them, in arrays of the same leading shape.
     """
     if instants.size <= _PART:
         return state(instants)
@@ -139,7 +129,6 @@ def in_blocks(count: int, work: Callable[[int, int], None]) -> None:
     """Run work(first, last) over consecutive blocks of range(count), on two threads if that is faster.
 
     Args:
-        count: number of items.
         work: processes the items first...last-1; it must release the GIL, and the items must be independent.
     """
     threads = min(2, os.cpu_count() or 1, 1 + count // _BLOCK)

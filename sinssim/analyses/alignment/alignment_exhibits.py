@@ -37,9 +37,6 @@ def has_expectation(result: AlignmentResult) -> bool:
 def exhibits_of(result: AlignmentResult) -> Exhibits:
     """Return what an alignment has to show.
 
-    Args:
-        result: the alignment.
-
     Returns:
         Sentences, tables and charts; "error_budget" are those of the expected errors, if they are known.
     """
@@ -217,12 +214,9 @@ def curve(
     """Return an angle's σ over the length of the session: all sources, and those that averaging does not reduce.
 
     Args:
-        name: the angle.
         attitude: attitude of the vehicle, rad.
         latitude: rad.
-        sigmas: standard deviations of sensor blocks by name.
         method: "quiet" or "disturbed".
-        more: further marks.
     """
     time = np.geomspace(1.0, 2e4, 200)
     steady = tuple(source for source in SOURCES if source not in AVERAGED)

@@ -13,14 +13,6 @@ from sinssim.system.outputs import write_text
 def write_alignment(result: AlignmentResult, directory: Path, *, overwrite: bool = False) -> Path:
     """Write an alignment's directory: alignment.json, recording.rrd, and alignment.svg if errors are expected.
 
-    Args:
-        result: the alignment.
-        directory: the place.
-        overwrite: whether existing results there may be replaced.
-
-    Returns:
-        The directory.
-
     Raises:
         InputError: the place is taken or cannot be written.
     """

@@ -34,14 +34,7 @@ _DIRECTION = (
 
 
 def exhibits_of(result: CalibrationResult) -> Exhibits:
-    """Return what a calibration has to show.
-
-    Args:
-        result: the calibration.
-
-    Returns:
-        Sentences, the table of the parameters, and charts.
-    """
+    """Return what a calibration has to show."""
     scenario = result.scenario
     items: list[Item] = [
         Sentence(scenario.description, "lead", on=("page",)),

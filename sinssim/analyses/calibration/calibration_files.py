@@ -17,14 +17,7 @@ _SI = {("gyro", "bias"): "rad/s", ("accel", "bias"): "m/s²", "scale": "1", "mis
 
 
 def to_json(result: CalibrationResult) -> dict[str, Any]:
-    """Return a calibration as plain numbers with their units.
-
-    Args:
-        result: the calibration.
-
-    Returns:
-        What JSON can hold.
-    """
+    """Return a calibration as plain numbers with their units."""
     solution, estimate = result.estimate.solution, result.estimate
     rows = []
     for k, one in enumerate(result.parameters):
@@ -73,14 +66,6 @@ def to_json(result: CalibrationResult) -> dict[str, Any]:
 
 def write_calibration(result: CalibrationResult, directory: Path, *, overwrite: bool = False) -> Path:
     """Write a calibration's directory: calibration.json, compensation.toml, report.html, scenario.toml.
-
-    Args:
-        result: the calibration.
-        directory: the place.
-        overwrite: whether existing results there may be replaced.
-
-    Returns:
-        The directory.
 
     Raises:
         InputError: the place is taken or cannot be written.

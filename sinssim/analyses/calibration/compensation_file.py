@@ -17,9 +17,6 @@ _OFF = ~np.eye(3, dtype=bool)
 def compensation_text(result: CalibrationResult) -> str:
     """Return a compensation file.
 
-    Args:
-        result: the calibration.
-
     Returns:
         TOML that `[compensation] file = "…"` takes, and that can also be pasted into a scenario. Errors that the
         calibration does not determine are left in the readings: their value is 0, and their 1σ that of [imu].

@@ -67,9 +67,6 @@ def solve(r: Array, a: Array, b: Array, prior: Array, size: Array, values: Array
         final: whether observable directions are free and the others zero. Otherwise the sizes of the parameters are
             prior knowledge of all of them: the steps of an iteration then cannot run away, and no direction changes
             sides between them.
-
-    Returns:
-        The solution.
     """
     m, p = a.shape
     q = b.shape[1]
@@ -120,10 +117,6 @@ def nuisances(r: Array, b: Array, prior: Array) -> Array:
 
 def unobservable(solution: Solution, names: list[str]) -> list[str]:
     """Name what the observations do not determine.
-
-    Args:
-        solution: the solution.
-        names: names of the parameters.
 
     Returns:
         One text for each direction: a parameter, or a combination such as "accel bias x + 0.7 gyro scale y", in which

@@ -35,11 +35,7 @@ def noise_of(imu: Imu, triad: str) -> TriadNoise:
     """Return the noise of the gyros or of the accelerometers.
 
     Args:
-        imu: the sensor block.
         triad: "gyro" or "accel".
-
-    Returns:
-        The noise.
     """
     own: TriadErrors = getattr(imu.sigma, triad)
     untold = tuple(
@@ -56,7 +52,6 @@ def covariance_of_integrals(noise: TriadNoise, spans: Array, floor: float) -> Ar
     e^(−T/τ)) for the same span. The integral between two readings of a counter has Q²/6.
 
     Args:
-        noise: the noise.
         spans: beginning and end of each span, without overlap, (K, 2) s.
         floor: 1σ that is added to each, against an observation without any noise, rad or m/s.
 

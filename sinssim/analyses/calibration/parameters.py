@@ -75,9 +75,6 @@ def parameters(imu: Imu, method: str, arms: bool = False) -> tuple[Parameter, ..
         imu: the sensor block, whose 1σ and given errors are the sizes of the parameters.
         method: "separate" or "systematic".
         arms: whether the places of the accelerometers are among them.
-
-    Returns:
-        The parameters, those of the gyros first.
     """
     found = []
     for triad in ("gyro", "accel"):
@@ -105,11 +102,7 @@ def errors_of(known: tuple[Parameter, ...], values: Array) -> ImuErrors:
     """Return the errors of a block from the values of parameters; all others are zero.
 
     Args:
-        known: the parameters.
         values: their values, (p,) SI.
-
-    Returns:
-        The errors.
     """
     parts: dict[str, dict[str, Any]] = {
         triad: {"bias": np.zeros(3), "scale": np.zeros(3), "misalignment": np.zeros((3, 3))}
@@ -130,7 +123,6 @@ def values_of(known: tuple[Parameter, ...], errors: ImuErrors) -> Array:
     """Return the values of parameters from the errors of a block, (p,) SI.
 
     Args:
-        known: the parameters.
         errors: the errors, in the frame of the parameters.
     """
     found = []

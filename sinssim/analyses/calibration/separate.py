@@ -69,12 +69,6 @@ class _Table:
 def separate(task: Task) -> Estimate:
     """Estimate the parameters of a block by separate tests.
 
-    Args:
-        task: the calibration.
-
-    Returns:
-        The estimate.
-
     Raises:
         RunError: the iteration does not converge: the readings do not fit the sequence.
     """
@@ -177,10 +171,7 @@ def linearise(
     """Return residuals and their design, those of the gyros and of the accelerometers.
 
     Args:
-        task: the calibration.
         errors: errors of the table: tilt, positions, axes, one after the other, rad.
-        imu: the compensated readings.
-        rates: whether turns are used.
         order: order in time of the gyros' observations, dwells first.
 
     Returns:

@@ -47,11 +47,7 @@ def planned(section: Turntable, time: Array) -> Dwells:
     """Return the dwells at the times of the sequence.
 
     Args:
-        section: the [turntable] table.
         time: edges of the samples, from the beginning of the sequence, (N+1,) s.
-
-    Returns:
-        The dwells.
 
     Raises:
         InputError: a dwell has fewer than three samples.
@@ -66,9 +62,6 @@ def between(spans: tuple[tuple[float, float], ...], time: Array, key: str) -> Dw
         spans: beginning and end of each, s.
         time: edges of the samples, (N+1,) s.
         key: key of the spans in a scenario, for messages.
-
-    Returns:
-        The dwells.
 
     Raises:
         InputError: a dwell has fewer than three samples, or lies outside of the samples.
@@ -95,11 +88,7 @@ def detected(imu: ImuData, section: Turntable) -> Dwells:
     """Return the dwells of a log: spans in which the gyros stand still, as many as the sequence has.
 
     Args:
-        imu: the readings.
         section: the [turntable] table, which says what the table did.
-
-    Returns:
-        The dwells.
 
     Raises:
         InputError: the log has no standing spans, or another number of them than the sequence.

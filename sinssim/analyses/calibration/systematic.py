@@ -41,12 +41,6 @@ _COARSE_BIAS = 1.0 * DEG_H
 def systematic(task: Task) -> Estimate:
     """Estimate the parameters of a block from its navigation errors.
 
-    Args:
-        task: the calibration.
-
-    Returns:
-        The estimate.
-
     Raises:
         RunError: the iteration does not converge: the readings do not fit the sequence.
     """
@@ -78,9 +72,6 @@ def systematic(task: Task) -> Estimate:
 def steps(task: Task) -> tuple[Rows, Mask]:
     """Return the steps of the filter.
 
-    Args:
-        task: the calibration.
-
     Returns:
         First sample after each step, (K,), and whether the block stands during the step, (K,).
     """
@@ -105,10 +96,7 @@ def linearise(task: Task, imu: ImuData, q: Array, ends: Rows, observed: Mask) ->
     """Return the whitened innovations and their derivatives.
 
     Args:
-        task: the calibration.
-        imu: the compensated readings.
         q: attitude at the first sample, (4,).
-        ends, observed: the steps.
 
     Returns:
         Innovations, (3M,); derivatives to the parameters and to the attitude at the start, (3M, p + 3); attitude after
@@ -141,9 +129,6 @@ def _kind(field: str) -> int:
 
 def arm_pull(imu: ImuData) -> Array:
     """Return what the places of the accelerometers add to their increments.
-
-    Args:
-        imu: the readings.
 
     Returns:
         Derivative of the increment of accelerometer i to coordinate j of its place, [Δω × e_j + T ω × (ω × e_j)]_i,

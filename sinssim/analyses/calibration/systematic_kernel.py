@@ -93,7 +93,6 @@ def run_filter(
         q: attitude at the start, q_nb, (4,); changed.
         earth, gravity: the Earth's rate, rad/s, and gravity, m/s², north-east-down, (3,).
         noise: random walks of gyros and accelerometers, their instabilities and correlation times, (6,) SI.
-        velocity_variance: of the standing block, m²/s².
         white: whitened innovations, (3M,), written.
         design: their derivatives to the parameters and to the attitude at the start, (3M, p + 3), written.
         attitude: attitude after each step, (K, 4), written.

@@ -93,17 +93,7 @@ class Estimate:
 
 
 def make_task(scenario: Scenario, section: CalibrationSection, imu: ImuData, dwells: Dwells) -> Task:
-    """Return the calibration that a scenario describes.
-
-    Args:
-        scenario: the scenario, with [turntable].
-        section: its [calibration] table.
-        imu: the readings.
-        dwells: samples of the dwells.
-
-    Returns:
-        The task.
-    """
+    """Return the calibration that a scenario describes."""
     table = scenario.turntable
     assert table is not None  # checked by the caller
     attitude, axis, angle = nominal(table, mounting(scenario).q_bs)
@@ -136,7 +126,6 @@ def nominal(table: Turntable, q_bs: Array) -> tuple[Array, Array, Array]:
     """Return the nominal sequence of a table.
 
     Args:
-        table: the [turntable] table.
         q_bs: mounting of the sensor block, (4,).
 
     Returns:

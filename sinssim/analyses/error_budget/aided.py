@@ -94,10 +94,6 @@ class Consider:
         """Prepare the epochs and the truth's model of the readings.
 
         Args:
-            motion: the true motion.
-            shares: the sources.
-            series: given reading errors of the inertial sensors.
-            told: the filter.
             blocks: 1σ of the aiding sensors' true errors, by block.
         """
         self._motion, self._shares, self._series, self._told = motion, shares, series, told

@@ -51,10 +51,6 @@ def align(
     gyros. The end turns them into the attitude's error. Velocity is exact, and the position keeps its initial error.
 
     Args:
-        motion: the true motion, at rest.
-        shares: the sources.
-        series: given reading errors.
-        count: number of samples of the session.
         propagation: at the start; changed.
     """
     n = len(propagation.sensitivity)

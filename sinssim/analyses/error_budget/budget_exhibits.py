@@ -52,12 +52,7 @@ def exhibits_of(result: BudgetResult, answers: Sequence[Answer] = (), times: Seq
     """Return what a budget has to show.
 
     Args:
-        result: the budget.
-        answers: answers to requirements.
         times: instants of the table beside the usual ones, s.
-
-    Returns:
-        Sentences, tables and charts.
     """
     what = "inertial navigation" if result.solution == "inertial" else "inertial navigation with the filter"
     name, end = result.scenario.name, result.time[-1]
@@ -89,9 +84,6 @@ def exhibits_of(result: BudgetResult, answers: Sequence[Answer] = (), times: Seq
 def units_of_budget(result: BudgetResult) -> tuple[tuple[str, float], tuple[str, float], tuple[str, float]]:
     """Return one unit each for the lengths, velocities and angles in all tables and charts of a budget.
 
-    Args:
-        result: the budget.
-
     Returns:
         Name and size in SI of the units.
     """
@@ -120,9 +112,6 @@ def full_label(source: Source) -> str:
 
 def shares(result: BudgetResult) -> tuple[list[str], Array]:
     """Return the shares of the horizontal mean square over time, the largest sources first.
-
-    Args:
-        result: the budget.
 
     Returns:
         Labels, and shares that add up to 1, (k, E). The given errors together are one source. Zero where there is no
@@ -280,14 +269,7 @@ def _requirement(answer: Answer) -> Section:
 
 
 def lines_of(answer: Answer) -> Iterator[str]:
-    """Yield the answer to a requirement in sentences.
-
-    Args:
-        answer: the answer.
-
-    Yields:
-        Whole sentences.
-    """
+    """Yield the answer to a requirement in sentences."""
     one, size, unit = answer.requirement, answer.requirement.unit_size, answer.requirement.unit
     verdict = "met" if answer.met else "NOT MET"
     yield f"{one.text}: {verdict}. {one.meaning[0].upper()}{one.meaning[1:]}."

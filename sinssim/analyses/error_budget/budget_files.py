@@ -29,12 +29,7 @@ def to_json(result: BudgetResult, answers: Sequence[Answer] = (), times: Sequenc
     """Return a budget as plain numbers with units in the names.
 
     Args:
-        result: the budget.
-        answers: answers to requirements.
         times: instants of the table beside the usual ones, s.
-
-    Returns:
-        What JSON can hold.
     """
     end = len(result.time) - 1
     hours = float(result.time[-1]) / 3600.0
@@ -135,11 +130,7 @@ def _columns(result: BudgetResult, name: str | None) -> dict[str, Array]:
 
 
 def streams(result: BudgetResult) -> Iterator[Stream]:
-    """Yield the growth of the errors over time, by all sources together ("total") and by each.
-
-    Args:
-        result: the budget.
-    """
+    """Yield the growth of the errors over time, by all sources together ("total") and by each."""
     for name in (None, *(source.name for source in result.sources)):
         columns = _columns(result, name)
         yield Stream(name or "total", result.time, tuple(Vector(k, (k,), v[:, None]) for k, v in columns.items()))
@@ -170,14 +161,7 @@ def write_budget(
     """Write a budget's directory: budget.json, budget.parquet, report.html, recording.rrd, scenario.toml.
 
     Args:
-        result: the budget.
-        answers: answers to requirements.
-        directory: the place.
         times: instants of the table beside the usual ones, s.
-        overwrite: whether existing results there may be replaced.
-
-    Returns:
-        The directory.
 
     Raises:
         InputError: the place is taken or cannot be written.

@@ -165,17 +165,9 @@ def propagate(
     """Propagate all sources along the whole run.
 
     Args:
-        motion: the true motion.
-        shares: the sources.
-        series: given reading errors of the inertial sensors.
-        vertical: the vertical channel.
         outputs: instants of the results, edges of samples, (E,) s.
-        progress: called with the fraction done.
         begun: sample and shares where navigation begins, after an alignment; by default the start of the run.
         marks: instants between which the changes are wanted, among `outputs`.
-
-    Returns:
-        The shares at those instants.
     """
     start, propagation = (0, shares.begin(STATES)) if begun is None else begun
     time = _boundaries(motion, vertical, outputs)
@@ -277,8 +269,6 @@ def snapshot(propagation: Propagation, shares: Shares, *, rounded: bool = True) 
     """Return the shares of the navigation errors at the present instant.
 
     Args:
-        propagation: the propagation.
-        shares: the sources.
         rounded: whether pulses have been counted, whose rounding is included.
     """
     covariances = {name: p.copy() for name, p in propagation.covariances(CORE).items()}
@@ -292,7 +282,6 @@ def add_rounding(covariances: Mapping[str, Array], shares: Shares) -> None:
 
     Args:
         covariances: by source, (9, 9), changed.
-        shares: the sources.
     """
     for noise in shares.noises:
         if noise.what == "quantum":

@@ -98,10 +98,6 @@ def answers(
     Args:
         result: the budget, with the instants of `times_of`.
         requirements: requirements, or their texts, see `parse_requirements`.
-        free: names of sources that share one factor.
-
-    Returns:
-        One answer for each requirement.
 
     Raises:
         InputError: a requirement cannot be read, a source is unknown or has no size, or a time lies outside the run.
@@ -127,7 +123,6 @@ def answer_of(result: BudgetResult, requirement: Requirement) -> tuple[float, fl
 
     Args:
         result: the budget, with the instant of the quantity.
-        requirement: the requirement.
 
     Returns:
         The number that `answers` judges, SI, its instant, s since the start, and since when the limit is exceeded.

@@ -106,9 +106,6 @@ class TrueMotion:
             time: boundaries of K steps, s.
             columns: m constant errors, or numbers of given reading errors.
             theta, vel: given reading errors, (s, N, 3) rad and m/s.
-
-        Returns:
-            The effects.
         """
         edges = self.ideal.time
         sample = np.clip(np.searchsorted(edges, time + 1e-9, side="right") - 1, 0, len(edges) - 2)

@@ -53,13 +53,6 @@ _ANGLE = 1e-7
 def samples_of_alignment(scenario: Scenario, motion: TrueMotion) -> int:
     """Return the number of samples that the navigator's own alignment takes, 0 without one.
 
-    Args:
-        scenario: the scenario.
-        motion: the true motion.
-
-    Returns:
-        The number.
-
     Raises:
         InputError: the run ends before the alignment does.
     """
@@ -81,15 +74,7 @@ def begin_aligned(
     """Return all sources' shares at the end of the navigator's own alignment.
 
     Args:
-        scenario: the scenario.
-        motion: the true motion.
-        shares: the sources.
-        series: given reading errors of the inertial sensors.
-        count: number of samples of the session.
         core: number of core states after it, 9 or more; those beyond the navigation errors are zero.
-
-    Returns:
-        The propagation at the end of the session.
     """
     section = scenario.navigation.alignment
     assert section is not None

@@ -112,9 +112,7 @@ class Propagation:
         """Return a propagation without any error yet.
 
         Args:
-            core: number n of core states.
             constants: number m of constant columns.
-            white: names of the white sources.
         """
         return cls(np.zeros((core, constants)), white, np.zeros((len(white), core, core)), [])
 
@@ -218,11 +216,7 @@ class Propagation:
             one.covariance = whole @ one.covariance @ whole.T
 
     def mark(self, count: int) -> None:
-        """Keep the first core states as they are now, beside the core, for `changes`.
-
-        Args:
-            count: their number, the same at every call.
-        """
+        """Keep the first core states as they are now, beside the core, for `changes`."""
         n = len(self.sensitivity) - self.kept
         again = np.eye(n + count, n)
         again[n:, :count] = np.eye(count)

@@ -68,7 +68,6 @@ class Added:
         """Return the root mean square of a change, and the sources' shares in its square.
 
         Args:
-            interval: number of the interval.
             rows: components of the navigation errors, whose squares are added.
 
         Returns:

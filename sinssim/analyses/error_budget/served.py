@@ -24,7 +24,6 @@ def check_kind(scenario: Scenario, solution: str | None) -> str:
     """Return the solution that a budget is made of; raise for a scenario that has none.
 
     Args:
-        scenario: the scenario.
         solution: "inertial", "filter", or None for the filter's if there is one.
 
     Returns:

@@ -110,11 +110,7 @@ class Shares:
         """Lay out the columns.
 
         Args:
-            constants: constant errors of the inertial sensors.
-            noises: their noises.
             series: sources of one run, in the order of the given readings.
-            initial: errors of the initial state.
-            sensors: errors of the aiding sensors.
         """
         self.noises, self.initial, self.sensors = noises, initial, sensors
         self.sources = [*constants.sources, *(n.source for n in noises), *series, *initial.sources]
@@ -149,11 +145,7 @@ class Shares:
         self.count = count
 
     def begin(self, core: int) -> Propagation:
-        """Return the propagation at the start, with the initial errors.
-
-        Args:
-            core: number of core states.
-        """
+        """Return the propagation at the start, with the initial errors."""
         white = [n.source.name for n in self.noises if n.process is None]
         white += [s.source.name for s in self.sensors if isinstance(s, SensorNoise)]
         white += [s.source.name for s in self.sensors if isinstance(s, SensorAngle) and s.error.what == "noise"]

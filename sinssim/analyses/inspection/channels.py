@@ -22,13 +22,8 @@ def channel_findings(subject: str, values: Array, unit: str, scale: float = 1.0)
     """Judge the numbers of three channels.
 
     Args:
-        subject: name of the triad.
         values: (N, 3), SI.
-        unit: unit in which the numbers are shown.
         scale: one of that unit, SI.
-
-    Returns:
-        The findings.
     """
     found: list[Finding] = []
     bad = ~np.isfinite(values).all(axis=1)
@@ -110,7 +105,6 @@ def _frozen(axis: Array, start: int, length: int, quantum: float) -> bool:
 
     Args:
         axis: the channel, (N,).
-        start, length: of the run.
         quantum: the resolution; 0 if it is finer than the numbers show.
     """
     from scipy.special import erf

@@ -32,7 +32,6 @@ def corrected_columns(inspection: Inspection, keys: dict[str, Any], axes: Array 
     """Return the keys of columns that differ from the stated ones in the right reading of the inertial data.
 
     Args:
-        inspection: what was found.
         keys: the stated kind, and the tables gyro, accel and gravity.
         axes: matrix from the columns to the axes that were inspected, (3, 3); the same by default.
 
@@ -83,7 +82,6 @@ def clock_keys(
     """Yield the keys of [log.imu] that put the unit's times on the receiver's clock, their values, and the reasons.
 
     Args:
-        inspection: what was found.
         unit, receiver: the clocks of the two files; None without a receiver.
         stated: the offset that is added to the unit's times already, s.
     """
@@ -107,7 +105,6 @@ def since(inspection: Inspection, time: float) -> float:
     """Return a time of the fixes as time since the first row of the unit, s.
 
     Args:
-        inspection: what was found.
         time: on the clock of the fixes, s.
     """
     assert inspection.inertial is not None
@@ -118,7 +115,6 @@ def starts(inspection: Inspection, *, of_reference: bool = False) -> float:
     """Return when the run has to begin, s since the first row of the unit: at the first fix if that comes late.
 
     Args:
-        inspection: what was found.
         of_reference: whether a reference gives the start, which has to contain the first instant.
     """
     if inspection.fixes is None or inspection.offset is None:
@@ -153,12 +149,7 @@ def changes(
     """Return what an inspection changes in a scenario with [log].
 
     Args:
-        inspection: of the scenario.
-        scenario: the scenario.
         clocks: of the unit and of the receiver, with what the scenario says of them.
-
-    Returns:
-        The changes, and sentences on what cannot be corrected in the scenario.
     """
     log = scenario.log
     assert log is not None
@@ -262,7 +253,6 @@ def corrected_scenario(path: Path, folder: Path, found: list[Change]) -> str:
     """Return the text of a scenario with changes.
 
     Args:
-        path: the scenario.
         folder: where the new one will be; the paths of recorded files are relative to it.
         found: the changes; each is listed with its reason before the first line.
 

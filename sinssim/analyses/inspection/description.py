@@ -35,7 +35,6 @@ def suggested_scenario(
     """Return a scenario to start from.
 
     Args:
-        inspection: what was found.
         inertial: path of the unit's file, the keys that describe its columns (none for a known format), its clock.
         fixes: the same of the receiver; None without.
         folder: of the scenario, to which the files' paths are relative.

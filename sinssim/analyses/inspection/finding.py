@@ -38,44 +38,15 @@ class Finding:
 
 
 def fact(subject: str, text: str, **numbers: Any) -> Finding:
-    """Return a fact.
-
-    Args:
-        subject: what it is about.
-        text: the sentence.
-        numbers: its numbers.
-
-    Returns:
-        The finding.
-    """
+    """Return a fact."""
     return Finding(subject, "fact", text, "", numbers)
 
 
 def doubt(subject: str, text: str, fix: str, **numbers: Any) -> Finding:
-    """Return a doubt.
-
-    Args:
-        subject: what it is about.
-        text: the sentence.
-        fix: what to do about it.
-        numbers: its numbers.
-
-    Returns:
-        The finding.
-    """
+    """Return a doubt."""
     return Finding(subject, "doubt", text, fix, numbers)
 
 
 def wrong(subject: str, text: str, fix: str, **numbers: Any) -> Finding:
-    """Return an error of the data.
-
-    Args:
-        subject: what it is about.
-        text: the sentence.
-        fix: what would be right.
-        numbers: its numbers.
-
-    Returns:
-        The finding.
-    """
+    """Return an error of the data."""
     return Finding(subject, "wrong", text, fix, numbers)

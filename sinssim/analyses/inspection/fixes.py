@@ -24,11 +24,7 @@ def fix_findings(fixes: FixStream, delay: float) -> list[Finding]:
     """Judge fixes by themselves.
 
     Args:
-        fixes: the fixes.
         delay: age of the velocities at their stamps, s.
-
-    Returns:
-        The findings.
     """
     found = _place(fixes)
     if fixes.quality is not None:
@@ -144,13 +140,9 @@ def _doubtful_codes(fixes: FixStream, good: Mask, short: Mask, beyond: NDArray[n
     Of the two codes at such a step the rarer one is doubtful.
 
     Args:
-        fixes: the fixes.
         good: usable fixes, (M,).
         short: usable steps between good fixes, (G−1,).
         beyond: numbers of the contradicting steps among the short ones.
-
-    Returns:
-        The codes, in order.
     """
     if fixes.quality is None:
         return []

@@ -101,7 +101,6 @@ def judge_reading(
         time: (N,) s.
         rate: (N, 3) rad/s, as stated.
         force: (N, 3) m/s², as stated.
-        fixes: the curve of the fixes.
         offset: the unit's clock minus that of the fixes as the stated readings show it, s.
         about: the same before the readings were looked at, s; right within a second if the readings are not.
         window: length of the windows of the match, s.

@@ -115,13 +115,6 @@ class Described:
 def inspect_streams(files: Sequence[Streams], described: Described | None = None) -> Inspection:
     """Inspect recorded files together: an inertial unit, a satellite receiver, or both.
 
-    Args:
-        files: the streams of each file.
-        described: what a scenario says beside the streams.
-
-    Returns:
-        The findings.
-
     Raises:
         InputError: no file has inertial readings or fixes.
     """

@@ -13,12 +13,7 @@ _MARKS = {"fact": ("", ""), "doubt": ("doubt", "yellow"), "wrong": ("WRONG", "bo
 
 
 def show(inspection: Inspection, console: Console) -> None:
-    """Print the findings.
-
-    Args:
-        inspection: the findings.
-        console: the console to print on.
-    """
+    """Print the findings."""
     from rich.table import Table
     from rich.text import Text
 

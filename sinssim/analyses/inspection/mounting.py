@@ -70,9 +70,6 @@ def mounting(curve: Pushed, fixes: Seen, agreement: Match, offset: float) -> Mou
     the vehicle.
 
     Args:
-        curve: the inertial curve.
-        fixes: the curve of the fixes.
-        agreement: the match at the right offset.
         offset: the unit's clock minus that of the fixes, s.
 
     Returns:
@@ -123,9 +120,6 @@ def attitude_finding(
     """Compare the attitude of a reference with that of the match, which takes gyros, accelerometers and fixes alone.
 
     Args:
-        curve: the inertial curve.
-        fixes: the curve of the fixes.
-        agreement: the match at the right offset.
         offset: the unit's clock minus that of the fixes, s.
         time: instants of the reference on the unit's clock, (R,) s.
         q_nb: attitude of the unit, (R, 4).
@@ -169,9 +163,6 @@ def attitude_by_match(
     """Return the attitude of the unit at an instant, which needs neither its mounting nor a motion along one axis.
 
     Args:
-        curve: the inertial curve.
-        fixes: the curve of the fixes.
-        agreement: the match at the right offset.
         offset: the unit's clock minus that of the fixes, s.
         begin: the instant on the unit's clock, s.
 

@@ -42,7 +42,6 @@ def motion_of(fixes: Seen, offset: float) -> Moves:
     """Return the motion that fixes show.
 
     Args:
-        fixes: the curve of the fixes.
         offset: the unit's clock minus that of the fixes, s.
 
     Returns:

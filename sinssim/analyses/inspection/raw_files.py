@@ -32,9 +32,6 @@ class Suggestion:
 def are_raw(names: Sequence[str]) -> bool:
     """Return whether the arguments of a run are recorded files, and not a scenario.
 
-    Args:
-        names: paths, or the name of a scenario.
-
     Raises:
         InputError: there are several arguments, and a scenario is among them.
     """
@@ -56,9 +53,6 @@ def suggest(paths: Sequence[Path]) -> Suggestion:
 
     Args:
         paths: files of an inertial unit and a receiver, or one file of fixes or of a solution.
-
-    Returns:
-        The scenario.
 
     Raises:
         InputError: a file cannot be read or understood, the files are worthless, or they are several tracks.

@@ -76,9 +76,6 @@ class AtRest:
 def rates_of(stream: InertialStream) -> tuple[Array, Array, Array]:
     """Return times, angular rates and specific forces of a stream, whether it holds rates or increments.
 
-    Args:
-        stream: the stream.
-
     Returns:
         (N,) s, (N, 3) rad/s, (N, 3) m/s².
     """
@@ -196,7 +193,6 @@ def scale_finding(stream: InertialStream, quiet: AtRest | None, gravity: float) 
     """Judge the scale of the accelerometers by gravity: a log that fails cannot be navigated.
 
     Args:
-        stream: the stream.
         quiet: its quiet spans; without one the median of the whole log is compared, with twice the tolerance.
         gravity: at the place, m/s².
 
@@ -244,11 +240,7 @@ def rest_findings(quiet: AtRest | None, moves: Moves | None = None) -> list[Find
     """Describe the quiet spans: their place, the rate of turn there, and the noise.
 
     Args:
-        quiet: the quiet spans.
         moves: motion that the fixes show; None if nothing is known.
-
-    Returns:
-        The findings.
     """
     if quiet is None:
         slow = "" if moves is None else f" while the fixes move by less than {moves.limit:.2g} m/s"
@@ -335,7 +327,6 @@ def vibration_finding(time: Array, rate: Array, force: Array, quiet: AtRest | No
         time: (N,) s.
         rate: (N, 3) rad/s.
         force: (N, 3) m/s².
-        quiet: the quiet spans.
 
     Returns:
         The findings; none without quiet spans, or without others.

@@ -113,9 +113,6 @@ def pushed(time: Array, rate: Array, force: Array, most_hz: float = np.inf) -> P
         rate: (N, 3) rad/s.
         force: (N, 3) m/s².
         most_hz: samples are joined so that there are at most that many in a second.
-
-    Returns:
-        The curve.
     """
     steps = np.diff(time)[:, None]
     dtheta = 0.5 * (rate[1:] + rate[:-1]) * steps
@@ -139,9 +136,6 @@ def _summed(steps: Array) -> Array:
 
 def seen(fixes: FixStream) -> Seen | None:
     """Return the curve of fixes with velocities; the velocities are differences of positions where there are none.
-
-    Args:
-        fixes: the fixes.
 
     Returns:
         The curve; None if fewer than a window's fixes are usable.
@@ -204,16 +198,10 @@ def match(
     """Fit the two curves to each other.
 
     Args:
-        curve: the inertial curve.
-        fixes: the curve of the fixes.
         offset: the unit's clock minus the clock of the fixes, s.
         window: length of the windows, s.
         most: number of windows, those with the largest changes of velocity; all by default.
         bias: first guess of the biases, (6,) rad/s and m/s²; zero by default.
-        rounds: number of improvements of the biases.
-
-    Returns:
-        The agreement.
     """
     rows = _windows(curve, fixes, offset, window, most)
     if not rows:
@@ -282,7 +270,6 @@ def turns_apart(time: Array, rate: Array, force: Array, fixes: Seen, offset: flo
         time: (N,) s.
         rate: (N, 3) rad/s.
         force: (N, 3) m/s².
-        fixes: the curve of the fixes.
         offset: the unit's clock minus that of the fixes, s.
 
     Returns:

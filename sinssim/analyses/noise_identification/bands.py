@@ -22,14 +22,7 @@ _NODES, _WEIGHTS = np.polynomial.legendre.leggauss(4)
 
 
 def rounding(count: int) -> float:
-    """Return the relative rounding error of an increment: times of a record of n intervals are rounded to n ε T.
-
-    Args:
-        count: n, number of increments.
-
-    Returns:
-        A few n ε.
-    """
+    """Return the relative rounding error of an increment: times of a record of n intervals are rounded to n ε T."""
     return 4.0 * float(np.finfo(np.float64).eps) * count
 
 
@@ -103,9 +96,6 @@ class Bands:
 
     def column(self, term: NoiseTerm) -> Array:
         """Return a term's mean power in each band.
-
-        Args:
-            term: the term, with a coefficient of one.
 
         Returns:
             (b,), by Gauss quadrature over wide bands.

@@ -108,12 +108,7 @@ def part(samples: Samples, start: float | None, end: float | None, source: str) 
     """Return the part of a log between two times.
 
     Args:
-        samples: the log.
         start, end: times of the log's clock, s; None for the beginning or end of the log.
-        source: name of the log in messages.
-
-    Returns:
-        The intervals between them.
 
     Raises:
         InputError: there are no samples between them.
@@ -137,10 +132,6 @@ def part(samples: Samples, start: float | None, end: float | None, source: str) 
 
 def clock(samples: Samples, source: str) -> Clock:
     """Analyse the sample times of a log.
-
-    Args:
-        samples: the log.
-        source: name of the log in messages.
 
     Returns:
         Mean interval, and the variation of the intervals.
@@ -170,11 +161,6 @@ def even_increments(samples: Samples, channel: LogChannel, timing: Clock) -> Arr
 
     A reading is assumed to hold over the interval before its time. At uneven times the accumulated readings are taken
     at the sample nearest to each edge. Interpolation would smooth the noise, whereas this keeps white noise white.
-
-    Args:
-        samples: the log.
-        channel: a channel of the log.
-        timing: sample times of the log.
 
     Returns:
         (N,) rad or m/s; for any other quantity, its unit times seconds.

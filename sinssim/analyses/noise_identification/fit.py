@@ -126,9 +126,6 @@ def fit_noise(increments: Array, interval: float, correlation_time: float | None
         correlation_time: τ_b of a first-order Gauss-Markov bias, s, if it is known to exist; this term is then the last
             to be dropped. If not given, such a term is searched for and included if significant.
 
-    Returns:
-        The coefficients and their bands.
-
     Raises:
         InputError: there are too few samples, a sample is not finite, all are equal, the numbers are impossible for a
             sensor, or the correlation time is shorter than an interval or far longer than the record.
@@ -211,15 +208,7 @@ def _search(model: Likelihood) -> tuple[float, float, float]:
 
 
 def _needed(model: Likelihood, last: Sequence[str]) -> set[int]:
-    """Return the terms that the record requires; the others are removed one by one, the least significant first.
-
-    Args:
-        model: all terms.
-        last: symbols of terms that are removed last.
-
-    Returns:
-        Numbers of the remaining terms.
-    """
+    """Return the terms that the record requires; the others are removed one by one, the least significant first."""
     stay, top = set(range(len(model.terms))), model.top
     while len(stay) > 1:
         losses = {}

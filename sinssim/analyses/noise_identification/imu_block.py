@@ -71,9 +71,6 @@ class ImuLine:
 def imu_block(report: NoiseReport) -> tuple[ImuLine, ...]:
     """Return the lines of [imu] that emulate the unit of a record.
 
-    Args:
-        report: noise of gyros, accelerometers or both.
-
     Returns:
         The lines: grade, rate, and every noise term of the triads that the report has.
 
@@ -100,9 +97,6 @@ def block_text(report: NoiseReport) -> str:
 
     Args:
         report: as for `imu_block`.
-
-    Returns:
-        Lines of TOML, with the origin of each number beside it.
     """
     said = [
         "[imu]",

@@ -109,10 +109,6 @@ class Likelihood:
     def solve(self, held: Mapping[int, float], start: Array | None = None) -> tuple[Array, float]:
         """Maximise the likelihood over c² ≥ 0.
 
-        Args:
-            held: terms held fixed, and their c².
-            start: initial c².
-
         Returns:
             c², (p,), and the log-likelihood.
         """

@@ -29,9 +29,6 @@ def exhibits_of(report: NoiseReport) -> Exhibits:
 
     Args:
         report: the identified noise of at least one channel.
-
-    Returns:
-        A table for each channel, and charts.
     """
     title = f"{report.source}: {report.duration:g} s, {report.count} samples at {1.0 / report.interval:.6g} Hz"
     items: list[Item] = [Sentence(remark) for remark in report.remarks]

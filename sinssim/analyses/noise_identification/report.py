@@ -235,9 +235,6 @@ def noise_report(
         correlation_time: τ_b as for `fit_noise`, s.
         progress: called with a description of the current work and the total fraction done, 0 to 1.
 
-    Returns:
-        The report.
-
     Raises:
         InputError: the log cannot be read or has gaps, a channel does not exist, there are too few samples, or all
             channels are constant.

@@ -159,7 +159,6 @@ def ramp_coefficients(count: int, interval: float) -> Array:
     """Return the cosine coefficients of the increments of a ramp with R = 1.
 
     Args:
-        count: n, number of increments.
         interval: T, s.
 
     Returns:
@@ -179,9 +178,6 @@ def end_effects(count: int) -> Array:
 
     The rounding errors of the accumulated angle at the two ends of a record add to the spectrum of quantisation: two
     numbers that look like white noise.
-
-    Args:
-        count: n, number of increments.
 
     Returns:
         (n,): the even ones belong to the difference of the errors at both ends, the odd ones to their sum.

@@ -80,9 +80,6 @@ _AT_THE_END = {
 def unit_in_name(name: str) -> str | None:
     """Return the unit at the end of a column's name.
 
-    Args:
-        name: name of the column.
-
     Returns:
         For example "Pa" for pressure_pa, "deg/h" for rate_deg_h; None if there is no known unit.
     """
@@ -109,9 +106,6 @@ def units_of(unit: str) -> Units:
 def four_digits(value: float) -> str:
     """Write a number with four significant digits, without an exponent for moderate sizes.
 
-    Args:
-        value: any.
-
     Returns:
         For example "0.1500", "1234", "2.100e-06".
     """
@@ -127,8 +121,5 @@ def symbol_text(symbol: str) -> str:
 
     Args:
         symbol: one of `SYMBOLS`.
-
-    Returns:
-        The symbol itself, except for σ_b.
     """
     return "σ_b" if symbol == "sigma_b" else symbol

@@ -50,10 +50,6 @@ def weigh(bands: Bands, terms: Sequence[NoiseTerm]) -> Weighed:
 
     Args:
         bands: the record; its ramp is subtracted.
-        terms: the noise terms.
-
-    Returns:
-        The likelihood with weights.
     """
     columns = np.stack([bands.column(term) for term in terms])
     model = Likelihood(bands, terms, columns, bands.number)
@@ -100,7 +96,6 @@ def _departures(model: Likelihood, weight: Array) -> Array:
     """Return the deviation of each band from the fit, in standard deviations.
 
     Args:
-        model: the fit.
         weight: degrees of freedom ν of the bands, (b,).
 
     Returns:

@@ -66,13 +66,9 @@ def disturbance_along(
     meets the field at all the new ones within the tolerance; the new ones become knots, too.
 
     Args:
-        field: the field.
         path: returns Earth-fixed positions at instants, (N,) s → (N, 3) m.
         start, end: first and last instant, s.
         tolerance: largest error between knots, m/s².
-
-    Returns:
-        The spline, with its measured error.
     """
     count = max(_FEWEST, int(np.ceil((end - start) / _COARSEST)))
     time = np.linspace(start, end, count + 1)

@@ -46,12 +46,6 @@ class Coefficients:
     def to_degree(self, degree: int) -> Coefficients:
         """Return the model cut off at a degree.
 
-        Args:
-            degree: highest degree and order.
-
-        Returns:
-            The model with the coefficients up to this degree.
-
         Raises:
             InputError: the model does not have this degree; the message says which it has.
         """

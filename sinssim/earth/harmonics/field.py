@@ -28,9 +28,6 @@ _ZONALS = 10
 def normal_zonals(ellipsoid: Ellipsoid) -> Array:
     """Return the fully normalised zonal coefficients of an ellipsoid's normal field.
 
-    Args:
-        ellipsoid: the reference ellipsoid.
-
     Returns:
         C̄₀₀, C̄₂₀, C̄₄₀ … C̄₂₀₎₀ over its own GM and a, (11,): C̄_2n = −J_2n/√(4n + 1) with
         J_2n = (−1)^(n+1) 3 e^2n/((2n + 1)(2n + 3)) (1 − n + 5 n J₂/e²) (Heiskanen and Moritz 2-92).
@@ -45,9 +42,6 @@ def normal_zonals(ellipsoid: Ellipsoid) -> Array:
 def normal_potential(ellipsoid: Ellipsoid) -> float:
     """Return U₀, the potential of the ellipsoid's surface.
 
-    Args:
-        ellipsoid: the reference ellipsoid.
-
     Returns:
         U₀ = GM/E atan(E/b) + ω²a²/3, m²/s² (Heiskanen and Moritz 2-61).
     """
@@ -58,10 +52,6 @@ def normal_potential(ellipsoid: Ellipsoid) -> float:
 
 def less_normal(model: Coefficients, ellipsoid: Ellipsoid) -> Coefficients:
     """Return the coefficients of the disturbing potential T: the model's less those of the normal ellipsoid.
-
-    Args:
-        model: the model.
-        ellipsoid: the reference ellipsoid.
 
     Returns:
         Coefficients over the model's GM and R. The ellipsoid's are scaled to these by GM₀/GM (a/R)^2n.
@@ -109,14 +99,7 @@ class DisturbingField:
         self._coefficients = less_normal(model, ellipsoid)
 
     def beyond(self, degree: int) -> DisturbingField:
-        """Return the part of this field above a degree.
-
-        Args:
-            degree: highest degree that is left out.
-
-        Returns:
-            The field of the degrees above.
-        """
+        """Return the part of this field above a degree."""
         rest = DisturbingField.__new__(DisturbingField)
         c, s = self._coefficients.c.copy(), self._coefficients.s.copy()
         c[: degree + 1], s[: degree + 1] = 0.0, 0.0

@@ -32,11 +32,7 @@ def read_icgem(path: str | os.PathLike[str], degree: int | None = None) -> Coeff
     """Read the coefficients of a gravity model from an ICGEM file.
 
     Args:
-        path: the file.
         degree: highest degree that is wanted; by default all that the file holds.
-
-    Returns:
-        The coefficients up to that degree.
 
     Raises:
         InputError: the file cannot be read, has another normalisation or a varying model, is cut short, or does not
@@ -78,13 +74,6 @@ def read_icgem(path: str | os.PathLike[str], degree: int | None = None) -> Coeff
 
 def known_icgem(path: str, degree: int | None = None) -> Coefficients:
     """Return `read_icgem`, from memory if the file is unchanged since.
-
-    Args:
-        path: the file.
-        degree: highest degree that is wanted.
-
-    Returns:
-        The coefficients.
 
     Raises:
         InputError: as for `read_icgem`.

@@ -44,9 +44,6 @@ def degree_variances(degree: int, height: float = 0.0) -> tuple[Array, Array]:
     Args:
         degree: the last one left out, 2 or more.
         height: above the ellipsoid, m; the variances fall with (R/(R + h))^(2n+4).
-
-    Returns:
-        The degrees, and their variances, m²/s⁴.
     """
     n = np.arange(max(degree, 2) + 1.0, _MOST + 1.0)
     fall = np.exp((n + 2.0) * (np.log(_S) - 2.0 * np.log1p(max(height, 0.0) / MEAN_RADIUS)))

@@ -49,14 +49,7 @@ class HarmonicTable(NamedTuple):
 
 
 def harmonic_table(model: Coefficients) -> HarmonicTable:
-    """Return the table of a model for the kernels.
-
-    Args:
-        model: the coefficients.
-
-    Returns:
-        The table.
-    """
+    """Return the table of a model for the kernels."""
     degree = model.degree
     first = np.concatenate([[0], np.cumsum(np.arange(degree + 1, 0, -1))]).astype(np.intp)
     terms = np.zeros((int(first[-1]), 6))
@@ -122,7 +115,6 @@ def harmonic_rows(table: HarmonicTable, r: Array, out: Array) -> None:
     """Write potential and gradient of points.
 
     Args:
-        table: of the model.
         r: Earth-fixed positions, (N, 3) m.
         out: potential, m²/s², and gradient, m/s², (N, 4).
     """

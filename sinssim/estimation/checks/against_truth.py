@@ -88,8 +88,6 @@ def actual_consistency(model: ErrorModel, history: History, errors: Array) -> Ac
     """Judge a filter by its actual errors.
 
     Args:
-        model: the error model.
-        history: of one run.
         errors: actual errors of `history.navigation` and `history.compensated`, (R, n).
 
     Returns:

@@ -39,11 +39,7 @@ def state_candidates(model: ErrorModel, innovations: Sequence[Innovations], inte
 
     Args:
         model: the filter's own.
-        innovations: of its sensors.
         interval: of the inertial samples, s.
-
-    Returns:
-        The blocks with their prior σ.
     """
     own = {block.name: block for block in model.blocks}
     found = []
@@ -89,7 +85,6 @@ def walks(model: ErrorModel, innovations: Sequence[Innovations], interval: float
 
     Args:
         model: the filter's own.
-        innovations: of its sensors.
         interval: of the inertial samples, s.
 
     Yields:
@@ -109,12 +104,7 @@ def walks(model: ErrorModel, innovations: Sequence[Innovations], interval: float
 
 
 def with_block(model: ErrorModel, block: Block) -> ErrorModel:
-    """Return a model with one more block, or with another in place of that of its name.
-
-    Args:
-        model: any.
-        block: the block.
-    """
+    """Return a model with one more block, or with another in place of that of its name."""
     kept = [block if one.name == block.name else one for one in model.blocks]
     return replace(model, blocks=tuple(kept if block.name in model.slices else [*kept, block]))
 
@@ -138,7 +128,6 @@ def widened(covariance: Array | None, own: ErrorModel, other: ErrorModel) -> Arr
 
     Args:
         covariance: P₀ of the first states, (m, m); None if the model's σ are used.
-        own: the model that it belongs to.
         other: one of `initial_candidates`.
     """
     if covariance is None:

@@ -103,32 +103,14 @@ class Consistency:
 
 
 def chi2_test(name: str, statistic: float, freedom: float) -> ChiSquare:
-    """Compare a statistic with its χ² distribution.
-
-    Args:
-        name: what is tested.
-        statistic: the sum of squares.
-        freedom: degrees of freedom.
-
-    Returns:
-        The test.
-    """
+    """Compare a statistic with its χ² distribution."""
     lower, upper = (float(scipy.special.chdtri(freedom, tail)) / freedom for tail in (0.975, 0.025))
     probability = 2.0 * min(scipy.special.chdtr(freedom, statistic), scipy.special.chdtrc(freedom, statistic))
     return ChiSquare(name, statistic / freedom, lower, upper, min(float(probability), 1.0))
 
 
 def weighted_test(name: str, statistic: float, weights: Array) -> ChiSquare:
-    """Compare a statistic with the distribution of a sum of squares of correlated numbers.
-
-    Args:
-        name: what is tested.
-        statistic: the sum of squares.
-        weights: eigenvalues of the covariance of the numbers.
-
-    Returns:
-        The test.
-    """
+    """Compare a statistic with the distribution of a sum of squares of correlated numbers."""
     upper = upper_tail(weights, statistic)
     low, high = (quantile(weights, tail) for tail in (0.975, 0.025))
     size = float(np.sum(weights))
@@ -159,15 +141,7 @@ def _dot(a: Array, b: Array) -> float:
 
 
 def sensor_consistency(innovations: Innovations, level: float = FALSE_ALARM) -> SensorConsistency:
-    """Test the innovations of one sensor.
-
-    Args:
-        innovations: innovations of the sensor.
-        level: probability that a sound filter fails.
-
-    Returns:
-        The tests and the verdict.
-    """
+    """Test the innovations of one sensor."""
     compared = ~np.isnan(innovations.nis)
     count, rejected = int(compared.sum()), int((compared & ~innovations.accepted).sum())
     e = _whitened(innovations)
@@ -222,14 +196,7 @@ _MEANING = {
 
 
 def consistency(estimate: Estimate) -> Consistency:
-    """Judge a filter by its own innovations.
-
-    Args:
-        estimate: of one run.
-
-    Returns:
-        The verdicts.
-    """
+    """Judge a filter by its own innovations."""
     level = 0.5 * FALSE_ALARM / max(len(estimate.innovations), 1)
     sensors = tuple(sensor_consistency(i, level) for i in estimate.innovations)
     sentences = []
@@ -249,7 +216,6 @@ def nees(errors: Array, covariance: Array, states: slice | None = None) -> Array
 
     Args:
         errors: actual errors, (..., n); see `sinssim.estimation.state_errors`.
-        covariance: P, (..., n, n).
         states: the states to use; all if not given.
 
     Returns:

@@ -30,13 +30,7 @@ def vibration_untold(
     noise or vibration, which adds noise.
 
     Args:
-        innovations: of all sensors.
-        imu: the increments.
-        model: the error model.
         added: noise in addition to the model's that the filter was told; None for none.
-
-    Returns:
-        One sentence, or none.
     """
     tested = sum(int(np.count_nonzero(~np.isnan(i.nis))) for i in innovations)
     refused = sum(int(np.count_nonzero(~np.isnan(i.nis) & ~i.accepted)) for i in innovations)

@@ -50,7 +50,6 @@ def diagnose(run: Run, model: ErrorModel, interval: float, until: float) -> Diag
     """Look for the cause of inconsistent innovations.
 
     Args:
-        run: runs the filter.
         model: the filter's own.
         interval: of the inertial samples, s.
         until: end of the time that is looked at, s.

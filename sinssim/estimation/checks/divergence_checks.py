@@ -42,7 +42,6 @@ def check_covariance(covariance: Array, varying: NDArray[np.intp], time: float, 
         covariance: P, (n, n).
         varying: numbers of the states that are not known exactly.
         time: s.
-        measurement: the last reading that was processed.
 
     Raises:
         Diverged: P is not positive definite.
@@ -64,9 +63,6 @@ def check_covariance(covariance: Array, varying: NDArray[np.intp], time: float, 
 
 def contradiction(innovations: Sequence[Innovations]) -> Divergence | None:
     """Find the first period in which the gate rejected every reading of every sensor.
-
-    Args:
-        innovations: of all sensors.
 
     Returns:
         The contradiction between filter and sensors; None if there is none.
@@ -103,7 +99,6 @@ def remarks(innovations: Sequence[Innovations], late: Sequence[int]) -> list[str
     """Report readings that were not used.
 
     Args:
-        innovations: of all sensors.
         late: number of readings of each sensor that arrive after the end.
 
     Returns:

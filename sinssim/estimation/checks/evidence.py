@@ -35,9 +35,6 @@ def refusals(innovations: Innovations) -> Iterator[Refusals]:
 
     A gate that refuses the share α of correct readings refuses m in a row somewhere among N with a probability of at
     most N αᵐ. Spans of which that is below `FALSE_ALARM` are named.
-
-    Args:
-        innovations: of one sensor.
     """
     tested = np.flatnonzero(np.isfinite(innovations.nis))
     if not len(tested) or not math.isfinite(innovations.bound):
@@ -60,7 +57,6 @@ def gain(own: Sequence[Innovations], other: Sequence[Innovations]) -> float:
     """Return twice the logarithm of the ratio of two models' evidence, over the readings that both were tested on.
 
     Args:
-        own: innovations of the filter.
         other: those of the same readings under a hypothesis.
 
     Returns:
@@ -88,7 +84,6 @@ def needed_gain(hypotheses: int, fitted: bool) -> float:
     """Return the gain from which a hypothesis is named.
 
     Args:
-        hypotheses: number of hypotheses that are tried.
         fitted: whether one size is fitted to the readings, instead of having a prior σ.
 
     Returns:
@@ -101,9 +96,6 @@ def needed_gain(hypotheses: int, fitted: bool) -> float:
 
 def size_of_innovations(innovations: Innovations) -> float:
     """Return how much larger the innovations are than the filter assumes, by the median of their NIS.
-
-    Args:
-        innovations: of one sensor.
 
     Returns:
         Factor of their σ, 1 if the filter is right; not a number with too few readings. Half of the readings may be

@@ -55,12 +55,8 @@ def observability(
 
     Args:
         model: the error model; its sigma is σ₀.
-        history: history of an estimate.
         begin, end: the part, s.
         every: singular values are computed at every `every`-th row of the history.
-
-    Returns:
-        The observability.
     """
     rows = np.flatnonzero((history.time >= begin) & (history.time <= end))
     n = model.size

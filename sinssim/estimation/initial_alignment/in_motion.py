@@ -109,10 +109,6 @@ def align_in_motion(
         velocity: "gnss-velocity"; those of a receiver that delays or averages them are valid before its positions.
         sigma: standard deviations of the sensor block's errors.
         gravity: one of `sinssim.GRAVITY_MODELS`.
-        ellipsoid: name of the reference ellipsoid.
-
-    Returns:
-        State and covariance at the first fix.
 
     Raises:
         InputError: the fixes do not belong together or are too few.

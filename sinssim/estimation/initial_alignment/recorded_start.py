@@ -72,13 +72,9 @@ def recorded_start(
     """Return the state that navigation starts from.
 
     Args:
-        log: the recorded sensors.
         start: the table [log.start]; what it gives counts more than the data.
         mounting_deg: roll, pitch and yaw of the block's axes in the vehicle's.
         gravity: one of `sinssim.GRAVITY_MODELS`.
-
-    Returns:
-        The start.
 
     Raises:
         InputError: the data do not give position or heading, and the table does not either.

@@ -120,16 +120,10 @@ def in_motion(
     """Align a moving vehicle by velocity changes from the accelerometers and from satellites.
 
     Args:
-        imu: all increments.
         position: "gnss-position".
         velocity: "gnss-velocity" at the same instants.
         sigma: standard deviations of the sensor block's errors.
-        count: number of samples that the alignment takes.
         gravity: one of `sinssim.GRAVITY_MODELS`.
-        ellipsoid: name of the reference ellipsoid.
-
-    Returns:
-        The start at the first fix.
 
     Raises:
         InputError: too few fixes.
@@ -152,11 +146,9 @@ def by_course(
     """Align a land vehicle by its course.
 
     Args:
-        imu: all increments.
         position: "gnss-position".
         velocity: "gnss-velocity".
         sigma: standard deviations of the sensor block's errors.
-        count: number of samples that the alignment takes.
         angles: pitch and yaw of the vehicle's axes in the block's, rad.
         angles_sigma: 1σ of each of them, rad.
 

@@ -66,12 +66,8 @@ def exhibits_of(result: EnsembleResult, numbers: Mapping[str, Any], predicted: A
     """Return what an ensemble has to show.
 
     Args:
-        result: the ensemble.
         numbers: the contents of its `summary.json`, from `ensemble_numbers`.
         predicted: σ by the covariance budget at the epochs, (K, 9), drawn beside that of the runs.
-
-    Returns:
-        Sentences, tables and charts.
     """
     plan, scales = result.plan, scales_of(result)
     items: list[Item] = [
@@ -109,7 +105,6 @@ def opening(result: EnsembleResult, status: str) -> str:
     """Return what an ensemble is of, in a few sentences.
 
     Args:
-        result: the ensemble.
         status: "finished", "interrupted" or "failed".
     """
     plan = result.plan
@@ -132,7 +127,6 @@ def with_band(found: Mapping[str, float], size: float = 1.0) -> str:
 
     Args:
         found: `value`, `low` and `high`.
-        size: the unit.
     """
     value, low, high = (
         "∞" if found[key] == math.inf else number_text(found[key] / size) for key in ("value", "low", "high")
@@ -444,7 +438,6 @@ def sheet_of(result: EnsembleResult, numbers: Mapping[str, Any]) -> Exhibits:
     """Return the performance of the unit in the words of a data sheet, with their definitions.
 
     Args:
-        result: the ensemble.
         numbers: the contents of its `summary.json`, from `ensemble_numbers`.
     """
     rate, found = numbers["rate_nmi_h"], numbers["components"]

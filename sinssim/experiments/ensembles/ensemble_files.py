@@ -23,7 +23,6 @@ def to_json(result: EnsembleResult, numbers: Mapping[str, Any] | None = None) ->
     """Return an ensemble as plain numbers with units in the names.
 
     Args:
-        result: the ensemble.
         numbers: its numbers, if they are known.
 
     Returns:
@@ -36,12 +35,7 @@ def write_ensemble(result: EnsembleResult, folder: Path, status: str = "finished
     """Write the report of an ensemble, its figure, its numbers and its recording.
 
     Args:
-        result: the ensemble.
-        folder: an existing folder.
         status: "finished", "interrupted" or "failed".
-
-    Returns:
-        The names of the files.
 
     Raises:
         OSError: they cannot be written.

@@ -65,13 +65,7 @@ def judge(
     the end, every run counts with its own end.
 
     Args:
-        result: the ensemble.
-        requirement: the requirement.
         runs: number of runs that are judged, the first ones; by default all.
-        error: probability of error.
-
-    Returns:
-        The verdict.
 
     Raises:
         InputError: the time of the requirement is not an epoch.

@@ -78,11 +78,7 @@ def member(scenario: Scenario, number: int) -> Member:
     """Return a run of an ensemble.
 
     Args:
-        scenario: the scenario of the ensemble.
         number: number of the run, from 0.
-
-    Returns:
-        The run, whose random numbers follow from its own seed.
     """
     seed = run_seed(scenario.seed, number)
     vary = () if scenario.ensemble is None else scenario.ensemble.vary

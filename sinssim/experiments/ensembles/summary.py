@@ -50,7 +50,6 @@ def ensemble_numbers(result: EnsembleResult, status: str = "finished") -> dict[s
     """Return the numbers of an ensemble.
 
     Args:
-        result: the ensemble.
         status: "finished", "interrupted" or "failed".
 
     Returns:

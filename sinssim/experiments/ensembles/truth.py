@@ -114,11 +114,7 @@ class TruthCache:
 
 
 def has_remainder(scenario: Scenario) -> bool:
-    """Return whether a scenario's gravity has a part that is drawn in each run.
-
-    Returns:
-        Whether [gravity.remainder] is there.
-    """
+    """Return whether a scenario's gravity has a part that is drawn in each run."""
     return scenario.gravity is not None and scenario.gravity.remainder is not None
 
 

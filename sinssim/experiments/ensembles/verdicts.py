@@ -56,11 +56,7 @@ def looks_text(result: EnsembleResult) -> str:
 
 
 def requirement_lines(result: EnsembleResult) -> list[str]:
-    """Return the verdicts as lines for the console.
-
-    Returns:
-        A line for each requirement, and one on the looks.
-    """
+    """Return the verdicts as lines for the console."""
     lines = [f"{one.requirement.text}: {_WORDS[one.verdict]}. {verdict_text(one)}" for one in result.verdicts]
     return [*lines, *filter(None, [looks_text(result)])]
 

@@ -117,9 +117,7 @@ class Execution:
         """Begin a run.
 
         Args:
-            scenario: what is run.
             folder: run directory to write; nothing is written if None.
-            clock: of the run.
         """
         self.reached = Reached(scenario)
         self._folder, self._clock = folder, clock
@@ -387,7 +385,6 @@ def rehearse(scenario: Scenario, recorded: bool) -> None:
 
     Args:
         scenario: the scenario, which determines the parts; a hundred samples of straight flight replace its truth.
-        recorded: whether the run will be recorded.
     """
     if recorded:
         from sinssim.experiments.run.views import writer  # noqa: F401

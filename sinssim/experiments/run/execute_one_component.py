@@ -18,12 +18,7 @@ def compute_one_component(scenario: Scenario, folder: RunDirectory | None, stage
     """Compute a one-component run and record it.
 
     Args:
-        scenario: with [one_component].
         folder: run directory to write; nothing is written if None.
-        stages: the clock of the run.
-
-    Returns:
-        The run.
 
     Raises:
         InputError: the scenario or the directory cannot be used.

@@ -22,10 +22,7 @@ def about(scenario: Scenario, stages: Stages, status: str, message: str = "") ->
     """Return the part of a summary that does not depend on the success of the run.
 
     Args:
-        scenario: the scenario.
-        stages: the clock of the run.
         status: "finished", "failed" or "interrupted".
-        message: why it ended early.
 
     Returns:
         Entries of `summary.json`.
@@ -55,15 +52,10 @@ def keep(
     """Complete the run directory and move it into its place.
 
     Args:
-        folder: the run directory.
-        scenario: what was run.
         about_filter: lines that explain the filter's default states.
         summary: contents of `summary.json`.
         report: the report's page, if there is one.
         beside: as for `RunDirectory.keep`.
-
-    Returns:
-        Its place.
 
     Raises:
         InputError: it cannot be written, or files of others are in the way.

@@ -57,39 +57,19 @@ class Part:
         return None
 
     def explain(self, numbers: Any) -> Self:
-        """Add to the entry what takes long and only a report shows.
-
-        Args:
-            numbers: the entry, which may be changed.
-
-        Returns:
-            The part with what it has learnt.
-        """
+        """Add to the entry what takes long and only a report shows."""
         return self
 
     def with_filter(self, numbers: Any) -> Any:
-        """Return the entry of a run whose filter has run.
-
-        Args:
-            numbers: the entry without it.
-        """
+        """Return the entry of a run whose filter has run."""
         return numbers
 
     def enter(self, numbers: Any) -> None:
-        """Keep the entry, with None in place of unknown numbers.
-
-        Args:
-            numbers: the entry.
-        """
+        """Keep the entry, with None in place of unknown numbers."""
         vars(self)["entry"] = plain(numbers)
 
     def on(self, run: Navigated, aided: Aided | None) -> Self:
-        """Return the part of the same run after a further stage.
-
-        Args:
-            run: the run.
-            aided: the aided solution.
-        """
+        """Return the part of the same run after a further stage."""
         return replace(self, run=run, aided=aided)
 
     def brief(self, algorithms: Mapping[str, Mapping[str, Any]]) -> Iterator[Item]:
@@ -123,10 +103,8 @@ def side_by_side(
     """Return the horizontal and the attitude errors of solutions beside each other.
 
     Args:
-        key: of the charts.
         errors: by name, with colour and weight of their lines.
         span: first and last instant of the run, s.
-        marks: further marks of both.
         of: the algorithm that they have in common, for the titles.
     """
     charts = [

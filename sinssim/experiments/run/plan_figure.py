@@ -28,12 +28,6 @@ _STANDS = 1.0  # extent below which a motion is a place [m]
 def plan_of(scenario: Scenario) -> PlannedPath:
     """Return the planned motion of a scenario: of a flight by dead reckoning, of any other motion the true one.
 
-    Args:
-        scenario: the scenario.
-
-    Returns:
-        The path.
-
     Raises:
         InputError: the scenario has no motion on the Earth that is known beforehand.
     """
@@ -63,9 +57,6 @@ def plan_of(scenario: Scenario) -> PlannedPath:
 @styled
 def plan_figure(scenario: Scenario) -> Figure:
     """Draw a scenario's plan.
-
-    Args:
-        scenario: the scenario.
 
     Returns:
         The figure: the map on the left, height and speed over time on the right.

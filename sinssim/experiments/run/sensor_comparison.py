@@ -93,13 +93,7 @@ def compare_sensors(
     """Compare the readings of each kind of sensor with those of perfect sensors.
 
     Args:
-        readings: what they read.
-        perfect: readings of sensors without errors.
-        ideal: ideal increments of a block with gyros.
         compensated: compensated increments, None without a calibration.
-
-    Yields:
-        Each kind.
     """
     time, imu = ideal.time, readings.imu
     drift, ug = ("deg/h", units.DEG_H), ("µg", units.UG)

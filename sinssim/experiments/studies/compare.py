@@ -62,15 +62,11 @@ def compare(
     A study that is interrupted or fails leaves a report of the finished cases; it never replaces an existing one.
 
     Args:
-        study: the study.
         directory: directory to write; nothing is written if not given.
         overwrite: whether an existing study or run in the directory may be replaced.
         limit_minutes: expected duration above which the study is refused.
         progress: called with a description of the current work and the fraction done; True shows a bar.
         say: called beforehand with the expected duration, if it is long.
-
-    Returns:
-        The results.
 
     Raises:
         InputError: the study or the directory cannot be used, or the study would take too long.

@@ -16,16 +16,7 @@ _UNITS = (("_mps", ", m/s", 1.0), ("_rad", ", \u2033", ARCSEC), ("_m", ", m", 1.
 
 
 def coordinate_tables(comparison: StudyResult, part: Part, rows: Sequence[Row]) -> list[str]:
-    """Return a table of the largest errors for each kind of coordinates of a part.
-
-    Args:
-        comparison: the study.
-        part: one of its parts.
-        rows: its rows.
-
-    Returns:
-        HTML, nothing for a part without further coordinates.
-    """
+    """Return a table of the largest errors for each kind of coordinates of a part."""
     label, body = labeller(rows, pace=True), []
     for kind in part.coordinates:
         lines, heads = [], []

@@ -25,14 +25,9 @@ def coordinate_errors(
     motions are resolved with the solution's azimuth.
 
     Args:
-        case: the navigation.
         kinds: kinds of coordinates, see `sinssim.scenario.sections.output.COORDINATES`.
         truth: true states, N rows.
         solution: N rows.
-        ellipsoid: that of the truth.
-
-    Returns:
-        An error for each column, of an attitude one for the rotation.
     """
     if not kinds:
         return []

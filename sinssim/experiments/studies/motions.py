@@ -71,11 +71,7 @@ def flight_seconds(motion: StudyMotion) -> float:
 
 
 def is_cached(motion: StudyMotion) -> bool:
-    """Return whether a motion needs no flight simulation.
-
-    Returns:
-        Whether the motion is not a flight, or a flight in the cache.
-    """
+    """Return whether a motion needs no flight simulation."""
     from sinssim.truth.flight.cache import is_cached as flown
 
     scenario = scenario_of(motion)

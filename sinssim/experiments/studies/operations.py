@@ -211,9 +211,7 @@ def count(
     """Run a kernel uncompiled and count its operations.
 
     Args:
-        kernel: a compiled kernel.
         arguments: its arguments; float arrays among them receive its results as from the compiled kernel.
-        samples: number of samples in them.
         apart: names of functions whose calls by the kernel are not counted.
         needed: whether only those operations are counted on which the arrays depend in the end; the compiler drops the
             others.

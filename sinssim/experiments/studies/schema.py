@@ -118,7 +118,6 @@ def with_set(section: Imu, variant: str, rate_hz: float) -> Imu:
         section: errors of the block. Errors of sensors that the variant lacks have no effect, except that the drift of
             an attitude sensor follows from the gyros' biases.
         variant: one of `VARIANTS`.
-        rate_hz: samples per second.
     """
     return section.model_copy(update={"sensor_set": _SETS[variant], "rate_hz": rate_hz})
 

@@ -42,14 +42,7 @@ _SLOPE_HALF = 1.08  # a local power is the slope between the instants t/1.08 and
 
 
 def palette(comparison: StudyResult) -> dict[str, str]:
-    """Return the colours of a study's lines; a name has the same colour in all charts.
-
-    Args:
-        comparison: the study.
-
-    Returns:
-        CSS colour by name.
-    """
+    """Return the colours of a study's lines; a name has the same colour in all charts."""
     names: dict[str, None] = {}
     for part in comparison.study.parts:
         rows = comparison.of_part(part.title)
@@ -93,13 +86,7 @@ def _in_rows(charts: Sequence[Chart]) -> list[tuple[Chart, ...]]:
 
 
 def against_rate(rows: Sequence[Row], label: Label, paint: Paint) -> Charts:
-    """Return errors over the sample rate: a column for each motion, a line for each algorithm or other varied choice.
-
-    Args:
-        rows: rows of one part.
-        label: returns the name of a line.
-        paint: colours by name.
-    """
+    """Return errors over the sample rate: a column for each motion, a line for each algorithm or varied choice."""
     return _lines("rate", rows, label, paint, (_ATTITUDE, _POSITION))
 
 
@@ -156,10 +143,7 @@ def bars(rows: Sequence[Row], label: Label, line: Label, paint: Paint) -> Charts
     """Return errors as bars, for comparisons at one rate.
 
     Args:
-        rows: rows of one part.
-        label: returns the name of a bar.
         line: returns the name of the bar's line over time, whose colour it shares.
-        paint: colours of lines by name.
     """
     done = [row for row in rows if row.status == "done"]
     names = list(dict.fromkeys(label(row) for row in rows))
@@ -190,7 +174,6 @@ def growth(panels: Mapping[str, Sequence[tuple[str, ErrorGrowth]]], paint: Paint
 
     Args:
         panels: by motion, names of lines and the growth of their errors.
-        paint: colours of lines by name.
     """
     every = [np.maximum(history.horizontal[1:], _NANOMETRE) for drawn in panels.values() for _, history in drawn]
     ends = _beyond([float(end) for v in every for end in (v.min(), v.max())])
@@ -229,11 +212,7 @@ def costs(comparison: StudyResult) -> Charts:
 
 
 def orders(fits: Sequence[Order]) -> Charts:
-    """Return fitted orders of convergence of the attitude: a row for each algorithm, a mark for each motion.
-
-    Args:
-        fits: orders of one part for one quantity.
-    """
+    """Return fitted orders of convergence of the attitude: a row for each algorithm, a mark for each motion."""
     names = tuple(dict.fromkeys(order.algorithm for order in fits))
     motions = list(dict.fromkeys(order.motion for order in fits))
     marks = []
@@ -286,9 +265,6 @@ def power_of_time(blocks: Mapping[str, tuple[ErrorGrowth, float]]) -> Charts:
 
     Args:
         blocks: growth of the errors and arm of the cube, m, by name.
-
-    Returns:
-        Errors while the tilt is small above, local powers with the closed form below.
     """
     above, below, last = list[Mark](), list[Mark](), law.SCHULER_PERIOD
     for (name, (history, arm)), color in zip(blocks.items(), colors(list(blocks)), strict=True):

@@ -19,9 +19,6 @@ from sinssim.system.outputs import write_text
 def results(comparison: StudyResult) -> dict[str, Any]:
     """Return all results of a study as plain numbers and words.
 
-    Args:
-        comparison: the study.
-
     Returns:
         The contents of `results.json`; unknown numbers are None.
     """
@@ -66,10 +63,6 @@ def results(comparison: StudyResult) -> dict[str, Any]:
 
 def write_study(comparison: StudyResult, folder: Path) -> None:
     """Write all results of a study.
-
-    Args:
-        comparison: results of the study.
-        folder: an existing, empty folder.
 
     Raises:
         OSError: it cannot be written.

@@ -23,15 +23,7 @@ def at_highest_rate(found: Sequence[Heading]) -> list[Heading]:
 
 
 def turning(comparison: StudyResult, part: Part) -> list[str]:
-    """Return the section on the heading through turns.
-
-    Args:
-        comparison: the study.
-        part: one of its parts.
-
-    Returns:
-        HTML, nothing for a part without headings.
-    """
+    """Return the section on the heading through turns."""
     found = [heading for heading in comparison.headings if heading.part == part.title]
     if not found:
         return []
@@ -84,15 +76,7 @@ def gyro_free_blocks(comparison: StudyResult, part: Part) -> dict[str, tuple[Err
 
 
 def power_of_time(comparison: StudyResult, part: Part) -> list[str]:
-    """Return the section on the power of time of blocks without gyros.
-
-    Args:
-        comparison: the study.
-        part: one of its parts.
-
-    Returns:
-        HTML, nothing for a part that does not decide on such blocks.
-    """
+    """Return the section on the power of time of blocks without gyros."""
     blocks = gyro_free_blocks(comparison, part) if "gyro-free" in part.decides else {}
     if not blocks:
         return []
@@ -108,16 +92,7 @@ def power_of_time(comparison: StudyResult, part: Part) -> list[str]:
 
 
 def guarantees(comparison: StudyResult, part: Part, rows: Sequence[Row]) -> str:
-    """Return the table of what each algorithm keeps of norm and orthogonality.
-
-    Args:
-        comparison: the study.
-        part: one of its parts, over rates.
-        rows: its rows.
-
-    Returns:
-        HTML.
-    """
+    """Return the table of what each algorithm keeps of norm and orthogonality."""
     orders = [order for order in comparison.orders if (order.part, order.quantity) == (part.title, DEFECT)]
     motions = list(dict.fromkeys(row.motion for row in rows))
     lines = []

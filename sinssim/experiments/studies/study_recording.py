@@ -25,12 +25,7 @@ _LEAST = 1e-12  # smaller errors are drawn as this one
 
 
 def record(comparison: StudyResult, path: Path) -> None:
-    """Write the recording.
-
-    Args:
-        comparison: results of the study.
-        path: the file.
-    """
+    """Write the recording."""
     ends = [history.time[-1] for history in comparison.histories.values()]
     algorithms = tuple(dict.fromkeys(row.algorithm for row in comparison.rows))
     run = RunInfo(comparison.study.name, 0.0, float(max(ends, default=1.0)), algorithms, labels={"kind": "study"})

@@ -47,15 +47,7 @@ _STYLE = """
 
 
 def html_report(comparison: StudyResult, about: dict[str, str]) -> str:
-    """Return the report.
-
-    Args:
-        comparison: results of the study.
-        about: versions and machine, by name.
-
-    Returns:
-        An HTML page with its figures as SVG.
-    """
+    """Return the report."""
     study = comparison.study
     body = [f"<h1>{words(study.name)}</h1>", f'<p class="lead">{words(study.description)}</p>']
     count = len(comparison.rows)

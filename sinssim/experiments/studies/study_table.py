@@ -21,12 +21,7 @@ _CELL = 10
 
 
 def show(comparison: StudyResult, console: Console) -> None:
-    """Print the verdicts, the recommended engines, and a table for each motion of the parts that decide no claim.
-
-    Args:
-        comparison: results of the study.
-        console: the console to print on.
-    """
+    """Print the verdicts, the recommended engines, and a table for each motion of the parts that decide no claim."""
     if comparison.verdicts:
         _show_verdicts(comparison.verdicts, console)
     if comparison.picks:

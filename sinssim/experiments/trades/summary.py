@@ -54,14 +54,7 @@ def definitions(result: TradeResult) -> dict[str, str]:
 
 
 def headline(result: TradeResult) -> str:
-    """Return what a study is of, in a sentence or two.
-
-    Args:
-        result: the study.
-
-    Returns:
-        Plain text.
-    """
+    """Return what a study is of, in a sentence or two."""
     study, count = result.study, len(result)
     what = "covariance budget" if study.cell == "budget" else "ensemble"
     grid = " × ".join(f"{len(axis.values)} values of {axis.title}" for axis in study.axes)
@@ -95,10 +88,6 @@ class Unit:
 def unit_for(result: TradeResult, *quantities: Quantity) -> Unit:
     """Return the unit that suits some quantities of one dimension in all cells.
 
-    Args:
-        result: the study.
-        quantities: the quantities, or one of them.
-
     Returns:
         The unit of its requirement for a single quantity with one, else the unit that suits the largest value.
     """
@@ -126,7 +115,6 @@ def cell_table(
     """Return the table with a row for each cell.
 
     Args:
-        result: the study.
         when: a quantity whose instant the table is of; the end by default.
         bands: whether ends of the 95 % bands are added to CEP, R95 and rate of ensembles.
 
@@ -203,10 +191,6 @@ class Grid:
 def grids(result: TradeResult, quantity: Quantity) -> Iterator[Grid]:
     """Yield a quantity over the last two axes, for each place on the others.
 
-    Args:
-        result: the study, with at least two axes.
-        quantity: the quantity.
-
     Yields:
         One grid for each place; a requirement on the quantity that is met is marked by "*".
     """
@@ -235,9 +219,6 @@ def grids(result: TradeResult, quantity: Quantity) -> Iterator[Grid]:
 
 def requirement_lines(result: TradeResult) -> list[str]:
     """Return which cells meet each requirement, and all of them together.
-
-    Args:
-        result: the study.
 
     Returns:
         Whole sentences; none without a requirement.
@@ -289,14 +270,7 @@ def _rounded(number: int) -> int:
 
 
 def failure_lines(result: TradeResult) -> list[str]:
-    """Return the failed cells with their reasons.
-
-    Args:
-        result: the study.
-
-    Returns:
-        A line for each.
-    """
+    """Return the failed cells with their reasons."""
     return [f"cell {number}, {result.name(number)}: failed: {text}" for number, text in result.failures.items()]
 
 

@@ -106,12 +106,7 @@ class GridOf:
 
 
 def grid_of(result: TradeResult, quantity: Quantity) -> GridOf:
-    """Return a quantity of a study, ready to be drawn.
-
-    Args:
-        result: the study.
-        quantity: the quantity.
-    """
+    """Return a quantity of a study, ready to be drawn."""
     study, kept = result.study, min(len(result.axes), 2)
     value, (low, high) = result.values(quantity), result.band(quantity)
     limits = tuple(
@@ -159,10 +154,6 @@ def curves(result: TradeResult, quantity: Quantity) -> Charts:
 
     One axis of numbers gives a curve, one of choices bars. Two axes give curves by colour if one of them has numbers,
     else groups of bars. Further axes give panels.
-
-    Args:
-        result: the study.
-        quantity: the quantity.
     """
     grid = grid_of(result, quantity)
     y = Axis(label=grid.label, units=fixed(grid.unit.name, grid.unit.size), log=grid.logarithmic,
@@ -261,12 +252,7 @@ def _band_note(grid: GridOf) -> str:
 
 
 def heat_map(result: TradeResult, quantity: Quantity) -> Charts:
-    """Return a quantity over two axes as coloured cells with their numbers; a frame means that requirements are met.
-
-    Args:
-        result: the study, with at least two axes.
-        quantity: the quantity.
-    """
+    """Return a quantity over two axes as coloured cells with their numbers; a frame means that requirements are met."""
     grid = grid_of(result, quantity)
     down, across = grid.axes
     there = grid.finite if len(grid.finite) else np.array([1.0])

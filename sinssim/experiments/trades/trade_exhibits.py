@@ -31,14 +31,7 @@ _PAGE: Any = ("page", "recording")
 
 
 def exhibits_of(result: TradeResult) -> Exhibits:
-    """Return what a trade study has to show.
-
-    Args:
-        result: the study.
-
-    Returns:
-        Sentences, tables and charts.
-    """
+    """Return what a trade study has to show."""
     study, judged = result.study, requirement_lines(result)
     shown, drawn = shown_cells(result), [*pictures(result)]
     sentences = [*map(Sentence, judged)]

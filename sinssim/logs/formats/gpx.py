@@ -23,9 +23,6 @@ def recognises(path: Path, head: bytes) -> bool:
 def read(path: Path) -> Streams:
     """Return the points of all segments of the tracks of a GPX file, in the order of the file.
 
-    Args:
-        path: the file.
-
     Returns:
         One stream of fixes, named "gnss"; missing elevations are NaN.
 
@@ -68,9 +65,6 @@ def read(path: Path) -> Streams:
 
 def read_path(path: Path) -> Array | None:
     """Return the points of a GPX file's tracks, or of its routes if it has no track, without their times.
-
-    Args:
-        path: the file.
 
     Returns:
         Longitude and latitude in degrees and height in m, NaN if missing, (N, 3); None if there are no points.

@@ -23,9 +23,6 @@ def recognises(path: Path, head: bytes) -> bool:
 def read(path: Path) -> Streams:
     """Return the points of the gx:Track elements of a KML file, in the order of the file.
 
-    Args:
-        path: the file.
-
     Returns:
         One stream of fixes, named "gnss".
 
@@ -69,9 +66,6 @@ def read(path: Path) -> Streams:
 
 def read_path(path: Path) -> Array | None:
     """Return the points of the LineStrings of a KML file, which have no times.
-
-    Args:
-        path: the file.
 
     Returns:
         Longitude and latitude in degrees and height in m, NaN if missing, (N, 3); None if there is no LineString.

@@ -44,9 +44,6 @@ def _kind(line: str) -> str | None:
 def read(path: Path) -> Streams:
     """Read a solution file.
 
-    Args:
-        path: the file.
-
     Returns:
         One stream of fixes, "gnss".
 

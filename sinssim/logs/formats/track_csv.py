@@ -39,9 +39,6 @@ def read(path: Path) -> Streams:
     (`velocity_n_mps`, `velocity_e_mps`, `velocity_d_mps`). Angles may be in radians: `latitude_rad`, heights in feet:
     `altitude_ft`. A note names the columns that are not read.
 
-    Args:
-        path: the file.
-
     Returns:
         One solution, named "track".
 

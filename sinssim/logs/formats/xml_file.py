@@ -13,12 +13,6 @@ from sinssim.system.user_file import open_file
 def read_xml(path: Path) -> ElementTree.Element:
     """Return the root of an XML file.
 
-    Args:
-        path: the file.
-
-    Returns:
-        The root element.
-
     Raises:
         InputError: the file cannot be read, is not XML, or declares entities.
     """

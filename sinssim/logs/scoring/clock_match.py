@@ -30,14 +30,9 @@ def match_clock(clock: Clock, time: Array, start_gps_s: float, span: tuple[float
     GPS time, or of the day in UTC; the first of these under which the solution overlaps the run is taken.
 
     Args:
-        clock: of the solution.
         time: of the solution, (M,) s.
         start_gps_s: GPS time of the run's time 0.
         span: first and last time of the run, s.
-        name: of the solution, for the message.
-
-    Returns:
-        The offset.
 
     Raises:
         InputError: the solution does not overlap the run.

@@ -13,9 +13,6 @@ from sinssim.logs.reference import Reference
 def reference_of(run: RecordedRun) -> Reference:
     """Return what solutions are compared with.
 
-    Args:
-        run: a run on recorded sensors.
-
     Returns:
         The reference, with its lever arm, its gaps, the delay of its velocities and its own σ.
 

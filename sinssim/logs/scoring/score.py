@@ -122,14 +122,9 @@ class Judge:
         """Score one file.
 
         Args:
-            path: the solution.
             name: of the algorithm; the file's name if not given.
             format_name: format of the file; found from it if not given.
             antenna: satellite receiver whose antenna the solution is for; the sensor block if not given.
-            seconds: time that it took to compute.
-
-        Returns:
-            The score.
 
         Raises:
             InputError: the file cannot be read, holds no solution, or does not overlap the run.
@@ -252,9 +247,6 @@ class Judge:
 
         Args:
             span: first and last time, s.
-
-        Returns:
-            By algorithm.
         """
         found = {}
         for name in self.run.algorithms:
@@ -364,9 +356,6 @@ def _lacking(known: _Known) -> list[str]:
 
 def common_span(scores: list[Score]) -> tuple[float, float]:
     """Return the time that all scored solutions cover, over which they are ranked.
-
-    Args:
-        scores: at least one.
 
     Returns:
         First and last time, s.

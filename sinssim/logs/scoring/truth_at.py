@@ -43,9 +43,6 @@ class TruthAt:
 
         Args:
             time: instants from the first to the last sample, (M,) s.
-
-        Returns:
-            M states.
         """
         parts = [self._block(time[a : a + _BLOCK]) for a in range(0, len(time), _BLOCK)]
         return NavState(
@@ -65,9 +62,6 @@ class TruthAt:
         Args:
             time: instants, (M,) s.
             lever_arm: from the sensor block, forward, right, down, (3,) m.
-
-        Returns:
-            M states: position and velocity of the antenna, attitude of the block.
         """
         block = self.state(time)
         step = 0.25 * float(np.median(np.diff(self.time)))
@@ -135,10 +129,6 @@ def _weights(nodes: Array, time: Array) -> Array:
 
 def interpolation_error(truth: SolutionStream, ellipsoid: Ellipsoid = WGS84) -> tuple[float, float]:
     """Estimate the largest error of interpolating the truth, by leaving out every other sample.
-
-    Args:
-        truth: its samples.
-        ellipsoid: of the coordinates.
 
     Returns:
         Error of position, m, and of attitude, rad: a sixteenth of the errors at the samples left out, as the error of

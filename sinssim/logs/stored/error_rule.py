@@ -52,10 +52,6 @@ class ErrorRule:
     def of_metadata(cls, found: Mapping[bytes, bytes], file: Path) -> Self | None:
         """Return the rule in the metadata of a file, None if there is none.
 
-        Args:
-            found: metadata of the file.
-            file: the file, for the error.
-
         Raises:
             InputError: the rule is that of another version.
         """
@@ -75,7 +71,6 @@ def errors_by(rule: ErrorRule, truth: list[Array], own: list[Array]) -> list[Arr
     """Return the errors of a solution.
 
     Args:
-        rule: what they depend on.
         truth: `time_s` and `STATE_COLUMNS` of the truth, (N,) each.
         own: the same of the solution, at the same times.
 

@@ -17,9 +17,6 @@ _PARTS = 2
 def version_of(run: Path) -> str:
     """Return the version of sinssim that wrote a run directory.
 
-    Args:
-        run: the directory.
-
     Returns:
         The version in summary.json, or else in the mark of the directory; "" if neither gives one.
     """
@@ -39,9 +36,6 @@ def _read(file: Path, *path: str) -> Any:
 def is_of_another(run: Path) -> bool:
     """Return whether another version of sinssim, whose files and numbers may differ, wrote a run directory.
 
-    Args:
-        run: the directory.
-
     Returns:
         Whether the first two parts of the version differ; False if the version is not known.
     """
@@ -50,11 +44,7 @@ def is_of_another(run: Path) -> bool:
 
 
 def warn_of_version(run: Path) -> None:
-    """Warn of a run directory that another version of sinssim wrote.
-
-    Args:
-        run: the directory.
-    """
+    """Warn of a run directory that another version of sinssim wrote."""
     if is_of_another(run):
         warn(
             f"{run} was written by sinssim {version_of(run)}, and this is {__version__}: its numbers, and the meaning "
@@ -64,9 +54,6 @@ def warn_of_version(run: Path) -> None:
 
 def reason_of(run: Path) -> str:
     """Return why a file of a run directory may lack what is needed, as a sentence.
-
-    Args:
-        run: the directory.
 
     Returns:
         The versions if they differ; otherwise that the file was changed.

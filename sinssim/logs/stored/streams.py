@@ -48,9 +48,6 @@ class StoredStreams:
     def columns(self, name: str) -> list[str]:
         """Return the names of a stream's columns, `time_s` first.
 
-        Args:
-            name: the stream.
-
         Raises:
             OSError: there is no such stream.
             pyarrow.ArrowException: its file is damaged.
@@ -63,10 +60,6 @@ class StoredStreams:
 
     def read(self, name: str, columns: tuple[str, ...] | list[str]) -> list[Array]:
         """Return columns of a stream.
-
-        Args:
-            name: the stream.
-            columns: names of its columns.
 
         Returns:
             (N,) each.
@@ -119,9 +112,6 @@ def first_line(error: Exception) -> str:
 
     Args:
         error: what was raised while a stream was read.
-
-    Returns:
-        The words.
     """
     text = str(error.args[0]) if isinstance(error, KeyError) and error.args else str(error)
     return text.split("\n", 1)[0][:200].rstrip(".")

@@ -161,7 +161,6 @@ class Table:
         """Return a column as doubles.
 
         Args:
-            name: its name or number.
             width: numbers per sample: 1, or 3 for an array of three columns.
             gaps: whether numbers may be missing; they are then NaN.
 
@@ -208,7 +207,6 @@ class Table:
         """Return a column of times, which may hold dates or times of day.
 
         Args:
-            name: its name or number.
             unit: of its numbers, s.
 
         Returns:

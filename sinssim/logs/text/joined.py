@@ -19,8 +19,6 @@ def joined(unit: LogImu, samples: Samples, name: TriadName) -> tuple[Array, dict
     """Return the samples of the main file with the triad of another one, where both have some.
 
     Args:
-        unit: the table [log.imu].
-        samples: of the main file.
         name: of the triad with a file or rows of its own.
 
     Returns:
@@ -45,7 +43,6 @@ def with_gravity(
     """Return the samples with the recorded gravity vector added to the accelerations, where both are known.
 
     Args:
-        unit: the table [log.imu], with gravity.
         time: of the samples, (N,) s.
         triads: (N, 3) each.
         clock: of the main file, if it has dates.

@@ -33,7 +33,6 @@ def names_of(path: Path, head: bytes) -> tuple[str, list[str]]:
     """Return the delimiter and the names of the columns of a table.
 
     Args:
-        path: the file.
         head: its first bytes.
 
     Returns:

@@ -188,9 +188,6 @@ _BRACKETS = re.compile(r"([a-z_]+)\s*[\[(]\s*([a-z°]+)\s*[\])]")
 def meaning_of(name: str) -> tuple[str, str] | None:
     """Return which quantity a whole name means, and its unit, "" if it gives none: altitude_ft, "Altitude [ft]".
 
-    Args:
-        name: of a column.
-
     Returns:
         Key of `QUANTITIES` and of `SPELLED`; None for another name.
     """
@@ -236,9 +233,6 @@ def axis(name: str) -> tuple[str, int] | None:
 
 def triads(names: Sequence[str] | None) -> list[tuple[int, int, int]]:
     """Return the columns x, y, z of every three columns that differ by their axis only.
-
-    Args:
-        names: names of the columns.
 
     Returns:
         Numbers of columns from 0.

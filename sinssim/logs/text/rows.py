@@ -87,7 +87,6 @@ def text_rows(
     Args:
         path: a text file; any byte is accepted.
         delimiter: one character, or `WHITESPACE`.
-        skip: lines before the rows.
         cut: rows that were cut short, which are left out.
         comments: whether lines that begin with # or % are left out.
     """
@@ -102,12 +101,6 @@ def text_rows(
 
 def numbers_of(path: Path, rows: Iterable[Row], width: int, delimiter: str = WHITESPACE) -> Array:
     """Return rows of numbers.
-
-    Args:
-        path: the file, for messages.
-        rows: the rows.
-        width: number of their fields.
-        delimiter: between them, for messages.
 
     Returns:
         (N, width); NaN for empty fields.
@@ -154,11 +147,7 @@ def cut_row(name: str, line: int, place: Literal["first", "last"], fields: int, 
     """Return the sentence on a row that was cut short.
 
     Args:
-        name: of the file.
         line: its number, from 1.
-        place: where the row is.
-        fields: number of its fields.
-        width: number of fields of a whole row.
     """
     return f"{name}, line {line}: the {place} row was cut short ({fields} of {width} fields) and is left out."
 
@@ -172,7 +161,6 @@ def cut_rows(path: Path, delimiter: str, skip: int, width: int | None = None) ->
     Args:
         path: the file; empty lines and those that begin with # or % are no rows.
         delimiter: one character, or `WHITESPACE`.
-        skip: lines before the rows.
         width: number of fields of a row, if names of columns give it.
 
     Returns:
@@ -247,7 +235,6 @@ def read_rows(path: Path, layout: RowLayout, *, comments: bool = False) -> Itera
 
     Args:
         path: a text file; any byte is accepted.
-        layout: how it is written.
         comments: whether lines that begin with # or % are left out.
 
     Raises:
@@ -269,10 +256,6 @@ def read_rows(path: Path, layout: RowLayout, *, comments: bool = False) -> Itera
 
 def selected_text(path: Path, layout: RowLayout) -> bytes:
     """Return the rows of a file that the layout selects, without the line of names.
-
-    Args:
-        path: a text file.
-        layout: how it is written, with rows.
 
     Raises:
         InputError: no row has the texts, or a column does not exist.

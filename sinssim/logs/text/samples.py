@@ -95,9 +95,6 @@ def read_samples(
         triads: triads to read, by default those described; the columns of the others may be missing.
         quantities: names of other columns, or their numbers as text if columns are numbered.
 
-    Returns:
-        The samples.
-
     Raises:
         InputError: as for `read_log`.
     """
@@ -145,9 +142,6 @@ def slow(time: Array) -> str | None:
 
     Args:
         time: edges of the intervals, (N+1,) s.
-
-    Returns:
-        The sentence.
     """
     interval = float(np.median(np.diff(time)))
     if interval <= 1.0:

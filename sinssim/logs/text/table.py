@@ -120,11 +120,7 @@ def read_columns(
     """Read columns of any kind: numbers, dates, words.
 
     Args:
-        rows: a text file, or its rows.
         delimiter: one character, or `WHITESPACE`.
-        width: number of columns.
-        skip: lines of the file before the rows.
-        cut: rows that were cut short.
         comments: whether lines that begin with # or % are left out.
         **options: of pyarrow's `ReadOptions`, `ParseOptions` and `ConvertOptions`.
 
@@ -156,8 +152,6 @@ def read_numbers(
     Lines that are empty or begin with # or % are left out, and so are a first and a last row that were cut short.
 
     Args:
-        path: the file.
-        widths: numbers of columns that it may have.
         notes: a sentence on each row that was cut short is added.
         delimiter: one character, or `WHITESPACE`.
         skip: lines at the beginning that are left out, for example names of columns.
@@ -207,13 +201,7 @@ def bad_row(
     """Return the error that names the first row which is not as the others.
 
     Args:
-        path: the file.
-        rows: its rows.
-        widths: numbers of fields that they may have.
-        delimiter: between the fields.
         error: what the parser said, for a file in which no such row is found.
-        numbers: whether all fields must be numbers.
-        hint: why so many fields are needed.
     """
     first = 0
     for line, fields in rows:
@@ -265,9 +253,7 @@ def check_finite(path: Path, values: Array, what: str) -> None:
     """Refuse values that are not finite.
 
     Args:
-        path: the file.
         values: (N,) or (N, k).
-        what: what they are.
 
     Raises:
         InputError: a value is missing or not finite; the message names the row.

@@ -25,11 +25,7 @@ def track_format(path: Path, name: str | None) -> str:
     """Return the format of a file.
 
     Args:
-        path: the file.
         name: the format, if it is given.
-
-    Returns:
-        Its name.
 
     Raises:
         InputError: the file cannot be read, or no format is recognised.
@@ -53,11 +49,7 @@ def read_samples(track: TrackSource, ellipsoid: Ellipsoid) -> TrackSamples:
     """Return the samples of a track's file, cut as the table says.
 
     Args:
-        track: the table [track], with a file.
         ellipsoid: reference ellipsoid, for the distances along a path without times.
-
-    Returns:
-        The samples, unchecked.
 
     Raises:
         InputError: the file cannot be used; the message says why.

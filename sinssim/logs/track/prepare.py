@@ -53,12 +53,7 @@ def prepare(track: TrackSource, earth: TrueEarth, digest: str) -> PreparedTrack:
     """Return the curve of a track; see `Track.prepared`.
 
     Args:
-        track: the table [track].
-        earth: gravity and ellipsoid.
         digest: that of the track's file, so that a changed file is read again.
-
-    Returns:
-        The knots of the curve and its numbers.
     """
     del digest  # part of the key only
     return _planned(track, earth) if track.waypoints else _recorded(track, earth)

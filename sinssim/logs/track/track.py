@@ -21,12 +21,6 @@ class Track(TrackSource):
     def prepared(self, earth: TrueEarth) -> PreparedTrack:
         """Return the curve of the track; the last ones are kept.
 
-        Args:
-            earth: gravity and ellipsoid.
-
-        Returns:
-            The knots of the curve and its numbers.
-
         Raises:
             InputError: file or route cannot be used; the message names file and row, or the waypoint.
         """

@@ -55,11 +55,7 @@ class Content:
         return {name: self.fix(name) for name in self.run.fixes}
 
     def fix(self, name: str) -> FixStream:
-        """Return the fixes of a receiver that are not withheld.
-
-        Args:
-            name: of the receiver.
-        """
+        """Return the fixes of a receiver that are not withheld."""
         fixes = self.run.fix(name)
         return fixes.rows(~withheld(fixes.time, self.outages)) if self.outages else fixes
 
@@ -109,14 +105,7 @@ class Content:
 
 
 def solution_of(fixes: FixStream) -> SolutionStream:
-    """Return fixes as a solution without attitude.
-
-    Args:
-        fixes: fixes of an antenna.
-
-    Returns:
-        The same places and velocities.
-    """
+    """Return fixes as a solution without attitude."""
     f = fixes
     return SolutionStream(
         f.time, f.latitude, f.longitude, f.height, f.datum, f.velocity_ned, None, f.position_sigma, f.velocity_sigma
@@ -127,10 +116,8 @@ def choose(run: RecordedRun, start_gps_s: float, names: list[str], rate_hz: floa
     """Return the content that names choose.
 
     Args:
-        run: the run.
         start_gps_s: GPS time of its time 0.
         names: names of a solution, a receiver, and a kind of inertial readings; each at most once.
-        rate_hz: most samples a second of the solution.
 
     Returns:
         The content; by default the truth (of a log the reference, or the best solution), and the measured readings.

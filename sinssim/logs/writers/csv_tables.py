@@ -20,15 +20,7 @@ _VELOCITY = ["velocity_n_mps", "velocity_e_mps", "velocity_d_mps"]
 
 
 def write(content: Content, place: Path) -> list[str]:
-    """Write one file for each stream.
-
-    Args:
-        content: what is written.
-        place: an existing folder.
-
-    Returns:
-        Sentences on the files.
-    """
+    """Write one file for each stream."""
     name = f"{content.solution_name}.csv"
     _write_solution(content.solution, place / name)
     said = [

@@ -48,9 +48,6 @@ def writer_module(name: str) -> Writer:
     Args:
         name: key of `WRITERS`.
 
-    Returns:
-        The module.
-
     Raises:
         InputError: the format is unknown.
     """
@@ -71,18 +68,12 @@ def export(
     """Write a run in another program's format.
 
     Args:
-        run: the run directory.
         to: key of `WRITERS`.
         out: the file or folder; beside the run directory if not given.
         solution: what is written: "truth" (of a log "reference"), a solution, a satellite receiver, and a kind of
             inertial readings.
         start: date of the run's time 0, UTC; by default that of the log, or `DEFAULT_START`.
-        rate_hz: most samples a second of the solution.
         outages: spans whose fixes are withheld, as `sinssim run --outage` takes them.
-        overwrite: whether existing files may be replaced.
-
-    Returns:
-        What was written.
 
     Raises:
         InputError: the run, a name, the date or the place cannot be used.
@@ -128,7 +119,6 @@ def date_of_run(run: RecordedRun, start: str | None) -> float:
     """Return the GPS time of a run's time 0.
 
     Args:
-        run: the run.
         start: its date, UTC; None for that of its log, or for `DEFAULT_START` if it has none.
 
     Returns:

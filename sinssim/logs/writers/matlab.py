@@ -23,10 +23,6 @@ def write(content: Content, place: Path) -> list[str]:
 
     Args:
         content: what is written; all solutions of the run go in.
-        place: the file.
-
-    Returns:
-        Sentences on the structures.
     """
     from scipy.io import savemat
 

@@ -17,10 +17,6 @@ def write(content: Content, place: Path) -> list[str]:
 
     Args:
         content: of any run; every stream is written whole.
-        place: the folder, which exists.
-
-    Returns:
-        Sentences on what is where.
     """
     import pyarrow as pa
     from pyarrow import parquet

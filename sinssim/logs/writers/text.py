@@ -22,10 +22,8 @@ def write_columns(
     """Write columns of numbers or words.
 
     Args:
-        path: the file.
         columns: (N,) each.
         header: lines above, each with its end of line.
-        delimiter: between the columns.
 
     Raises:
         OSError: the file cannot be written.
@@ -47,7 +45,6 @@ def rounded(time: Array, digits: int = 9) -> Array:
 
     Args:
         time: (N,) s.
-        digits: decimals kept.
 
     Returns:
         (N,) s.

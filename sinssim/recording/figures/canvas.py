@@ -57,14 +57,7 @@ _STYLE: dict[str, Any] = {
 
 
 def styled(draw: Callable[_P, _R]) -> Callable[_P, _R]:
-    """Make a function draw in the style of all figures.
-
-    Args:
-        draw: a function that makes a figure.
-
-    Returns:
-        The same function in that style.
-    """
+    """Make a function draw in the style of all figures."""
 
     @wraps(draw)
     def drawn(*args: _P.args, **kwargs: _P.kwargs) -> _R:
@@ -93,9 +86,6 @@ def new_figure(width: float, height: float) -> Figure:
 def check_format(path: Path) -> None:
     """Refuse an unknown file format before the figure is drawn.
 
-    Args:
-        path: .svg, .png or .pdf.
-
     Raises:
         InputError: the file has another format.
     """
@@ -105,10 +95,6 @@ def check_format(path: Path) -> None:
 
 def save(figure: Figure, path: Path) -> None:
     """Write a figure to a temporary file and rename it into place.
-
-    Args:
-        figure: the figure.
-        path: .svg, .png or .pdf.
 
     Raises:
         InputError: the file has another format.
@@ -130,7 +116,6 @@ def to_svg(figure: Figure, name: str) -> str:
     """Return a figure as an SVG element for an HTML page.
 
     Args:
-        figure: the figure.
         name: a name unique on the page, from which the element's inner references are made.
 
     Returns:
@@ -151,14 +136,7 @@ def to_svg(figure: Figure, name: str) -> str:
 
 
 def to_png(figure: Figure) -> bytes:
-    """Return a figure as a picture.
-
-    Args:
-        figure: the figure.
-
-    Returns:
-        PNG.
-    """
+    """Return a figure as a picture."""
     import matplotlib
 
     data = io.BytesIO()

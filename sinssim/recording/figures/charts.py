@@ -44,14 +44,7 @@ _COLUMNS = 4000
 
 @styled
 def figure_of(charts: Charts) -> Figure:
-    """Draw a group of charts.
-
-    Args:
-        charts: the group.
-
-    Returns:
-        The figure.
-    """
+    """Draw a group of charts."""
     figure = new_figure(*charts.size)
     columns = max(map(len, charts.rows))
     grid = figure.subplots(
@@ -94,8 +87,6 @@ def draw(axes: Axes, chart: Chart, *, legend: bool = True) -> None:
     """Draw one chart.
 
     Args:
-        axes: axes of matplotlib to draw on.
-        chart: the chart.
         legend: whether the names of the marks are drawn.
     """
     (_, x), (_, y) = chart.unit(False), chart.unit(True)

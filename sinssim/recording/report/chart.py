@@ -58,14 +58,7 @@ _SHAPES = {"s": "M-3-3h6v6h-6z", "^": "M0-4l4 7h-8z", "D": "M0-4l4 4l-4 4l-4-4z"
 
 
 def html_of(charts: Charts) -> str:
-    """Return a group of charts as HTML.
-
-    Args:
-        charts: the group.
-
-    Returns:
-        A block with one SVG element for each chart.
-    """
+    """Return a group of charts as HTML."""
     heights = charts.heights or (1.0,) * len(charts.rows)
     body = [f"<h4>{words(charts.title)}</h4>"] if charts.title else []
     if charts.legend != "each":
@@ -194,13 +187,9 @@ def svg_of(chart: Chart, width: float, height: float, frame: _Frame | None = Non
     """Return one chart.
 
     Args:
-        chart: the chart.
         width, height: of the drawing, px; a legend makes it higher.
         frame: what it has in common with its neighbours.
         legend: whether the names of its marks are drawn.
-
-    Returns:
-        An SVG element.
     """
     frame = frame or _Frame()
     across, upright = _ranges(chart)

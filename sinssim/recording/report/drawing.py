@@ -43,7 +43,6 @@ class Drawing:
             words: plain text; braces hold a subscript.
             color: CSS colour; "" for that of the page's text.
             anchor: "start", "middle" or "end".
-            soft: whether it is a remark.
         """
         inside = _SUBSCRIPT.sub(
             r'<tspan dy="3" font-size="9.5">\1</tspan><tspan dy="-3">&#8203;</tspan>', html.escape(words)
@@ -58,8 +57,6 @@ class Drawing:
         Args:
             x, y: the point, px.
             width: px; the height follows from the lines.
-            lines: its text.
-            color: of its outline, CSS.
         """
         height = _ROW * len(lines) + 14.0
         self._body.append(
@@ -86,7 +83,6 @@ class Drawing:
         Args:
             points: px.
             color: CSS colour; "" for that of axes.
-            head: whether it ends with an arrow.
             dashes: SVG's pattern; "" for a solid line.
             width: px.
         """

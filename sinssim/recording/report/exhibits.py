@@ -20,9 +20,6 @@ _MARKS = {"met": "met", "not met": "missed", "undecided": "undecided"}
 def page_of(exhibits: Exhibits) -> str:
     """Return the page of a result.
 
-    Args:
-        exhibits: what it has to show.
-
     Returns:
         HTML; it refers to nothing outside itself.
     """
@@ -34,7 +31,6 @@ def parts_of(items: Iterable[Item], level: int) -> Iterator[str]:
     """Yield exhibits as HTML.
 
     Args:
-        items: the exhibits.
         level: of the headings of their sections, 2 below the title of a page.
     """
     for item in items:

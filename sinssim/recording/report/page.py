@@ -62,8 +62,6 @@ def page(title: str, body: Iterable[str], style: str = "") -> str:
 
     Args:
         title: title in the browser's tab.
-        body: pieces of HTML.
-        style: additional style rules after the common ones.
 
     Returns:
         HTML; it refers to nothing outside itself.
@@ -78,26 +76,12 @@ def page(title: str, body: Iterable[str], style: str = "") -> str:
 
 
 def words(text: str) -> str:
-    """Return a text as HTML with runs of white space reduced to single blanks; a blank that does not break stays.
-
-    Args:
-        text: any text.
-
-    Returns:
-        HTML.
-    """
+    """Return a text as HTML with runs of white space reduced to single blanks; a blank that does not break stays."""
     return html.escape(_BLANKS.sub(" ", text).strip(" "))
 
 
 def verbatim(text: str) -> str:
-    """Return a text as HTML, white space unchanged.
-
-    Args:
-        text: any text.
-
-    Returns:
-        HTML.
-    """
+    """Return a text as HTML, white space unchanged."""
     return html.escape(text, quote=False)
 
 
@@ -109,9 +93,6 @@ def table(heads: Sequence[str], lines: Iterable[Sequence[str]], names: int = 1, 
         lines: HTML of the cells, row by row; a complete `<td…>` is used unchanged.
         names: number of columns, from the left, that hold words instead of numbers.
         above: an additional row of heads above, a complete `<tr>`.
-
-    Returns:
-        HTML.
     """
 
     def cells(tag: str, values: Sequence[str]) -> str:
@@ -128,12 +109,5 @@ def table(heads: Sequence[str], lines: Iterable[Sequence[str]], names: int = 1, 
 
 
 def swatch(color: str) -> str:
-    """Return a small square of a colour, to be placed before a name.
-
-    Args:
-        color: CSS colour.
-
-    Returns:
-        HTML.
-    """
+    """Return a small square of a colour, to be placed before a name."""
     return f'<span class="swatch" style="background:{color}"></span>'

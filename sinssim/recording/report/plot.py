@@ -83,9 +83,6 @@ class Mark:
 def dashes(count: int) -> list[str]:
     """Return dash patterns that distinguish lines in print and where they coincide.
 
-    Args:
-        count: number of lines, drawn in order.
-
     Returns:
         Patterns for `path`; all solid if there are more than three lines.
     """
@@ -98,10 +95,6 @@ def element(width: float, height: float, about: str, body: str) -> str:
     Args:
         width, height: px.
         about: description for readers who cannot see the drawing.
-        body: SVG.
-
-    Returns:
-        An SVG element.
     """
     return (
         f'<svg xmlns="http://www.w3.org/2000/svg" viewBox="0 0 {width:g} {height:g}" width="{width:g}" '
@@ -115,13 +108,7 @@ def text(x: float, y: float, words: str, anchor: str = "start", kind: str = "", 
 
     Args:
         x, y: place of its baseline, px.
-        words: plain text.
         anchor: "start", "middle" or "end": the part of the text that is placed there.
-        kind: class, for the style.
-        more: other attributes.
-
-    Returns:
-        An SVG element.
     """
     fill = style.SOFT if "soft" in kind else style.INK
     return (
@@ -149,12 +136,8 @@ def path(x: Array, y: Array, color: str, width: float, dashes: str = "") -> str:
 
     Args:
         x, y: (N,) px.
-        color: CSS colour.
         width: px.
         dashes: lengths of dashes and gaps, "" for a solid line.
-
-    Returns:
-        An SVG element.
     """
     dashed = f' stroke-dasharray="{dashes}"' if dashes else ""
     return (
@@ -168,11 +151,7 @@ def dots(x: Array, y: Array, color: str, size: float) -> str:
 
     Args:
         x, y: (N,) px.
-        color: CSS colour.
         size: their diameter, px.
-
-    Returns:
-        An SVG element.
     """
     places = np.unique(np.round(2.0 * np.column_stack((x, y))), axis=0) / 2.0
     strokes = "".join([f"M{a:g} {b:g}h0" for a, b in places.tolist()])
@@ -185,9 +164,6 @@ def segments(x1: Sequence[float], y1: Sequence[float], x2: Sequence[float], y2: 
     Args:
         x1, y1, x2, y2: their ends, px.
         kind: "grid", "axis" or "mark".
-
-    Returns:
-        An SVG element, empty for no lines.
     """
     color = style.GRID if kind == "grid" else style.SOFT
     strokes = "".join(f"M{a:.1f} {b:.1f}L{c:.1f} {d:.1f}" for a, b, c, d in zip(x1, y1, x2, y2, strict=True))
@@ -212,19 +188,10 @@ def plot(
     """Draw lines over time.
 
     Args:
-        title: what is drawn.
-        unit: of the values.
-        lines: drawn in their order.
         span: first and last time of the axis, s.
-        marks: vertical lines.
         width: of the drawing, px.
         height: of the plot without title, legend and labels, px.
-        from_zero: whether the axis begins at zero.
-        least: smallest change that is not rounding.
         axis: beginning and end of the axis, and the step of its ticks; chosen from the values if not given.
-
-    Returns:
-        An SVG element.
     """
     start, end = span
     lines = [_finite(line) for line in lines]
@@ -286,7 +253,6 @@ def _with_coincidences(lines: Sequence[Line], least: float) -> list[Line]:
     """Return the lines with a word in the names of those that coincide with a former one.
 
     Args:
-        lines: as drawn.
         least: the difference from which lines are seen apart, in the plot's unit.
     """
     found: list[Line] = []
@@ -320,7 +286,6 @@ def legend(lines: Sequence[Line], width: int, top: int = 34) -> tuple[str, int]:
     """Return a legend: the names of the lines, each beside a sample of the line.
 
     Args:
-        lines: the lines as drawn.
         width: of the drawing, px.
         top: baseline of the first row, px.
 

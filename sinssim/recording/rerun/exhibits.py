@@ -78,8 +78,6 @@ def record_charts(recording: Recording, charts: Charts, root: str = "", start: f
     """Record those of some charts that are over time.
 
     Args:
-        recording: the recording.
-        charts: the charts.
         root: before their keys, which are the paths of their entities.
         start: added to their times, s.
 
@@ -104,9 +102,7 @@ def record_chart(recording: Recording, entity: str, chart: Chart, start: float) 
     """Record the lines of a chart over time, and the limits of requirements.
 
     Args:
-        recording: the recording.
         entity: path of its entity; lines at other instants than the first are below it.
-        chart: the chart.
         start: added to its times, s.
     """
     size = chart.unit(True)[1]
@@ -158,8 +154,6 @@ def record_cloud(recording: Recording, entity: str, cloud: Cloud, start: float) 
     """Record points that move in a plane, and the circles about its origin.
 
     Args:
-        recording: the recording.
-        entity: path of its entity.
         cloud: the points.
         start: added to its times, s.
     """
@@ -217,11 +211,7 @@ def _limits(recording: Recording, entity: str, chart: Chart, start: float) -> No
 
 
 def markdown(exhibits: Exhibits) -> str:
-    """Return the tables and sentences of a result as text.
-
-    Args:
-        exhibits: what it has to show.
-    """
+    """Return the tables and sentences of a result as text."""
     return "\n".join([f"# {exhibits.title}", "", *_lines(exhibits.items, 2)])
 
 

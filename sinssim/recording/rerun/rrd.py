@@ -84,9 +84,6 @@ class _File:
     def __init__(self, path: Path) -> None:
         """Open the file and the pipe.
 
-        Args:
-            path: the file to write.
-
         Raises:
             OSError: it cannot be opened.
         """
@@ -201,7 +198,6 @@ class Recording:
         """Record a stream; the series are named after the Parquet columns.
 
         Args:
-            stream: what to record.
             thin: whether a long stream is reduced to the rows that a screen can show, see `screen_rows`; otherwise
                 every row is recorded. The rows that are recorded are exact.
             events: times around which all rows are recorded, s.
@@ -235,10 +231,8 @@ class Recording:
         """Record lines for a plot, in display units.
 
         Args:
-            entity: path of the entity.
             time: (N,) s.
             values: (N, k); a NaN gives a gap, and nothing is recorded if all are NaN.
-            names: k names for the legend.
             colors: k colours, by name if not given.
             widths: k widths or one for all, points.
         """
@@ -269,12 +263,9 @@ class Recording:
         """Record dots for a plot, in display units.
 
         Args:
-            entity: path of the entity.
             rows: their number N.
             time: (N,) s.
             values: (N, k); a NaN gives no dot.
-            names: k names for the legend.
-            color: colour of all dots.
             marker: their shape: "circle", "cross" or another shape of Rerun.
             size: size of the markers, points.
         """
@@ -306,37 +297,21 @@ class Recording:
         """Record any other archetype over time.
 
         Args:
-            entity: path of the entity.
             time: (N,) s.
             columns: result of `Archetype.columns(...)` for N rows.
         """
         self._stream.send_columns(entity, [_Times(nanoseconds(time))], columns, strict=True)
 
     def static(self, entity: str, archetype: Any) -> None:
-        """Record data that hold at all times.
-
-        Args:
-            entity: path of the entity.
-            archetype: a Rerun archetype.
-        """
+        """Record data that hold at all times."""
         self._stream.log(entity, archetype, static=True, strict=True)
 
     def document(self, entity: str, markdown: str) -> None:
-        """Record a text.
-
-        Args:
-            entity: path of the entity.
-            markdown: the text.
-        """
+        """Record a text."""
         self.static(entity, rr.TextDocument(markdown, media_type=rr.MediaType.MARKDOWN))
 
     def events(self, events: Sequence[FlightEvent], entity: str = "events") -> None:
-        """Record events as a text log, with the instant before each text.
-
-        Args:
-            events: the events.
-            entity: path of the entity.
-        """
+        """Record events as a text log, with the instant before each text."""
         if events:
             levels = [rr.TextLogLevel.INFO] * len(events)
             self.columns(
@@ -352,10 +327,6 @@ def whole_recording(path: Path, application: str) -> Iterator[Recording]:
 
     Args:
         path: the file, by convention with the suffix .rrd; its folder is made.
-        application: application identifier.
-
-    Yields:
-        The recording to fill.
 
     Raises:
         RunError: the file cannot be written.
@@ -372,12 +343,7 @@ def time_plot(entity: str, name: str, time: Array) -> rrb.TimeSeriesView:
     """Return a plot whose time axis shows a whole record.
 
     Args:
-        entity: path of the entity to plot.
-        name: title.
         time: instants of the record, (N,) s.
-
-    Returns:
-        The view.
     """
     start, end = (rrb.TimeRangeBoundary.absolute(seconds=float(time[k])) for k in (0, -1))
     return rrb.TimeSeriesView(

@@ -53,7 +53,6 @@ class Scene:
 
         Args:
             truth: true states, N rows.
-            ellipsoid: reference ellipsoid.
 
         Returns:
             The scene; heights are exaggerated if the flight is much longer than high.
@@ -166,9 +165,6 @@ def map_zoom(tracks: Sequence[NavState | NavSolution]) -> float:
 
     Args:
         tracks: with arrays of latitude and longitude, rad.
-
-    Returns:
-        The zoom level.
     """
     first = tracks[0].longitude[0]
     limit = np.radians(85.0)  # latitude limit of such maps
@@ -182,15 +178,7 @@ def map_zoom(tracks: Sequence[NavState | NavSolution]) -> float:
 
 
 def drifted(track: NavState, solutions: Mapping[str, NavSolution]) -> list[str]:
-    """Return the solutions that would more than double the width of a map.
-
-    Args:
-        track: the track that the map is of.
-        solutions: by name.
-
-    Returns:
-        Their names.
-    """
+    """Return the solutions that would more than double the width of a map."""
     zoom = map_zoom([track])
     return [name for name, solution in solutions.items() if map_zoom([track, solution]) < zoom - 1.0]
 

@@ -42,12 +42,6 @@ _LOOK_SECONDS = 0.3
 def find_recording(path: Path) -> Path:
     """Return the recording of a path.
 
-    Args:
-        path: a run directory or an .rrd file.
-
-    Returns:
-        The .rrd file.
-
     Raises:
         InputError: there is no recording.
     """
@@ -67,9 +61,6 @@ def find_recording(path: Path) -> Path:
 
 def find_run_info(recording: Path) -> RunInfo | None:
     """Return the information about the run in a recording, None if it has none.
-
-    Args:
-        recording: an .rrd file.
 
     Returns:
         The information that views need; None for a recording with its own layout, such as that of the ground study or
@@ -106,7 +97,6 @@ def open_viewer(path: Path, view: str | None = None) -> None:
     """Open a run in Rerun's own viewer, and return when its window is closed.
 
     Args:
-        path: a run directory or an .rrd file.
         view: name of the view in front, or path of a view's file; the recorded layout if not given.
 
     Raises:
@@ -122,7 +112,6 @@ def serve(path: Path, view: str | None = None, *, ready: Callable[[str], None] |
     """Serve a run to browsers on this machine only, until interrupted.
 
     Args:
-        path: a run directory or an .rrd file.
         view: name of the view in front, or path of a view's file; the recorded layout if not given.
         ready: called with the page's address once the server answers; by default the address is printed.
 
@@ -160,10 +149,7 @@ def screenshot(
     """Save a picture of a run; no screen is needed.
 
     Args:
-        path: a run directory or an .rrd file.
-        picture: the PNG file to write.
         view: name of the view in front, or path of a view's file; the recorded layout if not given.
-        size: width and height of the picture.
         time_s: place of the time cursor, s; the middle of the recorded time if not given.
 
     Raises:
@@ -360,11 +346,7 @@ class _Viewer:
         """Return the first answer of the child that is true; a busy one may leave questions unanswered.
 
         Args:
-            done: asks the child.
             deadline: as for `check`.
-
-        Returns:
-            The answer.
 
         Raises:
             RunError: the child has ended or the deadline has passed.

@@ -61,11 +61,7 @@ class RunInfo:
         """Return one of the labels.
 
         Args:
-            key: key of the label.
             otherwise: text to return if the label is not known yet.
-
-        Returns:
-            The label.
         """
         return self.labels.get(key, otherwise)
 
@@ -86,14 +82,7 @@ class RunInfo:
         return rrb.TimeAxis(view_range=rr.TimeRange(start=start, end=end))
 
     def range_of(self, *entities: str) -> tuple[float, float]:
-        """Return the smallest and the largest number of some plotted entities.
-
-        Args:
-            entities: entities that a plot shows.
-
-        Returns:
-            Both values, or zeros before they are known.
-        """
+        """Return the smallest and the largest number of some plotted entities."""
         known = [self.ranges[entity] for entity in entities if entity in self.ranges]
         return min((r[0] for r in known), default=0.0), max((r[1] for r in known), default=0.0)
 
@@ -102,9 +91,6 @@ class RunInfo:
 
         The viewer labels only multiples of powers of ten, none if they would be denser than about nine per plot, and
         none at the very edges. By default, a plot from -9 to 9 shows the label 0 alone.
-
-        Args:
-            entities: entities that the plot shows.
 
         Returns:
             The axis, or None if the default axis is suitable.
@@ -124,37 +110,19 @@ class RunInfo:
         return rrb.ScalarAxis(range=(low - margin, high + margin))
 
     def corner(self, *entities: str) -> rrb.Corner2D:
-        """Return the corner for the legend of lines that begin near zero at the left.
-
-        Args:
-            entities: entities that the plot shows.
-
-        Returns:
-            The left corner that is farther from zero.
-        """
+        """Return the corner for the legend of lines that begin near zero at the left."""
         import rerun.blueprint as rrb
 
         low, high = self.range_of(*entities)
         return rrb.Corner2D.LeftTop if high >= -low else rrb.Corner2D.LeftBottom
 
     def to_json(self) -> str:
-        """Return the information as text, in the form of the recording.
-
-        Returns:
-            JSON.
-        """
+        """Return the information as text, in the form of the recording."""
         return json.dumps(asdict(self))
 
     @classmethod
     def from_json(cls, text: str) -> RunInfo:
-        """Return the information that `to_json` wrote.
-
-        Args:
-            text: JSON.
-
-        Returns:
-            The same information.
-        """
+        """Return the information that `to_json` wrote."""
         values = json.loads(text)
         values["algorithms"] = tuple(values["algorithms"])
         values["ranges"] = {entity: tuple(r) for entity, r in values["ranges"].items()}
@@ -178,7 +146,6 @@ def load_view(name: str, run: RunInfo) -> Any:
 
     Args:
         name: name of a view, or path of a Python file.
-        run: the run to show.
 
     Returns:
         A `rerun.blueprint.Blueprint`.
@@ -249,7 +216,6 @@ def all_views(run: RunInfo, active: str | None = None, *, menu: bool = True) -> 
     A view that does not work is left out, with a warning, unless it is the one in front.
 
     Args:
-        run: the run to show.
         active: name of the view in front, or path of a further view; the first view if not given.
         menu: whether the viewer shows its menu and its notices about the machine.
 

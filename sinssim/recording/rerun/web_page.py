@@ -65,7 +65,6 @@ class PageServer:
         """Listen on a port of this machine.
 
         Args:
-            port: the port.
             inner: port of Rerun's web server, on this machine.
             files: recordings and layouts that the page opens, with different names.
 

@@ -26,7 +26,6 @@ class RunDirectory:
         """Check the place and make the hidden folder.
 
         Args:
-            target: the final place of the run directory.
             overwrite: whether the files that sinssim wrote for an existing run may be replaced.
 
         Raises:
@@ -60,9 +59,6 @@ class RunDirectory:
         Args:
             beside: suffix of the name under which an incomplete run is kept beside an existing one, which it does not
                 replace.
-
-        Returns:
-            Its place.
 
         Raises:
             InputError: files that sinssim did not write are in the way; they stay, and the run is kept beside them.
@@ -112,14 +108,6 @@ class RunDirectory:
 
 def write_directory(target: Path, write: Callable[[Path], object], *, overwrite: bool) -> Path:
     """Write a directory that is complete or not there.
-
-    Args:
-        target: the place.
-        write: writes files to a given folder.
-        overwrite: whether existing results there may be replaced.
-
-    Returns:
-        The directory.
 
     Raises:
         InputError: the place is taken or cannot be written.

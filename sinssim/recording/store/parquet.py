@@ -23,11 +23,6 @@ def write_stream(stream: Stream, folder: Path, metadata: Mapping[str, str] | Non
 
     Args:
         stream: the stream; doubles stay doubles.
-        folder: an existing folder.
-        metadata: texts that are stored with it.
-
-    Returns:
-        The file.
 
     Raises:
         OSError: the file cannot be written.
@@ -38,10 +33,6 @@ def write_stream(stream: Stream, folder: Path, metadata: Mapping[str, str] | Non
 
 def arrow_table(stream: Stream, rows: slice) -> Any:
     """Return rows of a stream as a `pyarrow.Table`.
-
-    Args:
-        stream: the stream.
-        rows: which of them.
 
     Returns:
         The column `time_s`, and the columns of all vectors; doubles stay doubles.
@@ -57,13 +48,6 @@ def arrow_table(stream: Stream, rows: slice) -> Any:
 
 def write_events(events: Sequence[FlightEvent], folder: Path) -> Path:
     """Write events as `<folder>/events.parquet`, columns `time_s` and `text`.
-
-    Args:
-        events: the events in order of time.
-        folder: an existing folder.
-
-    Returns:
-        The file.
 
     Raises:
         OSError: the file cannot be written.
@@ -84,10 +68,6 @@ def write_table(table: Any, path: Path) -> Path:
 
     Args:
         table: a `pyarrow.Table`; doubles stay doubles.
-        path: the file.
-
-    Returns:
-        The file.
 
     Raises:
         OSError: the file cannot be written.

@@ -38,7 +38,6 @@ def truth_stream(time: Array, truth: NavState) -> Stream:
 
     Args:
         time: (N+1,) s.
-        truth: true states at those times.
 
     Returns:
         N+1 rows.
@@ -48,14 +47,7 @@ def truth_stream(time: Array, truth: NavState) -> Stream:
 
 
 def reference_stream(reference: Reference) -> Stream:
-    """Return the stream `reference`: what recorded sensors are compared with, NaN for what it does not have.
-
-    Args:
-        reference: the reference.
-
-    Returns:
-        M rows.
-    """
+    """Return the stream `reference`: what recorded sensors are compared with, NaN for what it does not have."""
     r, count = reference, len(reference.time)
     velocity = np.full((count, 3), np.nan) if r.velocity_ned is None else r.velocity_ned
     q_nb = np.full((count, 4), np.nan) if r.q_nb is None else r.q_nb
@@ -71,7 +63,6 @@ def imu_stream(kind: str, imu: ImuData, *, with_angles: bool = True) -> Stream:
 
     Args:
         kind: "ideal", "measured" or "compensated".
-        imu: the increments.
         with_angles: whether there are increments of angle, from gyros or from six accelerometers.
 
     Returns:
@@ -91,7 +82,6 @@ def set_streams(kind: str, readings: Readings) -> list[Stream]:
 
     Args:
         kind: "ideal" or "measured".
-        readings: readings of the set.
 
     Returns:
         `accelerometers_<kind>`, N rows, for six accelerometers; `attitude_<kind>`, N+1 rows, for an attitude sensor;
@@ -140,7 +130,6 @@ def other_error_stream(name: str, error: NavError) -> Stream:
         name: "error_without_monitoring": if a redundant set's faulty sensors had been used;
             "error_without_errors_of_turns": if the gyros beside a platform had no errors that act in turns only;
             "error_without_rotation": if the block of the same sensors did not turn.
-        error: errors of the first strapdown algorithm.
 
     Returns:
         N+1 rows.
@@ -158,9 +147,6 @@ def other_error_stream(name: str, error: NavError) -> Stream:
 
 def rotation_stream(encoders: Encoders) -> Stream:
     """Return the stream `rotation`: true and read angles of a block that turns.
-
-    Args:
-        encoders: of the block.
 
     Returns:
         N+1 rows.
@@ -204,10 +190,6 @@ def platform_stream(solution: PlatformSolution) -> Stream:
 def nav_stream(name: str, solution: NavSolution) -> Stream:
     """Return the stream `nav_<algorithm>`: the solution, and the defect of the algorithm's attitude variables.
 
-    Args:
-        name: the algorithm.
-        solution: its solution.
-
     Returns:
         N+1 rows.
     """
@@ -220,8 +202,6 @@ def error_stream(name: str, error_at: Callable[[slice], NavError], time: Array) 
     """Return the stream `error_<algorithm>`.
 
     Args:
-        name: the algorithm.
-        error_at: returns its errors in some rows.
         time: (N+1,) s.
 
     Returns:
@@ -247,9 +227,6 @@ def error_stream(name: str, error_at: Callable[[slice], NavError], time: Array) 
 def channel_streams(channels: Mapping[str, Channel]) -> list[Stream]:
     """Return the streams logged along the flight; channels over the same times share a stream.
 
-    Args:
-        channels: channels by name, with units.
-
     Returns:
         `flight`, and `flight_2`, … for channels over other times.
     """
@@ -269,9 +246,6 @@ def channel_streams(channels: Mapping[str, Channel]) -> list[Stream]:
 
 def gravity_stream(values: GravityValues) -> Stream:
     """Return the stream `gravity`: the true field along the motion, once a second.
-
-    Args:
-        values: the field.
 
     Returns:
         K rows.

@@ -20,9 +20,6 @@ from sinssim.errors import RunError
 def flagged(imu: ImuData) -> dict[str, int]:
     """Return the number of flagged samples, for `summary.json`.
 
-    Args:
-        imu: measured increments.
-
     Returns:
         Number of samples by kind of flag, set by any sensor; empty if the sensors set no flags.
     """
@@ -37,7 +34,6 @@ def flagged_words(flags: Mapping[str, int], samples: int) -> str:
 
     Args:
         flags: result of `flagged`.
-        samples: number of all samples.
 
     Returns:
         A sentence; empty if there are no flagged samples.
@@ -47,14 +43,7 @@ def flagged_words(flags: Mapping[str, int], samples: int) -> str:
 
 
 def singularities(solutions: Mapping[str, NavSolution]) -> dict[str, list[dict[str, Any]]]:
-    """Return the passages through a singular attitude, for `summary.json`.
-
-    Args:
-        solutions: by algorithm.
-
-    Returns:
-        For each algorithm with passages: start, end, damage and text of each.
-    """
+    """Return the passages through a singular attitude, for `summary.json`."""
     return {
         name: [
             {
@@ -72,9 +61,6 @@ def singularities(solutions: Mapping[str, NavSolution]) -> dict[str, list[dict[s
 
 def failures(failed: Mapping[str, RunError]) -> dict[str, dict[str, Any]]:
     """Return which algorithms have no result, and why, for `summary.json`.
-
-    Args:
-        failed: errors by algorithm.
 
     Returns:
         For each algorithm the instant, None if unknown, and the text.
@@ -99,11 +85,7 @@ def plain(value: Any) -> Any:
 
 
 def versions() -> dict[str, str]:
-    """Return the versions of the software that computed the numbers.
-
-    Returns:
-        Versions by name.
-    """
+    """Return the versions of the software that computed the numbers."""
     names = ("jsbsim", "numpy", "scipy", "numba", "filterpy", "rerun-sdk", "pyarrow")
     return {"sinssim": sinssim.__version__, **{name: _version(name) for name in names}}
 
@@ -121,11 +103,7 @@ def software() -> str:
 
 
 def processor() -> str:
-    """Return the name of the machine's processor.
-
-    Returns:
-        The name as reported by the system.
-    """
+    """Return the name of the machine's processor."""
     try:
         with open("/proc/cpuinfo", encoding="utf-8") as file:
             names = [line.split(":", 1)[1].strip() for line in file if line.startswith("model name")]
@@ -139,9 +117,6 @@ def markdown_table(numbers: Mapping[str, Mapping[str, float]]) -> str:
 
     Args:
         numbers: results of `error_numbers` by algorithm.
-
-    Returns:
-        Markdown: a row for each quantity, a column for each algorithm.
     """
     lines = ["| error | " + " | ".join(numbers) + " |", "|---|" + "---|" * len(numbers)]
     for quantity, key in (

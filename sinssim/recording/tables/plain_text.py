@@ -13,9 +13,6 @@ _WIDTH = 120
 def plain_text(show: Callable[[Console], None]) -> str:
     """Return the text that a table prints.
 
-    Args:
-        show: function that prints on a given console.
-
     Returns:
         Lines of at most 120 characters.
     """

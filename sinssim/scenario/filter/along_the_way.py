@@ -24,8 +24,6 @@ def with_declination(model: ErrorModel, scenario: Scenario, trajectory: Trajecto
 
     Args:
         model: the model of the scenario, from `filter_model`.
-        scenario: the scenario.
-        trajectory: the motion of the vehicle.
 
     Returns:
         The model; the same one where nothing changes, or where it has no state of the compass.

@@ -37,7 +37,6 @@ def filter_model(scenario: Scenario, duration: float = 3600.0, recorded: Sequenc
     """Return the error model of a scenario's filter.
 
     Args:
-        scenario: with a [filter] section.
         duration: of the run, s.
         recorded: descriptions of recorded sensors, beside the emulated ones of [aiding].
 

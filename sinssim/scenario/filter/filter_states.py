@@ -65,7 +65,6 @@ def weights(scenario: Scenario, moved: Excitation | None = None) -> tuple[Weight
     """Return the significance of each block of the inertial sensors' errors in a scenario.
 
     Args:
-        scenario: with a [filter] section.
         moved: rotation and acceleration of the motion if they are known; by default those of the plan.
 
     Returns:
@@ -104,11 +103,7 @@ def states(scenario: Scenario, moved: Excitation | None = None) -> tuple[str, ..
     """Return the blocks of the inertial sensors' errors that a scenario's filter has.
 
     Args:
-        scenario: with a [filter] section.
         moved: as for `weights`.
-
-    Returns:
-        The blocks that the section names, or by default those that matter.
     """
     assert scenario.filter is not None
     if scenario.filter.states is not None:
@@ -120,7 +115,6 @@ def with_states(scenario: Scenario, moved: Excitation | None = None) -> Scenario
     """Return a scenario with the states of its filter written out.
 
     Args:
-        scenario: any scenario.
         moved: as for `weights`.
 
     Returns:
@@ -136,7 +130,6 @@ def choice(scenario: Scenario, moved: Excitation | None = None) -> tuple[str, ..
     """Explain which states a scenario's filter has by default.
 
     Args:
-        scenario: any scenario.
         moved: as for `weights`.
 
     Returns:
@@ -157,14 +150,7 @@ def _times(ratio: float) -> str:
 
 
 def hints(scenario: Scenario) -> Iterator[str]:
-    """Explain an inconsistent filter by states that it lacks.
-
-    Args:
-        scenario: with a [filter] section.
-
-    Yields:
-        Whole sentences.
-    """
+    """Explain an inconsistent filter by states that it lacks."""
     own, every = states(scenario), weights(scenario)
     missing = [weight for weight in every if weight.needed and weight.block not in own]
     if missing:
@@ -178,14 +164,7 @@ def hints(scenario: Scenario) -> Iterator[str]:
 
 
 def notes(scenario: Scenario) -> Iterator[str]:
-    """Report what a scenario's sensors are not accurate enough for.
-
-    Args:
-        scenario: with a [filter] section.
-
-    Yields:
-        Whole sentences.
-    """
+    """Report what a scenario's sensors are not accurate enough for."""
     section, parked = scenario.filter, scenario.parked
     if section is None or section.alignment_s is None or section.alignment != "at-rest" or parked is None:
         return
@@ -219,11 +198,7 @@ def inertial_sigma(scenario: Scenario, factor: float | None = None) -> ImuErrors
     """Return the standard deviations of the inertial sensors' errors that a scenario's filter assumes.
 
     Args:
-        scenario: with a [filter] section.
         factor: by which the noises are multiplied; by default the section's `inertial_noise_factor`.
-
-    Returns:
-        The standard deviations, after the calibration if there is one.
     """
     from sinssim.alignment.budget import expected_errors
 

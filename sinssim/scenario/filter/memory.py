@@ -70,11 +70,7 @@ def needed_memory(scenario: Scenario, *, recorded: bool = True) -> Memory:
     """Estimate the peak memory of a run.
 
     Args:
-        scenario: with a [filter] section.
         recorded: whether the run is written to a run directory.
-
-    Returns:
-        The estimate.
 
     Raises:
         InputError: the aircraft's description is not right.
@@ -119,7 +115,6 @@ def check_memory(scenario: Scenario, *, recorded: bool = True, of_log: Mapping[s
     """Raise for a run whose filter needs more memory than this machine has.
 
     Args:
-        scenario: any scenario.
         recorded: whether the run is written to a run directory.
         of_log: readings per second of recorded sensors, by name.
 

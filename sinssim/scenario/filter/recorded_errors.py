@@ -38,14 +38,7 @@ class RecordedOther:
 
 
 def recorded_sensors(scenario: Scenario) -> tuple[HasStates, ...]:
-    """Return descriptions of the errors of the recorded sensors, as the filter has them as states.
-
-    Args:
-        scenario: with or without [log].
-
-    Returns:
-        One entry for each sensor.
-    """
+    """Return descriptions of the errors of the recorded sensors, as the filter has them as states."""
     if scenario.log is None:
         return ()
     others = tuple(RecordedOther(other) for other in scenario.log.others)

@@ -39,7 +39,6 @@ def of_combination(model: ErrorModel, scenario: Scenario) -> ErrorModel:
 
     Args:
         model: the model, whose standard deviations are those of the combination.
-        scenario: the scenario.
 
     Returns:
         The model; the same if the set is not redundant.
@@ -72,7 +71,6 @@ def noise_of_combination(
 
     Args:
         model: the model, as `of_combination` returns it.
-        scenario: the scenario.
         monitored: what the monitoring found; empty without monitoring.
         edges: edges of the samples, (N+1,) s.
 

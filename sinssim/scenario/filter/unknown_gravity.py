@@ -58,9 +58,6 @@ class UnknownGravity(NamedTuple):
 def unknown_gravity(scenario: Scenario) -> UnknownGravity | None:
     """Return the gravity that a scenario's filter does not know.
 
-    Args:
-        scenario: with a [filter] section.
-
     Returns:
         Its size along the planned path; None if the filter knows the true field. A recording has no true field.
     """
@@ -106,14 +103,7 @@ def _path(scenario: Scenario) -> tuple[Array, Array, Array]:
 
 
 def gravity_notes(scenario: Scenario) -> Iterator[str]:
-    """Report gravity that a scenario's filter does not know and that its readings show.
-
-    Args:
-        scenario: with a [filter] section.
-
-    Yields:
-        Whole sentences.
-    """
+    """Report gravity that a scenario's filter does not know and that its readings show."""
     found = unknown_gravity(scenario)
     if found is None or found.ratio < MATTERS:
         return

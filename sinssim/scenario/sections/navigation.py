@@ -156,7 +156,6 @@ class NavigationSection(Section):
 
         Args:
             algorithm: one of the section's.
-            true_ellipsoid: name of the ellipsoid of the truth.
         """
         route: Any = None if self.route_deg is None else tuple(map(math.radians, self.route_deg))
         return Mechanization(
@@ -174,11 +173,7 @@ class NavigationSection(Section):
         )
 
     def in_segments(self, true_ellipsoid: str) -> Mechanization:
-        """Return the options of a filter's engine: the first algorithm, a free vertical channel, x to the north.
-
-        Args:
-            true_ellipsoid: name of the ellipsoid of the truth.
-        """
+        """Return the options of a filter's engine: the first algorithm, a free vertical channel, x to the north."""
         of = self.mechanization(self.algorithms[0], true_ellipsoid)
         return replace(of, vertical="free", baro_time_constant=BARO_TIME_CONSTANT, azimuth=0.0)
 

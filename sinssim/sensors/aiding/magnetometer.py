@@ -159,9 +159,6 @@ class Magnetometer(AidingSensor):
     def largest_change(self, trajectory: Trajectory) -> float:
         """Return the largest change of the declination along a motion that the navigator does not follow.
 
-        Args:
-            trajectory: the motion of the vehicle.
-
         Returns:
             Its magnitude, rad; 0 unless the declination is that of the start.
 

@@ -107,9 +107,6 @@ def measurement_kind(name: str) -> MeasurementKind:
     Args:
         name: `Measurements.kind`.
 
-    Returns:
-        The kind.
-
     Raises:
         InputError: the name is unknown.
     """
@@ -123,9 +120,6 @@ def own_errors() -> set[str]:
 
 def sensor_class(item: Item) -> type[AidingSensor]:
     """Run the file of an aiding sensor outside the package, and return its class.
-
-    Args:
-        item: the sensor.
 
     Returns:
         The class; what its methods raise is explained with the file. Its kinds of measurement are registered.

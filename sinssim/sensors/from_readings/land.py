@@ -32,13 +32,10 @@ def land_velocity(
     """Return the readings of the constraint along a run.
 
     Args:
-        imu: increments.
-        rate_hz: measurements per second.
         sigma: 1σ of the velocity to the right, and down, by tyres, suspension and road, m/s.
         angles: assumed pitch and yaw of the vehicle's axes in the block's, rad.
         lever_arm: from the block to the middle of the rear axle, which does not steer, (3,) m.
         limit: lateral specific force beyond which there is no reading, m/s².
-        name: name of the readings.
 
     Returns:
         "land-velocity", zero.

@@ -32,9 +32,6 @@ def with_quality(
         least: least 1σ after that, one number or one for each component, in the unit of the 1σ, for what no receiver
             knows, such as its antenna's phase centre and the resolution of its output.
 
-    Returns:
-        The fixes that are left.
-
     Raises:
         InputError: a code has no factor, or there is not one code for each fix.
     """

@@ -84,13 +84,9 @@ def learn_rest(
     """Learn the readings of a vehicle at rest.
 
     Args:
-        imu: increments.
         velocity: "gnss-velocity", which show when the vehicle stands: all components within 3σ of zero.
         spans: beginning and end of times at which the vehicle is known to stand, s; they count instead of fixes.
         window_s: length of the windows, s.
-
-    Returns:
-        Variances and means at rest.
 
     Raises:
         InputError: neither fixes nor spans are given, or they show less than `LEAST_S` of rest.
@@ -133,8 +129,6 @@ def find_stops(
     """Find the stops of a vehicle.
 
     Args:
-        imu: increments.
-        rest: its readings at rest.
         ratio: largest geometric mean of the variances, in units of those at rest.
         rate_drift: how far the gyros' biases may drift from those learned, rad/s.
         velocity: "gnss-velocity" that veto a stop: a component beyond 5σ of zero within a window.
@@ -185,9 +179,7 @@ def standstill(
     """Return the readings of zero velocity and of zero rate that stops give.
 
     Args:
-        stops: of the run.
         velocity_sigma: 1σ of each component of the velocity by the shaking of the vehicle, m/s.
-        rate_hz: measurements per second.
         velocity, rate: whether to return zero velocities, and zero rates.
 
     Returns:

@@ -83,10 +83,6 @@ class AddedNoise:
 
         Args:
             time: edges of the intervals, (K+1,) s.
-            places: place of each block of the model.
-
-        Yields:
-            Number of the interval, place of the states, and their covariance.
         """
         for change in self.changes:
             if change.block in places:
@@ -135,11 +131,7 @@ def vibration(imu: ImuData, window_s: float = 1.0) -> Vibration:
     """Return the level of vibration in windows of a run.
 
     Args:
-        imu: increments.
         window_s: length of the windows, s.
-
-    Returns:
-        The rms of each axis in each window.
 
     Raises:
         InputError: the increments cannot be used, or are too slow to show vibration.
@@ -176,7 +168,6 @@ def vibration_noise(found: Vibration, gyro: float, accel: float) -> AddedNoise:
     """Return the noise that vibration adds.
 
     Args:
-        found: the level of vibration.
         gyro, accel: κ, the part of the vibration that is an error, white from sample to sample.
 
     Returns:

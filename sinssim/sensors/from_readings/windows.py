@@ -32,12 +32,8 @@ def windows_of(imu: ImuData, length_s: float, step_s: float) -> Windows:
     """Return means and variances over overlapping windows.
 
     Args:
-        imu: increments.
         length_s: length of a window, s.
         step_s: time from the end of one to the end of the next, s.
-
-    Returns:
-        Windows within the data.
 
     Raises:
         InputError: the data are shorter than a window, or a window has fewer than 8 samples.

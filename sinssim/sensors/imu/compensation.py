@@ -45,12 +45,8 @@ def compensate(measured: ImuData, calibration: ImuErrors) -> ImuData:
     """Compensate the errors of increments by calibration values.
 
     Args:
-        measured: measured increments of the sensor block.
         calibration: calibrated values of the errors: the fields in `CALIBRATED` of each triad, the temperature, the
             arms and the delay.
-
-    Returns:
-        Compensated increments on the same times.
 
     Raises:
         InputError: the calibration values are invalid (a scale-factor error of −1, sensitive axes in a plane, a
@@ -64,13 +60,6 @@ def compensate(measured: ImuData, calibration: ImuErrors) -> ImuData:
 
 def compensate_checked(measured: ImuData, calibration: ImuErrors) -> ImuData:
     """Compensate increments whose numbers have been checked; otherwise like `compensate`.
-
-    Args:
-        measured: measured increments of the sensor block.
-        calibration: calibrated values of the errors.
-
-    Returns:
-        Compensated increments on the same times.
 
     Raises:
         InputError: the calibration values are invalid.
@@ -220,9 +209,6 @@ class Compensation(CompensationKeys):
             errors: the block's true errors.
             seed: the run's seed.
 
-        Returns:
-            Calibration values.
-
         Raises:
             InputError: the seed cannot be used.
         """
@@ -242,9 +228,5 @@ class Compensation(CompensationKeys):
         )
 
     def left(self, imu: Imu) -> Imu:
-        """Return a sensor block whose 1σ are those of the errors that this compensation leaves.
-
-        Args:
-            imu: the block, without given errors.
-        """
+        """Return a sensor block whose 1σ are those of the errors that this compensation leaves."""
         return imu.model_copy(update={t.sigma_key: getattr(self, t.sigma_key) for t in TERMS if t.calibrated})

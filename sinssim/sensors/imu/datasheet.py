@@ -66,7 +66,6 @@ def to_si(key: str, value: float) -> float:
 
     Args:
         key: quantity and unit as in a scenario, for example "accel_vrw_mps_sqrt_h".
-        value: the number in the data sheet.
 
     Returns:
         The number in SI, as in `TriadErrors`.
@@ -87,11 +86,7 @@ def not_absurd(key: str, value: Any) -> Any:
     """Refuse an absurdly large error.
 
     Args:
-        key: quantity and unit as in a scenario.
         value: a number, several, or None.
-
-    Returns:
-        The value.
 
     Raises:
         ValueError: the error is too large.
@@ -164,7 +159,6 @@ def in_words(key: str, known: Collection[str]) -> str | None:
 
     Args:
         key: an unknown key, for example "gyro_bias_repeatability_deg_h" or "noise_density".
-        known: keys that are possible instead.
 
     Returns:
         A sentence's end that names the key for it and says what to mind; None if the key is no such word.

@@ -107,9 +107,6 @@ def digital(ideal: ImuData) -> ImuData:
 
     Sums of any length differ from those of the given increments by at most half a step: 1.1·10⁻¹⁶ rad and 7·10⁻¹⁵ m/s.
 
-    Args:
-        ideal: error-free increments.
-
     Returns:
         The increments in multiples of 2⁻⁵² rad and 2⁻⁴⁶ m/s.
     """
@@ -138,13 +135,6 @@ def _measured(felt: ImuData, packed: Packed, seed: int) -> ImuData:
 
 def at_the_sensors(ideal: ImuData, errors: ImuErrors) -> ImuData:
     """Return the ideal increments at the places of the sensors, stage 1, which is the same in every run.
-
-    Args:
-        ideal: error-free increments.
-        errors: errors of the block.
-
-    Returns:
-        The increments.
 
     Raises:
         InputError: a pulse exceeds the whole signal, or a fault lies outside the run.

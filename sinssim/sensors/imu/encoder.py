@@ -59,7 +59,6 @@ def draw_encoders(imu: Imu, seed: int) -> EncoderErrors | None:
     """Return the errors of one run's encoders: given values plus random ones.
 
     Args:
-        imu: the sensor block.
         seed: the run's seed.
 
     Returns:
@@ -190,7 +189,6 @@ def turned_in(state: NavState, block: Trajectory, t: float) -> NavState:
 
     Args:
         state: of the vehicle at one instant, possibly with errors.
-        block: the motion that the sensors feel.
         t: the instant, s.
 
     Returns:

@@ -108,9 +108,7 @@ def begin(active: int, s: Array, run: int, key_0: np.uint64, key_1: np.uint64) -
     """Set one run's initial state: stationary instability and flicker, zero sums.
 
     Args:
-        active: active stages.
         s: states, (R, 6, STATES); those of the run are written.
-        run: number of the run.
         key_0, key_1: key of the run's seed.
     """
     for i in range(6):
@@ -135,7 +133,6 @@ def advance(active: int, c: Array, t0: float, t1: float) -> None:
     """Advance the conditions to the next interval.
 
     Args:
-        active: active stages.
         c: conditions, (CONDITIONS,).
         t0, t1: edges of the interval, s.
     """
@@ -159,7 +156,6 @@ def draw_sample(active: int, z: Array, k: int, key_0: Words, key_1: Words) -> No
     """Draw the normal numbers of one sample of all runs, several at a time where the processor has vector units.
 
     Args:
-        active: active stages.
         z: (4, 6, R), written.
         k: number of the sample, from 0.
         key_0, key_1: keys of the runs' seeds, (R,).
@@ -378,16 +374,13 @@ def measure(
     """Convert one ideal sample to the output of a run's sensors.
 
     Args:
-        active: active stages.
         u: ideal increments, gyros first, (6,) rad and m/s.
         y: measured increments, (6,), written.
         flags: flags of the channels, (6,), written if the sensors have a range or a fault.
         c: conditions of the sample, (CONDITIONS,).
         p: parameters, (R, 6, PARAMETERS).
         s: states, (R, 6, STATES), updated.
-        run: number of the run.
         z: normal numbers, (4, 6, J).
-        j: column of the sample in them.
         kinds: kinds of the faults, (F,).
         spans: their first and last instants, (F, 2) s.
         amounts: their effects on each channel, (F, 6).
@@ -403,10 +396,8 @@ def draw_block(active: int, z: Array, first: int, size: int, key_0: np.uint64, k
     """Draw the normal numbers of consecutive samples of one run, for the processor's vector units.
 
     Args:
-        active: active stages.
         z: (4, 6, J), the first `size` columns are written.
         first: number of the first sample, from 0.
-        size: number of samples, at most J.
         key_0, key_1: key of the run's seed.
     """
     for n in range(4):
@@ -437,7 +428,6 @@ def measure_all(
     """Convert all samples of one run to the output of its sensors.
 
     Args:
-        active: active stages.
         time: edges of the intervals, (N+1,) s.
         dtheta, dvel: ideal increments, (N, 3) rad and m/s.
         c: conditions at the start, (CONDITIONS,).

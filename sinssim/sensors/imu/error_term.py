@@ -42,7 +42,6 @@ def per(units: Mapping[str, float], below: Mapping[str, float]) -> dict[str, flo
 
     Args:
         units: units of the numerator, size in SI by name in a key.
-        below: units of the denominator.
 
     Returns:
         Every combination, for example "deg_h_per_g".
@@ -208,9 +207,6 @@ class ErrorTerm:
         Args:
             warmth: temperature above that of the calibration, (...) K.
             time: time since the start, (...) s.
-
-        Returns:
-            Four factors, numbers or (...).
         """
         assert self.multiplies is not None
         constant = self.multiplies(0.0, 0.0, 0.0, warmth, time)
@@ -271,7 +267,6 @@ class ErrorTerm:
             warmth: temperature above that of the calibration, (...) K.
             time: time since the start, (...) s.
             own: inputs along the sensitive axes, (..., 3); by default x, to first order.
-            whole: whether factors that are equal are repeated.
 
         Returns:
             One factor for each value, (..., 3), or (..., 3, 3) for a matrix; zeros for a noise.

@@ -21,9 +21,6 @@ _OF_ACCELEROMETERS = {term.field for term in of_triad("accel")}
 def check_errors(errors: ImuErrors) -> None:
     """Raise for invalid errors of a sensor block.
 
-    Args:
-        errors: errors of the block.
-
     Raises:
         InputError: the object is not `ImuErrors`, a number is not finite, an array has the wrong shape, a noise is
             negative, a time is not positive, the axes lie far from the block's, accelerometers have an error of gyros,
@@ -108,9 +105,6 @@ def _check(name: str, value: Any, shape: tuple[int, ...]) -> None:
 
 def check_faults(faults: Sequence[Fault]) -> None:
     """Raise for invalid faults.
-
-    Args:
-        faults: the faults.
 
     Raises:
         InputError: a kind is unknown, a fault ends before it begins, amounts are not six finite numbers, or jitter has

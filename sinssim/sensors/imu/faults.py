@@ -23,9 +23,6 @@ CHANNELS = ("gyro_x", "gyro_y", "gyro_z", "accel_x", "accel_y", "accel_z")
 def channels_of(count: int) -> tuple[str, ...]:
     """Return the names of a redundant set's sensors.
 
-    Args:
-        count: number of gyros, and of accelerometers.
-
     Returns:
         "gyro_1", …, "accel_1", ….
     """
@@ -88,7 +85,6 @@ class _Fault(Section):
         """Raise if the fault is one of sensors that the set does not have.
 
         Args:
-            where: key of its table.
             count: number of sensors of each kind of a redundant set; None for a block of three gyros and three
                 accelerometers.
 

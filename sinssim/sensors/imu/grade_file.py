@@ -51,9 +51,6 @@ class TriadGrade:
     def of(self, term: ErrorTerm) -> float:
         """Return the grade's value of one error term.
 
-        Args:
-            term: the error term, of this triad.
-
         Returns:
             The 1σ of an error that differs from run to run, the value of any other, SI; the term's own value without
             any if the grade does not have it.
@@ -87,9 +84,6 @@ class Grade:
 def of_grades(term: ErrorTerm) -> bool:
     """Return whether a grade's file can have an error term.
 
-    Args:
-        term: the error term.
-
     Returns:
         False for a term whose key in [imu] has a default of its own, which would hide the grade's value.
     """
@@ -98,9 +92,6 @@ def of_grades(term: ErrorTerm) -> bool:
 
 def grade_key(term: ErrorTerm) -> str:
     """Return the key of an error term in a grade's file.
-
-    Args:
-        term: the error term.
 
     Returns:
         The key of the 1σ of an error that differs from run to run, the only key of any other.

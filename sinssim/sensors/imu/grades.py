@@ -79,9 +79,6 @@ def find_grade(name: str) -> Grade:
     Args:
         name: one of `GRADES`; the name of a file in the content folder `scenarios/grades`; or the path of a TOML file.
 
-    Returns:
-        The grade.
-
     Raises:
         InputError: there is no such grade, and the message lists the known ones; or its file has mistakes.
     """
@@ -95,9 +92,6 @@ def grade_file(name: str) -> Path:
 
     Args:
         name: as for `find_grade`.
-
-    Returns:
-        The file.
 
     Raises:
         InputError: there is no such grade.

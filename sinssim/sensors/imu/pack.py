@@ -56,9 +56,6 @@ def pack(runs: Sequence[ImuErrors], start: float, *, rounded: bool = False) -> P
         start: first edge of the samples, s.
         rounded: whether sensors without pulses have steps of 2⁻⁵² rad and 2⁻⁴⁶ m/s.
 
-    Returns:
-        The arrays.
-
     Raises:
         InputError: an error is invalid; see `check_errors`.
     """

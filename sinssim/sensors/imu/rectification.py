@@ -44,7 +44,6 @@ def rectified(trajectory: Trajectory, ideal: ImuData, errors: ImuErrors) -> ImuD
     Args:
         trajectory: the true motion; if it lacks its highest frequency (`fastest`, rad/s), it is assumed to be slow
             compared with the samples.
-        ideal: its increments.
         errors: the sensor block's errors.
 
     Returns:

@@ -340,8 +340,5 @@ def of_triad(triad: str) -> tuple[ErrorTerm, ...]:
 
     Args:
         triad: "gyro" or "accel".
-
-    Returns:
-        Its rows of the table.
     """
     return tuple(term for term in TERMS if term.triad == triad)

@@ -38,7 +38,6 @@ def path_change(gyro: LaserGyro, temperature_change: ArrayLike, expansion: float
     """Return the excess of the ring's length over the path that the mode was tuned to.
 
     Args:
-        gyro: the ring.
         temperature_change: ΔT since the tuning, (...) K.
         expansion: α, linear expansion of the block, 1/K (Zerodur: some 1e-8).
         control: fraction of the change that the path-length control removes, 0 (none) to 1.

@@ -73,7 +73,6 @@ def turnarounds(
     """Return the dither angles at successive turning points, on alternate sides.
 
     Args:
-        gyro: the gyro, with its dither amplitude.
         swings: number of swings from one side to the other; a dither period has two.
         rng: generator of the random part, one independent normal number for each turning point.
         randomised: which turning points have a random part.

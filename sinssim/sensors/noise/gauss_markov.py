@@ -40,14 +40,7 @@ def gauss_markov(interval: Array, correlation_time: float, white: Array) -> Arra
 
 @strict_inline
 def lost(x: float) -> float:
-    """Return 1 − e^−x, x ≥ 0, to rounding without a library's exponential, by 1 − e^−2x = (1 − e^−x)(1 + e^−x).
-
-    Args:
-        x: elapsed time over time constant.
-
-    Returns:
-        The decayed fraction.
-    """
+    """Return 1 − e^−x, x ≥ 0, to rounding without a library's exponential, by 1 − e^−2x = (1 − e^−x)(1 + e^−x)."""
     halvings = 0
     while x > _SERIES:
         x *= 0.5
@@ -72,9 +65,6 @@ def mean_step(x: float) -> tuple[float, float, float, float]:
 
     Args:
         x: T/τ, length of the interval over correlation time.
-
-    Returns:
-        d, q, e and g.
     """
     fresh = lost(x)  # 1 − d
     d = 1.0 - fresh

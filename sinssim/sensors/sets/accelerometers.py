@@ -23,12 +23,7 @@ def draw_accelerometers(imu: Imu, count: int, seed: int = 0) -> list[TriadErrors
     """Return the errors of single accelerometers, drawn in threes like those of a triad.
 
     Args:
-        imu: the sensor block.
-        count: number of accelerometers, a multiple of three.
         seed: the run's seed; the first three have the draws of the triad of a usual block.
-
-    Returns:
-        One triad for every three accelerometers.
 
     Raises:
         InputError: the number of accelerometers is not a multiple of three, or the seed cannot be used.
@@ -55,7 +50,6 @@ def emulate_accelerometers(
         time: edges of the intervals, (N+1,) s.
         force: integrals of the specific force at each accelerometer's place, (N, K, 3) m/s, K a multiple of three.
         direction: directions of the sensitive axes, unit vectors in the same axes, (K, 3).
-        imu: the sensor block.
         seed: the run's seed.
         errors: errors of the accelerometers in threes, if already drawn from block and seed.
 
@@ -103,7 +97,6 @@ def axes_about(direction: Array, axis: int) -> Array:
 
     Args:
         direction: unit vector, (3,).
-        axis: number of this axis in the triad.
 
     Returns:
         Rotation matrix whose row `axis` is the direction, (3, 3).

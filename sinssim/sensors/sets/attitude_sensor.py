@@ -63,7 +63,6 @@ def inertial_attitude(state: NavState, time: Array, ellipsoid: Ellipsoid = WGS84
     Args:
         state: true states, N rows.
         time: times of the states, (N,) s.
-        ellipsoid: reference ellipsoid, with its rate of rotation.
 
     Returns:
         Quaternions q_ib, (N, 4).
@@ -78,7 +77,6 @@ def sense_attitude(time: Array, q_ib: Array, errors: AttitudeSensorErrors, seed:
     Args:
         time: times of the readings, (N,) s.
         q_ib: true attitudes, (N, 4).
-        errors: errors of the sensor.
         seed: the run's seed; the noise of each axis has its own random numbers.
 
     Returns:

@@ -22,9 +22,6 @@ def threshold(false_alarm: float, freedom: int) -> float:
         false_alarm: probability of exceeding it without a fault, between 0 and 1.
         freedom: degrees of freedom, m − 3.
 
-    Returns:
-        T with P{χ² > T} = false_alarm.
-
     Raises:
         InputError: the probability is not between 0 and 1, or there is no degree of freedom.
     """
@@ -61,11 +58,7 @@ def smallest_noncentrality(missed: float, false_alarm: float, freedom: int) -> f
 
     Args:
         missed: probability of missed detection, between 0 and 1 − false_alarm.
-        false_alarm: probability of false alarm.
         freedom: degrees of freedom, m − 3.
-
-    Returns:
-        λ with P{χ²(λ) < T} = missed.
 
     Raises:
         InputError: the probabilities exclude each other, or as of `threshold`.

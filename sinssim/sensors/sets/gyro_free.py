@@ -99,9 +99,6 @@ def cube(arm: float) -> AccelerometerSet:
     Args:
         arm: distance from the cube's centre to each face, m.
 
-    Returns:
-        The set.
-
     Raises:
         InputError: the arm is not positive.
     """
@@ -118,7 +115,6 @@ def gyro_free_increments(time: Array, dvel: Array, layout: AccelerometerSet, rat
     Args:
         time: edges of the intervals, (N+1,) s.
         dvel: increments of each accelerometer, (N, 6) m/s.
-        layout: positions and directions of the accelerometers.
         rate: inertial angular rate at time[0], (3,) rad/s; the Earth's rate for a parked vehicle.
 
     Returns:
@@ -170,7 +166,6 @@ def position_error(
 
     Args:
         time: time since an exact initial state, (N,) s.
-        layout: positions and directions of the accelerometers.
         bias: 1σ of every accelerometer's bias, m/s².
         random_walk: white noise of every accelerometer, m/s/√s.
         gravity: m/s².

@@ -128,10 +128,6 @@ def monitor(imu: Imu, time: Array, readings: SingleSensors) -> tuple[Monitored, 
     Args:
         imu: the sensor block, whose sensor set is redundant and monitored.
         time: edges of the samples, (N+1,) s.
-        readings: what the single sensors read.
-
-    Returns:
-        The gyros and the accelerometers.
 
     Raises:
         InputError: an error is stated of which the test does not know the effect.

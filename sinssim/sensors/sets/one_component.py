@@ -33,16 +33,7 @@ class PlaneReadings:
 
 
 def ideal_readings(motion: PlaneMotion, ideal: PlaneIncrements, system: OneComponent) -> PlaneReadings:
-    """Return what sensors without errors read.
-
-    Args:
-        motion: the true motion.
-        ideal: integrals along it.
-        system: the [one_component] table, which names the variant.
-
-    Returns:
-        The readings.
-    """
+    """Return what sensors without errors read."""
     if system.gyro is not None:
         return PlaneReadings(ideal.time, ideal.dvel, dtheta=ideal.dtheta)
     if system.attitude_sensor is not None:
@@ -56,12 +47,7 @@ def with_errors(ideal: PlaneReadings, system: OneComponent, seed: int) -> PlaneR
     """Return the readings of the sensors with their errors.
 
     Args:
-        ideal: readings without errors.
-        system: the [one_component] table with the errors.
         seed: the run's seed, for the noise.
-
-    Returns:
-        The readings.
     """
     interval = np.diff(ideal.time)
     sensors = (system.accelerometer_x, system.accelerometer_y)

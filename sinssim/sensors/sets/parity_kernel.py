@@ -32,8 +32,6 @@ def first_event(
     credited with (v_iᵀ C⁻¹ p)²/(v_iᵀ C⁻¹ v_i), which is the part of D that a fault of this sensor explains.
 
     Args:
-        first: first epoch to test.
-        isolate: whether to look for the faulty sensor.
         gap: by how much the largest credit must exceed the second.
         thresholds: threshold of each window, (W,).
         counts: samples of each window, increasing, (W,).
@@ -46,9 +44,6 @@ def first_event(
         scratch: working memory, (n + 4, max(m, n)).
         statistic: D of each window and epoch, NaN before a window is complete; filled, (W, N).
         event: what happened; filled, (5,).
-
-    Returns:
-        Epoch from which the tests go on.
     """
     freedom, sensors = columns.shape
     epochs = statistic.shape[1]

@@ -56,9 +56,6 @@ def without_errors_of_turns(errors: ImuErrors) -> ImuErrors:
 
     Args:
         errors: of a block of three gyros and three accelerometers.
-
-    Returns:
-        The other errors.
     """
     cleared = {name: 0.0 * getattr(errors.gyro, name) for name in OF_TURNS}
     return replace(errors, gyro=replace(errors.gyro, **cleared))

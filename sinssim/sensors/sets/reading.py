@@ -66,9 +66,6 @@ class Readings:
 
         Args:
             ratio: number of samples per new sample; left-over samples at the end are dropped.
-
-        Returns:
-            Sums of the increments, and the attitude at the remaining edges.
         """
         if ratio == 1:
             return self
@@ -88,7 +85,6 @@ def sums(rows: Array, ratio: int) -> Array:
 
     Args:
         rows: increments, (N, k).
-        ratio: number of increments per sum.
 
     Returns:
         (N // ratio, k); a remainder at the end is dropped.
@@ -105,14 +101,10 @@ def read(
     """Return the readings of a sensor set without errors, and its actual readings.
 
     Args:
-        trajectory: the true motion.
         ideal: ideal increments of a usual block along it, at its rate.
         imu: the sensor block: the sensor set, and its errors.
         seed: the run's seed.
         errors: the true errors, if already drawn from block and seed.
-
-    Returns:
-        Readings without errors, and measured ones with the compensated increments.
 
     Raises:
         InputError: the seed cannot be used, or the motion is too short for the set.
@@ -199,7 +191,6 @@ def unmonitored(readings: Readings, directions: Array) -> ImuData:
     """Return the increments that a redundant set gives without monitoring: the estimate from all sensors.
 
     Args:
-        readings: readings of a redundant set.
         directions: sensitive axes, (m, 3).
 
     Returns:
@@ -214,7 +205,6 @@ def axis_flags(single: SingleSensors, used: Sequence[Array | None]) -> NDArray[n
     """Return the flags of the estimate: on each axis those of all sensors of the kind that are used.
 
     Args:
-        single: readings of the single sensors.
         used: whether each gyro and each accelerometer is used in each sample, (N, m) each; None for all.
 
     Returns:

@@ -41,8 +41,6 @@ def draw_single_sensors(imu: Imu, count: int, seed: int = 0) -> tuple[ImuErrors,
     """Return the errors of single sensors, drawn in threes like those of a triad.
 
     Args:
-        imu: the sensor block.
-        count: number of gyros, and of accelerometers.
         seed: the run's seed; the first three have the draws of the triads of a usual block.
 
     Returns:
@@ -59,11 +57,7 @@ def perfect_readings(ideal: ImuData, directions: Array) -> SingleSensors:
     """Return the readings of sensors without errors.
 
     Args:
-        ideal: ideal increments of a block.
         directions: sensitive axes, unit vectors in the block's axes, (m, 3).
-
-    Returns:
-        The readings.
     """
     return SingleSensors(ideal.time, along(ideal.dtheta, directions), along(ideal.dvel, directions))
 
@@ -75,13 +69,9 @@ def emulate_single_sensors(ideal: ImuData, imu: Imu, blocks: tuple[ImuErrors, ..
     axis of a block whose two other axes are perpendicular to it, so that misalignment tilts it towards them.
 
     Args:
-        ideal: ideal increments of a block.
         imu: the sensor block, whose sensor set is redundant.
         blocks: result of `draw_single_sensors`.
         seed: the run's seed.
-
-    Returns:
-        The readings.
 
     Raises:
         InputError: as of `emulate`.
@@ -113,13 +103,9 @@ def compensate_single_sensors(
     """Compensate the errors of single sensors by calibration values, before they are combined.
 
     Args:
-        readings: what the sensors read.
         calibrations: calibration values of the sensors in threes, in the order of `draw_single_sensors`.
         directions: sensitive axes, (m, 3).
         estimate: increments in the block's axes, which give the input across the sensitive axes.
-
-    Returns:
-        The compensated readings.
 
     Raises:
         InputError: as of `sinssim.sensors.imu.compensation.compensate`.

@@ -51,10 +51,8 @@ def accumulated_inputs(imu: Imu, kind: str, directions: Array, inputs: Inputs) -
     """Return the inputs of the errors that are constant in a run, and their 1σ.
 
     Args:
-        imu: the sensor block.
         kind: "gyro" or "accel".
         directions: sensitive axes, (m, 3).
-        inputs: estimated motion.
 
     Returns:
         Accumulated inputs, (N+1, B), and coefficients, (K, m, B): the K-th error of sensor i over a window is normal
@@ -102,7 +100,6 @@ def noise_variance(imu: Imu, kind: str, counts: Array, largest: float) -> Array:
     """Return the variance of the noise of one sensor's readings, summed over windows.
 
     Args:
-        imu: the sensor block.
         kind: "gyro" or "accel".
         counts: samples of each window, (W,).
         largest: largest increment of a sensor, rad or m/s, for the rounding of the arithmetic.

@@ -136,15 +136,12 @@ def filtered(
     """Run a scenario's filter on measurements from anywhere.
 
     Args:
-        scenario: with a [filter] section.
         start: increments, state and covariance that the filter starts with.
         measurements: one entry for each sensor and kind; those before the start are left out.
-        model: the error model.
         ellipsoid: name of the reference ellipsoid of the measurements.
         axes: as for `estimate`.
         history: whether to keep the history for smoothing and observability.
         row_s: as for `estimate`.
-        encoders: of a block that turns.
         added: noise of the inertial sensors in addition to the model's; by default that of vibration, if the section
             has any.
         bridged: noise of bridged gaps in the readings; None without gaps.
@@ -248,14 +245,7 @@ def coarse_alignment(
     """Return the start of the filter after the scenario's coarse alignment.
 
     Args:
-        scenario: with filter.alignment_s.
         ellipsoid_of_truth: name of the reference ellipsoid of the measurements.
-        start: all increments, and the state before.
-        measurements: one entry for each sensor and kind.
-        model: the error model.
-
-    Returns:
-        The start.
 
     Raises:
         InputError: the run is too short, or the vehicle moves during an alignment at rest.

@@ -59,8 +59,6 @@ def run_backward(
 
     Args:
         forward: the forward estimate; its last row is where the backward run starts.
-        imu: increments of the forward run.
-        measurements: readings of the forward run.
         vibration_share: `filter.vibration_noise`.
         options: those of `estimate` in the forward run, with its mechanization.
         bridged: noise of bridged gaps in the forward run; None without gaps.
@@ -93,9 +91,6 @@ def run_backward(
 
 def start_model(forward: Estimate) -> ErrorModel:
     """Return the error model with the standard deviations at the start of the backward run.
-
-    Args:
-        forward: the forward estimate.
 
     Returns:
         The model; see the text of this file.
@@ -135,7 +130,6 @@ def reversed_readings(readings: Measurements, edges: Array) -> Measurements:
     an instant is in reverse time a mean over the time before the other end of this interval.
 
     Args:
-        readings: in order of their time.
         edges: edges of the IMU's intervals, (N+1,) s.
 
     Returns:
@@ -159,7 +153,6 @@ def signs_in_reverse_time(model: ErrorModel, kinds: Mapping[str, str]) -> Array:
     """Return the sign that every state takes in reverse time.
 
     Args:
-        model: the error model.
         kinds: kind of measurement of each aiding sensor, by its label.
 
     Returns:

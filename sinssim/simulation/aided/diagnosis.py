@@ -42,14 +42,8 @@ def diagnosed(
     """Return an estimate with its diagnosis, if its innovations speak against the filter.
 
     Args:
-        found: the estimate.
         start: increments, state and covariance that the filter started with.
-        readings: its measurements.
         options: arguments of `estimate`.
-        progress: called before each run of the filter.
-
-    Returns:
-        The estimate.
     """
     if consistency(found).consistent:
         return found
@@ -118,11 +112,7 @@ def _diagnosis(
 
 
 def most_runs(samples: int) -> int:
-    """Return how many runs of the filter a search may take.
-
-    Args:
-        samples: inertial samples of each run.
-    """
+    """Return how many runs of the filter a search may take."""
     return min(max(_SAMPLES // max(samples, 1), _FEWEST), _MOST)
 
 

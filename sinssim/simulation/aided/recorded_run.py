@@ -60,12 +60,6 @@ class Prepared:
 def prepare(scenario: Scenario) -> Prepared:
     """Read the files of a scenario with [log], and write out what follows from them.
 
-    Args:
-        scenario: with a [log] section.
-
-    Returns:
-        Scenario and data.
-
     Raises:
         InputError: a file cannot be used, or the data do not give a start.
     """
@@ -145,9 +139,7 @@ def aid_recorded(
     """Run a scenario's filter on recorded sensors.
 
     Args:
-        prepared: scenario and data.
         imu: increments that the engine navigates on, after compensation.
-        start: state that navigation starts from.
         history: whether to keep the history for smoothing and observability.
         progress: called with what a diagnosis tries and the fraction done.
 
@@ -184,12 +176,6 @@ def aid_recorded(
 
 def all_readings(prepared: Prepared) -> tuple[AidingReadings, ...]:
     """Return the recorded readings, and those of sensors that [aiding] emulates from the reference.
-
-    Args:
-        prepared: scenario and data.
-
-    Returns:
-        One entry for each sensor and kind of measurement.
 
     Raises:
         InputError: there is no whole reference to emulate sensors from, or a sensor would be there twice.
@@ -235,13 +221,8 @@ def compare_recorded(
     """Compare an estimate on recorded sensors with a reference.
 
     Args:
-        estimate: result of the filter.
-        sensed: the recorded readings.
         reference: what it is compared with; None for nothing.
         end: end of the run, s.
-
-    Returns:
-        The aided solution with its differences.
     """
     nothing = cast("Trajectory", None)  # there is no true motion; nothing here asks for it
     smoothed = _differences(estimate, estimate.smoothed, reference)

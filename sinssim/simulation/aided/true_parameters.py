@@ -34,7 +34,6 @@ class InertialParameters:
         """Store the run's errors.
 
         Args:
-            errors: the true errors of the sensors.
             edges: edges of the IMU's intervals, (N+1,) s.
             seed: the run's seed, which determines the noises that drive the drifts.
             section: the set of sensors; default: three gyros and three accelerometers.

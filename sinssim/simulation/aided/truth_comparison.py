@@ -71,9 +71,6 @@ class Aided:
 
         Args:
             rows: R of the filter's epochs.
-
-        Returns:
-            The errors, R rows.
         """
         found = self._errors_at(rows, _KINDS)
         return NavError(self.estimate.solution.time[rows], *(found[name] for name in _KINDS))
@@ -114,7 +111,6 @@ class Aided:
         """Return the actual errors in the states of one block; a parameter without a true value counts as zero.
 
         Args:
-            block: its name.
             rows: R of the filter's epochs; all if not given.
 
         Returns:
@@ -149,15 +145,9 @@ def compare_with_truth(
     """Compare an estimate with the truth.
 
     Args:
-        trajectory: the true motion.
-        inertial: true errors of the inertial sensors.
         edges: edges of the IMU's intervals, (N+1,) s.
         sensed: readings of the aiding sensors, with their true errors.
-        estimated: result of the filter.
         block: the motion of a block that turns in the vehicle, which the filter's history is about.
-
-    Returns:
-        The aided solution with its errors.
     """
     further = {"smoothed": estimated.smoothed, "backward": estimated.backward}
     solutions = {name: one for name, one in further.items() if one is not None}

@@ -14,9 +14,6 @@ if TYPE_CHECKING:
 def in_known_field(setup: Setup) -> Setup:
     """Compensate the increments for the known part of the gravity field.
 
-    Args:
-        setup: of any run.
-
     Returns:
         The setup; unchanged if the navigator knows normal gravity alone.
     """

@@ -21,9 +21,6 @@ if TYPE_CHECKING:
 def after_alignment(setup: Setup) -> Setup:
     """Align on the first increments, and navigate on the rest.
 
-    Args:
-        setup: of any run.
-
     Returns:
         The setup; unchanged without [navigation.alignment].
 
@@ -43,8 +40,6 @@ def align_itself(scenario: Scenario, imu: ImuData, place: NavState, ellipsoid: E
     """Align on the first increments of a run.
 
     Args:
-        scenario: with a [navigation.alignment] table.
-        imu: all increments.
         place: latitude, longitude and height that the navigator is given; its attitude and velocity are not used.
         ellipsoid: the navigator's ellipsoid.
 
@@ -76,14 +71,6 @@ def align_itself(scenario: Scenario, imu: ImuData, place: NavState, ellipsoid: E
 
 
 def without_alignment(imu: ImuData, count: int) -> ImuData:
-    """Return the increments after the alignment.
-
-    Args:
-        imu: all increments.
-        count: number of samples that the alignment takes.
-
-    Returns:
-        The rest.
-    """
+    """Return the increments after the alignment."""
     flags = None if imu.flags is None else imu.flags[count:]
     return type(imu)(imu.time[count:], imu.dtheta[count:], imu.dvel[count:], flags)

@@ -18,9 +18,6 @@ if TYPE_CHECKING:
 def on_platform(setup: Setup) -> Setup:
     """Let the algorithm "platform" navigate by a platform's own loop, which needs the true motion.
 
-    Args:
-        setup: of any run.
-
     Returns:
         The setup; unchanged without that algorithm.
     """

@@ -16,9 +16,6 @@ if TYPE_CHECKING:
 def turned(setup: Setup) -> Setup:
     """Turn the initial state into the rotating IMU, and the solutions out of it by the readings of its encoders.
 
-    Args:
-        setup: of any run.
-
     Returns:
         The setup; unchanged for an IMU that does not rotate.
     """

@@ -49,7 +49,6 @@ def first_exceeded(
     """Return since when a requirement over the whole run is exceeded.
 
     Args:
-        requirement: the requirement.
         time: instants, (E,) s since the start.
         values: its quantity at these instants, (E,) SI; NaN where it is unknown.
         outages: beginning and end of each interval without fixes, s since the start; they may overlap.

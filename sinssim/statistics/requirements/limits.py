@@ -18,7 +18,6 @@ def limits_of(judged: Judged, quantities: Iterable[str], end: float) -> list[Lim
     """Return the limits of the requirements on some quantities.
 
     Args:
-        judged: requirements with their verdicts.
         quantities: names of the quantities that a chart shows.
         end: end of the run, s since its start.
 

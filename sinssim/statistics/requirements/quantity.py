@@ -51,14 +51,7 @@ class Quantity:
 
 
 def quantity_of(requirement: Requirement) -> Quantity:
-    """Return the quantity of a requirement.
-
-    Args:
-        requirement: the requirement.
-
-    Returns:
-        Its quantity, without the limit.
-    """
+    """Return the quantity of a requirement."""
     return Quantity(requirement.quantity, requirement.when, requirement.time if requirement.when == "at" else 0.0)
 
 
@@ -67,9 +60,6 @@ def parse_quantity(text: str) -> Quantity:
 
     Args:
         text: for example "r95(3600 s)", "cep(end)" or "heading(run)"; without parentheses it is that at the end.
-
-    Returns:
-        The quantity.
 
     Raises:
         InputError: it cannot be read, or there is no such quantity.

@@ -148,9 +148,6 @@ def parse_requirements(require: str | Requirement | Iterable[str | Requirement])
     Args:
         require: texts, see `parse_requirement`, or requirements; or one of them.
 
-    Returns:
-        The requirements.
-
     Raises:
         InputError: one of them cannot be read.
     """
@@ -163,8 +160,6 @@ def parse_when(text: str | None, name: str, about: str) -> tuple[When, float]:
 
     Args:
         text: what stands in the parentheses; None without them.
-        name: the quantity.
-        about: beginning of a message.
 
     Returns:
         "at", "end" or "run", and the time for "at", s; NaN for the others.

@@ -58,9 +58,6 @@ class Verdict:
 def columns_of(requirement: Requirement) -> tuple[int, ...]:
     """Return which errors a requirement concerns.
 
-    Args:
-        requirement: the requirement.
-
     Returns:
         Their places among position, velocity (north, east, down) and attitude: 0 and 1 for a circle, else one.
     """
@@ -101,9 +98,6 @@ def joined(tallies: Sequence[Tally]) -> Tally:
 
     Args:
         tallies: at least one, in the order of the instants.
-
-    Returns:
-        The tally of all instants.
     """
     value, count, inside = (
         np.concatenate([getattr(one, name) for one in tallies]) for name in ("value", "count", "inside")
@@ -115,14 +109,10 @@ def tally(requirement: Requirement, time: Array, errors: Array, counts: NDArray[
     """Count how the errors of an ensemble lie to a requirement.
 
     Args:
-        requirement: the requirement.
         time: instants, (E,) s since the start.
         errors: of each run at these instants, SI: horizontal distance for cep, r95 and rate, else the component; NaN or
             infinite for a failed run, which counts as infinitely far off; (N, E).
         counts: whether a run counts at an instant, (N, E); by default each does. A shorter run does not after its end.
-
-    Returns:
-        The tally.
 
     Raises:
         InputError: the shapes do not fit, or there is no run.
@@ -157,7 +147,6 @@ def verdict(
     """Judge a requirement by the errors of an ensemble of runs.
 
     Args:
-        requirement: the requirement.
         time: instants, (E,) s since the start.
         errors, counts: as for `tally`.
         error: probability of error, 5 %, or less if several looks share it.
@@ -187,14 +176,9 @@ def verdict_of(
     """Judge a requirement by the tally of an ensemble of runs.
 
     Args:
-        requirement: the requirement.
         time: instants that it concerns, (E,) s since the start.
-        tallied: the tally at these instants.
         error: as for `verdict`.
         outages: beginning and end of each interval without fixes, s since the start.
-
-    Returns:
-        The verdict.
     """
     there = tallied.count > 0
     time, runs = time[there], tallied.runs

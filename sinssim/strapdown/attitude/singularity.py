@@ -33,9 +33,6 @@ def singularity_events(
     Args:
         solution: a solution by an algorithm that is singular there.
         navigate_again: function that navigates between two rows from a given state without the singularity.
-
-    Returns:
-        One event for each passage, in order.
     """
     passages, sine = _steep_rows(solution.q_nb)
     events = []

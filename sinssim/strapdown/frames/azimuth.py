@@ -285,7 +285,6 @@ def azimuth_rule(problem: Problem, frame: str) -> tuple[int, Array]:
     """Return the rule for a frame's azimuth.
 
     Args:
-        problem: the problem, with initial state and route.
         frame: "wander", "free-azimuth" or "transverse".
 
     Returns:
@@ -308,7 +307,6 @@ def check(problem: Problem, frame: str) -> None:
     """Raise if the solution comes too near to the pole of the transverse frame's route.
 
     Args:
-        problem: the solved problem.
         frame: the other frames of this file can be used everywhere.
 
     Raises:

@@ -236,7 +236,6 @@ def check(problem: Problem, frame: str) -> None:
     """Raise if the solution comes too near to a pole.
 
     Args:
-        problem: solved.
         frame: "level".
 
     Raises:

@@ -128,9 +128,6 @@ class Problem(NamedTuple):
 def check_solution(problem: Problem) -> None:
     """Raise if the numbers of a solution diverged.
 
-    Args:
-        problem: solved.
-
     Raises:
         RunError: a height, velocity or attitude is not finite.
     """
@@ -139,16 +136,7 @@ def check_solution(problem: Problem) -> None:
 
 
 def ran_away(problem: Problem, name: str, row: int) -> RunError:
-    """Return the error for a solution that diverges at a row.
-
-    Args:
-        problem: solved.
-        name: name of the diverging quantity.
-        row: number of the row.
-
-    Returns:
-        The error, ready to raise.
-    """
+    """Return the error for a solution that diverges at a row."""
     before = max(1, row * len(problem.dtheta) // (len(problem.time) - 1))
     turn, push = (float(np.hypot.reduce(a[:before], axis=1).max()) for a in (problem.dtheta, problem.dvel))
     time = float(problem.time[row])

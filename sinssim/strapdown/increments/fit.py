@@ -26,9 +26,6 @@ def is_uniform(time: Array) -> bool:
 
     Args:
         time: edges of the intervals, (N+1,) s.
-
-    Returns:
-        True if they are.
     """
     step = (time[-1] - time[0]) / (len(time) - 1)
     deviation = 0.0
@@ -75,7 +72,6 @@ def weight_table(time: Array, uniform: bool) -> Array:
 
     Args:
         time: edges of the intervals, (N+1,) s.
-        uniform: whether all intervals are equal.
 
     Returns:
         For uniform intervals one row for each position in the window, (min(N, 5), 10); otherwise one for each interval,

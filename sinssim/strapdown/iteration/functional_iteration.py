@@ -41,9 +41,6 @@ def engine(frame: str) -> Callable[[Problem, str], None]:
     Args:
         frame: one of `sinssim.FRAMES`.
 
-    Returns:
-        A function of a problem and the frame.
-
     Raises:
         InputError: there is no engine for this frame.
     """

@@ -114,7 +114,6 @@ def windows(time: Array, uniform: bool) -> Iterator[Windows]:
 
     Args:
         time: edges of the intervals, (N+1,) s.
-        uniform: whether all intervals are equal.
 
     Yields:
         Windows in order; the last may navigate fewer samples.

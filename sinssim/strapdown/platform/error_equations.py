@@ -57,11 +57,7 @@ class ErrorsByCause:
         return np.asarray(sum(self.position.values()))
 
     def apart(self, error: NavError) -> float:
-        """Return the largest horizontal distance between all causes together and an error, m.
-
-        Args:
-            error: of the simulated solution.
-        """
+        """Return the largest horizontal distance between all causes together and an error, m."""
         rows = np.searchsorted(error.time, self.time)
         return float(np.linalg.norm(error.position_ned[rows, :2] - self.total, axis=1).max())
 
@@ -78,13 +74,7 @@ def errors_by_cause(
 
     Args:
         truth: true states at the solution's times.
-        forces: what acted on the platform.
         solution: of its navigator, for the commanded rates, the drift, the readings and the initial state.
-        of_platform: errors of the torquers.
-        ellipsoid: of the truth.
-
-    Returns:
-        The errors.
     """
     time = solution.time
     ratio = max(1, round(_STEP * (len(time) - 1) / float(time[-1] - time[0])))

@@ -36,13 +36,8 @@ def inertial_forces(
 
     Args:
         time: edges of the intervals, (N+1,) s.
-        truth: true states there.
         gravity: gravity model of the truth, one of `GRAVITY_MODELS`.
-        ellipsoid: ellipsoid of the truth.
         disturbance: of the true gravity at the edges, north, east, down, (N+1, 3) m/s²; None for none.
-
-    Returns:
-        Forces and attitudes.
     """
     longitude = truth.longitude + ellipsoid.omega * time
     q_in = earth.q_en(truth.latitude, longitude)

@@ -118,8 +118,6 @@ def simulate(
         time: edges, (N+1,) s.
         of, channel, rows, rule, axis, of_x: the navigator, as in `sinssim.strapdown.frames.azimuth`; attitude and
             defect are not written.
-        sensors: errors of the sensors.
-        platform: the platform, written.
     """
     c, p, count = sensors, platform, time.shape[0] - 1
     z, s = np.empty((4, 6, _BLOCK)), np.empty((1, 6, STATES))

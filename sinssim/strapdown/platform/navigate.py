@@ -97,7 +97,6 @@ def navigate_platform(
             and "transverse" the platform is level and turned with the frame; with "inertial" it keeps its direction in
             inertial space, that of north, east and down at the start.
         height: as for `navigate`.
-        **options: fields of the mechanization by name instead.
 
     Returns:
         The solution at every edge. Its attitude is that of the gimbals.

@@ -160,7 +160,6 @@ def engine_of(frame: str, slow_part: dict[str, Any]) -> Callable[..., Callable[.
     """Return the engines of a frame; see `sinssim.strapdown.assemble.engines`.
 
     Args:
-        frame: name in the names of the engines.
         slow_part: the contents of its file, with the four functions of the slow part.
 
     Returns:

@@ -45,11 +45,7 @@ def named_paths() -> list[Path]:
 
 @cache
 def warn_once(text: str) -> None:
-    """Warn of something once in a process.
-
-    Args:
-        text: the warning.
-    """
+    """Warn of something once in a process."""
     logger.warning("%s", text)
 
 
@@ -91,7 +87,6 @@ def offered(kind: str, *, packages: bool = True) -> dict[str, Item]:
 
     Args:
         kind: one of `sinssim.system.own_content.layout.SINGULAR`.
-        packages: whether to include installed packages.
 
     Returns:
         The items by name. If two have the same name, the first one counts: of the environment variable, then of the

@@ -88,9 +88,6 @@ class Outline:
 def outline(file: Path) -> Outline:
     """Read what a Python file says of itself, without executing it.
 
-    Args:
-        file: the file.
-
     Returns:
         Its outline; of a file that cannot be read, the reason.
     """
@@ -127,9 +124,6 @@ def syntax_words(error: SyntaxError) -> str:
 
     Args:
         error: Python's error.
-
-    Returns:
-        The words.
     """
     where = f" in line {error.lineno}" if error.lineno else ""
     shown = f", in:  {shortened(error.text.strip())}" if error.text else ""
@@ -142,9 +136,6 @@ def items_of(path: Path) -> list[Item]:
     Args:
         path: a file, the folder of an aircraft, or a project folder with some of the folders of `SINGULAR`. Names that
             begin with "_" or "." are left out.
-
-    Returns:
-        The items, sorted by kind and name.
 
     Raises:
         InputError: there is nothing at the path, or nothing that sinssim can use; the message says what would be.

@@ -27,9 +27,6 @@ _lock = threading.RLock()
 def file_digest(file: Path) -> str:
     """Return the SHA-256 of a file.
 
-    Args:
-        file: the file.
-
     Returns:
         64 hexadecimal digits.
 
@@ -48,12 +45,6 @@ def _module_name(item: Item) -> str:
 
 def load_module(item: Item) -> ModuleType:
     """Run the file of own content, once for each state of it.
-
-    Args:
-        item: the content.
-
-    Returns:
-        The module.
 
     Raises:
         InputError: the file cannot be run; the message has the file, the line and the reason.
@@ -86,9 +77,6 @@ def _load(item: Item, name: str) -> ModuleType:
 def source_of(item: Item) -> bytes:
     """Return the text of own content as it was run, or as the file is now if it has not been run.
 
-    Args:
-        item: the content.
-
     Returns:
         The bytes of the file.
     """
@@ -98,26 +86,13 @@ def source_of(item: Item) -> bytes:
 
 
 def drop_module(item: Item) -> None:
-    """Forget the module of own content, so that its file is run again.
-
-    Args:
-        item: the content.
-    """
+    """Forget the module of own content, so that its file is run again."""
     _sources.pop(_module_name(item), None)
     sys.modules.pop(_module_name(item), None)
 
 
 def explained(item: Item, function: Callable[..., Any], kind: type[SinssimError] = InputError) -> Callable[..., Any]:
-    """Return a function of own content whose failures name the file and the line.
-
-    Args:
-        item: the content.
-        function: a function of its file.
-        kind: what a failure becomes.
-
-    Returns:
-        The function.
-    """
+    """Return a function of own content whose failures name the file and the line."""
 
     @functools.wraps(function)
     def call(*arguments: Any, **named: Any) -> Any:
@@ -133,10 +108,6 @@ def explained(item: Item, function: Callable[..., Any], kind: type[SinssimError]
 
 def failure(file: Path, error: BaseException) -> str:
     """Return what went wrong in a file as words, with the line of the file.
-
-    Args:
-        file: the file.
-        error: what was raised.
 
     Returns:
         For example "/my/file.py, line 7: ZeroDivisionError: division by zero".

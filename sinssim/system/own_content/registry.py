@@ -66,7 +66,6 @@ class Registry(Mapping[str, T]):
         """Take the package's own entries.
 
         Args:
-            kind, word, shipped, reserved: as the attributes.
             of_file: returns the entry of a file outside the package from what it says of itself, without running it.
         """
         self.kind, self.word, self.shipped, self.reserved = kind, word, dict(shipped), frozenset(reserved)
@@ -103,12 +102,6 @@ class Registry(Mapping[str, T]):
     def check(self, name: str) -> T:
         """Return an entry, which an installed package may bring.
 
-        Args:
-            name: its name.
-
-        Returns:
-            The entry.
-
         Raises:
             InputError: the name is unknown; the message gives the nearest ones. Or as for `use`.
         """
@@ -131,12 +124,7 @@ class Sentences(Mapping[str, str], Generic[D]):
     """The description of each entry of a registry by its name, as the registry is now, and further names."""
 
     def __init__(self, registry: Registry[D], further: Mapping[str, str] | None = None) -> None:
-        """Take a registry.
-
-        Args:
-            registry: the registry.
-            further: descriptions of names beside its shipped ones.
-        """
+        """Take a registry."""
         self._registry, self._further = registry, further or {}
 
     def _now(self) -> dict[str, str]:
@@ -162,9 +150,6 @@ def modules(kind: str, word: str, shipped: Mapping[str, tuple[str, str]]) -> Reg
     Args:
         kind, word: as for `Registry`.
         shipped: module and description of the package's own entries by name.
-
-    Returns:
-        The registry.
     """
     entries = {name: Entry(*one) for name, one in shipped.items()}
     return Registry(kind, word, entries, lambda item, found: Entry("", sentence_of(item, found)))
@@ -172,12 +157,6 @@ def modules(kind: str, word: str, shipped: Mapping[str, tuple[str, str]]) -> Reg
 
 def module_of(registry: Registry[Entry], name: str, package: str, needs: Iterable[str]) -> Any:
     """Load the module of an entry.
-
-    Args:
-        registry: a registry of modules.
-        name: name of the entry.
-        package: package of the shipped modules.
-        needs: what a module must define.
 
     Returns:
         The module; of a file outside the package, an object with its names, whose failures are explained with the file.
@@ -217,9 +196,6 @@ def use(*paths: str | Path) -> list[str]:
 
 def register(items: Iterable[Item]) -> None:
     """Register what is chosen by name among some items; others need no registration.
-
-    Args:
-        items: the items.
 
     Raises:
         InputError: as for `use`.
@@ -270,7 +246,6 @@ def sentence_of(item: Item, found: Outline | None = None) -> str:
     """Return the description of own content for lists: the first line of its file's docstring.
 
     Args:
-        item: the content, a file of Python code.
         found: its outline, if known.
 
     Returns:
@@ -285,10 +260,6 @@ def registered(kind: str, name: str) -> Item | None:
 
     Args:
         kind: one of `NAMED`.
-        name: the name.
-
-    Returns:
-        The item.
     """
     return _items.get((kind, name))
 

@@ -181,9 +181,6 @@ def aircraft_exists(name: str) -> str:
     Args:
         name: name of the aircraft, or a path of its folder or its aircraft.toml.
 
-    Returns:
-        The given name.
-
     Raises:
         InputError: there is no such aircraft; the message lists the known ones.
     """
@@ -196,9 +193,6 @@ def load_aircraft(name: str) -> Aircraft:
 
     Args:
         name: name of the aircraft, or a path of its folder or its aircraft.toml.
-
-    Returns:
-        The description.
 
     Raises:
         InputError: there is no such aircraft, or its aircraft.toml is invalid; the message names file, line and key.

@@ -97,7 +97,6 @@ class Autopilot:
         """Make an autopilot at rest.
 
         Args:
-            aircraft: the aircraft, with gains and limits.
             interval: time between steps, s.
         """
         gains, performance = aircraft.autopilot, aircraft.performance

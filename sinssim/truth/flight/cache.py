@@ -48,13 +48,8 @@ def cached_flight(
     """Return a flight from the cache, or fly it and store it there.
 
     Args:
-        flight: the [flight] section of a scenario.
-        seed: seed of the turbulence.
         progress: called while flying with the fraction flown, 0 … 1.
         meanwhile: called once while another process flies; not called if the flight is in the cache.
-
-    Returns:
-        The flight, bit for bit the same whether flown or read.
 
     Raises:
         InputError: there is no such aircraft or model, or the flight cannot be flown; the message names the leg.
@@ -82,10 +77,6 @@ def _sources() -> tuple[Path, ...]:
 def is_cached(flight: FlightPlan, seed: int = 0) -> bool:
     """Return whether a flight is in the cache.
 
-    Args:
-        flight: the [flight] section of a scenario.
-        seed: seed of the turbulence.
-
     Returns:
         Whether `cached_flight` would not need to fly it.
     """
@@ -100,7 +91,6 @@ def flight_key(flight: FlightPlan, seed: int) -> str:
     """Return the digest of everything that determines a flight.
 
     Args:
-        flight: the [flight] section of a scenario.
         seed: seed of the turbulence; without turbulence it has no effect.
 
     Returns:

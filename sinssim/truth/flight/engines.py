@@ -15,11 +15,7 @@ class Engines:
     """
 
     def __init__(self, executive: Any) -> None:
-        """Find the engines.
-
-        Args:
-            executive: a JSBSim executive with a loaded model.
-        """
+        """Find the engines."""
         self._executive = executive
         manager = executive.get_property_manager()
         self._numbers = range(executive.get_propulsion().get_num_engines())
@@ -43,11 +39,7 @@ class Engines:
         return all(node.get_double_value() < 0.5 for node in self._running)
 
     def switch(self, wanted: bool) -> None:
-        """Move the switches towards a state of the engines; called again until it is reached.
-
-        Args:
-            wanted: whether the engines are to run.
-        """
+        """Move the switches towards a state of the engines; called again until it is reached."""
         e = self._executive
         e["propulsion/active_engine"] = -1  # all of them
         if not wanted:

@@ -78,9 +78,6 @@ class FlightRecord:
 def flight_log(record: FlightRecord) -> FlightLog:
     """Return a flight in SI units, with one attitude quaternion from body to ECEF.
 
-    Args:
-        record: the recording of the flight.
-
     Returns:
         The centre of gravity's motion at 30 Hz and the other logged quantities.
     """

@@ -57,13 +57,6 @@ def widen_trim(executive: Any, stall_deg: float) -> bool:
 
     It looks between −5° and 20° otherwise, and finds nothing where both ends have too little lift: the 737 at 20° has
     as much as at 8°, and could not be trimmed below 188 kt although it stalls at 155 kt.
-
-    Args:
-        executive: JSBSim with a loaded model.
-        stall_deg: angle of attack at the stall, degrees.
-
-    Returns:
-        Whether the limits were set.
     """
     if executive["aero/alpha-max-rad"] > executive["aero/alpha-min-rad"]:
         return False

@@ -30,7 +30,6 @@ def on_wheels(pilot: Autopilot, state: AircraftState) -> None:
     """Set the autopilot for rolling: surfaces neutral, the nose wheel steers to the heading.
 
     Args:
-        pilot: the autopilot.
         state: the aircraft's state.
     """
     pilot.steering = True
@@ -48,7 +47,6 @@ def start_engines(pilot: Autopilot, state: AircraftState) -> Iterator[None]:
     """Start the engines if they are off, with the brakes set.
 
     Args:
-        pilot: the autopilot.
         state: the aircraft's state.
 
     Yields:
@@ -86,7 +84,6 @@ class Rolling:
         """Begin at the present speed.
 
         Args:
-            pilot: the autopilot.
             state: the aircraft's state.
         """
         self._pilot, self._state = pilot, state
@@ -131,7 +128,6 @@ def come_to_rest(pilot: Autopilot, state: AircraftState) -> Iterator[None]:
     """Brake to a standstill, until the gear has come to rest.
 
     Args:
-        pilot: the autopilot.
         state: the aircraft's state.
 
     Yields:

@@ -82,10 +82,6 @@ def quiet() -> Iterator[list[str]]:
 def model_folder(name: str, model: str) -> Path:
     """Return the folder of an aircraft's flight dynamics model.
 
-    Args:
-        name: name or path of the aircraft.
-        model: name of the model.
-
     Returns:
         A folder of that name beside aircraft.toml, otherwise that of JSBSim's own aircraft.
 
@@ -142,8 +138,6 @@ def loaded_model(name: str, aircraft: Aircraft, folder: str) -> Any:
     """Load an aircraft's flight dynamics model.
 
     Args:
-        name: name or path of the aircraft.
-        aircraft: its description.
         folder: empty folder for a copy of the model.
 
     Returns:
@@ -296,8 +290,6 @@ def fly_plan(flight: FlightPlan, seed: int = 0, progress: Progress | None = None
     """Fly a flight plan in JSBSim.
 
     Args:
-        flight: the [flight] section of a scenario.
-        seed: seed of the turbulence.
         progress: called from time to time with the fraction flown, 0 … 1.
 
     Returns:

@@ -103,7 +103,6 @@ class LegBase(Section):
         The caller monitors the time limit, ground contact and stall.
 
         Args:
-            pilot: the autopilot whose targets are set.
             state: the aircraft's state, refreshed between steps.
             performance: usual speeds, limits and settings of the type.
 
@@ -132,11 +131,6 @@ def wait(state: AircraftState, until: float) -> Iterator[None]:
 
 def check_landing(legs: Sequence[LegBase], aircraft: str, performance: Performance) -> None:
     """Raise for a landing of an aircraft whose description does not say how it lands.
-
-    Args:
-        legs: the legs of a flight plan.
-        aircraft: name of the aircraft.
-        performance: its speeds and settings.
 
     Raises:
         InputError: a leg lands, and the aircraft has no approach_kt.

@@ -19,13 +19,7 @@ class Monitor:
     """What makes a leg fail although it goes on."""
 
     def __init__(self, executive: Any, flight: FlightPlan, aircraft: Aircraft) -> None:
-        """Find what is watched.
-
-        Args:
-            executive: JSBSim with the aircraft at its start.
-            flight: the flight.
-            aircraft: its aircraft.
-        """
+        """Find what is watched."""
         manager = executive.get_property_manager()
         units = range(executive.get_ground_reactions().get_num_gear_units())
         names = (f"{kind}/unit[{unit}]/WOW" for unit in units for kind in ("gear", "contact"))
@@ -45,8 +39,6 @@ class Monitor:
         """Raise if a leg cannot be flown on; called ten times a second in the air.
 
         Args:
-            leg: the leg.
-            pilot: the autopilot.
             state: the aircraft's state.
 
         Raises:

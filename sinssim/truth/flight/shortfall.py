@@ -27,7 +27,6 @@ def shortfall(
     Args:
         name: of the leg, for example "leg 3 (climb)".
         leg: the leg, which has ended in the air.
-        pilot: the autopilot, whose references are the orders.
         state: the aircraft's state.
         turbulent: whether there is turbulence, which moves the aircraft at any instant.
 
@@ -46,12 +45,5 @@ def shortfall(
 
 
 def not_attained(events: Iterable[FlightEvent]) -> list[str]:
-    """Return the sentences of `shortfall` among the events of a flight, each with its time.
-
-    Args:
-        events: of a trajectory.
-
-    Returns:
-        Whole sentences.
-    """
+    """Return the sentences of `shortfall` among the events of a flight, each with its time."""
     return [f"{event.text} (at {event.time:.0f} s)." for event in events if _MISSED in event.text]

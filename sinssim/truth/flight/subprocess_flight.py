@@ -41,10 +41,7 @@ def fly_apart(
     """Fly a flight plan in a separate process.
 
     Args:
-        flight: the plan.
-        seed: seed of the turbulence.
         progress: called from time to time with the fraction flown, 0 … 1.
-        meanwhile: called once while the other process flies.
 
     Returns:
         The flight, bit for bit the same as in this process.

@@ -52,9 +52,6 @@ class RemainderModel:
 
         Args:
             d: distances, (...) m.
-
-        Returns:
-            Correlations, (...).
         """
         x = self.beta * np.abs(d)
         return np.asarray((1.0 + x + (x * x / 3.0 if self.order == 3 else 0.0)) * np.exp(-x))

@@ -112,7 +112,6 @@ class TrueGravity(Section):
         """Return the disturbing field.
 
         Args:
-            ellipsoid: that of the truth.
             degree: highest degree; by default that of the model.
 
         Returns:
@@ -126,7 +125,6 @@ class TrueGravity(Section):
 
         Args:
             degree: degree to which it knows the field; None: it knows normal gravity only.
-            ellipsoid: that of the truth.
 
         Returns:
             The field; None if there is none.
@@ -162,12 +160,7 @@ class TrueGravity(Section):
         return RemainderModel(section.order, sigma, given(section.correlation_km, 1e3, left.distance))
 
     def felt(self, motion: Trajectory, seed: int) -> Disturbed:
-        """Return a motion whose sensors feel the field.
-
-        Args:
-            motion: the motion in normal gravity.
-            seed: seed of the remainder.
-        """
+        """Return a motion whose sensors feel the field."""
         from sinssim.truth.gravity.disturbed import Disturbed
 
         return Disturbed(motion, self.field(motion.ellipsoid), self.remainder_model(), seed)

@@ -39,14 +39,7 @@ class GravityValues:
 
 
 def gravity_values(motion: Disturbed) -> GravityValues:
-    """Return the true field along a motion, once a second.
-
-    Args:
-        motion: the motion.
-
-    Returns:
-        The values.
-    """
+    """Return the true field along a motion, once a second."""
     count = max(1, int((motion.end - motion.start) / STEP + 1e-9))
     time: Array = motion.start + STEP * np.arange(count + 1, dtype=np.float64)
     time = time[time <= motion.end]
@@ -68,9 +61,6 @@ def gravity_values(motion: Disturbed) -> GravityValues:
 
 def gravity_numbers(motion: Disturbed) -> dict[str, Any]:
     """Return the numbers of the true field for a run's summary.
-
-    Args:
-        motion: the motion.
 
     Returns:
         Model and degree, root mean squares and largest values along the motion, and the error of the spline.

@@ -95,11 +95,7 @@ def inertial_increments(motion: AnalyticMotion, rate_hz: float, duration: float)
 
     Args:
         motion: the motion, from time 0.
-        rate_hz: samples per second.
         duration: s.
-
-    Returns:
-        Increments, edges at k/rate_hz.
 
     Raises:
         InputError: the rate or duration is not positive, or an interval is longer than the duration.

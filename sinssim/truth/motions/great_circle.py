@@ -128,7 +128,6 @@ class GreatCircle(ClosedForm):
             height: above the ellipsoid, m.
             speed: ground speed, m/s.
             gravity: one of `sinssim.GRAVITY_MODELS`.
-            ellipsoid: reference ellipsoid.
 
         Returns:
             The flight; it ends at `end`.

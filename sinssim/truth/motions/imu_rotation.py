@@ -124,9 +124,6 @@ class _OnAxes(Section):
 
         Args:
             start, end: first and last instant of the run, s; both angles are 0 at the start.
-
-        Returns:
-            The rotation.
         """
         outer_profile, inner_profile, breaks = self._profiles(start, end)
         outer, inner = (np.array(axis, dtype=np.float64) for axis in (self.outer, self.inner_axis))
@@ -143,11 +140,7 @@ class _OnAxes(Section):
         )
 
     def check_rate(self, rate_hz: float) -> None:
-        """Raise ValueError if the samples cannot follow the turning.
-
-        Args:
-            rate_hz: samples per second.
-        """
+        """Raise ValueError if the samples cannot follow the turning."""
         if self.fastest_deg_s > MOST_PER_SAMPLE * rate_hz * (1.0 + 1e-9):
             key = "rate_deg_s"
             if getattr(self, "rate_deg_s", 0.0) < self.fastest_deg_s:

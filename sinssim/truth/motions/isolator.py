@@ -74,14 +74,7 @@ class Isolator(Section):
     angular_damping: Damping = Field(default=0.2, description="damping ratio in rotation")
 
     def transmitted(self, tones: Iterable[Tone]) -> list[Tone]:
-        """Return the vibration of the block.
-
-        Args:
-            tones: the vibration of the airframe.
-
-        Returns:
-            The vibration of the block, tone by tone.
-        """
+        """Return the vibration of the block."""
         linear, angular = Mount(self.linear_hz, self.linear_damping), Mount(self.angular_hz, self.angular_damping)
         passed = []
         for tone in tones:

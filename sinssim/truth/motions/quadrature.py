@@ -32,7 +32,6 @@ def integrate_samples(
         edges: increasing edges of the intervals, (N+1,) s.
         fastest: angular frequency beyond which the function has no significant content, rad/s.
         breaks: instants at which a derivative of the function may jump, (K,) s.
-        columns: number of values of the function.
         points: number of points on a panel.
 
     Returns:

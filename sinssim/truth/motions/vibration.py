@@ -66,12 +66,8 @@ def band_noise(
         rms: root mean square, rad or m.
         low_hz, high_hz: edges of the band, Hz.
         seed: seed of the random numbers; each coordinate has its own generator.
-        count: number of tones.
         of_acceleration: whether the flat spectrum and the root mean square are those of the second derivative, rad/s²
             or m/s².
-
-    Returns:
-        The tones.
 
     Raises:
         InputError: the coordinate is unknown, the band is empty or begins below zero, or the rms is negative.

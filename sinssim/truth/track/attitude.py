@@ -88,16 +88,11 @@ def attitude_from_motion(
         time: instants, (K,) s.
         position, velocity, acceleration: relative to the Earth, in its axes, (K, 3) m, m/s, m/s².
         up: the local vertical, (K, 3).
-        vehicle: what moves.
         gravity: one of `sinssim.GRAVITY_MODELS`.
-        ellipsoid: reference ellipsoid.
         pitch: "slope" or "flat"; that of the vehicle if not given.
         standstill: speed of standstill, m/s; that of the vehicle if not given.
         heading: heading of a vehicle that never moves, rad.
         noisy: whether the path is that of noisy samples, which wander at rest.
-
-    Returns:
-        The attitude.
     """
     climb = np.einsum("ij,ij->i", velocity, up)
     horizontal = velocity - climb[:, None] * up

@@ -54,13 +54,7 @@ def fitted(
     """Return the knots of the curve of a track, how well it fits, and its distances from the samples.
 
     Args:
-        samples: checked samples.
-        options: how.
         gravity: one of `sinssim.GRAVITY_MODELS`.
-        ellipsoid: reference ellipsoid.
-
-    Returns:
-        Knots, numbers and channels.
 
     Raises:
         InputError: the samples do not define a curve.
@@ -119,7 +113,6 @@ def from_samples(
         lever_arm_m: from the reference point to the sensor block, body axes, (3,) m.
         q_bs: mounting of the block, v_b = C_bs v_s, (4,).
         gravity: one of `sinssim.GRAVITY_MODELS`.
-        ellipsoid: reference ellipsoid.
 
     Returns:
         The motion; its attribute `fit` says how far it passes from the samples.

@@ -107,12 +107,7 @@ def assess(
     """Return the numbers of a curve, and its distances from the samples as channels of a trajectory.
 
     Args:
-        curve: the curve of the recorded point.
-        knots: its knots.
         samples: the samples that it was made from; for a planned route, its waypoints.
-        options: how it was made.
-        ellipsoid: reference ellipsoid.
-        planned: whether it is a planned route.
 
     Returns:
         The numbers, and the channels; a planned route has none.
@@ -259,14 +254,7 @@ def _smoothing_words(tau: tuple[float, float, float], options: TrackOptions) -> 
 
 
 def fit_lines(fit: TrackFit) -> Iterator[tuple[str, str]]:
-    """Yield the facts of a track as name and words.
-
-    Args:
-        fit: the track.
-
-    Yields:
-        Pairs, for the console and the report.
-    """
+    """Yield the facts of a track as name and words."""
     if fit.interval:
         many = fit.noun if fit.samples == 1 else {"fix": "fixes"}.get(fit.noun, f"{fit.noun}s")
         yield "samples", f"{fit.samples} {many}, median interval {fit.interval:.4g} s"
@@ -302,14 +290,7 @@ def _apart(distance: Distance) -> str:
 
 
 def fit_sentences(fit: TrackFit) -> Iterator[str]:
-    """Yield the facts of a track as sentences below the results of a run; doubtful ones last.
-
-    Args:
-        fit: the track.
-
-    Yields:
-        Whole sentences.
-    """
+    """Yield the facts of a track as sentences below the results of a run; doubtful ones last."""
     facts = dict(fit_lines(fit))
     if fit.horizontal is not None:
         apart = facts["distance from the samples"]
@@ -323,14 +304,7 @@ def fit_sentences(fit: TrackFit) -> Iterator[str]:
 
 
 def fit_numbers(fit: TrackFit) -> dict[str, Any]:
-    """Return the numbers of a track for `summary.json`.
-
-    Args:
-        fit: the track.
-
-    Returns:
-        Entries with their units.
-    """
+    """Return the numbers of a track for `summary.json`."""
 
     def of(name: str, unit: str, distance: Distance | None) -> dict[str, float]:
         return {} if distance is None else {f"rms_{name}_{unit}": distance.rms, f"max_{name}_{unit}": distance.largest}

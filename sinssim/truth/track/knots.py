@@ -97,10 +97,7 @@ def knots_of_samples(samples: TrackSamples, options: TrackOptions, gravity: str,
     """Return the knots of the curve of a track.
 
     Args:
-        samples: checked samples.
-        options: how.
         gravity: model of the truth, for the roll of a coordinated turn.
-        ellipsoid: reference ellipsoid.
 
     Returns:
         The knots; time 0 is the first sample.
@@ -147,12 +144,6 @@ def knots_of_path(time: Array, position: Array, options: TrackOptions, gravity: 
     Args:
         time: instants, (K,) s.
         position: Earth-fixed, (K, 3) m.
-        options: how.
-        gravity: model of the truth.
-        ellipsoid: reference ellipsoid.
-
-    Returns:
-        The knots.
 
     Raises:
         InputError: the path turns by more than 45° between two knots.

@@ -90,12 +90,7 @@ def checked_samples(samples: TrackSamples, vehicle: Vehicle, most_speed: float |
     """Return the samples without repetitions, if they can be a motion.
 
     Args:
-        samples: as read.
-        vehicle: what moves.
         most_speed: speed between two samples beyond which they are refused, m/s; that of the vehicle if not given.
-
-    Returns:
-        The samples that remain, with notes on those that were left out.
 
     Raises:
         InputError: a number is not finite, a place is not on the Earth, time does not advance, the vehicle jumps, or
@@ -123,9 +118,6 @@ def checked_samples(samples: TrackSamples, vehicle: Vehicle, most_speed: float |
 
 def check_numbers(samples: TrackSamples) -> None:
     """Raise for samples without a finite time or a place on the Earth.
-
-    Args:
-        samples: the samples.
 
     Raises:
         InputError: the message names the sample.

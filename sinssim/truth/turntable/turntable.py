@@ -197,9 +197,6 @@ class Turntable(PlacedMotion):
     def motion(self, errors: TableErrors) -> tuple[Array, RotationTable]:
         """Return the motion of a block on the table.
 
-        Args:
-            errors: the errors of the table.
-
         Returns:
             Attitude q_nb in the first position, (4,), and the motion from it.
         """

@@ -70,7 +70,6 @@ class Profile:
 
         Args:
             table: name of the table that has the legs.
-            legs: the legs, in order.
             heading: heading at the start, rad.
             acceleration: mean acceleration of changes of speed, m/s².
             lateral: lateral acceleration in turns for which no rate is given, m/s².
@@ -158,9 +157,6 @@ class Profile:
 
         Args:
             time: s, (K,); before 0 and after the end, the vehicle moves on at its speed.
-
-        Returns:
-            The motion.
         """
         starts = np.array([piece.start for piece in self._pieces])
         number = np.clip(np.searchsorted(starts, time, side="right") - 1, 0, len(starts) - 1)

@@ -25,8 +25,6 @@ def respond(u: Array, interval: float, frequency_hz: float, damping: float, *, o
         u: motion of the carrier, (K,).
         interval: time between samples, s.
         frequency_hz: natural frequency, Hz.
-        damping: ζ.
-        on_carrier: whether the damper stands on the carrier.
 
     Returns:
         z, (K,).

@@ -68,10 +68,6 @@ def waves(height: float, omega_p: float, seed: int) -> Sea:
     Args:
         height: significant height, m.
         omega_p: peak, rad/s.
-        seed: seed of the random numbers.
-
-    Returns:
-        The sea.
     """
     draws = normals(seed, "sea", 0, 3 * WAVES).reshape(3, -1)
     edges = np.linspace(_LOW * omega_p, max(min(_HIGH * omega_p, _FASTEST), 2.0 * omega_p), WAVES + 1)
@@ -87,7 +83,6 @@ def ride(waves: Sea, time: Array, ahead: Array, height: Array, along: Array, slo
     """Compute the waves at a place that moves.
 
     Args:
-        waves: the sea.
         time: s, (K,).
         ahead: way of the place in the direction of the waves, m, (K,).
         height: receives the height of the water, m, (K,).

@@ -79,10 +79,8 @@ class SurfaceVehicle(PlacedMotion):
         """Return the motion of the body on its course.
 
         Args:
-            course: the course at equal intervals.
             time: s, (K,).
             north, east: way along the course since the start, m, (K,).
-            seed: seed of the road or the sea.
 
         Returns:
             The body's motion, and the height of what carries it, m, (K,).

@@ -48,13 +48,6 @@ class AidingSources:
 def aiding_sources(scenario: Scenario, trajectory: Trajectory) -> AidingSources:
     """Return the errors of a scenario's aiding sensors.
 
-    Args:
-        scenario: with an [aiding] section.
-        trajectory: the true motion.
-
-    Returns:
-        The sensors and their errors.
-
     Raises:
         InputError: a sensor has no budget, or the motion ends before its first reading.
     """

@@ -25,8 +25,6 @@ def of_algorithm(scenario: Scenario, motion: TrueMotion, outputs: Array) -> Arra
     """Return the errors of the scenario's first algorithm with perfect sensors, from the true state.
 
     Args:
-        scenario: the scenario.
-        motion: the true motion of the block.
         outputs: instants, (E,) s.
 
     Returns:

@@ -28,7 +28,6 @@ def given_readings(scenario: Scenario, ideal: ImuData) -> tuple[list[Source], Ar
     """Return reading errors of one run, one series for each source.
 
     Args:
-        scenario: the scenario.
         ideal: true increments, N intervals.
 
     Returns:

@@ -29,14 +29,7 @@ TRIAD = 2
 
 
 def in_normal_gravity(scenario: Scenario) -> Scenario:
-    """Return a scenario without its gravity field.
-
-    Args:
-        scenario: the scenario.
-
-    Returns:
-        The scenario in normal gravity, with a navigator that knows normal gravity.
-    """
+    """Return a scenario without its gravity field."""
     if scenario.gravity is None:
         return scenario
     navigation = scenario.navigation.model_copy(update={"gravity_degree": None})
@@ -47,8 +40,6 @@ def field_readings(scenario: Scenario, trajectory: Trajectory, ideal: ImuData) -
     """Return what the unknown field does to the readings.
 
     Args:
-        scenario: the scenario.
-        trajectory: the motion in normal gravity.
         ideal: increments along it, N intervals.
 
     Returns:
@@ -68,7 +59,6 @@ def remainder_noise(scenario: Scenario, state: NavState) -> list[InertialNoise]:
     """Return the random remainder of gravity as a process.
 
     Args:
-        scenario: the scenario.
         state: true states, for normal gravity along the way.
 
     Returns:

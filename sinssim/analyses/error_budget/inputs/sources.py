@@ -116,10 +116,6 @@ def _in_unit(term: ErrorTerm, values: Array) -> float:
 def remaining(scenario: Scenario, term: ErrorTerm) -> tuple[Array, Array]:
     """Return mean and 1σ of one error of the increments that navigation receives, after [compensation].
 
-    Args:
-        scenario: the scenario.
-        term: the error term.
-
     Returns:
         Mean and 1σ over all runs, SI, in the shape of its field of `TriadErrors`.
     """
@@ -135,9 +131,6 @@ def remaining(scenario: Scenario, term: ErrorTerm) -> tuple[Array, Array]:
 
 def constants(scenario: Scenario) -> Constants:
     """Return the constant errors of a scenario's inertial sensors.
-
-    Args:
-        scenario: the scenario.
 
     Returns:
         Those that are not zero; an error that varies about a given value is two sources.
@@ -192,11 +185,7 @@ def inertial_noises(scenario: Scenario, *, summed: bool = False) -> list[Inertia
     """Return the noises of a scenario's inertial sensors.
 
     Args:
-        scenario: the scenario.
         summed: whether the integral of the gyros' white noise is a state of its own, for readings of a mean rate.
-
-    Returns:
-        Those that are not zero.
     """
     section, found = scenario.imu, []
     own = section.sensor_set
@@ -244,11 +233,7 @@ def initial_errors(scenario: Scenario, given: Array) -> InitialErrors:
     """Return the errors of a scenario's initial state.
 
     Args:
-        scenario: the scenario.
         given: errors at the start by the given initial errors alone, position, velocity and attitude, (9,).
-
-    Returns:
-        Those that are not zero.
     """
     e, found = scenario.navigation.initial_error, InitialErrors()
     rows: tuple[tuple[str, str, tuple[int, ...], float, float, str], ...] = (

@@ -48,10 +48,6 @@ class AngleError:
 def angle_errors(scenario: Scenario, block: Trajectory) -> list[AngleError]:
     """Return the errors of the angles of a rotating IMU.
 
-    Args:
-        scenario: the scenario.
-        block: the motion that the sensors feel.
-
     Returns:
         The errors that are not zero; none for a block that does not turn.
     """
@@ -113,8 +109,6 @@ def of_turning(
     """Return the errors of a rotating IMU's angles as sources of an inertial solution.
 
     Args:
-        scenario: the scenario.
-        block: the motion that the sensors feel.
         outputs: instants, (E,) s.
 
     Returns:

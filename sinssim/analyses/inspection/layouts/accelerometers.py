@@ -35,12 +35,7 @@ _UNIT_G = (0.5, 10.0)
 
 
 def named_quantity(table: TextTable, three: Three) -> str | None:
-    """Return what the names of three columns say: "gyro", "accel", "other" or nothing.
-
-    Args:
-        table: the numbers.
-        three: columns x, y, z.
-    """
+    """Return what the names of three columns say: "gyro", "accel", "other" or nothing."""
     if table.words is None:
         return None
     said = {quantity(table.words[k]) for k in three}
@@ -51,9 +46,6 @@ def accelerometers(table: TextTable, three: Three, time: int, interval: float) -
     """Judge whether three columns are accelerometers.
 
     Args:
-        table: the numbers.
-        three: columns x, y, z.
-        time: column of the time.
         interval: between samples, s.
 
     Returns:
@@ -95,12 +87,7 @@ def accelerometers(table: TextTable, three: Three, time: int, interval: float) -
 
 
 def no_gravity_words(table: TextTable, three: Three) -> str:
-    """Return the sentence on three columns whose magnitude is not gravity: counts, or acceleration without gravity.
-
-    Args:
-        table: the numbers.
-        three: columns x, y, z.
-    """
+    """Return the sentence on three columns whose magnitude is not gravity: counts, or acceleration without gravity."""
     if not varies(table, three):
         names = ", ".join(str(table.label(k)) for k in three)
         return f"{table.path}: the columns {names} of the accelerometers have no numbers, or never change."

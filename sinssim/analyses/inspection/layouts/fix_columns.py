@@ -81,7 +81,6 @@ def guess_fixes(table: TextTable, near: tuple[str | int, str, float, float] | No
     """Guess the layout of fixes.
 
     Args:
-        table: the numbers.
         near: name or number of the inertial unit's column of times, its unit, and its first and last time, s; None if
             it is not known.
 

@@ -27,9 +27,6 @@ Part = tuple[TextTable, Layout]
 def gravity_in(table: TextTable) -> Layout | None:
     """Find the columns of a gravity vector, by their names or that of the file, and by its constant magnitude.
 
-    Args:
-        table: the numbers.
-
     Returns:
         Its layout, with the columns as `accel`; None if there is none.
     """
@@ -54,12 +51,6 @@ def gravity_in(table: TextTable) -> Layout | None:
 def whole_unit(table: TextTable) -> Layout:
     """Guess the layout of a file of gyros and accelerometers, or of gyros, accelerations without gravity and gravity.
 
-    Args:
-        table: the numbers.
-
-    Returns:
-        The guess.
-
     Raises:
         InputError: as for `guess_layout`.
     """
@@ -83,7 +74,6 @@ def part_of_unit(table: TextTable, gravity: Part | None) -> Layout | None:
     """Guess the layout of a file of gyros alone or accelerometers alone; gravity is added if these lack it.
 
     Args:
-        table: the numbers.
         gravity: file and layout of a gravity vector; None if there is none.
 
     Returns:
@@ -119,13 +109,7 @@ def part_of_unit(table: TextTable, gravity: Part | None) -> Layout | None:
 
 
 def contains(table: TextTable, three: Three, gravity: Part) -> bool:
-    """Return whether accelerations have gravity in them: their mean along the recorded gravity is large.
-
-    Args:
-        table: the numbers.
-        three: columns of the accelerations.
-        gravity: file and layout of the gravity vector.
-    """
+    """Return whether accelerations have gravity in them: their mean along the recorded gravity is large."""
     values, down = table.values[:, list(three)], _direction(table, gravity)
     good = np.isfinite(values).all(axis=1) & np.isfinite(down).all(axis=1)
     if not good.any():
@@ -169,12 +153,7 @@ def opposite(layout: Layout) -> Layout:
 
 
 def other_units(table: TextTable, layout: Layout) -> list[Layout]:
-    """Return the layouts of a sum with the acceleration in another unit of phones, if its name gives none.
-
-    Args:
-        table: the main file.
-        layout: with gravity.
-    """
+    """Return the layouts of a sum with the acceleration in another unit of phones, if its name gives none."""
     of, three = layout.columns(table, "accel")
     if of.words is not None and unit_of(of.words[three[0]], tuple(UNITS["accel", "rates"])) is not None:
         return []

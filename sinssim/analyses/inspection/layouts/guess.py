@@ -56,12 +56,7 @@ def guess_files(tables: list[TextTable], *, unit_known: bool = False, lasts: flo
     """Guess what text files of unknown columns hold.
 
     Args:
-        tables: the numbers of each.
-        unit_known: whether another file contains the inertial data.
         lasts: duration of the fixes of other files, s; None if there are none.
-
-    Returns:
-        The guess.
 
     Raises:
         InputError: a file is neither a log of an inertial unit, or a part of one, nor fixes.

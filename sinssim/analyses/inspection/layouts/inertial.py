@@ -77,7 +77,6 @@ class Layout:
         """Return the keys of the description of the log.
 
         Args:
-            table: the numbers.
             folder: of the scenario, to which the path of a second file is relative.
         """
         keys: dict[str, Any] = {"kind": self.kind, "time": table.label(self.time)}
@@ -171,11 +170,7 @@ def guess_layout(table: TextTable, known: tuple[Three, str] | None = None) -> La
     """Guess the layout of a log of inertial readings.
 
     Args:
-        table: the numbers.
         known: columns and unit of the accelerations, if they are known.
-
-    Returns:
-        The guess.
 
     Raises:
         InputError: no column can be the time, or no three columns gravity; the message says what was looked for.
@@ -202,9 +197,6 @@ def guess_layout(table: TextTable, known: tuple[Three, str] | None = None) -> La
 
 def guess_part(table: TextTable) -> Layout | None:
     """Guess the layout of a file of gyros alone or accelerometers alone, as phones write.
-
-    Args:
-        table: the numbers.
 
     Returns:
         The guess, with one of the triads; None if the file is neither.
@@ -240,9 +232,6 @@ def off_gravity(table: TextTable, layout: Layout) -> float:
 
 def joined(parts: list[tuple[TextTable, Layout]]) -> tuple[TextTable, Layout]:
     """Join the layouts of a file of gyros and a file of accelerometers.
-
-    Args:
-        parts: the two, in any order.
 
     Returns:
         The file of the gyros, whose stamps count, and the layout of both.

@@ -21,9 +21,6 @@ _ALTERNATES = 0.2
 def split_kinds(table: TextTable) -> tuple[list[TextTable], list[str]]:
     """Split a file by the column that tells kinds of rows or units apart.
 
-    Args:
-        table: the numbers of the file.
-
     Returns:
         The parts, or the file itself if nothing alternates; of several units the first one; and a sentence on what is
         left out.

@@ -30,7 +30,6 @@ class Reread:
 
         Args:
             name: "gyro" or "accel".
-            kind, unit: as stated.
             interval: usual interval of the samples, s.
         """
         size = self.scale * UNITS[name, kind][unit]
@@ -57,7 +56,6 @@ def description_of(
     """Return kind and triads of the description of a log after a correction.
 
     Args:
-        kind: as stated.
         triads: the tables gyro and accel, and gravity if there is one, as stated.
         matrices: from the stated readings of gyro and accel, in the order of their columns, to the right ones, (3, 3).
         interval: usual interval of the samples, s.

@@ -23,12 +23,7 @@ _SURE = 4.0
 
 
 def relative_sign(table: TextTable, layout: Layout) -> int:
-    """Return the sign of the acceleration relative to gravity: 1 for a sum, -1 for a difference, 0 if it is unknown.
-
-    Args:
-        table: the main file.
-        layout: of a sum.
-    """
+    """Return the sign of the acceleration relative to gravity: 1 for a sum, -1 for a difference, 0 if it is unknown."""
     assert layout.gravity is not None
     bare = replace(layout, gravity=None).stream(table)[0]
     whole = layout.stream(table)[0]

@@ -90,7 +90,6 @@ class TextTable:
 
         Args:
             column: from 0.
-            value: its text.
             chosen: the rows, (N,).
         """
         rows = {**self.rows, str(self.label(column)): value}
@@ -115,12 +114,6 @@ def _is_value(text: str) -> bool:
 
 def read_table(path: Path) -> TextTable:
     """Read all columns of a text file.
-
-    Args:
-        path: the file.
-
-    Returns:
-        Its numbers.
 
     Raises:
         InputError: the file cannot be read, or is no table of numbers.
@@ -175,9 +168,6 @@ def _heading(
     """Return the names of the columns, and what is known of columns that cannot be named.
 
     Args:
-        lines: those before the numbers.
-        widths: number of their fields.
-        delimiter: between fields.
         width: number of fields of a row of numbers.
         ends_empty: whether such a row ends with a delimiter.
     """

@@ -28,9 +28,6 @@ def time_column(table: TextTable) -> tuple[int, str, float]:
     The unit is that of the name; or else that in which the stamps are dates; or else that with the rate and the
     duration of an inertial log.
 
-    Args:
-        table: the numbers.
-
     Returns:
         Column, from 0, unit, and interval, s.
 

@@ -69,13 +69,8 @@ def agreement(
 
     Args:
         readings: times (N,) s, rates (N, 3) rad/s, specific forces (N, 3) m/s².
-        fixes: the curve of the fixes.
-        unit, receiver: the clocks of the two files.
         axes: matrix from the columns of the file to the axes of the readings, (3, 3).
         kind: whether the file gives rates or increments, as stated.
-
-    Returns:
-        What was found.
     """
     time, rate, force = readings
     stated = stated_offset(unit, receiver)
@@ -152,9 +147,7 @@ def offset_finding(found: Agreement, value: float, unit: Clock, receiver: Clock)
     """Return the finding on the clocks.
 
     Args:
-        found: with an offset.
         value: the unit's clock minus that of the positions, s.
-        unit, receiver: the clocks of the two files.
 
     Returns:
         A fact if the files state it; a doubt with what to describe if the data show another offset, and a question if

@@ -60,8 +60,6 @@ def clock_drift(readings: tuple[Array, Array, Array], fixes: Seen, offset: Offse
 
     Args:
         readings: times (N,) s, rates (N, 3) rad/s, specific forces (N, 3) m/s².
-        fixes: the curve of the fixes.
-        offset: of the clocks without a drift.
         good: residual up to which a match is trusted, m/s.
 
     Returns:

@@ -80,7 +80,6 @@ def coarse_offset(time: Array, rate: Array, fixes: Seen) -> Coarse | None:
     Args:
         time: of the unit, (N,) s.
         rate: (N, 3) rad/s.
-        fixes: the curve of the fixes.
 
     Returns:
         The offset, s; None if nothing stands out.
@@ -124,8 +123,6 @@ def fine_offset(curve: Pushed, fixes: Seen, about: float) -> Offset | None:
     """Find the offset with the least residual of the velocities.
 
     Args:
-        curve: the inertial curve.
-        fixes: the curve of the fixes.
         about: first guess, s.
 
     Returns:
@@ -206,9 +203,6 @@ def velocity_delay(fixes: FixStream) -> Delay | None:
     A velocity that is the mean over the last interval is half an interval old. Central differences of the positions are
     compared with the velocities, equally smoothed and at another time; the delay has the largest correlation. A least
     difference would be biased, because interpolation changes the noise.
-
-    Args:
-        fixes: fixes with velocities.
 
     Returns:
         The delay, s; None without velocities, motion, or positions precise enough to show it.

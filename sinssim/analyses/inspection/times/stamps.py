@@ -18,12 +18,7 @@ def time_findings(subject: str, time: Array, unit: str = "samples") -> list[Find
     """Judge the times of a stream.
 
     Args:
-        subject: name of the stream.
         time: stamps, (N,) s.
-        unit: word for its rows.
-
-    Returns:
-        The findings.
     """
     count = len(time)
     if count < 2:

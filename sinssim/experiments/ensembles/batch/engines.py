@@ -53,13 +53,7 @@ def engine(algorithm: str, gravity: int, vertical: int, curvature: str, active: 
 
     Args:
         algorithm: one of `sinssim.ALGORITHMS` that `served` admits.
-        gravity: number of the gravity model.
-        vertical: number of the vertical channel.
         curvature: one of `sinssim.frames.CURVATURES`.
-        active: stages of the sensor errors.
-
-    Returns:
-        The kernel.
     """
     suffix = algorithm.replace("-", "_")
     of_algorithm = {

@@ -219,13 +219,11 @@ def navigate_lanes(
         time: edges of the intervals, (N+1,) s, N ≥ WINDOW.
         dtheta, dvel: ideal increments at the sensors, (N, 3) rad and m/s.
         weights, uniform: of the fit, see `increments.fit.weight_table`.
-        p: constants of the ellipsoid.
         height_reference, climb_reference, time_constant: of the vertical channel, see `frames.vertical`.
         conditions, parameters, kinds, spans, amounts: of the sensors, see `sensors.imu.pack`.
         keys: keys of the runs' seeds, (2, R).
         initial: initial states, (QUANTITIES, R).
         epochs: numbers of the edges at which states are stored, in order, (E,).
-        first_run, last_run: the runs.
         out: states at the epochs, (QUANTITIES, E, R), written.
         left: 1 for runs that left the range of the kernel, whose states are not valid, (R,), written.
     """

@@ -55,9 +55,6 @@ class BatchSolution:
     def state(self, run: int) -> NavState:
         """Return the states of one run at the epochs.
 
-        Args:
-            run: number of the run.
-
         Returns:
             The states, (E,).
         """
@@ -90,13 +87,11 @@ def navigate_batch(
         initial: initial state of all runs, or one for each, scalars.
         errors: errors of each run's sensors, R of them; correlation times, arms, delay, warm-up and null shift are the
             same in all, and there are no faults.
-        seeds: seeds of the runs, R.
         epochs: numbers of the edges in ideal.time to keep, increasing, (E,).
         mechanization: of all runs; an algorithm that `served_algorithm` admits, in the frame "level", at one rate.
         height: as for `navigate`, the same in all runs, (N+1,) m.
         threads: number of threads; each takes `layout.LANES` runs at a time.
         progress: called with the number of finished runs, from the threads.
-        **options: fields of the mechanization by name instead.
 
     Returns:
         The solutions at the epochs. A run that leaves the range of the kernel (a rotation beyond 14° in an interval,

@@ -41,9 +41,6 @@ def served_algorithm(algorithm: str) -> str | None:
 def served(scenario: Scenario) -> str | None:
     """Return why the batch does not serve a scenario.
 
-    Args:
-        scenario: the scenario.
-
     Returns:
         The first reason as a clause without a full stop, for example "it has a filter"; None if the batch serves it.
     """

@@ -53,10 +53,6 @@ def on_cluster(
     """Compute groups of runs on a cluster.
 
     Args:
-        plan: the plan of the ensemble.
-        folder: folder of the files of runs.
-        groups: the groups.
-        on_run: called when a group is finished.
         workers: number of workers of a cluster on this machine, if there is no scheduler.
         scheduler: address of a scheduler, for example "tcp://10.0.0.1:8786".
 

@@ -210,11 +210,7 @@ class EnsembleDirectory(Store):
         self.begin()
 
     def finished(self, say: Callable[[str], None] | None = None) -> list[range]:
-        """Return the runs that are finished, in order; a damaged file is named and removed.
-
-        Returns:
-            Numbers of the runs, one entry for each file.
-        """
+        """Return the runs that are finished, in order; a damaged file is named and removed."""
         found = []
         files = ((path, runs_of(path)) for path in self.folder.glob("*.parquet"))
         end = 0

@@ -67,7 +67,6 @@ def compare_runs(folders: Sequence[Path], solution: str | None = None) -> Compar
     """Read finished runs to be compared.
 
     Args:
-        folders: their directories, at least two.
         solution: the solution to compare, which all runs have; by default that of each run's headline figure.
 
     Returns:

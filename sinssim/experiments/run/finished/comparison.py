@@ -17,10 +17,7 @@ def write_comparison(
     """Write `comparison.json` and `report.html`.
 
     Args:
-        compared: the runs.
         report: the report's page.
-        target: the directory.
-        overwrite: whether an existing comparison may be replaced.
 
     Returns:
         Contents of `comparison.json`, and the directory.

@@ -33,9 +33,6 @@ _KINDS = {
 def kind_of(folder: Path) -> str | None:
     """Return what a directory holds: "run", "ensemble", "study", "trade study", "error budget".
 
-    Args:
-        folder: any folder.
-
     Returns:
         The kind; None if sinssim did not write it.
     """
@@ -202,18 +199,10 @@ class FinishedRun:
 
 
 def size_of(folder: Path) -> int:
-    """Return the size of a directory's files, bytes.
-
-    Args:
-        folder: the directory.
-    """
+    """Return the size of a directory's files, bytes."""
     return sum(file.stat().st_size for file in folder.rglob("*") if file.is_file() and not file.is_symlink())
 
 
 def is_marked(folder: Path) -> bool:
-    """Return whether sinssim wrote a folder, or an older version of it did.
-
-    Args:
-        folder: any folder.
-    """
+    """Return whether sinssim wrote a folder, or an older version of it did."""
     return (folder / MARK).is_file() or kind_of(folder) is not None

@@ -20,14 +20,7 @@ _MOST_KEYS = 60
 
 
 def compare_runs_report(compared: ComparedRuns) -> str:
-    """Return the report.
-
-    Args:
-        compared: the runs.
-
-    Returns:
-        An HTML page that refers to nothing outside itself.
-    """
+    """Return the report."""
     start, end = compared.span
     title = "Comparison of " + ", ".join(compared.runs)
     body = [f"<h1>{words(title)}</h1>"]

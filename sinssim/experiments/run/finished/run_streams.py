@@ -26,12 +26,7 @@ class FinishedStreams(Mapping[str, StreamTable]):
     """
 
     def __init__(self, run: Path, stored: StoredStreams) -> None:
-        """Take the streams of a run.
-
-        Args:
-            run: the run directory.
-            stored: its streams.
-        """
+        """Take the streams of a run."""
         self._run, self._stored = run, stored
         self._names = [name for name in stored.names if name != _TEXT]
 

@@ -50,7 +50,6 @@ def best_solution(run: Navigated, aided: Aided | None) -> tuple[str, NavSolution
     """Return the best solution of a run on recorded sensors, which stands for the motion in pictures.
 
     Args:
-        run: its inertial solutions.
         aided: its aided solution, if there is a filter.
 
     Returns:

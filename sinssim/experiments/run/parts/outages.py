@@ -161,7 +161,6 @@ def outage_errors(
     """Return the errors at the end of each outage.
 
     Args:
-        estimate: the aided solution.
         error: its differences from the reference, or from the withheld fixes, at the filter's epochs.
         smoothed: the same of the smoothed solution, if there is one.
         outages: beginning and end of each, s.

@@ -88,7 +88,6 @@ def phases_of(events: Iterable[FlightEvent], driven: bool = False) -> list[Phase
     each named waypoint.
 
     Args:
-        events: events of the trajectory.
         driven: whether the legs are those of a vehicle on the ground or on water, where a turn is no flight.
 
     Returns:
@@ -125,7 +124,6 @@ def phase_rows(phases: Sequence[Phase], time: Array, fine: bool) -> list[dict[st
     none that begins after its last row, where a filter has diverged.
 
     Args:
-        phases: of the motion.
         time: times of the solution, (N,) s.
         fine: whether the solution goes on aligning itself while the vehicle stands, by zero velocity.
 
@@ -154,9 +152,7 @@ def phase_numbers(
     """Return the errors of a solution at the end of each phase, and what the phase added.
 
     Args:
-        phases: of the motion.
         time: times of the solution, (N,) s.
-        error_at: returns the errors in some rows.
         fine: as for `phase_rows`.
 
     Returns:
@@ -249,12 +245,7 @@ class Phases(Part):
 
 
 def tables(entry: Mapping[str, Sequence[Mapping[str, Any]]], medium: Medium) -> Iterator[Item]:
-    """Yield what each phase added to the errors of each solution, and the sources of that.
-
-    Args:
-        entry: phases by solution.
-        medium: where they are shown.
-    """
+    """Yield what each phase added to the errors of each solution, and the sources of that."""
 
     def titled(title: str, plain: str, columns: tuple[Column, ...], rows: Sequence[Sequence[str]]) -> Item:
         if medium == "page":
@@ -305,10 +296,6 @@ def _phases(run: Navigated) -> list[Phase]:
 
 def budgets_of_phases(run: Navigated, phases: Sequence[Phase]) -> dict[str, BudgetResult | str]:
     """Return the budgets of the inertial solutions and, with a filter, of the aided one.
-
-    Args:
-        run: with its true motion.
-        phases: of the motion, whose ends are marked.
 
     Returns:
         By "inertial" and "filter": the budget, or why there is none.

@@ -284,13 +284,9 @@ def platform_numbers(
     """Return the results of a platform.
 
     Args:
-        solution: of its navigator.
-        errors: of its torquers and pick-offs.
         ideal: ideal increments of the same sensors strapped down.
         strapdown: the first strapdown algorithm and its errors, None without one.
         without: errors of that algorithm if its gyros had no errors that act in turns only.
-        by_cause: errors of the platform by cause.
-        simulated: its errors in the simulation.
 
     Returns:
         Numbers for `summary.json`.

@@ -130,9 +130,6 @@ def sentences(numbers: Mapping[str, Any], algorithms: Mapping[str, Mapping[str, 
     Args:
         numbers: result of `redundancy_numbers`.
         algorithms: errors of the algorithms, of which the first is compared.
-
-    Yields:
-        Sentences.
     """
     if numbers["monitoring"] == "none":
         yield "The sensors of the redundant set are not monitored: all of them are always used."
@@ -284,7 +281,6 @@ def redundancy_numbers(section: Redundant, found: Sequence[Monitored], without: 
     """Return the results of the monitoring.
 
     Args:
-        section: the redundant set.
         found: gyros and accelerometers; empty without monitoring.
         without: errors of the first algorithm without monitoring, None if they are the same.
 

@@ -36,9 +36,7 @@ def axes_drawing(scenario: Scenario, truth: NavState, solutions: Mapping[str, Na
     """Draw the axes at the start of a run.
 
     Args:
-        scenario: what is run.
         truth: true states, N rows.
-        solutions: inertial solutions by algorithm.
 
     Returns:
         HTML: a drawing and the sentences below it.

@@ -14,9 +14,6 @@ def what_to_try(numbers: Mapping[str, Any]) -> Iterator[str]:
 
     Args:
         numbers: the summary's entry on the filter.
-
-    Yields:
-        HTML.
     """
     found = numbers.get("diagnosis")
     if not found:

@@ -57,9 +57,6 @@ def failure(failed: tuple[str, Mapping[str, Any]]) -> str:
 
     Args:
         failed: name of the algorithm, and its entry in `summary.json`.
-
-    Returns:
-        HTML.
     """
     name, why = failed
     return f'<p class="broken"><strong>{words(name)} has no result.</strong> {words(capital(why["text"]))}</p>'
@@ -74,11 +71,6 @@ def error_tables(
 
     Args:
         numbers: errors by algorithm, as in `summary.json`.
-        where: the files with all digits.
-        against: what the solutions are compared with.
-
-    Yields:
-        HTML.
     """
     colors = dict(zip(numbers, map(style.css, style.colors(list(numbers))), strict=True))
     groups = [(title, key, *_unit(numbers.values(), key, scale, si)) for title, key, scale, si in _COLUMNS]
@@ -195,7 +187,6 @@ def error_plots(run: WithErrors, period: float, *, apart: bool = True) -> Iterat
     """Yield `error_exhibits` as HTML.
 
     Args:
-        run: whose errors they are.
         period: Schuler's, s.
         apart: whether the distance of the solutions from the first one is drawn, too.
     """
@@ -273,9 +264,6 @@ def _mile_an_hour(span: tuple[float, float]) -> Line:
 def figure_charts(run: Run) -> Charts:
     """Return the horizontal, the velocity and the attitude error of each solution of a run over time.
 
-    Args:
-        run: a finished run.
-
     Raises:
         InputError: the run has no solution with errors.
     """
@@ -326,9 +314,6 @@ def singularity_table(found: Mapping[str, Sequence[Mapping[str, Any]]]) -> str:
 
     Args:
         found: passages by algorithm, as in `summary.json`.
-
-    Returns:
-        HTML.
     """
     if not found:
         return "<p>No algorithm passed through a singular attitude.</p>"

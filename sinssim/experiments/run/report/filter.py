@@ -66,12 +66,8 @@ def filter_section(aided: Aided, summary: Mapping[str, Any], span: tuple[float, 
     """Yield the report's section on the filter.
 
     Args:
-        aided: the aided solution with its true errors.
         summary: contents of `summary.json`.
         span: beginning and end of the run, s.
-
-    Yields:
-        HTML.
     """
     numbers = summary["filter"]
     first, *others = sentences({**numbers, "diagnosis": {}})  # it has a section of its own
@@ -243,9 +239,6 @@ def fault_marks(numbers: Mapping[str, Any], end: float) -> list[Mark]:
     Args:
         numbers: the summary's entry on the filter.
         end: end of the run, s.
-
-    Returns:
-        Marks in the order of the scenario.
     """
     marks = []
     for fault in numbers["faults"]:

@@ -32,16 +32,7 @@ _BY_LEGS = ("drive", "voyage")
 
 
 def flight_section(scenario: Scenario, truth: Truth, further: Iterable[str] = ()) -> Iterator[str]:
-    """Return the section about the true motion: map, facts, plots over time, legs and events.
-
-    Args:
-        scenario: what is run.
-        truth: its true motion.
-        further: what follows the plots, HTML.
-
-    Yields:
-        HTML.
-    """
+    """Return the section about the true motion: map, facts, plots over time, legs and events."""
     trajectory = truth.trajectory
     yield _map_and_facts(scenario, truth)
     legs, events = _legs(scenario, trajectory)
@@ -70,11 +61,6 @@ def flight_section(scenario: Scenario, truth: Truth, further: Iterable[str] = ()
 
 def map_of(scenario: Scenario, truth: Truth, solutions: Mapping[str, Track]) -> Callable[[Mapping[str, Track]], str]:
     """Return what draws the map, with as many points of the tracks as it shows.
-
-    Args:
-        scenario: what is run.
-        truth: its true motion.
-        solutions: solutions by name.
 
     Returns:
         A function of further tracks, such as that of the filter, that returns SVG for the place of `MAP`.
@@ -137,13 +123,8 @@ def motion_plots(
 
     Args:
         time: (N,) s.
-        truth: states at those times.
-        marks: vertical lines.
         angles: range of the heading, or "continuous"; None for 0…360°.
         airspeed: logged airspeed, if there is one.
-
-    Yields:
-        HTML.
     """
     velocity = truth.velocity_ned
     roll, pitch, heading = rotation.euler_from_quaternion(truth.q_nb)

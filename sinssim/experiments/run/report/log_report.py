@@ -46,11 +46,7 @@ def log_report(reached: Reached | Run, summary: Mapping[str, Any]) -> str:
     """Return the report of a run on recorded sensors.
 
     Args:
-        reached: the stages of the finished run.
         summary: contents of `summary.json`.
-
-    Returns:
-        An HTML page that refers to nothing outside itself.
     """
     scenario, run, aided = reached.scenario, reached.navigated, reached.aided
     assert run is not None  # it is finished

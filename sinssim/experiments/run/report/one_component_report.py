@@ -50,12 +50,7 @@ def one_component_report(scenario: Scenario, result: OneComponentResult, summary
     """Return the report of a one-component run.
 
     Args:
-        scenario: what was run.
-        result: the run.
         summary: contents of `summary.json`.
-
-    Returns:
-        An HTML page that refers to nothing outside itself.
     """
     found = summary["one_component"]
     body = [f"<h1>{words(scenario.name)}</h1>", f'<p class="lead">{words(scenario.description)}</p>']

@@ -97,11 +97,7 @@ def sections(run: Reached | Run, place: str) -> Iterator[str]:
     """Yield the sections on what only some runs have.
 
     Args:
-        run: the run.
         place: which of them, `Part.place`.
-
-    Yields:
-        HTML.
     """
     for part in run.parts.values():
         if part.place == place and (items := list(part.exhibits())):
@@ -115,9 +111,6 @@ def run_report(run: Reached | Run, summary: Mapping[str, Any], drawn: Sections |
         run: the run; one that failed lacks the results of its later stages.
         summary: contents of `summary.json`.
         drawn: result of `draw_sections`, if they have been drawn.
-
-    Returns:
-        An HTML page that refers to nothing outside itself.
     """
     scenario = run.scenario
     body = [f"<h1>{words(scenario.name)}</h1>", f'<p class="lead">{words(scenario.description)}</p>']
@@ -159,7 +152,6 @@ def schuler_period(truth: NavState, ellipsoid: Ellipsoid) -> float:
 
     Args:
         truth: true states, N rows.
-        ellipsoid: reference ellipsoid.
 
     Returns:
         2π √(R/g) with the mean radius of curvature at the mean latitude and normal gravity at the mean height, s.

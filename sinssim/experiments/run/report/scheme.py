@@ -56,14 +56,7 @@ def symbols(frame: str) -> Symbols:
 
 
 def scheme(scenario: Scenario) -> str:
-    """Draw the scheme of a scenario's navigation.
-
-    Args:
-        scenario: the scenario.
-
-    Returns:
-        An SVG element.
-    """
+    """Draw the scheme of a scenario's navigation."""
     navigation = scenario.navigation
     s = symbols(navigation.frame)
     beside = navigation.vertical != "free" or scenario.filter is not None

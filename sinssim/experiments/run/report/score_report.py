@@ -26,13 +26,7 @@ def score_report(
     """Return the report.
 
     Args:
-        judge: of the run.
-        scores: the scored solutions.
         compared: errors of the run's algorithms and of the scored solutions.
-        numbers: statistics of those errors by algorithm.
-
-    Returns:
-        An HTML page that refers to nothing outside itself.
     """
     run = judge.run
     span = float(compared.time[0]), float(compared.time[-1])
@@ -71,11 +65,6 @@ def near_the_scored(
     compared: Compared, numbers: Mapping[str, Mapping[str, float | None]], theirs: set[str]
 ) -> tuple[Compared, list[str]]:
     """Return what is drawn, and the names of the run's algorithms whose errors would hide those of the scored ones.
-
-    Args:
-        compared: all errors.
-        numbers: their statistics by algorithm.
-        theirs: names of the scored solutions.
 
     Returns:
         The errors to draw; the names of those left out.

@@ -50,12 +50,7 @@ def sensor_errors(scenario: Scenario, true: TrueErrors, kinds: Sequence[SensorCo
     """Return the section about the sensors: the errors of this run, their 1σ, and their effect on the readings.
 
     Args:
-        scenario: what is run.
-        true: the true errors of its sensors.
         kinds: readings of the sensors; empty if the run ended before.
-
-    Yields:
-        HTML.
     """
     section, grade = scenario.imu, find_grade(scenario.imu.grade)
     name = f"<strong>{words(grade_name(section.grade))}</strong>"
@@ -271,11 +266,6 @@ def platform_errors(section: Imu, errors: PlatformErrors, frame: str) -> str:
 
     Args:
         section: the [imu] section, whose sensor set is a platform.
-        errors: the errors of the run.
-        frame: the navigation frame.
-
-    Returns:
-        HTML.
     """
     own = section.sensor_set
     assert isinstance(own, Platform)
@@ -305,12 +295,8 @@ def single_errors(blocks: Sequence[ImuErrors], section: Imu, kind: str) -> str:
     """Return a table of the errors of single sensors.
 
     Args:
-        blocks: errors of the sensors in threes.
         section: the [imu] section, whose sensor set is redundant.
         kind: "gyro" or "accel".
-
-    Returns:
-        HTML.
     """
     assert isinstance(section.sensor_set, Redundant)
     count = len(section.sensor_set.axes)

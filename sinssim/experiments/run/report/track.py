@@ -158,17 +158,12 @@ def draw_map(
 
     Args:
         time: (N,) s.
-        truth: true states at those times.
         tracks: solutions by algorithm; the map includes them unless they are far from the true track.
         colors: of the true track and of each algorithm's.
-        ellipsoid: reference ellipsoid.
         width, height: of the map without its labels, px.
         name: of the first track, if it is not the true one.
         outages: spans without satellites, s, marked on the first track.
         places: names of waypoints with latitude and longitude, rad.
-
-    Returns:
-        An SVG element.
     """
     rows = thinned(len(time), _ROWS)
     lat, lon = truth.latitude[rows], truth.longitude[rows]

@@ -46,9 +46,6 @@ class CoordinateStreams:
             name: "truth" or the algorithm; the names of the streams end with it.
             time: (N,) s.
             motion: N rows. Coordinates along a frame's axes need a solution with an azimuth.
-
-        Yields:
-            One stream for each kind of coordinates, and the angles.
         """
         for kind in self.names:
             if kind == "frame" and getattr(motion, "azimuth", None) is None:

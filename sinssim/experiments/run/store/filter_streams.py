@@ -27,9 +27,6 @@ _UNITS = {"m": "m", "m/s": "mps", "rad": "rad", "rad/s": "radps", "m/s²": "mps2
 def filter_streams(aided: Aided) -> list[Stream]:
     """Return all streams of an aided solution.
 
-    Args:
-        aided: the aided solution with its true errors.
-
     Returns:
         `nav_aided`, `error_aided`, the same for the smoothed and the backward solution if there are any, `filter` with
         1σ of all states, estimates of the sensors' parameters and their errors, and `aiding_<sensor>` with every
@@ -53,7 +50,6 @@ def state_columns(block: Block, kinds: dict[str, str]) -> tuple[str, ...]:
     """Return the column names of a block's states, each with its unit.
 
     Args:
-        block: the block.
         kinds: kind of measurement of each aiding sensor, by its label.
 
     Returns:

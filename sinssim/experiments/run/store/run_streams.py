@@ -15,11 +15,7 @@ if TYPE_CHECKING:
 
 
 def streams_of_run(run: Run) -> Iterator[Stream]:
-    """Yield the streams that a run in memory has.
-
-    Args:
-        run: a finished run.
-    """
+    """Yield the streams that a run in memory has."""
     truth = run.truth
     if isinstance(truth, Truth):
         yield truth_stream(truth.time, truth.state)

@@ -73,10 +73,6 @@ def ranking(numbers: Mapping[str, Mapping[str, float | None]]) -> list[str]:
 def check_names(judge: Judge, names: Sequence[str]) -> None:
     """Refuse names that cannot be those of a further algorithm.
 
-    Args:
-        judge: of the run.
-        names: of the solutions.
-
     Raises:
         InputError: a name is that of an algorithm of the run, is used twice, or cannot be that of a folder.
     """
@@ -95,14 +91,7 @@ def write_scores(
     """Write the scores beside the run; the run's own files stay as they are.
 
     Args:
-        judge: of the run.
-        scores: the scored solutions.
         span: time over which they are compared, s.
-        report: the report page.
-        record: writes the recording to a path.
-
-    Returns:
-        The report.
 
     Raises:
         InputError: nothing can be written there.
@@ -131,11 +120,7 @@ def to_json(score: Score, span: tuple[float, float]) -> dict[str, Any]:
     """Return a score as plain numbers.
 
     Args:
-        score: the score.
         span: time over which it is compared, s.
-
-    Returns:
-        What JSON can hold.
     """
     own = (float(score.error.time[0]), float(score.error.time[-1]))
     found = {

@@ -19,14 +19,7 @@ _LINEAR = 5e5
 
 
 def to_json(expectation: Expectation) -> dict[str, Any]:
-    """Return the expectation as plain numbers with units in the names.
-
-    Args:
-        expectation: expected position errors of a sensor block.
-
-    Returns:
-        What JSON can hold.
-    """
+    """Return the expectation as plain numbers with units in the names."""
     e = expectation
     grade = find_grade(e.imu.grade)
     return {
@@ -46,12 +39,7 @@ def to_json(expectation: Expectation) -> dict[str, Any]:
 
 
 def show(expectation: Expectation, console: Console) -> None:
-    """Print the error terms and the position error that each causes.
-
-    Args:
-        expectation: expected position errors of a sensor block.
-        console: the console to print on.
-    """
+    """Print the error terms and the position error that each causes."""
     from rich import box
     from rich.table import Table
 

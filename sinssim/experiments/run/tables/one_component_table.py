@@ -63,9 +63,6 @@ def sentences(found: Mapping[str, Any]) -> list[str]:
 
     Args:
         found: entry `one_component` of `summary.json`.
-
-    Returns:
-        Sentences.
     """
     return [
         f"Variant “{found['variant']}”: {WAYS[found['variant']]}. Schuler period "

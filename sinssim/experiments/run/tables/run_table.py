@@ -38,12 +38,7 @@ _HEADINGS = (
 
 
 def show(run: Run, console: Console) -> None:
-    """Print each algorithm's errors, what only some runs have, remarks, and the time of each stage.
-
-    Args:
-        run: the finished run.
-        console: the console to print on.
-    """
+    """Print each algorithm's errors, what only some runs have, remarks, and the time of each stage."""
     scenario, summary = run.scenario, run.summary
     failures, of_filter = summary["failures"], summary.get("filter", {})
     aided = {name: of_filter[name] for name in ("aided", "backward", "smoothed") if of_filter.get(name)}

@@ -29,13 +29,7 @@ _ERRORS = (
 
 
 def show_list(entries: Sequence[Entry], folder: Path, console: Console) -> None:
-    """Print the runs in a folder.
-
-    Args:
-        entries: the runs.
-        folder: the folder that was searched.
-        console: the console to print on.
-    """
+    """Print the runs in a folder."""
     if not entries:
         console.print(
             f"No runs in {folder}. `sinssim run SCENARIO` writes one to runs/SCENARIO, or to the folder given with -o; "
@@ -68,12 +62,7 @@ def show_list(entries: Sequence[Entry], folder: Path, console: Console) -> None:
 
 
 def show_comparison(compared: ComparedRuns, console: Console) -> None:
-    """Print the errors of finished runs beside each other.
-
-    Args:
-        compared: the runs.
-        console: the console to print on.
-    """
+    """Print the errors of finished runs beside each other."""
     start, end = compared.span
     table = Table(
         title=f"errors from {start:g} s to {end:g} s, which all runs have",

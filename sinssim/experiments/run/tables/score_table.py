@@ -31,12 +31,8 @@ def show(
     """Print the errors of all solutions, ranked, and what is known of the scored ones.
 
     Args:
-        title: name of the run.
-        against: what the solutions are compared with.
         numbers: results of `known_numbers` by algorithm.
-        scores: the scored solutions.
         span: time over which they are compared, s.
-        console: the console to print on.
     """
     table = Table(
         title=f"{title}: errors against {against}, {span[0]:g} s to {span[1]:g} s, by the rms horizontal error",

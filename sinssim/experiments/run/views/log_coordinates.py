@@ -25,10 +25,6 @@ _QUATERNION = ("reference", *_VECTOR)
 def draw_coordinates(recording: Recording, streams: Iterable[Stream]) -> dict[str, str]:
     """Record the streams of one motion, below `coordinates/`.
 
-    Args:
-        recording: the recording.
-        streams: the motion in each kind of coordinates.
-
     Returns:
         Labels for the view's titles: the unit of each vector, and that there are coordinates.
     """

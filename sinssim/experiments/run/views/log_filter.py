@@ -28,15 +28,7 @@ _AXES = {"forward": "x", "right": "y", "down": "z"}
 
 
 def draw_filter(recording: Recording, aided: Aided) -> dict[str, str]:
-    """Record the diagnostics of a filter, below `filter/`.
-
-    Args:
-        recording: the recording.
-        aided: the aided solution with its true errors.
-
-    Returns:
-        Labels for the views' titles.
-    """
+    """Record the diagnostics of a filter, below `filter/`."""
     estimate = aided.estimate
     k = thinned(len(estimate.time))
     time, labels = estimate.time[k], {"filter": "yes"}

@@ -39,11 +39,8 @@ def draw_flight(
     """Record the true flight as lines, map and 3D scene, below `flight/`.
 
     Args:
-        recording: the recording.
         time: (N,) s.
-        truth: true states at those times.
         scene: the scene of the 3D view.
-        events: events of the flight.
         angles: range of the heading, or "continuous"; None for 0…360°.
         kind: kind of vehicle, a key of `sinssim.experiments.run.views.models.PATHS`.
     """
@@ -102,9 +99,7 @@ def draw_outages(recording: Recording, time: Array, truth: NavState, outages: Se
     """Mark the parts of the track without satellites on the map.
 
     Args:
-        recording: the recording.
         time: (N,) s.
-        truth: the track at those times.
         outages: spans, s.
     """
     import rerun as rr
@@ -159,13 +154,6 @@ def draw_sensors(recording: Recording, kinds: Iterable[SensorComparison]) -> dic
 
     The reference is drawn wide and pale below the line compared with it: the ideal reading below the measured one, the
     measured error below the error after compensation.
-
-    Args:
-        recording: the recording.
-        kinds: readings by kind of sensor.
-
-    Returns:
-        Labels for the views' titles.
     """
     labels: dict[str, str] = {}
     for kind in kinds:
@@ -174,15 +162,7 @@ def draw_sensors(recording: Recording, kinds: Iterable[SensorComparison]) -> dic
 
 
 def draw_recorded_sensors(recording: Recording, imu: ImuData) -> dict[str, str]:
-    """Record what an inertial unit sensed, below `sensors/`: mean rates and specific forces.
-
-    Args:
-        recording: the recording.
-        imu: recorded increments.
-
-    Returns:
-        Labels for the views' titles.
-    """
+    """Record what an inertial unit sensed, below `sensors/`: mean rates and specific forces."""
     labels, edges = {"sensors": "recorded"}, thinned(len(imu.time))
     for key, title, increments, size in (
         ("gyro", "Gyros", imu.dtheta, units.DEG),
@@ -238,13 +218,7 @@ def draw_navigation(
     """Record the errors of each algorithm, below `navigation/`: one plot per component, one line per algorithm.
 
     Args:
-        recording: the recording.
         scene: the scene of the 3D view.
-        solutions: by algorithm.
-        errors: by algorithm.
-
-    Returns:
-        Labels for the views' titles.
     """
     names = list(errors)
     time = max((error.time for error in errors.values()), key=len)
@@ -303,11 +277,7 @@ def draw_path(
     """Record the path of a solution, on the map and in the 3D scene.
 
     Args:
-        recording: the recording.
         scene: the scene of the 3D view.
-        name: name of the solution.
-        solution: the solution.
-        color: colour of the line.
         width: width of the line in plots, points.
     """
     import rerun as rr

@@ -22,9 +22,6 @@ PATHS = {"aircraft": "Flight path", "land": "Path of the car", "sea": "Path of t
 def kind_of(scenario: Scenario) -> str:
     """Return the kind of vehicle of a scenario.
 
-    Args:
-        scenario: the scenario.
-
     Returns:
         A key of `PATHS`.
     """

@@ -39,11 +39,7 @@ def record(
     """Write the recording.
 
     Args:
-        path: the file.
-        scenario: what was run.
-        result: the run.
         found: its numbers, as in `summary.json`.
-        streams: its streams.
 
     Raises:
         OSError: the file cannot be written.

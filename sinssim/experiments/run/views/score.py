@@ -49,11 +49,7 @@ def record(
     """Write the recording.
 
     Args:
-        judge: of the run.
-        scores: the scored solutions.
         compared: errors of the run's algorithms and of the scored solutions.
-        numbers: statistics of those errors by algorithm.
-        path: the file.
 
     Raises:
         RunError: it cannot be written.

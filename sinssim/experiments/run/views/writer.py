@@ -69,12 +69,8 @@ class RunWriter:
         """Open the recording, and start with the motion that it shows.
 
         Args:
-            folder: an existing, empty folder.
-            scenario: what is run.
             time: (N+1,) s.
             motion: states at those times: the true ones, or what stands for them on recorded sensors.
-            events: events of the motion.
-            ellipsoid: reference ellipsoid of the motion.
 
         Raises:
             OSError: the recording cannot be written.
@@ -119,7 +115,6 @@ class RunWriter:
         """Write the true motion of a simulation.
 
         Args:
-            truth: the motion.
             outages: spans without satellites, s.
         """
         self.without_satellites(truth.time, truth.state, outages)
@@ -173,9 +168,7 @@ class RunWriter:
         """Write the sensors' readings.
 
         Args:
-            sensed: what they read.
             kinds: the readings by kind of sensor, to be drawn.
-            events: events of the sensors.
         """
         readings = sensed.readings
         self._draw(self._draw_sensors, kinds)
@@ -191,7 +184,6 @@ class RunWriter:
         """Write recorded sensors and the reference.
 
         Args:
-            imu: recorded increments.
             compensated: the compensated increments, if there is a calibration.
             reference: the reference solution, if there is one.
         """
@@ -207,7 +199,6 @@ class RunWriter:
 
         Args:
             time: (N,) s.
-            truth: the track at those times.
             outages: spans, s.
         """
         if outages:
@@ -217,8 +208,6 @@ class RunWriter:
         """Write the solutions of the algorithms and their errors, and what only some runs have.
 
         Args:
-            run: the inertial solutions.
-            parts: parts of the run by name.
             rule: how the errors follow from truth and solution, so that they are not stored; None if they do not.
         """
         solutions, errors, failed = run.solutions, run.errors, run.failures
@@ -242,11 +231,7 @@ class RunWriter:
             self._submit(pool, parquet.give_back_memory)
 
     def parts(self, parts: Mapping[str, Part]) -> None:
-        """Write what only some runs have.
-
-        Args:
-            parts: parts of the run by name.
-        """
+        """Write what only some runs have."""
         for part in parts.values():
             for stream in part.streams():
                 self._stream(stream)
@@ -256,7 +241,6 @@ class RunWriter:
         """Write the estimate of a filter and its readings.
 
         Args:
-            aided: the aided solution with its true errors.
             about: text on the filter's consistency, Markdown.
         """
         self._draw(lambda: self._recording.document("about/filter", about))
@@ -276,7 +260,6 @@ class RunWriter:
 
         Args:
             summary: the summary's table, Markdown.
-            progress: called with the fraction done.
 
         Raises:
             OSError: data could not be written.

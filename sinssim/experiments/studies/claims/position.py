@@ -90,11 +90,7 @@ def _in_a_period(row: Row, evidence: Evidence) -> float | None:
 
 
 def latitude_rate(evidence: Evidence) -> Outcome:
-    """Compute the rate of latitude on a true motion due north.
-
-    Returns:
-        The outcome.
-    """
+    """Compute the rate of latitude on a true motion due north."""
     facts = evidence.facts
     best = max(
         facts.items(), key=lambda item: item[1].latitude_rate_deg_h / max(item[1].ground_speed_kmh, 1.0), default=None

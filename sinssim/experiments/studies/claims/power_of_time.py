@@ -66,7 +66,6 @@ def linear_part(growth: ErrorGrowth, arm: float) -> tuple[Array, Array]:
     """Return the part of an error's growth to which the closed form applies.
 
     Args:
-        growth: errors of a block without gyros.
         arm: arm of its cube, m.
 
     Returns:

@@ -45,7 +45,6 @@ def trade(
     finished cells and can be continued.
 
     Args:
-        study: the study.
         directory: directory of the study; by default nothing is kept.
         resume: whether a study in the directory is continued, or extended by further values of its axes.
         overwrite: whether a study in the directory is replaced.
@@ -53,9 +52,6 @@ def trade(
         threads: number of runs of an ensemble computed at a time; by default the number of the machine's cores.
         progress: called with cells done and time left in words, and the fraction done; True shows a bar.
         say: called with remarks, such as the expected duration or a damaged file.
-
-    Returns:
-        The result.
 
     Raises:
         InputError: the study or the directory cannot be used, the directory holds another study, the study would take

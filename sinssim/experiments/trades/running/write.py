@@ -16,9 +16,6 @@ from sinssim.system.outputs import write_text
 def to_json(result: TradeResult) -> dict[str, Any]:
     """Return a trade study as plain numbers and words.
 
-    Args:
-        result: the study.
-
     Returns:
         The contents of `results.json`; unknown numbers are None.
     """
@@ -66,13 +63,6 @@ def to_json(result: TradeResult) -> dict[str, Any]:
 
 def write_trade(result: TradeResult, folder: Path) -> list[str]:
     """Write the report of a trade study, its pictures, its numbers and its recording.
-
-    Args:
-        result: the study.
-        folder: an existing folder.
-
-    Returns:
-        The names of the files.
 
     Raises:
         OSError: they cannot be written.

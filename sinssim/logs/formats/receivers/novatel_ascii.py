@@ -54,9 +54,6 @@ def is_ascii(head: bytes) -> bool:
 def read_ascii(path: Path) -> Streams:
     """Read logs as text.
 
-    Args:
-        path: the file.
-
     Raises:
         InputError: the file cannot be read, or holds no log that can be used; the message names the line.
     """

@@ -31,7 +31,6 @@ def unit(path: Path, q: Array) -> Array:
     """Return quaternions with norm 1.
 
     Args:
-        path: the file.
         q: (N, 4).
 
     Raises:

@@ -16,15 +16,7 @@ HOLDS = "solution"
 
 
 def write(content: Content, place: Path) -> list[str]:
-    """Write the file.
-
-    Args:
-        content: what is written.
-        place: the file.
-
-    Returns:
-        Sentences on the contents.
-    """
+    """Write the file."""
     p = path_points(content)
     points = np.column_stack((np.round(p.longitude, 9), np.round(p.latitude, 9), np.round(p.height, 4))).tolist()
     # RFC 7946, 3.1.9: a line that crosses the antimeridian is cut there

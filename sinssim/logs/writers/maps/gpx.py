@@ -13,15 +13,7 @@ HOLDS = "solution"
 
 
 def write(content: Content, place: Path) -> list[str]:
-    """Write the file.
-
-    Args:
-        content: what is written.
-        place: the file.
-
-    Returns:
-        Sentences on the contents.
-    """
+    """Write the file."""
     p = path_points(content)
     name = escape(f"{content.run.name}: {content.solution_name}")
     lines = [

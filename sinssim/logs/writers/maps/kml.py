@@ -13,15 +13,7 @@ HOLDS = "solution"
 
 
 def write(content: Content, place: Path) -> list[str]:
-    """Write the file: a track, which has a slider of time, and the start and the end as points.
-
-    Args:
-        content: what is written.
-        place: the file.
-
-    Returns:
-        Sentences on the contents.
-    """
+    """Write the file: a track, which has a slider of time, and the start and the end as points."""
     p = path_points(content)
     name = escape(f"{content.run.name}: {content.solution_name}")
     place_of = [

@@ -29,13 +29,6 @@ _XYZ = ("x", "y", "z")
 def write(content: Content, place: Path) -> list[str]:
     """Write the folder.
 
-    Args:
-        content: what is written.
-        place: an existing folder.
-
-    Returns:
-        Sentences on the files.
-
     Raises:
         InputError: truth and readings have different instants.
     """

@@ -26,13 +26,6 @@ HOLDS = "run"
 def write(content: Content, place: Path) -> list[str]:
     """Write imu.txt, gnss.txt, truth.nav and kf-gins.yaml.
 
-    Args:
-        content: what is written.
-        place: an existing folder.
-
-    Returns:
-        Sentences on the files.
-
     Raises:
         InputError: the run crosses the end of a GPS week, which KF-GINS cannot process.
     """

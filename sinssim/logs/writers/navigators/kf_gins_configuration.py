@@ -66,9 +66,6 @@ TYPICAL = (
 def noise_of(run: RecordedRun) -> tuple[Noise, Noise] | None:
     """Return the noise of a run's gyros and accelerometers, as its [imu] section and its filter's factor give it.
 
-    Args:
-        run: the run.
-
     Returns:
         Gyros and accelerometers; None if the run has no [imu] section, or its grade is not found any more.
     """
@@ -96,9 +93,6 @@ def noise_of(run: RecordedRun) -> tuple[Noise, Noise] | None:
 def start_of(content: Content) -> tuple[float, NavState]:
     """Return the first reading at which the chosen solution has a state, and that state.
 
-    Args:
-        content: of the export.
-
     Returns:
         The run's time of the reading, s, and one state.
 
@@ -120,7 +114,6 @@ def initial_sigma(content: Content, time: float) -> tuple[Array, Array, Array]:
     north, east and down.
 
     Args:
-        content: of the export.
         time: of the initial state, the run's s.
 
     Returns:
@@ -140,11 +133,7 @@ def configuration(content: Content, start: float) -> str:
     """Return the configuration file.
 
     Args:
-        content: of the export.
         start: seconds of the week of the run's time 0.
-
-    Returns:
-        Text of kf-gins.yaml.
     """
     imu = content.imu
     rate = round((len(imu) - 1) / float(imu.time[-1] - imu.time[0])) if len(imu) > 1 else 1

@@ -22,15 +22,7 @@ _MOST_HZ = 10.0
 
 
 def write(content: Content, place: Path) -> list[str]:
-    """Write the file, at most 10 instants a second if no rate is given.
-
-    Args:
-        content: what is written.
-        place: the file.
-
-    Returns:
-        Sentences on the contents.
-    """
+    """Write the file, at most 10 instants a second if no rate is given."""
     content = content.with_rate(_MOST_HZ)
     s = content.solution
     unix = unix_from_gps(content.start_gps_s + s.time)

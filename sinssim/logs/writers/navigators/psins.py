@@ -25,13 +25,6 @@ _GYRO_ARCSEC, _ACCEL_UG_S = 1e-4, 1e-3
 def write(content: Content, place: Path) -> list[str]:
     """Write imu.imu, the solution as .avp and the fixes as .avp.
 
-    Args:
-        content: what is written.
-        place: an existing folder.
-
-    Returns:
-        Sentences on the files.
-
     Raises:
         InputError: the sampling interval varies.
     """

@@ -19,15 +19,7 @@ _HEAD = (
 
 
 def write(content: Content, place: Path) -> list[str]:
-    """Write the file.
-
-    Args:
-        content: what is written.
-        place: the file.
-
-    Returns:
-        Sentences on the contents.
-    """
+    """Write the file."""
     s = content.solution
     fixes = content.solution_name in content.run.fixes
     sigma = s.position_sigma if s.position_sigma is not None else np.zeros((len(s), 3))

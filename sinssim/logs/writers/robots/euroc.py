@@ -44,13 +44,6 @@ def unix_ns(content: Content, time: NDArray[np.float64]) -> NDArray[np.int64]:
 def write(content: Content, place: Path) -> list[str]:
     """Write the folder.
 
-    Args:
-        content: what is written.
-        place: an existing folder.
-
-    Returns:
-        Sentences on the files.
-
     Raises:
         InputError: the solution has no velocity or attitude.
     """

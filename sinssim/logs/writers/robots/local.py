@@ -15,11 +15,7 @@ LOCAL = (
 
 
 def origin_words(content: Content) -> str:
-    """Return a sentence on the origin.
-
-    Args:
-        content: what is written.
-    """
+    """Return a sentence on the origin."""
     latitude, longitude, height = content.origin
     return f"Origin: latitude {latitude / DEG:.9f} deg, longitude {longitude / DEG:.9f} deg, height {height:.4f} m."
 

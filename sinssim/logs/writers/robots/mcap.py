@@ -51,15 +51,7 @@ class _Types:
 
 
 def write(content: Content, place: Path) -> list[str]:
-    """Write the file.
-
-    Args:
-        content: what is written.
-        place: the file.
-
-    Returns:
-        Sentences on the topics.
-    """
+    """Write the file."""
     types = _Types()
     writer_module = library("mcap.writer", "mcap", "--to mcap")
     said = []

@@ -19,13 +19,6 @@ HOLDS = "solution"
 def write(content: Content, place: Path) -> list[str]:
     """Write the file.
 
-    Args:
-        content: what is written.
-        place: the file.
-
-    Returns:
-        Sentences on the contents.
-
     Raises:
         InputError: the stream has no attitude.
     """

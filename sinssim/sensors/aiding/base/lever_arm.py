@@ -16,9 +16,7 @@ def turning(trajectory: Trajectory, time: Array, state: NavState) -> Array:
     """Return the angular rate of the sensor block relative to the Earth, ω_eb = ω_ib − C_be ω_ie.
 
     Args:
-        trajectory: the true motion of the block.
         time: instants, (M,) s.
-        state: true states at these instants.
 
     Returns:
         The rate in the block's axes, (M, 3) rad/s.
@@ -37,7 +35,6 @@ def state_at(trajectory: Trajectory, time: Array, lever_arm: ArrayLike) -> NavSt
     r = r_block + C_eb l and v = v_block + C_eb (ω_eb × l), in Earth-fixed axes.
 
     Args:
-        trajectory: the true motion of the block.
         time: instants, (M,) s.
         lever_arm: l, from the block to the point, body axes, (3,) m.
 

@@ -46,7 +46,6 @@ def earth_rate(latitude: Array, ellipsoid: Ellipsoid) -> Array:
 
     Args:
         latitude: (K,) rad.
-        ellipsoid: reference ellipsoid, with its rate of rotation.
 
     Returns:
         (K, 3) rad/s.
@@ -61,7 +60,6 @@ def earth_rate_slope(latitude: Array, height: Array, ellipsoid: Ellipsoid) -> Ar
     Args:
         latitude: (K,) rad.
         height: (K,) m.
-        ellipsoid: reference ellipsoid, with its rate of rotation.
 
     Returns:
         (K, 3, 3) rad/s/m.
@@ -236,7 +234,6 @@ class MeasurementKind:
         """Return residuals and H of readings, with the sensor's own bias and scale factor.
 
         Args:
-            at: the predicted quantities.
             value: M readings of the sensor, (M, components).
 
         Returns:
@@ -266,7 +263,6 @@ class MeasurementKind:
         Q²/12. The random walk is process noise, except in a mean rate over T: N²/T, and rounding at both ends, Q²/6T².
 
         Args:
-            model: the error model.
             interval: time from the previous reading to each, (M,) s.
 
         Returns:

@@ -16,7 +16,6 @@ def white(seed: int, term: str, sigma: Sequence[float] | Array, count: int) -> A
         seed: the run's seed.
         term: name of the sensor and the error, for example "gnss position noise".
         sigma: 1σ of each axis, (k,).
-        count: number of readings M.
 
     Returns:
         (M, k).
@@ -31,7 +30,6 @@ def correlated(seed: int, term: str, sigma: Sequence[float] | Array, time: Array
 
     Args:
         seed: the run's seed.
-        term: name of the sensor and the error.
         sigma: 1σ of each axis, (k,).
         time: times of the readings, (M,) s.
         correlation_time: s.
@@ -53,10 +51,8 @@ def turn_on(seed: int, term: str, fixed: float | None, sigma: float, axis: int =
 
     Args:
         seed: the run's seed.
-        term: name of the sensor and the error.
         fixed: the given value, which is the mean over all runs; None is zero.
         sigma: 1σ of the random error; 0 for none.
-        axis: number of the axis.
 
     Returns:
         The error, in the units of `fixed` and `sigma`.

@@ -116,12 +116,6 @@ class AidingSensor(Section):
     def read(self, vehicle: Vehicle) -> list[AidingReadings]:
         """Return the readings of the sensor during a run.
 
-        Args:
-            vehicle: the vehicle that carries the sensor.
-
-        Returns:
-            One entry for each kind of measurement of the sensor.
-
         Raises:
             InputError: the motion ends before the first reading, or the seed cannot be used.
         """
@@ -148,12 +142,8 @@ class AidingSensor(Section):
         """Return the readings that follow from the inertial readings themselves, in a run or in a log; none by default.
 
         Args:
-            imu: increments of the sensor block.
             velocity: "gnss-velocity" of the same run, if there are any.
             q_bs: mounting of the block in the vehicle, v_b = C_bs v_s, (4,); aligned by default.
-
-        Returns:
-            One entry for each kind of measurement.
         """
         return []
 
@@ -163,9 +153,6 @@ class AidingSensor(Section):
 
     def epochs(self, trajectory: Trajectory) -> Array:
         """Return the instants of the readings, outages included.
-
-        Args:
-            trajectory: the true motion.
 
         Returns:
             start + k/rate for k = 1, 2, …, (M,) s.
@@ -209,9 +196,6 @@ class AidingSensor(Section):
             lever_arm: from the block to the sensor, body axes, (3,) m.
             valid: which readings exist, regardless of outages, (M,); all by default.
             lag: time by which the reading lags the quantity, s.
-
-        Returns:
-            The readings outside the outages.
         """
         kept = ~within(time, self.outages_s)
         if valid is not None:

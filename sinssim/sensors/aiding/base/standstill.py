@@ -74,11 +74,7 @@ class Standstill(AidingSensor):
         """Return the stops that the inertial readings show.
 
         Args:
-            imu: increments.
             velocity: "gnss-velocity" that veto a stop, if there are any.
-
-        Returns:
-            The stops.
 
         Raises:
             InputError: less than five seconds of rest to learn from.

@@ -75,7 +75,6 @@ def turn_by(angle: float, bank: float, pilot: Autopilot, state: AircraftState) -
     Args:
         angle: right positive, rad.
         bank: angle of bank, rad.
-        pilot: the autopilot.
         state: the aircraft's state.
 
     Yields:

@@ -146,9 +146,6 @@ class WaypointLeg(LegBase):
         Args:
             height: at the beginning, m.
             latitude, longitude: of the beginning, rad.
-
-        Returns:
-            One slope per place, height over way.
         """
         means: list[float | None] = []
         for place in self.places():

@@ -28,9 +28,7 @@ def climb_rate(envelope: Envelope, height: float, speed_kt: float) -> float:
     """Return the largest steady rate of climb at a calibrated airspeed; negative above the ceiling.
 
     Args:
-        envelope: of the aircraft.
         height: m.
-        speed_kt: calibrated airspeed, kt.
 
     Returns:
         Rate, m/s.
@@ -47,7 +45,6 @@ def speed_range(envelope: Envelope, height: float) -> tuple[float, float]:
     """Return the slowest and the fastest level flight at a height.
 
     Args:
-        envelope: of the aircraft.
         height: m.
 
     Returns:
@@ -67,8 +64,6 @@ def ceiling(envelope: Envelope, speed_kt: float, rate: float = SERVICE_CLIMB) ->
     """Return the height at which a rate of climb is left.
 
     Args:
-        envelope: of the aircraft.
-        speed_kt: calibrated airspeed, kt.
         rate: m/s.
 
     Returns:

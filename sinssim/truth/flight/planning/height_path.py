@@ -78,7 +78,6 @@ def along_the_way(
         target: at the waypoint, m.
         left: distance to the waypoint, m.
         speed: ground speed, m/s, with which the vertical acceleration gives the curvature.
-        slope_before, slope_after: slope here, and at the waypoint.
 
     Returns:
         The path; None if the way is too short for the change of height.
@@ -111,7 +110,6 @@ def at_a_slope(height: float, target: float, left: float, speed: float, slope: f
         target: at the waypoint, m.
         left: distance to the waypoint, m.
         speed: ground speed in the middle of the change, m/s.
-        slope: slope, without sign.
 
     Returns:
         The path; None if the way is too short for the change of height at this slope.
@@ -133,7 +131,6 @@ def length_at_a_slope(height: float, target: float, speed: float, slope: float) 
     Args:
         height, target: at the beginning and at the end, m.
         speed: ground speed in the middle of the change, m/s.
-        slope: slope, without sign.
 
     Returns:
         Distance, m.
@@ -143,12 +140,5 @@ def length_at_a_slope(height: float, target: float, speed: float, slope: float) 
 
 
 def passing_slope(before: float, after: float) -> float:
-    """Return the slope at a waypoint between two slopes: the flatter of them, level if one goes up and the other down.
-
-    Args:
-        before, after: mean slopes before and after the waypoint.
-
-    Returns:
-        Slope.
-    """
+    """Return the slope at a waypoint between two slopes: the flatter one, level if one goes up and the other down."""
     return math.copysign(min(abs(before), abs(after)), before) if before * after > 0.0 else 0.0

@@ -40,12 +40,6 @@ def planned_path(flight: FlightPlan) -> PlannedPath:
 
     Within a leg time is shared out by the way over the ground.
 
-    Args:
-        flight: the flight.
-
-    Returns:
-        The path.
-
     Raises:
         InputError: the aircraft's description is invalid.
     """

@@ -29,9 +29,7 @@ def trimmed_envelope(aircraft: str, heights: list[float], speeds: list[float], s
     """Compute the envelope of an aircraft from its model.
 
     Args:
-        aircraft: name or path of the aircraft.
         heights: heights above sea level, m, increasing.
-        speeds: calibrated airspeeds, kt, increasing.
         steepest_deg: angle of climb or descent up to which the steepest is looked for, degrees.
 
     Returns:

@@ -25,9 +25,6 @@ _ROWS = 2000
 def horizontal_of(errors: Mapping[str, NavError]) -> dict[str, tuple[Array, Array]]:
     """Return time and horizontal error of solutions at about `_ROWS` rows.
 
-    Args:
-        errors: of the solutions by name.
-
     Returns:
         s and m, by name.
     """
@@ -39,7 +36,6 @@ def worse_than_inertial(aided: Aided, inertial: Mapping[str, tuple[Array, Array]
     """Report inertial solutions with a smaller horizontal error than the aided one over the time of the filter.
 
     Args:
-        aided: the aided solution with its true errors.
         inertial: time and horizontal error of the inertial solutions by name, from `horizontal_of`.
 
     Yields:

@@ -33,12 +33,7 @@ _OF_START: dict[str, tuple[str, str, float, str]] = {
 
 
 def short(value: float, digits: int = 3) -> str:
-    """Return a number as TOML takes it, with few digits.
-
-    Args:
-        value: the number.
-        digits: number of significant digits.
-    """
+    """Return a number as TOML takes it, with few digits."""
     return f"{float(f'{value:.{digits}g}'):g}"
 
 
@@ -46,9 +41,7 @@ def with_sigma(cause: Hypothesis, size: float, unit: str) -> str:
     """Return the estimates of a hypothesis with their σ, in a display unit.
 
     Args:
-        cause: the hypothesis.
         size: of the unit, SI.
-        unit: its name.
     """
     values = [
         f"{short(value / size)} ± {short(sigma / size, 2)}"
@@ -59,11 +52,7 @@ def with_sigma(cause: Hypothesis, size: float, unit: str) -> str:
 
 
 def wide(value: float) -> str:
-    """Return a 1σ with which a filter takes an error in, three times as large, with two digits.
-
-    Args:
-        value: the largest estimate.
-    """
+    """Return a 1σ with which a filter takes an error in, three times as large, with two digits."""
     return short(3.0 * abs(value), 2)
 
 
@@ -72,7 +61,6 @@ def sensor_error(cause: Hypothesis, scenario: Scenario) -> tuple[str, str]:
 
     Args:
         cause: a hypothesis on a block of the sensor.
-        scenario: that was run.
     """
     sensor, error = _parts(cause.name)
     largest = max(cause.value, key=abs)
@@ -118,7 +106,6 @@ def sensor_walk(cause: Hypothesis, scenario: Scenario) -> tuple[str, str]:
 
     Args:
         cause: a hypothesis on the walk of its bias.
-        scenario: that was run.
     """
     sensor, density = cause.name, cause.value[0]
     others = [] if scenario.log is None else list(scenario.log.others)
@@ -150,7 +137,6 @@ def initial_state(cause: Hypothesis, scenario: Scenario) -> tuple[str, str]:
 
     Args:
         cause: a hypothesis on the initial state, with its size.
-        scenario: that was run.
     """
     what, unit, size, axes = _OF_START[cause.name]
     if not cause.value:
@@ -182,7 +168,6 @@ def planted(scenario: Scenario, until: float) -> Iterator[str]:
     """Yield the keys of faults that a scenario plants before an instant, of which a filter knows nothing.
 
     Args:
-        scenario: that was run.
         until: the instant, s.
     """
     gnss = None if scenario.aiding is None else getattr(scenario.aiding, "gnss", None)

@@ -58,10 +58,6 @@ _MORE = (
 def diagnosis_numbers(estimate: Estimate, scenario: Scenario) -> dict[str, Any]:
     """Return the entry, nothing for a filter without a diagnosis.
 
-    Args:
-        estimate: of the filter.
-        scenario: that was run.
-
     Returns:
         `diagnosis` with the time looked at, the spans of refused readings, by sensor the factor by which its
         innovations are larger than assumed and the factor of its σ that explains them, all hypotheses with their

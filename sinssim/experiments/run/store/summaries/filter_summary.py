@@ -56,7 +56,6 @@ def filter_numbers(aided: Aided, scenario: Scenario) -> dict[str, Any]:
     """Return the entry of a filter in `summary.json`.
 
     Args:
-        aided: the aided solution with its true errors.
         scenario: the scenario that was run, with the jumps and ramps that the gate had to detect.
 
     Returns:
@@ -237,9 +236,6 @@ def fault_sentences(numbers: Mapping[str, Any]) -> Iterator[str]:
 
     Args:
         numbers: result of `filter_numbers`.
-
-    Yields:
-        Whole sentences.
     """
     for fault in numbers["faults"]:
         begin, first, error = fault["from_s"], fault["first_refused_s"], fault["max_horizontal_error_m"]
@@ -357,7 +353,6 @@ def for_people(column: str, *values: float | None) -> tuple[str, str, list[float
 
     Args:
         column: name of the state with its SI unit, as in the summary.
-        values: values in that unit.
 
     Returns:
         Its name in words, the display unit, and the values in it, NaN for None.
@@ -374,9 +369,6 @@ def filter_markdown(numbers: Mapping[str, Any]) -> str:
 
     Args:
         numbers: result of `filter_numbers`.
-
-    Returns:
-        Markdown.
     """
     first, *others = sentences(numbers)
     lines = [f"**{first}**", "", *(f"- {sentence}" for sentence in others)]

@@ -19,9 +19,6 @@ BEFORE, AFTER, REJECTED = "before the start of the filter", "after the end of th
 def use_of_readings(aided: Aided) -> dict[str, dict[str, Any]]:
     """Return what became of the readings of each sensor.
 
-    Args:
-        aided: the aided solution.
-
     Returns:
         By sensor `readings`, all of them; `taken`, those that updated the filter; `unused`, the number of the others by
         reason. The numbers of `unused` and `taken` add up to `readings`.
@@ -46,9 +43,6 @@ def unused_sentences(sensors: Mapping[str, Any]) -> Iterator[str]:
 
     Args:
         sensors: entry `sensors` of a filter in `summary.json`.
-
-    Yields:
-        Whole sentences.
     """
     for reason in (BEFORE, AFTER):
         some = [(name, s["unused"].get(reason, 0), s["readings"]) for name, s in sensors.items()]
