@@ -418,7 +418,8 @@ class Chart:
         ends = [np.array([end]) for end in (axis.low, axis.high) if end is not None]
         if axis.units is TIMES and not axis.log and not upright:  # as long as the run is
             known = [extremes(v) for v in (ends or self.values(upright))]
-            return suiting(TIMES, np.ptp(np.concatenate(known or [np.zeros(1)]), keepdims=True))
+            together = np.concatenate([*known, np.zeros(0 if any(len(v) for v in known) else 1)])
+            return suiting(TIMES, np.ptp(together, keepdims=True))
         if len(ends) == 2 and not self.equal:
             return suiting(axis.units, *ends)
         if self.equal:

@@ -214,7 +214,7 @@ def test_a_run_writes_everything(variant: str, tmp_path: Path) -> None:
         assert any(entity == origin or entity.startswith(f"{origin}/") for entity in recorded), origin
 
     console = Console(record=True, width=160)
-    show(scenario, summary, console)
+    show(done, console)
     printed = console.export_text()
     assert "equation (8.11)" in printed
     assert f"Variant “{variant}”" in printed

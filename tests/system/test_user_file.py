@@ -18,6 +18,7 @@ _PACKAGE = Path(sinssim.__file__).parent
 
 OWN = {
     "recording": "run directories, and files that are written",
+    "experiments/store.py": "directories of ensembles and trade studies",
     "experiments/ensembles/running": "directories of ensembles",
     "experiments/trades/running": "directories of trade studies",
     "experiments/run": "run directories",

@@ -219,16 +219,19 @@ def count(
     Returns:
         Operations per sample, and the return value of the kernel.
     """
-    counted: list[Any] = []
     arrays: list[tuple[Any, Any]] = []
-    for argument in arguments:
-        if isinstance(argument, np.ndarray) and argument.dtype == np.float64:
-            numbers = np.empty(argument.shape, dtype=object)
-            numbers.ravel()[:] = [_Number(float(x)) for x in argument.ravel()]
-            counted.append(numbers)
-            arrays.append((argument, numbers))
-        else:
-            counted.append(argument)
+
+    def counting(argument: Any) -> Any:
+        if isinstance(argument, tuple) and hasattr(argument, "_fields"):  # a structure of arrays
+            return type(argument)(*map(counting, argument))
+        if not (isinstance(argument, np.ndarray) and argument.dtype == np.float64):
+            return argument
+        numbers = np.empty(argument.shape, dtype=object)
+        numbers.ravel()[:] = [_Number(float(x)) for x in argument.ravel()]
+        arrays.append((argument, numbers))
+        return numbers
+
+    counted = [counting(argument) for argument in arguments]
     _Number.tally = Counter()
     plain = uncompiled(kernel)
     for name in apart:
