@@ -140,8 +140,8 @@ def test_readings_that_explain_nothing(monkeypatch: pytest.MonkeyPatch) -> None:
         "only; so does every other interpretation of the columns."
     )
     assert found.fix == (
-        "Navigation with these inertial data is worse than the fixes alone. Likely causes: the unit moves in the "
-        "vehicle or is beyond its range, or the files are not of the same vehicle and time."
+        "Navigation with these inertial data is probably worse than the fixes alone. Likely causes: the unit moves "
+        "in the vehicle or is beyond its range, or the files are not of the same vehicle and time."
     )
     (found,) = _judged(monkeypatch, 0.4, 0.41, 0.85).findings
     assert found.fix.startswith("The motion does not distinguish")

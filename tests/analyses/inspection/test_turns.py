@@ -78,4 +78,4 @@ def test_what_explains_nothing_is_said_plainly(monkeypatch: pytest.MonkeyPatch) 
     monkeypatch.setattr(hypotheses, "match", lambda *_, **__: none)
     (found,) = judge_reading(TIME, rate, force, fixes, 0.0, 0.0, 10.0, np.eye(3), "rates").findings
     assert found.numbers["worse_than_fixes"]
-    assert "Navigation with these inertial data is worse than the fixes alone. Likely causes: " in found.sentence
+    assert "is probably worse than the fixes alone. Likely causes: " in found.sentence
