@@ -39,7 +39,7 @@ test-slow: $(KERNELS)
 test-pyins: $(PYINS)/sinssim-ready
 	@echo "Comparing with pyins (some ten minutes); the figures are at the end ..."
 	@$(PYINS)/bin/python -m pytest -v -raP --no-header -m "slow or not slow" tests/estimation/test_pyins_filter.py \
-	  tests/estimation/test_pyins_world.py tests/logs/scoring/test_pyins.py
+	  tests/estimation/test_pyins_world.py tests/logs/test_pyins.py
 
 lint: $(READY)
 	$(BIN)/ruff check .

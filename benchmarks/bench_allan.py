@@ -15,11 +15,11 @@ import numpy as np
 import pyarrow as pa
 import pyarrow.parquet as pq
 
-from sinssim.analyses.noise_identification.allan import allan_deviation
-from sinssim.analyses.noise_identification.fit import fit_noise
-from sinssim.analyses.noise_identification.report import noise_report
+from sinssim.analyses.noise.allan_deviation import allan_deviation
+from sinssim.analyses.noise.noise_fit import fit_noise
+from sinssim.analyses.noise.noise_report import noise_report
 from sinssim.data import ImuData
-from sinssim.sensors.imu.emulate import emulate
+from sinssim.sensors.imu.emulation import emulate
 from sinssim.sensors.imu.imu import Imu
 
 SAMPLES, RATE = 3_600_000, 100.0

@@ -5,8 +5,8 @@ from __future__ import annotations
 import time
 
 import sinssim
-from sinssim.analyses.error_budget.limits import answers, times_of
-from sinssim.statistics.requirements.requirement import parse_requirements
+from sinssim.analyses.error_budget.allowances import answers, times_of
+from sinssim.statistics.requirements import parse_requirements
 
 SCENARIOS = ("first_flight", "aided_airliner", "gyrocompassing")
 

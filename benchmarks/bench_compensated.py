@@ -26,13 +26,13 @@ import numpy as np
 
 from sinssim import block_of, load_scenario
 from sinssim.data import ImuData, NavSolution, NavState
-from sinssim.earth.harmonics.field import DisturbingField
-from sinssim.earth.models import WGS84
+from sinssim.earth.ellipsoids import WGS84
+from sinssim.earth.gravity_disturbance import DisturbingField
 from sinssim.sensors.imu.encoder import encoders_of
-from sinssim.strapdown import disturbance
+from sinssim.strapdown import gravity_disturbance
 from sinssim.strapdown.navigate import navigate
-from sinssim.truth.gravity.true_gravity import TrueGravity
 from sinssim.truth.motions.great_circle import GreatCircle
+from sinssim.truth.true_gravity import TrueGravity
 
 
 @dataclass
@@ -59,14 +59,14 @@ def in_field(imu: ImuData, known: DisturbingField, on: Callable[[ImuData], NavSo
     """Navigate with a field and return the parts of the time."""
     parts = Parts()
     names = ("disturbance_along", "disturbance_in_body", "_felt_rows")
-    before = {name: getattr(disturbance, name) for name in names}
+    before = {name: getattr(gravity_disturbance, name) for name in names}
     try:
         for name in names:
-            setattr(disturbance, name, parts.timed(name, before[name]))
-        parts.timed("whole", disturbance.navigate_in_field)(imu, known, WGS84, parts.timed("navigate", on))
+            setattr(gravity_disturbance, name, parts.timed(name, before[name]))
+        parts.timed("whole", gravity_disturbance.navigate_in_field)(imu, known, WGS84, parts.timed("navigate", on))
     finally:
         for name, work in before.items():
-            setattr(disturbance, name, work)
+            setattr(gravity_disturbance, name, work)
     return parts
 
 

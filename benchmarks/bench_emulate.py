@@ -15,10 +15,9 @@ import numpy as np
 from sinssim.data import ImuData
 from sinssim.jit import strict_kernel
 from sinssim.sensors import draw
-from sinssim.sensors.imu.emulate import emulate
-from sinssim.sensors.imu.error_kernel import STATES, advance, begin, draw_sample, measure
+from sinssim.sensors.imu.emulation import emulate
+from sinssim.sensors.imu.error_kernel import STATES, advance, begin, draw_sample, measure, pack
 from sinssim.sensors.imu.imu import Imu
-from sinssim.sensors.imu.pack import pack
 from sinssim.statistics.random_numbers import key
 
 SAMPLES = 504_000  # 84 min at 100 Hz

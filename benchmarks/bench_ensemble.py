@@ -24,18 +24,18 @@ import numpy as np
 
 import sinssim
 from sinssim.data import Array, ImuData, NavState
-from sinssim.earth.kernels import parameters
-from sinssim.earth.models import ellipsoid_by_name
-from sinssim.experiments.ensembles.batch import layout
-from sinssim.experiments.ensembles.batch.engines import engine
-from sinssim.experiments.ensembles.batch.navigate_batch import navigate_batch
+from sinssim.earth.ellipsoid_kernels import parameters
+from sinssim.earth.ellipsoids import ellipsoid_by_name
+from sinssim.experiments.ensembles import batch_layout
+from sinssim.experiments.ensembles.batch_kernel import engine
+from sinssim.experiments.ensembles.batch_navigation import navigate_batch
 from sinssim.jit import strict_kernel
 from sinssim.sensors import draw
-from sinssim.sensors.imu.emulate import emulate
+from sinssim.sensors.imu.emulation import emulate
+from sinssim.sensors.imu.error_kernel import pack
 from sinssim.sensors.imu.imu import Imu
-from sinssim.sensors.imu.pack import pack
 from sinssim.statistics.random_numbers import key
-from sinssim.strapdown.increments.fit import weight_table
+from sinssim.strapdown.coning_sculling import weight_table
 from sinssim.strapdown.navigate import navigate
 
 SENSORS: dict[str, Any] = {
@@ -90,11 +90,11 @@ def stages() -> dict[str, float]:
     """Return the processor time of each stage for a sample of a run, ns."""
     ideal, initial, height = motion(1.0)
     section = Imu.model_validate(SENSORS)
-    lanes = layout.LANES
+    lanes = batch_layout.LANES
     packed = pack([draw(section, seed) for seed in range(lanes)], float(ideal.time[0]))
     kernel: Any = engine("quaternion", 0, 1, "exact", packed.active)
     parts = kernel.py_func.__globals__
-    w, x = np.zeros(layout.SENSOR_ROWS * lanes), np.zeros(layout.NAVIGATION_ROWS * lanes)
+    w, x = np.zeros(batch_layout.SENSOR_ROWS * lanes), np.zeros(batch_layout.NAVIGATION_ROWS * lanes)
     y, keys = np.zeros((5, 6 * lanes)), np.array([key(seed) for seed in range(lanes)], dtype=np.uint64).T.copy()
     lane_keys, c = np.empty_like(keys), packed.conditions.copy()
     columns = np.array([initial.latitude, initial.longitude, initial.height, *initial.velocity_ned, *initial.q_nb])
@@ -107,7 +107,7 @@ def stages() -> dict[str, float]:
     for k in range(5):
         parts["_draw_lane"](w, lane_keys[0], lane_keys[1], k + 1)
         parts["_measure_lane"](w, u, c, packed.kinds, packed.spans, packed.amounts)
-        y[k] = w[layout.READING * lanes : (layout.READING + 6) * lanes]
+        y[k] = w[batch_layout.READING * lanes : (batch_layout.READING + 6) * lanes]
     draw_lane, measure_lane, step_lane = (parts[name] for name in ("_draw_lane", "_measure_lane", "_step_lane"))
 
     # the loops are compiled, because a call from Python takes as long as a stage

@@ -19,15 +19,13 @@ from collections.abc import Callable
 import numpy as np
 
 import sinssim
-from sinssim.experiments.ensembles.members import member
-from sinssim.experiments.ensembles.truth import TruthCache
+from sinssim.experiments.ensembles.ensemble_plan import TruthCache, member
 from sinssim.scenario import Scenario
-from sinssim.scenario.filter.filter_states import with_states
+from sinssim.scenario.filter_model import with_states
 from sinssim.scenario.initial_error import initial_state_with_errors
 from sinssim.sensors.imu.compensation import compensate
-from sinssim.sensors.sets.reading import read
-from sinssim.sensors.sets.true_errors import draw_true_errors
-from sinssim.simulation.aided.aided_run import aid_run
+from sinssim.sensors.sets.sensor_readings import draw_true_errors, read
+from sinssim.simulation.aided_run import aid_run
 
 
 def processor_time() -> float:

@@ -6,11 +6,11 @@ import argparse
 import tempfile
 import time
 
-from sinssim.truth.flight import jsbsim_flight
+from sinssim.truth.flight import jsbsim_simulation
 from sinssim.truth.flight.aircraft import load_aircraft
 from sinssim.truth.flight.flight_log import flight_log
-from sinssim.truth.flight.flight_start import bring_to_start
-from sinssim.truth.flight.plan import FlightPlan
+from sinssim.truth.flight.flight_plan import FlightPlan
+from sinssim.truth.flight.jsbsim_aircraft import bring_to_start
 from sinssim.units import FOOT
 
 
@@ -35,26 +35,26 @@ def alone(flight: FlightPlan, seconds: float, shipped: bool) -> float:
     import jsbsim
 
     aircraft = load_aircraft(flight.aircraft)
-    with jsbsim_flight.quiet(), tempfile.TemporaryDirectory() as folder:
+    with jsbsim_simulation.quiet(), tempfile.TemporaryDirectory() as folder:
         if shipped:
             executive = jsbsim.FGFDMExec(None)
             executive.set_debug_level(0)
             executive.set_output_path(folder)
             executive.load_model(aircraft.jsbsim_model)
             executive.disable_output()
-            executive.set_dt(jsbsim_flight.STEP)
+            executive.set_dt(jsbsim_simulation.STEP)
             executive["ic/h-sl-ft"] = flight.start.altitude_m / FOOT
             executive["ic/vc-kts"] = aircraft.performance.cruise_kt
             executive.run_ic()
             executive["propulsion/set-running"] = -1
             executive["simulation/do_simple_trim"] = 1
         else:
-            model = jsbsim_flight.model_folder(flight.aircraft, aircraft.jsbsim_model)
-            executive = jsbsim_flight._load(model, folder, aircraft.model_changes)
+            model = jsbsim_simulation.model_folder(flight.aircraft, aircraft.jsbsim_model)
+            executive = jsbsim_simulation._load(model, folder, aircraft.model_changes)
             bring_to_start(executive, flight, aircraft, 0)
         run = executive.run
         begin = time.process_time()
-        for _ in range(round(seconds / jsbsim_flight.STEP)):
+        for _ in range(round(seconds / jsbsim_simulation.STEP)):
             run()
         return time.process_time() - begin
 
@@ -67,11 +67,11 @@ def main() -> None:
     arguments = parser.parse_args()
     for aircraft in ("737", "f16", "c172x"):
         flight = plan(aircraft, arguments.seconds)
-        flight_log(jsbsim_flight.fly_plan(flight))  # compiles the kernels that make the log's attitudes
+        flight_log(jsbsim_simulation.fly_plan(flight))  # compiles the kernels that make the log's attitudes
         ours, bare, shipped = [], [], []
         for _ in range(arguments.repeat):
             begin = time.process_time()
-            flight_log(jsbsim_flight.fly_plan(flight))
+            flight_log(jsbsim_simulation.fly_plan(flight))
             ours.append(time.process_time() - begin)
             bare.append(alone(flight, arguments.seconds, shipped=False))
             shipped.append(alone(flight, arguments.seconds, shipped=True))

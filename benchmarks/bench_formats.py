@@ -24,7 +24,7 @@ def main() -> None:
     if len(sys.argv) == 2:
         _read(Path(sys.argv[1]))
         return
-    from sinssim.logs.writers.text import columns_of, write_columns
+    from sinssim.logs.text.numeric_columns import columns_of, write_columns
 
     with tempfile.TemporaryDirectory() as folder:
         path, head = Path(folder) / "imu.txt", Path(folder) / "head.txt"
@@ -38,7 +38,7 @@ def main() -> None:
 
 def _read(path: Path) -> None:
     """Read the file, and print the time and the memory beside that of the arrays."""
-    from sinssim.logs.read import read_file
+    from sinssim.logs.formats.registry import read_file
 
     read_file(path.with_name("head.txt"))  # loads the libraries
     before = resource.getrusage(resource.RUSAGE_SELF).ru_maxrss

@@ -10,7 +10,7 @@ from pathlib import Path
 
 from sinssim.experiments.run.execute import run
 from sinssim.scenario import Scenario
-from sinssim.scenario.filter.memory import needed_memory
+from sinssim.scenario.run_memory import needed_memory
 
 
 def scenario(seconds: float, rate: float, smooth: bool) -> Scenario:

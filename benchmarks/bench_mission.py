@@ -21,7 +21,7 @@ from sinssim.experiments.run.parts.phases import phases_of
 from sinssim.scenario import Scenario
 from sinssim.truth.curve import Curve
 from sinssim.truth.flight.flight_log import FlightLog, flight_log
-from sinssim.truth.flight.jsbsim_flight import fly_plan
+from sinssim.truth.flight.jsbsim_simulation import fly_plan
 
 _IN_THE_AIR = ("flight", "landing")
 

@@ -7,8 +7,8 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from sinssim.recording import style
-from sinssim.recording.figures.canvas import save, styled
-from sinssim.recording.figures.diagrams import ATTITUDE, DIAGRAMS, POSITION, SENSOR, VELOCITY, Canvas
+from sinssim.recording.diagrams import ATTITUDE, DIAGRAMS, POSITION, SENSOR, VELOCITY, Canvas
+from sinssim.recording.figures import save, styled
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure

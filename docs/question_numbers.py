@@ -12,23 +12,23 @@ import numpy as np
 
 from sinssim import earth, rotation
 from sinssim.data import Array, ImuData, NavState
-from sinssim.earth.models import OMEGA_IE
+from sinssim.earth.ellipsoids import OMEGA_IE
 from sinssim.experiments.studies.attitude_cost import count_attitude, matrix_costs
-from sinssim.experiments.studies.cost import count_operations
-from sinssim.sensors.expectation import Expectation, expect
-from sinssim.sensors.imu.emulate import emulate
+from sinssim.experiments.studies.step_cost import count_operations
+from sinssim.sensors.error_propagation import Expectation, expect
+from sinssim.sensors.imu.emulation import emulate
 from sinssim.sensors.imu.imu import Imu
-from sinssim.sensors.sets.geometry import READY, dilution, not_isolable
-from sinssim.sensors.sets.gyro_free import cube, position_error
-from sinssim.strapdown import one_component
-from sinssim.strapdown.nav_error import NavError, navigation_error
+from sinssim.sensors.sets.gyro_free_block import cube, position_error
+from sinssim.sensors.sets.redundant_geometry import READY, dilution, not_isolable
+from sinssim.strapdown import one_component_system
 from sinssim.strapdown.navigate import navigate
+from sinssim.strapdown.navigation_error import NavError, navigation_error
 from sinssim.truth.motions.analytic import OnEarth
-from sinssim.truth.motions.coning import classical_cone
+from sinssim.truth.motions.coning_and_rocking import classical_cone
 from sinssim.truth.motions.great_circle import GreatCircle
+from sinssim.truth.motions.mounted_block import Vibrating
 from sinssim.truth.motions.parked import Parked
-from sinssim.truth.motions.rotation_table import Dwell, RotationTable, Turn
-from sinssim.truth.motions.vibrating import Vibrating
+from sinssim.truth.motions.turntable import Dwell, RotationTable, Turn
 from sinssim.truth.motions.vibration import Tone
 from sinssim.truth.trajectory import Trajectory
 from sinssim.units import ARCMIN, ARCSEC, DEG, DEG_H, UG
@@ -187,14 +187,14 @@ def variants(seconds: Sequence[float]) -> dict[str, Array]:
     times = np.asarray(seconds)
     grid = np.arange(0.0, times.max() + 0.5)
     rows = np.searchsorted(grid, times)
-    still, weight = np.zeros(len(grid) - 1), one_component.GRAVITY * np.ones(len(grid) - 1)
+    still, weight = np.zeros(len(grid) - 1), one_component_system.GRAVITY * np.ones(len(grid) - 1)
     force = np.stack([still, weight], axis=1)
-    drifting = one_component.simulate(grid, still - GYRO, force)
-    tilted = one_component.simulate(grid, still, force, pitch=-10.0 * ARCSEC)
+    drifting = one_component_system.simulate(grid, still - GYRO, force)
+    tilted = one_component_system.simulate(grid, still, force, pitch=-10.0 * ARCSEC)
     return {
         "accelerometers": position_error(times, cube(1.0), UG)[:, 0],
-        "gyros": one_component.RADIUS * drifting.coordinate[rows],
-        "attitude": one_component.RADIUS * tilted.coordinate[rows],
+        "gyros": one_component_system.RADIUS * drifting.coordinate[rows],
+        "attitude": one_component_system.RADIUS * tilted.coordinate[rows],
     }
 
 
@@ -219,19 +219,19 @@ class OneComponent(NamedTuple):
 
 def _one_component(by_accelerometer: bool) -> tuple[Array, Array, Array]:
     time = np.arange(0.0, 4.0 * HOUR + 0.5)
-    still, weight = np.zeros(len(time) - 1), one_component.GRAVITY * np.ones(len(time) - 1)
+    still, weight = np.zeros(len(time) - 1), one_component_system.GRAVITY * np.ones(len(time) - 1)
     if by_accelerometer:
-        run = one_component.simulate(time, still, np.stack([still + ACCELEROMETER, weight], axis=1))
-        return time, run.coordinate, one_component.accelerometer_error(time, ACCELEROMETER)
-    run = one_component.simulate(time, still - GYRO, np.stack([still, weight], axis=1))
-    return time, run.coordinate, one_component.gyro_error(time, GYRO)
+        run = one_component_system.simulate(time, still, np.stack([still + ACCELEROMETER, weight], axis=1))
+        return time, run.coordinate, one_component_system.accelerometer_error(time, ACCELEROMETER)
+    run = one_component_system.simulate(time, still - GYRO, np.stack([still, weight], axis=1))
+    return time, run.coordinate, one_component_system.gyro_error(time, GYRO)
 
 
 @cache
 def pendulum(by_accelerometer: bool) -> OneComponent:
     """Return the errors by one instrument, simulated, and how far the simulation is from (8.13) or (8.15)."""
     time, simulated, closed = _one_component(by_accelerometer)
-    period = 2.0 * np.pi / one_component.schuler_rate()
+    period = 2.0 * np.pi / one_component_system.schuler_rate()
     slope = (
         float(np.polyfit(time, simulated, 1)[0])
         if by_accelerometer

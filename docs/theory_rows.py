@@ -1,7 +1,7 @@
 """Rows of docs/theory.md: formulas of the ground SINS paper and of chapter 8, the functions and the tests of each.
 
 A function is named by its module and its name, `alignment.theory.coefficients` for
-`sinssim.alignment.theory.coefficients`. A test is named by its file and its name below `tests/`.
+`sinssim.alignment.parked_theory.coefficients`. A test is named by its file and its name below `tests/`.
 """
 
 from __future__ import annotations

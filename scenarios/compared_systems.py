@@ -28,10 +28,10 @@ from support.compared_recording import record_comparison
 
 import sinssim
 from sinssim.recording import style
-from sinssim.recording.figures.canvas import new_figure, save, styled, to_svg
+from sinssim.recording.figures import new_figure, save, styled, to_svg
 from sinssim.recording.report.page import page, table, words
 from sinssim.scenario import Scenario
-from sinssim.statistics.systems import ComparedSystems, compare_systems, detection_probability, mid_value
+from sinssim.statistics.redundant_systems import ComparedSystems, compare_systems, detection_probability, mid_value
 
 Array = NDArray[np.float64]
 

@@ -47,8 +47,8 @@ from sinssim.alignment import (
 )
 from sinssim.alignment.determination import solve
 from sinssim.data import ImuData
-from sinssim.recording.figures.canvas import save
-from sinssim.sensors.imu.emulate import emulate
+from sinssim.recording.figures import save
+from sinssim.sensors.imu.emulation import emulate
 from sinssim.sensors.imu.imu import Imu
 from sinssim.truth.motions.parked import Parked
 from sinssim.units import ARCMIN, DEG, DEG_H, UG

@@ -24,9 +24,9 @@ from numpy.typing import NDArray
 from support.lock_in_recording import record_lock_in_study
 
 from sinssim.recording import style
-from sinssim.recording.figures.canvas import new_figure, save, styled
-from sinssim.sensors.laser_gyro.lock_in import Randomised, angle_error, turnarounds
-from sinssim.sensors.laser_gyro.ring import LaserGyro
+from sinssim.recording.figures import new_figure, save, styled
+from sinssim.sensors.imu.laser_gyro import LaserGyro
+from sinssim.sensors.imu.lock_in import Randomised, angle_error, turnarounds
 from sinssim.units import ARCSEC, DEG, DEG_SQRT_H
 
 Array = NDArray[np.float64]

@@ -15,10 +15,10 @@ import numpy as np
 from matplotlib.figure import Figure
 
 from sinssim.data import Array
-from sinssim.recording.figures.canvas import new_figure, save, styled
+from sinssim.recording.figures import new_figure, save, styled
 from sinssim.recording.style import COLORS, LINE, SOFT, THIN, css
-from sinssim.strapdown import one_component
-from sinssim.strapdown.one_component import accelerometer_error, gyro_error
+from sinssim.strapdown import one_component_system
+from sinssim.strapdown.one_component_system import accelerometer_error, gyro_error
 from sinssim.units import ARCMIN, DEG_H, UG
 
 ACCELEROMETER_BIAS = 100.0 * UG
@@ -39,9 +39,9 @@ def error_runs() -> tuple[Array, Array, Array]:
     """
     time = np.arange(0.0, _DURATION + 0.5 * _INTERVAL, _INTERVAL)
     step = np.diff(time)
-    quiet, weight = np.zeros_like(step), one_component.GRAVITY * step
-    biased = one_component.simulate(time, quiet, np.stack([ACCELEROMETER_BIAS * step, weight], axis=1))
-    drifting = one_component.simulate(time, -GYRO_DRIFT * step, np.stack([quiet, weight], axis=1))
+    quiet, weight = np.zeros_like(step), one_component_system.GRAVITY * step
+    biased = one_component_system.simulate(time, quiet, np.stack([ACCELEROMETER_BIAS * step, weight], axis=1))
+    drifting = one_component_system.simulate(time, -GYRO_DRIFT * step, np.stack([quiet, weight], axis=1))
     return time, biased.coordinate, drifting.coordinate
 
 
@@ -53,19 +53,19 @@ def figure_8_4() -> Figure:
         The figure.
     """
     time, by_accelerometer, by_gyro = error_runs()
-    rate = one_component.schuler_rate()
+    rate = one_component_system.schuler_rate()
     panels = (
         (
             "a   accelerometer error, 100 µg",
             by_accelerometer,
-            one_component.accelerometer_error(time, ACCELEROMETER_BIAS),
+            one_component_system.accelerometer_error(time, ACCELEROMETER_BIAS),
             "Δy = (Δa/g)(1 − cos ω$_s$t)   (8.13)",
             (),
         ),
         (
             "b   gyro error, 0.01 °/h",
             by_gyro,
-            one_component.gyro_error(time, GYRO_DRIFT),
+            one_component_system.gyro_error(time, GYRO_DRIFT),
             "Δy = Δω$_0$(t − sin ω$_s$t / ω$_s$)   (8.15)",
             (
                 ("Δω$_0$t", GYRO_DRIFT * time, "-."),

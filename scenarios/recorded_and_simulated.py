@@ -28,11 +28,11 @@ from support.twin_figure import twin_figure
 
 import sinssim
 from sinssim import rotation
-from sinssim.analyses.noise_identification.allan import AllanDeviation, allan_deviation
+from sinssim.analyses.noise.allan_deviation import AllanDeviation, allan_deviation
 from sinssim.data import ImuData
-from sinssim.recording.figures.canvas import save
+from sinssim.recording.figures import save
 from sinssim.scenario import Scenario
-from sinssim.simulation.aided.recorded_run import Prepared, prepare
+from sinssim.simulation.recorded_filter_run import Prepared, prepare
 from sinssim.toml_file import read_toml
 from sinssim.units import ARCMIN, DEG_H, UG
 

@@ -16,7 +16,7 @@ is the error of the computer. Closed forms, for a least significant bit δ and f
 A rounded variable is a multiple of δ. Its errors are independent if its change varies by more than δ from step to step,
 here by vibration; constant changes are rounded in the same way every time, which is a drift of up to δf/2, and changes
 below δ/2 are lost. The position errors follow from `sinssim.sensors.error_propagation`, and those of the sensors from
-`sinssim.sensors.expectation`. Overflow is not simulated.
+`sinssim.sensors.error_propagation`. Overflow is not simulated.
 
 It writes word_length.svg and .png, errors.csv, single_precision.csv and words.csv.
 """
@@ -54,15 +54,15 @@ from support.words import engine
 
 from sinssim import earth, rotation
 from sinssim.data import Array, ImuData
-from sinssim.earth.kernels import EarthParameters
-from sinssim.experiments.studies.claims.position import COMPUTER_SHARE as SHARE
+from sinssim.earth.ellipsoid_kernels import EarthParameters
+from sinssim.experiments.studies.position_claims import COMPUTER_SHARE as SHARE
 from sinssim.recording import style
-from sinssim.recording.figures.canvas import new_figure, save, styled
+from sinssim.recording.figures import new_figure, save, styled
 from sinssim.recording.style import SOFT, css
-from sinssim.sensors.expectation import expect
+from sinssim.sensors.error_propagation import expect
 from sinssim.sensors.imu.grades import GRADES
 from sinssim.sensors.imu.imu import Imu
-from sinssim.strapdown.increments.fit import weight_table
+from sinssim.strapdown.coning_sculling import weight_table
 from sinssim.truth.motions.great_circle import GreatCircle
 from sinssim.units import ARCSEC, DEG, DEG_H, DEG_SQRT_H, UG
 

@@ -12,8 +12,8 @@ from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, field, replace
 
 from sinssim.errors import InputError, shortened
-from sinssim.system.own_content.layout import Item, Outline
-from sinssim.system.own_content.registry import Registry, Sentences, sentence_of
+from sinssim.system.extensions import Item, Outline
+from sinssim.system.registries import Registry, Sentences, sentence_of
 
 
 @dataclass(frozen=True)

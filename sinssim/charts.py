@@ -15,7 +15,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from sinssim.data import Array
-from sinssim.scales import TIMES, Scale, fixed, suiting
+from sinssim.units import TIME_SCALE, Scale, fixed, suiting
 
 Color = str | tuple[int, int, int]
 Weight = Literal["wide", "bold", "line", "thin", "hair"]
@@ -49,7 +49,7 @@ class Axis:
     least: float = 0.0
 
 
-TIME = Axis(label="time", units=TIMES)
+TIME = Axis(label="time", units=TIME_SCALE)
 """Time since the start of a run."""
 
 
@@ -63,7 +63,7 @@ def over(span: tuple[float, float]) -> Axis:
     Args:
         span: its first and last instant, s.
     """
-    return Axis(label="time", units=TIMES, low=span[0], high=span[1])
+    return Axis(label="time", units=TIME_SCALE, low=span[0], high=span[1])
 
 
 def extremes(values: Array) -> Array:
@@ -416,10 +416,10 @@ class Chart:
         """
         axis = self.y if upright else self.x
         ends = [np.array([end]) for end in (axis.low, axis.high) if end is not None]
-        if axis.units is TIMES and not axis.log and not upright:  # as long as the run is
+        if axis.units is TIME_SCALE and not axis.log and not upright:  # as long as the run is
             known = [extremes(v) for v in (ends or self.values(upright))]
             together = np.concatenate([*known, np.zeros(0 if any(len(v) for v in known) else 1)])
-            return suiting(TIMES, np.ptp(together, keepdims=True))
+            return suiting(TIME_SCALE, np.ptp(together, keepdims=True))
         if len(ends) == 2 and not self.equal:
             return suiting(axis.units, *ends)
         if self.equal:

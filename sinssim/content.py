@@ -1,25 +1,116 @@
 """Finds content, which is files in folders: aircraft, scenarios, studies, grades of sensors and views.
 
 The lookup is the same for a checkout, an installed package and a user's folder. It tries, in this order, the given
-path, the folder KIND below the current folder, project folders and installed packages (`sinssim.system.own_content`),
-and the content of the package.
+path, the folder KIND below the current folder, the project folders that `SINSSIM_CONTENT` names, installed packages
+with the entry point `sinssim.content`, and the content of the package. The list of installed packages is read only if
+a name is unknown or names are listed, because that takes longer than everything else at start-up.
 
 Views are code. They are never searched in the current folder, only in the folders that `SINSSIM_VIEWS` and
-`SINSSIM_CONTENT` name and in installed packages with content.
+`SINSSIM_CONTENT` name and in installed packages with content. `new_project` creates a project folder from the
+package's example.
 """
 
 from __future__ import annotations
 
+import importlib.util
 import logging
 import os
+import shutil
+from collections.abc import Iterable, Iterator
 from contextlib import suppress
+from dataclasses import replace
 from functools import cache
 from pathlib import Path
 from typing import Literal
 
 import sinssim
 from sinssim.errors import InputError, shortened, unknown_name
-from sinssim.system.own_content.installed import offered
+from sinssim.system.extensions import Item, items_of
+
+installed_logger = logging.getLogger(__name__)
+
+GROUP = "sinssim.content"
+"""Group of entry points: the value of each is a package with the folders of a project."""
+
+VARIABLE = "SINSSIM_CONTENT"
+"""Environment variable with files and project folders, as absolute paths separated like those of PATH."""
+
+
+def named_paths() -> list[Path]:
+    """Return the files and folders that the environment variable names.
+
+    Returns:
+        Absolute paths; one that is not absolute, or does not exist, is left out with a warning.
+    """
+    found = []
+    for name in os.environ.get(VARIABLE, "").split(os.pathsep):
+        path = Path(name).expanduser()
+        if name and path.is_absolute() and path.exists():
+            found.append(path)
+        elif name:
+            what = "does not exist" if path.is_absolute() else "is not an absolute path"
+            warn_once(f"{VARIABLE} names {path}, which {what}: it is ignored.")
+    return found
+
+
+@cache
+def warn_once(text: str) -> None:
+    """Warn of something once in a process."""
+    installed_logger.warning("%s", text)
+
+
+@cache
+def _of_packages() -> tuple[Item, ...]:
+    """Return the content of the installed packages; one that cannot be used costs its own content only."""
+    from importlib.metadata import entry_points
+
+    found: list[Item] = []
+    for entry in sorted(entry_points(group=GROUP), key=lambda entry: entry.name):
+        package = f"{entry.dist.name} {entry.dist.version}" if entry.dist else entry.name
+        try:
+            spec = importlib.util.find_spec(entry.value)
+            places = list(spec.submodule_search_locations or ()) if spec else []
+            if not places:
+                raise InputError(f"there is no package {entry.value}")
+            found += [replace(item, package=package) for place in places for item in items_of(Path(place))]
+        except Exception as error:  # whatever importing the package's parent raises
+            said = str(error).rstrip(".")
+            warn_once(
+                f"The installed package {package} provides content ({entry.name} = {entry.value!r} in the entry points "
+                f"{GROUP}) that cannot be used: {type(error).__name__}: {said}. It is left out."
+            )
+    return tuple(found)
+
+
+def _all(packages: bool) -> Iterator[Item]:
+    for path in named_paths():
+        try:
+            yield from items_of(path)
+        except InputError as error:
+            warn_once(f"{VARIABLE}: {error}. It is left out.")
+    if packages:
+        yield from _of_packages()
+
+
+def offered(kind: str, *, packages: bool = True) -> dict[str, Item]:
+    """Return the content of one kind from the environment variable and from installed packages.
+
+    Args:
+        kind: one of `sinssim.system.extensions.SINGULAR`.
+
+    Returns:
+        The items by name. If two have the same name, the first one counts: of the environment variable, then of the
+        packages by the name of their entry point; a warning names the other.
+    """
+    found: dict[str, Item] = {}
+    for item in _all(packages):
+        if item.kind != kind:
+            continue
+        first = found.setdefault(item.name, item)
+        if first.file != item.file:
+            warn_once(f"Two files define the {item.words}: {first.file} is used, {item.file} is ignored.")
+    return found
+
 
 logger = logging.getLogger(__name__)
 
@@ -169,3 +260,59 @@ def find_content(kind: Kind, name: str) -> Path:
             f"there is no {_SINGULAR[kind]} file {shortened(name)!r} in {Path.cwd()}. Known names: {', '.join(known)}."
         )
     raise unknown_name(_SINGULAR[kind], name, known)
+
+
+_FILES = {
+    "README.md": "what everything is, and what to type",
+    "scenario.toml": "what to simulate",
+    "grades/my_unit.toml": "your own sensors",
+    "algorithms/cayley.py": "your own attitude algorithm",
+    "views/attitude.py": "your own view",
+}
+"""Files of the example, with what they are."""
+
+
+def new_project(folder: Path) -> list[tuple[str, str]]:
+    """Lay out a project folder.
+
+    Args:
+        folder: the folder; it is made if it does not exist.
+
+    Returns:
+        Each file, relative to the folder, with what it is.
+
+    Raises:
+        InputError: the folder is not empty, is a file, or cannot be written.
+    """
+    example = package_content("scenarios") / "new_project"
+    made = [place for place in (folder, *folder.parents) if not place.exists()]
+    begun = False
+    try:
+        if folder.is_dir():
+            there = sorted(path.name for path in folder.iterdir())
+            if there:
+                shown = ", ".join(there[:3]) + (f" and {len(there) - 3} more" if len(there) > 3 else "")
+                raise InputError(f"the folder {folder} is not empty: it has {shown}. Name a new folder.")
+        elif folder.exists():
+            raise InputError(f"{folder} is a file. Name a new folder.")
+        begun = True
+        for name in _FILES:
+            (folder / name).parent.mkdir(parents=True, exist_ok=True)
+            shutil.copyfile(example / name, folder / name)
+    except OSError as error:
+        if begun:
+            _remove(folder, made)
+        raise InputError(
+            f"the project folder {folder} cannot be made: {error.strerror}. Name another folder."
+        ) from error
+    return list(_FILES.items())
+
+
+def _remove(folder: Path, made: Iterable[Path]) -> None:
+    """Remove the files of the example from a folder that was empty, and the folders that were made."""
+    for name in _FILES:
+        with suppress(OSError):
+            (folder / name).unlink()
+    for place in (*sorted({(folder / name).parent for name in _FILES} - {folder}), *made):
+        with suppress(OSError):  # it may not exist
+            place.rmdir()

@@ -14,7 +14,7 @@ from typing import Literal
 import numpy as np
 
 from sinssim.charts import Charts, Cloud
-from sinssim.scales import Scale, suiting
+from sinssim.units import Scale, suiting
 
 Medium = Literal["console", "page", "recording"]
 EVERYWHERE: tuple[Medium, ...] = ("console", "page", "recording")

@@ -12,8 +12,8 @@ from dataclasses import dataclass, fields
 from sinssim.algorithms import REGISTRY
 from sinssim.errors import InputError
 from sinssim.formatting import listed
-from sinssim.system.own_content.layout import Item, Outline
-from sinssim.system.own_content.registry import Registry, Sentences, sentence_of
+from sinssim.system.extensions import Item, Outline
+from sinssim.system.registries import Registry, Sentences, sentence_of
 
 
 @dataclass(frozen=True)
@@ -118,7 +118,7 @@ AXES: dict[str, str] = {
     "north": "velocity and attitude in north, east, down, each at its own place",
     "transported": "those of the true place carried to that of the solution without a turn about the vertical",
 }
-"""Ways to compare velocity and attitude at two places, see `sinssim.strapdown.polar`."""
+"""Ways to compare velocity and attitude at two places, see `sinssim.strapdown.polar_axes`."""
 
 OF_TRUTH = "truth"
 """The navigator's ellipsoid if it is that of the truth."""

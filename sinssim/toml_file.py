@@ -11,8 +11,8 @@ from typing import Any, TypeVar
 from pydantic import ValidationError
 
 from sinssim.errors import InputError, shortened
-from sinssim.mistakes import Table, key_lines, report
 from sinssim.system.user_file import read_text
+from sinssim.validation_errors import Table, key_lines, report
 
 Model = TypeVar("Model", bound=Table)
 

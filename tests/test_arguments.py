@@ -14,15 +14,15 @@ from sinssim.arguments import POSITIVE, check_kind, names, number, numbers, vect
 from sinssim.data import ImuData
 from sinssim.errors import InputError
 from sinssim.estimation import error_model
-from sinssim.estimation.model import Block
-from sinssim.experiments.studies.schema import Study
-from sinssim.rotation import arrays
+from sinssim.estimation.state_model import Block
+from sinssim.experiments.studies.study_schema import Study
+from sinssim.rotation import quaternions
 from sinssim.sensors import ImuErrors, TriadErrors
 from sinssim.sensors.imu.imu import Imu
-from sinssim.sensors.laser_gyro.lock_in import angle_error, turnarounds
-from sinssim.sensors.laser_gyro.ring import LaserGyro
-from sinssim.sensors.sets.accelerometers import emulate_accelerometers
-from sinssim.sensors.sets.gyro_free import cube, gyro_free_increments
+from sinssim.sensors.imu.laser_gyro import LaserGyro
+from sinssim.sensors.imu.lock_in import angle_error, turnarounds
+from sinssim.sensors.sets.gyro_free_block import cube, gyro_free_increments
+from sinssim.sensors.sets.single_sensors import emulate_accelerometers
 from sinssim.strapdown.frames import level
 from sinssim.truth.motions.parked import Parked
 
@@ -107,7 +107,7 @@ def test_read_only_arrays_compile_nothing_anew() -> None:
     """numba takes a read-only array for another type, and compiles a kernel for it: half a minute of waiting."""
     sinssim.navigate(IMU, START)
     rotation.multiply(np.tile(LEVEL, (3, 1)), np.tile(LEVEL, (3, 1)))
-    kernels = (level.engine("quaternion"), arrays._multiply_rows)
+    kernels = (level.engine("quaternion"), quaternions._multiply_rows)
     before = [len(kernel.signatures) for kernel in kernels]
     sinssim.navigate(ImuData(frozen(IMU.time), frozen(IMU.dtheta), frozen(IMU.dvel)), START)
     sinssim.navigate(ImuData(IMU.time, np.asfortranarray(IMU.dtheta), IMU.dvel[::1]), START)

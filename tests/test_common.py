@@ -9,20 +9,25 @@ from typing import Any
 import numpy as np
 import pytest
 
-from sinssim import section
-from sinssim.arguments import POSITIVE, doubles, names, number, quaternion, vector
-from sinssim.checks import (
+from sinssim import toml_section
+from sinssim.arguments import (
+    POSITIVE,
     check_finite,
     check_increasing,
     checked_imu,
     checked_increments,
     checked_initial,
+    doubles,
     first_not_finite,
     longest_gap,
+    names,
     not_finite_in,
+    number,
+    quaternion,
+    vector,
 )
 from sinssim.data import ImuData, Measurements, NavSolution, NavState
-from sinssim.earth.transverse import (
+from sinssim.earth.transverse_route import (
     distance_from_pole,
     nearest_allowed,
     normal,
@@ -273,10 +278,10 @@ def test_the_rows_of_a_solution_and_the_name_of_a_sensor() -> None:
     assert Measurements("speed", rows, rows, rows[:, None], rows[:, None], name="wheels").label == "wheels"
 
 
-class Table(section.Section):
-    altitude_m: section.Height = 3.0
-    axis: section.Axis = (0.0, 0.0, 1.0)
-    rows: tuple[section.Vector3, ...] = ()
+class Table(toml_section.Section):
+    altitude_m: toml_section.Height = 3.0
+    axis: toml_section.Axis = (0.0, 0.0, 1.0)
+    rows: tuple[toml_section.Vector3, ...] = ()
 
 
 def test_values_of_tables() -> None:
@@ -296,13 +301,15 @@ def test_values_of_tables() -> None:
 @pytest.mark.parametrize(
     ("kind", "low", "high"),
     [
-        (section.Latitude, -90.0, 90.0), (section.Longitude, -180.0, 360.0), (section.Heading, -360.0, 360.0),
-        (section.Moment, 0.0, 1e9), (section.Height, -12e3, 1e6), (section.Speed, 0.0, 12e3),
-        (section.Velocity, -12e3, 12e3), (section.Offset, -1e6, 1e6), (section.Spread, 0.0, 1e6),
-        (section.Noise, 1e-12, 1e6), (section.CorrelationTime, 1e-3, 1e9), (section.Rate, 1e-6, 1e6),
-        (section.Frequency, 1e-6, 1e5), (section.TurnRate, -36e4, 36e4), (section.NotNegative, 0.0, None),
-        (section.Turn, 5e-324, 36e3), (section.Duration, 5e-324, 1e9), (section.Timeout, 5e-324, 1e6),
-        (section.Positive, 5e-324, None),
+        (toml_section.Latitude, -90.0, 90.0), (toml_section.Longitude, -180.0, 360.0),
+        (toml_section.Heading, -360.0, 360.0),
+        (toml_section.Moment, 0.0, 1e9), (toml_section.Height, -12e3, 1e6), (toml_section.Speed, 0.0, 12e3),
+        (toml_section.Velocity, -12e3, 12e3), (toml_section.Offset, -1e6, 1e6), (toml_section.Spread, 0.0, 1e6),
+        (toml_section.Noise, 1e-12, 1e6), (toml_section.CorrelationTime, 1e-3, 1e9), (toml_section.Rate, 1e-6, 1e6),
+        (toml_section.Frequency, 1e-6, 1e5), (toml_section.TurnRate, -36e4, 36e4),
+        (toml_section.NotNegative, 0.0, None),
+        (toml_section.Turn, 5e-324, 36e3), (toml_section.Duration, 5e-324, 1e9), (toml_section.Timeout, 5e-324, 1e6),
+        (toml_section.Positive, 5e-324, None),
     ],
 )  # fmt: skip
 def test_limits_of_values(kind: Any, low: float, high: float | None) -> None:

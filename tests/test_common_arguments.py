@@ -62,7 +62,7 @@ def test_a_loaded_scenario_names_the_wrong_setting() -> None:
 
 
 def test_overrides_belong_to_the_file_of_a_study() -> None:
-    from sinssim.experiments.load import load_any_study
+    from sinssim.experiments.study import load_any_study
 
     study = load_any_study("gyro_trade")
     with pytest.raises(InputError, match="overrides change the file of a study"):

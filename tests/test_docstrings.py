@@ -9,7 +9,7 @@ from typing import Any
 import pytest
 
 import sinssim
-from sinssim.experiments.run.result import Run
+from sinssim.experiments.run.run_result import Run
 from sinssim.recording.stream_tables import Streams, StreamTable
 
 FUNCTIONS = [name for name in sinssim.__all__ if inspect.isfunction(getattr(sinssim, name))]

@@ -14,7 +14,7 @@ import pytest
 
 import sinssim
 from sinssim import jit
-from sinssim.system.kernel_files import DIGEST_BYTES, content_digest
+from sinssim.jit import DIGEST_BYTES, content_digest
 from tests.forked import Forks
 
 USE = """
@@ -303,7 +303,7 @@ COMPILES = """
 import os, signal, threading, time
 from numba.core import event
 from sinssim.jit import kernel
-from sinssim.system.signals import interruptible
+from sinssim.system.interruption import interruptible
 
 @kernel
 def seven(x: float) -> float:

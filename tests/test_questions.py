@@ -131,7 +131,7 @@ def test_levels_by_the_square_of_the_interval(numbers):
 
 @pytest.mark.rendered
 def test_diagrams_are_up_to_date(diagrams):
-    from sinssim.recording.figures.canvas import to_svg
+    from sinssim.recording.figures import to_svg
 
     for name, draw in diagrams.DIAGRAMS.items():
         kept = (DOCS / "images" / f"{name}.svg").read_text(encoding="utf-8")

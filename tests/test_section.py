@@ -7,7 +7,7 @@ from typing import Annotated
 import pytest
 
 from sinssim.errors import InputError
-from sinssim.section import Keys, Section, once
+from sinssim.toml_section import Keys, Section, once
 
 
 class _Table(Section):

@@ -10,7 +10,7 @@ from pathlib import Path
 import pytest
 
 from sinssim.errors import InputError
-from sinssim.system.own_content.registry import forget
+from sinssim.system.registries import forget
 from tests.cli.test_cli import call
 
 PAGE = (Path(__file__).parents[1] / "docs" / "tasks.md").read_text(encoding="utf-8")

@@ -8,14 +8,13 @@ from matplotlib.colors import LogNorm
 from matplotlib.figure import Figure
 from numpy.typing import ArrayLike, NDArray
 
-from sinssim.alignment.axes import Angles, Array, Attitude
-from sinssim.alignment.budget import Method
-from sinssim.analyses.alignment.alignment_exhibits import bars, curve
+from sinssim.alignment.alignment_budget import Method
+from sinssim.alignment.parked_theory import Angles, Array, Attitude
+from sinssim.analyses.alignment_result import bars, curve
 from sinssim.charts import Charts
 from sinssim.recording import style
-from sinssim.recording.figures.canvas import new_figure, styled
-from sinssim.recording.figures.charts import figure_of
-from sinssim.sensors.imu.errors import ImuErrors
+from sinssim.recording.figures import figure_of, new_figure, styled
+from sinssim.sensors.imu.imu_errors import ImuErrors
 from sinssim.units import ARCMIN, DEG
 
 _THRESHOLD = style.css(style.COLORS["quaternion"])  # light blue: visible on the colours of the map

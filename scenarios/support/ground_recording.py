@@ -9,7 +9,7 @@ import numpy as np
 import rerun as rr
 import rerun.blueprint as rrb
 
-from sinssim.alignment.axes import Angles
+from sinssim.alignment.parked_theory import Angles
 from sinssim.data import Array
 from sinssim.recording import style
 from sinssim.recording.rerun.rrd import Recording

@@ -13,8 +13,8 @@ from dataclasses import replace
 
 import numpy as np
 
-from sinssim.estimation.initial_alignment.start import Start
-from sinssim.simulation.aided.recorded_run import Prepared, aid_recorded
+from sinssim.estimation.filter_start import Start
+from sinssim.simulation.recorded_filter_run import Prepared, aid_recorded
 
 SETTLED = 20.0
 """Innovations after this time count, s: the first ones depend on the alignment."""

@@ -7,10 +7,8 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from sinssim.alignment.axes import Angles, Array, Attitude
 from sinssim.alignment.determination import solve
-from sinssim.alignment.readings_at_rest import ideal_readings
-from sinssim.alignment.theory import InstrumentErrors, error_statistics
+from sinssim.alignment.parked_theory import Angles, Array, Attitude, InstrumentErrors, error_statistics, ideal_readings
 
 
 class SecondOrder(NamedTuple):

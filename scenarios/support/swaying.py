@@ -14,12 +14,11 @@ from numpy.typing import ArrayLike
 from sinssim import earth, rotation
 from sinssim.arguments import number
 from sinssim.data import Array, ImuData, NavState
-from sinssim.earth.models import WGS84, Ellipsoid
+from sinssim.earth.ellipsoids import WGS84, Ellipsoid
 from sinssim.errors import InputError, shortened
-from sinssim.truth.block import block_state
-from sinssim.truth.motions.closed_form import ClosedForm
+from sinssim.truth.motions.analytic import ClosedForm
 from sinssim.truth.motions.vibration import Tone
-from sinssim.truth.sample_times import check_instants, checked_place, sample_edges
+from sinssim.truth.sampling import block_state, check_instants, checked_place, sample_edges
 
 _COORDINATES = ("roll", "pitch", "heading", "north", "east", "down")
 _POINTS = 5  # Gauss-Legendre points on each sample interval

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from sinssim.recording import style
-from sinssim.recording.figures.canvas import new_figure, styled
+from sinssim.recording.figures import new_figure, styled
 from sinssim.units import DEG_H, UG
 
 if TYPE_CHECKING:

@@ -16,17 +16,16 @@ from numba import types
 from numba.extending import overload
 
 from sinssim.data import Array
-from sinssim.earth.kernels import EarthParameters
+from sinssim.earth.ellipsoid_kernels import EarthParameters
 from sinssim.jit import bind, strict_inline
-from sinssim.rotation.kernels import sincos_k
-from sinssim.strapdown.assemble import parts
+from sinssim.rotation.quaternions import sincos_k
 from sinssim.strapdown.attitude.quaternion import dcm_k, quaternion_k, start_k, step_k
-from sinssim.strapdown.frames.kernels import forces_k
+from sinssim.strapdown.coning_sculling import BLOCK, empty_turns_k, fill_single_turns, turn_in_block_k
+from sinssim.strapdown.coning_sculling import fill_fitted_turns as fill_turns
+from sinssim.strapdown.engine_assembly import parts
 from sinssim.strapdown.frames.level import EXACT_EVERY, LevelState, refreshed_k, start_level_k, step_level_k
-from sinssim.strapdown.frames.problem import Models
-from sinssim.strapdown.frames.vertical import HELD, Loop
-from sinssim.strapdown.increments.block_turns import BLOCK, empty_turns_k, fill_single_turns, turn_in_block_k
-from sinssim.strapdown.increments.block_turns import fill_fitted_turns as fill_turns
+from sinssim.strapdown.frames.navigation_problem import Models, forces_k
+from sinssim.strapdown.frames.vertical_channel import HELD, Loop
 
 
 @strict_inline

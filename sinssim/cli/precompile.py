@@ -11,14 +11,13 @@ import multiprocessing
 import numpy as np
 
 from sinssim import earth
-from sinssim.alignment.disturbed import inertial_curve
-from sinssim.analyses.error_budget.analyse import budget
+from sinssim.alignment.disturbed_base import inertial_curve
+from sinssim.analyses.error_budget.covariance_budget import budget
 from sinssim.content import package_content
 from sinssim.experiments.run.execute import rehearse, run
-from sinssim.scenario import Scenario, load_scenario
-from sinssim.scenario.filter import filter_states
+from sinssim.scenario import Scenario, filter_model, load_scenario
 from sinssim.sensors.sets.sensor_set import Redundant
-from sinssim.system.drafts import Draft
+from sinssim.system.outputs import Draft
 from sinssim.truth.curve import Curve
 
 _PARKED = Scenario.model_validate(
@@ -64,7 +63,7 @@ def second_half() -> None:
         plans, key=lambda plan: (plan.navigation.frame == "level", "platform" not in plan.navigation.algorithms)
     ):
         if plan.one_component is None:
-            rehearse(plan if plan.filter is None else filter_states.with_states(plan), recorded=False)
+            rehearse(plan if plan.filter is None else filter_model.with_states(plan), recorded=False)
     redundant = Redundant(type="redundant", windows_s=(1.0,))  # faults lie outside the rehearsal of their scenario
     run(_PARKED.model_copy(update={"imu": _PARKED.imu.model_copy(update={"sensor_set": redundant})}))
 

@@ -16,7 +16,7 @@ from sinssim.cli.options import quiet_wanted, traceback_wanted, want_quiet, want
 from sinssim.cli.terminal import notes_of
 from sinssim.errors import SinssimError, SinssimWarning
 from sinssim.system.encoding import standard_streams
-from sinssim.system.signals import interruptible
+from sinssim.system.interruption import interruptible
 
 E = TypeVar("E", bound=BaseException)
 

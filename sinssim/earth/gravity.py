@@ -8,9 +8,15 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from sinssim.data import Array
-from sinssim.earth.coordinates import as_columns, as_vectors
-from sinssim.earth.kernels import GRAVITY_NUMBERS, EarthParameters, gravitation_ecef_k, gravity_ned_k, parameters
-from sinssim.earth.models import GRAVITY_MODELS, WGS84, Ellipsoid
+from sinssim.earth.ellipsoid_kernels import (
+    GRAVITY_NUMBERS,
+    EarthParameters,
+    gravitation_ecef_k,
+    gravity_ned_k,
+    parameters,
+)
+from sinssim.earth.ellipsoids import GRAVITY_MODELS, WGS84, Ellipsoid
+from sinssim.earth.geodetic_coordinates import as_columns, as_vectors
 from sinssim.errors import check_name
 from sinssim.jit import kernel
 

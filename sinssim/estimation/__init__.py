@@ -10,16 +10,16 @@ from typing import TYPE_CHECKING
 from sinssim.lazy import on_first_use
 
 if TYPE_CHECKING:
-    from sinssim.estimation.model import BLOCKS as BLOCKS
-    from sinssim.estimation.model import Block as Block
-    from sinssim.estimation.model import ErrorModel as ErrorModel
-    from sinssim.estimation.model import error_model as error_model
-    from sinssim.estimation.result import Divergence as Divergence
-    from sinssim.estimation.result import Estimate as Estimate
-    from sinssim.estimation.result import History as History
-    from sinssim.estimation.result import Innovations as Innovations
-    from sinssim.estimation.result import Smoothed as Smoothed
-    from sinssim.estimation.result import nominal_errors as nominal_errors
-    from sinssim.estimation.result import state_errors as state_errors
+    from sinssim.estimation.filter_result import Divergence as Divergence
+    from sinssim.estimation.filter_result import Estimate as Estimate
+    from sinssim.estimation.filter_result import History as History
+    from sinssim.estimation.filter_result import Innovations as Innovations
+    from sinssim.estimation.filter_result import Smoothed as Smoothed
+    from sinssim.estimation.filter_result import nominal_errors as nominal_errors
+    from sinssim.estimation.filter_result import state_errors as state_errors
+    from sinssim.estimation.state_model import BLOCKS as BLOCKS
+    from sinssim.estimation.state_model import Block as Block
+    from sinssim.estimation.state_model import ErrorModel as ErrorModel
+    from sinssim.estimation.state_model import error_model as error_model
 
 __getattr__, __dir__, __all__ = on_first_use(__name__)

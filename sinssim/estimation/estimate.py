@@ -23,31 +23,28 @@ from typing import Unpack
 
 import numpy as np
 
-from sinssim.arguments import doubles, number
-from sinssim.checks import checked_initial
+from sinssim.arguments import checked_initial, doubles, number
 from sinssim.data import Array, ImuData, Measurements, NavState
-from sinssim.earth.harmonics.field import DisturbingField
-from sinssim.earth.transverse import route_along
+from sinssim.earth.gravity_disturbance import DisturbingField
+from sinssim.earth.transverse_route import route_along
 from sinssim.errors import InputError, RunError, check_name, shortened
-from sinssim.estimation.checks.cure import vibration_untold
-from sinssim.estimation.checks.divergence_checks import contradiction, remarks
-from sinssim.estimation.dynamics import driving_noise
-from sinssim.estimation.intake import CheckedMeasurements, take_in
+from sinssim.estimation.divergence import contradiction, remarks, vibration_untold
+from sinssim.estimation.error_dynamics import driving_noise
+from sinssim.estimation.filter_loop import Loop
+from sinssim.estimation.filter_result import Estimate
 from sinssim.estimation.linearisation import Surroundings
-from sinssim.estimation.loop import Loop
-from sinssim.estimation.model import ErrorModel
-from sinssim.estimation.nominal import MeanGyroRates, at, solution_of
-from sinssim.estimation.result import Estimate
+from sinssim.estimation.measurement_epochs import CheckedMeasurements, take_in
+from sinssim.estimation.nominal_motion import MeanGyroRates, at, solution_of
 from sinssim.estimation.smoother import smooth as smoothed
-from sinssim.sensors.aiding.base.measurement import CORE
-from sinssim.sensors.from_readings.vibration import AddedNoise
+from sinssim.estimation.state_model import ErrorModel
 from sinssim.sensors.imu.encoder import Encoders
-from sinssim.strapdown.disturbance import navigate_in_field
+from sinssim.sensors.measurement_kind import CORE
+from sinssim.sensors.vibration_noise import AddedNoise
+from sinssim.strapdown.gravity_disturbance import navigate_in_field
 from sinssim.strapdown.mechanization import Mechanization, Options, chosen
-from sinssim.strapdown.navigate import navigate
-from sinssim.strapdown.polar import axes_of
-from sinssim.strapdown.segments import Segments
-from sinssim.system.memory import give_back_memory
+from sinssim.strapdown.navigate import Segments, navigate
+from sinssim.strapdown.polar_axes import axes_of
+from sinssim.system.resources import give_back_memory
 
 
 # Long: the public function checks and prepares its many options before the loop.
@@ -92,10 +89,10 @@ def estimate(
         history: whether to keep the history that observability is computed from.
         row_s: least time between stored rows of the history and covariances, s; by default there is one at every
             measurement and every second. Each row holds six n × n matrices.
-        axes: axes of the errors, see `ErrorModel.axes`; by default those of `sinssim.strapdown.polar.axes_of` for the
-            pure inertial solution and the position measurements.
+        axes: axes of the errors, see `ErrorModel.axes`; by default those of `sinssim.strapdown.polar_axes.axes_of` for
+            the pure inertial solution and the position measurements.
         added_noise: noise of the inertial sensors in addition to the model's, along the run, for example by vibration
-            (`sinssim.sensors.from_readings.vibration`).
+            (`sinssim.sensors.vibration_noise`).
         field: disturbing field that the engine knows beside normal gravity.
         encoders: of a block that turns in the vehicle: the state is that of the block, the measurements are those of
             the vehicle.

@@ -1,4 +1,7 @@
-"""Linearises a segment of inertial navigation: Φ, Q, H and residuals of all its epochs at once."""
+"""Linearises a segment of inertial navigation.
+
+Φ, Q, H and residuals of all its epochs at once, for any aiding sensor.
+"""
 
 from __future__ import annotations
 
@@ -11,19 +14,79 @@ from numpy.typing import NDArray
 
 from sinssim import rotation
 from sinssim.data import Array, Measurements, NavSolution, NavState
-from sinssim.earth.models import Ellipsoid
-from sinssim.estimation.dynamics import dynamics, transition
-from sinssim.estimation.earth_dynamics import earth_dynamics, transported_transition
-from sinssim.estimation.intake import CheckedMeasurements, Epochs
-from sinssim.estimation.model import ErrorModel
-from sinssim.estimation.nominal import MeanGyroRates, at, motion, near, rows_of
-from sinssim.estimation.observation import Prediction, delays, observe
-from sinssim.sensors.aiding.base.measurement import PHI, V
-from sinssim.sensors.aiding.registry import measurement_kind
-from sinssim.sensors.from_readings.vibration import AddedNoise
+from sinssim.earth.ellipsoids import Ellipsoid
+from sinssim.estimation.error_dynamics import (
+    dynamics,
+    earth_dynamics,
+    rate_error,
+    refer_to_transported,
+    transition,
+    transported_transition,
+)
+from sinssim.estimation.measurement_epochs import CheckedMeasurements, Epochs
+from sinssim.estimation.nominal_motion import MeanGyroRates, at, motion, near, rows_of
+from sinssim.estimation.state_model import ErrorModel
+from sinssim.sensors.aiding_registry import measurement_kind
 from sinssim.sensors.imu.encoder import Encoders
-from sinssim.sensors.imu.errors import ImuErrors
-from sinssim.strapdown.polar import POLAR_LIMIT, carried
+from sinssim.sensors.imu.imu_errors import ImuErrors
+from sinssim.sensors.measurement_kind import PHI, Comparison, MeasurementKind, V
+from sinssim.sensors.vibration_noise import AddedNoise
+from sinssim.strapdown.polar_axes import POLAR_LIMIT, carried
+
+
+@dataclass(frozen=True)
+class Prediction:
+    """Inertial navigation at the instants of some readings.
+
+    Attributes:
+        state: M rows.
+        rate_b: inertial rate of the body, or its mean over the reading's interval, (M, 3) rad/s.
+        ellipsoid: reference ellipsoid.
+        sensed: of a block that turns in the vehicle, the rate that its gyros sense, (M, 3) rad/s, and C_vb, which
+            takes its axes into the vehicle's, (M, 3, 3); None for a block that does not turn.
+    """
+
+    state: NavState
+    rate_b: Array
+    ellipsoid: Ellipsoid
+    sensed: tuple[Array, Array] | None = None
+
+    def rate_error(self, model: ErrorModel) -> Array:
+        """Return the matrix of the rate's error by the gyros' states, (M, 3, n)."""
+        if self.sensed is None:
+            return rate_error(model, self.rate_b)
+        rate, c_vb = self.sensed
+        return np.asarray(c_vb @ rate_error(model, rate))
+
+
+def observe(
+    measurements: Measurements, prediction: Prediction, model: ErrorModel, parameters: Mapping[str, Array]
+) -> tuple[Array, Array]:
+    """Return residuals and H of readings.
+
+    Args:
+        parameters: values of the sensors' compensated parameters, by block.
+
+    Returns:
+        Residuals, prediction less reading, (M, k), and H, (M, k, n).
+    """
+    kind, p = measurement_kind(measurements.kind), prediction
+    arm = np.asarray(measurements.lever_arm, dtype=np.float64)
+    if kind.at_antenna and "gnss lever arm" in model.slices:
+        arm = arm + parameters["gnss lever arm"]
+    at = Comparison(
+        p.state, p.rate_b, lambda: p.rate_error(model), p.ellipsoid, model, parameters, measurements.label, arm
+    )
+    residual, h = kind.observe(at, measurements.value)
+    if model.axes == "transported" and kind.turns_with_north:
+        refer_to_transported(h, p.state, p.ellipsoid)
+    return residual, h
+
+
+def delays(kind: MeasurementKind, label: str, model: ErrorModel) -> list[str]:
+    """Return the names of the blocks that describe by how much readings of a sensor are stamped too late."""
+    own = [f"{label} delay", *(["gnss time offset"] if kind.on_gnss_clock else [])]
+    return [name for name in own if name in model.slices]
 
 
 class Observed(NamedTuple):

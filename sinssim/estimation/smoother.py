@@ -15,10 +15,10 @@ from __future__ import annotations
 import numpy as np
 
 from sinssim.data import Array
-from sinssim.earth.models import Ellipsoid
-from sinssim.estimation.model import NAVIGATION, ErrorModel
-from sinssim.estimation.nominal import solution_of
-from sinssim.estimation.result import History, Smoothed, corrected
+from sinssim.earth.ellipsoids import Ellipsoid
+from sinssim.estimation.filter_result import History, Smoothed, corrected
+from sinssim.estimation.nominal_motion import solution_of
+from sinssim.estimation.state_model import NAVIGATION, ErrorModel
 
 
 def smooth(model: ErrorModel, history: History, ellipsoid: Ellipsoid, algorithm: str) -> Smoothed:

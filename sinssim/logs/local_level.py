@@ -8,7 +8,7 @@ import numpy as np
 
 from sinssim import rotation
 from sinssim.data import Array
-from sinssim.earth.coordinates import ecef_to_geodetic, geodetic_to_ecef
+from sinssim.earth.geodetic_coordinates import ecef_to_geodetic, geodetic_to_ecef
 
 _R = math.sqrt(0.5)
 Q_ENU_NED = np.array([0.0, _R, _R, 0.0])
@@ -109,7 +109,7 @@ def level_turn(origin: tuple[float, float, float], latitude: Array, longitude: A
     Returns:
         Quaternions from east-north-up at the place to east-north-up at the origin, scalar first, (N, 4).
     """
-    from sinssim.earth.coordinates import q_en
+    from sinssim.earth.geodetic_coordinates import q_en
 
     q_en_here, q_en_origin = q_en(latitude, longitude), q_en(*origin[:2])
     ned = rotation.multiply(rotation.conjugate(q_en_origin), q_en_here)

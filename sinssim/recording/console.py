@@ -1,16 +1,18 @@
-"""Exhibits on the console."""
+"""Exhibits on the console, and tables as plain text."""
 
 from __future__ import annotations
 
+import io
 import re
-from collections.abc import Iterable
+from collections.abc import Callable, Iterable
 from typing import TYPE_CHECKING, Literal
+
+from rich.console import Console
 
 from sinssim.exhibits import Beside, Exhibits, Item, Section, Sentence, Table
 
 if TYPE_CHECKING:
     from rich import table as rich_table
-    from rich.console import Console
 
 
 _LONG = 64
@@ -80,3 +82,17 @@ def table_of(table: Table) -> rich_table.Table:
     for row in rows:
         drawn.add_row(*(Text(_bare(cell)) for cell in row))
     return drawn
+
+
+_WIDTH = 120
+
+
+def plain_text(show: Callable[[Console], None]) -> str:
+    """Return the text that a table prints.
+
+    Returns:
+        Lines of at most 120 characters.
+    """
+    text = io.StringIO()
+    show(Console(file=text, width=_WIDTH, highlight=False))
+    return text.getvalue()

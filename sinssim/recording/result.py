@@ -9,9 +9,8 @@ from shutil import copytree
 from typing import Any, ClassVar, Generic, TypeVar
 
 from sinssim.exhibits import Exhibits
-from sinssim.recording.store.directory import write_directory
-from sinssim.recording.stream_tables import Streams
-from sinssim.recording.streams import Stream
+from sinssim.recording.run_directory import write_directory
+from sinssim.recording.stream_tables import Stream, Streams
 from sinssim.system.short_repr import html_table
 
 R = TypeVar("R")
@@ -34,7 +33,7 @@ class Media(Generic[R]):
 
     def figure(self, result: R, quantity: str | None = None) -> Any:
         """Draw a result, or one of its quantities; by default the charts that its exhibits name."""
-        from sinssim.recording.figures.charts import figure_of
+        from sinssim.recording.figures import figure_of
 
         exhibits = self.exhibits(result)
         return figure_of(exhibits.chosen(exhibits.figure))
@@ -94,7 +93,7 @@ class Result:
         Raises:
             InputError: the result has nothing to draw, or does not have the quantity.
         """
-        from sinssim.recording.figures.canvas import to_png
+        from sinssim.recording.figures import to_png
 
         figure = self.media.figure(self, quantity)
         figure._repr_png_ = lambda: to_png(figure)  # what a notebook shows without pyplot

@@ -7,36 +7,36 @@ from typing import TYPE_CHECKING
 from sinssim.lazy import on_first_use
 
 if TYPE_CHECKING:
-    from sinssim.rotation.angles import HEADING_RANGES as HEADING_RANGES
-    from sinssim.rotation.angles import continuous_angles as continuous_angles
-    from sinssim.rotation.angles import heading_in as heading_in
-    from sinssim.rotation.angles import shown_heading as shown_heading
-    from sinssim.rotation.arrays import conjugate as conjugate
-    from sinssim.rotation.arrays import dcm_from_quaternion as dcm_from_quaternion
-    from sinssim.rotation.arrays import euler_from_quaternion as euler_from_quaternion
-    from sinssim.rotation.arrays import multiply as multiply
-    from sinssim.rotation.arrays import normalize as normalize
-    from sinssim.rotation.arrays import quaternion_from_dcm as quaternion_from_dcm
-    from sinssim.rotation.arrays import quaternion_from_euler as quaternion_from_euler
-    from sinssim.rotation.arrays import quaternion_from_rotation_vector as quaternion_from_rotation_vector
-    from sinssim.rotation.arrays import rotate as rotate
-    from sinssim.rotation.arrays import rotation_vector_from_quaternion as rotation_vector_from_quaternion
-    from sinssim.rotation.kernels import SERIES as SERIES
-    from sinssim.rotation.kernels import Matrix as Matrix
-    from sinssim.rotation.kernels import Quaternion as Quaternion
-    from sinssim.rotation.kernels import Vector as Vector
-    from sinssim.rotation.kernels import cross_k as cross_k
-    from sinssim.rotation.kernels import dcm_from_quaternion_k as dcm_from_quaternion_k
-    from sinssim.rotation.kernels import euler_from_quaternion_k as euler_from_quaternion_k
-    from sinssim.rotation.kernels import half_angle_series_k as half_angle_series_k
-    from sinssim.rotation.kernels import multiply_k as multiply_k
-    from sinssim.rotation.kernels import quaternion_from_dcm_k as quaternion_from_dcm_k
-    from sinssim.rotation.kernels import quaternion_from_euler_k as quaternion_from_euler_k
-    from sinssim.rotation.kernels import quaternion_from_rotation_vector_k as quaternion_from_rotation_vector_k
-    from sinssim.rotation.kernels import rotate_k as rotate_k
-    from sinssim.rotation.kernels import rotation_series_k as rotation_series_k
-    from sinssim.rotation.kernels import rotation_vector_from_quaternion_k as rotation_vector_from_quaternion_k
-    from sinssim.rotation.kernels import sincos_k as sincos_k
-    from sinssim.rotation.kernels import small_rotation_series_k as small_rotation_series_k
+    from sinssim.rotation.euler_angles import HEADING_RANGES as HEADING_RANGES
+    from sinssim.rotation.euler_angles import continuous_angles as continuous_angles
+    from sinssim.rotation.euler_angles import heading_in as heading_in
+    from sinssim.rotation.euler_angles import shown_heading as shown_heading
+    from sinssim.rotation.quaternions import SERIES as SERIES
+    from sinssim.rotation.quaternions import Matrix as Matrix
+    from sinssim.rotation.quaternions import Quaternion as Quaternion
+    from sinssim.rotation.quaternions import Vector as Vector
+    from sinssim.rotation.quaternions import conjugate as conjugate
+    from sinssim.rotation.quaternions import cross_k as cross_k
+    from sinssim.rotation.quaternions import dcm_from_quaternion as dcm_from_quaternion
+    from sinssim.rotation.quaternions import dcm_from_quaternion_k as dcm_from_quaternion_k
+    from sinssim.rotation.quaternions import euler_from_quaternion as euler_from_quaternion
+    from sinssim.rotation.quaternions import euler_from_quaternion_k as euler_from_quaternion_k
+    from sinssim.rotation.quaternions import half_angle_series_k as half_angle_series_k
+    from sinssim.rotation.quaternions import multiply as multiply
+    from sinssim.rotation.quaternions import multiply_k as multiply_k
+    from sinssim.rotation.quaternions import normalize as normalize
+    from sinssim.rotation.quaternions import quaternion_from_dcm as quaternion_from_dcm
+    from sinssim.rotation.quaternions import quaternion_from_dcm_k as quaternion_from_dcm_k
+    from sinssim.rotation.quaternions import quaternion_from_euler as quaternion_from_euler
+    from sinssim.rotation.quaternions import quaternion_from_euler_k as quaternion_from_euler_k
+    from sinssim.rotation.quaternions import quaternion_from_rotation_vector as quaternion_from_rotation_vector
+    from sinssim.rotation.quaternions import quaternion_from_rotation_vector_k as quaternion_from_rotation_vector_k
+    from sinssim.rotation.quaternions import rotate as rotate
+    from sinssim.rotation.quaternions import rotate_k as rotate_k
+    from sinssim.rotation.quaternions import rotation_series_k as rotation_series_k
+    from sinssim.rotation.quaternions import rotation_vector_from_quaternion as rotation_vector_from_quaternion
+    from sinssim.rotation.quaternions import rotation_vector_from_quaternion_k as rotation_vector_from_quaternion_k
+    from sinssim.rotation.quaternions import sincos_k as sincos_k
+    from sinssim.rotation.quaternions import small_rotation_series_k as small_rotation_series_k
 
 __getattr__, __dir__, __all__ = on_first_use(__name__)

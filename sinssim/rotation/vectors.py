@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from sinssim.jit import inline
-from sinssim.rotation.kernels import Matrix, Vector
+from sinssim.rotation.quaternions import Matrix, Vector
 
 
 @inline

@@ -9,11 +9,10 @@ from sinssim.algorithms import MEASURED_ATTITUDE, PLATFORM, schedule
 from sinssim.errors import InputError, unknown_name
 from sinssim.formatting import listed
 from sinssim.frames import check_correctable
-from sinssim.scenario.sections.output import OF_FRAME
-from sinssim.scenario.tables import IN_SPACE, Tables
-from sinssim.scenario.variation import check_variation
+from sinssim.scenario.ensemble_section import check_variation
+from sinssim.scenario.tables import IN_SPACE, OF_FRAME, Tables
 from sinssim.sensors.aiding.gnss import Gnss
-from sinssim.sensors.imu.terms import OF_TURNS, TERMS, of_triad
+from sinssim.sensors.imu.error_term_table import OF_TURNS, TERMS, of_triad
 from sinssim.sensors.sets.sensor_set import Platform
 
 _OF_TURNS = (*OF_TURNS, "limit", "quantum")

@@ -8,12 +8,12 @@ import numpy as np
 
 from sinssim import earth, rotation, units
 from sinssim.data import Array, NavState
-from sinssim.earth.coordinates import radii
-from sinssim.earth.models import Ellipsoid
-from sinssim.strapdown.polar import carried
+from sinssim.earth.ellipsoids import Ellipsoid
+from sinssim.earth.geodetic_coordinates import radii
+from sinssim.strapdown.polar_axes import carried
 
 if TYPE_CHECKING:
-    from sinssim.scenario.sections.navigation import InitialErrorSection
+    from sinssim.scenario.navigation_section import InitialErrorSection
 
 
 def initial_state_with_errors(

@@ -11,11 +11,10 @@ from typing import Any
 
 from sinssim.content import find_content
 from sinssim.errors import InputError, shortened
-from sinssim.logs.log import files_from
+from sinssim.logs.log_settings import files_from
 from sinssim.scenario.schema import Scenario
-from sinssim.scenario.use import resolved_use, warn_of_changes
-from sinssim.sensors.imu.grade_file import SUFFIX
-from sinssim.sensors.imu.grades import find_grade
+from sinssim.scenario.use_key import resolved_use, warn_of_changes
+from sinssim.sensors.imu.grades import SUFFIX, find_grade
 from sinssim.toml_file import read_toml, validate
 
 Overrides = str | Sequence[str]

@@ -1,4 +1,7 @@
-"""Notes on a scenario: keys without effect, times beyond the end of the run, defaults in use."""
+"""Notes on a scenario: keys without effect, times after the end of the run, defaults in use, height reference.
+
+The height reference matters because pure inertial height is unstable.
+"""
 
 from __future__ import annotations
 
@@ -10,15 +13,15 @@ from sinssim.scenario.tables import Tables
 from sinssim.sensors.aiding.baro import Barometer
 from sinssim.sensors.aiding.gnss import Gnss
 from sinssim.sensors.imu.datasheet import to_si
+from sinssim.sensors.imu.error_term_table import CORRELATION_TIME, TERMS, of_triad
 from sinssim.sensors.imu.grades import find_grade
 from sinssim.sensors.imu.imu import Imu
-from sinssim.sensors.imu.terms import CORRELATION_TIME, TERMS, of_triad
 from sinssim.sensors.sets.sensor_set import Platform, Redundant
 from sinssim.truth.flight.legs.waypoint import WaypointLeg
 from sinssim.units import PPM
 
 FLICKER_SAMPLES = 2.5e6
-"""Number of samples up to which flicker has its Allan deviation of 0.664 B; see `sinssim.sensors.noise.flicker`."""
+"""Number of samples up to which flicker has its Allan deviation of 0.664 B; see `sinssim.sensors.flicker`."""
 
 
 def keys_without_effect(imu: Imu, end: float) -> Iterator[str]:
@@ -185,3 +188,26 @@ def defaults_taken(imu: Imu, duration: float) -> Iterator[str]:
                 f"{FLICKER_SAMPLES / imu.rate_hz:.4g} s at {imu.rate_hz:g} Hz; over longer times its Allan deviation "
                 "falls below 0.664 B, by 1.5 % at 4e6 samples."
             )
+
+
+_E_FOLD_S = math.sqrt(6.371e6 / (2.0 * 9.81))
+"""√(R/2g): time in which an error of unaided height grows e-fold, s. Gravity falls by 2g/R per metre."""
+
+
+def height_words(scenario: Tables) -> str:
+    """Describe the height reference and its effect on the horizontal solution."""
+    navigation, aiding = scenario.navigation, scenario.aiding
+    if navigation.vertical == "free":
+        return (
+            f"free; its errors grow e-fold in {_E_FOLD_S / 60.0:.1f} min and eventually degrade the horizontal "
+            'solution, too (navigation.vertical = "baro-loop" stabilises it)'
+        )
+    if navigation.vertical == "truth":
+        return "the true height: the height has no error and does not affect the horizontal solution"
+    held = (
+        f"stabilised by a baro loop with a time constant of {navigation.baro_time_constant_s:g} s, which prevents a "
+        f"growing height error from degrading the horizontal solution"
+    )
+    if aiding is not None and aiding.sensor(Barometer) is not None:
+        return f"{held}; its error is that of [aiding.baro]"
+    return f"{held}; without [aiding.baro], its reference is a perfect altimeter (the true height)"

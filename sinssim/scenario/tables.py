@@ -1,56 +1,247 @@
-"""The tables of a scenario file: one typed, frozen model each, with the unit of every quantity in its name."""
+"""The tables of a scenario file: one typed, frozen model each, with the unit of every quantity in its name.
+
+A scenario navigates exactly one of several sources, each of which is a table. [output] and [recording] choose what is
+kept of a run, and [calibration] how errors are estimated from a sequence on a turntable.
+"""
 
 from __future__ import annotations
 
 import os
 from collections.abc import Iterable, Mapping
 from pathlib import Path
-from typing import Annotated, Any, Self
+from typing import Annotated, Any, Literal, NamedTuple, Self, get_args
 
 from pydantic import (
     AfterValidator,
+    BeforeValidator,
+    Discriminator,
     Field,
     GetJsonSchemaHandler,
     SerializeAsAny,
     SerializerFunctionWrapHandler,
+    Tag,
     model_serializer,
     model_validator,
 )
 from pydantic.fields import FieldInfo
 from pydantic.json_schema import JsonSchemaValue
-from pydantic_core import CoreSchema
+from pydantic_core import CoreSchema, PydanticCustomError
 
 from sinssim.algorithms import PLATFORM
+from sinssim.earth.ellipsoids import ELLIPSOIDS
 from sinssim.errors import shortened
-from sinssim.logs.log import Log
-from sinssim.logs.track.track import Track
-from sinssim.mistakes import ONE_OF_SEVERAL
-from sinssim.scenario.sections.aiding import AidingSection
-from sinssim.scenario.sections.calibration import CalibrationSection
-from sinssim.scenario.sections.ensemble import EnsembleSection
-from sinssim.scenario.sections.filter import FilterSection
-from sinssim.scenario.sections.navigation import NavigationSection
-from sinssim.scenario.sections.output import OF_FRAME, OutputSection, RecordingSection
-from sinssim.scenario.source import TABLES, TRAVELLING, AnySource, Given
-from sinssim.scenario.use import Use
-from sinssim.section import Name, Section, Sentence
+from sinssim.logs.log_settings import Log
+from sinssim.logs.track_motion import Track
+from sinssim.scenario.ensemble_section import EnsembleSection
+from sinssim.scenario.filter_section import AidingSection, FilterSection
+from sinssim.scenario.navigation_section import NavigationSection
+from sinssim.scenario.use_key import Use
 from sinssim.sensors.imu.compensation import Compensation
 from sinssim.sensors.imu.imu import Imu
-from sinssim.system.own_content.layout import Item, items_of
-from sinssim.system.own_content.registry import registered
+from sinssim.system.extensions import Item, items_of
+from sinssim.system.registries import registered
+from sinssim.toml_section import Moment, Name, Section, Sentence, known_name
 from sinssim.truth.flight.flight import Flight
-from sinssim.truth.gravity.true_gravity import TrueGravity
 from sinssim.truth.motion import TrueEarth
 from sinssim.truth.motions.analytic import ClosedFormMotion
-from sinssim.truth.motions.closed_forms import AnyClosedForm
+from sinssim.truth.motions.coning_and_rocking import AnyClosedForm
 from sinssim.truth.motions.great_circle import GreatCircleFlight
-from sinssim.truth.motions.isolator import Isolator
 from sinssim.truth.motions.parked import ParkedVehicle
-from sinssim.truth.motions.vibration import Vibration
-from sinssim.truth.turntable.turntable import Turntable
-from sinssim.truth.vehicles.drive import Drive
-from sinssim.truth.vehicles.voyage import Voyage
-from sinssim.truth.vertical_plane import OneComponent
+from sinssim.truth.motions.turntable import Turntable
+from sinssim.truth.motions.vibration import Isolator, Vibration
+from sinssim.truth.one_component_configuration import OneComponent
+from sinssim.truth.true_gravity import TrueGravity
+from sinssim.truth.vehicles.surface_vehicles import Drive, Voyage
+from sinssim.validation_errors import ONE_OF_SEVERAL
+
+
+class Given(NamedTuple):
+    """A table as it is given, which its contents do not name."""
+
+    table: str
+    contents: Any
+
+
+def _the_only_one(given: tuple[Given, ...]) -> Given:
+    if len(given) == 1:
+        return given[0]
+    names = [f"[{name}]" for name in TABLES]
+    raise PydanticCustomError(
+        "value_error" if given else "no_table",
+        "{error}",
+        {
+            "tables": [(name,) for name in TABLES],
+            "given": [(one.table,) for one in given],
+            "error": f"exactly one of {', '.join(names[:-1])} and {names[-1]} must give the motion; here "
+            + (f"there are {' and '.join(f'[{one.table}]' for one in given)}" if given else "all of them are missing"),
+        },
+    )
+
+
+_Contents = BeforeValidator(lambda given: given.contents if isinstance(given, Given) else given)
+
+AnySource = Annotated[
+    Annotated[Flight, _Contents, Tag("flight")]
+    | Annotated[ParkedVehicle, _Contents, Tag("parked")]
+    | Annotated[GreatCircleFlight, _Contents, Tag("great_circle")]
+    | Annotated[AnyClosedForm, _Contents, Tag("motion")]
+    | Annotated[Track, _Contents, Tag("track")]
+    | Annotated[Drive, _Contents, Tag("drive")]
+    | Annotated[Voyage, _Contents, Tag("voyage")]
+    | Annotated[Turntable, _Contents, Tag("turntable")]
+    | Annotated[Log, _Contents, Tag("log")]
+    | Annotated[OneComponent, _Contents, Tag("one_component")],
+    Discriminator(lambda one: getattr(one, "table", None)),
+    BeforeValidator(_the_only_one),
+]
+"""One of these tables."""
+
+TABLES = {
+    option.__metadata__[-1].tag: FieldInfo.from_annotation(option.__origin__ | None)
+    for option in get_args(get_args(AnySource)[0])
+}
+"""The keys of these tables in a file."""
+
+TRAVELLING = [
+    one.__metadata__[-1].tag
+    for one in get_args(get_args(AnySource)[0])
+    if (get_args(one.__origin__) or (one.__origin__,))[0].travels
+]
+"""Those of vehicles that leave their place."""
+
+
+COORDINATES: dict[str, str] = {
+    "earth-fixed": "position, velocity and attitude in Earth-fixed axes",
+    "inertial": "position, absolute velocity and attitude in inertial axes, which are the Earth's at the start",
+    "frame": "azimuth, velocity and heading along the axes of wander, free-azimuth or transverse",
+    "conditional": "conditional latitude and longitude of the transverse frame's route, velocity and heading",
+    **{name: f"latitude, longitude and height on the ellipsoid {name}" for name in ELLIPSOIDS},
+}
+"""Coordinates beside latitude, longitude, height and velocity north-east-down, by name."""
+
+OF_FRAME: dict[str, tuple[str, ...]] = {
+    "inertial": ("inertial",),
+    "wander": ("frame",),
+    "free-azimuth": ("frame",),
+    "transverse": ("frame", "conditional"),
+}
+"""The coordinates in which a frame computes, which are the default; a frame that is not listed has none of its own."""
+
+Coordinates = Annotated[str, AfterValidator(known_name("kind of coordinates", COORDINATES))]
+
+
+class OutputSection(Section):
+    """Streams in addition to those of every run: the true motion and each solution in other coordinates."""
+
+    coordinates: tuple[Coordinates, ...] | None = Field(
+        default=None,
+        description=f"further coordinates to record: {', '.join(COORDINATES)}; default: those of the navigation frame",
+    )
+    angles: Literal["0..360", "-180..180", "-90..270", "continuous"] | None = Field(
+        default=None,
+        description="also record roll, pitch and heading, with the heading in this range in degrees, or as continuous "
+        "angles, which count full turns",
+    )
+
+
+Keep = Literal["summary", "report", "streams", "all"]
+Detail = Literal["full", "light", "none"]
+
+KEEP: dict[str, str] = {
+    "summary": "scenario.toml and summary.json",
+    "report": "also report.html",
+    "streams": "also every stream in full precision (streams/*.parquet)",
+    "all": "also the recording for the viewer (recording.rrd)",
+}
+"""What is kept of a run, by name; each has what the one before it has."""
+
+
+class RecordingSection(Section):
+    """The files that a run keeps, and the level of detail of its recording."""
+
+    keep: Keep = Field(
+        default="all",
+        description="contents of the run directory: " + "; ".join(f'"{name}": {what}' for name, what in KEEP.items()),
+    )
+    detail: Detail = Field(
+        default="light",
+        description='streams in recording.rrd: "light": the rows that a screen can show, with all extremes, gaps and '
+        'the rows around events; "full": every row; "none": no recording. The key applies to keep = "all"; '
+        "streams/*.parquet always contains every row",
+    )
+
+    @property
+    def has_report(self) -> bool:
+        """Whether the run directory has a report."""
+        return self.keep != "summary"
+
+    @property
+    def has_streams(self) -> bool:
+        """Whether the run directory has the streams."""
+        return self.keep in ("streams", "all")
+
+    @property
+    def has_recording(self) -> bool:
+        """Whether the run directory has a recording."""
+        return self.keep == "all" and self.detail != "none"
+
+
+_Error = Annotated[float, Field(ge=0.0, le=36_000.0)]
+
+
+class CalibrationSection(Section):
+    """Settings of `sinssim calibrate`, which estimates the sensor errors from the sequence of [turntable]."""
+
+    method: Literal["separate", "systematic"] = Field(
+        default="systematic",
+        description="separate: from means in known positions and integrals over known turns; systematic: from the "
+        "navigation errors during the sequence",
+    )
+    use: Literal["positions", "positions-and-rates"] = Field(
+        default="positions-and-rates",
+        description="data of the separate method: only the positions, or also the turns between them",
+    )
+    arms: bool | None = Field(
+        default=None,
+        description="whether the systematic method estimates the positions of the accelerometers; default: if "
+        "imu.accel_arms_mm is not zero",
+    )
+    interval_s: float = Field(
+        default=1.0, ge=0.01, le=60.0, description="systematic: time between two observations of the velocity"
+    )
+    velocity_sigma_mm_s: float = Field(
+        default=0.01,
+        ge=1e-6,
+        le=1e3,
+        description="systematic: 1σ of the velocity of the stationary IMU, due to the sway of the base",
+    )
+    attitude_sigma_deg: float = Field(
+        default=10.0, ge=1e-3, le=30.0, description="systematic: 1σ of the nominal heading of the first position"
+    )
+    position_sigma_arcsec: _Error | None = Field(
+        default=None, description="separate: assumed accuracy of the table's positions; default: that of [turntable]"
+    )
+    tilt_sigma_arcsec: _Error | None = Field(
+        default=None, description="separate: assumed tilt of the table's base; default: that of [turntable]"
+    )
+    dwells_s: tuple[tuple[Moment, Moment], ...] = Field(
+        default=(),
+        description="for a log: start and end of each dwell; default: the intervals in which the gyros sense no "
+        "rotation",
+    )
+
+    @model_validator(mode="after")
+    def _dwells_are_in_order(self) -> Self:
+        last = 0.0
+        for number, (begin, end) in enumerate(self.dwells_s, start=1):
+            if not last <= begin < end:
+                raise ValueError(
+                    f"dwells_s: dwell {number} from {begin:g} s to {end:g} s must begin after {last:g} s and end after "
+                    "its beginning"
+                )
+            last = end
+        return self
+
 
 IN_SPACE = (
     "vibration",

@@ -7,13 +7,13 @@ from typing import TYPE_CHECKING
 
 from sinssim.arguments import check_kind
 from sinssim.errors import InputError
-from sinssim.scenario.limits import warn_of_limits
+from sinssim.scenario.aircraft_limits import warn_of_limits
 from sinssim.scenario.schema import Scenario
 from sinssim.sensors.imu.imu import Imu
 from sinssim.truth.motion import Motion, Mounting
 
 if TYPE_CHECKING:
-    from sinssim.earth.harmonics.field import DisturbingField
+    from sinssim.earth.gravity_disturbance import DisturbingField
     from sinssim.truth.trajectory import Trajectory
 
 
@@ -80,7 +80,7 @@ def true_motion(
     assert isinstance(source, Motion)  # neither of those
     motion = source.trajectory(mounting(scenario), scenario.truth, scenario.seed, progress, meanwhile)
     if scenario.vibration:
-        from sinssim.truth.motions.vibrating import Vibrating  # needs the compiler
+        from sinssim.truth.motions.mounted_block import Vibrating  # needs the compiler
 
         tones = [tone for n, table in enumerate(scenario.vibration) for tone in table.tones(scenario.seed + n)]
         motion = Vibrating(motion, tones if scenario.isolator is None else scenario.isolator.transmitted(tones))
@@ -136,6 +136,6 @@ def block_of(vehicle: Trajectory, section: Imu) -> Trajectory:
     check_kind("section", section, Imu, "Imu, for example scenario.imu")
     if section.rotation is None:
         return vehicle
-    from sinssim.truth.motions.turning_block import TurningBlock
+    from sinssim.truth.motions.imu_rotation import TurningBlock
 
     return TurningBlock(vehicle, section.rotation.turning(vehicle.start, vehicle.end))

@@ -17,16 +17,15 @@ from numpy.typing import ArrayLike
 
 from sinssim import earth, rotation
 from sinssim.algorithms import MEASURED_ATTITUDE
-from sinssim.arguments import doubles
-from sinssim.checks import check_finite, check_increasing, checked_initial, not_finite_in
+from sinssim.arguments import check_finite, check_increasing, checked_initial, doubles, not_finite_in
 from sinssim.data import Array, ImuData, NavSolution, NavState
-from sinssim.earth.kernels import gravitation_ecef_k, gravity_ned_k, radii_k
+from sinssim.earth.ellipsoid_kernels import gravitation_ecef_k, gravity_ned_k, radii_k
 from sinssim.errors import InputError, RunError
 from sinssim.jit import kernel
 from sinssim.rotation.vectors import add, along
 from sinssim.strapdown.frames.inertial import coordinates_k, settled_k
-from sinssim.strapdown.frames.problem import Models
-from sinssim.strapdown.frames.vertical import (
+from sinssim.strapdown.frames.navigation_problem import Models
+from sinssim.strapdown.frames.vertical_channel import (
     NUMBERS,
     Channel,
     HeightReadings,

@@ -11,7 +11,7 @@ from typing import TypedDict
 
 from sinssim.algorithms import MEASURED_ATTITUDE, PLATFORM, REGISTRY, SCENARIO_ALGORITHMS, schedule, three_rates
 from sinssim.arguments import POSITIVE, number
-from sinssim.earth.models import GRAVITY_MODELS, Ellipsoid, ellipsoid_by_name
+from sinssim.earth.ellipsoids import GRAVITY_MODELS, Ellipsoid, ellipsoid_by_name
 from sinssim.errors import InputError, check_name
 from sinssim.formatting import listed
 from sinssim.frames import (
@@ -25,7 +25,7 @@ from sinssim.frames import (
     check_three_rates,
     frames_that,
 )
-from sinssim.system.own_content.registry import ensure
+from sinssim.system.registries import ensure
 
 Route = tuple[float, float, float, float]
 """Latitude and longitude of A and of B, rad."""

@@ -1,26 +1,172 @@
-"""Navigates by increments from an initial state: `navigate`."""
+"""Navigation by increments from an initial state: a whole run by `navigate`, or in segments that a filter corrects.
+
+`updates` arranges the increments of a run in the updates of a mechanization: fast intervals, fits within them, rows of
+the solution. A segment is navigated as a part of the whole: the fit of rate and specific force uses the samples on both
+sides of its ends and has the same order there as elsewhere. Segments begin and end at the engine's rows: at any sample,
+or with rates or an algorithm of several samples at the slow instants or the ends of updates. `singularity_events` finds
+the passages of Euler angles through their singular attitude and the resulting attitude errors.
+"""
 
 from __future__ import annotations
 
-from dataclasses import replace
+from collections.abc import Callable
+from dataclasses import dataclass, replace
+from math import asin, degrees, radians, sin
 from typing import Unpack
 
 import numpy as np
 from numpy.typing import ArrayLike
 
-from sinssim.algorithms import ALGORITHMS
-from sinssim.checks import checked_initial
-from sinssim.data import ImuData, NavSolution, NavState
+from sinssim import rotation
+from sinssim.algorithms import ALGORITHMS, REGISTRY, schedule, three_rates
+from sinssim.arguments import checked_increments, checked_initial
+from sinssim.data import Array, ImuData, NavSolution, NavState, SingularityEvent
+from sinssim.earth.ellipsoid_kernels import parameters
 from sinssim.earth.gravity import gravity_number
-from sinssim.earth.kernels import parameters
-from sinssim.errors import check_name
-from sinssim.strapdown.assemble import own_engine
-from sinssim.strapdown.attitude.singularity import singularity_events
-from sinssim.strapdown.files import frame_file, three_rate_file
-from sinssim.strapdown.frames.problem import Problem, check_solution
-from sinssim.strapdown.frames.vertical import HeightReadings, height_reference
+from sinssim.earth.gravity_disturbance import DisturbingField
+from sinssim.errors import InputError, check_name
+from sinssim.frames import check_correctable
+from sinssim.strapdown.coning_sculling import WINDOW, is_uniform, weight_table
+from sinssim.strapdown.engine_assembly import frame_file, own_engine, three_rate_file
+from sinssim.strapdown.frames.navigation_problem import Problem, check_solution
+from sinssim.strapdown.frames.vertical_channel import HeightReadings, height_reference
+from sinssim.strapdown.gravity_disturbance import disturbance_of_segment
 from sinssim.strapdown.mechanization import Mechanization, Options, chosen
-from sinssim.strapdown.updates import updates
+
+
+@dataclass(frozen=True)
+class Updates:
+    """Increments in the intervals of the fast part, and the rows that a solution has.
+
+    Attributes:
+        sample_time: edges of the given increments, (N+1,) s.
+        time: edges of the fast intervals, (M+1,) s; the given ones without a schedule.
+        dtheta, dvel: increments in them, (M, 3) rad and m/s.
+        uniform: whether all intervals are equal.
+        weights: weights of the fit of rate and specific force, see `increments.fit.weight_table`.
+        ratio: number of given increments in a fast interval.
+        per_row: number of fast intervals between two rows of the solution.
+        rates: intervals per medium and per slow update, and whether slow quantities are extrapolated; None without a
+            schedule.
+    """
+
+    sample_time: Array
+    time: Array
+    dtheta: Array
+    dvel: Array
+    uniform: bool
+    weights: Array
+    ratio: int
+    per_row: int
+    rates: tuple[int, int, bool] | None
+
+    def at_rows(self, at_samples: Array) -> Array:
+        """Return values at the rows of the solution.
+
+        Args:
+            at_samples: values at the edges of the given increments, (N+1, …); empty ones stay empty.
+        """
+        rows = len(self.dtheta) // self.per_row
+        step = self.ratio * self.per_row
+        return np.ascontiguousarray(at_samples[: rows * step + 1 : step])  # kernels are compiled for such arrays
+
+
+def updates(imu: ImuData, of: Mechanization) -> Updates:
+    """Return the increments of a run in the updates of a mechanization.
+
+    Args:
+        imu: increments, N intervals.
+
+    Returns:
+        The updates; samples at the end that do not fill a row stay.
+
+    Raises:
+        InputError: the increments cannot be used, the algorithm or the schedule needs equal intervals, or the data are
+            shorter than one row.
+    """
+    sample_time, dtheta, dvel = checked_increments(imu)
+    time, uniform, entry = sample_time, is_uniform(sample_time), REGISTRY[of.algorithm]
+    if entry.needs_equal_intervals and not uniform:
+        raise InputError(
+            f"{of.algorithm} needs equal sampling intervals, for which its coefficients hold; those of the data range "
+            f"from {np.min(np.diff(time)):.6g} s to {np.max(np.diff(time)):.6g} s."
+        )
+    ratio, per_row, rates, at_rate = 1, entry.samples, None, ""
+    if of.rates_hz is not None:
+        if not uniform:
+            raise InputError("rates_hz: the three-rate schedule needs equal sampling intervals.")
+        hz = three_rates(of.rates_hz)
+        ratio, per_medium, per_slow = schedule(hz, len(dtheta) / float(time[-1] - time[0]))
+        dtheta, dvel = _summed(dtheta, ratio), _summed(dvel, ratio)
+        time = np.ascontiguousarray(time[: len(dtheta) * ratio + 1 : ratio])
+        per_row, rates = per_medium * per_slow, (per_medium, per_slow, of.slow_quantities == "extrapolate")
+        at_rate = f" at the slow rate, {hz[2]:g} Hz"
+    if len(dtheta) < per_row:
+        raise InputError(
+            f"the data, {len(imu)} samples, are shorter than one update of {of.algorithm}"
+            f"{at_rate or f', which takes {per_row}'}."
+        )
+    return Updates(
+        sample_time, time, dtheta, dvel, uniform, weight_table(time, uniform), ratio, per_row, rates
+    )  # fmt: skip
+
+
+def _summed(increments: Array, ratio: int) -> Array:
+    """Return sums of consecutive increments, (N // ratio, 3); remaining samples at the end are dropped."""
+    whole = len(increments) // ratio
+    return np.ascontiguousarray(increments[: whole * ratio].reshape(whole, ratio, 3).sum(axis=1))
+
+
+NEAR = radians(85.0)
+"""Pitch above which a passage lasts [rad]."""
+
+
+def _steep_rows(q_nb: Array) -> tuple[list[tuple[int, int]], Array]:
+    """Return first and last row of every passage, and |sin pitch| of all rows."""
+    sine = np.abs(2.0 * (q_nb[:, 0] * q_nb[:, 2] - q_nb[:, 1] * q_nb[:, 3]))
+    steep = np.concatenate(([False], sine > sin(NEAR), [False]))
+    edges = np.flatnonzero(steep[1:] != steep[:-1])
+    return [(int(a), int(b) - 1) for a, b in zip(edges[::2], edges[1::2], strict=True)], sine
+
+
+def singularity_events(
+    solution: NavSolution, navigate_again: Callable[[int, int, NavState], NavSolution]
+) -> tuple[SingularityEvent, ...]:
+    """Return the passages of a solution through pitch ±90° and their damage.
+
+    The damage of a passage is measured on its increments: a singularity-free algorithm starts from the solution just
+    before it, and the two attitudes are compared just after it.
+
+    Args:
+        solution: a solution by an algorithm that is singular there.
+        navigate_again: function that navigates between two rows from a given state without the singularity.
+    """
+    passages, sine = _steep_rows(solution.q_nb)
+    events = []
+    for steep_first, steep_last in passages:
+        first, last = max(steep_first - 1, 0), min(steep_last + 1, len(solution.time) - 1)
+        if last == first:
+            continue
+        reference = navigate_again(first, last, solution.state(first))
+        difference = rotation.multiply(rotation.conjugate(reference.q_nb[-1]), solution.q_nb[last])
+        damage = float(np.linalg.norm(rotation.rotation_vector_from_quaternion(difference)))
+        nearest = 90.0 - degrees(asin(min(1.0, float(np.max(sine[first : last + 1])))))
+        start, end = float(solution.time[first]), float(solution.time[last])
+        events.append(
+            SingularityEvent(
+                start,
+                end,
+                damage,
+                f"{solution.algorithm}: pitch came within {nearest:.2f}° of ±90° between {start:.2f} s and "
+                f"{end:.2f} s; the resulting attitude error is {_three_digits(degrees(damage) * 3600.0)}″.",
+            )
+        )
+    return tuple(events)
+
+
+def _three_digits(value: float) -> str:
+    """Write a number with three significant digits, for example 4090 or 0.0661."""
+    return f"{float(f'{value:.3g}'):g}"
 
 
 def navigate(
@@ -115,3 +261,112 @@ def solve_problem(problem: Problem, rates: tuple[int, int, bool] | None) -> None
         file.solve(problem, of.frame)
     file.check(problem, of.frame)
     check_solution(problem)
+
+
+_NO_REFERENCE = np.empty(0)
+
+
+class Segments:
+    """Pure inertial navigation with a free vertical channel over any segment of the data from any state.
+
+    Args:
+        imu: increments of the whole run.
+        mechanization: algorithm, frame, models and rates; the algorithm is a set of parts, any but
+            functional-iteration. Slow quantities have no earlier value at the start of a segment and are held for one
+            slow interval; without a route, the transverse frame follows the great circle along the velocity at the
+            start of each segment.
+        field: the disturbing field that the navigator knows beside normal gravity; None for none.
+
+    Attributes:
+        time: times of the rows at which segments may begin and end, (N+1,) s.
+
+    Raises:
+        InputError: the data cannot be used, a name is unknown, an option would have no effect, or the algorithm
+            navigates by windows.
+    """
+
+    def __init__(
+        self,
+        imu: ImuData,
+        mechanization: Mechanization | None = None,
+        *,
+        field: DisturbingField | None = None,
+        **options: Unpack[Options],
+    ) -> None:
+        of = chosen(mechanization, options)
+        check_name("algorithm", of.algorithm, ALGORITHMS)
+        check_correctable(of.algorithm)
+        if of.vertical != "free" or of.azimuth:
+            raise InputError("segments have a free vertical channel, and begin with x to the north (azimuth = 0).")
+        self._of, self._field, self._data = of, field, updates(imu, of)
+        self._earth, self._gravity = parameters(of.earth), gravity_number(of.gravity)
+        self.time = self._data.at_rows(self._data.sample_time)
+        # samples around a segment that its fit uses; an algorithm of several samples uses its own alone
+        across = self._data.rates is not None or (of.samples == 1 and of.in_frame.starts_anywhere)
+        self._around = WINDOW - 1 if across else 0
+
+    def _start(self, first: int) -> int:
+        """Return the number of the first sample that the segment from a row on depends on."""
+        return max(first * self._data.per_row - self._around, 0)
+
+    def samples(self, first: int, last: int) -> tuple[int, ImuData]:
+        """Return the increments that a segment depends on: its own and those of neighbours in the fit.
+
+        Args:
+            first, last: numbers of the rows at its ends, `time[first]` … `time[last]`.
+        """
+        data = self._data
+        start, end = self._start(first), min(last * data.per_row + self._around, len(data.dtheta))
+        samples = ImuData(data.time[start : end + 1], data.dtheta[start:end], data.dvel[start:end])
+        return first * data.per_row - start, samples
+
+    def navigate(self, first: int, last: int, state: NavState, samples: ImuData) -> NavSolution:
+        """Navigate over one segment.
+
+        Args:
+            state: state at `time[first]`.
+            samples: the samples of `samples(first, last)`, compensated.
+
+        Returns:
+            The solution at the rows first … last.
+
+        Raises:
+            InputError: the state is invalid.
+            RunError: the frame cannot follow the flight (over a pole), or the numbers overflow.
+        """
+        if self._field is None:
+            return self._navigate(first, last, state, samples)
+        latitude, longitude, height = (np.atleast_1d(x) for x in (state.latitude, state.longitude, state.height))
+        nominal = NavSolution(
+            self.time[first : first + 1], latitude, longitude, height, np.atleast_2d(state.velocity_ned),
+            np.atleast_2d(state.q_nb), np.zeros(1), self._of.algorithm,
+        )  # fmt: skip
+        for _ in range(2):  # the path from the disturbance at the start, and the disturbance along this path
+            felt = disturbance_of_segment(self._field, self._of.earth, samples, nominal)
+            nominal = self._navigate(first, last, state, ImuData(samples.time, samples.dtheta, samples.dvel + felt))
+        return nominal
+
+    def _navigate(self, first: int, last: int, state: NavState, samples: ImuData) -> NavSolution:
+        """Navigate over one segment with normal gravity; see `navigate`."""
+        start, rows = self._start(first), last - first + 1
+        latitude, longitude, height, defect = (np.empty(rows) for _ in range(4))
+        velocity, q_nb = np.empty((rows, 3)), np.empty((rows, 4))
+        latitude[0], longitude[0], height[0], velocity[0], q_nb[0] = checked_initial(state)
+        time = self.time[first : last + 1]
+        dtheta, dvel = np.ascontiguousarray(samples.dtheta), np.ascontiguousarray(samples.dvel)
+        problem = Problem(
+            self._of, time, dtheta, dvel, self._weights_of(start, len(dtheta)), self._data.uniform, self._earth,
+            self._gravity, _NO_REFERENCE, _NO_REFERENCE, latitude, longitude, height, velocity, q_nb, defect,
+            np.zeros(rows if self._of.in_frame.has_azimuth else 0), first * self._data.per_row - start,
+        )  # fmt: skip
+        solve_problem(problem, self._data.rates)
+        return NavSolution(time, latitude, longitude, height, velocity, q_nb, defect, self._of.algorithm)
+
+    def _weights_of(self, start: int, count: int) -> Array:
+        """Return the weights of the fits within some samples."""
+        data = self._data
+        if self._around:
+            return data.weights if data.uniform else data.weights[start : start + count]
+        if data.uniform and count >= WINDOW:
+            return data.weights
+        return weight_table(data.time[start : start + count + 1], data.uniform)

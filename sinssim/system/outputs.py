@@ -1,17 +1,207 @@
-"""Directories of output: what sinssim wrote in them by their mark, and its replacement without following a link."""
+"""Directories of output: temporary folders, locks, and replacement of earlier output without following a link.
+
+Output is written to a hidden folder beside its place and then moved there. A directory has a mark with the files that
+sinssim wrote in it; all other files stay. A temporary folder holds a file with the number of its process and the name
+of its machine, locked as long as the process lives. A later process that writes beside the same place removes the
+folders whose processes have ended, in particular those that were killed. The system unlocks a file however a process
+ends.
+"""
 
 from __future__ import annotations
 
 import contextlib
 import json
 import os
-from collections.abc import Iterable
+import secrets
+import shutil
+import socket
+import stat
+import sys
+import tempfile
+from collections.abc import Iterable, Iterator
+from contextlib import contextmanager, suppress
 from pathlib import Path, PurePosixPath
+from typing import Self
 
 from sinssim import __version__
 from sinssim.errors import InputError
-from sinssim.system.drafts import MARK as IN_DRAFT
-from sinssim.system.drafts import Draft, draft
+
+if sys.platform != "win32":
+    import fcntl
+
+IN_USE = ".sinssim-in-use"
+"""Name of the locked file in a folder."""
+
+
+def open_own(path: Path, *, make: bool = True) -> int:
+    """Open a file of this program for reading and writing; links are not followed.
+
+    Returns:
+        Its descriptor, which child programs do not inherit.
+
+    Raises:
+        OSError: it cannot be opened, is a link, no regular file, or another user's.
+    """
+    flags = os.O_RDWR | (os.O_CREAT if make else 0)
+    flags |= getattr(os, "O_NOFOLLOW", 0) | getattr(os, "O_NONBLOCK", 0)  # Windows has neither
+    file = os.open(path, flags, 0o666)
+    about = os.fstat(file)
+    if not stat.S_ISREG(about.st_mode) or (not make and sys.platform != "win32" and about.st_uid != os.geteuid()):
+        os.close(file)
+        raise PermissionError(f"{path} is not a file of this program")
+    return file
+
+
+def try_lock(file: int) -> bool | None:
+    """Lock a file until its descriptor is closed, at the latest when the process ends.
+
+    Returns:
+        Whether this process has locked it, and not another one; None if the system has no such locks, as Windows or
+        some network drives.
+    """
+    if sys.platform == "win32":
+        return None
+    try:
+        fcntl.flock(file, fcntl.LOCK_EX | fcntl.LOCK_NB)
+    except BlockingIOError:
+        return False
+    except OSError:  # a file system without locks
+        return None
+    return True
+
+
+def try_hold(folder: Path) -> int | None:
+    """Mark a folder as in use, unless another process has.
+
+    Returns:
+        Descriptor of the locked file; None if another process has locked it. Without locks, the folder is taken as
+        free.
+
+    Raises:
+        OSError: the file cannot be opened.
+    """
+    file = open_own(folder / IN_USE)
+    if try_lock(file) is False:
+        os.close(file)
+        return None
+    return file
+
+
+IN_DRAFT = ".sinssim-draft"
+"""Name of the locked file in a hidden folder."""
+_HEAD = "sinssim draft of process"
+
+
+class Draft:
+    """A hidden folder for temporary output; removed by `close`, at the end of a `with` block, or by a later process.
+
+    Attributes:
+        path: the folder.
+    """
+
+    def __init__(self, parent: Path | None = None, name: str = "sinssim", *, mode: int = 0o777) -> None:
+        """Make a folder, and remove those of processes that have ended.
+
+        Args:
+            parent: an existing folder; the system's folder for temporary files if not given.
+            name: what the name of the folder begins with.
+            mode: permissions of the folder, before those that the process withholds.
+
+        Raises:
+            OSError: the folder cannot be made.
+        """
+        if parent is None:
+            parent, mode = Path(tempfile.gettempdir()), 0o700
+        remove_left(parent)
+        self.path = parent / f".{name}-{secrets.token_hex(8)}"
+        self._lock: int | None = None
+        try:
+            self.path.mkdir(mode)
+            self._lock = open_own(self.path / IN_DRAFT)
+            try_lock(self._lock)
+            os.write(self._lock, f"{_HEAD} {os.getpid()} on {socket.gethostname()}\n".encode())
+        except BaseException:  # in particular an interruption: the caller does not have the folder yet
+            self.close()
+            raise
+
+    def move_to(self, place: Path) -> None:
+        """Rename the folder to its final name.
+
+        Raises:
+            OSError: it cannot be renamed.
+        """
+        (self.path / IN_DRAFT).unlink()
+        os.replace(self.path, place)
+        self.close()
+
+    def close(self) -> None:
+        """Remove the folder."""
+        shutil.rmtree(self.path, ignore_errors=True)
+        if self._lock is not None:
+            os.close(self._lock)
+            self._lock = None
+
+    def __enter__(self) -> Self:
+        return self
+
+    def __exit__(self, *_: object) -> None:
+        self.close()
+
+
+@contextmanager
+def draft(path: Path) -> Iterator[Path]:
+    """Write a file under a temporary name, and rename it into place at the end of the block.
+
+    Args:
+        path: the file; a link there is replaced, not followed.
+
+    Yields:
+        The temporary name, in a hidden folder beside the place.
+
+    Raises:
+        OSError: the file cannot be written; nothing is left of it.
+    """
+    with Draft(path.parent, path.name) as folder:
+        yield folder.path / path.name
+        os.replace(folder.path / path.name, path)
+
+
+def remove_left(parent: Path) -> None:
+    """Remove the hidden folders of processes that have ended.
+
+    Nothing is removed if the system does not support locks, or of processes on other machines.
+    """
+    with suppress(OSError):
+        for entry in list(os.scandir(parent)):
+            if entry.name.startswith(".") and entry.is_dir(follow_symlinks=False):
+                with suppress(OSError):
+                    _remove_unused(Path(entry.path))
+
+
+def _remove_unused(folder: Path) -> None:
+    if not (folder / IN_DRAFT).is_file():
+        return
+    file = open_own(folder / IN_DRAFT, make=False)
+    try:
+        if _has_ended(os.read(file, 300)) and try_lock(file):
+            shutil.rmtree(folder, ignore_errors=True)
+    finally:
+        os.close(file)
+
+
+def _has_ended(mark: bytes) -> bool:
+    """Return whether a mark is that of a process of this machine that does not exist any more."""
+    number, _, host = mark.decode(errors="replace").removeprefix(_HEAD).strip().partition(" on ")
+    if not (mark.startswith(_HEAD.encode()) and number.isdecimal() and host == socket.gethostname()):
+        return False
+    try:
+        os.kill(int(number), 0)
+    except ProcessLookupError:
+        return True
+    except (OSError, OverflowError):  # another user's
+        return False
+    return False
+
 
 MARK = ".sinssim.json"
 """Name of the file that marks an output directory. It lists the files that sinssim wrote and may replace."""

@@ -7,8 +7,8 @@ from typing import TYPE_CHECKING
 from sinssim.lazy import on_first_use
 
 if TYPE_CHECKING:
-    from sinssim.truth.channel import Channel as Channel
-    from sinssim.truth.channel import FlightEvent as FlightEvent
+    from sinssim.truth.sampling import Channel as Channel
+    from sinssim.truth.sampling import FlightEvent as FlightEvent
     from sinssim.truth.trajectory import Trajectory as Trajectory
 
 __getattr__, __dir__, __all__ = on_first_use(__name__)

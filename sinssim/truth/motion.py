@@ -9,8 +9,8 @@ import numpy as np
 from pydantic import AfterValidator, Field
 
 from sinssim import rotation
-from sinssim.earth.models import ELLIPSOIDS, GRAVITY_MODELS, Ellipsoid
-from sinssim.section import Height, Latitude, Longitude, Section, Source, Vector3, known_name
+from sinssim.earth.ellipsoids import ELLIPSOIDS, GRAVITY_MODELS, Ellipsoid
+from sinssim.toml_section import Height, Latitude, Longitude, Section, Source, Vector3, known_name
 
 if TYPE_CHECKING:
     from sinssim.data import Array
@@ -63,7 +63,7 @@ class Mounting(Section):
         """Return the motion of the block from that of its vehicle's reference point."""
         if not any(self.lever_arm_m) and not any(self.angles_deg):
             return vehicle
-        from sinssim.truth.motions.vibrating import Vibrating
+        from sinssim.truth.motions.mounted_block import Vibrating
 
         return Vibrating(vehicle, (), self.lever_arm_m, self.q_bs)
 

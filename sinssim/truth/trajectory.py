@@ -7,12 +7,12 @@ from typing import TYPE_CHECKING, Any, Protocol
 
 from numpy.typing import ArrayLike
 
-from sinssim.truth.channel import Channel, FlightEvent
+from sinssim.truth.sampling import Channel, FlightEvent
 
 if TYPE_CHECKING:
     from sinssim.data import Array, ImuData, NavState
-    from sinssim.earth.models import Ellipsoid
-    from sinssim.truth.track.curve import TrackCurve
+    from sinssim.earth.ellipsoids import Ellipsoid
+    from sinssim.truth.track.track_curve import TrackCurve
 
 
 class Trajectory(Protocol):
@@ -102,7 +102,7 @@ class Trajectory(Protocol):
                 height: above the ellipsoid, (N,) m; NaN where unknown.
                 quaternion: attitude q_nb, scalar first, v_n = C_nb v_b, (N, 4); it follows from the motion if not
                     given.
-                options: `vehicle`, `smoothing_s` and others, see `sinssim.truth.track.curve.from_samples`.
+                options: `vehicle`, `smoothing_s` and others, see `sinssim.truth.track.track_curve.from_samples`.
 
             Returns:
                 The motion; time 0 is the first sample. Its attribute `fit` says how far it passes from the samples.
@@ -110,6 +110,6 @@ class Trajectory(Protocol):
             Raises:
                 InputError: the samples cannot be a motion; the message names the sample.
             """
-            from sinssim.truth.track.curve import from_samples
+            from sinssim.truth.track.track_curve import from_samples
 
             return from_samples(time, latitude, longitude, height, quaternion, **options)

@@ -26,12 +26,12 @@ from sinssim.alignment import (
     stillness,
     total,
 )
-from sinssim.analyses.alignment.align import align
-from sinssim.analyses.alignment.report import align_session
+from sinssim.analyses.alignment_result import align_session
+from sinssim.analyses.alignment_session import align
 from sinssim.data import ImuData
-from sinssim.earth.models import OMEGA_IE
+from sinssim.earth.ellipsoids import OMEGA_IE
 from sinssim.errors import InputError
-from sinssim.sensors.imu.emulate import emulate
+from sinssim.sensors.imu.emulation import emulate
 from sinssim.sensors.imu.imu import Imu
 from sinssim.truth.motions.parked import Parked
 from sinssim.units import ARCSEC

@@ -22,17 +22,16 @@ from sinssim.alignment import (
     mean_readings,
     total,
 )
-from sinssim.alignment.budget import reading_errors
-from sinssim.analyses.alignment.report import align_session
+from sinssim.alignment.alignment_budget import reading_errors
+from sinssim.analyses.alignment_result import align_session
 from sinssim.data import ImuData
-from sinssim.earth.models import OMEGA_IE
+from sinssim.earth.ellipsoids import OMEGA_IE
 from sinssim.errors import InputError
-from sinssim.sensors import ImuErrors, TriadErrors
-from sinssim.sensors.imu.emulate import emulate
+from sinssim.sensors import ImuErrors, TriadErrors, flicker
+from sinssim.sensors.gauss_markov import gauss_markov
+from sinssim.sensors.imu.emulation import emulate
 from sinssim.sensors.imu.imu import Imu
-from sinssim.sensors.laser_gyro.laser_gyros import LaserGyros
-from sinssim.sensors.noise import flicker
-from sinssim.sensors.noise.gauss_markov import gauss_markov
+from sinssim.sensors.imu.laser_gyro import LaserGyros
 from sinssim.truth.motions.parked import Parked
 from sinssim.units import ARCMIN, ARCSEC, DEG_H, DEG_SQRT_H, G0, PPM, UG
 

@@ -8,9 +8,9 @@ import numpy as np
 import pytest
 
 from sinssim.alignment import InstrumentErrors, determine, ideal_readings, paper_axes
-from sinssim.alignment.axes import Angles
 from sinssim.alignment.determination import doubt, solve
-from sinssim.earth.models import OMEGA_IE
+from sinssim.alignment.parked_theory import Angles
+from sinssim.earth.ellipsoids import OMEGA_IE
 from sinssim.errors import InputError
 from sinssim.units import DEG_H, PPM, UG
 

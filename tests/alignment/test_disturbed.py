@@ -8,16 +8,9 @@ from scipy.spatial.transform import Rotation
 
 from scenarios.support.swaying import Sway, Swaying
 from sinssim import rotation
-from sinssim.alignment import (
-    Attitude,
-    align_disturbed,
-    error_budget,
-    expected_errors,
-    mean_readings,
-    total,
-)
+from sinssim.alignment import Attitude, align_disturbed, error_budget, expected_errors, mean_readings, total
 from sinssim.alignment.determination import solve
-from sinssim.alignment.disturbed import (
+from sinssim.alignment.disturbed_base import (
     ConeFit,
     _check_stayed,
     _determination,
@@ -27,11 +20,11 @@ from sinssim.alignment.disturbed import (
     inertial_curve,
     mean_blocks,
 )
-from sinssim.alignment.theory import RANDOM_WALK_FACTOR
+from sinssim.alignment.parked_theory import RANDOM_WALK_FACTOR
 from sinssim.data import ImuData
-from sinssim.earth.models import OMEGA_IE
+from sinssim.earth.ellipsoids import OMEGA_IE
 from sinssim.errors import InputError
-from sinssim.sensors.imu.emulate import emulate
+from sinssim.sensors.imu.emulation import emulate
 from sinssim.sensors.imu.imu import Imu
 from sinssim.truth.motions.parked import Parked
 from sinssim.units import ARCSEC, DEG_H

@@ -9,9 +9,9 @@ import pytest
 from scipy.integrate import dblquad
 
 from sinssim.alignment import Expected, largest_drift
-from sinssim.earth.models import OMEGA_IE
+from sinssim.earth.ellipsoids import OMEGA_IE
 from sinssim.sensors import ImuErrors, TriadErrors
-from sinssim.sensors.imu.errors import WarmUp
+from sinssim.sensors.imu.imu_errors import WarmUp
 from sinssim.units import G0
 
 HALVES = WarmUp(90.0, 10.0, 100.0 / np.log(2.0))

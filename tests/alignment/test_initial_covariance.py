@@ -19,10 +19,10 @@ from sinssim.alignment import (
     initial_state,
 )
 from sinssim.data import ImuData
-from sinssim.earth.models import OMEGA_IE
+from sinssim.earth.ellipsoids import OMEGA_IE
 from sinssim.errors import InputError
 from sinssim.sensors import ImuErrors, TriadErrors, draw
-from sinssim.sensors.imu.emulate import emulate
+from sinssim.sensors.imu.emulation import emulate
 from sinssim.sensors.imu.imu import Imu
 from sinssim.truth.motions.parked import Parked
 from sinssim.units import ARCSEC, DEG_H

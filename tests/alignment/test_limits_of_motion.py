@@ -8,11 +8,11 @@ from scipy.stats import chi2
 
 from sinssim.alignment import Coefficients, Departure, Expected, Stillness, motion_errors, stillness
 from sinssim.alignment.base_motion import ARCSEC
-from sinssim.alignment.session import pulse, white_level
+from sinssim.alignment.determination import pulse, white_level
 from sinssim.data import ImuData
 from sinssim.errors import InputError
 from sinssim.sensors import ImuErrors, TriadErrors
-from sinssim.sensors.imu.errors import WarmUp
+from sinssim.sensors.imu.imu_errors import WarmUp
 
 G, COUNT, STEP, BEGIN = 10.0, 40, 0.5, 7.0
 LENGTH = COUNT * STEP

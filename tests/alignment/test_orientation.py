@@ -16,13 +16,13 @@ from sinssim.alignment import (
     set_sigma,
     total,
 )
-from sinssim.alignment.budget import reading_errors, reading_variances
-from sinssim.alignment.theory import linear
-from sinssim.earth.models import OMEGA_IE
+from sinssim.alignment.alignment_budget import reading_errors, reading_variances
+from sinssim.alignment.parked_theory import linear
+from sinssim.earth.ellipsoids import OMEGA_IE
 from sinssim.errors import InputError
 from sinssim.sensors import ImuErrors, TriadErrors, draw
-from sinssim.sensors.imu.errors import WarmUp
 from sinssim.sensors.imu.imu import Imu
+from sinssim.sensors.imu.imu_errors import WarmUp
 from sinssim.units import DEG_H, PPM, UG
 
 LATITUDE = np.radians(50.0)

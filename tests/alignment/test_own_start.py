@@ -9,9 +9,9 @@ from scipy.spatial.transform import Rotation
 from scenarios.support.swaying import Sway, Swaying
 from sinssim import rotation
 from sinssim.alignment import Expected
-from sinssim.alignment.own_start import aligned_state
+from sinssim.alignment.initial_conditions import aligned_state
 from sinssim.data import NavState
-from sinssim.earth.models import ELLIPSOIDS
+from sinssim.earth.ellipsoids import ELLIPSOIDS
 from sinssim.sensors import ImuErrors, TriadErrors
 from sinssim.truth.motions.parked import Parked
 from sinssim.units import ARCSEC

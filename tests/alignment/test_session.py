@@ -8,10 +8,10 @@ import numpy as np
 import pytest
 
 from sinssim.alignment import determine_session, ideal_readings, mean_readings
-from sinssim.alignment.session import white_level
+from sinssim.alignment.determination import white_level
 from sinssim.data import ImuData
 from sinssim.errors import InputError
-from sinssim.sensors.imu.emulate import emulate
+from sinssim.sensors.imu.emulation import emulate
 from sinssim.sensors.imu.imu import Imu
 from sinssim.units import ARCSEC, DEG_SQRT_H
 

@@ -16,8 +16,8 @@ from sinssim.alignment import (
     paper_axes,
 )
 from sinssim.alignment.determination import solve
-from sinssim.alignment.theory import RANDOM_WALK_FACTOR
-from sinssim.earth.models import OMEGA_IE as U
+from sinssim.alignment.parked_theory import RANDOM_WALK_FACTOR
+from sinssim.earth.ellipsoids import OMEGA_IE as U
 from sinssim.errors import InputError
 from sinssim.units import ARCMIN, ARCSEC, DEG_H, PPM, UG
 

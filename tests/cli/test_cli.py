@@ -208,7 +208,7 @@ def test_a_run_warns_of_what_check_refuses(
     def stop(*_: object, **__: object) -> None:
         raise InputError("the run began.")
 
-    monkeypatch.setattr("sinssim.truth.flight.cache.cached_flight", stop)
+    monkeypatch.setattr("sinssim.truth.flight.flight_cache.cached_flight", stop)
     (folder / "plan.toml").write_text(FLIGHT)
     steep = ("--set", "flight.legs.1.altitude_m=14000.0")
     assert call("check", "plan.toml", *steep) == 2
@@ -228,8 +228,8 @@ def test_a_missing_package_is_named(
 ) -> None:
     (folder / "plan.toml").write_text(FLIGHT)
     monkeypatch.setitem(sys.modules, "matplotlib", None)
-    monkeypatch.setitem(sys.modules, "sinssim.recording.figures.canvas", None)
-    monkeypatch.delitem(sys.modules, "sinssim.recording.figures.canvas")
+    monkeypatch.setitem(sys.modules, "sinssim.recording.figures", None)
+    monkeypatch.delitem(sys.modules, "sinssim.recording.figures")
     assert call("check", "plan.toml", "--plot", "plan.png") == 1
     said = capsys.readouterr().err
     assert "the package matplotlib, which this command needs, cannot be loaded" in said

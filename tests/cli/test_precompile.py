@@ -15,7 +15,7 @@ import json, os
 from pathlib import Path
 from sinssim.algorithms import SCENARIO_ALGORITHMS
 from sinssim.cli import precompile
-from sinssim.earth.models import GRAVITY_MODELS
+from sinssim.earth.ellipsoids import GRAVITY_MODELS
 from sinssim.frames import FRAMES
 from sinssim.jit import compilation
 from sinssim.scenario import Scenario

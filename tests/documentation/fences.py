@@ -74,7 +74,7 @@ def name(page: Path) -> str:
 
 OWN_TESTS = {
     "docs/alignment.md": "tests/alignment/test_page.py",
-    "docs/allan.md": "tests/analyses/noise_identification/test_report.py",
+    "docs/allan.md": "tests/analyses/noise/test_report.py",
     "docs/api.md": "tests/test_api_page.py",
     "docs/budgets.md": "tests/analyses/error_budget/test_page.py",
     "docs/ensembles.md": "tests/test_docs.py",
@@ -82,7 +82,7 @@ OWN_TESTS = {
     "docs/estimation.md": "tests/test_docs.py",
     "docs/logs.md": "tests/logs/test_page.py",
     "docs/trades.md": "tests/experiments/trades/test_docs.py",
-    "docs/your-navigator.md": "tests/logs/scoring/test_pyins.py",
+    "docs/your-navigator.md": "tests/logs/test_pyins.py",
 }
 """Pages whose Python runs in the normal run, by a test that compares what it gives."""
 

@@ -20,10 +20,10 @@ import typer.main
 
 from sinssim.cli.app import app
 from sinssim.errors import SinssimError
-from sinssim.experiments.load import load_study, load_trade_study
-from sinssim.logs.text.description import LogDescription
+from sinssim.experiments.study import load_study, load_trade_study
+from sinssim.logs.text.column_description import LogDescription
 from sinssim.scenario.load import load_scenario
-from sinssim.sensors.imu.grade_file import read_grade
+from sinssim.sensors.imu.grades import read_grade
 from tests.documentation.fences import NOT_RUN, OWN_TESTS, PAGES, ROOT, Block, blocks, name
 
 LANGUAGES = {"", "sh", "toml", "python", "diff", "yaml", "octave"}

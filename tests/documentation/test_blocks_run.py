@@ -36,9 +36,9 @@ NOT_HERE = {
     r"FORMAT": "the form of a command, not a command",
     r"KF-GINS kf-gins\.yaml|KF_GINS_Navresult": "a program that is not a part of this project",
     r"^octave-cli |^python navigate_with_gnss|psins_filter|navego_filter|gnss_ins_sim_inertial": (
-        "programs that are not a part of this project; tests/logs/scoring/test_other_programs.py, where they are"
+        "programs that are not a part of this project; tests/logs/test_other_programs.py, where they are"
     ),
-    r"^python navigate_with_pyins\.py|pyins_inertial": "tests/logs/scoring/test_pyins.py, where pyins is installed",
+    r"^python navigate_with_pyins\.py|pyins_inertial": "tests/logs/test_pyins.py, where pyins is installed",
     r"mine\.csv|solution\.nav": "the output of the reader's own program",
     r"^sinssim inspect (?:imu\.csv gnss\.pos|drive\.toml)": "the reader's files; see tests/analyses/inspection",
     r"weather\.csv|log\.(?:csv|npz) --columns": "the reader's logs; see tests/analyses/noise_identification",

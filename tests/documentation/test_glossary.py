@@ -8,7 +8,7 @@ import re
 import pytest
 
 import sinssim
-from sinssim.scenario.keys import key_tables, toml_lines
+from sinssim.scenario.schema import key_tables, toml_lines
 from tests.documentation.fences import ROOT
 
 PAGE = (ROOT / "docs" / "glossary.md").read_text(encoding="utf-8")

@@ -7,8 +7,7 @@ import re
 import numpy as np
 import pytest
 
-from sinssim.earth.coordinates import displaced, ecef_to_eci, ecef_to_geodetic, geodetic_to_ecef
-from sinssim.earth.models import (
+from sinssim.earth.ellipsoids import (
     ELLIPSOIDS,
     GRAVITY_MODELS,
     WGS84,
@@ -16,6 +15,7 @@ from sinssim.earth.models import (
     ellipsoid_by_name,
     in_reverse_time,
 )
+from sinssim.earth.geodetic_coordinates import displaced, ecef_to_eci, ecef_to_geodetic, geodetic_to_ecef
 from sinssim.errors import InputError
 
 

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from sinssim.experiments.run.execute import run
-from sinssim.experiments.run.result import RunResult
+from sinssim.experiments.run.run_result import RunResult
 from sinssim.scenario import Scenario, load_scenario
 
 DEG_H, ARCMIN = np.pi / 180.0 / 3600.0, np.pi / 180.0 / 60.0

@@ -6,16 +6,16 @@ import numpy as np
 import pytest
 
 from sinssim.data import Array, ImuData, Measurements, NavState
-from sinssim.earth.models import WGS84
+from sinssim.earth.ellipsoids import WGS84
 from sinssim.errors import InputError
 from sinssim.estimation import Block, ErrorModel
-from sinssim.estimation.dynamics import driving_noise
+from sinssim.estimation.error_dynamics import driving_noise
 from sinssim.estimation.estimate import estimate
-from sinssim.estimation.intake import take_in
+from sinssim.estimation.filter_result import corrected
 from sinssim.estimation.linearisation import Linearisation, Surroundings, linearise
-from sinssim.estimation.nominal import MeanGyroRates, near
-from sinssim.estimation.result import corrected
-from sinssim.sensors.imu.errors import ImuErrors
+from sinssim.estimation.measurement_epochs import take_in
+from sinssim.estimation.nominal_motion import MeanGyroRates, near
+from sinssim.sensors.imu.imu_errors import ImuErrors
 from sinssim.strapdown.navigate import navigate
 from tests.estimation.drives import drive
 from tests.estimation.worlds import positions, velocities

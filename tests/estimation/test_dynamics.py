@@ -10,13 +10,13 @@ from scipy.linalg import expm
 
 from sinssim import earth, rotation
 from sinssim.data import Array, ImuData, NavState
-from sinssim.earth.models import ELLIPSOIDS
+from sinssim.earth.ellipsoids import ELLIPSOIDS
 from sinssim.estimation import BLOCKS, Block, ErrorModel
-from sinssim.estimation.dynamics import NominalMotion, driving_noise, dynamics, transition
+from sinssim.estimation.error_dynamics import NominalMotion, driving_noise, dynamics, transition
 from sinssim.sensors import ImuErrors, TriadErrors
-from sinssim.sensors.imu.emulate import emulate
-from sinssim.strapdown.nav_error import navigation_error
+from sinssim.sensors.imu.emulation import emulate
 from sinssim.strapdown.navigate import navigate
+from sinssim.strapdown.navigation_error import navigation_error
 
 ALL = ErrorModel(tuple(Block(name, 1.0) for name in BLOCKS if not name.startswith("gnss ")), 0.0, 0.0)
 RATE_HZ, SPAN = 20.0, 4.0

@@ -8,7 +8,7 @@ from scipy.spatial.transform import Rotation
 from sinssim.data import Measurements, NavState
 from sinssim.earth import WGS84
 from sinssim.estimation import Block, ErrorModel
-from sinssim.estimation.observation import Prediction, observe
+from sinssim.estimation.linearisation import Prediction, observe
 from tests.oracles import integrator as oracle
 
 MODEL = ErrorModel(

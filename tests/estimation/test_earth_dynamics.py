@@ -10,12 +10,18 @@ from scipy.spatial.transform import Rotation
 
 from sinssim import earth, rotation
 from sinssim.data import Array, ImuData, NavSolution, NavState
-from sinssim.earth.models import ELLIPSOIDS, WGS84
-from sinssim.estimation.dynamics import NominalMotion, dynamics, transition
-from sinssim.estimation.earth_dynamics import earth_dynamics, local_from_earth, transported_transition
+from sinssim.earth.ellipsoids import ELLIPSOIDS, WGS84
+from sinssim.estimation.error_dynamics import (
+    NominalMotion,
+    dynamics,
+    earth_dynamics,
+    local_from_earth,
+    transition,
+    transported_transition,
+)
 from sinssim.estimation.estimate import estimate
-from sinssim.estimation.model import error_model
-from sinssim.strapdown.coordinates import earth_fixed
+from sinssim.estimation.state_model import error_model
+from sinssim.strapdown.frames.solution_coordinates import earth_fixed
 from sinssim.strapdown.navigate import navigate
 from tests.estimation.test_dynamics import ALL, RATE_HZ, SPAN, STEPS, perturbed
 from tests.estimation.worlds import biases_only, one_run, positions, velocities, weaving

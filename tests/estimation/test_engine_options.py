@@ -9,15 +9,15 @@ import numpy as np
 import pytest
 
 from sinssim.data import Measurements
-from sinssim.earth.models import ELLIPSOIDS
+from sinssim.earth.ellipsoids import ELLIPSOIDS
 from sinssim.estimation.estimate import estimate
-from sinssim.estimation.model import error_model
+from sinssim.estimation.state_model import error_model
 from sinssim.experiments.run.execute import run as run_scenario
 from sinssim.frames import FRAMES
 from sinssim.scenario import load_scenario
 from sinssim.strapdown.mechanization import Mechanization
-from sinssim.strapdown.nav_error import navigation_error
 from sinssim.strapdown.navigate import navigate
+from sinssim.strapdown.navigation_error import navigation_error
 from tests.estimation.worlds import biases_only, one_run, positions, velocities, weaving
 
 SIGMA = biases_only("tactical")
@@ -104,7 +104,7 @@ def test_between_rows_the_attitude_follows_the_gyros() -> None:
 
 
 def test_the_options_of_a_scenario_reach_the_filter(monkeypatch: pytest.MonkeyPatch) -> None:
-    from sinssim.simulation.aided import aided_run
+    from sinssim.simulation import aided_run
 
     reached: dict[str, Any] = {}
 

@@ -8,19 +8,19 @@ import numpy as np
 import pytest
 
 from sinssim import rotation
-from sinssim.alignment.budget import expected_errors
+from sinssim.alignment.alignment_budget import expected_errors
 from sinssim.data import Array, ImuData, Measurements, NavState
-from sinssim.earth.models import WGS84
+from sinssim.earth.ellipsoids import WGS84
 from sinssim.errors import InputError
 from sinssim.estimation import Block, ErrorModel, Estimate, error_model
-from sinssim.estimation.checks.consistency import nees
+from sinssim.estimation.consistency import nees
 from sinssim.estimation.estimate import estimate
-from sinssim.estimation.nominal import rows_of
-from sinssim.estimation.result import corrected
+from sinssim.estimation.filter_result import corrected
+from sinssim.estimation.nominal_motion import rows_of
 from sinssim.sensors import ImuErrors, TriadErrors
 from sinssim.sensors.imu.imu import Imu
-from sinssim.strapdown.nav_error import navigation_error
 from sinssim.strapdown.navigate import navigate
+from sinssim.strapdown.navigation_error import navigation_error
 from sinssim.truth.motions.great_circle import GreatCircle
 from sinssim.truth.motions.parked import Parked
 from tests.estimation.worlds import (
@@ -62,7 +62,7 @@ def in_sigmas(a: Estimate, b: Estimate, at_a: Array, at_b: Array) -> float:
 
 
 def b_rows(estimate: Estimate, rows: Array):
-    from sinssim.estimation.nominal import solution_of
+    from sinssim.estimation.nominal_motion import solution_of
 
     return solution_of(estimate.time[rows], rows_of(estimate.solution, rows), "")
 

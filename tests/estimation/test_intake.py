@@ -10,7 +10,7 @@ import pytest
 from sinssim.data import Array, Measurements
 from sinssim.errors import InputError
 from sinssim.estimation import Block, ErrorModel
-from sinssim.estimation.intake import take_in
+from sinssim.estimation.measurement_epochs import take_in
 
 MODEL = ErrorModel(tuple(Block(name, 1.0) for name in ("position", "velocity", "attitude")), 0.0, 0.0)
 IMU_TIME = np.arange(0.0, 10.001, 0.01)

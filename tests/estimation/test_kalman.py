@@ -10,10 +10,10 @@ from sinssim import rotation
 from sinssim.data import Array, Measurements
 from sinssim.estimation import error_model
 from sinssim.estimation.estimate import estimate
-from sinssim.estimation.intake import CheckedMeasurements
-from sinssim.estimation.kalman import ErrorFilter
-from sinssim.estimation.record import InnovationGate
-from sinssim.estimation.result import Reasons
+from sinssim.estimation.filter_loop import InnovationGate
+from sinssim.estimation.filter_result import Reasons
+from sinssim.estimation.kalman_filter import ErrorFilter
+from sinssim.estimation.measurement_epochs import CheckedMeasurements
 from sinssim.sensors import ImuErrors, TriadErrors
 from sinssim.truth.motions.parked import Parked
 from tests.estimation.worlds import biases_only, not_turning, one_run, positions, standing, velocities, weaving

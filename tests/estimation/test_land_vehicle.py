@@ -11,16 +11,16 @@ from scipy.stats import chi2
 
 from sinssim import rotation
 from sinssim.data import Array, ImuData
-from sinssim.earth.models import WGS84
+from sinssim.earth.ellipsoids import WGS84
 from sinssim.estimation import Block, Estimate, error_model, state_errors
-from sinssim.estimation.checks.consistency import nees
+from sinssim.estimation.alignment_in_motion import align_by_course
+from sinssim.estimation.consistency import nees
 from sinssim.estimation.estimate import estimate
-from sinssim.estimation.initial_alignment.by_course import align_by_course
-from sinssim.scenario.sections.aiding import AidingSection
+from sinssim.scenario.filter_section import AidingSection
 from sinssim.sensors import ImuErrors, TriadErrors
-from sinssim.sensors.aiding.base.sensor import Vehicle
-from sinssim.sensors.from_readings.stops import find_stops, learn_rest, standstill
-from sinssim.sensors.from_readings.vibration import AddedNoise, vibration, vibration_noise
+from sinssim.sensors.aiding_sensor import Vehicle
+from sinssim.sensors.standstill_detection import find_stops, learn_rest, standstill
+from sinssim.sensors.vibration_noise import AddedNoise, vibration, vibration_noise
 from tests.estimation.drives import MOUNTED_DEG, STANDS, block_in_vehicle, drive
 from tests.estimation.worlds import DEG, UG, one_run
 

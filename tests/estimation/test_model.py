@@ -5,14 +5,14 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from sinssim.alignment.budget import expected_errors
+from sinssim.alignment.alignment_budget import expected_errors
 from sinssim.alignment.initial_conditions import STATES
 from sinssim.errors import InputError
 from sinssim.estimation import BLOCKS, Block, ErrorModel, error_model
-from sinssim.sensors.imu.errors import ImuErrors, WarmUp
+from sinssim.sensors import flicker
 from sinssim.sensors.imu.fields import TriadErrors
 from sinssim.sensors.imu.imu import Imu
-from sinssim.sensors.noise import flicker
+from sinssim.sensors.imu.imu_errors import ImuErrors, WarmUp
 
 NAVIGATION = (Block("position", 10.0), Block("velocity", 0.1), Block("attitude", (1e-3, 1e-3, 1e-2)))
 

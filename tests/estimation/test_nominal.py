@@ -9,10 +9,10 @@ import pytest
 from scipy.spatial.transform import Rotation
 
 from sinssim.data import ImuData, NavSolution, NavState
-from sinssim.earth.models import WGS84
-from sinssim.estimation.nominal import MeanGyroRates, at, motion, near, solution_of
-from sinssim.sensors.imu.errors import ImuErrors
+from sinssim.earth.ellipsoids import WGS84
+from sinssim.estimation.nominal_motion import MeanGyroRates, at, motion, near, solution_of
 from sinssim.sensors.imu.fields import TriadErrors
+from sinssim.sensors.imu.imu_errors import ImuErrors
 from tests.oracles import error_equations as oracle
 
 LATITUDE, LONGITUDE, HEIGHT = 0.9, -3.14158, 800.0

@@ -13,12 +13,12 @@ from scipy.stats import chi2
 from sinssim import rotation
 from sinssim.data import Array, NavState
 from sinssim.estimation import Estimate, state_errors
-from sinssim.estimation.checks.consistency import nees
+from sinssim.estimation.consistency import nees
 from sinssim.estimation.estimate import estimate
-from sinssim.estimation.model import ErrorModel, error_model
+from sinssim.estimation.state_model import ErrorModel, error_model
 from sinssim.frames import FRAMES
-from sinssim.sensors.aiding.base.sensor import Vehicle
 from sinssim.sensors.aiding.gnss import Gnss
+from sinssim.sensors.aiding_sensor import Vehicle
 from sinssim.truth.motions.great_circle import GreatCircle
 from sinssim.truth.motions.parked import Parked
 from tests.estimation.worlds import balanced, biases_only, errors_of, one_run

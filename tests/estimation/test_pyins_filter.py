@@ -13,19 +13,19 @@ import numpy as np
 import pytest
 
 from sinssim import earth, rotation
-from sinssim.alignment.budget import expected_errors
+from sinssim.alignment.alignment_budget import expected_errors
 from sinssim.data import Array, ImuData, NavSolution, NavState
-from sinssim.earth.models import WGS84
+from sinssim.earth.ellipsoids import WGS84
 from sinssim.estimation import error_model
-from sinssim.estimation.checks.consistency import nees
-from sinssim.estimation.dynamics import dynamics, transition
-from sinssim.estimation.nominal import motion
-from sinssim.estimation.nominal import rows_of as states_at
+from sinssim.estimation.consistency import nees
+from sinssim.estimation.error_dynamics import dynamics, transition
+from sinssim.estimation.nominal_motion import motion
+from sinssim.estimation.nominal_motion import rows_of as states_at
 from sinssim.experiments.run.execute import run
-from sinssim.experiments.run.result import Run
+from sinssim.experiments.run.run_result import Run
 from sinssim.scenario import Scenario, load_scenario
-from sinssim.sensors.imu.errors import ImuErrors
-from sinssim.strapdown.nav_error import NavError, navigation_error
+from sinssim.sensors.imu.imu_errors import ImuErrors
+from sinssim.strapdown.navigation_error import NavError, navigation_error
 
 pytestmark = [pytest.mark.slow, pytest.mark.filterwarnings("ignore:The copy keyword")]
 

@@ -13,14 +13,14 @@ import numpy as np
 import pytest
 from scipy.stats import chi2
 
-from sinssim.alignment.budget import expected_errors
+from sinssim.alignment.alignment_budget import expected_errors
 from sinssim.data import Array, ImuData, Measurements, NavState
-from sinssim.earth.models import WGS84
+from sinssim.earth.ellipsoids import WGS84
 from sinssim.estimation import error_model
-from sinssim.estimation.checks.consistency import nees
+from sinssim.estimation.consistency import nees
 from sinssim.estimation.estimate import estimate
 from sinssim.sensors.imu.imu import Imu
-from sinssim.strapdown.nav_error import navigation_error
+from sinssim.strapdown.navigation_error import navigation_error
 from tests.estimation.test_pyins_filter import at, errors_of, estimation_model, rms, rows_of, their_consistency
 
 pytestmark = [pytest.mark.slow, pytest.mark.filterwarnings("ignore:The copy keyword")]

@@ -12,21 +12,21 @@ from scipy.spatial.transform import Rotation
 from scipy.stats import chi2
 
 from sinssim.data import Array, ImuData, Measurements, NavSolution, NavState
-from sinssim.earth.models import WGS84
+from sinssim.earth.ellipsoids import WGS84
 from sinssim.errors import InputError
 from sinssim.estimation import Block, ErrorModel
 from sinssim.estimation.estimate import _initial_covariance, _too_late, _untold
-from sinssim.estimation.initial_alignment.start import _held, at_rest
-from sinssim.estimation.intake import take_in
-from sinssim.estimation.kalman import ErrorFilter, Innovation
-from sinssim.estimation.model import error_model
-from sinssim.estimation.record import InnovationGate
-from sinssim.estimation.result import History, Reasons, Smoothed, corrected, nominal_errors, state_errors
+from sinssim.estimation.filter_loop import InnovationGate
+from sinssim.estimation.filter_result import History, Reasons, Smoothed, corrected, nominal_errors, state_errors
+from sinssim.estimation.filter_start import _held, at_rest
+from sinssim.estimation.kalman_filter import ErrorFilter, Innovation
+from sinssim.estimation.measurement_epochs import take_in
 from sinssim.estimation.smoother import smooth
+from sinssim.estimation.state_model import error_model
 from sinssim.sensors import ImuErrors, TriadErrors
-from sinssim.simulation.aided.aided_run import _after, _with_noise_factor
-from sinssim.simulation.aided.truth_comparison import Aided, _true_parameters
-from sinssim.strapdown.nav_error import NavError
+from sinssim.simulation.aided_run import _after, _with_noise_factor
+from sinssim.simulation.truth_comparison import Aided, _true_parameters
+from sinssim.strapdown.navigation_error import NavError
 from sinssim.truth.motions.parked import Parked
 
 LATITUDE, LONGITUDE, HEIGHT = 0.9, 0.4, 800.0

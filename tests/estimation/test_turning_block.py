@@ -9,9 +9,9 @@ import pytest
 
 from sinssim import rotation
 from sinssim.data import Measurements, NavState
-from sinssim.earth.models import WGS84
-from sinssim.estimation.model import Block, ErrorModel
-from sinssim.estimation.observation import Prediction, observe
+from sinssim.earth.ellipsoids import WGS84
+from sinssim.estimation.linearisation import Prediction, observe
+from sinssim.estimation.state_model import Block, ErrorModel
 from sinssim.experiments.run.execute import run
 from sinssim.scenario import Scenario
 

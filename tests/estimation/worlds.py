@@ -8,12 +8,12 @@ from functools import lru_cache
 import numpy as np
 
 from sinssim import rotation
-from sinssim.alignment.budget import expected_errors
+from sinssim.alignment.alignment_budget import expected_errors
 from sinssim.data import Array, ImuData, Measurements, NavState
-from sinssim.earth.models import WGS84
+from sinssim.earth.ellipsoids import WGS84
 from sinssim.estimation import ErrorModel, Estimate, Smoothed, state_errors
 from sinssim.sensors import ImuErrors, TriadErrors
-from sinssim.sensors.imu.emulate import emulate
+from sinssim.sensors.imu.emulation import emulate
 from sinssim.sensors.imu.imu import Imu
 from sinssim.truth import Trajectory
 from sinssim.truth.curve import Curve

@@ -8,8 +8,8 @@ from pathlib import Path
 from tests.extending.pages import Copy, read_page
 
 MORE = """
-from sinssim.experiments.run.store.filter_streams import filter_streams
-from sinssim.experiments.run.report.run_report import run_report
+from sinssim.experiments.run.filter_summary import filter_streams
+from sinssim.experiments.run.run_report import run_report
 columns = {stream.name: [c for v in stream.vectors for c in v.columns] for stream in filter_streams(result.aided)}
 print("aiding_radar_altimeter" in columns, "height_m" in columns["aiding_radar_altimeter"])
 print("sigma_radar_altimeter_bias_m" in columns["filter"], abs(result.aided.error.position_ned[-1, 2]))

@@ -16,7 +16,7 @@ for options in ({"algorithm": "functional-iteration"}, {"curvature": "simplified
         navigate(flight.increments(20.0), flight.state(0.0), frame="earth-fixed", **options)
     except Exception as error:
         print(error)
-from sinssim.strapdown.segments import Segments
+from sinssim.strapdown.navigate import Segments
 imu, state = flight.increments(20.0), flight.state(0.0)
 whole, engine = navigate(imu, state, frame="earth-fixed"), Segments(imu, frame="earth-fixed")
 for first, last in ((0, 3), (3, 1000), (1000, 2400)):

@@ -16,15 +16,15 @@ AIM = 3
 CHECKS = """
 import json
 import sinssim
-from sinssim.alignment.budget import SOURCES, error_budget, expected_errors, reading_errors
-from sinssim.alignment.axes import Attitude
+from sinssim.alignment.alignment_budget import SOURCES, error_budget, expected_errors, reading_errors
+from sinssim.alignment.parked_theory import Attitude
 from sinssim.errors import InputError
-from sinssim.scenario.filter.filter_model import filter_model
-from sinssim.experiments.run.report.sensors import sensor_errors
+from sinssim.scenario.filter_model import filter_model
+from sinssim.experiments.run.sensor_exhibits import sensor_errors
 from sinssim.scenario.schema import Scenario
 from sinssim.sensors import ImuErrors, TriadErrors
-from sinssim.sensors.expectation import expect
-from sinssim.sensors.sets.true_errors import draw_true_errors
+from sinssim.sensors.error_propagation import expect
+from sinssim.sensors.sets.sensor_readings import draw_true_errors
 
 found = {}
 H = np.arange(1.0, 10.0).reshape(3, 3)  # deg/h/g²
@@ -87,7 +87,8 @@ def copy(tmp_path_factory):
 def test_a_new_term_touches_few_files(copy):
     assert len(copy.touched) <= AIM, copy.touched
     assert copy.touched == [
-        "sinssim/sensors/expectation.py", "sinssim/sensors/imu/fields.py", "sinssim/sensors/imu/terms.py",
+        "sinssim/sensors/error_propagation.py", "sinssim/sensors/imu/error_term_table.py",
+        "sinssim/sensors/imu/fields.py",
     ]  # fmt: skip
 
 

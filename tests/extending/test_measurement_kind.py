@@ -10,9 +10,9 @@ DIFFERENCES = """
 import numpy as np
 from scipy.spatial.transform import Rotation
 from sinssim.data import Measurements, NavState
-from sinssim.earth.models import WGS84
+from sinssim.earth.ellipsoids import WGS84
 from sinssim.estimation import Block, ErrorModel
-from sinssim.estimation.observation import Prediction, observe
+from sinssim.estimation.linearisation import Prediction, observe
 
 blocks = [Block(name, 1.0) for name in ("position", "velocity", "attitude")] + [Block("beacon bias", np.ones(1))]
 model = ErrorModel(tuple(blocks), 0.0, 0.0)

@@ -14,23 +14,23 @@ import pytest
 import sinssim
 from scenarios.support.swaying import Sway, Swaying
 from sinssim import alignment, earth, rotation
-from sinssim.analyses.noise_identification.allan import allan_deviation
-from sinssim.analyses.noise_identification.fit import fit_noise
+from sinssim.analyses.noise.allan_deviation import allan_deviation
+from sinssim.analyses.noise.noise_fit import fit_noise
 from sinssim.data import ImuData, Measurements, NavState
 from sinssim.estimation import error_model
 from sinssim.estimation.estimate import estimate
-from sinssim.experiments.studies.schema import Study
+from sinssim.experiments.studies.study_schema import Study
 from sinssim.sensors import ImuErrors, TriadErrors
 from sinssim.sensors.imu.compensation import compensate
 from sinssim.sensors.imu.imu import Imu
-from sinssim.sensors.laser_gyro.lock_in import angle_error, turnarounds
-from sinssim.sensors.laser_gyro.ring import LaserGyro
-from sinssim.sensors.sets.accelerometers import emulate_accelerometers
-from sinssim.sensors.sets.gyro_free import cube, gyro_free_increments
-from sinssim.strapdown.one_component import gyro_error, simulate
+from sinssim.sensors.imu.laser_gyro import LaserGyro
+from sinssim.sensors.imu.lock_in import angle_error, turnarounds
+from sinssim.sensors.sets.gyro_free_block import cube, gyro_free_increments
+from sinssim.sensors.sets.single_sensors import emulate_accelerometers
+from sinssim.strapdown.one_component_system import gyro_error, simulate
 from sinssim.truth.curve import Curve
 from sinssim.truth.motions.analytic import OnEarth, inertial_increments
-from sinssim.truth.motions.coning import classical_cone
+from sinssim.truth.motions.coning_and_rocking import classical_cone
 from sinssim.truth.motions.great_circle import GreatCircle
 from sinssim.truth.motions.parked import Parked
 from tests.fuzz import mangle

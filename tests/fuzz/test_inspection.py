@@ -7,7 +7,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from sinssim.analyses.inspection.files import inspect
+from sinssim.analyses.inspection.inspected_files import inspect
 from tests.fuzz import mangle
 
 FIELDS = ("", "x", "1e400", "-", "9" * 400, "1,5", "nan", "0", "1e200", "-1e9", "\0", "2024-02-30T00:00:00Z")

@@ -14,7 +14,7 @@ from pydantic import BaseModel
 from sinssim.content import list_content
 from sinssim.scenario import Scenario, load_scenario
 from sinssim.scenario.notes import keys_without_effect
-from sinssim.scenario.summary import plan_lines
+from sinssim.scenario.plan_summary import plan_lines
 from sinssim.toml_file import read_toml, validate
 from tests.fuzz import mangle
 

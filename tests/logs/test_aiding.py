@@ -4,10 +4,10 @@ from __future__ import annotations
 
 import numpy as np
 
-from sinssim.logs.aiding import gnss_readings, quality_factor, quality_words
-from sinssim.logs.formats.receivers import nmea, novatel
-from sinssim.logs.log import LogGnss
-from sinssim.logs.streams import FixStream
+from sinssim.logs.formats import nmea, novatel
+from sinssim.logs.log_settings import LogGnss
+from sinssim.logs.recorded_aiding import gnss_readings, quality_factor, quality_words
+from sinssim.logs.recorded_streams import FixStream
 
 
 def fixes(quality: list[int], words: dict[int, str], sigma: float = 0.02) -> FixStream:

@@ -5,9 +5,9 @@ from __future__ import annotations
 import pytest
 
 from sinssim.errors import InputError
-from sinssim.logs.clocks import FileClock, Instant, date_of, file_clock, gps_instant, leap_seconds, offset
+from sinssim.logs.clocks import FileClock, Instant, date_of, file_clock, gps_instant, leap_seconds_of_day, offset
 from sinssim.logs.gps_time import WEEK
-from sinssim.logs.streams import Clock
+from sinssim.logs.recorded_streams import Clock
 
 MACHINE, GPS = Clock("machine"), Clock("gps")
 
@@ -26,7 +26,8 @@ def test_weeks_begin_where_they_are_published_to_begin(text: str, week: int, sec
 
 
 def test_utc_is_behind_by_the_published_leap_seconds() -> None:
-    assert [leap_seconds(day) for day in ("1980-01-06", "1999-01-01", "2016-12-31", "2017-01-01", "2025-07-08")] == [
+    days = ("1980-01-06", "1999-01-01", "2016-12-31", "2017-01-01", "2025-07-08")
+    assert [leap_seconds_of_day(day) for day in days] == [
         0, 13, 17, 18, 18,
     ]  # fmt: skip
     utc, gps = gps_instant("2025-07-08 19:34:03.723", "utc"), gps_instant("2025-07-08T19:34:21.723")

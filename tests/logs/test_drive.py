@@ -8,8 +8,8 @@ import numpy as np
 import pytest
 
 import sinssim
-from sinssim.logs.files import fix_stream, solution_stream
-from sinssim.logs.load import recorded_log
+from sinssim.logs.log_files import fix_stream, solution_stream
+from sinssim.logs.recorded_log import recorded_log
 
 DRIVE = Path(__file__).parents[1] / "data" / "drive" / "drive.toml"
 

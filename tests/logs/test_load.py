@@ -9,9 +9,9 @@ import numpy as np
 import pytest
 
 from sinssim.errors import InputError
-from sinssim.logs.load import recorded_log
-from sinssim.logs.log import Log
-from sinssim.logs.outages import Outages, outage_settings
+from sinssim.logs.gnss_outages import Outages, outage_settings
+from sinssim.logs.log_settings import Log
+from sinssim.logs.recorded_log import recorded_log
 from tests.logs.drive import ATTITUDE, FIXES, RATES, REFERENCE, drive, write_csv, write_rates, write_reference
 
 TRUTH = drive(20.0)

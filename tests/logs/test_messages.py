@@ -7,13 +7,12 @@ from pathlib import Path
 
 import pytest
 
-from sinssim.analyses.inspection.files import inspect
-from sinssim.earth.harmonics.icgem import read_icgem
+from sinssim.analyses.inspection.inspected_files import inspect
+from sinssim.earth.harmonic_coefficients import read_icgem
 from sinssim.errors import InputError, RunError, SinssimError, printable
-from sinssim.logs.formats.registry import FORMATS
-from sinssim.logs.read import read_file
-from sinssim.logs.text.samples import read_log
-from sinssim.logs.track.files import track_format
+from sinssim.logs.formats.registry import FORMATS, read_file
+from sinssim.logs.text.imu_samples import read_log
+from sinssim.logs.track_preparation import track_format
 
 _MOST = 6100  # characters of a message, with the word that some are left out
 _ESCAPE = b"\x1b[31m\x1b]0;title\x07\x08\x7f"

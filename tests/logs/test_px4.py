@@ -8,7 +8,7 @@ from pathlib import Path
 import pytest
 
 from benchmarks import px4_attitude
-from sinssim.analyses.inspection.files import inspect
+from sinssim.analyses.inspection.inspected_files import inspect
 
 FOLDER = os.environ.get("SINSSIM_PX4_FLIGHT")
 REFERENCE = """

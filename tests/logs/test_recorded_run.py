@@ -12,7 +12,7 @@ import pytest
 import sinssim
 from sinssim.errors import InputError
 from sinssim.scenario.schema import Scenario
-from sinssim.simulation.aided.recorded_run import prepare
+from sinssim.simulation.recorded_filter_run import prepare
 from tests.logs.drive import (
     ATTITUDE,
     FIXES,

@@ -6,8 +6,8 @@ import numpy as np
 import pytest
 
 from sinssim.data import NavSolution
-from sinssim.logs.reference import Reference
-from sinssim.sensors.aiding.base.lever_arm import state_at
+from sinssim.logs.reference_solution import Reference
+from sinssim.sensors.aiding_sensor import state_at
 from tests.logs.drive import drive
 
 TRUTH = drive(40.0)

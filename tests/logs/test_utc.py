@@ -5,7 +5,7 @@ from __future__ import annotations
 import pytest
 
 from sinssim.errors import InputError
-from sinssim.logs.utc import gps_seconds
+from sinssim.logs.gps_time import gps_seconds
 
 WEEK = 604_800
 

@@ -11,8 +11,14 @@ from scipy.spatial.transform import Rotation
 
 from sinssim.errors import InputError
 from sinssim.logs.clocks import FileClock, Instant, date_of, file_clock, gps_instant, offset
-from sinssim.logs.gps_time import date_from_gps, gps_from_unix, leap_seconds, unix_from_gps, week_and_seconds
-from sinssim.logs.load import recorded_log
+from sinssim.logs.gps_time import (
+    date_from_gps,
+    gps_from_unix,
+    gps_seconds,
+    leap_seconds,
+    unix_from_gps,
+    week_and_seconds,
+)
 from sinssim.logs.local_level import (
     enu_about,
     flipped,
@@ -22,9 +28,9 @@ from sinssim.logs.local_level import (
     q_nb_from_enu_flu,
     swapped,
 )
-from sinssim.logs.log import Log
-from sinssim.logs.streams import Clock
-from sinssim.logs.utc import gps_seconds
+from sinssim.logs.log_settings import Log
+from sinssim.logs.recorded_log import recorded_log
+from sinssim.logs.recorded_streams import Clock
 from tests.logs.formats.whole import attitude
 
 START = 1451260818

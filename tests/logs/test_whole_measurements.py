@@ -8,9 +8,9 @@ import numpy as np
 import pytest
 
 from sinssim.errors import InputError
-from sinssim.logs.aiding import gnss_readings, other_readings, quality_factor, quality_words, withheld
-from sinssim.logs.log import LogGnss, LogOther
-from sinssim.logs.streams import FixStream, OtherStream
+from sinssim.logs.log_settings import LogGnss, LogOther
+from sinssim.logs.recorded_aiding import gnss_readings, other_readings, quality_factor, quality_words, withheld
+from sinssim.logs.recorded_streams import FixStream, OtherStream
 
 NAN = float("nan")
 COVARIANCE = np.array([[0.25, 0.0625, -0.1875], [0.0625, 0.5625, 0.28125], [-0.1875, 0.28125, 1.0]])

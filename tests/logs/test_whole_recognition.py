@@ -9,11 +9,9 @@ import numpy as np
 import pytest
 
 from sinssim.errors import InputError
-from sinssim.logs.formats.registry import FORMATS
-from sinssim.logs.libraries import library, refused
-from sinssim.logs.read import _check, detect
-from sinssim.logs.streams import Clock, FixStream, InertialStream, SolutionStream, Streams
-from sinssim.logs.text.table import check_finite, head_numbers
+from sinssim.logs.formats.registry import FORMATS, _check, detect, library, refused
+from sinssim.logs.recorded_streams import Clock, FixStream, InertialStream, SolutionStream, Streams
+from sinssim.logs.text.numeric_columns import check_finite, head_numbers
 
 IMU = [[100.5, 1e-3, -2e-3, 3e-3, 0.5, -0.25, -2.0], [101.0, 1e-3, -2e-3, 3e-3, 0.5, -0.25, -2.0]]
 GNSS = [[100.5, 30.5, 114.25, 20.5, 0.5, 0.25, 0.75], [101.5, 30.55, 114.5, 21.5, 0.5, 0.25, 0.75]]
@@ -74,7 +72,7 @@ def test_limits(
 
 
 def test_sbet_by_its_first_records(tmp_path: Path) -> None:
-    module = importlib.import_module("sinssim.logs.formats.navigators.sbet")
+    module = importlib.import_module("sinssim.logs.formats.sbet")
     rows = np.zeros((3, 17))
     rows[:, 0], rows[:, 1], rows[:, 2], rows[:, 3] = (100.5, 101.0, 101.5), -0.5, 1.5, 20.5
     assert module.recognises(tmp_path, rows.tobytes())

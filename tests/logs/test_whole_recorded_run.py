@@ -13,7 +13,7 @@ import pytest
 from pyarrow import parquet
 
 from sinssim.errors import InputError
-from sinssim.logs.recorded_run import RecordedRun
+from sinssim.logs.stored_run import RecordedRun
 
 STATE = ("latitude_rad", "longitude_rad", "height_m", "velocity_n_mps", "velocity_e_mps", "velocity_d_mps", "q_nb_w",
          "q_nb_x", "q_nb_y", "q_nb_z")  # fmt: skip

@@ -8,8 +8,8 @@ from scipy.spatial.transform import Rotation
 
 from sinssim.data import Array, NavSolution
 from sinssim.errors import InputError
-from sinssim.logs.reference import Reference
-from sinssim.simulation.aided.reference_motion import ReferenceMotion
+from sinssim.logs.reference_solution import Reference
+from sinssim.simulation.recorded_filter_run import ReferenceMotion
 
 A = 6378137.0
 A1 = A * (1.0 - 0.0066943799901413165)

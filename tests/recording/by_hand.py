@@ -10,8 +10,8 @@ from types import SimpleNamespace
 import numpy as np
 from rich.console import Console
 
-from sinssim.analyses.error_budget.inputs.sources import Source
-from sinssim.analyses.error_budget.result import BudgetResult
+from sinssim.analyses.error_budget.budget_result import BudgetResult
+from sinssim.analyses.error_budget.error_sources import Source
 
 ARCMIN = pi / 10_800.0
 CEP, R95 = (2.0 * np.log(2.0)) ** 0.5, (2.0 * np.log(20.0)) ** 0.5

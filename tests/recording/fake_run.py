@@ -16,8 +16,8 @@ import sinssim.strapdown.measured_attitude
 from sinssim.data import ImuData, NavSolution, NavState, SingularityEvent
 from sinssim.earth import WGS84
 from sinssim.scenario.schema import Scenario
-from sinssim.sensors.imu.emulate import digital
-from sinssim.truth.channel import Channel, FlightEvent
+from sinssim.sensors.imu.emulation import digital
+from sinssim.truth.sampling import Channel, FlightEvent
 
 ALGORITHMS = ("quaternion", "poisson", "euler")
 

@@ -11,10 +11,10 @@ from typing import Any
 
 import numpy as np
 
-from sinssim.analyses.error_budget.inputs.sources import Source
-from sinssim.analyses.error_budget.limits import Allowance, Answer
-from sinssim.analyses.error_budget.result import BudgetResult
-from sinssim.statistics.requirements.requirement import parse_requirement
+from sinssim.analyses.error_budget.allowances import Allowance, Answer
+from sinssim.analyses.error_budget.budget_result import BudgetResult
+from sinssim.analyses.error_budget.error_sources import Source
+from sinssim.statistics.requirements import parse_requirement
 
 TIME = np.array([0.0, 1800.0, 7200.0])
 HALF, MOST = sqrt(2.0 * log(2.0)), sqrt(-2.0 * log(0.05))

@@ -7,7 +7,7 @@ from typing import Any
 
 import numpy as np
 
-from sinssim.estimation.result import Innovations
+from sinssim.estimation.filter_result import Innovations
 
 TIME = np.array([20.0, 30.0, 40.0, 220.0, 420.0])
 SMOOTHED = np.array([20.0, 50.0, 420.0])

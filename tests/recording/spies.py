@@ -13,9 +13,9 @@ import pytest
 from sinssim.charts import Rule
 from sinssim.exhibits import Item, charts_in
 from sinssim.recording import style
-from sinssim.recording.report.exhibits import parts_of
-from sinssim.recording.report.plot import Line
-from sinssim.recording.rerun.exhibits import record_charts
+from sinssim.recording.report.exhibit_page import parts_of
+from sinssim.recording.report.svg_plot import Line
+from sinssim.recording.rerun.exhibit_recording import record_charts
 
 
 @dataclass
@@ -143,7 +143,7 @@ def read(html: str) -> str:
 @pytest.fixture
 def plots(monkeypatch: pytest.MonkeyPatch) -> Plots:
     """The plots that a report draws, which are not rendered."""
-    from sinssim.recording.report import plot
+    from sinssim.recording.report import svg_plot as plot
 
     found = Plots()
     monkeypatch.setattr(plot, "plot", found)

@@ -9,9 +9,18 @@ import numpy as np
 import pytest
 
 from sinssim.analyses.error_budget.budget_exhibits import units_of_budget
-from sinssim.experiments.run.filter_axes import NAVIGATION, settled
-from sinssim.recording.scales import envelope, log_numbers, thinned, tick_label, ticks, time_ticks
-from sinssim.scales import ANGLES, HEIGHTS, LENGTHS, SPEEDS, Scale, duration_words, suiting, time_unit
+from sinssim.experiments.run.filter_exhibits import NAVIGATION, settled
+from sinssim.recording.style import envelope, log_numbers, thinned, tick_label, ticks, time_ticks
+from sinssim.units import (
+    ANGLE_SCALE,
+    HEIGHT_SCALE,
+    LENGTH_SCALE,
+    SPEED_SCALE,
+    Scale,
+    duration_words,
+    suiting,
+    time_unit,
+)
 
 SECOND, MINUTE, DEGREE = pi / 648_000.0, pi / 10_800.0, pi / 180.0
 
@@ -19,12 +28,14 @@ SECOND, MINUTE, DEGREE = pi / 648_000.0, pi / 10_800.0, pi / 180.0
 @pytest.mark.parametrize(
     ("scale", "largest", "unit", "size"),
     [
-        (LENGTHS, 0.0, "mm", 1e-3), (LENGTHS, 0.5, "mm", 1e-3), (LENGTHS, 0.51, "m", 1.0), (LENGTHS, 1e5, "m", 1.0),
-        (LENGTHS, 1.01e5, "km", 1e3), (LENGTHS, inf, "km", 1e3), (LENGTHS, nan, "km", 1e3),
-        (HEIGHTS, 0.5, "mm", 1e-3), (HEIGHTS, 0.51, "m", 1.0), (HEIGHTS, 1e7, "m", 1.0),
-        (SPEEDS, 0.05, "mm/s", 1e-3), (SPEEDS, 0.051, "m/s", 1.0), (SPEEDS, 9e3, "m/s", 1.0),
-        (ANGLES, 0.99 * MINUTE, "arcsec", SECOND), (ANGLES, 1.01 * MINUTE, "arcmin", MINUTE),
-        (ANGLES, 1.99 * DEGREE, "arcmin", MINUTE), (ANGLES, 2.01 * DEGREE, "deg", DEGREE), (ANGLES, inf, "deg", DEGREE),
+        (LENGTH_SCALE, 0.0, "mm", 1e-3), (LENGTH_SCALE, 0.5, "mm", 1e-3), (LENGTH_SCALE, 0.51, "m", 1.0),
+        (LENGTH_SCALE, 1e5, "m", 1.0),
+        (LENGTH_SCALE, 1.01e5, "km", 1e3), (LENGTH_SCALE, inf, "km", 1e3), (LENGTH_SCALE, nan, "km", 1e3),
+        (HEIGHT_SCALE, 0.5, "mm", 1e-3), (HEIGHT_SCALE, 0.51, "m", 1.0), (HEIGHT_SCALE, 1e7, "m", 1.0),
+        (SPEED_SCALE, 0.05, "mm/s", 1e-3), (SPEED_SCALE, 0.051, "m/s", 1.0), (SPEED_SCALE, 9e3, "m/s", 1.0),
+        (ANGLE_SCALE, 0.99 * MINUTE, "arcsec", SECOND), (ANGLE_SCALE, 1.01 * MINUTE, "arcmin", MINUTE),
+        (ANGLE_SCALE, 1.99 * DEGREE, "arcmin", MINUTE), (ANGLE_SCALE, 2.01 * DEGREE, "deg", DEGREE),
+        (ANGLE_SCALE, inf, "deg", DEGREE),
     ],
 )  # fmt: skip
 def test_the_unit_of_a_size(scale: Scale, largest: float, unit: str, size: float) -> None:
@@ -35,11 +46,11 @@ def test_the_unit_of_a_size(scale: Scale, largest: float, unit: str, size: float
 def test_the_largest_of_all_values_counts() -> None:
     """−0.7 m lies beyond the 0.5 m of millimetres; a NaN beside it does not count, an array of NaN does."""
     small = np.array([[0.1, nan], [0.2, -0.3]])
-    assert suiting(LENGTHS, small, np.zeros(0)) == ("mm", 1e-3)
-    assert suiting(LENGTHS, small, np.array([0.4, -0.7])) == ("m", 1.0)
-    assert suiting(LENGTHS, np.array([0.4, -0.7]), small) == ("m", 1.0)
-    assert suiting(LENGTHS, small, np.array([nan, nan])) == ("km", 1e3)
-    assert suiting(LENGTHS) == ("mm", 1e-3)
+    assert suiting(LENGTH_SCALE, small, np.zeros(0)) == ("mm", 1e-3)
+    assert suiting(LENGTH_SCALE, small, np.array([0.4, -0.7])) == ("m", 1.0)
+    assert suiting(LENGTH_SCALE, np.array([0.4, -0.7]), small) == ("m", 1.0)
+    assert suiting(LENGTH_SCALE, small, np.array([nan, nan])) == ("km", 1e3)
+    assert suiting(LENGTH_SCALE) == ("mm", 1e-3)
 
 
 def test_the_units_of_a_budget() -> None:
@@ -134,9 +145,9 @@ def test_rows_after_the_filter_has_settled() -> None:
 def test_the_blocks_of_navigation() -> None:
     """The components in the order of the filter's states; heights are positive upwards, positions down."""
     assert NAVIGATION == (
-        ("position", LENGTHS, ("position_north", "position_east", "height"), -1.0),
-        ("velocity", SPEEDS, ("velocity_north", "velocity_east", "velocity_down"), 1.0),
-        ("attitude", ANGLES, ("tilt_north", "tilt_east", "azimuth"), 1.0),
+        ("position", LENGTH_SCALE, ("position_north", "position_east", "height"), -1.0),
+        ("velocity", SPEED_SCALE, ("velocity_north", "velocity_east", "velocity_down"), 1.0),
+        ("attitude", ANGLE_SCALE, ("tilt_north", "tilt_east", "azimuth"), 1.0),
     )
 
 

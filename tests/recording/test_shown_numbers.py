@@ -9,18 +9,16 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 
+from sinssim.analyses.error_budget.allowances import Allowance, Answer
 from sinssim.analyses.error_budget.budget_exhibits import lines_of
-from sinssim.analyses.error_budget.limits import Allowance, Answer
-from sinssim.experiments.run.report.sensors import platform_errors
-from sinssim.experiments.run.store.summaries.diagnosis_keys import with_sigma
-from sinssim.experiments.run.tables.expectation_table import to_json
-from sinssim.experiments.studies.cost import Cost
-from sinssim.experiments.studies.operations import Operations
-from sinssim.experiments.studies.study_report import _costs
-from sinssim.sensors.expectation import expect
+from sinssim.experiments.run.filter_diagnosis import with_sigma
+from sinssim.experiments.run.sensor_exhibits import expectation_numbers, platform_errors
+from sinssim.experiments.studies.step_cost import Cost, Operations
+from sinssim.experiments.studies.study_exhibits import _costs
+from sinssim.sensors.error_propagation import expect
 from sinssim.sensors.imu.imu import Imu
-from sinssim.sensors.sets.platform import PlatformErrors
-from sinssim.statistics.requirements.requirement import parse_requirement
+from sinssim.sensors.sets.gimballed_sensors import PlatformErrors
+from sinssim.statistics.requirements import parse_requirement
 from sinssim.units import ARCMIN, ARCSEC, DEG, DEG_H, PPM
 
 
@@ -78,7 +76,7 @@ def test_an_expectation_as_numbers() -> None:
     """An accelerometer's bias of 100 µg alone: b (1 − cos ω t)/ω² after a quarter of Schuler's period is b R/g."""
     section = Imu(grade="ideal", accel_bias_sigma_ug=100.0)
     quarter = 0.25 * 5064.0
-    numbers = to_json(expect(section, 45.0 * DEG, quarter))
+    numbers = expectation_numbers(expect(section, 45.0 * DEG, quarter))
     assert numbers["latitude_deg"] == pytest.approx(45.0)
     assert numbers["duration_s"] == quarter
     assert [one["position_m"] for one in numbers["contributions"]] == pytest.approx([100e-6 * 6371e3] * 2, rel=5e-3)

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import pytest
 
-from sinssim.experiments.run.plane_errors import EQUATION_COLORS, EQUATION_NAMES, ROW_NAMES, SIMULATION_COLOR
+from sinssim.experiments.run.one_component_exhibits import EQUATION_COLORS, EQUATION_NAMES, ROW_NAMES, SIMULATION_COLOR
 from sinssim.recording.style import COLORS, colors, css, stacked_widths, tint
 
 

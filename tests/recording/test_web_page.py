@@ -10,8 +10,7 @@ from pathlib import Path
 
 import pytest
 
-from sinssim.recording.rerun.viewer import _free_ports
-from sinssim.recording.rerun.web_page import PageServer
+from sinssim.recording.rerun.viewer import PageServer, _free_ports
 
 SECRET = b"the recording"
 

@@ -7,7 +7,7 @@ import pytest
 from scipy.spatial.transform import Rotation
 
 from sinssim import jit, rotation
-from sinssim.rotation.kernels import half_angle_k, less_cross_k
+from sinssim.rotation.quaternions import half_angle_k, less_cross_k
 
 ULP = np.finfo(float).eps
 

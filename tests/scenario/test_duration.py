@@ -8,11 +8,11 @@ from typing import Any
 import pytest
 
 from sinssim.errors import InputError
-from sinssim.logs.log import Log
-from sinssim.scenario.duration import check_times, expected_duration
+from sinssim.logs.log_settings import Log
+from sinssim.scenario.plan_summary import plan_lines
+from sinssim.scenario.planned_motion import check_times, expected_duration
 from sinssim.scenario.schema import Scenario
-from sinssim.scenario.summary import plan_lines
-from sinssim.truth.flight.plan import FlightPlan
+from sinssim.truth.flight.flight_plan import FlightPlan
 
 # At sea level calibrated and true airspeed are the same.
 START = {"on": "air", "latitude_deg": 0.0, "longitude_deg": 0.0, "altitude_m": 0.0, "heading_deg": 350.0}

@@ -7,9 +7,9 @@ from typing import Any
 import pytest
 
 from sinssim import Scenario, run
-from sinssim.scenario.height import height_words
-from sinssim.scenario.sections.navigation import NavigationSection
-from sinssim.scenario.summary import plan_lines
+from sinssim.scenario.navigation_section import NavigationSection
+from sinssim.scenario.notes import height_words
+from sinssim.scenario.plan_summary import plan_lines
 
 CIRCLE = {"latitude_deg": 45.0, "course_deg": 60.0, "speed_mps": 230.0, "altitude_m": 9000.0, "duration_s": 3960.0}
 FLIGHT = {"aircraft": "737", "start": {"on": "air", "latitude_deg": 50.0, "longitude_deg": 14.0, "altitude_m": 5000.0,

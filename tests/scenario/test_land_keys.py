@@ -8,12 +8,11 @@ import numpy as np
 import pytest
 from pydantic import ValidationError
 
-from sinssim.analyses.error_budget.analyse import budget
+from sinssim.analyses.error_budget.covariance_budget import budget
 from sinssim.errors import InputError
 from sinssim.experiments.run.execute import run
 from sinssim.scenario import Scenario
-from sinssim.scenario.sections.aiding import AidingSection
-from sinssim.scenario.sections.filter import FilterSection
+from sinssim.scenario.filter_section import AidingSection, FilterSection
 
 ROAD: dict[str, Any] = {
     "name": "road",

@@ -10,9 +10,9 @@ from pathlib import Path
 import pytest
 
 from sinssim.errors import InputError
-from sinssim.mistakes import key_lines
 from sinssim.scenario import Scenario, list_content, load_scenario
 from sinssim.toml_file import validate
+from sinssim.validation_errors import key_lines
 from tests.scenario.examples import FLIGHT, PARKED
 
 
@@ -331,7 +331,7 @@ def test_what_is_absurdly_large_is_named_and_not_echoed(tmp_path: Path, text: st
 def test_no_more_mistakes_are_put_into_words_than_are_shown(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     """Twenty thousand wrong numbers in one array took two seconds to describe."""
     described = []
-    monkeypatch.setattr("sinssim.mistakes._sentence", lambda error, *_: described.append(error) or str(error))
+    monkeypatch.setattr("sinssim.validation_errors._sentence", lambda error, *_: described.append(error) or str(error))
     message = mistake(tmp_path, FLIGHT.replace('"quaternion", "euler"', "1.5, " * 20_000))
     assert len(described) == 200
     assert "20000 mistakes:" in message

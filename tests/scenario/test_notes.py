@@ -7,7 +7,8 @@ from typing import Any
 import pytest
 
 from sinssim.errors import InputError
-from sinssim.logs.outages import Outages, outage_spans
+from sinssim.logs.gnss_outages import Outages, outage_spans
+from sinssim.scenario.ensemble_section import with_values
 from sinssim.scenario.notes import (
     barometer_of_the_day,
     coarse_rates,
@@ -16,7 +17,6 @@ from sinssim.scenario.notes import (
     torquer_taken,
 )
 from sinssim.scenario.schema import Scenario
-from sinssim.scenario.variation import with_values
 from sinssim.sensors.imu.imu import Imu
 from sinssim.units import ARCSEC, DEG_SQRT_H
 

@@ -7,8 +7,8 @@ from typing import Any
 import pytest
 
 from sinssim.scenario.notes import defaults_taken
+from sinssim.scenario.plan_summary import plan_lines
 from sinssim.scenario.schema import Scenario
-from sinssim.scenario.summary import plan_lines
 from sinssim.sensors.imu.imu import Imu
 
 

@@ -10,7 +10,7 @@ import pytest
 from sinssim.content import list_content
 from sinssim.errors import InputError
 from sinssim.scenario import Scenario, load_scenario
-from sinssim.scenario.source import TABLES, TRAVELLING
+from sinssim.scenario.tables import TABLES, TRAVELLING
 
 PARKED = {"latitude_deg": 56.0, "duration_s": 20.0}
 CIRCLE = {"latitude_deg": 56.0, "course_deg": 30.0, "speed_mps": 200.0, "duration_s": 20.0}

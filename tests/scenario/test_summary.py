@@ -8,13 +8,11 @@ from typing import Any
 
 import pytest
 
-from sinssim.scenario.excitation import excitation
+from sinssim.scenario.plan_summary import _clock, named_places, plan_lines, sensor_words
+from sinssim.scenario.planned_motion import excitation
 from sinssim.scenario.schema import Scenario
-from sinssim.scenario.summary import _clock, named_places, plan_lines, sensor_words
 from sinssim.sensors.imu.imu import Imu
-from sinssim.truth.flight.plan import FlightPlan
-from sinssim.truth.flight.planning.path import planned_path
-from sinssim.truth.flight.wind import Atmosphere, Wind
+from sinssim.truth.flight.flight_plan import Atmosphere, FlightPlan, Wind, planned_path
 
 AIR = {"on": "air", "latitude_deg": 48.0, "longitude_deg": 11.0, "altitude_m": 3000.0, "airspeed_kt": 280.0,
        "heading_deg": 70.0}  # fmt: skip

@@ -6,8 +6,8 @@ import pytest
 
 from sinssim.errors import InputError
 from sinssim.scenario.load import load_scenario
+from sinssim.scenario.plan_summary import plan_lines
 from sinssim.scenario.schema import Scenario
-from sinssim.scenario.summary import plan_lines
 
 HEAD = """\
 name = "standing"

@@ -9,8 +9,8 @@ from scipy.integrate import quad
 from sinssim import rotation
 from sinssim.data import ImuData, NavState
 from sinssim.sensors.error_propagation import Schuler
-from sinssim.strapdown.nav_error import navigation_error
 from sinssim.strapdown.navigate import navigate
+from sinssim.strapdown.navigation_error import navigation_error
 from sinssim.truth.motions.parked import Parked
 
 HOUR, RATE_HZ = 3600.0, 1.0

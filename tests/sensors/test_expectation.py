@@ -11,18 +11,18 @@ from scipy.integrate import solve_ivp
 from sinssim import earth
 from sinssim.data import ImuData
 from sinssim.errors import InputError
-from sinssim.sensors.expectation import ACCELERATING, AT_REST, GATHERING, SPEED, TURN, TURN_RATE, TURNING, expect
-from sinssim.sensors.imu.emulate import emulate
+from sinssim.sensors import flicker
+from sinssim.sensors.error_propagation import ACCELERATING, AT_REST, GATHERING, SPEED, TURN, TURN_RATE, TURNING, expect
+from sinssim.sensors.imu.emulation import emulate
 from sinssim.sensors.imu.imu import Imu
-from sinssim.sensors.laser_gyro.laser_gyros import LaserGyros
-from sinssim.sensors.noise import flicker
+from sinssim.sensors.imu.laser_gyro import LaserGyros
 from sinssim.sensors.sets.sensor_set import SixAccelerometers
-from sinssim.strapdown.nav_error import navigation_error
 from sinssim.strapdown.navigate import navigate
+from sinssim.strapdown.navigation_error import navigation_error
 from sinssim.truth.curve import Curve
 from sinssim.truth.motions.analytic import OnEarth
 from sinssim.truth.motions.parked import Parked
-from sinssim.truth.motions.rotation_table import Dwell, RotationTable, Turn
+from sinssim.truth.motions.turntable import Dwell, RotationTable, Turn
 from sinssim.truth.trajectory import Trajectory
 
 HOUR = 3600.0

@@ -9,13 +9,13 @@ import numpy as np
 import pytest
 
 import sinssim
-from sinssim.alignment.budget import expected_errors
-from sinssim.analyses.error_budget.analyse import budget
+from sinssim.alignment.alignment_budget import expected_errors
+from sinssim.analyses.error_budget.covariance_budget import budget
 from sinssim.data import Array
-from sinssim.experiments.run.result import Run
+from sinssim.experiments.run.run_result import Run
 from sinssim.scenario import Scenario
-from sinssim.scenario.summary import plan_lines
-from sinssim.strapdown import coning_drift
+from sinssim.scenario.plan_summary import plan_lines
+from sinssim.strapdown.attitude import rotation_vector
 from tests.analyses.error_budget.worlds import ALLOWED, ensemble, standard_errors
 from tests.analyses.error_budget.worlds import scenario as turning
 
@@ -82,7 +82,10 @@ def test_instantaneous_rates_under_coning(algorithm: str, samples: int) -> None:
         )
         omega = 2.0 * pi * frequency
         x = 0.5 * omega / rate
-        cone, of_algorithm = 2.0 * omega * sin(0.5 * alpha) ** 2, coning_drift.drift(samples, alpha, omega, 1.0 / rate)
+        cone, of_algorithm = (
+            2.0 * omega * sin(0.5 * alpha) ** 2,
+            rotation_vector.drift_under_coning(samples, alpha, omega, 1.0 / rate),
+        )
         expected = (x / tan(x)) ** 2 * (cone + of_algorithm) - cone
         found = -_slope(sinssim.run(plan), algorithm, "attitude", 0, round(rate / frequency))
         drifts.append(found)

@@ -5,8 +5,8 @@ from __future__ import annotations
 import pytest
 
 import sinssim
-from sinssim.simulation.navigation import solve
-from sinssim.simulation.truth import truth_along
+from sinssim.simulation.navigation_stage import solve
+from sinssim.simulation.truth_stage import truth_along
 
 
 def test_a_platform_needs_the_errors_of_its_sensors() -> None:

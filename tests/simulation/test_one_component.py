@@ -17,13 +17,12 @@ from scipy.interpolate import CubicSpline
 
 from sinssim.errors import RunError
 from sinssim.experiments.run.execute import run
-from sinssim.experiments.run.store.one_component_files import numbers
-from sinssim.experiments.run.tables.one_component_table import show
+from sinssim.experiments.run.one_component_exhibits import numbers, show
 from sinssim.recording.rerun.viewer import find_run_info
 from sinssim.recording.rerun.views import load_view
 from sinssim.scenario import Scenario, load_scenario
-from sinssim.simulation.one_component import OneComponentResult, compute
-from sinssim.truth.vertical_plane import OneComponent
+from sinssim.simulation.one_component_run import OneComponentResult, compute
+from sinssim.truth.one_component_configuration import OneComponent
 from sinssim.units import DEG
 
 UG, DEG_H = 9.80665e-6, 4.84813681109536e-6

@@ -10,9 +10,9 @@ import numpy as np
 import pytest
 
 from sinssim.errors import RunError
-from sinssim.sensors.sets.one_component import PlaneReadings
-from sinssim.simulation import one_component
-from sinssim.simulation.one_component import (
+from sinssim.sensors.sets.one_component_sensors import PlaneReadings
+from sinssim.simulation import one_component_run
+from sinssim.simulation.one_component_run import (
     _check_finite,
     _less,
     _with_middles,
@@ -21,8 +21,8 @@ from sinssim.simulation.one_component import (
     navigate,
     only,
 )
-from sinssim.strapdown.one_component_errors import PlaneErrors
-from sinssim.truth.vertical_plane import OneComponent
+from sinssim.strapdown.one_component_system import PlaneErrors
+from sinssim.truth.one_component_configuration import OneComponent
 
 MICRO_G, DEG_H, SECOND, MINUTE = 9.80665e-6, pi / 648_000.0, pi / 648_000.0, pi / 10_800.0
 TIME = np.array([3.0, 5.0, 9.0])
@@ -103,7 +103,7 @@ def test_a_system_starts_with_its_initial_errors(variant: str, monkeypatch: pyte
     seen: dict[str, Any] = {}
     for name in ("simulate", "simulate_measured", "simulate_two_integrals"):
         monkeypatch.setattr(
-            one_component, name, lambda *args, name=name, **at: seen.update(name=name, args=args, at=at)
+            one_component_run, name, lambda *args, name=name, **at: seen.update(name=name, args=args, at=at)
         )
     truth = SimpleNamespace(velocity=[200.0, 1.0], pitch=[0.3, 1.0], rate=[0.02, 1.0])
     increments = SimpleNamespace(coordinate=[0.4, 1.0])

@@ -10,16 +10,16 @@ from pydantic import ValidationError
 from scipy.stats import chi2
 
 import sinssim
-from sinssim.alignment.axes import Attitude
-from sinssim.alignment.budget import error_budget, expected_errors, total
+from sinssim.alignment.alignment_budget import error_budget, expected_errors, total
+from sinssim.alignment.parked_theory import Attitude
 from sinssim.data import ImuData
-from sinssim.earth.models import WGS84
+from sinssim.earth.ellipsoids import WGS84
 from sinssim.errors import InputError
-from sinssim.rotation.arrays import euler_from_quaternion
+from sinssim.rotation.quaternions import euler_from_quaternion
 from sinssim.scenario.schema import Scenario
 from sinssim.scenario.true_motion import fly
-from sinssim.sensors.imu.emulate import emulate
-from sinssim.simulation.special.own_alignment import align_itself
+from sinssim.sensors.imu.emulation import emulate
+from sinssim.simulation.navigation_stage import align_itself
 from sinssim.truth.trajectory import Trajectory
 
 PARKED = {"latitude_deg": 50.0, "heading_deg": 30.0, "pitch_deg": 0.5, "altitude_m": 300.0, "duration_s": 310.0}

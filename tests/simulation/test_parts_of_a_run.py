@@ -10,21 +10,20 @@ import numpy as np
 import pytest
 
 from sinssim import rotation
-from sinssim.analyses.error_budget.result import Added
+from sinssim.analyses.error_budget.budget_result import Added
 from sinssim.data import ImuData, NavState
-from sinssim.earth.models import WGS84
+from sinssim.earth.ellipsoids import WGS84
 from sinssim.errors import InputError, RunError
 from sinssim.experiments.run.parts.phases import add_sources, budgets_of_phases
 from sinssim.scenario import Scenario
 from sinssim.scenario.initial_error import initial_state_with_errors
-from sinssim.scenario.sections.navigation import InitialErrorSection
-from sinssim.simulation import stages
-from sinssim.simulation.navigation import solve
-from sinssim.simulation.sensed import Sensed
-from sinssim.simulation.special import own_alignment
+from sinssim.scenario.navigation_section import InitialErrorSection
+from sinssim.simulation import navigation_stage, stages
+from sinssim.simulation.navigation_stage import solve
+from sinssim.simulation.sensed_stage import Sensed
 from sinssim.simulation.stages import STAGES, Stages
-from sinssim.simulation.truth import Truth
-from sinssim.strapdown.nav_error import navigation_error
+from sinssim.simulation.truth_stage import Truth
+from sinssim.strapdown.navigation_error import navigation_error
 
 MINUTE, SECOND = pi / 10_800.0, pi / 648_000.0
 LATITUDE, LONGITUDE, HEIGHT = 0.9, 0.3, 5000.0
@@ -164,12 +163,12 @@ def test_an_alignment_takes_the_first_samples(monkeypatch: pytest.MonkeyPatch) -
         seen.append((session, place, method, gravity, ellipsoid))
         return "state", None
 
-    monkeypatch.setattr(own_alignment, "aligned_state", aligned)
+    monkeypatch.setattr(navigation_stage, "aligned_state", aligned)
     for duration, count in ((10.0, 4), (11.0, 5)):
         own = scenario(
             imu={"grade": "tactical"}, navigation={"alignment": {"duration_s": duration}, "gravity": "normal"}
         )
-        assert own_alignment.align_itself(own, imu, "place", "ellipsoid") == (count, "state")
+        assert navigation_stage.align_itself(own, imu, "place", "ellipsoid") == (count, "state")
         session = seen[-1][0]
         np.testing.assert_array_equal(session.time, time[: count + 1])
         np.testing.assert_array_equal(session.dtheta, imu.dtheta[:count])
@@ -177,12 +176,12 @@ def test_an_alignment_takes_the_first_samples(monkeypatch: pytest.MonkeyPatch) -
     assert seen[-1][1:] == ("place", own.navigation.alignment.method, "normal", "ellipsoid")
     long = scenario(imu={"grade": "tactical"}, navigation={"alignment": {"duration_s": 20.0}})
     with pytest.raises(InputError, match=r"duration_s = 20: the run lasts 20 s"):
-        own_alignment.align_itself(long, imu, None, None)
-    rest = own_alignment.without_alignment(imu, 3)
+        navigation_stage.align_itself(long, imu, None, None)
+    rest = navigation_stage.without_alignment(imu, 3)
     np.testing.assert_array_equal(rest.time, time[3:])
     for name in ("dtheta", "dvel", "flags"):
         np.testing.assert_array_equal(getattr(rest, name), getattr(imu, name)[3:])
-    assert own_alignment.without_alignment(ImuData(time, imu.dtheta, imu.dvel), 3).flags is None
+    assert navigation_stage.without_alignment(ImuData(time, imu.dtheta, imu.dvel), 3).flags is None
 
 
 def test_the_sources_of_phases() -> None:
@@ -234,7 +233,7 @@ def test_budgets_of_the_phases(monkeypatch: pytest.MonkeyPatch) -> None:
             raise InputError("It cannot be.")
         return "budget"
 
-    monkeypatch.setattr("sinssim.analyses.error_budget.analyse.budget", budget)
+    monkeypatch.setattr("sinssim.analyses.error_budget.covariance_budget.budget", budget)
     own = SimpleNamespace(filter="f")
     motion = known("i", "s", "t", [30.0, 31.0, 90.0])
     run: Any = SimpleNamespace(scenario=own, truth=motion)
@@ -330,7 +329,7 @@ def test_navigation_after_an_alignment(monkeypatch: pytest.MonkeyPatch) -> None:
         seen.update(time=imu.time.tolist(), initial=initial, height=height.tolist())
         return "solution"
 
-    monkeypatch.setattr(own_alignment, "align_itself", align)
+    monkeypatch.setattr(navigation_stage, "align_itself", align)
     monkeypatch.setattr("sinssim.strapdown.measured_attitude.navigate_set", navigate_set)
     navigation = {"alignment": {"duration_s": 10.0}, "ellipsoid": "krasovsky-1940", "vertical": "truth"}
     own = scenario(imu={"grade": "tactical"}, navigation=navigation)

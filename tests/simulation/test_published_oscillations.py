@@ -14,10 +14,10 @@ import pytest
 from numpy.typing import NDArray
 
 from sinssim import earth
-from sinssim.earth.models import WGS84
+from sinssim.earth.ellipsoids import WGS84
 from sinssim.experiments.run.execute import run
 from sinssim.scenario.schema import Scenario
-from sinssim.strapdown.nav_error import NavError
+from sinssim.strapdown.navigation_error import NavError
 from sinssim.units import ARCMIN, DEG_H, UG
 from tests.oracles.parked_errors import errors, system
 

@@ -9,9 +9,9 @@ import pytest
 
 from sinssim import rotation
 from sinssim.experiments.run.execute import run
-from sinssim.experiments.run.result import Run
+from sinssim.experiments.run.run_result import Run
 from sinssim.scenario.schema import Scenario
-from sinssim.strapdown.nav_error import NavError
+from sinssim.strapdown.navigation_error import NavError
 from sinssim.units import ARCSEC, DEG, DEG_H, PPM, UG
 from tests.oracles.parked_errors import errors
 from tests.simulation.test_published_oscillations import LATITUDE, NONE, F, driven

@@ -10,13 +10,13 @@ import numpy as np
 import pytest
 
 from sinssim.data import ImuData
-from sinssim.earth.models import WGS84
+from sinssim.earth.ellipsoids import WGS84
 from sinssim.experiments.run import execute
 from sinssim.experiments.run.parts import phases
 from sinssim.scenario import Scenario
-from sinssim.simulation import navigation
+from sinssim.simulation import navigation_stage
 from sinssim.simulation.stages import Stages
-from tests.recording.store.test_motion_streams import rows
+from tests.recording.test_motion_streams import rows
 
 
 @pytest.mark.parametrize(
@@ -83,13 +83,13 @@ def test_a_run_on_recorded_sensors(monkeypatch: pytest.MonkeyPatch) -> None:
     prepared = SimpleNamespace(
         scenario=own, log=log, moved=None, start=SimpleNamespace(state="first", words="It starts.")
     )
-    monkeypatch.setattr("sinssim.simulation.aided.recorded_run.prepare", lambda scenario: prepared)
+    monkeypatch.setattr("sinssim.simulation.recorded_filter_run.prepare", lambda scenario: prepared)
 
     def solve(scenario: Any, truth: Any, imu: Any, attitude: Any, height: Any, errors: Any) -> Any:
         seen.update(truth=truth, imu=imu, errors=errors)
         return {}, {}
 
-    monkeypatch.setattr(navigation, "solve", solve)
+    monkeypatch.setattr(navigation_stage, "solve", solve)
     logged = SimpleNamespace(
         **{name: getattr(own, name) for name in type(own).model_fields if name != "log"}, log="log"
     )

@@ -8,14 +8,12 @@ import numpy as np
 import pytest
 from scipy.stats import chi2, ncx2
 
-from sinssim.statistics.chi_square import extreme, mean_square_band, share_inside
-from sinssim.statistics.circle_about_mean import share_inside as share_about_mean
-from sinssim.statistics.circles import circle_radius, share_in_circle
-from sinssim.statistics.order_statistics import percentile, runs_for_band
-from sinssim.statistics.quadratic_form import upper_tail
-from sinssim.statistics.rates import end_rate, mean_rate, rate_uncertainty, to_nmi_h
-from sinssim.statistics.standard_deviation import spread
-from sinssim.statistics.systems import compare_systems, detection_probability, mid_value
+from sinssim.statistics.chi_square import extreme, mean_square_band, share_inside, upper_tail
+from sinssim.statistics.circular_error import circle_radius, share_in_circle
+from sinssim.statistics.circular_error import share_inside as share_about_mean
+from sinssim.statistics.percentiles import percentile, runs_for_band, spread
+from sinssim.statistics.position_error_rate import end_rate, mean_rate, rate_uncertainty, to_nmi_h
+from sinssim.statistics.redundant_systems import compare_systems, detection_probability, mid_value
 
 NAN = math.nan
 

@@ -10,8 +10,7 @@ import pytest
 from scipy import integrate, stats
 
 from sinssim.errors import InputError
-from sinssim.statistics.circle_about_mean import radius_about_mean
-from sinssim.statistics.circles import circle_radius
+from sinssim.statistics.circular_error import circle_radius, radius_about_mean
 
 
 @pytest.mark.parametrize("share", [0.01, 0.5, 0.95, 0.9999])

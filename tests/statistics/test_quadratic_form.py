@@ -7,7 +7,7 @@ import pytest
 from scipy.stats import chi2
 
 from sinssim.data import Array
-from sinssim.statistics.quadratic_form import quantile, upper_tail
+from sinssim.statistics.chi_square import quantile, upper_tail
 
 
 @pytest.mark.parametrize("freedom", [1, 3, 10, 300])

@@ -172,7 +172,7 @@ def test_numbers_of_one_sequence_are_uncorrelated_at_every_distance(many: np.nda
 
 
 def test_names_of_terms_have_numbers_of_their_own() -> None:
-    from sinssim.sensors.imu.terms import TERMS
+    from sinssim.sensors.imu.error_term_table import TERMS
 
     names = {quantity.field for quantity in TERMS}
     names |= {"random walk", "bias instability", "rate random walk", "flicker", "flicker start", "time stamp jitter"}

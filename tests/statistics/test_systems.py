@@ -16,7 +16,7 @@ from sinssim.data import Array
 from sinssim.errors import InputError
 from sinssim.experiments.ensembles import run_seed
 from sinssim.scenario import Scenario
-from sinssim.statistics.systems import compare_systems, detection_probability, mid_value
+from sinssim.statistics.redundant_systems import compare_systems, detection_probability, mid_value
 from sinssim.units import DEG_H
 
 STUDY = Path(__file__).parents[2] / "scenarios" / "compared_systems.py"
@@ -149,7 +149,7 @@ def test_detection_time_is_the_predicted_one() -> None:
 
 def test_shipped_study(tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]) -> None:
     """A few teams; the rates of many are in docs/sensors.md."""
-    monkeypatch.setattr("sinssim.recording.figures.canvas.save", lambda figure, path: None)
+    monkeypatch.setattr("sinssim.recording.figures.save", lambda figure, path: None)
     monkeypatch.setattr(sys, "argv", ["compared_systems.py", "-o", str(tmp_path), "--teams", "8"])
     monkeypatch.syspath_prepend(str(STUDY.parent))
     runpy.run_path(str(STUDY), run_name="__main__")

@@ -11,10 +11,9 @@ import pytest
 
 from sinssim.errors import InputError
 from sinssim.statistics.chi_square import extreme, mean_square_band
-from sinssim.statistics.circles import share_in_circle
-from sinssim.statistics.order_statistics import percentile
-from sinssim.statistics.standard_deviation import spread
-from sinssim.statistics.systems import compare_systems, detection_probability
+from sinssim.statistics.circular_error import share_in_circle
+from sinssim.statistics.percentiles import percentile, spread
+from sinssim.statistics.redundant_systems import compare_systems, detection_probability
 
 
 @pytest.mark.parametrize(

@@ -9,10 +9,10 @@ from scipy.spatial.transform import Rotation
 from sinssim import navigate
 from sinssim.data import Array, NavSolution, NavState
 from sinssim.earth import WGS84
-from sinssim.earth.transverse import route_pole
+from sinssim.earth.transverse_route import route_pole
 from sinssim.errors import InputError
 from sinssim.frames import FRAME_REGISTRY
-from sinssim.strapdown.coordinates import conditional, earth_fixed, inertial, level_axes
+from sinssim.strapdown.frames.solution_coordinates import conditional, earth_fixed, inertial, level_axes
 from sinssim.truth.motions.great_circle import GreatCircle
 
 TIME = np.linspace(3.0, 7203.0, 41)

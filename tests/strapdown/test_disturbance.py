@@ -10,10 +10,10 @@ import pytest
 
 from sinssim import earth, rotation
 from sinssim.data import Array, ImuData, NavSolution
-from sinssim.earth.models import WGS84
+from sinssim.earth.ellipsoids import WGS84
 from sinssim.errors import RunError
-from sinssim.strapdown.coning_drift import drift, leading_term
-from sinssim.strapdown.disturbance import disturbance_in_body, disturbance_of_segment, navigate_in_field
+from sinssim.strapdown.attitude.rotation_vector import drift_under_coning, leading_drift_under_coning
+from sinssim.strapdown.gravity_disturbance import disturbance_in_body, disturbance_of_segment, navigate_in_field
 
 PLACE = (0.4, 1.1, 300.0)
 Q_NB = rotation.quaternion_from_euler(0.2, -0.3, 1.4)
@@ -113,8 +113,12 @@ def test_navigation_is_repeated_until_the_path_stays() -> None:
 @pytest.mark.parametrize(("samples", "law"), [(1, 1 / 12), (2, 1 / 60), (3, 1 / 280), (4, 1 / 1260)])
 def test_leading_term_of_the_drift(samples: int, law: float) -> None:
     """L of the table in the module, times α²Ω (Ωh)²ⁿ; with the previous sample (Ωh)⁴/60."""
-    assert leading_term(samples, 0.02, 30.0, 0.01) == pytest.approx(law * 0.02**2 * 30.0 * 0.3 ** (2 * samples))
-    assert leading_term(1, 0.02, 30.0, 0.01, previous=True) == pytest.approx(0.02**2 * 30.0 * 0.3**4 / 60.0)
+    assert leading_drift_under_coning(samples, 0.02, 30.0, 0.01) == pytest.approx(
+        law * 0.02**2 * 30.0 * 0.3 ** (2 * samples)
+    )
+    assert leading_drift_under_coning(1, 0.02, 30.0, 0.01, previous=True) == pytest.approx(
+        0.02**2 * 30.0 * 0.3**4 / 60.0
+    )
 
 
 @pytest.mark.parametrize(("samples", "previous", "b"), [(1, False, 1 / 20), (1, True, 5 / 42), (2, False, 5 / 42),
@@ -122,5 +126,7 @@ def test_leading_term_of_the_drift(samples: int, law: float) -> None:
 def test_the_exact_drift_begins_with_its_series(samples: int, previous: bool, b: float) -> None:
     """−α²Ω L x²ⁿ (1 − b x²) for a narrow cone, x = 0.2: what follows is below x⁴, floors are below α²/x²."""
     alpha, rate, interval = 1e-5, 30.0, 0.2 / 30.0
-    lead = leading_term(samples, alpha, rate, interval, previous)
-    assert drift(samples, alpha, rate, interval, previous) == pytest.approx(-lead * (1.0 - b * 0.04), rel=1e-3)
+    lead = leading_drift_under_coning(samples, alpha, rate, interval, previous)
+    assert drift_under_coning(samples, alpha, rate, interval, previous) == pytest.approx(
+        -lead * (1.0 - b * 0.04), rel=1e-3
+    )

@@ -18,12 +18,12 @@ from scipy.stats import chi2
 
 from sinssim import rotation
 from sinssim.data import ImuData, NavState
-from sinssim.earth.models import ELLIPSOIDS, Ellipsoid
+from sinssim.earth.ellipsoids import ELLIPSOIDS, Ellipsoid
 from sinssim.sensors import ImuErrors, TriadErrors, draw
-from sinssim.sensors.imu.emulate import emulate
+from sinssim.sensors.imu.emulation import emulate
 from sinssim.sensors.imu.imu import Imu
-from sinssim.strapdown.nav_error import NavError, navigation_error
 from sinssim.strapdown.navigate import navigate
+from sinssim.strapdown.navigation_error import NavError, navigation_error
 from sinssim.truth.motions.great_circle import GreatCircle
 from sinssim.truth.motions.parked import Parked
 from tests.oracles import error_equations

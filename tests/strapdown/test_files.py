@@ -12,8 +12,8 @@ import sinssim.strapdown.frames
 from sinssim import InputError
 from sinssim.algorithms import REGISTRY, Algorithm, by_name
 from sinssim.frames import FRAME_REGISTRY, Frame
-from sinssim.strapdown import files
-from sinssim.strapdown.files import algorithm_file, frame_file
+from sinssim.strapdown import engine_assembly
+from sinssim.strapdown.engine_assembly import algorithm_file, frame_file
 
 GOOD = "from sinssim.strapdown.attitude.quaternion import dcm_k, quaternion_k, start_k, step_k\n"
 
@@ -83,7 +83,7 @@ def test_a_broken_frame(folder: Path, monkeypatch: pytest.MonkeyPatch) -> None:
 @pytest.mark.parametrize("algorithm", REGISTRY)
 def test_every_shipped_algorithm_has_its_file(algorithm: str) -> None:
     assert not REGISTRY[algorithm].problem
-    assert files.algorithm_file(algorithm)
+    assert engine_assembly.algorithm_file(algorithm)
 
 
 @pytest.mark.parametrize("folder_name", ["attitude", "frames"])

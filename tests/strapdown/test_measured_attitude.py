@@ -8,16 +8,16 @@ import numpy as np
 import pytest
 from scipy.spatial.transform import Rotation
 
-from sinssim.earth.models import Ellipsoid
+from sinssim.earth.ellipsoids import Ellipsoid
 from sinssim.errors import InputError, RunError
-from sinssim.sensors.sets.attitude_sensor import AttitudeSensorErrors, inertial_attitude, sense_attitude
+from sinssim.sensors.sets.gimballed_sensors import AttitudeSensorErrors, inertial_attitude, sense_attitude
 from sinssim.strapdown.measured_attitude import navigate_by_attitude
-from sinssim.strapdown.nav_error import NavError, navigation_error
+from sinssim.strapdown.navigation_error import NavError, navigation_error
 from sinssim.truth.curve import Curve
 from sinssim.truth.motions.analytic import OnEarth
+from sinssim.truth.motions.coning_and_rocking import SpinRock
 from sinssim.truth.motions.great_circle import GreatCircle
 from sinssim.truth.motions.parked import Parked
-from sinssim.truth.motions.rocking import SpinRock
 from sinssim.truth.trajectory import Trajectory
 from tests.oracles import integrator as oracle
 from tests.truth.motions import synthetic_flight
@@ -57,7 +57,7 @@ def run(
 
 @pytest.fixture
 def ball(monkeypatch: pytest.MonkeyPatch) -> Ellipsoid:
-    from sinssim.earth.models import ELLIPSOIDS
+    from sinssim.earth.ellipsoids import ELLIPSOIDS
 
     monkeypatch.setitem(ELLIPSOIDS, "ball", BALL)
     return BALL

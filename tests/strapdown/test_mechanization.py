@@ -10,10 +10,10 @@ import pytest
 
 from sinssim import navigate
 from sinssim.errors import InputError
-from sinssim.experiments.ensembles.batch.navigate_batch import navigate_batch
-from sinssim.sensors.imu.errors import ImuErrors
+from sinssim.experiments.ensembles.batch_navigation import navigate_batch
+from sinssim.sensors.imu.imu_errors import ImuErrors
 from sinssim.strapdown.mechanization import Mechanization, Options
-from sinssim.strapdown.segments import Segments
+from sinssim.strapdown.navigate import Segments
 from sinssim.truth.motions.great_circle import GreatCircle
 
 FLIGHT = GreatCircle(0.7, 0.2, 4000.0, 0.6, 120.0, 20.0)
@@ -88,7 +88,7 @@ def test_a_mechanization_and_options_exclude_each_other() -> None:
 
 
 def test_a_section_gives_its_values_in_si() -> None:
-    from sinssim.scenario.sections.navigation import NavigationSection
+    from sinssim.scenario.navigation_section import NavigationSection
 
     section = NavigationSection(
         algorithms=("euler", "quaternion"), frame="transverse", gravity="j2", curvature="no-height",

@@ -8,7 +8,7 @@ from scipy.spatial.transform import Rotation
 
 from sinssim.data import NavSolution, NavState
 from sinssim.errors import InputError
-from sinssim.strapdown.nav_error import NavError, navigation_error
+from sinssim.strapdown.navigation_error import NavError, navigation_error
 
 A, F = 6378137.0, 1.0 / 298.257223563
 E2 = F * (2.0 - F)

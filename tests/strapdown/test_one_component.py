@@ -7,7 +7,7 @@ import pytest
 from scipy.integrate import solve_ivp
 
 from sinssim.errors import InputError
-from sinssim.strapdown.one_component import (
+from sinssim.strapdown.one_component_system import (
     GRAVITY,
     RADIUS,
     accelerometer_error,

@@ -7,14 +7,17 @@ import pytest
 from scipy.integrate import solve_ivp
 
 from sinssim.errors import InputError
-from sinssim.strapdown.one_component import projections, simulate, simulate_measured, simulate_two_integrals
-from sinssim.strapdown.one_component_errors import (
+from sinssim.strapdown.one_component_system import (
     ConstantErrors,
     ErrorSources,
     closed_form,
     error_along_motion,
     error_first_order,
     error_pendulum,
+    projections,
+    simulate,
+    simulate_measured,
+    simulate_two_integrals,
 )
 
 UG = 9.80665e-6

@@ -7,8 +7,8 @@ import pytest
 from scipy.integrate import solve_ivp
 
 from sinssim import earth, navigate
-from sinssim.earth.models import ELLIPSOIDS
-from sinssim.strapdown.nav_error import navigation_error
+from sinssim.earth.ellipsoids import ELLIPSOIDS
+from sinssim.strapdown.navigation_error import navigation_error
 from sinssim.truth.motions.great_circle import GreatCircle
 from sinssim.truth.motions.parked import Parked
 

@@ -13,8 +13,8 @@ import pytest
 
 from sinssim.algorithms import REGISTRY, Algorithm
 from sinssim.errors import InputError, RunError
-from sinssim.rotation.kernels import dcm_from_quaternion_k
-from sinssim.strapdown.own_algorithm import check_parts, compile_words, guarded
+from sinssim.rotation.quaternions import dcm_from_quaternion_k
+from sinssim.strapdown.engine_assembly import check_parts, compile_words, guarded
 
 NAN = float("nan")
 

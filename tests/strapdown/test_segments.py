@@ -12,9 +12,8 @@ import pytest
 from sinssim.data import ImuData, NavState
 from sinssim.errors import InputError, RunError
 from sinssim.frames import FRAME_REGISTRY, FRAMES
-from sinssim.strapdown.nav_error import navigation_error
-from sinssim.strapdown.navigate import navigate
-from sinssim.strapdown.segments import Segments
+from sinssim.strapdown.navigate import Segments, navigate
+from sinssim.strapdown.navigation_error import navigation_error
 from tests.oracles.s_turn import STurn
 
 FLIGHT = STurn(duration=60.0, period=7.0)

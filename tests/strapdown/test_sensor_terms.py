@@ -15,17 +15,16 @@ from scipy.special import dawsn
 
 from sinssim import rotation
 from sinssim.data import ImuData
-from sinssim.earth.models import ELLIPSOIDS
+from sinssim.earth.ellipsoids import ELLIPSOIDS
 from sinssim.sensors import ImuErrors, TriadErrors
-from sinssim.sensors.imu.emulate import emulate
-from sinssim.sensors.imu.errors import Fault, WarmUp
-from sinssim.sensors.laser_gyro.gas_flow import NullShift
-from sinssim.sensors.laser_gyro.ring import LaserGyro
-from sinssim.strapdown.nav_error import NavError, navigation_error
+from sinssim.sensors.imu.emulation import emulate
+from sinssim.sensors.imu.imu_errors import Fault, WarmUp
+from sinssim.sensors.imu.laser_gyro import LaserGyro, NullShift
 from sinssim.strapdown.navigate import navigate
+from sinssim.strapdown.navigation_error import NavError, navigation_error
 from sinssim.truth.motions.analytic import OnEarth
+from sinssim.truth.motions.coning_and_rocking import SpinRock
 from sinssim.truth.motions.great_circle import GreatCircle
-from sinssim.truth.motions.rocking import SpinRock
 from tests.oracles import error_equations
 from tests.oracles.error_equations import Nominal, Sources
 from tests.oracles.imu_model import output, temperature

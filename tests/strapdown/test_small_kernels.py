@@ -9,14 +9,14 @@ from scipy.linalg import logm
 from scipy.spatial.transform import Rotation
 
 from sinssim.earth import WGS84
-from sinssim.earth.kernels import GRAVITY_NUMBERS, parameters
+from sinssim.earth.ellipsoid_kernels import GRAVITY_NUMBERS, parameters
 from sinssim.rotation import cross_k
 from sinssim.rotation.vectors import turned
 from sinssim.strapdown.attitude.euler import _seen_after_k, _turned_k
+from sinssim.strapdown.coning_sculling import logarithm_k
 from sinssim.strapdown.frames.azimuth import FREE_AZIMUTH, TRANSVERSE, WANDER, Place, earth_k, pole_k, transport_k
 from sinssim.strapdown.frames.inertial import gravitation_rate_k
-from sinssim.strapdown.frames.problem import Models
-from sinssim.strapdown.increments.coning_sculling import logarithm_k
+from sinssim.strapdown.frames.navigation_problem import Models
 
 
 @pytest.mark.parametrize(("kernel", "order"), [(turned, 3), (_seen_after_k, 4)])

@@ -11,7 +11,7 @@ from typing import Any
 import numpy as np
 import pytest
 
-from sinssim.rotation.kernels import multiply_k
+from sinssim.rotation.quaternions import multiply_k
 
 SCENARIOS = Path(__file__).parents[2] / "scenarios"
 
@@ -52,7 +52,7 @@ def check(tables: dict[str, list[dict[str, str]]]) -> None:
 
 def test_quick_study(tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]) -> None:
     # drawing takes a third of the time
-    monkeypatch.setattr("sinssim.recording.figures.canvas.save", lambda figure, path: None)
+    monkeypatch.setattr("sinssim.recording.figures.save", lambda figure, path: None)
     tables = study(tmp_path, monkeypatch, "--quick")
     check(tables)
     # 1 % of 2161 m by hand: 0.0024 deg/√h at 24 bits cause 523 m, and 2⁵ times less is 16 m

@@ -11,8 +11,7 @@ from pathlib import Path
 
 import pytest
 
-from sinssim.system.drafts import MARK, Draft, draft
-from sinssim.system.locks import MARK as IN_USE
+from sinssim.system.outputs import IN_DRAFT, IN_USE, Draft, draft
 
 pytestmark = pytest.mark.skipif(sys.platform == "win32", reason="there are no such locks")
 
@@ -28,7 +27,7 @@ def folder(place: Path, mark: str | None) -> Path:
     place.mkdir()
     (place / "mine").write_text("mine")
     if mark is not None:
-        (place / MARK).write_text(mark)
+        (place / IN_DRAFT).write_text(mark)
     return place
 
 
@@ -51,7 +50,7 @@ def test_only_folders_of_ended_processes_are_removed(tmp_path: Path) -> None:
     (tmp_path / ".link-1").symlink_to(tmp_path / "outside" / "linked")
     mark = tmp_path / "outside" / "mark"
     mark.write_text(f"{head} {dead} on {host}\n")
-    (folder(tmp_path / ".link-2", None) / MARK).symlink_to(mark)
+    (folder(tmp_path / ".link-2", None) / IN_DRAFT).symlink_to(mark)
     with Draft(tmp_path, "new") as one:
         assert not left.exists()
         assert one.path.is_dir()
@@ -80,7 +79,7 @@ KILLED = """
 import os, signal, sys
 from pathlib import Path
 from sinssim.logs.writers import csv_tables
-from sinssim.logs.writers.export import export
+from sinssim.logs.writers.run_export import export
 whole = csv_tables.write
 def write(content, place):
     whole(content, place)
@@ -92,7 +91,7 @@ export(Path(sys.argv[1]), "csv", Path(sys.argv[2]))
 
 def test_what_a_killed_export_left_is_removed_by_the_next(tmp_path: Path) -> None:
     import sinssim
-    from sinssim.logs.writers.export import export
+    from sinssim.logs.writers.run_export import export
 
     settings = ("parked.duration_s=5", "imu.rate_hz=10", "recording.keep=streams")
     sinssim.run(sinssim.load_scenario("parked", settings), tmp_path / "run")

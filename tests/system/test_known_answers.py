@@ -12,14 +12,22 @@ from typing import Any
 import numpy as np
 import pytest
 
-from sinssim import __version__
+from sinssim import __version__, jit
 from sinssim.errors import InputError
-from sinssim.experiments.store import Kind, Store, owned, read_manifest
-from sinssim.recording.store.directory import RunDirectory, _beside
-from sinssim.system import kernel_files, memory, user_file
-from sinssim.system.drafts import Draft
-from sinssim.system.locks import open_own
-from sinssim.system.outputs import MARK, check_inside, check_place, publish, remove, write_text, written
+from sinssim.experiments.experiment_directory import Kind, Store, read_manifest, written_files
+from sinssim.recording.run_directory import RunDirectory, _beside
+from sinssim.system import resources, user_file
+from sinssim.system.outputs import (
+    MARK,
+    Draft,
+    check_inside,
+    check_place,
+    open_own,
+    publish,
+    remove,
+    write_text,
+    written,
+)
 from sinssim.system.short_repr import described, html_lines, html_table, short_repr
 
 
@@ -124,7 +132,7 @@ def test_a_mark_that_cannot_be_one(tmp_path: Path, text: str) -> None:
     assert written(tmp_path) is None
     kind = Kind("m.json", ("x.csv",), "runs", "many", "an", "ensemble")
     with pytest.raises(InputError, match="is damaged"):
-        owned(tmp_path, kind)
+        written_files(tmp_path, kind)
 
 
 def test_links_and_folders_in_the_way(tmp_path: Path) -> None:
@@ -146,9 +154,9 @@ def test_links_and_folders_in_the_way(tmp_path: Path) -> None:
 
 def test_what_a_growing_directory_holds(tmp_path: Path) -> None:
     kind = Kind("m.json", ("x.csv",), "runs", "many", "an", "ensemble")
-    assert owned(tmp_path, kind) == ["m.json", "x.csv"]
+    assert written_files(tmp_path, kind) == ["m.json", "x.csv"]
     (tmp_path / MARK).write_text('{"files": ["x.csv", "report.html"]}')
-    assert owned(tmp_path, kind) == ["m.json", "x.csv", "report.html"]
+    assert written_files(tmp_path, kind) == ["m.json", "x.csv", "report.html"]
     (tmp_path / "m.json").write_text('{"kind": "many", "a": 5}')
     assert read_manifest(tmp_path, kind) == {"kind": "many", "a": 5}
     for text in ('{"kind": "one"}', "[]", "", "{}"):
@@ -201,20 +209,20 @@ def test_the_least_memory_counts(tmp_path: Path, monkeypatch: pytest.MonkeyPatch
     import resource
 
     (tmp_path / "limit").write_text("64000000\n")
-    monkeypatch.setattr(memory, "_CGROUP", (tmp_path / "limit", tmp_path / "missing"))
+    monkeypatch.setattr(resources, "_CGROUP", (tmp_path / "limit", tmp_path / "missing"))
     monkeypatch.setattr(os, "sysconf", {"SC_PAGE_SIZE": 4096, "SC_PHYS_PAGES": 3000}.__getitem__)
     limits = {"soft": resource.RLIM_INFINITY}
     monkeypatch.setattr(
         resource, "getrlimit", lambda kind: (limits["soft"], 1) if kind == resource.RLIMIT_AS else (7, 7)
     )
-    assert memory.machine_memory() == 3000 * 4096.0
+    assert resources.machine_memory() == 3000 * 4096.0
     limits["soft"] = 5_000_000
-    assert memory.machine_memory() == 5e6
+    assert resources.machine_memory() == 5e6
 
 
 def test_a_file_that_is_too_large(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     (tmp_path / "a").write_bytes(b"x" * 2345)
-    monkeypatch.setattr("sinssim.system.memory.machine_memory", lambda: 1000.0)
+    monkeypatch.setattr("sinssim.system.resources.machine_memory", lambda: 1000.0)
     with pytest.raises(InputError) as error:
         user_file.read_bytes(tmp_path / "a")
     assert str(error.value) == f"{tmp_path}/a has 2.35 kB, and this machine's memory 1 kB. Split it into parts."
@@ -234,14 +242,14 @@ def test_folders_of_stored_kernels(tmp_path: Path, monkeypatch: pytest.MonkeyPat
     """SINSSIM_CACHE goes before XDG_CACHE_HOME, and that before ~/.cache."""
     monkeypatch.setenv("XDG_CACHE_HOME", "/x")
     monkeypatch.setenv("SINSSIM_CACHE", "/own")
-    assert kernel_files.cache_root() == Path("/own")
+    assert jit.cache_root() == Path("/own")
     monkeypatch.delenv("SINSSIM_CACHE")
-    assert kernel_files.cache_root() == Path("/x/sinssim")
+    assert jit.cache_root() == Path("/x/sinssim")
     monkeypatch.delenv("XDG_CACHE_HOME")
     monkeypatch.setenv("HOME", "/home/me")
-    assert kernel_files.cache_root() == Path("/home/me/.cache/sinssim")
+    assert jit.cache_root() == Path("/home/me/.cache/sinssim")
     wanted = hashlib.blake2b(b"abc", digest_size=16, key=b"k.nbi").digest()
-    assert kernel_files.content_digest("/some/where/k.nbi", b"abc") == wanted
+    assert jit.content_digest("/some/where/k.nbi", b"abc") == wanted
 
 
 def test_the_least_recently_used_kernels_go(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
@@ -255,11 +263,11 @@ def test_the_least_recently_used_kernels_go(tmp_path: Path, monkeypatch: pytest.
     ):
         (tmp_path / name).write_bytes(b"x" * size)
         os.utime(tmp_path / name, (used, used))
-    monkeypatch.setattr(kernel_files, "kernel_folder", lambda: tmp_path)
-    monkeypatch.setattr(kernel_files, "_MOST", 900)
-    kernel_files.make_room.__wrapped__()
+    monkeypatch.setattr(jit, "kernel_folder", lambda: tmp_path)
+    monkeypatch.setattr(jit, "_MOST", 900)
+    jit.make_room.__wrapped__()
     assert {path.name for path in tmp_path.iterdir()} == {"a.nbi", "a.1.nbc", "b.nbi"}
-    kernel_files.make_room.__wrapped__()
+    jit.make_room.__wrapped__()
     assert len(list(tmp_path.iterdir())) == 3
 
 

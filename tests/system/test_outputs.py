@@ -15,8 +15,7 @@ import pytest
 
 import sinssim
 from sinssim.cli import process as cli
-from sinssim.system.locks import MARK as IN_USE
-from sinssim.system.outputs import MARK
+from sinssim.system.outputs import IN_USE, MARK
 
 SCENARIO = """\
 name = "mine"
@@ -263,7 +262,7 @@ def test_an_ensemble_is_not_continued_through_a_link(
 
 
 def test_an_incomplete_run_does_not_follow_a_link_beside_its_place(tmp_path: Path) -> None:
-    from sinssim.recording.store.directory import RunDirectory
+    from sinssim.recording.run_directory import RunDirectory
 
     for name in ("run", "elsewhere"):
         (tmp_path / name).mkdir()
@@ -291,7 +290,7 @@ def test_a_score_does_not_follow_a_link(
 
 def test_a_directory_that_was_killed_while_it_was_replaced_can_be_replaced(tmp_path: Path) -> None:
     """Whatever moment the replacement ends at, every file in the directory is in its mark."""
-    from sinssim.recording.store.directory import RunDirectory
+    from sinssim.recording.run_directory import RunDirectory
 
     def write_run(names: tuple[str, ...]) -> None:
         folder = RunDirectory(tmp_path / "run", overwrite=True)

@@ -14,8 +14,8 @@ import pytest
 
 import sinssim
 from sinssim.recording import stream_tables
-from sinssim.section import Section
 from sinssim.system.short_repr import described, short_repr
+from sinssim.toml_section import Section
 from tests.experiments.ensembles.examples import AIDED, PARKED, scenario
 
 

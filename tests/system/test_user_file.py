@@ -18,18 +18,18 @@ _PACKAGE = Path(sinssim.__file__).parent
 
 OWN = {
     "recording": "run directories, and files that are written",
-    "experiments/store.py": "directories of ensembles and trade studies",
+    "experiments/experiment_directory.py": "directories of ensembles and trade studies",
     "experiments/ensembles/running": "directories of ensembles",
     "experiments/trades/running": "directories of trade studies",
     "experiments/run": "run directories",
     "logs/writers": "files that are written",
     "logs/stored": "run directories",
-    "logs/recorded_run.py": "run directories",
+    "logs/stored_run.py": "run directories",
     "system": "this function, marks of output directories, caches, limits of the machine",
-    "truth/flight/cache.py": "cached flights",
-    "earth/harmonics/coefficients.py": "a file of the package",
+    "truth/flight/flight_cache.py": "cached flights",
+    "earth/harmonic_coefficients.py": "a file of the package",
     "cli/commands/list.py": "views, which the package imports",
-    "scenario/use.py": "the summary of a run directory",
+    "scenario/use_key.py": "the summary of a run directory",
     "__main__.py": "the null device",
     "jit.py": "sources and kernels",
     "lazy.py": "the names that packages offer",
@@ -91,18 +91,18 @@ _SCRIPT = """
 import resource, signal, sys, traceback
 from pathlib import Path
 resource.setrlimit(resource.RLIMIT_AS, (8 << 30, 8 << 30))
-from sinssim.analyses.alignment.align import align
-from sinssim.earth.harmonics.icgem import read_icgem
+from sinssim.analyses.alignment_session import align
+from sinssim.earth.harmonic_coefficients import read_icgem
 from sinssim.errors import InputError
-from sinssim.analyses.inspection.files import inspect
-from sinssim.analyses.inspection.raw_files import suggest
+from sinssim.analyses.inspection.inspected_files import inspect
+from sinssim.analyses.inspection.inspected_files import suggest
 from sinssim.logs.formats.registry import FORMATS
-from sinssim.logs.read import read_file
-from sinssim.logs.text.samples import read_log
-from sinssim.analyses.noise_identification.report import noise_report
+from sinssim.logs.formats.registry import read_file
+from sinssim.logs.text.imu_samples import read_log
+from sinssim.analyses.noise.noise_report import noise_report
 from sinssim.scenario import load_scenario
 from sinssim.scenario.true_motion import fly
-from sinssim.logs.load import recorded_log
+from sinssim.logs.recorded_log import recorded_log
 
 def late(*_):
     raise TimeoutError("it waits")
@@ -166,6 +166,6 @@ def test_a_folder_and_a_missing_file_keep_their_messages(tmp_path: Path) -> None
 
 def test_a_file_larger_than_the_memory_is_refused(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     (tmp_path / "large").write_bytes(b"12345")
-    monkeypatch.setattr("sinssim.system.memory.machine_memory", lambda: 4.0)
+    monkeypatch.setattr("sinssim.system.resources.machine_memory", lambda: 4.0)
     with pytest.raises(InputError, match="large has 5 B, and this machine's memory 4 B"):
         user_file.read_text(tmp_path / "large")

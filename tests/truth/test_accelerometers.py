@@ -8,10 +8,10 @@ import numpy as np
 import pytest
 
 from sinssim.errors import InputError
-from sinssim.truth.accelerometers import velocity_increments
 from sinssim.truth.motions.analytic import OnEarth
+from sinssim.truth.motions.coning_and_rocking import SpinRock
+from sinssim.truth.motions.mounted_block import velocity_increments
 from sinssim.truth.motions.parked import Parked
-from sinssim.truth.motions.rocking import SpinRock
 
 PLACE, LEVEL = (0.8, 0.5, 150.0), (1.0, 0.0, 0.0, 0.0)
 

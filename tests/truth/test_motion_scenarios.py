@@ -12,8 +12,8 @@ from scipy.spatial.transform import Rotation
 from sinssim.errors import InputError
 from sinssim.experiments.run.execute import run
 from sinssim.scenario import Scenario, load_scenario
-from sinssim.scenario.duration import expected_duration
-from sinssim.scenario.summary import plan_lines
+from sinssim.scenario.plan_summary import plan_lines
+from sinssim.scenario.planned_motion import expected_duration
 from sinssim.scenario.true_motion import fly
 
 DEG = np.pi / 180.0

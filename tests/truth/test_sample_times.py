@@ -10,8 +10,8 @@ import pytest
 
 from sinssim.data import NavState
 from sinssim.errors import InputError
-from sinssim.truth import sample_times
-from sinssim.truth.sample_times import check_instants, checked_place, in_blocks, part_by_part, sample_edges
+from sinssim.truth import sampling
+from sinssim.truth.sampling import check_instants, checked_place, in_blocks, part_by_part, sample_edges
 
 
 def test_edges_begin_at_the_start_and_fit() -> None:
@@ -29,7 +29,7 @@ def test_a_rate_that_gives_no_sample_or_too_many(monkeypatch: pytest.MonkeyPatch
         "the trajectory lasts 0.5 s, less than one sample interval of 0.625 s at 1.6 Hz; use a longer trajectory or a "
         "higher rate."
     )
-    monkeypatch.setattr(sample_times, "machine_memory", lambda: 5600.0)  # an edge and six integrals are 56 bytes
+    monkeypatch.setattr(sampling, "machine_memory", lambda: 5600.0)  # an edge and six integrals are 56 bytes
     with pytest.raises(InputError) as error:
         sample_edges(10.0, 30.0, 7.0)
     assert str(error.value) == (
@@ -59,7 +59,7 @@ def test_places() -> None:
 
 
 def test_states_part_by_part_are_those_of_all_instants(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(sample_times, "_PART", 3)
+    monkeypatch.setattr(sampling, "_PART", 3)
     asked = []
 
     def state(t: np.ndarray) -> NavState:
@@ -81,7 +81,7 @@ def test_states_part_by_part_are_those_of_all_instants(monkeypatch: pytest.Monke
 def test_blocks_cover_all_items_once(
     count: int, processors: int, blocks: list[tuple[int, int]], monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    monkeypatch.setattr(sample_times.os, "cpu_count", lambda: processors)
+    monkeypatch.setattr(sampling.os, "cpu_count", lambda: processors)
     done, lock = [], threading.Lock()
 
     def work(first: int, last: int) -> None:

@@ -9,16 +9,15 @@ import numpy as np
 import pytest
 from scipy.spatial.transform import Rotation
 
-from sinssim.earth.harmonics.coefficients import shipped
-from sinssim.earth.harmonics.field import DisturbingField
-from sinssim.earth.harmonics.omission import omission
+from sinssim.earth.gravity_disturbance import DisturbingField
+from sinssim.earth.harmonic_coefficients import omission, shipped
 from sinssim.scenario import Scenario
 from sinssim.scenario.true_motion import fly, unknown_field
-from sinssim.truth.channel import Channel, FlightEvent
 from sinssim.truth.flight.aircraft import load_aircraft
 from sinssim.truth.flight.flight import _in_air
-from sinssim.truth.gravity.true_gravity import TrueGravity
 from sinssim.truth.motions.vibration import band_noise
+from sinssim.truth.sampling import Channel, FlightEvent
+from sinssim.truth.true_gravity import TrueGravity
 from tests.oracles import integrator as oracle
 from tests.truth.motions import synthetic_flight
 
@@ -76,7 +75,7 @@ def test_great_circle() -> None:
 def test_flight_takes_the_mounting_of_the_aircraft_or_of_the_scenario(
     own: bool, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    from sinssim.truth.flight import cache
+    from sinssim.truth.flight import flight_cache as cache
     from sinssim.truth.flight.flight_log import FlightLog
 
     time = np.arange(300) / 30.0

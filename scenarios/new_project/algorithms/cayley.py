@@ -7,9 +7,9 @@ docs/extending/algorithm.md of sinssim says what the four functions of an algori
 from __future__ import annotations
 
 from sinssim.jit import inline
-from sinssim.rotation.kernels import Quaternion, multiply_k
+from sinssim.rotation.quaternions import Quaternion, multiply_k
 from sinssim.strapdown.attitude.quaternion import Attitude, dcm_k, quaternion_k, start_k
-from sinssim.strapdown.increments.interval import BodyTurn, FrameTurn
+from sinssim.strapdown.coning_sculling import BodyTurn, FrameTurn
 
 __all__ = ["Attitude", "dcm_k", "quaternion_k", "start_k", "step_k"]
 

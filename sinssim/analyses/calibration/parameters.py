@@ -1,11 +1,11 @@
 """The parameters of a calibration: their names, units, sizes, and the errors of a block that they stand for.
 
-The model is that of the emulator (`sinssim.sensors.imu.emulate`, stages 1, 2 and 4): y = (1 + k)(u + M u) + b for each
-triad, and the places of the accelerometers. The separate method refers all of it to the axes of the table's positions.
-The systematic method has no such reference: a common rotation of all sensors changes nothing that it observes. Its
-frame is that of the accelerometers: x along the sensitive axis of the forward accelerometer, and y in the plane of the
-forward and the right one, so that the misalignments xy, xz and yz of the accelerometers are zero by definition. The
-places of the accelerometers are those from the forward one.
+The model is that of the emulator (`sinssim.sensors.imu.emulation`, stages 1, 2 and 4): y = (1 + k)(u + M u) + b for
+each triad, and the places of the accelerometers. The separate method refers all of it to the axes of the table's
+positions. The systematic method has no such reference: a common rotation of all sensors changes nothing that it
+observes. Its frame is that of the accelerometers: x along the sensitive axis of the forward accelerometer, and y in
+the plane of the forward and the right one, so that the misalignments xy, xz and yz of the accelerometers are zero by
+definition. The places of the accelerometers are those from the forward one.
 """
 
 from __future__ import annotations
@@ -17,10 +17,10 @@ import numpy as np
 
 from sinssim.data import Array
 from sinssim.errors import InputError
-from sinssim.sensors.imu.errors import ImuErrors
+from sinssim.sensors.imu.error_term_table import TERMS
 from sinssim.sensors.imu.fields import TriadErrors
 from sinssim.sensors.imu.imu import Imu
-from sinssim.sensors.imu.terms import TERMS
+from sinssim.sensors.imu.imu_errors import ImuErrors
 from sinssim.units import ARCSEC, DEG_H, PPM, UG
 
 AXES = "xyz"

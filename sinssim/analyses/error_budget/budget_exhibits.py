@@ -1,24 +1,34 @@
-"""What a covariance budget has to show: errors over time, shares and ranking of the sources, requirements."""
+"""Exhibits and files of a covariance budget.
+
+It shows errors over time, shares and ranking of the sources, and requirements, and writes numbers as JSON and Parquet,
+the report, and the recording.
+"""
 
 from __future__ import annotations
 
+import json
 import math
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import replace
+from pathlib import Path
+from typing import Any
 
 import numpy as np
 
-from sinssim.analyses.error_budget.inputs.sources import Source
-from sinssim.analyses.error_budget.limits import Allowance, Answer
-from sinssim.analyses.error_budget.result import BudgetResult
+from sinssim.analyses.error_budget.allowances import Allowance, Answer
+from sinssim.analyses.error_budget.budget_result import BUDGET_COMPONENTS, BudgetResult
+from sinssim.analyses.error_budget.error_sources import Source
 from sinssim.charts import TIME, Axis, Bars, Chart, Charts, Line, Mark, Shares
 from sinssim.data import Array
 from sinssim.exhibits import Column, Exhibits, Item, Section, Sentence, Table, Verdict, four_digits
 from sinssim.formatting import capital, number_text
-from sinssim.scales import ANGLES, LENGTHS, SPEEDS, Scale, fixed, suiting
-from sinssim.statistics.requirements.limits import CIRCLES, Judged, limits_of
-from sinssim.statistics.requirements.requirement import COMPONENTS
-from sinssim.units import NAUTICAL_MILE
+from sinssim.recording.result import Media
+from sinssim.recording.run_directory import versions, write_directory
+from sinssim.recording.stream_tables import Stream, Vector, write_table
+from sinssim.statistics.requirement_verdict import NEVER
+from sinssim.statistics.requirements import CIRCLES, COMPONENTS, Judged, Requirement, limits_of
+from sinssim.system.outputs import write_text
+from sinssim.units import ANGLE_SCALE, LENGTH_SCALE, NAUTICAL_MILE, SPEED_SCALE, Scale, fixed, suiting
 
 _SHOWN, _ALONE, _RANKED = 8, 6, 12
 """Numbers of sources with a colour of their own, with a curve in a recording, and with bars."""
@@ -89,9 +99,9 @@ def units_of_budget(result: BudgetResult) -> tuple[tuple[str, float], tuple[str,
     """
     errors = result.root_mean_square()
     return (
-        suiting(LENGTHS, errors[:, :3], result.cep, result.r95),
-        suiting(SPEEDS, errors[:, 3:6]),
-        suiting(ANGLES, errors[:, 6:]),
+        suiting(LENGTH_SCALE, errors[:, :3], result.cep, result.r95),
+        suiting(SPEED_SCALE, errors[:, 3:6]),
+        suiting(ANGLE_SCALE, errors[:, 6:]),
     )
 
 
@@ -336,3 +346,195 @@ def _notes(result: BudgetResult) -> list[Sentence]:
     if any(source.kind == "one run" for source in result.sources):
         notes.append("Sources “from one run” are computed from the sensor outputs with only this source.")
     return [Sentence(note, "note", on=("page",)) for note in notes]
+
+
+_SI = ("m", "m", "m", "mps", "mps", "mps", "rad", "rad", "rad")
+
+
+def to_json(result: BudgetResult, answers: Sequence[Answer] = (), times: Sequence[float] = ()) -> dict[str, Any]:
+    """Return a budget as plain numbers with units in the names.
+
+    Args:
+        times: instants of the table beside the usual ones, s.
+    """
+    end = len(result.time) - 1
+    hours = float(result.time[-1]) / 3600.0
+    sigma, bias, cep, r95 = result.sigma(), result.bias, result.cep, result.r95
+
+    def components(values: Any) -> dict[str, float]:
+        return {
+            f"{name}_{unit}": float(value) for name, unit, value in zip(BUDGET_COMPONENTS, _SI, values, strict=True)
+        }
+
+    ranked = []
+    for one in result.improvements():
+        source = one.source
+        ranked.append(
+            {
+                **_about(source),
+                "r95_alone_m": one.alone,
+                "r95_gain_if_halved_m": one.gain,
+                "share_of_horizontal_mean_square": one.share,
+                "sigma": components(result.sigma(source.name)[end]) if source.kind == "random" else None,
+                "mean": None if source.kind == "random" else components(_heading(result.mean[source.name][end])),
+            }
+        )
+    return {
+        "name": result.scenario.name,
+        "description": result.scenario.description,
+        "solution": result.solution,
+        "duration_s": float(result.time[-1]),
+        "cep_m": float(cep[end]),
+        "r95_m": float(r95[end]),
+        "r95_over_time_nmi_per_h": float(r95[end]) / NAUTICAL_MILE / hours,
+        "table": [
+            {
+                "time_s": float(result.time[row]),
+                "cep_m": float(cep[row]),
+                "r95_m": float(r95[row]),
+                "sigma": components(sigma[row]),
+                "mean": components(_heading(bias[row])),
+            }
+            for row in result.table_rows(times)
+        ],
+        "sources": ranked,
+        "requirements": [_answer(one) for one in answers],
+        "versions": versions(),
+    }
+
+
+def _heading(values: Any) -> Any:
+    """Return errors with the heading's sign, −φ_down."""
+    return values * np.array([1.0] * 8 + [-1.0])
+
+
+def _about(source: Source) -> dict[str, Any]:
+    value = None if math.isnan(source.value) else source.value
+    return {
+        "source": source.name, "label": source.label, "group": source.group, "kind": source.kind, "value": value,
+        "unit": source.unit,
+    }  # fmt: skip
+
+
+def _allowance(one: Allowance, size: float) -> dict[str, Any]:
+    return {
+        "sources": [source.name for source in one.sources],
+        "possible": one.possible,
+        "factor": one.factor if math.isfinite(one.factor) else None,
+        "largest": [
+            {"value": value if math.isfinite(value) else None, "unit": source.unit}
+            for source, value in zip(one.sources, one.values, strict=True)
+        ],
+        "without_them": one.without / size,
+    }
+
+
+def _answer(answer: Answer) -> dict[str, Any]:
+    one, size = answer.requirement, answer.requirement.unit_size
+    return {
+        "requirement": one.text,
+        "meaning": one.meaning,
+        "met": answer.met,
+        "value": answer.value / size,
+        "limit": one.limit / size,
+        "margin": answer.margin / size,
+        "unit": one.unit,
+        "time_s": answer.time,
+        **(answer.exceeded.numbers if answer.exceeded else NEVER),
+        "sources": [_allowance(allowance, size) for allowance in answer.allowances],
+        "free_together": None if answer.joint is None else _allowance(answer.joint, size),
+        "factor_of_all_sources": answer.everything.factor if math.isfinite(answer.everything.factor) else None,
+    }
+
+
+def _columns(result: BudgetResult, name: str | None) -> dict[str, Array]:
+    """Return the columns of one source over time, (E,) each; of all sources together if the name is None."""
+    mean = result.bias if name is None else result.mean.get(name, np.zeros((len(result.time), 9)))
+    columns = {"cep_m": result.radius(0.5, name), "r95_m": result.radius(0.95, name)}
+    for what, values in (("sigma", result.sigma(name)), ("mean", _heading(mean))):
+        heads = (f"{what}_{part}_{unit}" for part, unit in zip(BUDGET_COMPONENTS, _SI, strict=True))
+        columns |= dict(zip(heads, values.T, strict=True))
+    return columns
+
+
+def streams(result: BudgetResult) -> Iterator[Stream]:
+    """Yield the growth of the errors over time, by all sources together ("total") and by each."""
+    for name in (None, *(source.name for source in result.sources)):
+        columns = _columns(result, name)
+        yield Stream(name or "total", result.time, tuple(Vector(k, (k,), v[:, None]) for k, v in columns.items()))
+
+
+def _write_parquet(result: BudgetResult, path: Path) -> None:
+    """Write one row for each instant and source; the source "total" is all of them."""
+    import pyarrow as pa
+
+    count, kinds = len(result.time), {"total": "total", **{source.name: source.kind for source in result.sources}}
+    parts = [{"time_s": result.time, **_columns(result, None if name == "total" else name)} for name in kinds]
+    columns: dict[str, Any] = {
+        "source": pa.array([name for name in kinds for _ in range(count)]),
+        "kind": pa.array([kind for kind in kinds.values() for _ in range(count)]),
+    }
+    columns |= {head: pa.array(np.concatenate([part[head] for part in parts])) for head in parts[0]}
+    write_table(pa.table(columns), path)
+
+
+def write_budget(
+    result: BudgetResult,
+    answers: Sequence[Answer],
+    directory: Path,
+    *,
+    times: Sequence[float] = (),
+    overwrite: bool = False,
+) -> Path:
+    """Write a budget's directory: budget.json, budget.parquet, report.html, recording.rrd, scenario.toml.
+
+    Args:
+        times: instants of the table beside the usual ones, s.
+
+    Raises:
+        InputError: the place is taken or cannot be written.
+    """
+    from sinssim.recording.report.exhibit_page import page_of
+    from sinssim.recording.rerun.exhibit_recording import record
+
+    exhibits = exhibits_of(result, answers, times)
+
+    def write(folder: Path) -> None:
+        contents = to_json(result, answers, times)
+        write_text(folder / "budget.json", json.dumps(contents, indent=2, ensure_ascii=False) + "\n")
+        write_text(folder / "scenario.toml", result.scenario.to_toml())
+        _write_parquet(result, folder / "budget.parquet")
+        write_text(folder / "report.html", page_of(exhibits))
+        record(exhibits, folder / "recording.rrd")
+
+    return write_directory(directory, write, overwrite=overwrite)
+
+
+class BudgetMedia(Media[BudgetResult]):
+    """Numbers, streams, figure and files of a covariance budget."""
+
+    def summary(self, result: BudgetResult) -> dict[str, Any]:
+
+        return to_json(result, result.answers(), result.times)
+
+    def streams(self, result: BudgetResult) -> Iterator[Stream]:
+
+        yield from streams(result)
+
+    def exhibits(self, result: BudgetResult) -> Exhibits:
+
+        return exhibits_of(result, result.answers(), result.times)
+
+    def save(self, result: BudgetResult, directory: Path, *, overwrite: bool) -> Path:
+
+        return write_budget(result, result.answers(), directory, times=result.times, overwrite=overwrite)
+
+    def answers(
+        self, result: BudgetResult, requirements: str | Requirement | Iterable[str | Requirement], free: Sequence[str]
+    ) -> tuple[Answer, ...]:
+        from sinssim.analyses.error_budget.allowances import answers
+
+        return answers(result, requirements, free)
+
+
+BudgetResult.media = BudgetMedia()

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING
 if TYPE_CHECKING:
     from rich.console import Console
 
-    from sinssim.analyses.inspection.inspection import Inspection
+    from sinssim.analyses.inspection.stream_inspection import Inspection
 
 _MARKS = {"fact": ("", ""), "doubt": ("doubt", "yellow"), "wrong": ("WRONG", "bold red")}
 

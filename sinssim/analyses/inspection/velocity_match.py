@@ -21,10 +21,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from sinssim import earth, rotation
-from sinssim.alignment.disturbed import inertial_curve
+from sinssim.alignment.disturbed_base import inertial_curve
 from sinssim.data import Array, ImuData
-from sinssim.earth.models import ELLIPSOIDS
-from sinssim.logs.streams import FixStream
+from sinssim.earth.ellipsoids import ELLIPSOIDS
+from sinssim.logs.recorded_streams import FixStream
 
 WINDOW = 10.0
 """Default length of the windows, s: a manoeuvre of a car lasts as long, and a bias that changes by 0.1 °/s turns by a

@@ -66,7 +66,7 @@ def command(
         sinssim align log.csv --columns log.toml --grade tactical --plot expected.svg
         sinssim align log.npz --columns log.toml --disturbed --latitude 50
     """
-    from sinssim.analyses.alignment.align import align
+    from sinssim.analyses.alignment_session import align
 
     report = align(
         source,
@@ -79,11 +79,11 @@ def command(
         overrides=tuple(settings or ()),
     )
     if plot is not None:
-        from sinssim.recording.figures.canvas import save
+        from sinssim.recording.figures import save
 
         save(report.plot(), plot)
     if record is not None:
-        from sinssim.recording.rerun.exhibits import record as record_exhibits
+        from sinssim.recording.rerun.exhibit_recording import record as record_exhibits
 
         record_exhibits(report.exhibits, record)
     if as_json:

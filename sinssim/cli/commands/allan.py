@@ -74,10 +74,10 @@ def command(
         sinssim allan log.npz --columns log.toml --from 600 --to 36600 --record allan.rrd
         sinssim allan drive.toml --from 0 --to 30 --imu >> simulated.toml
     """
-    from sinssim.analyses.noise_identification.report import noise_report
+    from sinssim.analyses.noise.noise_report import noise_report
 
     if plot is not None:
-        from sinssim.recording.figures.canvas import check_format
+        from sinssim.recording.figures import check_format
 
         check_format(plot)
     if imu and as_json:
@@ -94,21 +94,20 @@ def command(
             correlation_time=correlation_time,
             progress=progress,
         )
-    from sinssim.analyses.noise_identification.noise_exhibits import exhibits_of
+    from sinssim.analyses.noise.noise_exhibits import exhibits_of
 
     shows = not (imu or as_json or quiet)
     exhibits = exhibits_of(report) if shows or plot or record else None
     if exhibits and plot is not None:
-        from sinssim.recording.figures.canvas import save
-        from sinssim.recording.figures.charts import figure_of
+        from sinssim.recording.figures import figure_of, save
 
         save(figure_of(exhibits.chosen(exhibits.figure)), plot)
     if exhibits and record is not None:
-        from sinssim.recording.rerun.exhibits import record as record_exhibits
+        from sinssim.recording.rerun.exhibit_recording import record as record_exhibits
 
         record_exhibits(exhibits, record)
     if imu:
-        from sinssim.analyses.noise_identification.imu_block import block_text
+        from sinssim.analyses.noise.noise_exhibits import block_text
 
         print(block_text(report), end="")
     elif as_json:

@@ -72,7 +72,7 @@ def command(
     """  # fmt: skip
     from sinssim.errors import InputError
     from sinssim.scenario import load_scenario
-    from sinssim.statistics.requirements.requirement import parse_requirements
+    from sinssim.statistics.requirements import parse_requirements
 
     wanted = parse_requirements(require or ())
     names = [name.strip() for name in (free or "").split(",") if name.strip()]
@@ -85,7 +85,7 @@ def command(
         raise InputError(f"--free {free} needs a --require: the factor is that with which a requirement is just met.")
     plan = load_scenario(scenario, with_grade(settings, grade))
     directory = out or Path("runs") / f"{plan.name}-budget"
-    from sinssim.analyses.error_budget.analyse import budget
+    from sinssim.analyses.error_budget.covariance_budget import budget
 
     result = budget(
         plan,

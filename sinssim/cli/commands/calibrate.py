@@ -45,7 +45,7 @@ def command(
         sinssim calibrate calibration_table
         sinssim calibrate calibration_systematic --set turntable.dwell_s=60
     """  # fmt: skip
-    from sinssim.analyses.calibration.calibrate import calibrate
+    from sinssim.analyses.calibration.turntable_calibration import calibrate
     from sinssim.scenario import load_scenario
 
     plan = load_scenario(scenario, with_grade(settings, grade))

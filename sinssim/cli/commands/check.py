@@ -62,13 +62,13 @@ def command(
 
         raise InputError("give a scenario to check, or --keys TABLE for the keys that a table may have.")
     from sinssim.scenario import load_scenario
-    from sinssim.scenario.duration import check_times, expected_duration
-    from sinssim.scenario.limits import check_limits
-    from sinssim.scenario.route import check_route
-    from sinssim.scenario.summary import plan_lines
+    from sinssim.scenario.aircraft_limits import check_limits
+    from sinssim.scenario.plan_summary import plan_lines
+    from sinssim.scenario.planned_motion import check_times, expected_duration
+    from sinssim.scenario.route_pole import check_route
 
     if plot is not None:
-        from sinssim.recording.figures.canvas import check_format
+        from sinssim.recording.figures import check_format
 
         check_format(plot)
     plan = load_scenario(scenario, with_grade(settings, grade))
@@ -82,15 +82,15 @@ def command(
     check_times(plan)
     check_route(plan)
     if plan.use:
-        from sinssim.strapdown.files import check_own_files
+        from sinssim.strapdown.engine_assembly import check_own_files
 
         check_own_files(plan.navigation.algorithms, plan.navigation.frame)
     check_limits(plan)
     resolved, about_filter = plan, list[str]()
     if plan.filter is not None:
-        from sinssim.scenario.filter import filter_states
-        from sinssim.scenario.filter.memory import check_memory
-        from sinssim.scenario.filter.unknown_gravity import gravity_notes
+        from sinssim.scenario import filter_model as filter_states
+        from sinssim.scenario.run_memory import check_memory
+        from sinssim.scenario.unknown_gravity import gravity_notes
 
         resolved = filter_states.with_states(plan)
         check_memory(resolved)
@@ -104,7 +104,7 @@ def command(
         print("\n".join((*plan_lines(resolved), *about_filter)))
     if plot is not None:
         from sinssim.experiments.run.plan_figure import plan_figure
-        from sinssim.recording.figures.canvas import save
+        from sinssim.recording.figures import save
 
         save(plan_figure(plan), plot)
         if not as_json:
@@ -113,18 +113,18 @@ def command(
 
 def _show_keys(place: str) -> None:
     """Print the keys of a table as they are written in a scenario."""
-    from sinssim.scenario.keys import keys_under, toml_lines
+    from sinssim.scenario.schema import keys_under, toml_lines
 
     print("\n".join(line for table in keys_under(place) for line in toml_lines(table)).rstrip())
 
 
 def _check_log(plan: Scenario, as_json: bool) -> None:
     """Read the files of a scenario with recorded sensors, and show what they hold and what follows from them."""
-    from sinssim.scenario.duration import expected_duration
-    from sinssim.scenario.filter import filter_states
-    from sinssim.scenario.filter.memory import check_memory
-    from sinssim.scenario.summary import plan_lines
-    from sinssim.simulation.aided.recorded_run import prepare
+    from sinssim.scenario import filter_model as filter_states
+    from sinssim.scenario.plan_summary import plan_lines
+    from sinssim.scenario.planned_motion import expected_duration
+    from sinssim.scenario.run_memory import check_memory
+    from sinssim.simulation.recorded_filter_run import prepare
 
     prepared = prepare(plan)
     log, resolved = prepared.log, prepared.scenario

@@ -12,9 +12,9 @@ from sinssim.cli.options import Debug, Json, OutFolder, Quiet
 from sinssim.cli.terminal import console, has_bars, notes_of, print_json, program_name
 
 if TYPE_CHECKING:
-    from sinssim.experiments.studies.results import StudyResult
-    from sinssim.experiments.studies.schema import Study
-    from sinssim.experiments.trades.result import TradeResult
+    from sinssim.experiments.studies.study_results import StudyResult
+    from sinssim.experiments.studies.study_schema import Study
+    from sinssim.experiments.trades.trade_result import TradeResult
 
 
 # Long: every option is a parameter, and the docstring is the help.
@@ -103,12 +103,12 @@ def command(
         sinssim compare gyro_trade --require "r95(3600 s) <= 1 nmi"
         sinssim compare first_flight --vary imu.grade=laser-navigation,laser-standard --vary imu.rate_hz=50:200:50
     """
-    from sinssim.experiments.load import load_any_study
-    from sinssim.experiments.trades.schema import TradeStudy
+    from sinssim.experiments.study import load_any_study
+    from sinssim.experiments.trades.trade_schema import TradeStudy
 
     plan: Study | TradeStudy
     if vary:
-        from sinssim.experiments.trades.sweep import sweep
+        from sinssim.experiments.study import sweep
 
         plan = sweep(study, vary, settings or ())
     else:
@@ -122,7 +122,7 @@ def command(
         raise InputError(
             f"--require belongs to trade studies, which have axes; the study {plan.name} compares algorithms."
         )
-    from sinssim.experiments.compare import compare
+    from sinssim.experiments.study import compare
 
     def say(text: str) -> None:
         if not quiet:
@@ -142,11 +142,11 @@ def command(
 
 def _show(result: StudyResult | TradeResult, directory: Path, quiet: bool, as_json: bool) -> None:
     """Print the result of a study of either kind."""
-    from sinssim.experiments.trades.result import TradeResult
+    from sinssim.experiments.trades.trade_result import TradeResult
 
     if as_json:
         if isinstance(result, TradeResult):
-            from sinssim.experiments.trades.running.write import to_json
+            from sinssim.experiments.trades.trade_exhibits import to_json
 
             print_json(to_json(result))
         else:
@@ -159,7 +159,7 @@ def _show(result: StudyResult | TradeResult, directory: Path, quiet: bool, as_js
 
             show_exhibits(result.exhibits, console(least_width=120))
         else:
-            from sinssim.experiments.studies.study_table import show
+            from sinssim.experiments.studies.study_exhibits import show
 
             show(result, console(least_width=120))
         print(f"Report: {directory / 'report.html'}    (in any browser)")

@@ -38,18 +38,17 @@ def command(
         sinssim compare-runs runs/first_flight runs/tactical
         sinssim compare-runs runs/gnss runs/gnss_baro --solution aided -o runs/with_and_without_baro
     """
-    from sinssim.experiments.run.finished.compared_runs import compare_runs
-    from sinssim.experiments.run.finished.comparison import write_comparison
+    from sinssim.experiments.run.run_comparison import compare_runs, write_comparison
 
     compared = compare_runs(runs, solution)
     target = out or Path("runs") / ("compare-" + "-".join(run.name for run in compared.runs.values()))[:120]
-    from sinssim.experiments.run.finished.report import compare_runs_report
+    from sinssim.experiments.run.run_comparison import compare_runs_report
 
     contents, place = write_comparison(compared, compare_runs_report(compared), target, overwrite=overwrite)
     if as_json:
         print_json(contents)
     elif not quiet:
-        from sinssim.experiments.run.tables.runs_table import show_comparison
+        from sinssim.experiments.run.run_comparison import show_comparison
 
         show_comparison(compared, console(least_width=110))
         print(f"Report: {place / 'report.html'}    (in any browser)")

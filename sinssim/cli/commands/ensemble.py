@@ -94,12 +94,12 @@ def command(
         sinssim ensemble first_flight --runs 200 --require "r95(3600 s) <= 1 nmi" --until-decided
     """
     from sinssim.scenario import load_scenario
-    from sinssim.statistics.requirements.requirement import parse_requirements
+    from sinssim.statistics.requirements import parse_requirements
 
     wanted = parse_requirements(require or ())
     plan = load_scenario(scenario, with_grade(settings, grade))
     directory = out or Path("runs") / f"{plan.name}-ensemble"
-    from sinssim.experiments.ensembles.running.run import ensemble
+    from sinssim.experiments.ensembles.ensemble_run import ensemble
 
     def say(text: str) -> None:
         if not quiet:
@@ -110,11 +110,11 @@ def command(
         scheduler=scheduler, require=wanted, until_decided=until_decided, times=at or (),
         progress=has_bars(quiet), say=say,
     )  # fmt: skip
-    from sinssim.experiments.ensembles.summary import ensemble_numbers
+    from sinssim.experiments.ensembles.ensemble_statistics import ensemble_numbers
 
     numbers = ensemble_numbers(result)
     if as_json:
-        from sinssim.recording.store.summary import plain
+        from sinssim.recording.run_directory import plain
 
         print_json(plain(numbers))
     elif not quiet:

@@ -9,7 +9,7 @@ import typer
 
 from sinssim.cli.options import Debug, Json, Quiet
 from sinssim.cli.terminal import print_json
-from sinssim.logs.writers.registry import DEFAULT_START, WRITERS
+from sinssim.logs.formats.registry import DEFAULT_START, WRITERS
 
 
 # Long: every option is a parameter, and the docstring is the help.
@@ -85,7 +85,7 @@ def command(
         sinssim export runs/mems_uav --to kf-gins -o gaps --outage 15/45@60
         sinssim export runs/mems_uav --to sbet --solution aided --solution ideal
     """
-    from sinssim.logs.writers.export import export
+    from sinssim.logs.writers.run_export import export
 
     done = export(
         run, to, out, solution=solution or [], start=start, rate_hz=rate, outages=outages or (), overwrite=overwrite

@@ -58,7 +58,7 @@ def command(
         sinssim inspect imu.csv gnss.pos
         sinssim inspect imu.csv gnss.pos --vehicle land --out drive.toml
     """
-    from sinssim.analyses.inspection.files import inspect
+    from sinssim.analyses.inspection.inspected_files import inspect
     from sinssim.errors import InputError
     from sinssim.system.outputs import write_text
 

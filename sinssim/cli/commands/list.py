@@ -73,26 +73,26 @@ def names_of(kind: Listing) -> Mapping[str, str]:
     match kind:
         case Listing.FORMATS:
             from sinssim.logs.formats.registry import FORMATS
-            from sinssim.system.own_content.registry import described
+            from sinssim.system.registries import described
 
             return {**{name: entry.sentence for name, entry in FORMATS.shipped.items()}, **described("formats")}
         case Listing.EXPORTS:
-            from sinssim.logs.writers.registry import WRITERS
-            from sinssim.system.own_content.registry import described
+            from sinssim.logs.formats.registry import WRITERS
+            from sinssim.system.registries import described
 
             return {**{name: entry.sentence for name, entry in WRITERS.shipped.items()}, **described("writers")}
         case Listing.ALGORITHMS:
             from sinssim.algorithms import SCENARIO_ALGORITHMS
-            from sinssim.system.own_content.registry import described
+            from sinssim.system.registries import described
 
             return {**SCENARIO_ALGORITHMS, **described("algorithms")}
         case Listing.FRAMES:
             from sinssim.frames import FRAMES
-            from sinssim.system.own_content.registry import described
+            from sinssim.system.registries import described
 
             return {**FRAMES, **described("frames")}
         case Listing.GRAVITY:
-            from sinssim.earth.models import GRAVITY_MODELS
+            from sinssim.earth.ellipsoids import GRAVITY_MODELS
 
             return GRAVITY_MODELS
         case Listing.CURVATURES:
@@ -100,7 +100,7 @@ def names_of(kind: Listing) -> Mapping[str, str]:
 
             return CURVATURES
         case Listing.ELLIPSOIDS:
-            from sinssim.earth.models import describe_ellipsoids
+            from sinssim.earth.ellipsoids import describe_ellipsoids
 
             return describe_ellipsoids()
         case Listing.GRADES:
@@ -108,12 +108,12 @@ def names_of(kind: Listing) -> Mapping[str, str]:
 
             return {**GRADES, **_descriptions("grades")}
         case Listing.STATES:
-            from sinssim.scenario.sections.filter import FILTER_STATES
+            from sinssim.scenario.filter_section import FILTER_STATES
 
             return FILTER_STATES
         case Listing.AIDING:
-            from sinssim.scenario.sections.aiding import describe_sensors
-            from sinssim.system.own_content.registry import described
+            from sinssim.scenario.filter_section import describe_sensors
+            from sinssim.system.registries import described
 
             return {**describe_sensors(), **described("aiding")}
         case Listing.VIEWS:

@@ -24,7 +24,7 @@ def command(
 
         sinssim new my_project
     """
-    from sinssim.system.own_content.new_project import new_project
+    from sinssim.content import new_project
 
     files = new_project(folder)
     width = max(len(file) for file, _ in files)

@@ -12,7 +12,7 @@ from sinssim.cli.options import Debug, GradeOption, Json, OutFolder, Quiet, Sett
 from sinssim.cli.terminal import console, has_bars, notes_of, print_json, program_name
 
 if TYPE_CHECKING:
-    from sinssim.analyses.inspection.raw_files import Suggestion
+    from sinssim.analyses.inspection.inspected_files import Suggestion
     from sinssim.scenario import Scenario
 
 Keep = Literal["summary", "report", "streams", "all"]
@@ -93,9 +93,9 @@ def command(
         sinssim run drive.gpx -o runs/drive
         sinssim run first_flight --keep report
     """
-    from sinssim.analyses.inspection.raw_files import NAME, are_raw
+    from sinssim.analyses.inspection.inspected_files import NAME, are_raw
     from sinssim.errors import InputError
-    from sinssim.logs.outages import outage_settings
+    from sinssim.logs.gnss_outages import outage_settings
     from sinssim.scenario import find_content
     from sinssim.system.outputs import check_place
 
@@ -153,7 +153,8 @@ def command(
 
 def _show(result: Any, plan: Scenario) -> None:
     """Print the tables and sentences of a run."""
-    from sinssim.experiments.run.tables import one_component_table, run_table
+    from sinssim.experiments.run import error_exhibits as run_table
+    from sinssim.experiments.run import one_component_exhibits as one_component_table
 
     show = run_table.show if plan.source.in_space else one_component_table.show
     show(result, console(least_width=120))
@@ -161,7 +162,7 @@ def _show(result: Any, plan: Scenario) -> None:
 
 def _suggestion(files: list[str], out: Path | None, overwrite: bool) -> Suggestion:
     """Return the scenario that recorded files suggest; a place that is taken is told before they are read."""
-    from sinssim.analyses.inspection.raw_files import suggest
+    from sinssim.analyses.inspection.inspected_files import suggest
     from sinssim.system.outputs import check_place
 
     if out is not None:
@@ -171,7 +172,7 @@ def _suggestion(files: list[str], out: Path | None, overwrite: bool) -> Suggesti
 
 def _plan(names: list[str], suggestion: Suggestion | None, settings: list[str]) -> Scenario:
     """Return the scenario of a name or a file, or the suggested one."""
-    from sinssim.analyses.inspection.raw_files import NAME
+    from sinssim.analyses.inspection.inspected_files import NAME
     from sinssim.scenario import load_scenario
 
     if suggestion is None:

@@ -26,7 +26,7 @@ def command(
         sinssim runs
         sinssim runs results/2026 --json
     """
-    from sinssim.experiments.run.finished.run_list import runs_in
+    from sinssim.experiments.run.finished_runs import runs_in
 
     entries = runs_in(folder)
     if as_json:
@@ -37,6 +37,6 @@ def command(
             ]
         )
         return
-    from sinssim.experiments.run.tables.runs_table import show_list
+    from sinssim.experiments.run.run_comparison import show_list
 
     show_list(entries, folder, console(least_width=110))

@@ -10,7 +10,7 @@ import typer
 
 from sinssim.cli.options import Debug, Json, Quiet
 from sinssim.cli.terminal import console, print_json
-from sinssim.logs.writers.registry import DEFAULT_START
+from sinssim.logs.formats.registry import DEFAULT_START
 
 
 # Long: every option is a parameter, and the docstring is the help.
@@ -69,13 +69,12 @@ def command(
         sinssim score runs/mems_uav KF_GINS_Navresult.nav rtk.pos
     """
     from sinssim.errors import InputError
-    from sinssim.experiments.run.report.errors import Compared
-    from sinssim.experiments.run.report.score_report import score_report
-    from sinssim.experiments.run.store.score_files import check_names, known_numbers, to_json, write_scores
-    from sinssim.experiments.run.views.score import record
-    from sinssim.logs.recorded_run import RecordedRun
-    from sinssim.logs.scoring.score import Judge, common_span
-    from sinssim.logs.writers.export import date_of_run
+    from sinssim.experiments.run.error_exhibits import Compared
+    from sinssim.experiments.run.run_scores import check_names, known_numbers, score_report, to_json, write_scores
+    from sinssim.experiments.run.run_scores import record_scores as record
+    from sinssim.logs.solution_score import Judge, common_span
+    from sinssim.logs.stored_run import RecordedRun
+    from sinssim.logs.writers.run_export import date_of_run
 
     for option, given in (("--name", names), ("--time-s", seconds)):
         if given and len(given) != len(solutions):
@@ -102,7 +101,7 @@ def command(
     if as_json:
         print_json({"errors": numbers, "scores": [to_json(score, span) for score in scores], "report": str(place)})
     elif not quiet:
-        from sinssim.experiments.run.tables.score_table import show
+        from sinssim.experiments.run.run_scores import show_scores as show
 
         show(judge.run.name, judge.against, numbers, scores, span, console(least_width=110))
         print(f"Report: {place}\nCurves and map: sinssim view {place.parent}")

@@ -53,8 +53,9 @@ def command(
     data: dict[str, object] = {"grade": grade}
     overridden = {override(data, setting.removeprefix("imu.")) for setting in settings or ()}
     section = validate(Imu, data, "", f"sensors {grade}", overridden)
-    from sinssim.experiments.run.tables.expectation_table import show, to_json
-    from sinssim.sensors.expectation import expect
+    from sinssim.experiments.run.sensor_exhibits import expectation_numbers as to_json
+    from sinssim.experiments.run.sensor_exhibits import show_expectation as show
+    from sinssim.sensors.error_propagation import expect
 
     expectation = expect(section, math.radians(latitude))
     if as_json:

@@ -1,9 +1,14 @@
-"""What an ensemble has to show: growth of CEP and R95, final positions, rates, σ by component, consistency."""
+"""What an ensemble has to show, and the files that it writes.
+
+Growth of CEP and R95, final positions, rates, σ by component, consistency.
+"""
 
 from __future__ import annotations
 
+import json
 import math
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -12,27 +17,36 @@ from sinssim import units
 from sinssim.charts import Axis, Band, Chart, Charts, Cloud, Dots, Histogram, Line, Mark, Rule
 from sinssim.data import Array
 from sinssim.exhibits import Column, Exhibits, Item, Section, Sentence, Table, Verbatim
-from sinssim.experiments.ensembles.run_errors import COMPONENTS, VECTORS
-from sinssim.experiments.ensembles.summary import (
+from sinssim.experiments.ensembles.ensemble_errors import COMPONENTS, VECTORS
+from sinssim.experiments.ensembles.ensemble_result import EnsembleResult
+from sinssim.experiments.ensembles.ensemble_statistics import (
     DEFINITIONS,
     PART_121_HOURS,
     PART_121_RATE,
     consistency_sentences,
     covariance_at_end,
+    ensemble_numbers,
+    looks_text,
+    predicted_sigma,
+    requirement_lines,
+    verdict_text,
 )
-from sinssim.experiments.ensembles.verdicts import looks_text, requirement_lines, verdict_text
 from sinssim.formatting import capital, number_text, signed
-from sinssim.recording.scales import Rows, thinned
-from sinssim.recording.store.summary import software
-from sinssim.scales import ANGLES, LENGTHS, SPEEDS, Scale, duration_words, fixed, suiting
+from sinssim.recording.result import Media
+from sinssim.recording.run_directory import plain, software, versions
+from sinssim.recording.stream_tables import Stream, Vector
+from sinssim.recording.style import RowNumbers, thinned
 from sinssim.sensors.imu.grades import grade_name
-from sinssim.statistics.circles import circle_radius
-from sinssim.statistics.order_statistics import cep, r95, runs_for_band
-from sinssim.statistics.requirements.limits import CIRCLES, limits_of
-from sinssim.statistics.requirements.requirement import COMPONENTS as QUANTITIES
+from sinssim.statistics.circular_error import circle_radius
+from sinssim.statistics.percentiles import cep, r95, runs_for_band
+from sinssim.statistics.requirements import CIRCLES, limits_of
+from sinssim.statistics.requirements import COMPONENTS as QUANTITIES
+from sinssim.system.outputs import write_text
+from sinssim.units import ANGLE_SCALE, LENGTH_SCALE, SPEED_SCALE, Scale, duration_words, fixed, suiting
 
 if TYPE_CHECKING:
-    from sinssim.experiments.ensembles.result import EnsembleResult, MeanSquare
+    from sinssim.experiments.ensembles.ensemble_result import MeanSquare
+
 
 _DOTS = 5000
 """Most runs drawn as dots."""
@@ -154,9 +168,9 @@ def scales_of(result: EnsembleResult) -> list[Scale]:
     """Return the one unit each for positions, velocities and attitudes in all charts and tables of an ensemble."""
     circles = (result.r95.value, result.cep.value, result.errors.final[:, :2])
     found = []
-    for quantity, scale in zip(VECTORS, (LENGTHS, SPEEDS, ANGLES), strict=True):
+    for quantity, scale in zip(VECTORS, (LENGTH_SCALE, SPEED_SCALE, ANGLE_SCALE), strict=True):
         spread = result.spread(quantity)
-        values = (spread.sigma, spread.mean, *(circles if scale is LENGTHS else ()))
+        values = (spread.sigma, spread.mean, *(circles if scale is LENGTH_SCALE else ()))
         found.append(fixed(*suiting(scale, *(v[np.isfinite(v)] for v in values))))
     return found
 
@@ -343,7 +357,7 @@ def _cloud(result: EnsembleResult, scale: Scale) -> Cloud:
     )
 
 
-def _taken(result: EnsembleResult, name: str, runs: Rows, rows: Rows) -> Array:
+def _taken(result: EnsembleResult, name: str, runs: RowNumbers, rows: RowNumbers) -> Array:
     """Return some runs of a column at some epochs."""
     parts, first = [], slice(0, int(runs.max(initial=-1)) + 1)
     for epochs in result.errors.spans():
@@ -465,3 +479,70 @@ def sheet_of(result: EnsembleResult, numbers: Mapping[str, Any]) -> Exhibits:
     ]
     columns = (Column("quantity", words=True), Column("value"), Column("definition", words=True))
     return Exhibits(title, [Table(columns, rows, title), *map(Sentence, texts)])
+
+
+FIGURES = ("ensemble.svg", "ensemble.png")
+"""The picture of an ensemble for a paper."""
+
+
+def to_json(result: EnsembleResult, numbers: Mapping[str, Any] | None = None) -> dict[str, Any]:
+    """Return an ensemble as plain numbers with units in the names.
+
+    Args:
+        numbers: its numbers, if they are known.
+
+    Returns:
+        The contents of `summary.json`.
+    """
+    return dict(plain({**(numbers or ensemble_numbers(result)), "versions": versions()}))
+
+
+def write_ensemble(result: EnsembleResult, folder: Path, status: str = "finished") -> list[str]:
+    """Write the report of an ensemble, its figure, its numbers and its recording.
+
+    Args:
+        status: "finished", "interrupted" or "failed".
+
+    Raises:
+        OSError: they cannot be written.
+    """
+    from sinssim.recording.figures import figure_of, save
+    from sinssim.recording.report.exhibit_page import page_of
+    from sinssim.recording.rerun.exhibit_recording import record
+
+    numbers = ensemble_numbers(result, status)
+    exhibits = exhibits_of(result, numbers, predicted_sigma(result.plan) if status == "finished" else None)
+    write_text(folder / "report.html", page_of(exhibits))
+    picture = figure_of(exhibits.chosen(exhibits.figure))
+    for name in FIGURES:
+        save(picture, folder / name)
+    record(exhibits, folder / "recording.rrd")
+    text = json.dumps(to_json(result, numbers), indent=2, ensure_ascii=False, allow_nan=False)
+    write_text(folder / "summary.json", text + "\n")
+    return ["report.html", "summary.json", "recording.rrd", *FIGURES]
+
+
+class EnsembleMedia(Media[EnsembleResult]):
+    """Numbers, streams, figure and files of an ensemble."""
+
+    def __init__(self, write: Callable[..., Path]) -> None:
+        self._write = write
+
+    def summary(self, result: EnsembleResult) -> dict[str, Any]:
+
+        return to_json(result)
+
+    def streams(self, result: EnsembleResult) -> Iterator[Stream]:
+        circles = {"cep": result.cep, "r95": result.r95}
+        columns = {f"{name}_m": one.value for name, one in circles.items()}
+        columns |= {f"{name}_low_m": one.low for name, one in circles.items()}
+        columns |= {f"{name}_high_m": one.high for name, one in circles.items()}
+        yield Stream("circles", result.time, tuple(Vector(k, (k,), v[:, None]) for k, v in columns.items()))
+
+    def exhibits(self, result: EnsembleResult) -> Exhibits:
+        from sinssim.experiments.ensembles.ensemble_statistics import ensemble_numbers
+
+        return exhibits_of(result, ensemble_numbers(result))
+
+    def save(self, result: EnsembleResult, directory: Path, *, overwrite: bool) -> Path:
+        return self._write(result, directory, overwrite=overwrite)

@@ -1,7 +1,13 @@
-"""One run from end to end: fly or read a log, sense, navigate, compare, filter, record."""
+"""One run from end to end.
+
+Fly or read a log, sense, navigate, compare, filter, record; or compute a one-component run; and the files that every
+run has.
+"""
 
 from __future__ import annotations
 
+import json
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from contextlib import ExitStack, suppress
 from dataclasses import replace
 from functools import partial
@@ -11,44 +17,173 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from sinssim.data import Array, NavState
-from sinssim.earth.coordinates import geodetic_to_ecef
+from sinssim.earth.geodetic_coordinates import geodetic_to_ecef
 from sinssim.errors import RunError, SinssimError
-from sinssim.experiments.run.execute_one_component import compute_one_component
-from sinssim.experiments.run.finish import about, keep
+from sinssim.experiments.run.error_exhibits import horizontal_of, worse_than_inertial
+from sinssim.experiments.run.filter_summary import filter_markdown, filter_numbers
 from sinssim.experiments.run.parts import parts_of
-from sinssim.experiments.run.parts.log import best_solution
-from sinssim.experiments.run.report.log_report import log_report
-from sinssim.experiments.run.report.run_report import draw_sections, run_report
-from sinssim.experiments.run.result import PlaneRun, Reached, Run
-from sinssim.experiments.run.run_media import RunMedia
-from sinssim.experiments.run.sensor_comparison import SensorComparison, sensor_comparisons
-from sinssim.experiments.run.store.summaries.against_inertial import horizontal_of, worse_than_inertial
-from sinssim.experiments.run.store.summaries.filter_summary import filter_markdown, filter_numbers
-from sinssim.logs.stored.error_rule import ErrorRule
+from sinssim.experiments.run.parts.recorded_sensors import best_solution
+from sinssim.experiments.run.run_report import draw_sections, log_report, run_report
+from sinssim.experiments.run.run_result import PlaneRun, Reached, Run
+from sinssim.experiments.run.sensor_exhibits import SensorComparison, sensor_comparisons
+from sinssim.logs.stored_run import ErrorRule
 from sinssim.progress import Progress, shown
-from sinssim.recording.store.directory import RunDirectory
-from sinssim.recording.store.summary import failures, flagged, markdown_table, plain, singularities
-from sinssim.scenario.duration import check_times
+from sinssim.recording.result import Media, Result
+from sinssim.recording.run_directory import (
+    RunDirectory,
+    failures,
+    flagged,
+    markdown_table,
+    plain,
+    singularities,
+    versions,
+)
+from sinssim.recording.stream_tables import Stream
 from sinssim.scenario.load import Overrides, as_scenario
-from sinssim.scenario.route import check_route, check_route_flown
-from sinssim.simulation.aiding import aid, best_reference
-from sinssim.simulation.navigation import Navigated, before_navigation, navigate
-from sinssim.simulation.recorded import planned, sense_recorded
-from sinssim.simulation.sensed import sense
+from sinssim.scenario.plan_summary import own_files
+from sinssim.scenario.planned_motion import check_times
+from sinssim.scenario.route_pole import check_route, check_route_flown
+from sinssim.scenario.use_key import FOLDER
+from sinssim.simulation.aiding_stage import aid, best_reference
+from sinssim.simulation.navigation_stage import Navigated, before_navigation, navigate
+from sinssim.simulation.sensed_stage import planned, sense, sense_recorded
 from sinssim.simulation.stages import STAGES, Stages
-from sinssim.simulation.truth import RecordedMotion, Truth, truth_along
-from sinssim.strapdown.error_numbers import NO_NUMBERS, error_numbers_of, known_error_numbers_of
-from sinssim.strapdown.files import check_own_files
-from sinssim.system.memory import give_back_memory, map_large_arrays
-from sinssim.truth.flight.shortfall import not_attained
+from sinssim.simulation.truth_stage import RecordedMotion, Truth, truth_along
+from sinssim.strapdown.engine_assembly import check_own_files
+from sinssim.strapdown.navigation_error import NO_NUMBERS, error_numbers_of, known_error_numbers_of
+from sinssim.system.outputs import write_text
+from sinssim.system.resources import give_back_memory, map_large_arrays
+from sinssim.truth.flight.flight_log import not_attained
+from sinssim.truth.trajectory import Trajectory
 
 if TYPE_CHECKING:
-    from sinssim.earth.models import Ellipsoid
-    from sinssim.experiments.run.report.run_report import Sections
-    from sinssim.experiments.run.views.writer import RunWriter
+    from sinssim.earth.ellipsoids import Ellipsoid
+    from sinssim.experiments.run.run_report import Sections
+    from sinssim.experiments.run.run_streams import RunWriter
     from sinssim.scenario import Scenario
-    from sinssim.truth.channel import FlightEvent
-from sinssim.truth.trajectory import Trajectory
+    from sinssim.truth.sampling import FlightEvent
+
+
+def about(scenario: Scenario, stages: Stages, status: str, message: str = "") -> dict[str, Any]:
+    """Return the part of a summary that does not depend on the success of the run.
+
+    Args:
+        status: "finished", "failed" or "interrupted".
+
+    Returns:
+        Entries of `summary.json`.
+    """
+    plane = scenario.one_component
+    return {
+        "scenario": scenario.name,
+        "status": status,
+        **({"message": message} if message else {}),
+        "seed": scenario.seed,
+        "rate_hz": scenario.imu.rate_hz if plane is None else plane.rate_hz,
+        "timing": stages.timing(),
+        "versions": versions(),
+        **({"own_content": own} if (own := [file.to_json() for file in own_files(scenario)]) else {}),
+    }
+
+
+def keep(
+    folder: RunDirectory,
+    scenario: Scenario,
+    about_filter: Sequence[str],
+    summary: Mapping[str, Any],
+    report: str | None,
+    *,
+    beside: str = "",
+) -> Path:
+    """Complete the run directory and move it into its place.
+
+    Args:
+        about_filter: lines that explain the filter's default states.
+        summary: contents of `summary.json`.
+        report: the report's page, if there is one.
+        beside: as for `RunDirectory.keep`.
+
+    Raises:
+        InputError: it cannot be written, or files of others are in the way.
+    """
+    with folder.writing():
+        write_text(folder.path / "scenario.toml", scenario.to_toml(about_filter))
+        for file in own_files(scenario):  # in the layout of a project folder, from which the run can be repeated
+            place = folder.path / FOLDER / file.place
+            place.parent.mkdir(parents=True, exist_ok=True)
+            place.write_bytes(file.contents)
+        if report is not None:
+            write_text(folder.path / "report.html", report)
+        write_text(folder.path / "summary.json", json.dumps(summary, indent=2, allow_nan=False) + "\n")
+        return folder.keep(beside=beside)
+
+
+def compute_one_component(scenario: Scenario, folder: RunDirectory | None, stages: Stages) -> PlaneRun:
+    """Compute a one-component run and record it.
+
+    Args:
+        folder: run directory to write; nothing is written if None.
+
+    Raises:
+        InputError: the scenario or the directory cannot be used.
+    """
+    assert scenario.one_component is not None  # the caller asks for such a run only
+    check_times(scenario)
+    with stages("navigate"):
+        from sinssim.experiments.run.one_component_exhibits import numbers, one_component_streams
+        from sinssim.simulation.one_component_run import compute
+
+        result = compute(scenario.one_component, scenario.seed)
+        found = numbers(result)
+    kept = scenario.recording
+    if folder is not None and kept.has_streams:
+        with stages("record"), folder.writing():
+            from sinssim.recording.stream_tables import write_stream
+
+            (folder.path / "streams").mkdir()
+            streams = one_component_streams(result)
+            for stream in streams:
+                write_stream(stream, folder.path / "streams")
+            if kept.has_recording:
+                from sinssim.experiments.run.one_component_recording import record
+
+                record(folder.path / "recording.rrd", scenario, result, found, streams)
+    summary = {
+        **about(scenario, stages, "finished"),
+        "start_s": float(result.truth.time[0]),
+        "end_s": float(result.truth.time[-1]),
+        "one_component": found,
+    }
+    directory = None
+    if folder is not None:
+        from sinssim.experiments.run.one_component_exhibits import one_component_report
+
+        report = one_component_report(scenario, result, summary) if kept.has_report else None
+        directory = keep(folder, scenario, (), summary, report)
+    return PlaneRun(scenario, result, summary, directory)
+
+
+class RunMedia(Media[Run]):
+    """Numbers, streams, figure and files of a run."""
+
+    def __init__(self, write: Callable[..., Result]) -> None:
+        self._write = write
+
+    def streams(self, result: Run) -> Iterator[Stream]:
+        from sinssim.experiments.run.run_streams import streams_of_run
+
+        yield from streams_of_run(result)
+
+    def figure(self, result: Run, quantity: str | None = None) -> Any:
+        from sinssim.experiments.run.error_exhibits import figure_charts
+        from sinssim.recording.figures import figure_of
+
+        return figure_of(figure_charts(result))
+
+    def save(self, result: Run, directory: Path, *, overwrite: bool) -> Path:
+        place = self._write(result.scenario, directory, overwrite=overwrite).directory
+        assert place is not None
+        return Path(place)
 
 
 def run(
@@ -171,8 +306,8 @@ class Execution:
         scenario = self._scenario
         check_times(scenario)
         if scenario.filter is not None:
-            from sinssim.scenario.filter import filter_states
-            from sinssim.scenario.filter.memory import check_memory
+            from sinssim.scenario import filter_model as filter_states
+            from sinssim.scenario.run_memory import check_memory
 
             lines, scenario = filter_states.choice(scenario), filter_states.with_states(scenario)
             self.reached = replace(self.reached, scenario=scenario, about_filter=lines)
@@ -311,7 +446,7 @@ class Execution:
 
     def _open(self, time: Array, motion: NavState, events: tuple[FlightEvent, ...], ellipsoid: Ellipsoid) -> RunWriter:
         """Begin to write streams and recording, with the motion that they show."""
-        from sinssim.experiments.run.views.writer import RunWriter
+        from sinssim.experiments.run.run_streams import RunWriter
 
         assert self._folder is not None  # streams are written to it
         self._stack.enter_context(self._folder.writing())
@@ -387,7 +522,7 @@ def rehearse(scenario: Scenario, recorded: bool) -> None:
         scenario: the scenario, which determines the parts; a hundred samples of straight flight replace its truth.
     """
     if recorded:
-        from sinssim.experiments.run.views import writer  # noqa: F401
+        from sinssim.experiments.run import run_streams as writer  # noqa: F401
     from sinssim.truth.curve import Curve
 
     interval = 1.0 / scenario.imu.rate_hz

@@ -7,13 +7,13 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from sinssim.data import Array
-from sinssim.earth.models import ELLIPSOIDS
+from sinssim.earth.ellipsoids import ELLIPSOIDS
 from sinssim.errors import InputError
-from sinssim.experiments.run.report.track import Projection
+from sinssim.experiments.run.flight_map import Projection
 from sinssim.recording import style
-from sinssim.recording.figures.canvas import new_figure, styled
-from sinssim.scenario.summary import named_places
-from sinssim.truth.flight.planning.path import PlannedPath, planned_path
+from sinssim.recording.figures import new_figure, styled
+from sinssim.scenario.plan_summary import named_places
+from sinssim.truth.flight.flight_plan import PlannedPath, planned_path
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes

@@ -21,16 +21,14 @@ import numpy as np
 
 from sinssim.algorithms import REGISTRY
 from sinssim.data import Array
-from sinssim.experiments.studies.cost import least_time, timed_data
-from sinssim.experiments.studies.operations import Operations, count
+from sinssim.experiments.studies.step_cost import Operations, count, least_time, timed_data
 from sinssim.jit import bind, inline, kernel
 from sinssim.rotation import quaternion_from_euler
-from sinssim.rotation.kernels import Matrix, dcm_from_quaternion_k
-from sinssim.strapdown.assemble import parts
+from sinssim.rotation.quaternions import Matrix, dcm_from_quaternion_k
 from sinssim.strapdown.attitude.quaternion import dcm_k, start_k, step_k
-from sinssim.strapdown.increments.fit import is_uniform, weight_table
-from sinssim.strapdown.increments.interval import FrameTurn
-from sinssim.strapdown.increments.interval import fitted_turn_k as turn_k
+from sinssim.strapdown.coning_sculling import FrameTurn, is_uniform, weight_table
+from sinssim.strapdown.coning_sculling import fitted_turn_k as turn_k
+from sinssim.strapdown.engine_assembly import parts
 
 _SINE = tuple((-1.0) ** k / factorial(2 * k + 1) for k in range(8))
 _COSINE = tuple((-1.0) ** k / factorial(2 * k) for k in range(9))

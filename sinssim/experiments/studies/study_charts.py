@@ -1,9 +1,13 @@
-"""The charts of a study: errors over rate and cost, growth, cost of a step, orders, headings, the power of time."""
+"""The charts and tables of a study by subject, and the names of their rows and lines.
+
+Errors over rate and cost, growth, orders, headings, power of time, guarantees, further coordinates.
+"""
 
 from __future__ import annotations
 
+import math
 import re
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from typing import Any
 
 import numpy as np
@@ -11,12 +15,95 @@ import numpy as np
 from sinssim.algorithms import family
 from sinssim.charts import TIME, Axis, Band, Bars, Chart, Charts, Dots, Line, Mark, Rule, Weight
 from sinssim.data import Array
-from sinssim.experiments.studies.claims import power_of_time as law
-from sinssim.experiments.studies.naming import Label, line_labeller
-from sinssim.experiments.studies.results import ErrorGrowth, Heading, Order, Row, StudyResult
+from sinssim.experiments.studies import position_claims as law
+from sinssim.experiments.studies.attitude_claims import guarantee
+from sinssim.experiments.studies.study_results import DEFECT, ErrorGrowth, Heading, Order, Pick, Row, StudyResult
+from sinssim.experiments.studies.study_schema import Part, Study
+from sinssim.formatting import capital, number_text
+from sinssim.recording.report.page import swatch, table, words
+from sinssim.recording.report.svg_chart import html_of
 from sinssim.recording.style import COLORS, colors, css
-from sinssim.scales import fixed
-from sinssim.units import ARCSEC, DEG
+from sinssim.scenario.tables import COORDINATES
+from sinssim.sensors.imu.imu import Imu
+from sinssim.units import ARCSEC, DEG, fixed
+
+Label = Callable[[Row], str]
+
+_DIMENSIONS = ("algorithm", "frame", "curvature", "gravity", "ellipsoid", "sensors", "variant")
+_SHOWN_HZ = 50.0
+_FIXED = r"(gyro|accel)_(bias_(deg_h|ug)|scale_ppm|misalignment_arcsec)"  # errors that are given, not drawn
+_RATES_FOR_LINES = 3  # number of rates from which errors are drawn over the rate
+
+
+def varying(rows: Sequence[Row]) -> tuple[str, ...]:
+    """Return the dimensions in which rows differ, apart from motion and rate.
+
+    Returns:
+        Names of the attributes of `Row`.
+    """
+    return tuple(d for d in _DIMENSIONS if len({getattr(row, d) for row in rows}) > 1)
+
+
+def labeller(rows: Sequence[Row], pace: bool = False) -> Label:
+    """Return a function that labels rows of one motion by their differences, with the `pace` if it is wanted."""
+    dimensions = varying(rows)
+    several = pace and len({row.pace for row in rows}) > 1
+
+    def label(row: Row) -> str:
+        parts = [str(getattr(row, d)) for d in dimensions] + ([f"{row.pace} Hz"] if several else [])
+        return " · ".join(parts) or row.algorithm
+
+    return label
+
+
+def over_rates(part: Part) -> bool:
+    """Return whether a part is best drawn as lines over the rate."""
+    return len(part.rates_hz) >= _RATES_FOR_LINES and not part.schedules_hz
+
+
+def line_labeller(part: Part, rows: Sequence[Row]) -> Label:
+    """Return a function that names lines: a schedule has its own name, the plain rates of an engine share one."""
+    return labeller(rows, pace=bool(part.schedules_hz))
+
+
+def at_one_rate(rows: Sequence[Row]) -> list[Row]:
+    """Return the rows whose errors are drawn over time: schedules, and plain rates at the one nearest to 50 Hz."""
+    scheduled = [row for row in rows if row.schedule_hz]
+    if scheduled or not rows:
+        return scheduled
+    rate = min((row.rate_hz for row in rows), key=lambda hz: abs(math.log(hz / _SHOWN_HZ)))
+    return [row for row in rows if row.rate_hz == rate]
+
+
+def one_draw(part: Part, study: Study) -> str:
+    """State that a part compares sensors by one draw of their errors.
+
+    Returns:
+        A few sentences; "" for a part with one sensor set or without random errors.
+    """
+    if len(part.sensors) * len(part.variants) < 2 or all(_is_certain(study.block(name)) for name in part.sensors):
+        return ""
+    return (
+        f"The sensors are compared on one draw of their errors (seed {study.seed}). A single run may be several times "
+        "better or worse than its 1σ, and another seed may reverse the order of two sets of sensors. Engines "
+        "that share a draw can be compared; for the sensors run other seeds, or `sinssim sensors GRADE` for the 1σ."
+    )
+
+
+def _is_certain(block: Imu) -> bool:
+    """Return whether a block has no random errors: no grade, and nothing given but errors of fixed size."""
+    given = block.model_fields_set - {"grade", "rate_hz", "sensor_set"}
+    return block.grade == "ideal" and all(re.fullmatch(_FIXED, name) for name in given)
+
+
+def sensors_of(pick: Pick) -> str:
+    """Describe the sensors of a pick.
+
+    Returns:
+        The grade, and the variant if it is not the default.
+    """
+    return pick.sensors if pick.variant == "rate-gyros" else f"{pick.sensors}, {pick.variant}"
+
 
 Paint = Mapping[str, str]
 """CSS colour of each line by its name."""
@@ -282,12 +369,12 @@ def power_of_time(blocks: Mapping[str, tuple[ErrorGrowth, float]]) -> Charts:
         below.append(Band(x=np.array([start, end]), low=low, high=high, color="bound"))
     x = Axis(label="time", units=fixed("s"), log=True, low=5.0, high=1.05 * last)
     charts = []
-    for key, marks, words, y in (
+    for key, marks, instants, y in (
         ("error", above, ("1000 s", "Schuler period"), Axis(label="horizontal error", units=fixed("m"), log=True)),
         ("power", below, ("", ""), Axis(label="power of time", low=1.0, high=5.0)),
     ):
         rules = [Rule(at=instant, upright=True, text=word, dash=":")
-                 for instant, word in zip((law.EARLY, law.SCHULER_PERIOD), words, strict=True)]  # fmt: skip
+                 for instant, word in zip((law.EARLY, law.SCHULER_PERIOD), instants, strict=True)]  # fmt: skip
         charts.append((Chart(key=key, x=x, y=y, marks=(*marks, *rules)),))
     return Charts("power", tuple(charts), (8.5, 6.2), share="x", heights=(1.5, 1.0), legend="right")
 
@@ -297,3 +384,148 @@ def _slope(time: Array, error: Array, inside: Array) -> Array:
     x, y, half = np.log(time), np.log(error), np.log(_SLOPE_HALF)
     before, after = (np.interp(np.log(inside) + step, x, y) for step in (-half, half))
     return np.asarray((after - before) / (2.0 * half))
+
+
+_BLOCK = "six-accelerometers-"
+
+
+def at_highest_rate(found: Sequence[Heading]) -> list[Heading]:
+    """Return headings of one part, each motion at its highest rate."""
+    highest = {motion: max(h.rate_hz for h in found if h.motion == motion) for motion in {h.motion for h in found}}
+    return [heading for heading in found if heading.rate_hz == highest[heading.motion]]
+
+
+def turning_section(comparison: StudyResult, part: Part) -> list[str]:
+    """Return the section on the heading through turns."""
+    found = [heading for heading in comparison.headings if heading.part == part.title]
+    if not found:
+        return []
+    lines = [
+        (
+            words(h.motion),
+            words(h.form),
+            f"{h.rate_hz:g}",
+            f"{h.turns:.2f}",
+            _angle(h.max_error_arcsec),
+            _angle(h.final_error_arcsec),
+            str(h.jumps),
+            f"{100.0 * h.wrong:.0f} %",
+            number_text(h.least_hz, 2) if h.least_hz else "any",
+        )
+        for h in found
+    ]
+    heads = (
+        "motion", "form", "rate, Hz", "turns", "error max", "final", "jumps", "wrong by > 0.3′",
+        "lowest rate of reading, Hz",
+    )  # fmt: skip
+    return [
+        "<h3>Heading through full turns</h3>",
+        "<p class=note>Only the attitude, with the true rate of the local level, compared with the true heading, "
+        "which counts turns. The heading of Euler angles is an integral. That of direction cosines is the arctangent "
+        "of C₂₁/C₁₁: of "
+        "one argument it lies within ±90°, of two within ±180°; unwrapped, it adds a turn if two successive values "
+        "differ by more than half a turn.</p>",
+        html_of(turning(at_highest_rate(found))),
+        table(heads, lines, 2),
+    ]
+
+
+def _angle(arcsec: float) -> str:
+    return f"{number_text(arcsec)}″" if abs(arcsec) < 3600.0 else f"{number_text(arcsec / 3600.0)}°"
+
+
+def gyro_free_blocks(comparison: StudyResult, part: Part) -> dict[str, tuple[ErrorGrowth, float]]:
+    """Return growth of the errors and arm, m, of each block without gyros of a part, by name."""
+    blocks = {}
+    for row in comparison.of_part(part.title):
+        growth = comparison.history_or_none(row)
+        if row.variant.startswith(_BLOCK) and row.sensors != "ideal" and growth is not None:
+            arm = row.variant.removeprefix(_BLOCK)
+            several = len(part.motions) > 1
+            blocks[f"{row.motion + ', ' if several else ''}{row.sensors}, arms of {arm}"] = (
+                growth, float(arm.removesuffix("m"))
+            )  # fmt: skip
+    return blocks
+
+
+def power_of_time_section(comparison: StudyResult, part: Part) -> list[str]:
+    """Return the section on the power of time of blocks without gyros."""
+    blocks = gyro_free_blocks(comparison, part) if "gyro-free" in part.decides else {}
+    if not blocks:
+        return []
+    return [
+        "<h3>Power of time without gyros</h3>",
+        "<p class=note>Errors while the tilt is below 5°, from where the biases’ direct effect is below one percent. "
+        "Below: the local power of time, d log error / d log t. The closed form for a body at rest, from "
+        "R δω̇ (½ t² − (1 − cos ω_s t)/ω_s²), is (θ² − θ sin θ)/(½ θ² − 1 + cos θ) with θ = ω_s t. Grey: 4.0 ± 0.1 "
+        "below 1000 s, 2.0 ± 0.2 beyond one Schuler period. The rotation of the Earth causes the slow deviation at "
+        "the end.</p>",
+        html_of(power_of_time(blocks)),
+    ]
+
+
+def guarantees_section(comparison: StudyResult, part: Part, rows: Sequence[Row]) -> str:
+    """Return the table of what each algorithm keeps of norm and orthogonality."""
+    orders = [order for order in comparison.orders if (order.part, order.quantity) == (part.title, DEFECT)]
+    motions = list(dict.fromkeys(row.motion for row in rows))
+    lines = []
+    for algorithm in dict.fromkeys(row.algorithm for row in rows):
+        kept, own = guarantee(algorithm), [r for r in rows if r.algorithm == algorithm and r.status == "done"]
+        measured = {o.motion: f"{o.order:.2f} ± {o.uncertainty:.2f}" for o in orders if o.algorithm == algorithm}
+        worst = max((row.max_defect for row in own), default=0.0)
+        lines.append(
+            (
+                swatch(color_of(algorithm)) + words(algorithm),
+                f'<td class="name">{words(kept.condition)}</td>',
+                f'<td class="name">{words(kept.words)}</td>',
+                f'<td class="name">{words(kept.reason)}</td>',
+                *(measured.get(motion, "–") for motion in motions),
+                number_text(worst, 2),
+            )
+        )
+    heads = (
+        "", "<th class=name>condition</th>", "<th class=name>kept</th>", "<th class=name>why</th>",
+        *(words(f"order: {m}") for m in motions), "largest defect",
+    )  # fmt: skip
+    return (
+        "<p class=note>What is kept exactly, to rounding, or to a power of the interval h, by theory; φ is the angle "
+        "of a step. Axes of a matrix that is computed from a quaternion remain orthogonal; their length is the "
+        "squared norm. Measured order: the slope of the log of the largest defect over log h through the four highest "
+        "rates "
+        "above rounding (1e-10). No number: fewer than three such rates, or no straight line.</p>"
+        + table(heads, lines, 1)
+    )
+
+
+_UNITS = (("_mps", ", m/s", 1.0), ("_rad", ", \u2033", ARCSEC), ("_m", ", m", 1.0))
+
+
+def coordinate_tables(comparison: StudyResult, part: Part, rows: Sequence[Row]) -> list[str]:
+    """Return a table of the largest errors for each kind of coordinates of a part."""
+    label, body = labeller(rows, pace=True), []
+    for kind in part.coordinates:
+        lines, heads = [], []
+        for row in rows:
+            own = [e for e in comparison.coordinate_errors if e.coordinates == kind and e.case == row.case]
+            if not own:
+                continue
+            shown = [_unit(error.column) for error in own]
+            heads = [f"{words(name)}{unit}" for name, unit, _ in shown]
+            cells = [number_text(error.max_error / size) for error, (_, _, size) in zip(own, shown, strict=True)]
+            lines.append((words(row.motion), words(label(row)), *cells))
+        if lines:
+            body += [
+                f"<h3>Largest errors in the coordinates {words(kind)}</h3>",
+                f"<p class=note>{words(capital(COORDINATES[kind]))}. Computed minus true, component by component; the "
+                "attitude is the angle of the single rotation between both.</p>",
+                table(["motion", "", *heads], lines, 2),
+            ]
+    return body
+
+
+def _unit(column: str) -> tuple[str, str, float]:
+    """Return a column's name without unit, the unit as shown, and its size in SI."""
+    for ending, unit, size in _UNITS:
+        if column.endswith(ending):
+            return column.removesuffix(ending).replace("_", " "), unit, size
+    return column.replace("_", " "), "", 1.0

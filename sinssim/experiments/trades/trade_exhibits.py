@@ -1,29 +1,354 @@
-"""What a trade study has to show: which cells meet what, pictures over the grid, tables of the cells."""
+"""What a trade study has to show, and the files that it writes.
+
+Which cells meet what, curves or bars with bands, heat maps, growth of the errors, tables of the cells.
+"""
 
 from __future__ import annotations
 
+import itertools
 import json
 import math
 import re
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator, Sequence
+from dataclasses import dataclass
+from pathlib import Path
 from typing import Any
 
+import numpy as np
+from numpy.typing import NDArray
+
+from sinssim.charts import TIME, Axis, Band, Bars, Cells, Chart, Charts, Color, Dots, Line, Mark, Remark
+from sinssim.data import Array
 from sinssim.exhibits import Column, Exhibits, Item, Section, Sentence, Table, Verbatim
-from sinssim.experiments.trades.result import TradeResult
-from sinssim.experiments.trades.summary import (
+from sinssim.experiments.trades.trade_cells import CellNumbers
+from sinssim.experiments.trades.trade_result import (
+    CellResult,
+    TradeResult,
+    Unit,
     cell_table,
     definitions,
     failure_lines,
     grids,
     headline,
     instants,
+    label_of,
     requirement_lines,
+    unit_for,
 )
-from sinssim.experiments.trades.trade_charts import MOST_PANELS, pictures, shown_cells
-from sinssim.formatting import capital
-from sinssim.recording.store.summary import software
-from sinssim.scales import fixed
-from sinssim.statistics.requirements.quantity import Quantity
+from sinssim.experiments.trades.trade_schema import Axis as GridAxis
+from sinssim.formatting import capital, number_text
+from sinssim.recording import style
+from sinssim.recording.result import Media
+from sinssim.recording.run_directory import plain, software, versions
+from sinssim.recording.stream_tables import write_table
+from sinssim.statistics.percentiles import runs_for_band
+from sinssim.statistics.requirements import Quantity, Requirement
+from sinssim.system.outputs import write_text
+from sinssim.units import fixed
+
+MOST_PANELS = 12
+"""Most panels of a picture, one for each place on the axes beyond the second."""
+_ACROSS = 3
+_WIDE, _WIDE_ALONG = 30.0, 5.0
+"""Ratio of the largest to the smallest value from which a logarithmic scale is used, and beside a logarithmic axis."""
+_WIDE_SHADES = 5.0
+_FAR = 3.0
+"""A limit is drawn if it is less than this multiple of the largest value, and more than its inverse of the least."""
+_LINES = 10
+"""Most cells whose growth is shown, so that their colours can be told apart."""
+
+
+def pictures(result: TradeResult) -> Iterator[Charts]:
+    """Yield for each drawn quantity its curves or bars and, with two axes, its heat map; and the growth."""
+    if result.finished:
+        for quantity in result.study.drawn:
+            yield curves(result, quantity)
+            if len(result.axes) > 1:
+                yield heat_map(result, quantity)
+    yield from growth(result)
+
+
+@dataclass(frozen=True)
+class Panel:
+    """What one panel shows: a quantity over one or two axes.
+
+    Attributes:
+        title: the place on the other axes; "" without any.
+        value, low, high: (n,) or (m, n), SI.
+        met: whether each cell meets the requirements on the quantity, of the same shape.
+    """
+
+    title: str
+    value: Array
+    low: Array
+    high: Array
+    met: NDArray[np.bool_]
+
+
+@dataclass(frozen=True)
+class GridOf:
+    """A quantity of a study over its last two axes, a panel for each place on the others."""
+
+    quantity: Quantity
+    unit: Unit
+    axes: tuple[GridAxis, ...]
+    panels: tuple[Panel, ...]
+    limits: tuple[Requirement, ...]
+
+    @property
+    def key(self) -> str:
+        """Name of its picture."""
+        return re.sub(r"_(m|mps|rad|nmi_h)$", "", self.quantity.column)
+
+    @property
+    def label(self) -> str:
+        """The quantity in words."""
+        return capital(label_of(self.quantity))
+
+    def limit(self, requirement: Requirement) -> float:
+        """Return a limit in the unit of the values."""
+        return requirement.limit / (1852.0 / 3600.0 if self.quantity.quantity == "rate" else 1.0)
+
+    @property
+    def finite(self) -> Array:
+        """All finite positive values."""
+        values = np.concatenate([panel.value.ravel() for panel in self.panels])
+        return np.asarray(values[np.isfinite(values) & (values > 0.0)])
+
+    @property
+    def logarithmic(self) -> bool:
+        """Whether a logarithmic scale suits the values."""
+        along = self.axes[0] if len(self.axes) == 1 else self.axes[1 - families(self.axes)]
+        ratio = _WIDE_ALONG if along.logarithmic else _WIDE
+        return bool(len(self.finite) and self.finite.max() > ratio * self.finite.min())
+
+    def rows(self, charts: Sequence[Chart]) -> tuple[tuple[Chart, ...], ...]:
+        """Return the panels in rows."""
+        return tuple(tuple(charts[k : k + _ACROSS]) for k in range(0, len(charts), _ACROSS))
+
+
+def grid_of(result: TradeResult, quantity: Quantity) -> GridOf:
+    """Return a quantity of a study, ready to be drawn."""
+    study, kept = result.study, min(len(result.axes), 2)
+    value, (low, high) = result.values(quantity), result.band(quantity)
+    limits = tuple(
+        one for one in study.requirements
+        if (one.quantity, one.when) == (quantity.quantity, quantity.when)
+        and (one.when != "at" or one.time == quantity.time)
+    )  # fmt: skip
+    met = np.full(study.shape, bool(limits))
+    for one in limits:
+        met &= result.verdicts(one.text) == "met"
+    panels = []
+    for place in itertools.product(*map(range, study.shape[:-kept])):
+        title = ", ".join(f"{axis.title} {axis.name_of(k)} {axis.unit}".rstrip()
+                          for axis, k in zip(study.axes, place, strict=False))  # fmt: skip
+        panels.append(Panel(title, value[place], low[place], high[place], met[place]))
+    return GridOf(quantity, unit_for(result, quantity), study.axes[-kept:], tuple(panels[:MOST_PANELS]), limits)
+
+
+def families(axes: Sequence[GridAxis]) -> int:
+    """Return which of two axes gives a curve, or a colour of bars, each."""
+    if axes[0].numeric != axes[1].numeric:
+        return 1 if axes[0].numeric else 0
+    return 1 if len(axes[0].values) > len(axes[1].values) else 0
+
+
+def family_colors(axis: GridAxis) -> list[style.Rgb]:
+    """Return a colour for each value of an axis: shades of one in the order of numbers, others for choices."""
+    count = len(axis.values)
+    if not axis.numeric or count <= 2:
+        return choice_colors(count)
+    light, dark = np.array([150.0, 200.0, 235.0]), np.array([10.0, 45.0, 95.0])
+    order = np.argsort(np.argsort(np.array(axis.values, dtype=np.float64)))
+    shades = [light + (dark - light) * place / (count - 1) for place in order]
+    return [(round(r), round(g), round(b)) for r, g, b in shades]
+
+
+def choice_colors(count: int) -> list[style.Rgb]:
+    """Return colours for choices, without that of the limits."""
+    more = style.colors([f"choice {k}" for k in range(2 * count + 8)])
+    return [color for color in more if color != style.COLORS["limit"]][:count]
+
+
+def curves(result: TradeResult, quantity: Quantity) -> Charts:
+    """Return a quantity over the grid.
+
+    One axis of numbers gives a curve, one of choices bars. Two axes give curves by colour if one of them has numbers,
+    else groups of bars. Further axes give panels.
+    """
+    grid = grid_of(result, quantity)
+    y = Axis(label=grid.label, units=fixed(grid.unit.name, grid.unit.size), log=grid.logarithmic,
+             low=None if grid.logarithmic else 0.0)  # fmt: skip
+    charts = []
+    for number, panel in enumerate(grid.panels):
+        x, marks = _family(grid, panel)
+        charts.append(Chart(key=f"{grid.key}/{number}", title=panel.title, x=x, y=y, marks=tuple(marks), room=1.12))
+    rows, named = grid.rows(charts), grid.axes[families(grid.axes)].heading if len(grid.axes) == 2 else ""
+    size = (max(4.6 * len(rows[0]), 6.4) + 2.2, 3.1 * len(rows) + 0.9)
+    return Charts(grid.key, rows, size, title=grid.label, note=_band_note(grid), legend="right", share="xy",
+                  named=named)  # fmt: skip
+
+
+def _family(grid: GridOf, panel: Panel) -> tuple[Axis, list[Mark]]:
+    """Return the horizontal axis and the marks of a panel."""
+    colors: Sequence[Color]
+    if len(grid.axes) == 1:
+        along, names, colors = grid.axes[0], [""], ["r95" if grid.quantity.quantity != "cep" else "cep"]
+        rows = [(panel.value, panel.low, panel.high)]
+    else:
+        family = families(grid.axes)
+        along, by = grid.axes[1 - family], grid.axes[family]
+        names, colors = [by.name_of(k) for k in range(len(by.values))], family_colors(by)
+        rows = list(zip(*(np.moveaxis(part, family, 0) for part in (panel.value, panel.low, panel.high)), strict=True))
+    marks: list[Mark] = []
+    for number, ((value, low, high), name, color) in enumerate(zip(rows, names, colors, strict=True)):
+        here = _curve if along.numeric else _choices
+        marks += here(grid, along, (value, low, high), name, color, (number, len(rows)))
+    if along.numeric:
+        x = np.sort(np.array(along.values, dtype=np.float64))
+        scaled = np.log(x) if along.logarithmic else x
+        apart = len(x) > 1 and np.diff(scaled).min() > 0.06 * (scaled[-1] - scaled[0])
+        axis = Axis(label=along.title, units=fixed(along.unit), log=along.logarithmic, ticks=tuple(x) if apart else ())
+        ends = x[[0, -1]]
+    else:
+        names = [along.name_of(k) for k in range(len(along.values))]
+        axis, ends = Axis(label=along.heading, names=tuple(names), grid=False), np.array([-0.5, len(names) - 0.5])
+    return axis, [*marks, *_limits(grid, ends)]
+
+
+Row = tuple[Array, Array, Array]
+"""Values of a curve or of bars of one colour, and the ends of their bands."""
+
+
+def _curve(grid: GridOf, along: GridAxis, row: Row, name: str, color: Color, _: tuple[int, int]) -> Iterator[Mark]:
+    x = np.array(along.values, dtype=np.float64)
+    order, (value, low, high) = np.argsort(x), row
+    if np.isfinite(low).any():  # too few runs have no upper end
+        yield Band(x=x[order], low=low[order], high=np.where(np.isfinite(high), high, value)[order], color=color)
+    y = np.where(np.isfinite(value), value, np.nan)[order]
+    yield Line(label=name, x=x[order], y=y, color=color, marker="o")
+
+
+def _choices(grid: GridOf, along: GridAxis, row: Row, name: str, color: Color, of: tuple[int, int]) -> Iterator[Mark]:
+    """Yield bars, or dots where a logarithmic scale leaves a bar without a foot."""
+    (number, count), (value, low, high) = of, row
+    width = 0.8 / count
+    there = np.isfinite(value)
+    at = np.arange(float(len(value)))[there] + (number - 0.5 * (count - 1)) * width
+    value, low, high = value[there], low[there], high[there]
+    bands = np.isfinite(low) & np.isfinite(high)
+    few = count * len(along.values) <= 12
+    texts = tuple(number_text(float(v) / grid.unit.size) for v in value) if few else ()
+    if grid.logarithmic:
+        gap = np.full(int(bands.sum()), np.nan)
+        ends = np.column_stack([low[bands], high[bands], gap]).ravel()
+        yield Line(x=np.repeat(at[bands], 3), y=ends, color="ink", weight="thin")
+        yield Dots(label=name, x=at, y=value, color=color, size=7.0)
+        for x, y, text in zip(at, value, texts, strict=False):
+            yield Remark(x=float(x), y=float(y), text=text)
+    else:
+        low, high = (np.where(bands, end, value) if bands.any() else np.empty(0) for end in (low, high))
+        yield Bars(label=name, places=at, values=value, color=color, texts=texts, across=False, width=0.92 * width,
+                   low=low, high=high)  # fmt: skip
+
+
+def _limits(grid: GridOf, ends: Array) -> Iterator[Mark]:
+    """Yield the lines of requirements on the quantity; one that is far away is named alone."""
+    there = grid.finite
+    for one in grid.limits:
+        limit = grid.limit(one)
+        near = not len(there) or there.min() / _FAR <= limit <= _FAR * there.max()
+        where = "" if near else f" ({'above' if limit > there.max() else 'below'} the plot)"
+        x, y = (ends, np.full(2, limit)) if near else (np.empty(0), np.empty(0))
+        yield Line(label=f"{one.text}{where}", x=x, y=y, color="limit", dash="--", weight="thin")
+
+
+def _band_note(grid: GridOf) -> str:
+    """Return what the bands are; "" without any."""
+    low, high = (np.concatenate([getattr(panel, k).ravel() for panel in grid.panels]) for k in ("low", "high"))
+    if not np.isfinite(low).any():
+        return ""
+    few = f"; no upper end of R95 from fewer than {runs_for_band(0.95)} runs"
+    return f"bands: 95 % confidence{few if np.isinf(high[np.isfinite(low)]).any() else ''}"
+
+
+def heat_map(result: TradeResult, quantity: Quantity) -> Charts:
+    """Return a quantity over two axes as coloured cells with their numbers; a frame means that requirements are met."""
+    grid = grid_of(result, quantity)
+    down, across = grid.axes
+    there = grid.finite if len(grid.finite) else np.array([1.0])
+    least, most = float(there.min()), float(there.max())
+    log = most > _WIDE_SHADES * least
+    x, y = (Axis(label=axis.heading, names=tuple(axis.name_of(k) for k in range(len(axis.values))), grid=False)
+            for axis in (across, down))  # fmt: skip
+    charts = []
+    for number, panel in enumerate(grid.panels):
+        texts = [["–" if math.isnan(v) else grid.unit.text(v) for v in row] for row in panel.value]
+        marks = Cells(values=panel.value, texts=texts, low=least if log else min(least, 0.999 * most), high=most,
+                      log=log, framed=panel.met)  # fmt: skip
+        charts.append(Chart(key=f"{grid.key}_map/{number}", title=panel.title, x=x, y=y, marks=(marks,)))
+    rows = grid.rows(charts)
+    size = (
+        min(max(0.85 * len(across.values) * len(rows[0]) + 2.4, 5.5), 14.0),
+        max((0.42 * len(down.values) + 0.75) * len(rows) + 0.8, 2.4),
+    )
+    met = " and ".join(one.text for one in grid.limits)
+    return Charts(f"{grid.key}_map", rows, size, title=f"{grid.label} [{grid.unit.name}], cell by cell",
+                  note=f"framed: meets {met}" if met else "", share="xy",)  # fmt: skip
+
+
+def shown_cells(result: TradeResult) -> list[tuple[CellResult, CellNumbers]]:
+    """Return the cells whose growth is shown, in order: all, or some from the least to the largest R95."""
+    there = [(one, one.numbers) for one in result.cells if one.numbers is not None and len(one.numbers.time) > 1]
+    if len(there) <= _LINES:
+        return there
+    ranked = sorted(range(len(there)), key=lambda k: (np.nan_to_num(there[k][1].r95[-1], nan=np.inf), k))
+    places = np.unique(np.round(np.linspace(0, len(ranked) - 1, _LINES)).astype(int))
+    return [there[k] for k in sorted(ranked[place] for place in places)]
+
+
+def growth(result: TradeResult) -> Iterator[Charts]:
+    """Yield R95 over time in each cell, or in some from the best to the worst, and CEP for the recording."""
+    shown = shown_cells(result)
+    if not shown:
+        return
+    unit = unit_for(result, Quantity("r95", "end"), Quantity("cep", "end"))
+    last = np.array([numbers.r95[-1] for _, numbers in shown])
+    log, low = is_wide(last), 0.1 * float(last.min())
+    colors = _colors(result, [one.cell.number for one, _ in shown])
+    whole = len(shown) == sum(one.numbers is not None and len(one.numbers.time) > 1 for one in result.cells)
+    for key, title in (("r95", "Growth of R95 in each cell" if whole else ""), ("cep", "")):
+        marks = tuple(
+            Line(label=short_name(result, one), x=numbers.time, y=np.where(np.isfinite(v), v, np.nan), color=color)
+            for (one, numbers), color in zip(shown, colors, strict=True)
+            for v in (numbers.r95 if key == "r95" else numbers.cep,)
+        )
+        y = Axis(label=key.upper(), units=fixed(unit.name, unit.size), log=log, low=low if log else 0.0)
+        on = ("page", "recording") if title else ("recording",)
+        group = "growth" if key == "r95" else "growth_cep"
+        yield Charts(group, ((Chart(key=key, x=TIME, y=y, marks=marks),),), (10.5, 4.0), title=title, legend="right",
+                     on=on, named=", ".join(axis.title for axis in result.axes))  # fmt: skip
+
+
+def _colors(result: TradeResult, numbers: Sequence[int]) -> list[style.Rgb]:
+    """Return a colour for each cell: shades along a single axis of numbers, else others for each."""
+    if len(result.axes) == 1:
+        shades = family_colors(result.axes[0])
+        return [shades[number - 1] for number in numbers]
+    return choice_colors(len(numbers))
+
+
+def short_name(result: TradeResult, one: CellResult) -> str:
+    """Return the values of a cell with their units, without the names of the axes: "tactical, 0.01 deg/h"."""
+    pairs = zip(result.axes, one.cell.place, strict=True)
+    return ", ".join(f"{axis.name_of(k)} {axis.unit}".rstrip() for axis, k in pairs)
+
+
+def is_wide(last: Array) -> bool:
+    """Return whether the errors at the end of several cells differ so much that their growth needs a logarithm."""
+    return bool(len(last) and np.isfinite(last).all() and 0.0 < _WIDE * last.min() < last.max())
+
 
 _MOST_ROWS, _MOST_ACROSS, _MOST_GRIDS, _MOST_WIDTH = 40, 10, 4, 118
 """On the console: cells in a table, columns of a grid, grids, and characters of a row beside which verdicts stand."""
@@ -108,3 +433,114 @@ def _method(result: TradeResult) -> Iterator[Item]:
     )
     yield Verbatim("Commands of the cells", "\n".join(result.command(one.cell.number) for one in result.cells))
     yield Sentence(software(), "note")
+
+
+class TradeMedia(Media[TradeResult]):
+    """Numbers, streams, figure and files of a trade study."""
+
+    def __init__(self, write: Callable[..., Path]) -> None:
+        self._write = write
+
+    def summary(self, result: TradeResult) -> dict[str, Any]:
+
+        return to_json(result)
+
+    def exhibits(self, result: TradeResult) -> Exhibits:
+
+        return exhibits_of(result)
+
+    def figure(self, result: TradeResult, quantity: str | None = None) -> Any:
+        from sinssim.recording.figures import figure_of
+        from sinssim.statistics.requirements import parse_quantity
+
+        if quantity is not None:
+            result.values(quantity)  # refuses a quantity that the study does not have
+        return figure_of(curves(result, result.study.drawn[0] if quantity is None else parse_quantity(quantity)))
+
+    def save(self, result: TradeResult, directory: Path, *, overwrite: bool) -> Path:
+        return self._write(result, directory, overwrite=overwrite)
+
+
+def to_json(result: TradeResult) -> dict[str, Any]:
+    """Return a trade study as plain numbers and words.
+
+    Returns:
+        The contents of `results.json`; unknown numbers are None.
+    """
+    study = result.study
+    cells = []
+    for one in result.cells:
+        pairs = [pair for axis, k in zip(study.axes, one.cell.place, strict=True) for pair in axis.settings(k)]
+        numbers = one.numbers
+        cells.append(
+            {
+                "cell": one.cell.number,
+                "settings": dict(pairs),
+                "status": one.status,
+                "failure": one.failure,
+                "values": {} if numbers is None else numbers.values,
+                "requirements": [] if numbers is None else [vars(verdict) for verdict in numbers.verdicts],
+                "digest": result.digest(one.cell.number),
+                "command": result.command(one.cell.number),
+            }
+        )
+    axes = [
+        {"name": axis.title, "keys": list(axis.paths), "unit": axis.unit, "values": list(axis.values),
+         "labels": list(axis.labels)}
+        for axis in study.axes
+    ]  # fmt: skip
+    contents = {
+        "study": study.name,
+        "description": study.description,
+        "status": result.status,
+        "scenario": study.scenario,
+        "set": list(study.set),
+        "cell": study.cell,
+        "axes": axes,
+        "finished": result.finished,
+        "failed": len(result.failures),
+        "definitions": definitions(result),
+        "cells": cells,
+        "notes": result.notes,
+        "computed": result.computed,
+        "seconds": round(result.seconds, 2),
+        "versions": versions(),
+    }
+    return dict(plain(contents))
+
+
+def write_trade(result: TradeResult, folder: Path) -> list[str]:
+    """Write the report of a trade study, its pictures, its numbers and its recording.
+
+    Raises:
+        OSError: they cannot be written.
+    """
+    import tomli_w
+
+    from sinssim.recording.figures import figure_of, save
+    from sinssim.recording.report.exhibit_page import page_of
+    from sinssim.recording.rerun.exhibit_recording import markdown, record
+
+    exhibits = exhibits_of(result)
+    contents = result.study.model_dump(exclude_none=True)
+    write_text(folder / "study.toml", tomli_w.dumps(_lists(contents)))
+    text = json.dumps(to_json(result), indent=2, ensure_ascii=False, allow_nan=False)
+    write_text(folder / "results.json", text + "\n")
+    write_table(result.to_table(), folder / "results.parquet")
+    write_text(folder / "summary.md", markdown(exhibits))
+    names = ["study.toml", "results.json", "results.parquet", "summary.md", "report.html"]
+    for key in exhibits.pictures:
+        picture = figure_of(exhibits.chosen(key))
+        for ending in (".svg", ".png"):
+            save(picture, folder / f"{key}{ending}")
+            names.append(f"{key}{ending}")
+    write_text(folder / "report.html", page_of(exhibits))
+    record(exhibits, folder / "recording.rrd")
+    return [*names, "recording.rrd"]
+
+
+def _lists(value: Any) -> Any:
+    """Turn tuples into arrays, at any depth."""
+    if isinstance(value, dict):
+        return {key: _lists(item) for key, item in value.items()}
+    return [_lists(item) for item in value] if isinstance(value, list | tuple) else value

@@ -20,11 +20,11 @@ import numpy as np
 
 from sinssim.data import Array
 from sinssim.errors import InputError, shortened
-from sinssim.logs.formats.robots.tum import unit
+from sinssim.logs.formats.tum import unit
 from sinssim.logs.gps_time import gps_from_unix
-from sinssim.logs.streams import Clock, FixStream, InertialStream, SolutionStream, Streams
-from sinssim.logs.text.named import NamedTable, names_of
-from sinssim.logs.text.table import check_finite
+from sinssim.logs.recorded_streams import Clock, FixStream, InertialStream, SolutionStream, Streams
+from sinssim.logs.text.column_tables import NamedTable, names_of
+from sinssim.logs.text.numeric_columns import check_finite
 
 _TIMES = ("time_s", "gps_s", "unix_s")
 _INERTIAL = {"increments": ("dtheta", "dvel"), "rates": ("gyro", "accel")}

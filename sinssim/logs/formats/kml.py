@@ -10,8 +10,8 @@ import numpy as np
 from sinssim.data import Array
 from sinssim.errors import InputError, shortened
 from sinssim.logs.formats.xml_file import of_file, read_xml
-from sinssim.logs.streams import Clock, FixStream, Streams
-from sinssim.logs.utc import gps_seconds
+from sinssim.logs.gps_time import gps_seconds
+from sinssim.logs.recorded_streams import Clock, FixStream, Streams
 from sinssim.units import DEG
 
 

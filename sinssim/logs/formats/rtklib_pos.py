@@ -15,9 +15,9 @@ import numpy as np
 from sinssim import earth, rotation
 from sinssim.data import Array
 from sinssim.errors import InputError
-from sinssim.logs.clocks import leap_seconds
+from sinssim.logs.clocks import leap_seconds_of_day
 from sinssim.logs.gps_time import WEEK
-from sinssim.logs.streams import Clock, FixStream, HeightDatum, Streams
+from sinssim.logs.recorded_streams import Clock, FixStream, HeightDatum, Streams
 from sinssim.logs.text.rows import WHITESPACE, CutRows, cut_rows
 from sinssim.system.user_file import read_text
 from sinssim.units import DEG
@@ -145,7 +145,7 @@ def _time(first: str, second: str, utc: bool) -> tuple[int, float]:
     if "/" not in first:
         return int(first) * WEEK + int(whole), fraction
     at = datetime.strptime(f"{first} {whole}", "%Y/%m/%d %H:%M:%S")
-    return round((at - _ORIGIN).total_seconds()) + (leap_seconds(f"{at:%Y-%m-%d}") if utc else 0), fraction
+    return round((at - _ORIGIN).total_seconds()) + (leap_seconds_of_day(f"{at:%Y-%m-%d}") if utc else 0), fraction
 
 
 def _datum(lines: list[str]) -> HeightDatum:

@@ -10,10 +10,10 @@ from sinssim import rotation
 from sinssim.data import Array
 from sinssim.errors import InputError, shortened
 from sinssim.logs.formats import columns
-from sinssim.logs.streams import Clock, SolutionStream, Streams
-from sinssim.logs.text.named import NamedTable, names_of
-from sinssim.logs.text.names import TIME_UNITS, epoch_unit, meaning_of
-from sinssim.logs.utc import gps_seconds
+from sinssim.logs.gps_time import gps_seconds
+from sinssim.logs.recorded_streams import Clock, SolutionStream, Streams
+from sinssim.logs.text.column_names import TIME_UNITS, epoch_unit, meaning_of
+from sinssim.logs.text.column_tables import NamedTable, names_of
 from sinssim.units import DEG
 
 _PLACE = ("latitude", "longitude", "height")

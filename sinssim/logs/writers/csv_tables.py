@@ -7,9 +7,9 @@ from pathlib import Path
 import numpy as np
 
 from sinssim import rotation
-from sinssim.logs.streams import FixStream, SolutionStream
-from sinssim.logs.writers.content import Content
-from sinssim.logs.writers.text import columns_of, rounded, write_columns
+from sinssim.logs.recorded_streams import FixStream, SolutionStream
+from sinssim.logs.text.numeric_columns import columns_of, rounded, write_columns
+from sinssim.logs.writers.run_export import Content
 from sinssim.units import DEG
 
 SUFFIX = ""

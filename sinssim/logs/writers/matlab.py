@@ -10,8 +10,8 @@ import numpy as np
 from sinssim import rotation
 from sinssim.errors import InputError
 from sinssim.logs.gps_time import week_and_seconds
-from sinssim.logs.streams import FixStream, InertialStream, SolutionStream
-from sinssim.logs.writers.content import Content
+from sinssim.logs.recorded_streams import FixStream, InertialStream, SolutionStream
+from sinssim.logs.writers.run_export import Content
 
 SUFFIX = ".mat"
 HOLDS = "run"

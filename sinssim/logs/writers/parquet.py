@@ -5,8 +5,8 @@ from __future__ import annotations
 import shutil
 from pathlib import Path
 
-from sinssim.logs.stored.streams import StoredStreams
-from sinssim.logs.writers.content import Content
+from sinssim.logs.stored_run import StoredStreams
+from sinssim.logs.writers.run_export import Content
 
 SUFFIX = ""
 HOLDS = "run"

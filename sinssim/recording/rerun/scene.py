@@ -15,8 +15,8 @@ from numpy.typing import NDArray
 
 from sinssim import rotation
 from sinssim.data import Array, NavSolution, NavState
-from sinssim.earth.coordinates import geodetic_to_ecef
-from sinssim.earth.models import WGS84, Ellipsoid
+from sinssim.earth.ellipsoids import WGS84, Ellipsoid
+from sinssim.earth.geodetic_coordinates import geodetic_to_ecef
 
 _SCALES = (1, 2, 5, 10, 20, 50)
 _MAP_POINTS = 220.0

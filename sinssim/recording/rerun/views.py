@@ -15,7 +15,7 @@ from typing import TYPE_CHECKING, Any
 
 from sinssim.content import find_content, list_content, package_content, warn_of_two
 from sinssim.errors import InputError, unknown_name
-from sinssim.system.drafts import Draft
+from sinssim.system.outputs import Draft
 
 if TYPE_CHECKING:
     import rerun.blueprint as rrb

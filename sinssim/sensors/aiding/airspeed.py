@@ -15,12 +15,9 @@ import numpy as np
 from pydantic import Field
 
 from sinssim.data import Array
-from sinssim.section import CorrelationTime, Moment, Noise, Offset, Spread
-from sinssim.sensors.aiding.base.lag import lagged
-from sinssim.sensors.aiding.base.measurement import Comparison, MeasurementKind
-from sinssim.sensors.aiding.base.predictions import compare_velocity
-from sinssim.sensors.aiding.base.random_errors import turn_on, white
-from sinssim.sensors.aiding.base.sensor import AidingReadings, AidingSensor, SensorState, Vehicle
+from sinssim.sensors.aiding_sensor import AidingReadings, AidingSensor, SensorState, Vehicle, lagged, turn_on, white
+from sinssim.sensors.measurement_kind import Comparison, MeasurementKind, compare_velocity
+from sinssim.toml_section import CorrelationTime, Moment, Noise, Offset, Spread
 from sinssim.units import PPM
 
 if TYPE_CHECKING:

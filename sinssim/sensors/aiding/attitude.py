@@ -9,11 +9,9 @@ import numpy as np
 from pydantic import Field
 
 from sinssim import rotation
-from sinssim.section import CorrelationTime, Spread
-from sinssim.sensors.aiding.base.measurement import MeasurementKind
-from sinssim.sensors.aiding.base.predictions import compare_attitude, turned_back
-from sinssim.sensors.aiding.base.random_errors import correlated, white
-from sinssim.sensors.aiding.base.sensor import AidingReadings, AidingSensor, Noise3, SensorState, Vehicle
+from sinssim.sensors.aiding_sensor import AidingReadings, AidingSensor, Noise3, SensorState, Vehicle, correlated, white
+from sinssim.sensors.measurement_kind import MeasurementKind, compare_attitude, turned_back
+from sinssim.toml_section import CorrelationTime, Spread
 from sinssim.units import ARCMIN
 
 

@@ -14,13 +14,19 @@ import numpy as np
 from pydantic import Field
 
 from sinssim.data import Array
-from sinssim.section import CorrelationTime, Moment, Noise, Offset, Spread
-from sinssim.sensors.aiding.base.lag import lagged
-from sinssim.sensors.aiding.base.measurement import MeasurementKind
-from sinssim.sensors.aiding.base.predictions import compare_height
-from sinssim.sensors.aiding.base.random_errors import correlated, turn_on, white
-from sinssim.sensors.aiding.base.sensor import AidingReadings, AidingSensor, SensorState, Vehicle
-from sinssim.truth.flight.air import STANDARD_TEMPERATURE, Air
+from sinssim.sensors.aiding_sensor import (
+    AidingReadings,
+    AidingSensor,
+    SensorState,
+    Vehicle,
+    correlated,
+    lagged,
+    turn_on,
+    white,
+)
+from sinssim.sensors.measurement_kind import MeasurementKind, compare_height
+from sinssim.toml_section import CorrelationTime, Moment, Noise, Offset, Spread
+from sinssim.truth.flight.atmosphere import STANDARD_TEMPERATURE, Air
 from sinssim.units import PPM
 
 if TYPE_CHECKING:

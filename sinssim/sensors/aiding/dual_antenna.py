@@ -11,11 +11,9 @@ from pydantic import Field, field_validator
 
 from sinssim import rotation
 from sinssim.data import Array
-from sinssim.section import LeverArm, Noise, Offset, Spread
-from sinssim.sensors.aiding.base.measurement import Comparison, MeasurementKind
-from sinssim.sensors.aiding.base.predictions import compare_heading
-from sinssim.sensors.aiding.base.random_errors import turn_on, white
-from sinssim.sensors.aiding.base.sensor import AidingReadings, AidingSensor, SensorState, Vehicle
+from sinssim.sensors.aiding_sensor import AidingReadings, AidingSensor, SensorState, Vehicle, turn_on, white
+from sinssim.sensors.measurement_kind import Comparison, MeasurementKind, compare_heading
+from sinssim.toml_section import LeverArm, Noise, Offset, Spread
 from sinssim.units import DEG
 
 

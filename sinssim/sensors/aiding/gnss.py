@@ -1,17 +1,34 @@
-"""A satellite receiver: position and velocity of its antenna, with noise, drifts, jumps and ramps."""
+"""[gnss]: position and velocity of a satellite receiver, their quality column, and the course of the first motion."""
 
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping
+from dataclasses import replace
 from typing import Annotated, ClassVar, Self
 
 import numpy as np
+from numpy.typing import ArrayLike
 from pydantic import Field, model_validator
 
 from sinssim import earth, rotation
-from sinssim.data import Array, NavState
-from sinssim.section import (
+from sinssim.arguments import number
+from sinssim.data import Array, Measurements, NavState
+from sinssim.errors import InputError
+from sinssim.sensors.aiding_sensor import (
+    AidingReadings,
+    AidingSensor,
+    Mask,
+    SensorState,
+    Vehicle,
+    correlated,
+    state_at,
+    turn_on,
+    white,
+    within,
+)
+from sinssim.sensors.measurement_kind import MeasurementKind, beyond_a_pole, compare_antenna_velocity, compare_position
+from sinssim.toml_section import (
     CorrelationTime,
     Duration,
     LeverArm,
@@ -23,18 +40,6 @@ from sinssim.section import (
     TimeSpread,
     Velocity,
     in_order,
-)
-from sinssim.sensors.aiding.base.lever_arm import state_at
-from sinssim.sensors.aiding.base.measurement import MeasurementKind
-from sinssim.sensors.aiding.base.predictions import beyond_a_pole, compare_antenna_velocity, compare_position
-from sinssim.sensors.aiding.base.random_errors import correlated, turn_on, white
-from sinssim.sensors.aiding.base.sensor import (
-    AidingReadings,
-    AidingSensor,
-    Mask,
-    SensorState,
-    Vehicle,
-    within,
 )
 from sinssim.truth.trajectory import Trajectory
 
@@ -264,3 +269,79 @@ def _velocity(trajectory: Trajectory, time: Array, late: float, arm: LeverArm, a
     place = [earth.geodetic_to_ecef(s.latitude, s.longitude, s.height, trajectory.ellipsoid) for s in (begin, end)]
     q_ne = rotation.conjugate(earth.q_en(end.latitude, end.longitude))
     return rotation.rotate(q_ne, place[1] - place[0]) / averaging, inside & also
+
+
+RTKLIB_FACTORS: dict[int, float | None] = {1: 1.0, 2: 10.0, 3: 1.0, 4: 1.0, 5: 1.0, 6: 1.0}
+"""By RTKLIB's codes: fixed, float, augmented, differential, single, precise point. A float solution claims centimetres
+while its ambiguities are decimetres off; the 1σ of the others are those of code ranges."""
+
+
+def with_quality(
+    measurements: Measurements,
+    quality: ArrayLike,
+    factors: Mapping[int, float | None] = RTKLIB_FACTORS,
+    least: ArrayLike = 0.0,
+) -> Measurements:
+    """Return fixes whose 1σ follow their codes of quality.
+
+    Args:
+        measurements: M fixes with the receiver's 1σ.
+        quality: code of each, (M,) whole numbers.
+        factors: factor of the 1σ by code; None leaves the fixes of a code out.
+        least: least 1σ after that, one number or one for each component, in the unit of the 1σ, for what no receiver
+            knows, such as its antenna's phase centre and the resolution of its output.
+
+    Raises:
+        InputError: a code has no factor, or there is not one code for each fix.
+    """
+    codes = np.asarray(quality)
+    if codes.shape != (len(measurements),):
+        raise InputError(f"quality has the shape {codes.shape}; {len(measurements)} fixes need one code each.")
+    present = [int(code) for code in np.unique(codes)]
+    unknown = [code for code in present if code not in factors]
+    if unknown:
+        raise InputError(
+            f"quality: the code {unknown[0]} has no factor; there are factors for {sorted(factors)}. Give one, or None "
+            "to leave such fixes out."
+        )
+    scale = np.zeros(len(codes))
+    for code in present:
+        factor = factors[code]
+        scale[codes == code] = 0.0 if factor is None else number(f"factor of quality {code}", factor, low=0.0)
+    kept, m = scale > 0.0, measurements
+    sigma = np.maximum(m.sigma[kept] * scale[kept, None], np.asarray(least, dtype=np.float64))
+    correlation = None if m.correlation is None else m.correlation[kept]
+    m = replace(m, correlation=correlation, sigma=sigma)
+    return replace(m, time=m.time[kept], arrival=m.arrival[kept], value=m.value[kept])
+
+
+USUAL = 3.0
+"""Speed at which a velocity with a 1σ of 0.05 m/s, as data sheets state it, gives the course to 1°, m/s."""
+WORST = np.radians(10.0)
+"""1σ of a course that is still used if no speed gives a better one: what the filter assumes of such a heading."""
+_ROWS = 3
+"""Velocities in a row that must be as fast: a single one may be an outlier."""
+
+
+def first_course(time: Array, velocity: Array, sigma: Array, least: float | None = None) -> tuple[int, float] | None:
+    """Return when a vehicle first moves fast enough for its course, and the 1σ of the course then.
+
+    Args:
+        time: (M,) s.
+        velocity: north, east, and anything, (M, k) m/s.
+        sigma: 1σ of a component, (M,) m/s.
+        least: speed from which the course is used, m/s; by default `USUAL`, or if that is not reached, the speed at
+            which the 1σ of the course is `WORST`.
+
+    Returns:
+        Row, and 1σ, rad; None if the vehicle does not move so fast.
+    """
+    speed = np.hypot(velocity[:, 0], velocity[:, 1])
+    limits = [np.full(len(time), USUAL), sigma / np.tan(WORST)] if least is None else [np.full(len(time), least)]
+    for limit in limits:
+        fast = speed >= limit
+        rows = np.flatnonzero(np.all([fast[k : len(fast) - _ROWS + 1 + k] for k in range(_ROWS)], axis=0))
+        if len(time) >= _ROWS and len(rows):
+            k = int(rows[0])
+            return k, float(np.arctan2(sigma[k], speed[k]))
+    return None

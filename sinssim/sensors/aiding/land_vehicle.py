@@ -1,7 +1,9 @@
-"""The constraint of a land vehicle: its rear wheels do not move sideways or up, except for slip, tyres and suspension.
+"""A land vehicle's wheels: the speed of an odometer, and the non-holonomic constraint.
 
-A reading is zero with a given 1σ, where the lateral acceleration is one that tyres hold. It is a statement on the
-vehicle, not on a sensor: a vehicle that flies, skids or is towed makes it wrong.
+By the constraint the rear wheels do not move sideways or up, except for slip, tyres and suspension.
+
+A reading of the constraint is zero with a given 1σ, where the lateral acceleration is one that tyres hold. It is a
+statement on the vehicle, not on a sensor: a vehicle that flies, skids or is towed makes it wrong.
 
 Its error has a fast part, by the vibration of the suspension, and a slow part: the body of a car pitches when it brakes
 or accelerates, and it drifts sideways on a cambered road or in the wind. The slow part lasts for seconds, so that more
@@ -30,12 +32,23 @@ from numpy.typing import ArrayLike
 from pydantic import Field
 
 from sinssim import rotation
+from sinssim.arguments import POSITIVE, checked_increments, doubles, number
 from sinssim.data import Array, ImuData, Measurements
-from sinssim.section import CorrelationTime, LeverArm, Noise, Offset, Positive, Rate, Spread
-from sinssim.sensors.aiding.base.lever_arm import state_at, turning
-from sinssim.sensors.aiding.base.measurement import PHI, Comparison, MeasurementKind, V, skew
-from sinssim.sensors.aiding.base.random_errors import correlated, turn_on, white
-from sinssim.sensors.aiding.base.sensor import AidingReadings, AidingSensor, SensorState, Vehicle
+from sinssim.errors import InputError
+from sinssim.sensors.aiding_sensor import (
+    AidingReadings,
+    AidingSensor,
+    SensorState,
+    Vehicle,
+    correlated,
+    state_at,
+    turn_on,
+    turning,
+    white,
+)
+from sinssim.sensors.measurement_kind import PHI, Comparison, MeasurementKind, V, skew
+from sinssim.sensors.standstill_detection import windows_of
+from sinssim.toml_section import CorrelationTime, LeverArm, Noise, Offset, Positive, Rate, Spread
 from sinssim.units import DEG
 
 _LABEL = "land-vehicle"
@@ -191,7 +204,6 @@ class LandVehicle(AidingSensor):
         self, imu: ImuData, velocity: Measurements | None = None, q_bs: Array | None = None
     ) -> list[Measurements]:
         """Return the readings where the measured lateral specific force is one that tyres hold; see the base."""
-        from sinssim.sensors.from_readings.land import land_velocity
 
         sigma = (self.sigma_lateral_mps, self.sigma_vertical_mps)
         ahead = (1.0, 0.0, 0.0) if q_bs is None else rotation.dcm_from_quaternion(q_bs)[0]
@@ -225,3 +237,51 @@ def _angles(ahead: ArrayLike) -> tuple[float, float]:
     """Return pitch and yaw of the vehicle's forward axis, which is given in the block's axes, rad."""
     x, y, z = np.asarray(ahead, dtype=np.float64)
     return math.atan2(-z, math.hypot(x, y)), math.atan2(y, x)
+
+
+TYRES_HOLD = 4.0
+"""Largest lateral acceleration at which the constraint is used, m/s². Up to there the slip angle of a passenger car's
+tyres is proportional to it (Gillespie, Fundamentals of Vehicle Dynamics, 1992, chapter 6), so that a compliance
+describes it; beyond, the tyres slide."""
+
+_WINDOW_S = 0.5  # over which the lateral acceleration is averaged: longer than vibration, shorter than a turn
+
+
+def land_velocity(
+    imu: ImuData,
+    *,
+    rate_hz: float = 2.0,
+    sigma: ArrayLike = (0.1, 0.1),
+    angles: tuple[float, float] = (0.0, 0.0),
+    lever_arm: ArrayLike = (0.0, 0.0, 0.0),
+    limit: float = TYRES_HOLD,
+    name: str = "",
+) -> Measurements:
+    """Return the readings of the constraint along a run.
+
+    Args:
+        sigma: 1σ of the velocity to the right, and down, by tyres, suspension and road, m/s.
+        angles: assumed pitch and yaw of the vehicle's axes in the block's, rad.
+        lever_arm: from the block to the middle of the rear axle, which does not steer, (3,) m.
+        limit: lateral specific force beyond which there is no reading, m/s².
+
+    Returns:
+        "land-velocity", zero.
+
+    Raises:
+        InputError: an argument cannot be used.
+    """
+    checked_increments(imu)
+    step = 1.0 / number("rate_hz", rate_hz, "measurements per second", low=POSITIVE)
+    limit = number("limit", limit, "m/s²", low=POSITIVE)
+    sigmas = doubles("sigma", sigma)
+    if sigmas.shape != (2,):
+        raise InputError(f"sigma has the shape {sigmas.shape}; it must be 1σ to the right and 1σ down.")
+    found = windows_of(imu, _WINDOW_S, step)
+    pitch, yaw = angles
+    right = np.array([-np.sin(yaw), np.cos(yaw), 0.0])
+    time = found.end[np.abs(found.mean[:, 3:] @ right) <= limit]
+    value = np.zeros((len(time), 4))
+    value[:, 2:] = pitch, yaw
+    arm = np.asarray(lever_arm, dtype=np.float64)
+    return Measurements("land-velocity", time, time, value, np.broadcast_to(sigmas, (len(time), 2)), arm, name)

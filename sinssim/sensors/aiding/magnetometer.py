@@ -17,13 +17,11 @@ from pydantic import BeforeValidator, Field, model_validator
 
 from sinssim import rotation
 from sinssim.data import Array, NavState
-from sinssim.earth.declination import BLACKOUT, decimal_year, field_along
+from sinssim.earth.magnetic_field import BLACKOUT, decimal_year, field_along
 from sinssim.errors import InputError
-from sinssim.section import Noise, Offset, Spread
-from sinssim.sensors.aiding.base.measurement import Comparison, MeasurementKind
-from sinssim.sensors.aiding.base.predictions import compare_heading
-from sinssim.sensors.aiding.base.random_errors import turn_on, white
-from sinssim.sensors.aiding.base.sensor import AidingReadings, AidingSensor, SensorState, Vehicle
+from sinssim.sensors.aiding_sensor import AidingReadings, AidingSensor, SensorState, Vehicle, turn_on, white
+from sinssim.sensors.measurement_kind import Comparison, MeasurementKind, compare_heading
+from sinssim.toml_section import Noise, Offset, Spread
 from sinssim.units import DEG
 
 if TYPE_CHECKING:

@@ -9,11 +9,9 @@ import numpy as np
 from pydantic import Field, model_validator
 
 from sinssim import rotation
-from sinssim.section import CorrelationTime, LeverArm, Noise, Spread
-from sinssim.sensors.aiding.base.lever_arm import state_at
-from sinssim.sensors.aiding.base.random_errors import turn_on, white
-from sinssim.sensors.aiding.base.sensor import AidingReadings, AidingSensor, SensorState, Vehicle
+from sinssim.sensors.aiding_sensor import AidingReadings, AidingSensor, SensorState, Vehicle, state_at, turn_on, white
 from sinssim.sensors.imu.grades import find_grade
+from sinssim.toml_section import CorrelationTime, LeverArm, Noise, Spread
 from sinssim.units import ARCMIN
 
 

@@ -10,17 +10,9 @@ import numpy as np
 from pydantic import Field
 
 from sinssim import rotation
-from sinssim.section import LeverArm, Noise, Offset, Spread
-from sinssim.sensors.aiding.base.lever_arm import state_at
-from sinssim.sensors.aiding.base.measurement import MeasurementKind
-from sinssim.sensors.aiding.base.predictions import compare_speed
-from sinssim.sensors.aiding.base.random_errors import turn_on, white
-from sinssim.sensors.aiding.base.sensor import (
-    AidingReadings,
-    AidingSensor,
-    SensorState,
-    Vehicle,
-)
+from sinssim.sensors.aiding_sensor import AidingReadings, AidingSensor, SensorState, Vehicle, state_at, turn_on, white
+from sinssim.sensors.measurement_kind import MeasurementKind, compare_speed
+from sinssim.toml_section import LeverArm, Noise, Offset, Spread
 from sinssim.units import PPM
 
 

@@ -13,11 +13,9 @@ from pydantic import Field
 
 from sinssim import earth, rotation
 from sinssim.data import Array
-from sinssim.section import Spread
-from sinssim.sensors.aiding.base.measurement import PHI, Comparison, MeasurementKind, R
-from sinssim.sensors.aiding.base.predictions import turned_back
-from sinssim.sensors.aiding.base.random_errors import turn_on, white
-from sinssim.sensors.aiding.base.sensor import AidingReadings, AidingSensor, Noise3, SensorState, Vehicle
+from sinssim.sensors.aiding_sensor import AidingReadings, AidingSensor, Noise3, SensorState, Vehicle, turn_on, white
+from sinssim.sensors.measurement_kind import PHI, Comparison, MeasurementKind, R, turned_back
+from sinssim.toml_section import Spread
 from sinssim.units import ARCSEC
 
 

@@ -10,11 +10,10 @@ from pydantic import Field
 
 from sinssim import earth, rotation
 from sinssim.data import Array, ImuData, Measurements
-from sinssim.section import Noise
-from sinssim.sensors.aiding.base.measurement import Comparison, MeasurementKind
-from sinssim.sensors.aiding.base.random_errors import white
-from sinssim.sensors.aiding.base.sensor import AidingReadings, Vehicle
-from sinssim.sensors.aiding.base.standstill import Standstill
+from sinssim.sensors.aiding_sensor import AidingReadings, Vehicle, white
+from sinssim.sensors.measurement_kind import Comparison, MeasurementKind
+from sinssim.sensors.standstill_sensor import Standstill
+from sinssim.toml_section import Noise
 from sinssim.units import DEG_H
 
 if TYPE_CHECKING:
@@ -66,7 +65,7 @@ class ZeroRate(Standstill):
         self, imu: ImuData, velocity: Measurements | None = None, q_bs: Array | None = None
     ) -> list[Measurements]:
         """Return zero rates at the stops that the readings show, with the larger of both 1σ; see the base."""
-        from sinssim.sensors.from_readings.stops import standstill
+        from sinssim.sensors.standstill_detection import standstill
 
         (given,) = standstill(self.found(imu, velocity), rate_hz=self.rate_hz, velocity=False)
         return [replace(given, sigma=np.maximum(given.sigma, DEG_H * self.sigma_deg_h))]

@@ -8,11 +8,10 @@ import numpy as np
 from pydantic import Field
 
 from sinssim.data import Array, ImuData, Measurements
-from sinssim.section import Noise
-from sinssim.sensors.aiding.base.measurement import Comparison, MeasurementKind, V
-from sinssim.sensors.aiding.base.random_errors import white
-from sinssim.sensors.aiding.base.sensor import AidingReadings, Vehicle
-from sinssim.sensors.aiding.base.standstill import Standstill
+from sinssim.sensors.aiding_sensor import AidingReadings, Vehicle, white
+from sinssim.sensors.measurement_kind import Comparison, MeasurementKind, V
+from sinssim.sensors.standstill_sensor import Standstill
+from sinssim.toml_section import Noise
 
 
 def _of_block(at: Comparison, value: Array) -> tuple[Array, Array]:
@@ -55,7 +54,7 @@ class ZeroVelocity(Standstill):
         self, imu: ImuData, velocity: Measurements | None = None, q_bs: Array | None = None
     ) -> list[Measurements]:
         """Return zero velocities at the stops that the readings show; see the base."""
-        from sinssim.sensors.from_readings.stops import standstill
+        from sinssim.sensors.standstill_detection import standstill
 
         stops = self.found(imu, velocity)
         return standstill(stops, velocity_sigma=self.sigma_mps, rate_hz=self.rate_hz, rate=False)

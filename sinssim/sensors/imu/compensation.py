@@ -1,6 +1,6 @@
 """The analytic compensator: the inverse of the instrument model with calibration values, applied before navigation.
 
-It inverts the stages 4 to 1 of `sinssim.sensors.imu.emulate`, in this order, as far as they are constant in a run or
+It inverts the stages 4 to 1 of `sinssim.sensors.imu.emulation`, in this order, as far as they are constant in a run or
 depend on the temperature. With the mean reading x̃ = Δβ̃/T of an interval, and calibration values marked by (^),
 
     n = (x̃ − ω̂₀ − β̂Θ̂ − Ĝf)/(1 + k̂ + k̂′Θ̂)                 bias, scale factor, temperature, g-sensitivity
@@ -23,14 +23,14 @@ from typing import Any, Literal, Self
 import numpy as np
 from pydantic import Field, model_validator
 
-from sinssim.checks import checked_imu
+from sinssim.arguments import checked_imu
 from sinssim.data import Array, ImuData
 from sinssim.errors import InputError, shortened
-from sinssim.sensors.imu.errors import ImuErrors, draw_triad
+from sinssim.sensors.imu.error_term_table import CALIBRATED, TERMS, of_triad
 from sinssim.sensors.imu.fields import CompensationKeys, TriadErrors
 from sinssim.sensors.imu.imu import Imu, Places
-from sinssim.sensors.imu.placement import at_the_elements
-from sinssim.sensors.imu.terms import CALIBRATED, TERMS, of_triad
+from sinssim.sensors.imu.imu_errors import ImuErrors, draw_triad
+from sinssim.sensors.imu.size_effect import at_the_elements
 from sinssim.toml_file import read_toml
 
 _SENSORS, _AXES = {"gyro": "gyro", "accel": "accelerometer"}, np.eye(3)

@@ -11,9 +11,9 @@ from typing import Any, NamedTuple
 from pydantic import ValidationInfo, field_validator, model_validator
 
 from sinssim.errors import InputError, respelled
-from sinssim.section import Section
 from sinssim.sensors.imu.error_term import ErrorTerm
-from sinssim.sensors.imu.terms import TERMS
+from sinssim.sensors.imu.error_term_table import TERMS
+from sinssim.toml_section import Section
 
 _BY_NAME = {term.name: term for term in TERMS}
 

@@ -22,8 +22,7 @@ from sinssim import rotation
 from sinssim.data import Array, NavSolution, NavState
 from sinssim.sensors.imu.imu import Imu
 from sinssim.statistics.random_numbers import normals
-from sinssim.truth.motions.turning import PART, Turning
-from sinssim.truth.motions.turning_block import TurningBlock
+from sinssim.truth.motions.imu_rotation import PART, Turning, TurningBlock
 from sinssim.truth.trajectory import Trajectory
 from sinssim.units import ARCSEC, DEG
 

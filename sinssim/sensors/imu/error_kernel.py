@@ -1,4 +1,4 @@
-"""Compiled kernel of the sensor errors: stages 2 to 8 of `emulate` for one sample of one run.
+"""Compiled kernel of the sensor errors, stages 2 to 8 of `emulate` for one sample of one run, and its arrays.
 
 A kernel that runs a sensor block through an ensemble holds, for R runs of six channels (three gyros, three
 accelerometers):
@@ -16,17 +16,19 @@ from the machine code.
 from __future__ import annotations
 
 import math
-from typing import Any, cast
+from collections.abc import Iterable, Sequence
+from typing import Any, NamedTuple, cast
 
 import numpy as np
 from numpy.typing import NDArray
 
 from sinssim.data import DROPPED, FROZEN, SATURATED, Array
 from sinssim.jit import rebound, strict_inline, strict_kernel
-from sinssim.sensors.imu.error_term import Regressor
-from sinssim.sensors.imu.terms import FIELDS, SLOTS, STAGES
-from sinssim.sensors.noise.flicker import DIRECT, RATES, STATIONARY, WEIGHTS
-from sinssim.sensors.noise.gauss_markov import lost, mean_step
+from sinssim.sensors.flicker import DIRECT, RATES, STATIONARY, WEIGHTS
+from sinssim.sensors.gauss_markov import lost, mean_step
+from sinssim.sensors.imu.error_term import ErrorTerm, Regressor
+from sinssim.sensors.imu.error_term_table import DTHETA_STEP, DVEL_STEP, FIELDS, SLOTS, STAGES
+from sinssim.sensors.imu.imu_errors import Fault, ImuErrors, check_errors
 from sinssim.statistics.random_numbers import Words, normal_pair, normal_pairs, normal_pairs_of_runs, term_number
 
 # Stages of what needs the temperature and of the noises, as bits of `active`; faults are not in the table of terms
@@ -456,3 +458,90 @@ def measure_all(
             if active & (FAULTY | LIMITED):
                 for i in range(6):
                     flags[k, i] = f[i]
+
+
+_NEXT_AXIS, _OTHER_AXIS = (1, 2, 0), (2, 0, 1)  # the axes after x, y, z
+
+_KINDS = {
+    "bias-step": STEP,
+    "spike": SPIKE,
+    "saturation": NARROW,
+    "dropout": DROP,
+    "freeze": FREEZE,
+}
+
+
+class Packed(NamedTuple):
+    """The errors of R runs.
+
+    Attributes:
+        nothing: whether no run has any error.
+        active: the stages that at least one run needs.
+        parameters: (R, 6, PARAMETERS).
+        conditions: the conditions common to all runs at the start, (CONDITIONS,).
+        kinds: kinds of the faults, (F,).
+        spans: their beginnings and ends, (F, 2) s.
+        amounts: their effects on each channel, (F, 6).
+    """
+
+    nothing: bool
+    active: int
+    parameters: Array
+    conditions: Array
+    kinds: NDArray[np.int64]
+    spans: Array
+    amounts: Array
+
+
+def pack(runs: Sequence[ImuErrors], start: float, *, rounded: bool = False) -> Packed:
+    """Pack the errors of runs into arrays.
+
+    Args:
+        runs: errors of each run; correlation times, warm-up and faults are the same in all.
+        start: first edge of the samples, s.
+        rounded: whether sensors without pulses have steps of 2⁻⁵² rad and 2⁻⁴⁶ m/s.
+
+    Raises:
+        InputError: an error is invalid; see `check_errors`.
+    """
+    parameters = np.zeros((len(runs), 6, PARAMETERS))
+    for run, errors in enumerate(runs):
+        check_errors(errors)
+        for first, triad in ((0, errors.gyro), (3, errors.accel)):
+            for field, slots in SLOTS.items():
+                for slot, column in zip(slots, _parameter_columns(getattr(triad, field), FIELDS[field]), strict=True):
+                    parameters[run, first : first + 3, slot] = column
+    one = runs[0]
+    faults = [fault for fault in one.faults if fault.kind != "jitter"]
+    nothing = not (parameters.any() or faults)
+    if rounded and not nothing:
+        for first, step in ((0, DTHETA_STEP), (3, DVEL_STEP)):
+            quantum = parameters[:, first : first + 3, QUANTUM]
+            quantum[quantum == 0.0] = step
+    needed: dict[str, list[int]] = {}
+    for field, slots in SLOTS.items():
+        needed.setdefault(FIELDS[field].stage, []).extend(slots)
+    active = sum(bit for stage, bit in STAGES.items() if parameters[:, :, needed[stage]].any())
+    conditions = np.zeros(CONDITIONS)
+    conditions[START] = start
+    conditions[STEADY], conditions[WARM_UP] = one.warm_up.steady, one.warm_up.time_constant
+    conditions[EXCESS] = one.warm_up.start - one.warm_up.steady
+    conditions[GYRO_TIME], conditions[ACCEL_TIME] = one.gyro.correlation_time, one.accel.correlation_time
+    return Packed(nothing, active + (FAULTY if faults else 0), parameters, conditions, *_fault_arrays(faults))
+
+
+def _parameter_columns(value: Any, term: ErrorTerm) -> Iterable[Any]:
+    """Return the parameters of one term for the kernel's channels, one number or (3,) each."""
+    if term.size == 6:
+        return value[range(3), _NEXT_AXIS], value[range(3), _OTHER_AXIS]
+    if term.size == 9:
+        return tuple(np.asarray(value).T)
+    return (value,) if term.slots is None else ()
+
+
+def _fault_arrays(faults: Sequence[Fault]) -> tuple[NDArray[np.int64], Array, Array]:
+    return (
+        np.array([_KINDS[fault.kind] for fault in faults], dtype=np.int64),
+        np.array([(fault.start, fault.end) for fault in faults]).reshape(-1, 2),
+        np.array([fault.amount for fault in faults]).reshape(-1, 6),
+    )

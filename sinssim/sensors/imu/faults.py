@@ -10,10 +10,10 @@ from pydantic import AfterValidator, Field, ValidationInfo, field_validator, mod
 
 from sinssim.data import Array
 from sinssim.errors import shortened
-from sinssim.section import NotNegative, Positive, Section
 from sinssim.sensors.imu.datasheet import not_absurd
-from sinssim.sensors.imu.errors import Fault, FaultKind
-from sinssim.sensors.sets.geometry import MOST
+from sinssim.sensors.imu.imu_errors import Fault, FaultKind
+from sinssim.sensors.sets.redundant_geometry import MOST
+from sinssim.toml_section import NotNegative, Positive, Section
 from sinssim.units import ARCSEC, DEG, DEG_H, G0, UG
 
 CHANNELS = ("gyro_x", "gyro_y", "gyro_z", "accel_x", "accel_y", "accel_z")

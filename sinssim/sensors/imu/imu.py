@@ -9,11 +9,11 @@ An error that differs from run to run has a mean and a 1σ over all runs (M and 
 
 If neither is given, the mean is zero and the 1σ that of the grade, or zero if grades do not define it. The random
 walks, the quanta and the instabilities describe noise and have one value for the three axes. The value 0 switches an
-error off; the draws of the other errors stay the same. `sinssim.sensors.imu.emulate` describes the errors and
+error off; the draws of the other errors stay the same. `sinssim.sensors.imu.emulation` describes the errors and
 their order.
 
 The unit in a key may be another unit that datasheets use, for example `gyro_misalignment_mrad`,
-`accel_bias_sigma_mg` or `accel_vrw_mps_sqrt_h`; `sinssim.sensors.imu.terms` has the table.
+`accel_bias_sigma_mg` or `accel_vrw_mps_sqrt_h`; `sinssim.sensors.imu.error_term_table` has the table.
 """
 
 from __future__ import annotations
@@ -25,24 +25,16 @@ from pydantic import Field, ValidationInfo, field_validator, model_validator
 
 from sinssim.data import Array
 from sinssim.errors import InputError
-from sinssim.section import LeverArm, Positive, Vector3
 from sinssim.sensors.imu.datasheet import ErrorTable
 from sinssim.sensors.imu.error_term import ErrorTerm
-from sinssim.sensors.imu.errors import ImuErrors, WarmUp, draw_triad
+from sinssim.sensors.imu.error_term_table import TERMS, of_triad
 from sinssim.sensors.imu.faults import ImuFault
 from sinssim.sensors.imu.fields import ImuKeys, TriadErrors
 from sinssim.sensors.imu.grades import find_grade
-from sinssim.sensors.imu.terms import TERMS, of_triad
-from sinssim.sensors.laser_gyro.gas_flow import NullShift
-from sinssim.sensors.laser_gyro.laser_gyros import LaserGyros
-from sinssim.sensors.sets.sensor_set import (
-    AttitudeSensor,
-    Gyros,
-    Platform,
-    Redundant,
-    SensorSet,
-    SixAccelerometers,
-)
+from sinssim.sensors.imu.imu_errors import ImuErrors, WarmUp, draw_triad
+from sinssim.sensors.imu.laser_gyro import LaserGyros, NullShift
+from sinssim.sensors.sets.sensor_set import AttitudeSensor, Gyros, Platform, Redundant, SensorSet, SixAccelerometers
+from sinssim.toml_section import LeverArm, Positive, Vector3
 from sinssim.truth.motions.imu_rotation import Rotation
 
 Celsius = Annotated[float, Field(ge=-500.0, le=500.0)]

@@ -10,14 +10,15 @@ from collections.abc import Iterable, Iterator, Mapping
 from pathlib import Path
 
 from sinssim.sensors.imu.error_term import ErrorTerm
-from sinssim.sensors.imu.terms import FIELDS, SLOTS, TERMS
+from sinssim.sensors.imu.error_term_table import FIELDS, SLOTS, TERMS
 
 FILE = Path(__file__).with_name("fields.py")
 
 _WIDTH = 120
 _HEAD = '''"""The fields that follow from the table of terms: the errors of a triad, and the keys of error terms.
 
-This file is written by `python -m sinssim.sensors.imu.write_fields`; edit `sinssim/sensors/imu/terms.py` instead.
+This file is written by `python -m sinssim.sensors.imu.write_fields`; edit
+`sinssim/sensors/imu/error_term_table.py` instead.
 """
 
 from __future__ import annotations
@@ -30,17 +31,17 @@ from pydantic import Field
 
 from sinssim.arguments import numbers
 from sinssim.data import Array
-from sinssim.section import NotNegative, Positive
+from sinssim.toml_section import NotNegative, Positive
 from sinssim.sensors.imu.datasheet import ErrorTable
 from sinssim.sensors.imu.error_term import ErrorTerm
-from sinssim.sensors.imu.terms import FIELDS, SLOTS
+from sinssim.sensors.imu.error_term_table import FIELDS, SLOTS
 
 
 @dataclass(frozen=True, kw_only=True)
 class TriadErrors:
     """The errors of three gyros or three accelerometers, SI; all zero unless given.
 
-    `sinssim.sensors.imu.emulate` describes the effect of each.
+    `sinssim.sensors.imu.emulation` describes the effect of each.
 
     Attributes:
 '''

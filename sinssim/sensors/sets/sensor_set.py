@@ -8,8 +8,8 @@ from typing import Annotated, Literal, Self
 from pydantic import Field, model_validator
 
 from sinssim.data import Array
-from sinssim.section import Duration, NotNegative, Positive, Section, Vector3
-from sinssim.sensors.sets.geometry import FEWEST, READY, checked_directions, not_isolable
+from sinssim.sensors.sets.redundant_geometry import FEWEST, READY, checked_directions, not_isolable
+from sinssim.toml_section import Duration, NotNegative, Positive, Section, Vector3
 
 
 class Gyros(Section):

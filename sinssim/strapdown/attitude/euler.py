@@ -13,8 +13,8 @@ and the body's measured turn, which is more accurate than the attitudes of the s
 from __future__ import annotations
 
 from sinssim.jit import inline
-from sinssim.rotation.kernels import Matrix, Vector, euler_from_quaternion_k, less_cross_k, sincos_k
-from sinssim.strapdown.increments.interval import BodyTurn, FrameTurn
+from sinssim.rotation.quaternions import Matrix, Vector, euler_from_quaternion_k, less_cross_k, sincos_k
+from sinssim.strapdown.coning_sculling import BodyTurn, FrameTurn
 
 Attitude = tuple[float, float, float, float, float, float, float, float, float, int]
 """Roll, pitch, heading; sine and cosine of half of each; steps since these were taken from the angles."""

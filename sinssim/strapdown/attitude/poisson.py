@@ -10,7 +10,7 @@ orthogonal matrix after each step.
 from __future__ import annotations
 
 from sinssim.jit import inline
-from sinssim.rotation.kernels import (
+from sinssim.rotation.quaternions import (
     Matrix,
     Vector,
     cross_k,
@@ -18,7 +18,7 @@ from sinssim.rotation.kernels import (
     less_cross_k,
     quaternion_from_dcm_k,
 )
-from sinssim.strapdown.increments.interval import BodyTurn, FrameTurn
+from sinssim.strapdown.coning_sculling import BodyTurn, FrameTurn
 
 ORDER = 4
 """Order of the Taylor series, 1…4."""

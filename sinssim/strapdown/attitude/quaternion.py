@@ -7,14 +7,14 @@ the navigation frame's ζ, each converted to a quaternion without truncation.
 from __future__ import annotations
 
 from sinssim.jit import inline
-from sinssim.rotation.kernels import (
+from sinssim.rotation.quaternions import (
     Matrix,
     Quaternion,
     dcm_from_quaternion_k,
     multiply_k,
     quaternion_from_rotation_vector_k,
 )
-from sinssim.strapdown.increments.interval import BodyTurn, FrameTurn
+from sinssim.strapdown.coning_sculling import BodyTurn, FrameTurn
 
 Attitude = Quaternion
 

@@ -15,8 +15,8 @@ from __future__ import annotations
 from math import sqrt
 
 from sinssim.jit import inline
-from sinssim.rotation.kernels import Matrix, Quaternion, dcm_from_quaternion_k, multiply_k
-from sinssim.strapdown.increments.interval import BodyTurn, FrameTurn
+from sinssim.rotation.quaternions import Matrix, Quaternion, dcm_from_quaternion_k, multiply_k
+from sinssim.strapdown.coning_sculling import BodyTurn, FrameTurn
 
 ORDER = 2
 """Order of the approximation, 1…4."""

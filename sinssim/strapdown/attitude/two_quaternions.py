@@ -10,9 +10,9 @@ right-handed axes, here in those of the package.
 from __future__ import annotations
 
 from sinssim.jit import inline
-from sinssim.rotation.kernels import Matrix, Quaternion, dcm_from_quaternion_k, multiply_k
+from sinssim.rotation.quaternions import Matrix, Quaternion, dcm_from_quaternion_k, multiply_k
 from sinssim.strapdown.attitude.quaternion_picard import unit_k
-from sinssim.strapdown.increments.interval import BodyTurn, FrameTurn
+from sinssim.strapdown.coning_sculling import BodyTurn, FrameTurn
 
 Attitude = tuple[float, float, float, float, float, float, float, float]
 """λ, body to inertial, and ν, navigation to inertial; the inertial axes are the navigation frame's at the start."""

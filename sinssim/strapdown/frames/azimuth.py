@@ -7,7 +7,7 @@ Transport rate:   ω_ew = −ẑ × (K v) + ω_z ẑ,   K v = v/(R₂+h) + κ (k
                   κ = (1/(R₁+h) − 1/(R₂+h))/cos²φ = e² R₂/((1 − e² sin²φ)(R₁+h)(R₂+h)),  k_h the horizontal part of k
 Azimuth:          wander ω_z = 0;  free ω_z = −ω k_z (zero relative to inertial space);
                   transverse ω_z = ω_x p_z/p_x, which keeps x towards the pole p of the route's great circle and
-                  grows without bound near p: `sinssim.earth.transverse` has the limit
+                  grows without bound near p: `sinssim.earth.transverse_route` has the limit
 Velocity:         v̇ = C_wb f + g − (2ω_ie + ω_ew) × v
 
 The integration scheme is that of `level`: compensated increments, Simpson's rule, Hermite values at mid-interval. Like
@@ -22,11 +22,11 @@ from typing import NamedTuple
 import numpy as np
 
 from sinssim.data import Array
-from sinssim.earth.kernels import gravity_ned_k, q_en_k
-from sinssim.earth.transverse import route_pole, too_near
+from sinssim.earth.ellipsoid_kernels import gravity_ned_k, q_en_k
+from sinssim.earth.transverse_route import route_pole, too_near
 from sinssim.errors import RunError
 from sinssim.jit import inline, strict_inline
-from sinssim.rotation.kernels import (
+from sinssim.rotation.quaternions import (
     Quaternion,
     Vector,
     half_angle_k,
@@ -35,15 +35,31 @@ from sinssim.rotation.kernels import (
     rotate_k,
 )
 from sinssim.rotation.vectors import add, along, cross, mean, mul, simpson, sub, sub_cross, turned
-from sinssim.strapdown.assemble import engines
 from sinssim.strapdown.attitude.quaternion import dcm_k, quaternion_k, start_k, step_k
-from sinssim.strapdown.frames.kernels import continued_k, first_quaternion_k, forces_k, keep_k
-from sinssim.strapdown.frames.problem import Increments, Models, Problem, Rows
-from sinssim.strapdown.frames.radii import FORMS, SPHERICAL, distances_k
-from sinssim.strapdown.frames.vertical import Channel, Loop, loop_gains_k, reference_k, start_loop_k, vertical_step_k
-from sinssim.strapdown.increments.block_turns import BLOCK, empty_turns_k, turn_in_block_k
-from sinssim.strapdown.increments.block_turns import fill_fitted_turns as fill_turns
-from sinssim.strapdown.increments.interval import frame_turn_k
+from sinssim.strapdown.coning_sculling import BLOCK, empty_turns_k, frame_turn_k, turn_in_block_k
+from sinssim.strapdown.coning_sculling import fill_fitted_turns as fill_turns
+from sinssim.strapdown.engine_assembly import engines
+from sinssim.strapdown.frames.navigation_problem import (
+    FORMS,
+    SPHERICAL,
+    Increments,
+    Models,
+    Problem,
+    Rows,
+    continued_k,
+    distances_k,
+    first_quaternion_k,
+    forces_k,
+    keep_k,
+)
+from sinssim.strapdown.frames.vertical_channel import (
+    Channel,
+    Loop,
+    loop_gains_k,
+    reference_k,
+    start_loop_k,
+    vertical_step_k,
+)
 
 WANDER, FREE_AZIMUTH, TRANSVERSE = 0, 1, 2
 """Rules for the azimuth by number."""
@@ -298,7 +314,7 @@ def azimuth_rule(problem: Problem, frame: str) -> tuple[int, Array]:
 
 
 def solve(problem: Problem, frame: str) -> None:
-    """Navigate in a frame of this file; see `sinssim.strapdown.files.FrameFile`."""
+    """Navigate in a frame of this file; see `sinssim.strapdown.engine_assembly.FrameFile`."""
     p = problem
     engine(p.algorithm, p.form)(p.increments, p.models, p.channel, p.solution, *azimuth_rule(p, frame), p.azimuth)
 

@@ -12,7 +12,7 @@ from __future__ import annotations
 from math import atan2, cos, sin, sqrt
 from typing import NamedTuple
 
-from sinssim.earth.kernels import (
+from sinssim.earth.ellipsoid_kernels import (
     EarthParameters,
     geodetic_sincos_k,
     geodetic_to_ecef_k,
@@ -22,13 +22,22 @@ from sinssim.earth.kernels import (
     radii_k,
 )
 from sinssim.jit import inline
-from sinssim.rotation.kernels import Quaternion, Vector, half_angle_k, multiply_k, rotate_k
+from sinssim.rotation.quaternions import Quaternion, Vector, half_angle_k, multiply_k, rotate_k
 from sinssim.rotation.vectors import add, along, mul, resolved, sub
-from sinssim.strapdown.assemble import engines
 from sinssim.strapdown.attitude.quaternion import dcm_k, quaternion_k, start_k, step_k
-from sinssim.strapdown.frames.kernels import continued_k, first_quaternion_k, keep_k
-from sinssim.strapdown.frames.problem import Increments, Models, Problem, Rows
-from sinssim.strapdown.frames.vertical import (
+from sinssim.strapdown.coning_sculling import BLOCK, FrameTurn, empty_turns_k, turn_in_block_k
+from sinssim.strapdown.coning_sculling import fill_fitted_turns as fill_turns
+from sinssim.strapdown.engine_assembly import engines
+from sinssim.strapdown.frames.navigation_problem import (
+    Increments,
+    Models,
+    Problem,
+    Rows,
+    continued_k,
+    first_quaternion_k,
+    keep_k,
+)
+from sinssim.strapdown.frames.vertical_channel import (
     FREE,
     Channel,
     Loop,
@@ -37,9 +46,6 @@ from sinssim.strapdown.frames.vertical import (
     start_loop_k,
     vertical_step_k,
 )
-from sinssim.strapdown.increments.block_turns import BLOCK, empty_turns_k, turn_in_block_k
-from sinssim.strapdown.increments.block_turns import fill_fitted_turns as fill_turns
-from sinssim.strapdown.increments.interval import FrameTurn
 
 Angle = tuple[float, float]
 """Cosine and sine of an angle."""
@@ -205,7 +211,7 @@ engine = engines(_navigate, "inertial")
 
 
 def solve(problem: Problem, frame: str) -> None:
-    """Navigate in the inertial frame; see `sinssim.strapdown.files.FrameFile`."""
+    """Navigate in the inertial frame; see `sinssim.strapdown.engine_assembly.FrameFile`."""
     p = problem
     engine(p.algorithm)(p.increments, p.models, p.channel, p.solution)
 

@@ -24,23 +24,39 @@ from typing import NamedTuple
 
 import numpy as np
 
-from sinssim.earth.kernels import gravity_ned_k
+from sinssim.earth.ellipsoid_kernels import gravity_ned_k
 from sinssim.errors import RunError
 from sinssim.formatting import listed
 from sinssim.frames import frames_that
 from sinssim.jit import inline
-from sinssim.rotation.kernels import Vector
+from sinssim.rotation.quaternions import Vector
 from sinssim.rotation.vectors import add, along, cross, mul, sub, sub_cross
-from sinssim.strapdown.assemble import engines
 from sinssim.strapdown.attitude.quaternion import dcm_k, quaternion_k, start_k, step_k
-from sinssim.strapdown.frames.kernels import continued_k, first_quaternion_k, forces_k, keep_k
-from sinssim.strapdown.frames.problem import Increments, Models, Problem, Rows, ran_away
-from sinssim.strapdown.frames.radii import FORMS, curvatures_k
-from sinssim.strapdown.frames.vertical import Channel, Loop, loop_gains_k, reference_k, start_loop_k, vertical_step_k
-from sinssim.strapdown.increments.block_turns import BLOCK, empty_turns_k, turn_in_block_k
-from sinssim.strapdown.increments.block_turns import fill_fitted_turns as fill_turns
-from sinssim.strapdown.increments.interval import FrameTurn
-from sinssim.strapdown.polar import POLAR_LIMIT
+from sinssim.strapdown.coning_sculling import BLOCK, FrameTurn, empty_turns_k, turn_in_block_k
+from sinssim.strapdown.coning_sculling import fill_fitted_turns as fill_turns
+from sinssim.strapdown.engine_assembly import engines
+from sinssim.strapdown.frames.navigation_problem import (
+    FORMS,
+    Increments,
+    Models,
+    Problem,
+    Rows,
+    continued_k,
+    curvatures_k,
+    first_quaternion_k,
+    forces_k,
+    keep_k,
+    ran_away,
+)
+from sinssim.strapdown.frames.vertical_channel import (
+    Channel,
+    Loop,
+    loop_gains_k,
+    reference_k,
+    start_loop_k,
+    vertical_step_k,
+)
+from sinssim.strapdown.polar_axes import POLAR_LIMIT
 
 EXACT_EVERY = 128
 """Steps between new sines and cosines of the latitude."""
@@ -227,7 +243,7 @@ engine = engines(_navigate, "level", FORMS)
 
 
 def solve(problem: Problem, frame: str) -> None:
-    """Navigate in the level frame; see `sinssim.strapdown.files.FrameFile`."""
+    """Navigate in the level frame; see `sinssim.strapdown.engine_assembly.FrameFile`."""
     p = problem
     engine(p.algorithm, p.form)(p.increments, p.models, p.channel, p.solution)
 

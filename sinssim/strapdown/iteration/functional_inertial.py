@@ -11,20 +11,13 @@ from __future__ import annotations
 from math import cos, sin
 
 from sinssim.data import Array
-from sinssim.earth.kernels import gravitation_ecef_k
+from sinssim.earth.ellipsoid_kernels import gravitation_ecef_k
 from sinssim.jit import inline, kernel
-from sinssim.rotation.kernels import Quaternion, Vector, multiply_k
+from sinssim.rotation.quaternions import Quaternion, Vector, multiply_k
 from sinssim.rotation.vectors import add, along, mul
-from sinssim.strapdown.frames.inertial import (
-    InertialState,
-    coordinates_k,
-    geodetic_k,
-    lifted_k,
-    start_inertial_k,
-)
-from sinssim.strapdown.frames.kernels import continued_k, keep_k
-from sinssim.strapdown.frames.problem import Increments, Models, Problem, Rows
-from sinssim.strapdown.frames.vertical import (
+from sinssim.strapdown.frames.inertial import InertialState, coordinates_k, geodetic_k, lifted_k, start_inertial_k
+from sinssim.strapdown.frames.navigation_problem import Increments, Models, Problem, Rows, continued_k, keep_k
+from sinssim.strapdown.frames.vertical_channel import (
     BARO_LOOP,
     FREE,
     HELD,

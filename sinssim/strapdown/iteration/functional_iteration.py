@@ -24,7 +24,7 @@ from collections.abc import Callable
 from sinssim.errors import InputError
 from sinssim.formatting import listed
 from sinssim.frames import FRAME_REGISTRY, frames_that
-from sinssim.strapdown.frames.problem import Problem
+from sinssim.strapdown.frames.navigation_problem import Problem
 from sinssim.strapdown.iteration import functional_inertial, functional_level
 
 _ENGINES = {

@@ -12,7 +12,7 @@ import numpy as np
 
 from sinssim.data import Array
 from sinssim.jit import bind, inline
-from sinssim.rotation.kernels import Quaternion, Vector, multiply_k, quaternion_from_rotation_vector_k
+from sinssim.rotation.quaternions import Quaternion, Vector, multiply_k, quaternion_from_rotation_vector_k
 from sinssim.rotation.vectors import along, cross, mul, turned
 from sinssim.strapdown.frames.azimuth import (
     TRANSVERSE,
@@ -25,10 +25,8 @@ from sinssim.strapdown.frames.azimuth import (
     rates_k,
     start_azimuth_k,
 )
-from sinssim.strapdown.frames.kernels import continued_k, keep_k
-from sinssim.strapdown.frames.problem import Increments, Models, Problem, Rows
-from sinssim.strapdown.frames.radii import FORMS
-from sinssim.strapdown.frames.vertical import (
+from sinssim.strapdown.frames.navigation_problem import FORMS, Increments, Models, Problem, Rows, continued_k, keep_k
+from sinssim.strapdown.frames.vertical_channel import (
     BARO_LOOP,
     HELD,
     NO_HEIGHT,

@@ -15,7 +15,7 @@ from numpy.typing import NDArray
 from sinssim.data import Array
 from sinssim.errors import InputError
 from sinssim.jit import inline, kernel
-from sinssim.rotation.kernels import (
+from sinssim.rotation.quaternions import (
     Quaternion,
     Vector,
     dcm_from_quaternion_k,
@@ -24,7 +24,7 @@ from sinssim.rotation.kernels import (
     rotate_k,
 )
 from sinssim.rotation.vectors import resolved, sub
-from sinssim.strapdown.frames.vertical import HELD
+from sinssim.strapdown.frames.vertical_channel import HELD
 
 Long = NDArray[np.longdouble]
 

@@ -12,7 +12,7 @@ from __future__ import annotations
 
 from sinssim.data import Array
 from sinssim.jit import inline
-from sinssim.rotation.kernels import Quaternion, Vector
+from sinssim.rotation.quaternions import Quaternion, Vector
 from sinssim.rotation.vectors import along
 from sinssim.strapdown.frames.azimuth import (
     FREE_AZIMUTH,
@@ -25,8 +25,8 @@ from sinssim.strapdown.frames.azimuth import (
     turned_on_k,
 )
 from sinssim.strapdown.frames.azimuth import north_k as azimuth_north_k
-from sinssim.strapdown.frames.problem import Models, Problem, Rows
-from sinssim.strapdown.frames.vertical import Loop, vertical_step_k
+from sinssim.strapdown.frames.navigation_problem import Models, Problem, Rows
+from sinssim.strapdown.frames.vertical_channel import Loop, vertical_step_k
 from sinssim.strapdown.three_rate.schedule import Fixed, Schedule, Slow, ahead_k, engine_of
 
 
@@ -75,7 +75,7 @@ engine = engine_of("azimuth", globals())
 
 
 def solve(problem: Problem, frame: str, fast_per_medium: int, medium_per_slow: int, extrapolate: bool) -> None:
-    """Navigate at three rates; see `sinssim.strapdown.files.ThreeRateFile`."""
+    """Navigate at three rates; see `sinssim.strapdown.engine_assembly.ThreeRateFile`."""
     p, schedule = problem, Schedule(fast_per_medium, medium_per_slow, extrapolate)
     engine(p.algorithm, p.form)(
         p.increments, p.models, p.channel, p.solution, schedule, *azimuth_rule(p, frame), p.azimuth

@@ -16,17 +16,11 @@ import numpy as np
 
 from sinssim.data import Array
 from sinssim.jit import inline
-from sinssim.rotation.kernels import Quaternion, Vector
+from sinssim.rotation.quaternions import Quaternion, Vector
 from sinssim.rotation.vectors import add
-from sinssim.strapdown.frames.inertial import (
-    InertialState,
-    coordinates_k,
-    gravitation_k,
-    settled_k,
-    start_inertial_k,
-)
-from sinssim.strapdown.frames.problem import Models, Problem, Rows
-from sinssim.strapdown.frames.vertical import Loop
+from sinssim.strapdown.frames.inertial import InertialState, coordinates_k, gravitation_k, settled_k, start_inertial_k
+from sinssim.strapdown.frames.navigation_problem import Models, Problem, Rows
+from sinssim.strapdown.frames.vertical_channel import Loop
 from sinssim.strapdown.three_rate.schedule import Fixed, Schedule, Slow, engine_of
 
 
@@ -67,6 +61,6 @@ engine = engine_of("inertial", globals())
 
 
 def solve(problem: Problem, frame: str, fast_per_medium: int, medium_per_slow: int, extrapolate: bool) -> None:
-    """Navigate at three rates; see `sinssim.strapdown.files.ThreeRateFile`."""
+    """Navigate at three rates; see `sinssim.strapdown.engine_assembly.ThreeRateFile`."""
     p, schedule = problem, Schedule(fast_per_medium, medium_per_slow, extrapolate)
     engine(p.algorithm)(p.increments, p.models, p.channel, p.solution, schedule, 0, np.zeros(3), p.azimuth)

@@ -11,12 +11,11 @@ from typing import NamedTuple
 import numpy as np
 
 from sinssim.data import Array
-from sinssim.earth.kernels import gravity_ned_k
+from sinssim.earth.ellipsoid_kernels import gravity_ned_k
 from sinssim.jit import inline
-from sinssim.rotation.kernels import Quaternion, Vector
-from sinssim.strapdown.frames.problem import Models, Problem, Rows
-from sinssim.strapdown.frames.radii import curvatures_k
-from sinssim.strapdown.frames.vertical import Loop, vertical_step_k
+from sinssim.rotation.quaternions import Quaternion, Vector
+from sinssim.strapdown.frames.navigation_problem import Models, Problem, Rows, curvatures_k
+from sinssim.strapdown.frames.vertical_channel import Loop, vertical_step_k
 from sinssim.strapdown.three_rate.schedule import Fixed, Schedule, Slow, engine_of
 
 
@@ -86,6 +85,6 @@ engine = engine_of("level", globals())
 
 
 def solve(problem: Problem, frame: str, fast_per_medium: int, medium_per_slow: int, extrapolate: bool) -> None:
-    """Navigate at three rates; see `sinssim.strapdown.files.ThreeRateFile`."""
+    """Navigate at three rates; see `sinssim.strapdown.engine_assembly.ThreeRateFile`."""
     p, schedule = problem, Schedule(fast_per_medium, medium_per_slow, extrapolate)
     engine(p.algorithm, p.form)(p.increments, p.models, p.channel, p.solution, schedule, 0, np.zeros(3), p.azimuth)

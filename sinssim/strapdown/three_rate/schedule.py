@@ -24,17 +24,22 @@ from typing import Any, NamedTuple
 
 from sinssim.data import Array
 from sinssim.jit import inline, rebound
-from sinssim.rotation.kernels import Quaternion, Vector, multiply_k
+from sinssim.rotation.quaternions import Quaternion, Vector, multiply_k
 from sinssim.rotation.vectors import add, along, cross, mean, mul, resolved, sub
-from sinssim.strapdown.assemble import engines
 from sinssim.strapdown.attitude.quaternion import dcm_k, quaternion_k, start_k, step_k
-from sinssim.strapdown.frames.kernels import continued_k, first_quaternion_k, keep_k
-from sinssim.strapdown.frames.problem import Increments, Models, Rows
-from sinssim.strapdown.frames.radii import FORMS
-from sinssim.strapdown.frames.vertical import Channel, loop_gains_k, reference_k, start_loop_k
-from sinssim.strapdown.increments.block_turns import BLOCK, empty_turns_k, turn_in_block_k
-from sinssim.strapdown.increments.block_turns import fill_fitted_turns as fill_turns
-from sinssim.strapdown.increments.interval import FrameTurn
+from sinssim.strapdown.coning_sculling import BLOCK, FrameTurn, empty_turns_k, turn_in_block_k
+from sinssim.strapdown.coning_sculling import fill_fitted_turns as fill_turns
+from sinssim.strapdown.engine_assembly import engines
+from sinssim.strapdown.frames.navigation_problem import (
+    FORMS,
+    Increments,
+    Models,
+    Rows,
+    continued_k,
+    first_quaternion_k,
+    keep_k,
+)
+from sinssim.strapdown.frames.vertical_channel import Channel, loop_gains_k, reference_k, start_loop_k
 
 
 class Schedule(NamedTuple):
@@ -157,7 +162,7 @@ def _navigate(
 
 
 def engine_of(frame: str, slow_part: dict[str, Any]) -> Callable[..., Callable[..., None]]:
-    """Return the engines of a frame; see `sinssim.strapdown.assemble.engines`.
+    """Return the engines of a frame; see `sinssim.strapdown.engine_assembly.engines`.
 
     Args:
         slow_part: the contents of its file, with the four functions of the slow part.

@@ -14,8 +14,8 @@ from __future__ import annotations
 
 from math import atan, cos, pi, remainder, sin
 
-from sinssim.truth.flight.air import Air
 from sinssim.truth.flight.aircraft import Aircraft
+from sinssim.truth.flight.atmosphere import Air
 from sinssim.units import DEG, KNOT
 
 G = 9.80665

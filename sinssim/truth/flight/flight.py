@@ -7,10 +7,10 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from sinssim.truth.channel import Channel
-from sinssim.truth.flight.air import Air
-from sinssim.truth.flight.plan import FlightPlan
+from sinssim.truth.flight.atmosphere import Air
+from sinssim.truth.flight.flight_plan import FlightPlan
 from sinssim.truth.motion import AT_REFERENCE_POINT, NORMAL_EARTH, Mounting, Progress, TrueEarth
+from sinssim.truth.sampling import Channel
 
 if TYPE_CHECKING:
     from sinssim.truth.curve import Curve
@@ -29,7 +29,7 @@ class Flight(FlightPlan):
     ) -> Curve:
         """Return the motion of the block, flown by JSBSim or from the cache; see `Motion.trajectory`."""
         from sinssim.truth.curve import Curve  # needs the compiler
-        from sinssim.truth.flight.cache import cached_flight
+        from sinssim.truth.flight.flight_cache import cached_flight
 
         log = cached_flight(self, seed, progress, meanwhile)
         curve = Curve(

@@ -1,21 +1,247 @@
-"""The base class of the legs of a flight plan: keys, check, dead reckoning and flying.
+"""The base class of the legs of a flight plan: keys, check, flying; and dead reckoning over the legs without flying.
 
-A leg is one class in its own file under `sinssim/truth/flight/legs/`; `docs/extending/leg.md` adds one.
+Legs are in `sinssim.truth.flight.legs`; `docs/extending/leg.md` adds one. In the dead reckoning, each leg begins at the
+end of the previous one, on a sphere of the Earth's mean radius, in the wind without gusts. Climbs, turns and changes of
+speed are steady; transients of roll and pitch, which take seconds, are neglected.
 """
 
 from __future__ import annotations
 
+import math
 from abc import abstractmethod
 from collections.abc import Iterator, Sequence
+from dataclasses import dataclass, field
 from typing import Annotated, Any, ClassVar, Literal
 
 from pydantic import Field
 
 from sinssim.errors import InputError
-from sinssim.section import Section, Timeout
+from sinssim.toml_section import Section, Timeout
 from sinssim.truth.flight.aircraft import Performance
+from sinssim.truth.flight.atmosphere import Air
 from sinssim.truth.flight.autopilot import INTERVAL, AircraftState, Autopilot
-from sinssim.truth.flight.dead_reckoning import DeadReckoning
+
+GRAVITY = 9.81
+"""Gravity for dead reckoning [m/s²]."""
+
+_EARTH_RADIUS = 6371e3  # m
+_STEPS = 20  # steps of a climb through air that changes with height in other ways than the standard atmosphere
+
+
+@dataclass
+class DeadReckoning:
+    """State of the plan at the end of a leg, which is the beginning of the next leg.
+
+    Attributes:
+        performance: performance of the aircraft.
+        roll_rate: largest roll rate of the autopilot, rad/s.
+        airspeed: calibrated, m/s.
+        altitude: m.
+        heading: clockwise from north, rad.
+        latitude, longitude: rad.
+        air: the air: wind over height, temperature and pressure.
+        elapsed: since the start of the flight, s.
+        turning: ∫ω² dt of the manoeuvres so far, rad²/s; changes of pitch are small and neglected.
+        engines: whether the engines run.
+        trace: latitude and longitude, rad, and height, m, along the legs, for a picture of the plan; None: not kept.
+    """
+
+    performance: Performance
+    roll_rate: float
+    airspeed: float
+    altitude: float
+    heading: float
+    latitude: float
+    longitude: float
+    air: Air = field(default_factory=Air)
+    elapsed: float = 0.0
+    turning: float = 0.0
+    engines: bool = True
+    trace: list[tuple[float, float, float]] | None = None
+
+    @property
+    def wind(self) -> tuple[float, float]:
+        """Velocity of the air at the present height, north and east, m/s."""
+        north, east, _ = self.air.wind(self.altitude)
+        return north, east
+
+    def true_airspeed(self) -> float:
+        """Return the true airspeed, m/s, by compressible flow in the plan's atmosphere."""
+        return self.air.true_airspeed(self.airspeed, self.altitude)
+
+    def move(self, north: float, east: float) -> None:
+        """Move the place by a distance on a constant course, as on a rhumb line.
+
+        Args:
+            north, east: components of the way over the ground, m.
+        """
+        before = self.latitude
+        self.latitude = max(-0.5 * math.pi, min(0.5 * math.pi, before + north / _EARTH_RADIUS))
+        self.longitude += east / (_EARTH_RADIUS * max(math.cos(0.5 * (before + self.latitude)), 1e-3))
+        self.mark()
+
+    def mark(self) -> None:
+        """Add the present place to the trace, if it is kept."""
+        if self.trace is not None:
+            self.trace.append((self.latitude, self.longitude, self.altitude))
+
+    def ahead(self, way: float) -> None:
+        """Move the place straight ahead, for example on the runway.
+
+        Args:
+            way: distance over the ground, m.
+        """
+        self.move(way * math.cos(self.heading), way * math.sin(self.heading))
+
+    def straight(self, seconds: float, share: float = 1.0) -> float:
+        """Keep the heading for a time, in the wind.
+
+        Args:
+            seconds: duration, s.
+            share: mean speed ahead through the air, as a fraction of the true airspeed.
+
+        Returns:
+            The duration, s.
+        """
+        ahead = share * self.true_airspeed() * seconds
+        north, east = self.wind
+        self.move(ahead * math.cos(self.heading) + north * seconds, ahead * math.sin(self.heading) + east * seconds)
+        return seconds
+
+    def climb(self, altitude: float, rate: float) -> float:
+        """Climb or descend straight ahead at a steady vertical speed.
+
+        Args:
+            altitude: height to reach, m.
+            rate: magnitude of the vertical speed, m/s.
+
+        Returns:
+            The duration, s.
+        """
+        steps = _STEPS if self.air.varies else 1
+        whole, step = abs(altitude - self.altitude) / rate, (altitude - self.altitude) / steps
+        for number in range(steps):
+            before = self.true_airspeed()
+            self.altitude = altitude if number == steps - 1 else self.altitude + step
+            after = self.true_airspeed()
+            self.straight(whole / steps, 0.5 * (before + after) / after)
+        return whole
+
+    def turn_rate(self, bank_deg: float | None) -> float:
+        """Return the rate of a level turn, g tan(bank)/V, rad/s.
+
+        Args:
+            bank_deg: angle of bank, degrees; None: the aircraft's usual angle.
+
+        Returns:
+            Rate, rad/s.
+        """
+        return GRAVITY * math.tan(math.radians(bank_deg or self.performance.bank_deg)) / self.true_airspeed()
+
+    def turning_of(self, angle: float, seconds: float, bank_deg: float | None) -> float:
+        """Return ∫ω² dt of a turn, including rolling in and out.
+
+        Args:
+            angle: angle of the turn, rad.
+            seconds: its duration, s.
+            bank_deg: angle of bank, degrees; None: the aircraft's usual angle.
+
+        Returns:
+            The integral, rad²/s.
+        """
+        bank = math.radians(bank_deg or self.performance.bank_deg)
+        return angle**2 / seconds + 2.0 * bank * self.roll_rate if seconds > 0.0 else 0.0
+
+    def turn(self, angle: float, bank_deg: float | None) -> float:
+        """Turn at a steady rate, in the wind.
+
+        Args:
+            angle: right positive, rad.
+            bank_deg: angle of bank, degrees; None: the aircraft's usual angle.
+
+        Returns:
+            The duration, s.
+        """
+        seconds = abs(angle) / self.turn_rate(bank_deg)
+        self.turning += self.turning_of(angle, seconds, bank_deg)
+        radius, start, end = self.true_airspeed() / self.turn_rate(bank_deg), self.heading, self.heading + angle
+        radius = math.copysign(radius, angle)
+        if self.trace is not None:
+            self._trace_turn(radius, angle, seconds)
+        north = radius * (math.sin(end) - math.sin(start)) + self.wind[0] * seconds
+        east = radius * (math.cos(start) - math.cos(end)) + self.wind[1] * seconds
+        self.move(north, east)
+        self.heading = end % (2.0 * math.pi)
+        return seconds
+
+    def _trace_turn(self, radius: float, angle: float, seconds: float) -> None:
+        """Add the places within a turn to the trace."""
+        begin, steps = (self.latitude, self.longitude), max(1, round(abs(angle) / 0.1))
+        for step in range(1, steps):
+            share = step / steps
+            heading = self.heading + share * angle
+            north = radius * (math.sin(heading) - math.sin(self.heading)) + self.wind[0] * share * seconds
+            east = radius * (math.cos(self.heading) - math.cos(heading)) + self.wind[1] * share * seconds
+            self.move(north, east)
+            self.latitude, self.longitude = begin
+
+    def heading_along(self, track: float) -> float | None:
+        """Return the heading that makes good a track in the wind.
+
+        Args:
+            track: direction over the ground, rad.
+
+        Returns:
+            Heading, rad; None if the wind is too strong.
+        """
+        across = self.wind[1] * math.cos(track) - self.wind[0] * math.sin(track)
+        speed = self.true_airspeed()
+        if abs(across) >= speed or self.ground_speed(track) <= 0.0:
+            return None
+        return (track - math.asin(across / speed)) % (2.0 * math.pi)
+
+    def ground_speed(self, track: float) -> float:
+        """Return the speed made good along a track.
+
+        Args:
+            track: direction over the ground, rad.
+
+        Returns:
+            Ground speed, m/s.
+        """
+        return self.air.ground_speed(self.airspeed, self.altitude, track)
+
+
+def distance(latitude: float, longitude: float, latitude_to: float, longitude_to: float) -> float:
+    """Return the distance between two places on the mean sphere, by the haversine formula.
+
+    Args:
+        latitude, longitude: of one place, rad.
+        latitude_to, longitude_to: of the other, rad.
+
+    Returns:
+        Distance, m.
+    """
+    sine = math.sin((latitude_to - latitude) / 2.0) ** 2
+    sine += math.cos(latitude) * math.cos(latitude_to) * math.sin((longitude_to - longitude) / 2.0) ** 2
+    return 2.0 * _EARTH_RADIUS * math.asin(min(1.0, math.sqrt(sine)))
+
+
+def bearing(latitude: float, longitude: float, latitude_to: float, longitude_to: float) -> float:
+    """Return the bearing of the great circle from one place to another, at the first.
+
+    Args:
+        latitude, longitude: of the first place, rad.
+        latitude_to, longitude_to: of the second, rad.
+
+    Returns:
+        Bearing, clockwise from north, rad.
+    """
+    apart = longitude_to - longitude
+    east = math.sin(apart) * math.cos(latitude_to)
+    north = math.cos(latitude) * math.sin(latitude_to) - math.sin(latitude) * math.cos(latitude_to) * math.cos(apart)
+    return math.atan2(east, north)
+
 
 Bank = Annotated[float, Field(gt=0.0, le=80.0)]
 """Angle of bank, degrees, without sign; the key direction gives the side."""

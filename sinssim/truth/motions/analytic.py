@@ -10,12 +10,14 @@ These motions are defined in an inertial frame m. They are used in two ways:
   remains a closed form; the Earth's part, ∫C_bm ω_ie dt and ∫C_be (2ω_ie × ṙ + ω_ie × (ω_ie × r) − gravitation) dt, is
   Gauss-Legendre quadrature to rounding.
 
-The motions are in `coning`, `rocking` and `rotation_table`.
+The motions are in `coning_and_rocking` and `turntable`. `ClosedForm` is the base class of all trajectories in closed
+form.
 """
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
+from types import MappingProxyType
 from typing import TYPE_CHECKING, ClassVar, Protocol
 
 import numpy as np
@@ -25,23 +27,48 @@ from pydantic import Field
 from sinssim import earth, rotation
 from sinssim.arguments import quaternion
 from sinssim.data import Array, ImuData, NavState
-from sinssim.earth.models import WGS84, Ellipsoid
+from sinssim.earth.ellipsoids import WGS84, Ellipsoid
 from sinssim.errors import InputError, shortened
-from sinssim.section import Heading, Height, Latitude, Longitude
-from sinssim.truth.block import block_state
-from sinssim.truth.motion import (
-    AT_REFERENCE_POINT,
-    NORMAL_EARTH,
-    Mounting,
-    PlacedMotion,
-    Progress,
-    TrueEarth,
-    attitude,
+from sinssim.toml_section import Heading, Height, Latitude, Longitude
+from sinssim.truth.motion import AT_REFERENCE_POINT, NORMAL_EARTH, Mounting, PlacedMotion, Progress, TrueEarth, attitude
+from sinssim.truth.sampling import (
+    Channel,
+    FlightEvent,
+    block_state,
+    check_instants,
+    checked_duration,
+    checked_place,
+    integrate_samples,
+    part_by_part,
+    sample_edges,
 )
-from sinssim.truth.motions.closed_form import ClosedForm
-from sinssim.truth.motions.quadrature import integrate_samples
-from sinssim.truth.sample_times import check_instants, checked_duration, checked_place, part_by_part, sample_edges
 from sinssim.truth.trajectory import Trajectory
+
+
+class ClosedForm:
+    """A trajectory in closed form: it begins at time 0, and nothing is logged beside the motion.
+
+    Args:
+        duration: s, from time 0.
+        gravity: one of `sinssim.GRAVITY_MODELS`.
+        ellipsoid: reference ellipsoid.
+
+    Raises:
+        InputError: a duration that is not positive, an unknown gravity model.
+    """
+
+    start = 0.0
+    events: tuple[FlightEvent, ...] = ()
+    channels: Mapping[str, Channel] = MappingProxyType({})
+
+    def __repr__(self) -> str:
+        return f"{type(self).__name__}({self.start:g} … {self.end:g} s)"
+
+    def __init__(self, duration: float, gravity: str, ellipsoid: Ellipsoid) -> None:
+        earth.gravity_number(gravity)
+        self.end = checked_duration(duration)
+        self.gravity = gravity
+        self.ellipsoid = ellipsoid
 
 
 class AnalyticMotion(Protocol):

@@ -23,13 +23,12 @@ from pydantic import Field
 from sinssim import earth, rotation
 from sinssim.arguments import number, quaternion, vector
 from sinssim.data import Array, ImuData, NavState
-from sinssim.earth.models import WGS84, Ellipsoid
+from sinssim.earth.ellipsoids import WGS84, Ellipsoid
 from sinssim.errors import InputError
-from sinssim.section import Duration, Heading, Height, Latitude, Longitude, Speed
-from sinssim.truth.block import block_state
+from sinssim.toml_section import Duration, Heading, Height, Latitude, Longitude, Speed
 from sinssim.truth.motion import AT_REFERENCE_POINT, NORMAL_EARTH, Mounting, PlacedMotion, Progress, TrueEarth
-from sinssim.truth.motions.closed_form import ClosedForm
-from sinssim.truth.sample_times import check_instants, checked_place, part_by_part, sample_edges
+from sinssim.truth.motions.analytic import ClosedForm
+from sinssim.truth.sampling import block_state, check_instants, checked_place, part_by_part, sample_edges
 
 # Harmonics of |dr/du| over half a turn: each is smaller by e²/4, and 16 points resolve seven of them.
 _HARMONICS = 7

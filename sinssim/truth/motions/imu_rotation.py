@@ -1,4 +1,4 @@
-"""The [imu.rotation] table: the sensor block turns in the vehicle, so that its constant errors average out.
+"""Rotation of the sensor block in its vehicle: the [imu.rotation] table, its sequences, angles, rates and motion.
 
 The block turns on an outer axis that is fixed in the vehicle (more exactly, in the axes of `mounting_deg`), and
 optionally on an inner axis that the outer one carries. Angles are read by an encoder on each axis.
@@ -15,20 +15,207 @@ The order here is the package's own and follows from their conditions:
   the same side.
 - "16-position": the eight and then the same with all signs reversed, so that the turns pass both sides and biases
   cancel over the turns as well.
+
+The outer axis a is fixed in the vehicle and wobbles, the inner axis e is fixed in the block. With the angles α and β
+
+    (1) q_vb = q(ν) ∘ q(α a) ∘ q(β e)
+    (2) ν = ε [u cos(nα + χ) + w sin(nα + χ)],   u, w, a orthogonal: the wobble, n cycles a turn
+    (3) ω_vb^b = C(β e)ᵀ [C(α a)ᵀ ω_ν + α̇ a] + β̇ e,   ω_ν = (sin ε / ε) ν̇ − (1 − cos ε)/ε² ν × ν̇
+
+as |ν| = ε is constant, so that ν̇ is perpendicular to ν (Shuster, A Survey of Attitude Representations, J. Astronaut.
+Sci. 41, 1993, eq. 4.97 for the rate of a rotation vector).
+
+The rate changes between two values by 3x² − 2x³ of the fraction x of the time it takes, with continuous angular
+acceleration.
+
+The sensors measure the motion of the block. With D = C_bv it feels ω' = D ω + ω_vb^b and f' = D f at its reference
+point, which is where its axes cross. Over a sample, with D₀ in its middle, the increments are
+
+    (4) ∫ω' dt = D₀ ∫ω dt + ∫(D − D₀) ω dt + ∫ω_vb^b dt,   ∫f' dt = D₀ ∫f dt + ∫(D − D₀) f dt
+
+The vehicle's own increments keep their accuracy, and the quadrature (Gauss-Legendre) sees only the product with the
+small turn within half a sample.
 """
 
 from __future__ import annotations
 
 import math
+from collections.abc import Sequence
+from dataclasses import dataclass
 from typing import TYPE_CHECKING, Annotated, Literal, Self
 
 import numpy as np
+from numpy.typing import ArrayLike
 from pydantic import Field, model_validator
 
-from sinssim.data import Array
-from sinssim.section import Axis, Duration, NotNegative, Positive, Section, Turn, Vector3
-from sinssim.truth.motions.turning import Piece, Profile, Turning
+from sinssim import rotation
+from sinssim.data import Array, ImuData, NavState
+from sinssim.toml_section import Axis, Duration, NotNegative, Positive, Section, Turn, Vector3
+from sinssim.truth.sampling import check_instants, integrate_samples, part_by_part
 from sinssim.units import ARCSEC, DEG
+
+if TYPE_CHECKING:
+    from sinssim.truth.trajectory import Trajectory
+
+
+PART = 2048
+"""Instants that are computed at a time, so that what is between stays in the processor's cache."""
+
+
+Piece = tuple[str, float, float, float]
+"""Axis, duration s, rate at the begin and at the end rad/s."""
+
+
+@dataclass(frozen=True)
+class Profile:
+    """The angle of one axis over time: pieces in which the rate goes smoothly from one value to another.
+
+    Attributes:
+        begin: begin of each piece, increasing, (K,) s.
+        lasts: duration of each piece, (K,) s.
+        angle: at the begin of each piece, (K,) rad.
+        rate: at the begin of each piece, (K,) rad/s.
+        gain: change of the rate within each piece, (K,) rad/s.
+    """
+
+    begin: Array
+    lasts: Array
+    angle: Array
+    rate: Array
+    gain: Array
+
+    def at(self, t: Array) -> tuple[Array, Array]:
+        """Return angle and rate.
+
+        Args:
+            t: instants, (N,) s.
+
+        Returns:
+            (N,) rad and (N,) rad/s.
+        """
+        k = np.clip(np.searchsorted(self.begin, t, side="right") - 1, 0, len(self.begin) - 1)
+        since, lasts = t - self.begin[k], self.lasts[k]
+        x = since / lasts
+        rate = self.rate[k] + self.gain[k] * x * x * (3.0 - 2.0 * x)
+        angle = self.angle[k] + self.rate[k] * since + self.gain[k] * lasts * x * x * x * (1.0 - 0.5 * x)
+        return angle, rate
+
+    @classmethod
+    def constant(cls, rate: float, start: float, end: float) -> Self:
+        """Return the profile of a constant rate, with the angle 0 at the start."""
+        one = np.ones(1)
+        return cls(start * one, (end - start) * one, 0.0 * one, rate * one, 0.0 * one)
+
+    @classmethod
+    def repeated(cls, cycle: Sequence[Piece], axis: str, start: float, end: float) -> Self:
+        """Return the profile of one axis along a cycle that is repeated to the end."""
+        lasts = np.array([piece[1] for piece in cycle])
+        count = int(np.ceil((end - start) / lasts.sum())) + 1
+        own = np.array([piece[0] == axis for piece in cycle])
+        before, after = (np.where(own, [piece[k] for piece in cycle], 0.0) for k in (2, 3))
+        turns = 0.5 * (before + after) * lasts
+        number = np.arange(count)[:, None]
+        begin = start + number * lasts.sum() + (np.cumsum(lasts) - lasts)
+        angle = number * turns.sum() + (np.cumsum(turns) - turns)
+        whole = [np.broadcast_to(row, begin.shape).ravel() for row in (lasts, angle, before, after - before)]
+        return cls(begin.ravel(), whole[0], whole[1], whole[2], whole[3])
+
+
+@dataclass(frozen=True)
+class Turning:
+    """The rotation of a block in its vehicle.
+
+    Attributes:
+        outer: unit vector of the outer axis in the vehicle, (3,).
+        inner: unit vector of the inner axis in the block, (3,).
+        outer_profile, inner_profile: angles of the two axes.
+        wobble: ε, rad.
+        cycles: n.
+        phase: χ, rad.
+        breaks: instants at which a derivative of the rates jumps, (K,) s.
+        fastest: angular frequency beyond which the attitude has no significant content, rad/s.
+    """
+
+    outer: Array
+    inner: Array
+    outer_profile: Profile
+    inner_profile: Profile
+    wobble: float
+    cycles: int
+    phase: float
+    breaks: Array
+    fastest: float
+
+    @property
+    def two_axes(self) -> bool:
+        """Whether the inner axis turns at all; otherwise the unit has only the outer one."""
+        return bool(np.any(self.inner_profile.rate) or np.any(self.inner_profile.gain))
+
+    def angles(self, t: Array) -> Array:
+        """Return the angles α and β, (N, 2) rad, at instants (N,) s."""
+        found = np.empty((len(t), 2))
+        for first in range(0, len(t), PART):
+            part = slice(first, first + PART)
+            found[part, 0], found[part, 1] = self.outer_profile.at(t[part])[0], self.inner_profile.at(t[part])[0]
+        return found
+
+    def without_wobble(self, angles: Array) -> Array:
+        """Return the attitude that angles of the two axes mean, as a navigator takes it from its encoders.
+
+        Args:
+            angles: α and β, (N, 2) rad.
+
+        Returns:
+            q_vb, (N, 4).
+        """
+        outer = rotation.quaternion_from_rotation_vector(angles[:, :1] * self.outer)
+        return rotation.multiply(outer, rotation.quaternion_from_rotation_vector(angles[:, 1:] * self.inner))
+
+    def _wobble(self, alpha: Array) -> tuple[Array, Array]:
+        """Return ν and dν/dα, (N, 3) each."""
+        u = np.cross(self.outer, np.eye(3)[np.argmin(np.abs(self.outer))])
+        u /= np.linalg.norm(u)
+        w, at = np.cross(self.outer, u), (self.cycles * alpha + self.phase)[:, None]
+        nu = self.wobble * (u * np.cos(at) + w * np.sin(at))  # (2)
+        return nu, self.wobble * self.cycles * (w * np.cos(at) - u * np.sin(at))
+
+    def attitude(self, t: Array) -> Array:
+        """Return the true attitude of the block.
+
+        Args:
+            t: instants, (N,) s.
+
+        Returns:
+            q_vb, v_v = C_vb v_b, (N, 4).
+        """
+        angles = self.angles(t)
+        q_vb = self.without_wobble(angles)
+        if not self.wobble:
+            return q_vb
+        nu = self._wobble(angles[:, 0])[0]
+        return rotation.multiply(rotation.quaternion_from_rotation_vector(nu), q_vb)  # (1)
+
+    def rate(self, t: Array) -> Array:
+        """Return the rate of the block relative to the vehicle.
+
+        Args:
+            t: instants, (N,) s.
+
+        Returns:
+            ω_vb in the block's axes, (N, 3) rad/s.
+        """
+        alpha, alpha_rate = self.outer_profile.at(t)
+        beta, beta_rate = self.inner_profile.at(t)
+        omega = alpha_rate[:, None] * self.outer
+        if self.wobble:
+            nu, slope = self._wobble(alpha)
+            change, e = slope * alpha_rate[:, None], self.wobble
+            tilting = np.sinc(e / np.pi) * change - 0.5 * np.sinc(0.5 * e / np.pi) ** 2 * np.cross(nu, change)
+            outer = rotation.quaternion_from_rotation_vector(alpha[:, None] * self.outer)
+            omega = omega + rotation.rotate(rotation.conjugate(outer), tilting)
+        inner = rotation.quaternion_from_rotation_vector(-beta[:, None] * self.inner)
+        return np.asarray(rotation.rotate(inner, omega) + beta_rate[:, None] * self.inner)  # (3)
+
 
 Half = tuple[str, float]
 _OUT, _IN = "outer", "inner"
@@ -318,3 +505,71 @@ class Indexed(_InTurns):
 
 
 Rotation = Annotated[Continuous | Reversing | Indexed, Field(discriminator="type")]
+
+
+_SLOW, _FEW, _MANY = 0.2, 4, 8
+"""Phase of the fastest oscillation in a sample, rad, up to which four Gauss-Legendre points have an error of 3e-16 of
+its amplitude (Abramowitz and Stegun 25.4.30), and the points below and above it."""
+
+
+class TurningBlock:
+    """A block that turns in its vehicle, as a trajectory.
+
+    Args:
+        base: the motion of the vehicle at the block's place, in the axes of the block's mounting.
+        turns: the rotation.
+    """
+
+    def __init__(self, base: Trajectory, turns: Turning) -> None:
+        self.base, self.turns = base, turns
+        self.start, self.end = base.start, base.end
+        self.events, self.channels = base.events, base.channels
+        self.gravity, self.ellipsoid = base.gravity, base.ellipsoid
+        self.breaks = np.union1d(np.asarray(getattr(base, "breaks", ()), dtype=np.float64), turns.breaks)
+        self.fastest = turns.fastest + float(getattr(base, "fastest", 0.0))
+
+    def state(self, t: ArrayLike) -> NavState:
+        """Return position, velocity and attitude of the rotating IMU; see `Trajectory.state`."""
+        return part_by_part(self._state, check_instants(t, self.start, self.end))
+
+    def _state(self, instants: Array) -> NavState:
+        s = self.base.state(instants)
+        q_vb = self.turns.attitude(np.atleast_1d(instants)).reshape(*instants.shape, 4)
+        return NavState(s.latitude, s.longitude, s.height, s.velocity_ned, rotation.multiply(s.q_nb, q_vb))
+
+    def rates(self, t: ArrayLike) -> tuple[Array, Array]:
+        """Return inertial angular rate and specific force of the rotating IMU; see `Trajectory.rates`."""
+        instants = check_instants(t, self.start, self.end)
+        time = np.atleast_1d(instants)
+        omega, force = self.base.rates(time)
+        q_bv = rotation.conjugate(self.turns.attitude(time))
+        omega = rotation.rotate(q_bv, omega) + self.turns.rate(time)
+        return omega.reshape(*instants.shape, 3), rotation.rotate(q_bv, force).reshape(*instants.shape, 3)
+
+    def increments(self, rate_hz: float) -> ImuData:
+        """Return the increments of the rotating IMU's sensors (1); see `Trajectory.increments`."""
+        own = self.base.increments(rate_hz)
+        edges = own.time
+        middle = 0.5 * (edges[1:] + edges[:-1])
+        q_bv = rotation.conjugate(self.turns.attitude(middle))
+
+        def turned(t: Array) -> Array:
+            omega, force = self.base.rates(t)
+            now = rotation.conjugate(self.turns.attitude(t))
+            sample = np.clip(np.searchsorted(edges, t, side="right") - 1, 0, len(middle) - 1)
+            # (D − D₀) v without the cancellation: D = E D₀, (E − 1) v = 2 u × (u × v + s₀ v) for E = (s₀, u)
+            turn = rotation.multiply(now, rotation.conjugate(q_bv[sample]))
+            u, s0 = turn[:, 1:], turn[:, :1]
+            parts = []
+            for v in (rotation.rotate(q_bv[sample], omega), rotation.rotate(q_bv[sample], force)):
+                parts.append(2.0 * np.cross(u, np.cross(u, v) + s0 * v))
+            parts[0] += self.turns.rate(t)
+            return np.concatenate(parts, axis=1)
+
+        points = _FEW if self.fastest <= _SLOW * rate_hz else _MANY
+        change = integrate_samples(turned, edges, self.fastest, self.breaks, points=points)
+        return ImuData(
+            edges,
+            rotation.rotate(q_bv, own.dtheta) + change[:, :3],
+            rotation.rotate(q_bv, own.dvel) + change[:, 3:],
+        )

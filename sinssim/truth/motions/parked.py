@@ -12,20 +12,11 @@ from pydantic import Field
 from sinssim import earth, rotation
 from sinssim.arguments import quaternion, vector
 from sinssim.data import Array, ImuData, NavState
-from sinssim.earth.models import WGS84, Ellipsoid
-from sinssim.section import Duration, Heading, Height, Latitude, Longitude
-from sinssim.truth.block import block_state
-from sinssim.truth.motion import (
-    AT_REFERENCE_POINT,
-    NORMAL_EARTH,
-    Mounting,
-    PlacedMotion,
-    Progress,
-    TrueEarth,
-    attitude,
-)
-from sinssim.truth.motions.closed_form import ClosedForm
-from sinssim.truth.sample_times import check_instants, checked_place, sample_edges
+from sinssim.earth.ellipsoids import WGS84, Ellipsoid
+from sinssim.toml_section import Duration, Heading, Height, Latitude, Longitude
+from sinssim.truth.motion import AT_REFERENCE_POINT, NORMAL_EARTH, Mounting, PlacedMotion, Progress, TrueEarth, attitude
+from sinssim.truth.motions.analytic import ClosedForm
+from sinssim.truth.sampling import block_state, check_instants, checked_place, sample_edges
 
 
 class Parked(ClosedForm):

@@ -10,14 +10,12 @@ from numpy.typing import NDArray
 
 from sinssim import rotation
 from sinssim.data import Array
-from sinssim.earth.coordinates import ecef_to_geodetic, q_en
-from sinssim.earth.models import Ellipsoid
+from sinssim.earth.ellipsoids import Ellipsoid
+from sinssim.earth.geodetic_coordinates import ecef_to_geodetic, q_en
 from sinssim.errors import InputError
-from sinssim.truth.track import smoothing
-from sinssim.truth.track.attitude import attitude_from_motion
-from sinssim.truth.track.places import verticals
-from sinssim.truth.track.samples import TrackSamples
-from sinssim.truth.track.vehicles import VEHICLES, Pitch, Vehicle, VehicleName
+from sinssim.truth.track import smoothing_spline
+from sinssim.truth.track.track_samples import TrackSamples
+from sinssim.truth.track.vehicle_attitude import VEHICLES, Pitch, Vehicle, VehicleName, attitude_from_motion, verticals
 
 _GAP, _GAP_INTERVALS = 10.0, 5.0
 """A gap is longer than 10 s and than five median intervals."""
@@ -163,7 +161,7 @@ def _with_attitude(
     tau: tuple[float, float, float],
     notes: tuple[str, ...],
 ) -> Knots:
-    path = smoothing.interpolating_spline(at, relative)
+    path = smoothing_spline.interpolating_spline(at, relative)
     velocity, acceleration = path(at, 1), path(at, 2)
     held = np.zeros(len(at), bool)
     if attitude is not None:
@@ -218,15 +216,15 @@ def _fitted(
     weight: Array,
     tau: float | None,
     sigma: float | None,
-    misfit: smoothing.Misfit | None,
+    misfit: smoothing_spline.Misfit | None,
 ) -> tuple[Any, float]:
     """Return the spline through samples, and its τ."""
     if tau is None:
         if sigma is not None:
-            tau = smoothing.tau_by_distance(time, values, weight, sigma, misfit)
+            tau = smoothing_spline.tau_by_distance(time, values, weight, sigma, misfit)
         else:
-            tau = smoothing.tau_by_cross_validation(time, values, weight, misfit)
-    return smoothing.smooth_spline(time, values, tau, weight), tau
+            tau = smoothing_spline.tau_by_cross_validation(time, values, weight, misfit)
+    return smoothing_spline.smooth_spline(time, values, tau, weight), tau
 
 
 def _attitude_spline(samples: TrackSamples, time: Array, options: TrackOptions) -> tuple[Any, float]:

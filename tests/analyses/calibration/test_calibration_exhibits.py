@@ -9,15 +9,15 @@ from typing import Any
 import numpy as np
 import pytest
 
-from sinssim.analyses.calibration import calibration_exhibits as shown
+from sinssim.analyses.calibration import calibration_result as shown
+from sinssim.analyses.calibration.calibration_result import CalibrationResult
 from sinssim.analyses.calibration.least_squares import OBSERVABLE
 from sinssim.analyses.calibration.parameters import Parameter
-from sinssim.analyses.calibration.result import CalibrationResult
 from sinssim.charts import Bars, Dots, Rule
 from sinssim.exhibits import Exhibits, Verbatim
 from sinssim.recording.console import show
-from sinssim.recording.report.exhibits import page_of
-from sinssim.truth.turntable.sequences import SEQUENCES
+from sinssim.recording.report.exhibit_page import page_of
+from sinssim.truth.motions.turntable import SEQUENCES
 from tests.recording.by_hand import printed
 from tests.recording.shown import chart_of, items_of, marks_of, same, sentences, titles
 

@@ -5,15 +5,13 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from sinssim.analyses.calibration.calibrate import calibrate
-from sinssim.analyses.calibration.noise import TriadNoise, covariance_of_integrals
 from sinssim.analyses.calibration.parameters import errors_of
-from sinssim.analyses.calibration.separate import _spans, linearise, right_jacobian
-from sinssim.analyses.calibration.spans import planned
-from sinssim.analyses.calibration.task import make_task
+from sinssim.analyses.calibration.separate_method import _spans, linearise, right_jacobian
+from sinssim.analyses.calibration.turntable_calibration import calibrate
+from sinssim.analyses.calibration.turntable_data import TriadNoise, covariance_of_integrals, make_task, planned
 from sinssim.scenario.true_motion import fly
-from sinssim.sensors.imu.emulate import emulate
-from sinssim.sensors.imu.errors import ImuErrors
+from sinssim.sensors.imu.emulation import emulate
+from sinssim.sensors.imu.imu_errors import ImuErrors
 from tests.analyses.calibration.draws import ARCSECONDS, DEGREES, check, drawn, scenario
 
 QUIET = {"gyro_arw_deg_sqrt_h": 0.0, "accel_vrw_ug_sqrt_hz": 0.0}
@@ -70,7 +68,7 @@ def test_one_planted_error_is_found_and_no_other(name: str) -> None:
     ideal = fly(described).increments(20.0)
     task = make_task(described, described.calibration, ideal, planned(described.turntable, ideal.time))
     true = np.array([100.0 * one.size * (one.name == name) for one in task.known])
-    from sinssim.analyses.calibration.separate import separate
+    from sinssim.analyses.calibration.separate_method import separate
 
     estimate = separate(
         make_task(described, described.calibration, emulate(ideal, errors_of(task.known, true)), task.dwells)

@@ -5,10 +5,10 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from sinssim.analyses.calibration.spans import Dwells, between, detected, planned
+from sinssim.analyses.calibration.turntable_data import Dwells, between, detected, planned
 from sinssim.data import ImuData
 from sinssim.errors import InputError
-from sinssim.truth.turntable.turntable import Turntable
+from sinssim.truth.motions.turntable import Turntable
 
 TIME = 2.0 + 0.5 * np.arange(41)  # to 22 s
 TABLE = Turntable.model_validate({

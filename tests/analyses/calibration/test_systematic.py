@@ -6,20 +6,19 @@ import numpy as np
 import pytest
 
 from sinssim import budget, navigate, rotation
-from sinssim.analyses.calibration.calibrate import calibrate
-from sinssim.analyses.calibration.compensation_file import compensation_text
+from sinssim.analyses.calibration.calibration_result import compensation_text
 from sinssim.analyses.calibration.parameters import errors_of, in_accelerometer_frame
-from sinssim.analyses.calibration.spans import planned
-from sinssim.analyses.calibration.systematic import linearise, steps, systematic
-from sinssim.analyses.calibration.task import make_task
+from sinssim.analyses.calibration.systematic_method import linearise, steps, systematic
+from sinssim.analyses.calibration.turntable_calibration import calibrate
+from sinssim.analyses.calibration.turntable_data import make_task, planned
 from sinssim.scenario import Scenario
 from sinssim.scenario.true_motion import fly
 from sinssim.sensors.imu.compensation import compensate
-from sinssim.sensors.imu.emulate import emulate
-from sinssim.sensors.imu.errors import ImuErrors
+from sinssim.sensors.imu.emulation import emulate
 from sinssim.sensors.imu.fields import TriadErrors
 from sinssim.sensors.imu.imu import draw
-from sinssim.statistics.order_statistics import percentile
+from sinssim.sensors.imu.imu_errors import ImuErrors
+from sinssim.statistics.percentiles import percentile
 from sinssim.toml_file import tomllib
 from tests.analyses.calibration.draws import ARCSECONDS, DEGREES, check, drawn, scenario
 

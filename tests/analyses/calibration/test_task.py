@@ -10,18 +10,15 @@ import numpy as np
 import pytest
 from scipy.spatial.transform import Rotation
 
-from sinssim.analyses.calibration.calibrate import _remarks, calibrate
-from sinssim.analyses.calibration.compensation_file import compensation_text
+from sinssim.analyses.calibration.calibration_result import CalibrationResult, compensation_text
 from sinssim.analyses.calibration.least_squares import Solution
-from sinssim.analyses.calibration.noise import noise_of
 from sinssim.analyses.calibration.parameters import errors_of, parameters, values_of
-from sinssim.analyses.calibration.result import CalibrationResult
-from sinssim.analyses.calibration.separate import _first_trust
-from sinssim.analyses.calibration.spans import Dwells, planned
-from sinssim.analyses.calibration.systematic import _coarse, _levelled, arm_pull, linearise, steps
-from sinssim.analyses.calibration.task import Estimate, make_task
+from sinssim.analyses.calibration.separate_method import _first_trust
+from sinssim.analyses.calibration.systematic_method import _coarse, _levelled, arm_pull, linearise, steps
+from sinssim.analyses.calibration.turntable_calibration import _remarks, calibrate
+from sinssim.analyses.calibration.turntable_data import Dwells, Estimate, make_task, noise_of, planned
 from sinssim.data import ImuData
-from sinssim.earth.models import OMEGA_IE
+from sinssim.earth.ellipsoids import OMEGA_IE
 from sinssim.scenario import Scenario
 from sinssim.scenario.true_motion import fly
 from sinssim.sensors.imu.compensation import compensate
@@ -273,7 +270,7 @@ def test_residuals_are_mean_readings_less_the_ideal_ones() -> None:
     described = scenario("separate", "six-positions-and-rates", seed=5, dwell_s=5.0)
     found = calibrate(described)
     ideal = fly(described).increments(20.0)
-    from sinssim.sensors.imu.emulate import emulate
+    from sinssim.sensors.imu.emulation import emulate
 
     own = compensate(emulate(ideal, described.imu, 5), errors_of(found.parameters, found.values))
     edges = np.searchsorted(ideal.time, found.dwells)

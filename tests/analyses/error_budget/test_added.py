@@ -5,10 +5,9 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from sinssim.analyses.error_budget.analyse import budget
-from sinssim.experiments.ensembles.execute import errors_of_runs
-from sinssim.experiments.ensembles.plan import make_plan
-from sinssim.experiments.ensembles.truth import TruthCache
+from sinssim.analyses.error_budget.covariance_budget import budget
+from sinssim.experiments.ensembles.ensemble_execution import errors_of_runs
+from sinssim.experiments.ensembles.ensemble_plan import TruthCache, make_plan
 from sinssim.units import DEG_H, DEG_SQRT_H
 from tests.analyses.error_budget.worlds import scenario
 

@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 import sinssim
-from sinssim.analyses.error_budget.analyse import budget
+from sinssim.analyses.error_budget.covariance_budget import budget
 from tests.analyses.error_budget.worlds import ALLOWED, SHORT_TURN, aided_ensemble, ensemble, scenario, standard_errors
 
 _START = {

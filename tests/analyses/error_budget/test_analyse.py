@@ -8,10 +8,10 @@ import numpy as np
 import pytest
 
 import sinssim
-from sinssim.analyses.error_budget.served import _OTHER_SETS
+from sinssim.analyses.error_budget.covariance_budget import _OTHER_SETS
 from sinssim.errors import InputError
 from sinssim.sensors.aiding.baro import Barometer
-from sinssim.sensors.aiding.base.sensor import AidingReadings, Vehicle
+from sinssim.sensors.aiding_sensor import AidingReadings, Vehicle
 from sinssim.sensors.sets.sensor_set import SensorSet
 from tests.analyses.error_budget.worlds import SHORT_TURN, scenario
 

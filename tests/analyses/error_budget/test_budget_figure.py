@@ -8,14 +8,14 @@ import numpy as np
 import pytest
 
 import sinssim
+from sinssim.analyses.error_budget.allowances import answers
 from sinssim.analyses.error_budget.budget_exhibits import OTHERS, _palette, exhibits_of, shares, units_of_budget
-from sinssim.analyses.error_budget.limits import answers
 from sinssim.exhibits import Section, Table
-from sinssim.recording.figures.canvas import to_svg
-from sinssim.recording.report.chart import html_of
-from sinssim.statistics.requirements.requirement import parse_requirements
+from sinssim.recording.figures import to_svg
+from sinssim.recording.report.svg_chart import html_of
+from sinssim.statistics.requirements import parse_requirements
 from tests.analyses.error_budget.worlds import SHORT_TURN, scenario
-from tests.recording.figures.drawn import figure
+from tests.recording.drawn import figure
 
 _MANY = {"grade": "tactical", "gyro_ramp_deg_h_per_h": [1.0, 0.0, 0.0], "accel_flicker_ug": 10.0,
          "gyro_g_sensitivity_sigma_deg_h_per_g": 0.1, "accel_quadratic_sigma_ug_per_g2": 10.0}  # fmt: skip

@@ -11,12 +11,12 @@ import pyarrow.parquet as pq
 import pytest
 from scipy.stats import ncx2
 
-from sinssim.analyses.error_budget.budget_files import _write_parquet, to_json
-from sinssim.analyses.error_budget.inputs.sources import Source
-from sinssim.analyses.error_budget.limits import Allowance, Answer
-from sinssim.analyses.error_budget.result import BudgetResult
-from sinssim.statistics.requirements.exceeded import Exceeded
-from sinssim.statistics.requirements.requirement import parse_requirement
+from sinssim.analyses.error_budget.allowances import Allowance, Answer
+from sinssim.analyses.error_budget.budget_exhibits import _write_parquet, to_json
+from sinssim.analyses.error_budget.budget_result import BudgetResult
+from sinssim.analyses.error_budget.error_sources import Source
+from sinssim.statistics.requirement_verdict import Exceeded
+from sinssim.statistics.requirements import parse_requirement
 
 TIME = np.array([10.0, 20.0, 40.0, 72.0])
 SOURCES = (

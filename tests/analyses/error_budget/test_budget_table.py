@@ -6,6 +6,7 @@ from math import inf, nan
 
 import pytest
 
+from sinssim.analyses.error_budget.allowances import Allowance, Answer
 from sinssim.analyses.error_budget.budget_exhibits import (
     _FIXED_GAINS,
     _over_time,
@@ -15,11 +16,10 @@ from sinssim.analyses.error_budget.budget_exhibits import (
     lines_of,
     when,
 )
-from sinssim.analyses.error_budget.limits import Allowance, Answer
 from sinssim.exhibits import Table, four_digits
 from sinssim.recording.console import show
-from sinssim.statistics.requirements.exceeded import Exceeded
-from sinssim.statistics.requirements.requirement import parse_requirement
+from sinssim.statistics.requirement_verdict import Exceeded
+from sinssim.statistics.requirements import parse_requirement
 from tests.recording.by_hand import CEP, R95, SOURCES, hand_budget, printed
 
 BIAS, GYRO, HEIGHT, WALK = SOURCES

@@ -12,9 +12,9 @@ import numpy as np
 import pytest
 
 from sinssim import earth
-from sinssim.analyses.error_budget.analyse import budget
+from sinssim.analyses.error_budget.covariance_budget import budget
+from sinssim.sensors import flicker
 from sinssim.sensors.error_propagation import Schuler
-from sinssim.sensors.noise import flicker
 from sinssim.units import ARCMIN, ARCSEC, DEG_H, DEG_SQRT_H, UG
 from tests.analyses.error_budget.worlds import PLACE, scenario
 

@@ -8,12 +8,17 @@ from typing import Any
 import numpy as np
 import pytest
 
-from sinssim.analyses.error_budget.aided import Consider
-from sinssim.analyses.error_budget.inertial import Snapshot
-from sinssim.analyses.error_budget.inputs.processes import Walk
-from sinssim.analyses.error_budget.inputs.sources import InertialNoise, Source
-from sinssim.analyses.error_budget.inputs.turning import AngleError
-from sinssim.analyses.error_budget.shares import SensorAngle, SensorConstant, SensorGiven, SensorNoise, SensorProcess
+from sinssim.analyses.error_budget.consider_analysis import Consider
+from sinssim.analyses.error_budget.error_sources import AngleError, InertialNoise, Source
+from sinssim.analyses.error_budget.propagation import Walk
+from sinssim.analyses.error_budget.source_shares import (
+    SensorAngle,
+    SensorConstant,
+    SensorGiven,
+    SensorNoise,
+    SensorProcess,
+)
+from sinssim.analyses.error_budget.unaided_budget import Snapshot
 from sinssim.data import Array, Measurements
 from sinssim.estimation.linearisation import Observed
 

@@ -9,8 +9,8 @@ import numpy as np
 import pytest
 
 import sinssim
-from sinssim.analyses.error_budget.analyse import budget
-from sinssim.earth.models import OMEGA_IE
+from sinssim.analyses.error_budget.covariance_budget import budget
+from sinssim.earth.ellipsoids import OMEGA_IE
 from sinssim.units import DEG_H, DEG_SQRT_H
 from tests.analyses.error_budget.worlds import PLACE, SHORT_TURN, scenario
 

@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 import sinssim
-from sinssim.analyses.error_budget.analyse import budget
+from sinssim.analyses.error_budget.covariance_budget import budget
 from tests.analyses.error_budget.worlds import SHORT_TURN, aided_ensemble, scenario
 
 _START = {"position_sigma_m": 0.5, "velocity_sigma_mps": 0.01, "tilt_sigma_arcmin": 0.02, "heading_sigma_arcmin": 0.2}

@@ -10,17 +10,16 @@ from scipy.integrate import solve_ivp
 
 import sinssim
 from sinssim import earth
-from sinssim.analyses.error_budget.analyse import budget
-from sinssim.analyses.error_budget.result import BudgetResult
+from sinssim.analyses.error_budget.budget_result import BudgetResult
+from sinssim.analyses.error_budget.covariance_budget import budget
 from sinssim.data import Array
-from sinssim.experiments.run.result import Run
+from sinssim.experiments.run.run_result import Run
 from sinssim.scenario import Scenario
 from sinssim.scenario.true_motion import fly
-from sinssim.sensors.imu.emulate import digital
-from sinssim.strapdown.nav_error import navigation_error
+from sinssim.sensors.imu.emulation import digital
 from sinssim.strapdown.navigate import navigate
-from sinssim.truth.gravity.disturbed import Disturbed
-from sinssim.truth.gravity.values import gravity_values
+from sinssim.strapdown.navigation_error import navigation_error
+from sinssim.truth.true_gravity_disturbance import Disturbed, gravity_values
 
 PARTS = ("imu.rate_hz=4", "great_circle.duration_s=2400")
 
@@ -112,7 +111,7 @@ def test_the_remainder_has_the_covariance_of_drawn_runs(order: int) -> None:
 
 
 def test_runs_of_an_ensemble_draw_their_own_remainder() -> None:
-    from sinssim.experiments.ensembles.truth import TruthCache
+    from sinssim.experiments.ensembles.ensemble_plan import TruthCache
 
     scenario = sinssim.load_scenario("gravity_disturbance", (*PARTS, "gravity.remainder.order=2"))
     truths = TruthCache()

@@ -6,12 +6,12 @@ import math
 
 import pytest
 
-from sinssim.analyses.error_budget.analyse import budget
-from sinssim.analyses.error_budget.limits import answers, times_of
-from sinssim.analyses.error_budget.result import BudgetResult
+from sinssim.analyses.error_budget.allowances import answers, times_of
+from sinssim.analyses.error_budget.budget_result import BudgetResult
+from sinssim.analyses.error_budget.covariance_budget import budget
 from sinssim.errors import InputError
 from sinssim.scenario import Scenario
-from sinssim.statistics.requirements.requirement import parse_requirements
+from sinssim.statistics.requirements import parse_requirements
 from tests.analyses.error_budget.worlds import PLACE, scenario
 
 SIZES = {

@@ -8,13 +8,12 @@ import numpy as np
 import pytest
 
 import sinssim
-from sinssim.analyses.error_budget.analyse import budget
+from sinssim.analyses.error_budget.covariance_budget import budget
 from sinssim.data import Array
 from sinssim.earth import radii
-from sinssim.earth.models import ELLIPSOIDS
-from sinssim.experiments.ensembles.execute import errors_of_runs
-from sinssim.experiments.ensembles.plan import make_plan
-from sinssim.experiments.ensembles.truth import TruthCache
+from sinssim.earth.ellipsoids import ELLIPSOIDS
+from sinssim.experiments.ensembles.ensemble_execution import errors_of_runs
+from sinssim.experiments.ensembles.ensemble_plan import TruthCache, make_plan
 from sinssim.scenario import Scenario
 from tests.analyses.error_budget.worlds import ALLOWED, scenario
 
@@ -106,7 +105,7 @@ def test_the_start_depends_on_the_given_latitude_by_its_derivative(monkeypatch: 
     """A start whose velocity grows by 3, −5 and 7 m/s per radian: over a meridian of 6.38e6 m, 1e-6 m/s per metre."""
     from types import SimpleNamespace
 
-    from sinssim.analyses.error_budget import own_alignment
+    from sinssim.analyses.error_budget import aligned_start as own_alignment
 
     slope, turn = np.array([3.0, -5.0, 7.0]), 0.2
     q = np.array([1.0, 0.0, 0.0, 0.0])

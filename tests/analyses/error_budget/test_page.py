@@ -10,7 +10,7 @@ from typing import Any
 import pytest
 
 from sinssim.scenario import load_scenario
-from sinssim.statistics.requirements.requirement import QUANTITIES, parse_requirement
+from sinssim.statistics.requirements import QUANTITIES, parse_requirement
 
 PAGE = (Path(__file__).parents[3] / "docs" / "budgets.md").read_text(encoding="utf-8")
 

@@ -10,9 +10,20 @@ import numpy as np
 import pytest
 from scipy.linalg import expm
 
-from sinssim.analyses.error_budget.alignment import by_mean_readings
-from sinssim.analyses.error_budget.analyse import _instants
-from sinssim.analyses.error_budget.inertial import (
+from sinssim.analyses.error_budget.aligned_start import by_mean_readings
+from sinssim.analyses.error_budget.covariance_budget import _instants
+from sinssim.analyses.error_budget.deterministic_sources import remainder_noise
+from sinssim.analyses.error_budget.error_dynamics import (
+    TrueMotion,
+    exponential,
+    gravity_input,
+    noise_inputs,
+    white_covariance,
+)
+from sinssim.analyses.error_budget.error_sources import Column, Constants, InertialNoise, InitialErrors, Source
+from sinssim.analyses.error_budget.propagation import Propagation
+from sinssim.analyses.error_budget.source_shares import SensorConstant, SensorGiven, SensorNoise, SensorProcess, Shares
+from sinssim.analyses.error_budget.unaided_budget import (
     STATES,
     HeightErrors,
     Marks,
@@ -23,14 +34,9 @@ from sinssim.analyses.error_budget.inertial import (
     _with_loop,
     add_rounding,
 )
-from sinssim.analyses.error_budget.inputs.gravity_sources import remainder_noise
-from sinssim.analyses.error_budget.inputs.sources import Column, Constants, InertialNoise, InitialErrors, Source
-from sinssim.analyses.error_budget.motion import TrueMotion, exponential, gravity_input, noise_inputs, white_covariance
-from sinssim.analyses.error_budget.propagation import Propagation
-from sinssim.analyses.error_budget.shares import SensorConstant, SensorGiven, SensorNoise, SensorProcess, Shares
 from sinssim.errors import InputError
-from sinssim.estimation.dynamics import NominalMotion
-from sinssim.sensors.imu.terms import FIELDS
+from sinssim.estimation.error_dynamics import NominalMotion
+from sinssim.sensors.imu.error_term_table import FIELDS
 from tests.analyses.error_budget.worlds import scenario
 
 OMEGA = 7.292115e-5
@@ -209,7 +215,7 @@ def test_gains_of_the_vertical_loop(sampled: bool) -> None:
 
 
 def scenario_ellipsoid() -> Any:
-    from sinssim.earth.models import ELLIPSOIDS
+    from sinssim.earth.ellipsoids import ELLIPSOIDS
 
     return ELLIPSOIDS["wgs84"]
 

@@ -5,8 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from sinssim.analyses.error_budget.inputs.processes import GaussMarkov, Walk
-from sinssim.analyses.error_budget.propagation import NavigationStep, Propagation, Reading
+from sinssim.analyses.error_budget.propagation import GaussMarkov, NavigationStep, Propagation, Reading, Walk
 
 N, M = 5, 4
 SIGMA = np.array([1.0, 2.0, 0.5, 3.0])

@@ -9,12 +9,12 @@ import numpy as np
 import pytest
 from scipy.stats import ncx2, norm
 
-from sinssim.analyses.error_budget.inputs.sources import Source
-from sinssim.analyses.error_budget.limits import answer_of, answers
-from sinssim.analyses.error_budget.result import COMPONENTS, Added, BudgetResult
+from sinssim.analyses.error_budget.allowances import answer_of, answers
+from sinssim.analyses.error_budget.budget_result import BUDGET_COMPONENTS, Added, BudgetResult
+from sinssim.analyses.error_budget.error_sources import Source
 from sinssim.data import Array
 from sinssim.errors import InputError
-from sinssim.statistics.requirements.requirement import parse_requirement
+from sinssim.statistics.requirements import parse_requirement
 from tests.analyses.error_budget.worlds import scenario
 
 TIME = np.array([0.0, 70.0, 100.0, 600.0])
@@ -44,9 +44,9 @@ def result() -> BudgetResult:
 
 
 def test_all_sources_together(result: BudgetResult) -> None:
-    assert COMPONENTS[0::3] == ("position_north", "velocity_north", "tilt_north")
-    assert COMPONENTS[1::3] == ("position_east", "velocity_east", "tilt_east")
-    assert COMPONENTS[2::3] == ("position_down", "velocity_down", "heading")
+    assert BUDGET_COMPONENTS[0::3] == ("position_north", "velocity_north", "tilt_north")
+    assert BUDGET_COMPONENTS[1::3] == ("position_east", "velocity_east", "tilt_east")
+    assert BUDGET_COMPONENTS[2::3] == ("position_down", "velocity_down", "heading")
     variance = [289.0, 289.0, 2.0, 0.16, 0.25, 0.0, 4e-8, 9e-8]  # 600 s: 12² is 144, and 5² is 25
     variance[:2] = [169.0, 169.0]
     sigma = [math.sqrt(v) for v in (*variance, 24e-8)]

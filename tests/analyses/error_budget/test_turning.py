@@ -8,12 +8,11 @@ import numpy as np
 import pytest
 
 import sinssim
-from sinssim.analyses.error_budget.analyse import budget
-from sinssim.analyses.error_budget.result import BudgetResult
+from sinssim.analyses.error_budget.budget_result import BudgetResult
+from sinssim.analyses.error_budget.covariance_budget import budget
 from sinssim.data import Array
-from sinssim.experiments.ensembles.execute import errors_of_runs
-from sinssim.experiments.ensembles.plan import make_plan
-from sinssim.experiments.ensembles.truth import TruthCache
+from sinssim.experiments.ensembles.ensemble_execution import errors_of_runs
+from sinssim.experiments.ensembles.ensemble_plan import TruthCache, make_plan
 from sinssim.experiments.run.execute import run
 from sinssim.scenario import Scenario
 from tests.analyses.error_budget.worlds import ALLOWED, aided_ensemble, scenario, standard_errors

@@ -5,8 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from sinssim.analyses.inspection.channels import channel_findings
-from sinssim.analyses.inspection.finding import Finding, doubt, wrong
+from sinssim.analyses.inspection.stream_findings import Finding, channel_findings, doubt, wrong
 from sinssim.data import Array
 from sinssim.units import DEG, G0
 

@@ -12,8 +12,8 @@ import pytest
 
 import sinssim
 from sinssim import earth
-from sinssim.analyses.inspection.corrections import bridges
-from sinssim.analyses.inspection.files import inspect
+from sinssim.analyses.inspection.inspected_files import inspect
+from sinssim.analyses.inspection.log_corrections import bridges
 from sinssim.data import Array
 from sinssim.scenario import load_scenario
 from sinssim.units import G0
@@ -186,7 +186,7 @@ def test_a_drift_of_the_clock_adds_to_the_one_that_is_described() -> None:
     """30 ppm are described and 20 ppm more are seen: 50.0006 ppm, to a tenth."""
     from types import SimpleNamespace
 
-    from sinssim.analyses.inspection.corrections import _of_clocks
+    from sinssim.analyses.inspection.log_corrections import _of_clocks
 
     log: Any = SimpleNamespace(imu=SimpleNamespace(clock_drift_ppm=30.0, time_offset_s=0.0), gnss=None)
     seen: Any = SimpleNamespace(offset=None, inertial=None, drift=2e-5, velocity_delay=None, findings=())

@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 import pytest
 
-from sinssim.analyses.inspection.corrections import (
+from sinssim.analyses.inspection.log_corrections import (
     _of_clocks,
     _placed,
     bridges,
@@ -20,9 +20,9 @@ from sinssim.analyses.inspection.corrections import (
     since,
     starts,
 )
-from sinssim.analyses.inspection.finding import doubt
+from sinssim.analyses.inspection.stream_findings import doubt
 from sinssim.data import Array
-from sinssim.logs.streams import Clock
+from sinssim.logs.recorded_streams import Clock
 
 UNIT = np.array([50.0, 50.5, 51.0, 52.0])
 

@@ -10,14 +10,14 @@ from typing import Any
 import numpy as np
 import pytest
 
-from sinssim.analyses.inspection.description import suggested_scenario
-from sinssim.analyses.inspection.finding import doubt, fact
-from sinssim.analyses.inspection.inspection import Inspection
-from sinssim.analyses.inspection.mounting import Mounting
-from sinssim.analyses.inspection.standing import AtRest
+from sinssim.analyses.inspection.quiet_spans import AtRest
+from sinssim.analyses.inspection.stream_findings import doubt, fact
+from sinssim.analyses.inspection.stream_inspection import Inspection
+from sinssim.analyses.inspection.suggested_scenario import suggested_scenario
+from sinssim.analyses.inspection.unit_axes import Mounting
 from sinssim.data import ImuData
-from sinssim.logs.streams import Clock, FixStream, InertialStream
-from sinssim.sensors.from_readings.stops import learn_rest
+from sinssim.logs.recorded_streams import Clock, FixStream, InertialStream
+from sinssim.sensors.standstill_detection import learn_rest
 
 GPS = Clock("gps", 1_400_000_000)
 HERE = Path("/drives")

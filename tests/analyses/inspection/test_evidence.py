@@ -11,18 +11,17 @@ import numpy as np
 import pytest
 
 from sinssim import earth
-from sinssim.analyses.inspection.channels import channel_findings
-from sinssim.analyses.inspection.files import inspect
-from sinssim.analyses.inspection.inspection import Inspection, inspect_streams
-from sinssim.analyses.inspection.moves import motion_of
-from sinssim.analyses.inspection.standing import at_rest
+from sinssim.analyses.inspection.inspected_files import inspect
+from sinssim.analyses.inspection.quiet_spans import at_rest, motion_of
+from sinssim.analyses.inspection.stream_findings import channel_findings
+from sinssim.analyses.inspection.stream_inspection import Inspection, inspect_streams
 from sinssim.analyses.inspection.velocity_match import seen
 from sinssim.data import Array
 from sinssim.errors import InputError
-from sinssim.logs.streams import Clock, FixStream, InertialStream, Streams
+from sinssim.logs.recorded_streams import Clock, FixStream, InertialStream, Streams
 from sinssim.scenario import load_scenario
-from sinssim.sensors.from_readings.first_course import first_course
-from sinssim.simulation.aided.recorded_run import prepare
+from sinssim.sensors.aiding.gnss import first_course
+from sinssim.simulation.recorded_filter_run import prepare
 from sinssim.units import DEG, G0
 from tests.analyses.inspection import worlds
 

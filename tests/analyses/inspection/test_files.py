@@ -9,12 +9,12 @@ import numpy as np
 import pytest
 
 from sinssim import rotation
-from sinssim.analyses.inspection.files import inspect
-from sinssim.analyses.inspection.finding import wrong
-from sinssim.analyses.inspection.layouts.inertial import guess_layout
-from sinssim.analyses.inspection.layouts.text_table import read_table
+from sinssim.analyses.inspection.inertial_columns import guess_layout
+from sinssim.analyses.inspection.inspected_files import inspect
+from sinssim.analyses.inspection.stream_findings import wrong
+from sinssim.analyses.inspection.text_columns import read_table
 from sinssim.errors import InputError
-from sinssim.logs.read import folder_of
+from sinssim.logs.formats.registry import folder_of
 from sinssim.scenario import load_scenario
 from tests.analyses.inspection import worlds
 from tests.logs.formats.samples import FILES

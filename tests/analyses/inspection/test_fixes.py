@@ -9,11 +9,10 @@ import numpy as np
 import pytest
 
 from sinssim import earth
-from sinssim.analyses.inspection.finding import Finding, doubt, fact, wrong
-from sinssim.analyses.inspection.fixes import fix_findings
-from sinssim.analyses.inspection.inspection import _delay_findings
-from sinssim.analyses.inspection.times.offset import Delay
-from sinssim.logs.streams import FixStream
+from sinssim.analyses.inspection.clock_offset import Delay
+from sinssim.analyses.inspection.stream_findings import Finding, doubt, fact, fix_findings, wrong
+from sinssim.analyses.inspection.stream_inspection import _delay_findings
+from sinssim.logs.recorded_streams import FixStream
 
 _COUNT = 40
 

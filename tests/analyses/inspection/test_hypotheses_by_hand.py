@@ -8,9 +8,9 @@ from typing import Any
 import numpy as np
 import pytest
 
-from sinssim.analyses.inspection import hypotheses
-from sinssim.analyses.inspection.finding import doubt, fact, wrong
-from sinssim.analyses.inspection.hypotheses import Reading, _others, judge_reading
+from sinssim.analyses.inspection import unit_axes
+from sinssim.analyses.inspection.stream_findings import doubt, fact, wrong
+from sinssim.analyses.inspection.unit_axes import Reading, _others, judge_reading
 from sinssim.data import Array
 
 DEG = 0.017453292519943295
@@ -101,9 +101,9 @@ def judged(
         assert rate_hz == 25.0
         return (*rate[0], *force[0])
 
-    monkeypatch.setattr(hypotheses, "match", matched)
-    monkeypatch.setattr(hypotheses, "pushed", push)
-    monkeypatch.setattr(hypotheses, "turns_apart", lambda *_: np.nan)
+    monkeypatch.setattr(unit_axes, "match", matched)
+    monkeypatch.setattr(unit_axes, "pushed", push)
+    monkeypatch.setattr(unit_axes, "turns_apart", lambda *_: np.nan)
     return judge_reading(TIME, RATES, FORCES, FIXES, offset, 7.6, 8.0, columns, "rates")
 
 

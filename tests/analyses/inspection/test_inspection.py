@@ -11,11 +11,11 @@ import numpy as np
 import pytest
 
 from sinssim import rotation
-from sinssim.analyses.inspection.description import suggested_scenario
-from sinssim.analyses.inspection.finding import doubt
-from sinssim.analyses.inspection.inspection import Inspection, inspect_streams
-from sinssim.analyses.inspection.standing import at_rest
-from sinssim.logs.streams import Clock, FixStream, InertialStream, Streams
+from sinssim.analyses.inspection.quiet_spans import at_rest
+from sinssim.analyses.inspection.stream_findings import doubt
+from sinssim.analyses.inspection.stream_inspection import Inspection, inspect_streams
+from sinssim.analyses.inspection.suggested_scenario import suggested_scenario
+from sinssim.logs.recorded_streams import Clock, FixStream, InertialStream, Streams
 from tests.analyses.inspection import worlds
 
 GPS = Clock("gps", 1_400_000_000)

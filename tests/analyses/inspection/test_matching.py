@@ -9,15 +9,14 @@ import numpy as np
 import pytest
 
 from sinssim import earth, rotation
-from sinssim.analyses.inspection.finding import Finding, doubt, fact
-from sinssim.analyses.inspection.inspection import _apart, _mounting_finding
-from sinssim.analyses.inspection.mounting import Mounting, _named, attitude_by_match, attitude_finding, mounting
-from sinssim.analyses.inspection.moves import motion_of
-from sinssim.analyses.inspection.times.drift import even_times
-from sinssim.analyses.inspection.times.offset import _scatter, coarse_offset, velocity_delay
+from sinssim.analyses.inspection.clock_offset import _scatter, coarse_offset, even_times, velocity_delay
+from sinssim.analyses.inspection.quiet_spans import motion_of
+from sinssim.analyses.inspection.stream_findings import Finding, doubt, fact
+from sinssim.analyses.inspection.stream_inspection import _apart, _mounting_finding
+from sinssim.analyses.inspection.unit_axes import Mounting, _named, attitude_by_match, attitude_finding, mounting
 from sinssim.analyses.inspection.velocity_match import Match, Pushed, Seen, match, pushed, seen
 from sinssim.data import Array
-from sinssim.logs.streams import FixStream
+from sinssim.logs.recorded_streams import FixStream
 from tests.analyses.inspection import worlds
 
 _OMEGA = 7.292115e-5

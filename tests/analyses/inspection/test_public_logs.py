@@ -28,7 +28,7 @@ import pytest
 
 import sinssim
 from sinssim import earth
-from sinssim.analyses.inspection.files import Inspected, inspect
+from sinssim.analyses.inspection.inspected_files import Inspected, inspect
 from sinssim.data import Array
 from sinssim.errors import InputError
 

@@ -9,10 +9,10 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 
-from sinssim.analyses.inspection import hypotheses
-from sinssim.analyses.inspection.finding import doubt, fact, wrong
-from sinssim.analyses.inspection.hypotheses import Reading, _others, judge_reading
-from sinssim.analyses.inspection.raw_files import _track, are_raw, suggest
+from sinssim.analyses.inspection import unit_axes
+from sinssim.analyses.inspection.inspected_files import _track, are_raw, suggest
+from sinssim.analyses.inspection.stream_findings import doubt, fact, wrong
+from sinssim.analyses.inspection.unit_axes import Reading, _others, judge_reading
 from sinssim.analyses.inspection.velocity_match import Match, Seen
 from sinssim.errors import InputError
 
@@ -96,8 +96,8 @@ def _judged(monkeypatch: pytest.MonkeyPatch, own: float, other: float, moved: fl
         size = own if stated else other if flipped else 99.0
         return Match(size, np.array([size]), _NONE, np.zeros((0, 4)), _NONE, np.zeros(6), 10.0, moved)
 
-    monkeypatch.setattr(hypotheses, "pushed", curve)
-    monkeypatch.setattr(hypotheses, "match", residual)
+    monkeypatch.setattr(unit_axes, "pushed", curve)
+    monkeypatch.setattr(unit_axes, "match", residual)
     relative = np.zeros((30, 3))
     relative[20:, 1] = turn
     fixes = Seen(np.arange(30.0), relative, relative, relative, relative, relative[:, 0], 0.05)

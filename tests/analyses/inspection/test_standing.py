@@ -8,10 +8,9 @@ from typing import Any
 import numpy as np
 import pytest
 
-from sinssim.analyses.inspection.finding import Finding, doubt, fact, wrong
-from sinssim.analyses.inspection.moves import Moves
-from sinssim.analyses.inspection.standing import (
+from sinssim.analyses.inspection.quiet_spans import (
     AtRest,
+    Moves,
     at_rest,
     cell,
     fast_noise,
@@ -20,8 +19,9 @@ from sinssim.analyses.inspection.standing import (
     scale_finding,
     vibration_finding,
 )
+from sinssim.analyses.inspection.stream_findings import Finding, doubt, fact, wrong
 from sinssim.data import Array
-from sinssim.logs.streams import InertialStream
+from sinssim.logs.recorded_streams import InertialStream
 from sinssim.units import DEG, DEG_H, G0
 
 _FORCE = np.array([2.0, -6.0, 9.0]) * 9.8 / 11.0  # of the size 9.8 m/s²

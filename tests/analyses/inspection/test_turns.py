@@ -7,8 +7,8 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 
-from sinssim.analyses.inspection import hypotheses
-from sinssim.analyses.inspection.hypotheses import judge_reading
+from sinssim.analyses.inspection import unit_axes
+from sinssim.analyses.inspection.unit_axes import judge_reading
 from sinssim.analyses.inspection.velocity_match import Seen, turns_apart
 from sinssim.data import Array
 
@@ -53,14 +53,14 @@ def test_a_straight_course_tells_nothing() -> None:
 def test_reversed_accelerometers_by_the_turns(monkeypatch: pytest.MonkeyPatch) -> None:
     """The velocities agree almost as well with either sign: 0.5 against 0.4 m/s. The course decides."""
     rate, force, fixes = slalom()
-    monkeypatch.setattr(hypotheses, "pushed", lambda _, rate, force, *__: (rate, force))
+    monkeypatch.setattr(unit_axes, "pushed", lambda _, rate, force, *__: (rate, force))
 
     def matched(curve: tuple[Array, Array], *_: object, **__: object) -> SimpleNamespace:
         same = np.allclose(np.abs(curve[0]), np.abs(rate)) and np.allclose(np.abs(curve[1]), np.abs(force))
         size = 0.5 if same and np.median(curve[1][:, 2]) > 0.0 else 0.4 if same else 5.0
         return SimpleNamespace(residual=size, each=np.array([size]), moved=3.0)
 
-    monkeypatch.setattr(hypotheses, "match", matched)
+    monkeypatch.setattr(unit_axes, "match", matched)
     found = judge_reading(TIME, rate, -force, fixes, 0.0, 0.0, 10.0, np.eye(3), "rates")
     assert found.accel is not None
     assert found.accel.tolist() == (-np.eye(3)).tolist()
@@ -73,9 +73,9 @@ def test_reversed_accelerometers_by_the_turns(monkeypatch: pytest.MonkeyPatch) -
 
 def test_what_explains_nothing_is_said_plainly(monkeypatch: pytest.MonkeyPatch) -> None:
     rate, force, fixes = slalom()
-    monkeypatch.setattr(hypotheses, "pushed", lambda *_: None)
+    monkeypatch.setattr(unit_axes, "pushed", lambda *_: None)
     none = SimpleNamespace(residual=2.0, each=np.array([2.0]), moved=3.0)
-    monkeypatch.setattr(hypotheses, "match", lambda *_, **__: none)
+    monkeypatch.setattr(unit_axes, "match", lambda *_, **__: none)
     (found,) = judge_reading(TIME, rate, force, fixes, 0.0, 0.0, 10.0, np.eye(3), "rates").findings
     assert found.numbers["worse_than_fixes"]
     assert "is probably worse than the fixes alone. Likely causes: " in found.sentence

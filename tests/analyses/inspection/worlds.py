@@ -8,7 +8,7 @@ import numpy as np
 
 from sinssim import earth, rotation
 from sinssim.data import Array, NavState
-from sinssim.logs.streams import FixStream, InertialStream
+from sinssim.logs.recorded_streams import FixStream, InertialStream
 from sinssim.truth.curve import Curve
 
 DURATION = 150.0

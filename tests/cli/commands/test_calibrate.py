@@ -11,7 +11,7 @@ import pytest
 from sinssim import calibrate, load_scenario
 from sinssim.cli import process as cli
 from sinssim.scenario.true_motion import fly
-from sinssim.sensors.imu.emulate import emulate
+from sinssim.sensors.imu.emulation import emulate
 
 TABLE = """
 [turntable]

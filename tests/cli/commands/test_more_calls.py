@@ -12,10 +12,10 @@ from typing import Any
 import pytest
 
 from sinssim.errors import InputError, RunError
-from sinssim.experiments.run.finished.run_list import Entry
+from sinssim.experiments.run.finished_runs import Entry
 from tests.cli.commands.conftest import Put, Sinssim
 from tests.cli.commands.test_calls import SUMMARY
-from tests.recording.store.test_summary import ERROR
+from tests.recording.test_summary import ERROR
 
 
 def test_export(sinssim: Sinssim, put: Put) -> None:
@@ -101,7 +101,7 @@ def test_score(sinssim: Sinssim, put: Put, monkeypatch: pytest.MonkeyPatch) -> N
         def run_errors(self, span: tuple[float, float]) -> dict[str, Any]:
             return {"euler": ERROR}
 
-    monkeypatch.setattr("sinssim.logs.scoring.score.Judge", Judge)
+    monkeypatch.setattr("sinssim.logs.solution_score.Judge", Judge)
     put("logs.recorded_run.RecordedRun", "recorded")
     dated, common = put("logs.writers.export.date_of_run", 77.0), put("logs.scoring.score.common_span", (6.0, 8.0))
     reported = put("experiments.run.report.score_report.score_report", "page")
@@ -263,7 +263,7 @@ def test_codes_and_words_of_errors(
     def fail(*_: object, **__: object) -> None:
         raise error
 
-    monkeypatch.setattr("sinssim.system.own_content.new_project.new_project", fail)
+    monkeypatch.setattr("sinssim.content.new_project", fail)
     assert sinssim("new", "x", code=code) == f"sinssim: {said}\n"
 
 

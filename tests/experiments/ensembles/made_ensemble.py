@@ -8,8 +8,8 @@ from typing import Any
 
 import numpy as np
 
-from sinssim.statistics.requirements.requirement import parse_requirement
-from sinssim.statistics.requirements.verdict import Verdict
+from sinssim.statistics.requirement_verdict import Verdict
+from sinssim.statistics.requirements import parse_requirement
 
 TIME = np.array([100.0, 160.0, 400.0])
 ARCMIN = np.pi / 10_800.0

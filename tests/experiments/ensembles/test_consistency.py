@@ -11,12 +11,12 @@ from rich.console import Console
 from scipy.stats import chi2
 
 import sinssim
-from sinssim.experiments.ensembles.plan import Plan, make_plan
-from sinssim.experiments.ensembles.result import EnsembleResult
-from sinssim.experiments.ensembles.run_errors import empty
-from sinssim.experiments.ensembles.summary import consistency, consistency_sentences, ensemble_numbers
+from sinssim.experiments.ensembles.ensemble_errors import empty
+from sinssim.experiments.ensembles.ensemble_plan import Plan, make_plan
+from sinssim.experiments.ensembles.ensemble_result import EnsembleResult
+from sinssim.experiments.ensembles.ensemble_statistics import consistency, consistency_sentences, ensemble_numbers
 from sinssim.recording.console import show
-from sinssim.recording.report.exhibits import page_of
+from sinssim.recording.report.exhibit_page import page_of
 from sinssim.statistics.chi_square import extreme
 from tests.experiments.ensembles.examples import AIDED, scenario
 
@@ -125,8 +125,8 @@ def test_probabilities_too_small_for_a_number_are_ranked() -> None:
 
 def test_runs_with_gravity_that_the_filter_does_not_know() -> None:
     """A parked laser unit: consistent in normal gravity, not in another field, which is named as by a single run."""
-    from sinssim.scenario.filter.unknown_gravity import gravity_notes
-    from tests.scenario.filter.test_unknown_gravity import parked
+    from sinssim.scenario.unknown_gravity import gravity_notes
+    from tests.scenario.test_unknown_gravity import parked
 
     sound = sinssim.ensemble(parked(), 6)
     assert ensemble_numbers(sound)["consistency"]["verdict"] == "consistent"

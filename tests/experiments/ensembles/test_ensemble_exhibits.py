@@ -12,11 +12,11 @@ from matplotlib.colors import to_hex
 
 from sinssim.charts import Chart, Charts
 from sinssim.experiments.ensembles import ensemble_exhibits as ensemble
-from sinssim.recording.figures.charts import figure_of
+from sinssim.recording.figures import figure_of
 from sinssim.recording.style import COLORS, INK, SOFT, css
-from sinssim.statistics.requirements.requirement import parse_requirement
+from sinssim.statistics.requirements import parse_requirement
 from tests.recording.by_hand import ARCMIN
-from tests.recording.figures.drawn import check_band, check_line, legend, limits, words
+from tests.recording.drawn import check_band, check_line, legend, limits, words
 
 ELAPSED = np.array([600.0, 1200.0, 3000.0])
 MINUTES = [10.0, 20.0, 50.0]

@@ -9,10 +9,10 @@ import pytest
 from rerun.chunk import RrdReader
 
 import sinssim
-from sinssim.experiments.ensembles.judge import judge
-from sinssim.recording.rerun.exhibits import record
+from sinssim.experiments.ensembles.ensemble_statistics import judge
+from sinssim.recording.rerun.exhibit_recording import record
 from sinssim.recording.rerun.views import RunInfo, all_views
-from sinssim.statistics.requirements.requirement import parse_requirements
+from sinssim.statistics.requirements import parse_requirements
 from tests.experiments.ensembles.examples import AIDED, scenario
 
 

@@ -10,13 +10,18 @@ import numpy as np
 import pytest
 
 import sinssim
-from sinssim.experiments.ensembles.ensemble_exhibits import _with_error, exhibits_of, scales_of, with_band
-from sinssim.experiments.ensembles.ensemble_files import write_ensemble
-from sinssim.experiments.ensembles.result import EnsembleResult
-from sinssim.experiments.ensembles.summary import ensemble_numbers
-from sinssim.recording.report.exhibits import page_of
+from sinssim.experiments.ensembles.ensemble_exhibits import (
+    _with_error,
+    exhibits_of,
+    scales_of,
+    with_band,
+    write_ensemble,
+)
+from sinssim.experiments.ensembles.ensemble_result import EnsembleResult
+from sinssim.experiments.ensembles.ensemble_statistics import ensemble_numbers
+from sinssim.recording.report.exhibit_page import page_of
 from tests.experiments.ensembles.examples import AIDED, scenario
-from tests.recording.figures.drawn import figure, words
+from tests.recording.drawn import figure, words
 
 
 @pytest.fixture(scope="module")

@@ -12,12 +12,12 @@ import pytest
 
 from sinssim.exhibits import Sentence
 from sinssim.experiments.ensembles import ensemble_exhibits as ensemble
-from sinssim.experiments.ensembles import ensemble_files as files
-from sinssim.experiments.ensembles.summary import DEFINITIONS
+from sinssim.experiments.ensembles import ensemble_exhibits as files
+from sinssim.experiments.ensembles.ensemble_statistics import DEFINITIONS
 from sinssim.recording.console import show
-from sinssim.recording.report.exhibits import page_of
-from sinssim.recording.rerun.exhibits import markdown, record_chart, record_cloud
-from sinssim.scales import fixed
+from sinssim.recording.report.exhibit_page import page_of
+from sinssim.recording.rerun.exhibit_recording import markdown, record_chart, record_cloud
+from sinssim.units import fixed
 from tests.experiments.ensembles.made_ensemble import ARCMIN, NUMBERS, TIME, Result
 from tests.recording.by_hand import printed
 from tests.recording.spies import Drawn, cells, read, values_of

@@ -9,11 +9,9 @@ import numpy as np
 import pytest
 
 import sinssim
-from sinssim.experiments.ensembles.execute import errors_of_runs
-from sinssim.experiments.ensembles.members import member
-from sinssim.experiments.ensembles.plan import make_plan
-from sinssim.experiments.ensembles.run_errors import VECTORS
-from sinssim.experiments.ensembles.truth import TruthCache
+from sinssim.experiments.ensembles.ensemble_errors import VECTORS
+from sinssim.experiments.ensembles.ensemble_execution import errors_of_runs
+from sinssim.experiments.ensembles.ensemble_plan import TruthCache, make_plan, member
 from sinssim.scenario.load import load_scenario
 from tests.experiments.ensembles.examples import AIDED, scenario
 
@@ -75,7 +73,7 @@ def test_runs_with_a_filter_are_single_runs() -> None:
 
 def test_nees_is_that_of_the_covariance_in_full() -> None:
     """xᵀP⁻¹x by another solver, of a block and of all states."""
-    from sinssim.experiments.ensembles.filtered import normalised
+    from sinssim.experiments.ensembles.ensemble_execution import normalised
 
     rng = np.random.default_rng(8)
     root = rng.normal(size=(4, 6, 6)) * 10.0 ** np.arange(-3, 3)[:, None]
@@ -103,7 +101,7 @@ def test_a_failed_run_is_a_result() -> None:
 
 
 def test_an_unexpected_error_of_one_run_is_its_failure(monkeypatch) -> None:
-    from sinssim.simulation import navigation
+    from sinssim.simulation import navigation_stage as navigation
 
     solve, calls = navigation.solve, []
 
@@ -123,7 +121,7 @@ def test_an_unexpected_error_of_one_run_is_its_failure(monkeypatch) -> None:
 
 
 def test_runs_that_share_a_motion_compute_it_once(monkeypatch) -> None:
-    from sinssim.experiments.ensembles import truth
+    from sinssim.experiments.ensembles import ensemble_plan as truth
 
     made = []
     once = truth._truth

@@ -8,11 +8,17 @@ import numpy as np
 import pytest
 
 import sinssim
-from sinssim.experiments.ensembles.judge import LOOKS, Looks, check_kept, judge, looks_of
-from sinssim.experiments.ensembles.plan import make_plan
-from sinssim.experiments.ensembles.result import EnsembleResult
-from sinssim.experiments.ensembles.summary import ensemble_numbers
-from sinssim.statistics.requirements.requirement import parse_requirement, parse_requirements
+from sinssim.experiments.ensembles.ensemble_plan import make_plan
+from sinssim.experiments.ensembles.ensemble_result import EnsembleResult
+from sinssim.experiments.ensembles.ensemble_statistics import (
+    LOOKS,
+    Looks,
+    check_kept,
+    ensemble_numbers,
+    judge,
+    looks_of,
+)
+from sinssim.statistics.requirements import parse_requirement, parse_requirements
 from tests.experiments.ensembles.examples import scenario
 from tests.experiments.ensembles.test_result import NMI_H, straight
 

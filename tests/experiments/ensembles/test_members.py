@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 from scipy.stats import chisquare, kstest
 
-from sinssim.experiments.ensembles.members import member, run_seed
+from sinssim.experiments.ensembles.ensemble_plan import member, run_seed
 from tests.experiments.ensembles.examples import scenario
 
 

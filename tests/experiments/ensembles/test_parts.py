@@ -12,27 +12,32 @@ import pytest
 from scipy.stats import norm
 
 from sinssim.errors import InputError, RunError
-from sinssim.experiments.ensembles import filtered, members, together
-from sinssim.experiments.ensembles.judge import check_kept
-from sinssim.experiments.ensembles.members import Member, member
-from sinssim.experiments.ensembles.plan import _epochs, _with_times, make_plan, own_motions, with_runs
-from sinssim.experiments.ensembles.predicted import predicted_sigma
-from sinssim.experiments.ensembles.run_errors import (
+from sinssim.experiments.ensembles import batch_navigation, ensemble_execution, ensemble_plan, ensemble_run
+from sinssim.experiments.ensembles.ensemble_errors import (
     RunErrors,
     check_finite,
     column_names,
     empty,
-    fill_in,
     groups_of,
     rows_at,
     spans_of,
+    store_errors,
 )
-from sinssim.experiments.ensembles.running import room
-from sinssim.experiments.ensembles.truth import truth_key
+from sinssim.experiments.ensembles.ensemble_plan import (
+    Member,
+    _epochs,
+    _with_times,
+    make_plan,
+    member,
+    motions_differ,
+    truth_key,
+    with_runs,
+)
+from sinssim.experiments.ensembles.ensemble_statistics import check_kept, predicted_sigma
 from sinssim.formatting import duration_text
 from sinssim.scenario.schema import Scenario
-from sinssim.statistics.requirements.requirement import parse_requirements
-from sinssim.strapdown.nav_error import NavError
+from sinssim.statistics.requirements import parse_requirements
+from sinssim.strapdown.navigation_error import NavError
 from tests.experiments.ensembles.examples import AIDED, PARKED, scenario
 
 
@@ -77,7 +82,7 @@ def test_the_last_row_at_or_before_each_epoch() -> None:
 def test_a_run_is_put_into_its_row() -> None:
     errors = empty(2, 4, ())
     error = NavError(*(np.arange(3.0),), *(np.arange(9.0).reshape(3, 3) + 10.0 * k for k in (1, 2, 3)))
-    fill_in(errors, 1, error, np.array([1, 3]))
+    store_errors(errors, 1, error, np.array([1, 3]))
     for k, values in enumerate((errors.position_ned, errors.velocity_ned, errors.attitude), start=1):
         assert values[1, [1, 3]].tolist() == (10.0 * k + np.arange(6.0).reshape(2, 3)).tolist()
         assert np.isnan(values[0]).all()
@@ -112,7 +117,7 @@ def test_names_of_the_columns() -> None:
 
 
 def test_parts_of_nearly_the_same_size(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr("sinssim.experiments.ensembles.run_errors.AT_ONCE", 100)
+    monkeypatch.setattr("sinssim.experiments.ensembles.ensemble_errors.AT_ONCE", 100)
     assert spans_of(30, 10) == [slice(0, 3), slice(3, 6), slice(6, 10)]  # 300 numbers in three parts
     assert spans_of(1000, 7) == [slice(0, 2), slice(2, 4), slice(4, 7)]  # of two epochs at least
     assert groups_of(7, 50) == [slice(0, 1), slice(1, 3), slice(3, 5), slice(5, 7)]
@@ -126,7 +131,7 @@ def test_squares_of_innovations_belong_to_the_next_epoch() -> None:
     late = fake(sensor="gnss", time=np.array([7.5]), nis=np.array([11.0]), value=np.zeros((1, 2)))
     baro = fake(sensor="baro", time=np.array([3.0]), nis=np.array([13.0]), value=np.zeros((1, 1)))
     errors = empty(2, 3, (), ("x",), ("gnss", "baro"))
-    filtered._fill_in_nis(plan, fake(innovations=(two, late, baro)), errors, 1)
+    ensemble_execution._store_nis(plan, fake(innovations=(two, late, baro)), errors, 1)
     assert errors.nis["gnss"][1].tolist() == [3.0, 5.0, 18.0]
     assert errors.nis_freedom["gnss"][1].tolist() == [6.0, 3.0, 5.0]
     assert errors.nis["baro"][1].tolist() == [0.0, 13.0, 0.0]
@@ -140,7 +145,7 @@ def test_squares_of_errors_at_the_covariance_before_each_epoch() -> None:
     states = {2: [3.0, 4.0, 0.5], 5: [5.0, 1.0, 2.0]}
     aided = fake(estimate=estimate, state_errors_at=lambda rows: np.array([states[k] for k in rows.tolist()]))
     errors: RunErrors = empty(2, 4, (), ("all states", "position", "bias"))
-    filtered._fill_in_nees(aided, errors, 1, np.array([0, 1, 3]), np.array([1, 4, 5]))
+    ensemble_execution._store_nees(aided, errors, 1, np.array([0, 1, 3]), np.array([1, 4, 5]))
     nan = math.nan
     assert errors.nees["position"][1] == pytest.approx([nan, 4.25, nan, 12.75], nan_ok=True)
     assert errors.nees["all states"][1] == pytest.approx([nan, 4.5, nan, 16.75], nan_ok=True)
@@ -219,7 +224,7 @@ def test_runs_with_a_motion_of_their_own() -> None:
         ({}, False), ({"ensemble": {"vary": (start,)}}, False), ({"ensemble": {"vary": (heading,)}}, True),
         ({"vibration": shaking}, True), ({"gravity": {"remainder": {"anomaly_sigma_mgal": 9.0}}}, True),
     ):  # fmt: skip
-        assert own_motions(scenario(**changes)) == own, changes
+        assert motions_differ(scenario(**changes)) == own, changes
     base = scenario()
     assert truth_key(base) != truth_key(scenario(parked={**PARKED["parked"], "heading_deg": 1.0}))
     assert truth_key(base) != truth_key(scenario(imu={**PARKED["imu"], "rate_hz": 10.0}))
@@ -236,8 +241,8 @@ def test_runs_with_a_motion_of_their_own() -> None:
 
 
 def test_members_draw_from_their_own_seed() -> None:
-    assert members.run_seed(7, 3) != members.run_seed(7, 4)
-    assert members.run_seed(7, 3) != members.run_seed(8, 3)
+    assert ensemble_plan.run_seed(7, 3) != ensemble_plan.run_seed(7, 4)
+    assert ensemble_plan.run_seed(7, 3) != ensemble_plan.run_seed(8, 3)
 
 
 @pytest.mark.parametrize(
@@ -255,7 +260,7 @@ def test_the_prediction_is_that_of_the_time_since_the_start(monkeypatch: pytest.
         asked.update(given)
         return fake(time=np.array([0.0, 1.0, 3.0, 30.0]), sigma=lambda: np.arange(36.0).reshape(4, 9))
 
-    monkeypatch.setattr("sinssim.analyses.error_budget.analyse.budget", budget)
+    monkeypatch.setattr("sinssim.analyses.error_budget.covariance_budget.budget", budget)
     plan = replace(make_plan(scenario()), epochs=np.array([10.0, 13.0, 40.0]), start=10.0)
     found = predicted_sigma(plan)
     assert found is not None
@@ -268,11 +273,11 @@ def test_the_prediction_is_that_of_the_time_since_the_start(monkeypatch: pytest.
 def test_how_many_runs_at_a_time(monkeypatch: pytest.MonkeyPatch) -> None:
     """The cores, or as many runs as the memory holds: each has 600 samples of 30 s, and a file of 64 runs."""
     plan = replace(make_plan(scenario()), epochs=np.array([0.0, 10.0, 30.0]), start=0.0)
-    each = room._SAMPLE_BYTES * 600.0 + room._OF_FILE * 64 * 8.0 * 9 * 3
+    each = ensemble_run._SAMPLE_BYTES * 600.0 + ensemble_run._OF_FILE * 64 * 8.0 * 9 * 3
     monkeypatch.setattr("os.cpu_count", lambda: 5)
     for memory, count in ((3.5 * each, 3), (0.5 * each, 1), (99.0 * each, 5)):
-        monkeypatch.setattr(room, "machine_memory", lambda memory=memory: memory / room._OF_MEMORY)
-        assert room.runs_at_a_time(plan) == count
+        monkeypatch.setattr(ensemble_run, "machine_memory", lambda memory=memory: memory / ensemble_run._OF_MEMORY)
+        assert ensemble_run.runs_at_a_time(plan) == count
 
 
 def test_the_next_epochs_of_an_ensemble_that_is_continued() -> None:
@@ -291,4 +296,4 @@ def test_samples_from_which_a_batch_pays() -> None:
         (93_000, 400, None), (93_000, 399, "3.71e+07 samples are too few to compensate for compiling the batch"),
     ):  # fmt: skip
         truths: Any = fake(of=lambda scenario, n=samples: fake(ideal=range(n)))
-        assert together.alone_because(with_runs(make_plan(base), runs), truths) == reason
+        assert batch_navigation.why_not_batch(with_runs(make_plan(base), runs), truths) == reason

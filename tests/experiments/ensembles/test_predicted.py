@@ -5,8 +5,8 @@ from __future__ import annotations
 import numpy as np
 
 import sinssim
-from sinssim.experiments.ensembles.plan import make_plan, with_runs
-from sinssim.experiments.ensembles.predicted import predicted_sigma
+from sinssim.experiments.ensembles.ensemble_plan import make_plan, with_runs
+from sinssim.experiments.ensembles.ensemble_statistics import predicted_sigma
 from tests.experiments.ensembles.examples import AIDED, scenario
 
 

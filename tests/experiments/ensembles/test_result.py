@@ -9,10 +9,10 @@ import pyarrow.parquet as pq
 import pytest
 
 import sinssim
-from sinssim.experiments.ensembles.plan import make_plan
-from sinssim.experiments.ensembles.result import EnsembleResult
-from sinssim.experiments.ensembles.run_errors import bytes_of, empty
-from sinssim.experiments.ensembles.summary import ensemble_numbers, part_121
+from sinssim.experiments.ensembles.ensemble_errors import bytes_of, empty
+from sinssim.experiments.ensembles.ensemble_plan import make_plan
+from sinssim.experiments.ensembles.ensemble_result import EnsembleResult
+from sinssim.experiments.ensembles.ensemble_statistics import ensemble_numbers, part_121
 from tests.experiments.ensembles.examples import scenario
 
 NMI_H = 1852.0 / 3600.0

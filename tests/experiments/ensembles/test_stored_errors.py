@@ -12,15 +12,20 @@ import numpy as np
 import pytest
 
 import sinssim
-from sinssim.experiments.ensembles import run_errors, stored_errors
-from sinssim.experiments.ensembles.judge import judge
-from sinssim.experiments.ensembles.plan import make_plan
-from sinssim.experiments.ensembles.result import EnsembleResult
-from sinssim.experiments.ensembles.run_errors import RunErrors, bytes_of, empty, groups_of, spans_of
-from sinssim.experiments.ensembles.running import run
-from sinssim.experiments.ensembles.stored_errors import StoredErrors, errors_for
-from sinssim.experiments.ensembles.summary import ensemble_numbers
-from sinssim.statistics.requirements.requirement import parse_requirements
+from sinssim.experiments.ensembles import ensemble_errors, ensemble_run
+from sinssim.experiments.ensembles.ensemble_errors import (
+    RunErrors,
+    StoredErrors,
+    bytes_of,
+    empty,
+    errors_for,
+    groups_of,
+    spans_of,
+)
+from sinssim.experiments.ensembles.ensemble_plan import make_plan
+from sinssim.experiments.ensembles.ensemble_result import EnsembleResult
+from sinssim.experiments.ensembles.ensemble_statistics import ensemble_numbers, judge
+from sinssim.statistics.requirements import parse_requirements
 from tests.experiments.ensembles.examples import AIDED, PARKED, scenario
 
 RUNS, EPOCHS = 130, 41
@@ -81,7 +86,7 @@ def test_the_same_numbers_as_from_arrays(at_once: int, tmp_path, monkeypatch) ->
     errors = random_errors()
     arrays = result_of(errors)
     whole, judged = ensemble_numbers(arrays), [judge(arrays, one, 120) for one in parse_requirements(REQUIREMENTS)]
-    monkeypatch.setattr(run_errors, "AT_ONCE", at_once)
+    monkeypatch.setattr(ensemble_errors, "AT_ONCE", at_once)
     result = result_of(stored(errors, tmp_path))
     assert len(result.errors.spans()) == {2**20: 1, 1000: 6, 1: 20}[at_once]
     np.testing.assert_equal(ensemble_numbers(result), whole)
@@ -107,7 +112,7 @@ def test_sums_do_not_depend_on_the_parts() -> None:
 
 
 def test_a_part_of_a_column(tmp_path, monkeypatch) -> None:
-    monkeypatch.setattr(run_errors, "AT_ONCE", 700)
+    monkeypatch.setattr(ensemble_errors, "AT_ONCE", 700)
     errors = random_errors()
     kept = stored(errors, tmp_path)
     assert set(kept.names) == set(errors.names)
@@ -124,15 +129,15 @@ def test_parts_are_small_and_complete(runs: int, epochs: int) -> None:
         assert parts[-1].stop == length
     widths = [part.stop - part.start for part in spans]
     assert min(widths) >= 2  # numpy adds a single column in another order
-    assert max(widths) <= max(run_errors.AT_ONCE / runs + 1, 3)
-    assert max(part.stop - part.start for part in groups) <= max(run_errors.AT_ONCE / epochs + 1, 1)
+    assert max(widths) <= max(ensemble_errors.AT_ONCE / runs + 1, 3)
+    assert max(part.stop - part.start for part in groups) <= max(ensemble_errors.AT_ONCE / epochs + 1, 1)
 
 
 def test_statistics_hold_parts_only(tmp_path, monkeypatch) -> None:
     """Peak of all arrays: some parts, and what is kept of each run beside the epochs, not the errors of all runs."""
     runs, epochs = 2000, 100
     errors = random_errors(runs, epochs, filtered=False)
-    monkeypatch.setattr(run_errors, "AT_ONCE", 2**13)
+    monkeypatch.setattr(ensemble_errors, "AT_ONCE", 2**13)
     kept = stored(errors, tmp_path, 500)
     plan = replace(make_plan(scenario()), epochs=np.linspace(0.0, 40.0, epochs))
     del errors
@@ -157,7 +162,7 @@ def test_statistics_hold_parts_only(tmp_path, monkeypatch) -> None:
 
 
 def test_many_are_stored_and_few_are_arrays(tmp_path, monkeypatch) -> None:
-    monkeypatch.setattr(stored_errors, "IN_MEMORY", 8 * 9 * 10 * 100)
+    monkeypatch.setattr(ensemble_errors, "IN_MEMORY", 8 * 9 * 10 * 100)
     assert isinstance(errors_for(100, 10, (), (), (), tmp_path), RunErrors)
     assert isinstance(errors_for(101, 10, (), (), (), tmp_path), StoredErrors)
 
@@ -175,7 +180,7 @@ def test_the_file_has_no_name_and_goes_with_the_result(tmp_path) -> None:
 
 def test_an_array_beyond_the_memory_is_refused(tmp_path, monkeypatch) -> None:
     kept = stored(random_errors(), tmp_path)
-    monkeypatch.setattr(stored_errors, "machine_memory", lambda: 1e5)
+    monkeypatch.setattr(ensemble_errors, "machine_memory", lambda: 1e5)
     with pytest.raises(sinssim.InputError, match=r"130 × 41 × 3 numbers needs 0\.000128 GB .* errors\.column"):
         _ = kept.position_ned
     assert kept.column("position_n_m").shape == (RUNS, EPOCHS)
@@ -184,11 +189,11 @@ def test_an_array_beyond_the_memory_is_refused(tmp_path, monkeypatch) -> None:
 @pytest.mark.parametrize("contents", [PARKED, AIDED])
 def test_an_ensemble_from_end_to_end(contents, tmp_path, monkeypatch) -> None:
     """With a directory and without one."""
-    monkeypatch.setattr(run, "_write", lambda *_: None)
+    monkeypatch.setattr(ensemble_run, "_write", lambda *_: None)
     base, want = scenario(contents), ["r95(run) <= 100 m"]
     numbers = ensemble_numbers(sinssim.ensemble(base, 10, tmp_path / "e", require=want, threads=1))
-    monkeypatch.setattr(stored_errors, "IN_MEMORY", 0)
-    monkeypatch.setattr(run_errors, "AT_ONCE", 500)
+    monkeypatch.setattr(ensemble_errors, "IN_MEMORY", 0)
+    monkeypatch.setattr(ensemble_errors, "AT_ONCE", 500)
     again = sinssim.ensemble(base, 10, tmp_path / "e", require=want, resume=True)
     alone = sinssim.ensemble(base, 10, require=want, threads=1)
     for result in (again, alone):

@@ -13,13 +13,12 @@ import pytest
 from scipy.stats import binom, chi2
 
 from sinssim.data import Array
-from sinssim.experiments.ensembles.judge import judge
-from sinssim.experiments.ensembles.plan import Plan, make_plan
-from sinssim.experiments.ensembles.result import EnsembleResult
-from sinssim.experiments.ensembles.run_errors import COMPONENTS, empty
-from sinssim.experiments.ensembles.summary import DEFINITIONS, ensemble_numbers, part_121
+from sinssim.experiments.ensembles.ensemble_errors import COMPONENTS, empty
+from sinssim.experiments.ensembles.ensemble_plan import Plan, make_plan
+from sinssim.experiments.ensembles.ensemble_result import EnsembleResult
+from sinssim.experiments.ensembles.ensemble_statistics import DEFINITIONS, ensemble_numbers, judge, part_121
 from sinssim.statistics import circle_radius
-from sinssim.statistics.requirements.requirement import parse_requirement
+from sinssim.statistics.requirements import parse_requirement
 from tests.experiments.ensembles.examples import scenario
 
 NAN, INF = math.nan, math.inf

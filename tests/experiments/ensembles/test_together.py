@@ -10,15 +10,13 @@ import pytest
 
 import sinssim
 from sinssim.data import Array
-from sinssim.experiments.ensembles import execute, together
-from sinssim.experiments.ensembles.execute import errors_of_runs
-from sinssim.experiments.ensembles.members import member
-from sinssim.experiments.ensembles.plan import make_plan
-from sinssim.experiments.ensembles.run_errors import VECTORS, RunErrors
-from sinssim.experiments.ensembles.truth import TruthCache
+from sinssim.experiments.ensembles import batch_navigation, ensemble_execution
+from sinssim.experiments.ensembles.ensemble_errors import VECTORS, RunErrors
+from sinssim.experiments.ensembles.ensemble_execution import errors_of_runs
+from sinssim.experiments.ensembles.ensemble_plan import TruthCache, make_plan, member
 from sinssim.scenario import Scenario
-from tests.experiments.ensembles.batch.test_navigate_batch import SECTIONS
 from tests.experiments.ensembles.examples import AIDED, scenario
+from tests.experiments.ensembles.test_navigate_batch import SECTIONS
 
 GREAT_CIRCLE = {
     "name": "across",
@@ -36,9 +34,9 @@ def errors_by(monkeypatch: pytest.MonkeyPatch, base: Scenario, reason: str | Non
     """Return the errors of eight runs, computed together or one by one."""
     truths = TruthCache()
     plan = make_plan(base, truths)
-    monkeypatch.setattr(together, "PAYS", 0.0)
-    assert together.alone_because(plan, truths) is None
-    monkeypatch.setattr(execute, "alone_because", lambda plan, truths: reason)
+    monkeypatch.setattr(batch_navigation, "PAYS", 0.0)
+    assert batch_navigation.why_not_batch(plan, truths) is None
+    monkeypatch.setattr(ensemble_execution, "alone_because", lambda plan, truths: reason)
     return errors_of_runs(plan, range(3, 11), truths)
 
 
@@ -60,7 +58,7 @@ def test_together_and_one_by_one(latest: str, monkeypatch: pytest.MonkeyPatch) -
 def test_a_run_that_leaves_the_batch_is_computed_alone(monkeypatch: pytest.MonkeyPatch) -> None:
     base = scenario(GREAT_CIRCLE, seed=12)
     found: list[int] = []
-    single = execute.errors_of_run
+    single = ensemble_execution.errors_of_run
 
     def counted(plan: Any, one: Any, truths: Any, errors: Any, row: int) -> None:
         found.append(row)
@@ -72,10 +70,10 @@ def test_a_run_that_leaves_the_batch_is_computed_alone(monkeypatch: pytest.Monke
         bad[5] = np.nan  # diverged
         return type(solution)(**{**vars(solution), "alone": (2,), "latitude": bad})
 
-    together_batch = together.navigate_batch
+    together_batch = batch_navigation.navigate_batch
     whole = errors_by(monkeypatch, base, None)
-    monkeypatch.setattr(together, "navigate_batch", some_alone)
-    monkeypatch.setattr(execute, "errors_of_run", counted)
+    monkeypatch.setattr(batch_navigation, "navigate_batch", some_alone)
+    monkeypatch.setattr(ensemble_execution, "errors_of_run", counted)
     again = errors_by(monkeypatch, base, None)
     assert found == [2, 5]
     for name in VECTORS:
@@ -105,7 +103,7 @@ def test_why_runs_are_computed_one_by_one(contents: Any, changes: Any, reason: s
     base = scenario(contents, **changes)
     if base.ensemble is None:
         base = base.model_copy(update={"ensemble": scenario(contents, ensemble={"runs": 20}).ensemble})
-    assert together.alone_because(make_plan(base, truths), truths) == reason
+    assert batch_navigation.why_not_batch(make_plan(base, truths), truths) == reason
 
 
 def test_runs_on_a_platform_are_single_runs() -> None:

@@ -6,7 +6,7 @@ import weakref
 
 import numpy as np
 
-from sinssim.experiments.ensembles.truth import TruthCache
+from sinssim.experiments.ensembles.ensemble_plan import TruthCache
 from tests.experiments.ensembles.examples import scenario
 
 

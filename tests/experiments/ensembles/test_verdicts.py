@@ -8,9 +8,9 @@ from typing import Any
 
 import pytest
 
-from sinssim.experiments.ensembles.verdicts import looks_text, requirement_lines, verdict_text
-from sinssim.statistics.requirements.requirement import parse_requirement
-from sinssim.statistics.requirements.verdict import Verdict
+from sinssim.experiments.ensembles.ensemble_statistics import looks_text, requirement_lines, verdict_text
+from sinssim.statistics.requirement_verdict import Verdict
+from sinssim.statistics.requirements import parse_requirement
 
 
 def judged(text: str, verdict: Any, value: float, time: float, more: int | None, exceeded: Any = None) -> Verdict:

@@ -13,21 +13,20 @@ import pytest
 
 from sinssim.data import ImuData
 from sinssim.errors import RunError
-from sinssim.experiments.ensembles import execute, filtered, together
-from sinssim.experiments.ensembles import plan as plans
-from sinssim.experiments.ensembles import truth as truths_of
-from sinssim.experiments.ensembles.judge import LOOKS, Looks
-from sinssim.experiments.ensembles.plan import make_plan
-from sinssim.experiments.ensembles.result import EnsembleResult
-from sinssim.experiments.ensembles.run_errors import empty
-from sinssim.experiments.ensembles.truth import TruthCache
-from sinssim.simulation.sensed import Sensed
-from sinssim.simulation.truth import Truth
-from sinssim.statistics.order_statistics import Percentile
-from sinssim.statistics.requirements.requirement import parse_requirements
-from tests.experiments.ensembles.batch.test_served import reason
+from sinssim.experiments.ensembles import batch_navigation, ensemble_execution
+from sinssim.experiments.ensembles import ensemble_plan as plans
+from sinssim.experiments.ensembles import ensemble_plan as truths_of
+from sinssim.experiments.ensembles.ensemble_errors import empty
+from sinssim.experiments.ensembles.ensemble_plan import TruthCache, make_plan
+from sinssim.experiments.ensembles.ensemble_result import EnsembleResult
+from sinssim.experiments.ensembles.ensemble_statistics import LOOKS, Looks
+from sinssim.simulation.sensed_stage import Sensed
+from sinssim.simulation.truth_stage import Truth
+from sinssim.statistics.percentiles import Percentile
+from sinssim.statistics.requirements import parse_requirements
 from tests.experiments.ensembles.examples import AIDED, PARKED, scenario
 from tests.experiments.ensembles.test_result import straight
+from tests.experiments.ensembles.test_served import reason
 
 NAN = float("nan")
 
@@ -40,12 +39,12 @@ def test_a_failed_run_keeps_its_reason_alone() -> None:
                                             (errors.nis_freedom, "gnss")))]  # fmt: skip
     for k, values in enumerate(every):
         values[:] = 10.0 + k
-    execute._fail(errors, 1, "It <fell>.")
+    ensemble_execution._fail(errors, 1, "It <fell>.")
     assert errors.failure == ["", "It <fell>.", ""]
     for k, values in enumerate(every):
         assert np.isnan(values[1]).all()
         assert (values[[0, 2]] == 10.0 + k).all()
-    execute._fail(errors, 2, "")
+    ensemble_execution._fail(errors, 2, "")
     assert errors.failure[2] == "it failed without a message."
 
 
@@ -81,7 +80,7 @@ def test_a_filter_that_diverges_fails_its_run(monkeypatch: pytest.MonkeyPatch) -
                             velocity_ned=rows * np.arange(3, 6.0), attitude=rows * np.arange(6, 9.0))  # fmt: skip
     aided = SimpleNamespace(estimate=estimate, error_at=lambda at: SimpleNamespace(
         **{name: value[at] for name, value in vars(error).items()}))  # fmt: skip
-    monkeypatch.setattr("sinssim.simulation.aided.aided_run.aid_run",
+    monkeypatch.setattr("sinssim.simulation.aided_run.aid_run",
                         lambda *_, row_s, **more: asked.append(row_s) or aided)  # fmt: skip
     truth = Truth(SimpleNamespace(ellipsoid=None, state=lambda t: t), None, 1.0, np.array([20.0]))  # type: ignore[arg-type]
     monkeypatch.setattr("sinssim.scenario.initial_error.initial_state_with_errors", lambda *_: "initial")
@@ -90,27 +89,27 @@ def test_a_filter_that_diverges_fails_its_run(monkeypatch: pytest.MonkeyPatch) -
     plan: Any = SimpleNamespace(epochs=np.array([20.0, 21.0]), sensors=())
     errors = empty(2, 2, (), (), ())
     errors.sigma = np.full((2, 2, 9), NAN)
-    filtered.fill_in_filtered(plan, run, errors, 1)
+    ensemble_execution.compute_filtered(plan, run, errors, 1)
     assert errors.sigma[1].tolist() == [list(np.arange(1.0, 10.0)), list(3.0 * np.arange(1.0, 10.0))]
     assert errors.velocity_ned[1].tolist() == [[3.0, 4.0, 5.0], [9.0, 12.0, 15.0]]
     assert np.isnan(errors.sigma[0]).all()
     plan.epochs = np.array([20.0, 20.5, 21.0])
     estimate.divergence = SimpleNamespace(time=20.678, reason="the heading left its linear range.")
     with pytest.raises(RunError, match=r"^the filter diverged at t = 20\.68 s: the heading left its linear range\.$"):
-        filtered.fill_in_filtered(plan, run, errors, 0)
+        ensemble_execution.compute_filtered(plan, run, errors, 0)
     assert asked == [1.0, 0.0]
 
 
 def test_a_run_without_a_covariance_has_no_squares() -> None:
     errors = empty(1, 2, (), ("bias", "scale"), ())
     estimate = SimpleNamespace(rows=np.empty(0, int))
-    filtered._fill_in_nees(SimpleNamespace(estimate=estimate), errors, 0, np.array([0]), np.array([0]))  # type: ignore[arg-type]
+    ensemble_execution._store_nees(SimpleNamespace(estimate=estimate), errors, 0, np.array([0]), np.array([0]))  # type: ignore[arg-type]
     assert np.isnan(errors.nees["bias"]).all()
     # of two blocks of states, a run that varies its filter may have one alone: 4/16 + 36/9
     estimate = SimpleNamespace(rows=np.array([0]), covariance=np.array([np.diag([16.0, 9.0])]),
                                model=SimpleNamespace(slices={"bias": slice(0, 2)}, size=2))  # fmt: skip
     aided: Any = SimpleNamespace(estimate=estimate, state_errors_at=lambda rows: np.array([[2.0, 6.0]]))
-    filtered._fill_in_nees(aided, errors, 0, np.array([1]), np.array([0]))
+    ensemble_execution._store_nees(aided, errors, 0, np.array([1]), np.array([0]))
     assert errors.nees["bias"][0, 1] == pytest.approx(4.25)
     assert errors.nees_freedom["bias"][0, 1] == 2.0
     assert np.isnan(errors.nees["scale"]).all()
@@ -133,8 +132,8 @@ def test_gravity_of_each_run_is_felt_as_a_change_of_the_increments(monkeypatch: 
         assert (own.remainder is not None, motion, seed) == (True, "smooth", gravity.seed)
         return SimpleNamespace(felt=felt)
 
-    monkeypatch.setattr("sinssim.truth.gravity.true_gravity.TrueGravity.felt", drawn)
-    monkeypatch.setattr("sinssim.sensors.imu.emulate.digital", lambda imu: imu)
+    monkeypatch.setattr("sinssim.truth.true_gravity.TrueGravity.felt", drawn)
+    monkeypatch.setattr("sinssim.sensors.imu.emulation.digital", lambda imu: imu)
     cache = TruthCache()
     gravity = scenario(gravity={"remainder": {"order": 2}})
     cache.keep(gravity.model_copy(update={"gravity": None}), base)
@@ -159,7 +158,7 @@ def test_why_runs_are_computed_alone() -> None:
         ({"parked": {"latitude_deg": 50.0, "duration_s": 0.2}}, "there are fewer than 5 samples"),
     ):
         plan = make_plan(scenario({**PARKED, "navigation": {"algorithms": ("quaternion",)}, **contents}), truths)
-        assert together.alone_because(plan, truths) == words
+        assert batch_navigation.why_not_batch(plan, truths) == words
 
 
 @pytest.mark.parametrize(
@@ -185,7 +184,7 @@ def test_an_ensemble_that_stops_early_is_judged_by_its_finished_runs(monkeypatch
         asked.append((requirement.text, runs, error))
         return SimpleNamespace(verdict="undecided" if "cep" in requirement.text else "not met", runs=runs)
 
-    monkeypatch.setattr("sinssim.experiments.ensembles.judge.judge", judge)
+    monkeypatch.setattr("sinssim.experiments.ensembles.ensemble_statistics.judge", judge)
     looks = Looks(parse_requirements(["cep(end) <= 3 nmi", "r95(end) <= 5 nmi"]), 50, until_decided=True)
     looks.look(straight(np.full(60, 0.5)), 50)
     assert [one[:2] for one in asked] == [("cep(end) <= 3 nmi", 50), ("r95(end) <= 5 nmi", 50)]
@@ -216,7 +215,9 @@ def test_tables_of_groups_of_runs(monkeypatch: pytest.MonkeyPatch, tmp_path: Pat
 def test_a_plan_knows_the_motion_that_its_runs_are_of(monkeypatch: pytest.MonkeyPatch) -> None:
     """A changed track or flight is another ensemble; a vehicle at rest has neither."""
     recorded = SimpleNamespace(digest=lambda: "digest of a")
-    monkeypatch.setattr("sinssim.truth.flight.cache.flight_key", lambda flight, seed: f"key of {flight} with {seed}")
+    monkeypatch.setattr(
+        "sinssim.truth.flight.flight_cache.flight_key", lambda flight, seed: f"key of {flight} with {seed}"
+    )
     for track, flown, said in ((recorded, None, "digest of a"), (None, "b", "key of b with 7"), (None, None, "")):
         assert plans._flight(SimpleNamespace(track=track, flight=flown, seed=7)) == said  # type: ignore[arg-type]
 

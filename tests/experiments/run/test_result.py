@@ -8,10 +8,9 @@ import numpy as np
 import pytest
 
 from sinssim.experiments.run.execute import run
-from sinssim.experiments.run.result import Reached, Run
+from sinssim.experiments.run.run_result import Reached, Run
 from sinssim.scenario import Scenario
-from sinssim.sensors.imu import compensation, errors
-from sinssim.sensors.imu import emulate as emulation
+from sinssim.sensors.imu import compensation, emulation, imu_errors
 from sinssim.sensors.imu import imu as block
 
 SCENARIO = {
@@ -28,7 +27,7 @@ SCENARIO = {
 
 def test_errors_are_drawn_once_and_drifts_emulated_once(tmp_path, monkeypatch):
     drawn, emulated = [], []
-    triad, emulate = errors.draw_triad, emulation.emulate
+    triad, emulate = imu_errors.draw_triad, emulation.emulate
 
     def counted_triad(terms, seed):
         drawn.append(seed)

@@ -10,9 +10,9 @@ import numpy as np
 import pytest
 
 from sinssim.data import Array, ImuData
-from sinssim.experiments.run.sensor_comparison import SensorComparison, compare_sensors
-from sinssim.scales import ANGLES, SPEEDS
-from sinssim.sensors.sets.reading import Readings
+from sinssim.experiments.run.sensor_exhibits import SensorComparison, compare_sensors
+from sinssim.sensors.sets.sensor_readings import Readings
+from sinssim.units import ANGLE_SCALE, SPEED_SCALE
 
 TIME = np.array([100.0, 102.0, 104.0, 106.0])
 DTHETA = np.array([[0.1, 0.2, 0.3], [0.4, 0.5, 0.6], [0.7, 0.8, 0.9]])
@@ -50,8 +50,18 @@ def check(found: SensorComparison, key: str, title: str, names: str, error: Any,
 
 def test_gyros_and_accelerometers() -> None:
     gyro, accel = compare_sensors(Readings(READ), Readings(IDEAL), IDEAL, LEFT)
-    check(gyro, "gyro", "Gyros", "xyz", sums(GYRO), 0.5 * sums(GYRO), (ANGLES, DEG_H, DEG_S), DTHETA, READ.dtheta)
-    check(accel, "accel", "Accelerometers", "xyz", sums(ACCEL), -2.0 * sums(ACCEL), (SPEEDS, UG, MPS2), DVEL, READ.dvel)
+    check(gyro, "gyro", "Gyros", "xyz", sums(GYRO), 0.5 * sums(GYRO), (ANGLE_SCALE, DEG_H, DEG_S), DTHETA, READ.dtheta)
+    check(
+        accel,
+        "accel",
+        "Accelerometers",
+        "xyz",
+        sums(ACCEL),
+        -2.0 * sums(ACCEL),
+        (SPEED_SCALE, UG, MPS2),
+        DVEL,
+        READ.dvel,
+    )
     assert [one.left for one in compare_sensors(Readings(READ), Readings(IDEAL), IDEAL, None)] == [None, None]
 
 
@@ -64,7 +74,7 @@ def test_a_redundant_set() -> None:
     after = SimpleNamespace(dtheta=perfect.dtheta + 0.1 * off[0], dvel=perfect.dvel + 0.2 * off[1])
     found = list(compare_sensors(Readings(READ, single=read, single_compensated=after),
                                  Readings(IDEAL, single=perfect), IDEAL, LEFT))  # fmt: skip
-    of_gyros, of_accels = (ANGLES, DEG_H, DEG_S), (SPEEDS, UG, MPS2)
+    of_gyros, of_accels = (ANGLE_SCALE, DEG_H, DEG_S), (SPEED_SCALE, UG, MPS2)
     check(found[0], "single_gyro", "Single gyros", "1234", sums(off[0]), sums(0.1 * off[0]), of_gyros, perfect.dtheta,
           read.dtheta)  # fmt: skip
     check(found[1], "single_accel", "Single accelerometers", "1234", sums(off[1]), sums(0.2 * off[1]), of_accels,
@@ -83,7 +93,9 @@ def test_six_accelerometers() -> None:
     read = perfect + off
     found = list(compare_sensors(Readings(READ, accelerometers=read), Readings(IDEAL, accelerometers=perfect), IDEAL,
                                  None))  # fmt: skip
-    check(found[0], "single", "Single accelerometers", "123456", sums(off), None, (SPEEDS, UG, MPS2), perfect, read)
+    check(
+        found[0], "single", "Single accelerometers", "123456", sums(off), None, (SPEED_SCALE, UG, MPS2), perfect, read
+    )
     assert [(one.key, one.title) for one in found[1:]] == [
         ("gyro", "Angular rate from the accelerometers"), ("accel", "Specific force from the accelerometers"),
     ]  # fmt: skip
@@ -100,7 +112,8 @@ def test_an_attitude_sensor() -> None:
                      for w, x, y, z in further])  # fmt: skip
     attitude, accel = compare_sensors(Readings(READ, attitude=read), Readings(IDEAL, attitude=perfect), IDEAL, None)
     expected = np.array([[0.0, 0.0, 0.0], [0.1, 0.0, 0.0], [0.0, 0.1, 0.0], [0.0, 0.0, -0.1]])
-    check(attitude, "attitude", "Attitude sensor, inertial axes", "xyz", expected, None, (ANGLES, DEG_H, ("", 1.0)),
+    check(attitude, "attitude", "Attitude sensor, inertial axes", "xyz", expected, None,
+          (ANGLE_SCALE, DEG_H, ("", 1.0)),
           None, None)  # fmt: skip
     assert (accel.key, accel.title) == ("accel", "Accelerometers")
 
@@ -111,20 +124,20 @@ def test_an_attitude_sensor() -> None:
 )
 def test_the_window_gives_at_most_two_hundred_means(duration: float, window: float) -> None:
     time = np.array([50.0, 50.0 + duration])
-    assert SensorComparison("gyro", "", (), time, TIME, None, ANGLES, ("", 1.0)).window == window
+    assert SensorComparison("gyro", "", (), time, TIME, None, ANGLE_SCALE, ("", 1.0)).window == window
 
 
 def test_means_over_windows() -> None:
     """30 s give windows of 0.5 s; the remainder of 0.3 s has no mean. Sensors: difference over time; attitude: mean."""
     time = 70.0 + 0.1 * np.arange(304)
     error = np.column_stack((0.3 * (time - 70.0), np.arange(304.0) ** 2))
-    sensor = SensorComparison("gyro", "", ("x", "y"), time, error, None, ANGLES, ("", 1.0), error, error)
+    sensor = SensorComparison("gyro", "", ("x", "y"), time, error, None, ANGLE_SCALE, ("", 1.0), error, error)
     ends, means = sensor.averaged(error)
     np.testing.assert_allclose(ends, 70.5 + 0.5 * np.arange(60), rtol=1e-12)
     np.testing.assert_allclose(means[:, 0], 0.3, rtol=1e-10)
     k = np.arange(60.0)
     np.testing.assert_allclose(means[:, 1], ((5.0 * k + 5.0) ** 2 - (5.0 * k) ** 2) / 0.5, rtol=1e-10)
-    attitude = SensorComparison("attitude", "", ("x", "y"), time, error, None, ANGLES, ("", 1.0))
+    attitude = SensorComparison("attitude", "", ("x", "y"), time, error, None, ANGLE_SCALE, ("", 1.0))
     ends, means = attitude.averaged(error)
     np.testing.assert_allclose(ends, 70.5 + 0.5 * np.arange(60), rtol=1e-12)
     squares = [np.mean([(5 * n + j) ** 2 for j in range(5)]) for n in range(60)]

@@ -11,7 +11,7 @@ from scipy.spatial.transform import Rotation
 from sinssim.algorithms import REGISTRY
 from sinssim.experiments.studies import attitude_cost
 from sinssim.experiments.studies.attitude_cost import _loop, attitude_costs, count_attitude
-from sinssim.strapdown.increments.fit import weight_table
+from sinssim.strapdown.coning_sculling import weight_table
 
 COUNT = 60
 
@@ -55,7 +55,7 @@ def test_b_is_the_variable_of_poissons_equation():
 
 
 def test_attitude_is_a_part_of_the_navigation():
-    from sinssim.experiments.studies.cost import count_operations
+    from sinssim.experiments.studies.step_cost import count_operations
 
     for algorithm in ("quaternion", "euler", "rotation-vector-2"):
         whole, matrix = count_attitude(algorithm)

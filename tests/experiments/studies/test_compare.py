@@ -15,10 +15,10 @@ import pytest
 
 from sinssim.content import list_content
 from sinssim.errors import InputError
-from sinssim.experiments.load import load_study
-from sinssim.experiments.studies import compare as module
-from sinssim.experiments.studies.compare import compare
-from sinssim.experiments.studies.schema import Study
+from sinssim.experiments.studies import algorithm_comparison as module
+from sinssim.experiments.studies.algorithm_comparison import compare
+from sinssim.experiments.studies.study_schema import Study
+from sinssim.experiments.study import load_study
 
 CONE = {"type": "coning", "half_angle_deg": 1.0, "frequency_hz": 1.0, "duration_s": 20.0}
 PARKED = {"latitude_deg": 50.0, "duration_s": 5.0}
@@ -315,7 +315,7 @@ def test_interrupted_it_does_not_decide_on_half_the_numbers(tmp_path, monkeypatc
 
 
 def test_interrupted_while_it_is_written_it_is_written_all_the_same(tmp_path, monkeypatch):
-    from sinssim.experiments.studies import study_recording as record
+    from sinssim.experiments.studies import study_files as record
 
     whole = record.record
     asked = iter((True, False))
@@ -325,7 +325,7 @@ def test_interrupted_while_it_is_written_it_is_written_all_the_same(tmp_path, mo
         if next(asked):
             raise KeyboardInterrupt
 
-    monkeypatch.setattr(record, "record", interrupted_once)
+    monkeypatch.setattr(record, "record_study", interrupted_once)
     with pytest.raises(KeyboardInterrupt) as interrupt:
         compare(study(algorithms=("quaternion",)), tmp_path / "s")
     assert "3 navigations were finished" in interrupt.value.__notes__[0]
@@ -371,7 +371,7 @@ def test_the_console_table_cuts_no_number(capsys):
     """Many rates on 80 columns: fewer of them, and every number whole."""
     from rich.console import Console
 
-    from sinssim.experiments.studies.study_table import show
+    from sinssim.experiments.studies.study_exhibits import show
     from sinssim.formatting import number_text
 
     rates = (10.0, 20.0, 25.0, 40.0, 50.0, 80.0, 100.0, 200.0, 400.0)

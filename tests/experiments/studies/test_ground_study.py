@@ -13,7 +13,7 @@ import pytest
 
 from sinssim.alignment import Attitude, InstrumentErrors, error_statistics, ideal_readings
 from sinssim.alignment.determination import solve
-from sinssim.earth.models import OMEGA_IE
+from sinssim.earth.ellipsoids import OMEGA_IE
 from sinssim.units import DEG_H, UG
 
 STUDY = Path(__file__).parents[3] / "scenarios" / "ground_study.py"
@@ -79,9 +79,7 @@ def check_scores(summary, cases):
 
 
 def test_the_ground_study_agrees_where_it_is_linear(tmp_path, monkeypatch, capsys):
-    monkeypatch.setattr(
-        "sinssim.recording.figures.canvas.save", lambda figure, path: None
-    )  # drawing takes most of the time
+    monkeypatch.setattr("sinssim.recording.figures.save", lambda figure, path: None)  # drawing takes most of the time
     summary = study(tmp_path, monkeypatch, draws=20_000, runs=60, swaying=2)
     check_scores(summary, 9)
     assert (tmp_path / "recording.rrd").stat().st_size > 10_000

@@ -8,9 +8,9 @@ import numpy as np
 import pytest
 
 from sinssim import rotation
-from sinssim.experiments.studies import motions
-from sinssim.experiments.studies.headings import FORMS, compare_headings, headings
-from sinssim.experiments.studies.schema import StudyMotion
+from sinssim.experiments.studies import study_schema
+from sinssim.experiments.studies.attitude_claims import FORMS, compare_headings, headings
+from sinssim.experiments.studies.study_schema import StudyMotion
 
 TABLE = {
     "type": "rotation-table", "latitude_deg": 50.0, "roll_deg": 20.0, "pitch_deg": 10.0, "heading_deg": 350.0,
@@ -20,7 +20,7 @@ TABLE = {
 
 @pytest.fixture(scope="module")
 def table():
-    trajectory = motions.make(StudyMotion.model_validate({"motion": TABLE}))
+    trajectory = study_schema.make(StudyMotion.model_validate({"motion": TABLE}))
     return trajectory, trajectory.increments(200.0)
 
 
@@ -69,5 +69,5 @@ def test_a_motion_over_the_vertical_is_not_compared():
         "roll_deg": 0.0,
         "steps": [{"type": "turn", "axis": [0.0, 1.0, 0.0], "angle_deg": 360.0, "rate_deg_s": 90.0}],
     }
-    trajectory = motions.make(StudyMotion.model_validate({"motion": loop}))
+    trajectory = study_schema.make(StudyMotion.model_validate({"motion": loop}))
     assert compare_headings("p", "loop", trajectory, trajectory.increments(50.0), {50.0: 1}) == []

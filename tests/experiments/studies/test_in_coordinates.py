@@ -9,8 +9,8 @@ import pyarrow.parquet as pq
 import pytest
 from pydantic import ValidationError
 
-from sinssim.experiments.studies.compare import compare
-from sinssim.experiments.studies.schema import Study
+from sinssim.experiments.studies.algorithm_comparison import compare
+from sinssim.experiments.studies.study_schema import Study
 
 EAST = {"latitude_deg": 40.0, "course_deg": 90.0, "speed_mps": 250.0, "altitude_m": 9000.0, "duration_s": 300.0}
 

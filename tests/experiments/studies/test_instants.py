@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from sinssim.experiments.studies.instants import instants
+from sinssim.experiments.studies.algorithm_comparison import instants
 
 
 @pytest.mark.parametrize("count", [2, 3, 50, 5000, 400_001])

@@ -2,8 +2,7 @@
 
 from __future__ import annotations
 
-from sinssim.experiments.studies.motions import first_seconds, make
-from sinssim.experiments.studies.schema import StudyMotion
+from sinssim.experiments.studies.study_schema import StudyMotion, first_seconds, make
 
 
 def test_beginning():

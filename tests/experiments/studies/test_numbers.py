@@ -10,17 +10,21 @@ import numpy as np
 import pytest
 
 from sinssim.data import Array, ImuData, NavSolution, NavState
-from sinssim.earth.models import ELLIPSOIDS
-from sinssim.experiments.studies import cost, headings, motions
-from sinssim.experiments.studies.compare import _seconds
-from sinssim.experiments.studies.cost import Cost, least_time, measure_time
-from sinssim.experiments.studies.headings import FORMS, compare_headings
-from sinssim.experiments.studies.in_coordinates import _errors
-from sinssim.experiments.studies.instants import drifts, rows_of
-from sinssim.experiments.studies.naming import at_one_rate, labeller, line_labeller, over_rates, sensors_of, varying
-from sinssim.experiments.studies.operations import Operations
-from sinssim.experiments.studies.results import Case, ErrorGrowth, Pick, StudyResult, Verdict, fit_orders
-from sinssim.experiments.studies.schema import Part, Study, StudyMotion
+from sinssim.earth.ellipsoids import ELLIPSOIDS
+from sinssim.experiments.studies import attitude_claims, step_cost, study_schema
+from sinssim.experiments.studies.algorithm_comparison import _errors, _seconds, drifts, rows_of
+from sinssim.experiments.studies.attitude_claims import FORMS, compare_headings
+from sinssim.experiments.studies.step_cost import Cost, Operations, least_time, measure_time
+from sinssim.experiments.studies.study_charts import (
+    at_one_rate,
+    labeller,
+    line_labeller,
+    over_rates,
+    sensors_of,
+    varying,
+)
+from sinssim.experiments.studies.study_results import Case, ErrorGrowth, Pick, StudyResult, Verdict, fit_orders
+from sinssim.experiments.studies.study_schema import Part, Study, StudyMotion
 from sinssim.formatting import duration_text
 from sinssim.units import ARCSEC, DEG, UG
 from tests.experiments.studies.test_results import row
@@ -80,7 +84,7 @@ class _Northwards:
 def test_facts_of_a_motion() -> None:
     """0.06° of latitude in 90 s are 2.4 deg/h; mean of 60 and 120 m/s; 26° of rate; 6.66 km along the ground."""
     cone = {"type": "coning", "half_angle_deg": 3.0, "frequency_hz": 7.0, "duration_s": 90.0}
-    found = motions.facts(StudyMotion.model_validate({"motion": cone}), _Northwards())  # type: ignore[arg-type]
+    found = study_schema.facts(StudyMotion.model_validate({"motion": cone}), _Northwards())  # type: ignore[arg-type]
     assert found.duration_s == 90.0
     assert found.latitude_rate_deg_h == pytest.approx(2.4, rel=1e-6)
     assert found.ground_speed_kmh == pytest.approx(324.0, rel=1e-3)
@@ -91,13 +95,13 @@ def test_facts_of_a_motion() -> None:
     radius = 6378137.0 * (1.0 - 0.00669438) / (1.0 - 0.00669438 * math.sin(41.0 * DEG) ** 2) ** 1.5
     assert found.distance_m == pytest.approx(0.06 * DEG * radius, rel=2e-5)
     assert found.cone == pytest.approx((3.0 * DEG, 14.0 * math.pi))
-    assert motions.facts(StudyMotion.model_validate(MOTION), _Northwards()).cone is None  # type: ignore[arg-type]
+    assert study_schema.facts(StudyMotion.model_validate(MOTION), _Northwards()).cone is None  # type: ignore[arg-type]
 
 
 def test_the_beginning_of_increments() -> None:
     """Intervals that end within 0.35 s of the start at 2 s."""
     imu = ImuData(np.array([2.0, 2.1, 2.2, 2.35, 2.4]), np.arange(12.0).reshape(4, 3), -np.arange(12.0).reshape(4, 3))
-    found = motions.first_seconds(imu, 0.35)
+    found = study_schema.first_seconds(imu, 0.35)
     assert found.time.tolist() == [2.0, 2.1, 2.2, 2.35]
     assert found.dtheta[-1].tolist() == [6.0, 7.0, 8.0]
     assert found.dvel[-1].tolist() == [-6.0, -7.0, -8.0]
@@ -123,7 +127,7 @@ def test_headings_compared_with_the_truth(monkeypatch: pytest.MonkeyPatch) -> No
         seen.append(imu)
         return {form: truth + error for form, error in errors.items()}
 
-    monkeypatch.setattr(headings, "headings", given)
+    monkeypatch.setattr(attitude_claims, "headings", given)
     found = {one.form: one for one in compare_headings("p", "m", trajectory, imu, {5.0: 2})}  # type: ignore[arg-type]
     assert seen[0].dtheta.tolist() == [[2.0] * 3] * 4
     assert seen[0].dvel.tolist() == [[4.0] * 3] * 4
@@ -150,12 +154,14 @@ def test_the_lowest_rate_that_counts_turns() -> None:
     """
     steps = np.concatenate([np.zeros(20), np.full(180, 30.0)])
     turning = np.radians(1500.0 - np.cumsum(steps))
-    assert headings._least_rate(turning, 40.0) == pytest.approx(8.0)
+    assert attitude_claims._least_rate(turning, 40.0) == pytest.approx(8.0)
     steps[100] = 100.0
-    assert headings._least_rate(np.radians(np.cumsum(steps)), 40.0) == pytest.approx(40.0 / 3.0)
+    assert attitude_claims._least_rate(np.radians(np.cumsum(steps)), 40.0) == pytest.approx(40.0 / 3.0)
     steps[100:102] = 170.0
-    assert headings._least_rate(np.radians(np.cumsum(steps)), 40.0) == pytest.approx(40.0)
-    assert headings._least_rate(np.radians(np.arange(9.0)), 40.0) == pytest.approx(8.0)  # of 9 samples 2 are left
+    assert attitude_claims._least_rate(np.radians(np.cumsum(steps)), 40.0) == pytest.approx(40.0)
+    assert attitude_claims._least_rate(np.radians(np.arange(9.0)), 40.0) == pytest.approx(
+        8.0
+    )  # of 9 samples 2 are left
 
 
 def test_errors_in_coordinates() -> None:
@@ -223,8 +229,8 @@ def test_costs_by_a_clock_of_its_own() -> None:
     none = Operations(0.0, 0.0, 0.0, 0.0, 0.0)
     assert Cost("a", "level", 1.0, none).pace == "every sample"
     assert Cost("a", "level", 1.0, none, (200.0, 50.0, 12.5)).pace == "200/50/12.5"
-    assert cost._ratios((200.0, 50.0, 12.5)) == (4, 4)
-    assert cost._options((4, 2)) == {"rates_hz": (100.0, 25.0, 12.5)}
+    assert step_cost._ratios((200.0, 50.0, 12.5)) == (4, 4)
+    assert step_cost._options((4, 2)) == {"rates_hz": (100.0, 25.0, 12.5)}
     assert Operations(1.0, 2.0, 4.0, 8.0, 0.5).total == 27.0
 
 

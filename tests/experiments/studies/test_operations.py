@@ -7,8 +7,8 @@ from math import sin, sqrt
 import numpy as np
 import pytest
 
-from sinssim.experiments.studies import cost
-from sinssim.experiments.studies.operations import OF_FUNCTION, count
+from sinssim.experiments.studies import step_cost
+from sinssim.experiments.studies.step_cost import OF_FUNCTION, count
 from sinssim.jit import kernel
 from sinssim.rotation import cross_k, multiply_k
 from sinssim.strapdown.navigate import navigate
@@ -109,7 +109,7 @@ def test_only_what_is_needed():
 
 def test_poisson_costs_its_products_and_no_output():
     """Poisson's fourth-order step beside that of the second: two more products and sums for s and c, twice."""
-    second, fourth = (cost.count_operations(f"poisson-{n}", "level") for n in (2, 4))
+    second, fourth = (step_cost.count_operations(f"poisson-{n}", "level") for n in (2, 4))
     assert fourth.total - second.total == pytest.approx(8.0, abs=0.1)
 
 
@@ -118,8 +118,8 @@ def test_poisson_costs_its_products_and_no_output():
     [("quaternion", "level"), ("rotation-vector-3", "level"), ("functional-iteration", "level"), ("euler", "wander")],
 )
 def test_counted_navigation_is_the_compiled_one(algorithm, frame):
-    operations, counted = cost._counted(algorithm, frame)
-    imu, initial = cost._data(cost._COUNTED_SAMPLES)
+    operations, counted = step_cost._counted(algorithm, frame)
+    imu, initial = step_cost._data(step_cost._COUNTED_SAMPLES)
     compiled = navigate(imu, initial, algorithm=algorithm, frame=frame)
     np.testing.assert_array_equal(counted.time, compiled.time)
     np.testing.assert_allclose(counted.q_nb, compiled.q_nb, rtol=0, atol=1e-14)
@@ -130,13 +130,13 @@ def test_counted_navigation_is_the_compiled_one(algorithm, frame):
 
 @pytest.mark.parametrize("frame", ["level", "wander", "inertial"])
 def test_counted_schedule_is_the_compiled_one(frame):
-    operations, counted = cost._counted("quaternion", frame, (4, 5))
-    imu, initial = cost._data(cost._COUNTED_SAMPLES)
+    operations, counted = step_cost._counted("quaternion", frame, (4, 5))
+    imu, initial = step_cost._data(step_cost._COUNTED_SAMPLES)
     compiled = navigate(imu, initial, frame=frame, rates_hz=(100.0, 25.0, 5.0))
     np.testing.assert_array_equal(counted.time, compiled.time)
     np.testing.assert_allclose(counted.q_nb, compiled.q_nb, rtol=0, atol=1e-14)
     np.testing.assert_allclose(counted.velocity_ned, compiled.velocity_ned, rtol=0, atol=1e-11)
-    assert operations == cost.measure_cost("quaternion", frame, (200.0, 50.0, 10.0)).operations
+    assert operations == step_cost.measure_cost("quaternion", frame, (200.0, 50.0, 10.0)).operations
 
 
 @pytest.mark.parametrize("frame", ["level", "inertial"])
@@ -144,19 +144,19 @@ def test_a_schedule_costs_its_parts(frame):
     """Fast + medium/r + slow/(r s): from three schedules follows a fourth."""
     ratios = [(1, 1), (2, 1), (2, 2)]
     shares = np.array([[1.0, 1.0 / r, 1.0 / (r * s)] for r, s in ratios])
-    parts = np.linalg.solve(shares, [cost.count_operations("quaternion", frame, pair).total for pair in ratios])
+    parts = np.linalg.solve(shares, [step_cost.count_operations("quaternion", frame, pair).total for pair in ratios])
     assert np.all(parts > 20.0)
     expected = parts @ [1.0, 1.0 / 10.0, 1.0 / 50.0]
-    assert cost.count_operations("quaternion", frame, (10, 5)).total == pytest.approx(expected, abs=2.0)
+    assert step_cost.count_operations("quaternion", frame, (10, 5)).total == pytest.approx(expected, abs=2.0)
 
 
 def test_several_samples_a_step_take_fewer_operations_a_sample():
-    totals = [cost.count_operations(f"rotation-vector-{n}", "level").total for n in (1, 2, 4)]
+    totals = [step_cost.count_operations(f"rotation-vector-{n}", "level").total for n in (1, 2, 4)]
     assert totals[0] > 1.5 * totals[1] > 2.0 * totals[2]
 
 
 def test_time_is_that_of_the_slower():
     """A clock that stands still gives 0, so the measure is of the clock, divided by the samples."""
     ticks = iter(range(1000))
-    seconds = cost.measure_time("quaternion", "level", lambda: float(next(ticks)))
-    assert seconds == pytest.approx(1e9 / cost._TIMED_SAMPLES)
+    seconds = step_cost.measure_time("quaternion", "level", lambda: float(next(ticks)))
+    assert seconds == pytest.approx(1e9 / step_cost._TIMED_SAMPLES)

@@ -7,12 +7,11 @@ from typing import Any
 import pytest
 from rich.console import Console
 
-from sinssim.experiments.studies.claims.outcome import needed
-from sinssim.experiments.studies.naming import one_draw
-from sinssim.experiments.studies.pick import picks
-from sinssim.experiments.studies.results import Row, StudyResult
-from sinssim.experiments.studies.schema import Study
-from sinssim.experiments.studies.study_table import show
+from sinssim.experiments.studies.claims import picks
+from sinssim.experiments.studies.study_charts import one_draw
+from sinssim.experiments.studies.study_exhibits import show
+from sinssim.experiments.studies.study_results import Row, StudyResult, needed
+from sinssim.experiments.studies.study_schema import Study
 
 PARKED = {"name": "a", "parked": {"latitude_deg": 50.0, "duration_s": 3600.0}}
 FLOWN = {"name": "b", "parked": {"latitude_deg": 60.0, "duration_s": 3600.0}}

@@ -32,7 +32,7 @@ def test_a_short_part_of_the_drive(
 ) -> None:
     """Thirty seconds, one outage, the noise as told: both sides are run, written and compared."""
     (tmp_path / "log.toml").write_text(load_scenario(DRIVE, ["log.to_s=30"]).to_toml(), encoding="utf-8")
-    monkeypatch.setattr("sinssim.recording.figures.canvas.save", lambda figure, path: None)
+    monkeypatch.setattr("sinssim.recording.figures.save", lambda figure, path: None)
     out = tmp_path / "out"
     options = ("--as-told", "--runs", 1, "--length-s", 8, "--every-s", 60, "--first-s", 21)
     summary = study(out, monkeypatch, tmp_path / "log.toml", *options)

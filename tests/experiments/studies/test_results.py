@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from sinssim.experiments.studies.results import Row, fit_orders
+from sinssim.experiments.studies.study_results import Row, fit_orders
 
 RATES = (10.0, 20.0, 40.0, 80.0, 160.0, 320.0)
 

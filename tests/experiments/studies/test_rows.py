@@ -10,16 +10,15 @@ from typing import Any
 import numpy as np
 import pytest
 
-from sinssim.earth.models import ELLIPSOIDS
+from sinssim.earth.ellipsoids import ELLIPSOIDS
 from sinssim.errors import RunError
-from sinssim.experiments.studies import motions
+from sinssim.experiments.studies import study_schema
+from sinssim.experiments.studies.algorithm_comparison import _navigate, _Truth
+from sinssim.experiments.studies.attitude_claims import _frame_rate
 from sinssim.experiments.studies.attitude_cost import AttitudeCost
-from sinssim.experiments.studies.compare import _navigate, _Truth
-from sinssim.experiments.studies.cost import Cost
-from sinssim.experiments.studies.headings import _frame_rate
-from sinssim.experiments.studies.operations import Operations
-from sinssim.experiments.studies.results import Case, StudyResult
-from sinssim.experiments.studies.schema import Study
+from sinssim.experiments.studies.step_cost import Cost, Operations
+from sinssim.experiments.studies.study_results import Case, StudyResult
+from sinssim.experiments.studies.study_schema import Study
 from sinssim.strapdown import measured_attitude
 from sinssim.units import ARCSEC
 
@@ -39,7 +38,7 @@ def navigated(monkeypatch: pytest.MonkeyPatch, change: Any) -> Any:
         )
         for by_functions, ns, adds in ((False, 30.0, 9.0), (True, 50.0, 90.0))
     ]
-    trajectory = motions.make(part.motions[0])
+    trajectory = study_schema.make(part.motions[0])
     imu = trajectory.increments(10.0)
     plain = measured_attitude.navigate_set
     monkeypatch.setattr(measured_attitude, "navigate_set", lambda *given, **options: change(plain(*given, **options)))

@@ -11,7 +11,7 @@ from sinssim import ALGORITHMS
 from sinssim.algorithms import whole_ratio
 from sinssim.content import list_content
 from sinssim.errors import InputError
-from sinssim.experiments.load import load_study
+from sinssim.experiments.study import load_study
 
 PART = """\
 [[parts]]

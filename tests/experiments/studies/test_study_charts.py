@@ -11,12 +11,11 @@ import pytest
 from matplotlib.colors import to_hex
 
 from sinssim.experiments.studies import study_charts as study
-from sinssim.experiments.studies.cost import Cost
-from sinssim.experiments.studies.operations import Operations
-from sinssim.experiments.studies.results import ErrorGrowth, Heading, Order, Row
-from sinssim.recording.figures.charts import figure_of
+from sinssim.experiments.studies.step_cost import Cost, Operations
+from sinssim.experiments.studies.study_results import ErrorGrowth, Heading, Order, Row
+from sinssim.recording.figures import figure_of
 from sinssim.recording.style import COLORS, colors, css
-from tests.recording.figures.drawn import bars, check_band, check_line, legend, texts, ticks, words
+from tests.recording.drawn import bars, check_band, check_line, legend, texts, ticks, words
 
 PAINT = {"euler": "#112233", "poisson-3-ortho": "#445566"}
 

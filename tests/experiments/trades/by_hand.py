@@ -8,9 +8,8 @@ from typing import Any
 
 import numpy as np
 
-from sinssim.experiments.trades.cells import cells_of
-from sinssim.experiments.trades.measure import CellNumbers, CellVerdict
-from sinssim.experiments.trades.result import CellResult, TradeResult
+from sinssim.experiments.trades.trade_cells import CellNumbers, CellVerdict, cells_of
+from sinssim.experiments.trades.trade_result import CellResult, TradeResult
 from tests.experiments.trades.examples import ACCEL, BIAS, GRADE, study
 
 SECOND = pi / 648_000.0

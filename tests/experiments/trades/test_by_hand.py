@@ -12,12 +12,12 @@ import numpy as np
 import pytest
 
 from sinssim.errors import InputError
-from sinssim.experiments.trades import cells, trade_exhibits
-from sinssim.experiments.trades.cells import cells_of, command_of
-from sinssim.experiments.trades.result import CellResult, TradeResult
-from sinssim.experiments.trades.running.write import to_json
-from sinssim.experiments.trades.schema import Axis, TradeStudy
-from sinssim.experiments.trades.summary import (
+from sinssim.experiments.trades import trade_cells, trade_exhibits
+from sinssim.experiments.trades.trade_cells import cells_of, command_of
+from sinssim.experiments.trades.trade_exhibits import exhibits_of, growth, to_json
+from sinssim.experiments.trades.trade_result import (
+    CellResult,
+    TradeResult,
     Unit,
     cell_table,
     definitions,
@@ -30,12 +30,10 @@ from sinssim.experiments.trades.summary import (
     unit_for,
     verdict_text,
 )
-from sinssim.experiments.trades.trade_charts import growth
-from sinssim.experiments.trades.trade_exhibits import exhibits_of
-from sinssim.recording.report.exhibits import page_of
-from sinssim.recording.rerun.exhibits import markdown, record_chart
-from sinssim.statistics.requirements.quantity import Quantity, parse_quantity
-from sinssim.statistics.requirements.requirement import parse_requirement
+from sinssim.experiments.trades.trade_schema import Axis, TradeStudy
+from sinssim.recording.report.exhibit_page import page_of
+from sinssim.recording.rerun.exhibit_recording import markdown, record_chart
+from sinssim.statistics.requirements import Quantity, parse_quantity, parse_requirement
 from tests.experiments.trades.by_hand import ASK, OTHER, RISING, UNITS, made, without
 from tests.experiments.trades.examples import ACCEL, BIAS, GRADE, study
 from tests.recording.spies import Drawn
@@ -237,22 +235,22 @@ def test_times_within_a_flight(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) 
         flown.append(scenario.name)
         return SimpleNamespace(start=10.0, end=150.0)
 
-    monkeypatch.setattr(cells, "expected_duration", lambda scenario: 100.0)
-    monkeypatch.setattr(cells, "flight_key", lambda flight, seed: f"{flight} {seed}")
-    monkeypatch.setattr(cells, "true_motion", fly)
+    monkeypatch.setattr(trade_cells, "expected_duration", lambda scenario: 100.0)
+    monkeypatch.setattr(trade_cells, "flight_key", lambda flight, seed: f"{flight} {seed}")
+    monkeypatch.setattr(trade_cells, "true_motion", fly)
     flight, parked = (SimpleNamespace(name=str(f), flight=f, seed=3, log=None) for f in ("climb", None))
     known: dict[str, float] = {}
     for time in (90.0, 120.0, 140.0):
-        cells._check_times(study(tmp_path, times_s=(time, 5.0)), flight, known)
+        trade_cells._check_times(study(tmp_path, times_s=(time, 5.0)), flight, known)
     assert (flown, known) == (["climb"], {"climb 3": 140.0})
     with pytest.raises(InputError, match=r"t = 140\.5 s lies outside the run, which lasts 140 s; give a time"):
-        cells._check_times(study(tmp_path, times_s=(140.5, 5.0)), flight, known)
+        trade_cells._check_times(study(tmp_path, times_s=(140.5, 5.0)), flight, known)
     with pytest.raises(InputError, match=r"t = 120 s lies outside the run, which lasts 100 s"):
-        cells._check_times(study(tmp_path, times_s=(120.0,)), parked, known)
+        trade_cells._check_times(study(tmp_path, times_s=(120.0,)), parked, known)
     with pytest.raises(InputError, match=r"'cep\(150 s\) <= 1 m': 150 s lies outside the run, which lasts 140 s"):
-        cells._check_times(study(tmp_path, require=("cep(150 s) <= 1 m",)), flight, known)
+        trade_cells._check_times(study(tmp_path, require=("cep(150 s) <= 1 m",)), flight, known)
     parked.log = "recorded"
-    cells._check_times(study(tmp_path, times_s=(120.0,)), parked, known)
+    trade_cells._check_times(study(tmp_path, times_s=(120.0,)), parked, known)
     assert len(flown) == 1
 
 

@@ -10,9 +10,9 @@ from typing import Any
 import pytest
 
 from sinssim.errors import InputError
-from sinssim.experiments.trades import cells
-from sinssim.experiments.trades.cells import cells_of, command_of, digest_of, name_of
-from sinssim.experiments.trades.schema import Axis, TradeStudy
+from sinssim.experiments.trades import trade_cells
+from sinssim.experiments.trades.trade_cells import cells_of, command_of, digest_of, name_of
+from sinssim.experiments.trades.trade_schema import Axis, TradeStudy
 from sinssim.scenario.load import load_scenario
 from tests.experiments.trades.examples import AIDED, BIAS, GRADE, study
 
@@ -138,7 +138,7 @@ def test_the_duration_of_a_flight_is_that_of_the_flight_and_not_its_estimate(mon
         flown.append(scenario)
         return SimpleNamespace(start=2.0, end=5101.0)
 
-    monkeypatch.setattr(cells, "true_motion", motion)
+    monkeypatch.setattr(trade_cells, "true_motion", motion)
     axis = Axis(key=GRADE, values=("laser-navigation", "laser-standard"))
     for time in (5000.0, 5099.0):
         made = TradeStudy(name="f", scenario="first_flight", axes=(axis,), require=(f"r95({time} s) <= 1 km",))

@@ -10,12 +10,12 @@ from typing import Any
 import numpy as np
 import pytest
 
-from sinssim.experiments.ensembles.result import EnsembleResult
-from sinssim.experiments.ensembles.run_errors import RunErrors
-from sinssim.experiments.trades.measure import CellVerdict, of_budget, of_ensemble
-from sinssim.statistics.order_statistics import percentile
-from sinssim.statistics.requirements.exceeded import Exceeded
-from sinssim.statistics.requirements.quantity import parse_quantity
+from sinssim.experiments.ensembles.ensemble_errors import RunErrors
+from sinssim.experiments.ensembles.ensemble_result import EnsembleResult
+from sinssim.experiments.trades.trade_cells import CellVerdict, of_budget, of_ensemble
+from sinssim.statistics.percentiles import percentile
+from sinssim.statistics.requirement_verdict import Exceeded
+from sinssim.statistics.requirements import parse_quantity
 from tests.experiments.trades.examples import study
 from tests.recording.by_hand import ARCMIN, CEP, R95, hand_budget
 
@@ -110,7 +110,7 @@ def test_every_number_of_an_ensemble(tmp_path: Path, monkeypatch: pytest.MonkeyP
     """Of 1…39 and ∞, CEP is at the place 20.5 and R95 at 38.65; χ² has 39 degrees of freedom."""
     bands = {"cep": {"value": 1.0, "low": 2.0, "high": 3.0}, "r95": {"value": 4.0, "low": 5.0, "high": 6.0}}
     summary = {"rate_nmi_h": {"line": bands}, "nees": {"all": {"mean": 1.25, "share_in_band": 0.75}, "other": {}}}
-    monkeypatch.setattr("sinssim.experiments.ensembles.summary.ensemble_numbers", lambda result: summary)
+    monkeypatch.setattr("sinssim.experiments.ensembles.ensemble_statistics.ensemble_numbers", lambda result: summary)
     ask = ("cep(end) <= 0.05 km", "heading(1200 s) <= 5 deg")
     plan = study(tmp_path, axes=AXIS, cell="ensemble", times_s=(1200.0,), require=ask,
                  draw=("r95(run)", "heading(run)"))  # fmt: skip
@@ -163,7 +163,7 @@ def test_words_of_a_verdict() -> None:
 
 def test_a_component_without_values_and_with_late_starts(monkeypatch: pytest.MonkeyPatch) -> None:
     """A run that has not begun does not count; a single one has no σ."""
-    from sinssim.experiments.trades.measure import _component
+    from sinssim.experiments.trades.trade_cells import _component
 
     result = ensemble()
     result.errors.velocity_ned[1:, 0, 2] = nan

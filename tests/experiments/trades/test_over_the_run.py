@@ -9,12 +9,10 @@ from pathlib import Path
 import pytest
 
 import sinssim
-from sinssim.analyses.error_budget.budget_exhibits import exhibits_of, lines_of
-from sinssim.analyses.error_budget.budget_files import to_json
-from sinssim.experiments.trades.cells import cells_of
-from sinssim.recording.console import show
-from sinssim.recording.report.exhibits import page_of
-from sinssim.recording.tables.plain_text import plain_text
+from sinssim.analyses.error_budget.budget_exhibits import exhibits_of, lines_of, to_json
+from sinssim.experiments.trades.trade_cells import cells_of
+from sinssim.recording.console import plain_text, show
+from sinssim.recording.report.exhibit_page import page_of
 from tests.experiments.trades.examples import AIDED, study
 
 OUTAGE = AIDED

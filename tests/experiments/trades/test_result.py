@@ -9,10 +9,11 @@ import pyarrow.parquet as pq
 import pytest
 
 from sinssim.errors import InputError
-from sinssim.experiments.trades.cells import Cell, cells_of
-from sinssim.experiments.trades.measure import CellNumbers, CellVerdict, Word
-from sinssim.experiments.trades.result import CellResult, TradeResult
-from sinssim.experiments.trades.summary import (
+from sinssim.experiments.trades.trade_cells import Cell, CellNumbers, CellVerdict, Word, cells_of
+from sinssim.experiments.trades.trade_exhibits import exhibits_of
+from sinssim.experiments.trades.trade_result import (
+    CellResult,
+    TradeResult,
     _rounded,
     cell_table,
     grids,
@@ -20,9 +21,8 @@ from sinssim.experiments.trades.summary import (
     requirement_lines,
     unit_for,
 )
-from sinssim.experiments.trades.trade_exhibits import exhibits_of
-from sinssim.recording.rerun.exhibits import markdown
-from sinssim.statistics.requirements.quantity import Quantity
+from sinssim.recording.rerun.exhibit_recording import markdown
+from sinssim.statistics.requirements import Quantity
 from tests.experiments.trades.examples import BIAS, GRADE, study
 
 R95 = (10.0, 20.0, 30.0, 40.0, float("nan"), 60.0)

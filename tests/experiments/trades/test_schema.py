@@ -8,8 +8,8 @@ from typing import Any
 import pytest
 
 from sinssim.errors import InputError
-from sinssim.experiments.trades.schema import MOST_CELLS, Axis, TradeStudy
-from sinssim.statistics.requirements.quantity import Quantity
+from sinssim.experiments.trades.trade_schema import MOST_CELLS, Axis, TradeStudy
+from sinssim.statistics.requirements import Quantity
 from tests.experiments.trades.examples import BIAS, GRADE, study
 
 

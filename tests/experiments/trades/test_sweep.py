@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 from sinssim.errors import InputError
-from sinssim.experiments.trades.sweep import sweep
+from sinssim.experiments.study import sweep
 
 
 def values(written: str, key: str = "imu.rate_hz") -> tuple[Any, ...]:

@@ -10,15 +10,14 @@ from typing import Any
 import numpy as np
 import pytest
 
-from sinssim.experiments.trades.cells import cells_of
-from sinssim.experiments.trades.measure import CellNumbers, CellVerdict
-from sinssim.experiments.trades.result import CellResult, TradeResult
-from sinssim.experiments.trades.schema import Axis
-from sinssim.experiments.trades.trade_charts import curves, families, grid_of, growth, pictures
-from sinssim.experiments.trades.trade_charts import heat_map as map_of
-from sinssim.recording.figures.charts import figure_of
+from sinssim.experiments.trades.trade_cells import CellNumbers, CellVerdict, cells_of
+from sinssim.experiments.trades.trade_exhibits import curves, families, grid_of, growth, pictures
+from sinssim.experiments.trades.trade_exhibits import heat_map as map_of
+from sinssim.experiments.trades.trade_result import CellResult, TradeResult
+from sinssim.experiments.trades.trade_schema import Axis
+from sinssim.recording.figures import figure_of
 from sinssim.recording.style import COLORS, css
-from sinssim.statistics.requirements.quantity import Quantity
+from sinssim.statistics.requirements import Quantity
 from tests.experiments.trades.examples import ACCEL, AXES, BIAS, GRADE, study
 
 R95 = Quantity("r95", "end")

@@ -5,9 +5,9 @@ from __future__ import annotations
 import re
 from pathlib import Path
 
-from sinssim.experiments.trades.result import CellResult, TradeResult
 from sinssim.experiments.trades.trade_exhibits import exhibits_of
-from sinssim.recording.report.exhibits import page_of
+from sinssim.experiments.trades.trade_result import CellResult, TradeResult
+from sinssim.recording.report.exhibit_page import page_of
 from tests.experiments.trades.examples import AXES
 from tests.experiments.trades.test_result import made as ensemble
 from tests.experiments.trades.test_trade_figure import made

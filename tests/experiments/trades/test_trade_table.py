@@ -6,8 +6,7 @@ import re
 from pathlib import Path
 
 from sinssim.experiments.trades.trade_exhibits import exhibits_of
-from sinssim.recording.console import show
-from sinssim.recording.tables.plain_text import plain_text
+from sinssim.recording.console import plain_text, show
 from tests.experiments.trades.examples import ACCEL, AXES, BIAS
 from tests.experiments.trades.test_trade_figure import made
 

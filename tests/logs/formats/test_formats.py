@@ -12,10 +12,9 @@ import pytest
 
 from sinssim import rotation
 from sinssim.errors import InputError
-from sinssim.logs.formats.registry import FORMATS
+from sinssim.logs.formats.registry import FORMATS, candidates, detect, read_file
 from sinssim.logs.gps_time import gps_from_date
-from sinssim.logs.read import candidates, detect, read_file
-from sinssim.logs.streams import FixStream, SolutionStream, Streams
+from sinssim.logs.recorded_streams import FixStream, SolutionStream, Streams
 from sinssim.units import DEG, KNOT
 from tests.logs.formats import samples
 from tests.logs.formats.samples import FILES, LIBRARIES

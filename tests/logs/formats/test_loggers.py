@@ -10,9 +10,9 @@ import pytest
 
 from sinssim import earth, rotation
 from sinssim.errors import InputError
-from sinssim.logs.formats.receivers.novatel_ascii import is_ascii
-from sinssim.logs.read import detect, read_file
-from sinssim.logs.streams import FixStream, InertialStream
+from sinssim.logs.formats.novatel import is_ascii
+from sinssim.logs.formats.registry import detect, read_file
+from sinssim.logs.recorded_streams import FixStream, InertialStream
 from sinssim.units import DEG
 from tests.logs.formats import loggers, samples
 from tests.logs.formats.loggers import ACCEL, GYRO, PLACE, TOW, VELOCITY, WEEK

@@ -13,8 +13,8 @@ import pytest
 from sinssim.errors import InputError
 from sinssim.logs.formats import gpx, kml, track_csv
 from sinssim.logs.formats.registry import FORMATS
-from sinssim.logs.streams import Streams
-from sinssim.rotation.arrays import quaternion_from_euler
+from sinssim.logs.recorded_streams import Streams
+from sinssim.rotation.quaternions import quaternion_from_euler
 
 GPX = """<?xml version="1.0" encoding="UTF-8"?>
 <gpx version="1.1" creator="phone" xmlns="http://www.topografix.com/GPX/1/1"><trk><trkseg>

@@ -12,13 +12,13 @@ import numpy as np
 import pytest
 
 from sinssim.errors import InputError
-from sinssim.logs.formats.receivers import novatel, novatel_ascii, vbox
-from sinssim.logs.formats.robots import ros
-from sinssim.logs.formats.robots.stamps import split_first
-from sinssim.logs.formats.robots.tum import unit
-from sinssim.logs.read import read_file
-from sinssim.logs.text import table as number_table
-from sinssim.logs.text.table import read_numbers
+from sinssim.logs.formats import novatel, ros, vbox
+from sinssim.logs.formats import novatel as novatel_ascii
+from sinssim.logs.formats.registry import read_file
+from sinssim.logs.formats.stamps import split_first
+from sinssim.logs.formats.tum import unit
+from sinssim.logs.text import numeric_columns as number_table
+from sinssim.logs.text.numeric_columns import read_numbers
 from tests.logs.formats.whole import whole
 
 NAV = "2200 {} 30.5 114.25 20.75 1.5 -2.5 3.5 10.5 -20.25 130.75\n"

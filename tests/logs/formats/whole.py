@@ -10,7 +10,7 @@ import numpy as np
 from scipy.spatial.transform import Rotation
 
 from sinssim.data import Array
-from sinssim.logs.streams import Clock, FixStream, InertialStream, OtherStream, SolutionStream, Streams
+from sinssim.logs.recorded_streams import Clock, FixStream, InertialStream, OtherStream, SolutionStream, Streams
 
 
 def attitude(rows: Sequence[Sequence[float]]) -> Array:

@@ -7,12 +7,12 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from sinssim.analyses.inspection.layouts.text_table import read_table
+from sinssim.analyses.inspection.text_columns import read_table
 from sinssim.errors import InputError, SinssimWarning
-from sinssim.logs.read import read_file
+from sinssim.logs.formats.registry import read_file
+from sinssim.logs.text.imu_samples import read_log
+from sinssim.logs.text.numeric_columns import read_numbers
 from sinssim.logs.text.rows import cut_rows, text_rows
-from sinssim.logs.text.samples import read_log
-from sinssim.logs.text.table import read_numbers
 from tests.logs.formats.samples import FILES
 
 _FORMATS = {"kf-gins-imu": 0, "kf-gins-gnss": 0, "psins-avp": 3, "columns": 1, "inertial-explorer": 5}

@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 from sinssim.errors import InputError
-from sinssim.logs.text.dates import date_seconds, is_date
+from sinssim.logs.gps_time import date_seconds, is_date
 
 
 def test_dates_in_utc_have_leap_seconds() -> None:

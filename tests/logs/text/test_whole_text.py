@@ -8,17 +8,15 @@ import numpy as np
 import pytest
 
 from sinssim.errors import InputError
-from sinssim.logs.log import LogImu
-from sinssim.logs.streams import Clock
-from sinssim.logs.text.dates import date_seconds
-from sinssim.logs.text.description import LogDescription
-from sinssim.logs.text.even_stamps import even_stamps
-from sinssim.logs.text.joined import joined, with_gravity
-from sinssim.logs.text.names import TIME_UNITS, epoch_unit, unit_in_name
-from sinssim.logs.text.no_gravity import without_gravity
+from sinssim.logs.gps_time import date_seconds
+from sinssim.logs.increments import even_stamps
+from sinssim.logs.log_settings import LogImu
+from sinssim.logs.recorded_streams import Clock
+from sinssim.logs.text.column_description import LogDescription
+from sinssim.logs.text.column_names import TIME_UNITS, epoch_unit, unit_in_name
+from sinssim.logs.text.imu_samples import joined, read_samples, slow, with_gravity, with_readings, without_gravity
+from sinssim.logs.text.numeric_columns import read_numbers
 from sinssim.logs.text.rows import CutRows, cut_rows, read_rows, selected_text, text_rows
-from sinssim.logs.text.samples import read_samples, slow, with_readings
-from sinssim.logs.text.table import read_numbers
 
 NAN = float("nan")
 

@@ -10,11 +10,10 @@ import pytest
 from pyarrow import parquet
 
 from sinssim.errors import InputError
-from sinssim.logs.recorded_run import RecordedRun
-from sinssim.logs.streams import FixStream
-from sinssim.logs.writers.content import choose
-from sinssim.logs.writers.export import export
-from sinssim.logs.writers.navigators import kf_gins
+from sinssim.logs.recorded_streams import FixStream
+from sinssim.logs.stored_run import RecordedRun
+from sinssim.logs.writers import kf_gins
+from sinssim.logs.writers.run_export import choose, export
 from tests.logs import hand_run
 from tests.logs.hand_run import BESIDE, FIX, FIX_TIME, SECONDS, TIME, WEEK
 from tests.logs.writers.exported import close, table

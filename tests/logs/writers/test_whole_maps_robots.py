@@ -13,18 +13,7 @@ from scipy.spatial.transform import Rotation
 from sinssim.data import Array
 from tests.logs import hand_run
 from tests.logs.formats.whole import attitude
-from tests.logs.hand_run import (
-    ACCEL,
-    ANGLES,
-    FIX,
-    FIX_SIGMA,
-    FIX_VELOCITY,
-    GYRO,
-    HEIGHT,
-    LATITUDE,
-    LONGITUDE,
-    VELOCITY,
-)
+from tests.logs.hand_run import ACCEL, ANGLES, FIX, FIX_SIGMA, FIX_VELOCITY, GYRO, HEIGHT, LATITUDE, LONGITUDE, VELOCITY
 from tests.logs.writers.exported import DATES, NED_ENU, close, made, table
 
 NO_GEOID = "maps take them as above mean sea level, which differs by up to 110 m (sinssim has no geoid model)."

@@ -11,10 +11,10 @@ import numpy as np
 import pytest
 
 from sinssim.errors import InputError
-from sinssim.logs.scoring.score import Judge
-from sinssim.logs.scoring.truth_at import TruthAt
-from sinssim.logs.streams import SolutionStream
-from sinssim.logs.writers import export
+from sinssim.logs.recorded_streams import SolutionStream
+from sinssim.logs.reference_solution import TruthAt
+from sinssim.logs.solution_score import Judge
+from sinssim.logs.writers import run_export
 
 SECOND = np.pi / 648_000.0
 
@@ -33,23 +33,23 @@ def test_places_that_are_taken(tmp_path: Path) -> None:
         (folder, True, False, "exists. Give another name with -o, or replace it with --overwrite."),
     ):
         with pytest.raises(InputError, match=f"^{re.escape(f'{place} {said}')}$"):
-            export._check_place(place, folder=of_folder, overwrite=overwrite)
+            run_export._check_place(place, folder=of_folder, overwrite=overwrite)
     for place, of_folder, overwrite in ((file, False, True), (folder, True, True), (empty, True, False),
                                         (tmp_path / "new", True, False), (tmp_path / "new", False, False)):  # fmt: skip
-        export._check_place(place, folder=of_folder, overwrite=overwrite)
+        run_export._check_place(place, folder=of_folder, overwrite=overwrite)
 
 
 def test_outages_need_fixes() -> None:
     content: Any = SimpleNamespace(run=SimpleNamespace(path="run", fixes=[]), solution_name="aided")
     writer: Any = SimpleNamespace(HOLDS="solution")
-    assert export._with_outages(content, (), "kml", writer) is content
+    assert run_export._with_outages(content, (), "kml", writer) is content
     with pytest.raises(InputError, match=r"^--outage: run has no GNSS fixes that could be withheld\.$"):
-        export._with_outages(content, ("40:55",), "kml", writer)
+        run_export._with_outages(content, ("40:55",), "kml", writer)
     content.run.fixes = ["gnss", "second"]
     for to, holds in (("kml", "solution"), ("parquet", "run")):
         writer.HOLDS = holds
         with pytest.raises(InputError) as refused:
-            export._with_outages(content, ("40:55",), to, writer)
+            run_export._with_outages(content, ("40:55",), to, writer)
         assert str(refused.value) == (
             f"--outage: this export to {to} contains no fixes from which any could be withheld. Export to another "
             "format, or the fixes as a solution (--solution gnss)."
@@ -58,8 +58,8 @@ def test_outages_need_fixes() -> None:
 
 def test_the_default_place() -> None:
     run: Any = SimpleNamespace(path=Path("/x/runs/one"), name="one")
-    assert export._default_place(run, "kml", ".kml") == Path("/x/runs/one.kml")
-    assert export._default_place(run, "euroc", "") == Path("/x/runs/one-euroc")
+    assert run_export._default_place(run, "kml", ".kml") == Path("/x/runs/one.kml")
+    assert run_export._default_place(run, "euroc", "") == Path("/x/runs/one-euroc")
 
 
 def test_rows_that_are_scored() -> None:

@@ -14,12 +14,11 @@ import pytest
 
 from sinssim import rotation
 from sinssim.errors import InputError
-from sinssim.logs.read import read_file
-from sinssim.logs.recorded_run import RecordedRun
-from sinssim.logs.streams import SolutionStream
-from sinssim.logs.writers.export import Exported, export
-from sinssim.logs.writers.navigators import rtklib_pos
-from sinssim.logs.writers.registry import WRITERS
+from sinssim.logs.formats.registry import WRITERS, read_file
+from sinssim.logs.recorded_streams import SolutionStream
+from sinssim.logs.stored_run import RecordedRun
+from sinssim.logs.writers import rtklib_pos
+from sinssim.logs.writers.run_export import Exported, export
 from sinssim.units import DEG
 from tests.logs.short_run import short_run
 
@@ -241,8 +240,8 @@ def test_geojson_is_cut_at_the_antimeridian(run: RecordedRun, truth: SolutionStr
 
 def test_geojson_is_not_cut_beside_a_pole(run: RecordedRun, place: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     """A step past a pole changes the longitude by up to 180°; only a larger one crosses the antimeridian."""
-    from sinssim.logs.writers.maps import geojson
-    from sinssim.logs.writers.maps.path_points import Points
+    from sinssim.logs.writers import geojson
+    from sinssim.logs.writers.path_points import Points
 
     longitude = np.array([10.0, 150.0, 170.0, -170.0])
     points = Points(np.full(4, 89.9), longitude, np.full(4, 7.0), ["a", "b", "c", "d"], 4)

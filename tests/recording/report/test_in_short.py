@@ -9,7 +9,7 @@ from typing import Any
 import pytest
 
 from sinssim.exhibits import Sentence
-from sinssim.experiments.run.report import run_report as report
+from sinssim.experiments.run import run_report as report
 from sinssim.scenario import Scenario
 from tests.recording.spies import cells, read
 

@@ -8,10 +8,10 @@ import xml.etree.ElementTree as ET
 import numpy as np
 import pytest
 
-from sinssim.recording.report import drawing, page, plot
-from sinssim.recording.report.plot import Line, Mark
-from sinssim.recording.scales import envelope, tick_label, ticks
-from sinssim.scales import suiting
+from sinssim.recording.report import page, svg_plot
+from sinssim.recording.report.svg_plot import Line, Mark
+from sinssim.recording.style import envelope, tick_label, ticks
+from sinssim.units import suiting
 
 SVG = "{http://www.w3.org/2000/svg}"
 
@@ -50,7 +50,9 @@ def test_thinning_never_invents_nor_loses_an_extreme(count):
 
 def test_points_lie_where_the_axes_say():
     time = np.array([0.0, 50.0, 100.0])
-    svg = plot.plot("height", "m", [Line("h", time, np.array([0.0, 4.0, 10.0]), "#123456")], (0.0, 100.0), width=580)
+    svg = svg_plot.plot(
+        "height", "m", [Line("h", time, np.array([0.0, 4.0, 10.0]), "#123456")], (0.0, 100.0), width=580
+    )
     (points,) = lines_of(svg)
     assert points.tolist() == [[0.0, 190.0], [250.0, 114.0], [500.0, 0.0]]  # 500 by 190 px inside, 0…10 m
     assert [e.text for e in ET.fromstring(svg).findall(f"{SVG}text")][:7] == [
@@ -61,7 +63,7 @@ def test_points_lie_where_the_axes_say():
 def test_values_are_drawn_in_the_unit_that_the_axis_names():
     time = np.array([0.0, 100.0])
     line = Line("h", time, np.array([0.0, 18520.0]), "#123456", size=1852.0)
-    svg = plot.plot("distance", "nmi", [line], (0.0, 100.0))
+    svg = svg_plot.plot("distance", "nmi", [line], (0.0, 100.0))
     assert [e.text for e in ET.fromstring(svg).findall(f"{SVG}text")][1:7] == ["0", "2", "4", "6", "8", "10"]
     assert lines_of(svg)[0][:, 1].tolist() == [190.0, 0.0]
 
@@ -70,7 +72,7 @@ def test_a_drawn_line_reaches_every_extreme_and_follows_the_curve():
     time = np.arange(506_401) / 100.0
     values = 3.0 * np.sin(time / 300.0)
     values[250_000] = 5.0
-    (points,) = lines_of(plot.plot("x", "m", [Line("x", time, values, "red")], (0.0, 5064.0), width=580))
+    (points,) = lines_of(svg_plot.plot("x", "m", [Line("x", time, values, "red")], (0.0, 5064.0), width=580))
     assert len(points) < 1010
     scale = 190.0 / (6.0 + 4.0)  # from -4 to 6 m
     y = points[:, 1] / -scale + 6.0
@@ -83,7 +85,7 @@ def test_a_drawn_line_reaches_every_extreme_and_follows_the_curve():
 def test_an_angle_that_wraps_is_not_drawn_across():
     time = np.arange(3601.0)
     heading = (350.0 + 0.1 * time) % 360.0
-    svg = plot.plot("heading", "deg", [Line("h", time, heading, "red", turn=360.0)], (0.0, 3600.0),
+    svg = svg_plot.plot("heading", "deg", [Line("h", time, heading, "red", turn=360.0)], (0.0, 3600.0),
                     axis=(0.0, 360.0, 90.0))  # fmt: skip
     before, after = lines_of(svg)
     assert before[:, 1].max() < 6.0  # from 350 to 360 of 360 deg
@@ -92,16 +94,16 @@ def test_an_angle_that_wraps_is_not_drawn_across():
 
 def test_what_is_no_number_is_left_out():
     values = np.array([0.0, 1.0, np.inf, 2.0, np.nan])
-    svg = plot.plot("x", "m", [Line("x", np.arange(5.0), values, "red")], (0.0, 4.0))
+    svg = svg_plot.plot("x", "m", [Line("x", np.arange(5.0), values, "red")], (0.0, 4.0))
     assert len(lines_of(svg)[0]) == 3
     assert "nan" not in svg
-    nothing = plot.plot("x", "m", [Line("x", np.arange(2.0), np.full(2, np.nan), "red")], (0.0, 1.0))
+    nothing = svg_plot.plot("x", "m", [Line("x", np.arange(2.0), np.full(2, np.nan), "red")], (0.0, 1.0))
     assert lines_of(nothing) == []
 
 
 @pytest.mark.parametrize("value", [0.0, 5.0, -1e-9, 6.4e6])
 def test_a_constant_lies_inside_its_axes(value):
-    svg = plot.plot("x", "m", [Line("x", np.arange(9.0), np.full(9, value), "red")], (0.0, 8.0))
+    svg = svg_plot.plot("x", "m", [Line("x", np.arange(9.0), np.full(9, value), "red")], (0.0, 8.0))
     (points,) = lines_of(svg)
     assert set(points[:, 1]) == {points[0, 1]}
     assert 0.0 < points[0, 1] < 190.0
@@ -109,14 +111,14 @@ def test_a_constant_lies_inside_its_axes(value):
 
 def test_rounding_is_not_blown_up_to_fill_a_plot():
     rng = np.random.default_rng(1)
-    svg = plot.plot("roll", "deg", [Line("r", np.arange(9.0), 1e-14 * rng.standard_normal(9), "red")], (0.0, 8.0),
+    svg = svg_plot.plot("roll", "deg", [Line("r", np.arange(9.0), 1e-14 * rng.standard_normal(9), "red")], (0.0, 8.0),
                     least=1e-3)  # fmt: skip
     assert np.ptp(lines_of(svg)[0][:, 1]) == 0.0
 
 
 def test_marks_stay_on_the_paper_and_off_one_another():
     marks = [Mark(0.0, "begins here"), Mark(1.0, "too near"), Mark(100.0, "T = 84.4 min")]
-    svg = plot.plot("x", "m", [Line("x", np.array([0.0, 100.0]), np.array([0.0, 1.0]), "red")], (0.0, 100.0),
+    svg = svg_plot.plot("x", "m", [Line("x", np.array([0.0, 100.0]), np.array([0.0, 1.0]), "red")], (0.0, 100.0),
                     marks=marks)  # fmt: skip
     texts = {e.text: float(e.get("x")) for e in ET.fromstring(svg).findall(f"{SVG}text")}
     assert "too near" not in texts
@@ -155,13 +157,13 @@ def test_what_is_not_finite_has_a_unit_too():
 
 def test_the_legend_says_which_lines_coincide():
     time = np.linspace(0.0, 100.0, 5001)
-    first = plot.Line("first", time, np.sin(time), "#000000")
+    first = svg_plot.Line("first", time, np.sin(time), "#000000")
     lines = [
         first,
-        plot.Line("second", time, np.sin(time) + 1e-3, "#111111"),  # 0.1 px of 190 px for a range of 2
-        plot.Line("third", time, np.sin(time) + np.where(np.arange(5001) == 2500, 0.1, 0.0), "#222222"),
+        svg_plot.Line("second", time, np.sin(time) + 1e-3, "#111111"),  # 0.1 px of 190 px for a range of 2
+        svg_plot.Line("third", time, np.sin(time) + np.where(np.arange(5001) == 2500, 0.1, 0.0), "#222222"),
     ]
-    svg = plot.plot("angle", "deg", lines, (0.0, 100.0))
+    svg = svg_plot.plot("angle", "deg", lines, (0.0, 100.0))
     assert ">second (same as first)<" in svg
     assert ">third<" in svg
     assert ">first<" in svg
@@ -170,13 +172,19 @@ def test_the_legend_says_which_lines_coincide():
 def test_lines_of_other_instants_and_angles_coincide():
     """True airspeed is logged at other instants than the ground speed; roll may turn over, pitch does not."""
     often, seldom = np.linspace(0.0, 100.0, 501), np.linspace(0.0, 100.0, 101)
-    one, other = plot.Line("ground", often, 0.2 * often, "#000000"), plot.Line("air", seldom, 0.2 * seldom, "#111111")
-    assert ">air (same as ground)<" in plot.plot("speed", "m/s", [one, other], (0.0, 100.0))
-    half = plot.Line("half", seldom[:51], 0.2 * seldom[:51], "#111111")
-    assert ">half<" in plot.plot("speed", "m/s", [one, half], (0.0, 100.0))
+    one, other = (
+        svg_plot.Line("ground", often, 0.2 * often, "#000000"),
+        svg_plot.Line("air", seldom, 0.2 * seldom, "#111111"),
+    )
+    assert ">air (same as ground)<" in svg_plot.plot("speed", "m/s", [one, other], (0.0, 100.0))
+    half = svg_plot.Line("half", seldom[:51], 0.2 * seldom[:51], "#111111")
+    assert ">half<" in svg_plot.plot("speed", "m/s", [one, half], (0.0, 100.0))
     level = np.zeros(501)
-    roll, pitch = plot.Line("roll", often, level, "#000000", turn=360.0), plot.Line("pitch", often, level, "#111111")
-    assert ">pitch (same as roll)<" in plot.plot("angles", "deg", [roll, pitch], (0.0, 100.0), least=1e-3)
+    roll, pitch = (
+        svg_plot.Line("roll", often, level, "#000000", turn=360.0),
+        svg_plot.Line("pitch", often, level, "#111111"),
+    )
+    assert ">pitch (same as roll)<" in svg_plot.plot("angles", "deg", [roll, pitch], (0.0, 100.0), least=1e-3)
 
 
 def texts(svg: str) -> dict[str, tuple[float, float, str]]:
@@ -190,7 +198,7 @@ def test_a_plot_to_the_pixel() -> None:
     """480 px for 10…34 s, 190 px for −4…6 m: 20 px a second, 19 px a metre, below title and marks."""
     time, values = np.array([10.0, 16.0, 34.0]), np.array([-4.0, 6.0, 1.0])
     marks = [Mark(22.0, "here"), Mark(28.0, "", faint=True)]
-    svg = plot.plot("name", "m", [Line("", time, values, "#010203", 2.0, "4 5")], (10.0, 34.0), marks=marks)
+    svg = svg_plot.plot("name", "m", [Line("", time, values, "#010203", 2.0, "4 5")], (10.0, 34.0), marks=marks)
     found = texts(svg)
     assert found["name [m]"][:2] == (64.0, 15.0)
     top, bottom = 38.0, 228.0  # the title ends at 22, named marks need 16
@@ -218,38 +226,38 @@ def test_a_plot_to_the_pixel() -> None:
 
 def test_a_given_axis_dots_and_zero() -> None:
     dotted = Line("", np.array([0.0, 50.0]), np.array([1.0, -2.0]), "#010203", dots=3.0)
-    svg = plot.plot("x", "σ", [dotted], (0.0, 100.0), axis=(-6.0, 6.0, 2.0))
+    svg = svg_plot.plot("x", "σ", [dotted], (0.0, 100.0), axis=(-6.0, 6.0, 2.0))
     found = texts(svg)
     assert {"−6", "−4", "−2", "0", "2", "4", "6"} <= set(found)
     assert 'd="M0 79h0M240 126.5h0"' in svg
-    high = plot.plot(
+    high = svg_plot.plot(
         "x", "m", [Line("", np.array([0.0, 1.0]), np.array([30.0, 40.0]), "red")], (0.0, 1.0), from_zero=True
     )
     assert {"0", "10", "20", "30", "40"} <= set(texts(high))
     reference = Line("", np.array([0.0, 1.0]), np.array([0.0, 900.0]), "red", reference=True)
     own = Line("", np.array([0.0, 1.0]), np.array([30.0, 40.0]), "red")
-    assert "900" not in texts(plot.plot("x", "m", [reference, own], (0.0, 1.0)))
+    assert "900" not in texts(svg_plot.plot("x", "m", [reference, own], (0.0, 1.0)))
 
 
 def test_a_legend_breaks_its_lines() -> None:
     """An entry is 56 px and 6.4 px a letter wide; a row ends 16 px before the edge."""
     lines = [Line(name, np.empty(0), np.empty(0), "#010203") for name in ("a" * 20, "b" * 10, "c" * 10)]
-    svg, end = plot.legend(lines, 560)
+    svg, end = svg_plot.legend(lines, 560)
     found = texts(f'<svg xmlns="http://www.w3.org/2000/svg">{svg}</svg>')
     # 64, then + 56 + 128 = 248, then + 56 + 64 = 368, which ends at 488
     assert [found[name][:2] for name in ("a" * 20, "b" * 10, "c" * 10)] == [(104.0, 34.0), (288.0, 34.0), (408.0, 34.0)]
     assert end == 40
-    svg, end = plot.legend(lines, 480)
+    svg, end = svg_plot.legend(lines, 480)
     found = texts(f'<svg xmlns="http://www.w3.org/2000/svg">{svg}</svg>')
     assert found["c" * 10][:2] == (104.0, 50.0)
     assert end == 56
     assert 'points="64,30 98,30"' in svg
-    assert plot.legend(lines[:1], 560) == ("", 22)
+    assert svg_plot.legend(lines[:1], 560) == ("", 22)
 
 
 def test_angles_are_cut_where_they_jump_by_more_than_half_a_turn() -> None:
     time, values = np.arange(5.0), np.array([170.0, -10.0, 171.0, 179.0, -179.0])
-    pieces = list(plot._pieces(Line("", time, values, "red", turn=360.0), 0.0, 4.0, 480))
+    pieces = list(svg_plot._pieces(Line("", time, values, "red", turn=360.0), 0.0, 4.0, 480))
     assert [(t.tolist(), v.tolist()) for t, v in pieces] == [
         ([0.0, 1.0], [170.0, -10.0]), ([2.0, 3.0], [171.0, 179.0]), ([4.0], [-179.0]),
     ]  # fmt: skip
@@ -257,7 +265,7 @@ def test_angles_are_cut_where_they_jump_by_more_than_half_a_turn() -> None:
 
 @pytest.mark.parametrize(("count", "patterns"), [(1, [""]), (2, ["", "9 9"]), (3, ["", "9 9", "4 5"]), (4, [""] * 4)])
 def test_dashes(count: int, patterns: list[str]) -> None:
-    assert plot.dashes(count) == patterns
+    assert svg_plot.dashes(count) == patterns
 
 
 def test_a_table() -> None:
@@ -279,7 +287,7 @@ def test_a_table() -> None:
 
 def test_a_drawing_to_the_pixel() -> None:
     """A box is 14 px high and 15 px a line; an arrow's head is 9 px long and 7.2 px wide, its line ends before."""
-    d = drawing.Drawing(200.0, 100.0, "about <it>")
+    d = svg_plot.Drawing(200.0, 100.0, "about <it>")
     d.box(100.0, 50.0, 80.0, ["one", "two", "x{nb}"], "#010203")
     d.circle(20.0, 30.0, 11.0, "#040506", "+")
     d.line([(10.0, 20.0), (10.0, 60.0), (50.0, 90.0)], "#070809", dashes="5 4", width=2.5)
@@ -305,7 +313,7 @@ def test_lines_in_the_colour_of_words_are_legible_on_a_dark_page() -> None:
     """What is drawn in ink or as a hollow mark takes the colours of the page."""
     from sinssim.charts import Axis, Chart, Line
     from sinssim.recording import style
-    from sinssim.recording.report.chart import STYLE, svg_of
+    from sinssim.recording.report.svg_chart import STYLE, svg_of
 
     x = np.array([0.0, 1.0])
     drawn = svg_of(

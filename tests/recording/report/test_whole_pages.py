@@ -9,14 +9,12 @@ import numpy as np
 import pytest
 
 from sinssim.exhibits import Sentence
-from sinssim.experiments.run.parts.log import Log
-from sinssim.experiments.run.parts.outages import Outages
-from sinssim.experiments.run.report import log_report
-from sinssim.experiments.studies import study_report
-from sinssim.experiments.studies.cost import Cost
-from sinssim.experiments.studies.operations import Operations
-from sinssim.experiments.studies.results import Order, Row
-from sinssim.simulation.truth import RecordedMotion
+from sinssim.experiments.run import run_report
+from sinssim.experiments.run.parts.recorded_sensors import Log, Outages
+from sinssim.experiments.studies import study_exhibits
+from sinssim.experiments.studies.step_cost import Cost, Operations
+from sinssim.experiments.studies.study_results import Order, Row
+from sinssim.simulation.truth_stage import RecordedMotion
 from tests.recording.spies import cells
 
 
@@ -71,10 +69,10 @@ def log_summary(**more: Any) -> dict[str, Any]:
 
 
 def test_a_run_on_recorded_sensors(monkeypatch: pytest.MonkeyPatch) -> None:
-    stand_ins(monkeypatch, log_report, *LOG_PARTS)
-    monkeypatch.setattr(log_report, "failure", lambda item: f"({item[0]}: {item[1]})")
-    monkeypatch.setattr(log_report, "singularity_table", lambda events: f"({len(events)} events)")
-    page = log_report.log_report(log_run(SimpleNamespace(estimate=None)), log_summary(outages={}))
+    stand_ins(monkeypatch, run_report, *LOG_PARTS)
+    monkeypatch.setattr(run_report, "failure", lambda item: f"({item[0]}: {item[1]})")
+    monkeypatch.setattr(run_report, "singularity_table", lambda events: f"({len(events)} events)")
+    page = run_report.log_report(log_run(SimpleNamespace(estimate=None)), log_summary(outages={}))
     assert "<title>drive &lt;1&gt;: run</title>" in page
     said = [
         "<h1>drive &lt;1&gt;</h1>", '<p class="lead">From A to B.</p>',
@@ -94,18 +92,18 @@ def test_a_run_on_recorded_sensors(monkeypatch: pytest.MonkeyPatch) -> None:
     ]  # fmt: skip
     assert body(page) == said
     # Without a filter, and with every solution failed: neither its section nor plots; without outages no section.
-    page = log_report.log_report(log_run(None), log_summary(failures={"euler": "a", "poisson": "b"}))
+    page = run_report.log_report(log_run(None), log_summary(failures={"euler": "a", "poisson": "b"}))
     left = [*said[:5], *said[6:9], "(euler: a)", "(poisson: b)", said[10], *said[12:14], *said[20:]]
     assert body(page) == left
     own = {"compared_with": "poisson", "reference_file": None, "knows": [], "notes": []}
     other = log_run(None)
     other.parts["log"].enter(own)
-    page = log_report.log_report(other, log_summary(log=own, failures={}, status="failed", message="No <fuel>."))
+    page = run_report.log_report(other, log_summary(log=own, failures={}, status="failed", message="No <fuel>."))
     assert body(page)[2] == '<p class="broken"><strong>The run failed.</strong> No &lt;fuel&gt;.</p>'
     assert body(page)[6:10] == ["(recording (50.0, 650.0))", "<h2>Differences of the solutions</h2>",
                                 "(error_tables poisson)", "(error_plots)"]  # fmt: skip
     other.parts["log"].enter(own | {"compared_with": None})
-    page = log_report.log_report(other, log_summary(log=own | {"compared_with": None}, failures={}))
+    page = run_report.log_report(other, log_summary(log=own | {"compared_with": None}, failures={}))
     assert body(page)[5:8] == ["(recording (50.0, 650.0))", "<h2>Differences of the solutions</h2>",
                                "<h2>Singular attitudes</h2>"]  # fmt: skip
 
@@ -130,18 +128,18 @@ def study_result(rows: list[Row], *parts: Any, **more: Any) -> Any:
 
 
 def test_a_study(monkeypatch: pytest.MonkeyPatch) -> None:
-    stand_ins(monkeypatch, study_report, "_part", "_costs")
+    stand_ins(monkeypatch, study_exhibits, "_part", "_costs")
     for name in ("_verdicts", "_picks", "_motions", "_method"):
-        monkeypatch.setattr(study_report, name, lambda *_, own=name: f"({own.strip('_')})")
-    monkeypatch.setattr(study_report, "to_svg", lambda figure, name: f"({figure}: {name})")
-    monkeypatch.setattr(study_report, "three_rates", lambda: "three rates")
-    monkeypatch.setattr(study_report.figures, "palette", lambda comparison: {})
-    monkeypatch.setattr(study_report, "one_draw", lambda part, study: "One & draw." if part.title == "two" else "")
+        monkeypatch.setattr(study_exhibits, name, lambda *_, own=name: f"({own.strip('_')})")
+    monkeypatch.setattr(study_exhibits, "to_svg", lambda figure, name: f"({figure}: {name})")
+    monkeypatch.setattr(study_exhibits, "three_rates", lambda: "three rates")
+    monkeypatch.setattr(study_exhibits.figures, "palette", lambda comparison: {})
+    monkeypatch.setattr(study_exhibits, "one_draw", lambda part, study: "One & draw." if part.title == "two" else "")
     rows = [row("poisson"), row("euler", part="two"), row("euler", 20.0, part="two")]
     parts = (study_part("one", text="See <it>."), study_part("two", schedules_hz=((1.0, 2.0, 4.0),)),
              study_part("three"))  # fmt: skip
     found = study_result(rows, *parts, verdicts=[1], picks=[2])
-    page = study_report.html_report(found, {})
+    page = study_exhibits.html_report(found, {})
     assert "<title>All &lt;of&gt; them: comparison</title>" in page
     said = [
         "<h1>All &lt;of&gt; them</h1>", '<p class="lead">What is best?</p>',
@@ -157,7 +155,7 @@ def test_a_study(monkeypatch: pytest.MonkeyPatch) -> None:
     assert body(page) == said
     for status, words in (("interrupted", "was interrupted"), ("failed", "failed")):
         found = study_result(rows[:1], study_part("one"), status=status)
-        assert body(study_report.html_report(found, {}))[2:4] == [
+        assert body(study_exhibits.html_report(found, {}))[2:4] == [
             f'<p class="note">1 navigation in 13 s, seed 17. <strong>The study {words}; the report shows the finished '
             "cases.</strong></p>", "<h2>1. one</h2>",
         ]  # fmt: skip
@@ -177,11 +175,11 @@ def names_of(body: list[str]) -> list[str]:
 
 def test_a_part_over_rates(monkeypatch: pytest.MonkeyPatch) -> None:
     for name in DRAWN:
-        monkeypatch.setattr(study_report.figures, name, lambda rows, *_, own=name: f"{own} of {len(rows)}")
-    monkeypatch.setattr(study_report, "html_of", lambda charts: f"({charts})")
-    stand_ins(monkeypatch, study_report, "coordinate_tables")
-    stand_ins(monkeypatch, study_report.study_laws, "turning", "power_of_time")
-    monkeypatch.setattr(study_report.study_laws, "guarantees", lambda *_: "(guarantees)")
+        monkeypatch.setattr(study_exhibits.figures, name, lambda rows, *_, own=name: f"{own} of {len(rows)}")
+    monkeypatch.setattr(study_exhibits, "html_of", lambda charts: f"({charts})")
+    stand_ins(monkeypatch, study_exhibits, "coordinate_tables")
+    stand_ins(monkeypatch, study_exhibits.study_laws, "turning", "power_of_time")
+    monkeypatch.setattr(study_exhibits.study_laws, "guarantees", lambda *_: "(guarantees)")
     rows = [row("euler", rate, max_attitude_error_arcsec=1.0, max_horizontal_error_m=2.0, max_defect=defect)
             for rate, defect in ((10.0, 0.0), (20.0, 1e-12), (40.0, 0.0))]  # fmt: skip
     rows.append(row("poisson", 40.0, status="failed", message="It <fell>."))
@@ -189,7 +187,7 @@ def test_a_part_over_rates(monkeypatch: pytest.MonkeyPatch) -> None:
     rows.append(row("dcm", 80.0, status="failed", message="Late.", passages=2))
     part = study_part("one", (10.0, 20.0, 40.0, 80.0))
     order = Order("one", "cone", "euler", "max_attitude_error_arcsec", 2.0, 0.25, 4, 10.0, 40.0)
-    found = study_report._part(study_result(rows, part, orders=[order]), part, rows, dict.fromkeys(
+    found = study_exhibits._part(study_result(rows, part, orders=[order]), part, rows, dict.fromkeys(
         ("euler", "poisson", "dcm"), "#123456"))  # fmt: skip
     pivot = "10 Hz, 20 Hz, 40 Hz, 80 Hz"
     assert names_of(found) == [
@@ -210,11 +208,11 @@ def test_a_part_over_rates(monkeypatch: pytest.MonkeyPatch) -> None:
 
 def test_costs(monkeypatch: pytest.MonkeyPatch) -> None:
     """2500 ns a step are 0.40 million steps a second; at 40 Hz 100 µs a second of motion."""
-    monkeypatch.setattr(study_report, "html_of", lambda charts: f"({charts})")
-    monkeypatch.setattr(study_report.figures, "costs", lambda comparison: "drawn")
+    monkeypatch.setattr(study_exhibits, "html_of", lambda charts: f"({charts})")
+    monkeypatch.setattr(study_exhibits.figures, "costs", lambda comparison: "drawn")
     operations = Operations(10.0, 20.0, 3.25, 4.5, 5.75)
     costs = [Cost("euler", "level", 2500.0, operations, (40.0, 20.0, 5.0)), Cost("dcm", "ned", 312.5, operations)]
-    found = study_report._costs(study_result([], costs=dict(enumerate(costs)), attitude_costs=[]))
+    found = study_exhibits._costs(study_result([], costs=dict(enumerate(costs)), attitude_costs=[]))
     assert found[2] == "(drawn)"
     counted = ["10", "20", "3.2", "4.5", "5.8", "176"]
     assert cells(found[3]) == [
@@ -226,5 +224,5 @@ def test_costs(monkeypatch: pytest.MonkeyPatch) -> None:
 
 
 def test_how_a_study_was_measured() -> None:
-    said = study_report._method(study_result([]), {"sinssim": "1.2", "processor": "a <b>"})
+    said = study_exhibits._method(study_result([]), {"sinssim": "1.2", "processor": "a <b>"})
     assert said.endswith("<p class=note>sinssim 1.2, processor a &lt;b&gt;.</p>")

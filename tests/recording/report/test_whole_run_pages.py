@@ -10,13 +10,13 @@ import numpy as np
 import pytest
 
 from sinssim.exhibits import Sentence
-from sinssim.experiments.run.report import flight, sensors, track
-from sinssim.experiments.run.report import run_report as report
-from sinssim.experiments.run.report.sensors import platform_errors
+from sinssim.experiments.run import flight_map, sensor_exhibits
+from sinssim.experiments.run import run_report as report
+from sinssim.experiments.run.sensor_exhibits import platform_errors
 from sinssim.scenario import Scenario
 from sinssim.sensors.imu.imu import Imu
 from sinssim.sensors.sets.sensor_set import Redundant
-from sinssim.simulation.truth import Truth
+from sinssim.simulation.truth_stage import Truth
 from tests.recording.made_monitoring import SECTION
 from tests.recording.report.test_whole_pages import body, stand_ins
 from tests.recording.spies import cells
@@ -128,30 +128,30 @@ def test_sections_that_a_run_has(monkeypatch: pytest.MonkeyPatch) -> None:
 
 
 def test_the_source_of_the_true_motion(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(flight, "field_words", lambda scenario: "words of the field")
+    monkeypatch.setattr(flight_map, "field_words", lambda scenario: "words of the field")
     level = SimpleNamespace(words=lambda: "from 270°, 20 kt")
     plain: dict[str, Any] = dict.fromkeys(
         ("flight", "track", "parked", "great_circle", "motion", "drive", "voyage", "turntable", "isolator", "gravity")
     )
     flown = SimpleNamespace(aircraft="c172x", wind=level, atmosphere=None, turbulence=None)
-    found = list(flight._source(SimpleNamespace(**{**plain, "vibration": (), "flight": flown, "gravity": 1})))  # type: ignore[arg-type]
+    found = list(flight_map._source(SimpleNamespace(**{**plain, "vibration": (), "flight": flown, "gravity": 1})))  # type: ignore[arg-type]
     assert found == [
         ("flown by JSBSim, aircraft", "c172x"), ("wind", "from 270°, 20 kt"), ("turbulence", "none"),
         ("gravity field", "words of the field"),
     ]  # fmt: skip
     flown.atmosphere = SimpleNamespace(words=lambda: "10 K warmer")
     assert ("atmosphere", "10 K warmer") in list(
-        flight._source(SimpleNamespace(**{**plain, "vibration": (), "flight": flown}))  # type: ignore[arg-type]
+        flight_map._source(SimpleNamespace(**{**plain, "vibration": (), "flight": flown}))  # type: ignore[arg-type]
     )
     for waypoints, kind in (((1,), "planned route"), ((), "recorded track")):
         own = SimpleNamespace(waypoints=waypoints, what="a.csv")
         scenario: Any = SimpleNamespace(**{**plain, "vibration": (), "track": own})
-        assert list(flight._source(scenario)) == [(kind, "a.csv")]
+        assert list(flight_map._source(scenario)) == [(kind, "a.csv")]
     shaken = Scenario.model_validate({
         "name": "s", "parked": {"latitude_deg": 50.5, "duration_s": 20.0},
         "vibration": [{"coordinate": "pitch", "rms_arcsec": 20.0, "low_hz": 2.0, "high_hz": 5.0}],
     })  # fmt: skip
-    assert list(flight._source(shaken)) == [
+    assert list(flight_map._source(shaken)) == [
         ("parked", "latitude_deg = 50.5, duration_s = 20"),
         ("vibration", "coordinate = pitch, rms_arcsec = 20, low_hz = 2, high_hz = 5"),
     ]
@@ -163,7 +163,7 @@ def test_waypoints_on_a_map() -> None:
     projection: Any = SimpleNamespace(plane=lambda latitude, longitude: (latitude, longitude))
     places = [("ALPHA", 40.0, 60.0), ("BRAVO", 560.0, 200.0), ("CHARLIE", 601.0, 50.0), ("DELTA", 30.0, -1.0),
               ("E", 583.0, 20.0)]  # fmt: skip
-    drawn = track._waypoints(places, projection, frame)
+    drawn = flight_map._waypoints(places, projection, frame)
     texts = [ET.fromstring(one) for one in drawn[1::2]]
     assert [(one.text, float(one.get("x", "")), float(one.get("y", "")), one.get("text-anchor")) for one in texts] == [
         ("ALPHA", 47.0, 75.0, "start"), ("BRAVO", 553.0, 215.0, "end"), ("E", 590.0, 35.0, "start"),
@@ -190,11 +190,13 @@ def test_errors_of_torquers_and_pickoffs() -> None:
 
 def test_residual_errors_of_single_sensors(monkeypatch: pytest.MonkeyPatch) -> None:
     """Each sensor's error minus its calibration; gyros first."""
-    monkeypatch.setattr(sensors, "single_errors", lambda blocks, section, kind: f"[{kind}: {blocks} of {section}]")
-    monkeypatch.setattr(sensors, "imperfect_calibration", lambda error, calibration: f"{error}-{calibration}")
+    monkeypatch.setattr(
+        sensor_exhibits, "single_errors", lambda blocks, section, kind: f"[{kind}: {blocks} of {section}]"
+    )
+    monkeypatch.setattr(sensor_exhibits, "imperfect_calibration", lambda error, calibration: f"{error}-{calibration}")
     for name in ("_noises", "_table", "_null_shift"):
-        monkeypatch.setattr(sensors, name, lambda *_: "")
-    monkeypatch.setattr(sensors, "_of_noise", lambda *_: ())
+        monkeypatch.setattr(sensor_exhibits, name, lambda *_: "")
+    monkeypatch.setattr(sensor_exhibits, "_of_noise", lambda *_: ())
     scenario: Any = SimpleNamespace(
         seed=41, compensation=object(), imu=Imu(grade="tactical", sensor_set=Redundant(type="redundant"))
     )
@@ -202,14 +204,14 @@ def test_residual_errors_of_single_sensors(monkeypatch: pytest.MonkeyPatch) -> N
         single_sensors=("a", "b"), single_calibrations=("c", "d"), calibration=None, left="left", platform=None,
         imu=SimpleNamespace(gyro=None, accel=None),
     )  # fmt: skip
-    found = list(sensors.sensor_errors(scenario, true, ()))
+    found = list(sensor_exhibits.sensor_errors(scenario, true, ()))
     assert "The error of each sensor was drawn with the seed 41 from a normal distribution" in found[0]
     assert found[-3:] == [
         "<h3>Residual errors after calibration</h3><p>Errors that the compensation does not remove.</p>",
         "[gyro: ('a-c', 'b-d') of left]", "[accel: ('a-c', 'b-d') of left]",
     ]  # fmt: skip
     ideal = SimpleNamespace(error=np.zeros((2, 3)))
-    assert list(sensors.sensor_errors(scenario, true, [ideal]))[-1] == "<p>All sensors are ideal.</p>"  # type: ignore[list-item]
+    assert list(sensor_exhibits.sensor_errors(scenario, true, [ideal]))[-1] == "<p>All sensors are ideal.</p>"  # type: ignore[list-item]
 
 
 def test_instants_on_a_map(monkeypatch: pytest.MonkeyPatch) -> None:
@@ -218,8 +220,8 @@ def test_instants_on_a_map(monkeypatch: pytest.MonkeyPatch) -> None:
     projection: Any = SimpleNamespace(plane=lambda latitude, longitude: (latitude, longitude))
     time = np.arange(20.0, 321.0, 10.0)
     truth: Any = SimpleNamespace(latitude=2.0 * (time - 20.0), longitude=np.full(31, 60.0))
-    monkeypatch.setattr(track, "time_ticks", lambda start, end: (np.array([0.0, 1.0, 2.0, 3.0]), 1.0, "hs", 100.0))
-    drawn = [ET.fromstring(one) for one in track._instants(time, truth, projection, frame)]
+    monkeypatch.setattr(flight_map, "time_ticks", lambda start, end: (np.array([0.0, 1.0, 2.0, 3.0]), 1.0, "hs", 100.0))
+    drawn = [ET.fromstring(one) for one in flight_map._instants(time, truth, projection, frame)]
     dots = [(float(one.get("cx", "")), one.get("r")) for one in drawn if one.tag == "circle"]
     assert dots == [(0.0, "4.5"), (160.0, "2.6"), (360.0, "2.6"), (560.0, "2.6"), (600.0, "4.5")]
     texts = [(one.text, float(one.get("x", "")), float(one.get("y", "")), one.get("text-anchor"))
@@ -229,5 +231,5 @@ def test_instants_on_a_map(monkeypatch: pytest.MonkeyPatch) -> None:
         ("2", 367.0, 54.0, "start"), ("3", 553.0, 54.0, "end"),
     ]  # fmt: skip
     still: Any = SimpleNamespace(latitude=np.linspace(5.0, 20.0, 31), longitude=np.full(31, 60.0))
-    (dot,) = track._instants(time, still, projection, frame)
+    (dot,) = flight_map._instants(time, still, projection, frame)
     assert (ET.fromstring(dot).get("cx"), ET.fromstring(dot).get("r")) == ("5.0", "4.5")

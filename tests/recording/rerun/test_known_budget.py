@@ -7,7 +7,7 @@ from typing import Any
 import numpy as np
 
 from sinssim.analyses.error_budget.budget_exhibits import exhibits_of
-from sinssim.recording.rerun.exhibits import markdown, record_chart
+from sinssim.recording.rerun.exhibit_recording import markdown, record_chart
 from tests.recording.made_budget import HALF, MOST, OTHERS, TIME, answer, budget
 from tests.recording.spies import Drawn
 

@@ -6,9 +6,9 @@ from typing import Any
 
 import numpy as np
 
-from sinssim.experiments.run.views import score
+from sinssim.experiments.run import run_scores
 from sinssim.recording.rerun.views import RunInfo
-from sinssim.strapdown.nav_error import NavError
+from sinssim.strapdown.navigation_error import NavError
 from tests.recording.spies import Drawn
 
 ARCSEC = np.pi / 648_000.0
@@ -25,7 +25,7 @@ def test_errors_and_sigmas_of_scored_solutions() -> None:
     error = NavError(TIME, PLACE, SPEED, TILT * ARCSEC)
     drawn: Any = Drawn()
     colors = {"mine": (1, 2, 3), "run": (4, 5, 6)}
-    labels = score._draw_errors(drawn, {"mine": error, "run": error}, colors, {"mine"})
+    labels = run_scores._draw_errors(drawn, {"mine": error, "run": error}, colors, {"mine"})
     assert labels == {"position": "m", "height": "m", "velocity": "mm/s", "attitude": "arcsec"}
     values = np.column_stack((PLACE[:, :2], -PLACE[:, 2], 1e3 * SPEED, TILT))
     for number, name in enumerate(("mine", "run")):
@@ -34,7 +34,7 @@ def test_errors_and_sigmas_of_scored_solutions() -> None:
         drawn.shows(f"score/horizontal/{number}", [name], TIME, [[5.0], [10.0], [13.0]], [colors[name]])
     assert [drawn.lines[f"score/height/{n}"][4] for n in (0, 1)] == [1.5, 2.7]
     sigma = np.abs(np.column_stack((PLACE, SPEED, TILT * ARCSEC)))
-    score._draw_sigma(drawn, 1, "run", TIME, sigma, labels, (0, 100, 200))
+    run_scores._draw_sigma(drawn, 1, "run", TIME, sigma, labels, (0, 100, 200))
     size = [1.0, 1.0, 1.0, 1e3, 1e3, 1e3, *[1.0 / ARCSEC] * 3]
     for k, key in enumerate(KEYS):
         bound = 3.0 * sigma[:, k] * size[k]
@@ -46,7 +46,7 @@ def test_the_order_of_drawing() -> None:
     """The largest error lies below; of two that are alike, the run's own."""
     numbers: Any = {name: {"rms_horizontal_error_m": rms} for name, rms in
                     (("a", 10.0), ("theirs", 100.0), ("own", 101.0), ("b", 5000.0))}  # fmt: skip
-    assert score._drawing_order(numbers, {"theirs"}) == ["b", "own", "theirs", "a"]
+    assert run_scores._drawing_order(numbers, {"theirs"}) == ["b", "own", "theirs", "a"]
 
 
 def test_axes_of_views() -> None:

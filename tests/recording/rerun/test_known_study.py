@@ -7,8 +7,8 @@ from typing import Any
 
 import numpy as np
 
-from sinssim.experiments.studies import study_recording as view
-from sinssim.experiments.studies.results import ErrorGrowth, Row
+from sinssim.experiments.studies import study_files as view
+from sinssim.experiments.studies.study_results import ErrorGrowth, Row
 from tests.recording.spies import Drawn
 
 

@@ -9,7 +9,7 @@ import pytest
 from scipy.spatial.transform import Rotation
 
 from sinssim.data import NavState
-from sinssim.earth.models import ellipsoid_by_name
+from sinssim.earth.ellipsoids import ellipsoid_by_name
 from sinssim.recording.rerun.scene import Scene, map_zoom, some_rows
 
 LATITUDE = np.array([0.0, 0.01, 0.02, 0.03])

@@ -23,7 +23,7 @@ from rerun.experimental import ViewerClient
 from sinssim.errors import InputError, RunError
 from sinssim.experiments.run.execute import run
 from sinssim.recording.rerun import viewer
-from sinssim.recording.rerun.web_page import without_other_machines
+from sinssim.recording.rerun.viewer import without_other_machines
 from tests.recording import fake_run
 
 

@@ -14,11 +14,11 @@ import pytest
 
 from sinssim.charts import Axis, Chart, Charts, Line
 from sinssim.exhibits import Exhibits, Section, Sentence
-from sinssim.experiments.run.views import one_component_recording as one_component
-from sinssim.experiments.studies import study_recording as study
-from sinssim.recording.rerun import exhibits
+from sinssim.experiments.run import one_component_recording as one_component
+from sinssim.experiments.studies import study_files as study
+from sinssim.recording.rerun import exhibit_recording
 from sinssim.recording.rerun.viewer import RUN_ENTITY
-from sinssim.scales import LENGTHS
+from sinssim.units import LENGTH_SCALE
 
 
 class Kept:
@@ -62,8 +62,8 @@ class Kept:
 @pytest.fixture
 def kept(monkeypatch: pytest.MonkeyPatch) -> Kept:
     found = Kept()
-    for module in (exhibits, one_component, study):
-        if module is not exhibits:
+    for module in (exhibit_recording, one_component, study):
+        if module is not exhibit_recording:
             monkeypatch.setattr(module, "Recording", found)
         monkeypatch.setattr(module, "all_views", lambda run: ("views", run.name, dict(run.labels)))
 
@@ -71,9 +71,9 @@ def kept(monkeypatch: pytest.MonkeyPatch) -> Kept:
     def whole(path: Path, application: str) -> Iterator[Any]:
         yield found(path, application)
 
-    monkeypatch.setattr(exhibits, "whole_recording", whole)
-    monkeypatch.setattr(exhibits, "to_png", lambda figure: figure)
-    monkeypatch.setattr(exhibits.rr, "EncodedImage", lambda contents, media_type: (contents, media_type))
+    monkeypatch.setattr(exhibit_recording, "whole_recording", whole)
+    monkeypatch.setattr(exhibit_recording, "to_png", lambda figure: figure)
+    monkeypatch.setattr(exhibit_recording.rr, "EncodedImage", lambda contents, media_type: (contents, media_type))
     return found
 
 
@@ -85,17 +85,17 @@ def test_exhibits(kept: Kept, monkeypatch: pytest.MonkeyPatch) -> None:
     """Charts over time as curves, a chosen group as a picture, all words in one document."""
     curves: list[tuple[str, float]] = []
     monkeypatch.setattr(
-        exhibits, "record_chart", lambda recording, entity, chart, start: curves.append((entity, start))
+        exhibit_recording, "record_chart", lambda recording, entity, chart, start: curves.append((entity, start))
     )
-    monkeypatch.setattr(exhibits, "figure_of", lambda charts: f"picture of {charts.key}")
-    y = Axis(label="error", units=LENGTHS)
+    monkeypatch.setattr(exhibit_recording, "figure_of", lambda charts: f"picture of {charts.key}")
+    y = Axis(label="error", units=LENGTH_SCALE)
     line = Line(label="a", x=np.array([0.0, 300.0]), y=np.array([0.0, 2e5]))
     of_number = Chart(key="other", x=Axis(label="number"), y=y, marks=(line,))
     groups = [Charts(key, ((Chart(key=f"{key}/curve", y=y, marks=(line,)), of_number),), (4.0, 3.0), on=on)
               for key, on in (("one", ("page", "recording")), ("two", ("page",)))]  # fmt: skip
     shown = Exhibits("A title", [Section("Part", groups), Sentence("Words.")], name="short", kind="budget",
                      root="root", span=(50.0, 350.0), pictures=("one", "two"))  # fmt: skip
-    exhibits.record(shown, Path("x/recording.rrd"))
+    exhibit_recording.record(shown, Path("x/recording.rrd"))
     assert kept.opened[:2] == ["recording.rrd", "sinssim short"]
     assert kept.views == [("views", "short", {"kind": "budget", "one/curve": "km"})]
     assert curves == [("root/one/curve", 50.0)]
@@ -110,14 +110,14 @@ def test_exhibits(kept: Kept, monkeypatch: pytest.MonkeyPatch) -> None:
 
 def test_exhibits_without_views_of_their_kind(kept: Kept, monkeypatch: pytest.MonkeyPatch) -> None:
     """A tab for each group of charts over time, one for the tables, one for each picture; each plot names its unit."""
-    monkeypatch.setattr(exhibits, "record_chart", lambda *_: None)
-    monkeypatch.setattr(exhibits, "figure_of", lambda charts: charts.key)
+    monkeypatch.setattr(exhibit_recording, "record_chart", lambda *_: None)
+    monkeypatch.setattr(exhibit_recording, "figure_of", lambda charts: charts.key)
     line = Line(x=np.array([0.0, 300.0]), y=np.array([0.0, 2e5]))
-    of_time = Chart(key="curve", title="way", y=Axis(units=LENGTHS), marks=(line,))
+    of_time = Chart(key="curve", title="way", y=Axis(units=LENGTH_SCALE), marks=(line,))
     of_number = Chart(key="other", x=Axis(label="number"), y=Axis(), marks=(line,))
     groups = [Charts("the_session", ((of_time, of_number),), (4.0, 3.0)), Charts("bars", ((of_number,),), (4.0, 3.0))]
     shown = Exhibits("A title", groups, name="log", root="root", span=(50.0, 350.0), pictures=("bars",))
-    exhibits.record(shown, Path("a.rrd"))
+    exhibit_recording.record(shown, Path("a.rrd"))
     assert kept.opened[:2] == ["a.rrd", "sinssim log"]
     root = kept.views[0].root_container
     tabs = root.contents if len(root.contents) > 1 else root.contents[0].contents
@@ -158,7 +158,7 @@ def test_a_study(kept: Kept, monkeypatch: pytest.MonkeyPatch) -> None:
     rows = [SimpleNamespace(algorithm=name) for name in ("poisson", "euler", "poisson")]
     histories = {k: SimpleNamespace(time=np.array([0.0, end])) for k, end in enumerate((300.0, 420.0, 350.0))}
     result: Any = SimpleNamespace(study=SimpleNamespace(name="all"), rows=rows, histories=histories)
-    study.record(result, Path("recording.rrd"))
+    study.record_study(result, Path("recording.rrd"))
     run = kept.run
     assert (run["name"], run["start"], run["end"]) == ("all", 0.0, 420.0)
     assert run["algorithms"] == ["poisson", "euler"]
@@ -167,5 +167,5 @@ def test_a_study(kept: Kept, monkeypatch: pytest.MonkeyPatch) -> None:
     assert (run["ranges"], kept.texts["comparison/verdicts"]) == ({"an entity": [1.5, 2.5]}, "# verdicts")
     assert kept.opened[2] == ("views", "all", {"kind": "study"})
     result.histories = {}
-    study.record(result, Path("recording.rrd"))
+    study.record_study(result, Path("recording.rrd"))
     assert kept.run["end"] == 1.0

@@ -9,9 +9,9 @@ import pytest
 from scipy.stats import chi2
 
 from sinssim.data import NavSolution
-from sinssim.scenario.sections.aiding import AidingSection
-from sinssim.sensors.aiding.base.sensor import AidingReadings, Vehicle
-from sinssim.sensors.aiding.registry import SENSORS
+from sinssim.scenario.filter_section import AidingSection
+from sinssim.sensors.aiding_registry import SENSORS
+from sinssim.sensors.aiding_sensor import AidingReadings, Vehicle
 from sinssim.truth.curve import Curve
 from sinssim.truth.motions.parked import Parked
 from sinssim.truth.trajectory import Trajectory

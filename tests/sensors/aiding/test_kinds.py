@@ -7,10 +7,10 @@ import pytest
 from scipy.spatial.transform import Rotation
 
 from sinssim.data import Array, Measurements, NavState
-from sinssim.earth.models import WGS84
+from sinssim.earth.ellipsoids import WGS84
 from sinssim.estimation import BLOCKS, Block, ErrorModel
-from sinssim.estimation.observation import Prediction, observe
-from sinssim.sensors.aiding.registry import KINDS, measurement_kind
+from sinssim.estimation.linearisation import Prediction, observe
+from sinssim.sensors.aiding_registry import KINDS, measurement_kind
 from tests.oracles import integrator as oracle
 
 ARM = np.array([1.5, -0.4, -2.0])

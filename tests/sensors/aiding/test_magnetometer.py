@@ -10,8 +10,8 @@ from scipy.stats import chi2
 
 from sinssim.data import NavState
 from sinssim.errors import InputError
-from sinssim.sensors.aiding.base.sensor import AidingReadings, Vehicle
 from sinssim.sensors.aiding.magnetometer import Magnetometer
+from sinssim.sensors.aiding_sensor import AidingReadings, Vehicle
 
 DEG = np.pi / 180.0
 TINY: dict[str, Any] = {"sigma_deg": 1e-12}

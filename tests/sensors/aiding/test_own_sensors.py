@@ -6,7 +6,7 @@ from types import SimpleNamespace
 
 import pytest
 
-from sinssim.sensors.aiding.registry import _check
+from sinssim.sensors.aiding_registry import _check
 
 
 def test_readings_that_are_not_finite_are_named_with_their_time() -> None:

@@ -9,9 +9,9 @@ from pathlib import Path
 import pytest
 
 from sinssim.errors import InputError
-from sinssim.scenario.sections.aiding import AidingSection, describe_sensors
+from sinssim.scenario.filter_section import AidingSection, describe_sensors
 from sinssim.sensors import aiding
-from sinssim.sensors.aiding.registry import BROKEN, CLASSES, KINDS, SENSORS, measurement_kind
+from sinssim.sensors.aiding_registry import BROKEN, CLASSES, KINDS, SENSORS, measurement_kind
 
 FOLDER = Path(aiding.__file__).parent
 
@@ -45,13 +45,13 @@ def test_an_unknown_kind_is_named() -> None:
     ],
 )
 def test_a_broken_file_leaves_the_other_sensors_alone(tmp_path: Path, text: str, reason: str) -> None:
-    head = "from sinssim.sensors.aiding.base.sensor import AidingSensor\n"
+    head = "from sinssim.sensors.aiding_sensor import AidingSensor\n"
     (tmp_path / "sextant.py").write_text(head + text + "\n", encoding="utf-8")
     code = f"""
 from sinssim.sensors import aiding
 aiding.__path__.append({str(tmp_path)!r})
 from sinssim.scenario import Scenario
-from sinssim.scenario.sections.aiding import describe_sensors
+from sinssim.scenario.filter_section import describe_sensors
 print(describe_sensors()["sextant"])
 base = {{"name": "x", "parked": {{"latitude_deg": 50.0, "heading_deg": 0.0, "duration_s": 60.0}}, "filter": {{}}}}
 print(list(Scenario.model_validate({{**base, "aiding": {{"gnss": {{}}}}}}).aiding.sensors()))

@@ -7,11 +7,11 @@ import pytest
 
 from sinssim.data import ImuData, Measurements
 from sinssim.errors import InputError
-from sinssim.scenario.sections.aiding import AidingSection
-from sinssim.sensors.aiding.base.sensor import Vehicle, within
+from sinssim.scenario.filter_section import AidingSection
 from sinssim.sensors.aiding.zero_rate import ZeroRate
 from sinssim.sensors.aiding.zero_velocity import ZeroVelocity
-from sinssim.sensors.from_readings.stops import LEAST_S, RATIO, SIGMAS, Rest, Stops, find_stops, learn_rest, standstill
+from sinssim.sensors.aiding_sensor import Vehicle, within
+from sinssim.sensors.standstill_detection import LEAST_S, RATIO, SIGMAS, Rest, Stops, find_stops, learn_rest, standstill
 from sinssim.truth.motions.parked import Parked
 
 _RATE_HZ = 100.0

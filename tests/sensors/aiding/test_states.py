@@ -7,8 +7,8 @@ from typing import Any
 import numpy as np
 import pytest
 
-from sinssim.scenario.sections.aiding import AidingSection
-from sinssim.sensors.aiding.base.sensor import AidingReadings, AidingSensor, Vehicle, within
+from sinssim.scenario.filter_section import AidingSection
+from sinssim.sensors.aiding_sensor import AidingReadings, AidingSensor, Vehicle, within
 from sinssim.truth.motions.parked import Parked
 
 _DEG = np.pi / 180.0

@@ -11,8 +11,8 @@ from pydantic import ValidationError
 from sinssim.errors import InputError
 from sinssim.scenario.load import load_scenario
 from sinssim.sensors.imu.datasheet import line, to_si
+from sinssim.sensors.imu.error_term_table import TERMS
 from sinssim.sensors.imu.imu import Imu
-from sinssim.sensors.imu.terms import TERMS
 
 # what the datasheet says, key, number, SI worked out by hand
 EXAMPLES = [

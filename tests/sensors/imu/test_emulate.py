@@ -17,7 +17,7 @@ from scipy.stats import chi2
 from sinssim.data import ImuData
 from sinssim.errors import InputError
 from sinssim.sensors import ImuErrors, TriadErrors, draw
-from sinssim.sensors.imu.emulate import emulate
+from sinssim.sensors.imu.emulation import emulate
 from sinssim.sensors.imu.imu import Imu
 from tests.oracles.allan import allan_deviation
 
@@ -249,7 +249,7 @@ def test_the_instability_starts_stationary():
 
 
 def test_gauss_markov_decays_exactly_on_any_intervals():
-    from sinssim.sensors.noise.gauss_markov import gauss_markov
+    from sinssim.sensors.gauss_markov import gauss_markov
 
     interval = np.array([0.1, 5.0, 0.01, 30.0])
     white = np.array([2.0, 0.0, 0.0, 0.0, 0.0])

@@ -14,13 +14,13 @@ from sinssim.errors import InputError
 from sinssim.jit import strict_kernel
 from sinssim.scenario.notes import FLICKER_SAMPLES
 from sinssim.sensors import ImuErrors, TriadErrors, draw
-from sinssim.sensors.imu.emulate import emulate
+from sinssim.sensors.flicker import DIRECT, RATES, STATIONARY, WEIGHTS
+from sinssim.sensors.gauss_markov import mean_step
+from sinssim.sensors.imu.emulation import emulate
 from sinssim.sensors.imu.error_term import ErrorTerm
-from sinssim.sensors.imu.errors import Fault, WarmUp
+from sinssim.sensors.imu.error_term_table import TERMS
 from sinssim.sensors.imu.imu import Imu
-from sinssim.sensors.imu.terms import TERMS
-from sinssim.sensors.noise.flicker import DIRECT, RATES, STATIONARY, WEIGHTS
-from sinssim.sensors.noise.gauss_markov import mean_step
+from sinssim.sensors.imu.imu_errors import Fault, WarmUp
 from tests.oracles.allan import allan_deviation
 from tests.oracles.imu_model import KNOWN, output, temperature
 from tests.sensors.imu.test_emulate import both, uneven, uniform
@@ -307,7 +307,7 @@ NOISES = {"random_walk": 1e-6, "instability": 1e-5, "rate_walk": 1e-6, "flicker"
 @pytest.mark.parametrize("off", NOISES)
 def test_switching_one_noise_off_leaves_the_random_numbers_of_the_others(off: str) -> None:
     from sinssim.sensors.imu import error_kernel as kernel
-    from sinssim.sensors.imu.pack import pack
+    from sinssim.sensors.imu.error_kernel import pack
     from sinssim.statistics.random_numbers import key
 
     def numbers(errors: ImuErrors) -> np.ndarray:

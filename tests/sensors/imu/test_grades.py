@@ -11,8 +11,7 @@ from pydantic import ValidationError
 
 from sinssim.errors import InputError
 from sinssim.sensors import GRADES, draw
-from sinssim.sensors.imu.grade_file import TriadGrade
-from sinssim.sensors.imu.grades import GRADE_TABLE, find_grade
+from sinssim.sensors.imu.grades import GRADE_TABLE, TriadGrade, find_grade
 from sinssim.sensors.imu.imu import Imu
 
 ARCSEC = 4.84813681109536e-6

@@ -8,11 +8,11 @@ import pytest
 from sinssim.data import ImuData
 from sinssim.errors import InputError
 from sinssim.sensors import ImuErrors, TriadErrors
-from sinssim.sensors.imu.emulate import emulate
+from sinssim.sensors.imu.emulation import emulate
 from sinssim.sensors.imu.imu import Imu
-from sinssim.sensors.imu.placement import at_the_elements
+from sinssim.sensors.imu.size_effect import at_the_elements
 from sinssim.truth.motions.analytic import inertial_increments
-from sinssim.truth.motions.rocking import Sculling, SpinRock
+from sinssim.truth.motions.coning_and_rocking import Sculling, SpinRock
 
 ARMS = np.array([[0.05, -0.02, 0.01], [-0.03, 0.04, 0.02], [0.01, 0.03, -0.06]])
 AXIS = (1.0, -2.0, 0.7)

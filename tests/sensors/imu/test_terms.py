@@ -10,8 +10,8 @@ import pytest
 
 from sinssim.sensors.imu import write_fields
 from sinssim.sensors.imu.datasheet import to_si
+from sinssim.sensors.imu.error_term_table import FIELDS, SLOTS, TERMS
 from sinssim.sensors.imu.fields import TriadErrors
-from sinssim.sensors.imu.terms import FIELDS, SLOTS, TERMS
 
 _DEG = math.pi / 180.0
 _G = 9.80665

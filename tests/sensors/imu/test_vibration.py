@@ -12,15 +12,14 @@ from sinssim.data import ImuData
 from sinssim.scenario import Scenario
 from sinssim.scenario.true_motion import fly
 from sinssim.sensors import draw
-from sinssim.sensors.imu.emulate import emulate
-from sinssim.sensors.imu.errors import ImuErrors
+from sinssim.sensors.imu.emulation import emulate
 from sinssim.sensors.imu.fields import TriadErrors
 from sinssim.sensors.imu.imu import Imu
-from sinssim.sensors.imu.rectification import rectified
-from sinssim.truth.motions.isolator import Mount
+from sinssim.sensors.imu.imu_errors import ImuErrors
+from sinssim.sensors.imu.size_effect import rectified
+from sinssim.truth.motions.mounted_block import Vibrating
 from sinssim.truth.motions.parked import Parked
-from sinssim.truth.motions.vibrating import Vibrating
-from sinssim.truth.motions.vibration import Tone, band_noise
+from sinssim.truth.motions.vibration import Mount, Tone, band_noise
 
 G0 = 9.80665
 UG = 1e-6 * G0

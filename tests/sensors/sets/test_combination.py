@@ -9,16 +9,15 @@ import pytest
 
 from sinssim.data import Array, ImuData
 from sinssim.sensors.imu.compensation import Compensation, compensate
-from sinssim.sensors.imu.emulate import emulate
-from sinssim.sensors.imu.errors import ImuErrors
+from sinssim.sensors.imu.emulation import emulate
 from sinssim.sensors.imu.fields import TriadErrors
 from sinssim.sensors.imu.imu import Imu
-from sinssim.sensors.sets import geometry
-from sinssim.sensors.sets.combination import combined_errors, combined_sigma, spread
-from sinssim.sensors.sets.monitor import combine
-from sinssim.sensors.sets.reading import read
+from sinssim.sensors.imu.imu_errors import ImuErrors
+from sinssim.sensors.sets import redundant_geometry
+from sinssim.sensors.sets.fault_detection import combine
+from sinssim.sensors.sets.redundant_errors import combined_errors, combined_sigma, spread
+from sinssim.sensors.sets.sensor_readings import draw_true_errors, read
 from sinssim.sensors.sets.single_sensors import draw_single_sensors, emulate_single_sensors
-from sinssim.sensors.sets.true_errors import draw_true_errors
 from sinssim.truth.motions.parked import Parked
 
 RATE = 50.0
@@ -49,12 +48,16 @@ def motion(samples: int = 400) -> ImuData:
     return ImuData(time, 0.02 * random.normal(size=(samples, 3)), 0.2 * random.normal(size=(samples, 3)))
 
 
-@pytest.mark.parametrize("axes", [*geometry.READY.values(), geometry._cone(8)], ids=[*geometry.READY, "octad"])
+@pytest.mark.parametrize(
+    "axes", [*redundant_geometry.READY.values(), redundant_geometry._cone(8)], ids=[*redundant_geometry.READY, "octad"]
+)
 def test_noise_of_n_equal_sensors_is_smaller_by_the_root_of_3_over_n(axes: Array) -> None:
     assert spread(axes) == pytest.approx(3.0 / len(axes) * np.eye(3), abs=1e-15)
 
 
-@pytest.mark.parametrize("axes", [np.array(SKEWED), geometry.READY["dodecahedron"]], ids=["skewed", "dodecahedron"])
+@pytest.mark.parametrize(
+    "axes", [np.array(SKEWED), redundant_geometry.READY["dodecahedron"]], ids=["skewed", "dodecahedron"]
+)
 def test_combination_has_the_errors_of_the_triad(axes: Array) -> None:
     """To first order: products of scale factors and misalignments are at most 4e-3 of the errors."""
     plan = section({"directions": axes.tolist()}, **LINEAR)
@@ -72,7 +75,7 @@ def test_combination_has_the_errors_of_the_triad(axes: Array) -> None:
 
 def test_three_orthogonal_sensors_are_a_plain_triad(monkeypatch: pytest.MonkeyPatch) -> None:
     """With the same errors, noise included, and the same calibration; axes across differ only in their directions."""
-    monkeypatch.setitem(geometry.READY, "cone-5", np.eye(3))
+    monkeypatch.setitem(redundant_geometry.READY, "cone-5", np.eye(3))
     errors = {k: v for k, v in LINEAR.items() if "misalign" not in k and "g_sens" not in k} | {
         "gyro_arw_deg_sqrt_h": 0.1, "accel_vrw_ug_sqrt_hz": 100.0, "gyro_flicker_deg_h": 1.0, "accel_quantum_mm_s": 0.1,
     }  # fmt: skip
@@ -90,7 +93,7 @@ def test_three_orthogonal_sensors_are_a_plain_triad(monkeypatch: pytest.MonkeyPa
         assert mine.dvel == pytest.approx(theirs.dvel, rel=1e-13, abs=1e-13)
 
 
-@pytest.mark.parametrize("axes", [np.array(SKEWED), geometry.READY["cone-4"]], ids=["skewed", "cone-4"])
+@pytest.mark.parametrize("axes", [np.array(SKEWED), redundant_geometry.READY["cone-4"]], ids=["skewed", "cone-4"])
 def test_standard_deviations_are_those_of_draws(axes: Array) -> None:
     """800 draws: a standard deviation is within 11 % at 4.5σ, for all of 24 numbers with 2e-4."""
     plan = section({"directions": axes.tolist()}, **LINEAR)
@@ -131,7 +134,7 @@ def test_errors_of_the_calibration_remain() -> None:
     left = Compensation(gyro_bias_sigma_deg_h=0.5, gyro_scale_sigma_ppm=100.0, accel_misalignment_sigma_arcsec=20.0)
     errors = draw_true_errors(plan, 2, left)
     readings = read(PARKED, ideal, plan, 2, errors)[1]
-    axes = geometry.READY["dodecahedron"]
+    axes = redundant_geometry.READY["dodecahedron"]
     truth = combined_errors(errors.single_sensors, axes)
     known = combined_errors(errors.single_calibrations, axes)
     expected = (truth.gyro.bias - known.gyro.bias) / RATE

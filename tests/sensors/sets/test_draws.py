@@ -9,16 +9,15 @@ import pytest
 
 from sinssim.data import ImuData
 from sinssim.errors import InputError
-from sinssim.sensors.imu.emulate import emulate
+from sinssim.sensors.imu.emulation import emulate
 from sinssim.sensors.imu.encoder import EncoderErrors, draw_encoders, read_angles
-from sinssim.sensors.imu.errors import ImuErrors
 from sinssim.sensors.imu.fields import TriadErrors
 from sinssim.sensors.imu.imu import Imu, draw
-from sinssim.sensors.sets.accelerometers import axes_about, emulate_accelerometers
-from sinssim.sensors.sets.attitude_sensor import draw_attitude_sensor
-from sinssim.sensors.sets.geometry import READY, checked_directions, dilution
-from sinssim.sensors.sets.platform import draw_platform, torquer_sigma
-from sinssim.sensors.sets.uncertainty import noise_variance
+from sinssim.sensors.imu.imu_errors import ImuErrors
+from sinssim.sensors.sets.gimballed_sensors import draw_attitude_sensor, draw_platform, torquer_sigma
+from sinssim.sensors.sets.redundant_errors import noise_variance
+from sinssim.sensors.sets.redundant_geometry import READY, checked_directions, dilution
+from sinssim.sensors.sets.single_sensors import axes_about, emulate_accelerometers
 
 _ARCSEC = np.pi / 648_000.0
 

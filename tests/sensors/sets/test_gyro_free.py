@@ -9,16 +9,16 @@ import pytest
 from scipy.spatial.transform import Rotation
 
 from sinssim.data import ImuData
-from sinssim.earth.models import Ellipsoid
+from sinssim.earth.ellipsoids import Ellipsoid
 from sinssim.errors import InputError
 from sinssim.sensors import draw
 from sinssim.sensors.imu.imu import Imu
-from sinssim.sensors.sets.accelerometers import axes_about, draw_accelerometers, emulate_accelerometers
-from sinssim.sensors.sets.gyro_free import AccelerometerSet, cube, gyro_free_increments, position_error
-from sinssim.strapdown.nav_error import navigation_error
+from sinssim.sensors.sets.gyro_free_block import AccelerometerSet, cube, gyro_free_increments, position_error
+from sinssim.sensors.sets.single_sensors import axes_about, draw_accelerometers, emulate_accelerometers
 from sinssim.strapdown.navigate import navigate
-from sinssim.truth.accelerometers import velocity_increments
+from sinssim.strapdown.navigation_error import navigation_error
 from sinssim.truth.curve import Curve
+from sinssim.truth.motions.mounted_block import velocity_increments
 from sinssim.truth.motions.parked import Parked
 from tests.truth.motions import synthetic_flight
 
@@ -133,7 +133,7 @@ def test_law_with_schulers_pendulum_on_a_ball_at_rest() -> None:
 
 def integrate_on_ball(imu: ImuData) -> np.ndarray:
     """The chapter's one-component system, in the vertical plane to the north."""
-    from sinssim.strapdown.one_component import simulate
+    from sinssim.strapdown.one_component_system import simulate
 
     up = np.stack([imu.dvel[:, 0], -imu.dvel[:, 2]], axis=1)
     return simulate(imu.time, imu.dtheta[:, 1], up).coordinate * 6371000.0
@@ -206,7 +206,7 @@ def test_emulated_accelerometers_have_the_grades_errors() -> None:
 def test_turning_fast() -> None:
     """A tumbling block at 100°/s: the products of the rate are large and fully accounted for."""
     from sinssim.truth.motions.analytic import OnEarth
-    from sinssim.truth.motions.coning import SpinCone
+    from sinssim.truth.motions.coning_and_rocking import SpinCone
 
     trajectory = OnEarth(SpinCone(0.5, 1.5, 2.0), 0.8, 0.5, 150.0, LEVEL, 10.0)
     layout = cube(0.5)

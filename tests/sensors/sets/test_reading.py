@@ -10,12 +10,12 @@ import pytest
 from sinssim import emulate
 from sinssim.data import ImuData
 from sinssim.sensors.imu.imu import Imu
-from sinssim.sensors.sets.reading import Readings, read, sums
+from sinssim.sensors.sets.sensor_readings import Readings, read, sums
 from sinssim.strapdown.measured_attitude import navigate_set
 from sinssim.strapdown.mechanization import Mechanization
-from sinssim.strapdown.nav_error import navigation_error
+from sinssim.strapdown.navigation_error import navigation_error
 from sinssim.truth.motions.analytic import OnEarth
-from sinssim.truth.motions.coning import classical_cone
+from sinssim.truth.motions.coning_and_rocking import classical_cone
 from sinssim.truth.motions.great_circle import GreatCircle
 
 SETS = {

@@ -17,7 +17,7 @@ from sinssim.experiments.run.parts.redundancy import sentences as redundancy_sen
 from sinssim.recording.rerun.viewer import find_run_info
 from sinssim.recording.rerun.views import all_views
 from sinssim.scenario import Scenario, load_scenario
-from sinssim.scenario.summary import plan_lines
+from sinssim.scenario.plan_summary import plan_lines
 from sinssim.strapdown.mechanization import Mechanization
 from sinssim.units import DEG_H
 

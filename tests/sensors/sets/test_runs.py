@@ -12,14 +12,14 @@ import tomli_w
 
 from sinssim.errors import InputError
 from sinssim.experiments.run.execute import run
-from sinssim.experiments.run.report.sensors import sensor_errors
-from sinssim.experiments.run.result import RunResult
+from sinssim.experiments.run.run_result import RunResult
+from sinssim.experiments.run.sensor_exhibits import sensor_errors
 from sinssim.scenario import Scenario, load_scenario
 from sinssim.sensors.imu.imu import Imu
-from sinssim.sensors.sets.accelerometers import draw_accelerometers
-from sinssim.sensors.sets.attitude_sensor import draw_attitude_sensor
+from sinssim.sensors.sets.gimballed_sensors import draw_attitude_sensor
+from sinssim.sensors.sets.sensor_readings import draw_true_errors
 from sinssim.sensors.sets.sensor_set import AttitudeSensor
-from sinssim.sensors.sets.true_errors import draw_true_errors
+from sinssim.sensors.sets.single_sensors import draw_accelerometers
 from sinssim.units import ARCSEC, DEG_H, UG
 
 FLIGHT = {"latitude_deg": 50.0, "course_deg": 40.0, "speed_mps": 200.0, "altitude_m": 5000.0, "duration_s": 60.0}

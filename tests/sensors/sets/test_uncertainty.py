@@ -9,14 +9,14 @@ import numpy as np
 import pytest
 
 from sinssim.data import ImuData
-from sinssim.sensors.imu.emulate import emulate
-from sinssim.sensors.imu.errors import ImuErrors
+from sinssim.sensors.imu.emulation import emulate
+from sinssim.sensors.imu.error_term_table import TERMS, of_triad
 from sinssim.sensors.imu.fields import TriadErrors
 from sinssim.sensors.imu.imu import Imu
-from sinssim.sensors.imu.terms import TERMS, of_triad
-from sinssim.sensors.sets.accelerometers import axes_about
-from sinssim.sensors.sets.geometry import READY
-from sinssim.sensors.sets.uncertainty import Inputs, accumulated_inputs, noise_variance
+from sinssim.sensors.imu.imu_errors import ImuErrors
+from sinssim.sensors.sets.redundant_errors import Inputs, accumulated_inputs, noise_variance
+from sinssim.sensors.sets.redundant_geometry import READY
+from sinssim.sensors.sets.single_sensors import axes_about
 
 RATE = 50.0
 DRAWN = [term for term in TERMS if term.drawn]

@@ -16,11 +16,11 @@ from scipy.special import j1
 
 from sinssim import ALGORITHMS, ImuData, InputError, NavState, navigate
 from sinssim.algorithms import REGISTRY
-from sinssim.strapdown import coning_drift
-from sinssim.strapdown.assemble import parts
 from sinssim.strapdown.attitude import rotation_vector
+from sinssim.strapdown.attitude import rotation_vector as coning_drift
 from sinssim.strapdown.attitude.quaternion_picard import unit_k
-from sinssim.strapdown.increments.interval import BodyTurn, FrameTurn
+from sinssim.strapdown.coning_sculling import BodyTurn, FrameTurn
+from sinssim.strapdown.engine_assembly import parts
 from sinssim.strapdown.iteration import windows
 from tests.oracles.s_turn import Flight, STurn
 from tests.strapdown.variants import VARIANTS, with_slow_variants
@@ -275,7 +275,7 @@ CLOSED = [
 def test_coning_drift_is_the_exact_one(algorithm, samples, previous, degrees, per_turn):
     """At any Ωh and α, floor and all; what two turns in double precision leave of it is 1e-17 rad."""
     alpha = np.deg2rad(degrees)
-    exact = coning_drift.drift(samples, alpha, 1.0, 2 * np.pi / per_turn, previous)
+    exact = coning_drift.drift_under_coning(samples, alpha, 1.0, 2 * np.pi / per_turn, previous)
     assert measured_drift(algorithm, alpha, per_turn) == pytest.approx(abs(exact), rel=3e-6, abs=1e-19)
 
 
@@ -291,9 +291,9 @@ def test_series_of_the_exact_coning_drift(algorithm, samples, previous):
     small, large = 1e-7, 1e-2
 
     def seen(alpha, x):
-        return coning_drift.drift(samples, alpha, 1.0, x, previous) / alpha**2
+        return coning_drift.drift_under_coning(samples, alpha, 1.0, x, previous) / alpha**2
 
-    assert coning_drift.leading_term(samples, 0.3, 2.0, 0.05, previous) == pytest.approx(
+    assert coning_drift.leading_drift_under_coning(samples, 0.3, 2.0, 0.05, previous) == pytest.approx(
         0.3**2 * 2.0 * 0.1**power * coefficient, rel=1e-14, abs=0
     )
     x = 0.3  # the first term that is left out is x⁴ of the leading one, about b²
@@ -320,7 +320,7 @@ def test_where_the_leading_term_of_the_coning_drift_holds(samples, degrees, prev
 
     def off(x):
         case = (samples, np.deg2rad(degrees), 1.0, x, previous)
-        return abs(abs(coning_drift.drift(*case)) / coning_drift.leading_term(*case) - 1)
+        return abs(abs(coning_drift.drift_under_coning(*case)) / coning_drift.leading_drift_under_coning(*case) - 1)
 
     assert max(off(x) for x in np.geomspace(low, high, 200)) < 0.03
     assert off(1.02 * high) > 0.03

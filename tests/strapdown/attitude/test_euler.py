@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from sinssim.strapdown.attitude.euler import _rates_k, step_k
-from sinssim.strapdown.increments.interval import BodyTurn, FrameTurn
+from sinssim.strapdown.coning_sculling import BodyTurn, FrameTurn
 
 STILL = FrameTurn(*[0.0] * 12)
 TURNING = BodyTurn(*[0.0] * 12, 0.01, -0.02, 0.03, *[0.0] * 6, 0.01, -0.02, 0.03)

@@ -8,8 +8,8 @@ from numpy.polynomial.legendre import leggauss
 from scipy.spatial.transform import Rotation
 
 from sinssim.data import Array
-from sinssim.strapdown.assemble import parts
-from sinssim.strapdown.increments.interval import BodyTurn
+from sinssim.strapdown.coning_sculling import BodyTurn
+from sinssim.strapdown.engine_assembly import parts
 
 PAIRS = {1: {}, 2: {1: 2 / 3}, 3: {1: 27 / 40, 2: 9 / 20}, 4: {1: 214 / 315, 2: 46 / 105, 3: 54 / 105}}
 """Coefficient of a pair of samples by their distance: Ignagni 1990, Miller 1983, Ignagni 1996."""

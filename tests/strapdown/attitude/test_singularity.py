@@ -7,7 +7,7 @@ import pytest
 
 from sinssim import rotation
 from sinssim.data import NavSolution, NavState
-from sinssim.strapdown.attitude.singularity import singularity_events
+from sinssim.strapdown.navigate import singularity_events
 
 
 def solution(pitch_deg: list[float], twist_deg: float) -> NavSolution:

@@ -12,8 +12,8 @@ import pytest
 from sinssim import ImuData, NavState, navigate
 from sinssim.errors import InputError, RunError
 from sinssim.strapdown.frames import level
-from sinssim.strapdown.frames.problem import check_solution, ran_away
-from sinssim.strapdown.frames.vertical import NOTHING_NEW, OVERDUE, HeightReadings, height_reference
+from sinssim.strapdown.frames.navigation_problem import check_solution, ran_away
+from sinssim.strapdown.frames.vertical_channel import NOTHING_NEW, OVERDUE, HeightReadings, height_reference
 from sinssim.strapdown.iteration.functional_iteration import engine
 from sinssim.strapdown.iteration.windows import chebyshev_points, windows
 

@@ -9,7 +9,7 @@ from scipy.integrate import solve_ivp
 from sinssim import NavState, navigate
 from sinssim.data import ImuData
 from sinssim.frames import CURVATURES
-from sinssim.strapdown.frames.radii import FORMS
+from sinssim.strapdown.frames.navigation_problem import FORMS
 from sinssim.truth.motions.great_circle import GreatCircle
 from tests.oracles.s_turn import STurn
 

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from sinssim import FRAMES, ImuData, NavState, navigate
-from sinssim.strapdown.nav_error import navigation_error
+from sinssim.strapdown.navigation_error import navigation_error
 from sinssim.truth.motions.great_circle import GreatCircle
 from sinssim.truth.motions.parked import Parked
 from tests.oracles.s_turn import STurn

@@ -12,14 +12,13 @@ from numpy.typing import NDArray
 from sinssim.data import NavState
 from sinssim.errors import InputError
 from sinssim.sensors.aiding.baro import Barometer
-from sinssim.sensors.aiding.base.sensor import Vehicle
-from sinssim.truth.channel import Channel
-from sinssim.truth.flight import jsbsim_flight
-from sinssim.truth.flight.air import Air
+from sinssim.sensors.aiding_sensor import Vehicle
+from sinssim.truth.flight import jsbsim_simulation
+from sinssim.truth.flight.atmosphere import Air
 from sinssim.truth.flight.flight_log import flight_log
-from sinssim.truth.flight.jsbsim_flight import fly_plan
-from sinssim.truth.flight.plan import FlightPlan
-from sinssim.truth.flight.wind import Wind
+from sinssim.truth.flight.flight_plan import FlightPlan, Wind
+from sinssim.truth.flight.jsbsim_simulation import fly_plan
+from sinssim.truth.sampling import Channel
 
 PROFILE = [
     {"height_m": 0.0, "from_deg": 200.0, "speed_mps": 5.0},
@@ -146,7 +145,7 @@ def test_jsbsim_flies_in_this_air() -> None:
         }
     )
     rows: list[list[float]] = []
-    plain = jsbsim_flight._Link.sense_slowly
+    plain = jsbsim_simulation._Link.sense_slowly
 
     def sense(link: Any) -> None:
         plain(link)
@@ -159,7 +158,7 @@ def test_jsbsim_flies_in_this_air() -> None:
         ])  # fmt: skip
 
     with pytest.MonkeyPatch.context() as patch:
-        patch.setattr(jsbsim_flight._Link, "sense_slowly", sense)
+        patch.setattr(jsbsim_simulation._Link, "sense_slowly", sense)
         fly_plan(flight)
     own = np.array(rows[1:])  # JSBSim's first row is before the vertical wind
     assert np.ptp(own[:, 0]) > 25.0

@@ -11,11 +11,11 @@ import pytest
 from scipy.interpolate import CubicSpline
 
 from sinssim.truth.curve import Curve
-from sinssim.truth.flight import cache
-from sinssim.truth.flight.cache import cached_flight, flight_key
+from sinssim.truth.flight import flight_cache
+from sinssim.truth.flight.flight_cache import cached_flight, flight_key
 from sinssim.truth.flight.flight_log import FlightLog, flight_log
-from sinssim.truth.flight.jsbsim_flight import fly_plan
-from sinssim.truth.flight.plan import FlightPlan
+from sinssim.truth.flight.flight_plan import FlightPlan
+from sinssim.truth.flight.jsbsim_simulation import fly_plan
 
 
 def flight(**changes: Any) -> FlightPlan:
@@ -43,7 +43,7 @@ def same(a: FlightLog, b: FlightLog) -> bool:
 
 @pytest.fixture
 def folder(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
-    monkeypatch.setattr(cache, "cache_root", lambda: tmp_path)
+    monkeypatch.setattr(flight_cache, "cache_root", lambda: tmp_path)
     return tmp_path / "flights"
 
 
@@ -54,7 +54,7 @@ def count_flights(monkeypatch: pytest.MonkeyPatch) -> list[int]:
         seeds.append(seed)
         return flight_log(fly_plan(section, seed, progress))
 
-    monkeypatch.setattr(cache, "fly_apart", counted)
+    monkeypatch.setattr(flight_cache, "fly_apart", counted)
     return seeds
 
 
@@ -141,22 +141,27 @@ def test_key_depends_on_what_determines_the_flight(tmp_path: Path, monkeypatch: 
 
 def test_key_depends_on_the_code_that_flies(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     base = flight_key(flight(), 0)
-    sources = {file.relative_to(cache._PACKAGE).as_posix() for file in cache._sources()}
-    assert {"truth/flight/legs/turn.py", "truth/flight/autopilot.py", "truth/flight/aircraft.py", "units.py"} <= sources
+    sources = {file.relative_to(flight_cache._PACKAGE).as_posix() for file in flight_cache._sources()}
+    assert {
+        "truth/flight/legs/turns.py",
+        "truth/flight/autopilot.py",
+        "truth/flight/aircraft.py",
+        "units.py",
+    } <= sources
     for source in sources:
         copy = tmp_path / source
         copy.parent.mkdir(parents=True, exist_ok=True)
-        copy.write_bytes((cache._PACKAGE / source).read_bytes())
-    monkeypatch.setattr(cache, "_PACKAGE", tmp_path)
-    cache._sources.cache_clear()
+        copy.write_bytes((flight_cache._PACKAGE / source).read_bytes())
+    monkeypatch.setattr(flight_cache, "_PACKAGE", tmp_path)
+    flight_cache._sources.cache_clear()
     assert flight_key(flight(), 0) == base
     (tmp_path / "truth" / "flight" / "legs" / "turn.py").write_text("# another way to fly\n")
     assert flight_key(flight(), 0) != base
-    cache._sources.cache_clear()
+    flight_cache._sources.cache_clear()
 
 
 def test_only_so_many_flights_are_kept(folder: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(cache, "_KEPT", 2)
+    monkeypatch.setattr(flight_cache, "_KEPT", 2)
     for duration in (1.0, 1.1, 1.2):
         cached_flight(flight(legs=[{"type": "hold", "duration_s": duration}]))
     assert len(list(folder.iterdir())) == 2

@@ -7,9 +7,9 @@ import math
 import numpy as np
 import pytest
 
-from sinssim.truth.flight.air import Air, WindVector
 from sinssim.truth.flight.aircraft import Performance
-from sinssim.truth.flight.dead_reckoning import DeadReckoning, bearing, distance
+from sinssim.truth.flight.atmosphere import Air, WindVector
+from sinssim.truth.flight.leg import DeadReckoning, bearing, distance
 
 R = 6371e3
 PERFORMANCE = Performance(

@@ -11,8 +11,8 @@ import pytest
 from sinssim.errors import InputError
 from sinssim.truth.curve import Curve
 from sinssim.truth.flight.flight_log import FlightLog, flight_log
-from sinssim.truth.flight.jsbsim_flight import fly_plan
-from sinssim.truth.flight.plan import FlightPlan
+from sinssim.truth.flight.flight_plan import FlightPlan
+from sinssim.truth.flight.jsbsim_simulation import fly_plan
 
 START = {
     "on": "runway", "latitude_deg": 50.0, "longitude_deg": 14.0, "altitude_m": 300.0, "heading_deg": 90.0,

@@ -15,10 +15,10 @@ import pytest
 from numpy.typing import NDArray
 
 from sinssim.errors import InputError
-from sinssim.truth.flight import jsbsim_flight
+from sinssim.truth.flight import jsbsim_simulation
 from sinssim.truth.flight.flight_log import FlightLog, flight_log
-from sinssim.truth.flight.jsbsim_flight import fly_plan
-from sinssim.truth.flight.plan import FlightPlan
+from sinssim.truth.flight.flight_plan import FlightPlan
+from sinssim.truth.flight.jsbsim_simulation import fly_plan
 
 Array = NDArray[np.float64]
 
@@ -68,7 +68,7 @@ class Flown:
 
 def fly(flight: FlightPlan, seed: int = 0) -> Flown:
     dcm, geodetic, euler, velocity = [], [], [], []
-    plain, stand = jsbsim_flight._Link.sense, jsbsim_flight._Link.stand
+    plain, stand = jsbsim_simulation._Link.sense, jsbsim_simulation._Link.stand
     accounts = (dcm, geodetic, euler, velocity)
 
     def sense(link: Any) -> None:
@@ -87,8 +87,8 @@ def fly(flight: FlightPlan, seed: int = 0) -> Flown:
             account.append(account[-1])
 
     with pytest.MonkeyPatch.context() as patch:
-        patch.setattr(jsbsim_flight._Link, "sense", sense)
-        patch.setattr(jsbsim_flight._Link, "stand", repeat)
+        patch.setattr(jsbsim_simulation._Link, "sense", sense)
+        patch.setattr(jsbsim_simulation._Link, "stand", repeat)
         log = flight_log(fly_plan(flight, seed))
     return Flown(log, np.array(dcm), np.array(geodetic), np.array(euler), np.array(velocity))
 

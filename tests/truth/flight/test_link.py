@@ -9,15 +9,14 @@ from typing import Any
 import pytest
 
 from sinssim.errors import InputError
-from sinssim.truth.flight import jsbsim_flight
+from sinssim.truth.flight import jsbsim_simulation
 from sinssim.truth.flight.aircraft import load_aircraft
 from sinssim.truth.flight.autopilot import INTERVAL, AircraftState, Autopilot
 from sinssim.truth.flight.flight_log import CHANNELS
-from sinssim.truth.flight.jsbsim_flight import fly_plan
+from sinssim.truth.flight.flight_plan import FlightPlan, Gust
+from sinssim.truth.flight.jsbsim_aircraft import Monitor
+from sinssim.truth.flight.jsbsim_simulation import fly_plan
 from sinssim.truth.flight.leg import LegError
-from sinssim.truth.flight.monitor import Monitor
-from sinssim.truth.flight.plan import FlightPlan
-from sinssim.truth.flight.wind import Gust
 
 FOOT = 0.3048
 
@@ -63,7 +62,7 @@ def flight(start: dict[str, Any] | None = None, **more: Any) -> FlightPlan:
 def link(section: FlightPlan, **values: float) -> tuple[Any, Model, Autopilot, AircraftState]:
     model = Model({name.replace("__", "/").replace("_", "-"): value for name, value in values.items()})
     pilot, motion = Autopilot(load_aircraft("737"), INTERVAL), AircraftState()
-    return jsbsim_flight._Link(model, section, pilot, motion), model, pilot, motion
+    return jsbsim_simulation._Link(model, section, pilot, motion), model, pilot, motion
 
 
 def test_what_the_pilot_senses() -> None:
@@ -134,7 +133,7 @@ def test_what_the_pilot_commands() -> None:
         "magnitude-ft_sec": pytest.approx(5.0 / FOOT), "X-velocity-ft_sec": 0.0,
         "Y-velocity-ft_sec": pytest.approx(3.0 / FOOT), "Z-velocity-ft_sec": pytest.approx(4.0 / FOOT),
     }  # fmt: skip
-    jsbsim_flight._blow(model, Gust.model_validate(gusts[0]))
+    jsbsim_simulation._blow(model, Gust.model_validate(gusts[0]))
     assert model["atmosphere/cosine-gust/Z-velocity-ft_sec"] == pytest.approx(-2.0 / FOOT)
 
 
@@ -159,26 +158,26 @@ def test_turbulence_and_progress() -> None:
     model: Any = {}
     turbulence = flight(turbulence={"severity": 3, "wind_at_6m_mps": 12.0}).turbulence
     assert turbulence is not None
-    jsbsim_flight._stir(model, turbulence)
+    jsbsim_simulation._stir(model, turbulence)
     assert model == {
         "atmosphere/turb-type": 4, "atmosphere/turbulence/milspec/severity": 3,
         "atmosphere/turbulence/milspec/windspeed_at_20ft_AGL-fps": pytest.approx(12.0 / FOOT),
     }  # fmt: skip
     legs = [{"type": "hold", "duration_s": 9.0}] * 3
     three = FlightPlan.model_validate({**flight().model_dump(exclude_none=True), "legs": legs})
-    assert jsbsim_flight._fraction(three, 3, 500.0) == pytest.approx(2.0 / 3.0)
+    assert jsbsim_simulation._fraction(three, 3, 500.0) == pytest.approx(2.0 / 3.0)
     until = three.model_validate(
         {**three.model_dump(exclude_none=True), "legs": [*legs, {"type": "hold", "until_s": 400.0}]}
     )
-    assert jsbsim_flight._fraction(until, 2, 100.0) == 0.25
-    assert jsbsim_flight._fraction(until, 2, 500.0) == 1.0
+    assert jsbsim_simulation._fraction(until, 2, 100.0) == 0.25
+    assert jsbsim_simulation._fraction(until, 2, 500.0) == 1.0
 
 
 def test_a_start_in_words_and_what_to_change() -> None:
-    assert jsbsim_flight._start_words(flight({"airspeed_kt": 250.0, "heading_deg": 30.0})) == (
+    assert jsbsim_simulation._start_words(flight({"airspeed_kt": 250.0, "heading_deg": 30.0})) == (
         "in the air, latitude_deg = 48, longitude_deg = 11, altitude_m = 3000, heading_deg = 30, airspeed_kt = 250"
     )
-    remedy = jsbsim_flight._start_remedy
+    remedy = jsbsim_simulation._start_remedy
     assert remedy(flight({"altitude_m": 4.9})) == (
         "The ground below a start in the air is at a height of 0 m: give a greater altitude_m."
     )

@@ -8,15 +8,14 @@ from typing import Any, cast
 import pytest
 
 from sinssim.errors import InputError
-from sinssim.truth.channel import FlightEvent
 from sinssim.truth.flight.aircraft import load_aircraft
 from sinssim.truth.flight.autopilot import BANK, HEADING, INTERVAL, PITCH, AircraftState, Autopilot
-from sinssim.truth.flight.flight_log import FlightLog, flight_log
-from sinssim.truth.flight.jsbsim_flight import fly_plan
+from sinssim.truth.flight.flight_log import FlightLog, flight_log, not_attained, shortfall
+from sinssim.truth.flight.flight_plan import FlightPlan
+from sinssim.truth.flight.jsbsim_aircraft import Monitor
+from sinssim.truth.flight.jsbsim_simulation import fly_plan
 from sinssim.truth.flight.leg import LegError
-from sinssim.truth.flight.monitor import Monitor
-from sinssim.truth.flight.plan import FlightPlan
-from sinssim.truth.flight.shortfall import not_attained, shortfall
+from sinssim.truth.sampling import FlightEvent
 
 
 def plan(aircraft: str, height: float, airspeed: float, *legs: dict[str, Any], **start: float) -> FlightPlan:

@@ -12,9 +12,8 @@ from scipy.spatial.transform import Rotation
 
 from sinssim.errors import InputError
 from sinssim.truth.motions.analytic import AnalyticMotion, OnEarth, inertial_increments
-from sinssim.truth.motions.coning import SpinCone, classical_cone
-from sinssim.truth.motions.rocking import Sculling, SpinRock
-from sinssim.truth.motions.rotation_table import Dwell, RotationTable, Turn
+from sinssim.truth.motions.coning_and_rocking import Sculling, SpinCone, SpinRock, classical_cone
+from sinssim.truth.motions.turntable import Dwell, RotationTable, Turn
 from tests.oracles import integrator as oracle
 
 Array = np.ndarray

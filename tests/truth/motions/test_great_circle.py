@@ -7,10 +7,10 @@ import pytest
 from scipy.integrate import quad_vec
 from scipy.spatial.transform import Rotation
 
-from sinssim.earth.models import Ellipsoid
+from sinssim.earth.ellipsoids import Ellipsoid
 from sinssim.errors import InputError
-from sinssim.sensors.aiding.base.lever_arm import state_at
-from sinssim.truth import sample_times
+from sinssim.sensors.aiding_sensor import state_at
+from sinssim.truth import sampling
 from sinssim.truth.motions.great_circle import GreatCircle
 from tests.oracles import integrator as oracle
 from tests.truth.motions import ecef
@@ -45,7 +45,7 @@ def test_the_bits_of_a_state_do_not_depend_on_how_many_are_asked_for(
 ) -> None:
     t, arm = np.linspace(0.0, 1800.0, 1001), (1.0, 2.0, 3.0)
     whole = flight.state(t), state_at(flight, t, arm)
-    monkeypatch.setattr(sample_times, "_PART", 100)
+    monkeypatch.setattr(sampling, "_PART", 100)
     for before, now in zip(whole, (flight.state(t), state_at(flight, t, arm)), strict=True):
         for name, values in vars(now).items():
             np.testing.assert_array_equal(values, getattr(before, name))

@@ -10,9 +10,8 @@ from scipy.integrate import solve_ivp
 from sinssim.errors import InputError
 from sinssim.scenario import Scenario
 from sinssim.scenario.true_motion import fly
-from sinssim.truth.motions.isolator import Isolator, Mount
-from sinssim.truth.motions.vibrating import Vibrating
-from sinssim.truth.motions.vibration import Tone, Vibration
+from sinssim.truth.motions.mounted_block import Vibrating
+from sinssim.truth.motions.vibration import Isolator, Mount, Tone, Vibration
 
 PARKED = {"name": "x", "parked": {"latitude_deg": 45.0, "duration_s": 8.0}}
 

@@ -12,11 +12,9 @@ from pydantic import TypeAdapter
 from scipy.integrate import quad_vec
 
 from sinssim import rotation
-from sinssim.truth.motions.imu_rotation import Rotation
+from sinssim.truth.motions.imu_rotation import Rotation, Turning, TurningBlock
+from sinssim.truth.motions.mounted_block import Vibrating
 from sinssim.truth.motions.parked import Parked
-from sinssim.truth.motions.turning import Turning
-from sinssim.truth.motions.turning_block import TurningBlock
-from sinssim.truth.motions.vibrating import Vibrating
 from sinssim.truth.motions.vibration import Tone
 from sinssim.units import DEG
 

@@ -11,15 +11,14 @@ from scipy.integrate import quad_vec
 from scipy.spatial.transform import Rotation
 
 from sinssim.errors import InputError
-from sinssim.strapdown.nav_error import navigation_error
 from sinssim.strapdown.navigate import navigate
+from sinssim.strapdown.navigation_error import navigation_error
 from sinssim.truth.curve import Curve
 from sinssim.truth.motions.analytic import OnEarth
-from sinssim.truth.motions.coning import classical_cone
+from sinssim.truth.motions.coning_and_rocking import Sculling, SpinRock, classical_cone
 from sinssim.truth.motions.great_circle import GreatCircle
+from sinssim.truth.motions.mounted_block import Vibrating
 from sinssim.truth.motions.parked import Parked
-from sinssim.truth.motions.rocking import Sculling, SpinRock
-from sinssim.truth.motions.vibrating import Vibrating
 from sinssim.truth.motions.vibration import Tone, band_noise
 from tests.oracles import integrator as oracle
 from tests.truth.motions import synthetic_flight

@@ -6,10 +6,12 @@ import numpy as np
 import pytest
 
 from sinssim import rotation
-from sinssim.earth.coordinates import q_en
+from sinssim.earth.ellipsoids import WGS84
+from sinssim.earth.geodetic_coordinates import q_en
 from sinssim.earth.gravity import gravitation_ecef
-from sinssim.earth.models import WGS84
-from sinssim.truth.track.attitude import (
+from sinssim.truth.track.track_curve import TrackCurve, from_samples
+from sinssim.truth.track.vehicle_attitude import (
+    VEHICLES,
     _carried,
     _hold,
     _hold_pitch,
@@ -21,8 +23,6 @@ from sinssim.truth.track.attitude import (
     _wide_enough,
     attitude_from_motion,
 )
-from sinssim.truth.track.curve import TrackCurve, from_samples
-from sinssim.truth.track.vehicles import VEHICLES
 from tests.truth.motions import Array
 
 DEG = np.pi / 180.0

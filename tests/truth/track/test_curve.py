@@ -9,12 +9,12 @@ import pytest
 
 import sinssim
 from sinssim import InputError, NavState, Trajectory, navigate, rotation
-from sinssim.earth.models import ELLIPSOIDS, OMEGA_IE
+from sinssim.earth.ellipsoids import ELLIPSOIDS, OMEGA_IE
 from sinssim.truth.curve import Curve
 from sinssim.truth.motions.great_circle import GreatCircle
-from sinssim.truth.track import curve
-from sinssim.truth.track.curve import from_samples
+from sinssim.truth.track import track_curve
 from sinssim.truth.track.knots import TrackOptions
+from sinssim.truth.track.track_curve import from_samples
 from tests.oracles import integrator as oracle
 from tests.truth.motions import Array, ecef, synthetic_flight
 
@@ -258,8 +258,8 @@ def test_every_option_arrives(monkeypatch: pytest.MonkeyPatch) -> None:
         seen.update(samples=samples, options=options, gravity=gravity, ellipsoid=ellipsoid)
         return "knots", "fit", {"a": "channel"}
 
-    monkeypatch.setattr(curve, "fitted", fitted)
-    monkeypatch.setattr(curve, "track_curve", lambda *given, **more: (given, more))
+    monkeypatch.setattr(track_curve, "fitted", fitted)
+    monkeypatch.setattr(track_curve, "track_curve", lambda *given, **more: (given, more))
     t = np.arange(5.0, 15.0)
     found = from_samples(
         t, 0.8 + 90.0 * t / 6.37e6, 0.2 + 0.0 * t, 7.0 + t, vehicle="sea", smoothing_s=1.0, height_smoothing_s=2.0,

@@ -10,12 +10,12 @@ from typing import Any
 import numpy as np
 import pytest
 
-from sinssim.earth.models import WGS84
-from sinssim.truth.channel import Channel
-from sinssim.truth.track import fit as module
-from sinssim.truth.track.fit import Distance, TrackFit, assess, fit_lines, fit_numbers, fit_sentences, metres
+from sinssim.earth.ellipsoids import WGS84
+from sinssim.truth.sampling import Channel
+from sinssim.truth.track import track_curve as module
 from sinssim.truth.track.knots import Knots, TrackOptions
-from sinssim.truth.track.samples import TrackSamples
+from sinssim.truth.track.track_curve import Distance, TrackFit, assess, fit_lines, fit_numbers, fit_sentences, metres
+from sinssim.truth.track.track_samples import TrackSamples
 
 NAN = float("nan")
 FIT = TrackFit(

@@ -8,19 +8,19 @@ from typing import Any
 import numpy as np
 import pytest
 
-from sinssim.earth.coordinates import ecef_to_geodetic
-from sinssim.earth.models import WGS84
+from sinssim.earth.ellipsoids import WGS84
+from sinssim.earth.geodetic_coordinates import ecef_to_geodetic
 from sinssim.errors import InputError
-from sinssim.logs.track import prepare
-from sinssim.logs.track.prepare import _options
-from sinssim.logs.track.track import Track
+from sinssim.logs import track_preparation
+from sinssim.logs.track_motion import Track
+from sinssim.logs.track_preparation import _options
 from sinssim.truth.motion import NORMAL_EARTH
 from sinssim.truth.track import knots as module
-from sinssim.truth.track import smoothing
+from sinssim.truth.track import smoothing_spline
 from sinssim.truth.track.knots import TrackOptions, knots_of_samples
-from sinssim.truth.track.samples import TrackSamples
-from sinssim.truth.track.vehicles import VEHICLES
-from sinssim.truth.track.waypoint import Waypoint
+from sinssim.truth.track.route_waypoint import Waypoint
+from sinssim.truth.track.track_samples import TrackSamples
+from sinssim.truth.track.vehicle_attitude import VEHICLES
 
 NAN = float("nan")
 
@@ -133,24 +133,24 @@ def test_heights_and_positions_are_smoothed_apart() -> None:
 
 def test_what_a_sample_stands_for() -> None:
     """Half of the steps on both sides, whole at the ends; a step counts for at most three medians, here 3 s."""
-    found = smoothing._durations(np.array([0.0, 1.0, 3.0, 13.0, 14.0, 15.0]))
+    found = smoothing_spline._durations(np.array([0.0, 1.0, 3.0, 13.0, 14.0, 15.0]))
     np.testing.assert_allclose(found, [1.0, 1.5, 2.5, 2.0, 1.0, 1.0])
 
 
 def test_values_of_tau_that_are_tried() -> None:
     """From a quarter of the interval, each √2 of the one before, to a sixth of the whole time or 128 intervals."""
-    tried = smoothing._tried(np.arange(0.0, 101.0, 2.0))  # a sixth of 100 s is 16.7 s, 33 times the least
+    tried = smoothing_spline._tried(np.arange(0.0, 101.0, 2.0))  # a sixth of 100 s is 16.7 s, 33 times the least
     np.testing.assert_allclose(tried, 0.5 * np.sqrt(2.0) ** np.arange(11))
-    assert 90.5 < smoothing._tried(np.arange(0.0, 1003.0))[-1] < 128.1
-    assert len(smoothing._tried(np.array([0.0, 1.0]))) == 0
+    assert 90.5 < smoothing_spline._tried(np.arange(0.0, 1003.0))[-1] < 128.1
+    assert len(smoothing_spline._tried(np.array([0.0, 1.0]))) == 0
 
 
 def test_tau_of_a_distance_too_large_is_the_largest_tried() -> None:
     t = np.arange(0.0, 101.0, 2.0)
     values = np.sin(t)[:, None]
-    assert smoothing.tau_by_distance(t, values, np.ones(len(t)), 50.0) == pytest.approx(16.0)
-    assert smoothing.tau_by_distance(t[:29], values[:29], np.ones(29), 0.5) == 0.0  # too few
-    counted = smoothing._mean_square(np.array([[3.0, 4.0], [1.0, 2.0]]), np.array([1.0, 3.0]), None, slice(None))
+    assert smoothing_spline.tau_by_distance(t, values, np.ones(len(t)), 50.0) == pytest.approx(16.0)
+    assert smoothing_spline.tau_by_distance(t[:29], values[:29], np.ones(29), 0.5) == 0.0  # too few
+    counted = smoothing_spline._mean_square(np.array([[3.0, 4.0], [1.0, 2.0]]), np.array([1.0, 3.0]), None, slice(None))
     assert counted == pytest.approx((25.0 + 3.0 * 5.0) / 4.0)
 
 
@@ -199,7 +199,7 @@ def test_events_of_a_plan_are_at_its_waypoints() -> None:
 
 def test_a_route_that_takes_too_long(monkeypatch: pytest.MonkeyPatch) -> None:
     """111.3 km of the equator at 10 m/s on a knot each tenth of a second."""
-    monkeypatch.setattr(prepare, "_MOST_KNOTS", 100_000)
+    monkeypatch.setattr(track_preparation, "_MOST_KNOTS", 100_000)
     section = Track(vehicle="land", waypoints=(
         Waypoint(latitude_deg=0.0, longitude_deg=20.0, speed_mps=10.0), Waypoint(latitude_deg=0.0, longitude_deg=21.0),
     ))  # fmt: skip

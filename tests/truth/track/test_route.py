@@ -8,17 +8,15 @@ import numpy as np
 import pytest
 from scipy.integrate import quad
 
-from sinssim.earth.coordinates import ecef_to_geodetic
-from sinssim.earth.models import WGS84
+from sinssim.earth.ellipsoids import WGS84
+from sinssim.earth.geodetic_coordinates import ecef_to_geodetic
 from sinssim.errors import InputError
-from sinssim.logs.track.track import Track
+from sinssim.logs.track_motion import Track
 from sinssim.truth.motion import NORMAL_EARTH
-from sinssim.truth.track.corner import Corner, integrated_step7, step7
-from sinssim.truth.track.curve import track_curve
-from sinssim.truth.track.route import Route, _stepped
-from sinssim.truth.track.timetable import Timetable
-from sinssim.truth.track.vehicles import VEHICLES
-from sinssim.truth.track.waypoint import Waypoint
+from sinssim.truth.track.planned_route import Route, Timetable, _stepped
+from sinssim.truth.track.route_waypoint import Corner, Waypoint, integrated_step7, step7
+from sinssim.truth.track.track_curve import track_curve
+from sinssim.truth.track.vehicle_attitude import VEHICLES
 from tests.truth.motions import Array
 
 FLIGHT = (

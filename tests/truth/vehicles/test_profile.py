@@ -10,8 +10,8 @@ import pytest
 from pydantic import ValidationError
 
 from sinssim.errors import InputError
-from sinssim.truth.vehicles.drive import Drive
-from sinssim.truth.vehicles.profile import Profile
+from sinssim.truth.vehicles.course import Profile
+from sinssim.truth.vehicles.surface_vehicles import Drive
 
 
 def section(*legs: dict[str, Any], **keys: float) -> Drive:

@@ -4,18 +4,15 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING
 
-from sinssim.experiments.run.parts.gravity import TrueGravity
-from sinssim.experiments.run.parts.log import Log
-from sinssim.experiments.run.parts.outages import Outages
+from sinssim.experiments.run.parts.imu_mounting import OnPlatform, Rotation
 from sinssim.experiments.run.parts.phases import Phases
-from sinssim.experiments.run.parts.platform import OnPlatform
+from sinssim.experiments.run.parts.recorded_sensors import Log, Outages
 from sinssim.experiments.run.parts.redundancy import Redundancy
-from sinssim.experiments.run.parts.rotation import Rotation
-from sinssim.experiments.run.parts.track import Track
+from sinssim.experiments.run.parts.truth_model import Track, TrueGravity
 
 if TYPE_CHECKING:
-    from sinssim.experiments.run.part import Part
-    from sinssim.simulation.navigation import Navigated
+    from sinssim.experiments.run.run_result import Part
+    from sinssim.simulation.navigation_stage import Navigated
 
 PARTS: tuple[type[Part], ...] = (Track, TrueGravity, Log, Redundancy, OnPlatform, Rotation, Phases, Outages)
 """The parts in the order of their entries in `summary.json`."""

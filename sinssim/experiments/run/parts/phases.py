@@ -15,16 +15,16 @@ from sinssim import units
 from sinssim.data import Array
 from sinssim.errors import SinssimError
 from sinssim.exhibits import Column, Item, Medium, Section, Sentence, Table
-from sinssim.experiments.run.part import Part
+from sinssim.experiments.run.run_result import Part
 from sinssim.formatting import signed
-from sinssim.scales import fixed
-from sinssim.simulation.navigation import Navigated
-from sinssim.simulation.truth import Truth
-from sinssim.strapdown.nav_error import NavError
-from sinssim.truth.channel import FlightEvent
+from sinssim.simulation.navigation_stage import Navigated
+from sinssim.simulation.truth_stage import Truth
+from sinssim.strapdown.navigation_error import NavError
+from sinssim.truth.sampling import FlightEvent
+from sinssim.units import fixed
 
 if TYPE_CHECKING:
-    from sinssim.analyses.error_budget.result import BudgetResult
+    from sinssim.analyses.error_budget.budget_result import BudgetResult
 
 _LEG = re.compile(r"leg (\d+) \((\w+)\) (begins|ends)")
 _REACHED = re.compile(r"(.+) reached: \d+ m away, height .*")
@@ -300,7 +300,7 @@ def budgets_of_phases(run: Navigated, phases: Sequence[Phase]) -> dict[str, Budg
     Returns:
         By "inertial" and "filter": the budget, or why there is none.
     """
-    from sinssim.analyses.error_budget.analyse import budget
+    from sinssim.analyses.error_budget.covariance_budget import budget
 
     truth = run.truth
     assert isinstance(truth, Truth)

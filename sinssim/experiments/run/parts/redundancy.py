@@ -13,21 +13,21 @@ from sinssim import units
 from sinssim.charts import PAIR, Axis, Chart, Charts, Line, Rule, over
 from sinssim.data import Array
 from sinssim.exhibits import Beside, Column, Item, Section, Sentence, Table
-from sinssim.experiments.run.part import Part, side_by_side
+from sinssim.experiments.run.run_result import Part, side_by_side
 from sinssim.formatting import capital, number_text, signed
-from sinssim.recording.store.streams import other_error_stream
-from sinssim.recording.streams import Stream
-from sinssim.scales import fixed
-from sinssim.scenario.summary import redundant_words
-from sinssim.sensors.sets.geometry import dilution
+from sinssim.recording.stream_columns import other_error_stream
+from sinssim.recording.stream_tables import Stream
+from sinssim.scenario.plan_summary import redundant_words
+from sinssim.sensors.sets.redundant_geometry import dilution
 from sinssim.sensors.sets.sensor_set import Redundant
-from sinssim.simulation.navigation import Navigated, what_if
-from sinssim.strapdown.error_numbers import error_numbers
-from sinssim.truth.channel import FlightEvent
+from sinssim.simulation.navigation_stage import Navigated, what_if
+from sinssim.strapdown.navigation_error import error_numbers
+from sinssim.truth.sampling import FlightEvent
+from sinssim.units import fixed
 
 if TYPE_CHECKING:
-    from sinssim.sensors.sets.monitor import Alarm, Monitored
-    from sinssim.strapdown.nav_error import NavError
+    from sinssim.sensors.sets.fault_detection import Alarm, Monitored
+    from sinssim.strapdown.navigation_error import NavError
 
 UNITS = {"gyro": ("deg_h", "deg/h", units.DEG_H), "accel": ("ug", "µg", units.UG)}
 """Unit of a fault: in a key, in words, and its size in SI."""
@@ -53,7 +53,7 @@ class Redundancy(Part):
 
         None if no sensor was excluded, because the solution is then the same, or if there is no solution with them.
         """
-        from sinssim.sensors.sets.reading import unmonitored
+        from sinssim.sensors.sets.sensor_readings import unmonitored
 
         of, readings = self.run.scenario.imu.sensor_set, self.run.sensed.readings
         assert isinstance(of, Redundant)

@@ -7,38 +7,28 @@ from importlib import import_module
 from sinssim.truth.flight.leg import LegBase
 
 _FILES = (
-    "takeoff",
-    "parked",
-    "taxi",
-    "land",
-    "hold",
-    "altitude",
-    "turn",
+    "ground",
+    "landing",
+    "straight",
+    "turns",
     "waypoint",
-    "racetrack",
-    "s_turns",
-    "speed",
-    "doublet",
-    "loop",
-    "barrel_roll",
+    "manoeuvres",
 )
-"""The files of this folder, each with one leg, in the order of the scenario file's reference."""
+"""The files of this folder, each with one leg or a family of legs, in the order of the scenario file's reference."""
 
 
-def _leg_class(file: str) -> type[LegBase]:
-    """Return the leg in a file of this folder."""
+def _leg_classes(file: str) -> list[type[LegBase]]:
+    """Return the legs in a file of this folder, in the order of their definition."""
     module = import_module(f"{__name__}.{file}")
     legs = [
         value
         for value in vars(module).values()
         if isinstance(value, type) and issubclass(value, LegBase) and value.__module__ == module.__name__
     ]
-    if len(legs) != 1:
-        raise TypeError(
-            f"{module.__file__} has {len(legs)} subclasses of LegBase; the file of a leg must have exactly one."
-        )
-    return legs[0]
+    if not legs:
+        raise TypeError(f"{module.__file__} has no subclass of LegBase; the file of a leg must have at least one.")
+    return legs
 
 
-LEGS: tuple[type[LegBase], ...] = tuple(_leg_class(file) for file in _FILES)
+LEGS: tuple[type[LegBase], ...] = tuple(leg for file in _FILES for leg in _leg_classes(file))
 """The class of every leg."""

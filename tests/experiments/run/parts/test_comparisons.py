@@ -10,18 +10,16 @@ import numpy as np
 import pytest
 
 from sinssim.data import ImuData
-from sinssim.experiments.run.part import Part
-from sinssim.experiments.run.parts.log import best_solution, compared_words
-from sinssim.experiments.run.parts.outages import outage_errors, outage_numbers
-from sinssim.experiments.run.parts.outages import sentences as outage_sentence
-from sinssim.experiments.run.parts.platform import OnPlatform, platform_numbers
+from sinssim.experiments.run.parts.imu_mounting import OnPlatform, Rotation, platform_numbers, rotation_numbers
+from sinssim.experiments.run.parts.recorded_sensors import best_solution, compared_words, outage_errors, outage_numbers
+from sinssim.experiments.run.parts.recorded_sensors import sentences as outage_sentence
 from sinssim.experiments.run.parts.redundancy import redundancy_numbers, window_names
 from sinssim.experiments.run.parts.redundancy import sentences as redundancy_sentences
-from sinssim.experiments.run.parts.rotation import Rotation, rotation_numbers
-from sinssim.sensors.sets.monitor import Alarm, Monitored
-from sinssim.sensors.sets.platform import PlatformErrors
-from sinssim.strapdown.nav_error import NavError
-from tests.recording.store.test_summary import ERROR, NUMBERS
+from sinssim.experiments.run.run_result import Part
+from sinssim.sensors.sets.fault_detection import Alarm, Monitored
+from sinssim.sensors.sets.gimballed_sensors import PlatformErrors
+from sinssim.strapdown.navigation_error import NavError
+from tests.recording.test_summary import ERROR, NUMBERS
 
 DEG, SECOND = pi / 180.0, pi / 648_000.0
 

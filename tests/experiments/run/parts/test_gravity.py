@@ -8,12 +8,11 @@ from typing import Any
 import numpy as np
 import pytest
 
-from sinssim.experiments.run.parts.gravity import TrueGravity
-from sinssim.experiments.run.parts.track import Track
-from sinssim.experiments.studies import coordinates_report as coordinates
-from sinssim.simulation.truth import Truth
-from sinssim.truth.channel import Channel
-from sinssim.truth.gravity.disturbed import Disturbed
+from sinssim.experiments.run.parts.truth_model import Track, TrueGravity
+from sinssim.experiments.studies import study_charts as coordinates
+from sinssim.simulation.truth_stage import Truth
+from sinssim.truth.sampling import Channel
+from sinssim.truth.true_gravity_disturbance import Disturbed
 from tests.recording.spies import Shown, cells, read
 
 ORANGE, GREEN, BLUE = "#d55e00", "#009e73", "#56b4e9"
@@ -45,8 +44,8 @@ def test_deflections_and_disturbance() -> None:
 def test_a_track_and_its_distance_from_the_samples(monkeypatch: pytest.MonkeyPatch) -> None:
     fit = SimpleNamespace(warnings=("Too <fast>.",), notes=("One sample was left out.",))
     asked = []
-    monkeypatch.setattr("sinssim.truth.track.fit.fit_lines", lambda one: [("largest speed", "12 m/s & more")])
-    monkeypatch.setattr("sinssim.truth.track.fit.fit_sentences", lambda one: ["It is close."])
+    monkeypatch.setattr("sinssim.truth.track.track_curve.fit_lines", lambda one: [("largest speed", "12 m/s & more")])
+    monkeypatch.setattr("sinssim.truth.track.track_curve.fit_sentences", lambda one: ["It is close."])
     section = SimpleNamespace(
         waypoints=(), what="a.csv", vehicle="land",
         prepared=lambda earth: asked.append(earth) or SimpleNamespace(fit=fit),  # type: ignore[func-returns-value]

@@ -9,8 +9,8 @@ import pytest
 
 from sinssim.exhibits import Section, Sentence, Table
 from sinssim.experiments.run.parts.phases import Phase, phase_numbers, phase_rows, phases_of, tables
-from sinssim.strapdown.nav_error import NavError
-from sinssim.truth.channel import FlightEvent
+from sinssim.strapdown.navigation_error import NavError
+from sinssim.truth.sampling import FlightEvent
 from sinssim.units import ARCMIN, ARCSEC
 
 

@@ -5,8 +5,8 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from sinssim.strapdown.nav_error import NavError
-from sinssim.strapdown.platform.error_equations import ErrorsByCause
+from sinssim.strapdown.navigation_error import NavError
+from sinssim.strapdown.platform_errors import ErrorsByCause
 from tests.recording.made_platform import COMMANDED, GIMBALS, RATES, STRAPDOWN, TIME, part
 from tests.recording.spies import Shown, cells, read
 

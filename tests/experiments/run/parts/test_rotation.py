@@ -7,8 +7,8 @@ from typing import Any
 
 import numpy as np
 
-from sinssim.experiments.run.parts.rotation import Rotation
-from sinssim.strapdown.nav_error import NavError
+from sinssim.experiments.run.parts.imu_mounting import Rotation
+from sinssim.strapdown.navigation_error import NavError
 from tests.recording.spies import Shown, cells, read
 
 AIDED, PINK = "#0072b2", "#e11e6e"

@@ -21,20 +21,11 @@ from sinssim.truth.flight.autopilot import (
     AircraftState,
     Autopilot,
 )
-from sinssim.truth.flight.ground import Rolling, come_to_rest, on_wheels, turn_onto
 from sinssim.truth.flight.leg import LegBase, LegError
-from sinssim.truth.flight.legs.altitude import AltitudeLeg
-from sinssim.truth.flight.legs.barrel_roll import BarrelRollLeg
-from sinssim.truth.flight.legs.doublet import DoubletLeg
-from sinssim.truth.flight.legs.hold import HoldLeg
-from sinssim.truth.flight.legs.loop import LoopLeg
-from sinssim.truth.flight.legs.parked import ParkedLeg
-from sinssim.truth.flight.legs.racetrack import RacetrackLeg
-from sinssim.truth.flight.legs.s_turns import STurnsLeg
-from sinssim.truth.flight.legs.speed import SpeedLeg
-from sinssim.truth.flight.legs.takeoff import TakeoffLeg
-from sinssim.truth.flight.legs.taxi import TaxiLeg
-from sinssim.truth.flight.legs.turn import TurnLeg
+from sinssim.truth.flight.legs.ground import ParkedLeg, Rolling, TakeoffLeg, TaxiLeg, come_to_rest, on_wheels, turn_onto
+from sinssim.truth.flight.legs.manoeuvres import BarrelRollLeg, DoubletLeg, LoopLeg
+from sinssim.truth.flight.legs.straight import AltitudeLeg, HoldLeg, SpeedLeg
+from sinssim.truth.flight.legs.turns import RacetrackLeg, STurnsLeg, TurnLeg
 
 KNOT, G = 1852.0 / 3600.0, 9.80665
 TRAINER: Aircraft = load_aircraft("c172x")

@@ -8,7 +8,7 @@ import pytest
 
 from sinssim.truth.flight.autopilot import BANK, INTERVAL, AircraftState
 from sinssim.truth.flight.leg import LegError
-from sinssim.truth.flight.legs.land import LandLeg, _Runway
+from sinssim.truth.flight.legs.landing import LandLeg, _Runway
 from tests.truth.flight.legs.test_flying import KNOT, TRAINER, Cockpit
 
 

@@ -8,21 +8,12 @@ from typing import Any
 
 import pytest
 
-from sinssim.truth.flight.dead_reckoning import DeadReckoning
-from sinssim.truth.flight.leg import LegBase
-from sinssim.truth.flight.legs.altitude import AltitudeLeg
-from sinssim.truth.flight.legs.barrel_roll import BarrelRollLeg
-from sinssim.truth.flight.legs.doublet import DoubletLeg
-from sinssim.truth.flight.legs.hold import HoldLeg
-from sinssim.truth.flight.legs.land import LandLeg
-from sinssim.truth.flight.legs.loop import LoopLeg
-from sinssim.truth.flight.legs.parked import ParkedLeg
-from sinssim.truth.flight.legs.racetrack import RacetrackLeg
-from sinssim.truth.flight.legs.s_turns import STurnsLeg
-from sinssim.truth.flight.legs.speed import SpeedLeg
-from sinssim.truth.flight.legs.takeoff import TakeoffLeg
-from sinssim.truth.flight.legs.taxi import TaxiLeg
-from sinssim.truth.flight.legs.turn import TurnLeg
+from sinssim.truth.flight.leg import DeadReckoning, LegBase
+from sinssim.truth.flight.legs.ground import ParkedLeg, TakeoffLeg, TaxiLeg
+from sinssim.truth.flight.legs.landing import LandLeg
+from sinssim.truth.flight.legs.manoeuvres import BarrelRollLeg, DoubletLeg, LoopLeg
+from sinssim.truth.flight.legs.straight import AltitudeLeg, HoldLeg, SpeedLeg
+from sinssim.truth.flight.legs.turns import RacetrackLeg, STurnsLeg, TurnLeg
 from sinssim.truth.flight.legs.waypoint import WaypointLeg
 from tests.truth.flight.test_dead_reckoning import PERFORMANCE, Thinning
 

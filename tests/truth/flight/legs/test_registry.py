@@ -8,8 +8,8 @@ from typing import get_args
 import pytest
 
 from sinssim.truth.flight import legs
+from sinssim.truth.flight.flight_plan import FlightPlan
 from sinssim.truth.flight.leg import LegBase
-from sinssim.truth.flight.plan import FlightPlan
 
 FOLDER = Path(legs.__file__).parent
 AIR = {"on": "air", "latitude_deg": 50.0, "longitude_deg": 10.0, "altitude_m": 3000.0}

@@ -9,19 +9,19 @@ from typing import Any
 import numpy as np
 import pytest
 
-from sinssim.earth.coordinates import ecef_to_geodetic
+from sinssim.earth.geodetic_coordinates import ecef_to_geodetic
 from sinssim.errors import InputError
 from sinssim.experiments.run.parts.phases import phases_of
 from sinssim.truth.flight.flight_log import flight_log
-from sinssim.truth.flight.jsbsim_flight import fly_plan
-from sinssim.truth.flight.legs.waypoint import WaypointLeg
-from sinssim.truth.flight.plan import FlightPlan
-from sinssim.truth.flight.planning.height_path import (
+from sinssim.truth.flight.flight_plan import FlightPlan
+from sinssim.truth.flight.jsbsim_simulation import fly_plan
+from sinssim.truth.flight.legs.waypoint import (
     VERTICAL_ACCELERATION,
     HeightPath,
-    along_the_way,
+    WaypointLeg,
     at_a_slope,
     passing_slope,
+    single_slope,
 )
 
 KNOT = 1852.0 / 3600.0
@@ -44,9 +44,9 @@ def plan(legs: list[dict[str, Any]], **more: Any) -> FlightPlan:
 
 
 PATHS = {
-    "climb": along_the_way(1000.0, 2000.0, 30e3, 100.0),
-    "on": along_the_way(1000.0, 2000.0, 30e3, 100.0, 0.01, 0.02),
-    "off": along_the_way(2000.0, 500.0, 30e3, 100.0, -0.02, 0.0),
+    "climb": single_slope(1000.0, 2000.0, 30e3, 100.0),
+    "on": single_slope(1000.0, 2000.0, 30e3, 100.0, 0.01, 0.02),
+    "off": single_slope(2000.0, 500.0, 30e3, 100.0, -0.02, 0.0),
     "late": at_a_slope(3000.0, 1000.0, 60e3, 120.0, math.tan(math.radians(3.0))),
     "soon": at_a_slope(1000.0, 3000.0, 60e3, 120.0, 0.06),
     "little": at_a_slope(1010.0, 1000.0, 60e3, 120.0, 0.06),
@@ -77,7 +77,7 @@ def test_top_of_descent_lies_where_the_closed_form_says() -> None:
 
 def test_a_way_that_is_too_short_has_no_path() -> None:
     assert at_a_slope(3000.0, 1000.0, 38e3, 120.0, math.tan(math.radians(3.0))) is None
-    assert along_the_way(1000.0, 3000.0, 2e3, 120.0) is None
+    assert single_slope(1000.0, 3000.0, 2e3, 120.0) is None
 
 
 @pytest.mark.parametrize(("before", "after", "through"), [(1, 2, 1), (-3, -2, -2), (1, -1, 0), (1, 0, 0)])

@@ -1,0 +1,504 @@
+"""The alignment of one session with its expected errors: numbers, exhibits and files.
+
+It shows the angles with their errors by source, the session, and how long one should last, and writes numbers as JSON,
+the recording, and the figure of the expected errors.
+"""
+
+from __future__ import annotations
+
+import json
+import math
+from collections.abc import Iterator, Mapping
+from dataclasses import dataclass, replace
+from functools import cached_property
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from sinssim.alignment.alignment_budget import (
+    AVERAGED,
+    MOTION,
+    SOURCES,
+    Method,
+    bias_takes_over,
+    error_budget,
+    expected_errors,
+    reading_errors,
+    total,
+)
+from sinssim.alignment.base_motion import motion_errors, stillness
+from sinssim.alignment.determination import Determination, determine, doubt, mean_readings, solve
+from sinssim.alignment.disturbed_base import align_disturbed
+from sinssim.alignment.parked_theory import Angles, Attitude, coefficients, linear
+from sinssim.charts import Axis, Bars, Chart, Charts, Dots, Line, Mark, Remark, Rule
+from sinssim.data import Array, ImuData
+from sinssim.errors import InputError
+from sinssim.exhibits import Column, Exhibits, Item, Section, Sentence, Table
+from sinssim.formatting import capital
+from sinssim.recording.result import Media, Result
+from sinssim.recording.run_directory import write_directory
+from sinssim.recording.stream_tables import Stream
+from sinssim.sensors.imu.imu_errors import ImuErrors
+from sinssim.system.outputs import write_text
+from sinssim.system.short_repr import html_table, short_repr
+from sinssim.units import ANGLE_SCALE, ARCMIN, ARCSEC, DEG, DEG_H, fixed, suiting
+
+if TYPE_CHECKING:
+    from sinssim.sensors.imu.imu import Imu
+
+
+@short_repr
+@dataclass(frozen=True, eq=False)
+class AlignmentResult(Result):
+    """One session's alignment.
+
+    Attributes:
+        source: name of the scenario or of the log's file.
+        method: method of alignment.
+        imu: the session.
+        determination: the angles and the latitude; the heading in the range of the scenario's [output], if it has one.
+        sigma: standard deviations of the sensor block's errors, if known.
+        mean: known part of the determination's error (from errors that a scenario fixes), rad, if known.
+        budget: standard deviations by source, if known and if the theory holds, rad.
+        crossing: session lengths from which bias dominates, s, likewise.
+        truth: heading, roll, pitch and latitude of a simulated session, rad.
+        residual: root mean square of the residual velocity on a disturbed base, m/s.
+        residual_velocity: residual velocity over time, in the block's axes at the first instant, (N+1, 3) m/s.
+        mean_angles: result of eq. (1) for a disturbed session, for comparison, rad.
+        warmed: time from when the sensors were switched on to the session's first sample, s.
+        directory: directory of the alignment; None if none was written.
+    """
+
+    source: str
+    method: Method
+    imu: ImuData
+    determination: Determination
+    sigma: ImuErrors | None = None
+    mean: Angles | None = None
+    budget: dict[str, Angles] | None = None
+    crossing: Angles | None = None
+    truth: Angles | None = None
+    residual: float | None = None
+    residual_velocity: Array | None = None
+    mean_angles: Angles | None = None
+    warmed: float = 0.0
+    directory: Path | None = None
+
+    def _repr_html_(self) -> str:
+        sigma = None if self.budget is None else total(self.budget)
+        rows = [
+            (name, f"{float(getattr(self.determination, name)) / DEG:.5f}",
+             "" if sigma is None else f"{float(getattr(sigma, name)) / ARCMIN:.3g}")
+            for name in Angles._fields
+        ]  # fmt: skip
+        title = f"Alignment of {self.source}, {self.duration:g} s"
+        return html_table(title, rows, ("", "determined, deg", "expected error (1σ), arcmin"))
+
+    @property
+    def duration(self) -> float:
+        """Length of the session, s."""
+        return float(self.imu.time[-1] - self.imu.time[0])
+
+    @property
+    def samples(self) -> int:
+        """Number of samples."""
+        return len(self.imu)
+
+    @property
+    def error(self) -> Angles | None:
+        """Determined minus true angles, rad."""
+        if self.truth is None:
+            return None
+        d = self.determination
+        determined = (d.heading, d.roll, d.pitch, d.latitude)
+        return Angles(*((a - b + np.pi) % (2.0 * np.pi) - np.pi for a, b in zip(determined, self.truth, strict=True)))
+
+    @cached_property
+    def summary(self) -> dict[str, Any]:
+        """Plain numbers with units in the names; undetermined values are None."""
+        d = self.determination
+        result: dict[str, Any] = {
+            "source": self.source,
+            "method": self.method,
+            "duration_s": self.duration,
+            "samples": self.samples,
+            **{f"{name}_deg": _plain(getattr(d, name) / DEG) for name in Angles._fields},
+            "earth_rate_deg_h": _plain(d.earth_rate / DEG_H),
+            "gravity_mps2": _plain(d.gravity),
+            "warnings": list(d.warnings),
+        }
+        if self.residual is not None:
+            result["residual_velocity_mps"] = self.residual
+        if self.mean_angles is not None:
+            result["eq_1_on_the_same_data_deg"] = _by_name(self.mean_angles, DEG)
+        for name, angles in (("error", self.error), ("known_error", self.mean)):
+            if angles is not None:
+                result[f"{name}_arcmin"] = _by_name(angles, ARCMIN)
+        if self.budget is not None:
+            result["sigma_arcmin"] = _by_name(total(self.budget), ARCMIN)
+            result["sigma_by_source_arcmin"] = {source: _by_name(self.budget[source], ARCMIN) for source in self.budget}
+        if self.crossing is not None:
+            result["bias_takes_over_s"] = _by_name(self.crossing, 1.0)
+        return result
+
+
+# Long: checks, determination, budget and report of one session in sequence.
+def align_session(
+    imu: ImuData,
+    source: str,
+    sensors: Imu | None = None,
+    *,
+    method: Method = "quiet",
+    latitude: float | None = None,
+    truth: Angles | None = None,
+    warmed: float = 0.0,
+) -> AlignmentResult:
+    """Align one session and state the expected errors.
+
+    Args:
+        imu: the session.
+        source: name of the session.
+        sensors: the sensor block's grade and errors, if known.
+        method: "quiet" for eq. (1), otherwise gravity's cone, for a moving base.
+        latitude: rad, if known; used by the disturbed method.
+        truth: true heading, roll, pitch and latitude of a simulated session, rad.
+        warmed: time from when the sensors were switched on to the session's first sample, s.
+
+    Returns:
+        The report.
+
+    Raises:
+        InputError: the increments are unusable, or the vehicle moved and the method does not allow it.
+    """
+    expected = None if sensors is None else expected_errors(sensors)
+    residual = residual_velocity = mean_angles = still = None
+    if method == "quiet":
+        determination = determine(*mean_readings(imu), None if expected is None else expected.instrument_sigmas)
+        still = stillness(imu, expected, warmed)
+        still.require()
+    else:
+        alignment = align_disturbed(imu, latitude)
+        determination, residual = alignment.determination, alignment.residual
+        residual_velocity = alignment.residual_velocity
+        mean_angles, _, _ = solve(*mean_readings(imu))
+        method = "disturbed" if latitude is None else "disturbed, latitude known"
+    report = AlignmentResult(
+        source,
+        method,
+        imu,
+        determination,
+        truth=truth,
+        residual=residual,
+        residual_velocity=residual_velocity,
+        mean_angles=mean_angles,
+        warmed=warmed,
+    )
+    where = determination.latitude if latitude is None else np.asarray(latitude)
+    if expected is None or not all(map(np.isfinite, (*determination.attitude, where))):
+        return report
+    known: dict[str, Any] = {
+        "method": method,
+        "gravity": determination.gravity,
+        "start": warmed,
+        "rate_hz": len(imu) / report.duration,
+    }
+    try:
+        budget = error_budget(determination.attitude, where, expected.sigma, report.duration, **known)
+        crossing = bias_takes_over(determination.attitude, where, expected.sigma, **known)
+    except InputError:  # too near a singularity for a first-order theory; the determination has its own warnings
+        return report
+    by_reading = coefficients(determination.attitude, where, gravity=determination.gravity)
+    if still is not None:
+        budget[MOTION] = motion_errors(by_reading, still)
+    mean = linear(
+        by_reading,
+        *reading_errors(expected.mean, *mean_readings(imu), report.duration, warmed),
+    )
+    return replace(
+        report,
+        determination=doubt(determination, total(budget)),
+        sigma=expected.sigma,
+        mean=mean,
+        budget=budget,
+        crossing=crossing,
+    )
+
+
+def _plain(value: Array) -> float | None:
+    number = float(value)
+    return number if math.isfinite(number) else None
+
+
+def _by_name(angles: Angles, unit: float) -> dict[str, float | None]:
+    return {name: _plain(np.asarray(value) / unit) for name, value in zip(Angles._fields, angles, strict=True)}
+
+
+_INSTANTS = 1000
+"""Instants of a session at which the angles so far are shown."""
+_DEGREES, _MINUTES = fixed("°", DEG), fixed("′", ARCMIN)
+_UNITS = {"heading": fixed("arcmin", ARCMIN), "latitude": fixed("arcmin", ARCMIN)}
+_NONE = np.empty(0)
+
+
+def has_expectation(result: AlignmentResult) -> bool:
+    """Return whether the expected errors are known: those of known sensors, at determined angles."""
+    d = result.determination
+    finite = all(map(np.isfinite, (*d.attitude, d.latitude)))
+    return result.budget is not None and result.sigma is not None and finite
+
+
+def exhibits_of(result: AlignmentResult) -> Exhibits:
+    """Return what an alignment has to show.
+
+    Returns:
+        Sentences, tables and charts; "error_budget" are those of the expected errors, if they are known.
+    """
+    d = result.determination
+    how = "eq. (1) on a quiet base" if result.method == "quiet" else "gravity's cone in inertial space"
+    measured = f"Measured: Earth rate {float(d.earth_rate) / DEG_H:.4f} deg/h, gravity {float(d.gravity):.5f} m/s²."
+    items: list[Item] = [_angles(result), Sentence(measured)]
+    if result.residual is not None:
+        items.append(Sentence("Residual velocity after the fit of the cone (heave, sway, noise): "
+                              f"{result.residual:.3g} m/s rms."))  # fmt: skip
+    items += [Sentence(capital(warning)) for warning in d.warnings]
+    if result.budget is not None:
+        items.append(_sources(result, result.budget))
+    items.append(_session(result))
+    expected = has_expectation(result)
+    if expected:
+        items.append(_expected(result))
+    return Exhibits(
+        f"{result.source}: {result.duration:g} s, {result.samples} samples, {how}",
+        [Section("", items)], f"{result.source}: {result.duration:g} s, {result.samples} samples, {how}",
+        name="alignment", root="session", span=(float(result.imu.time[0]), float(result.imu.time[-1])),
+        figure="error_budget" if expected else "", pictures=("error_budget",),
+    )  # fmt: skip
+
+
+def _angles(result: AlignmentResult) -> Table:
+    """Return the angles and the latitude beside their expected and true errors."""
+    d, error = result.determination, result.error
+    sigma = None if result.budget is None else total(result.budget)
+    columns = [Column("", words=True), Column("determined", _DEGREES)]
+    rows: list[list[str | float]] = [[name, _angle(getattr(d, name))] for name in Angles._fields]
+    if sigma is not None and result.crossing is not None:
+        columns += [Column("σ", _MINUTES), Column("bias dominates from", fixed("s"))]
+        for row, value, crossing in zip(rows, sigma, result.crossing, strict=True):
+            row += [_minutes(float(value)), f"{float(crossing):.3g}"]
+    if result.truth is not None and error is not None:
+        columns += [Column("true", _DEGREES), Column("error", _MINUTES)]
+        for row, true, off in zip(rows, result.truth, error, strict=True):
+            row += [_angle(true), "–" if math.isnan(off) else f"{float(off) / ARCMIN:.3f}"]
+    if result.mean_angles is not None:
+        columns.append(Column("eq. (1) on the same data", _DEGREES))
+        for row, mean in zip(rows, result.mean_angles, strict=True):
+            row.append(_angle(mean))
+    return Table(tuple(columns), rows)
+
+
+def _sources(result: AlignmentResult, budget: Mapping[str, Angles]) -> Table:
+    """Return the expected error by source."""
+    shown = {source: one for source, one in budget.items() if any(float(value) > 0.0 for value in one)}
+    shown["total"] = total(dict(budget))
+    if result.mean is not None and any(float(value) != 0.0 for value in result.mean):
+        shown["known mean error"] = result.mean
+    rows = [[source, *(_minutes(float(value)) for value in one)] for source, one in shown.items()]
+    columns = Column("source", words=True), *(Column(name, _MINUTES) for name in Angles._fields)
+    return Table(columns, rows, "Expected error by source, 1σ")
+
+
+def _angle(value: ArrayLike) -> str:
+    return "not determined" if np.isnan(value) else f"{round(float(value) / DEG, 5) + 0.0:.5f}"  # type: ignore[arg-type]  # no negative zero
+
+
+def _minutes(value: float) -> str:
+    return "–" if value == 0.0 else f"{value / ARCMIN:.3f}" if abs(value) >= 5e-4 * ARCMIN else "<0.001"
+
+
+def _session(result: AlignmentResult) -> Charts:
+    """Return the angles from the session so far, and the departure of the block from rest."""
+    imu = result.imu
+    time = imu.time - imu.time[0]
+    share = (time / result.duration)[:, None]
+
+    def departure(increments: Array) -> Array:
+        accumulated = np.concatenate([np.zeros((1, 3)), np.cumsum(increments, axis=0)])
+        return np.asarray(accumulated - share * accumulated[-1])
+
+    linear = result.residual_velocity is None
+    what = "a linear trend" if linear else "gravity's cone in inertial space"
+    velocity = departure(imu.dvel) if result.residual_velocity is None else result.residual_velocity
+    charts = [
+        Chart(key=key, title=title, y=Axis(units=fixed(*unit)), marks=tuple(
+            Line(label=axis, x=time, y=values[:, k]) for k, axis in enumerate(("forward", "right", "down"))
+        ))
+        for key, title, unit, values in (
+            ("turn", "departure of the gyros' angle from a linear trend", ("arcsec", ARCSEC), departure(imu.dtheta)),
+            ("velocity", f"departure of the accelerometers' velocity from {what}", ("mm/s", 1e-3), velocity),
+        )
+    ]  # fmt: skip
+    rows = tuple((chart,) for chart in (*_so_far(result), *charts))
+    return Charts("session", rows, (11.0, 2.5 * len(rows)), on=("recording",))
+
+
+def _so_far(result: AlignmentResult) -> list[Chart]:
+    """Return the result of eq. (1) up to each instant of the session with its ±σ; a swaying base has none."""
+    if result.method != "quiet":
+        return []
+    imu = result.imu
+    ends = np.unique(np.linspace(max(1, len(imu) // 100), len(imu), _INSTANTS).astype(int))
+    elapsed = imu.time[ends] - imu.time[0]
+    so_far, _, _ = solve(*(np.cumsum(x, axis=0)[ends - 1] / elapsed[:, None] for x in (imu.dtheta, imu.dvel)))
+    budget = None
+    if result.sigma is not None and result.budget is not None:
+        last = Angles(*(angle[-1] for angle in so_far))  # only the length changes
+        budget = total(
+            error_budget(
+                Attitude(*last[:3]), last.latitude, result.sigma, elapsed, gravity=result.determination.gravity,
+                start=result.warmed, rate_hz=len(imu) / result.duration,
+            )
+        )  # fmt: skip
+    charts = []
+    for k, name in enumerate(Angles._fields):
+        final = so_far[k][-1]
+        if np.isfinite(determined := getattr(result.determination, name)):  # in the range of the scenario's headings
+            final = determined + (final - determined + np.pi) % (2.0 * np.pi) - np.pi
+        angle = final + (so_far[k] - final + np.pi) % (2.0 * np.pi) - np.pi  # no jump from 360° to 0°
+        lines = {"so far": angle}
+        if budget is not None:
+            # the effect of motion is known for the whole session; the same is assumed for a part of it
+            moved = float(result.budget[MOTION][k]) if result.budget is not None else 0.0
+            sigma = np.hypot(np.broadcast_to(budget[k], angle.shape), moved)
+            lines |= {"so far + σ": angle + sigma, "so far − σ": angle - sigma}
+        if result.truth is not None:
+            true = float(result.truth[k])
+            lines["true"] = np.full_like(angle, true + 2.0 * np.pi * np.round((final - true) / (2.0 * np.pi)))
+        marks = tuple(Line(label=label, x=elapsed, y=values) for label, values in lines.items())
+        y = Axis(units=fixed("deg", DEG))
+        charts.append(Chart(key=f"angles/{name}", title=f"{name} from the session so far", y=y, marks=marks))
+    return charts
+
+
+def _expected(result: AlignmentResult) -> Charts:
+    """Return the budget by source above the expected errors over the length of the session."""
+    assert result.budget is not None
+    assert result.sigma is not None
+    d = result.determination
+    duration = Rule(at=result.duration, upright=True, label="duration", dash=":")
+    curves = tuple(
+        curve(name, d.attitude, d.latitude, {"total": result.sigma}, result.method, (duration,))
+        for name in Angles._fields
+    )
+    title = f"{result.source}: expected error of a session of {result.duration:g} s"
+    return Charts(
+        "error_budget", (bars(result.budget), curves), (13.0, 8.0), title, legend="below", heights=(1.15, 1.0)
+    )
+
+
+def bars(budget: Mapping[str, Angles]) -> tuple[Chart, ...]:
+    """Return an error budget as bars, a chart for each angle.
+
+    Args:
+        budget: by source, standard deviations, rad.
+    """
+    shown = {source: one for source, one in budget.items() if any(float(value) > 0.0 for value in one)}
+    shown["total"] = total(dict(budget))
+    places, names = np.arange(float(len(shown))), Axis(names=tuple(shown), grid=False)
+    charts = []
+    for k, name in enumerate(Angles._fields):
+        values = np.array([float(one[k]) for one in shown.values()])
+        unit, size = suiting(ANGLE_SCALE, values)
+        texts = tuple(_two_decimals(float(value) / size, float(values[-1]) / size) for value in values)
+        colors = [name] * (len(values) - 1) + ["soft"]
+        x = Axis(label="σ", units=fixed(unit, size), low=0.0)
+        marks = (Bars(places=places, values=values, color=colors, texts=texts),)
+        charts.append(Chart(key=f"budget/{name}", title=name, x=x, y=names, marks=marks))
+    return tuple(charts)
+
+
+def _two_decimals(value: float, most: float) -> str:
+    return f"{value:.2f}" if value >= 0.005 * (most or 1.0) else "" if value == 0.0 else f"{value:.1g}"
+
+
+def curve(
+    name: str, attitude: Attitude, latitude: ArrayLike, sigmas: Mapping[str, ImuErrors], method: Method,
+    more: tuple[Mark, ...] = (),
+) -> Chart:  # fmt: skip
+    """Return an angle's σ over the length of the session: all sources, and those that averaging does not reduce.
+
+    Args:
+        attitude: attitude of the vehicle, rad.
+        latitude: rad.
+        method: "quiet" or "disturbed".
+    """
+    time = np.geomspace(1.0, 2e4, 200)
+    steady = tuple(source for source in SOURCES if source not in AVERAGED)
+    k, palette = Angles._fields.index(name), Angles._fields
+    marks: list[Mark] = []
+    for number, (label, sigma) in enumerate(sigmas.items()):
+        color = palette[number % len(palette)]
+        budget = error_budget(attitude, latitude, sigma, time, method=method)
+        floor = np.broadcast_to(total(budget, steady)[k], time.shape)
+        marks += [Line(label=label, x=time, y=np.broadcast_to(total(budget)[k], time.shape), color=color),
+                  Line(x=time, y=floor, color=color, weight="thin", dash="--")]  # fmt: skip
+        crossing = float(bias_takes_over(attitude, latitude, sigma, method=method)[k])
+        if time[0] < crossing < time[-1]:
+            height = math.sqrt(2.0) * float(floor[0])
+            marks += [Dots(x=np.array([crossing]), y=np.array([height]), color=color, size=5.0),
+                      Remark(x=crossing, y=height, text=f"{crossing:.0f} s")]  # fmt: skip
+    marks += [Line(label="not reduced by averaging", x=_NONE, y=_NONE, color="soft", weight="thin", dash="--"),
+              Dots(label="bias dominates", x=_NONE, y=_NONE, color="soft", size=5.0), *more]  # fmt: skip
+    x = Axis(label="session length T", units=fixed("s"), log=True, low=1.0, high=2e4)
+    y = Axis(label=f"σ of the {name}", units=_UNITS.get(name, fixed("arcsec", ARCSEC)), log=True)
+    return Chart(key=f"length/{name}", title=name, x=x, y=y, marks=tuple(marks))
+
+
+def write_alignment(result: AlignmentResult, directory: Path, *, overwrite: bool = False) -> Path:
+    """Write an alignment's directory: alignment.json, recording.rrd, and alignment.svg if errors are expected.
+
+    Raises:
+        InputError: the place is taken or cannot be written.
+    """
+    from sinssim.recording.figures import save
+    from sinssim.recording.rerun.exhibit_recording import record
+
+    exhibits = result.exhibits
+
+    def write(folder: Path) -> None:
+        write_text(folder / "alignment.json", json.dumps(result.summary, indent=2, ensure_ascii=False) + "\n")
+        record(exhibits, folder / "recording.rrd")
+        if exhibits.figure:
+            save(result.plot(), folder / "alignment.svg")
+
+    return write_directory(directory, write, overwrite=overwrite)
+
+
+class AlignmentMedia(Media[AlignmentResult]):
+    """Numbers, streams, figure and files of an alignment."""
+
+    def streams(self, result: AlignmentResult) -> Iterator[Stream]:
+        from sinssim.recording.stream_columns import imu_stream
+
+        yield imu_stream("measured", result.imu)
+
+    def exhibits(self, result: AlignmentResult) -> Exhibits:
+
+        return exhibits_of(result)
+
+    def figure(self, result: AlignmentResult, quantity: str | None = None) -> Any:
+
+        if not has_expectation(result):
+            raise InputError(
+                f"{result.source}: nothing to plot: the expected errors need the sensors' grade (--grade for a log) "
+                "and a determined attitude and latitude."
+            )
+        return super().figure(result, quantity)
+
+    def save(self, result: AlignmentResult, directory: Path, *, overwrite: bool) -> Path:
+
+        return write_alignment(result, directory, overwrite=overwrite)
+
+
+AlignmentResult.media = AlignmentMedia()

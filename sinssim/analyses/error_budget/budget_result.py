@@ -1,0 +1,334 @@
+"""The result of a covariance budget: `BudgetResult`."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Mapping, Sequence
+from dataclasses import dataclass
+from functools import cached_property
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from sinssim.analyses.error_budget.error_sources import Source
+from sinssim.data import Array
+from sinssim.errors import InputError, unknown_name
+from sinssim.recording.result import Result
+from sinssim.statistics.circular_error import radius_about_mean
+from sinssim.system.short_repr import html_table, short_repr
+
+if TYPE_CHECKING:
+    from sinssim.scenario import Scenario
+    from sinssim.statistics.requirements import Requirement
+
+BUDGET_COMPONENTS = (
+    "position_north", "position_east", "position_down", "velocity_north", "velocity_east", "velocity_down",
+    "tilt_north", "tilt_east", "heading",
+)  # fmt: skip
+"""The navigation errors, in the order of covariances: m, m/s, rad. The heading error is −φ_down."""
+
+HORIZONTAL = slice(0, 2)
+_TABLE_ROWS = 6
+_FAR_LARGER = 1.5
+
+
+@dataclass(frozen=True)
+class Improvement:
+    """The effect of one source on R95 at an instant.
+
+    Attributes:
+        source: the source.
+        alone: R95 by this source alone, m.
+        gain: decrease of R95 of all sources together if this source were halved, m.
+        share: its share of the horizontal mean square error.
+    """
+
+    source: Source
+    alone: float
+    gain: float
+    share: float
+
+
+@dataclass(frozen=True, eq=False)
+class Added:
+    """What the intervals between some instants add to the navigation errors, by source.
+
+    Attributes:
+        begin, end: of the intervals, (K,) s, in the run's time.
+        covariance: of the change within each interval by name of each random source, (K, 9, 9) SI.
+        mean: the change by name of each source that is the same in every run, (K, 9) SI.
+    """
+
+    begin: Array
+    end: Array
+    covariance: Mapping[str, Array]
+    mean: Mapping[str, Array]
+
+    def shares(self, interval: int, rows: Sequence[int]) -> tuple[float, list[tuple[str, float]]]:
+        """Return the root mean square of a change, and the sources' shares in its square.
+
+        Args:
+            rows: components of the navigation errors, whose squares are added.
+
+        Returns:
+            The root mean square, SI, and name and share of the sources, the largest first.
+        """
+        own = {name: float(sum(p[interval, k, k] for k in rows)) for name, p in self.covariance.items()}
+        bias = np.sum([mean[interval, list(rows)] for mean in self.mean.values()], axis=0)
+        own |= {name: float(mean[interval, list(rows)] @ bias) for name, mean in self.mean.items()}
+        square = sum(own.values())
+        if not square > 0.0:
+            return 0.0, []
+        ordered = sorted(own.items(), key=lambda one: -one[1])
+        return square**0.5, [(name, value / square) for name, value in ordered]
+
+
+@short_repr
+@dataclass(frozen=True, eq=False)
+class BudgetResult(Result):
+    """Covariances of the navigation errors by source.
+
+    Attributes:
+        scenario: the scenario.
+        solution: "inertial" or "filter".
+        time: epochs of the results, (E,) s, in the run's time.
+        sources: the sources.
+        covariance: by name of each random source, position, velocity (north, east, down) and attitude φ, (E, 9, 9) SI.
+        mean: by name of each source that is the same in every run, its error with its sign, (E, 9) SI.
+        filter_covariance: the filter's own covariance of the navigation errors, (E, 9, 9); None without a filter.
+        added: what the intervals between the times `marks` of `budget` add; None without them.
+        requirements: the requirements that were asked for.
+        free: names of sources that share one factor in the answers to them.
+        times: times for which tables have further lines, s since the start.
+        directory: directory of the budget; None if none was written.
+    """
+
+    scenario: Scenario
+    solution: str
+    time: Array
+    sources: tuple[Source, ...]
+    covariance: Mapping[str, Array]
+    mean: Mapping[str, Array]
+    filter_covariance: Array | None = None
+    added: Added | None = None
+    requirements: tuple[Requirement, ...] = ()
+    free: tuple[str, ...] = ()
+    times: tuple[float, ...] = ()
+    directory: Path | None = None
+
+    def first(self) -> Added:
+        """Return the errors at the first epoch as one interval that begins without errors."""
+        covariance = {name: p[:1] for name, p in self.covariance.items()}
+        return Added(self.time[:1], self.time[:1], covariance, {name: mean[:1] for name, mean in self.mean.items()})
+
+    def _repr_html_(self) -> str:
+        def radius(share: float, covariance: Array | None, mean: Array | None) -> str:
+            p = np.zeros((1, 9, 9)) if covariance is None else covariance[-1:]
+            m = np.zeros((1, 9)) if mean is None else mean[-1:]
+            return f"{radius_about_mean(p[:, HORIZONTAL, HORIZONTAL], m[:, HORIZONTAL], share)[0]:.4g}"
+
+        rows: list[tuple[str, ...]] = [
+            ("all sources", *(radius(share, self.total, self.bias) for share in (0.5, 0.95))),
+            *(
+                (f"{one.group}, {one.label}", "", radius(0.95, self.covariance.get(one.name), self.mean.get(one.name)))
+                for one in self.sources
+            ),
+        ]
+        title = f"Budget of {self.scenario.name}, {self.solution}, at the end"
+        return html_table(title, rows, ("source", "CEP, m", "R95, m (of a source: by it alone)"))
+
+    def answers(
+        self,
+        requirements: str | Requirement | Iterable[str | Requirement] | None = None,
+        free: Sequence[str] | None = None,
+    ) -> tuple[Any, ...]:
+        """Judge requirements, and say how large each source may be.
+
+        Args:
+            requirements: such as "r95(3600 s) <= 1852 m", one or several. A time that is not in `time` must be among
+                the `require` or `times` of `sinssim.budget`. By default those that were asked for.
+            free: names of sources that share one factor; by default those that were named.
+
+        Returns:
+            One answer for each requirement, see `sinssim.analyses.error_budget.allowances.Answer`.
+
+        Raises:
+            InputError: a requirement cannot be read, a source is unknown or has no size, or a time is not an epoch.
+        """
+        asked = self.requirements if requirements is None else requirements
+        together = self.free if free is None else free
+        found: tuple[Any, ...] = self.media.answers(self, asked, together)
+        return found
+
+    @cached_property
+    def _radii(self) -> dict[tuple[float, str | None], Array]:
+        """Radii that were asked for, by share and source: reports, figures and recordings ask for the same ones."""
+        return {}
+
+    @cached_property
+    def total(self) -> Array:
+        """Covariance by all random sources together, (E, 9, 9)."""
+        none = np.zeros((len(self.time), 9, 9))
+        return np.asarray(sum(self.covariance.values(), none))
+
+    @cached_property
+    def bias(self) -> Array:
+        """Error that is the same in every run, (E, 9)."""
+        return np.asarray(sum(self.mean.values(), np.zeros((len(self.time), 9))))
+
+    def source(self, name: str) -> Source:
+        """Return a source.
+
+        Args:
+            name: its name, as in `sources`.
+
+        Returns:
+            The source.
+
+        Raises:
+            InputError: there is no source of this name.
+        """
+        for source in self.sources:
+            if source.name == name:
+                return source
+        raise unknown_name("source of errors", name, [source.name for source in self.sources])
+
+    def row(self, t: float) -> int:
+        """Return the row of an epoch.
+
+        Args:
+            t: its time, s.
+
+        Returns:
+            Its row in the arrays.
+
+        Raises:
+            InputError: the budget does not have it.
+        """
+        row = int(np.argmin(np.abs(self.time - t)))
+        if abs(float(self.time[row]) - t) > 1e-6:
+            raise InputError(
+                f"the budget has no time t = {t:g} s; add it to the argument times of budget(). The nearest is "
+                f"{self.time[row]:g} s."
+            )
+        return row
+
+    def table_rows(self, extra: Sequence[float] = ()) -> list[int]:
+        """Return the rows of the epochs that tables show: six evenly spaced ones, and others.
+
+        Args:
+            extra: times of the others, s.
+
+        Returns:
+            Rows in order.
+        """
+        even = np.linspace(self.time[0], self.time[-1], _TABLE_ROWS + 1)[1:]
+        return sorted({int(np.argmin(np.abs(self.time - t))) for t in even} | {self.row(t) for t in extra})
+
+    def scaled(self, factors: Mapping[str, float]) -> tuple[Array, Array]:
+        """Return covariance and mean if some sources were larger or smaller.
+
+        Args:
+            factors: factor of each of these sources' size.
+
+        Returns:
+            (E, 9, 9) and (E, 9).
+        """
+        total, bias = self.total.copy(), self.bias.copy()
+        for name, factor in factors.items():
+            if name in self.covariance:
+                total += (factor**2 - 1.0) * self.covariance[name]
+            elif name in self.mean:
+                bias += (factor - 1.0) * self.mean[name]
+        return total, bias
+
+    def sigma(self, source: str | None = None) -> Array:
+        """Return the standard deviation of each component.
+
+        Args:
+            source: name of a random source; all together by default.
+
+        Returns:
+            (E, 9), in the order of `COMPONENTS`.
+        """
+        covariance = self.total if source is None else self.covariance.get(source, np.zeros((len(self.time), 9, 9)))
+        return np.asarray(np.sqrt(np.maximum(np.einsum("kii->ki", covariance), 0.0)))
+
+    def root_mean_square(self) -> Array:
+        """Return the root mean square of each component over all runs: σ and the given errors together, (E, 9)."""
+        return np.asarray(np.hypot(self.sigma(), self.bias))
+
+    def radius(self, share: float, source: str | None = None) -> Array:
+        """Return the radius of the circle that contains a share of the horizontal errors.
+
+        Args:
+            share: 0.5 for CEP, 0.95 for R95.
+            source: name of one source alone; all together by default.
+
+        Returns:
+            (E,) m.
+        """
+        known = self._radii.get((share, source))
+        if known is None:
+            covariance, mean = self.total, self.bias
+            if source is not None:
+                covariance = self.covariance.get(source, np.zeros_like(self.total))
+                mean = self.mean.get(source, np.zeros_like(self.bias))
+            known = radius_about_mean(covariance[:, HORIZONTAL, HORIZONTAL], mean[:, HORIZONTAL], share)
+            self._radii[share, source] = known
+        return known.copy()
+
+    @property
+    def cep(self) -> Array:
+        """Radius of the circle that contains half of all runs, (E,) m."""
+        return self.radius(0.5)
+
+    @property
+    def r95(self) -> Array:
+        """Radius of the circle that contains 95 % of all runs, (E,) m."""
+        return self.radius(0.95)
+
+    @property
+    def instants_to_rank(self) -> tuple[float, ...]:
+        """Times at which sources are ranked: the end, and that of the largest R95 if it is far larger, s."""
+        r95, end = self.r95, len(self.time) - 1
+        worst = int(np.argmax(r95))
+        also = (float(self.time[worst]),) if r95[worst] > _FAR_LARGER * r95[end] else ()
+        return (float(self.time[end]), *also)
+
+    def improvements(self, t: float | None = None) -> tuple[Improvement, ...]:
+        """Rank the sources by the gain in R95 if each alone were halved.
+
+        Args:
+            t: time, s; the end by default.
+
+        Returns:
+            The sources, the largest gain first.
+        """
+        row = len(self.time) - 1 if t is None else self.row(t)
+        at = slice(row, row + 1)
+        square = float(np.trace(self.total[row, HORIZONTAL, HORIZONTAL]) + np.sum(self.bias[row, HORIZONTAL] ** 2))
+        now = float(self.r95_of(self.total[at], self.bias[at])[0])
+        found = []
+        for source in self.sources:
+            covariance = self.covariance.get(source.name, np.zeros_like(self.total))[at]
+            mean = self.mean.get(source.name, np.zeros_like(self.bias))[at]
+            halved = self.r95_of(self.total[at] - 0.75 * covariance, self.bias[at] - 0.5 * mean)
+            own = float(np.trace(covariance[0, HORIZONTAL, HORIZONTAL]))
+            own += float(np.sum(mean[0, HORIZONTAL] * self.bias[row, HORIZONTAL]))
+            alone = float(self.r95_of(covariance, mean)[0])
+            found.append(Improvement(source, alone, now - float(halved[0]), own / square if square else 0.0))
+        return tuple(sorted(found, key=lambda one: -one.gain))
+
+    @staticmethod
+    def r95_of(covariance: Array, mean: Array) -> Array:
+        """Return the radius of the circle that contains 95 % of the horizontal errors.
+
+        Args:
+            covariance: (N, 9, 9) SI.
+            mean: (N, 9) SI.
+
+        Returns:
+            (N,) m.
+        """
+        return radius_about_mean(covariance[:, HORIZONTAL, HORIZONTAL], mean[:, HORIZONTAL], 0.95)

@@ -1,0 +1,463 @@
+"""The covariance budget of a scenario: `budget`, and which scenarios have none, with the reason."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterable, Sequence
+from dataclasses import replace
+from pathlib import Path
+from typing import TYPE_CHECKING, NamedTuple, Protocol
+
+import numpy as np
+
+from sinssim.analyses.error_budget.aiding_sources import AidingSources, aiding_sources
+from sinssim.analyses.error_budget.aligned_start import align, begin_aligned, samples_of_alignment
+from sinssim.analyses.error_budget.budget_result import Added, BudgetResult
+from sinssim.analyses.error_budget.consider_analysis import Consider, FilterRun
+from sinssim.analyses.error_budget.deterministic_sources import (
+    ALGORITHM,
+    field_readings,
+    given_readings,
+    in_normal_gravity,
+    of_algorithm,
+    remainder_noise,
+)
+from sinssim.analyses.error_budget.error_dynamics import TrueMotion
+from sinssim.analyses.error_budget.error_sources import (
+    Constants,
+    InitialErrors,
+    Source,
+    angle_errors,
+    constants,
+    inertial_noises,
+    initial_errors,
+    of_turning,
+)
+from sinssim.analyses.error_budget.source_shares import SensorAngle, SensorGiven, SensorSource, Shares
+from sinssim.analyses.error_budget.unaided_budget import STATES, HeightErrors, Marks, Snapshot, Vertical, propagate
+from sinssim.data import Array, ImuData, NavSolution, NavState
+from sinssim.errors import InputError
+from sinssim.progress import Progress, shown
+from sinssim.scenario.load import Overrides, as_scenario
+from sinssim.scenario.planned_motion import check_times
+from sinssim.scenario.true_motion import block_of, fly
+from sinssim.sensors.aiding.baro import Barometer
+from sinssim.sensors.imu.emulation import digital
+from sinssim.statistics.requirements import parse_requirements
+from sinssim.strapdown.navigation_error import navigation_error
+from sinssim.system.outputs import check_directory
+from sinssim.truth.true_gravity_disturbance import Disturbed
+
+if TYPE_CHECKING:
+    from sinssim.scenario import Scenario
+    from sinssim.scenario.navigation_section import InitialErrorSection
+    from sinssim.statistics.requirements import Requirement
+    from sinssim.truth.trajectory import Trajectory
+
+
+_OTHER_SETS = {
+    "accelerometers": "its angular rate comes from differences of accelerometers, which it integrates once more than "
+    "the budget's error equations do",
+    "attitude-sensor": "its attitude is measured and not integrated, so that the budget's error equations of the "
+    "attitude do not hold",
+    "platform": "its gimbals rotate the sensors relative to the sensor block, and the budget takes the inputs of the "
+    "sensors from the motion of the block",
+}
+"""Why sets other than three gyros and three accelerometers have none."""
+
+
+def check_kind(scenario: Scenario, solution: str | None) -> str:
+    """Return the solution that a budget is made of; raise for a scenario that has none.
+
+    Args:
+        solution: "inertial", "filter", or None for the filter's if there is one.
+
+    Returns:
+        "inertial" or "filter".
+
+    Raises:
+        InputError: the scenario has no budget; the message names the key.
+    """
+    if not scenario.source.in_space:
+        raise InputError(
+            f"the scenario {scenario.name} has [one_component], whose errors in a vertical plane have no budget; "
+            "`sinssim run` prints their closed forms. Give a scenario with [flight], [parked], [great_circle], "
+            "[motion] or [track]."
+        )
+    if scenario.source.recorded:
+        raise InputError(
+            f"the scenario {scenario.name} has [log]; a budget needs the true motion, and a recording has none. Give a "
+            "scenario with [flight], [parked], [great_circle] or [motion]."
+        )
+    if scenario.imu.sensor_set.type == "redundant":
+        if scenario.imu.faults:
+            raise InputError(
+                "imu.faults of a redundant set have no budget: the monitoring excludes sensors by the errors of each "
+                "run, which is not linear. Remove them, or use an ensemble."
+            )
+    elif scenario.imu.sensor_set.type != "gyros":
+        kind = scenario.imu.sensor_set.type
+        raise InputError(
+            f'imu.sensor_set.type = "{kind}" has no budget: {_OTHER_SETS[kind]}. Use an ensemble, or '
+            'imu.sensor_set.type = "gyros".'
+        )
+    if solution not in (None, "inertial", "filter"):
+        raise InputError(f'solution = {solution!r} must be "inertial" or "filter".')
+    if solution == "filter" and scenario.filter is None:
+        raise InputError('solution = "filter" needs a scenario with [filter].')
+    chosen = solution or ("inertial" if scenario.filter is None else "filter")
+    f = scenario.filter if chosen == "filter" else None
+    if f is not None and f.vibration_noise:
+        raise InputError(
+            f"filter.vibration_noise = {f.vibration_noise:g} has no budget: it follows from the data of one run. "
+            f"Remove it, or use an ensemble."
+        )
+    if f is not None and f.alignment_s is not None and f.alignment != "at-rest":
+        raise InputError(
+            f'filter.alignment = "{f.alignment}" has no budget: the alignment starts from an unknown attitude, for '
+            "which linear theory is not valid. Remove filter.alignment_s, or use an ensemble."
+        )
+    return chosen
+
+
+_STAGES = {"flight": "Flying", "truth": "Fitting the true motion", "budget": "Propagating covariances"}
+
+_NEGLIGIBLE = 0.01
+"""Given errors of readings below this share of σ, everywhere, come from the interpolation of the motion."""
+
+_ROUNDING = np.repeat((1e-3, 1e-6, 1e-8), 3)
+"""Errors of the algorithm below these are no source: m, m/s, rad."""
+
+_HIGHEST = np.radians(89.5)
+"""Latitude beyond which the error equations in north, east, down are not used."""
+
+EPOCHS = 500
+"""Number of intervals between the instants of the results."""
+
+
+class KnownTruth(Protocol):
+    """A true motion that is there already, for budgets that share it."""
+
+    @property
+    def trajectory(self) -> Trajectory:
+        """The motion of the vehicle."""
+
+    @property
+    def block(self) -> Trajectory:
+        """The motion that the sensors feel."""
+
+    @property
+    def ideal(self) -> ImuData:
+        """Ideal increments along it."""
+
+    @property
+    def state(self) -> NavState:
+        """True states of the vehicle at the edges of the increments."""
+
+
+class _InertialErrors(NamedTuple):
+    """Errors of the inertial sensors that are no noise: constants, sources of one run, and the series of both."""
+
+    constants: Constants
+    named: list[Source]
+    series: tuple[Array, Array]
+
+
+def budget(
+    scenario: Scenario | str | Path,
+    directory: Path | str | None = None,
+    *,
+    overrides: Overrides = (),
+    overwrite: bool = False,
+    times: Iterable[float] = (),
+    require: str | Requirement | Iterable[str | Requirement] = (),
+    free: Sequence[str] = (),
+    solution: str | None = None,
+    progress: Progress | bool | None = None,
+    truth: KnownTruth | None = None,
+    marks: Iterable[float] = (),
+) -> BudgetResult:
+    """Compute the covariances of a scenario's navigation errors by source, without random numbers.
+
+    The sources are propagated along the true motion by the linear error equations (linear covariance analysis); with a
+    filter, by the gains of the covariance propagation of the filter (consider analysis).
+
+    Args:
+        scenario: the scenario, or its file or name.
+        directory: directory to write; nothing is written if not given.
+        overrides: settings "key=value", as for `load_scenario`.
+        overwrite: whether an existing budget in the directory may be replaced.
+        times: further times of the results, s since the start of the run.
+        require: requirements, or their texts, whose times are further times of the results; the method `answers` tests
+            them.
+        free: names of sources that share one factor in the answers.
+        solution: "inertial" or "filter"; by default the filter's if the scenario has one.
+        progress: called with "flight", "truth" or "budget" and the fraction done, 0…1; True shows a bar for each.
+        truth: the true motion of the scenario, if it is known already; by default it is computed.
+        marks: times in s since the start of the run, which delimit the intervals of `BudgetResult.added`.
+
+    Returns:
+        The budget, at 501 times and at `times`.
+
+    Raises:
+        InputError: the scenario has no budget, one of the times lies outside the run, or the directory cannot be used.
+    """
+    scenario = as_scenario(scenario, overrides)
+    check_directory(directory, overwrite)
+    wanted, times = parse_requirements(require), tuple(times)
+    with shown(progress, _STAGES) as say:
+        result = _budget(scenario, times, wanted, solution, truth, tuple(marks), say)
+    result = replace(result, requirements=wanted, free=tuple(free), times=times)
+    return result if directory is None else replace(result, directory=result.save(directory, overwrite=overwrite))
+
+
+def _budget(
+    scenario: Scenario,
+    times: tuple[float, ...],
+    wanted: tuple[Requirement, ...],
+    solution: str | None,
+    truth: KnownTruth | None,
+    marks: tuple[float, ...],
+    say: Progress,
+) -> BudgetResult:
+    """Compute a budget; see `budget`."""
+    kind = check_kind(scenario, solution)
+    check_times(scenario)
+    if scenario.filter is not None:
+        from sinssim.scenario.filter_model import with_states
+
+        scenario = with_states(scenario)
+    say("flight", 0.0)
+    normal = in_normal_gravity(scenario)  # what the field does is a source
+    trajectory = truth.trajectory if truth else fly(normal, lambda fraction: say("flight", fraction))
+    if isinstance(trajectory, Disturbed):
+        trajectory, truth = trajectory.base, None
+    say("truth", 0.0)
+    for one in wanted:
+        one.check_within(trajectory.end - trajectory.start)
+    block = truth.block if truth else block_of(trajectory, scenario.imu)
+    ideal = truth.ideal if truth else digital(block.increments(scenario.imu.rate_hz))
+    state = truth.state if truth and block is trajectory else block.state(ideal.time)
+    motion = TrueMotion(block, ideal, state, scenario.imu.warm_up, scenario.navigation.gravity)
+    say("truth", 1.0)
+    highest = float(np.abs(state.latitude).max())
+    if highest > _HIGHEST:
+        raise InputError(
+            f"the motion reaches the latitude {np.degrees(highest):.3f} deg; the budget's error equations have north, "
+            f"east, down axes, which turn too fast within {90.0 - np.degrees(_HIGHEST):g} deg of a pole. Use an "
+            "ensemble."
+        )
+    aiding = None if scenario.aiding is None else aiding_sources(scenario, trajectory)
+    fixed = constants(scenario)
+    named, *of_one_run = given_readings(scenario, ideal)
+    of_field, *by_field = field_readings(scenario, block, ideal)
+    named = [*named, *of_field]
+    theta, velocity = (np.concatenate(parts) for parts in zip(of_one_run, by_field, strict=True))
+    inertial = _InertialErrors(fixed, named, (theta, velocity))
+    marked = Marks(_instants(ideal.time, marks, 0)) if marks else None
+    outputs = _instants(ideal.time, (*times, *marks, *(one.time for one in wanted if one.when == "at")))
+    initial = initial_errors(scenario, _given_start(scenario, trajectory))
+    if kind == "inertial":
+        found = _inertial(scenario, motion, inertial, initial, aiding, outputs, marked, lambda f: say("budget", f))
+        result = _result(scenario, kind, ideal.time[0], *found, None)
+        result = replace(result, added=_added(found[1], marked, ideal.time[0]))
+        result = _with_algorithm(result, of_algorithm(normal, motion, found[0]))
+        sources, covariance, mean = of_turning(scenario, block, found[0])
+        return replace(
+            result,
+            sources=(*result.sources, *sources),
+            covariance={**result.covariance, **covariance},
+            mean={**result.mean, **mean},
+        )
+    assert aiding is not None
+    return _aided(scenario, motion, inertial, initial, aiding, outputs, marked, lambda f: say("budget", f))
+
+
+def _instants(edges: Array, times: Iterable[float], epochs: int = EPOCHS + 1) -> Array:
+    """Return the instants of the results at edges of samples, those that are asked for included, (E,) s."""
+    start, end = float(edges[0]), float(edges[-1])
+    asked = np.array([float(t) for t in times]) + start
+    if len(asked) and not (np.isfinite(asked).all() and asked.min() >= start and asked.max() <= end + 1e-6):
+        wrong = asked[~((asked >= start) & (asked <= end + 1e-6))][0] - start
+        raise InputError(f"t = {wrong:g} s lies outside the run, which lasts {end - start:g} s.")
+    wanted = np.concatenate([np.linspace(start, end, epochs), asked])
+    rows = np.searchsorted(edges, wanted - 0.5 * float(edges[1] - edges[0]))
+    return np.asarray(edges[np.unique(np.minimum(rows, len(edges) - 1))])
+
+
+def _given_start(scenario: Scenario, trajectory: Trajectory) -> Array:
+    """Return the errors at the start by the given initial errors alone, (9,)."""
+    from sinssim.scenario.initial_error import initial_state_with_errors
+
+    section: InitialErrorSection = scenario.navigation.initial_error
+    given = section.model_copy(update={name: 0.0 for name, _ in section if "sigma" in name})
+    start = trajectory.state(np.array([trajectory.start]))
+    true = trajectory.state(trajectory.start)
+    wrong = initial_state_with_errors(true, given, trajectory.ellipsoid, scenario.seed)
+    solution = NavSolution(
+        np.array([trajectory.start]), np.array([wrong.latitude]), np.array([wrong.longitude]),
+        np.array([wrong.height]), wrong.velocity_ned[None], wrong.q_nb[None], np.zeros(1), "",
+    )  # fmt: skip
+    if not any(value for name, value in given if "sigma" not in name):
+        return np.zeros(9)
+    error = navigation_error(start, solution, trajectory.ellipsoid)
+    return np.concatenate([error.position_ned[0], error.velocity_ned[0], error.attitude[0]])
+
+
+def _inertial(
+    scenario: Scenario,
+    motion: TrueMotion,
+    inertial: _InertialErrors,
+    initial: InitialErrors,
+    aiding: AidingSources | None,
+    outputs: Array,
+    marks: Marks | None,
+    progress: Callable[[float], None],
+) -> tuple[Array, Shares, list[Snapshot]]:
+    section, readings = scenario.navigation, None
+    own: list[SensorSource] = []
+    if section.vertical == "baro-loop" and scenario.aiding is not None:
+        altimeter = scenario.aiding.sensor(Barometer)
+        if altimeter is not None and aiding is not None:
+            m = next(m for m in aiding.measurements if m.label == "baro")
+            own = [s for s in aiding.sources if s.source.group == "baro"]
+            at_arrival = motion.trajectory.state(np.minimum(m.arrival, motion.ideal.time[-1])).height
+            read = m.value[:, 0]
+            readings = HeightErrors(m.arrival, read, read - at_arrival, 1.0 / altimeter.rate_hz, "baro")
+    noises = [*inertial_noises(scenario), *remainder_noise(scenario, motion.state)]
+    shares = Shares(inertial.constants, noises, inertial.named, initial, own)
+    vertical = Vertical(section.vertical, section.baro_time_constant_s, readings)
+    begun = None
+    if count := samples_of_alignment(scenario, motion):
+        begun = count, begin_aligned(scenario, motion, shares, inertial.series, count, STATES)
+        outputs = np.union1d(motion.ideal.time[count], outputs[outputs > motion.ideal.time[count] + 1e-9])
+    return outputs, shares, propagate(motion, shares, inertial.series, vertical, outputs, progress, begun, marks)
+
+
+def _aided(
+    scenario: Scenario,
+    motion: TrueMotion,
+    inertial: _InertialErrors,
+    initial: InitialErrors,
+    aiding: AidingSources,
+    outputs: Array,
+    marks: Marks | None,
+    progress: Callable[[float], None],
+) -> BudgetResult:
+    from sinssim.estimation.filter_start import at_rest
+    from sinssim.scenario.filter_model import filter_model, inertial_sigma, with_declination
+
+    section, ideal = scenario.filter, motion.ideal
+    assert section is not None
+    time = ideal.time
+    model = with_declination(filter_model(scenario, float(time[-1] - time[0])), scenario, motion.trajectory)
+    shares = Shares(
+        inertial.constants,
+        [*inertial_noises(scenario, summed="zero_rate" in aiding.tables), *remainder_noise(scenario, motion.state)],
+        inertial.named,
+        initial,
+        [*aiding.sources, *(SensorAngle(one.source, one) for one in angle_errors(scenario, motion.trajectory))],
+    )
+    covariance, start = model.covariance, 0
+    propagation = shares.begin(model.size)
+    if section.alignment_s is not None:
+        start = int(np.searchsorted(time, time[0] + section.alignment_s - 1e-9))
+        state = motion.trajectory.state(motion.trajectory.start)
+        aligned = at_rest(
+            _sensed(scenario, ideal, motion.trajectory), state, model, inertial_sigma(scenario), start,
+            inertial_sigma(scenario, 1.0), motion.gravity, motion.trajectory.ellipsoid.name,
+        )  # fmt: skip
+        if aligned.covariance is not None:
+            covariance = aligned.covariance
+        align(motion, shares, inertial.series, start, propagation)
+    factor = section.measurement_noise_factor
+    measurements = [
+        replace(m, time=m.time[late], arrival=m.arrival[late], value=m.value[late], sigma=factor * m.sigma[late])
+        for m in aiding.measurements
+        for late in [m.time > time[start] + 1e-9]
+    ]
+    told = FilterRun(model, covariance, measurements, section.rate_hz, start)
+    consider = Consider(motion, shares, inertial.series, told, aiding.blocks)
+    epochs = consider.on_edge
+    after = outputs[outputs >= time[start] - 1e-9]
+    nearest = epochs[np.unique(np.clip(np.searchsorted(epochs, after - 1e-7), 0, len(epochs) - 1))]
+    if marks is not None:  # the filter's epochs are the nearest
+        marks.time = epochs[np.unique(np.clip(np.searchsorted(epochs, marks.time - 1e-7), 0, len(epochs) - 1))]
+    found = consider.run(propagation, nearest, progress, marks)
+    own = np.array([one.own for one in found])
+    result = _result(scenario, "filter", time[0], nearest, shares, [one.shares for one in found], own)
+    return replace(result, added=_added(shares, marks, time[0]))
+
+
+def _with_algorithm(result: BudgetResult, error: Array) -> BudgetResult:
+    """Add the algorithm's own error, unless it is negligible."""
+    if (np.abs(error) <= np.maximum(_NEGLIGIBLE * result.sigma(), _ROUNDING)).all():
+        return result
+    return replace(result, sources=(*result.sources, ALGORITHM), mean={**result.mean, ALGORITHM.name: error})
+
+
+def _sensed(scenario: Scenario, ideal: ImuData, trajectory: Trajectory) -> ImuData:
+    """Return the readings of the scenario's own run, from which its filter judges whether the vehicle stands still."""
+    from sinssim.sensors.sets.sensor_readings import draw_true_errors, read
+
+    errors = draw_true_errors(scenario.imu, scenario.seed, scenario.compensation)
+    readings = read(trajectory, ideal, scenario.imu, scenario.seed, errors)[1]
+    return readings.compensated or readings.imu
+
+
+def _result(
+    scenario: Scenario,
+    kind: str,
+    start: float,
+    outputs: Array,
+    shares: Shares,
+    found: Sequence[Snapshot],
+    own: Array | None,
+) -> BudgetResult:
+    """Combine the columns of each source."""
+    sources, covariance, mean = _by_source(shares, found)
+    result = BudgetResult(scenario, kind, outputs - start, tuple(sources), covariance, mean, own)
+    sigma = result.sigma()
+    small = {  # rounding and interpolation, in readings without errors of this kind
+        name
+        for name, error in mean.items()
+        if any(isinstance(s, SensorGiven) and s.source.name == name for s in shares.sensors)
+        and (np.abs(error) <= _NEGLIGIBLE * sigma).all()
+    }
+    return replace(
+        result,
+        sources=tuple(source for source in sources if source.name not in small),
+        mean={name: error for name, error in mean.items() if name not in small},
+    )
+
+
+def _by_source(shares: Shares, found: Sequence[Snapshot]) -> tuple[list[Source], dict[str, Array], dict[str, Array]]:
+    """Return the sources with an effect, the covariances of the random ones, and the errors of the others."""
+    sensitivity = np.array([one.sensitivity for one in found])
+    covariance: dict[str, Array] = {}
+    mean: dict[str, Array] = {}
+    sources = []
+    for source in shares.sources:
+        if source.name not in shares.parts:
+            covariance[source.name] = np.array([one.covariances[source.name] for one in found])
+            sources.append(source)
+            continue
+        columns, size = shares.parts[source.name]
+        part = sensitivity[:, :, columns]
+        part = part * size
+        if not part.any():
+            continue
+        sources.append(source)
+        if source.kind == "random":
+            covariance[source.name] = part @ part.transpose(0, 2, 1)
+        else:
+            mean[source.name] = part.sum(axis=2)
+    return sources, covariance, mean
+
+
+def _added(shares: Shares, marks: Marks | None, start: float) -> Added | None:
+    """Return what the intervals between the marks add."""
+    if marks is None or not marks.changes:
+        return None
+    _, covariance, mean = _by_source(shares, marks.changes)
+    edges = np.array([marks.begin, *marks.reached]) - start
+    return Added(edges[:-1], edges[1:], covariance, mean)

@@ -1,0 +1,345 @@
+"""The true motion of a run, and the linear error dynamics along it over steps of time.
+
+Within a step, attitude, velocity and position errors that begin at zero follow
+
+    φ̇ = −C u_gyro,   δv̇ = f × φ + C u_accel,   δṙ = δv                                                 (1)
+
+with the factor u that a constant sensor error multiplies in the readings. They are integrated sample by sample on the
+true increments, so that a turn or an acceleration within the step is exact however long the step is. Rotation of the
+local level and of the Earth within one step, 1e-4 of the result, is left to the transition between steps.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from functools import cached_property
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from sinssim.analyses.error_budget.error_sources import Column
+from sinssim.data import Array, ImuData, NavState
+from sinssim.estimation.error_dynamics import NominalMotion, dynamics
+from sinssim.estimation.nominal_motion import MeanGyroRates, motion
+from sinssim.estimation.state_model import Block, ErrorModel
+from sinssim.jit import strict_kernel
+from sinssim.sensors.imu.imu_errors import ImuErrors, WarmUp
+from sinssim.sensors.measurement_kind import CORE, PHI, R, V, skew
+from sinssim.truth.trajectory import Trajectory
+
+Ints = NDArray[np.int64]
+
+
+@strict_kernel
+def step_responses(
+    edges: Ints, part: Array, time: Array, dvel: Array, q: Array, columns: Ints, directions: Array, inputs: Array,
+    series_theta: Array, series_vel: Array, out: Array, means: Array,
+) -> None:  # fmt: skip
+    """Compute the responses over all steps.
+
+    Args:
+        edges: sample that contains each boundary of the steps, (K+1,).
+        part: fraction of that sample before the boundary, (K+1,).
+        time: edges of the samples, (N+1,) s.
+        dvel: true velocity increments, (N, 3) m/s.
+        q: true attitude at the edges, (N+1, 4).
+        columns: triad (0 gyro, 1 accelerometer), series (−1 for none) and row of `inputs` of each column, (m, 3).
+        directions: in which a column without a series adds its input to the increments of its triad, (m, 3).
+        inputs: integrals of the inputs over the samples from the first boundary on, (r, n).
+        series_theta, series_vel: reading errors of each series, (s, N, 3) rad and m/s.
+        out: position, velocity, attitude at the end of each step, (K, 9, m), written.
+        means: mean of u over each step in body axes, gyros first, (K, 6, m), written.
+    """
+    count = columns.shape[0]
+    c = np.empty((3, 3))
+    for k in range(len(edges) - 1):
+        for row in range(9):
+            for m in range(count):
+                out[k, row, m] = 0.0
+        for row in range(6):
+            for m in range(count):
+                means[k, row, m] = 0.0
+        length = 0.0
+        for n in range(edges[k], min(edges[k + 1] + 1, len(dvel))):
+            share = 1.0
+            if n == edges[k]:
+                share -= part[k]
+            if n == edges[k + 1]:
+                share -= 1.0 - part[k + 1]
+            if share <= 0.0:
+                continue
+            sample = time[n + 1] - time[n]
+            t = share * sample
+            length += t
+            a0, a1, a2, a3 = q[n, 0], q[n, 1], q[n, 2], q[n, 3]
+            sign = 1.0 if a0 * q[n + 1, 0] + a1 * q[n + 1, 1] + a2 * q[n + 1, 2] + a3 * q[n + 1, 3] > 0.0 else -1.0
+            a0, a1, a2, a3 = (
+                a0 + sign * q[n + 1, 0], a1 + sign * q[n + 1, 1], a2 + sign * q[n + 1, 2], a3 + sign * q[n + 1, 3]
+            )  # fmt: skip
+            s = 2.0 / (a0 * a0 + a1 * a1 + a2 * a2 + a3 * a3)
+            c[0, 0], c[0, 1], c[0, 2] = 1.0 - s * (a2 * a2 + a3 * a3), s * (a1 * a2 - a0 * a3), s * (a1 * a3 + a0 * a2)
+            c[1, 0], c[1, 1], c[1, 2] = s * (a1 * a2 + a0 * a3), 1.0 - s * (a1 * a1 + a3 * a3), s * (a2 * a3 - a0 * a1)
+            c[2, 0], c[2, 1], c[2, 2] = s * (a1 * a3 - a0 * a2), s * (a2 * a3 + a0 * a1), 1.0 - s * (a1 * a1 + a2 * a2)
+            wx, wy, wz = share * dvel[n, 0], share * dvel[n, 1], share * dvel[n, 2]
+            fx = c[0, 0] * wx + c[0, 1] * wy + c[0, 2] * wz
+            fy = c[1, 0] * wx + c[1, 1] * wy + c[1, 2] * wz
+            fz = c[2, 0] * wx + c[2, 1] * wy + c[2, 2] * wz
+            for m in range(count):
+                gx = gy = gz = ax = ay = az = 0.0
+                i = columns[m, 1]
+                if i >= 0:
+                    gx, gy, gz = (
+                        share * series_theta[i, n, 0],
+                        share * series_theta[i, n, 1],
+                        share * series_theta[i, n, 2],
+                    )
+                    ax, ay, az = share * series_vel[i, n, 0], share * series_vel[i, n, 1], share * series_vel[i, n, 2]
+                    means[k, 0, m] += gx
+                    means[k, 1, m] += gy
+                    means[k, 2, m] += gz
+                    means[k, 3, m] += ax
+                    means[k, 4, m] += ay
+                    means[k, 5, m] += az
+                else:
+                    u = share * inputs[columns[m, 2], n - edges[0]]
+                    ux, uy, uz = u * directions[m, 0], u * directions[m, 1], u * directions[m, 2]
+                    if columns[m, 0] == 0:
+                        gx, gy, gz = ux, uy, uz
+                    else:
+                        ax, ay, az = ux, uy, uz
+                    first = 3 * columns[m, 0]
+                    means[k, first, m] += ux
+                    means[k, first + 1, m] += uy
+                    means[k, first + 2, m] += uz
+                px = -(c[0, 0] * gx + c[0, 1] * gy + c[0, 2] * gz)
+                py = -(c[1, 0] * gx + c[1, 1] * gy + c[1, 2] * gz)
+                pz = -(c[2, 0] * gx + c[2, 1] * gy + c[2, 2] * gz)
+                hx, hy, hz = out[k, 6, m] + 0.5 * px, out[k, 7, m] + 0.5 * py, out[k, 8, m] + 0.5 * pz
+                vx = fy * hz - fz * hy + c[0, 0] * ax + c[0, 1] * ay + c[0, 2] * az  # (1)
+                vy = fz * hx - fx * hz + c[1, 0] * ax + c[1, 1] * ay + c[1, 2] * az
+                vz = fx * hy - fy * hx + c[2, 0] * ax + c[2, 1] * ay + c[2, 2] * az
+                out[k, 0, m] += t * (out[k, 3, m] + 0.5 * vx)
+                out[k, 1, m] += t * (out[k, 4, m] + 0.5 * vy)
+                out[k, 2, m] += t * (out[k, 5, m] + 0.5 * vz)
+                out[k, 3, m] += vx
+                out[k, 4, m] += vy
+                out[k, 5, m] += vz
+                out[k, 6, m] += px
+                out[k, 7, m] += py
+                out[k, 8, m] += pz
+        if length > 0.0:
+            for row in range(6):
+                for m in range(count):
+                    means[k, row, m] /= length
+
+
+NAVIGATION_MODEL = ErrorModel((Block("position", 1.0), Block("velocity", 1.0), Block("attitude", 1.0)), 1.0, 1.0)
+"""The error model of the nine navigation errors alone."""
+
+
+@dataclass(frozen=True)
+class Responses:
+    """Effects of unit constant errors over K steps.
+
+    Attributes:
+        core: navigation errors at the end of a step by the error in it, (K, 9, m).
+        mean: mean of the reading errors over the step, gyros first, (K, 6, m).
+    """
+
+    core: Array
+    mean: Array
+
+
+@dataclass(frozen=True)
+class TrueMotion:
+    """The true motion of a run's sensor block.
+
+    Attributes:
+        trajectory: the continuous motion.
+        ideal: true increments.
+        state: true states at the edges of the samples.
+        warm_up: temperature of the block.
+        gravity: name of the engine's gravity model.
+    """
+
+    trajectory: Trajectory
+    ideal: ImuData
+    state: NavState
+    warm_up: WarmUp
+    gravity: str
+
+    @cached_property
+    def rates(self) -> MeanGyroRates:
+        """Source of mean rates."""
+        return MeanGyroRates(self.ideal)
+
+    @cached_property
+    def _warmth(self) -> Array:
+        time = self.ideal.time
+        return self.warm_up.temperature(0.5 * (time[1:] + time[:-1]) - time[0])
+
+    def distance(self, time: Array) -> Array:
+        """Return the horizontal distances travelled between instants.
+
+        Args:
+            time: K+1 instants, s.
+
+        Returns:
+            (K,) m.
+        """
+        return np.asarray(np.diff(np.interp(time, self.ideal.time, self._travelled)))
+
+    @cached_property
+    def _travelled(self) -> Array:
+        speed = np.hypot(self.state.velocity_ned[:, 0], self.state.velocity_ned[:, 1])
+        passed = 0.5 * (speed[1:] + speed[:-1]) * np.diff(self.ideal.time)
+        return np.concatenate([[0.0], np.cumsum(passed)])
+
+    def nominal(self, time: Array) -> NominalMotion:
+        """Return the mean motion between instants.
+
+        Args:
+            time: K+1 instants, increasing, s.
+
+        Returns:
+            K rows.
+        """
+        interval = np.diff(time)
+        state, middle = self.trajectory.state(time), self.trajectory.state(0.5 * (time[1:] + time[:-1]))
+        rate = self.rates.mean(time[:-1], time[1:], ImuErrors())
+        return motion(state, middle, interval, rate, self.gravity, self.trajectory.ellipsoid)
+
+    def dynamics(self, nominal: NominalMotion) -> Array:
+        """Return F of the navigation errors, (K, 9, 9)."""
+        return dynamics(NAVIGATION_MODEL, nominal, self.gravity, self.trajectory.ellipsoid)
+
+    def responses(self, time: Array, columns: Sequence[Column | int], theta: Array, vel: Array) -> Responses:
+        """Return the effects of constant errors over steps.
+
+        Args:
+            time: boundaries of K steps, s.
+            columns: m constant errors, or numbers of given reading errors.
+            theta, vel: given reading errors, (s, N, 3) rad and m/s.
+        """
+        edges = self.ideal.time
+        sample = np.clip(np.searchsorted(edges, time + 1e-9, side="right") - 1, 0, len(edges) - 2)
+        part = (time - edges[sample]) / (edges[sample + 1] - edges[sample])
+        part[np.abs(part) < 1e-6] = 0.0
+        part = np.minimum(part, 1.0)
+        out, mean = np.empty((len(time) - 1, CORE, len(columns))), np.empty((len(time) - 1, 6, len(columns)))
+        directions = np.array([np.zeros(3) if isinstance(c, int) else c.direction for c in columns])
+        inputs, rows = self._inputs(columns, slice(int(sample[0]), int(sample[-1]) + 1))
+        codes = [(0, c, 0) if isinstance(c, int) else (c.triad, -1, row) for c, row in zip(columns, rows, strict=True)]
+        step_responses(
+            sample, part, edges, np.ascontiguousarray(self.ideal.dvel), np.ascontiguousarray(self.state.q_nb),
+            np.array(codes, dtype=np.int64).reshape(-1, 3), directions.reshape(-1, 3), inputs, theta, vel, out, mean,
+        )  # fmt: skip
+        return Responses(out, mean)
+
+    def _inputs(self, columns: Sequence[Column | int], samples: slice) -> tuple[Array, list[int]]:
+        """Return the integrals over samples of what unit errors multiply, each once, (r, n), and the row of each."""
+        edges, warmth = self.ideal.time, self._warmth[samples]
+        interval, middle = np.diff(edges)[samples], (0.5 * (edges[1:] + edges[:-1]) - edges[0])[samples]
+        motion = [(rows[samples] / interval[:, None]).T for rows in (self.ideal.dtheta, self.ideal.dvel)]
+        lines: dict[tuple[int, bytes], Array] = {}
+
+        def line(triad: int, axis: Array) -> Array:
+            key = triad, axis.tobytes()
+            return lines[key] if key in lines else lines.setdefault(key, axis @ motion[triad])
+
+        found: dict[float, tuple[int, Any]] = {}  # by number, or by the identity of an array, which is kept
+        rows = []
+        for c in columns:
+            if isinstance(c, int):
+                rows.append(0)
+                continue
+            assert c.term.multiplies is not None
+            one = c.term.multiplies(line(c.triad, c.own), line(c.triad, c.along), line(1, c.along), warmth, middle)
+            rows.append(found.setdefault(one if np.ndim(one) == 0 else id(one), (len(found), one))[0])
+        inputs = np.empty((len(found), len(interval)))
+        for row, one in found.values():
+            np.multiply(one, interval, out=inputs[row])
+        return inputs, rows
+
+
+def noise_inputs(nominal: NominalMotion) -> dict[tuple[int, str], Array]:
+    """Return how white noises of unit density drive the navigation errors.
+
+    A quantised sum has an error ε of its own at every sample, which does not accumulate. φ + C ε and δv − C ε are
+    continuous and are driven by ε during a rotation and under a specific force; the errors themselves are added to the
+    results.
+
+    Args:
+        nominal: K rows of motion.
+
+    Returns:
+        By triad (0 gyros, 1 accelerometers) and "white" or "quantum": (K, 9, 3).
+    """
+    count, c = len(nominal.c_nb), nominal.c_nb
+    turning = c @ skew(nominal.rate_b)
+    found = {key: np.zeros((count, CORE, 3)) for key in ((0, "white"), (1, "white"), (0, "quantum"), (1, "quantum"))}
+    found[0, "white"][:, PHI] = -c
+    found[1, "white"][:, V] = c
+    found[0, "quantum"][:, PHI] = turning
+    found[0, "quantum"][:, V] = -skew(nominal.force_n) @ c
+    found[1, "quantum"][:, V] = -turning
+    found[1, "quantum"][:, R] = c
+    return found
+
+
+def gravity_input(phi: Array, interval: float) -> Array:
+    """Return the effect of a unit disturbance of gravity, north, east, down, over a step.
+
+    Args:
+        phi: Φ, (n, n).
+        interval: s.
+
+    Returns:
+        ∫Φ(t) dt of the velocity's columns by the trapezoidal rule, (n, 3).
+    """
+    return np.asarray(0.5 * interval * (phi + np.eye(len(phi)))[:, V])
+
+
+_TERMS = 8
+
+
+def exponential(f: Array, interval: Array) -> Array:
+    """Return exp(F T) by its power series.
+
+    Args:
+        f: (K, n, n) 1/s, with |F|T well below 1.
+        interval: T, (K,) s.
+
+    Returns:
+        (K, n, n).
+    """
+    scaled = f * interval[:, None, None]
+    total = np.broadcast_to(np.eye(f.shape[1]), f.shape) + scaled
+    term = scaled
+    for k in range(2, _TERMS + 1):
+        term = term @ scaled / k
+        total = total + term
+    return np.asarray(total)
+
+
+_NODES, _WEIGHTS = np.polynomial.legendre.leggauss(3)
+
+
+def white_covariance(f: Array, inputs: Array, interval: Array) -> Array:
+    """Return ∫ Φ(t) G Gᵀ Φ(t)ᵀ dt over steps by Gauss-Legendre quadrature.
+
+    Args:
+        f: F, (K, n, n) 1/s.
+        inputs: G, (K, n, 3).
+        interval: (K,) s.
+
+    Returns:
+        (K, n, n).
+    """
+    total = np.zeros_like(f)
+    for node, weight in zip(0.5 * (_NODES + 1.0), 0.5 * _WEIGHTS, strict=True):
+        moved = exponential(f, node * interval) @ inputs
+        total += weight * interval[:, None, None] * (moved @ moved.transpose(0, 2, 1))
+    return total

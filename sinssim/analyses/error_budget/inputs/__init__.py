@@ -1,1 +1,0 @@
-"""The sources, and their effect on the measurements and on the navigation errors in a step."""

@@ -1,1 +1,0 @@
-"""What the columns of a text file of unknown layout hold: names, numbers, units."""

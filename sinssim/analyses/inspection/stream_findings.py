@@ -1,0 +1,420 @@
+"""Findings about single streams of recorded data: times, numbers of a triad, fixes.
+
+A finding is a fact, a doubt, or an error, in one sentence, with what to do about it.
+
+They are about times (rate, jitter, gaps, duplicates, a clock that goes back), the numbers of a triad (resolution,
+saturation, frozen and missing values), and the fixes of a satellite receiver (quality, steps against the velocities,
+claimed precision).
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+from typing import Any, Literal
+
+import numpy as np
+from numpy.typing import NDArray
+
+from sinssim import earth, rotation
+from sinssim.data import Array
+from sinssim.earth.ellipsoids import ELLIPSOIDS
+from sinssim.errors import printable
+from sinssim.logs.recorded_streams import FixStream
+
+Grade = Literal["fact", "doubt", "wrong"]
+
+
+@dataclass(frozen=True)
+class Finding:
+    """One sentence about recorded data.
+
+    Attributes:
+        subject: what it is about, for example "time", "accelerometers", "clock".
+        grade: "fact"; "doubt", which a person should look into; "wrong", with which results are worthless.
+        text: the sentence, with the number.
+        fix: what to do about it; empty for facts.
+        numbers: the numbers of the sentence by name, with units in the names.
+    """
+
+    subject: str
+    grade: Grade
+    text: str
+    fix: str = ""
+    numbers: dict[str, Any] = field(default_factory=dict)
+
+    def __post_init__(self) -> None:
+        object.__setattr__(self, "text", printable(self.text))
+
+    @property
+    def sentence(self) -> str:
+        """The sentence and the fix."""
+        return f"{self.text} {self.fix}".rstrip()
+
+
+def fact(subject: str, text: str, **numbers: Any) -> Finding:
+    """Return a fact."""
+    return Finding(subject, "fact", text, "", numbers)
+
+
+def doubt(subject: str, text: str, fix: str, **numbers: Any) -> Finding:
+    """Return a doubt."""
+    return Finding(subject, "doubt", text, fix, numbers)
+
+
+def wrong(subject: str, text: str, fix: str, **numbers: Any) -> Finding:
+    """Return an error of the data."""
+    return Finding(subject, "wrong", text, fix, numbers)
+
+
+_CHANCE = 1e-4
+"""Probability that a channel which works seems frozen in a log."""
+_RARE = 5
+"""Most runs of at least half the length of the longest one; of a sensor that freezes there are a few in a log."""
+_LEAST_FROZEN = 20
+"""Equal samples in a row below which nothing is frozen: fewer may be a reading held by the logger."""
+_SATURATED = 3
+"""Samples at the extreme value in a row that count as saturation; one or two may be a peak."""
+
+
+def channel_findings(subject: str, values: Array, unit: str, scale: float = 1.0) -> list[Finding]:
+    """Judge the numbers of three channels.
+
+    Args:
+        values: (N, 3), SI.
+        scale: one of that unit, SI.
+    """
+    found: list[Finding] = []
+    bad = ~np.isfinite(values).all(axis=1)
+    if bad.any():
+        found.append(
+            wrong(
+                subject,
+                f"{int(bad.sum())} rows of the {subject} have missing or infinite numbers, first row "
+                f"{int(np.argmax(bad)) + 1}.",
+                "Remove these rows or repair them.",
+                rows=int(bad.sum()),
+            )
+        )
+        values = values[~bad]
+    if len(values) < 2:
+        return found
+    quanta = [_quantum(axis) for axis in values.T]
+    if min(quanta) > 0.0:
+        text = ", ".join(f"{q / scale:.3g}" for q in quanta)
+        found.append(fact(subject, f"Resolution of x, y, z: {text} {unit}.", resolution_si=quanta))
+    for name, axis, quantum in zip("xyz", values.T, quanta, strict=True):
+        found += _of_axis(subject, name, axis, quantum, unit, scale)
+    return found
+
+
+def _quantum(axis: Array) -> float:
+    """Return the least difference between two values; 0 if they are too many to be steps of one."""
+    different = np.unique(axis)
+    if len(different) < 2 or len(different) > 0.5 * len(axis):
+        return 0.0
+    steps = np.diff(different)
+    return float(np.min(steps[steps > 1e-9 * max(float(np.max(np.abs(different))), 1e-300)], initial=np.inf))
+
+
+def _of_axis(subject: str, name: str, axis: Array, quantum: float, unit: str, scale: float) -> list[Finding]:
+    """Return findings on one channel."""
+    if float(np.ptp(axis)) == 0.0:
+        text = f"The {name} channel of the {subject} never changes ({axis[0] / scale:.6g} {unit})."
+        return [wrong(subject, text, "The column is wrong, or the sensor is dead.")]
+    found = []
+    spread = float(np.std(np.diff(axis)))
+    longest, start = _longest_run(axis)
+    if longest >= _LEAST_FROZEN and not _usual(axis, start, longest) and _frozen(axis, start, longest, quantum):
+        found.append(
+            doubt(
+                subject,
+                f"The {name} channel of the {subject} gives the same number {longest} times in a row, from row "
+                f"{start + 1}.",
+                "The sensor or the logger froze there: treat it as a gap.",
+                channel=name,
+                frozen=longest,
+            )
+        )
+    for extreme, word in ((float(axis.max()), "largest"), (float(axis.min()), "least")):
+        at = axis == extreme
+        runs, first = _longest_run(np.where(at, 1.0, np.arange(len(axis)) + 2.0))
+        expected = _longest_run(np.where(at, np.arange(len(axis)) + 2.0, axis))[0]  # a resolution repeats any value
+        beyond = abs(extreme - np.median(axis)) > 4.0 * max(spread, quantum)
+        if runs >= _SATURATED and runs > expected and at[first] and beyond:
+            found.append(
+                doubt(
+                    subject,
+                    f"The {name} channel of the {subject} stays at its {word} value, {extreme / scale:.5g} {unit}, "
+                    f"for {runs} samples from row {first + 1}; {int(at.sum())} samples have this value.",
+                    "The sensor is saturated there; its range is too small, or the value marks missing samples.",
+                    channel=name,
+                    saturated=int(at.sum()),
+                )
+            )
+    return found
+
+
+def _frozen(axis: Array, start: int, length: int, quantum: float) -> bool:
+    """Return whether noise of the size beside a run of equal values would not give such a run.
+
+    A noise of σ about the middle of a step q, where equal values are most frequent, gives the same number with the
+    probability p = erf(q/(2√2 σ)). Of N samples, N pᴸ runs of the length L are expected at most. σ is that of the
+    calmer side of the run, over its length.
+
+    Args:
+        axis: the channel, (N,).
+        quantum: the resolution; 0 if it is finer than the numbers show.
+    """
+    from scipy.special import erf
+
+    sides = axis[max(start - length, 0) : start], axis[start + length : start + 2 * length]
+    noise = [float(np.std(np.diff(side))) / np.sqrt(2.0) for side in sides if len(side) >= _LEAST_FROZEN]
+    if not noise or not min(noise) > 0.0:
+        return False
+    same = float(erf(quantum / (2.0 * np.sqrt(2.0) * min(noise))))
+    return len(axis) * same**length < _CHANCE
+
+
+def _usual(axis: Array, start: int, length: int) -> bool:
+    """Return whether half as long runs of this value are usual: those of a dead band, or of a laser gyro at rest."""
+    ends, lengths = _runs(axis)
+    return int(((2 * lengths >= length) & (axis[ends] == axis[start])).sum()) > _RARE
+
+
+def _runs(axis: Array) -> tuple[NDArray[np.intp], NDArray[np.intp]]:
+    """Return the last indices and the lengths of the runs of equal values."""
+    ends = np.flatnonzero(np.append(np.diff(axis) != 0.0, True))
+    return ends, np.diff(np.append(-1, ends))
+
+
+def _longest_run(axis: Array) -> tuple[int, int]:
+    """Return length and first index of the longest run of equal values."""
+    ends, lengths = _runs(axis)
+    k = int(np.argmax(lengths))
+    return int(lengths[k]), int(ends[k] - lengths[k] + 1)
+
+
+GAP = 1.75
+"""Intervals longer than this many median ones are gaps: the middle between one and two and a half, so that jitter of a
+whole interval is not one and a missing sample is."""
+
+_SHOWN_TIMES = 5  # gaps named one by one
+
+
+def time_findings(subject: str, time: Array, unit: str = "samples") -> list[Finding]:
+    """Judge the times of a stream.
+
+    Args:
+        time: stamps, (N,) s.
+    """
+    count = len(time)
+    if count < 2:
+        return [wrong(subject, f"{subject} has {count} {unit}.", "At least two are needed.", count=count)]
+    steps = np.diff(time)
+    forward = steps[steps > 0.0]
+    if not len(forward):
+        return [wrong(subject, f"No time of {subject} follows the preceding one.", "The time column may be wrong.")]
+    interval = float(np.median(forward))
+    low, high = np.percentile(forward[forward < GAP * interval], (1.0, 99.0))
+    found = [
+        fact(
+            subject,
+            f"{count} {unit} from {time[0]:.6g} s to {time[-1]:.6g} s ({time[-1] - time[0]:.6g} s), "
+            f"{1.0 / interval:.6g} a second; 98 % of the intervals last {1e3 * low:.4g} to {1e3 * high:.4g} ms.",
+            count=count,
+            start_s=float(time[0]),
+            end_s=float(time[-1]),
+            rate_hz=1.0 / interval,
+            interval_1_percent_s=float(low),
+            interval_99_percent_s=float(high),
+        )
+    ]
+    found += _not_forward(subject, time, steps)
+    gaps = np.flatnonzero(steps > GAP * interval)
+    if len(gaps):
+        missing = float(np.sum(np.rint(steps[gaps] / interval) - 1.0))
+        where = ", ".join(f"{time[k]:.6g} s ({steps[k]:.3g} s)" for k in gaps[:_SHOWN_TIMES])
+        more = f" and {len(gaps) - _SHOWN_TIMES} more" if len(gaps) > _SHOWN_TIMES else ""
+        found.append(
+            doubt(
+                subject,
+                f"{len(gaps)} gap{'s' * (len(gaps) > 1)} with about {missing:.0f} missing {unit}, the longest "
+                f"{float(steps.max()):.3g} s: after {where}{more}.",
+                "Navigation has to bridge them; what moved in between is lost.",
+                gaps=len(gaps),
+                missing=missing,
+                longest_gap_s=float(steps.max()),
+            )
+        )
+    return found
+
+
+def _not_forward(subject: str, time: Array, steps: Array) -> list[Finding]:
+    """Return findings on times that repeat or go back."""
+    found = []
+    same, back = np.flatnonzero(steps == 0.0), np.flatnonzero(steps < 0.0)
+    if len(same):
+        found.append(
+            doubt(
+                subject,
+                f"{len(same)} time{'s' * (len(same) > 1)} of {subject} repeat the preceding one, first in row "
+                f"{same[0] + 2} ({time[same[0]]:.9g} s).",
+                'If the IMU samples evenly, use stamps = "even" in [log.imu]. Copies of rows are skipped.',
+                repeated=len(same),
+            )
+        )
+    if len(back):
+        k = int(back[0])
+        found.append(
+            wrong(
+                subject,
+                f"The time of {subject} goes back {len(back)} time{'s' * (len(back) > 1)}, first in row {k + 2}: from "
+                f"{time[k]:.9g} s to {time[k + 1]:.9g} s.",
+                "The clock was reset or rows are out of order: cut the log there, or sort it.",
+                backward=len(back),
+                row=k + 2,
+            )
+        )
+    return found
+
+
+Mask = NDArray[np.bool_]
+
+_SIGMAS = 6.0
+"""A step of this many σ of the claimed precision of two fixes contradicts it: by chance once in 5e8."""
+_FASTEST = 1000.0
+"""Speed that no vehicle of the users has, m/s; orbit is refused by receivers themselves."""
+_SHOWN_FIXES = 6
+
+
+def fix_findings(fixes: FixStream, delay: float) -> list[Finding]:
+    """Judge fixes by themselves.
+
+    Args:
+        delay: age of the velocities at their stamps, s.
+    """
+    found = _place(fixes)
+    if fixes.quality is not None:
+        codes, counts = np.unique(fixes.quality, return_counts=True)
+        words = [
+            f"{fixes.quality_words.get(int(c), f'code {c}')} {100.0 * n / len(fixes):.3g} %"
+            for c, n in zip(codes, counts, strict=True)
+        ]
+        of_code = {int(c): int(n) for c, n in zip(codes, counts, strict=True)}
+        found.append(fact("fixes", f"Quality: {', '.join(words)}.", codes=of_code))
+    if fixes.datum != "ellipsoid":
+        found.append(
+            doubt(
+                "fixes",
+                f"The heights refer to {'an unknown surface' if fixes.datum == 'unknown' else 'mean sea level'}.",
+                "Give the height of the geoid above the ellipsoid if positions matter to better than some 50 m; "
+                "differences of heights are right without it.",
+            )
+        )
+    if fixes.position_sigma is None and fixes.covariance is None:
+        found.append(
+            doubt(
+                "fixes", "The fixes have no standard deviations.", "Give the filter those of the receiver's datasheet."
+            )
+        )
+    return found + _steps(fixes, delay)
+
+
+def _place(fixes: FixStream) -> list[Finding]:
+    """Return findings on latitude and longitude as such."""
+    latitude, longitude = fixes.latitude, fixes.longitude
+    missing = ~(np.isfinite(latitude) & np.isfinite(longitude) & np.isfinite(fixes.height))
+    found = []
+    if missing.any():
+        found.append(fact("fixes", f"{int(missing.sum())} of {len(fixes)} fixes have no position."))
+        latitude, longitude = latitude[~missing], longitude[~missing]
+    if not len(latitude):
+        return [wrong("fixes", "No fix has a position.", "Give another file.")]
+    if float(np.max(np.abs(latitude))) > 0.5 * np.pi + 1e-9:
+        k = int(np.argmax(np.abs(latitude)))
+        text = f"The latitude reaches {np.degrees(latitude[k]):.6g}° (row {k + 1})."
+        return [*found, wrong("fixes", text, "Latitude and longitude are swapped, or in another unit.")]
+    if float(np.max(np.abs(latitude))) + float(np.max(np.abs(longitude))) < 1e-3:
+        text = "All fixes are within 6 km of latitude 0, longitude 0."
+        return [*found, doubt("fixes", text, "The numbers may be in another unit, or the receiver had no fix.")]
+    span = f"latitude {_range(latitude)}, longitude {_range(longitude)}, height {np.nanmin(fixes.height):.5g} to "
+    return [*found, fact("fixes", f"Place: {span}{np.nanmax(fixes.height):.5g} m.")]
+
+
+def _range(angle: Array) -> str:
+    return f"{np.degrees(np.min(angle)):.6f}° to {np.degrees(np.max(angle)):.6f}°"
+
+
+def _steps(fixes: FixStream, delay: float) -> list[Finding]:
+    """Compare steps of the position with the velocity in between."""
+    good = np.isfinite(fixes.latitude) & np.isfinite(fixes.longitude) & np.isfinite(fixes.height)
+    good &= np.append(True, np.diff(fixes.time) > 0.0)
+    if fixes.velocity_ned is None or int(good.sum()) < 10:
+        return []
+    time, velocity = fixes.time[good], fixes.velocity_ned[good]
+    ellipsoid = ELLIPSOIDS["wgs84"]
+    latitude, longitude = fixes.latitude[good], fixes.longitude[good]
+    place = earth.geodetic_to_ecef(latitude, longitude, fixes.height[good], ellipsoid)
+    q_en = earth.q_en(latitude[:-1], longitude[:-1])
+    moved = rotation.rotate(rotation.conjugate(q_en), np.diff(place, axis=0))
+    length = np.diff(time)
+    middle = 0.5 * (time[1:] + time[:-1]) + delay
+    mean = np.stack([np.interp(middle, time, axis) for axis in velocity.T], axis=1)
+    short = length < 1.5 * float(np.median(length))
+    fast = np.linalg.norm(moved, axis=1) / length
+    found: list[Finding] = []
+    if float(np.max(fast)) > _FASTEST:
+        k = int(np.argmax(fast))
+        text = f"Between {time[k]:.6g} s and {time[k + 1]:.6g} s the position moves at {fast[k]:.4g} m/s."
+        found.append(doubt("fixes", text, "One of the two fixes is wrong, or the times are.", time_s=float(time[k])))
+    misfit = (moved - mean * length[:, None])[short, :2]
+    size = np.linalg.norm(misfit, axis=1)
+    usual = 1.4826 * float(np.median(np.abs(misfit)))
+    found.append(
+        fact(
+            "fixes",
+            f"Steps of the horizontal position agree with the velocities to {1e3 * usual:.3g} mm (1σ per component).",
+            step_sigma_m=usual,
+        )
+    )
+    if fixes.position_sigma is None:
+        return found
+    claimed = fixes.position_sigma[good][:, :2]
+    both = np.sqrt(claimed[1:] ** 2 + claimed[:-1] ** 2)[short]
+    limit = _SIGMAS * np.maximum(np.linalg.norm(both, axis=1) / np.sqrt(2.0), usual)
+    beyond = np.flatnonzero(size > limit)
+    if len(beyond):
+        at, order = time[1:][short], np.argsort(size[beyond])[::-1][:_SHOWN_FIXES]
+        codes = _doubtful_codes(fixes, good, short, beyond)
+        of_codes = f" They are at fixes of quality {', '.join(map(str, codes))}." if codes else ""
+        named = ", ".join(f"{100.0 * size[k]:.3g} cm at {at[k]:.6g} s" for k in sorted(beyond[order]))
+        found.append(
+            doubt(
+                "fixes",
+                f"{len(beyond)} step{'s' * (len(beyond) > 1)} of the position contradict{'s' * (len(beyond) == 1)} the "
+                f"claimed precision and the velocities; the largest: {named}.{of_codes}",
+                "The filter's gate has to refuse such fixes, or their standard deviations have to be larger.",
+                steps=len(beyond),
+                doubtful_codes=codes,
+            )
+        )
+    return found
+
+
+def _doubtful_codes(fixes: FixStream, good: Mask, short: Mask, beyond: NDArray[np.intp]) -> list[int]:
+    """Return the codes of quality at whose beginning or end a step contradicts the claimed precision.
+
+    Of the two codes at such a step the rarer one is doubtful.
+
+    Args:
+        good: usable fixes, (M,).
+        short: usable steps between good fixes, (G−1,).
+        beyond: numbers of the contradicting steps among the short ones.
+    """
+    if fixes.quality is None:
+        return []
+    quality = fixes.quality[good]
+    before, after = quality[:-1][short][beyond], quality[1:][short][beyond]
+    count = {int(code): int(np.sum(quality == code)) for code in np.unique(quality)}
+    changed = [(int(a), int(b)) for a, b in zip(before, after, strict=True) if a != b]
+    return sorted({min(pair, key=lambda code: count[code]) for pair in changed})

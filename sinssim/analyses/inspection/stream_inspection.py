@@ -1,0 +1,377 @@
+"""Inspects recorded files: what the data are, what is doubtful, and what to describe: `inspect_streams`."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterable, Sequence
+from dataclasses import dataclass, field, replace
+from functools import partial
+from typing import Any
+
+import numpy as np
+
+from sinssim import earth
+from sinssim.analyses.inspection.clock_offset import (
+    GOOD,
+    Delay,
+    Offset,
+    agreement,
+    clock_drift,
+    even_times,
+    fine_offset,
+    offset_finding,
+    velocity_delay,
+)
+from sinssim.analyses.inspection.quiet_spans import (
+    AtRest,
+    Moves,
+    at_rest,
+    fast_noise,
+    motion_of,
+    rates_of,
+    rest_findings,
+    scale_finding,
+    vibration_finding,
+)
+from sinssim.analyses.inspection.stream_findings import (
+    Finding,
+    channel_findings,
+    doubt,
+    fact,
+    fix_findings,
+    time_findings,
+    wrong,
+)
+from sinssim.analyses.inspection.unit_axes import Mounting, attitude_by_match, attitude_finding, mounting
+from sinssim.analyses.inspection.velocity_match import Seen, pushed, seen
+from sinssim.data import Array
+from sinssim.errors import InputError
+from sinssim.logs.recorded_streams import Clock, FixStream, InertialStream, SolutionStream, Streams
+from sinssim.units import DEG, G0
+
+_UNKNOWN_GRAVITY = 9.80665
+
+
+@dataclass
+class Inspection:
+    """What is known of recorded files.
+
+    Attributes:
+        findings: all sentences, in the order of the files and then of what joins them.
+        inertial: the inertial stream; None without.
+        fixes: the fixes; None without.
+        residual: rms of the match of the velocities, m/s; that of the worst window if their errors last; None if the
+            reading of the inertial data is not certain.
+        lasting: whether errors of the fixes last, as the match shows.
+        quiet: readings in quiet spans.
+        fast: densities of what changes from sample to sample in the whole log, rad/√s and m/s/√s, (3,) each.
+        offset: the unit's clock minus that of the positions, s; None if unknown.
+        late: how much later the unit's stamps are than the files state, s; 0 if the data do not show it.
+        drift: how much faster the unit's clock runs than that of the receiver, s/s; 0 if the data show none.
+        velocity_delay: age of the velocities at their stamps, s; None if unknown.
+        mounting: the unit in its vehicle; None if unknown.
+        attitude: gives roll, pitch and heading of the unit at an instant on its clock, rad, by the match, and the 1σ of
+            the heading, or None; None if the reading of the inertial data is not certain.
+        reading: matrices from the stated readings of gyros and accelerometers to the right ones, (3, 3); None if the
+            stated ones are right.
+    """
+
+    findings: list[Finding] = field(default_factory=list)
+    inertial: InertialStream | None = None
+    fixes: FixStream | None = None
+    quiet: AtRest | None = None
+    fast: tuple[Array, Array] | None = None
+    residual: float | None = None
+    lasting: bool = False
+    offset: float | None = None
+    late: float = 0.0
+    drift: float = 0.0
+    velocity_delay: float | None = None
+    mounting: Mounting | None = None
+    attitude: Callable[[float], tuple[Array, float] | None] | None = None
+    reading: tuple[Array, Array] | None = None
+
+    @property
+    def usable(self) -> bool:
+        """Whether nothing is wrong."""
+        return all(f.grade != "wrong" for f in self.findings)
+
+    def as_dict(self) -> dict[str, Any]:
+        """Return findings and numbers as plain data."""
+        return {
+            "usable": self.usable,
+            "findings": [
+                {"subject": f.subject, "grade": f.grade, "text": f.text, "fix": f.fix, "numbers": f.numbers}
+                for f in self.findings
+            ],
+            "imu_clock_minus_gnss_clock_s": self.offset,
+            "imu_clock_drift_ppm": 1e6 * self.drift,
+            "velocity_delay_s": self.velocity_delay,
+            "axes": None if self.mounting is None else list(self.mounting.axes),
+            "mounting_deg": None if self.mounting is None else np.degrees(self.mounting.angles).tolist(),
+        }
+
+
+@dataclass(frozen=True)
+class Described:
+    """What a scenario says beside the streams of its files.
+
+    Attributes:
+        delay: of the velocities, s.
+        axes: matrix from the columns of the file to the axes of the inertial stream, (3, 3).
+        reference: clock of a reference solution, and the solution with the attitude of the unit; None if there is none.
+    """
+
+    delay: float = 0.0
+    axes: Array = field(default_factory=lambda: np.eye(3))
+    reference: tuple[Clock, SolutionStream] | None = None
+
+
+def inspect_streams(files: Sequence[Streams], described: Described | None = None) -> Inspection:
+    """Inspect recorded files together: an inertial unit, a satellite receiver, or both.
+
+    Raises:
+        InputError: no file has inertial readings or fixes.
+    """
+    result, said = Inspection(), described or Described()
+    for streams in files:
+        result.findings += _of_file(streams)
+    inertial = [(s, name, i) for s in files for name, i in s.inertial.items()]
+    fixes = [(s, name, f) for s in files for name, f in s.fixes.items()]
+    if not inertial and not fixes:
+        names = ", ".join(str(s.path) for s in files)
+        raise InputError(f"{names}: there are neither inertial data nor GNSS fixes to inspect.")
+    if fixes:
+        result.fixes = fixes[0][2]
+        result.findings += time_findings(fixes[0][1], result.fixes.time, "fixes")
+        delay = velocity_delay(result.fixes)
+        result.velocity_delay = delay.value if delay is not None and _delayed(delay, _step(result.fixes)) else None
+        result.findings += _delay_findings(result.fixes, delay, said.delay)
+        result.findings += fix_findings(result.fixes, result.velocity_delay or 0.0)
+    if not inertial:
+        return result
+    result.inertial = inertial[0][2]
+    result.findings += time_findings(inertial[0][1], result.inertial.time)
+    readings = _inspect_readings(result)
+    if readings is None:
+        return result
+    moves = None
+    if fixes:
+        readings, moves = _inspect_together(result, readings, inertial[0][0], fixes[0][0], said)
+    result.quiet = at_rest(*readings, moves)
+    every = np.ones(len(readings[0]), dtype=bool)
+    result.fast = fast_noise(readings[0], readings[1], every), fast_noise(readings[0], readings[2], every)
+    result.findings += rest_findings(result.quiet, moves)
+    result.findings += vibration_finding(*readings, result.quiet)
+    return result
+
+
+def _of_file(streams: Streams) -> Iterable[Finding]:
+    """Yield findings on a file as such."""
+    held = [*streams.inertial, *streams.fixes, *streams.solutions, *(o.name for o in streams.others)]
+    name = str(streams.path)
+    yield fact(name, f"Format {streams.format}: {', '.join(held) or 'nothing usable'}. {_clock(streams)}")
+    for note in streams.notes:
+        yield fact(name, note)
+
+
+def _clock(streams: Streams) -> str:
+    clock = streams.clock
+    words = {"gps": "GPS time", "utc": "UTC (leap seconds removed)", "machine": "the logger's own clock"}[clock.kind]
+    return f"Clock: {words}{f', {clock.note}' if clock.note else ''}."
+
+
+def _delay_findings(fixes: FixStream, found: Delay | None, described: float) -> list[Finding]:
+    """Return the finding on the delay of the velocities, which a description may give already."""
+    if found is None:
+        return []
+    delay, sigma = found.value, found.sigma
+    step = _step(fixes)
+    numbers = {"velocity_delay_s": delay, "sigma_s": sigma if np.isfinite(sigma) else None}
+    if not sigma < _SHOWN_DELAY * step:
+        text = "The motion does not show whether the velocities are older than the positions; no delay is described."
+        return [doubt("fixes", text, "See the manual of the receiver.", **numbers)]
+    text = f"The velocities are {1e3 * delay:.0f} ± {1e3 * sigma:.0f} ms older than the positions of the same stamp"
+    if described and abs(delay - described) < 0.1 * step:
+        return [fact("fixes", f"{text}; {1e3 * described:.0f} ms are described.", **numbers)]
+    if described:
+        text += f"; {1e3 * described:.0f} ms are described"
+    elif not _delayed(found, step):
+        return [fact("fixes", f"{text}: no delay is described.", **numbers)]
+    why = " (half an interval: they are means over it)" if abs(delay / step - 0.5) < 0.15 else ""
+    return [doubt("fixes", f"{text}{why}.", f"Describe a velocity delay of {delay:.3f} s.", **numbers)]
+
+
+_SHOWN_DELAY = 1.0 / 6.0
+"""Largest 1σ of a delay that the data show, in intervals of the fixes: half an interval is then 3σ."""
+
+
+def _delayed(found: Delay, step: float) -> bool:
+    """Return whether the data show that velocities are older, by a tenth of the interval of the fixes or more."""
+    return found.sigma < _SHOWN_DELAY * step and abs(found.value) >= max(0.1 * step, 3.0 * found.sigma)
+
+
+def _step(fixes: FixStream) -> float:
+    return float(np.median(np.diff(fixes.time)))
+
+
+Readings = tuple[Array, Array, Array]
+
+
+def _inspect_readings(result: Inspection) -> Readings | None:
+    """Add what the readings say by themselves; return times, rates and specific forces if they can be used.
+
+    Specific forces have the right unit: one that explains their size at rest counts more than the stated one.
+    """
+    stream = result.inertial
+    assert stream is not None
+    increments = stream.kind == "increments"
+    result.findings += channel_findings("gyros", stream.gyro, "°" if increments else "°/s", DEG)
+    unit, scale = ("m/s", 1.0) if increments else ("g", G0)
+    result.findings += channel_findings("accelerometers", stream.accel, unit, scale)
+    if not result.usable:
+        return None
+    time, rate, force = _clean(stream)
+    if len(time) < 10:
+        result.findings.append(wrong("readings", f"Only {len(time)} rows are usable.", "Give a longer log."))
+        return None
+    gravity, fixes = _UNKNOWN_GRAVITY, result.fixes
+    if fixes is not None:
+        known = np.isfinite(fixes.latitude) & np.isfinite(fixes.height) & (np.abs(fixes.latitude) <= 0.5 * np.pi)
+        if known.any():
+            place = float(np.median(fixes.latitude[known])), float(np.median(fixes.height[known]))
+            gravity = float(np.linalg.norm(earth.gravity_ned(*place)))
+    found = scale_finding(stream, at_rest(time, rate, force), gravity)
+    result.findings.append(found)
+    if found.grade != "wrong":
+        return time, rate, force
+    factor = found.numbers.get("of_right_unit")
+    if factor is None:
+        return None
+    result.reading = np.eye(3), np.eye(3) / factor
+    return time, rate, force / factor
+
+
+def _clean(stream: InertialStream) -> tuple[Array, Array, Array]:
+    """Return times, rates and specific forces of the rows that follow each other in time and have numbers."""
+    time, rate, force = rates_of(stream)
+    good = np.isfinite(rate).all(axis=1) & np.isfinite(force).all(axis=1) & np.isfinite(time)
+    good &= np.append(True, np.diff(np.maximum.accumulate(np.where(np.isfinite(time), time, -np.inf))) > 0.0)
+    return time[good], rate[good], force[good]
+
+
+def _inspect_together(
+    result: Inspection, readings: Readings, of_unit: Streams, of_receiver: Streams, described: Described
+) -> tuple[Readings, Moves | None]:
+    """Add what unit and receiver say of each other: clocks, units and axes, mounting, attitude of a reference.
+
+    Returns:
+        The readings as the fixes show them, and where the fixes move, on the unit's clock; None if that is unknown.
+    """
+    assert result.fixes is not None
+    assert result.inertial is not None
+    fixes = seen(result.fixes)
+    if fixes is None:
+        result.findings.append(doubt("clocks", "Too few fixes are usable.", "The unit cannot be compared with them."))
+        return readings, None
+    time, rate, force = readings
+    clocks = of_unit.clock, of_receiver.clock
+    found = agreement(readings, fixes, *clocks, described.axes, result.inertial.kind)
+    result.findings += found.readings
+    rate, force = rate @ found.gyro.T, force @ found.accel.T
+    before = (np.eye(3), np.eye(3)) if result.reading is None else result.reading
+    if any(finding.grade == "wrong" for finding in found.readings) or result.reading is not None:
+        result.reading = found.gyro @ before[0], found.accel @ before[1]
+    if found.offset is None:
+        result.findings.append(_apart(time, fixes, found.stated))
+        moves = None if found.stated is None else motion_of(fixes, found.stated)
+        return (time, rate, force), moves
+    offset = found.offset
+    if offset.shown:
+        time, offset = _without_drift(result, (time, rate, force), fixes, offset)
+    delay = result.velocity_delay or 0.0
+    shown = replace(found, offset=offset)
+    result.findings.append(offset_finding(shown, offset.value + delay, *clocks))
+    if offset.shown:
+        result.offset = offset.value + delay
+        if result.findings[-1].grade == "doubt":
+            result.late = result.offset - (found.stated or 0.0)
+    elif found.stated is None:
+        return (time, rate, force), None
+    at = offset.value if offset.shown or found.stated is None else found.stated
+    if any(f.grade == "fact" for f in found.readings):
+        result.residual = offset.match.residual
+    elif found.readings and found.readings[-1].numbers.get("turns_agree"):
+        # only the turns of the course show the reading: the velocities have errors that last, which no mean removes
+        result.residual, result.lasting = float(offset.match.each.max()), True
+    curve = pushed(time, rate, force)
+    if result.residual is not None or offset.shown:  # a wrong reading has no clear minimum at an offset
+        result.attitude = partial(attitude_by_match, curve, fixes, offset.match, offset.value)
+    placed = mounting(curve, fixes, offset.match, offset.value)
+    if placed is not None:
+        result.findings.append(_mounting_finding(placed))
+        result.mounting = placed if placed.known else None
+    reference = described.reference
+    if reference is not None and reference[1].q_nb is not None:
+        clock, given = reference
+        origins = clock.origin_gps_s, clocks[0].origin_gps_s
+        shift = origins[0] - origins[1] if origins[0] is not None and origins[1] is not None else 0
+        said = attitude_finding(curve, fixes, offset.match, offset.value, given.time + shift, reference[1].q_nb)
+        result.findings += [] if said is None else [said]
+    return (readings[0], rate, force), motion_of(fixes, at)
+
+
+def _apart(time: Array, fixes: Seen, stated: float | None) -> Finding:
+    """Return the doubt on clocks that nothing joins."""
+    if stated is None:
+        text = "The clocks of unit and receiver have no common origin, and the turns of both show no offset."
+        return doubt("clocks", text, "Which was the time of the first row? Give it as first_row.")
+    begin, end = float(fixes.time[0] + stated), float(fixes.time[-1] + stated)
+    common = min(float(time[-1]), end) - max(float(time[0]), begin)
+    spans = f"{time[0]:.6g} to {time[-1]:.6g} s and {begin:.6g} to {end:.6g} s on the unit's clock"
+    if common <= 0.0:
+        text = f"Unit and receiver do not overlap: {spans}."
+        return doubt("clocks", text, "Give the offset of the clocks, and see that the files are of the same day.")
+    inside = int(np.sum((fixes.time + stated >= time[0]) & (fixes.time + stated <= time[-1])))
+    text = f"Unit and receiver overlap by {common:.4g} s with {inside} fixes ({spans}), too little to compare them."
+    return doubt("clocks", text, "A comparison needs 10 s or more with at least 8 fixes: give a longer log.")
+
+
+def _without_drift(
+    result: Inspection, readings: tuple[Array, Array, Array], fixes: Seen, offset: Offset
+) -> tuple[Array, Offset]:
+    """Return times that run as fast as those of the receiver, with the offset of these times; add the finding."""
+    time = readings[0]
+    found = clock_drift(readings, fixes, offset, GOOD * fixes.sigma)
+    if found is None:
+        return time, offset
+    even = even_times(time, found.value)
+    late = found.value * float(time[-1] - time[0])
+    better = fine_offset(pushed(even, *readings[1:]), fixes, offset.value - 0.5 * late)
+    if better is None or better.match.residual > offset.match.residual:
+        return time, offset
+    result.drift = found.value
+    ppm, sigma = 1e6 * found.value, 1e6 * found.sigma
+    text = (
+        f"The unit's clock runs {'fast' if ppm > 0.0 else 'slow'} by {abs(ppm):.0f} ± {sigma:.0f} ppm relative to that "
+        f"of the fixes: {abs(late):.3f} s over the log."
+    )
+    fix = f"Describe it: clock_drift_ppm = {ppm:.0f}, and the offset at the first row."
+    result.findings.append(doubt("clocks", text, fix, imu_clock_drift_ppm=ppm, sigma_ppm=sigma))
+    return even, better
+
+
+def _mounting_finding(found: Mounting) -> Finding:
+    """Return the finding on the mounting."""
+    roll, pitch, yaw = np.degrees(found.angles)
+    sigma = np.degrees(found.sigma)
+    text = (
+        f"If the vehicle moves where it points, x, y, z of the unit point {', '.join(found.axes)}, turned by roll "
+        f"{roll:.2f}°, pitch {pitch:.2f} ± {sigma[0]:.2f}°, yaw {yaw:.2f} ± {sigma[1]:.2f}° (from {found.windows} "
+        "windows)."
+    )
+    numbers = {"axes": list(found.axes), "mounting_deg": [float(roll), float(pitch), float(yaw)]}
+    if not found.known:
+        return doubt(
+            "mounting", f"Is this the mounting? {text}", "The motion hardly shows it: see how it is.", **numbers
+        )
+    return fact("mounting", text, **numbers)

@@ -1,1 +1,0 @@
-"""The clocks of recorded files: stamps, offset, drift."""

@@ -1,0 +1,1 @@
+"""Identification of sensor noise from records at rest: Allan variance and maximum likelihood."""

@@ -1,0 +1,361 @@
+"""Allan deviation and noise terms of every channel of a log, in datasheet units.
+
+The numbers can be used in a scenario's [imu], so that an identified real sensor can be emulated.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Iterator, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from sinssim.analyses.noise.allan_deviation import AllanDeviation, allan_deviation, confidence_band, degrees_of_freedom
+from sinssim.analyses.noise.log_channels import (
+    NAMES,
+    SYMBOLS,
+    LogChannel,
+    Units,
+    chosen_channels,
+    clock,
+    even_increments,
+    four_digits,
+    part,
+    symbol_text,
+)
+from sinssim.analyses.noise.noise_fit import NoiseFit, fit_noise, is_constant
+from sinssim.data import Array
+from sinssim.errors import InputError
+from sinssim.logs.text.imu_samples import SUFFIXES, Samples, TriadName, read_samples, slow
+from sinssim.units import G0
+
+_SPIKE = 10.0  # in standard deviations; normal noise reaches six in a hundred million samples
+_ENOUGH = 100_000  # samples that determine a standard deviation well enough
+_NOT_THESE = 0.5  # relative misfit of the spectrum above which the sensor was not at rest
+_AT_REST = 0.05  # largest relative error of the specific force of a poor sensor at rest
+
+
+@dataclass(frozen=True)
+class ChannelNoise:
+    """One channel's noise.
+
+    Attributes:
+        channel: the channel.
+        deviation: its Allan deviation.
+        freedom: equivalent degrees of freedom of each Allan variance, (M,).
+        low, high: 95 % band of the Allan deviation, (M,) rad/s or m/s², or the unit of another quantity.
+        fit: its noise terms.
+        spike: time of the sample with the largest deviation from its neighbours, s, and the deviation in standard
+            deviations; None if noise explains it.
+    """
+
+    channel: LogChannel
+    deviation: AllanDeviation
+    freedom: Array
+    low: Array
+    high: Array
+    fit: NoiseFit
+    spike: tuple[float, float] | None
+
+    @property
+    def name(self) -> str:
+        """Name of the channel: for example gyro_x, or the name of the log's column."""
+        return self.channel.name
+
+    @property
+    def units(self) -> Units:
+        """The units of the terms."""
+        return self.channel.units
+
+    @property
+    def symbols(self) -> list[str]:
+        """The fitted terms in the order of the tables."""
+        return [symbol for symbol in SYMBOLS if symbol in self.fit.estimates]
+
+    @property
+    def described(self) -> bool:
+        """Whether the noise terms describe the spectrum of the record."""
+        return self.fit.misfit <= _NOT_THESE
+
+    @property
+    def lowest(self) -> tuple[float, float]:
+        """Lowest Allan deviation, which data sheets call in-run bias stability, rad/s or m/s², and its τ, s.
+
+        It is taken where the upper end of the band is lowest.
+        """
+        i = int(np.argmin(self.high))
+        return float(self.deviation.deviation[i]), float(self.deviation.tau[i])
+
+    def remarks(self) -> Iterator[str]:
+        """Yield remarks on the numbers."""
+        fit = self.fit
+        if fit.exchangeable:
+            yield (
+                f"{' and '.join(map(symbol_text, fit.exchangeable))} described the record best, but zero is in the "
+                "band: an unobserved term could replace it."
+            )
+        if fit.possible is not None:
+            sigma, time = fit.possible
+            unit, size = self.units.rate
+            yield (
+                f"A Gauss-Markov bias of σ_b = {four_digits(sigma / size)} {unit} and τ_b = {time:.3g} s could explain "
+                "this, but is not significant. If such a bias is known, give its --correlation-time."
+            )
+        pulse = math.sqrt(12.0) * fit.likely["Q"]
+        inertial = self.channel.triad is not None
+        steady = "the sensor stood still" if inertial else "the quantity was steady"
+        moves = fit.likely["N"] * math.sqrt(fit.interval)
+        # readings of other quantities are rounded themselves instead of their integral, which gives white noise, not Q
+        if inertial and moves < 0.5 * pulse and self.described:
+            moved = moves / pulse
+            by = f"by {moved:.2g} pulses only" if moved > 0.0 else "by less than half a pulse, if at all"
+            yield (
+                f"Between samples the random walk moves the output {by}. Unless the sensor moves by more (dither "
+                "does), rounding errors are correlated and not white: Q, and with it N, is then not "
+                "trusted."
+            )
+        if self.spike is not None:
+            time, size = self.spike
+            yield (
+                f"The sample at {time:.9g} s is {size:.3g} standard deviations off its neighbours: a spike or a jolt. "
+                "Its power counts as noise; use a part without it (--from, --to)."
+            )
+        for low, high in fit.aside:
+            yield (
+                f"{low:.4g} to {high:.4g} Hz (τ near {0.5 / math.sqrt(low * high):.3g} s) does not fit these terms and "
+                "was left out: vibration, a filter or a resonance."
+            )
+        if not self.described:
+            yield (
+                "These terms do not describe this record: bands of its spectrum depart from them by "
+                f"{100.0 * fit.misfit:.0f} % rms. Use a part in which {steady} (--from, --to)."
+            )
+        elif fit.misfit > 0.0:
+            yield (
+                f"These terms describe the spectrum to {100.0 * fit.misfit:.2g} % only; the bands of the terms include "
+                f"this. Check that {steady}, at constant temperature."
+            )
+
+    def to_json(self) -> dict[str, Any]:
+        """Return plain numbers with their units."""
+        unit, size = self.units.rate
+        named = self.units.named
+        terms: dict[str, Any] = {}
+        for symbol in self.symbols:
+            estimate = self.fit.estimates[symbol]
+            term_unit, term_size = self.units.terms[symbol]
+            value = None if estimate.value is None else estimate.value / term_size
+            terms[symbol] = {
+                "name": NAMES[symbol],
+                "unit": term_unit,
+                "value": value,
+                "low": estimate.low / term_size,
+                "high": estimate.high / term_size,
+            }
+        lowest, tau = self.lowest
+        return {
+            "unit": unit,
+            named("mean"): self.fit.mean / size,
+            "terms": terms,
+            "correlation_time_s": self.fit.correlation_time,
+            "correlation_time_band_s": self.fit.correlation_band,
+            named("lowest_allan_deviation"): lowest / size,
+            "lowest_allan_deviation_tau_s": tau,
+            "misfit": self.fit.misfit,
+            "left_out_hz": self.fit.aside,
+            "remarks": list(self.remarks()),
+            "allan": {
+                "tau_s": self.deviation.tau.tolist(),
+                named("deviation"): (self.deviation.deviation / size).tolist(),
+                named("low"): (self.low / size).tolist(),
+                named("high"): (self.high / size).tolist(),
+                "degrees_of_freedom": [nu if math.isfinite(nu) else None for nu in self.freedom.tolist()],
+                named("fit"): (self.fit.allan_deviation(self.deviation.tau) / size).tolist(),
+            },
+        }
+
+
+@dataclass(frozen=True)
+class NoiseReport:
+    """The noise of a log's channels.
+
+    Attributes:
+        source: name of the log.
+        samples: its samples.
+        interval: T, s.
+        channels: channels in the order of `chosen_channels`.
+        remarks: sentences on the log as a whole.
+    """
+
+    source: str
+    samples: Samples
+    interval: float
+    channels: tuple[ChannelNoise, ...]
+    remarks: tuple[str, ...]
+
+    @property
+    def duration(self) -> float:
+        """Length of the record, s."""
+        return float(self.samples.time[-1] - self.samples.time[0])
+
+    @property
+    def count(self) -> int:
+        """Number of samples."""
+        return len(self.samples.time) - 1
+
+    def to_json(self) -> dict[str, Any]:
+        """Return plain numbers with units in the names; unobservable values are None."""
+        return {
+            "source": self.source,
+            "duration_s": self.duration,
+            "samples": self.count,
+            "interval_s": self.interval,
+            "remarks": list(self.remarks),
+            "channels": {channel.name: channel.to_json() for channel in self.channels},
+        }
+
+
+# Long: the options are checked by name, then the channels are identified in turn.
+def noise_report(
+    log: Path,
+    *,
+    columns: Path | None = None,
+    channels: Sequence[str] = (),
+    start: float | None = None,
+    end: float | None = None,
+    correlation_time: float | None = None,
+    progress: Callable[[str, float], None] | None = None,
+) -> NoiseReport:
+    """Identify the noise of a log's channels.
+
+    Args:
+        log: a log of sensors at rest or of other quantities (`sinssim.logs.text.imu_samples.SUFFIXES`), a run
+            directory, whose measured stream is used, or a scenario with [log], whose inertial unit is used.
+        columns: TOML file that names a log's columns, units and axes.
+        channels: as for `chosen_channels`; by default those of the triads that `columns` describes.
+        start, end: part of the log to use, in its own time, s.
+        correlation_time: τ_b as for `fit_noise`, s.
+        progress: called with a description of the current work and the total fraction done, 0 to 1.
+
+    Raises:
+        InputError: the log cannot be read or has gaps, a channel does not exist, there are too few samples, or all
+            channels are constant.
+    """
+    wanted = chosen_channels(channels)
+    triads = list(dict.fromkeys(channel.triad for channel in wanted if channel.triad is not None)) if channels else None
+    others = [channel.name for channel in wanted if channel.triad is None]
+
+    def tell(what: str, fraction: float) -> None:
+        if progress is not None:
+            progress(what, fraction)
+
+    tell(f"Reading {log.name}", 0.0)
+    samples = part(_samples(log, columns, triads, others), start, end, str(log))
+    wanted = [channel for channel in wanted if channel.triad is None or channel.triad in samples.triads]
+    timing = clock(samples, str(log))
+    remarks = []
+    if samples.triads and (doubt := slow(samples.time)) is not None:
+        remarks.append(doubt)
+    if others and not samples.time_unit_stated:
+        remarks.append(
+            "The times are assumed to be in seconds: neither the name of their column nor time_unit gives their unit."
+        )
+    if not timing.even:
+        # the log does not give the length of the first interval
+        samples = part(samples, float(samples.time[1]), None, str(log))
+        timing = clock(samples, str(log))
+        remarks.append(
+            f"The times are uneven by up to {100.0 * timing.unevenness:.3g} % of an interval. Averages run between the "
+            "samples nearest to their ends, and averages over a few samples are unreliable. If only the time stamps "
+            "are uneven, not the sampling, give rate_hz instead of the time column."
+        )
+    remarks += _not_gravity(samples)
+    found = []
+    for i, channel in enumerate(wanted):
+        name = channel.name
+        increments = even_increments(samples, channel, timing)
+        tell(f"Noise terms of {name}", (i + 0.2) / len(wanted))
+        if is_constant(increments) and not channels:
+            remarks.append(f"{name} is left out: it is constant.")
+            continue
+        try:
+            fit = fit_noise(increments, timing.interval, correlation_time)
+        except InputError as error:
+            raise InputError(f"{log}, {name}: {error}") from error
+        tell(f"Allan deviation of {name}", (i + 0.5) / len(wanted))
+        deviation = allan_deviation(increments, timing.interval)
+        freedom = degrees_of_freedom(deviation.count, deviation.interval, deviation.samples, fit.terms, fit.likely["R"])
+        band = confidence_band(deviation.deviation, freedom)
+        spike = _spike(increments, samples.time)
+        found.append(ChannelNoise(channel, deviation, freedom, *band, fit, spike))
+    if not found:
+        raise InputError(f"{log}: all channels are constant; there is no noise to identify.")
+    tell("", 1.0)
+    return NoiseReport(str(log), samples, timing.interval, tuple(found), (*samples.notes, *remarks))
+
+
+def _samples(log: Path, columns: Path | None, triads: Sequence[TriadName] | None, others: Sequence[str]) -> Samples:
+    """Return the samples of a log, of a run's measured stream, or of the recorded unit of a scenario."""
+    if log.suffix == ".toml":
+        return _of_scenario(log, columns, others)
+    path = log / "streams" / "imu_measured.parquet" if log.is_dir() else log
+    if log.is_dir() and not path.is_file():
+        raise InputError(
+            f"{log} is not a run directory: it has no {path.relative_to(log)}. A log ends in {', '.join(SUFFIXES)}; "
+            "a scenario with [log] in .toml."
+        )
+    return read_samples(path, columns, triads, others)
+
+
+def _of_scenario(path: Path, columns: Path | None, others: Sequence[str]) -> Samples:
+    """Return the increments of the inertial unit that a scenario with [log] describes, in the run's time."""
+    from sinssim.logs.recorded_log import recorded_log
+    from sinssim.scenario.load import load_scenario
+
+    if columns is not None:
+        raise InputError(f"--columns describes a log; {path} is a scenario, which describes its own log: leave it out.")
+    if others:
+        raise InputError(
+            f"{path}: of a scenario gyros and accelerometers are analysed; for the column {others[0]!r} give the file "
+            "itself, and its description with --columns."
+        )
+    scenario = load_scenario(path)
+    if scenario.log is None:
+        raise InputError(
+            f"{path} is a scenario without [log], so it has no recorded sensors; run it, and give its run directory."
+        )
+    only = scenario.log.model_copy(
+        update={"gnss": None, "others": (), "reference": None, "outages": None, "from_s": None, "to_s": None}
+    )
+    imu = recorded_log(only, scenario.imu.mounting_deg).imu
+    return Samples("increments", imu.time, {"gyro": imu.dtheta, "accel": imu.dvel})
+
+
+def _spike(increments: Array, time: Array) -> tuple[float, float] | None:
+    """Return time and size of the largest spike, if noise does not explain it."""
+    second = np.abs(np.diff(increments, 2))
+    # the median is insensitive to a few samples; for a normal number it is 0.6745 standard deviations
+    sigma = float(np.median(second[:: 1 + len(second) // _ENOUGH])) / 0.6745
+    k = int(np.argmax(second))
+    if not second[k] > _SPIKE * sigma > 0.0:
+        return None
+    return float(time[k + 2]), float(second[k]) / sigma
+
+
+def _not_gravity(samples: Samples) -> Iterator[str]:
+    """Yield a remark if the accelerometers do not measure gravity, because the description may be wrong."""
+    if "accel" not in samples.triads:
+        return
+    values = samples.triads["accel"]
+    mean = values.mean(axis=0)
+    if samples.kind == "increments":
+        mean = values.sum(axis=0) / (samples.time[-1] - samples.time[0])
+    felt = float(np.linalg.norm(mean))
+    if abs(felt - G0) > _AT_REST * G0:
+        yield (
+            f"The mean specific force is {felt:.4g} m/s²; at rest it would be {G0:.4g} m/s². Unless gravity has "
+            "been removed, the log's units, times or kind (increments or rates) are wrong."
+        )

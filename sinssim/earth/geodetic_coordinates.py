@@ -1,0 +1,260 @@
+"""Radii of curvature, geodetic, Earth-fixed and inertial coordinates over arrays, and change of datum.
+
+The transformation between WGS-84 and PZ-90.11 has the seven parameters of GOST 32453-2017 for WGS-84 (G1150). The EPSG
+registry has them as two operations in turn, 7961 (WGS 84 (G1150) to PZ-90.02) and 7703 (PZ-90.02 to PZ-90.11), in the
+same convention, that of rotated axes:
+
+    r′ = Δ + (1 + m) (I − [ω×]) r
+
+Another ellipsoid without a transformation of its own has its centre and axes in common with the datum that it is given
+for: only latitude and height change.
+"""
+
+from __future__ import annotations
+
+from math import sin
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from sinssim.arguments import numbers
+from sinssim.data import Array
+from sinssim.earth.ellipsoid_kernels import (
+    EarthParameters,
+    ecef_to_geodetic_k,
+    geodetic_to_ecef_k,
+    parameters,
+    q_en_k,
+    radii_k,
+)
+from sinssim.earth.ellipsoids import WGS84, Ellipsoid
+from sinssim.errors import InputError, check_name
+from sinssim.jit import kernel
+from sinssim.units import ARCSEC
+
+
+def as_columns(*values: ArrayLike) -> tuple[tuple[int, ...], list[Array]]:
+    given = [numbers("the array", value) for value in values]
+    try:
+        arrays = np.broadcast_arrays(*given)
+    except ValueError as error:
+        shapes = ", ".join(str(value.shape) for value in given)
+        raise InputError(f"arrays of the shapes {shapes} do not fit together.") from error
+    # copies, because numpy warns if numba asks whether a broadcast view of one element is writeable
+    return arrays[0].shape, [array.copy().reshape(-1) for array in arrays]
+
+
+def as_vectors(r: ArrayLike) -> tuple[tuple[int, ...], Array]:
+    array = numbers("the array of vectors", r)
+    if array.shape[-1:] != (3,):
+        raise InputError(f"expected vectors of 3 components in the last axis, got an array of shape {array.shape}.")
+    return array.shape[:-1], np.ascontiguousarray(array).reshape(-1, 3)
+
+
+@kernel
+def _radii_rows(p: EarthParameters, latitude: Array, r1: Array, r2: Array) -> None:
+    for i in range(latitude.shape[0]):
+        r1[i], r2[i] = radii_k(p, sin(latitude[i]))
+
+
+@kernel
+def _to_ecef_rows(p: EarthParameters, latitude: Array, longitude: Array, height: Array, out: Array) -> None:
+    for i in range(latitude.shape[0]):
+        out[i] = geodetic_to_ecef_k(p, latitude[i], longitude[i], height[i])
+
+
+@kernel
+def _to_geodetic_rows(p: EarthParameters, r: Array, latitude: Array, longitude: Array, height: Array) -> None:
+    for i in range(latitude.shape[0]):
+        latitude[i], longitude[i], height[i] = ecef_to_geodetic_k(p, r[i, 0], r[i, 1], r[i, 2])
+
+
+@kernel
+def _q_en_rows(latitude: Array, longitude: Array, out: Array) -> None:
+    for i in range(out.shape[0]):
+        out[i] = q_en_k(latitude[i], longitude[i])
+
+
+def radii(latitude: ArrayLike, ellipsoid: Ellipsoid = WGS84) -> tuple[Array, Array]:
+    """Return the radii of curvature.
+
+    Args:
+        latitude: geodetic latitude, (...) rad.
+        ellipsoid: reference ellipsoid.
+
+    Returns:
+        Radius of the meridian R₁ and of the prime vertical R₂, (...) m.
+    """
+    shape, (lat,) = as_columns(latitude)
+    r1, r2 = np.empty_like(lat), np.empty_like(lat)
+    _radii_rows(parameters(ellipsoid), lat, r1, r2)
+    return r1.reshape(shape), r2.reshape(shape)
+
+
+def geodetic_to_ecef(
+    latitude: ArrayLike, longitude: ArrayLike, height: ArrayLike, ellipsoid: Ellipsoid = WGS84
+) -> Array:
+    """Return Earth-centred Earth-fixed coordinates.
+
+    Args:
+        latitude, longitude: geodetic, (...) rad.
+        height: above the ellipsoid, (...) m.
+        ellipsoid: reference ellipsoid.
+
+    Returns:
+        Positions, (..., 3) m.
+    """
+    shape, (lat, lon, h) = as_columns(latitude, longitude, height)
+    out = np.empty((len(lat), 3))
+    _to_ecef_rows(parameters(ellipsoid), lat, lon, h, out)
+    return out.reshape(*shape, 3)
+
+
+def ecef_to_geodetic(r: ArrayLike, ellipsoid: Ellipsoid = WGS84) -> tuple[Array, Array, Array]:
+    """Return geodetic coordinates of Earth-fixed positions, exact to rounding (Bowring 1976).
+
+    Args:
+        r: positions, (..., 3) m, further than 1000 km from the Earth's centre.
+        ellipsoid: reference ellipsoid.
+
+    Returns:
+        Latitude in [−π/2, π/2] and longitude in (−π, π], (...) rad; height, (...) m.
+
+    Raises:
+        InputError: a position is too near to the Earth's centre, where geodetic latitude has no meaning.
+    """
+    shape, rows = as_vectors(r)
+    if len(rows) and not (np.min(np.einsum("ij,ij->i", rows, rows)) > 1e12):
+        row = int(np.argmin(np.einsum("ij,ij->i", rows, rows)))
+        raise InputError(
+            f"position {rows[row]} m (row {row}) lies within 1000 km of the Earth's centre or is not a number, so that "
+            "it has no geodetic latitude. Earth-fixed coordinates in metres are expected."
+        )
+    latitude, longitude, height = (np.empty(len(rows)) for _ in range(3))
+    _to_geodetic_rows(parameters(ellipsoid), rows, latitude, longitude, height)
+    return latitude.reshape(shape), longitude.reshape(shape), height.reshape(shape)
+
+
+def q_en(latitude: ArrayLike, longitude: ArrayLike) -> Array:
+    """Return the quaternion from north-east-down to Earth-fixed coordinates.
+
+    Args:
+        latitude, longitude: geodetic, (...) rad.
+
+    Returns:
+        Unit quaternions, (..., 4).
+    """
+    shape, (lat, lon) = as_columns(latitude, longitude)
+    out = np.empty((len(lat), 4))
+    _q_en_rows(lat, lon, out)
+    return out.reshape(*shape, 4)
+
+
+def displaced(
+    latitude: Array, longitude: Array, height: Array, north: Array, east: Array, ellipsoid: Ellipsoid = WGS84
+) -> tuple[Array, Array]:
+    """Return latitude and longitude after small displacements in the local level, also at and across a pole.
+
+    Args:
+        latitude, longitude, height: the places, (N,) rad and m.
+        north, east: displacement in the tangent plane, (N,) m.
+        ellipsoid: reference ellipsoid.
+
+    Returns:
+        Latitude and longitude of the places' normals there, (N,) rad each.
+    """
+    s, c = np.sin(longitude), np.cos(longitude)
+    poleward, up = north * np.sin(latitude), north * np.cos(latitude)
+    step = np.stack([-poleward * c - east * s, -poleward * s + east * c, up], axis=-1)
+    return ecef_to_geodetic(geodetic_to_ecef(latitude, longitude, height, ellipsoid) + step, ellipsoid)[:2]
+
+
+def _about_z(r: ArrayLike, angle: ArrayLike) -> Array:
+    v, turn = numbers("the array of vectors", r), numbers("the time", angle)
+    if v.shape[-1:] != (3,):
+        raise InputError(f"expected vectors of 3 components in the last axis, got an array of shape {v.shape}.")
+    c, s = np.cos(turn), np.sin(turn)
+    return np.stack(
+        np.broadcast_arrays(c * v[..., 0] - s * v[..., 1], s * v[..., 0] + c * v[..., 1], v[..., 2]), axis=-1
+    )
+
+
+def ecef_to_eci(r_e: ArrayLike, time: ArrayLike, ellipsoid: Ellipsoid = WGS84) -> Array:
+    """Return Earth-fixed vectors in the inertial frame that coincides with the Earth-fixed one at t = 0.
+
+    Args:
+        r_e: vectors, (..., 3).
+        time: (...) s; broadcasts.
+        ellipsoid: reference ellipsoid, with its rate of rotation.
+
+    Returns:
+        Vectors, (..., 3).
+    """
+    return _about_z(r_e, ellipsoid.omega * np.asarray(time, dtype=np.float64))
+
+
+def eci_to_ecef(r_i: ArrayLike, time: ArrayLike, ellipsoid: Ellipsoid = WGS84) -> Array:
+    """Return inertial vectors in the Earth-fixed frame, which coincides with the inertial one at t = 0.
+
+    Args:
+        r_i: vectors, (..., 3).
+        time: (...) s; broadcasts.
+        ellipsoid: reference ellipsoid, with its rate of rotation.
+
+    Returns:
+        Vectors, (..., 3).
+    """
+    return _about_z(r_i, -ellipsoid.omega * np.asarray(time, dtype=np.float64))
+
+
+class Helmert(NamedTuple):
+    """Seven parameters of a transformation between Earth-fixed axes.
+
+    Attributes:
+        shift: Δ, m.
+        rotation: ω, the rotation of the axes, rad.
+        scale: m.
+    """
+
+    shift: tuple[float, float, float]
+    rotation: tuple[float, float, float]
+    scale: float
+
+
+_MAS = 1e-3 * ARCSEC
+
+TO_PZ_90_11 = Helmert((-0.013, 0.106, 0.022), (-2.30 * _MAS, 3.54 * _MAS, -4.21 * _MAS), -0.008e-6)
+"""From WGS-84 (G1150) to PZ-90.11."""
+
+DATUMS: dict[str, str] = {
+    "wgs84": "World Geodetic System 1984 (G1150)",
+    "pz-90.11": "Parametry Zemli 1990, realisation of 2011",
+}
+"""Datums by the name of their ellipsoid."""
+
+
+def change_datum(r: ArrayLike, before: str, after: str) -> Array:
+    """Return Earth-fixed positions in the axes of another datum.
+
+    Args:
+        r: positions, (..., 3) m.
+        before: datum of the positions, one of `DATUMS`.
+        after: the other datum.
+
+    Returns:
+        (..., 3) m.
+
+    Raises:
+        InputError: a datum is unknown, or the positions are not vectors.
+    """
+    for name in (before, after):
+        check_name("datum", name, DATUMS)
+    shape, rows = as_vectors(r)
+    if before == after:
+        return rows.reshape(*shape, 3)
+    x, y, z = TO_PZ_90_11.rotation
+    matrix = (1.0 + TO_PZ_90_11.scale) * np.array([[1.0, z, -y], [-z, 1.0, x], [y, -x, 1.0]])
+    if after == "wgs84":
+        return np.asarray(np.linalg.solve(matrix, (rows - TO_PZ_90_11.shift).T).T.reshape(*shape, 3), dtype=np.float64)
+    return np.asarray(rows @ matrix.T + TO_PZ_90_11.shift).reshape(*shape, 3)

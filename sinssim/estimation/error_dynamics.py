@@ -1,0 +1,381 @@
+"""Error dynamics along a motion: F and driving noise of ẋ = F x + w, Φ and Q over intervals, also at the poles.
+
+The north-east-down error equations in full (Titterton and Weston, Strapdown Inertial Navigation Technology, 2nd ed.
+2004, 12.21 and 12.28; Savage, Strapdown Analytics, 2000, chapter 12), φ with C_solution = (I − [φ×]) C_true and
+position in metres, δr = ((R₁+h) δlatitude, (R₂+h) cos(latitude) δlongitude, −δh):
+
+    (1) φ̇  = −ω_in × φ + δω_ie + δω_en − C_nb δω
+    (2) δv̇ = f × φ + C_nb δf − (2ω_ie + ω_en) × δv + v × (2δω_ie + δω_en) + δg
+    (3) δṙ = δv + terms in δr from the rotation and the curvature of the local level
+
+where δω and δf are the errors of the increments that the engine receives, each a linear function of the sensors'
+states. No first-order term is dropped: radii of curvature and gravity vary with latitude and height.
+
+The equations that are regular at the poles have F in Earth-fixed axes, and Φ and Q in transported local axes. The
+errors in Earth-fixed axes, with r, v and C_eb of the solution less the true ones, φ with C_solution = (I − [φ×])
+C_true, and gravity g of the position (Groves, Principles of GNSS, Inertial, and Multisensor Integrated Navigation
+Systems, 2nd ed. 2013, 14.2.3):
+
+    φ̇  = −ω_ie × φ − C_eb δω
+    δv̇ = f × φ + C_eb δf − 2ω_ie × δv + (∂g/∂r) δr
+    δṙ = δv
+
+The filter's state has them along north, east and down of the solution, and velocity and attitude relative to a local
+level that goes along with the position's error: the level turns by θ = (δr_E/(R₂+h), −δr_N/(R₁+h), 0), and not about
+the vertical (`sinssim.strapdown.polar_axes`). With C from Earth-fixed axes into north, east, down
+
+    δr_n = C δr_e,   δv_n = C δv_e + v × θ,   φ_n = C φ_e + θ      (4)
+
+The state relative to north at its own place, in which `dynamics` of the north-east-down equations and the measurements
+are written, turns with north by ψ = δr_E tan φ/(R₂+h) in addition, k̂ down:
+
+    δv = δv_n + ψ k̂ × v,   φ = φ_n − ψ k̂      (5)
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from sinssim import earth, rotation
+from sinssim.data import Array, NavState
+from sinssim.earth.ellipsoids import Ellipsoid
+from sinssim.estimation.state_model import INERTIAL, ErrorModel
+from sinssim.sensors.measurement_kind import CORE, PHI, R, V, earth_rate, earth_rate_slope, skew
+from sinssim.strapdown.polar_axes import turn_of_north
+
+_LATITUDE_STEP, _HEIGHT_STEP = 1e-4, 100.0  # rad, m: steps for differences of gravity, accurate to 1e-8 of its gradient
+
+
+@dataclass(frozen=True)
+class NominalMotion:
+    """The motion that F depends on, at K instants.
+
+    Attributes:
+        latitude: (K,) rad.
+        height: (K,) m.
+        velocity: north, east, down, (K, 3) m/s.
+        c_nb: (K, 3, 3).
+        force_n: specific force in north, east, down, (K, 3) m/s².
+        rate_b: inertial rate in body axes, (K, 3) rad/s.
+        force_b: specific force in body axes, (K, 3) m/s².
+    """
+
+    latitude: Array
+    height: Array
+    velocity: Array
+    c_nb: Array
+    force_n: Array
+    rate_b: Array
+    force_b: Array
+
+
+def transport_rate(latitude: Array, height: Array, velocity: Array, ellipsoid: Ellipsoid) -> Array:
+    """Return ω_en in north, east, down.
+
+    Args:
+        latitude: (K,) rad.
+        height: (K,) m.
+        velocity: (K, 3) m/s.
+
+    Returns:
+        (K, 3) rad/s.
+    """
+    r1, r2 = earth.radii(latitude, ellipsoid)
+    east = velocity[:, 1] / (r2 + height)
+    return np.stack([east, -velocity[:, 0] / (r1 + height), -east * np.tan(latitude)], axis=-1)
+
+
+def rate_error(model: ErrorModel, rate_b: Array) -> Array:
+    """Return the matrix of δω, the error of the compensated gyro increments per unit of time.
+
+    Args:
+        rate_b: inertial rate in body axes, (K, 3) rad/s.
+
+    Returns:
+        δω = matrix · x, in body axes, (K, 3, n).
+    """
+    return _reading_error(model, "gyro", rate_b)
+
+
+def force_error(model: ErrorModel, force_b: Array) -> Array:
+    """Return the matrix of δf, the error of the compensated velocity increments per unit of time.
+
+    Args:
+        force_b: specific force in body axes, (K, 3) m/s².
+
+    Returns:
+        δf = matrix · x, in body axes, (K, 3, n).
+    """
+    return _reading_error(model, "accelerometer", force_b)
+
+
+def _reading_error(model: ErrorModel, triad: str, reading: Array) -> Array:
+    out = np.zeros((len(reading), 3, model.size))
+    for name, where in model.slices.items():
+        if name == f"{triad} instability":
+            out[:, :, where] = np.eye(3)
+        if name.startswith(f"{triad} ") and (term := INERTIAL.get(name)) is not None:
+            inputs = np.broadcast_to(term.inputs(reading, np.zeros_like(reading)), (len(reading), *term.shape))
+            places = np.argwhere(np.ones(term.shape) if term.size == 3 else ~np.eye(3, dtype=bool))
+            for state, at in enumerate(places, start=where.start):
+                out[:, at[0], state] = inputs[:, *at]
+    return out
+
+
+def dynamics(model: ErrorModel, motion: NominalMotion, gravity: str, ellipsoid: Ellipsoid) -> Array:
+    """Return F of ẋ = F x + w.
+
+    Args:
+        motion: the motion at K instants.
+        gravity: name of the engine's gravity model.
+
+    Returns:
+        (K, n, n).
+    """
+    lat, h, v = motion.latitude, motion.height, motion.velocity
+    n, e, d = v.T
+    s, c = np.sin(lat), np.cos(lat)
+    t = s / c
+    r1, r2 = earth.radii(lat, ellipsoid)
+    e2 = ellipsoid.e2
+    w = 1.0 - e2 * s * s
+    dr1, dr2 = 3.0 * r1 * e2 * s * c / w, r2 * e2 * s * c / w  # with respect to latitude
+    p, q = r1 + h, r2 + h
+    ie, en = earth_rate(lat, ellipsoid), transport_rate(lat, h, v, ellipsoid)
+
+    # derivatives of ω_ie, ω_en with respect to δr north and down, of ω_en with respect to δv
+    d_ie = earth_rate_slope(lat, h, ellipsoid)
+    d_en = np.zeros_like(d_ie)
+    d_en[:, 0, 0], d_en[:, 0, 2] = -e * dr2 / (q * q * p), e / (q * q)
+    d_en[:, 1, 0], d_en[:, 1, 2] = n * dr1 / p**3, -n / (p * p)
+    d_en[:, 2, 0], d_en[:, 2, 2] = (e * t * dr2 / q - e / (c * c)) / (q * p), -e * t / (q * q)
+    over_v = np.zeros_like(d_ie)
+    over_v[:, 0, 1], over_v[:, 1, 0], over_v[:, 2, 1] = 1.0 / q, -1.0 / p, -t / q
+
+    # derivatives of gravity with respect to δr north and down, for the engine's gravity model
+    g_north = earth.gravity_ned(lat + _LATITUDE_STEP, h, gravity, ellipsoid)
+    g_north -= earth.gravity_ned(lat - _LATITUDE_STEP, h, gravity, ellipsoid)
+    g_up = earth.gravity_ned(lat, h + _HEIGHT_STEP, gravity, ellipsoid)
+    g_up -= earth.gravity_ned(lat, h - _HEIGHT_STEP, gravity, ellipsoid)
+
+    f = np.zeros((len(lat), model.size, model.size))
+    f[:, PHI, PHI] = -skew(ie + en)  # (1)
+    f[:, PHI, V] = over_v
+    f[:, PHI, R] = d_ie + d_en
+    f[:, V, PHI] = skew(motion.force_n)  # (2)
+    across = skew(v)
+    f[:, V, V] = across @ over_v - skew(2.0 * ie + en)
+    f[:, V, R] = across @ (2.0 * d_ie + d_en)
+    f[:, V, 0] += g_north / (2.0 * _LATITUDE_STEP * p)[:, None]
+    f[:, V, 2] -= g_up / (2.0 * _HEIGHT_STEP)
+    # (3): d/dt of (R₁+h) δlatitude and (R₂+h) cos(latitude) δlongitude, with d((R₂+h) cos)/dlatitude = −(R₁+h) sin
+    f[:, R, V] = np.eye(3)
+    f[:, 0, 0], f[:, 0, 2] = -d / p, n / p
+    f[:, 1, 0], f[:, 1, 1], f[:, 1, 2] = e * t / q, -(n * t + d) / q, e / q
+    f[:, PHI, CORE:] = -motion.c_nb @ rate_error(model, motion.rate_b)[:, :, CORE:]
+    f[:, V, CORE:] = motion.c_nb @ force_error(model, motion.force_b)[:, :, CORE:]
+    own = np.arange(CORE, model.size)
+    f[:, own, own] = -model.decay[CORE:]
+    return f
+
+
+def driving_noise(model: ErrorModel) -> Array:
+    """Return the spectral density of w; it is diagonal because the noise of a triad is equal in all axes.
+
+    Returns:
+        Diagonal of E[w wᵀ], (n,) unit²/s.
+    """
+    density = model.density**2
+    density[PHI] += model.gyro_noise**2
+    density[V] += model.accel_noise**2
+    return density
+
+
+_NODES, _WEIGHTS = np.polynomial.legendre.leggauss(3)
+_ORDER = 4
+_LONGEST = 1.0  # s: F⁵t⁵/5! is below 1e-7 of Φ − I, because the Schuler frequency is the highest of the system
+_DECAY = 0.1  # t/τ for which the same holds of exp(−t/τ)
+
+
+def transition(f: Array, density: Array, interval: Array) -> tuple[Array, Array]:
+    """Return Φ and Q over intervals in each of which F is constant.
+
+    Φ = exp(F T) is a power series. Q = ∫ Φ(t) S Φ(t)ᵀ dt from 0 to T, which Van Loan's matrix exponential also gives
+    (IEEE Trans. Automatic Control 23, 1978, 395), is computed by Gauss-Legendre quadrature on the same series, so that
+    Q stays positive semi-definite under truncation. Long intervals are halved, and Φ and Q are doubled up again.
+
+    Args:
+        f: matrices as `dynamics` returns them: below the rows of the navigation errors only a diagonal, (K, n, n) 1/s.
+        density: diagonal of S, (n,).
+        interval: T, (K,) s.
+
+    Returns:
+        Φ and Q, (K, n, n) each.
+    """
+    count, n = f.shape[:2]
+    decay = -f[0].diagonal()[CORE:]
+    longest = float(interval.max(initial=0.0))
+    fastest = float(decay.max(initial=0.0))
+    doublings = int(np.ceil(np.log2(max(longest / _LONGEST, longest * fastest / _DECAY, 1.0))))
+    t = interval / 2**doublings
+
+    # the navigation errors' rows of F^k t^k/k!
+    top = f[:, :CORE] * t[:, None, None]
+    terms = [top]
+    for k in range(2, _ORDER + 1):
+        term = terms[-1][:, :, :CORE] @ top
+        term[:, :, CORE:] -= terms[-1][:, :, CORE:] * (decay * t[:, None])[:, None, :]
+        term /= k
+        terms.append(term)
+
+    noisy = np.flatnonzero(density)
+    root = np.zeros((count, n, len(_NODES) * len(noisy)))
+    own = noisy >= CORE
+    for i, (node, weight) in enumerate(zip(0.5 * (_NODES + 1.0), 0.5 * _WEIGHTS, strict=True)):
+        amplitude = np.sqrt(weight * np.multiply.outer(t, density[noisy]))
+        part = root[:, :, i * len(noisy) : (i + 1) * len(noisy)]
+        rows = terms[-1][:, :, noisy] * node
+        for term in terms[-2::-1]:
+            rows = (rows + term[:, :, noisy]) * node
+        rows[:, noisy[~own], np.flatnonzero(~own)] += 1.0
+        part[:, :CORE] = rows * amplitude[:, None, :]
+        part[:, noisy[own], np.flatnonzero(own)] = (
+            np.exp(-np.multiply.outer(t * node, decay[noisy[own] - CORE])) * amplitude[:, own]
+        )
+    q = root @ root.transpose(0, 2, 1)
+
+    phi = np.zeros((count, n, n))
+    phi[:, :CORE] = sum(terms[1:], terms[0])
+    diagonal = np.arange(n)
+    phi[:, diagonal[:CORE], diagonal[:CORE]] += 1.0
+    phi[:, diagonal[CORE:], diagonal[CORE:]] = np.exp(-np.multiply.outer(t, decay))
+    for _ in range(doublings):
+        q = q + phi @ q @ phi.transpose(0, 2, 1)
+        phi = phi @ phi
+    return phi, q
+
+
+_STEP = 100.0  # m: step for differences of gravity, accurate to 1e-8 of its gradient
+
+
+def earth_from_ned(latitude: Array, longitude: Array) -> Array:
+    """Return C_en, from north, east, down into Earth-fixed axes, (K, 3, 3).
+
+    Args:
+        latitude, longitude: (K,) rad.
+    """
+    return rotation.dcm_from_quaternion(earth.q_en(latitude, longitude))
+
+
+def earth_dynamics(
+    model: ErrorModel, motion: NominalMotion, longitude: Array, gravity: str, ellipsoid: Ellipsoid
+) -> Array:
+    """Return F of ẋ = F x + w with position, velocity and attitude in Earth-fixed axes.
+
+    Args:
+        motion: the motion at K instants, in north, east, down.
+        longitude: there, (K,) rad.
+        gravity: name of the engine's gravity model.
+
+    Returns:
+        (K, n, n).
+    """
+    c_en = earth_from_ned(motion.latitude, longitude)
+    c_eb = c_en @ motion.c_nb
+    place = earth.geodetic_to_ecef(motion.latitude, longitude, motion.height, ellipsoid)
+    spin = skew(np.array([0.0, 0.0, ellipsoid.omega]))
+    f = np.zeros((len(longitude), model.size, model.size))
+    f[:, R, V] = np.eye(3)
+    for axis in range(3):
+        step = _STEP * np.eye(3)[axis]
+        change = earth.gravitation_ecef(place + step, gravity, ellipsoid)
+        change -= earth.gravitation_ecef(place - step, gravity, ellipsoid)
+        f[:, V, R.start + axis] = change / (2.0 * _STEP)
+    f[:, V, R] -= spin @ spin  # the centrifugal acceleration −ω × (ω × r)
+    f[:, V, V] = -2.0 * spin
+    f[:, V, PHI] = skew(np.einsum("kij,kj->ki", c_en, motion.force_n))
+    f[:, PHI, PHI] = -spin
+    f[:, PHI, CORE:] = -c_eb @ rate_error(model, motion.rate_b)[:, :, CORE:]
+    f[:, V, CORE:] = c_eb @ force_error(model, motion.force_b)[:, :, CORE:]
+    own = np.arange(CORE, model.size)
+    f[:, own, own] = -model.decay[CORE:]
+    return f
+
+
+def local_from_earth(state: NavState, ellipsoid: Ellipsoid) -> tuple[Array, Array]:
+    """Return the matrices of (1), from errors in Earth-fixed axes to those in transported local axes, and back.
+
+    Args:
+        state: the solution, K rows.
+        ellipsoid: reference ellipsoid.
+
+    Returns:
+        The matrix and its inverse, (K, 9, 9) each.
+    """
+    c_en = earth_from_ned(state.latitude, state.longitude)
+    c_ne = c_en.transpose(0, 2, 1)
+    r1, r2 = earth.radii(state.latitude, ellipsoid)
+    tilt = np.zeros_like(c_en)  # θ of δr, both north, east, down
+    tilt[:, 0, 1], tilt[:, 1, 0] = 1.0 / (r2 + state.height), -1.0 / (r1 + state.height)
+    across = skew(state.velocity_ned) @ tilt
+    to, back = np.zeros((2, len(c_en), CORE, CORE))
+    for part in (R, V, PHI):
+        to[:, part, part], back[:, part, part] = c_ne, c_en
+    to[:, V, R], to[:, PHI, R] = across @ c_ne, tilt @ c_ne
+    back[:, V, R], back[:, PHI, R] = -c_en @ across, -c_en @ tilt
+    return to, back
+
+
+def transported_transition(
+    f: Array, density: Array, interval: Array, state: NavState, ellipsoid: Ellipsoid
+) -> tuple[Array, Array]:
+    """Return Φ and Q over intervals, for the state in transported local axes.
+
+    Args:
+        f: F of `earth_dynamics` in each interval, (K, n, n).
+        density: diagonal of the spectral density, (n,); the same in all axes of a navigation block.
+        interval: (K,) s.
+        state: the solution at the intervals' ends, K+1 rows.
+
+    Returns:
+        Φ and Q, (K, n, n) each.
+    """
+    phi, q = transition(f, density, interval)
+    to, back = local_from_earth(state, ellipsoid)
+    end, start = to[1:], back[:-1]
+    phi[:, :CORE] = end @ phi[:, :CORE]
+    phi[:, :, :CORE] = phi[:, :, :CORE] @ start
+    q[:, :CORE] = end @ q[:, :CORE]
+    q[:, :, :CORE] = q[:, :, :CORE] @ end.transpose(0, 2, 1)
+    return phi, q
+
+
+def turn_of_axes(before: NavState, after: NavState, size: int) -> Array:
+    """Return the matrix that refers a state to the axes of a corrected solution, which are its own north and east.
+
+    Returns:
+        (n, n).
+    """
+    psi = turn_of_north(before.latitude, before.longitude, after.latitude, after.longitude)[0]
+    c, s = np.cos(psi), np.sin(psi)
+    out = np.eye(size)
+    for part in (R, V, PHI):
+        out[part, part] = np.array([[c, -s, 0.0], [s, c, 0.0], [0.0, 0.0, 1.0]])
+    return out
+
+
+def refer_to_transported(h: Array, state: NavState, ellipsoid: Ellipsoid) -> None:
+    """Change H from a state relative to north to one in transported axes, in place, by (2).
+
+    Args:
+        h: H, (M, k, n).
+        state: the solution at the readings, M rows.
+        ellipsoid: reference ellipsoid.
+    """
+    r2 = earth.radii(state.latitude, ellipsoid)[1]
+    turn = np.tan(state.latitude) / (r2 + state.height)  # ψ/δr_E
+    north, east, _ = state.velocity_ned.T[:, :, None]
+    change = h[:, :, V.start + 1] * north - h[:, :, V.start] * east - h[:, :, PHI.start + 2]
+    h[:, :, R.start + 1] += turn[:, None] * change

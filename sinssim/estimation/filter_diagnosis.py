@@ -1,0 +1,489 @@
+"""What would explain a filter whose innovations speak against it: the filter runs again under each hypothesis.
+
+A hypothesis is one more state (a lever arm, a delay, an error of the inertial or of another sensor), a start that is
+known less, a larger noise of a sensor, or a random walk of the biases. Each run estimates its size; the evidence
+compares what the innovations say for it.
+
+The evidence of innovations for one model against another: with a linear model and normal noise the innovations give the
+probability density of the readings themselves,
+
+    −2 ln p(z) = Σ (νᵀS⁻¹ν + ln det S) + const                        (Bar-Shalom, Li and Kirubarajan, section 11.2)
+
+A hypothesis with a further state of some prior σ is compared with the filter's own model by the ratio of both, the
+Bayes factor. If the own model is right, the expectation of the factor is 1, so that by Markov's inequality it exceeds
+n/α for any of n hypotheses with a probability of at most α. Neither a distribution of the estimate nor the number of
+readings enters. A size that is fitted instead, such as a factor of σ, is judged by its χ² with one degree of freedom
+(Wilks), at α/n as well. Refused readings count with the gate's bound.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from dataclasses import dataclass, field, replace
+from typing import Protocol
+
+import numpy as np
+import scipy
+from numpy.typing import NDArray
+
+from sinssim.data import Array, NavState
+from sinssim.errors import SinssimError
+from sinssim.estimation.consistency import consistency
+from sinssim.estimation.filter_result import Diagnosis, Estimate, Hypothesis, Innovations, Kind, Refusals
+from sinssim.estimation.state_model import Block, ErrorModel
+from sinssim.sensors.aiding_registry import measurement_kind
+from sinssim.strapdown.navigation_error import navigation_error
+
+_PRIOR = {
+    "gnss lever arm": 10.0,  # m: the size of a vehicle
+    "gnss time offset": 1.0,  # s: a second's ambiguity is the largest that a receiver leaves
+    "gnss-velocity delay": 1.0,
+    "gyro scale": 0.01, "accelerometer scale": 0.01,  # the worst data sheets
+    "gyro misalignment": 0.02, "accelerometer misalignment": 0.02,  # rad, a block mounted by hand
+}  # fmt: skip
+"""Prior σ of states, SI: wide, since the gain depends on it by its logarithm only."""
+
+INITIAL: dict[str, tuple[str, slice, float]] = {
+    "initial position": ("position", slice(0, 3), 1000.0),  # m: another runway
+    "initial velocity": ("velocity", slice(0, 3), 30.0),  # m/s: taken for standing
+    "initial tilt": ("attitude", slice(0, 2), 0.1),  # rad: a slope, or a coarse alignment in motion
+    "initial heading": ("attitude", slice(2, 3), 1.0),  # rad: as wide as a linear filter can be told
+}
+"""Block, components and prior σ of the initial states that are tried."""
+
+_SMALLER = 0.1
+"""Ratio of σ to the prior below which a state that is there is tried with the prior."""
+
+
+def state_candidates(model: ErrorModel, innovations: Sequence[Innovations], interval: float) -> list[Block]:
+    """Return the blocks that are tried: those that the model lacks, or assumes to be much smaller.
+
+    Args:
+        model: the filter's own.
+        interval: of the inertial samples, s.
+    """
+    own = {block.name: block for block in model.blocks}
+    found = []
+    for block in (*_of_satellites(innovations), *_of_inertial(model, interval), *_of_sensors(innovations)):
+        there = own.get(block.name)
+        if there is None:
+            found.append(block)
+        elif np.max(there.sigma) < _SMALLER * np.max(block.sigma):
+            found.append(replace(block, random_walk=there.density))  # what drives it is kept
+    return found
+
+
+def _of_satellites(innovations: Sequence[Innovations]) -> Iterator[Block]:
+    kinds = {one.sensor: measurement_kind(one.kind) for one in innovations if len(one.time)}
+    if any(kind.at_antenna for kind in kinds.values()):
+        yield Block("gnss lever arm", _PRIOR["gnss lever arm"])
+    if any(kind.on_gnss_clock for kind in kinds.values()):
+        yield Block("gnss time offset", _PRIOR["gnss time offset"])
+    if len([1 for kind in kinds.values() if kind.on_gnss_clock]) > 1 and "gnss-velocity" in kinds:
+        yield Block("gnss-velocity delay", [_PRIOR["gnss-velocity delay"]])
+
+
+def _of_inertial(model: ErrorModel, interval: float) -> Iterator[Block]:
+    for triad, noise in (("gyro", model.gyro_noise), ("accelerometer", model.accel_noise)):
+        if noise > 0.0:  # a bias as large as the noise of a single sample
+            yield Block(f"{triad} bias", noise / math.sqrt(interval))
+        for what in ("scale", "misalignment"):
+            yield Block(f"{triad} {what}", _PRIOR[f"{triad} {what}"])
+
+
+def _of_sensors(innovations: Sequence[Innovations]) -> Iterator[Block]:
+    for one in innovations:
+        if not len(one.time):
+            continue
+        kind = measurement_kind(one.kind)
+        for error, sigma in kind.diagnosed.items():
+            size = len(kind.own_errors[error][0]) if error in kind.own_errors else kind.errors
+            yield Block(f"{one.sensor} {error}", (sigma,) * size)
+
+
+def walks(model: ErrorModel, innovations: Sequence[Innovations], interval: float) -> Iterator[tuple[str, Block, float]]:
+    """Yield the constant biases that may walk randomly instead.
+
+    Args:
+        model: the filter's own.
+        interval: of the inertial samples, s.
+
+    Yields:
+        Name of the triad or sensor, block of its bias, density of the white noise of its readings.
+    """
+    own = {block.name: block for block in model.blocks}
+    for triad, noise in (("gyro", model.gyro_noise), ("accelerometer", model.accel_noise)):
+        name = f"{triad} bias"
+        block = own.get(name) or Block(name, noise / math.sqrt(interval))
+        if noise > 0.0 and math.isinf(block.correlation_time):
+            yield triad, block, noise
+    for one in innovations:
+        bias = own.get(f"{one.sensor} bias")
+        if bias is not None and math.isinf(bias.correlation_time) and len(one.time) > 1:
+            apart = float(np.median(np.diff(one.time)))
+            yield one.sensor, bias, float(np.median(one.sigma_at(slice(None)))) * math.sqrt(apart)
+
+
+def with_block(model: ErrorModel, block: Block) -> ErrorModel:
+    """Return a model with one more block, or with another in place of that of its name."""
+    kept = [block if one.name == block.name else one for one in model.blocks]
+    return replace(model, blocks=tuple(kept if block.name in model.slices else [*kept, block]))
+
+
+def initial_candidates(model: ErrorModel) -> Iterator[tuple[str, ErrorModel]]:
+    """Yield the initial states that are tried, with the model that knows little of them.
+
+    Args:
+        model: the filter's own.
+    """
+    own = {block.name: block for block in model.blocks}
+    for name, (block, components, prior) in INITIAL.items():
+        sigma = np.array(np.broadcast_to(np.asarray(own[block].sigma, dtype=np.float64), 3))
+        if np.max(sigma[components]) < _SMALLER * prior:
+            sigma[components] = prior
+            yield name, with_block(model, replace(own[block], sigma=sigma))
+
+
+def widened(covariance: Array | None, own: ErrorModel, other: ErrorModel) -> Array | None:
+    """Return an initial covariance with the larger σ of the initial states of another model.
+
+    Args:
+        covariance: P₀ of the first states, (m, m); None if the model's σ are used.
+        other: one of `initial_candidates`.
+    """
+    if covariance is None:
+        return None
+    count = min(len(covariance), 9)
+    more = other.sigma[:count] ** 2 - own.sigma[:count] ** 2
+    wide = covariance.copy()
+    wide[np.arange(count), np.arange(count)] += np.maximum(more, 0.0)
+    return wide
+
+
+FALSE_ALARM = 0.01
+"""Probability that any hypothesis is named for a filter whose own model is right."""
+
+FEWEST = 8
+"""Fewest readings that are compared."""
+
+
+def refusals(innovations: Innovations) -> Iterator[Refusals]:
+    """Yield the spans in which the gate refused one reading after the other.
+
+    A gate that refuses the share α of correct readings refuses m in a row somewhere among N with a probability of at
+    most N αᵐ. Spans of which that is below `FALSE_ALARM` are named.
+    """
+    tested = np.flatnonzero(np.isfinite(innovations.nis))
+    if not len(tested) or not math.isfinite(innovations.bound):
+        return
+    share = float(scipy.special.chdtrc(innovations.value.shape[1], innovations.bound))
+    if not 0.0 < share < 1.0:
+        return
+    least = max(math.ceil(math.log(FALSE_ALARM / len(tested)) / math.log(share)), 2)
+    refused = ~innovations.accepted[tested]
+    edges = np.flatnonzero(np.diff(refused.astype(np.int8), prepend=0, append=0))
+    for begin, end in zip(edges[::2].tolist(), edges[1::2].tolist(), strict=True):
+        if end - begin >= least:
+            rows = tested[begin:end]
+            off = tuple(float(value) for value in -np.mean(innovations.value[rows], axis=0))
+            first, last = innovations.time[rows[[0, -1]]]
+            yield Refusals(innovations.sensor, float(first), float(last), end - begin, off)
+
+
+def gain(own: Sequence[Innovations], other: Sequence[Innovations]) -> float:
+    """Return twice the logarithm of the ratio of two models' evidence, over the readings that both were tested on.
+
+    Args:
+        other: those of the same readings under a hypothesis.
+
+    Returns:
+        2 ln (p(z | hypothesis) / p(z | own)); positive if the hypothesis explains the readings better.
+    """
+    total = 0.0
+    for a, b in zip(own, other, strict=True):
+        if len(a.nis) != len(b.nis):
+            return -math.inf
+        both = np.flatnonzero(np.isfinite(a.nis) & np.isfinite(b.nis))
+        total += _deviance(a, both) - _deviance(b, both)
+    return total
+
+
+def _deviance(innovations: Innovations, rows: NDArray[np.intp]) -> float:
+    """Return Σ (νᵀS⁻¹ν + ln det S) over some readings."""
+    total = 0.0
+    for part in np.array_split(rows, max(1, len(rows) // 16384)):
+        if len(part):
+            total += float(np.sum(np.linalg.slogdet(innovations.covariance_at(part))[1]))
+    return total + float(np.sum(np.minimum(innovations.nis[rows], innovations.bound)))
+
+
+def needed_gain(hypotheses: int, fitted: bool) -> float:
+    """Return the gain from which a hypothesis is named.
+
+    Args:
+        fitted: whether one size is fitted to the readings, instead of having a prior σ.
+
+    Returns:
+        The least 2 ln of the ratio.
+    """
+    return (
+        float(scipy.special.chdtri(1, FALSE_ALARM / hypotheses)) if fitted else 2.0 * math.log(hypotheses / FALSE_ALARM)
+    )
+
+
+def size_of_innovations(innovations: Innovations) -> float:
+    """Return how much larger the innovations are than the filter assumes, by the median of their NIS.
+
+    Returns:
+        Factor of their σ, 1 if the filter is right; not a number with too few readings. Half of the readings may be
+        outliers.
+    """
+    nis = innovations.nis[np.isfinite(innovations.nis)]
+    if len(nis) < FEWEST:
+        return math.nan
+    return math.sqrt(float(np.median(nis)) / float(scipy.special.chdtri(innovations.value.shape[1], 0.5)))
+
+
+class LimitReachedError(SinssimError):
+    """The search has taken as many runs as it may; what is untried is left out."""
+
+
+class Run(Protocol):
+    """Runs the filter with another error model, and with factors of the σ of some sensors."""
+
+    def __call__(self, model: ErrorModel, factors: Mapping[str, float], *, smooth: bool = False) -> Estimate:
+        """Return the estimate, smoothed if asked."""
+        ...
+
+
+_ROUNDS, _SETTLED = 5, 0.03
+"""Most runs that find a factor of σ, and its relative change at which it is found."""
+_SURE = 2.576
+"""Half of the 99 % confidence interval of a factor of σ in units of its 1σ; an interval with 1 in it is no advice."""
+_COLUMNS = ("time", "latitude", "longitude", "height", "velocity_ned", "q_nb", "defect")
+_DECADES, _HALF = 6, math.sqrt(10.0)
+"""Number of decades in which a noise is searched, and the finer step around the best one."""
+
+
+def diagnose(run: Run, model: ErrorModel, interval: float, until: float) -> Diagnosis | None:
+    """Look for the cause of inconsistent innovations.
+
+    Args:
+        model: the filter's own.
+        interval: of the inertial samples, s.
+        until: end of the time that is looked at, s.
+
+    Returns:
+        The findings; None for a filter whose innovations are consistent.
+    """
+    own = run(model, {})
+    judged = consistency(own)
+    if judged.consistent:
+        return None
+    bad = [s.sensor for s in judged.sensors if s.verdict not in ("consistent", "unknown", "outliers")]
+    tried = [*_states(run, model, own, interval), *_initial(run, model, own)]
+    tried += _measurement_noise(run, model, own, bad)
+    tried += _inertial_noise(run, model, own, interval)
+    count = max(len(tried), 1)
+    fitted = ("measurement noise", "inertial noise", "bias walk")
+    found = [replace(one, needed=needed_gain(count, one.kind in fitted)) for one in tried]
+    found.sort(key=lambda one: -one.gain)
+    found[:1] = [_with_size(run, model, own, one) for one in found[:1]]
+    return Diagnosis(
+        until,
+        tuple(span for one in own.innovations for span in refusals(one)),
+        {one.sensor: size_of_innovations(one) for one in own.innovations},
+        tuple(found),
+    )
+
+
+def _try(run: Run, model: ErrorModel, factors: Mapping[str, float]) -> Estimate | None:
+    """Run the filter; None if it fails, which speaks against the hypothesis, or if the search is at its limit."""
+    try:
+        found = run(model, factors)
+    except SinssimError:
+        return None
+    return found if len(found.time) else None
+
+
+def _states(run: Run, model: ErrorModel, own: Estimate, interval: float) -> list[Hypothesis]:
+    """Try each state that the model lacks, or assumes to be small."""
+    tried = [_state(run, model, own, block) for block in state_candidates(model, own.innovations, interval)]
+    return [one for one in tried if one is not None]
+
+
+def _state(run: Run, model: ErrorModel, own: Estimate, block: Block) -> Hypothesis | None:
+    """Try one block of states; None if the filter fails with it."""
+    there = _try(run, with_block(model, block), {})
+    if there is None:
+        return None
+    where = there.model.slices[block.name]
+    value, sigma = there.parameters[block.name][-1], there.sigma[-1, where]
+    better = gain(own.innovations, there.innovations)
+    return Hypothesis(block.name, "state", _plain(value), _plain(sigma), better, math.inf)
+
+
+def _plain(values: Array) -> tuple[float, ...]:
+    return tuple(float(value) for value in np.ravel(values))
+
+
+def _initial(run: Run, model: ErrorModel, own: Estimate) -> list[Hypothesis]:
+    """Try a start of which the filter knows little; the sizes are found afterwards, for the best one."""
+    found = []
+    for name, wide in initial_candidates(model):
+        there = _try(run, wide, {})
+        if there is not None:
+            found.append(Hypothesis(name, "initial state", (), (), gain(own.innovations, there.innovations), math.inf))
+    return found
+
+
+def _with_size(run: Run, model: ErrorModel, own: Estimate, one: Hypothesis) -> Hypothesis:
+    """Return a hypothesis on the initial state with the error that the smoothed solution shows there."""
+    if one.kind != "initial state":
+        return one
+    block, components, _ = INITIAL[one.name]
+    there = run(dict(initial_candidates(model))[one.name], {}, smooth=True)
+    if there.smoothed is None:
+        return one
+    solution, best = own.solution, there.smoothed.solution
+    start = replace(solution, **{name: getattr(solution, name)[:1] for name in _COLUMNS}, azimuth=None)
+    likely = NavState(*(getattr(best, name)[:1] for name in _COLUMNS[1:-1]))
+    error = navigation_error(likely, start, axes=model.axes)
+    of_block = {"position": error.position_ned, "velocity": error.velocity_ned, "attitude": error.attitude}[block][0]
+    sigma = there.smoothed.sigma[0, model.slices[block]]
+    sign = -1.0 if one.name == "initial heading" else 1.0  # φ down is the negative error of heading
+    return replace(one, value=_plain(sign * of_block[components]), sigma=_plain(sigma[components]))
+
+
+def _measurement_noise(run: Run, model: ErrorModel, own: Estimate, sensors: Sequence[str]) -> list[Hypothesis]:
+    """Try other σ of each sensor whose innovations are not as assumed, and of all of them together."""
+    which = [[sensor] for sensor in sensors] + ([list(sensors)] if len(sensors) > 1 else [])
+    found = []
+    for together in which:
+        factors, there, settled = dict.fromkeys(together, 1.0), own, False
+        for _ in range(_ROUNDS):
+            sizes = {i.sensor: size_of_innovations(i) for i in there.innovations if i.sensor in factors}
+            if not all(math.isfinite(size) and size > 0.0 for size in sizes.values()):
+                break
+            factors = {sensor: factors[sensor] * size for sensor, size in sizes.items()}
+            again = _try(run, model, factors)
+            if again is None:
+                break
+            there = again
+            settled = all(abs(size - 1.0) < _SETTLED for size in sizes.values())
+            if settled:
+                break
+        if not settled:  # the readings' own noise does not show in the innovations: no factor follows from them
+            continue
+        better = gain(own.innovations, there.innovations)
+        spread = _spread(run, model, factors, better, own)
+        if all(abs(math.log(factor)) > _SURE * spread for factor in factors.values()):
+            value = tuple(factors[sensor] for sensor in together)
+            sigma = tuple(spread * factor for factor in value)
+            found.append(Hypothesis(", ".join(together), "measurement noise", value, sigma, better, math.inf))
+    return found
+
+
+def _spread(run: Run, model: ErrorModel, factors: Mapping[str, float], better: float, own: Estimate) -> float:
+    """Return the 1σ of the logarithm of factors of σ, from how much the gain falls where they are closer to 1.
+
+    The gain, twice the logarithm of the likelihood, is a parabola about its maximum, g − (ln f/f̂)²/σ². It is infinite
+    where the likelihood is flat, so that a factor of 1 cannot be told from the one that was found.
+    """
+    closer = {sensor: math.sqrt(factor) for sensor, factor in factors.items()}
+    try:
+        there = run(model, closer)
+    except LimitReachedError:
+        return math.inf
+    except SinssimError:
+        there = None
+    fall = better - (-math.inf if there is None else gain(own.innovations, there.innovations))
+    step = max(abs(math.log(factor)) for factor in closer.values())
+    return 0.0 if math.isinf(fall) else step / math.sqrt(fall) if fall > 0.0 else math.inf
+
+
+def _inertial_noise(run: Run, model: ErrorModel, own: Estimate, interval: float) -> list[Hypothesis]:
+    """Try more white noise of the inertial sensors, and random walks of the biases of all sensors."""
+
+    def louder(factor: float) -> ErrorModel:
+        return replace(model, gyro_noise=factor * model.gyro_noise, accel_noise=factor * model.accel_noise)
+
+    lasts = float(own.time[-1] - own.time[0]) if len(own.time) > 1 else 1.0
+    searches = []
+    if model.gyro_noise > 0.0 or model.accel_noise > 0.0:
+        searches.append(_Search(run, own, "inertial noise", "inertial noise", louder, _HALF))
+    for name, block, noise in walks(model, own.innovations, interval):
+        # from where the walk is as large as the white noise at the end of the time
+        searches.append(_Search(run, own, name, "bias walk", _walking(model, block), math.sqrt(3.0) * noise / lasts))
+    for search in searches:
+        search.by_decades()
+    if searches:
+        max(searches, key=lambda search: search.best[1]).refine()
+    return [search.hypothesis for search in searches if math.isfinite(search.best[1])]
+
+
+def _walking(model: ErrorModel, block: Block) -> Callable[[float], ErrorModel]:
+    """Return the model by the density of the random walk of a bias."""
+    return lambda density: with_block(model, replace(block, random_walk=density))
+
+
+@dataclass
+class _Search:
+    """The search for the size of a noise that explains the innovations best.
+
+    Attributes:
+        run: runs the filter.
+        own: the filter's estimate.
+        name, kind: of the hypothesis.
+        model_of: model with a noise of a size.
+        start: least size.
+        tried: gain by size.
+    """
+
+    run: Run
+    own: Estimate
+    name: str
+    kind: Kind
+    model_of: Callable[[float], ErrorModel]
+    start: float
+    tried: dict[float, float] = field(default_factory=dict)
+
+    @property
+    def best(self) -> tuple[float, float]:
+        """Size with the largest gain, and that gain."""
+        return max(self.tried.items(), key=lambda one: one[1])
+
+    @property
+    def hypothesis(self) -> Hypothesis:
+        """What was found."""
+        size, better = self.best
+        return Hypothesis(self.name, self.kind, (size,), (), better, math.inf)
+
+    def _judge(self, size: float) -> float:
+        there = _try(self.run, self.model_of(size), {})
+        self.tried[size] = -math.inf if there is None else gain(self.own.innovations, there.innovations)
+        return self.tried[size]
+
+    def by_decades(self) -> None:
+        """Try a size in each decade, until the gain has been and falls."""
+        gains: list[float] = []
+        for step in range(_DECADES):
+            gains.append(self._judge(self.start * 10.0**step))
+            if step > 1 and max(gains) > 0.0 and gains[-1] < gains[-2] < gains[-3]:
+                break
+
+    def refine(self) -> None:
+        """Halve the steps twice in the logarithm, then take the vertex of a parabola."""
+        for ratio in (_HALF, math.sqrt(_HALF)):
+            size = self.best[0]
+            for near in (size * ratio, size / ratio):
+                self._judge(near)
+        order = sorted(self.tried)
+        k = order.index(self.best[0])
+        if 0 < k < len(order) - 1:
+            x = np.log([size / order[k] for size in order[k - 1 : k + 2]])
+            y = np.array([self.tried[size] for size in order[k - 1 : k + 2]])
+            if np.isfinite(y).all():
+                bend, slope, _ = np.polyfit(x, y, 2)
+                self._judge(order[k] * math.exp(-0.5 * slope / bend))

@@ -1,0 +1,481 @@
+"""One pass of the filter through the data: segments of inertial navigation, and the epochs in each; see `estimate`.
+
+Estimates, covariances and innovations are recorded and assembled into the result.
+"""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+import scipy
+from numpy.typing import NDArray
+
+from sinssim.data import Array, NavSolution, NavState
+from sinssim.earth.ellipsoids import Ellipsoid
+from sinssim.errors import InputError, RunError
+from sinssim.estimation.divergence import Diverged, check_covariance
+from sinssim.estimation.error_dynamics import turn_of_axes
+from sinssim.estimation.filter_result import Divergence, History, Innovations, Reasons, corrected
+from sinssim.estimation.kalman_filter import Branches, Innovation
+from sinssim.estimation.linearisation import Linearisation, Observed, Surroundings, linearise
+from sinssim.estimation.measurement_epochs import CheckedMeasurements, Epochs
+from sinssim.estimation.nominal_motion import rows_of, solution_of
+from sinssim.estimation.state_model import INERTIAL, NAVIGATION, ErrorModel
+from sinssim.sensors.aiding_registry import measurement_kind
+from sinssim.sensors.imu.compensation import compensate_checked
+from sinssim.sensors.imu.fields import TriadErrors
+from sinssim.sensors.imu.imu_errors import ImuErrors
+from sinssim.sensors.measurement_kind import CORE, PHI
+from sinssim.strapdown.navigate import Segments
+
+
+class InnovationGate:
+    """The χ² gate of one sensor and the record of its innovations.
+
+    Args:
+        readings: the sensor's readings.
+        probability: probability that a correct reading is rejected; None for no gate.
+    """
+
+    def __init__(self, readings: CheckedMeasurements, probability: float | None) -> None:
+        count, k = readings.data.sigma.shape
+        self._data = readings.data
+        self._told = dict(readings.reason.told)
+        self._accepted = np.zeros(count, dtype=bool)
+        self._value = np.full((count, k), np.nan)
+        self._triangle = np.tril_indices(k)
+        self._lower = np.full((count, len(self._triangle[0])), np.nan)
+        self._nis = np.full(count, np.nan)
+        self._bound = math.inf if probability is None else float(scipy.special.chdtri(k, probability))
+
+    def passes(self, row: int, innovation: Innovation) -> bool:
+        """Decide whether a reading may update the filter, and record the decision."""
+        self._value[row], self._nis[row] = innovation.value, innovation.nis
+        self._lower[row] = innovation.covariance[self._triangle]
+        passed = self.admits(innovation)
+        self._accepted[row] = passed
+        self._told.pop(row, None)
+        if not passed:
+            self._told[row] = f"NIS {innovation.nis:.3g} is beyond the gate, {self._bound:.3g}"
+        return passed
+
+    def admits(self, innovation: Innovation) -> bool:
+        """Return whether a reading would update the filter; nothing is recorded."""
+        return innovation.nis <= self._bound
+
+    def skip(self, row: int, reason: str) -> None:
+        """Record why a reading is not compared with the prediction."""
+        self._told[row] = reason
+
+    def innovations(self) -> Innovations:
+        """Return the record."""
+        return Innovations(
+            self._data.label, self._data.kind, self._data.time, self._value, self._lower, self._nis,
+            self._accepted, Reasons(len(self._nis), self._told), self._bound,
+        )  # fmt: skip
+
+
+@dataclass
+class HistoryRow:
+    """The filter at one epoch after all of its readings, late ones included; see `History`."""
+
+    covariance: Array
+    state: Array
+    transition: Array
+    noise: Array
+    information: Array
+    decay: Array
+    fed_back: Array
+
+
+class _Rows:
+    """Arrays of one shape, gathered one by one in one block of memory.
+
+    Args:
+        shape: shape of one array.
+        expected: expected number of arrays.
+    """
+
+    def __init__(self, shape: tuple[int, ...], expected: int) -> None:
+        self._all, self.count = np.empty((expected, *shape)), 0
+
+    def append(self, row: Array) -> None:
+        """Add one array."""
+        if self.count == len(self._all):
+            more = np.empty((1 + self.count // 8, *self._all.shape[1:]))
+            self._all = np.concatenate([self._all, more])
+        self._all[self.count] = row
+        self.count += 1
+
+    def first(self, count: int) -> Array:
+        """Return the first `count` arrays, (count, …)."""
+        return self._all[:count]
+
+
+class Record:
+    """The record of the estimate at all epochs, and of the covariance at some.
+
+    Args:
+        model: the error model.
+        epochs: epochs of the filter.
+        ellipsoid: reference ellipsoid.
+        expected: expected number of stored rows.
+        history: whether the rows have a history.
+    """
+
+    def __init__(
+        self, model: ErrorModel, epochs: Epochs, ellipsoid: Ellipsoid, expected: int, *, history: bool
+    ) -> None:
+        count, n = len(epochs.time), model.size
+        self._model, self._epochs, self._ellipsoid = model, epochs, ellipsoid
+        self._sensors, self._variance = np.zeros((count, n - CORE)), np.zeros((count, n))
+        self._stretch: list[tuple[Array, Array]] = []  # estimate and variances at the epochs of the current segment
+        self._solution = NavState(*(np.empty((count, *shape)) for shape in ((), (), (), (3,), (4,))))
+        self._rows: list[int] = []
+        self._expected = expected if history else 0
+        self._covariance = _Rows((n, n), expected)
+        self._complete = self._covariance  # with all readings; it differs only where a late one is pending
+        vectors, matrices = ("state", "fed_back", "compensated"), ("transition", "noise", "information", "decay")
+        self._history = {name: _Rows((n,), self._expected) for name in vectors}
+        self._history |= {name: _Rows((n, n), self._expected) for name in matrices}
+        self._navigation: list[NavState] = []
+
+    def note(self, x: Array, covariance: Array) -> None:
+        """Record the estimate at the next epoch of the segment; the arrays must not change afterwards."""
+        self._stretch.append((x, covariance.diagonal()))
+
+    def keep(self, epoch: int, covariance: Array, row: HistoryRow | None) -> None:
+        """Keep the covariance at an epoch, and the row of the history."""
+        if row is not None:
+            if self._complete is self._covariance and row.covariance is not covariance:
+                self._complete = _Rows(covariance.shape, self._expected)
+                for earlier in self._covariance.first(len(self._rows)):
+                    self._complete.append(earlier)
+            if self._complete is not self._covariance:
+                self._complete.append(row.covariance)
+            for name in ("transition", "noise", "information", "decay", "state", "fed_back"):
+                self._history[name].append(getattr(row, name))
+        self._rows.append(epoch)
+        self._covariance.append(covariance)
+
+    def end_stretch(
+        self,
+        first: int,
+        navigation: NavState,
+        compensated: Array,
+        fed_back: Array,
+        corrected_end: NavState,
+        turn: Array | None = None,
+    ) -> None:
+        """Record the solution of a segment.
+
+        Args:
+            compensated: values of all compensated parameters in it, in the order of the states, (n,).
+            fed_back: errors fed back at its end, (n,).
+            turn: matrix into the axes there, (n, n); None if they are the same.
+        """
+        count = len(navigation.latitude)
+        part = slice(first, first + count)
+        errors = np.array([x for x, _ in self._stretch])
+        self._variance[part] = [variance for _, variance in self._stretch]
+        self._stretch = []
+        for name, value in vars(corrected(navigation, errors[:, :CORE], self._ellipsoid, self._model.axes)).items():
+            getattr(self._solution, name)[part] = value
+        self._sensors[part] = errors[:, CORE:] + compensated[CORE:]
+        history = self._history
+        for row in range(len(self._navigation), history["state"].count):
+            k = self._rows[row] - first
+            if k < count - 1:
+                self._navigation.append(rows_of(navigation, np.array([k])))  # a copy: a slice would keep all rows
+                history["compensated"].append(compensated)
+            else:
+                self._navigation.append(corrected_end)
+                history["compensated"].append(compensated + np.where(np.arange(len(fed_back)) < CORE, 0.0, fed_back))
+                history["fed_back"].first(row + 1)[row] += fed_back
+                history["state"].first(row + 1)[row] -= fed_back
+        if turn is not None and self._rows and self._rows[-1] == first + count - 1:
+            self._turn_last(turn)
+
+    def _turn_last(self, turn: Array) -> None:
+        """Refer the last row to other axes."""
+        for rows in {id(r): r for r in (self._covariance, self._complete)}.values():
+            last = rows.first(rows.count)[-1]
+            last[...] = turn @ last @ turn.T
+        if not self._history["state"].count:
+            return
+        for name in ("state", "fed_back", "transition", "decay"):
+            last = self._history[name].first(self._history[name].count)[-1]
+            last[...] = turn @ last
+        last = self._history["noise"].first(self._history["noise"].count)[-1]
+        last[...] = turn @ last @ turn.T
+
+    def solution(self, count: int, algorithm: str) -> NavSolution:
+        """Return the solution at the first `count` epochs."""
+        return solution_of(self._epochs.time[:count], rows_of(self._solution, slice(0, count)), algorithm)
+
+    def parameters(self, count: int) -> dict[str, Array]:
+        """Return the estimated parameters at the first `count` epochs, by block."""
+        blocks = self._model.blocks[len(NAVIGATION) :]
+        at = ((block.name, self._model.slices[block.name]) for block in blocks)
+        return {name: self._sensors[:count, part.start - CORE : part.stop - CORE] for name, part in at}
+
+    def sigma(self, count: int) -> Array:
+        """Return 1σ of every state at the first `count` epochs; it overwrites the variances, so call it once."""
+        return np.asarray(np.sqrt(self._variance[:count], out=self._variance[:count]))
+
+    def rows(self, count: int) -> tuple[NDArray[np.intp], Array]:
+        """Return which of the first `count` epochs have a stored covariance, and the covariances."""
+        kept = np.array([row for row in self._rows if row < count], dtype=np.intp)
+        return kept, self._covariance.first(len(kept))
+
+    def history(self) -> History:
+        """Return the history of the stored rows."""
+        count = len(self._navigation)
+        names = vars(self._navigation[0])
+        return History(
+            time=self._epochs.time[self._rows[:count]],
+            on_edge=self._epochs.on_edge[self._rows[:count]],
+            covariance=self._complete.first(count),
+            navigation=NavState(*(np.concatenate([getattr(n, name) for n in self._navigation]) for name in names)),
+            **{name: rows.first(count) for name, rows in self._history.items()},
+        )
+
+
+_SHORTEST, _OPEN = 1.0, 64.0
+"""Length of the first segment of the closed loop and of the next after a large update; segments of the open loop, s."""
+
+_NO_NORTH = "relative to north within 0.1° of a pole, where north depends on the position itself"
+"""Why a reading is skipped near a pole."""
+
+
+class Loop:
+    """One pass of the filter through the data."""
+
+    def __init__(
+        self,
+        around: Surroundings,
+        engine: Segments,
+        covariance: Array,
+        gate: float | None,
+        history: bool,
+        row_s: float,
+    ) -> None:
+        self.around, self.engine = around, engine
+        zero_rate = {s for s, r in enumerate(around.readings) if measurement_kind(r.data.kind).mean_rate}
+        self.branches = Branches(covariance, zero_rate)
+        self.filter = self.branches.main.filter
+        self.gates = [InnovationGate(readings, gate) for readings in around.readings]
+        rows = self._expected_rows(row_s)
+        self.record = Record(around.model, around.epochs, around.ellipsoid, rows, history=history)
+        self.done = 0  # epochs that are
+        self._taken = ""  # the last reading that was processed
+        self._compensated = np.zeros(around.model.size)
+        self._largest = around.model.largest
+        self._history, self._row_s, self._row_at = history, row_s, -np.inf
+        self._begin_row(around.model.size)
+        self._restart = {s: self._begins(s) for s in zero_rate}
+        self._varying = np.flatnonzero((covariance.diagonal() > 0.0) | (around.density > 0.0))
+
+    def _expected_rows(self, row_s: float) -> int:
+        """Return about how many rows will be stored."""
+        epochs = self.around.epochs
+        due = epochs.second.copy()
+        for readings in self.around.readings:
+            due[readings.epoch[readings.usable]] = True
+        rows = int(np.count_nonzero(due))
+        if row_s:
+            rows = min(rows, int(float(epochs.time[-1] - epochs.time[0]) / row_s) + 1)
+        return rows + 1
+
+    def _begin_row(self, n: int) -> None:
+        """Reset the sums over the interval from this row to the next."""
+        self._transition, self._decay, self._fed = np.eye(n), np.eye(n), np.zeros(n)
+        self._noise, self._information = np.zeros((n, n)), np.zeros((n, n))
+
+    def _begins(self, sensor: int) -> set[int]:
+        """Return the epochs at which an interval of a zero-rate sensor begins."""
+        readings = self.around.readings[sensor]
+        begin = readings.data.time[readings.usable] - readings.interval[readings.usable]
+        return set(np.searchsorted(self.around.epochs.time, begin - 1e-5).tolist())
+
+    def run(self, state: NavState, feedback_s: float | None) -> Divergence | None:
+        """Go through all epochs.
+
+        Args:
+            feedback_s: longest segment of the closed loop, s; None for the open loop.
+
+        Returns:
+            The divergence; None if there is none.
+        """
+        epochs = self.around.epochs
+        ends = np.flatnonzero(epochs.on_edge)
+        length, edge = _SHORTEST if feedback_s else _OPEN, 0
+        try:
+            while self.done < len(epochs.time):
+                now = epochs.time[max(self.done - 1, 0)]
+                reach = np.searchsorted(epochs.time[ends], now + length + 1e-7, side="right") - 1
+                last = int(ends[max(reach, int(np.searchsorted(ends, max(self.done, 1))))])
+                state, as_far = self._stretch(last, edge, state, closed=feedback_s is not None)
+                edge = int(epochs.edge[self.done - 1])
+                if feedback_s is not None:
+                    length = min(2.0 * length, feedback_s) if as_far else min(_SHORTEST, feedback_s)
+        except Diverged as diverged:
+            return diverged.divergence
+        except RunError as error:
+            return Divergence(float(now), self._taken, f"inertial navigation failed: {str(error).rstrip('.')}")
+        return None
+
+    def _stretch(self, last: int, edge: int, state: NavState, *, closed: bool) -> tuple[NavState, bool]:
+        """Process the epochs up to `last`, starting from a state at an edge.
+
+        Returns:
+            The state at the end, after feedback, and whether the end is `last`: the closed loop ends a segment early if
+            its errors become too large.
+        """
+        around, first = self.around, self.done
+        calibration, parameters = self._calibration(), self._parameters()
+        final = int(around.epochs.edge[last])
+        _, samples = self.engine.samples(edge, final)
+        try:
+            nominal = self.engine.navigate(edge, final, state, compensate_checked(samples, calibration))
+        except InputError as error:  # the data are valid; the feedback is not
+            now = float(around.epochs.time[max(first - 1, 0)])
+            why = f"navigation is impossible after the feedback: {str(error).rstrip('.')}"
+            raise Diverged(now, self._taken, why) from error
+        line = linearise(around, first, last, nominal, calibration, parameters)
+        for sensor, row in line.skipped:
+            self.gates[sensor].skip(row, _NO_NORTH)
+        try:
+            self._through(line, last, closed)
+        except Diverged:
+            if self.done > first:
+                self._finish(line, first, feed=False)
+            raise
+        return self._finish(line, first, feed=closed), self.done == last + 1
+
+    def _through(self, line: Linearisation, last: int, closed: bool) -> None:
+        """Filter the epochs of a segment, up to `last` or until its errors become too large."""
+        epochs, small = self.around.epochs, True
+        part = slice(line.first, last + 1)
+        rows = zip(epochs.time[part].tolist(), epochs.second[part].tolist(), line.interval.tolist(), strict=True)
+        for k, (now, second, interval) in enumerate(rows):
+            epoch = line.first + k
+            if interval:
+                self._predict(line, k, interval)
+            observed = line.observed.get(epoch, ())
+            for one in observed:
+                self._update(one, epoch)
+            known = self.branches.known(now)
+            self.record.note(known.x, known.covariance)
+            self.done = epoch + 1
+            if closed and observed and np.any(np.abs(self.filter.x) > self._largest):
+                small = False
+            ends = epoch == last or (not small and bool(epochs.on_edge[epoch]))
+            due = observed or ends or second
+            if due and (now - self._row_at >= self._row_s - 1e-6 or epoch == len(epochs.time) - 1):
+                self._keep(epoch, known.covariance)
+            if ends:
+                return
+
+    def _finish(self, line: Linearisation, first: int, *, feed: bool) -> NavState:
+        """Record the results of a segment, and return the state at its end after feedback."""
+        around, count = self.around, self.done - first
+        fed = np.where(around.model.fed_back, self.filter.x, 0.0) if feed else np.zeros(around.model.size)
+        end, turn = rows_of(line.state, slice(count - 1, count)), None
+        if feed:
+            before, end = end, corrected(end, fed[None], around.ellipsoid, around.model.axes)
+            turn = turn_of_axes(before, end, len(fed)) if around.model.axes == "transported" else None
+        self.record.end_stretch(first, rows_of(line.state, slice(0, count)), self._compensated, fed, end, turn)
+        self._compensated = self._compensated + np.where(np.arange(len(fed)) < CORE, 0.0, fed)
+        for branch in self.branches.every():
+            branch.filter.x = branch.filter.x - fed
+        inside = self._row_at < around.epochs.time[self.done - 1]  # of the interval between two rows
+        if inside:
+            self._fed = self._fed + fed
+        if turn is not None:
+            for branch in self.branches.every():
+                branch.turn(turn)
+            if inside:
+                self._transition, self._decay, self._fed = turn @ self._transition, turn @ self._decay, turn @ self._fed
+                self._noise = turn @ self._noise @ turn.T
+        return NavState(*(part[0] for part in vars(end).values()))
+
+    def _parameters(self) -> dict[str, Array]:
+        model = self.around.model
+        return {b.name: self._compensated[model.slices[b.name]] for b in model.blocks[len(NAVIGATION) :]}
+
+    def _calibration(self) -> ImuErrors:
+        """Return the compensated errors of the inertial sensors."""
+        found = self._parameters()
+
+        def triad(name: str) -> TriadErrors:
+            own = ((INERTIAL[b], value) for b, value in found.items() if b in INERTIAL and b.startswith(f"{name} "))
+            return TriadErrors(**dict[str, Any]({term.field: term.shaped(value) for term, value in own}))
+
+        return ImuErrors(triad("gyro"), triad("accelerometer"))
+
+    def _predict(self, line: Linearisation, k: int, interval: float) -> None:
+        phi, q = line.phi[k], line.q[k]
+        if self._history:
+            self._transition = phi @ self._transition
+            self._noise = phi @ self._noise @ phi.T + q
+            self._decay = phi @ self._decay
+            self._fed = phi @ self._fed
+        if not self._restart and not self.branches.waiting:  # by far the most frequent case
+            self.filter.predict(phi, q)
+            return
+        came = {}
+        for sensor, begins in self._restart.items():
+            if line.first + k - 1 in begins:
+                for branch in self.branches.every():
+                    branch.cross[sensor] = np.zeros((len(phi), 3))
+            # φ̇ = … − C w: noise at mid-interval
+            at_start = phi[:, PHI] if line.turn is None else phi[:, PHI] @ line.turn[k]
+            half_way = -0.5 * (at_start + np.eye(len(phi))[:, PHI]) @ line.c_nb[k]
+            density = self.around.model.gyro_noise**2 * np.eye(3)
+            if line.added is not None:
+                density = density + line.added[k, 0] @ line.added[k, 0].T
+            came[sensor] = half_way @ (density * interval)
+        for branch in self.branches.every():
+            branch.predict(phi, q, came)
+
+    def _update(self, one: Observed, epoch: int) -> None:
+        readings = self.around.readings[one.sensor]
+        data, now = readings.data, float(self.around.epochs.time[epoch])
+        interval, gate, main = one.interval, self.gates[one.sensor], self.branches.main
+        r = readings.covariance(one.row, one.variance)
+        innovation = main.innovation(one, r, interval)
+        name = f"{data.label} {one.row} (valid at {data.time[one.row]:.3f} s)"
+        if not np.isfinite(innovation.nis):
+            raise Diverged(now, name, "the innovation is not finite")
+        arrival = float(data.arrival[one.row])
+        if arrival > now + 1e-6:
+            self.branches.wait(arrival)
+        for branch in self.branches.waiting:  # each branch by its own estimate
+            if branch.holds(arrival) and gate.admits(branch.innovation(one, r, interval)):
+                branch.take(one, r, interval)
+        if not gate.passes(one.row, innovation):
+            return
+        main.take(one, r, interval)
+        self._taken = name
+        if self._history:
+            seen = one.h @ self._transition
+            self._information += seen.T @ (
+                seen / one.variance[:, None] if data.correlation is None else np.linalg.solve(r, seen)
+            )
+            self._decay = self._decay - self.filter.gain @ (one.h @ self._decay)
+        check_covariance(self.filter.covariance, self._varying, now, name)
+
+    def _keep(self, epoch: int, known: Array) -> None:
+        row = None
+        if self._history:
+            row = HistoryRow(
+                self.filter.covariance, self.filter.x, self._transition, self._noise, self._information,
+                self._decay, self._fed,
+            )  # fmt: skip
+            self._begin_row(self.around.model.size)
+        self._row_at = float(self.around.epochs.time[epoch])
+        self.record.keep(epoch, known, row)

@@ -1,0 +1,421 @@
+"""The result of an estimation, and its explanation of innovations that speak against the filter."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from dataclasses import dataclass, replace
+from typing import Any, Literal, overload
+
+import numpy as np
+from numpy.typing import NDArray
+
+from sinssim import rotation
+from sinssim.data import Array, NavSolution, NavState
+from sinssim.earth.ellipsoids import Ellipsoid
+from sinssim.errors import RunError
+from sinssim.estimation.state_model import NAVIGATION, ErrorModel
+from sinssim.strapdown.navigation_error import navigation_error
+from sinssim.strapdown.polar_axes import carried
+from sinssim.system.short_repr import short_repr
+
+Kind = Literal["state", "initial state", "measurement noise", "inertial noise", "bias walk"]
+"""Kinds of hypotheses."""
+
+ALIKE = 2.0 * math.log(100.0)
+"""Difference of gains below which two explanations are called alike: one is at most a hundred times more probable."""
+
+
+@dataclass(frozen=True)
+class Refusals:
+    """Consecutive refused readings of one sensor, more than chance explains.
+
+    Attributes:
+        sensor: its name.
+        start, end: instants of the first and of the last one, s.
+        count: number of them.
+        mean: mean of the readings less their predictions, in the axes and the unit of the kind of measurement.
+    """
+
+    sensor: str
+    start: float
+    end: float
+    count: int
+    mean: tuple[float, ...] = ()
+
+
+@dataclass(frozen=True)
+class Hypothesis:
+    """One explanation that was tried.
+
+    Attributes:
+        name: block of states; "initial heading" and the like; sensors whose σ is wrong, joined by ", "; "inertial
+            noise"; or "gyro", "accelerometer".
+        kind: what it is.
+        value: estimates of the states, or the factor or density that explains the innovations best.
+        sigma: 1σ of the estimates, or of the factors of σ; empty for another fitted size.
+        gain: see `sinssim.estimation.filter_diagnosis.gain`.
+        needed: gain from which it is named.
+    """
+
+    name: str
+    kind: Kind
+    value: tuple[float, ...]
+    sigma: tuple[float, ...]
+    gain: float
+    needed: float
+
+
+@dataclass(frozen=True)
+class Diagnosis:
+    """What the innovations of a filter say about its faults.
+
+    Attributes:
+        until: end of the time that was looked at, s.
+        refusals: spans of refused readings.
+        sizes: factor by which the innovations of each sensor are larger than assumed.
+        hypotheses: all that were tried, the one with the largest gain first.
+        runs: number of runs of the filter that the search took, and `seconds`, their duration, s.
+        cut: whether the search ended at its limit, with hypotheses untried.
+    """
+
+    until: float
+    refusals: tuple[Refusals, ...]
+    sizes: Mapping[str, float]
+    hypotheses: tuple[Hypothesis, ...]
+    runs: int = 0
+    seconds: float = 0.0
+    cut: bool = False
+
+    @property
+    def cause(self) -> Hypothesis | None:
+        """The best explanation; None if no hypothesis explains enough."""
+        named = [one for one in self.hypotheses if one.gain > one.needed]
+        return named[0] if named else None
+
+    @property
+    def alike(self) -> tuple[Hypothesis, ...]:
+        """Other explanations that the readings can hardly tell from the cause."""
+        cause = self.cause
+        if cause is None:
+            return ()
+        return tuple(
+            one
+            for one in self.hypotheses
+            if one is not cause and one.gain > one.needed and cause.gain - one.gain < ALIKE
+        )
+
+
+Mask = NDArray[np.bool_]
+Rows = slice | NDArray[np.integer[Any]]
+
+
+class Reasons(Sequence[str]):
+    """Why readings were not used: one sentence per reading, "" for a reading that was used.
+
+    Only the sentences that are not empty take memory.
+
+    Args:
+        count: number of readings.
+        told: the sentences that are not empty, by the number of the reading.
+    """
+
+    def __init__(self, count: int, told: Mapping[int, str]) -> None:
+        self._count, self.told = count, told
+
+    def __len__(self) -> int:
+        return self._count
+
+    @overload
+    def __getitem__(self, row: int) -> str: ...
+    @overload
+    def __getitem__(self, row: slice) -> list[str]: ...
+    def __getitem__(self, row: int | slice) -> str | list[str]:
+        if isinstance(row, slice):
+            return [self.told.get(k, "") for k in range(self._count)[row]]
+        return self.told.get(range(self._count)[row], "")
+
+    def __iter__(self) -> Iterator[str]:
+        return (self.told.get(k, "") for k in range(self._count))
+
+
+@short_repr
+@dataclass(frozen=True)
+class Innovations:
+    """The innovations of one aiding sensor, in the order of validity, and the decisions of the gate.
+
+    Attributes:
+        sensor: name of the sensor, or else its kind.
+        kind: kind of measurement.
+        time: times of validity, (M,) s.
+        value: measurement predicted by inertial navigation and the estimate, minus the measurement, (M, k); NaN for a
+            skipped measurement.
+        lower: lower triangle of its covariance S, row by row, (M, k (k + 1)/2); see `covariance`.
+        nis: normalised innovation squared νᵀS⁻¹ν, (M,).
+        accepted: whether the filter was updated with the measurement, (M,).
+        reason: reason of a rejection, "" if the measurement was accepted, M sentences.
+        bound: the gate's bound on nis; infinite without a gate.
+    """
+
+    sensor: str
+    kind: str
+    time: Array
+    value: Array
+    lower: Array
+    nis: Array
+    accepted: Mask
+    reason: Sequence[str]
+    bound: float
+
+    @property
+    def covariance(self) -> Array:
+        """The covariance S of every measurement, (M, k, k); made anew at each access, as it is large."""
+        return self.covariance_at(slice(None))
+
+    def covariance_at(self, rows: Rows) -> Array:
+        """Return the covariance S of some measurements.
+
+        Args:
+            rows: which R of them.
+
+        Returns:
+            (R, k, k), in the square of the measurements' units.
+        """
+        lower, k = self.lower[rows], self.value.shape[1]
+        full = np.empty((len(lower), k, k))
+        for column, (i, j) in enumerate(zip(*np.tril_indices(k), strict=True)):
+            full[:, i, j] = full[:, j, i] = lower[:, column]
+        return full
+
+    def sigma_at(self, rows: Rows) -> Array:
+        """Return 1σ of the innovation of some measurements.
+
+        Args:
+            rows: which R of them.
+
+        Returns:
+            (R, k), in the measurements' units.
+        """
+        first, second = np.tril_indices(self.value.shape[1])
+        return np.asarray(np.sqrt(self.lower[rows][:, first == second]))
+
+
+@dataclass(frozen=True)
+class Divergence:
+    """Divergence of a filter.
+
+    Attributes:
+        time: time at which it was detected, s.
+        measurement: the measurement at which it was detected, for example "gnss-position 17 (valid at 17.000 s)", or
+            the last one processed before; "" for none.
+        reason: one sentence.
+    """
+
+    time: float
+    measurement: str
+    reason: str
+
+
+@short_repr
+@dataclass(frozen=True)
+class Smoothed:
+    """The smoothed estimate, from all earlier and later measurements.
+
+    Attributes:
+        time: (R,) s.
+        solution: R rows.
+        parameters: estimates of the sensors' parameters by block, (R, size) each.
+        covariance: covariance of all states, (R, n, n).
+    """
+
+    time: Array
+    solution: NavSolution
+    parameters: dict[str, Array]
+    covariance: Array
+
+    @property
+    def sigma(self) -> Array:
+        """1σ of every state, (R, n)."""
+        return np.asarray(np.sqrt(np.einsum("kii->ki", self.covariance)))
+
+
+@short_repr
+@dataclass(frozen=True)
+class History:
+    """History of the filter from one stored row to the next, for smoothing and observability.
+
+    Attributes:
+        time: times of the rows, (R,) s.
+        transition: Φ from the previous row, (R, n, n); the unit matrix for the first row.
+        noise: Q from the previous row, (R, n, n).
+        covariance: P after all of the row's measurements, late ones included, (R, n, n).
+        state: x̂ after them and after the feedback, (R, n).
+        fed_back: feedback since the previous row and at the row, as an error at the row, (R, n).
+        information: sum of ΨᵀHᵀR⁻¹HΨ of the accepted measurements since the previous row, with Ψ the transition from
+            that row to each of them, (R, n, n).
+        decay: factor by which an error at the previous row remains, the product of all Φ and I − KH in between, (R, n,
+            n); the unit matrix for the first row.
+        navigation: inertial navigation after the feedback, R rows.
+        compensated: values of the compensated parameters, zero for the others, (R, n).
+        on_edge: whether the row lies at the end of a sample, (R,); the state between two is interpolated. None if all
+            do.
+    """
+
+    time: Array
+    transition: Array
+    noise: Array
+    covariance: Array
+    state: Array
+    fed_back: Array
+    information: Array
+    decay: Array
+    navigation: NavState
+    compensated: Array
+    on_edge: Mask | None = None
+
+
+@short_repr
+@dataclass(frozen=True)
+class Estimate:
+    """The causal aided solution, with covariances and diagnostics.
+
+    Attributes:
+        model: the error model.
+        time: the filter's epochs, (K,) s.
+        solution: aided solution, K rows.
+        parameters: estimates of the sensors' parameters by block, in the block's units, (K, size) each.
+        sigma: 1σ of every state, in the order of `model.states`, (K, n).
+        rows: epochs whose full covariance is stored, (R,).
+        covariance: P at these epochs, (R, n, n).
+        innovations: innovations of each set of measurements.
+        smoothed: the smoothed estimate at `rows`, if requested.
+        history: history of the filter, if requested.
+        divergence: divergence of the filter, at which the rows end; None if there is none.
+        remarks: remarks for the user, for example that there was no fix; whole sentences.
+        unaided: function that navigates without the filter; see `inertial`.
+        backward: the estimate of the same filter in reverse time, from the measurements at each time and later, if
+            there is one.
+        diagnosis: explanation of innovations that are inconsistent with the filter; None if they are consistent, or
+            without a request.
+    """
+
+    model: ErrorModel
+    time: Array
+    solution: NavSolution
+    parameters: dict[str, Array]
+    sigma: Array
+    rows: NDArray[np.intp]
+    covariance: Array
+    innovations: tuple[Innovations, ...]
+    smoothed: Smoothed | None
+    history: History | None
+    divergence: Divergence | None
+    remarks: tuple[str, ...]
+    unaided: Callable[[], NavSolution]
+    backward: Estimate | None = None
+    diagnosis: Diagnosis | None = None
+
+    @property
+    def inertial(self) -> NavSolution | None:
+        """The pure inertial solution from the same start, at every sample; None if it fails.
+
+        It is computed anew at each access, so that it takes no memory during a run.
+        """
+        try:
+            return self.unaided()
+        except RunError:
+            return None
+
+
+def state_errors(
+    model: ErrorModel,
+    estimate: Estimate | Smoothed,
+    truth: NavState,
+    parameters: dict[str, Array],
+    ellipsoid: Ellipsoid,
+) -> Array:
+    """Return the actual errors in the filter's own states, to which its standard deviations refer.
+
+    Args:
+        model: the error model.
+        estimate: filtered or smoothed, K rows.
+        truth: true states at `estimate.time`, K rows.
+        parameters: true values of the sensors' parameters by block, (size,) or (K, size) each; missing ones are zero.
+        ellipsoid: reference ellipsoid.
+
+    Returns:
+        (K, n): solution minus truth for navigation, true value minus estimate for parameters.
+
+    Raises:
+        InputError: truth and estimate have different numbers of rows.
+    """
+    return _errors(model, estimate.solution, estimate.parameters, truth, parameters, ellipsoid)
+
+
+def nominal_errors(
+    model: ErrorModel, history: History, truth: NavState, parameters: dict[str, Array], ellipsoid: Ellipsoid
+) -> Array:
+    """Return the actual errors of inertial navigation and compensation, which the filter estimates.
+
+    Args:
+        model: the error model.
+        history: R rows.
+        truth: true states at `history.time`, R rows.
+        parameters: true values of the sensors' parameters by block, (size,) or (R, size) each.
+        ellipsoid: reference ellipsoid.
+
+    Returns:
+        (R, n), as for `state_errors`.
+    """
+    n = history.navigation
+    solution = NavSolution(
+        history.time, n.latitude, n.longitude, n.height, n.velocity_ned, n.q_nb, np.zeros(len(history.time)), ""
+    )
+    blocks = model.blocks[len(NAVIGATION) :]
+    compensated = {block.name: history.compensated[:, model.slices[block.name]] for block in blocks}
+    return _errors(model, solution, compensated, truth, parameters, ellipsoid)
+
+
+def _errors(
+    model: ErrorModel,
+    solution: NavSolution,
+    estimated: dict[str, Array],
+    truth: NavState,
+    parameters: dict[str, Array],
+    ellipsoid: Ellipsoid,
+) -> Array:
+    errors = np.empty((len(solution.time), model.size))
+    nav = navigation_error(truth, solution, ellipsoid, model.axes)
+    errors[:, :9] = np.hstack([nav.position_ned, nav.velocity_ned, nav.attitude])
+    for name, value in estimated.items():
+        errors[:, model.slices[name]] = parameters.get(name, 0.0) - value
+    return errors
+
+
+def corrected(state: NavState, error: Array, ellipsoid: Ellipsoid, axes: str = "north") -> NavState:
+    """Return navigation states with errors subtracted.
+
+    Args:
+        state: N rows.
+        error: position north, east, down [m], velocity [m/s], attitude φ [rad], (N, 9).
+
+    Returns:
+        The states, N rows.
+    """
+    from sinssim import earth
+
+    q = rotation.multiply(rotation.quaternion_from_rotation_vector(error[:, 6:9]), state.q_nb)
+    if axes == "transported":
+        there = NavState(state.latitude, state.longitude, state.height, state.velocity_ned - error[:, 3:6], q)
+        north, east, down = -error[:, :3].T
+        place = earth.displaced(state.latitude, state.longitude, state.height, north, east, ellipsoid)
+        moved = carried(there, *place, state.height - down)
+        return replace(moved, q_nb=rotation.normalize(moved.q_nb))
+    r1, r2 = earth.radii(state.latitude, ellipsoid)
+    return NavState(
+        state.latitude - error[:, 0] / (r1 + state.height),
+        state.longitude - error[:, 1] / ((r2 + state.height) * np.cos(state.latitude)),
+        state.height + error[:, 2],
+        state.velocity_ned - error[:, 3:6],
+        rotation.normalize(q),
+    )

@@ -1,1 +1,0 @@
-"""Initial alignment of the filter, at rest or in motion."""

@@ -1,0 +1,223 @@
+"""Kalman filter by filterpy: prediction, innovation, update with gate and cross-covariance, branches for late readings.
+
+filterpy's class has no gate. State and residual are one-dimensional here: with a column as state and a one-dimensional
+residual, filterpy would silently turn the state into a matrix.
+
+P is never symmetrised, because rounding does not accumulate. A prediction turns an asymmetry A of P into Φ A Φᵀ; an
+update (Joseph form, or with a cross-covariance) turns it into (I − K H) A (I − K H)ᵀ to first order. Both transform A
+as they transform P, so that A stays at rounding level relative to P.
+
+The filter processes every reading at its instant of validity. Until a late reading arrives, a second filter runs in
+parallel without that reading and processes all others that arrive before it. The solution published at an instant
+therefore holds exactly the readings that had arrived by then, and a late sensor delays no other sensor. Each pending
+arrival costs one additional filter.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import NamedTuple
+
+import numpy as np
+from filterpy.kalman import KalmanFilter
+
+from sinssim.data import Array
+from sinssim.estimation.linearisation import Observed
+
+
+class Innovation(NamedTuple):
+    """Innovation ν, its covariance S, and νᵀS⁻¹ν."""
+
+    value: Array
+    covariance: Array
+    nis: float
+
+
+class ErrorFilter:
+    """Estimate x and covariance P of a state that starts at zero.
+
+    Args:
+        covariance: P at the start, (n, n).
+    """
+
+    def __init__(self, covariance: Array) -> None:
+        self._filter = KalmanFilter(dim_x=len(covariance), dim_z=1)
+        self._filter.x = np.zeros(len(covariance))
+        self._filter.P = covariance.copy()
+
+    @property
+    def x(self) -> Array:
+        """Estimate, (n,)."""
+        return self._filter.x  # type: ignore[no-any-return]
+
+    @x.setter
+    def x(self, value: Array) -> None:
+        self._filter.x = value
+
+    @property
+    def covariance(self) -> Array:
+        """P, (n, n)."""
+        return self._filter.P  # type: ignore[no-any-return]
+
+    @property
+    def gain(self) -> Array:
+        """Gain K of the last update, (n, k)."""
+        return self._filter.K  # type: ignore[no-any-return]
+
+    def turn(self, matrix: Array) -> None:
+        """Refer estimate and covariance to other axes.
+
+        Args:
+            matrix: from the present axes into the others, (n, n).
+        """
+        self._filter.x = matrix @ self._filter.x
+        self._filter.P = matrix @ self._filter.P @ matrix.T
+
+    def predict(self, phi: Array, q: Array) -> None:
+        """Predict over one interval.
+
+        Args:
+            phi: Φ, (n, n).
+            q: Q, (n, n).
+        """
+        self._filter.F, self._filter.Q = phi, q  # as arguments they would take filterpy longer
+        self._filter.predict()
+
+    def innovation(self, residual: Array, h: Array, r: Array, cross: Array | None = None) -> Innovation:
+        """Return the innovation of a reading.
+
+        Args:
+            residual: (k,).
+            h: H, (k, n).
+            r: R, (k, k).
+            cross: covariance of the state's error with the reading's noise, (n, k); None if they are independent.
+
+        Returns:
+            The innovation; its square is NaN where S is singular.
+        """
+        value = residual - h @ self.x
+        covariance = h @ self.covariance @ h.T + r
+        if cross is not None:
+            both = h @ cross
+            covariance = covariance + both + both.T
+        try:
+            squares = float(value @ np.linalg.solve(covariance, value))
+        except np.linalg.LinAlgError:  # readings more accurate than doubles resolve beside P
+            squares = np.nan
+        return Innovation(value, covariance, squares)
+
+    def update(self, residual: Array, h: Array, r: Array, cross: Array | None = None) -> None:
+        """Update the estimate with a reading.
+
+        Args:
+            residual: (k,).
+            h: H, (k, n).
+            r: R, (k, k).
+            cross: covariance of the state's error with the reading's noise, (n, k); None if they are independent.
+        """
+        self._filter.R = r
+        if cross is None:
+            self._filter.update(residual, H=h)
+        else:
+            self._filter.M = cross
+            self._filter.update_correlated(residual, H=h)
+
+
+_SAME = 1e-6
+"""Arrivals closer together than this count as simultaneous, s."""
+
+
+@dataclass
+class Branch:
+    """The estimate from the readings that arrive before an instant.
+
+    Attributes:
+        until: that instant, s; infinity for the estimate from all readings.
+        filter: x and P.
+        cross: covariance of the state's error with the gyros' noise since the last zero-rate reading, (n, 3), by number
+            of the zero-rate sensor.
+    """
+
+    until: float
+    filter: ErrorFilter
+    cross: dict[int, Array]
+
+    def fork(self, until: float) -> Branch:
+        """Return a copy of the estimate that continues with the readings that arrive before an instant.
+
+        Args:
+            until: the instant, s.
+        """
+        copied = ErrorFilter(self.filter.covariance)
+        copied.x = self.filter.x.copy()
+        return Branch(until, copied, dict(self.cross))
+
+    def turn(self, matrix: Array) -> None:
+        """Refer the estimate to other axes, by the matrix from the present ones, (n, n)."""
+        self.filter.turn(matrix)
+        self.cross = {sensor: matrix @ noise for sensor, noise in self.cross.items()}
+
+    def holds(self, arrival: float) -> bool:
+        """Return whether a reading with this arrival time belongs to the branch."""
+        return arrival < self.until - _SAME
+
+    def predict(self, phi: Array, q: Array, came: dict[int, Array]) -> None:
+        """Predict over one interval.
+
+        Args:
+            phi: Φ, (n, n).
+            q: Q, (n, n).
+            came: increase of `cross` by the gyros' noise in the interval, by sensor.
+        """
+        self.filter.predict(phi, q)
+        for sensor, noise in came.items():
+            self.cross[sensor] = phi @ self.cross[sensor] + noise
+
+    def innovation(self, one: Observed, r: Array, interval: float) -> Innovation:
+        """Return the innovation of a reading.
+
+        Args:
+            r: R, (k, k).
+            interval: averaging interval of a zero-rate reading, s.
+        """
+        return self.filter.innovation(one.residual, one.h, r, self._common(one, interval))
+
+    def take(self, one: Observed, r: Array, interval: float) -> None:
+        """Update the estimate with a reading; the arguments are those of `innovation`."""
+        self.filter.update(one.residual, one.h, r, self._common(one, interval))
+        for sensor in self.cross:
+            self.cross[sensor] = self.cross[sensor] - self.filter.gain @ (one.h @ self.cross[sensor])
+
+    def _common(self, one: Observed, interval: float) -> Array | None:
+        return self.cross[one.sensor] / interval if one.sensor in self.cross else None
+
+
+class Branches:
+    """The estimate from all readings, and one for each instant at which a late reading has yet to arrive.
+
+    Args:
+        covariance: P at the start, (n, n).
+        zero_rate: numbers of the zero-rate sensors.
+    """
+
+    def __init__(self, covariance: Array, zero_rate: set[int]) -> None:
+        cross = {sensor: np.zeros((len(covariance), 3)) for sensor in zero_rate}
+        self.main = Branch(np.inf, ErrorFilter(covariance), cross)
+        self.waiting: list[Branch] = []  # in the order of their arrivals
+
+    def every(self) -> list[Branch]:
+        """Return all branches; the one with all readings is last."""
+        return [*self.waiting, self.main]
+
+    def wait(self, arrival: float) -> None:
+        """Open a branch that lacks the readings arriving at an instant, until that instant."""
+        found = self.every()
+        k = next(k for k, branch in enumerate(found) if branch.until > arrival - _SAME)
+        if found[k].until > arrival + _SAME:
+            self.waiting.insert(k, found[k].fork(arrival))
+
+    def known(self, now: float) -> ErrorFilter:
+        """Return the estimate from the readings that have arrived, and drop branches that are no longer needed."""
+        while self.waiting and self.waiting[0].until <= now + _SAME:
+            self.waiting.pop(0)
+        return (self.waiting[0] if self.waiting else self.main).filter

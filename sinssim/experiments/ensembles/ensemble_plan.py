@@ -1,0 +1,456 @@
+"""The plan of an ensemble.
+
+Seeds, varied keys and scenarios of its runs, what they have in common (the true motion and its ideal increments), and
+what is kept of each.
+"""
+
+from __future__ import annotations
+
+import hashlib
+import json
+import math
+import threading
+from collections import OrderedDict
+from dataclasses import dataclass, replace
+from functools import cached_property, partial
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from sinssim.data import Array, ImuData
+from sinssim.errors import InputError
+from sinssim.experiments.ensembles.ensemble_errors import WITHIN
+from sinssim.scenario.ensemble_section import Choice, Normal, Uniform
+from sinssim.scenario.plan_summary import own_digests
+from sinssim.simulation.truth_stage import Truth, truth_along
+from sinssim.system.short_repr import short_repr
+
+if TYPE_CHECKING:
+    from collections.abc import Iterable
+
+    from sinssim.scenario import Scenario
+    from sinssim.statistics.requirements import Requirement
+
+
+_SEED_BITS = 53
+"""Bits of a run's seed: every JSON reader keeps them, and two of 10⁵ runs share a seed with a probability of 6e-7."""
+
+
+def run_seed(seed: int, number: int) -> int:
+    """Return the seed of a run of an ensemble; it depends on the ensemble's seed and the run's number alone.
+
+    Args:
+        seed: the ensemble's seed, that of its scenario.
+        number: number of the run, from 0.
+
+    Returns:
+        A whole number below 2⁵³: the first bits of the SHA-256 digest of both numbers.
+    """
+    digest = hashlib.sha256(f"sinssim ensemble {seed} run {number}".encode()).digest()
+    return int.from_bytes(digest[:8], "big") >> (64 - _SEED_BITS)
+
+
+@dataclass(frozen=True)
+class Member:
+    """One run of an ensemble.
+
+    Attributes:
+        number: its number, from 0.
+        seed: its seed.
+        values: values of the varied keys, by key.
+        base: the scenario of the ensemble.
+    """
+
+    number: int
+    seed: int
+    values: dict[str, float | int]
+    base: Scenario
+
+    @cached_property
+    def scenario(self) -> Scenario:
+        """The scenario of this run: that of `sinssim run` with `settings`.
+
+        Raises:
+            InputError: a value of a varied key is not allowed.
+        """
+        alone = {"seed": self.seed, "ensemble": None}
+        if not self.values:
+            return self.base.model_copy(update=alone)
+        from pydantic import ValidationError
+
+        from sinssim.errors import InputError
+        from sinssim.scenario.ensemble_section import with_values
+        from sinssim.validation_errors import report
+
+        contents = with_values(self.base.contents(without=("ensemble",)), {"seed": self.seed, **self.values})
+        try:
+            return type(self.base).model_validate(contents)
+        except ValidationError as error:
+            raise InputError(report(error, type(self.base), {}, (), "a varied key")) from error
+
+    @property
+    def settings(self) -> list[str]:
+        """Settings "key=value" that make the ensemble's scenario the one of this run, as for --set."""
+        return [f"seed={self.seed}", *(f"{key}={value!r}" for key, value in self.values.items())]
+
+
+def member(scenario: Scenario, number: int) -> Member:
+    """Return a run of an ensemble.
+
+    Args:
+        number: number of the run, from 0.
+    """
+    seed = run_seed(scenario.seed, number)
+    vary = () if scenario.ensemble is None else scenario.ensemble.vary
+    return Member(number, seed, {one.key: _drawn(one, seed) for one in vary}, scenario)
+
+
+def _drawn(one: Normal | Uniform | Choice, seed: int) -> Any:
+    """Return the value of a varied key in the run of a seed."""
+    from scipy.special import ndtr
+
+    from sinssim.statistics.random_numbers import normals
+
+    normal = float(normals(seed, f"vary {one.key}", 0, 1)[0])
+    uniform = float(ndtr(normal))
+    match one:
+        case Normal():
+            return one.mean + one.sigma * normal
+        case Uniform():
+            return one.low + (one.high - one.low) * uniform
+        case Choice():
+            return one.values[min(int(uniform * len(one.values)), len(one.values) - 1)]
+
+
+_TABLES = (
+    "flight", "parked", "great_circle", "motion", "track", "drive", "voyage", "turntable", "vibration", "isolator",
+    "truth", "gravity",
+)  # fmt: skip
+_OF_BLOCK = ("lever_arm_m", "mounting_deg", "rate_hz", "rotation")
+_KEPT = 2
+"""True motions kept at a time: that of all runs, or that of a run in progress in each of two threads."""
+
+
+def truth_key(scenario: Scenario) -> str:
+    """Return a text that is equal for scenarios with the same true motion and increments.
+
+    Returns:
+        The tables and keys that determine them, with the seed if turbulence, vibration, road, sea, gravity's remainder
+        or the errors of a turntable are drawn from it.
+    """
+    flight, table = scenario.flight, scenario.turntable
+    drawn = (
+        bool(scenario.vibration or scenario.drive or scenario.voyage)
+        or (flight is not None and bool(flight.turbulence))
+        or (table is not None and bool(table.position_sigma_arcsec or table.tilt_sigma_arcsec))
+        or has_remainder(scenario)
+    )
+    contents = scenario.contents()
+    return json.dumps(
+        [
+            {name: contents.get(name) for name in _TABLES},
+            {name: contents["imu"].get(name) for name in _OF_BLOCK},
+            scenario.seed if drawn else None,
+        ],
+        sort_keys=True,
+    )
+
+
+class TruthCache:
+    """Computes true motions and keeps the last ones; usable from several threads."""
+
+    def __init__(self) -> None:
+        """Begin without any."""
+        self._kept: OrderedDict[str, Truth] = OrderedDict()
+        self._lock = threading.Lock()
+        self._each: dict[str, threading.Lock] = {}
+        self._unrounded: tuple[Truth, ImuData] | None = None
+
+    def forget(self) -> None:
+        """Free all true motions; they are computed again when they are wanted."""
+        with self._lock:
+            self._kept.clear()
+            self._each.clear()
+            self._unrounded = None
+
+    def keep(self, scenario: Scenario, truth: Truth) -> None:
+        """Keep a true motion that another process has computed."""
+        with self._lock:
+            self._kept[truth_key(scenario)] = truth
+            self._drop_old()
+
+    def of(self, scenario: Scenario) -> Truth:
+        """Return the true motion of a scenario, the same bits as those of `sinssim run`.
+
+        Raises:
+            InputError: the scenario's motion cannot be used.
+            RunError: JSBSim failed.
+        """
+        key = truth_key(scenario)
+        with self._lock:
+            own = self._each.setdefault(key, threading.Lock())
+        with own:  # threads that want the same motion wait for the first of them
+            with self._lock:
+                if key in self._kept:
+                    self._kept.move_to_end(key)
+                    return self._kept[key]
+            again = has_remainder(scenario) and scenario.imu.rotation is None
+            found = self._in_drawn_gravity(scenario) if again else _truth(scenario)
+            with self._lock:
+                self._kept[key] = found
+                self._drop_old()
+        return found
+
+    def _drop_old(self) -> None:
+        while len(self._kept) > _KEPT:
+            old, _ = self._kept.popitem(last=False)
+            self._each.pop(old, None)
+
+    def _in_drawn_gravity(self, scenario: Scenario) -> Truth:
+        """Return the true motion in a gravity that is drawn in each run; the motion itself is that of all runs."""
+        from sinssim.sensors.imu.emulation import digital
+
+        assert scenario.gravity is not None  # asked by the caller
+        base = self.of(scenario.model_copy(update={"gravity": None}))
+        trajectory = scenario.gravity.felt(base.trajectory, scenario.seed)
+        known = self._unrounded
+        if known is None or known[0] is not base:
+            known = self._unrounded = base, base.block.increments(scenario.imu.rate_hz)
+        own = known[1]
+        dvel = own.dvel - trajectory.felt(own.time, own.dtheta)
+        ideal = digital(ImuData(own.time, own.dtheta, dvel))
+        return Truth.along(trajectory, trajectory, base.rate_hz, ideal, base.state)
+
+
+def has_remainder(scenario: Scenario) -> bool:
+    """Return whether a scenario's gravity has a part that is drawn in each run."""
+    return scenario.gravity is not None and scenario.gravity.remainder is not None
+
+
+def _truth(scenario: Scenario) -> Truth:
+    from sinssim.scenario.true_motion import true_motion
+
+    return truth_along(true_motion(scenario), scenario)
+
+
+AIDED = "aided"
+ALL = "all states"
+"""Name of the block of all states of a filter."""
+_EPOCHS = 500
+"""Epochs over a run if the scenario does not give their interval."""
+_MOST_EPOCHS = 100_000
+_MOVES = 0.5
+"""m/s: a slower vehicle has no course."""
+_CHUNK = 64
+"""Runs in a file: a task of a minute or less."""
+LONG_CHUNK = 8
+"""Runs in a file, if each has a filter or a flight of its own, and takes as long as tens of others."""
+_WITHOUT_EFFECT = ("name", "description", "views", "output", "recording")
+"""Keys of a scenario that do not change a number of its runs."""
+
+
+@short_repr
+@dataclass(frozen=True)
+class Plan:
+    """What the runs of an ensemble have in common.
+
+    Attributes:
+        scenario: the scenario, with its seed.
+        solution: the solution whose errors are kept: an attitude algorithm, or "aided".
+        epochs: instants at which errors are kept, (K,) s.
+        start: start of the run, s.
+        chunk: runs in a file.
+        blocks: blocks of the filter's states, and the number of states of each; empty without a filter.
+        sensors: aiding sensors whose innovations are kept; empty without a filter.
+        flight: digest of the flight or of the track's file, "" for another motion.
+        course: direction of the true ground velocity at the end of the run, rad; NaN at rest.
+        extra: epochs that requirements add to the others, s; rates and means over the epochs leave them out.
+    """
+
+    scenario: Scenario
+    solution: str
+    epochs: Array
+    start: float
+    chunk: int
+    blocks: dict[str, int]
+    sensors: tuple[str, ...]
+    flight: str = ""
+    course: float = math.nan
+    extra: tuple[float, ...] = ()
+
+    @property
+    def filtered(self) -> bool:
+        """Whether the errors of a filter's solution are kept."""
+        return self.solution == AIDED
+
+    @property
+    def keys(self) -> tuple[str, ...]:
+        """The varied keys."""
+        return tuple(one.key for one in self.scenario.ensemble.vary) if self.scenario.ensemble else ()
+
+    @cached_property
+    def regular(self) -> NDArray[np.bool_]:
+        """Whether each epoch is one without any requirement, (K,)."""
+        return np.asarray(~np.isin(self.epochs, self.extra))
+
+    @property
+    def contents(self) -> dict[str, Any]:
+        """The keys of the scenario on which the numbers of a run depend, without seed and number of runs."""
+        contents = self.scenario.contents(without=(*_WITHOUT_EFFECT, "seed", "ensemble", "use"))
+        if files := own_digests(self.scenario):
+            contents["own_content"] = files
+        vary = [one.model_dump() for one in self.scenario.ensemble.vary] if self.scenario.ensemble else []
+        return {**contents, "ensemble": {"solution": self.solution, "vary": json.loads(json.dumps(vary))}}
+
+    @cached_property
+    def digest(self) -> str:
+        """SHA-256 over everything that determines the stored numbers, except the versions of the software."""
+        text = json.dumps(
+            [self.contents, self.scenario.seed, self.epochs.tolist(), self.chunk, self.flight], sort_keys=True
+        )
+        return hashlib.sha256(text.encode()).hexdigest()
+
+
+def make_plan(
+    scenario: Scenario,
+    truths: TruthCache | None = None,
+    require: Iterable[Requirement] = (),
+    kept: Iterable[float] | None = None,
+    times: Iterable[float] = (),
+) -> Plan:
+    """Plan an ensemble; its flight is flown if it is not in the cache.
+
+    Times of requirements and further `times`, s, are epochs, too; but requirements of an ensemble that is continued add
+    none to those that it has `kept`. The true motion for the runs is put into `truths`.
+
+    Raises:
+        InputError: the scenario cannot be used for an ensemble, or not be run at all.
+        RunError: JSBSim failed.
+    """
+    from sinssim.scenario.planned_motion import check_times
+    from sinssim.scenario.route_pole import check_route
+
+    if scenario.one_component is not None:
+        raise InputError(
+            f"the scenario {scenario.name} has [one_component]; ensembles are for runs in three dimensions, with "
+            "[flight], [parked], [great_circle], [motion] or [track]."
+        )
+    if scenario.log is not None:
+        raise InputError(
+            f"the scenario {scenario.name} has [log]; a recording is a single run, but an ensemble has many runs of a "
+            "simulation."
+        )
+    section = scenario.ensemble
+    solution = (section.solution if section else None) or (
+        AIDED if scenario.filter is not None else scenario.navigation.algorithms[0]
+    )
+    check_times(scenario)
+    blocks = _blocks(scenario) if solution == AIDED else {}
+    check_route(scenario)
+    truth = (truths or TruthCache()).of(scenario)
+    sensors = _sensors(scenario, truth) if solution == AIDED else ()
+    wanted = [(one.time, f"requirement {one.text!r}") for one in require if one.when == "at"]
+    wanted += [(time, "times (times_s, --at)") for time in times]
+    epochs, extra = _with_times(truth, _epochs(truth, section.epoch_s if section else None), wanted, kept)
+    chunk = LONG_CHUNK if solution == AIDED or motions_differ(scenario) else _CHUNK
+    north, east, _ = (float(v) for v in truth.state.velocity_ned[-1])
+    course = math.atan2(east, north) if math.hypot(north, east) > _MOVES else math.nan
+    return Plan(
+        scenario, solution, epochs, float(truth.time[0]), chunk, blocks, sensors, _flight(scenario), course, extra
+    )
+
+
+def with_runs(plan: Plan, runs: int) -> Plan:
+    """Return a plan whose scenario names another number of runs; nothing else changes."""
+    from sinssim.scenario.ensemble_section import EnsembleSection
+
+    section = plan.scenario.ensemble or EnsembleSection()
+    section = section.model_copy(update={"runs": runs})
+    return replace(plan, scenario=plan.scenario.model_copy(update={"ensemble": section}))
+
+
+def motions_differ(scenario: Scenario) -> bool:
+    """Return whether the runs of an ensemble differ in their true motions."""
+    try:
+        return len({truth_key(member(scenario, number).scenario) for number in (0, 1)}) > 1
+    except InputError:  # a run that draws a value that is not allowed
+        return True
+
+
+def _blocks(scenario: Scenario) -> dict[str, int]:
+    """Return the blocks of a filter's states, and the number of states of each."""
+    from sinssim.scenario.filter_model import filter_model, with_states
+    from sinssim.scenario.planned_motion import expected_duration
+    from sinssim.scenario.run_memory import check_memory
+
+    scenario = with_states(scenario)
+    check_memory(scenario, recorded=False)
+    model = filter_model(scenario, expected_duration(scenario))
+    return {ALL: model.size, **{block.name: block.size for block in model.blocks}}
+
+
+def _sensors(scenario: Scenario, truth: Truth) -> tuple[str, ...]:
+    """Return the names of the measurements that a filter takes."""
+    from sinssim.sensors.aiding_sensor import Vehicle
+    from sinssim.simulation.aided_run import navigate_beside
+
+    assert scenario.aiding is not None  # a scenario with a filter has aiding sensors
+    vehicle = Vehicle(truth.trajectory, scenario.seed, partial(navigate_beside, scenario, truth.trajectory))
+    sensed = (readings for sensor in scenario.aiding.sensors().values() for readings in sensor.read(vehicle))
+    return tuple(readings.measurements.label for readings in sensed)
+
+
+def _epochs(truth: Truth, step: float | None) -> Array:
+    """Return the epochs: multiples of the interval from the start, at samples, and the end."""
+    time = truth.time
+    start, end, sample = float(time[0]), float(time[-1]), float(time[1] - time[0])
+    lasts = end - start
+    if step is None:
+        step = lasts / _EPOCHS
+        # whole seconds, at which filters and sensors have their instants, or whole samples in a short run
+        step = float(math.floor(step)) if step >= 1.0 else max(math.floor(step / sample), 1) * sample
+    elif step < sample - 1e-9 or step > lasts + 1e-9:
+        raise InputError(
+            f"ensemble.epoch_s = {step:g} must be from one sample, {sample:g} s, to the length of the run, {lasts:g} s."
+        )
+    if lasts / step > _MOST_EPOCHS:
+        raise InputError(
+            f"ensemble.epoch_s = {step:g} gives {lasts / step:.0f} epochs over {lasts:g} s; at most {_MOST_EPOCHS} are "
+            f"kept: at least {lasts / _MOST_EPOCHS:.2g} s would do."
+        )
+    wanted = start + step * np.arange(math.floor(lasts / step + 1e-9) + 1)
+    rows = np.unique(np.append(np.searchsorted(time, wanted - 0.5 * sample), len(time) - 1))
+    return np.asarray(time[np.minimum(rows, len(time) - 1)], dtype=np.float64)
+
+
+def _with_times(
+    truth: Truth, epochs: Array, asked: Iterable[tuple[float, str]], kept: Iterable[float] | None
+) -> tuple[Array, tuple[float, ...]]:
+    """Return the epochs with times since the start, or those of an ensemble that is continued, and the new ones."""
+    edges, start = truth.time, float(truth.time[0])
+    wanted = [] if kept is None else [t for t in kept if np.isin(t, edges)]
+    lasts = float(edges[-1]) - start
+    for time, who in asked:
+        if not 0.0 <= time <= lasts + 1e-6:
+            raise InputError(f"{who}: {time:g} s lies outside the run, which lasts {lasts:g} s.")
+        row = int(np.argmin(np.abs(edges - start - time)))
+        if abs(float(edges[row]) - start - time) > WITHIN:
+            raise InputError(
+                f"{who}: {time:g} s is between two samples of the run, which are {float(edges[1]) - start:g} s apart; "
+                f"the nearest one is at {float(edges[row]) - start:.10g} s."
+            )
+        if kept is None:
+            wanted.append(float(edges[row]))
+    extra = tuple(sorted({t for t in wanted if not np.isin(t, epochs)}))
+    return np.unique(np.append(epochs, extra)), extra
+
+
+def _flight(scenario: Scenario) -> str:
+    if scenario.track is not None:
+        return scenario.track.digest()
+    if scenario.flight is None:
+        return ""
+    from sinssim.truth.flight.flight_cache import flight_key
+
+    return flight_key(scenario.flight, scenario.seed)

@@ -1,0 +1,433 @@
+"""Runs an ensemble from end to end.
+
+Plan, check of memory and disk space, compute what is missing, report: `ensemble`.
+"""
+
+from __future__ import annotations
+
+import os
+import shutil
+import threading
+import time
+from collections.abc import Callable, Iterable, Sequence
+from dataclasses import dataclass, replace
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+from sinssim.errors import InputError, RunError, shortened
+from sinssim.experiments.ensembles.ensemble_directory import (
+    EnsembleDirectory,
+    kept_epochs,
+    make_chunk,
+    missing,
+    write_chunk,
+)
+from sinssim.experiments.ensembles.ensemble_errors import AT_ONCE, IN_MEMORY, bytes_of
+from sinssim.experiments.ensembles.ensemble_execution import OnRun
+from sinssim.experiments.ensembles.ensemble_exhibits import EnsembleMedia
+from sinssim.experiments.ensembles.ensemble_plan import AIDED, LONG_CHUNK, TruthCache, make_plan, with_runs
+from sinssim.experiments.ensembles.ensemble_result import EnsembleResult
+from sinssim.experiments.ensembles.ensemble_statistics import Looks, check_kept
+from sinssim.experiments.ensembles.ensemble_workers import SparePool, in_processes
+from sinssim.experiments.workload import Compute, work_through
+from sinssim.formatting import duration_text, size_text
+from sinssim.progress import Progress, shown
+from sinssim.scenario.aircraft_limits import warn_of_limits
+from sinssim.scenario.ensemble_section import MOST_RUNS, EnsembleSection
+from sinssim.scenario.load import Overrides, as_scenario
+from sinssim.statistics.requirements import parse_requirements
+from sinssim.system.outputs import Draft
+from sinssim.system.resources import give_back_memory, machine_memory
+
+if TYPE_CHECKING:
+    from sinssim.experiments.ensembles.ensemble_plan import Plan
+    from sinssim.scenario import Scenario
+    from sinssim.statistics.requirements import Requirement
+
+
+_SAMPLE_BYTES, _OF_MEMORY = 420.0, 0.7
+"""Memory of a run in progress per sample, bytes, and the share of the machine's memory that may be used."""
+_RUN_BYTES = 300.0
+"""Memory of what is kept of a run beside its errors at the epochs, and of its places in rankings, bytes."""
+_COPIES, _OF_FILE = 10.0, 4.0
+"""Arrays of the size of a part that statistics hold at a time, and of the size of a file while it is written."""
+_COMPRESSED = 0.5
+"""Least part of its bytes that a file of runs takes; measured are 0.65."""
+
+
+def check_memory(plan: Plan, runs: int) -> None:
+    """Raise for an ensemble whose statistics do not fit in the memory."""
+    needed, have = memory_needed(plan, runs), _memory()
+    if needed <= have:
+        return
+    epochs, lasts = len(plan.epochs), float(plan.epochs[-1] - plan.start)
+    halved = (epochs >> times for times in range(1, epochs.bit_length() - 1))
+    enough = next((number for number in halved if memory_needed(plan, runs, number) <= have), None)
+    fewer = (
+        "" if enough is None else f", or keep fewer epochs: ensemble.epoch_s = {lasts / (enough - 1):.3g}, for example"
+    )
+    raise InputError(
+        f"runs = {runs}: the statistics of {runs} runs at {epochs} epochs need {size_text(needed)} of memory, and "
+        f"{size_text(have)} can be used on this machine. Compute fewer runs{fewer}."
+    )
+
+
+def check_disk(plan: Plan, runs: int, finished: int, folder: Path) -> None:
+    """Raise for an ensemble whose files do certainly not fit on the disk."""
+    needed, have = disk_needed(plan, runs, finished), _disk(folder)
+    if needed > have:
+        raise InputError(
+            f"runs = {runs}: the errors of {runs} runs at {len(plan.epochs)} epochs need at least "
+            f"{size_text(needed)} more on the disk, and {size_text(have)} are free in {folder}. Compute fewer runs, "
+            "keep fewer epochs with a larger ensemble.epoch_s, or give a folder on a larger disk with -o."
+        )
+
+
+def short_of(plan: Plan, runs: int, finished: int, folder: Path) -> str:
+    """Return where an ensemble would not fit: "in the memory", "on the disk", or ""."""
+    if memory_needed(plan, runs) > _memory():
+        return "in the memory"
+    return "on the disk" if disk_needed(plan, runs, finished) > _disk(folder) else ""
+
+
+def memory_needed(plan: Plan, runs: int, epochs: int | None = None) -> float:
+    """Return the memory of an ensemble's statistics and of the files that are being written, bytes.
+
+    These are all errors if they are few, else the parts of them that are held at a time; without the runs in progress.
+    """
+    epochs = epochs or len(plan.epochs)
+    whole = _bytes(plan, runs, epochs)
+    part = 8.0 * min(max(AT_ONCE, 3 * runs), runs * epochs)
+    kept = whole if whole <= IN_MEMORY else 0.0
+    return kept + _COPIES * part + _RUN_BYTES * runs + _OF_FILE * _bytes(plan, min(plan.chunk, runs), epochs)
+
+
+def disk_needed(plan: Plan, runs: int, finished: int) -> float:
+    """Return the bytes that an ensemble takes on the disk at least, beside the files that exist.
+
+    These are the further files, and the file without a name from which statistics of many runs are computed.
+    """
+    whole = _bytes(plan, runs)
+    return _COMPRESSED * _bytes(plan, runs - finished) + (whole if whole > IN_MEMORY else 0.0)
+
+
+def runs_at_a_time(plan: Plan) -> int:
+    """Return the number of runs that are computed at a time: the cores, or fewer if the memory is too small."""
+    samples = (plan.epochs[-1] - plan.start) * plan.scenario.imu.rate_hz
+    each = _SAMPLE_BYTES * max(samples, 1.0) + _OF_FILE * _bytes(plan, plan.chunk)
+    return max(1, min(os.cpu_count() or 1, int(min(_memory() / each, 1024.0))))
+
+
+def _bytes(plan: Plan, runs: int, epochs: int | None = None) -> float:
+    return bytes_of(runs, epochs or len(plan.epochs), len(plan.blocks), len(plan.sensors))
+
+
+def _memory() -> float:
+    return _OF_MEMORY * machine_memory()
+
+
+def _disk(folder: Path) -> float:
+    return float(shutil.disk_usage(folder).free)
+
+
+# Long: every option is a parameter.
+def ensemble(
+    scenario: Scenario | str | Path,
+    runs: int | None = None,
+    directory: Path | str | None = None,
+    *,
+    overrides: Overrides = (),
+    resume: bool = False,
+    overwrite: bool = False,
+    threads: int | None = None,
+    workers: int | None = None,
+    scheduler: str | None = None,
+    require: str | Requirement | Iterable[str | Requirement] = (),
+    until_decided: bool = False,
+    times: Iterable[float] = (),
+    progress: Progress | bool | None = None,
+    say: Callable[[str], None] | None = None,
+) -> EnsembleResult:
+    """Run an ensemble: many runs of a scenario that differ in their random numbers, and in the varied keys.
+
+    Run i has the errors of `sinssim.run` of the scenario with the seed
+    `sinssim.experiments.ensembles.run_seed(scenario.seed, i)`,
+    bit for bit, for any number of threads or workers. An interrupted or failed ensemble keeps its finished runs
+    and can be continued.
+
+    Args:
+        scenario: the scenario, with or without an [ensemble] section, or its file or name.
+        runs: number of runs; by default that of the section, or 1000.
+        directory: directory of the ensemble; by default the runs are kept only in memory.
+        overrides: settings "key=value", as for `load_scenario`.
+        resume: whether an ensemble in the directory is continued, or extended to more runs.
+        overwrite: whether an ensemble in the directory is replaced.
+        threads: number of runs computed at a time on this machine: threads, or processes for runs with a filter; by
+            default the number of its cores.
+        workers: number of workers of a dask cluster on this machine instead.
+        scheduler: address of a dask scheduler instead, for example "tcp://10.0.0.1:8786".
+        require: requirements to test, such as "r95(3600 s) <= 1852 m"; their times become epochs.
+        until_decided: whether the number of runs is doubled, at most four times, until each requirement is met or not
+            met. The repeated tests share the probability of error of 5 %.
+        times: times since the start for further lines of the tables, s; they become epochs.
+        progress: called with runs done, rate and time left in words, and the fraction done; True shows a bar.
+        say: called with remarks, such as a damaged file whose runs are computed again.
+
+    Returns:
+        The errors of all runs at the epochs, their statistics, and the verdicts on the requirements.
+
+    Raises:
+        InputError: the scenario, the directory or an option cannot be used, the directory holds another ensemble, or
+            the disk is full.
+        RunError: every run failed, or workers died repeatedly.
+
+    Warns:
+        SinssimWarning: a leg of the flight is beyond the limits of the aircraft; once, not for each run.
+    """
+    scenario = as_scenario(scenario, overrides)
+    section = scenario.ensemble or EnsembleSection()
+    count = _whole("runs", section.runs if runs is None else runs, MOST_RUNS)
+    _check_workers(threads, workers, scheduler)
+    EnsembleDirectory.check_options(directory, resume=resume, overwrite=overwrite)
+    wanted = parse_requirements(require)
+    if until_decided and not wanted:
+        raise InputError("until_decided (--until-decided) needs a requirement: give one with require (--require).")
+    tell, later = say or (lambda text: None), resume or workers is not None or scheduler is not None
+    with shown(progress) as report, _spare(scenario, count, threads, later=later) as spare:
+        report("Flying", 0.0)
+        how = _How(TruthCache(), spare, threads, workers, scheduler, tuple(float(time) for time in times))
+        kept = kept_epochs(Path(directory)) if resume and directory is not None else None
+        warn_of_limits(scenario)
+        plan = with_runs(make_plan(scenario, how.truths, wanted, kept, how.times), count)
+        check_memory(plan, count)
+        looks = Looks(wanted, count, until_decided)
+        if directory is None:
+            with Draft() as place:
+                folder = EnsembleDirectory(place.path / "ensemble", plan)
+                try:
+                    return replace(_judged(folder, looks, how, report, tell), directory=None)
+                finally:
+                    folder.close()
+        folder = EnsembleDirectory(Path(directory), plan, resume=resume, overwrite=overwrite)
+        try:
+            check_kept(plan, wanted, how.times)
+            return _written(folder, looks, how, report, tell)
+        finally:
+            folder.close()
+
+
+def stored_runs(
+    scenario: Scenario,
+    runs: int | None,
+    directory: Path,
+    *,
+    times: Iterable[float],
+    truths: TruthCache,
+    threads: int | None,
+    progress: Progress,
+    say: Callable[[str], None],
+) -> EnsembleResult:
+    """Run an ensemble, or continue it, in a directory without a report: a part of something larger.
+
+    The options are those of `ensemble`. True motions are kept in `truths` between ensembles. An interruption leaves the
+    finished groups of runs in the directory.
+    """
+    count = _whole("runs", (scenario.ensemble or EnsembleSection()).runs if runs is None else runs, MOST_RUNS)
+    plan = with_runs(make_plan(scenario, truths, times=times), count)
+    check_memory(plan, count)
+    folder = EnsembleDirectory(directory, plan, resume=True)
+    try:
+        how = _How(truths, SparePool(0), threads, None, None)
+        return _continued(folder, count, how, progress, say)
+    finally:
+        folder.close()
+
+
+def write_result(result: EnsembleResult, directory: Path, *, overwrite: bool) -> Path:
+    """Write the directory of an ensemble that was kept in memory; it can be extended as any other."""
+    plan = result.plan
+    folder = EnsembleDirectory(directory, plan, overwrite=overwrite)
+    try:
+        for runs in missing([], len(result), plan.chunk):
+            write_chunk(result.errors, plan, folder.folder, slice(runs.start, runs.stop))
+        _write(folder, result, "finished")
+        return folder.path
+    finally:
+        folder.close()
+
+
+@dataclass(frozen=True)
+class _How:
+    """How runs are computed: true motions kept in this process; its processes; threads, workers or a scheduler.
+
+    `times` are those of further lines of the tables.
+    """
+
+    truths: TruthCache
+    spare: SparePool
+    threads: int | None
+    workers: int | None
+    scheduler: str | None
+    times: tuple[float, ...] = ()
+
+
+def _spare(scenario: Scenario, count: int, threads: int | None, *, later: bool) -> SparePool:
+    """Start the processes of runs with a filter, so that they load the program while the ensemble is planned.
+
+    They start `later`, when their work is known, for an ensemble that is continued and may need none.
+    """
+    solution = None if scenario.ensemble is None else scenario.ensemble.solution
+    number = min(threads or os.cpu_count() or 1, -(-count // LONG_CHUNK))
+    aided = scenario.filter is not None and solution in (None, AIDED)
+    return SparePool(number if aided and number > 1 and not later else 0)
+
+
+def _written(
+    folder: EnsembleDirectory, looks: Looks, how: _How, report: Progress, say: Callable[[str], None]
+) -> EnsembleResult:
+    """Compute the runs that are missing in a directory, and write the report, also if the ensemble stops early."""
+    try:
+        result = _judged(folder, looks, how, report, say)
+    except BaseException as stop:
+        _leave(folder, looks, how, stop)
+        raise
+    report("Writing the report", 1.0)
+    how.truths.forget()  # the budget beside the runs has its own
+    give_back_memory()
+    _write(folder, result, "finished")
+    if result.failed.all():
+        first = result.errors.failure[0]
+        raise RunError(f"all {len(result)} runs of the ensemble failed; the first one: {first} See {folder.path}.")
+    return result
+
+
+def _judged(
+    folder: EnsembleDirectory, looks: Looks, how: _How, report: Progress, say: Callable[[str], None]
+) -> EnsembleResult:
+    """Compute the runs that are missing, and more of them until the requirements are decided, if so wanted."""
+    computed, seconds, notes = 0, 0.0, list[str]()
+    for number in looks.numbers:
+        if looks.done:
+            if lacking := short_of(folder.plan, number, looks.done[-1], folder.path):
+                notes.append(f"The errors of {number} runs do not fit {lacking}; the ensemble ends undecided.")
+                say(notes[-1])
+                break
+            say(f"Undecided after {looks.done[-1]} runs; going on to {number}.")
+            folder.extend(with_runs(folder.plan, number))
+        result = _continued(folder, number, how, report, say)
+        computed, seconds = computed + result.computed, seconds + result.seconds
+        notes += [note for note in result.notes if note not in notes]
+        looks.look(result, number)
+        if looks.decided:
+            break
+    return replace(
+        result, computed=computed, seconds=seconds, notes=notes, looks=tuple(looks.done) if looks.several else (),
+        verdicts=tuple(one for one in looks.verdicts if one is not None),
+    )  # fmt: skip
+
+
+def _continued(
+    folder: EnsembleDirectory, count: int, how: _How, report: Progress, say: Callable[[str], None]
+) -> EnsembleResult:
+    """Compute the runs that are missing in a directory, and return all."""
+    plan, begin = folder.plan, time.perf_counter()
+    notes: list[str] = []
+
+    def tell(text: str) -> None:
+        notes.append(text)
+        say(text)
+
+    there = folder.finished(tell)
+    groups = missing(there, count, plan.chunk)
+    computed = sum(map(len, groups))
+    if groups:
+        check_disk(plan, count, count - computed, folder.path)
+        _compute(folder, groups, how, _counter(sum(map(len, there)), computed, report))
+        there = folder.finished(tell)
+    if missing(there, count, plan.chunk):
+        raise RunError(f"files in {folder.folder} changed while they were written; --resume computes what is missing.")
+    seconds = time.perf_counter() - begin
+    result = EnsembleResult(plan, folder.load(there), folder.path, seconds, computed, notes, times=how.times)
+    if len(result) > count:
+        tell(f"The directory contains {len(result)} runs, more than the requested {count}; all of them are used.")
+    return result
+
+
+def _write(folder: EnsembleDirectory, result: EnsembleResult, status: str) -> None:
+    """Write report, figures, recording and numbers."""
+    from sinssim.experiments.ensembles.ensemble_exhibits import write_ensemble
+
+    folder.keep(lambda place: write_ensemble(result, place, status))
+
+
+def _leave(folder: EnsembleDirectory, looks: Looks, how: _How, stop: BaseException) -> None:
+    """Write a report of the finished runs of an ensemble that stops early, and say what there is."""
+    there, wanted = folder.finished(), looks.numbers[min(len(looks.done), len(looks.numbers) - 1)]
+    done = sum(map(len, there))
+    if not done:
+        stop.add_note("No group of runs had finished.")
+        return
+
+    def write() -> None:
+        result = EnsembleResult(folder.plan, folder.load(there), folder.path, times=how.times)
+        if looks.verdicts:
+            result.verdicts = looks.so_far(result)
+            result.notes.append(
+                f"The requirements are tested with the {done} finished runs; --resume tests them with all runs."
+            )
+        _write(folder, result, "interrupted" if isinstance(stop, KeyboardInterrupt) else "failed")
+
+    folder.leave(stop, f"{done} of {wanted} runs", write)
+
+
+def _whole(name: str, value: object, most: int) -> int:
+    if isinstance(value, bool) or not isinstance(value, int) or not 1 <= value <= most:
+        raise InputError(f"{name} = {shortened(repr(value))} must be a whole number from 1 to {most}.")
+    return value
+
+
+def _check_workers(threads: int | None, workers: int | None, scheduler: str | None) -> None:
+    """Raise for numbers that are none, or for several ways of computing at once."""
+    for name, value in (("threads", threads), ("workers", workers)):
+        if value is not None:
+            _whole(name, value, 1024)
+    given = [name for name, value in (("threads", threads), ("workers", workers), ("scheduler", scheduler)) if value]
+    if len(given) > 1:
+        raise InputError(f"{' and '.join(given)} exclude each other: give one of them.")
+
+
+def _compute(folder: EnsembleDirectory, groups: Sequence[range], how: _How, on_run: OnRun) -> None:
+    """Compute groups of runs by threads, processes or a cluster."""
+    plan, chunks = folder.plan, folder.folder
+    with folder.writing("the runs of the ensemble could not be written to"):
+        if how.workers is not None or how.scheduler is not None:
+            from sinssim.experiments.ensembles.ensemble_workers import on_cluster
+
+            on_cluster(plan, chunks, groups, on_run, workers=how.workers, scheduler=how.scheduler)
+            return
+        number = how.threads or runs_at_a_time(plan)
+        if plan.filtered and min(number, len(groups)) > 1:
+            work_through(groups, number, in_processes(plan, chunks, how.spare, how.truths), on_run)
+            return
+
+        def here(stop: threading.Event) -> Compute[range]:
+            return lambda runs, done: make_chunk(plan, runs, chunks, how.truths, done)
+
+        work_through(groups, number, here, on_run)
+
+
+def _counter(before: int, wanted: int, report: Progress) -> OnRun:
+    """Return a function that counts finished runs and reports runs done, rate and time left."""
+    begin, done, total = time.perf_counter(), 0, before + wanted
+
+    def count(more: int) -> None:
+        nonlocal done
+        done += more
+        rate = done / max(time.perf_counter() - begin, 1e-9)
+        left = (wanted - done) / rate if rate > 0.0 else 0.0
+        report(f"{before + done}/{total} runs, {rate:.3g}/s, {duration_text(left)} left", (before + done) / total)
+
+    return count
+
+
+EnsembleResult.media = EnsembleMedia(write_result)

@@ -1,0 +1,285 @@
+"""The directory of an experiment, which several calls fill: begun, continued or replaced, locked while it is used.
+
+A manifest says what it holds. A finished part is a file or a folder that never changes, so that an experiment is
+continued by computing the parts that are missing. The report is replaced as a whole.
+"""
+
+from __future__ import annotations
+
+import json
+import os
+import shutil
+from abc import ABC, abstractmethod
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager, suppress
+from pathlib import Path
+from typing import Any, ClassVar, NamedTuple
+
+from sinssim.errors import InputError, shortened
+from sinssim.recording.run_directory import versions
+from sinssim.system.outputs import (
+    IN_USE,
+    MARK,
+    Draft,
+    check_inside,
+    publish,
+    remove,
+    remove_left,
+    try_hold,
+    write_text,
+    written,
+)
+
+_NUMERIC = ("sinssim", "jsbsim", "numpy", "scipy", "numba", "filterpy")
+"""Software whose versions must be the same throughout an experiment."""
+
+
+class Kind(NamedTuple):
+    """What a directory holds.
+
+    Attributes:
+        manifest: name of the file that says so.
+        files: further files beside it from the beginning.
+        folder: name of the folder of the parts.
+        kind: value of the key `kind` in the manifest.
+        article: "a" or "an".
+        name: the contents in words, such as "trade study".
+        parts: the parts in words, such as "finished cells".
+    """
+
+    manifest: str
+    files: tuple[str, ...]
+    folder: str
+    kind: str
+    article: str
+    name: str
+    parts: str = "parts"
+
+    @property
+    def noun(self) -> str:
+        """The last word of the name: "study"."""
+        return self.name.rpartition(" ")[2]
+
+
+class Store(ABC):
+    """The directory of an experiment, locked until `close`."""
+
+    KIND: ClassVar[Kind]
+
+    def __init__(self, path: Path, *, resume: bool = False, overwrite: bool = False) -> None:
+        """Begin a directory, or continue one.
+
+        Args:
+            resume: whether its contents are continued; a missing or empty directory is begun in any case.
+            overwrite: whether its contents are removed; `resume` goes before it.
+
+        Raises:
+            InputError: the directory holds something else, or something other than what is asked for, or cannot be
+                written; or another process uses it.
+        """
+        self.path = path.resolve()
+        self._lock: int | None = None
+        taken = self.path.exists() and (not self.path.is_dir() or any(p.name != IN_USE for p in self.path.iterdir()))
+        ours: list[str] = []
+        if taken:
+            there = read_manifest(self.path, self.KIND)
+            if not (resume or overwrite):
+                raise InputError(
+                    f"{path} already holds {self.KIND.article} {self.KIND.name}. Continue or extend it with --resume, "
+                    "give another folder with -o, or replace it with --overwrite."
+                )
+            if resume and (what := self.difference(there)):
+                raise InputError(
+                    f"the {self.KIND.noun} in {path} cannot be continued: it {what}. It stays unchanged; give another "
+                    "folder with -o, or replace it with --overwrite."
+                )
+            ours = self.all_files(self.path)
+        if self.path.is_dir():
+            check_inside(self.path, [IN_USE, MARK, f"{self.KIND.folder}/any", *ours])
+        made = [place for place in (self.path, *self.path.parents) if not place.exists()]
+        try:
+            self.path.mkdir(parents=True, exist_ok=True)
+            self._lock = try_hold(self.path)
+            if self._lock is None:
+                raise InputError(
+                    f"another process is computing the {self.KIND.name} in {path}; wait for it, or give another -o."
+                )
+            if taken and overwrite and not resume:
+                remove(self.path, [*ours, MARK])
+            self.folder.mkdir(exist_ok=True)
+            remove_left(self.path)
+            remove_left(self.folder)
+            self.begin()
+        except OSError as error:
+            self.close()
+            if not taken:
+                self._leave_nothing(made)
+            raise InputError(
+                f"the directory {path} cannot be made: {error.strerror}. Give a folder that can be written with -o."
+            ) from error
+        except BaseException:
+            self.close()
+            raise
+
+    def _leave_nothing(self, made: list[Path]) -> None:
+        """Remove what was written in a folder that was empty, and the folders that were made."""
+        with suppress(OSError):
+            for entry in self.path.iterdir():
+                shutil.rmtree(entry, ignore_errors=True) if entry.is_dir() else entry.unlink()
+        for place in made:
+            with suppress(OSError):  # it may not exist
+                place.rmdir()
+
+    @classmethod
+    def check_options(cls, directory: Path | str | None, *, resume: bool, overwrite: bool) -> None:
+        """Raise InputError for options of an experiment that exclude each other."""
+        kind = cls.KIND
+        if directory is None and (resume or overwrite):
+            raise InputError(f"resume and overwrite need the directory of {kind.article} {kind.noun}.")
+        if resume and overwrite:
+            raise InputError(f"resume and overwrite exclude each other: continue the {kind.noun}, or replace it.")
+
+    @abstractmethod
+    def manifest(self) -> dict[str, Any]:
+        """Return what the parts have in common; with `software` as `versions`."""
+
+    @abstractmethod
+    def difference(self, there: dict[str, Any]) -> str:
+        """Return how the experiment of a manifest differs: "has the seed 1, not 2"; "" for this one."""
+
+    @classmethod
+    @abstractmethod
+    def computed(cls, path: Path) -> list[str]:
+        """Return the names of the files of the parts in a directory, with slashes."""
+
+    @classmethod
+    def all_files(cls, path: Path) -> list[str]:
+        """Return the names of the files that sinssim wrote in a directory, with slashes."""
+        return [*written_files(path, cls.KIND), *cls.computed(path)]
+
+    def begin(self) -> None:
+        """Write the manifest."""
+        contents = {"kind": self.KIND.kind, **self.manifest()}
+        write_text(self.path / self.KIND.manifest, json.dumps(contents, indent=1) + "\n")
+
+    @property
+    def folder(self) -> Path:
+        """Folder of the parts."""
+        return self.path / self.KIND.folder
+
+    def free(self) -> float:
+        """Return the free space of the disk, MB."""
+        return shutil.disk_usage(self.path).free / 1e6
+
+    @contextmanager
+    def writing(self, failed: str, then: str = "") -> Iterator[None]:
+        """Turn an error of the system inside the block, such as a full disk, into an `InputError`.
+
+        It says what `failed`, "the runs of the ensemble could not be written to", and `then` what there is.
+        """
+        try:
+            yield
+        except OSError as error:
+            raise InputError(
+                f"{failed} {self.path}: {error.strerror or error} ({self.free():.0f} MB are free).{then}"
+            ) from error
+
+    def keep(self, write: Callable[[Path], object]) -> None:
+        """Write the results, in place of those of before; the files of others stay.
+
+        Raises:
+            InputError: they cannot be written, or a file of others has the name of a result; nothing is changed.
+        """
+        kept = f" All {self.KIND.parts} are kept; --resume writes it."
+        with (
+            self.writing(f"the report of the {self.KIND.noun} could not be written to", kept),
+            Draft(self.path, "results") as place,
+        ):
+            write(place.path)
+            publish(place, self.path, [self.KIND.manifest, *self.KIND.files])
+
+    def leave(self, stop: BaseException, done: str, write: Callable[[], None]) -> None:
+        """Say in the notes of what stops an experiment what is `done`, "64 of 150 runs", and write a report of it."""
+        stop.add_note(f"{done} are finished, in {self.path}; --resume continues.")
+        try:
+            write()
+            stop.add_note(f"Their report is {self.path / 'report.html'}.")
+        except Exception as error:  # for example on a full disk: the finished parts are safe
+            stop.add_note(f"Their report could not be written: {error}")
+
+    def close(self) -> None:
+        """Unlock the directory."""
+        if self._lock is not None:
+            with suppress(OSError):
+                (self.path / IN_USE).unlink(missing_ok=True)
+            os.close(self._lock)
+            self._lock = None
+
+
+def written_files(path: Path, kind: Kind) -> list[str]:
+    """Return the files that sinssim wrote in a directory, beside the folder of the parts.
+
+    Raises:
+        InputError: the directory has a mark that cannot be one.
+    """
+    if os.path.lexists(path / MARK) and written(path) is None:
+        raise InputError(
+            f"{path / MARK}, by which sinssim recognises its own files, is damaged. The folder stays unchanged; give "
+            "another one with -o."
+        )
+    return list(dict.fromkeys([kind.manifest, *kind.files, *(written(path) or ())]))
+
+
+def read_manifest(path: Path, kind: Kind) -> dict[str, Any]:
+    """Return the manifest of a directory.
+
+    Raises:
+        InputError: the path is a file, or the directory holds something else.
+    """
+    if not path.is_dir():
+        raise InputError(f"{path} is a file; give the name of a folder with -o.")
+    try:
+        there = json.loads((path / kind.manifest).read_text(encoding="utf-8"))
+        if there["kind"] != kind.kind:
+            raise KeyError("kind")
+        return dict(there)
+    except (OSError, ValueError, KeyError, TypeError) as error:
+        raise InputError(
+            f"the folder {path} is not empty and holds no {kind.name}: it lacks a readable "
+            f"{kind.manifest}. It stays unchanged; give another folder with -o."
+        ) from error
+
+
+def software() -> dict[str, str]:
+    """Return the versions that must be the same throughout an experiment."""
+    return {name: versions()[name] for name in _NUMERIC}
+
+
+def other_software(there: dict[str, Any]) -> str:
+    """Return by which other versions a manifest's experiment was computed: "was computed by numpy 1.0 instead of …"."""
+    then = there.get("versions", {})
+    different = [
+        f"{name} {then.get(name)} instead of {now}" for name, now in software().items() if then.get(name) != now
+    ]
+    return f"was computed by {', '.join(different)}" if different else ""
+
+
+def other_scenario(then: Any, now: Any) -> str:
+    """Return the first difference of two scenarios' contents: "is of another scenario: imu.rate_hz was 100.0, …"."""
+    text = _difference(then, json.loads(json.dumps(now)), "")
+    return f"is of another scenario: {text}" if text else ""
+
+
+def _difference(then: Any, now: Any, path: str) -> str:
+    """Describe the first difference of two tables, arrays or values at a path."""
+    if isinstance(then, dict) and isinstance(now, dict):
+        pairs = [(key, then.get(key), now.get(key)) for key in sorted({*then, *now})]
+    elif isinstance(then, list) and isinstance(now, list) and len(then) == len(now):
+        pairs = [(str(number), *both) for number, both in enumerate(zip(then, now, strict=True), start=1)]
+    elif then == now:
+        return ""
+    else:
+        shown = [shortened("left out" if value is None else json.dumps(value), 60) for value in (then, now)]
+        return f"{path} was {shown[0]}, now {shown[1]}"
+    texts = (_difference(a, b, f"{path}.{key}".lstrip(".")) for key, a, b in pairs)
+    return next(filter(None, texts), "")

@@ -1,0 +1,507 @@
+"""The errors of a run's solutions.
+
+Tables, plots, singular attitudes, the console's table, and whether an aided solution is less accurate than an
+inertial one.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
+from dataclasses import dataclass, replace
+from typing import TYPE_CHECKING, Any, Literal, Protocol
+
+import numpy as np
+from rich import box
+from rich.table import Table as RichTable
+
+from sinssim import units
+from sinssim.charts import PAIR, WIDE, Axis, Chart, Charts, Dash, Line, Rule, over
+from sinssim.data import Array
+from sinssim.errors import InputError
+from sinssim.exhibits import Item, Sentence, Table
+from sinssim.experiments.run.filter_summary import sentences
+from sinssim.formatting import capital, number_text, signed
+from sinssim.recording import style
+from sinssim.recording.console import show_items
+from sinssim.recording.report import page
+from sinssim.recording.report.exhibit_page import parts_of
+from sinssim.recording.report.page import table, words
+from sinssim.recording.run_directory import flagged_words
+from sinssim.scenario.notes import (
+    coarse_rates,
+    defaults_taken,
+    earth_of_the_navigator,
+    height_words,
+    keys_without_effect,
+    torquer_taken,
+)
+from sinssim.strapdown.navigation_error import NavError
+from sinssim.units import ANGLE_SCALE, HEIGHT_SCALE, LENGTH_SCALE, SPEED_SCALE, Scale, fixed, suiting
+
+if TYPE_CHECKING:
+    from rich.console import Console
+
+    from sinssim.experiments.run.run_result import Run
+    from sinssim.simulation.truth_comparison import Aided
+
+
+_KINDS = ("final", "rms", "max")
+_DIGITS = 4
+_MOST_MARKS, _MARKS_WITH_HALF = 12, 5
+"""Largest number of marks at multiples of Schuler's period, and of periods in a run that has one at the half, too."""
+_COLUMNS: tuple[tuple[str, str, Scale, float], ...] = (
+    ("horizontal", "horizontal_error_m", LENGTH_SCALE, 1.0),
+    ("height", "height_error_m", HEIGHT_SCALE, 1.0),
+    ("velocity", "velocity_error_mps", SPEED_SCALE, 1.0),
+    ("attitude", "attitude_error_arcsec", ANGLE_SCALE, units.ARCSEC),
+)
+"""Title, name in `summary.json` after "final_", "rms_", "max_", units, and the size of the summary's unit in SI."""
+
+
+@dataclass(frozen=True)
+class Compared:
+    """Errors of solutions that belong to no run in memory, in the form in which those of a run are drawn.
+
+    Attributes:
+        time: first and last time, (2,) s.
+        errors: by algorithm.
+        axes: axes of the errors.
+    """
+
+    time: Array
+    errors: Mapping[str, NavError]
+    axes: str
+
+
+def failure(failed: tuple[str, Mapping[str, Any]]) -> str:
+    """Return the line about an algorithm without a result.
+
+    Args:
+        failed: name of the algorithm, and its entry in `summary.json`.
+    """
+    name, why = failed
+    return f'<p class="broken"><strong>{words(name)} has no result.</strong> {words(capital(why["text"]))}</p>'
+
+
+def error_tables(
+    numbers: Mapping[str, Mapping[str, float | None]],
+    where: str = "summary.json; all samples: sinssim.load_streams, or sinssim export --to parquet",
+    against: str = "truth",
+) -> Iterator[str]:
+    """Yield the tables of the errors.
+
+    Args:
+        numbers: errors by algorithm, as in `summary.json`.
+    """
+    colors = dict(zip(numbers, map(style.css, style.colors(list(numbers))), strict=True))
+    groups = [(title, key, *_unit(numbers.values(), key, scale, si)) for title, key, scale, si in _COLUMNS]
+    heads = [f'<th class="group first" colspan="3">{title} [{unit}]</th>' for title, _, unit, _ in groups]
+    lines = []
+    for name, found in numbers.items():
+        cells = [
+            f"<td{' class=first' if kind == 'final' else ''}>{_in_unit(found[f'{kind}_{key}'], size)}</td>"
+            for _, key, _, size in groups
+            for kind in _KINDS
+        ]
+        lines.append((page.swatch(colors[name]) + words(name), *cells))
+    yield '<div class="errors">'
+    yield table(("algorithm", *_KINDS * len(groups)), lines, 1, f"<tr><th></th>{''.join(heads)}</tr>")
+    yield (
+        f'</div><p class="note">Solution minus {against}, in the local level of the latter. The final '
+        "height error has a sign (positive: too high); all others are magnitudes. Attitude is the angle of the single "
+        f"rotation between computed and true attitude. Full precision: {where}.</p>"
+    )
+
+
+def _unit(numbers: Iterable[Mapping[str, float | None]], key: str, scale: Scale, si: float) -> tuple[str, float]:
+    """Return the unit of a column, which is that of its plot, and its size in the summary's unit."""
+    largest = [found[f"max_{key}"] for found in numbers]
+    unit, size = suiting(scale, np.array([value * si for value in largest if value is not None]))
+    return unit, size / si
+
+
+def _in_unit(value: float | None, size: float) -> str:
+    return "–" if value is None else signed(value / size, _DIGITS)
+
+
+class WithErrors(Protocol):
+    """A run, or what has the errors of its solutions.
+
+    Attributes:
+        time: from the beginning to the end of the run, s.
+        axes: axes of the errors, one of `sinssim.frames.AXES`.
+        errors: by algorithm; a kind of errors that is NaN throughout is not drawn.
+    """
+
+    @property
+    def time(self) -> Array: ...
+    @property
+    def axes(self) -> str: ...
+    @property
+    def errors(self) -> Mapping[str, NavError]: ...
+
+
+_DASHES: tuple[Dash, ...] = ("", "--", ":")
+"""So that solutions with the same errors do not hide one another; more than three are all solid."""
+_Plot = tuple[str, str, Scale, str, Callable[[NavError], Array]]
+_HORIZONTAL: _Plot = ("horizontal", "Horizontal position error", LENGTH_SCALE, "horizontal", lambda e: e.horizontal)
+_PLOTS: tuple[_Plot, ...] = (
+    ("position_north", "North position error", LENGTH_SCALE, "horizontal", lambda e: e.position_ned[:, 0]),
+    ("position_east", "East position error", LENGTH_SCALE, "horizontal", lambda e: e.position_ned[:, 1]),
+    ("velocity_north", "North velocity error", SPEED_SCALE, "speed", lambda e: e.velocity_ned[:, 0]),
+    ("velocity_east", "East velocity error", SPEED_SCALE, "speed", lambda e: e.velocity_ned[:, 1]),
+    ("tilt_north", "Tilt about north, φN", ANGLE_SCALE, "tilt_east", lambda e: e.attitude[:, 0]),
+    ("tilt_east", "Tilt about east, φE", ANGLE_SCALE, "tilt_north", lambda e: e.attitude[:, 1]),
+    ("azimuth", "Azimuth misalignment, φD", ANGLE_SCALE, "azimuth", lambda e: e.attitude[:, 2]),
+    ("height", "Height error (positive: too high)", HEIGHT_SCALE, "height", lambda e: e.height),
+    ("speed", "Velocity error, magnitude", SPEED_SCALE, "speed", lambda e: e.speed),
+    ("attitude", "Attitude error, angle", ANGLE_SCALE, "attitude", lambda e: e.angle),
+)
+"""The plots two by two: key, title, units, the plot whose unit it has, and the values."""
+_MAGNITUDES = ("horizontal", "speed", "attitude")
+
+
+def error_exhibits(run: WithErrors, period: float, *, apart: bool = True) -> Iterator[Item]:
+    """Yield the errors over time.
+
+    Args:
+        run: whose errors they are; quantities that are not known are NaN.
+        period: Schuler's, s.
+        apart: whether the distance of the solutions from the first one is drawn, too.
+    """
+    span, marks = _schuler_marks(float(run.time[0]), float(run.time[-1]), period)
+    dashes = dict(zip(run.errors, _DASHES, strict=False)) if len(run.errors) <= len(_DASHES) else {}
+    paint = _paint(run.errors)
+    lines: dict[str, tuple[Line, ...]] = {}
+    for key, *_, of in (_HORIZONTAL, *_PLOTS):
+        found = ((name, error, of(error)) for name, error in run.errors.items())
+        lines[key] = tuple(
+            Line(label=name, x=error.time, y=rows, color=paint[name], dash=dashes.get(name, ""))
+            for name, error, rows in found if not np.isnan(rows[0]) or not np.isnan(rows).all()
+        )  # fmt: skip
+
+    def chart(key: str, title: str, units: Scale, like: str, _: object = None) -> Chart:
+        same = (like,) if like in _MAGNITUDES else (like, key)
+        unit = suiting(units, *(line.upright for one in same for line in lines[one]))
+        mile = [_mile_an_hour(span)] if key == "horizontal" and unit[0] != "mm" else []
+        y = Axis(units=fixed(*unit), low=0.0 if key in _MAGNITUDES else None)
+        return Chart(key=f"navigation/{key}", title=title, x=over(span), y=y, marks=(*mile, *lines[key], *marks))
+
+    yield from _explanation(period, span[1] - span[0])
+    if run.axes == "transported":
+        yield Sentence(_NEAR_A_POLE, "note")
+    yield Charts("horizontal", ((chart(*_HORIZONTAL),),), WIDE)
+    charts = [chart(*one) for one in _PLOTS if lines[one[0]]]
+    rows = tuple(tuple(charts[k : k + 2]) for k in range(0, len(charts), 2))
+    yield Charts("errors", rows, (PAIR[0], PAIR[1] * len(rows)))
+    if apart and len(run.errors) > 1:
+        yield Charts("apart", ((_apart(run.errors, dashes, span, marks),),), WIDE)
+
+
+def _paint(names: Iterable[str]) -> dict[str, style.Rgb]:
+    """Return one colour for each solution, the same in every chart, also for names that the style does not know."""
+    known = list(names)
+    return dict(zip(known, style.colors(known), strict=True))
+
+
+def error_plots(run: WithErrors, period: float, *, apart: bool = True) -> Iterator[str]:
+    """Yield `error_exhibits` as HTML.
+
+    Args:
+        period: Schuler's, s.
+        apart: whether the distance of the solutions from the first one is drawn, too.
+    """
+    yield from parts_of(error_exhibits(run, period, apart=apart), 3)
+
+
+_NEAR_A_POLE = (
+    "The run comes within 1° of a pole, where the direction of north depends on the position. Velocity and attitude "
+    "are therefore compared without a rotation about the vertical. The components are along north and east of the "
+    "solution’s place: they change their signs where it passes over the pole."
+)
+"""What the errors of a run near a pole are."""
+
+
+def _schuler_marks(start: float, end: float, period: float) -> tuple[tuple[float, float], list[Rule]]:
+    """Return the time axis of the error plots, and marks at half the Schuler period and at its multiples.
+
+    A run of many periods has marks at twelve multiples at most, and none at the half.
+    """
+    # The mark at a whole period stays on the axis if the run ends just before it.
+    span = (start, start + period if end < start + period < start + 1.02 * (end - start) else end)
+    periods = int((span[1] - start) / period + 1e-9)
+    step = -(-periods // _MOST_MARKS) or 1
+    whole = range(step, periods + 1, step)
+    texts = {float(k): f"T = {period / 60.0:.1f} min" if k == 1 else f"{k} T" for k in whole}
+    if periods <= _MARKS_WITH_HALF and span[1] - start >= 0.5 * period * (1.0 - 1e-9):
+        texts = {0.5: f"T/2 = {0.5 * period / 60.0:.1f} min", **texts}
+    return span, [Rule(at=start + k * period, upright=True, text=text, dash=":") for k, text in texts.items()]
+
+
+def _explanation(period: float, length: float) -> Iterator[Sentence]:
+    """Explain the marks and the angles in the error plots."""
+    if length < 0.5 * period * (1.0 - 1e-9):
+        marks = "the run is shorter than half a period."
+    elif length < (_MARKS_WITH_HALF + 1) * period:
+        marks = "dotted lines mark it and its half."
+    else:
+        marks = "dotted lines mark its multiples."
+    yield Sentence(
+        f"The Schuler period T = 2π√(R/g) is {period / 60.0:.2f} min here; {marks} φ is the rotation vector of the "
+        "error equations, q_{true} = q(φ) ⊗ q_{solution}, to first order C_{solution} = (I − [φ×]) C_{true}: φ_{N} and "
+        "φ_{E} are tilts, and for a level vehicle −φ_{D} is the error of heading.", on=("page",),
+    )  # fmt: skip
+
+
+def _apart(
+    errors: Mapping[str, NavError], dashes: Mapping[str, Dash], span: tuple[float, float], marks: Sequence[Rule]
+) -> Chart:
+    """Return the distance of each solution from the first one, which shows the errors of the algorithms alone."""
+    # algorithms that take several samples per update have fewer rows: use the instants common to all
+    time = min((error.time for error in errors.values()), key=len)
+    time = time[np.unique(np.linspace(0, len(time) - 1, min(len(time), 8192)).round().astype(np.intp))]
+    found = {
+        name: e.position_ned[np.searchsorted(e.time, time).clip(max=len(e.time) - 1)] for name, e in errors.items()
+    }
+    (first, base), *others = found.items()
+    paint = _paint(errors)
+    lines = [
+        Line(
+            label=name, x=time, y=np.linalg.norm(position - base, axis=1), color=paint[name], dash=dashes.get(name, "")
+        )
+        for name, position in others
+    ]
+    title = f"Distance of {'the others' if len(lines) > 1 else lines[0].label} from {first}"
+    y = Axis(units=LENGTH_SCALE, low=0.0)
+    return Chart(key="navigation/apart", title=title, x=over(span), y=y, marks=(*lines, *marks))
+
+
+def _mile_an_hour(span: tuple[float, float]) -> Line:
+    ends = np.array(span)
+    rate = (ends - span[0]) / 3600.0 * units.NAUTICAL_MILE
+    return Line(label="1 nmi/h", x=ends, y=rate, color="reference", weight="thin", dash="--", counts=False)
+
+
+def figure_charts(run: Run) -> Charts:
+    """Return the horizontal, the velocity and the attitude error of each solution of a run over time.
+
+    Raises:
+        InputError: the run has no solution with errors.
+    """
+    errors: dict[str, NavError] = dict(run.errors)
+    if run.aided is not None and run.aided.true_parameters_known:
+        of_filter = {"aided": run.aided.error, "backward": run.aided.backward_error,
+                     "smoothed": run.aided.smoothed_error}  # fmt: skip
+        errors |= {name: one for name, one in of_filter.items() if one is not None}
+    if not errors:
+        raise InputError(
+            f"the run {run.scenario.name} has no solution in three dimensions with errors to draw; its report and its "
+            "recording show what it has."
+        )
+    paint, charts = _paint(errors), list[tuple[Chart]]()
+    for name, scale, of in (
+        ("horizontal error", LENGTH_SCALE, "horizontal"), ("velocity error", SPEED_SCALE, "speed"),
+        ("attitude error", ANGLE_SCALE, "angle"),
+    ):  # fmt: skip
+        lines = tuple(
+            Line(
+                label=label,
+                x=error.time,
+                y=getattr(error, of),
+                color=paint[label],
+                dash=_IN_FIGURE[k % len(_IN_FIGURE)],
+            )
+            for k, (label, error) in enumerate(errors.items())
+        )
+        largest = [float(np.nanmax(line.y)) for line in lines]
+        y = Axis(label=name, units=scale, low=0.0)
+        if (
+            max(largest) > _FAR * min(largest) > 0.0
+        ):  # an aided error beside an inertial one would be a line on the axis
+            y = replace(y, log=True, low=min(float(np.nanmedian(line.y)) for line in lines) / 10.0)
+        legend: Literal["inside", "none"] = "none" if charts else "inside"
+        title = "" if charts else run.scenario.name
+        charts.append((Chart(key=name, title=title, y=y, marks=lines, legend=legend),))
+    return Charts("errors", tuple(charts), (8.0, 6.6), share="x")
+
+
+_FAR = 20.0
+"""Ratio of the largest errors of two solutions from which the scale of a figure is logarithmic."""
+_IN_FIGURE: tuple[Dash, ...] = ("", "--", "-.", ":")
+
+
+def singularity_table(found: Mapping[str, Sequence[Mapping[str, Any]]]) -> str:
+    """Return the table of the passages through a singular attitude.
+
+    Args:
+        found: passages by algorithm, as in `summary.json`.
+    """
+    if not found:
+        return "<p>No algorithm passed through a singular attitude.</p>"
+    lines = [
+        (
+            words(name),
+            f"{event['start_s']:.2f}",
+            f"{event['end_s']:.2f}",
+            _in_unit(event["damage_arcsec"], 60.0),
+            f'<td class="text">{words(event["text"].removeprefix(f"{name}: "))}</td>',
+        )
+        for name, events in found.items()
+        for event in events
+    ]
+    heads = ("algorithm", "from [s]", "to [s]", "damage [arcmin]", "")
+    return table(heads, lines) + (
+        '<p class="note">Damage: angle between the attitude of the algorithm after the passage and that of a '
+        "singularity-free algorithm with the same increments.</p>"
+    )
+
+
+_HEADINGS = (
+    "horizontal\nfinal, m",
+    "\nrms, m",
+    "\nmax, m",
+    "height\nmax, m",
+    "velocity\nmax, m/s",
+    "attitude\nmax, arcmin",
+)
+
+
+def show(run: Run, console: Console) -> None:
+    """Print each algorithm's errors, what only some runs have, remarks, and the time of each stage."""
+    scenario, summary = run.scenario, run.summary
+    failures, of_filter = summary["failures"], summary.get("filter", {})
+    aided = {name: of_filter[name] for name in ("aided", "backward", "smoothed") if of_filter.get(name)}
+    table = RichTable(
+        title=f"{scenario.name}: {_title(summary)}",
+        title_justify="left",
+        box=box.SIMPLE_HEAD,
+        padding=(0, 1, 0, 0),
+    )
+    table.add_column("algorithm", no_wrap=True)
+    for heading in _HEADINGS:
+        table.add_column(heading, justify="right", no_wrap=True)
+    for name, errors in {**summary["algorithms"], **aided}.items():
+        table.add_row(name, *_cells(errors, failed=name in failures))
+    numbers = {name: errors for name, errors in summary["algorithms"].items() if name not in failures}
+    of_parts = [item for part in run.parts.values() for item in part.brief(numbers)]
+    of_log = summary.get("log")
+    lines = [
+        *summary.get("not_attained", ()),
+        *([] if of_log is not None else [f"Height of the inertial solutions: {height_words(scenario)}."]),
+        *earth_of_the_navigator(scenario),
+        *torquer_taken(scenario),
+        *coarse_rates(scenario.imu),
+    ]
+    samples = round((summary["end_s"] - summary["start_s"]) * scenario.imu.rate_hz)
+    if flags := flagged_words(summary["flagged_samples"], samples):
+        lines.append(flags)
+    if of_log is None:
+        lines += keys_without_effect(scenario.imu, summary["end_s"])
+    lines += defaults_taken(scenario.imu, summary["end_s"])
+    lines += [f"{name} has no result: {failure['text']}" for name, failure in failures.items()]
+    lines += [event["text"] for events in summary["singularities"].values() for event in events]
+    if of_filter:
+        lines += sentences(of_filter)
+    timing = {stage.removesuffix("_s"): seconds for stage, seconds in summary["timing"].items()}
+    lines.append("Time: " + ", ".join(f"{stage} {seconds:.2f} s" for stage, seconds in timing.items() if seconds))
+    if scenario.description:
+        console.print(f"{scenario.description}\n", markup=False)
+    console.print(table)
+    show_items((item for item in of_parts if isinstance(item, Table)), console)
+    show_items((item for item in of_parts if not isinstance(item, Table)), console)
+    for line in lines:
+        console.print(line, markup=False)
+
+
+def _title(summary: Mapping[str, Any]) -> str:
+    """Return what the table shows."""
+    about = summary.get("log")
+    if about is None:
+        return "errors against the truth"
+    if about["reference_file"] is not None:
+        return f"errors against the reference {about['reference_file']}"
+    return f"differences from {about['compared_with']}" if about["compared_with"] else "one solution, no reference"
+
+
+def _cells(errors: Mapping[str, float | None], failed: bool) -> tuple[str, ...]:
+    """Return the cells of one algorithm; if it failed, its numbers end at the failure."""
+    angle = errors["max_attitude_error_arcsec"]
+    return (
+        error_text(errors["final_horizontal_error_m"]),
+        error_text(errors["rms_horizontal_error_m"]),
+        error_text(errors["max_horizontal_error_m"]),
+        error_text(errors["max_height_error_m"]),
+        error_text(errors["max_velocity_error_mps"]),
+        "–" if failed or angle is None else error_text(angle / 60.0),
+    )
+
+
+def error_text(value: float | None) -> str:
+    """Write a number with four significant digits, without an exponent where possible.
+
+    Args:
+        value: the number; None if unknown.
+
+    Returns:
+        For example "0.01235", "123457", "1.2e-07", or "–" for None.
+    """
+    if value is None:
+        return "–"
+    if value == 0.0:
+        return "0"
+    if not math.isfinite(value) or not 1e-4 <= abs(value) < 1e9:
+        return f"{value:.1e}"
+    return f"{value:.{max(0, 3 - math.floor(math.log10(abs(value))))}f}"
+
+
+_BEYOND = 2.0
+"""Ratio of the rms error to the rms of the filter's own 1σ beyond which the filter is wrong, not the draw unlucky."""
+
+
+_ROWS = 2000
+"""Approximate number of rows of an inertial solution that are compared."""
+
+
+def horizontal_of(errors: Mapping[str, NavError]) -> dict[str, tuple[Array, Array]]:
+    """Return time and horizontal error of solutions at about `_ROWS` rows.
+
+    Returns:
+        s and m, by name.
+    """
+    some = {name: slice(None, None, max(len(error.time) // _ROWS, 1)) for name, error in errors.items()}
+    return {name: (error.time[some[name]].copy(), error.horizontal[some[name]]) for name, error in errors.items()}
+
+
+def worse_than_inertial(aided: Aided, inertial: Mapping[str, tuple[Array, Array]]) -> Iterator[str]:
+    """Report inertial solutions with a smaller horizontal error than the aided one over the time of the filter.
+
+    Args:
+        inertial: time and horizontal error of the inertial solutions by name, from `horizontal_of`.
+
+    Yields:
+        Whole sentences, one for each; none where the errors are not known.
+    """
+    time = aided.estimate.time
+    if len(time) < 2:
+        return
+    own = np.concatenate([error.horizontal for error in aided.error_blocks()])
+    for name, (instant, horizontal) in inertial.items():
+        squares = horizontal[(instant >= time[0]) & (instant <= time[-1])] ** 2
+        if not np.isfinite(own).any() or not np.isfinite(squares).any():
+            continue
+        rms, other = float(np.sqrt(np.nanmean(own**2))), float(np.sqrt(np.nanmean(squares)))
+        if rms <= other:
+            continue
+        sigma = float(np.sqrt(np.mean(np.sum(aided.estimate.sigma[:, :2] ** 2, axis=1))))
+        why = (
+            "The error is beyond what the filter states: its model is wrong."
+            if rms > _BEYOND * sigma
+            else "The error is within what the filter states, so that this may be the chance of one run; `sinssim "
+            "ensemble` and `sinssim budget` compare both over all runs."
+        )
+        yield (
+            f"From {time[0]:.0f} s to {time[-1]:.0f} s the aided solution is worse than {name}: its horizontal error "
+            f"is {number_text(rms)} m (rms), that of {name} {number_text(other)} m. The filter's own 1σ is "
+            f"{number_text(sigma)} m. {why}"
+        )

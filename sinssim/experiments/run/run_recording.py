@@ -1,0 +1,476 @@
+"""The Rerun recording of a run.
+
+Its streams thinned and in the units that people read, motion in further coordinates, and simple models of vehicles
+for the 3D views.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Mapping, Sequence
+from typing import TYPE_CHECKING
+
+import numpy as np
+from numpy.typing import NDArray
+
+from sinssim import rotation, units
+from sinssim.data import Array, ImuData, NavSolution, NavState
+from sinssim.experiments.run.sensor_exhibits import SensorComparison
+from sinssim.recording import style
+from sinssim.recording.rerun.scene import Scene
+from sinssim.recording.stream_tables import Stream, Vector, blocks
+from sinssim.recording.style import RowNumbers, gaps, thinned
+from sinssim.strapdown.navigation_error import NavError
+from sinssim.truth.sampling import FlightEvent
+from sinssim.units import ANGLE_SCALE, HEIGHT_SCALE, LENGTH_SCALE, SPEED_SCALE, Scale, suiting
+
+if TYPE_CHECKING:
+    from sinssim.recording.rerun.rrd import Recording
+    from sinssim.scenario import Scenario
+
+
+_UNITS = (("_rad", "deg", units.DEG), ("_mps", "m/s", 1.0), ("_m", "km", 1e3))
+_FAR = 1e5  # m: farther places are shown in km
+_VECTOR = ("x", "y", "z")
+_QUATERNION = ("reference", *_VECTOR)
+
+
+def draw_coordinates(recording: Recording, streams: Iterable[Stream]) -> dict[str, str]:
+    """Record the streams of one motion, below `coordinates/`.
+
+    Returns:
+        Labels for the view's titles: the unit of each vector, and that there are coordinates.
+    """
+    labels = {}
+    for stream in streams:
+        rows = thinned(len(stream.time))
+        for vector in stream.vectors:
+            values = _some(vector, rows, len(stream.time))
+            names, unit, size = _shown(vector.columns, values)
+            where = f"coordinates/{stream.name}/{vector.name}"
+            parts = _QUATERNION if len(names) == 4 else _VECTOR
+            colors = [style.COLORS[part] for part in parts[: len(names)]]
+            recording.series(where, stream.time[rows], values / size, names, colors=colors, widths=1.6)
+            labels[where] = unit
+    return {**labels, "coordinates": "yes"} if labels else {}
+
+
+def _some(vector: Vector, rows: RowNumbers, count: int) -> Array:
+    """Return some rows of a vector, which is computed in blocks."""
+    found = []
+    for block in blocks(count):
+        inside = rows[(rows >= block.start) & (rows < block.stop)] - block.start
+        found.append(vector.values[block][inside])
+    return np.concatenate(found)
+
+
+def _shown(columns: tuple[str, ...], values: Array) -> tuple[list[str], str, float]:
+    """Return the names, the unit and its size for a plot; metres up to a hundred kilometres."""
+    for ending, unit, size in _UNITS:
+        if all(column.endswith(ending) for column in columns):
+            names = [column.removesuffix(ending).replace("_", " ") for column in columns]
+            near = unit == "km" and float(np.nanmax(np.abs(values), initial=0.0)) < _FAR
+            return names, "m" if near else unit, 1.0 if near else size
+    return [column.replace("_", " ") for column in columns], "", 1.0
+
+
+_Ring = list[tuple[float, float, float]]
+_Surface = tuple[Array, NDArray[np.int64], Array]
+
+PATHS = {"aircraft": "Flight path", "land": "Path of the car", "sea": "Path of the ship", "": "Path of the vehicle"}
+"""Title of the path of each kind of vehicle; "" is a vehicle of unknown kind."""
+
+
+def kind_of(scenario: Scenario) -> str:
+    """Return the kind of vehicle of a scenario.
+
+    Returns:
+        A key of `PATHS`.
+    """
+    if scenario.flight is not None:
+        return "aircraft"
+    if scenario.track is not None:
+        return scenario.track.vehicle
+    sensors = {} if scenario.aiding is None else scenario.aiding.sensors()
+    if scenario.drive is not None or {"land_vehicle", "odometer"} & sensors.keys():
+        return "land"
+    return "sea" if scenario.voyage is not None else ""
+
+
+def vehicle_mesh(kind: str) -> tuple[Array, NDArray[np.uint32], Array]:
+    """Return a simple model of length 1 in body axes, its centre at the origin.
+
+    Args:
+        kind: a key of `PATHS`.
+
+    Returns:
+        Vertices (V, 3), triangles (T, 3), brightness of each vertex (V,), 0…1.
+    """
+    surfaces = {"aircraft": _aircraft, "land": _car, "sea": _ship, "": _block}[kind]()
+    first = np.cumsum([0, *(len(s[0]) for s in surfaces[:-1])])
+    return (
+        np.concatenate([vertices for vertices, _, _ in surfaces]),
+        np.concatenate([triangles + n for (_, triangles, _), n in zip(surfaces, first, strict=True)]).astype(np.uint32),
+        np.concatenate([brightness for _, _, brightness in surfaces]),
+    )
+
+
+def _aircraft() -> list[_Surface]:
+    surfaces = [
+        _loft([_circle(0.5, 0.004), _circle(0.46, 0.03), _circle(0.38, 0.05), _circle(-0.2, 0.05),
+               _circle(-0.5, 0.012, -0.03)], 1.0),
+        _loft([_fin(-0.33, -0.47, -0.04, 0.008), _fin(-0.45, -0.51, -0.2, 0.003)], 0.75),
+    ]  # fmt: skip
+    for side in (1.0, -1.0):
+        wing = [_blade(0.14, -0.08, 0.03 * side, 0.02, 0.012), _blade(-0.08, -0.15, 0.48 * side, -0.02, 0.004)]
+        tail = [_blade(-0.36, -0.47, 0.01 * side, -0.03, 0.008), _blade(-0.44, -0.49, 0.18 * side, -0.04, 0.003)]
+        surfaces += [_loft(wing, 0.85), _loft(tail, 0.85)]
+    return surfaces
+
+
+def _car() -> list[_Surface]:
+    """Return body, cabin and wheels."""
+    body = [_rectangle(0.5, 0.17, 0.02, 0.12), _rectangle(0.46, 0.2, -0.03, 0.13), _rectangle(-0.5, 0.2, -0.06, 0.13)]
+    cabin = [_deck(0.22, -0.44, 0.185, -0.05), _deck(0.06, -0.36, 0.15, -0.18)]
+    wheels = [
+        _loft([_rectangle(x + 0.09, 0.03, 0.05, 0.19, y), _rectangle(x - 0.09, 0.03, 0.05, 0.19, y)], 0.35)
+        for x in (0.3, -0.32)
+        for y in (0.18, -0.18)
+    ]
+    return [_loft(body, 0.9), _loft(cabin, 0.65), *wheels]
+
+
+def _ship() -> list[_Surface]:
+    """Return hull, superstructure and funnel."""
+    hull = [_plan(0.5, 0.11, -0.06), _plan(0.44, 0.07, 0.07)]
+    house = [_deck(-0.22, -0.42, 0.085, -0.06), _deck(-0.24, -0.4, 0.08, -0.19)]
+    funnel = [_deck(-0.3, -0.37, 0.03, -0.19), _deck(-0.31, -0.36, 0.025, -0.27)]
+    return [_loft(hull, 0.7), _loft(house, 1.0), _loft(funnel, 0.5)]
+
+
+def _block() -> list[_Surface]:
+    """Return a block that is pointed ahead."""
+    return [_loft([_rectangle(0.5, 0.01, -0.01, 0.01), _rectangle(0.2, 0.2, -0.1, 0.1),
+                   _rectangle(-0.5, 0.2, -0.1, 0.1)], 0.9)]  # fmt: skip
+
+
+def _rectangle(x: float, half: float, top: float, bottom: float, y: float = 0.0) -> _Ring:
+    """Return an upright section across the body."""
+    return [(x, y + half, bottom), (x, y + half, top), (x, y - half, top), (x, y - half, bottom)]
+
+
+def _deck(front: float, back: float, half: float, z: float) -> _Ring:
+    """Return a level rectangle."""
+    return [(front, half, z), (back, half, z), (back, -half, z), (front, -half, z)]
+
+
+def _plan(front: float, half: float, z: float) -> _Ring:
+    """Return the level outline of a hull, with a pointed bow."""
+    side = [(0.5 * front, half), (-0.9 * front, 0.9 * half), (-front, 0.6 * half)]
+    return [(front, 0.0, z), *((x, y, z) for x, y in side), *((x, -y, z) for x, y in reversed(side))]
+
+
+def _circle(x: float, radius: float, z: float = 0.0) -> _Ring:
+    """Return a ring of the fuselage."""
+    angles = [k * 2.0 * np.pi / 12 for k in range(12)]
+    return [(x, radius * float(np.cos(a)), z + radius * float(np.sin(a))) for a in angles]
+
+
+def _profile(lead: float, trail: float, half: float) -> list[tuple[float, float]]:
+    """Return a diamond between leading and trailing edge."""
+    middle = 0.6 * lead + 0.4 * trail
+    return [(lead, 0.0), (middle, -half), (trail, 0.0), (middle, half)]
+
+
+def _blade(lead: float, trail: float, y: float, z: float, half: float) -> _Ring:
+    """Return a section of a wing."""
+    return [(x, y, z + d) for x, d in _profile(lead, trail, half)]
+
+
+def _fin(lead: float, trail: float, z: float, half: float) -> _Ring:
+    """Return a section of the fin."""
+    return [(x, d, z) for x, d in _profile(lead, trail, half)]
+
+
+def _loft(rings: list[_Ring], brightness: float) -> tuple[Array, NDArray[np.int64], Array]:
+    """Return the closed surface through rings of equally many points; its lower half is darker."""
+    n = len(rings[0])
+    vertices = np.array([point for ring in rings for point in ring])
+    below = np.concatenate([[p[2] > np.mean([q[2] for q in ring]) + 1e-9 for p in ring] for ring in rings])
+    triangles = []
+    for a in range(0, len(vertices) - n, n):
+        for i in range(n):
+            j = (i + 1) % n
+            triangles += [(a + i, a + j, a + n + i), (a + j, a + n + j, a + n + i)]
+    for end in (0, len(vertices) - n):
+        triangles += [(end, end + i, end + i + 1) for i in range(1, n - 1)]
+    return vertices, np.array(triangles), np.where(below, 0.55, 1.0) * brightness
+
+
+_PATH_POINTS = 4096
+_POSTS = 60
+_UP = -1.0
+"""Down to up."""
+
+
+def draw_flight(
+    recording: Recording,
+    time: Array,
+    truth: NavState,
+    scene: Scene,
+    events: Sequence[FlightEvent],
+    angles: str | None = None,
+    kind: str = "",
+) -> None:
+    """Record the true flight as lines, map and 3D scene, below `flight/`.
+
+    Args:
+        time: (N,) s.
+        scene: the scene of the 3D view.
+        angles: range of the heading, or "continuous"; None for 0…360°.
+        kind: kind of vehicle, a key of `sinssim.experiments.run.run_recording.PATHS`.
+    """
+    import rerun as rr
+
+    k = thinned(len(time))
+    t, lat, lon, height = time[k], truth.latitude[k], truth.longitude[k], truth.height[k]
+    velocity, q_nb = truth.velocity_ned[k], truth.q_nb[k]
+    roll, pitch, _ = (angle / units.DEG for angle in rotation.euler_from_quaternion(q_nb))
+    heading = rotation.shown_heading(angles, rotation.euler_from_quaternion(truth.q_nb)[2])[k] / units.DEG
+    blue, green, orange = style.colors(["z", "y", "x"])
+    leaning = np.column_stack((gaps(np.round(roll, 9), 360.0), np.round(pitch, 9)))  # of a level vehicle, no rounding
+    recording.series("flight/roll_pitch", t, leaning, ["roll", "pitch"], colors=[orange, blue])
+    recording.series("flight/heading", t, gaps(heading, 360.0)[:, None], ["heading"], colors=[green])
+    recording.series("flight/height", t, height[:, None], ["height"], colors=[green])
+    speed = np.hypot(velocity[:, 0], velocity[:, 1])
+    recording.series("flight/ground_speed", t, speed[:, None], ["ground speed"], colors=[green])
+    recording.series("flight/vertical_speed", t, _UP * velocity[:, 2:], ["vertical speed"], colors=[blue])
+
+    path = thinned(len(k), _PATH_POINTS)
+    lat_lon = np.column_stack((lat, lon)) / units.DEG
+    color = style.COLORS["truth"]
+    recording.static(
+        "map/truth", rr.GeoLineStrings(lat_lon=[lat_lon[path]], radii=rr.Radius.ui_points(2.5), colors=color)
+    )
+    recording.static("map/vehicle", rr.GeoPoints.from_fields(radii=rr.Radius.ui_points(7.0), colors=[(213, 94, 0)]))
+    recording.columns("map/vehicle", t, rr.GeoPoints.columns(positions=lat_lon))
+
+    points = scene.points(lat, lon, height)
+    ground = points[path] * (1.0, 1.0, 0.0)
+    grey = style.COLORS["ground"]
+    recording.static("world", rr.ViewCoordinates.RIGHT_HAND_Z_UP)
+    recording.static("world/path", rr.LineStrips3D([points[path]], radii=rr.Radius.ui_points(1.8), colors=color))
+    recording.static("world/ground", rr.LineStrips3D([ground], radii=rr.Radius.ui_points(1.0), colors=grey))
+    posts = thinned(len(path), _POSTS)
+    recording.static(
+        "world/posts",
+        rr.LineStrips3D(
+            np.stack((ground[posts], points[path][posts]), axis=1), radii=rr.Radius.ui_points(0.6), colors=(*grey, 110)
+        ),
+    )
+    if events:
+        at = np.searchsorted(t, [event.time for event in events]).clip(max=len(t) - 1)
+        texts = [event.text for event in events]
+        marks = rr.Points3D(
+            points[at], labels=texts, show_labels=False, radii=rr.Radius.ui_points(4.0), colors=(230, 159, 0)
+        )
+        recording.static("world/events", marks)
+    q = scene.attitudes(lat, lon, q_nb)
+    _draw_vehicle(recording, "world/vehicle", t, points, q, scene.vehicle_length, kind)
+
+    _draw_attitude(recording, t, q_nb, kind)
+
+
+def draw_outages(recording: Recording, time: Array, truth: NavState, outages: Sequence[tuple[float, float]]) -> None:
+    """Mark the parts of the track without satellites on the map.
+
+    Args:
+        time: (N,) s.
+        outages: spans, s.
+    """
+    import rerun as rr
+
+    parts = []
+    for begin, end in outages:
+        first, last = (int(k) for k in np.searchsorted(time, (begin, end)))
+        if last - first > 1:
+            k = first + thinned(last - first, _PATH_POINTS)
+            parts.append(np.column_stack((truth.latitude[k], truth.longitude[k])) / units.DEG)
+    if parts:
+        color = style.tint(style.COLORS["refused"])
+        recording.static(
+            "map/no_satellites", rr.GeoLineStrings(lat_lon=parts, radii=rr.Radius.ui_points(6.0), colors=color)
+        )
+
+
+def _draw_attitude(recording: Recording, t: Array, q_nb: Array, kind: str) -> None:
+    """Record the vehicle's attitude in the local level, with horizon and compass, below `attitude/`."""
+    import rerun as rr
+
+    grey = style.COLORS["ground"]
+    swap = rotation.multiply(np.array([0.0, np.sqrt(0.5), np.sqrt(0.5), 0.0]), q_nb)
+    recording.static("attitude", rr.ViewCoordinates.RIGHT_HAND_Z_UP)
+    _draw_vehicle(recording, "attitude/vehicle", t, np.zeros((len(t), 3)), swap, 1.0, kind)
+    ring = np.linspace(0.0, 2.0 * np.pi, 73)
+    horizon = 0.75 * np.column_stack((np.cos(ring), np.sin(ring), np.zeros_like(ring)))
+    recording.static("attitude/horizon", rr.LineStrips3D([horizon], radii=rr.Radius.ui_points(1.0), colors=grey))
+    letters = 0.82 * np.array([[0.0, 1.0, 0.0], [1.0, 0.0, 0.0], [0.0, -1.0, 0.0], [-1.0, 0.0, 0.0]])
+    recording.static("attitude/compass", rr.Points3D(letters, labels=["N", "E", "S", "W"], radii=0.006, colors=grey))
+
+
+def _draw_vehicle(
+    recording: Recording, entity: str, time: Array, points: Array, q: Array, length: float, kind: str
+) -> None:
+    """Record a moving vehicle: a mesh in body axes below a transform over time."""
+    import rerun as rr
+
+    vertices, triangles, shades = vehicle_mesh(kind)
+    color = np.array(style.COLORS["vehicle"])
+    mesh = rr.Mesh3D(
+        vertex_positions=length * vertices,
+        triangle_indices=triangles,
+        vertex_colors=(shades[:, None] * color).astype(np.uint8),
+    )
+    recording.static(entity, mesh)
+    recording.columns(entity, time, rr.Transform3D.columns(translation=points, quaternion=np.roll(q, -1, axis=1)))
+
+
+def draw_sensors(recording: Recording, kinds: Iterable[SensorComparison]) -> dict[str, str]:
+    """Record the readings of the sensors and their errors, below `sensors/`: means over intervals, and sums.
+
+    The reference is drawn wide and pale below the line compared with it: the ideal reading below the measured one, the
+    measured error below the error after compensation.
+    """
+    labels: dict[str, str] = {}
+    for kind in kinds:
+        labels |= _draw_kind(recording, kind)
+    return labels
+
+
+def draw_recorded_sensors(recording: Recording, imu: ImuData) -> dict[str, str]:
+    """Record what an inertial unit sensed, below `sensors/`: mean rates and specific forces."""
+    labels, edges = {"sensors": "recorded"}, thinned(len(imu.time))
+    for key, title, increments, size in (
+        ("gyro", "Gyros", imu.dtheta, units.DEG),
+        ("accel", "Accelerometers", imu.dvel, 1.0),
+    ):
+        labels[f"{key}_title"] = title
+        rows = _means(imu.time, increments, edges) / size
+        recording.series(f"sensors/{key}/measured", imu.time[edges[1:]], rows, ["x", "y", "z"], widths=1.2)
+    return labels
+
+
+def _draw_kind(recording: Recording, kind: SensorComparison) -> dict[str, str]:
+    time, paint = kind.time, style.colors(kind.names)
+    labels = {"sensor_window": f"{kind.window:g} s", f"{kind.key}_title": kind.title}
+    below = ([style.tint(color) for color in paint], 4.0)
+    above = (paint, 1.2)
+    edges = thinned(len(time))
+
+    def lines(key: str, at: Array, values: Array, word: str, look: tuple[list[style.Rgb], float]) -> None:
+        names = [f"{axis} {word}".rstrip() for axis in kind.names]
+        recording.series(f"sensors/{kind.key}/{key}", at, values, names, colors=look[0], widths=look[1])
+
+    for word, increments, look in (("ideal", kind.ideal, below), ("measured", kind.measured, above)):
+        if increments is not None:
+            lines(word, time[edges[1:]], _means(time, increments, edges) / kind.reading[1], word, look)
+    labels[f"{kind.key}_sum"], size = suiting(kind.sums, kind.error)
+    both = [("", "", kind.error, (paint, 1.5))]
+    if kind.left is not None:
+        both = [("", "measured", kind.error, below), ("_compensated", "compensated", kind.left, above)]
+        labels[f"{kind.key}_left"], own = suiting(kind.sums, kind.left)
+        lines("left", time[edges], kind.left[edges] / own, "", (paint, 1.5))
+    for suffix, word, total, look in both:
+        lines(f"sum{suffix}", time[edges], total[edges] / size, word, look)
+        at, means = kind.averaged(total)
+        if len(at):
+            lines(f"error{suffix}", at, means / (size if kind.measured is None else kind.drift[1]), word, look)
+    return labels
+
+
+def _means(time: Array, increments: Array, edges: RowNumbers) -> Array:
+    """Return mean rates between chosen edges, the last one among them: sums of whole increments, without aliasing."""
+    sums: Array = np.add.reduceat(increments, edges[:-1], axis=0)
+    means: Array = sums / np.diff(time[edges])[:, np.newaxis]
+    return means
+
+
+def draw_navigation(
+    recording: Recording,
+    scene: Scene,
+    solutions: Mapping[str, NavSolution],
+    errors: Mapping[str, NavError],
+) -> dict[str, str]:
+    """Record the errors of each algorithm, below `navigation/`: one plot per component, one line per algorithm.
+
+    Args:
+        scene: the scene of the 3D view.
+    """
+    names = list(errors)
+    time = max((error.time for error in errors.values()), key=len)
+    time = time[thinned(len(time))]
+    # algorithms that take several samples per update have fewer rows: use the row at the time or the next one
+    rows = {n: np.searchsorted(e.time, time).clip(max=len(e.time) - 1) for n, e in errors.items()}
+    widths = style.stacked_widths(len(names))
+    thin = {
+        n: NavError(time, e.position_ned[rows[n]], e.velocity_ned[rows[n]], e.attitude[rows[n]])
+        for n, e in errors.items()
+    }
+    labels: dict[str, str] = {}
+
+    def lines(key: str, columns: list[Array], table: Scale, label: str) -> None:
+        if label not in labels:
+            labels[label], size[label] = suiting(table, *columns)
+        recording.series(f"navigation/{key}", time, np.column_stack(columns) / size[label], names, widths=widths)
+
+    size: dict[str, float] = {}
+    found = thin.values()
+    lines("horizontal", [e.horizontal for e in found], LENGTH_SCALE, "position")
+    for i, axis in enumerate(("north", "east")):
+        lines(f"position_{axis}", [e.position_ned[:, i] for e in found], LENGTH_SCALE, "position")
+    lines("height", [e.height for e in found], HEIGHT_SCALE, "height")
+    lines("speed", [e.speed for e in found], SPEED_SCALE, "velocity")
+    for i, axis in enumerate(("north", "east", "down")):
+        lines(f"velocity_{axis}", [e.velocity_ned[:, i] for e in found], SPEED_SCALE, "velocity")
+    tilts = [e.attitude[:, :2] for e in found]
+    labels["tilt"], size["tilt"] = suiting(ANGLE_SCALE, *tilts)
+    for i, axis in enumerate(("north", "east")):
+        lines(f"tilt_{axis}", [e.attitude[:, i] for e in found], ANGLE_SCALE, "tilt")
+    lines("azimuth", [e.attitude[:, 2] for e in found], ANGLE_SCALE, "azimuth")
+    lines("defect", [solutions[n].defect[rows[n]] for n in names], (("", 1.0, np.inf),), "defect")
+    if len(names) > 1:
+        first = thin[names[0]]
+        apart = [np.linalg.norm(thin[n].position_ned - first.position_ned, axis=1) for n in names[1:]]
+        labels["apart"], one = suiting(LENGTH_SCALE, *apart)
+        recording.series("navigation/apart", time, np.column_stack(apart) / one, names[1:], widths=widths[1:])
+    if labels["position"] != "mm":
+        _draw_mile_an_hour(recording, time[[0, -1]], size["position"])
+    for name, color, width in zip(names, style.colors(names), widths, strict=True):
+        draw_path(recording, scene, name, solutions[name], color, width)
+    return labels
+
+
+def _draw_mile_an_hour(recording: Recording, ends: Array, size: float) -> None:
+    """Record the reference line of 1 nmi/h for horizontal errors."""
+    rate = (ends - ends[0])[:, np.newaxis] / 3600.0 * units.NAUTICAL_MILE / size
+    grey = [style.COLORS["reference"]]
+    recording.series("navigation/one_mile_an_hour", ends, rate, ["1 nmi/h"], colors=grey, widths=1.0)
+
+
+def draw_path(
+    recording: Recording, scene: Scene, name: str, solution: NavSolution, color: style.Rgb, width: float
+) -> None:
+    """Record the path of a solution, on the map and in the 3D scene.
+
+    Args:
+        scene: the scene of the 3D view.
+        width: width of the line in plots, points.
+    """
+    import rerun as rr
+
+    s = solution
+    path = thinned(len(s.time), _PATH_POINTS)
+    lat_lon = np.column_stack((s.latitude[path], s.longitude[path])) / units.DEG
+    radius = rr.Radius.ui_points(0.4 * width)
+    recording.static(f"map/{name}", rr.GeoLineStrings(lat_lon=[lat_lon], radii=radius, colors=color))
+    points = scene.points(s.latitude[path], s.longitude[path], s.height[path])
+    recording.static(f"world/nav/{name}", rr.LineStrips3D([points], radii=radius, colors=color))

@@ -1,0 +1,294 @@
+"""The result of a run: `Run`, `PlaneRun` of a motion in a vertical plane, and `Part`, what only some runs have.
+
+A part is one class in `parts`, and `parts.PARTS` lists them.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import dataclass, field, replace
+from pathlib import Path
+from typing import TYPE_CHECKING, Any, ClassVar, Literal, Self
+
+from sinssim.charts import PAIR, Axis, Chart, Charts, Color, Line, Mark, Weight, over
+from sinssim.errors import InputError
+from sinssim.recording.result import Result
+from sinssim.recording.run_directory import plain
+from sinssim.recording.stream_tables import Streams
+from sinssim.simulation.navigation_stage import Navigated
+from sinssim.simulation.sensed_stage import Sensed
+from sinssim.system.short_repr import html_table
+from sinssim.units import ANGLE_SCALE, LENGTH_SCALE
+
+if TYPE_CHECKING:
+    from sinssim.data import NavSolution
+    from sinssim.exhibits import Item
+    from sinssim.recording.stream_tables import Stream
+    from sinssim.scenario import Scenario
+    from sinssim.simulation.one_component_run import OneComponentResult
+    from sinssim.simulation.truth_comparison import Aided
+    from sinssim.simulation.truth_stage import RecordedMotion, Truth
+    from sinssim.strapdown.navigation_error import NavError
+    from sinssim.truth.sampling import FlightEvent
+
+
+_AIDED = ("aided", "backward", "smoothed")
+_SHOWN = ("horizontal_error_m", "velocity_error_mps", "attitude_error_arcsec")
+
+
+@dataclass(frozen=True)
+class Reached:
+    """The stages that a run has reached.
+
+    Attributes:
+        scenario: the scenario; the states of its filter are written out.
+        about_filter: lines that explain the filter's default states.
+        last: the last complete stage before the filter, which has those before it.
+        aided: the aided solution, once the filter has run.
+        parts: what only some runs have, by name, once the run has navigated.
+    """
+
+    scenario: Scenario
+    about_filter: Sequence[str] = ()
+    last: Truth | RecordedMotion | Sensed | Navigated | None = None
+    aided: Aided | None = None
+    parts: Mapping[str, Part] = field(default_factory=dict)
+
+    @property
+    def navigated(self) -> Navigated | None:
+        """The inertial solutions."""
+        return self.last if isinstance(self.last, Navigated) else None
+
+    @property
+    def sensed(self) -> Sensed | None:
+        """What the sensors read."""
+        if isinstance(self.last, Navigated):
+            return self.last.sensed
+        return self.last if isinstance(self.last, Sensed) else None
+
+    @property
+    def truth(self) -> Truth | RecordedMotion | None:
+        """The true motion, or what is known of a recorded one."""
+        return self.last.truth if isinstance(self.last, Navigated | Sensed) else self.last
+
+
+@dataclass(frozen=True, eq=False, repr=False)
+class Run(Result):
+    """The result of a run.
+
+    What is large is computed again when it is wanted, with the same bits, if a filter needed the memory.
+
+    Attributes:
+        scenario: the scenario; the states of its filter are written out.
+        navigated: the inertial solutions with their errors.
+        aided: the aided solution with its errors, of a scenario with a filter.
+        parts: what only some runs have, by name: "platform", "rotation", "phases" and so on.
+        summary: contents of `summary.json`.
+        directory: the run directory, None if nothing was recorded.
+        about_filter: lines that explain the filter's default states.
+    """
+
+    scenario: Scenario
+    navigated: Navigated
+    aided: Aided | None
+    parts: Mapping[str, Part]
+    summary: dict[str, Any] = field(default_factory=dict)
+    directory: Path | None = None
+    about_filter: Sequence[str] = ()
+
+    @property
+    def truth(self) -> Truth | RecordedMotion:
+        """The true motion, or what is known of a recorded one."""
+        return self.navigated.truth
+
+    @property
+    def sensed(self) -> Sensed:
+        """What the sensors read."""
+        return self.navigated.sensed
+
+    @property
+    def solutions(self) -> dict[str, NavSolution]:
+        """Inertial solutions by algorithm, for those that have one."""
+        return self.navigated.solutions
+
+    @property
+    def errors(self) -> dict[str, NavError]:
+        """Errors of the inertial solutions by algorithm."""
+        return self.navigated.errors
+
+    def __repr__(self) -> str:
+        return _in_words(self.scenario.name, self.summary, with_filter=self.aided is not None)
+
+    def _repr_html_(self) -> str:
+        of_filter = self.summary.get("filter") or {}
+        solutions = {**self.summary.get("algorithms", {}), **{k: of_filter[k] for k in _AIDED if k in of_filter}}
+        rows = [
+            (name, *(f"{one.get(f'{kind}_{what}', float('nan')):.4g}" for what in _SHOWN for kind in ("final", "max")))
+            for name, one in solutions.items()
+            if isinstance(one.get(f"final_{_SHOWN[0]}"), float)
+        ]
+        heads = ("solution", "horizontal error at the end, m", "largest", "velocity error at the end, m/s", "largest",
+                 "attitude error at the end, arcsec", "largest")  # fmt: skip
+        return html_table(repr(self), rows, heads if rows else ())
+
+
+@dataclass(frozen=True, eq=False, repr=False)
+class PlaneRun(Result):
+    """The result of a run in a vertical plane, of a scenario with [one_component].
+
+    Attributes:
+        scenario: the scenario.
+        one_component: motion, solution and errors.
+        summary: contents of `summary.json`.
+        directory: the run directory, None if nothing was recorded.
+    """
+
+    scenario: Scenario
+    one_component: OneComponentResult
+    summary: dict[str, Any] = field(default_factory=dict)
+    directory: Path | None = None
+
+    @property
+    def streams(self) -> Streams:
+        """Its streams are in its run directory alone.
+
+        Raises:
+            InputError: always.
+        """
+        raise InputError(
+            "a run with [one_component] has its streams in its run directory alone: run it with one, and read "
+            "streams/*.parquet."
+        )
+
+    def plot(self, quantity: str | None = None) -> Any:
+        """Its errors are drawn in its report and its recording alone.
+
+        Args:
+            quantity: without effect.
+
+        Returns:
+            Nothing: it always raises.
+
+        Raises:
+            InputError: always.
+        """
+        raise InputError(
+            f"the run {self.scenario.name} has no solution in three dimensions with errors to draw; its report and its "
+            "recording show what it has."
+        )
+
+    def __repr__(self) -> str:
+        return _in_words(self.scenario.name, self.summary, with_filter=False)
+
+
+RunResult = Run | PlaneRun
+"""What `run` returns."""
+
+
+def _in_words(name: str, summary: Mapping[str, Any], *, with_filter: bool) -> str:
+    parts = [str(summary["status"]), f"{summary['start_s']:g} … {summary['end_s']:g} s"]
+    parts += [", ".join(summary["algorithms"])] if summary.get("algorithms") else []
+    parts += ["with a filter"] if with_filter else []
+    return f"Run({name}: {'; '.join(parts)})"
+
+
+@dataclass(frozen=True)
+class Part:
+    """A part of some runs, computed from their stages, and what it has to show.
+
+    What is large is a `functools.cached_property`: it is computed when it is first wanted, and a copy by
+    `dataclasses.replace` does not hold it.
+
+    Attributes:
+        name: key of its entry in `summary.json`, and of the part in `Run.parts`.
+        title: heading of its section in the report; "" for none.
+        place: what the section follows: the plots of the true motion, those of the sensors' errors, those of the
+            errors of navigation, or the aided solution.
+        compares: number of algorithms whose errors its sentences have.
+        takes_long: whether `explain` does something.
+        run: the run that has it, with its inertial solutions.
+        aided: the aided solution; None without a filter, and before it has run.
+        entry: its entry in `summary.json`, once it is computed; None for none.
+    """
+
+    name: ClassVar[str]
+    title: ClassVar[str] = ""
+    place: ClassVar[Literal["motion", "sensors", "errors", "filter"]] = "errors"
+    compares: ClassVar[int] = 0
+    takes_long: ClassVar[bool] = False
+    run: Navigated
+    aided: Aided | None = None
+    entry: Any = field(default=None, compare=False, repr=False)
+
+    @classmethod
+    def belongs_to(cls, run: Navigated) -> bool:
+        """Return whether a run has this part."""
+        raise NotImplementedError
+
+    def numbers(self) -> Any:
+        """Return the entry in `summary.json`; None for no entry."""
+        return None
+
+    def explain(self, numbers: Any) -> Self:
+        """Add to the entry what takes long and only a report shows."""
+        return self
+
+    def with_filter(self, numbers: Any) -> Any:
+        """Return the entry of a run whose filter has run."""
+        return numbers
+
+    def enter(self, numbers: Any) -> None:
+        """Keep the entry, with None in place of unknown numbers."""
+        vars(self)["entry"] = plain(numbers)
+
+    def on(self, run: Navigated, aided: Aided | None) -> Self:
+        """Return the part of the same run after a further stage."""
+        return replace(self, run=run, aided=aided)
+
+    def brief(self, algorithms: Mapping[str, Mapping[str, Any]]) -> Iterator[Item]:
+        """Yield what the console shows, and the sentences that a report begins with.
+
+        Args:
+            algorithms: errors of the algorithms with a solution, as in `summary.json`.
+        """
+        yield from ()
+
+    def exhibits(self) -> Iterator[Item]:
+        """Yield the part's section in the report, whose charts over time are in the recording, too."""
+        yield from ()
+
+    def streams(self) -> Iterator[Stream]:
+        """Yield the tables over time that the run directory keeps of it."""
+        yield from ()
+
+    def events(self) -> Iterator[FlightEvent]:
+        """Yield events of the sensors."""
+        yield from ()
+
+
+def side_by_side(
+    key: str,
+    errors: Mapping[str, tuple[NavError, Color, Weight]],
+    span: tuple[float, float],
+    marks: tuple[Mark, ...] = (),
+    of: str = "",
+) -> Charts:
+    """Return the horizontal and the attitude errors of solutions beside each other.
+
+    Args:
+        errors: by name, with colour and weight of their lines.
+        span: first and last instant of the run, s.
+        of: the algorithm that they have in common, for the titles.
+    """
+    charts = [
+        Chart(
+            key=f"{key}/{name}", title=f"{title} of {of}" if of else title, x=over(span), y=Axis(units=units, low=0.0),
+            marks=(*(Line(label=label, x=e.time, y=getattr(e, what), color=color, weight=weight)
+                     for label, (e, color, weight) in errors.items()), *marks),
+        )
+        for name, title, what, units in (
+            ("horizontal", "Horizontal error", "horizontal", LENGTH_SCALE),
+            ("attitude", "Attitude error", "angle", ANGLE_SCALE),
+        )
+    ]  # fmt: skip
+    return Charts(f"{key}_errors", (tuple(charts),), PAIR)

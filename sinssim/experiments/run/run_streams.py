@@ -1,0 +1,499 @@
+"""The streams of a run.
+
+In memory by name, in further coordinates (Earth-fixed, inertial, along a frame's axes, on another ellipsoid), and
+written while the run is computed, Parquet on one thread and the Rerun recording on another.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
+from concurrent.futures import Future, ThreadPoolExecutor, wait
+from dataclasses import dataclass, replace
+from functools import lru_cache
+from pathlib import Path
+from types import TracebackType
+from typing import TYPE_CHECKING, Any, Self
+
+import numpy as np
+
+from sinssim import earth, rotation
+from sinssim.data import Array, ImuData, NavSolution, NavState
+from sinssim.earth.ellipsoids import Ellipsoid, ellipsoid_by_name
+from sinssim.earth.transverse_route import route_pole
+from sinssim.exhibits import charts_in
+from sinssim.experiments.run import run_recording as pictures
+from sinssim.experiments.run.filter_exhibits import draw_filter
+from sinssim.experiments.run.filter_summary import filter_streams
+from sinssim.experiments.run.run_recording import PATHS, draw_coordinates, kind_of
+from sinssim.experiments.run.sensor_exhibits import SensorComparison
+from sinssim.recording import stream_tables, style
+from sinssim.recording.rerun.scene import Scene, drifted, map_zoom, some_rows
+from sinssim.recording.rerun.viewer import RUN_ENTITY
+from sinssim.recording.rerun.views import RunInfo, all_views
+from sinssim.recording.stream_columns import (
+    channel_streams,
+    error_stream,
+    imu_stream,
+    nav_stream,
+    reference_stream,
+    set_streams,
+    truth_stream,
+)
+from sinssim.recording.stream_tables import Computed, Stream, Vector
+from sinssim.simulation.truth_stage import Truth
+from sinssim.strapdown.frames import solution_coordinates
+from sinssim.strapdown.navigation_error import NavError
+from sinssim.truth.sampling import FlightEvent
+
+if TYPE_CHECKING:
+    from sinssim.experiments.run.run_result import Part, Run
+    from sinssim.logs.reference_solution import Reference
+    from sinssim.logs.stored_run import ErrorRule
+    from sinssim.recording.rerun.rrd import Recording
+    from sinssim.scenario import Scenario
+    from sinssim.simulation.navigation_stage import Navigated
+    from sinssim.simulation.sensed_stage import Sensed
+    from sinssim.simulation.truth_comparison import Aided
+
+
+Motion = NavState | NavSolution
+Parts = Callable[[slice], tuple[Array, ...]]
+"""Returns the vectors of a block of rows."""
+
+
+@dataclass(frozen=True)
+class CoordinateStreams:
+    """Makes the streams of a run's motions in the coordinates that its scenario records.
+
+    Attributes:
+        names: kinds of coordinates, see `sinssim.scenario.tables.COORDINATES`.
+        angles: range of the heading, or "continuous"; None for no angles.
+        ellipsoid: of the geodetic coordinates.
+        pole: pole of the route of conditional coordinates, Earth-fixed unit vector, (3,).
+        start: latitude and longitude of the start of that route, rad.
+        epoch: instant at which the inertial axes are the Earth's, s: the start of the run, for all motions of it.
+    """
+
+    names: tuple[str, ...]
+    angles: str | None
+    ellipsoid: Ellipsoid
+    pole: Array
+    start: tuple[float, float]
+    epoch: float
+
+    def of(self, name: str, time: Array, motion: Motion) -> Iterator[Stream]:
+        """Yield the streams of one motion.
+
+        Args:
+            name: "truth" or the algorithm; the names of the streams end with it.
+            time: (N,) s.
+            motion: N rows. Coordinates along a frame's axes need a solution with an azimuth.
+        """
+        for kind in self.names:
+            if kind == "frame" and getattr(motion, "azimuth", None) is None:
+                continue  # the azimuth of a frame depends on the path, and only a solution has it
+            columns, parts = self._coordinates(kind, time, motion)
+            yield _stream(f"{kind.replace('-', '_').replace('.', '_')}_{name}", time, columns, parts)
+        if self.angles is not None:
+            yield self._angles_of(name, time, motion)
+
+    def _coordinates(self, kind: str, time: Array, motion: Motion) -> tuple[dict[str, tuple[str, ...]], Parts]:
+        """Return the columns of each vector, and the function that computes the vectors."""
+
+        def rows_of(rows: slice) -> NavState:
+            m = motion
+            return NavState(m.latitude[rows], m.longitude[rows], m.height[rows], m.velocity_ned[rows], m.q_nb[rows])
+
+        match kind:
+            case "earth-fixed":
+                return _cartesian("e"), lambda rows: tuple(
+                    solution_coordinates.earth_fixed(rows_of(rows), self.ellipsoid)
+                )
+            case "inertial":
+                return _cartesian("i"), lambda rows: tuple(
+                    solution_coordinates.inertial(rows_of(rows), time[rows], self.ellipsoid, self.epoch)
+                )
+            case "frame":
+                of_x = getattr(motion, "azimuth", np.zeros(0))
+                return _LEVEL, lambda rows: _columns(*solution_coordinates.level_axes(rows_of(rows), of_x[rows]))
+            case "conditional":
+                return _CONDITIONAL, self._conditional(rows_of)
+            case _:
+                return {"position": ("latitude_rad", "longitude_rad", "height_m")}, lambda rows: (
+                    self._on(kind, rows_of(rows)),
+                )
+
+    def _conditional(self, rows_of: Callable[[slice], NavState]) -> Parts:
+        def parts(rows: slice) -> tuple[Array, ...]:
+            found = solution_coordinates.conditional(rows_of(rows), self.pole, self.start)
+            return np.column_stack((found.latitude, found.longitude)), *_columns(*found.axes)
+
+        return parts
+
+    def _on(self, name: str, motion: NavState) -> Array:
+        """Return geodetic coordinates on another ellipsoid, in its datum if both have one, (N, 3)."""
+        place = earth.geodetic_to_ecef(motion.latitude, motion.longitude, motion.height, self.ellipsoid)
+        if name in earth.DATUMS and self.ellipsoid.name in earth.DATUMS:
+            place = earth.change_datum(place, self.ellipsoid.name, name)
+        return np.column_stack(earth.ecef_to_geodetic(place, earth.ellipsoid_by_name(name)))
+
+    def _angles_of(self, name: str, time: Array, motion: Motion) -> Stream:
+        """Return the stream of the Euler angles; continuous ones depend on all rows before."""
+        assert self.angles is not None
+        if self.angles == "continuous":
+            found = rotation.continuous_angles(motion.q_nb)
+        else:
+            roll, pitch, heading = rotation.euler_from_quaternion(motion.q_nb)
+            found = roll, pitch, rotation.heading_in(self.angles, heading)
+        columns = ("roll_rad", "pitch_rad", "heading_rad")
+        return Stream(f"angles_{name}", time, (Vector("angles", columns, np.column_stack(found)),))
+
+
+def _cartesian(axes: str) -> dict[str, tuple[str, ...]]:
+    columns = {
+        "position": tuple(f"{axis}_{axes}_m" for axis in "xyz"),
+        "velocity": tuple(f"v{axis}_{axes}_mps" for axis in "xyz"),
+        "attitude": tuple(f"q_{axes}b_{part}" for part in "wxyz"),
+    }
+    if axes == "i":
+        columns["angles"] = ("about_x_i_rad", "about_y_i_rad", "about_z_i_rad")
+    return columns
+
+
+_LEVEL = {
+    "azimuth": ("azimuth_of_x_rad",),
+    "velocity": ("velocity_x_mps", "velocity_y_mps", "velocity_d_mps"),
+    "heading": ("heading_from_x_rad",),
+}
+_CONDITIONAL = {"position": ("conditional_latitude_rad", "conditional_longitude_rad"), **_LEVEL}
+
+
+def _columns(*vectors: Array) -> tuple[Array, ...]:
+    """Return vectors with one-dimensional ones as columns."""
+    return tuple(v if v.ndim > 1 else v[:, np.newaxis] for v in vectors)
+
+
+def _stream(name: str, time: Array, columns: dict[str, tuple[str, ...]], parts: Parts) -> Stream:
+    """Return a stream whose vectors are computed together, block by block."""
+    # two threads write the vectors of a block, one after the other
+    block = lru_cache(maxsize=2)(lambda start, stop: parts(slice(start, stop)))
+
+    def one(number: int) -> Computed:
+        return Computed(lambda rows: block(rows.start, rows.stop)[number])
+
+    return Stream(name, time, tuple(Vector(key, names, one(i)) for i, (key, names) in enumerate(columns.items())))
+
+
+_PATH_WIDTH = 2.0
+
+
+class RunWriter:
+    """Writes `recording.rrd` and `streams/*.parquet`; as a context manager it leaves both valid however it ends."""
+
+    def __init__(
+        self,
+        folder: Path,
+        scenario: Scenario,
+        time: Array,
+        motion: NavState,
+        events: Sequence[FlightEvent],
+        ellipsoid: Ellipsoid,
+    ) -> None:
+        """Open the recording, and start with the motion that it shows.
+
+        Args:
+            time: (N+1,) s.
+            motion: states at those times: the true ones, or what stands for them on recorded sensors.
+
+        Raises:
+            OSError: the recording cannot be written.
+        """
+        self._streams = folder / "streams"
+        self._streams.mkdir()
+        self._events, self._time = list(events), time
+        self._track, self._recorded = some_rows(motion), scenario.log is not None
+        self._scene, kind = Scene.around(motion, ellipsoid), kind_of(scenario)
+        self._run = RunInfo(
+            scenario.name,
+            float(time[0]),
+            float(time[-1]),
+            scenario.navigation.algorithms,
+            labels={
+                "height_scale": str(self._scene.height_scale),
+                "events": "yes" if self._events else "no",
+                "path": PATHS[kind],
+            },
+            eye=(self._scene.eye, self._scene.middle),
+            map_zoom=map_zoom([motion]),
+            views=scenario.views,
+        )
+        self._kept = scenario.recording
+        self._laid_out = False
+        self._to_rerun = ThreadPoolExecutor(1, "rerun")
+        self._to_parquet = ThreadPoolExecutor(1, "parquet")
+        self._tasks: list[Future[None]] = []
+        if self._kept.has_recording:
+            self._opened = self._to_rerun.submit(_open, folder / "recording.rrd", self._run)
+        try:
+            toml = f"```toml\n{scenario.to_toml()}\n```"
+            self._draw(lambda: self._recording.document("about/scenario", toml))
+            self._draw(self._draw_flight, time, motion, events, scenario.output.angles, kind)
+            own = ellipsoid_by_name(scenario.navigation.ellipsoid_over(ellipsoid.name))
+            self._coordinates = _coordinate_streams(scenario, own, motion, float(time[0]))
+        except BaseException:
+            self._close()
+            raise
+
+    def flown(self, truth: Truth, outages: Sequence[tuple[float, float]]) -> None:
+        """Write the true motion of a simulation.
+
+        Args:
+            outages: spans without satellites, s.
+        """
+        self.without_satellites(truth.time, truth.state, outages)
+        for stream in (truth_stream(truth.time, truth.state), imu_stream("ideal", truth.ideal)):
+            self._stream(stream)
+        own = replace(self._coordinates, ellipsoid=truth.ellipsoid)
+        for stream in own.of("truth", truth.time, truth.state):
+            self._stream(stream)
+        for stream in channel_streams(truth.trajectory.channels):
+            self._stream(stream)
+
+    def __enter__(self) -> Self:
+        return self
+
+    def __exit__(
+        self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
+    ) -> None:
+        self._close()
+
+    @property
+    def _recording(self) -> Recording:
+        """The recording, for the tasks of its thread; if it could not be opened, each of them fails with the reason."""
+        return self._opened.result()
+
+    def _close(self) -> None:
+        for pool in (self._to_rerun, self._to_parquet):
+            pool.shutdown(wait=True)
+        if self._kept.has_recording:
+            with self._recording:
+                self._lay_out()
+
+    def _submit(self, pool: ThreadPoolExecutor, work: Callable[..., Any], *arguments: Any) -> None:
+        self._tasks.append(pool.submit(work, *arguments))
+
+    def _draw(self, work: Callable[..., Any], *arguments: Any) -> None:
+        """Do something to the recording, if there is one."""
+        if self._kept.has_recording:
+            self._submit(self._to_rerun, work, *arguments)
+
+    def _show(self, stream: Stream, events: Sequence[float]) -> None:
+        self._recording.stream(stream, thin=self._kept.detail == "light", events=events)
+
+    def _stream(self, stream: Stream, metadata: Mapping[str, str] | None = None) -> None:
+        self._submit(self._to_parquet, stream_tables.write_stream, stream, self._streams, metadata)
+        self._show_later(stream)
+
+    def _show_later(self, stream: Stream) -> None:
+        self._draw(self._show, stream, [event.time for event in self._events])
+
+    def sensed(self, sensed: Sensed, kinds: Sequence[SensorComparison], events: Iterable[FlightEvent] = ()) -> None:
+        """Write the sensors' readings.
+
+        Args:
+            kinds: the readings by kind of sensor, to be drawn.
+        """
+        readings = sensed.readings
+        self._draw(self._draw_sensors, kinds)
+        self._events += events
+        for kind, found in (("ideal", sensed.perfect), ("measured", readings)):
+            for stream in set_streams(kind, found):
+                self._stream(stream)
+        self._stream(imu_stream("measured", readings.imu, with_angles=readings.attitude is None))
+        if readings.compensated is not None:
+            self._stream(imu_stream("compensated", readings.compensated))
+
+    def recorded(self, imu: ImuData, compensated: ImuData | None, reference: Reference | None) -> None:
+        """Write recorded sensors and the reference.
+
+        Args:
+            compensated: the compensated increments, if there is a calibration.
+            reference: the reference solution, if there is one.
+        """
+        self._draw(self._draw_recorded, imu)
+        self._stream(imu_stream("measured", imu))
+        if compensated is not None:
+            self._stream(imu_stream("compensated", compensated))
+        if reference is not None:
+            self._stream(reference_stream(reference))
+
+    def without_satellites(self, time: Array, truth: NavState, outages: Sequence[tuple[float, float]]) -> None:
+        """Mark the parts of the track without satellites on the map.
+
+        Args:
+            time: (N,) s.
+            outages: spans, s.
+        """
+        if outages:
+            self._draw(lambda: pictures.draw_outages(self._recording, time, truth, outages))
+
+    def navigated(self, run: Navigated, parts: Mapping[str, Part], rule: ErrorRule | None = None) -> None:
+        """Write the solutions of the algorithms and their errors, and what only some runs have.
+
+        Args:
+            rule: how the errors follow from truth and solution, so that they are not stored; None if they do not.
+        """
+        solutions, errors, failed = run.solutions, run.errors, run.failures
+        for name, error in failed.items():
+            self._events.append(FlightEvent(self._run.end if error.time is None else error.time, f"{name}: {error}"))
+        for solution in solutions.values():
+            self._events += [FlightEvent(event.start, event.text) for event in solution.events]
+        self._draw(self._draw_navigation, solutions, errors)
+        for name, solution in solutions.items():
+            stream, of_errors = nav_stream(name, solution), error_stream(name, errors[name].at, solution.time)
+            if rule is not None and np.array_equal(solution.time, self._time):
+                self._stream(stream, rule.metadata())
+                self._show_later(of_errors)
+            else:
+                self._stream(stream)
+                self._stream(of_errors)
+            for stream in self._coordinates.of(name, solution.time, solution):
+                self._stream(stream)
+        self.parts(parts)
+        for pool in (self._to_rerun, self._to_parquet):
+            self._submit(pool, stream_tables.give_back_memory)
+
+    def parts(self, parts: Mapping[str, Part]) -> None:
+        """Write what only some runs have."""
+        for part in parts.values():
+            for stream in part.streams():
+                self._stream(stream)
+            self._draw(self._draw_part, part)
+
+    def filtered(self, aided: Aided, about: str) -> None:
+        """Write the estimate of a filter and its readings.
+
+        Args:
+            about: text on the filter's consistency, Markdown.
+        """
+        self._draw(lambda: self._recording.document("about/filter", about))
+        self._draw(self._draw_filter, aided)
+        self._draw(stream_tables.give_back_memory)
+        for stream in filter_streams(aided):
+            self._stream(stream)
+        for stream in self._coordinates.of("aided", aided.estimate.time, aided.estimate.solution):
+            self._stream(stream)
+        for pool in (self._to_rerun, self._to_parquet):
+            self._submit(pool, stream_tables.give_back_memory)
+        if (end := aided.estimate.divergence) is not None:
+            self._events.append(FlightEvent(end.time, f"the filter diverged: {end.reason}"))
+
+    def finish(self, summary: str, progress: Callable[[float], None]) -> None:
+        """Write the remaining data, and wait until everything is written.
+
+        Args:
+            summary: the summary's table, Markdown.
+
+        Raises:
+            OSError: data could not be written.
+        """
+        self._events.sort(key=lambda event: event.time)
+        self._draw(lambda: self._recording.document("about/summary", summary))
+        self._draw(self._draw_events)
+        self._draw(self._lay_out)
+        self._submit(self._to_parquet, stream_tables.write_events, self._events, self._streams)
+        left = set(self._tasks)
+        while left:
+            done, left = wait(left, timeout=0.1)
+            for task in done:
+                task.result()
+            progress(1.0 - len(left) / len(self._tasks))
+        self._close()
+
+    def _draw_flight(
+        self, time: Array, truth: NavState, events: Sequence[FlightEvent], angles: str | None, kind: str
+    ) -> None:
+        pictures.draw_flight(self._recording, time, truth, self._scene, events, angles, kind)
+        self._learn({})
+
+    def _draw_sensors(self, kinds: Sequence[SensorComparison]) -> None:
+        self._learn(pictures.draw_sensors(self._recording, kinds))
+
+    def _draw_recorded(self, imu: ImuData) -> None:
+        self._learn(pictures.draw_recorded_sensors(self._recording, imu))
+
+    def _draw_navigation(self, solutions: dict[str, NavSolution], errors: dict[str, NavError]) -> None:
+        labels = pictures.draw_navigation(self._recording, self._scene, solutions, errors)
+        # recorded small sensors alone drift so far that the map would show nothing else: it is centred on what it shows
+        hidden = drifted(self._track, solutions) if self._recorded else []
+        zoom = map_zoom([self._track, *(solution for name, solution in solutions.items() if name not in hidden)])
+        self._run = replace(self._run, algorithms=tuple(solutions), map_zoom=zoom)
+        self._learn({"not_on_map": " ".join(hidden)})
+        first, solution = next(iter(solutions.items()))
+        labels |= draw_coordinates(self._recording, self._coordinates.of(first, solution.time, solution))
+        self._learn(labels)
+
+    def _draw_filter(self, aided: Aided) -> None:
+        labels = draw_filter(self._recording, aided)
+        pictures.draw_path(
+            self._recording, self._scene, "aided", aided.estimate.solution, style.COLORS["aided"], _PATH_WIDTH
+        )
+        self._learn(labels)
+
+    def _draw_part(self, part: Part) -> None:
+        from sinssim.recording.rerun.exhibit_recording import record_charts
+
+        labels: dict[str, str] = {}
+        for charts in charts_in(part.exhibits()):
+            labels |= record_charts(self._recording, charts)
+        self._learn({**labels, part.name: "yes"} if labels else {})
+
+    def _draw_events(self) -> None:
+        self._recording.events(self._events)
+        if self._events and self._run.label("events") == "no":
+            self._learn({"events": "yes"})
+
+    def _learn(self, labels: dict[str, str]) -> None:
+        """Keep the units in the views' titles, which follow from the run's numbers, for the layout."""
+        self._run = replace(self._run, labels={**self._run.labels, **labels})
+        self._laid_out = False
+
+    def _lay_out(self) -> None:
+        """Send the views with the units in their titles and the ranges of their axes, if they have changed."""
+        if not self._laid_out:
+            self._run, self._laid_out = replace(self._run, ranges=dict(self._recording.ranges)), True
+            self._recording.blueprint(all_views(self._run))
+            self._recording.document(RUN_ENTITY, self._run.to_json())
+
+
+def _open(file: Path, about: RunInfo) -> Recording:
+    """Open a recording; a task of its thread, because Rerun takes a third of a second to load."""
+    from sinssim.recording.rerun.rrd import Recording
+
+    return Recording(file, about.application, all_views(about))
+
+
+def _coordinate_streams(scenario: Scenario, ellipsoid: Ellipsoid, truth: NavState, epoch: float) -> CoordinateStreams:
+    """Return what makes the streams in the coordinates that a scenario records, of a motion on an ellipsoid."""
+    route = scenario.navigation.route_deg
+    start = (float(truth.latitude[0]), float(truth.longitude[0]))
+    pole = route_pole(None if route is None else tuple(np.radians(route)), *start, truth.velocity_ned[0])
+    begin = start if route is None else (float(np.radians(route[0])), float(np.radians(route[1])))
+    return CoordinateStreams(scenario.coordinates, scenario.output.angles, ellipsoid, pole, begin, epoch)
+
+
+def streams_of_run(run: Run) -> Iterator[Stream]:
+    """Yield the streams that a run in memory has."""
+    truth = run.truth
+    if isinstance(truth, Truth):
+        yield truth_stream(truth.time, truth.state)
+        yield imu_stream("ideal", truth.ideal)
+    elif truth.reference is not None:
+        yield reference_stream(truth.reference)
+    yield imu_stream("measured", run.sensed.measured)
+    for name, solution in run.solutions.items():
+        yield nav_stream(name, solution)
+        if name in run.errors:
+            yield error_stream(name, run.errors[name].at, solution.time)
+    if run.aided is not None:
+        yield from filter_streams(run.aided)

@@ -1,0 +1,488 @@
+"""Runs a comparison of algorithms, every one on identical samples, two at a time.
+
+The instants of its errors, errors in further coordinates, and finished cases, which an interruption keeps.
+"""
+
+from __future__ import annotations
+
+import itertools
+import os
+import threading
+import time
+from collections.abc import Callable, Iterator, Sequence
+from dataclasses import asdict, dataclass, fields, replace
+from pathlib import Path
+from typing import TYPE_CHECKING, Any, NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from sinssim import rotation
+from sinssim.algorithms import REGISTRY
+from sinssim.data import Array, ImuData, NavSolution, NavState
+from sinssim.earth.ellipsoids import Ellipsoid, ellipsoid_by_name
+from sinssim.earth.transverse_route import route_pole
+from sinssim.errors import InputError, RunError, SinssimError
+from sinssim.experiments.run.run_streams import CoordinateStreams
+from sinssim.experiments.studies import attitude_cost, step_cost, study_schema
+from sinssim.experiments.studies.attitude_claims import compare_headings
+from sinssim.experiments.studies.study_results import (
+    Case,
+    CoordinateError,
+    Engine,
+    ErrorGrowth,
+    Row,
+    StudyResult,
+    fit_orders,
+)
+from sinssim.experiments.studies.study_schema import Part, Study, StudyMotion, with_set
+from sinssim.experiments.workload import FLIGHT_SPEED, LIMIT_MINUTES, Compute, check_duration, check_limit, work_through
+from sinssim.frames import OF_TRUTH
+from sinssim.progress import Progress, shown
+from sinssim.statistics.position_error_rate import mean_rate, rate_uncertainty
+from sinssim.strapdown.mechanization import Mechanization
+from sinssim.strapdown.navigation_error import NavError, navigation_error
+from sinssim.system.resources import machine_memory
+from sinssim.units import ARCSEC, UG
+
+if TYPE_CHECKING:
+    from sinssim.recording.run_directory import RunDirectory
+    from sinssim.sensors.sets.sensor_readings import Readings
+    from sinssim.truth.trajectory import Trajectory
+
+
+Rows = NDArray[np.intp]
+
+_EVALUATED = 4096  # evenly spread instants for statistics
+_KEPT = 512  # of these, kept for plots over time
+_EARLY = 128  # further instants for plots, evenly spread over the logarithm of time
+
+
+class Instants(NamedTuple):
+    """Rows of a solution.
+
+    Attributes:
+        taken: rows at which errors are computed, in order.
+        even: which of these are evenly spread, for statistics.
+        kept: which of these are kept for plots over time.
+    """
+
+    taken: Rows
+    even: Rows
+    kept: Rows
+
+
+def instants(count: int) -> Instants:
+    """Return the rows at which errors are taken."""
+    even = _spread(count, _EVALUATED)
+    early = np.geomspace(1, max(count - 1, 1), min(count - 1, _EARLY)).round().astype(np.intp)
+    taken = np.union1d(even, early)
+    at = np.searchsorted(taken, even)
+    return Instants(taken, at, np.union1d(at[_spread(len(at), _KEPT)], np.searchsorted(taken, early)))
+
+
+def rows_of(solution: NavSolution, rows: Rows) -> NavSolution:
+    """Return some rows of a solution."""
+    names = ["time", "latitude", "longitude", "height", "velocity_ned", "q_nb", "defect"]
+    names += ["azimuth"] if solution.azimuth is not None else []
+    return replace(solution, events=(), **{name: getattr(solution, name)[rows] for name in names})
+
+
+def drifts(error: NavError, rows: Rows) -> dict[str, float]:
+    """Return the slopes of velocity and attitude errors and their standard errors, as `results.Row` names them.
+
+    Lines through the origin are fitted to the evenly spread `rows`; slopes do not depend on the duration of the motion.
+    """
+    time = error.time[rows] - error.time[0]
+    found = {}
+    for name, unit, values, scale in (
+        ("velocity_drift", "ug", error.speed, UG),
+        ("attitude_drift", "arcsec_h", error.angle, ARCSEC / 3600.0),
+    ):
+        found[f"{name}_{unit}"] = float(mean_rate(time, values[rows])) / scale
+        found[f"{name}_uncertainty_{unit}"] = float(rate_uncertainty(time, values[rows])) / scale
+    return found
+
+
+def _spread(count: int, most: int) -> Rows:
+    return np.unique(np.linspace(0, count - 1, min(count, most)).round().astype(np.intp))
+
+
+def coordinate_errors(
+    case: Case, kinds: Sequence[str], truth: NavState, solution: NavSolution, ellipsoid: Ellipsoid
+) -> list[CoordinateError]:
+    """Return the errors of a solution in further coordinates.
+
+    Conditional coordinates are those of the great circle along the true initial velocity. Along a frame's axes both
+    motions are resolved with the solution's azimuth.
+
+    Args:
+        kinds: kinds of coordinates, see `sinssim.scenario.tables.COORDINATES`.
+        truth: true states, N rows.
+        solution: N rows.
+    """
+    if not kinds:
+        return []
+    begin = (float(truth.latitude[0]), float(truth.longitude[0]))
+    pole = route_pole(None, *begin, truth.velocity_ned[0])
+    own = ellipsoid if case.ellipsoid == OF_TRUTH else ellipsoid_by_name(case.ellipsoid)
+    names = ("latitude", "longitude", "height", "velocity_ned", "q_nb")
+    true = replace(solution, **{name: getattr(truth, name) for name in names})  # with the solution's azimuth
+    found = []
+    for kind in kinds:
+        values = [
+            CoordinateStreams((kind,), None, of, pole, begin, float(solution.time[0])).of("", solution.time, motion)
+            for of, motion in ((ellipsoid, true), (own, solution))
+        ]
+        for right, computed in zip(*values, strict=True):
+            for vector, other in zip(right.vectors, computed.vectors, strict=True):
+                every = slice(0, len(solution.time))
+                errors = _errors(vector.columns, vector.values[every], other.values[every])
+                found += [
+                    CoordinateError(case, kind, column, float(np.abs(error).max()), float(error[-1]))
+                    for column, error in errors
+                ]
+    return found
+
+
+def _errors(columns: tuple[str, ...], true: Array, computed: Array) -> Iterator[tuple[str, Array]]:
+    """Yield the error of each column: a difference, of an angle within ±π, of a quaternion the angle of rotation."""
+    if len(columns) == 4:
+        turn = rotation.multiply(computed, rotation.conjugate(true))
+        yield "attitude_rad", np.linalg.norm(rotation.rotation_vector_from_quaternion(turn), axis=1)
+        return
+    for number, column in enumerate(columns):
+        error = computed[:, number] - true[:, number]
+        yield column, (np.mod(error + np.pi, 2.0 * np.pi) - np.pi if column.endswith("_rad") else error)
+
+
+Navigated = tuple[Row, ErrorGrowth | None, list[CoordinateError]]
+
+_SAMPLE_SECONDS = 1.5e-6  # time to make one sample of the truth
+_CASE_SECONDS = 0.03  # time to check a sample, and to compare it with the truth
+_SAMPLE_BYTES = 300  # memory per sample at a block's highest rate, with the solutions in progress
+
+
+# Long: what is left of a study that stops is decided where it stops.
+def compare(
+    study: Study,
+    directory: Path | str | None = None,
+    *,
+    overwrite: bool = False,
+    limit_minutes: float = LIMIT_MINUTES,
+    progress: Progress | bool | None = None,
+    say: Callable[[str], None] | None = None,
+) -> StudyResult:
+    """Run a study, decide its claims, and write its report.
+
+    A study that is interrupted or fails leaves a report of the finished cases; it never replaces an existing one.
+
+    Args:
+        directory: directory to write; nothing is written if not given.
+        overwrite: whether an existing study or run in the directory may be replaced.
+        limit_minutes: expected duration above which the study is refused.
+        progress: called with a description of the current work and the fraction done; True shows a bar.
+        say: called beforehand with the expected duration, if it is long.
+
+    Raises:
+        InputError: the study or the directory cannot be used, or the study would take too long.
+        RunError: a flight cannot be flown, or the results cannot be written.
+    """
+    from sinssim.recording.run_directory import RunDirectory
+
+    check_limit(limit_minutes)
+    folder = None if directory is None else RunDirectory(Path(directory), overwrite=overwrite)
+    comparison = StudyResult(study)
+    begin = time.perf_counter()
+    try:
+        try:
+            with shown(progress) as report:
+                _run(comparison, limit_minutes, report, say or (lambda text: None))
+                if folder is not None:
+                    report("Writing the report", 1.0)
+        except (KeyboardInterrupt, SinssimError) as stop:
+            comparison.status = "interrupted" if isinstance(stop, KeyboardInterrupt) else "failed"
+            comparison.seconds = time.perf_counter() - begin
+            if folder is not None and comparison.rows:
+                place = _finish(comparison, folder, beside=comparison.status)
+                stop.add_note(f"{_navigations(comparison)} finished; the report is {place / 'report.html'}.")
+            raise
+        comparison.seconds = time.perf_counter() - begin
+        try:
+            _finish(comparison, folder)
+        except KeyboardInterrupt as interrupt:  # the long work is done: write it anyway, unless interrupted again
+            if folder is not None:
+                place = _finish(comparison, folder) if folder.path.exists() else folder.target
+                interrupt.add_note(f"{_navigations(comparison)} finished; the report is {place / 'report.html'}.")
+            raise
+    except BaseException:
+        if folder is not None and folder.path.exists():
+            folder.discard()
+        raise
+    return comparison
+
+
+def _navigations(comparison: StudyResult) -> str:
+    count = len(comparison.rows)
+    return "1 navigation was" if count == 1 else f"{count} navigations were"
+
+
+def _finish(comparison: StudyResult, folder: RunDirectory | None, beside: str = "") -> Path:
+    """Fit, decide, write, and move the directory into its place."""
+    from sinssim.experiments.studies.claims import decide, picks
+
+    comparison.orders = [
+        order for part in comparison.study.parts for order in fit_orders(comparison.of_part(part.title))
+    ]
+    comparison.verdicts = decide(comparison)
+    comparison.picks = picks(comparison)
+    if folder is None:
+        return Path()
+    from sinssim.experiments.studies.study_files import write_study
+
+    with folder.writing():
+        write_study(comparison, folder.path)
+        comparison.directory = folder.keep(beside=beside)
+        return comparison.directory
+
+
+def _run(comparison: StudyResult, limit_minutes: float, progress: Progress, say: Callable[[str], None]) -> None:
+    study = comparison.study
+    engines = list(dict.fromkeys(itertools.chain.from_iterable(map(_engines, study.parts))))
+    expected = {
+        id(m): study_schema.expected_seconds(m) for part in study.parts for m in part.motions
+    }  # also finds mistakes
+    for part, motion in _pairs(study):
+        _check_part(part)
+        if motion.scenario is None or motion.duration_s is not None:  # a flight's duration is known after the flight
+            _check_length(part, motion, expected[id(motion)])
+    for number, (algorithm, frame, schedule) in enumerate(engines):
+        progress(f"Timing {algorithm}", 0.0)
+        comparison.costs[algorithm, frame, schedule] = step_cost.measure_cost(algorithm, frame, schedule)
+        progress(f"Timing {algorithm}", 0.02 * number / len(engines))
+    for algorithm in dict.fromkeys(algorithm for algorithm, *_ in engines):
+        progress(f"Timing the attitude of {algorithm}", 0.02)
+        comparison.attitude_costs += attitude_cost.attitude_costs(algorithm)
+    flown: set[tuple[str | None, tuple[str, ...]]] = set()
+    plan = []
+    for part, motion in _pairs(study):
+        seconds = _seconds(part, motion, expected[id(motion)], comparison.costs)
+        if (motion.scenario, motion.set) not in flown and not study_schema.is_cached(motion):
+            seconds += study_schema.flight_seconds(motion) / FLIGHT_SPEED
+        flown.add((motion.scenario, motion.set))
+        plan.append(_Block(part, motion, seconds))
+    total = sum(block.seconds for block in plan)
+    cases = sum(block.part.cases for block in plan)
+    steps = sum(
+        expected[id(b.motion)] * rate * b.part.cases / len(b.part.pace) for b in plan for rate, *_ in b.part.pace
+    )
+    navigations = "1 navigation" if cases == 1 else f"{cases} navigations"
+    what, cure = f"{navigations} of {steps / 1e6:.3g} million samples", "Compare fewer rates, algorithms or motions"
+    check_duration(study.name, what, total, limit_minutes, cure, say)
+    largest = max(plan, key=lambda block: expected[id(block.motion)] * block.part.highest_hz)
+    samples = expected[id(largest.motion)] * largest.part.highest_hz
+    if samples * _SAMPLE_BYTES > machine_memory():
+        raise InputError(
+            f"the study {study.name} would need too much memory: {samples / 1e6:.3g} million samples of "
+            f"{largest.motion.label} at {largest.part.highest_hz:g} Hz need about {samples * _SAMPLE_BYTES / 1e9:.0f} "
+            f"GB, and this machine has {machine_memory() / 1e9:.0f} GB. Use a shorter motion or a lower highest rate."
+        )
+    done = 0.0
+    for block in plan:
+        share = block.seconds / total if total else 1.0
+        base = done
+
+        def report(what: str, fraction: float, base: float = base, share: float = share) -> None:
+            progress(what, 0.02 + 0.98 * (base + share * fraction))
+
+        _run_block(comparison, block, report)
+        done += share
+
+
+@dataclass(frozen=True)
+class _Block:
+    """All cases of one part on one motion."""
+
+    part: Part
+    motion: StudyMotion
+    seconds: float
+
+
+def _pairs(study: Study) -> Iterator[tuple[Part, StudyMotion]]:
+    return ((part, motion) for part in study.parts for motion in part.motions)
+
+
+def _engines(part: Part) -> Iterator[Engine]:
+    """Yield algorithm, frame and schedule of every cost of a part."""
+    schedules = dict.fromkeys(schedule or () for _, schedule, _ in part.pace)
+    return itertools.product(part.algorithms, part.frames, schedules)
+
+
+def _check_part(part: Part) -> None:
+    """Raise for algorithms and frames that cannot run at a schedule's rates."""
+    if not part.schedules_hz:
+        return
+    for algorithm, frame in itertools.product(part.algorithms, part.frames):
+        try:
+            Mechanization(algorithm=algorithm, frame=frame, rates_hz=part.schedules_hz[0])
+        except InputError as mistake:
+            raise InputError(f"part {part.title!r}: {mistake}") from mistake
+
+
+def _check_length(part: Part, motion: StudyMotion, duration: float) -> None:
+    """Raise for a motion that is shorter than one update of an algorithm or one step of a schedule's slow part."""
+    from sinssim.strapdown.iteration.windows import WINDOW
+
+    for rate, schedule, _ in part.pace:
+        slowest = schedule[2] if schedule else rate
+        for algorithm in part.algorithms:
+            entry = REGISTRY[algorithm]
+            needed = WINDOW if entry.windowed else entry.samples
+            if duration * slowest < needed - 1e-6:
+                raise InputError(
+                    f"part {part.title!r}: the motion {motion.label!r} lasts {duration:g} s; {algorithm} at "
+                    f"{slowest:g} Hz needs at least {needed / slowest:g} s"
+                    + (f", {needed} samples" if needed > 1 else "")
+                    + ". Use a longer motion or a higher rate."
+                )
+
+
+def _seconds(part: Part, motion: StudyMotion, duration: float, costs: dict[Engine, step_cost.Cost]) -> float:
+    """Estimate how long a block takes."""
+    each = len(part.gravities) * len(part.curvatures) * len(part.ellipsoids) * len(part.sensors) * len(part.variants)
+    ns = sum(
+        duration * rate * costs[algorithm, frame, schedule or ()].ns_per_step
+        for rate, schedule, _ in part.pace
+        for algorithm in part.algorithms
+        for frame in part.frames
+    )
+    seconds = (ns * 1e-9 * each + _CASE_SECONDS * part.cases) / _threads()
+    vibrating = 1 + 40 * bool(motion.vibration)
+    seconds += duration * part.highest_hz * _SAMPLE_SECONDS * (vibrating + 0.5 * len(part.sensors))
+    return seconds
+
+
+def _threads() -> int:
+    return min(2, os.cpu_count() or 1)
+
+
+def _run_block(comparison: StudyResult, block: _Block, report: Progress) -> None:
+    from sinssim.sensors.sets.sensor_readings import read
+
+    part, motion, seed = block.part, block.motion, comparison.study.seed
+    report(f"Motion: {motion.label}", 0.0)
+    trajectory = study_schema.make(motion)
+    _check_length(part, motion, trajectory.end - trajectory.start)
+    ideal = trajectory.increments(part.highest_hz)
+    comparison.motions[part.title, motion.label] = study_schema.facts(motion, trajectory)
+    truth = _Truth(trajectory, ideal.time)
+    if "euler-heading" in part.decides:
+        ratios = {rate: round(part.highest_hz / rate) for rate in part.rates_hz}
+        comparison.headings += compare_headings(part.title, motion.label, trajectory, ideal, ratios)
+    count, finished = part.cases, 0
+    for grade, variant in itertools.product(part.sensors, part.variants):
+        section = with_set(comparison.study.block(grade), variant, part.highest_hz)
+        _, readings = read(trajectory, ideal, section, seed)
+        cases = []
+        for rate, schedule, slow in part.pace:
+            slower = readings.at(round(part.highest_hz / rate))
+            for algorithm, frame, gravity, curvature, ellipsoid in part.engines:
+                case = Case(
+                    part.title, motion.label, variant, grade, algorithm, frame, gravity, curvature, rate,
+                    schedule or (), slow, ellipsoid,
+                )  # fmt: skip
+                cases.append((case, slower))
+        navigated: dict[Case, Navigated] = {}
+
+        def navigate(stop: threading.Event) -> Compute[tuple[Case, Readings]]:
+            return lambda one, tell: tell((one[0], _navigate(*one, part, truth, comparison)))
+
+        def keep(one: tuple[Case, Navigated], navigated: dict[Case, Navigated] = navigated) -> None:
+            nonlocal finished
+            navigated[one[0]] = one[1]
+            finished += 1
+            report(f"{motion.label}: {one[0].algorithm}", finished / count)
+
+        try:
+            work_through(cases, _threads(), navigate, keep)
+        finally:
+            for case in (case for case, _ in cases if case in navigated):
+                row, history, in_coordinates = navigated[case]
+                comparison.rows.append(row)
+                comparison.coordinate_errors += in_coordinates
+                if history is not None:
+                    comparison.histories[case] = history
+    order = {part.title: number for number, part in enumerate(comparison.study.parts)}
+    comparison.rows.sort(key=lambda row: order[row.part])
+
+
+class _Truth:
+    """The true motion, and its heights at the samples."""
+
+    def __init__(self, trajectory: Trajectory, time: Array) -> None:
+        self.trajectory = trajectory
+        self.initial = trajectory.state(time[0])
+        self.height = trajectory.state(time).height
+
+    def reference(self, imu: ImuData) -> Array:
+        """Return the true height at the edges of samples, (N+1,) m."""
+        ratio = round((len(self.height) - 1) / len(imu))
+        return np.ascontiguousarray(self.height[::ratio][: len(imu.time)])
+
+
+# Long: it computes the many numbers of a case's row.
+def _navigate(case: Case, readings: Readings, part: Part, truth: _Truth, comparison: StudyResult) -> Navigated:
+    """Run one case and compare it with the truth."""
+    from sinssim.strapdown.measured_attitude import navigate_set
+    from sinssim.strapdown.navigation_error import error_numbers
+    from sinssim.units import ARCSEC
+
+    imu = readings.imu
+    step = comparison.costs[case.algorithm, case.frame, case.schedule_hz]
+    about: dict[str, Any] = {
+        **asdict(case),
+        "samples": len(imu),
+        "duration_s": float(imu.time[-1] - imu.time[0]),
+        "ns_per_step": step.ns_per_step,
+        "operations_per_step": step.operations.total,
+    }
+    for alone in comparison.attitude_costs:
+        if alone.algorithm == case.algorithm and not alone.by_functions:
+            about["attitude_ns_per_step"] = alone.ns_per_step
+            about["attitude_operations_per_step"] = alone.operations.total
+    trajectory = truth.trajectory
+    height = None if part.vertical == "free" else truth.reference(imu)
+    try:
+        mechanization = Mechanization(
+            algorithm=case.algorithm,
+            frame=case.frame,
+            gravity=case.gravity,
+            ellipsoid=trajectory.ellipsoid.name if case.ellipsoid == OF_TRUTH else case.ellipsoid,
+            curvature=case.curvature,
+            rates_hz=case.schedule_hz or None,
+            slow_quantities=case.slow or "hold",
+            vertical=part.vertical,
+        )
+        solution = navigate_set(readings.imu, readings.attitude, truth.initial, mechanization, height)
+    except RunError as failure:
+        return Row(**about, status="failed", message=str(failure)), None, []
+    except InputError as mistake:
+        raise InputError(
+            f"part {case.part!r}, motion {case.motion}, {case.algorithm} in the frame {case.frame} at {case.pace} Hz: "
+            f"{mistake}"
+        ) from mistake
+    keep, even, shown = instants(len(solution.time))
+    thin = rows_of(solution, keep)
+    true = trajectory.state(thin.time)
+    error = navigation_error(true, thin, trajectory.ellipsoid)
+    numbers: dict[str, Any] = {**error_numbers(NavError(*(getattr(error, f.name)[even] for f in fields(error))))}
+    row = Row(
+        **about,
+        **{**numbers, **drifts(error, even)},
+        max_defect=float(np.max(solution.defect)),
+        passages=len(solution.events),
+        max_damage_arcsec=max((event.damage for event in solution.events), default=0.0) / ARCSEC,
+        message=" ".join(event.text for event in solution.events),
+    )
+    growth = ErrorGrowth(error.time[shown], error.horizontal[shown], error.angle[shown] / ARCSEC)
+    return row, growth, coordinate_errors(case, part.coordinates, true, thin, trajectory.ellipsoid)

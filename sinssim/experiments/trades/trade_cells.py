@@ -1,0 +1,409 @@
+"""The cells of a trade study.
+
+Settings, scenarios and digests, and the numbers of each from its covariance budget or its ensemble of runs.
+"""
+
+from __future__ import annotations
+
+import hashlib
+import itertools
+import json
+import math
+from collections.abc import Sequence
+from dataclasses import dataclass, field
+from functools import cached_property
+from typing import TYPE_CHECKING, Literal
+
+import numpy as np
+
+from sinssim.data import Array
+from sinssim.errors import InputError
+from sinssim.experiments.trades.trade_schema import TradeStudy, toml_text
+from sinssim.formatting import number_text
+from sinssim.scenario.load import load_scenario
+from sinssim.scenario.planned_motion import expected_duration
+from sinssim.scenario.schema import Scenario
+from sinssim.scenario.true_motion import true_motion
+from sinssim.statistics.requirement_verdict import NEVER, Exceeded
+from sinssim.statistics.requirements import COMPONENTS, SHARES, Quantity, Requirement
+from sinssim.truth.flight.flight_cache import flight_key
+from sinssim.units import NAUTICAL_MILE
+
+if TYPE_CHECKING:
+    from sinssim.analyses.error_budget.budget_result import BudgetResult
+    from sinssim.experiments.ensembles.ensemble_result import EnsembleResult
+
+
+_WITHOUT_EFFECT = ("name", "description", "views", "output", "recording")
+"""Keys of a scenario that do not change a number of a cell."""
+
+
+@dataclass(frozen=True)
+class Cell:
+    """One cell of a grid.
+
+    Attributes:
+        number: its number, from 1, the last axis changing fastest.
+        place: place of its value on each axis, from 0.
+        settings: the varied keys with their values, as for --set.
+        scenario: its scenario; None if the values do not go together.
+        mistake: why they do not; "" otherwise.
+    """
+
+    number: int
+    place: tuple[int, ...]
+    settings: tuple[str, ...]
+    scenario: Scenario | None
+    mistake: str = ""
+
+    @cached_property
+    def flight(self) -> str:
+        """Digest of its flight; "" for another motion."""
+        if self.scenario is None or self.scenario.flight is None:
+            return ""
+        return flight_key(self.scenario.flight, self.scenario.seed)
+
+
+def digest_of(study: TradeStudy, cell: Cell) -> str:
+    """Return the digest of everything that determines the numbers of a cell, except the versions of the software.
+
+    Returns:
+        SHA-256. The number of runs of an ensemble is not part of it, because an ensemble can be extended.
+    """
+    assert cell.scenario is not None
+    without = (*_WITHOUT_EFFECT, *(("ensemble",) if study.cell == "budget" else ()))
+    contents = cell.scenario.contents(without=without)
+    if isinstance(contents.get("ensemble"), dict):
+        contents["ensemble"] = {key: value for key, value in contents["ensemble"].items() if key != "runs"}
+    if study.cell == "budget":
+        asked = [q.text for q in study.quantities]
+        how = ["budget", study.inertial, asked, list(study.require)]
+    else:
+        how = ["ensemble", list(study.instants)]
+    return hashlib.sha256(json.dumps([how, contents, cell.flight], sort_keys=True).encode()).hexdigest()
+
+
+def name_of(study: TradeStudy, cell: Cell) -> str:
+    """Return the values of a cell in words.
+
+    Returns:
+        "grade tactical, gyro bias sigma 0.01 deg/h".
+    """
+    return ", ".join(
+        f"{axis.title} {axis.name_of(k)} {axis.unit}".rstrip() for axis, k in zip(study.axes, cell.place, strict=True)
+    )
+
+
+def cells_of(study: TradeStudy) -> tuple[Cell, ...]:
+    """Return the cells of a study, the last axis changing fastest.
+
+    The scenario of a cell is that of `load_scenario` with the study's fixed keys and then the cell's own.
+
+    Returns:
+        The cells. Values that do not go together are the cell's mistake.
+
+    Raises:
+        InputError: the scenario cannot be used, a fixed key is wrong, a time lies outside the run, or a value of an
+            axis is allowed in no cell; the message names the axis, the value, and the first cell.
+        RunError: JSBSim failed.
+    """
+    load_scenario(study.scenario, study.set)  # mistakes that have nothing to do with the axes
+    cells, flown = [], dict[str, float]()
+    for number, place in enumerate(itertools.product(*map(range, study.shape)), start=1):
+        pairs = [pair for axis, k in zip(study.axes, place, strict=True) for pair in axis.settings(k)]
+        settings = tuple(f"{key}={toml_text(value)}" for key, value in pairs)
+        scenario, mistake = _scenario_of(study, settings, flown)
+        cells.append(Cell(number, place, settings, scenario, mistake))
+    _check_values(study, cells, flown)
+    return tuple(cells)
+
+
+def _scenario_of(study: TradeStudy, settings: Sequence[str], flown: dict[str, float]) -> tuple[Scenario | None, str]:
+    """Return the scenario of some settings and "", or None and why it cannot be used."""
+    try:
+        scenario = load_scenario(study.scenario, (*study.set, *settings))
+        if study.cell == "budget":
+            from sinssim.analyses.error_budget.covariance_budget import check_kind
+
+            check_kind(scenario, "inertial" if study.inertial else None)
+        elif scenario.one_component is not None:
+            raise InputError(f"the scenario {scenario.name} has [one_component], which has no ensemble.")
+        _check_times(study, scenario, flown)
+    except InputError as error:
+        return None, str(error)
+    return scenario, ""
+
+
+def _check_times(study: TradeStudy, scenario: Scenario, flown: dict[str, float]) -> None:
+    """Raise for a time of a study outside a run; `flown` keeps the durations of flights."""
+    if not study.instants or scenario.log is not None:  # which has no ensemble
+        return
+    lasts = expected_duration(scenario)
+    if scenario.flight is not None and study.instants[-1] > lasts:  # of a flight this is an estimate
+        key = flight_key(scenario.flight, scenario.seed)
+        if key not in flown:
+            motion = true_motion(scenario)
+            flown[key] = motion.end - motion.start
+        lasts = flown[key]
+    for one in study.requirements:
+        one.check_within(lasts)
+    if study.instants[-1] > lasts + 1e-6:
+        raise InputError(
+            f"t = {study.instants[-1]:g} s lies outside the run, which lasts {lasts:g} s; give a time up to this."
+        )
+
+
+def _check_values(study: TradeStudy, cells: list[Cell], flown: dict[str, float]) -> None:
+    """Raise for a value of an axis that is allowed in no cell."""
+    mistakes = {cell.mistake for cell in cells}
+    if mistakes == {""}:
+        return
+    if mistakes == {mistake := _scenario_of(study, (), flown)[1]}:  # it has nothing to do with the axes
+        raise InputError(f"the study {study.name}: {mistake}")
+    wrong = []
+    for number, axis in enumerate(study.axes):
+        for k in range(len(axis.values)):
+            here = [cell for cell in cells if cell.place[number] == k]
+            if all(cell.scenario is None for cell in here):
+                wrong.append((number, k, here))
+    if all(cell.scenario is None for cell in cells):  # values of one axis may spoil those of the others
+        alone = [one for one in wrong if _wrong_alone(study, one[0], one[1], flown)]
+        wrong = alone or wrong[:1]
+    lines: dict[tuple[int, str], str] = {}
+    for number, k, here in wrong:
+        axis, cell = study.axes[number], here[0]
+        if (number, cell.mistake) in lines:  # the key itself is wrong: one value says it all
+            continue
+        others = f" and {len(here) - 1} more" if len(here) > 1 else ""
+        lines[number, cell.mistake] = (
+            f"axes.{number + 1} ({', '.join(axis.paths)}): the value {axis.name_of(k)} cannot be used in cell "
+            f"{cell.number} ({name_of(study, cell)}){others}: {cell.mistake}"
+        )
+    if lines:
+        several = "\n  - ".join([f"{len(lines)} values of the axes:", *lines.values()])
+        found = several if len(lines) > 1 else next(iter(lines.values()))
+        raise InputError(f"the study {study.name}: {found}")
+
+
+def _wrong_alone(study: TradeStudy, number: int, k: int, flown: dict[str, float]) -> bool:
+    """Return whether a value of an axis cannot be used even with all other axes left out."""
+    settings = [f"{key}={toml_text(value)}" for key, value in study.axes[number].settings(k)]
+    return _scenario_of(study, settings, flown)[0] is None
+
+
+def command_of(study: TradeStudy, cell: Cell, program: str = "sinssim") -> str:
+    """Return the command that computes a cell by itself.
+
+    Returns:
+        `sinssim budget …` or `sinssim ensemble …`; its numbers are those of the cell, bit for bit.
+    """
+    import shlex
+
+    words = [program, study.cell, study.scenario]
+    if study.runs is not None:
+        words += ["--runs", str(study.runs)]
+    if study.inertial:
+        words.append("--inertial")
+    for setting in (*study.set, *cell.settings):
+        words += ["--set", setting]
+    judged = {one.time for one in study.requirements}
+    for time in study.instants:
+        words += [] if time in judged else ["--at", f"{time:.15g}"]
+    for text in study.require:
+        words += ["--require", text]
+    return " ".join(map(shlex.quote, words))
+
+
+_HEADING = COMPONENTS.index("heading")
+
+Word = Literal["met", "not met", "undecided"]
+
+
+@dataclass(frozen=True)
+class CellVerdict:
+    """The verdict of a cell on a requirement.
+
+    Attributes:
+        requirement: the requirement as it was written.
+        verdict: "met" or "not met"; of an ensemble with 95 % confidence, or "undecided".
+        value: its quantity in the unit of the requirement.
+        limit: the limit in this unit.
+        unit: the unit.
+        time_s: instant of the value, s since the start.
+        more_runs: about how many more runs would decide; 0 if decided, None if they cannot be counted.
+        exceeded_from_s: since when the limit is exceeded, throughout a run, s since the start; None if it is not.
+        after_fixes_end_s: how long after the last fix this is, s; None outside an outage.
+    """
+
+    requirement: str
+    verdict: Word
+    value: float
+    limit: float
+    unit: str
+    time_s: float
+    more_runs: int | None = 0
+    exceeded_from_s: float | None = None
+    after_fixes_end_s: float | None = None
+
+    @property
+    def text(self) -> str:
+        """The value, and since when the limit is exceeded, in words; "" if no run has a solution."""
+        if math.isnan(self.value):
+            return ""
+        value = f"{number_text(self.value)} {self.unit}" if math.isfinite(self.value) else "∞"
+        text = f"{value} at {self.time_s:g} s"
+        if self.exceeded_from_s is None:
+            return text
+        after = self.after_fixes_end_s
+        return f"{text}, {Exceeded(self.exceeded_from_s, None if after is None else self.exceeded_from_s - after).text}"
+
+
+@dataclass(frozen=True)
+class CellNumbers:
+    """The numbers of a cell.
+
+    Attributes:
+        values: by column, with the unit in its name; `Quantity.column` is that of a quantity. An ensemble has the ends
+            of the 95 % band of a quantity as column + "_low" and "_high".
+        verdicts: on each requirement.
+        time: instants of the growth of the errors, s since the start.
+        cep, r95: CEP and R95 at these instants, m.
+        notes: remarks, whole sentences.
+    """
+
+    values: dict[str, float]
+    verdicts: tuple[CellVerdict, ...]
+    time: Array = field(default_factory=lambda: np.zeros(0))
+    cep: Array = field(default_factory=lambda: np.zeros(0))
+    r95: Array = field(default_factory=lambda: np.zeros(0))
+    notes: tuple[str, ...] = ()
+
+
+def of_budget(study: TradeStudy, result: BudgetResult) -> CellNumbers:
+    """Return the numbers of a budget.
+
+    Returns:
+        The numbers that `sinssim budget` gives, bit for bit.
+    """
+    from sinssim.analyses.error_budget.allowances import answer_of
+
+    cep, r95 = result.cep, result.r95
+    rms, sigma, bias = result.root_mean_square(), result.sigma(), result.bias
+    values: dict[str, float] = {}
+    for one in study.quantities:
+        if one.quantity in SHARES:
+            radius = cep if one.quantity == "cep" else r95
+            if one.quantity == "rate":
+                with np.errstate(divide="ignore", invalid="ignore"):
+                    radius = radius / NAUTICAL_MILE / (result.time / 3600.0)
+            values[one.column] = _budget_value(result, one, radius)
+            continue
+        k = COMPONENTS.index(one.quantity)
+        values[one.column] = _budget_value(result, one, rms[:, k])
+        if one.when != "run":
+            values[f"sigma_{one.column}"] = _budget_value(result, one, sigma[:, k])
+            values[f"mean_{one.column}"] = _budget_value(result, one, -bias[:, k] if k == _HEADING else bias[:, k])
+    if result.filter_covariance is not None:
+        own = result.r95_of(result.filter_covariance[-1:], np.zeros((1, 9)))
+        values["filter_r95_end_m"] = float(own[0])
+    verdicts = []
+    for requirement in study.requirements:
+        value, time, exceeded = answer_of(result, requirement)
+        word: Word = "met" if value <= requirement.limit else "not met"
+        verdicts.append(_verdict(requirement, word, value, time, 0, exceeded))
+    return CellNumbers(values, tuple(verdicts), result.time, cep, r95)
+
+
+def _budget_value(result: BudgetResult, one: Quantity, course: Array) -> float:
+    if one.when == "run":
+        return float(np.max(course))
+    return float(course[-1 if one.when == "end" else result.row(one.time)])
+
+
+def _verdict(
+    requirement: Requirement, word: Word, value: float, time: float, more: int | None, exceeded: Exceeded | None
+) -> CellVerdict:
+    size, since = requirement.unit_size, NEVER if exceeded is None else exceeded.numbers
+    limit = requirement.limit / size
+    return CellVerdict(requirement.text, word, value / size, limit, requirement.unit, time, more, **since)
+
+
+def of_ensemble(study: TradeStudy, result: EnsembleResult) -> CellNumbers:
+    """Return the numbers that `sinssim ensemble` gives, bit for bit; its epochs have the study's instants."""
+    from sinssim.experiments.ensembles.ensemble_statistics import ensemble_numbers, judge
+
+    summary = ensemble_numbers(result)
+    values: dict[str, float] = {"runs": float(len(result)), "failed_runs": float(result.failed.sum())}
+    for one in study.quantities:
+        values |= _circle(result, one) if one.quantity in SHARES else _component(result, one)
+    for name in ("cep", "r95"):
+        band = summary["rate_nmi_h"]["line"][name]
+        for key, end in (("value", ""), ("low", "_low"), ("high", "_high")):
+            values[f"rate_line_{name}_nmi_h{end}"] = band[key]
+    consistency = next(iter(summary["nees"].values()), None)  # of all states
+    if consistency is not None:
+        values["nees_mean"] = consistency["mean"]
+        values["nees_share_in_band"] = consistency["share_in_band"]
+    verdicts = []
+    for requirement in study.requirements:
+        found = judge(result, requirement)
+        verdicts.append(_verdict(requirement, found.verdict, found.value, found.time, found.more_runs, found.exceeded))
+    cep, r95 = np.asarray(result.cep.value), np.asarray(result.r95.value)
+    return CellNumbers(values, tuple(verdicts), result.elapsed, cep, r95, tuple(result.notes))
+
+
+def _epochs(result: EnsembleResult, one: Quantity) -> slice:
+    """Return the columns of the epochs that count, before the end of the run."""
+    if one.when == "run":
+        return slice(0, len(result.elapsed))
+    row = int(np.argmin(np.abs(result.elapsed - one.time)))
+    return slice(row, row + 1)
+
+
+def _circle(result: EnsembleResult, one: Quantity) -> dict[str, float]:
+    """Return a percentile with its band; throughout the run, its largest value without one."""
+    from sinssim.statistics.percentiles import percentile
+    from sinssim.statistics.position_error_rate import to_nmi_h
+
+    if one.when == "end":
+        errors = to_nmi_h(result.end_rates) if one.quantity == "rate" else result.final_horizontal
+        errors = errors[:, None]
+    else:
+        columns = _epochs(result, one)
+        errors = result.horizontal[:, columns]
+        if one.quantity == "rate":
+            errors = to_nmi_h(errors / result.elapsed[columns])
+    found = percentile(errors, SHARES[one.quantity])
+    return _with_band(one, found.value, np.maximum(found.low, 0.0), found.high)
+
+
+def _component(result: EnsembleResult, one: Quantity) -> dict[str, float]:
+    """Return the root mean square of a component with the χ² band of normal errors, its σ and its mean."""
+    from scipy.stats import chi2
+
+    from sinssim.experiments.ensembles.ensemble_errors import VECTORS
+
+    k, worked = COMPONENTS.index(one.quantity), ~result.failed
+    if one.when == "end":
+        errors = result.errors.final[worked, k][:, None]
+    else:
+        errors = getattr(result.errors, VECTORS[k // 3])[worked][:, _epochs(result, one), k % 3]
+    errors = errors[:, np.isfinite(errors).any(axis=0)]
+    if not errors.size:
+        return {one.column: float("nan")}
+    count = np.count_nonzero(np.isfinite(errors), axis=0)
+    rms = np.sqrt(np.nanmean(errors**2, axis=0))
+    low, high = (rms * np.sqrt(count / chi2.ppf(share, count)) for share in (0.975, 0.025))
+    found = _with_band(one, rms, low, high)
+    if one.when != "run":
+        there = errors[np.isfinite(errors[:, 0]), 0]
+        found[f"sigma_{one.column}"] = float(np.std(there, ddof=1)) if len(there) > 1 else float("nan")
+        mean = float(np.mean(there))
+        found[f"mean_{one.column}"] = -mean if k == _HEADING else mean
+    return found
+
+
+def _with_band(one: Quantity, value: Array, low: Array, high: Array) -> dict[str, float]:
+    if one.when == "run":
+        return {one.column: float(np.nanmax(value)) if np.isfinite(value).any() else float(np.max(value))}
+    return {one.column: float(value[0]), f"{one.column}_low": float(low[0]), f"{one.column}_high": float(high[0])}

@@ -1,0 +1,559 @@
+"""The result of a trade study.
+
+The numbers of its cells as arrays over the grid, as a table, and as text: one row for each cell, grids of one
+quantity, which cells meet what.
+"""
+
+from __future__ import annotations
+
+import itertools
+import math
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import Any, Literal
+
+import numpy as np
+from numpy.typing import NDArray
+
+from sinssim.data import Array
+from sinssim.errors import InputError, shortened, unknown_name
+from sinssim.experiments.trades.trade_cells import Cell, CellNumbers, CellVerdict, command_of, digest_of, name_of
+from sinssim.experiments.trades.trade_schema import Axis, TradeStudy, value_text
+from sinssim.formatting import capital, number_text
+from sinssim.recording.result import Result
+from sinssim.statistics.percentiles import runs_for_band
+from sinssim.statistics.position_error_rate import END
+from sinssim.statistics.requirements import QUANTITIES, SHARES, Quantity, Requirement, parse_quantity
+from sinssim.system.outputs import draft
+from sinssim.system.short_repr import html_table, short_repr
+from sinssim.units import ANGLE_SCALE, LENGTH_SCALE, SPEED_SCALE, suiting
+
+Status = Literal["finished", "failed", "open"]
+
+
+@short_repr
+@dataclass(frozen=True)
+class CellResult:
+    """What became of a cell.
+
+    Attributes:
+        cell: the cell.
+        numbers: its numbers; None if it failed or was not reached.
+        failure: why it failed; "" otherwise.
+    """
+
+    cell: Cell
+    numbers: CellNumbers | None = None
+    failure: str = ""
+
+    @property
+    def status(self) -> Status:
+        """ "finished", "failed", or "open" if it was not reached."""
+        return "failed" if self.failure else "open" if self.numbers is None else "finished"
+
+    def value(self, column: str) -> float:
+        """Return a number of the cell, NaN without one."""
+        return float("nan") if self.numbers is None else self.numbers.values.get(column, float("nan"))
+
+    def verdict(self, requirement: str) -> CellVerdict | None:
+        """Return its verdict on a requirement, None without one."""
+        there = () if self.numbers is None else self.numbers.verdicts
+        return next((one for one in there if one.requirement == requirement), None)
+
+
+@dataclass(eq=False, repr=False)
+class TradeResult(Result):
+    """The result of a trade study.
+
+    Attributes:
+        study: the study.
+        cells: result of each cell; the last axis changes fastest.
+        status: "finished", "interrupted" or "failed".
+        directory: directory of the study; None if nothing is kept.
+        seconds: duration of the computation, s, of this call alone.
+        computed: number of cells computed by this call; the others had been finished before.
+        notes: remarks on how it was computed, whole sentences.
+    """
+
+    study: TradeStudy
+    cells: tuple[CellResult, ...]
+    status: str = "finished"
+    directory: Path | None = None
+    seconds: float = 0.0
+    computed: int = 0
+    notes: list[str] = field(default_factory=list)
+
+    def __len__(self) -> int:
+        return len(self.cells)
+
+    def __repr__(self) -> str:
+        grid = " × ".join(map(str, self.shape))
+        return f"TradeResult({self.study.name}: {grid} {self.study.cell} cells, {len(self.failures)} failed)"
+
+    def _repr_html_(self) -> str:
+        rows = [
+            (self.name(one.cell.number), one.status, *(f"{one.value(q.column):.4g}" for q in self.study.drawn))
+            for one in self.cells
+        ]
+        return html_table(repr(self), rows, ("cell", "status", *(q.column for q in self.study.drawn)))
+
+    @property
+    def shape(self) -> tuple[int, ...]:
+        """Number of values of each axis."""
+        return self.study.shape
+
+    @property
+    def axes(self) -> tuple[Axis, ...]:
+        """The axes of the grid."""
+        return self.study.axes
+
+    @property
+    def failures(self) -> dict[int, str]:
+        """Why cells failed, by their number from 1."""
+        return {one.cell.number: one.failure for one in self.cells if one.failure}
+
+    @property
+    def finished(self) -> int:
+        """Number of cells with numbers."""
+        return sum(one.status == "finished" for one in self.cells)
+
+    def values(self, quantity: str | Quantity) -> Array:
+        """Return a quantity over the grid.
+
+        Args:
+            quantity: for example "r95(end)", "heading(1800 s)"; or a column of the table, such as "nees_mean".
+
+        Returns:
+            SI, rates in nmi/h, of the shape of the grid; NaN where a cell has none.
+
+        Raises:
+            InputError: the study does not have the quantity.
+        """
+        return self._grid(self._column(quantity))
+
+    def band(self, quantity: str | Quantity) -> tuple[Array, Array]:
+        """Return the 95 % band of a quantity over the grid; NaN for budgets, which have no scatter.
+
+        Args:
+            quantity: as for `values`.
+
+        Returns:
+            Its low and its high end, as for `values`.
+
+        Raises:
+            InputError: the study does not have the quantity.
+        """
+        column = self._column(quantity)
+        return self._grid(f"{column}_low"), self._grid(f"{column}_high")
+
+    def _grid(self, column: str) -> Array:
+        return np.array([one.value(column) for one in self.cells]).reshape(self.shape)
+
+    def _column(self, quantity: str | Quantity) -> str:
+        if isinstance(quantity, Quantity):
+            return quantity.column
+        columns = self.columns
+        if quantity in columns:
+            return quantity
+        column = parse_quantity(quantity).column
+        if column not in columns:
+            known = [one.text for one in self.study.quantities]
+            raise InputError(
+                f"the study {self.study.name} does not have {shortened(repr(quantity))}: give its time in times_s, or "
+                f"the quantity in draw. It has {', '.join(known)}."
+            )
+        return column
+
+    @property
+    def columns(self) -> list[str]:
+        """Names of the numbers of the cells."""
+        found: dict[str, None] = {one.column: None for one in self.study.quantities}
+        for one in self.cells:
+            found |= dict.fromkeys(one.numbers.values if one.numbers is not None else ())
+        return list(found)
+
+    def verdicts(self, requirement: str | None = None) -> NDArray[np.str_]:
+        """Return verdicts over the grid.
+
+        Args:
+            requirement: one of `study.require`; all of them together by default.
+
+        Returns:
+            "met", "not met", "undecided", or "" where a cell has no verdict.
+
+        Raises:
+            InputError: the study does not have the requirement.
+        """
+        texts = [one.text for one in self.study.requirements]
+        if requirement is not None and requirement not in texts:
+            raise unknown_name("requirement", requirement, texts)
+        wanted = texts if requirement is None else [requirement]
+        words = []
+        for one in self.cells:
+            found = [v.verdict for text in wanted if (v := one.verdict(text)) is not None]
+            words.append(next((w for w in ("not met", "undecided", "met") if w in found), ""))
+        return np.array(words).reshape(self.shape)
+
+    @property
+    def rows(self) -> list[dict[str, Any]]:
+        """A row for each cell: values of the axes by their keys, status, numbers by column, verdicts, failure."""
+        columns, rows = self.columns, []
+        for one in self.cells:
+            row: dict[str, Any] = {"cell": one.cell.number}
+            for axis, k in zip(self.study.axes, one.cell.place, strict=True):
+                row |= dict(axis.settings(k))
+                if axis.labels:
+                    row[axis.title] = axis.labels[k]
+            row |= {"status": one.status}
+            row |= {column: one.value(column) for column in columns}
+            for text in self.study.require:
+                found = one.verdict(text.strip())
+                row[text] = None if found is None else found.verdict
+            rows.append(row | {"failure": one.failure})
+        return rows
+
+    def name(self, number: int) -> str:
+        """Return the values of a cell in words.
+
+        Args:
+            number: its number, from 1.
+
+        Returns:
+            "grade tactical, gyro bias σ 0.01 deg/h".
+        """
+        return name_of(self.study, self._cell(number).cell)
+
+    def command(self, number: int, program: str = "sinssim") -> str:
+        """Return the command that computes a cell by itself, with the same numbers.
+
+        Args:
+            number: its number, from 1.
+            program: how sinssim is called.
+
+        Returns:
+            `sinssim budget …` or `sinssim ensemble …`.
+        """
+        return command_of(self.study, self._cell(number).cell, program)
+
+    def digest(self, number: int) -> str:
+        """Return the digest of a cell's scenario and of the requested results.
+
+        Args:
+            number: its number, from 1.
+
+        Returns:
+            SHA-256 in hexadecimal; "" if the cell has no scenario.
+        """
+        cell = self._cell(number).cell
+        return "" if cell.scenario is None else digest_of(self.study, cell)
+
+    def _cell(self, number: int) -> CellResult:
+        if not 1 <= number <= len(self.cells):
+            raise InputError(f"cell {number}: the study has the cells 1 to {len(self.cells)}.")
+        return self.cells[number - 1]
+
+    def to_table(self) -> Any:
+        """Return a row for each cell as a `pyarrow.Table`.
+
+        Returns:
+            The columns of `rows`; values of an axis that are not numbers are texts.
+        """
+        import pyarrow as pa
+
+        rows, columns = self.rows, {}
+        for name in rows[0]:
+            values = [row[name] for row in rows]
+            if all(isinstance(v, bool) for v in values) or all(v is None or isinstance(v, str) for v in values):
+                columns[name] = pa.array(values, pa.bool_() if isinstance(values[0], bool) else pa.string())
+            elif all(isinstance(v, int) and not isinstance(v, bool) for v in values):
+                columns[name] = pa.array(values, pa.int64())
+            elif all(isinstance(v, int | float) and not isinstance(v, bool) for v in values):
+                columns[name] = pa.array([float(v) for v in values])
+            else:
+                columns[name] = pa.array([value_text(v) for v in values])
+        return pa.table(columns)
+
+    def to_parquet(self, path: Path | str) -> Path:
+        """Write a row for each cell as a Parquet file.
+
+        Args:
+            path: the file.
+
+        Returns:
+            The file.
+
+        Raises:
+            InputError: it cannot be written.
+        """
+        import pyarrow.parquet as pq
+
+        try:
+            Path(path).parent.mkdir(parents=True, exist_ok=True)
+            with draft(Path(path)) as beside:
+                pq.write_table(self.to_table(), beside)
+        except OSError as error:
+            raise InputError(f"{path} cannot be written: {error.strerror or error}.") from error
+        return Path(path)
+
+
+SHORT = {
+    "cep": "CEP", "r95": "R95", "rate": "rate", "velocity_north": "v north", "velocity_east": "v east",
+    "velocity_down": "v down", "tilt_north": "tilt n", "tilt_east": "tilt e", "heading": "heading",
+    "position_north": "north", "position_east": "east", "position_down": "height",
+}  # fmt: skip
+"""Names of quantities as heads of columns."""
+_SHOWN = ("cep", "r95", "rate", "velocity_north", "velocity_east", "tilt_north", "tilt_east", "heading")
+"""Quantities of the tables; the files have all."""
+_SCALES = {"length": LENGTH_SCALE, "speed": SPEED_SCALE, "angle": ANGLE_SCALE}
+_NAMED = 3
+"""Most cells that are named by their values in a sentence; more are named by their numbers."""
+MARKS = {"met": "met", "not met": "NOT MET", "undecided": "undecided"}
+
+DEFINITIONS = {
+    "CEP, R95": "radius of the circle that contains half, or 95 %, of all runs",
+    "velocity, tilt, heading": "root mean square over all runs of the error; 1σ where its mean is zero",
+}
+_OF_KIND = {
+    "budget": {"rate": "R95 divided by the time since the start; 1 nmi = 1852 m"},
+    "ensemble": {
+        "CEP, R95": "50th and 95th percentile over the runs; the error of a failed run is infinite",
+        "rate": f"R95 of {END}, of each run; 1 nmi = 1852 m",
+        "velocity, tilt, heading": "root mean square over the runs that did not fail; 1σ where its mean is zero",
+        "band": "95 % confidence: of percentiles by order statistics, of a root mean square by χ² for normal errors",
+        "NEES": "mean of all states per degree of freedom, over runs and epochs, 1 is expected; and the share of the "
+        "epochs at which the mean over the runs lies in its 95 % band",
+    },
+}
+
+
+def definitions(result: TradeResult) -> dict[str, str]:
+    """Return what each number of a study means, by its name."""
+    found = {**DEFINITIONS, **_OF_KIND[result.study.cell]}
+    return found if "nees_mean" in result.columns else {k: v for k, v in found.items() if k != "NEES"}
+
+
+def headline(result: TradeResult) -> str:
+    """Return what a study is of, in a sentence or two."""
+    study, count = result.study, len(result)
+    what = "covariance budget" if study.cell == "budget" else "ensemble"
+    grid = " × ".join(f"{len(axis.values)} values of {axis.title}" for axis in study.axes)
+    runs = sorted({int(v) for one in result.cells if math.isfinite(v := one.value("runs"))})
+    of_runs = f" of {' to '.join(dict.fromkeys((str(runs[0]), str(runs[-1]))))} runs" if runs else ""
+    parts = [f"{count} {what}{'s' if count > 1 else ''}{of_runs} of {study.scenario.rpartition('/')[2]}: {grid}."]
+    if study.set:
+        parts.append(f"The same in every cell: {', '.join(study.set)}.")
+    if runs and runs[0] < (needed := runs_for_band(0.95)):
+        parts.append(f"R95 has no upper bound with fewer than {needed} runs.")
+    if result.status != "finished":
+        parts.append(f"The study {'was interrupted' if result.status == 'interrupted' else 'failed'}: "
+                     f"{result.finished} of {count} cells are finished.")  # fmt: skip
+    if result.failures:
+        parts.append(f"{len(result.failures)} of {count} cells failed.")
+    return " ".join(parts)
+
+
+@dataclass(frozen=True)
+class Unit:
+    """The unit in which a quantity is printed."""
+
+    name: str
+    size: float
+
+    def text(self, value: float) -> str:
+        """Return a number in this unit with three digits."""
+        return "∞" if value == math.inf else number_text(value / self.size)
+
+
+def unit_for(result: TradeResult, *quantities: Quantity) -> Unit:
+    """Return the unit that suits some quantities of one dimension in all cells.
+
+    Returns:
+        The unit of its requirement for a single quantity with one, else the unit that suits the largest value.
+    """
+    first = quantities[0]
+    if first.quantity == "rate":
+        return Unit("nmi/h", 1.0)
+    if len(quantities) == 1:
+        for one in result.study.requirements:
+            if one.quantity == first.quantity and first.when == one.when and one.unit in ("m", "nmi", "deg", "arcmin"):
+                return Unit(one.unit, one.unit_size)
+    values = np.concatenate([result.values(one).ravel() for one in quantities])
+    return Unit(*suiting(_SCALES[first.dimension], values[np.isfinite(values)]))
+
+
+def label_of(quantity: Quantity) -> str:
+    """Return a quantity in words: "R95 at the end", "heading error at 1800 s, rms"."""
+    if quantity.quantity in SHARES:
+        return f"{SHORT[quantity.quantity]} {quantity.instant}"
+    return f"{QUANTITIES[quantity.quantity][1]} {quantity.instant}, rms"
+
+
+def cell_table(
+    result: TradeResult, when: Quantity | None = None, bands: bool = False
+) -> tuple[list[str], list[list[str]], int]:
+    """Return the table with a row for each cell.
+
+    Args:
+        when: a quantity whose instant the table is of; the end by default.
+        bands: whether ends of the 95 % bands are added to CEP, R95 and rate of ensembles.
+
+    Returns:
+        Heads with units, rows, and the number of columns from the left that hold words.
+    """
+    study = result.study
+    at = when or Quantity("r95", "end")
+    shown = [q for q in study.quantities if q.quantity in _SHOWN and (q.when, q.time) == (at.when, at.time)]
+    kinds = [[q for q in shown if q.dimension == kind and q.quantity != "rate"] for kind in _SCALES]
+    units = {q: unit_for(result, *kind) if len(kind) > 1 else unit_for(result, q) for kind in kinds for q in kind}
+    units |= {q: unit_for(result, q) for q in shown if q not in units}
+    nees = "nees_mean" in result.columns and when is None
+    judged = [one for one in study.requirements if when is None]
+    heads = ["cell", *(axis.heading for axis in study.axes), *(f"{SHORT[q.quantity]}, {units[q].name}" for q in shown)]
+    heads += ["NEES / n", "in band"] if nees else []
+    heads += [one.text for one in judged]
+    rows = []
+    for one in result.cells:
+        row = [str(one.cell.number), *names(result, one)]
+        if one.numbers is None:
+            row += [one.status, *[""] * (len(heads) - len(row) - 1)]
+            rows.append(row)
+            continue
+        row += [_value(one, q, units[q], bands and q.quantity in SHARES) for q in shown]
+        if nees:
+            row += [number_text(one.value("nees_mean")), _percent(one.value("nees_share_in_band"))]
+        rows.append(row + [verdict_text(one, requirement) for requirement in judged])
+    return heads, rows, 1 + len(study.axes)
+
+
+def names(result: TradeResult, one: CellResult) -> list[str]:
+    """Return the names of the values of a cell, one for each axis."""
+    return [axis.name_of(k) for axis, k in zip(result.study.axes, one.cell.place, strict=True)]
+
+
+def _value(one: CellResult, quantity: Quantity, unit: Unit, band: bool) -> str:
+    text, column = unit.text(one.value(quantity.column)), quantity.column
+    if not band or math.isnan(one.value(f"{column}_low")):
+        return text
+    return f"{text} ({unit.text(one.value(f'{column}_low'))} … {unit.text(one.value(f'{column}_high'))})"
+
+
+def _percent(value: float) -> str:
+    return "–" if math.isnan(value) else f"{100.0 * value:.0f} %"
+
+
+def verdict_text(one: CellResult, requirement: Requirement) -> str:
+    """Return the verdict of a cell on a requirement, and its value if no column shows it; "" without one."""
+    found = one.verdict(requirement.text)
+    if found is None:
+        return ""
+    shown = requirement.when == "end" and requirement.quantity in _SHOWN
+    return MARKS[found.verdict] + (f": {found.text}" if found.text and not shown else "")
+
+
+@dataclass(frozen=True)
+class Grid:
+    """A quantity over two axes, for one place on all others.
+
+    Attributes:
+        title: what it shows, with the unit.
+        corner: names of the two axes.
+        across: values of the second axis.
+        rows: value of the first axis, and the quantity for each value of the second.
+    """
+
+    title: str
+    corner: str
+    across: list[str]
+    rows: list[list[str]]
+
+
+def grids(result: TradeResult, quantity: Quantity) -> Iterator[Grid]:
+    """Yield a quantity over the last two axes, for each place on the others.
+
+    Yields:
+        One grid for each place; a requirement on the quantity that is met is marked by "*".
+    """
+    study = result.study
+    unit, down, across = unit_for(result, quantity), study.axes[-2], study.axes[-1]
+    judged = [r for r in study.requirements if (r.quantity, r.when) == (quantity.quantity, quantity.when)
+              and (r.when != "at" or r.time == quantity.time)]  # fmt: skip
+    for place in itertools.product(*map(range, study.shape[:-2])):
+        fixed = ", ".join(f"{axis.title} {axis.name_of(k)} {axis.unit}".rstrip()
+                          for axis, k in zip(study.axes, place, strict=False))  # fmt: skip
+        rows = []
+        for i in range(len(down.values)):
+            row = [down.name_of(i)]
+            for k in range(len(across.values)):
+                one = result.cells[int(np.ravel_multi_index((*place, i, k), study.shape))]
+                met = bool(judged) and all((v := one.verdict(r.text)) and v.verdict == "met" for r in judged)
+                text = unit.text(one.value(quantity.column)) if one.status == "finished" else one.status
+                row.append(f"{text} *" if met else text)
+            rows.append(row)
+        star = "; * meets " + " and ".join(r.text for r in judged) if judged else ""
+        yield Grid(
+            capital(f"{label_of(quantity)}, {unit.name}{f': {fixed}' if fixed else ''}{star}"),
+            f"{down.heading} \\ {across.heading}", [across.name_of(k) for k in range(len(across.values))], rows,
+        )  # fmt: skip
+
+
+def requirement_lines(result: TradeResult) -> list[str]:
+    """Return which cells meet each requirement, and all of them together.
+
+    Returns:
+        Whole sentences; none without a requirement.
+    """
+    study = result.study
+    lines = []
+    for one in study.requirements:
+        lines.append(f"{one.text}: {_met(result, [one])}")
+    if len(lines) > 1:
+        lines.append(f"All {len(lines)} requirements together: {_met(result, study.requirements)}")
+    return lines
+
+
+def _met(result: TradeResult, requirements: Sequence[Requirement]) -> str:
+    """Return how many cells meet some requirements, and which."""
+    word: dict[str, list[CellResult]] = {"met": [], "not met": [], "undecided": []}
+    for one in result.cells:
+        found = [v.verdict for r in requirements if (v := one.verdict(r.text)) is not None]
+        if found:
+            word["not met" if "not met" in found else "undecided" if "undecided" in found else "met"].append(one)
+    judged = sum(map(len, word.values()))
+    met, undecided = word["met"], word["undecided"]
+    sure = " with 95 % confidence" if result.study.cell == "ensemble" else ""
+    text = f"met{sure} in {len(met)} of {judged} cells"
+    if met and len(met) < judged:
+        numbers = [one.cell.number for one in met]
+        text += f" ({'; '.join(map(result.name, numbers)) if len(met) <= _NAMED else _ranges(numbers)})"
+    if undecided:
+        more = [v.more_runs for one in undecided for r in requirements if (v := one.verdict(r.text)) and v.more_runs]
+        hint = f"; about {_rounded(max(more))} more runs would decide them" if more and len(requirements) == 1 else ""
+        text += f", undecided in {len(undecided)}{hint}"
+    return text + "."
+
+
+def _ranges(numbers: Sequence[int]) -> str:
+    """Return rising numbers with runs of neighbours in short: "1–5, 8, 9"."""
+    parts: list[list[int]] = []
+    for number in numbers:
+        if parts and number == parts[-1][-1] + 1:
+            parts[-1].append(number)
+        else:
+            parts.append([number])
+    words = (f"{p[0]}–{p[-1]}" if len(p) > 2 else ", ".join(map(str, p)) for p in parts)
+    return f"numbers {', '.join(words)}"
+
+
+def _rounded(number: int) -> int:
+    return round(number, 2 - len(str(number))) if number >= 100 else number
+
+
+def failure_lines(result: TradeResult) -> list[str]:
+    """Return the failed cells with their reasons."""
+    return [f"cell {number}, {result.name(number)}: failed: {text}" for number, text in result.failures.items()]
+
+
+def instants(result: TradeResult) -> list[Quantity]:
+    """Return one quantity for each of the study's times, by which `cell_table` is asked for their tables."""
+    return [Quantity("r95", "at", t) for t in result.study.times_s]

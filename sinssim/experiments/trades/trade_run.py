@@ -1,0 +1,413 @@
+"""Runs a trade study.
+
+Computes the cells that are missing, keeps each in the study's directory, and writes the report: `trade`.
+
+The directory has a manifest, and a file or a folder for each finished cell. The name of a cell is the digest of its
+scenario and of what is asked for. A study whose axes have got further values therefore goes on with the cells that it
+has.
+"""
+
+from __future__ import annotations
+
+import contextlib
+import hashlib
+import json
+import time
+from collections.abc import Callable
+from contextlib import suppress
+from dataclasses import asdict, dataclass
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from sinssim.errors import InputError, RunError, SinssimError
+from sinssim.experiments.ensembles.ensemble_directory import EnsembleDirectory
+from sinssim.experiments.ensembles.ensemble_plan import TruthCache, truth_key
+from sinssim.experiments.ensembles.ensemble_run import stored_runs
+from sinssim.experiments.experiment_directory import Kind, Store, other_scenario, other_software, software
+from sinssim.experiments.trades.trade_cells import (
+    Cell,
+    CellNumbers,
+    CellVerdict,
+    cells_of,
+    digest_of,
+    of_budget,
+    of_ensemble,
+)
+from sinssim.experiments.trades.trade_exhibits import TradeMedia
+from sinssim.experiments.trades.trade_result import CellResult, TradeResult
+from sinssim.experiments.trades.trade_schema import TradeStudy
+from sinssim.experiments.workload import FLIGHT_SPEED, LIMIT_MINUTES, TooLongError, Watch, check_limit
+from sinssim.progress import Progress, shown
+from sinssim.recording.run_directory import plain
+from sinssim.scenario.aircraft_limits import warn_of_limits
+from sinssim.scenario.ensemble_section import EnsembleSection
+from sinssim.scenario.load import load_scenario
+from sinssim.scenario.plan_summary import own_digests
+from sinssim.scenario.planned_motion import check_times, expected_duration
+from sinssim.system.outputs import MARK, Draft, remove, write_text
+
+MANIFEST = "trade.json"
+_LETTERS = 24
+"""Letters of a digest in the name of a cell: two of 1000 cells share them with a probability of 1e-23."""
+_ENSEMBLE = EnsembleDirectory.KIND.manifest
+
+
+class TradeDirectory(Store):
+    """The directory of a trade study: a file or a folder for each cell that is finished."""
+
+    KIND = Kind(MANIFEST, (), "cells", "sinssim trade study", "a", "trade study", "finished cells")
+
+    def __init__(self, path: Path, study: TradeStudy, *, resume: bool = False, overwrite: bool = False) -> None:
+        """Begin the directory of a study, or continue it, as `Store` does."""
+        without = ("name", "description", "views", "use", "output", "recording")
+        scenario = load_scenario(study.scenario, study.set)
+        contents = json.loads(json.dumps(scenario.contents(without=without)))
+        files = own_digests(scenario)
+        self._about = {
+            "name": study.name,
+            "cell": study.cell,
+            "versions": software(),
+            "scenario": {**contents, **({"own_content": files} if files else {})},
+        }
+        super().__init__(path, resume=resume, overwrite=overwrite)
+
+    def manifest(self) -> dict[str, Any]:
+        return self._about
+
+    def difference(self, there: dict[str, Any]) -> str:
+        about = self._about
+        if there.get("name") != about["name"]:
+            return f"is the study {there.get('name')}, not {about['name']}"
+        if there.get("cell") != about["cell"]:
+            return f"has {there.get('cell')} cells, not {about['cell']} cells"
+        return other_software(there) or other_scenario(there.get("scenario"), about["scenario"])
+
+    @classmethod
+    def computed(cls, path: Path) -> list[str]:
+        names = []
+        for cell in (path / "cells").glob("*"):
+            if cell.suffix == ".json" and len(cell.stem) == _LETTERS:
+                names.append(f"cells/{cell.name}")
+            elif len(cell.name) == _LETTERS and (cell.is_symlink() or (cell / _ENSEMBLE).is_file()):
+                inside = [] if cell.is_symlink() else [f"/{name}" for name in _files_of(cell)]
+                names += [f"cells/{cell.name}{name}" for name in inside or [""]]
+        return names
+
+    def cell(self, digest: str) -> Path:
+        """Return the folder of an ensemble, or without its ending the file of a budget, by the digest of its cell."""
+        return self.folder / digest[:_LETTERS]
+
+    def read(self, digest: str, say: Callable[[str], None]) -> CellNumbers | None:
+        """Return the numbers of a finished budget; a damaged file is named and removed.
+
+        Returns:
+            The numbers; None if there are none.
+        """
+        file = self.cell(digest).with_suffix(".json")
+        if not file.exists():
+            return None
+        try:
+            found = json.loads(file.read_text(encoding="utf-8"))
+            if found["contents"] != _digest(found["numbers"]) or found["digest"] != digest:
+                raise ValueError("its contents are not those that were written")
+            return _numbers(found["numbers"])
+        except (OSError, ValueError, KeyError, TypeError) as error:
+            say(f"{file} is damaged ({error}). Its cell is computed again.")
+            with suppress(OSError):
+                file.unlink()
+            return None
+
+    def write(self, digest: str, numbers: CellNumbers) -> None:
+        """Keep the numbers of a finished budget."""
+        contents = _contents(numbers)
+        text = json.dumps({"digest": digest, "contents": _digest(contents), "numbers": contents}, allow_nan=False)
+        write_text(self.cell(digest).with_suffix(".json"), text + "\n")
+
+    def ensemble(self, digest: str, say: Callable[[str], None]) -> Path:
+        """Return the folder of an ensemble; one whose manifest is damaged is named and removed."""
+        folder = self.cell(digest)
+        if folder.is_dir():
+            try:
+                json.loads((folder / _ENSEMBLE).read_text(encoding="utf-8"))["digest"]
+            except (OSError, ValueError, KeyError, TypeError) as error:
+                say(f"{folder / _ENSEMBLE} is damaged ({error}). Its cell is computed again.")
+                remove(folder, _files_of(folder))
+        return folder
+
+
+def _files_of(ensemble: Path) -> list[str]:
+    """Return what sinssim wrote in the folder of an ensemble."""
+    return [*EnsembleDirectory.all_files(ensemble), MARK]
+
+
+def _contents(numbers: CellNumbers) -> dict[str, Any]:
+    """Return numbers as JSON holds them; doubles keep every bit."""
+    return {
+        "values": plain(numbers.values),
+        "verdicts": plain([asdict(one) for one in numbers.verdicts]),
+        "time": plain(numbers.time.tolist()),
+        "cep": plain(numbers.cep.tolist()),
+        "r95": plain(numbers.r95.tolist()),
+        "notes": list(numbers.notes),
+    }
+
+
+def _numbers(contents: dict[str, Any]) -> CellNumbers:
+    """Return what `_contents` was made of."""
+
+    def known(value: Any) -> float:
+        return float("nan") if value is None else float(value)
+
+    verdicts = tuple(
+        CellVerdict(**{**one, "value": known(one["value"]), "time_s": known(one["time_s"])})
+        for one in contents["verdicts"]
+    )
+    return CellNumbers(
+        {name: known(value) for name, value in contents["values"].items()},
+        verdicts,
+        np.array([known(v) for v in contents["time"]]),
+        np.array([known(v) for v in contents["cep"]]),
+        np.array([known(v) for v in contents["r95"]]),
+        tuple(contents["notes"]),
+    )
+
+
+def _digest(contents: dict[str, Any]) -> str:
+    return hashlib.sha256(json.dumps(contents, sort_keys=True).encode()).hexdigest()
+
+
+Say = Callable[[str], None]
+
+
+def trade(
+    study: TradeStudy,
+    directory: Path | str | None = None,
+    *,
+    resume: bool = False,
+    overwrite: bool = False,
+    limit_minutes: float = LIMIT_MINUTES,
+    threads: int | None = None,
+    progress: Progress | bool | None = None,
+    say: Say | None = None,
+) -> TradeResult:
+    """Compute every cell of a trade study, and write its report.
+
+    A cell has the numbers of `sinssim budget` or `sinssim ensemble` with its settings, bit for bit. Cells on the same
+    true motion share it. A cell that fails is a result; the others are computed. An interrupted study keeps its
+    finished cells and can be continued.
+
+    Args:
+        directory: directory of the study; by default nothing is kept.
+        resume: whether a study in the directory is continued, or extended by further values of its axes.
+        overwrite: whether a study in the directory is replaced.
+        limit_minutes: expected duration above which the study is refused.
+        threads: number of runs of an ensemble computed at a time; by default the number of the machine's cores.
+        progress: called with cells done and time left in words, and the fraction done; True shows a bar.
+        say: called with remarks, such as the expected duration or a damaged file.
+
+    Raises:
+        InputError: the study or the directory cannot be used, the directory holds another study, the study would take
+            too long, or the disk is full.
+        RunError: every cell failed; an `InputError` if by values that cannot be used.
+    """
+    check_limit(limit_minutes)
+    TradeDirectory.check_options(directory, resume=resume, overwrite=overwrite)
+    cells = cells_of(study)
+    speak = say or (lambda text: None)
+    with contextlib.ExitStack() as stack:
+        report = stack.enter_context(shown(progress))
+        place = stack.enter_context(Draft()).path / "study" if directory is None else Path(directory)
+        folder = TradeDirectory(place, study, resume=resume, overwrite=overwrite)
+        stack.callback(folder.close)
+        work = _Work(study, cells, folder, threads, report, speak)
+        result = TradeResult(study, (), directory=None if directory is None else folder.path)
+        try:
+            work.run(limit_minutes)
+        except BaseException as stop:
+            work.fill_in(result, "interrupted" if isinstance(stop, KeyboardInterrupt) else "failed")
+            if directory is not None:
+                _leave(folder, result, stop)
+            raise
+        work.fill_in(result, "finished")
+        if directory is not None:
+            report("Writing the report", 1.0)
+            _write(folder, result)
+    if not result.finished:
+        number, first = next(iter(result.failures.items()))
+        where = "" if directory is None else f" See {folder.path}."
+        kind = RunError if work.runs_failed else InputError
+        raise kind(f"all {len(result)} cells of the study {study.name} failed; cell {number}: {first}{where}")
+    return result
+
+
+def write_result(result: TradeResult, directory: Path, *, overwrite: bool) -> Path:
+    """Write the directory of a study that was kept in memory; the runs of its ensembles are not kept.
+
+    A study of ensembles that is continued there computes its cells again.
+    """
+    folder = TradeDirectory(directory, result.study, resume=False, overwrite=overwrite)
+    try:
+        for one in result.cells:
+            if one.numbers is not None and result.study.cell == "budget":
+                folder.write(result.digest(one.cell.number), one.numbers)
+        _write(folder, result)
+        return folder.path
+    finally:
+        folder.close()
+
+
+@dataclass(frozen=True)
+class _Missing:
+    """A cell to be computed, the others that have the same numbers, and its true motion."""
+
+    cell: Cell
+    digest: str
+    motion: str
+
+
+class _Work:
+    """The computation of the cells of a study."""
+
+    def __init__(
+        self, study: TradeStudy, cells: tuple[Cell, ...], folder: TradeDirectory, threads: int | None,
+        report: Progress, say: Say,
+    ) -> None:  # fmt: skip
+        self.study, self.cells, self._folder, self._threads = study, cells, folder, threads
+        self._report, self._notes = report, list[str]()
+        self._say_on, self._seconds, self._computed = say, 0.0, 0
+        self._numbers: dict[str, CellNumbers] = {}
+        self._failures: dict[str, str] = {}
+        self.runs_failed = False
+        self._digests = {cell.number: digest_of(study, cell) for cell in cells if cell.scenario is not None}
+
+    def say(self, text: str) -> None:
+        """Say a remark, and keep it."""
+        self._notes.append(text)
+        self._say_on(text)
+
+    def run(self, limit_minutes: float) -> None:
+        """Compute the cells that are missing, those of one motion after one another."""
+        begin, study = time.perf_counter(), self.study
+        try:
+            self._read_kept()
+            todo = self._missing()
+            runs = f" of {_runs(todo[0].cell, study)} runs" if todo and study.cell == "ensemble" else ""
+            what = f"{len(todo)} {study.cell}{'s' if len(todo) != 1 else ''}{runs}"
+            watch = Watch(study.name, what, max(len(todo), 1), limit_minutes, self._report, self._say_on)
+            flown = {one.motion: one.cell.scenario for one in todo}
+            warn_of_limits(*(scenario for scenario in flown.values() if scenario is not None))
+            truths, unflown = TruthCache(), _flights(todo)
+            for one in todo:
+                self._compute(one, truths, watch, unflown)
+        finally:
+            self._seconds = time.perf_counter() - begin
+
+    def _read_kept(self) -> None:
+        """Read the budgets in the directory whose numbers are not known."""
+        for digest in dict.fromkeys(self._digests.values()) if self.study.cell == "budget" else ():
+            if digest not in self._numbers and (found := self._folder.read(digest, self.say)) is not None:
+                self._numbers[digest] = found
+
+    def _missing(self) -> list[_Missing]:
+        """Return the cells that have no numbers, one for each digest, ordered by their true motions."""
+        found: dict[str, _Missing] = {}
+        for cell in self.cells:
+            digest = self._digests.get(cell.number)
+            if digest is not None and digest not in self._numbers and digest not in found:
+                assert cell.scenario is not None
+                found[digest] = _Missing(cell, digest, truth_key(cell.scenario))
+        motions = list(dict.fromkeys(one.motion for one in found.values()))
+        return sorted(found.values(), key=lambda one: motions.index(one.motion))
+
+    def _compute(self, one: _Missing, truths: TruthCache, watch: Watch, unflown: dict[str, float]) -> None:
+        """Compute a cell; what goes wrong in it is its result."""
+        scenario = one.cell.scenario
+        assert scenario is not None
+        try:
+            watch.flying(sum(unflown.values()))
+            check_times(scenario)
+            truth = truths.of(scenario)
+            unflown.pop(one.motion, None)
+            watch.begin()
+            if self.study.cell == "budget":
+                from sinssim.analyses.error_budget.covariance_budget import budget
+
+                found = budget(
+                    scenario, times=self.study.instants, solution="inertial" if self.study.inertial else None,
+                    truth=truth, progress=lambda stage, part: watch.inside(part if stage == "budget" else 0.0),
+                )  # fmt: skip
+                numbers = of_budget(self.study, found)
+                with self._folder.writing("the cells of the study could not be written to"):
+                    self._folder.write(one.digest, numbers)
+            else:
+                result = stored_runs(
+                    scenario, self.study.runs, self._folder.ensemble(one.digest, self.say), times=self.study.instants,
+                    truths=truths, threads=self._threads, say=self.say,
+                    progress=lambda text, part: watch.inside(part, text.split(",")[0]),
+                )  # fmt: skip
+                numbers = of_ensemble(self.study, result)
+                if result.failed.all():
+                    raise RunError(f"all {len(result)} runs failed; the first one: {result.errors.failure[0]}")
+            self._numbers[one.digest] = numbers
+            self._computed += 1
+        except MemoryError:  # no property of the cell
+            raise
+        except SinssimError as error:
+            if isinstance(error, TooLongError) or isinstance(error.__cause__, OSError):
+                raise
+            self._failures[one.digest] = str(error) or type(error).__name__
+            self.runs_failed |= not isinstance(error, InputError)
+        except Exception as error:  # whatever went wrong in one of many cells is a result to report
+            self._failures[one.digest] = f"{type(error).__name__}: {error}"
+            self.runs_failed = True
+        watch.finish(failed=one.digest in self._failures)
+
+    def fill_in(self, result: TradeResult, status: str) -> None:
+        """Fill in what has become of the cells."""
+        self._read_kept()  # Ctrl-C may have come right after a cell was written
+        found = []
+        for cell in self.cells:
+            digest = self._digests.get(cell.number, "")
+            failure = cell.mistake or self._failures.get(digest, "")
+            found.append(CellResult(cell, self._numbers.get(digest), failure))
+        result.cells, result.status, result.notes = tuple(found), status, self._notes
+        result.seconds, result.computed = self._seconds, self._computed
+
+
+def _runs(cell: Cell, study: TradeStudy) -> int:
+    """Return the number of runs of an ensemble."""
+    assert cell.scenario is not None
+    return study.runs or (cell.scenario.ensemble or EnsembleSection()).runs
+
+
+def _flights(todo: list[_Missing]) -> dict[str, float]:
+    """Return how long the flights of some cells take that are not in the cache, s, by their motion."""
+    from sinssim.truth.flight.flight_cache import is_cached
+
+    found = {}
+    for one in todo:
+        scenario = one.cell.scenario
+        assert scenario is not None
+        if one.motion not in found and scenario.flight is not None and not is_cached(scenario.flight, scenario.seed):
+            found[one.motion] = expected_duration(scenario) / FLIGHT_SPEED
+    return found
+
+
+def _leave(folder: TradeDirectory, result: TradeResult, stop: BaseException) -> None:
+    """Write a report of the finished cells of a study that stops early, and say what there is."""
+    if not result.finished:
+        stop.add_note("No cell had finished; --resume continues.")
+        return
+    folder.leave(stop, f"{result.finished} of {len(result)} cells", lambda: _write(folder, result))
+
+
+def _write(folder: TradeDirectory, result: TradeResult) -> None:
+    """Write report, figures and numbers."""
+    from sinssim.experiments.trades.trade_exhibits import write_trade
+
+    folder.keep(lambda place: write_trade(result, place))
+
+
+TradeResult.media = TradeMedia(write_result)

@@ -1,0 +1,197 @@
+"""The work of an experiment.
+
+Its expected duration and the limit, progress, and tasks in threads, which may each have a process, so that Ctrl-C
+takes effect.
+"""
+
+from __future__ import annotations
+
+import math
+import queue
+import threading
+import time
+from collections.abc import Callable, Sequence
+from typing import Any, TypeVar
+
+from sinssim.errors import InputError
+from sinssim.formatting import duration_text
+from sinssim.progress import Progress
+
+Task = TypeVar("Task")
+Tell = Callable[[Any], None]
+"""Called by a task with what it has finished; it raises `Abandoned` after an interruption."""
+Compute = Callable[[Task, Tell], None]
+
+_POLL = 0.2
+_PATIENCE = 3.0
+"""Longest time to wait for the tasks in progress after an interruption, s; they are abandoned."""
+
+
+class Abandoned(BaseException):
+    """The experiment was interrupted: the task ends without a result. It is no Exception, which a run would report."""
+
+
+def work_through(
+    tasks: Sequence[Task], threads: int, worker: Callable[[threading.Event], Compute[Task]], on_done: Tell
+) -> None:
+    """Compute tasks in several threads.
+
+    Args:
+        worker: makes the function by which a thread computes a task; it is given the event of an interruption.
+        on_done: called in this thread with what the tasks tell.
+
+    Raises:
+        BaseException: the first error of a task, or an interruption; the other tasks are abandoned.
+    """
+    stop, waiting, answers = threading.Event(), queue.SimpleQueue[Task](), queue.SimpleQueue[tuple[str, Any]]()
+    for task in tasks:
+        waiting.put(task)
+
+    def run() -> None:
+        def tell(finished: Any) -> None:
+            if stop.is_set():
+                raise Abandoned
+            answers.put(("told", finished))
+
+        try:
+            compute = worker(stop)
+            while not stop.is_set():
+                compute(waiting.get_nowait(), tell)
+                answers.put(("done", None))
+        except (queue.Empty, Abandoned):
+            pass
+        except BaseException as error:
+            answers.put(("failed", error))
+
+    pool = [threading.Thread(target=run, name=f"work {i}", daemon=True) for i in range(min(threads, len(tasks)))]
+    for thread in pool:
+        thread.start()
+    try:
+        left = len(tasks)
+        while left:
+            try:
+                kind, answer = answers.get(timeout=_POLL)  # wakes up often, so that Ctrl-C takes effect
+            except queue.Empty:
+                continue
+            if kind == "failed":
+                raise answer
+            if kind == "done":
+                left -= 1
+            else:
+                on_done(answer)
+    finally:
+        stop.set()
+        end = time.monotonic() + _PATIENCE
+        for thread in pool:
+            thread.join(max(end - time.monotonic(), 0.0))
+
+
+LIMIT_MINUTES = 30.0
+"""Expected duration above which a study is refused unless a higher limit is given."""
+FLIGHT_SPEED = 250.0
+"""Speed of JSBSim relative to real time."""
+LONG_SECONDS = 30.0
+"""Expected duration above which a study is announced."""
+_SURE_AFTER = 10.0
+"""Time of progress within a cell after which it tells the duration of all cells, s."""
+
+
+class TooLongError(InputError):
+    """The study would take longer than allowed."""
+
+
+def check_limit(limit_minutes: float) -> None:
+    """Raise InputError for a limit that is none."""
+    if not limit_minutes >= 0.0:
+        raise InputError(f"limit_minutes = {limit_minutes} must not be negative; inf means no limit.")
+
+
+def check_duration(
+    name: str, what: str, seconds: float, limit_minutes: float, cure: str, say: Callable[[str], None]
+) -> None:
+    """Announce a study that takes long, or raise TooLongError.
+
+    `what` is computed, in words: "24 ensembles of 200 runs"; the `cure` would make it shorter: "Give fewer values".
+    """
+    text = f"{what}, about {duration_text(max(seconds, 1.0))}"
+    if seconds > 60.0 * limit_minutes:
+        raise TooLongError(
+            f"the study {name} would take too long: {text}, more than the limit of {limit_minutes:g} min. {cure}, or "
+            f"raise the limit with --limit-minutes {math.ceil(seconds / 60.0 * 1.2)}."
+        )
+    if seconds > LONG_SECONDS:
+        say(f"{name}: {text}.")
+
+
+class Watch:
+    """Measures the first cells, foretells the duration of all, and refuses a study that takes too long."""
+
+    def __init__(
+        self, name: str, what: str, cells: int, limit_minutes: float, report: Progress, say: Callable[[str], None]
+    ) -> None:
+        """Begin.
+
+        Args:
+            what: what is computed, in words: "24 ensembles of 200 runs".
+            limit_minutes: expected duration above which the study is refused.
+            report: called with cells done and time left in words, and the fraction done.
+            say: called with the expected duration, if it is long.
+        """
+        self._name, self._what, self._cells, self._limit = name, what, cells, limit_minutes
+        self._report, self._say = report, say
+        self._done, self._measured, self._each, self._flights, self._announced = 0, 0, math.inf, 0.0, False
+        self._begin = self._start = time.perf_counter()
+        self._first: tuple[float, float] | None = None
+
+    def flying(self, seconds: float) -> None:
+        """Say that a cell waits for its true motion.
+
+        Args:
+            seconds: expected duration of the flights that are still to be flown, s.
+        """
+        self._flights = seconds
+        self._report(f"{self._done}/{self._cells} cells, flying", self._done / self._cells)
+
+    def begin(self) -> None:
+        """Begin a cell, whose true motion is there."""
+        self._start, self._first = time.perf_counter(), None
+
+    def inside(self, fraction: float, detail: str = "") -> None:
+        """Report the progress within a cell.
+
+        Raises:
+            TooLongError: the study would take too long.
+        """
+        now = time.perf_counter()
+        if self._first is None and fraction > 0.0:  # what came before may have been compilation and start
+            self._first = now, fraction
+        each, (begin, there) = self._each, self._first or (now, fraction)
+        if fraction > there and now > begin:
+            slope = (now - begin) / (fraction - there)
+            each = min(each, slope)
+            if now - begin > _SURE_AFTER:
+                self._judge(slope, self._cells - self._done - fraction)
+        share = (self._done + fraction) / self._cells
+        left = each * (self._cells - self._done - fraction) + self._flights
+        words = f", {duration_text(left)} left" if math.isfinite(left) else ""
+        self._report(f"{self._done}/{self._cells} cells{f', {detail}' if detail else ''}{words}", share)
+
+    def finish(self, failed: bool = False) -> None:
+        """Finish a cell; one that failed tells nothing about the duration of the others. May raise TooLongError."""
+        self._done += 1
+        if not failed:
+            self._each = min(self._each, time.perf_counter() - self._start)
+            self._measured += 1
+        if self._measured >= 2:  # the first one may have waited for the compiler
+            self._judge(self._each, self._cells - self._done)
+        self.begin()
+        self.inside(0.0)
+
+    def _judge(self, each: float, left: float) -> None:
+        """Announce a long study, or refuse it, once."""
+        if self._announced:
+            return
+        self._announced = True
+        total = each * left + self._flights + time.perf_counter() - self._begin
+        cure = "Give fewer values or fewer runs"
+        check_duration(self._name, self._what, total, self._limit, cure, self._say)

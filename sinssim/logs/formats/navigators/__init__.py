@@ -1,1 +1,0 @@
-"""Formats of inertial navigators: KF-GINS, PSINS, SBET."""

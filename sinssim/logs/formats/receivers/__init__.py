@@ -1,1 +1,0 @@
-"""Formats of satellite receivers: NMEA 0183, u-blox UBX, NovAtel OEM7."""

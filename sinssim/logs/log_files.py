@@ -1,0 +1,332 @@
+"""Reads the files of a [log] table: columns that the table describes, or one of the formats of the registry."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping
+from dataclasses import replace
+from pathlib import Path
+from typing import TypeVar
+
+import numpy as np
+from numpy.typing import NDArray
+
+from sinssim.data import Array
+from sinssim.errors import InputError, unknown_name
+from sinssim.logs.formats.registry import FORMATS, candidates, read_file
+from sinssim.logs.gps_time import EPOCH_UNIX, gps_from_unix
+from sinssim.logs.log_settings import TEXT_FORMAT, LogFile, LogImu, LogOther
+from sinssim.logs.recorded_streams import Clock, FixStream, InertialStream, OtherStream, SolutionStream, Streams
+from sinssim.logs.text.column_description import (
+    SIGNS,
+    TRIADS,
+    FixColumns,
+    LogDescription,
+    Quantity,
+    SolutionColumns,
+    Triple,
+)
+from sinssim.logs.text.column_names import TIME_UNITS, UNITS_OF, unit_in_name
+from sinssim.logs.text.column_tables import SUFFIXES, Table
+from sinssim.logs.text.imu_samples import joined, read_samples, with_gravity
+from sinssim.sensors.aiding_registry import measurement_kind
+
+_Stream = TypeVar("_Stream")
+_OWN_TIMES = Clock("machine", None, "times in a column, without a date")
+
+
+def inertial_stream(unit: LogImu) -> tuple[InertialStream, Clock, tuple[str, ...]]:
+    """Read the recorded inertial unit.
+
+    Returns:
+        Its readings turned to forward-right-down, with the axes of the file in `axes`; the clock of the file; and the
+        reader's notes.
+
+    Raises:
+        InputError: the file cannot be read, holds no inertial unit, or has another kind than described.
+    """
+    path = Path(unit.file)
+    found = _formatted(unit, described=_describes(unit, LogDescription, ("axes",)))
+    if found is not None:
+        stream = _one(found.inertial, unit, found, "inertial unit")
+        axes = unit.axes if "axes" in unit.model_fields_set or stream.axes is None else stream.axes
+        matrix = LogDescription.model_validate({"axes": axes}).matrix
+        return _turned(replace(stream, axes=axes), matrix), found.clock, found.notes
+    apart = [name for name in TRIADS if (triad := unit.triad(name)) is not None and triad.apart]
+    if len(apart) == len(TRIADS):
+        raise InputError(
+            f"{path}: gyro and accel both have a file or rows of their own; give those of one of them in log.imu."
+        )
+    samples = read_samples(path, unit, [name for name in TRIADS if name not in apart])
+    # the axes are already turned; a copy of the first interval stands before the first stamp
+    time, triads, notes = samples.time[1:], samples.triads, samples.notes
+    for name in apart:
+        time, triads, added = joined(unit, samples, name)
+        notes += added
+    if unit.gravity is not None:
+        time, triads, added = with_gravity(unit, time, triads, samples.clock)
+        notes += added
+    time, clock = _on_clock(unit, time, samples.clock)
+    return InertialStream(time, triads["gyro"], triads["accel"], samples.kind), clock, notes
+
+
+def _on_clock(source: LogFile, time: Array, dated: Clock | None) -> tuple[Array, Clock]:
+    """Return the times of a file in columns, and their clock: that of dates, Unix time, or an unknown one."""
+    if dated is not None:
+        if dated.kind == "utc" or dated.origin_gps_s is None:
+            return time, dated
+        if source.clock == "utc":
+            return time, replace(dated, kind="utc", origin_gps_s=int(gps_from_unix(dated.origin_gps_s + EPOCH_UNIX)))
+        return time, replace(dated, kind="gps")
+    if source.clock != "unix":
+        return time, _OWN_TIMES
+    first = math.floor(time[0])
+    return time - first, Clock("utc", int(gps_from_unix(first)), "Unix time")
+
+
+def _turned(stream: InertialStream, matrix: Array) -> InertialStream:
+    return replace(stream, gyro=stream.gyro @ matrix.T, accel=stream.accel @ matrix.T)
+
+
+def fix_stream(source: LogFile) -> tuple[FixStream, Clock, tuple[str, ...]]:
+    """Read recorded fixes.
+
+    Returns:
+        The fixes, the clock of the file, and the reader's notes.
+
+    Raises:
+        InputError: the file cannot be read or holds no fixes.
+    """
+    assert isinstance(source, FixColumns)
+    found = _formatted(source, described=_describes(source, FixColumns))
+    if found is not None:
+        return _one(found.fixes, source, found, "fixes"), found.clock, found.notes
+    table = _table(source)
+    stream, _, clock = _fixes_of_columns(table, source)
+    return stream, clock, table.notes
+
+
+def _fixes_of_columns(table: Table, source: LogFile) -> tuple[FixStream, NDArray[np.intp], Clock]:
+    """Return the fixes of a file in columns, their rows in the file, and their clock."""
+    assert isinstance(source, FixColumns)
+    c = source
+    _needed(table.path, c, ("latitude", "longitude", "height"))
+    quality = None if c.quality is None else table.column(c.quality, gaps=True)
+    time, clock = _times(table, source)
+    stream = FixStream(
+        time,
+        _one_of(table, c.latitude, "angle"),
+        _one_of(table, c.longitude, "angle"),
+        _one_of(table, c.height, "length"),
+        position_sigma=None if c.position_sigma is None else np.abs(_three_of(table, c.position_sigma, "length")),
+        velocity_ned=_velocity_of(table, c),
+        velocity_sigma=None if c.velocity_sigma is None else np.abs(_three_of(table, c.velocity_sigma, "speed")),
+        quality=None if quality is None else np.where(np.isfinite(quality), quality, -1).astype(np.int64),
+    )
+    rows = _fresh(table, stream, c)
+    return stream if len(rows) == len(stream) else stream.rows(rows), rows, clock
+
+
+def solution_stream(source: LogFile) -> tuple[SolutionStream | FixStream, Clock, tuple[str, ...]]:
+    """Read a reference: a solution, or fixes.
+
+    Returns:
+        The solution or the fixes, the clock of the file, and the reader's notes.
+
+    Raises:
+        InputError: the file cannot be read or holds neither.
+    """
+    assert isinstance(source, SolutionColumns)
+    found = _formatted(source, described=_describes(source, SolutionColumns))
+    if found is not None:
+        both: dict[str, SolutionStream | FixStream] = {**found.fixes, **found.solutions}
+        if source.stream is None and found.solutions:
+            return _one(found.solutions, source, found, "solution"), found.clock, found.notes
+        return _one(both, source, found, "solution"), found.clock, found.notes
+    table, c = _table(source), source
+    if (c.heading or c.quaternion) and not (c.latitude or c.longitude or c.height):
+        time, clock = _times(table, source)  # attitude alone
+        unknown = np.full(len(time), np.nan)
+        stream, rows = FixStream(time, unknown, unknown, unknown), np.arange(len(time))
+    else:
+        stream, rows, clock = _fixes_of_columns(table, source)
+    q_nb = None
+    if c.quaternion is not None:
+        q_nb = np.column_stack([table.column(column, gaps=True) for column in c.quaternion])
+        q_nb = q_nb / np.linalg.norm(q_nb, axis=1, keepdims=True)
+    elif c.heading is not None:
+        from sinssim import rotation
+
+        level = np.zeros(table.rows)
+        roll, pitch, heading = (
+            level if angle is None else _one_of(table, angle, "angle") for angle in (c.roll, c.pitch, c.heading)
+        )
+        q_nb = rotation.quaternion_from_euler(roll, pitch, heading)
+    if q_nb is None:
+        return stream, clock, table.notes
+    q_nb = q_nb[rows]
+    sigma = None if c.attitude_sigma is None else np.abs(_three_of(table, c.attitude_sigma, "angle"))[rows]
+    solution = SolutionStream(
+        stream.time, stream.latitude, stream.longitude, stream.height, stream.datum, stream.velocity_ned, q_nb,
+        stream.position_sigma, stream.velocity_sigma, sigma,
+    )  # fmt: skip
+    return solution, clock, table.notes
+
+
+_DIMENSION = {"m": "length", "rad": "angle", "mps": "speed"}
+
+
+def other_units(sensor: LogOther) -> Mapping[str, float]:
+    """Return the units that the readings of another sensor may have, in SI."""
+    return UNITS_OF[_DIMENSION[measurement_kind(sensor.kind).unit]]
+
+
+def other_stream(sensor: LogOther) -> tuple[OtherStream, Clock, tuple[str, ...]]:
+    """Read the readings of another sensor from columns.
+
+    Returns:
+        The readings, the clock of the file, and the reader's notes.
+
+    Raises:
+        InputError: the file cannot be read, or a unit is unknown.
+    """
+    units = other_units(sensor)
+    for quantity in (sensor.reading, sensor.sigma, sensor.bias_sigma):
+        if quantity is not None and quantity.unit not in units:
+            raise unknown_name(f"unit of {sensor.kind}", quantity.unit, units)
+    columns = [c for c in (sensor.time, sensor.reading.column, sensor.sigma.column) if c is not None]
+    layout = FixColumns(time=sensor.time, delimiter=sensor.delimiter, skip_lines=sensor.skip_lines)
+    table = Table(Path(sensor.file), layout, columns)
+    time = table.column(sensor.time) * TIME_UNITS[sensor.time_unit or unit_in_name(sensor.time) or "s"]
+    value = _values(table, sensor.reading, units[sensor.reading.unit], len(time))
+    sigma = _values(table, sensor.sigma, units[sensor.sigma.unit], len(time))
+    return OtherStream(sensor.name, sensor.kind, time, value[:, None], sigma[:, None]), _OWN_TIMES, table.notes
+
+
+def _describes(source: LogFile, of: type[LogDescription] | type[FixColumns], also: tuple[str, ...] = ()) -> list[str]:
+    """Return the keys of columns that a table gives, other than the defaults that a run writes out."""
+    return [
+        name
+        for name, field in of.model_fields.items()
+        if name in source.model_fields_set and name not in also and getattr(source, name) != field.default
+    ]
+
+
+def _formatted(source: LogFile, described: list[str]) -> Streams | None:
+    """Read a file of the registry's formats; None for columns that the table describes."""
+    path = Path(source.file)
+    if source.format == TEXT_FORMAT or (source.format is None and described):
+        return None
+    if source.format is None and not candidates(path):
+        if path.suffix.lower() in SUFFIXES:
+            return None
+        raise InputError(
+            f"{path}: no format recognises this file. Known are {', '.join(FORMATS)}, and text in columns "
+            f"({', '.join(SUFFIXES)})."
+        )
+    found = read_file(path, source.format)
+    if described:
+        raise InputError(
+            f"{path} is read in the format {found.format}, which defines its columns: remove {', '.join(described)}."
+        )
+    return found
+
+
+def _one(streams: dict[str, _Stream], source: LogFile, found: Streams, what: str) -> _Stream:
+    """Return the stream that a source names, or the only one."""
+    if source.stream is not None:
+        if source.stream not in streams:
+            raise unknown_name(f"stream of {found.path}", source.stream, streams)
+        return streams[source.stream]
+    if len(streams) != 1:
+        raise InputError(
+            f"{found.path} ({found.format}) has "
+            + (f"several streams, {', '.join(streams)}: choose one with stream." if streams else f"no {what}.")
+        )
+    return next(iter(streams.values()))
+
+
+def _table(columns: FixColumns) -> Table:
+    assert isinstance(columns, LogFile)
+    return Table(Path(columns.file), columns, columns.used)
+
+
+def _needed(path: Path, columns: FixColumns, names: tuple[str, ...]) -> None:
+    missing = [name for name in names if getattr(columns, name) is None]
+    if missing:
+        raise InputError(
+            f"{path}: the columns of {', '.join(missing)} are not described, for example "
+            f'{missing[0]} = {{ column = "lat", unit = "deg" }}.'
+        )
+
+
+def _times(table: Table, source: LogFile) -> tuple[Array, Clock]:
+    """Return the times of a file, (M,) s, and their clock."""
+    assert isinstance(source, FixColumns)
+    unit = source.time_unit or unit_in_name(source.time) or "s"
+    return _on_clock(source, *table.times(source.time, TIME_UNITS[unit]))
+
+
+def _fresh(table: Table, stream: FixStream, columns: FixColumns) -> NDArray[np.intp]:
+    """Return the rows that have a fix, and a new one if fixes are held; their times must increase."""
+    known = np.isfinite(stream.latitude) & np.isfinite(stream.longitude)
+    nowhere = (stream.latitude == 0.0) & (stream.longitude == 0.0)
+    if not nowhere[known].all():  # zeros are written until there is a fix
+        known &= ~nowhere
+    if stream.velocity_ned is not None:
+        known |= np.isfinite(stream.velocity_ned[:, :2]).all(axis=1) & ~nowhere
+    if columns.held:
+        held = np.column_stack([stream.latitude, stream.longitude, stream.height])
+        known &= np.append(True, (np.diff(held, axis=0) != 0.0).any(axis=1))
+    time, rows = stream.time[known], np.flatnonzero(known)
+    same = np.append(False, np.diff(time) == 0.0)
+    if same.any():  # a row written twice says nothing new
+        place = np.column_stack([stream.latitude[known], stream.longitude[known], stream.height[known]])
+        same &= np.append(False, (np.diff(place, axis=0) == 0.0).all(axis=1))
+        time, rows = time[~same], rows[~same]
+    steps = np.diff(time)
+    if len(steps) and not np.min(steps) > 0.0:
+        k = int(np.argmax(~(steps > 0.0))) + 1
+        raise InputError(
+            f"{table.place(int(rows[k]))}: the time {time[k]:.9g} s is not later than {time[k - 1]:.9g} s."
+        )
+    if not len(rows):
+        raise InputError(f"{table.path}: no row contains a position.")
+    return rows
+
+
+def _velocity_of(table: Table, c: FixColumns) -> Array | None:
+    """Return the velocity north, east, down, of components or of speed and course; NaN if it is not known, (M, 3)."""
+    if c.velocity is not None:
+        return _three_of(table, c.velocity, "speed")
+    if c.speed is None or c.course is None:
+        return None
+    speed, course = _one_of(table, c.speed, "speed"), _one_of(table, c.course, "angle")
+    # a receiver at rest has no course
+    course = np.where((speed == 0.0) & ~np.isfinite(course), 0.0, course)
+    return np.column_stack([speed * np.cos(course), speed * np.sin(course), np.full(len(speed), np.nan)])
+
+
+def _one_of(table: Table, quantity: Quantity | None, dimension: str) -> Array:
+    assert quantity is not None  # checked before
+    size = UNITS_OF[dimension][quantity.unit]
+    return _values(table, quantity, size, -1)
+
+
+def _values(table: Table, quantity: Quantity, size: float, count: int) -> Array:
+    if quantity.column is not None:
+        return table.column(quantity.column, gaps=True) * size
+    assert quantity.value is not None
+    rows = count if count >= 0 else table.rows
+    return np.full(rows, quantity.value * size)
+
+
+def _three_of(table: Table, triple: Triple, dimension: str) -> Array:
+    """Return three components, north, east, down, (M, 3)."""
+    size = UNITS_OF[dimension][triple.unit]
+    if triple.columns is None:
+        assert triple.values is not None
+        given = np.tile(np.array(triple.values), (table.rows, 1))
+    else:
+        given = np.column_stack([table.column(column, gaps=True) for column in triple.columns])
+    return np.column_stack([size * sign * given[:, k] for k, sign in SIGNS[triple.axes]])

@@ -1,0 +1,275 @@
+"""Loads what a [log] table describes: increments, measurements and a reference, all in the run's time.
+
+The run's time is the inertial unit's: 0 is its first row.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from dataclasses import dataclass, replace
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+import numpy as np
+from numpy.typing import NDArray
+
+from sinssim import rotation
+from sinssim.data import Array, ImuData
+from sinssim.errors import InputError
+from sinssim.logs.clocks import FileClock, Instant, date_of, file_clock, gps_instant, offset
+from sinssim.logs.increments import bridge_noise, gap_words, made_increments
+from sinssim.logs.log_files import fix_stream, inertial_stream, other_stream, solution_stream
+from sinssim.logs.log_settings import Log, LogFile, LogGnss, LogImu, LogReference
+from sinssim.logs.recorded_aiding import gnss_readings, other_readings, quality_factor, quality_words
+from sinssim.logs.recorded_streams import Clock, FixStream, InertialStream, SolutionStream
+from sinssim.logs.reference_solution import Reference
+from sinssim.logs.text.imu_samples import WITHOUT_GRAVITY, without_gravity
+from sinssim.sensors.aiding_sensor import AidingReadings
+from sinssim.sensors.vibration_noise import AddedNoise
+from sinssim.units import G0
+
+if TYPE_CHECKING:
+    from sinssim.toml_section import Vector3
+
+Rows = NDArray[np.intp]
+
+_FORCE = (0.7, 1.5)
+"""Median of the specific force of any vehicle, in units of gravity."""
+_MARGIN = 5.0
+"""Rows of a reference that are kept before and after the run, s, so that it is interpolated up to the run's ends."""
+
+
+@dataclass(frozen=True)
+class RecordedLog:
+    """Recorded sensors on one clock.
+
+    Attributes:
+        imu: increments of the sensor block, forward-right-down.
+        rate_hz: its usual samples per second.
+        sensed: measurements for the filter.
+        fixes: all fixes of the satellites within the run, outages included; None without a receiver.
+        reference: what solutions are compared with; None if there is none.
+        outages: injected outages, s.
+        passes: injected outages of each further pass of the filter, s.
+        zero: GPS time of the run's time 0; None if the clocks have no date.
+        notes: sentences on what was found and done.
+        bridged: noise of the bridged gaps in the inertial data; None without gaps.
+        axes: directions of the unit's axes in its file; None if the table [log.imu] says it all.
+    """
+
+    imu: ImuData
+    rate_hz: float
+    sensed: tuple[AidingReadings, ...]
+    fixes: FixStream | None
+    reference: Reference | None
+    outages: tuple[tuple[float, float], ...]
+    passes: tuple[tuple[tuple[float, float], ...], ...]
+    zero: Instant | None
+    notes: tuple[str, ...]
+    bridged: AddedNoise | None = None
+    axes: tuple[str, str, str] | None = None
+
+    @property
+    def rates(self) -> dict[str, float]:
+        """Readings per second of each sensor on average, by its name."""
+        lasts = float(self.imu.time[-1] - self.imu.time[0])
+        return {one.measurements.label: len(one.time) / lasts for one in self.sensed if len(one.time)}
+
+
+def recorded_log(log: Log, mounting_deg: Vector3 | None = None) -> RecordedLog:
+    """Load recorded sensors.
+
+    Args:
+        mounting_deg: roll, pitch and yaw of the block's axes in the vehicle's, to which a reference attitude belongs.
+
+    Returns:
+        Increments, measurements and reference, in the run's time.
+
+    Raises:
+        InputError: a file cannot be read, samples are missing, or the files do not overlap in time.
+    """
+    stream, clock, notes = inertial_stream(log.imu)
+    own = _clock(log.imu, clock, stream.time)
+    zero = float(stream.time[0] + log.imu.time_offset_s)
+    stream = replace(stream, time=(stream.time - stream.time[0]) / (1.0 + 1e-6 * log.imu.clock_drift_ppm))
+    whole = (0.0, float(stream.time[-1]))
+    made = made_increments(
+        _between(stream, log.from_s, log.to_s, log.imu.file),
+        readings=log.imu.readings,
+        stamps=log.imu.stamps,
+        max_gap=log.imu.max_gap_s,
+        source=log.imu.file,
+    )
+    imu = made.imu
+    if log.imu.check_scale:
+        _check_scale(imu, log.imu)
+    span = (float(imu.time[0]), float(imu.time[-1]))
+    outages = () if log.outages is None else log.outages.spans(*span)
+    passes = () if log.outages is None else log.outages.passes(*span)
+    found = [*notes, *gap_words(made.gaps), *_clock_words(own, zero)]
+    sensed: list[AidingReadings] = []
+    fixes = reference = None
+    if log.gnss is not None:
+        fixes, words = _fixes(log.gnss, own, zero, span, whole)
+        sensed += gnss_readings(fixes, log.gnss, outages)
+        found += [*words, *quality_words(fixes, log.gnss)]
+    for number, other in enumerate(log.others, start=1):
+        readings, other_clock, words = other_stream(other)
+        found += words
+        at = _run_time(other, f"log.others.{number}", own, zero, other_clock, readings.time)
+        kept = _within(at, span, whole, other.file, f"log.others.{number}")
+        sensed.append(
+            other_readings(
+                replace(
+                    readings,
+                    time=at[kept],
+                    value=readings.value[kept],
+                    sigma=None if readings.sigma is None else readings.sigma[kept],
+                ),
+                other,
+            )
+        )
+    if log.reference is not None:
+        reference, words = _reference(log.reference, own, zero, span, whole, mounting_deg)
+        found += words
+    rate = 1.0 / float(np.median(np.diff(imu.time)))
+    start = None if own.zero is None else Instant(own.zero.seconds, own.zero.fraction + zero)
+    return RecordedLog(
+        imu, rate, tuple(sensed), fixes, reference, outages, passes, start, tuple(found), bridge_noise(imu, made.gaps),
+        stream.axes,
+    )  # fmt: skip
+
+
+def _check_scale(imu: ImuData, unit: LogImu) -> None:
+    """Raise for a specific force that is not about gravity: a wrong unit, increments taken for rates, no gravity."""
+    step = np.diff(imu.time)[:, None]
+    every, interval = imu.dvel / step, float(np.median(step))
+    force = float(np.median(np.linalg.norm(every, axis=1)))
+    low, high = _FORCE
+    if without_gravity(every, interval):
+        raise InputError(
+            f"{unit.file}: the specific force (log.imu.accel) is {force:.4g} m/s² (median), but much less where it "
+            f"changes least, which is not gravity. {WITHOUT_GRAVITY} If they contain gravity, set log.imu.check_scale "
+            "= false."
+        )
+    if not low * G0 <= force <= high * G0:
+        raise InputError(
+            f"{unit.file}: the specific force is {force:.4g} m/s² (median), but at rest and in any usual motion it "
+            f"is about {G0:.4g}: a factor of {force / G0:.4g}. Check accel.unit and kind (rates, or increments over "
+            f"{interval:.4g} s), or set log.imu.check_scale = false."
+        )
+
+
+def _clock(source: LogFile, clock: Clock, time: Array) -> FileClock:
+    row = None if source.first_row is None else gps_instant(source.first_row, source.clock)
+    return file_clock(clock, float(time[0]), row)
+
+
+def _run_time(source: LogFile, name: str, own: FileClock, zero: float, clock: Clock, time: Array) -> Array:
+    """Return the times of another file in the run's time; `zero` is the unit's first stamp with its offset."""
+    theirs = _clock(source, clock, time)
+    return time + (offset(own, theirs, name, float(time[0])) + source.time_offset_s - zero)
+
+
+def _between(stream: InertialStream, begin: float | None, end: float | None, file: str) -> InertialStream:
+    first = 0 if begin is None else int(np.searchsorted(stream.time, begin - 1e-9))
+    last = len(stream) if end is None else int(np.searchsorted(stream.time, end + 1e-9))
+    if last - first < 2:
+        raise InputError(
+            f"{file}: from_s = {begin or 0.0:g} and to_s = {stream.time[-1] if end is None else end:g} leave "
+            f"{max(last - first, 0)} samples; the file covers 0 to {stream.time[-1]:.3f} s."
+        )
+    return replace(
+        stream,
+        time=stream.time[first:last],
+        gyro=stream.gyro[first:last],
+        accel=stream.accel[first:last],
+        interval=None if stream.interval is None else stream.interval[first:last],
+    )
+
+
+def _within(
+    time: Array, span: tuple[float, float], whole: tuple[float, float], file: str, name: str, margin: float = 0.0
+) -> Rows:
+    """Return the rows within the run, and within a margin before and after it; raise if there are none."""
+    rows = np.flatnonzero((time >= span[0] - margin) & (time <= span[1] + margin))
+    if not len(rows):
+        raise InputError(
+            f"{name}: {file} has no row during the run. In the run's time it covers {time[0]:.3f} to {time[-1]:.3f} s, "
+            f"the inertial unit {whole[0]:.3f} to {whole[1]:.3f} s and the run {span[0]:.3f} to {span[1]:.3f} s. Check "
+            "clock, first_row and time_offset_s of both files."
+        )
+    return rows
+
+
+def _fixes(
+    gnss: LogGnss, own: FileClock, zero: float, span: tuple[float, float], whole: tuple[float, float]
+) -> tuple[FixStream, tuple[str, ...]]:
+    stream, clock, notes = fix_stream(gnss)
+    at = _run_time(gnss, "log.gnss", own, zero, clock, stream.time)
+    rows = _within(at, span, whole, gnss.file, "log.gnss")
+    words = list(notes)
+    if stream.datum == "mean sea level" and not gnss.geoid_height_m:
+        words.append(
+            f"{gnss.file} has heights above mean sea level, and geoid_height_m is 0: they are taken for heights "
+            "above the ellipsoid."
+        )
+    return _picked(stream, at, rows, gnss.geoid_height_m), tuple(words)
+
+
+def _picked(stream: FixStream, at: Array, rows: Rows, geoid_height: float) -> FixStream:
+    picked = stream.rows(rows)
+    return replace(picked, time=at[rows], height=picked.height + geoid_height)
+
+
+def _reference(
+    source: LogReference,
+    own: FileClock,
+    zero: float,
+    span: tuple[float, float],
+    whole: tuple[float, float],
+    mounting_deg: Vector3 | None,
+) -> tuple[Reference, tuple[str, ...]]:
+    stream, clock, notes = solution_stream(source)
+    at = _run_time(source, "log.reference", own, zero, clock, stream.time)
+    rows = _within(at, span, whole, source.file, "log.reference", _MARGIN)
+    sound = np.isfinite(stream.latitude) & np.isfinite(stream.longitude) & np.isfinite(stream.height)
+    if isinstance(stream, FixStream):
+        sound &= np.isfinite(quality_factor(stream, source))
+    rows = rows[sound[rows]]
+    if not sound.any():
+        raise InputError(
+            f"log.reference: {source.file} has no positions; attitude alone is only for `sinssim inspect`: "
+            "describe latitude, longitude and height, or remove the table."
+        )
+    rows = rows[np.append(True, np.diff(at[rows]) != 0.0)] if len(rows) else rows  # the first row of each instant
+    back = np.diff(at[rows]) < 0.0
+    if back.any():
+        k = int(rows[int(np.argmax(back)) + 1])
+        raise InputError(
+            f"log.reference: {source.file}, row {k + 1}: the time {stream.time[k]:.9g} s goes back. Sort the rows, or "
+            "remove them."
+        )
+    if len(rows) < 2:
+        raise InputError(f"log.reference: {source.file} has {len(rows)} usable rows during the run; two are needed.")
+    q_nb = None
+    if isinstance(stream, SolutionStream) and stream.q_nb is not None:
+        q_nb = stream.q_nb[rows]
+        if mounting_deg is not None:
+            q_nb = rotation.multiply(q_nb, rotation.quaternion_from_euler(*np.radians(mounting_deg)))
+    sigma = None if stream.position_sigma is None else stream.position_sigma[rows]
+    if source.position_sigma_m is not None:
+        sigma = np.tile(source.position_sigma_m, (len(rows), 1))
+    velocity = None if stream.velocity_ned is None else stream.velocity_ned[rows]
+    reference = Reference(
+        Path(source.file).name, at[rows], stream.latitude[rows], stream.longitude[rows],
+        stream.height[rows] + source.geoid_height_m, velocity, q_nb, sigma, source.lever_arm_m, source.gap_s,
+        at[rows] - source.velocity_delay_s if source.velocity_delay_s else None,
+    )  # fmt: skip
+    return reference, notes
+
+
+def _clock_words(own: FileClock, first: float) -> Iterator[str]:
+    if own.zero is not None:
+        at = date_of(Instant(own.zero.seconds, own.zero.fraction + first))
+        yield f"The run's time 0 is {at}, the instant of the inertial unit's first row."

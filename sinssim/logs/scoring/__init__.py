@@ -1,1 +1,0 @@
-"""Errors of solutions that other programs computed from the exported readings of a run."""

@@ -1,1 +1,0 @@
-"""Formats of maps: KML, GPX, GeoJSON."""

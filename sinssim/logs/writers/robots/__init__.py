@@ -1,1 +1,0 @@
-"""Formats of robots and of data sets for them: MCAP, EuRoC, TUM."""

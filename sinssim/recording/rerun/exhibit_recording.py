@@ -1,0 +1,243 @@
+"""Exhibits as a Rerun recording: curves over time, pictures, and a text with tables and sentences."""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Iterator, Sequence
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+import rerun as rr
+import rerun.blueprint as rrb
+
+from sinssim.charts import Band, Chart, Charts, Cloud, Limit, Line, Shares
+from sinssim.exhibits import Beside, Exhibits, Item, Section, Sentence, Table, Verbatim
+from sinssim.formatting import capital
+from sinssim.recording import style
+from sinssim.recording.figures import figure_of, to_png
+from sinssim.recording.rerun.rrd import Recording, is_long, screen_rows, time_plot, whole_recording
+from sinssim.recording.rerun.viewer import RUN_ENTITY
+from sinssim.recording.rerun.views import RunInfo, all_views
+from sinssim.recording.style import gaps
+from sinssim.units import TIME_SCALE, suiting
+
+_WIDTHS = {"wide": 4.0, "bold": 2.2, "line": 1.5, "thin": 1.0, "hair": 0.8}
+
+
+def record(exhibits: Exhibits, path: Path) -> None:
+    """Write the recording of a result.
+
+    Args:
+        exhibits: what it has to show; without a kind, the recording has a tab for each group of charts and one for
+            the tables.
+        path: the file, by convention with the suffix .rrd.
+
+    Raises:
+        RunError: it cannot be written.
+    """
+    labels = {"kind": exhibits.kind, **exhibits.labels}
+    run = RunInfo(exhibits.name, *exhibits.span, (), labels=labels)
+    tabs: list[rrb.Container | rrb.View] = []
+    with whole_recording(path, run.application) as recording:
+        for charts in exhibits.charts():
+            labels |= record_charts(recording, charts, f"{exhibits.root}/", exhibits.span[0])
+            if "recording" not in charts.on:
+                continue
+            name = capital(charts.key.replace("_", " "))
+            over_time = [chart for chart in charts if _is_over_time(chart)]
+            if charts.key in exhibits.pictures:
+                entity = f"{exhibits.root}/figures/{charts.key}"
+                image = rr.EncodedImage(contents=to_png(figure_of(charts)), media_type="image/png")
+                recording.static(entity, image)
+                tabs.append(rrb.Spatial2DView(origin=f"/{entity}", name=name))
+            elif over_time:
+                tabs.append(rrb.Grid(*(_plot(exhibits, chart) for chart in over_time), name=name))
+        for item in exhibits.items:
+            if isinstance(item, Cloud):
+                record_cloud(recording, f"{exhibits.root}/{item.key}", item, exhibits.span[0])
+        recording.document(f"{exhibits.root}/tables", markdown(exhibits))
+        tabs.insert(1, rrb.TextDocumentView(origin=f"/{exhibits.root}/tables", name="Summary"))
+        if not exhibits.kind:
+            recording.blueprint(rrb.Blueprint(rrb.Tabs(*tabs), collapse_panels=True))
+            return
+        run = replace(run, labels=labels, ranges=dict(recording.ranges))
+        recording.document(RUN_ENTITY, run.to_json())
+        recording.blueprint(all_views(run))
+
+
+def _plot(exhibits: Exhibits, chart: Chart) -> rrb.View:
+    unit = chart.unit(True)[0]
+    name = f"{chart.title} [{unit}]" if unit else chart.title
+    return time_plot(f"{exhibits.root}/{chart.key}", name, np.array(exhibits.span))
+
+
+def record_charts(recording: Recording, charts: Charts, root: str = "", start: float = 0.0) -> dict[str, str]:
+    """Record those of some charts that are over time.
+
+    Args:
+        root: before their keys, which are the paths of their entities.
+        start: added to their times, s.
+
+    Returns:
+        The unit and the title of each by its key, for the views' titles.
+    """
+    labels = {}
+    for chart in charts if "recording" in charts.on else ():
+        if _is_over_time(chart):
+            record_chart(recording, f"{root}{chart.key}", chart, start)
+            labels[chart.key] = f"log₁₀ {chart.unit(True)[0]}" if chart.y.log else chart.unit(True)[0]
+            if chart.title:
+                labels[f"{chart.key} title"] = chart.title
+    return labels
+
+
+def _is_over_time(chart: Chart) -> bool:
+    return chart.x.units is TIME_SCALE and not chart.x.log
+
+
+def record_chart(recording: Recording, entity: str, chart: Chart, start: float) -> None:
+    """Record the lines of a chart over time, and the limits of requirements.
+
+    Args:
+        entity: path of its entity; lines at other instants than the first are below it.
+        start: added to its times, s.
+    """
+    size = chart.unit(True)[1]
+    colors = style.of_marks(chart.marks)
+    lines: list[tuple[Line, style.Rgb]] = []
+    for mark, color in zip(chart.marks, colors, strict=True):
+        match mark:
+            case Line():
+                lines.append((mark, style.rgb_of(color)))
+            case Band():
+                pale = style.tint(style.rgb_of(color))
+                name = mark.label or _line_of(chart, mark)
+                for end, values in (("low", mark.low), ("high", mark.high)):
+                    lines.append((Line(label=f"{name}, {end}", x=mark.x, y=values, weight="hair"), pale))
+            case Shares():
+                for label, part, one in zip(mark.labels, mark.parts, mark.colors, strict=True):
+                    lines.append((Line(label=label, x=mark.x, y=part), style.rgb_of(one)))
+            case _:
+                pass
+    groups: list[list[tuple[Line, style.Rgb]]] = []
+    for line, paint in lines:
+        same = (group for group in groups if group[0][0].x is line.x or np.array_equal(group[0][0].x, line.x))
+        group = next(same, [])
+        groups += [] if group else [group]
+        group.append((line, paint))
+    for number, group in enumerate(groups):
+        time = group[0][0].x
+        values = np.column_stack([gaps(line.y, line.turn) if line.turn else line.y for line, _ in group])
+        if is_long(len(time)):
+            rows = screen_rows(time, values, float(time[0]), float(time[-1]))
+            time, values = time[rows], values[rows]
+        values = values / size
+        if chart.y.log:  # the viewer has no logarithmic axis
+            values = np.log10(np.where(values > 0.0, values, np.nan))
+        recording.series(
+            f"{entity}/{number}" if number else entity, start + time,
+            np.where(np.isfinite(values), values, np.nan), [line.label for line, _ in group],
+            colors=[paint for _, paint in group], widths=[_WIDTHS[line.weight] for line, _ in group],
+        )  # fmt: skip
+    below = [ends for place, ends in recording.ranges.items() if place == entity or place.startswith(f"{entity}/")]
+    if below:
+        recording.ranges[entity] = (min(low for low, _ in below), max(high for _, high in below))
+        _limits(recording, entity, chart, start)
+        if chart.y.low is not None and chart.y.high is not None:
+            recording.ranges[entity] = (chart.y.low / size, chart.y.high / size)
+
+
+def record_cloud(recording: Recording, entity: str, cloud: Cloud, start: float) -> None:
+    """Record points that move in a plane, and the circles about its origin.
+
+    Args:
+        cloud: the points.
+        start: added to its times, s.
+    """
+    size = suiting(cloud.units, cloud.x, cloud.y)[1]
+    # the picture's y axis points down
+    frames = np.stack((cloud.x, -cloud.y), axis=-1).transpose(1, 0, 2) / size
+    there, time = [frame[np.isfinite(frame).all(axis=1)] for frame in frames], start + cloud.time
+    dots = rr.Points2D.from_fields(radii=rr.Radius.ui_points(1.6), colors=[style.COLORS["run"]])
+    recording.static(f"{entity}/runs", dots)
+    positions = rr.Points2D.columns(positions=np.concatenate(there)).partition([len(frame) for frame in there])
+    recording.columns(f"{entity}/runs", time, positions)
+    angle = np.linspace(0.0, 2.0 * np.pi, 121)
+    ring = np.column_stack((np.sin(angle), np.cos(angle)))
+    for name, radius in cloud.circles.items():
+        strips = [r * ring for r in np.where(np.isfinite(radius), radius, 0.0) / size]
+        look = rr.LineStrips2D.from_fields(radii=rr.Radius.ui_points(1.2), colors=[style.COLORS[name]])
+        recording.static(f"{entity}/{name}", look)
+        recording.columns(f"{entity}/{name}", time, rr.LineStrips2D.columns(strips=strips))
+    reach = max((float(np.abs(frame).max(initial=0.0)) for frame in there), default=1.0) or 1.0
+    cross = [np.array([[-reach, 0.0], [reach, 0.0]]), np.array([[0.0, -reach], [0.0, reach]])]
+    grey = style.COLORS["ground"]
+    recording.static(f"{entity}/axes", rr.LineStrips2D(cross, radii=rr.Radius.ui_points(0.5), colors=grey))
+    words = rr.Points2D(
+        [[1.05 * reach, 0.0], [0.0, -1.05 * reach]], labels=list(cloud.names), colors=grey,
+        radii=rr.Radius.ui_points(0.1), show_labels=True,
+    )  # fmt: skip
+    recording.static(f"{entity}/words", words)
+
+
+def _line_of(chart: Chart, band: Band) -> str:
+    """Return the label of the line with the colour of a band."""
+    return next((one.label for one in chart.marks if isinstance(one, Line) and one.color == band.color), "")
+
+
+def _limits(recording: Recording, entity: str, chart: Chart, start: float) -> None:
+    """Record the limits of requirements below the entity of a plot; far ones are left out."""
+    size, most = chart.unit(True)[1], chart.most
+    low, high = recording.ranges[entity]
+    end = max(float(x.max()) for x in chart.values(upright=False) if len(x))
+    limits = [mark for mark in chart.marks if isinstance(mark, Limit)]
+    for number, limit in enumerate(limits, start=1):
+        if limit.height > Limit.FAR * most:
+            continue
+        height, color = limit.height / size, style.rgb_of(limit.color)
+        place = f"{entity}/limit_{number}"
+        if limit.at is None:
+            recording.series(
+                place, start + np.array([0.0, end]), np.full((2, 1), height), [limit.label], colors=[color]
+            )
+        else:
+            at = np.array([start + limit.at])
+            recording.points(place, 1, at, np.full((1, 1), height), [limit.label], color, marker="down", size=6.0)
+        low, high = min(low, height), max(high, height)
+    recording.ranges[entity] = (low, high)
+
+
+def markdown(exhibits: Exhibits) -> str:
+    """Return the tables and sentences of a result as text."""
+    return "\n".join([f"# {exhibits.title}", "", *_lines(exhibits.items, 2)])
+
+
+def _lines(items: Sequence[Item], level: int) -> Iterator[str]:
+    for item in items:
+        if isinstance(item, Charts | Cloud) or "recording" not in item.on:
+            continue
+        match item:
+            case Sentence():
+                yield from (item.text, "")
+            case Table():
+                columns, heads, rows = item.shown("recording")
+                yield from ([f"**{_escaped(item.title)}**", ""] if item.title else [])
+                yield "| " + " | ".join(_escaped(", ".join(filter(None, head))) for head in heads) + " |"
+                yield "|" + "".join("---|" if column.words else "---:|" for column in columns)
+                yield from ("| " + " | ".join(map(_escaped, row)) + " |" for row in rows)
+                yield from ("", *([item.note, ""] if item.note else []))
+            case Verbatim():
+                yield from (f"```\n{item.text}\n```", "")
+            case Beside():
+                yield from _lines(item.items, level)
+            case Section():
+                inner = list(_lines(item.items, level + 1))
+                if item.title and inner:
+                    yield from (f"{'#' * level} {item.title}{f': {item.verdict}' if item.verdict else ''}", "")
+                yield from inner
+
+
+def _escaped(text: str) -> str:
+    """Return a text in which bars and single asterisks stand for themselves."""
+    return re.sub(r"\||(?<!\*)\*(?!\*)", r"\\\g<0>", text)

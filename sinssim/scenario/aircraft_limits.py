@@ -1,0 +1,269 @@
+"""Compares a flight plan with what the aircraft's model can do in steady flight: ceiling, airspeeds, climb, bank."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterator
+from dataclasses import dataclass, replace
+from itertools import pairwise
+
+from sinssim.errors import InputError, warn
+from sinssim.scenario.tables import Tables
+from sinssim.truth.flight.aircraft import (
+    Envelope,
+    Performance,
+    best_ceiling,
+    ceiling,
+    climb_rate,
+    descent_rate,
+    load_aircraft,
+    speed_range,
+)
+from sinssim.truth.flight.flight_plan import FlightPlan
+from sinssim.truth.flight.leg import DeadReckoning, LegBase, bearing, distance
+from sinssim.truth.flight.legs.waypoint import WaypointLeg
+from sinssim.units import KNOT
+
+_SLACK = 1.03  # what exceeds the envelope by less than this is not refused: it is interpolated
+_HEIGHTS = 12  # heights of a climb at which it is judged
+
+
+@dataclass(frozen=True)
+class Finding:
+    """A part of a plan that the aircraft cannot fly, or not as it is written.
+
+    Attributes:
+        refused: whether it cannot be flown.
+        text: a sentence with leg, key, value and what is right.
+    """
+
+    refused: bool
+    text: str
+
+
+def check_limits(scenario: Tables) -> None:
+    """Raise for a flight plan beyond the limits of its aircraft, as far as its aircraft.toml gives them.
+
+    Raises:
+        InputError: the message lists all legs that cannot be flown, with what is right.
+    """
+    refused = [finding.text for finding in findings(scenario) if finding.refused]
+    if refused:
+        raise InputError("\n".join(refused))
+
+
+def limit_notes(scenario: Tables) -> Iterator[str]:
+    """Yield a note on each leg that will be flown otherwise than it is written."""
+    yield from (finding.text for finding in findings(scenario) if not finding.refused)
+
+
+def warn_of_limits(*scenarios: Tables) -> None:
+    """Warn of the legs that an aircraft cannot fly, or not as they are written, once for each sentence.
+
+    Args:
+        scenarios: scenarios that will be flown: one, or the cells of a study.
+    """
+    for text in dict.fromkeys(finding.text for scenario in scenarios for finding in findings(scenario)):
+        warn(text)
+
+
+def findings(scenario: Tables) -> Iterator[Finding]:
+    """Compare the legs of a flight with the aircraft's limits, in straight legs without turbulence.
+
+    Yields:
+        What exceeds them; nothing for another motion, or for an aircraft without [envelope].
+    """
+    flight = scenario.flight
+    aircraft = None if flight is None else load_aircraft(flight.aircraft)
+    if flight is None or aircraft is None or aircraft.envelope is None:
+        return
+    judge = _Judge(flight, aircraft.envelope, aircraft.performance)
+    ground = 0.0 if flight.start.on == "air" else flight.start.altitude_m
+    state = flight.at_start()
+    if flight.start.on == "air":
+        yield from judge.airspeed("flight.start.airspeed_kt", "level flight", state.airspeed, state.altitude)
+    for number, leg in enumerate(flight.legs, start=1):
+        before = replace(state)
+        seconds = leg.reckon(state)
+        if not math.isfinite(seconds):
+            return  # the wind makes the leg impossible, which has its own message
+        ground = state.altitude if leg.lands else ground
+        if leg.begins == "air" and leg.ends == "air":
+            name = f"flight.legs.{number} ({leg.type})"
+            yield from judge.leg(name, leg, before, state)
+            if state.altitude <= ground:
+                yield Finding(
+                    True,
+                    f"{name} ends at {state.altitude:g} m, but the ground is at {ground:g} m. The ground is at the "
+                    "height of the runway after a take-off, otherwise at 0 m. Give a greater height.",
+                )
+                return
+            if seconds > _SLACK * leg.timeout_s and not hasattr(leg, "altitude_m"):
+                yield Finding(
+                    True, f"{name} takes about {seconds:.0f} s, which is longer than timeout_s = {leg.timeout_s:g}."
+                )
+
+
+@dataclass(frozen=True)
+class _Judge:
+    """What judges the legs of a flight."""
+
+    flight: FlightPlan
+    envelope: Envelope
+    performance: Performance
+
+    def leg(self, name: str, leg: LegBase, before: DeadReckoning, after: DeadReckoning) -> Iterator[Finding]:
+        """Judge a leg by the states before and after it."""
+        if after.airspeed != before.airspeed:
+            yield from self.airspeed(f"{name}: airspeed_kt", "level flight", after.airspeed, after.altitude)
+        bank = getattr(leg, "bank_deg", None)
+        if bank is not None:
+            yield from self.bank(name, bank, after.airspeed, after.altitude)
+        if isinstance(leg, WaypointLeg):
+            yield from self.route(name, leg, before)
+        elif after.altitude != before.altitude and hasattr(leg, "altitude_m"):
+            yield from self.climb(name, leg, before, after)
+
+    def airspeed(self, name: str, what: str, airspeed: float, height: float) -> Iterator[Finding]:
+        """Judge an airspeed of level flight."""
+        speed = airspeed / KNOT
+        slow, fast = speed_range(self.envelope, height)
+        if not fast:
+            top, best = best_ceiling(self.envelope)
+            yield Finding(
+                True,
+                f"{name} = {speed:.4g} at {height:.0f} m: the {self.flight.aircraft} has no {what} at this height; its "
+                f"ceiling is about {top:.0f} m at {best:.0f} kt.",
+            )
+        elif not slow / _SLACK <= speed <= fast * _SLACK:
+            yield Finding(
+                True,
+                f"{name} = {speed:.4g} at {height:.0f} m: {what} of the {self.flight.aircraft} (flaps up) is possible "
+                f"from {slow:.0f} to {fast:.0f} kt there.",
+            )
+
+    def bank(self, name: str, bank_deg: float, airspeed: float, height: float) -> Iterator[Finding]:
+        """Judge a bank angle by the load factor 1/cos φ and the stall, whose airspeed grows with its root."""
+        load, speed = 1.0 / math.cos(math.radians(bank_deg)), airspeed / KNOT
+        most = self.performance.max_load_factor_g
+        slow, _ = speed_range(self.envelope, height)
+        if load > most:
+            allowed = math.degrees(math.acos(1.0 / most))
+            yield Finding(
+                True,
+                f"{name}: bank_deg = {bank_deg:g} needs {load:.2g} g to stay level; the autopilot of the "
+                f"{self.flight.aircraft} allows {most:g} g: give at most {allowed:.0f}.",
+            )
+        elif slow and speed * _SLACK < slow * math.sqrt(load):
+            allowed = math.degrees(math.acos(min(1.0, (slow / speed) ** 2)))
+            yield Finding(
+                True,
+                f"{name}: at bank_deg = {bank_deg:g} the {self.flight.aircraft} stalls below "
+                f"{slow * math.sqrt(load):.0f} kt, and it flies at {speed:.0f} kt: give at most {allowed:.0f}, or a "
+                "higher airspeed.",
+            )
+
+    def climb(self, name: str, leg: LegBase, before: DeadReckoning, after: DeadReckoning) -> Iterator[Finding]:
+        """Judge a climb or descent at a constant airspeed."""
+        speed, low, high = after.airspeed / KNOT, before.altitude, after.altitude
+        heights = [low + (high - low) * step / _HEIGHTS for step in range(_HEIGHTS + 1)]
+        wished = getattr(leg, "vertical_speed_mps", None)
+        if high < low:
+            usual = wished or self.performance.descent_mps
+            most = min(descent_rate(self.envelope, height, speed) for height in heights)
+            if usual > _SLACK * most:
+                yield Finding(False, self._too_steep(f"{name}: vertical_speed_mps = {usual:g}", speed, most))
+            return
+        yield from self.above_ceiling(f"{name}: altitude_m", high, speed)
+        rates = [climb_rate(self.envelope, height, speed) for height in heights]
+        usual = wished or self.performance.climb_mps
+        if rates[-1] > 0.0:
+            step = (high - low) / _HEIGHTS
+            takes = sum(step / max(0.1, min(usual, 0.5 * (a + b))) for a, b in pairwise(rates))
+            if takes > leg.timeout_s:
+                yield Finding(
+                    True,
+                    f"{name}: timeout_s = {leg.timeout_s:g}: the climb to {high:g} m at {speed:.0f} kt takes "
+                    f"{takes:.0f} s with full throttle; give a longer time, or a lower altitude_m.",
+                )
+            elif wished is not None and wished > _SLACK * min(rates):
+                yield Finding(
+                    False,
+                    f"{name}: vertical_speed_mps = {wished:g}: the {self.flight.aircraft} climbs at "
+                    f"{max(min(rates), 0.0):.1f} m/s at most at {high:g} m and {speed:.0f} kt; the climb takes longer.",
+                )
+
+    def above_ceiling(self, name: str, height: float, speed: float) -> Iterator[Finding]:
+        """Judge a height to climb to."""
+        if climb_rate(self.envelope, height, speed) > 0.0:
+            return
+        own = ceiling(self.envelope, speed)
+        top, best = best_ceiling(self.envelope)
+        better = f", or fly at {best:.0f} kt, where it is about {top:.0f} m" if top > own + 200.0 else ""
+        yield Finding(
+            climb_rate(self.envelope, height / _SLACK, speed) <= 0.0,
+            f"{name} = {height:g} is above the ceiling of the {self.flight.aircraft} at {speed:.0f} kt, about "
+            f"{own:.0f} m: give a lower height{better}.",
+        )
+
+    def circling(
+        self, name: str, leg: WaypointLeg, target: tuple[float, float], before: DeadReckoning
+    ) -> Iterator[Finding]:
+        """Judge a place that may lie within the turn towards it, in calm air."""
+        plan, bank = replace(before, trace=None), leg.bank_deg or self.performance.bank_deg
+        radius = plan.true_airspeed() / plan.turn_rate(leg.bank_deg)
+        plan.ahead(plan.true_airspeed() * math.radians(bank) / plan.roll_rate)  # rolling into the turn
+        side = math.copysign(
+            0.5 * math.pi, math.sin(bearing(before.latitude, before.longitude, *target) - plan.heading)
+        )
+        plan.heading += side
+        plan.ahead(radius)  # to the centre of the circle
+        inside = 0.9 * radius - distance(plan.latitude, plan.longitude, *target)
+        if any(plan.wind) or inside <= leg.capture_radius_m:
+            return
+        yield Finding(
+            True,
+            f"{name} lies within the turn towards it, whose radius is {radius / 1e3:.1f} km at "
+            f"{plan.airspeed / KNOT:.0f} kt and {bank:g}° of bank: the aircraft would circle it. Give a larger "
+            f"bank_deg, a lower airspeed, a capture_radius_m above {leg.capture_radius_m:g}, or a waypoint farther "
+            "away.",
+        )
+
+    def _too_steep(self, what: str, speed: float, most: float) -> str:
+        return (
+            f"{what}: with idle engines the {self.flight.aircraft} descends at {most:.1f} m/s at {speed:.0f} kt. A "
+            "faster descent increases its airspeed; to avoid this, give a slower descent."
+        )
+
+    def route(self, name: str, leg: WaypointLeg, before: DeadReckoning) -> Iterator[Finding]:
+        """Judge the climbs and descents of a route, place by place."""
+        plan = replace(before)
+        slopes = leg.slopes_at(plan.altitude, plan.latitude, plan.longitude)
+        for number, place in enumerate(leg.places()):
+            target = math.radians(place.latitude_deg), math.radians(place.longitude_deg)
+            start, left = plan.altitude, distance(plan.latitude, plan.longitude, *target) - leg.capture_radius_m
+            ahead = bearing(plan.latitude, plan.longitude, *target)
+            yield from self.circling(f"{name}: {leg.label(number) or 'the waypoint'}", leg, target, plan)
+            leg.reckon_place(number, plan, slopes)
+            to, speed = plan.altitude, plan.airspeed / KNOT
+            if to == start or left <= 0.0:
+                continue
+            label = f"{name}: {leg.label(number) or 'the waypoint'}, height_m"
+            if to > start:
+                yield from self.above_ceiling(label, to, speed)
+            ground = max(plan.air.ground_speed(plan.airspeed, 0.5 * (start + to), ahead), 1.0)
+            path = leg.height_path(number, start, left, ground, slopes)
+            if path is None:
+                yield Finding(True, f"{label} = {to:g}: {leg.shortage(number, start, left, ground)}.")
+                continue
+            rate = abs(path.slope) * ground
+            if to < start:
+                most = min(descent_rate(self.envelope, height, speed) for height in (start, to))
+                if rate > _SLACK * most:
+                    yield Finding(False, self._too_steep(f"{label} = {to:g} needs {rate:.1f} m/s", speed, most))
+            elif rate > _SLACK * (most := min(climb_rate(self.envelope, height, speed) for height in (start, to))) > 0:
+                yield Finding(
+                    True,
+                    f"{label} = {to:g} needs a climb of {rate:.1f} m/s; the {self.flight.aircraft} climbs at "
+                    f"{most:.1f} m/s at most at {speed:.0f} kt there: give a lower height, or a place farther away.",
+                )

@@ -1,0 +1,436 @@
+"""The error model of a scenario's filter: its states, their standard deviations and correlation times.
+
+The standard deviations are those from which the emulated errors are drawn. An error that a scenario gives as a number
+is unknown to the filter; its standard deviation is the magnitude of the number.
+
+Default states are the inertial errors that the planned motion makes noticeable. An error of 1σ that multiplies an
+input u(t) adds σ u(t) to a reading with white noise of density N. The input is 1 for a bias, the rates of the motion
+for the gyros' scale factors and misalignments, and the specific force for those of the accelerometers. The largest
+signal-to-noise ratio d that any filter can have for it, whatever the aiding sensors, is that of the matched filter,
+
+    d² = Σ σ² ∫u² dt / N²,
+
+summed over the errors of a block. An error without a state disturbs the filter by at most that: νᵀS⁻¹ν over the run
+and xᵀP⁻¹x are noncentral χ² with a mean noncentrality of at most d². A block is a state if d² exceeds `LEFT_OUT`; a
+bias is one if the sensors have a bias.
+
+Noises and errors of the combination of a redundant set have covariances proportional to P = (HᵀWH)⁻¹ of the sensors
+in use (`sinssim.sensors.sets.redundant_errors`). The white noise of the model is that of the smallest eigenvalue of P
+for all sensors; the remainder and the increase by an exclusion are added noise. At an exclusion the states get the
+covariance of the difference; errors that a faulty sensor causes before are not part of the model.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import replace
+from typing import TYPE_CHECKING, Any, Literal, NamedTuple, Protocol
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from sinssim import units
+from sinssim.data import Array
+from sinssim.earth.ellipsoids import OMEGA_IE
+from sinssim.estimation.state_model import Block, ErrorModel, error_model
+from sinssim.scenario.filter_section import FILTER_STATES
+from sinssim.scenario.planned_motion import Excitation, excitation
+from sinssim.sensors.aiding.magnetometer import Magnetometer
+from sinssim.sensors.imu.error_term import ErrorTerm
+from sinssim.sensors.imu.error_term_table import of_triad
+from sinssim.sensors.imu.fields import TriadErrors
+from sinssim.sensors.imu.imu_errors import ImuErrors
+from sinssim.sensors.sets.redundant_errors import maps, spread
+from sinssim.sensors.sets.sensor_set import Redundant
+from sinssim.sensors.vibration_noise import AddedNoise, Change
+from sinssim.units import DEG_H
+
+if TYPE_CHECKING:
+    from sinssim.scenario import Scenario
+    from sinssim.sensors.aiding_sensor import SensorState
+    from sinssim.sensors.sets.fault_detection import Monitored
+    from sinssim.truth.trajectory import Trajectory
+
+
+LEFT_OUT = 0.3
+"""Largest d² of a block that is left out: the NEES of three states is then at most 1.1 per state instead of 1, which a
+single run cannot distinguish."""
+
+PRODUCTS = 3.0
+"""Smallest d of second-order errors that is reported: 3σ of the noise."""
+
+_TRIADS = {"gyro": "gyros", "accelerometer": "accelerometers"}
+
+
+class Weight(NamedTuple):
+    """Significance of one block.
+
+    Attributes:
+        block: its name.
+        ratio: d, its largest signal-to-noise ratio over the run; infinite without noise.
+        needed: whether a filter needs it.
+    """
+
+    block: str
+    ratio: float
+    needed: bool
+
+
+def weights(scenario: Scenario, moved: Excitation | None = None) -> tuple[Weight, ...]:
+    """Return the significance of each block of the inertial sensors' errors in a scenario.
+
+    Args:
+        moved: rotation and acceleration of the motion if they are known; by default those of the plan.
+
+    Returns:
+        One entry for each block of `sinssim.scenario.filter_section.FILTER_STATES`.
+
+    Raises:
+        InputError: the aircraft's description is invalid.
+    """
+    motion, sigma = moved or excitation(scenario), inertial_sigma(scenario)
+    model = error_model(sigma, imu=tuple(FILTER_STATES), duration=motion.duration)
+    found = []
+    for block in model.blocks:
+        if block.name not in FILTER_STATES:
+            continue
+        triad, _, what = block.name.partition(" ")
+        size = float(np.max(np.square(block.sigma) + np.square(block.density) * motion.duration))
+        noise = model.gyro_noise if triad == "gyro" else model.accel_noise
+        squared = _ratio_squared(size * block.size / 3.0 * _input(motion, triad, what), noise)
+        found.append(Weight(block.name, math.sqrt(squared), squared > (0.0 if what == "bias" else LEFT_OUT)))
+    return tuple(found)
+
+
+def _input(motion: Excitation, triad: str, what: str) -> float:
+    """Return ∫u² dt, summed over the three axes."""
+    if what == "bias":
+        return 3.0 * motion.duration
+    return motion.rate if triad == "gyro" else motion.force
+
+
+def _ratio_squared(signal: float, noise: float) -> float:
+    """Return ∫(σu)² dt over N²; infinite without noise."""
+    return signal / noise**2 if noise > 0.0 else math.inf if signal > 0.0 else 0.0
+
+
+def states(scenario: Scenario, moved: Excitation | None = None) -> tuple[str, ...]:
+    """Return the blocks of the inertial sensors' errors that a scenario's filter has.
+
+    Args:
+        moved: as for `weights`.
+    """
+    assert scenario.filter is not None
+    if scenario.filter.states is not None:
+        return scenario.filter.states
+    return tuple(weight.block for weight in weights(scenario, moved) if weight.needed)
+
+
+def with_states(scenario: Scenario, moved: Excitation | None = None) -> Scenario:
+    """Return a scenario with the states of its filter written out.
+
+    Args:
+        moved: as for `weights`.
+
+    Returns:
+        The scenario with the default of `filter.states` filled in; the same object if there is nothing to fill in.
+    """
+    section = scenario.filter
+    if section is None or section.states is not None:
+        return scenario
+    return scenario.model_copy(update={"filter": section.model_copy(update={"states": states(scenario, moved)})})
+
+
+def choice(scenario: Scenario, moved: Excitation | None = None) -> tuple[str, ...]:
+    """Explain which states a scenario's filter has by default.
+
+    Args:
+        moved: as for `weights`.
+
+    Returns:
+        Lines of text, one for each block; none if the scenario has no filter or names its states.
+    """
+    if scenario.filter is None or scenario.filter.states is not None:
+        return ()
+    motion = "planned" if moved is None else "recorded"
+    lines = [f"states chosen by the sensors and the {motion} motion, with the signal-to-noise ratio of a 1σ error:"]
+    for block, ratio, needed in weights(scenario, moved):
+        why = "no such error" if ratio == 0.0 else _times(ratio)
+        lines.append(f"  {block:<27} {'a state' if needed else 'left out':<9} {why}")
+    return tuple(lines)
+
+
+def _times(ratio: float) -> str:
+    return f"{ratio:.2g}" if ratio < 99.5 else f"{ratio:.0f}" if math.isfinite(ratio) else "infinite, no noise"
+
+
+def hints(scenario: Scenario) -> Iterator[str]:
+    """Explain an inconsistent filter by states that it lacks."""
+    own, every = states(scenario), weights(scenario)
+    missing = [weight for weight in every if weight.needed and weight.block not in own]
+    if missing:
+        which = ", ".join(f"{w.block} ({_times(w.ratio)} times the noise over the run)" for w in missing)
+        yield (
+            f"filter.states lacks errors of the sensors that matter on this motion: {which}. Add them, or "
+            "omit filter.states; they are then chosen automatically."
+        )
+    else:
+        yield from _products(scenario)
+
+
+def notes(scenario: Scenario) -> Iterator[str]:
+    """Report what a scenario's sensors are not accurate enough for."""
+    section, parked = scenario.filter, scenario.parked
+    if section is None or section.alignment_s is None or section.alignment != "at-rest" or parked is None:
+        return
+    gyro = inertial_sigma(scenario).gyro
+    drift = math.hypot(float(np.max(gyro.bias)), gyro.instability, gyro.random_walk / math.sqrt(section.alignment_s))
+    north = OMEGA_IE * math.cos(math.radians(parked.latitude_deg))
+    if drift > north:  # a heading error of one radian
+        yield (
+            f"filter.alignment_s: the gyros drift by {drift / DEG_H:.3g} deg/h (1σ), and the north component of the "
+            f"Earth's rate is {north / DEG_H:.3g} deg/h. Such gyros cannot find the heading, and the run will most "
+            "likely fail. Use better gyros, or an initial heading and [aiding.magnetometer] in place of alignment_s."
+        )
+
+
+def _products(scenario: Scenario) -> Iterator[str]:
+    """Report errors so large that their products matter, which a linear filter neglects."""
+    motion, sigma = excitation(scenario), inertial_sigma(scenario)
+    for name, triad, of in (("gyro", sigma.gyro, motion.rate), ("accelerometer", sigma.accel, motion.force)):
+        product = float(np.max(triad.scale)) ** 2 + 2.0 * float(np.max(triad.misalignment)) ** 2
+        ratio = math.sqrt(_ratio_squared(product**2 * of, triad.random_walk))
+        if ratio > PRODUCTS:
+            yield (
+                f"The errors of the {_TRIADS[name]} are too large for a linear filter: the squares of scale factors "
+                f"({1e6 * float(np.max(triad.scale)):.3g} ppm) and misalignments "
+                f"({1e3 * float(np.max(triad.misalignment)):.3g} mrad), which no state describes, make up to "
+                f"{_times(ratio)} times their noise over the run. Calibrate the sensors beforehand ([compensation])."
+            )
+
+
+def inertial_sigma(scenario: Scenario, factor: float | None = None) -> ImuErrors:
+    """Return the standard deviations of the inertial sensors' errors that a scenario's filter assumes.
+
+    Args:
+        factor: by which the noises are multiplied; by default the section's `inertial_noise_factor`.
+    """
+    from sinssim.alignment.alignment_budget import expected_errors
+
+    assert scenario.filter is not None
+    imu, calibrated = scenario.imu, scenario.compensation
+    noise = kept = expected_errors(imu)
+    single = imu.sensor_set.type == "redundant"  # each sensor is compensated by itself
+    if single:
+        kept = noise if calibrated is None else expected_errors(calibrated.left(imu))
+        imu = imu.model_copy(update={"faults": ()})  # the monitoring excludes a faulty sensor
+    factor = scenario.filter.inertial_noise_factor if factor is None else factor
+
+    def size(term: ErrorTerm) -> Array:
+        """Return fixed and random part together, after the calibration."""
+        if calibrated is not None and term.calibrated and not single:
+            return term.si(getattr(calibrated, term.sigma_key))
+        of = kept if term.calibrated else noise
+        return np.asarray(np.hypot(*(getattr(getattr(one, term.triad), term.field) for one in (of.mean, of.sigma))))
+
+    def triad(name: Literal["gyro", "accel"]) -> TriadErrors:
+        own: TriadErrors = getattr(noise.sigma, name)
+        drawn: dict[str, Any] = {term.field: size(term) for term in of_triad(name) if term.drawn}
+        return replace(own, **drawn, random_walk=factor * own.random_walk, instability=factor * own.instability)
+
+    sigma = imu.with_triads(triad("gyro"), triad("accel"))
+    return sigma if calibrated is None else replace(sigma, arms=np.zeros((3, 3)), delay=0.0)
+
+
+_TRIAD_OF_KIND = {"gyro": "gyro", "accel": "accelerometer"}
+_DIAGONAL = np.eye(3, dtype=bool).ravel()
+_MATRIX = {"scale": _DIAGONAL, "misalignment": ~_DIAGONAL}
+_ROUNDING = 1e-12
+
+
+def of_combination(model: ErrorModel, scenario: Scenario) -> ErrorModel:
+    """Return an error model with the covariances between the axes of a redundant set.
+
+    Args:
+        model: the model, whose standard deviations are those of the combination.
+
+    Returns:
+        The model; the same if the set is not redundant.
+    """
+    section = scenario.imu.sensor_set
+    if not isinstance(section, Redundant):
+        return model
+    p, found = spread(section.axes), []
+    for kind, triad in _TRIAD_OF_KIND.items():
+        for block in _like_bias(model, triad):
+            found.append((block.name, block.name, _of_one(block.sigma, p) * p))
+        matrix = _of_matrix(scenario, kind, maps(section.axes))
+        found += [
+            (f"{triad} {row}", f"{triad} {column}", matrix[np.ix_(_MATRIX[row], _MATRIX[column])])
+            for row, column in (("scale", "scale"), ("misalignment", "misalignment"), ("scale", "misalignment"))
+        ]
+    least = float(np.sqrt(np.linalg.eigvalsh(p)[0] / (np.trace(p) / 3.0)))
+    return replace(
+        model,
+        gyro_noise=least * model.gyro_noise,
+        accel_noise=least * model.accel_noise,
+        correlations=(*model.correlations, *found),
+    )
+
+
+def noise_of_combination(
+    model: ErrorModel, scenario: Scenario, monitored: Sequence[Monitored], edges: Array
+) -> AddedNoise | None:
+    """Return what the directions of a redundant set and its exclusions add to the noise of an error model.
+
+    Args:
+        model: the model, as `of_combination` returns it.
+        monitored: what the monitoring found; empty without monitoring.
+        edges: edges of the samples, (N+1,) s.
+
+    Returns:
+        The added noise; None if there is none.
+    """
+    section = scenario.imu.sensor_set
+    if not isinstance(section, Redundant):
+        return None
+    axes, whole = section.axes, spread(section.axes)
+    least, most = np.linalg.eigvalsh(whole)[[0, 2]]
+    used = {one.kind: one.used for one in monitored}
+    cuts = {kind: np.flatnonzero(np.any(np.diff(rows, axis=0), axis=1)) + 1 for kind, rows in used.items()}
+    if most - least < _ROUNDING * most and not any(map(len, cuts.values())):
+        return None
+    times = np.unique(np.concatenate([[0], *cuts.values()]).astype(np.intp))
+    roots: list[Array] = []
+    changes: list[Change] = []
+    for kind, noise in zip(_TRIAD_OF_KIND, (model.gyro_noise, model.accel_noise), strict=True):
+        spreads = [spread(axes, used[kind][k] if used else None) for k in times]
+        roots.append(noise / np.sqrt(least) * np.array([_root_above(least, one) for one in spreads]))
+        for k in cuts.get(kind, ()):
+            both = used[kind][k - 1], used[kind][k]
+            changes += _changes(model, scenario, kind, both, float(edges[k]), float(edges[k] - edges[0]))
+    return AddedNoise(edges[times], roots[0], roots[1], tuple(changes))
+
+
+def _changes(
+    model: ErrorModel, scenario: Scenario, kind: str, used: tuple[Array, Array], time: float, since: float
+) -> Iterator[Change]:
+    """Yield what an exclusion changes in the errors of the sensors of a kind."""
+    section = scenario.imu.sensor_set
+    assert isinstance(section, Redundant)
+    axes, none = section.axes, np.zeros((1, 1))
+    whole, before, after = spread(axes), *(spread(axes, one) for one in used)
+    for block in _like_bias(model, _TRIAD_OF_KIND[kind]):
+        walk = _of_one(block.density, whole)
+        gathered = _of_one(block.sigma, whole) + (since * walk if np.isinf(block.correlation_time) else 0.0)
+        yield Change(time, block.name, gathered * (after - before), walk * (after - before))
+    maps_before, maps_after = (maps(axes, one) for one in used)
+    matrix = _of_matrix(scenario, kind, {field: maps_after[field] - maps_before[field] for field in _MATRIX})
+    for field, rows in _MATRIX.items():
+        yield Change(time, f"{_TRIAD_OF_KIND[kind]} {field}", matrix[np.ix_(rows, rows)], none)
+
+
+def _like_bias(model: ErrorModel, triad: str) -> list[Block]:
+    return [block for block in model.blocks if block.name in (f"{triad} bias", f"{triad} instability")]
+
+
+def _of_one(sizes: ArrayLike, p: Array) -> float:
+    """Return the variance of one sensor's error, by the 1σ of the combination."""
+    return float(np.mean(np.square(sizes)) / np.mean(p.diagonal()))
+
+
+def _of_matrix(scenario: Scenario, kind: str, effects: Mapping[str, Array]) -> Array:
+    """Return the covariance of scale factors and misalignments, row by row, (9, 9)."""
+    imu = scenario.imu if scenario.compensation is None else scenario.compensation.left(scenario.imu)
+    sigma = {term.field: float(np.max(imu.stated(term)[1])) for term in of_triad(kind) if term.field in _MATRIX}
+    return np.asarray(sum(sigma[field] ** 2 * effects[field] @ effects[field].T for field in _MATRIX))
+
+
+def _root_above(least: float, matrix: Array) -> Array:
+    """Return a root of what a covariance has beyond the least one of all directions, without rounding errors."""
+    values, vectors = np.linalg.eigh(matrix)
+    return np.asarray(vectors * np.sqrt(np.where(values - least > _ROUNDING * least, values - least, 0.0)))
+
+
+_LEAST_POSITION_M, _LEAST_VELOCITY_MPS, _LEAST_ANGLE_ARCMIN = 0.1, 0.01, 0.1
+"""Assumed 1σ of an initial state that is exact, so that the covariance is not singular."""
+
+
+class HasStates(Protocol):
+    """A sensor with errors that are states of the filter."""
+
+    def states(self) -> Iterator[SensorState]:
+        """Yield them."""
+        ...
+
+
+def filter_model(scenario: Scenario, duration: float = 3600.0, recorded: Sequence[HasStates] = ()) -> ErrorModel:
+    """Return the error model of a scenario's filter.
+
+    Args:
+        duration: of the run, s.
+        recorded: descriptions of recorded sensors, beside the emulated ones of [aiding].
+
+    Returns:
+        The model with the blocks of navigation, of the inertial sensors (those that the section names or that matter),
+        and of the aiding sensors.
+    """
+    f, start = scenario.filter, scenario.navigation.initial_error
+    assert f is not None
+    sensors = [*recorded, *(scenario.aiding.sensors().values() if scenario.aiding is not None else ())]
+
+    def sigma_of(given: float | None, least: float, *known: float) -> float:
+        return max(least, math.hypot(*known)) if given is None else given
+
+    own, s = f.initial_sigma, start
+    north = sigma_of(own.position_m, _LEAST_POSITION_M, s.position_sigma_m, s.north_m)
+    east = sigma_of(own.position_m, _LEAST_POSITION_M, s.position_sigma_m, s.east_m)
+    height = sigma_of(own.height_m, _LEAST_POSITION_M, s.height_sigma_m, s.height_m)
+    velocity = [
+        sigma_of(own.velocity_mps, _LEAST_VELOCITY_MPS, s.velocity_sigma_mps, v)
+        for v in (s.velocity_north_mps, s.velocity_east_mps, s.velocity_down_mps)
+    ]
+    tilt = sigma_of(own.tilt_arcmin, _LEAST_ANGLE_ARCMIN, s.tilt_sigma_arcmin, s.roll_arcmin, s.pitch_arcmin)
+    heading = sigma_of(own.heading_arcmin, _LEAST_ANGLE_ARCMIN, s.heading_sigma_arcmin, s.heading_arcmin)
+    model = error_model(
+        inertial_sigma(scenario),
+        position=(north, east, height),
+        velocity=velocity,
+        attitude=np.array([tilt, tilt, heading]) * units.ARCMIN,
+        imu=states(scenario),
+        extra=_sensor_blocks(sensors, f.measurement_noise_factor),
+        duration=duration,
+    )
+    return of_combination(model, scenario)
+
+
+def _sensor_blocks(sensors: Sequence[HasStates], factor: float) -> Iterator[Block]:
+    """Yield the blocks of the aiding sensors' errors, where the sensors have them."""
+    for sensor in sensors:
+        for state in sensor.states():
+            if any(state.sigma):
+                yield Block(state.block, factor * np.array(state.sigma), correlation_time=state.correlation_time)
+
+
+_BLOCK = "magnetometer bias"
+
+
+def with_declination(model: ErrorModel, scenario: Scenario, trajectory: Trajectory) -> ErrorModel:
+    """Return the error model with a compass whose declination is that of the start, and changes along the way.
+
+    As for other drifts, the change is a random walk whose 1σ bounds it: K = R/√T for the largest change R over the
+    duration T. At t < T its 1σ R √(t/T) is more than a steady change R t/T.
+
+    Args:
+        model: the model of the scenario, from `filter_model`.
+
+    Returns:
+        The model; the same one where nothing changes, or where it has no state of the compass.
+    """
+    compass = None if scenario.aiding is None else scenario.aiding.sensor(Magnetometer)
+    change = 0.0 if compass is None or _BLOCK not in model.slices else compass.largest_change(trajectory)
+    if not change:
+        return model
+    walk = change / math.sqrt(trajectory.end - trajectory.start)
+    return replace(model, blocks=tuple(replace(b, random_walk=walk) if b.name == _BLOCK else b for b in model.blocks))

@@ -1,0 +1,225 @@
+"""The sections [aiding] and [filter] of a scenario: the aiding sensors, and the Kalman filter on them.
+
+[aiding] is composed from the registry of aiding sensors (`sinssim.sensors.aiding_registry`).
+"""
+
+from __future__ import annotations
+
+from functools import cache
+from typing import TYPE_CHECKING, Annotated, Any, Literal, Self, TypeVar, cast
+
+from pydantic import AfterValidator, Field, ModelWrapValidatorHandler, create_model, model_validator
+
+from sinssim.errors import unknown_name
+from sinssim.sensors.aiding.gnss import Gnss
+from sinssim.sensors.aiding_registry import BROKEN, CLASSES, sensor_class
+from sinssim.sensors.aiding_sensor import AidingSensor
+from sinssim.system.extensions import Item
+from sinssim.system.registries import ensure, registered
+from sinssim.toml_section import Factor, Positive, Section, once
+
+NAVIGATION_STATES = ("position", "velocity", "attitude")
+LEAST_IN_MOTION_S = 45.0
+"""Shortest alignment in motion: two windows of 20 s with fixes at their ends, and some time until the first fix, s."""
+
+FILTER_STATES: dict[str, str] = {
+    "gyro bias": "constant errors of the gyros",
+    "accelerometer bias": "constant errors of the accelerometers",
+    "gyro scale": "scale-factor errors of the gyros",
+    "accelerometer scale": "scale-factor errors of the accelerometers",
+    "gyro misalignment": "tilts of the gyros' sensitive axes, six angles",
+    "accelerometer misalignment": "tilts of the accelerometers' sensitive axes, six angles",
+}
+
+
+def _known(name: str) -> str:
+    if name in NAVIGATION_STATES:
+        raise ValueError(f"every filter has the state {name!r}; give only errors of the inertial sensors in states")
+    if name not in FILTER_STATES:
+        raise unknown_name("block of states", name, FILTER_STATES)
+    return name
+
+
+VibrationNoise = Annotated[float, Field(ge=0.0, le=10.0)]
+PositionSigma = Annotated[float, Field(ge=1e-6, le=2e7)]
+"""m: from below any sensor's resolution to half the Earth's circumference."""
+VelocitySigma = Annotated[float, Field(ge=1e-6, le=1e4)]
+"""m/s: from below any sensor's resolution to more than a satellite's velocity."""
+AngleSigma = Annotated[float, Field(ge=1e-6, le=10800.0)]
+"""arcmin: from below any sensor's resolution to half a turn."""
+StateBlock = Annotated[str, AfterValidator(_known)]
+
+
+class InitialSigmaSection(Section):
+    """1σ of the initial state that the filter assumes; default: the values of [navigation.initial_error]."""
+
+    position_m: PositionSigma | None = Field(
+        default=None, description="1σ of the position to the north, and to the east"
+    )
+    height_m: PositionSigma | None = Field(default=None, description="1σ of the height")
+    velocity_mps: VelocitySigma | None = Field(default=None, description="1σ of each component of the velocity")
+    tilt_arcmin: AngleSigma | None = Field(default=None, description="1σ of the tilt about north, and about east")
+    heading_arcmin: AngleSigma | None = Field(default=None, description="1σ of the heading")
+
+
+class FilterSection(Section):
+    """A Kalman filter that uses the aiding sensors. It assumes the true noise unless a factor changes it."""
+
+    states: Annotated[tuple[StateBlock, ...], once("block")] | None = Field(
+        default=None,
+        description=f"errors of the inertial sensors that are states of the filter, any of "
+        f"{', '.join(FILTER_STATES)}; default: those that are significant for the grade and the planned motion; "
+        f"states of aiding sensors are added automatically",
+    )
+    loop: Literal["closed", "open"] = Field(
+        default="closed",
+        description="closed: estimated errors are fed back into the navigation equations and the compensation; open: "
+        "they are fed forward",
+    )
+    rate_hz: float = Field(
+        default=10.0,
+        ge=1.0,
+        description="rate of the covariance prediction; its interval is rounded to whole samples of the IMU",
+    )
+    gate: float = Field(
+        default=1e-4,
+        ge=0.0,
+        lt=1.0,
+        description="fraction of correct measurements that the gate may reject; 0 rejects none",
+    )
+    smooth: bool = Field(default=False, description="whether the solution is smoothed afterwards")
+    backward: bool = Field(
+        default=False,
+        description="whether the filter also runs over the data in reverse time, from the end to the start",
+    )
+    alignment: Literal["at-rest", "in-motion", "by-course"] = Field(
+        default="at-rest",
+        description="coarse alignment: by gravity and the Earth's rate on a vehicle at rest, by GNSS velocities on a "
+        "vehicle that turns, or by the course of a land vehicle, from rest or in motion",
+    )
+    alignment_s: Positive | None = Field(
+        default=None,
+        description="duration of the coarse alignment; default: no alignment; the filter begins at the end of the "
+        "alignment, or in motion at the first fix after it",
+    )
+    inertial_noise_factor: Factor = Field(
+        default=1.0, description="noise of gyros and accelerometers that the filter assumes, relative to the true noise"
+    )
+    measurement_noise_factor: Factor = Field(
+        default=1.0, description="noise of the aiding sensors that the filter assumes, relative to the true noise"
+    )
+    vibration_noise: VibrationNoise = Field(
+        default=0.0,
+        description="fraction of the vibration in the inertial data that the filter treats as white noise of each "
+        "sample, in addition to the sensor noise; 0 if the noise of the sensors is known, about 0.4 for a log of a "
+        "MEMS IMU near an engine",
+    )
+    diagnose: bool = Field(
+        default=False,
+        description="whether the program searches for the cause if the innovations are inconsistent with the filter: "
+        "the filter then runs up to seventy times over the first minutes, each time with another lever arm, delay, "
+        "sensor error, initial error or noise; the runs together take about two minutes at most, or thirty times as "
+        "long as the filter",
+    )
+    initial_sigma: InitialSigmaSection = Field(default=InitialSigmaSection())
+
+    @model_validator(mode="after")
+    def _alignment_lasts(self) -> Self:
+        if self.alignment == "by-course" and self.alignment_s is None:
+            raise ValueError('alignment = "by-course" needs alignment_s: until the vehicle moves, and a little longer')
+        if self.alignment == "in-motion":
+            if self.alignment_s is None:
+                raise ValueError('alignment = "in-motion" needs alignment_s: a minute or two that include turns')
+            if self.alignment_s < LEAST_IN_MOTION_S:
+                raise ValueError(
+                    f"alignment_s = {self.alignment_s:g} must be at least {LEAST_IN_MOTION_S:g} for an alignment in "
+                    "motion"
+                )
+        return self
+
+
+_Sensor = TypeVar("_Sensor", bound=AidingSensor)
+
+
+def _own_item(name: str) -> Item | None:
+    """Return the aiding sensor outside the package whose table has a name, if there is one."""
+    ensure("aiding", name)
+    return registered("aiding", name)
+
+
+@cache
+def _with_own(base: type[_Tables], own: tuple[tuple[str, type[AidingSensor]], ...]) -> type[_Tables]:
+    """Return the tables of [aiding] with those of further sensors."""
+    fields: Any = {name: (one | None, None) for name, one in own}
+    made: type[_Tables] = create_model("AidingSection", __base__=base, __module__=__name__, **fields)
+    return made
+
+
+class _Tables(Section):
+    """The aiding sensors of the filter. Each table switches on one sensor."""
+
+    @model_validator(mode="wrap")
+    @classmethod
+    def _own_sensors_too(cls, data: Any, handler: ModelWrapValidatorHandler[Self]) -> Self:
+        own = {
+            name: sensor_class(item)
+            for name in (data if isinstance(data, dict) else ())
+            if name not in cls.model_fields and (item := _own_item(name)) is not None
+        }
+        return cast(Self, _with_own(cls, tuple(own.items())).model_validate(data)) if own else handler(data)
+
+    @model_validator(mode="before")
+    @classmethod
+    def _can_be_used(cls, data: Any) -> Any:
+        for name in data if isinstance(data, dict) else ():
+            if name in BROKEN:
+                raise ValueError(f"[aiding.{name}]: {BROKEN[name]}")
+        return data
+
+    @model_validator(mode="after")
+    def _something(self) -> Self:
+        if not self.sensors():
+            raise ValueError(f"it has no sensor; give one or more of the tables {', '.join(type(self).model_fields)}")
+        return self
+
+    @classmethod
+    def own_table(cls, name: str) -> type[AidingSensor] | None:
+        """Return the class of a table outside the package, for the words of a mistake in it."""
+        item = registered("aiding", name)
+        return None if item is None or name in cls.model_fields else sensor_class(item)
+
+    def sensors(self) -> dict[str, AidingSensor]:
+        """Return the sensors that are switched on, by table."""
+        return {name: sensor for name, sensor in self if sensor is not None}
+
+    def sensor(self, kind: type[_Sensor]) -> _Sensor | None:
+        """Return the sensor of a class, None if it is not switched on."""
+        return next((sensor for sensor in self.sensors().values() if isinstance(sensor, kind)), None)
+
+    @property
+    def outages(self) -> tuple[tuple[float, float], ...]:
+        """The spans without satellites, s, in order."""
+        gnss = self.sensor(Gnss)
+        return () if gnss is None else tuple(sorted(gnss.outages_s))
+
+
+if TYPE_CHECKING:
+    AidingSection = _Tables
+else:
+    AidingSection = create_model(
+        "AidingSection",
+        __base__=_Tables,
+        __module__=__name__,
+        __doc__=_Tables.__doc__,
+        **{name: (sensor | None, None) for name, sensor in CLASSES.items()},
+    )
+
+
+def describe_sensors() -> dict[str, str]:
+    """Return the tables of [aiding] with a description of each.
+
+    Returns:
+        The first line of each sensor's docstring by table; for an unusable sensor, the reason.
+    """
+    sentences = {name: (sensor.__doc__ or "").split("\n")[0] for name, sensor in CLASSES.items()}
+    return sentences | {name: f"(cannot be used: {why})" for name, why in BROKEN.items()}

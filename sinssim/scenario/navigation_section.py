@@ -1,0 +1,239 @@
+"""The table [navigation] of a scenario: algorithms, frame, vertical channel, rates, and the initial errors.
+
+The named choices (ellipsoid, frame, radii, vertical channel) are shared with other tables.
+"""
+
+from __future__ import annotations
+
+import math
+import re
+from collections.abc import Callable
+from dataclasses import replace
+from typing import Annotated, Any, Literal, Self
+
+from pydantic import AfterValidator, BeforeValidator, Field, ValidationInfo, field_validator, model_validator
+
+from sinssim.algorithms import MEASURED_ATTITUDE, SCENARIO_ALGORITHMS
+from sinssim.earth.ellipsoids import ELLIPSOIDS
+from sinssim.errors import InputError
+from sinssim.frames import BARO_TIME_CONSTANT, CURVATURES, FRAMES, OF_TRUTH, SLOW_QUANTITIES, VERTICALS
+from sinssim.strapdown.mechanization import Mechanization
+from sinssim.system.registries import ensure
+from sinssim.toml_section import Latitude, Longitude, Offset, Rate, Section, Speed, Spread, Velocity, known_name, once
+from sinssim.truth.motion import Gravity
+
+
+def _own_too(kind: str) -> Callable[[str], str]:
+    """Return a validator that registers own content that a name means, if there is any outside the scenario."""
+
+    def look_up(value: str) -> str:
+        ensure(kind, value)
+        return value
+
+    return look_up
+
+
+def _three_of_two(rates: Any) -> Any:
+    """Return the three rates of a list of two, in which velocity and position have the same."""
+    if not isinstance(rates, list | tuple):
+        return rates
+    if len(rates) not in (2, 3):
+        raise ValueError(
+            f"must have three rates, of the fast, medium and slow part, or two, of attitude and of velocity and "
+            f"position; it has {len(rates)}"
+        )
+    return (*rates, rates[1]) if len(rates) == 2 else rates
+
+
+Schedule = Annotated[tuple[Rate, Rate, Rate], BeforeValidator(_three_of_two)]
+"""Fast, medium and slow rate, Hz; two are those of attitude, and of velocity and position."""
+OwnEllipsoid = Annotated[str, AfterValidator(known_name("ellipsoid", (OF_TRUTH, *ELLIPSOIDS)))]
+"""The navigator's ellipsoid: by name, or that of the truth."""
+Algorithm = Annotated[
+    str, AfterValidator(_own_too("algorithms")), AfterValidator(known_name("algorithm", SCENARIO_ALGORITHMS))
+]
+"""An attitude algorithm, of sinssim or of the user."""
+Frame = Annotated[str, AfterValidator(_own_too("frames")), AfterValidator(known_name("frame", FRAMES))]
+"""A navigation frame, of sinssim or of the user."""
+Curvature = Annotated[str, AfterValidator(known_name("curvature", CURVATURES))]
+Vertical = Annotated[str, AfterValidator(known_name("vertical channel", VERTICALS))]
+SlowQuantities = Annotated[str, AfterValidator(known_name("treatment of slow quantities", SLOW_QUANTITIES))]
+
+
+_Arcmin = Annotated[float, Field(ge=-10_800.0, le=10_800.0)]
+"""Error of an angle, arcmin: at most half a turn, beyond which angles repeat."""
+_ArcminSigma = Annotated[float, Field(ge=0.0, le=10_800.0)]
+
+_Degree = Annotated[int, Field(ge=2, le=2190)]
+"""Degree of a model of gravity, see `sinssim.earth.harmonic_coefficients.MOST_DEGREE`."""
+
+BaroTimeConstant = Annotated[float, Field(ge=0.1, le=1e6)]
+"""Time constant of the baro loop, s: below, the loop is faster than its readings; above, it has no effect in a run."""
+
+
+class InitialErrorSection(Section):
+    """Errors of the initial state of navigation: fixed errors, and 1σ of random errors that are added to them."""
+
+    north_m: Offset = Field(default=0.0, description="position error to the north")
+    east_m: Offset = Field(default=0.0, description="position error to the east")
+    height_m: Offset = Field(default=0.0, description="height error, up positive")
+    velocity_north_mps: Velocity = Field(default=0.0, description="velocity error to the north")
+    velocity_east_mps: Velocity = Field(default=0.0, description="velocity error to the east")
+    velocity_down_mps: Velocity = Field(default=0.0, description="velocity error, down positive")
+    roll_arcmin: _Arcmin = Field(default=0.0, description="roll error")
+    pitch_arcmin: _Arcmin = Field(default=0.0, description="pitch error")
+    heading_arcmin: _Arcmin = Field(default=0.0, description="heading error")
+    position_sigma_m: Spread = Field(
+        default=0.0, description="1σ of the random position error to the north, and to the east"
+    )
+    height_sigma_m: Spread = Field(default=0.0, description="1σ of the random height error")
+    velocity_sigma_mps: Speed = Field(default=0.0, description="1σ of the random error of each velocity component")
+    tilt_sigma_arcmin: _ArcminSigma = Field(
+        default=0.0, description="1σ of the random tilt about north, and about east"
+    )
+    heading_sigma_arcmin: _ArcminSigma = Field(default=0.0, description="1σ of the random heading error")
+
+
+_KEYS = {"azimuth": "azimuth_deg", "route": "route_deg", "baro_time_constant": "baro_time_constant_s"}
+
+
+class AlignmentSection(Section):
+    """Self-alignment of the inertial solutions at the start of the run, on a vehicle at a known position."""
+
+    method: Literal["quiet", "disturbed"] = Field(
+        default="quiet",
+        description="quiet: from gravity and the Earth's rate on a vehicle at rest, eq. (1); disturbed: from the fit "
+        "of the cone of gravity in inertial space on a vehicle that sways about its position",
+    )
+    duration_s: float = Field(
+        default=300.0, ge=10.0, le=86_400.0, description="duration of the alignment, after which navigation begins"
+    )
+
+
+class NavigationSection(Section):
+    """Strapdown navigation, which computes position, velocity and attitude from the measured increments."""
+
+    algorithms: Annotated[tuple[Algorithm, ...], once("algorithm")] = Field(
+        default=("quaternion",),
+        min_length=1,
+        description="attitude algorithms, each of which gives a solution; a filter uses the first; see `sinssim list "
+        'algorithms`; default with a platform: "platform" and "quaternion"',
+    )
+    frame: Frame = Field(default="level", description="navigation frame, see `sinssim list frames`")
+    gravity: Gravity = Field(default="normal", description="gravity model, see `sinssim list gravity`")
+    gravity_degree: _Degree | None = Field(
+        default=None,
+        description="degree to which the navigation algorithm compensates the disturbance of [gravity] at the "
+        "computed position, at most that of the truth; default: normal gravity only",
+    )
+    ellipsoid: OwnEllipsoid = Field(
+        default=OF_TRUTH,
+        description="ellipsoid, gravity and Earth rate of the navigation algorithm, see `sinssim list ellipsoids`; "
+        f'"{OF_TRUTH}": those of [truth]. With another ellipsoid, the algorithm starts with the true values of '
+        "latitude, longitude and height, and its error is the difference of these values",
+    )
+    curvature: Curvature = Field(
+        default="exact", description=f"radii of curvature: {', '.join(CURVATURES)}; see `sinssim list curvatures`"
+    )
+    vertical: Vertical = Field(
+        default="free",
+        description=f"height channel: {', '.join(VERTICALS)}; default: baro-loop for [flight], [great_circle], [track] "
+        "and scenarios with [aiding.baro], else free. The loop uses [aiding.baro], or the true height without it",
+    )
+    baro_time_constant_s: BaroTimeConstant = Field(
+        default=BARO_TIME_CONSTANT,
+        description='time constant of vertical = "baro-loop"; the loop holds the error of a measurement until the next '
+        "one arrives, and opens if the next one is overdue",
+    )
+    rates_hz: Schedule | None = Field(
+        default=None,
+        description="rates of the fast, medium and slow computations, or of attitude, and of velocity and position; "
+        "each rate divides the previous one, and the first divides the rate of the IMU",
+    )
+    slow_quantities: SlowQuantities = Field(
+        default="hold",
+        description=f"with rates_hz: slow quantities between their updates: {' or '.join(SLOW_QUANTITIES)}",
+    )
+    route_deg: tuple[Latitude, Longitude, Latitude, Longitude] | None = Field(
+        default=None,
+        description="latitude and longitude of the points A and B; the great circle through them is the equator of "
+        'frame = "transverse"; default: the great circle along the initial velocity',
+    )
+    azimuth_deg: Annotated[float, Field(ge=-360.0, le=360.0)] = Field(
+        default=0.0,
+        description="direction of the x axis of the frames wander and free-azimuth at the start, clockwise from north; "
+        "the segments of a filter's engine always begin with x to the north",
+    )
+    alignment: AlignmentSection | None = None
+    initial_error: InitialErrorSection = Field(default=InitialErrorSection())
+
+    def ellipsoid_over(self, true: str) -> str:
+        """Return the name of the navigator's ellipsoid for a true Earth of the given name."""
+        return true if self.ellipsoid == OF_TRUTH else self.ellipsoid
+
+    def mechanization(self, algorithm: str, true_ellipsoid: str) -> Mechanization:
+        """Return the options of a navigator.
+
+        Args:
+            algorithm: one of the section's.
+        """
+        route: Any = None if self.route_deg is None else tuple(map(math.radians, self.route_deg))
+        return Mechanization(
+            algorithm=algorithm,
+            frame=self.frame,
+            gravity=self.gravity,
+            ellipsoid=self.ellipsoid_over(true_ellipsoid),
+            curvature=self.curvature,
+            rates_hz=self.rates_hz,
+            slow_quantities=self.slow_quantities,
+            vertical=self.vertical,
+            baro_time_constant=self.baro_time_constant_s if self.vertical == "baro-loop" else BARO_TIME_CONSTANT,
+            route=route,
+            azimuth=math.radians(self.azimuth_deg),
+        )
+
+    def in_segments(self, true_ellipsoid: str) -> Mechanization:
+        """Return the options of a filter's engine: the first algorithm, a free vertical channel, x to the north."""
+        of = self.mechanization(self.algorithms[0], true_ellipsoid)
+        return replace(of, vertical="free", baro_time_constant=BARO_TIME_CONSTANT, azimuth=0.0)
+
+    @model_validator(mode="after")
+    def _attitude_is_measured_or_computed(self) -> Self:
+        if MEASURED_ATTITUDE in self.algorithms and (len(self.algorithms) > 1 or self.frame != "inertial"):
+            raise ValueError(
+                f'algorithms = ["{MEASURED_ATTITUDE}"] requires frame = "inertial" and no other algorithm; here '
+                f'frame = "{self.frame}" and algorithms = {list(self.algorithms)}'
+            )
+        return self
+
+    @model_validator(mode="after")
+    def _everything_is_used(self) -> Self:
+        for algorithm in self.algorithms:
+            try:
+                options = self.mechanization(algorithm, "wgs84")
+                if "vertical" in self.model_fields_set:  # otherwise the scenario may still choose it
+                    replace(options, baro_time_constant=self.baro_time_constant_s)
+            except InputError as error:  # its options are named like the keys, but for their units
+                text = re.sub(r"^(azimuth|route|baro_time_constant)\b", lambda name: _KEYS[name[0]], str(error))
+                raise ValueError(text.rstrip(".")) from error
+        angles = ("roll_arcmin", "pitch_arcmin", "heading_arcmin", "tilt_sigma_arcmin", "heading_sigma_arcmin")
+        wrong = [name for name in angles if getattr(self.initial_error, name)]
+        if wrong and MEASURED_ATTITUDE in self.algorithms:
+            raise ValueError(
+                f"initial_error.{wrong[0]} would have no effect: a measured attitude has no initial value; "
+                "imu.sensor_set.bias_arcsec is the error of the sensor at the start"
+            )
+        return self
+
+    @field_validator("route_deg")
+    @classmethod
+    def _route_is_one(
+        cls, route: tuple[float, float, float, float] | None, info: ValidationInfo
+    ) -> tuple[float, float, float, float] | None:
+        if route is None:
+            return route
+        lat_a, lon_a, lat_b, lon_b = map(math.radians, route)
+        cosine = math.sin(lat_a) * math.sin(lat_b) + math.cos(lat_a) * math.cos(lat_b) * math.cos(lon_b - lon_a)
+        if 1.0 - abs(cosine) < 1e-12:
+            raise ValueError("A and B of the route coincide or are antipodal, so they do not determine a great circle")
+        return route

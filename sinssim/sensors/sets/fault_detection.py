@@ -1,0 +1,423 @@
+"""Fault detection, isolation and exclusion in a redundant set by the parity test, and its probabilities.
+
+At every epoch the last sample and the last samples of each longer window are tested. The statistic pᵀC⁻¹p, which is
+pᵀp/σ² if all sensors have the same σ, exceeds its threshold with the stated probability if no sensor is faulty; C
+follows from the scenario's 1σ of all errors (`redundant_errors`). Above the threshold, the fault is credited to the
+sensor that explains most of the statistic. A fault of another sensor is less likely by the factor exp(−½ Δ), where Δ is
+the difference of the two largest credits; a sensor is excluded once this factor is at most 1/1000. Until then the fault
+is detected but not isolated, and all sensors remain in use. An excluded sensor is not used again.
+
+The readings from the epoch of the exclusion on are estimated without the sensor. Those before are not corrected: a slow
+fault has acted on the solution until it was found.
+
+The statistic D = pᵀ C⁻¹ p of a parity vector p of n components with the covariance C has a χ² distribution with n
+degrees of freedom as long as the errors are normal. A fault that adds f v_i to p makes it non-central,
+
+    (1) λ = f² v_iᵀ C⁻¹ v_i
+
+With errors of one variance, C = σ² I, these are pᵀp/σ² and λ = f² |v_i|²/σ². The threshold T has the probability of
+false alarm P{χ²_n > T}, and a fault is missed with the probability P{χ²_n(λ) < T}.
+"""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass, field, replace
+from itertools import pairwise
+
+import numpy as np
+from numpy.typing import NDArray
+
+from sinssim.data import Array
+from sinssim.errors import InputError
+from sinssim.jit import strict_kernel
+from sinssim.sensors.imu.imu import Imu
+from sinssim.sensors.sets.redundant_errors import Inputs, accumulated_inputs, noise_variance
+from sinssim.sensors.sets.redundant_geometry import FEWEST, along, estimator, parity_matrix
+from sinssim.sensors.sets.sensor_set import Redundant
+from sinssim.sensors.sets.single_sensors import SingleSensors
+
+
+def threshold(false_alarm: float, freedom: int) -> float:
+    """Return the threshold of the statistic.
+
+    Args:
+        false_alarm: probability of exceeding it without a fault, between 0 and 1.
+        freedom: degrees of freedom, m − 3.
+
+    Raises:
+        InputError: the probability is not between 0 and 1, or there is no degree of freedom.
+    """
+    from scipy.special import chdtri
+
+    if not 0.0 < false_alarm < 1.0:
+        raise InputError(f"false_alarm = {false_alarm:g} must be a probability between 0 and 1.")
+    if freedom < 1:
+        raise InputError(f"freedom = {freedom} must be at least 1: three sensors have no redundancy.")
+    return float(chdtri(freedom, false_alarm))
+
+
+def missed_detection(noncentrality: float, false_alarm: float, freedom: int) -> float:
+    """Return the probability that a test misses a fault.
+
+    Args:
+        noncentrality: λ of the fault (1).
+        false_alarm: probability of false alarm.
+        freedom: degrees of freedom, m − 3.
+
+    Returns:
+        P{χ²(λ) < T}.
+
+    Raises:
+        InputError: as of `threshold`.
+    """
+    from scipy.special import chndtr
+
+    return float(chndtr(threshold(false_alarm, freedom), freedom, noncentrality))
+
+
+def smallest_noncentrality(missed: float, false_alarm: float, freedom: int) -> float:
+    """Return the non-centrality of the smallest fault that a test finds with a probability.
+
+    Args:
+        missed: probability of missed detection, between 0 and 1 − false_alarm.
+        freedom: degrees of freedom, m − 3.
+
+    Raises:
+        InputError: the probabilities exclude each other, or as of `threshold`.
+    """
+    from scipy.optimize import brentq
+
+    if not 0.0 < missed < 1.0 - false_alarm:
+        raise InputError(f"missed = {missed:g} must be between 0 and 1 − false_alarm = {1.0 - false_alarm:g}.")
+    most = 2.0 * threshold(false_alarm, freedom) + 200.0
+    return float(brentq(lambda x: missed_detection(x, false_alarm, freedom) - missed, 0.0, most, xtol=1e-10))
+
+
+def smallest_fault(columns: Array, covariance: Array, false_alarm: float, missed: float) -> Array:
+    """Return the smallest fault of each sensor that a test finds with a probability.
+
+    Args:
+        columns: V, (m − 3, m).
+        covariance: C of the parity vector, (m − 3, m − 3).
+        false_alarm: probability of false alarm.
+        missed: probability of missed detection.
+
+    Returns:
+        f of (1), (m,), in the unit of the readings; infinite for a sensor whose fault is not seen.
+
+    Raises:
+        InputError: as of `smallest_noncentrality`.
+    """
+    import numpy as np
+
+    seen = np.einsum("ai,ab,bi->i", columns, np.linalg.inv(covariance), columns)
+    least = smallest_noncentrality(missed, false_alarm, len(columns))
+    with np.errstate(divide="ignore"):
+        return np.asarray(np.sqrt(least / np.where(seen < 1e-12 * seen.max(), 0.0, seen)))
+
+
+WRONG_ISOLATION = 1e-3
+"""Largest probability of another sensor's fault, relative to that of the one that is excluded."""
+
+
+@dataclass(frozen=True)
+class Alarm:
+    """A fault that was detected.
+
+    Attributes:
+        detected: time of the first test above its threshold, s.
+        window: length of the window that detected it, s; one interval for a single sample.
+        statistic: its statistic.
+        threshold: the threshold.
+        last: time of the last test above its threshold, s; of the isolation, if the fault was isolated.
+        isolated: time from which the sensor is excluded, s; None if the fault was not isolated.
+        sensor: number of the sensor, from 1; None if the fault was not isolated.
+    """
+
+    detected: float
+    window: float
+    statistic: float
+    threshold: float
+    last: float
+    isolated: float | None = None
+    sensor: int | None = None
+
+
+@dataclass(frozen=True)
+class Monitored:
+    """What the monitoring found for the sensors of one kind.
+
+    Attributes:
+        kind: "gyro" or "accel".
+        windows: length of each window, s, (W,); the first is one interval.
+        statistic: statistic of each window at the end of each sample, (W, N); NaN before a window is complete, and
+            where no redundancy is left. At the epoch of an exclusion, it is the one that led to it.
+        threshold: threshold of the statistic, (N,); NaN where no redundancy is left.
+        smallest: smallest constant fault of each sensor that each window finds with the stated probability, at the
+            start of the run, (W, m) rad/s or m/s²; NaN for windows longer than the run.
+        alarms: faults detected, in order.
+        used: whether each sensor is used in each sample, (N, m).
+    """
+
+    kind: str
+    windows: Array
+    statistic: Array
+    threshold: Array
+    smallest: Array
+    alarms: tuple[Alarm, ...]
+    used: Array
+
+    @property
+    def excluded(self) -> tuple[Alarm, ...]:
+        """The alarms that excluded a sensor."""
+        return tuple(alarm for alarm in self.alarms if alarm.sensor is not None)
+
+
+@dataclass
+class _Kind:
+    """The sensors of one kind while they are monitored."""
+
+    kind: str
+    set: Redundant
+    imu: Imu
+    time: Array
+    increments: Array
+    force: Array
+    active: list[int] = field(default_factory=list)
+
+
+def combine(increments: Array, directions: Array, used: Array | None = None) -> Array:
+    """Return the least-squares estimate from the sensors that are used in each sample.
+
+    Args:
+        increments: readings of the single sensors, (N, m).
+        directions: sensitive axes, (m, 3).
+        used: whether each sensor is used in each sample, (N, m); default: all.
+
+    Returns:
+        Increments in the block's axes, (N, 3).
+
+    Raises:
+        InputError: the sensors that are used do not span three dimensions.
+    """
+    if used is None or used.all():
+        return along(increments, estimator(directions))
+    estimate = np.empty((len(increments), 3))
+    cuts = np.flatnonzero(np.any(np.diff(used, axis=0), axis=1)) + 1
+    edges = [0, *cuts.tolist(), len(increments)]
+    for begin, end in pairwise(edges):
+        weights = used[begin].astype(np.float64)
+        estimate[begin:end] = along(increments[begin:end], estimator(directions, weights))
+    return estimate
+
+
+def monitor(imu: Imu, time: Array, readings: SingleSensors) -> tuple[Monitored, Monitored]:
+    """Test the readings of a redundant set against each other.
+
+    Args:
+        imu: the sensor block, whose sensor set is redundant and monitored.
+        time: edges of the samples, (N+1,) s.
+
+    Raises:
+        InputError: an error is stated of which the test does not know the effect.
+    """
+    own = imu.sensor_set
+    assert isinstance(own, Redundant)
+    force = combine(readings.dvel, own.axes)
+    return (
+        _monitor(_Kind("gyro", own, imu, time, readings.dtheta, force)),
+        _monitor(_Kind("accel", own, imu, time, readings.dvel, force)),
+    )
+
+
+def _monitor(one: _Kind) -> Monitored:
+    """Test the sensors of one kind, excluding one after the other."""
+
+    directions, rate = one.set.axes, one.imu.rate_hz
+    epochs, count = one.increments.shape
+    counts = np.unique([1, *(max(round(window * rate), 2) for window in one.set.windows_s)])
+    statistic = np.full((len(counts), epochs), np.nan)
+    limit, used = np.full(epochs, np.nan), np.ones((epochs, count), dtype=bool)
+    start, exclude = one.time - one.time[0], one.set.mode == "exclude"
+    one.active = list(range(count))
+    alarms: list[Alarm] = []
+    event = np.empty(5, np.int64)
+    smallest = _smallest(one, counts)
+    kept: list[tuple[int, Array]] = []
+    first, tested = 0, 0
+    while first < epochs and len(one.active) >= FEWEST:
+        if tested != len(one.active):  # at first, and after an exclusion
+            tested = len(one.active)
+            columns = parity_matrix(directions[one.active])
+            bound = threshold(one.set.false_alarm_probability, len(columns))
+            limit[first:] = bound
+            residual, base, coefficients, noise = _prepared(one, counts)
+            scratch = np.zeros((len(columns) + 4, tested))
+        isolable = exclude and tested > FEWEST
+        first = first_event(
+            first, isolable, 2.0 * math.log(1.0 / WRONG_ISOLATION), np.full(len(counts), bound), counts, start,
+            residual, base, coefficients, noise, columns, scratch, statistic, event,
+        )  # fmt: skip
+        if event[DETECTED] < 0:
+            break
+        at, window = int(event[DETECTED]), int(event[BY_WINDOW])
+        found = Alarm(
+            float(one.time[at + 1]), counts[window] / rate, float(statistic[window, at]), bound,
+            float(one.time[event[LAST] + 1]),
+        )  # fmt: skip
+        if event[ISOLATED] >= 0:
+            sensor = one.active.pop(int(event[SENSOR]))
+            used[first:, sensor] = False
+            kept.append((first, statistic[:, first].copy()))
+            found = Alarm(
+                found.detected, found.window, found.statistic, bound, found.last, float(one.time[first + 1]), sensor + 1
+            )
+            if len(one.active) < FEWEST:
+                limit[first:] = np.nan
+        alarms.append(found)
+    for epoch, column in reversed(kept):  # what led to the exclusion, instead of the test of the others at this epoch
+        statistic[:, epoch] = column
+    return Monitored(one.kind, counts / rate, statistic, limit, smallest, tuple(alarms), used)
+
+
+def _prepared(one: _Kind, counts: Array) -> tuple[Array, Array, Array, Array]:
+    """Return what the kernel tests: accumulated residuals and inputs of the sensors in use, and their 1σ."""
+    axes = one.set.axes[one.active]
+    readings = np.ascontiguousarray(one.increments[:, one.active])
+    own = along(readings, estimator(axes))
+    residual = np.zeros((len(readings) + 1, len(axes)))
+    np.cumsum(readings - along(own, axes), axis=0, out=residual[1:])  # V y = V (y − H x̂), without the large part of y
+    inputs = Inputs(one.time - one.time[0], own, one.force)
+    base, coefficients = accumulated_inputs(one.imu, one.kind, axes, inputs)
+    largest = float(np.abs(readings).max(initial=0.0))
+    return residual, base, coefficients, noise_variance(one.imu, one.kind, counts, largest)
+
+
+def _smallest(one: _Kind, counts: Array) -> Array:
+    """Return the smallest fault that each window finds at the start of the run, (W, m)."""
+    directions = one.set.axes
+    columns = parity_matrix(directions)
+    rows = min(int(counts[-1]), len(one.increments))
+    part = replace(
+        one, time=one.time[: rows + 1], increments=one.increments[:rows], force=one.force[:rows], active=one.active
+    )
+    _, base, coefficients, noise = _prepared(part, counts)
+    least = np.full((len(counts), len(directions)), np.nan)
+    for w, samples in enumerate(counts):
+        if samples < len(base):
+            constant = np.einsum("kib,b->ki", coefficients, base[samples] - base[0])
+            variance = noise[w, 0] + np.sum(constant**2, axis=0)
+            covariance = (columns * variance) @ columns.T
+            fault = smallest_fault(
+                columns, covariance, one.set.false_alarm_probability, one.set.missed_detection_probability
+            )
+            least[w] = fault * one.imu.rate_hz / samples
+    return least
+
+
+Whole = NDArray[np.int64]
+
+DETECTED, BY_WINDOW, ISOLATED, SENSOR, LAST = range(5)
+"""Entries of an event: epochs of detection, of isolation and of the last test over its threshold, −1 for none."""
+
+
+# Long: one pass over the epochs, whose scratch arrays are handed on from window to window.
+@strict_kernel
+def first_event(
+    first: int, isolate: bool, gap: float, thresholds: Array, counts: Whole, start: Array, residual: Array,
+    base: Array, coefficients: Array, noise: Array, columns: Array, scratch: Array, statistic: Array, event: Whole,
+) -> int:  # fmt: skip
+    """Test every window at every epoch until a fault is isolated, an alarm has ended, or the samples end.
+
+    The parity vector p = V d of a window's summed readings d has the covariance C = V diag(s²) Vᵀ with
+
+        s_i² = noise + Σ_k (Σ_b coefficients_kib Δbase_b)²
+
+    where Δ is the difference between the window's end and its beginning. The statistic is D = pᵀ C⁻¹ p, and sensor i is
+    credited with (v_iᵀ C⁻¹ p)²/(v_iᵀ C⁻¹ v_i), which is the part of D that a fault of this sensor explains.
+
+    Args:
+        gap: by how much the largest credit must exceed the second.
+        thresholds: threshold of each window, (W,).
+        counts: samples of each window, increasing, (W,).
+        start: time of the edges since the start, (N+1,) s.
+        residual: accumulated residuals of the readings, (N+1, m).
+        base: accumulated inputs, (N+1, B).
+        coefficients: 1σ of the errors per unit of input, (K, m, B).
+        noise: variance of a window's noise, and its growth with the start of the window, (W, 2).
+        columns: V, (n, m).
+        scratch: working memory, (n + 4, max(m, n)).
+        statistic: D of each window and epoch, NaN before a window is complete; filled, (W, N).
+        event: what happened; filled, (5,).
+    """
+    freedom, sensors = columns.shape
+    epochs = statistic.shape[1]
+    parity, credit_row, readings, variance = scratch[freedom], scratch[freedom + 1], scratch[freedom + 2], scratch[-1]
+    for i in range(5):
+        event[i] = -1
+    for k in range(first, epochs):
+        over = False
+        for w in range(len(counts)):
+            since = k + 1 - counts[w]
+            if since < 0:
+                statistic[w, k] = np.nan
+                continue
+            common = noise[w, 0] + noise[w, 1] * start[since]
+            for i in range(sensors):
+                readings[i] = residual[k + 1, i] - residual[since, i]
+                total = common
+                for c in range(coefficients.shape[0]):
+                    part = 0.0
+                    for b in range(base.shape[1]):
+                        part += coefficients[c, i, b] * (base[k + 1, b] - base[since, b])
+                    total += part * part
+                variance[i] = total
+            # Cholesky factor of C in the first rows of the scratch, and z = L⁻¹ p
+            value = 0.0
+            for a in range(freedom):
+                for b in range(a + 1):
+                    total = 0.0
+                    for i in range(sensors):
+                        total += columns[a, i] * columns[b, i] * variance[i]
+                    for c in range(b):
+                        total -= scratch[a, c] * scratch[b, c]
+                    scratch[a, b] = math.sqrt(total) if a == b else total / scratch[b, b]
+                total = 0.0
+                for i in range(sensors):
+                    total += columns[a, i] * readings[i]
+                for c in range(a):
+                    total -= scratch[a, c] * parity[c]
+                parity[a] = total / scratch[a, a]
+                value += parity[a] * parity[a]
+            statistic[w, k] = value
+            if not value > thresholds[w]:
+                continue
+            over = True
+            if event[DETECTED] < 0:
+                event[DETECTED], event[BY_WINDOW] = k, w
+            if not isolate:
+                continue
+            best, second, suspect = -1.0, -1.0, -1
+            for i in range(sensors):
+                above, below = 0.0, 0.0
+                for a in range(freedom):
+                    total = columns[a, i]
+                    for c in range(a):
+                        total -= scratch[a, c] * credit_row[c]
+                    credit_row[a] = total / scratch[a, a]
+                    above += credit_row[a] * parity[a]
+                    below += credit_row[a] * credit_row[a]
+                credit = above * above / below if below > 0.0 else 0.0
+                if credit > best:
+                    best, second, suspect = credit, best, i
+                elif credit > second:
+                    second = credit
+            if best - second >= gap:
+                event[ISOLATED], event[SENSOR], event[LAST] = k, suspect, k
+                return k
+        if over:
+            event[LAST] = k
+        elif event[DETECTED] >= 0 and k - event[LAST] > counts[-1]:
+            return k
+    return int(epochs)

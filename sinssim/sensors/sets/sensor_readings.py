@@ -1,0 +1,309 @@
+"""Readings of the sensor sets of section 8.1 and of a redundant set on one motion, with a run's true errors.
+
+The readings are given at any rate. The true errors of a run are drawn once for all uses.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+from typing import TYPE_CHECKING
+
+import numpy as np
+from numpy.typing import NDArray
+
+from sinssim.data import Array, ImuData
+from sinssim.sensors.imu.compensation import Compensation
+from sinssim.sensors.imu.emulation import measured_increments, perfect_increments
+from sinssim.sensors.imu.encoder import EncoderErrors, draw_encoders
+from sinssim.sensors.imu.fields import TriadErrors
+from sinssim.sensors.imu.imu import Imu, draw
+from sinssim.sensors.imu.imu_errors import ImuErrors
+from sinssim.sensors.sets.fault_detection import Monitored, combine, monitor
+from sinssim.sensors.sets.gimballed_sensors import (
+    AttitudeSensorErrors,
+    PlatformErrors,
+    draw_attitude_sensor,
+    draw_platform,
+    inertial_attitude,
+    sense_attitude,
+)
+from sinssim.sensors.sets.gyro_free_block import cube, gyro_free_increments
+from sinssim.sensors.sets.sensor_set import AttitudeSensor, Platform, Redundant, SixAccelerometers
+from sinssim.sensors.sets.single_sensors import (
+    APART,
+    SingleSensors,
+    compensate_single_sensors,
+    draw_accelerometers,
+    draw_single_sensors,
+    emulate_accelerometers,
+    emulate_single_sensors,
+    perfect_readings,
+)
+from sinssim.system.short_repr import short_repr
+
+if TYPE_CHECKING:
+    from sinssim.truth.trajectory import Trajectory
+
+
+@short_repr
+@dataclass(frozen=True)
+class TrueErrors:
+    """The true errors of one run's sensors.
+
+    Attributes:
+        imu: errors of a block of three gyros and three accelerometers.
+        calibration: calibration values of these errors, None without a calibration.
+        accelerometers: errors of the six single accelerometers in threes, for a set that has them.
+        attitude_sensor: errors of the attitude sensor, for a set that has one.
+        single_sensors: errors of the single sensors in threes, for a redundant set.
+        single_calibrations: calibration values of these errors; empty without a calibration.
+        left: the sensor block with the 1σ that [compensation] leaves, by which a redundant set is monitored.
+        platform: errors of the torquers and of the gimbals' pick-offs, for a platform.
+        encoders: errors of the encoders, for a block that turns.
+    """
+
+    imu: ImuErrors
+    calibration: ImuErrors | None = None
+    accelerometers: tuple[TriadErrors, ...] = ()
+    attitude_sensor: AttitudeSensorErrors | None = None
+    single_sensors: tuple[ImuErrors, ...] = ()
+    single_calibrations: tuple[ImuErrors, ...] = ()
+    left: Imu | None = None
+    platform: PlatformErrors | None = None
+    encoders: EncoderErrors | None = None
+
+
+def draw_true_errors(imu: Imu, seed: int = 0, compensation: Compensation | None = None) -> TrueErrors:
+    """Return the errors of one run's sensors: given values plus random ones.
+
+    Args:
+        imu: the sensor block: the sensor set, and its errors.
+        seed: the run's seed.
+        compensation: its compensation, if there is one.
+
+    Returns:
+        The errors, SI.
+
+    Raises:
+        InputError: the seed cannot be used.
+    """
+    if isinstance(imu.sensor_set, Redundant):
+        blocks = draw_single_sensors(imu, len(imu.sensor_set.axes), seed)
+        if compensation is None:
+            return TrueErrors(blocks[0], single_sensors=blocks)
+        known = tuple(compensation.draw(one, seed + k * APART) for k, one in enumerate(blocks))
+        left = compensation.left(imu)
+        return TrueErrors(blocks[0], single_sensors=blocks, single_calibrations=known, left=left)
+    own = draw(imu, seed)
+    return TrueErrors(
+        own,
+        None if compensation is None else compensation.draw(own, seed),
+        tuple(draw_accelerometers(imu, 6, seed)) if isinstance(imu.sensor_set, SixAccelerometers) else (),
+        draw_attitude_sensor(imu, seed) if isinstance(imu.sensor_set, AttitudeSensor) else None,
+        platform=draw_platform(imu, seed) if isinstance(imu.sensor_set, Platform) else None,
+        encoders=draw_encoders(imu, seed),
+    )
+
+
+@short_repr
+@dataclass(frozen=True)
+class Readings:
+    """Readings of one sensor set along a motion.
+
+    Attributes:
+        imu: increments of angle and velocity; those of angle are NaN for a set that measures the attitude, and come
+            from differences of accelerometers for a set of six accelerometers.
+        attitude: attitude relative to inertial space at the edges, (N+1, 4), for a set that measures it, else None.
+        accelerometers: increments of single accelerometers, (N, 6) m/s, for a set without gyros, else None.
+        arm: arm of that set's cube, m.
+        rate: inertial angular rate at the start, (3,) rad/s, which that set needs as initial value.
+        single: readings of the single sensors of a redundant set, else None.
+        monitored: what the monitoring of such a set found for gyros and accelerometers; empty without monitoring.
+        compensated: increments after the [compensation], None without one.
+        single_compensated: the single sensors' readings after it, for a redundant set.
+    """
+
+    imu: ImuData
+    attitude: Array | None = None
+    accelerometers: Array | None = None
+    arm: float = 0.0
+    rate: Array | None = None
+    single: SingleSensors | None = None
+    monitored: tuple[Monitored, ...] = ()
+    compensated: ImuData | None = None
+    single_compensated: SingleSensors | None = None
+
+    def at(self, ratio: int) -> Readings:
+        """Return the readings at a lower rate.
+
+        A gyro or accelerometer that is read less often counts the same pulses, so its increments are summed.
+
+        Args:
+            ratio: number of samples per new sample; left-over samples at the end are dropped.
+        """
+        if ratio == 1:
+            return self
+        count = len(self.imu) // ratio
+        time = self.imu.time[: count * ratio + 1 : ratio].copy()
+        if self.accelerometers is not None and self.rate is not None:
+            return _six(time, sums(self.accelerometers, ratio), self.arm, self.rate)
+        imu = ImuData(time, sums(self.imu.dtheta, ratio), sums(self.imu.dvel, ratio))
+        return Readings(imu, None if self.attitude is None else self.attitude[: count * ratio + 1 : ratio].copy())
+
+
+def sums(rows: Array, ratio: int) -> Array:
+    """Return the increments at a lower rate: each is the sum of `ratio` consecutive ones.
+
+    Noise, quantisation and all other errors of the samples are the same at every rate; only the resolution of the
+    motion differs.
+
+    Args:
+        rows: increments, (N, k).
+
+    Returns:
+        (N // ratio, k); a remainder at the end is dropped.
+    """
+    if ratio == 1:
+        return rows
+    count = len(rows) // ratio
+    return np.asarray(rows[: count * ratio].reshape(count, ratio, -1).sum(axis=1))
+
+
+def read(
+    trajectory: Trajectory, ideal: ImuData, imu: Imu, seed: int = 0, errors: TrueErrors | None = None
+) -> tuple[Readings, Readings]:
+    """Return the readings of a sensor set without errors, and its actual readings.
+
+    Args:
+        ideal: ideal increments of a usual block along it, at its rate.
+        imu: the sensor block: the sensor set, and its errors.
+        seed: the run's seed.
+        errors: the true errors, if already drawn from block and seed.
+
+    Raises:
+        InputError: the seed cannot be used, or the motion is too short for the set.
+    """
+    true = draw_true_errors(imu, seed) if errors is None else errors
+    if isinstance(imu.sensor_set, SixAccelerometers):
+        return _read_six(trajectory, ideal, imu, seed, true, imu.sensor_set.arm_m)
+    if isinstance(imu.sensor_set, Redundant):
+        return _read_redundant(ideal, imu, seed, true, imu.sensor_set)
+    measured, left = measured_increments(trajectory, ideal, imu, true.imu, seed, true.calibration)
+    if true.attitude_sensor is None:
+        return Readings(perfect_increments(trajectory, ideal, imu)), Readings(measured, compensated=left)
+    attitude = inertial_attitude(trajectory.state(ideal.time), ideal.time, trajectory.ellipsoid)
+    read_out = sense_attitude(ideal.time, attitude, true.attitude_sensor, seed)
+    without_gyros = replace(measured, dtheta=np.full_like(measured.dtheta, np.nan))
+    return Readings(ideal, attitude), Readings(without_gyros, read_out)
+
+
+def _read_redundant(
+    ideal: ImuData, imu: Imu, seed: int, errors: TrueErrors, of: Redundant
+) -> tuple[Readings, Readings]:
+    perfect = Readings(ideal, single=perfect_readings(ideal, of.axes))
+    single = emulate_single_sensors(ideal, imu, errors.single_sensors, seed)
+    used: _Used = (None, None)
+    found: tuple[Monitored, ...] = ()
+    for _ in range(len(of.axes)):  # until an excluded sensor does not act on the compensation of the others any more
+        calibrated, before = _compensated(single, errors.single_calibrations, of.axes, used), used
+        if of.mode != "none":
+            found = monitor(errors.left or imu, ideal.time, calibrated or single)
+            used = found[0].used, found[1].used
+        if calibrated is None or _same(used, before):
+            break
+    read = Readings(_combined(single, of.axes, used), single=single, monitored=found)
+    if calibrated is None:
+        return perfect, read
+    return perfect, replace(read, compensated=_combined(calibrated, of.axes, used), single_compensated=calibrated)
+
+
+_Used = tuple[Array | None, Array | None]
+_PASSES = 20
+_STANDS = 4e-16  # relative
+
+
+def _same(used: _Used, before: _Used) -> bool:
+    """Return whether the same sensors are in use; None stands for all."""
+    return all(
+        bool(np.all(new)) if old is None else np.array_equal(new, old)
+        for new, old in zip(used, before, strict=True)
+        if new is not None
+    )
+
+
+def _combined(single: SingleSensors, directions: Array, used: _Used) -> ImuData:
+    dtheta, dvel = (
+        combine(rows, directions, use) for rows, use in zip((single.dtheta, single.dvel), used, strict=True)
+    )
+    return ImuData(single.time, dtheta, dvel, axis_flags(single, used))
+
+
+def _compensated(
+    single: SingleSensors, calibrations: tuple[ImuErrors, ...], directions: Array, used: _Used
+) -> SingleSensors | None:
+    """Return the compensated readings of each sensor, None without a calibration.
+
+    The input across a sensitive axis is that of the combination. It is repeated with the compensated readings until it
+    stands still: each pass divides the difference by the reciprocal of the largest misalignment.
+    """
+    if not calibrations:
+        return None
+    estimate, found = _combined(single, directions, used), single
+    for _ in range(_PASSES):
+        before = estimate
+        found = compensate_single_sensors(single, calibrations, directions, before)
+        estimate = _combined(found, directions, used)
+        if all(
+            np.abs(new - old).max(initial=0.0) <= _STANDS * np.abs(new).max(initial=0.0)
+            for new, old in ((estimate.dtheta, before.dtheta), (estimate.dvel, before.dvel))
+        ):
+            break
+    return found
+
+
+def unmonitored(readings: Readings, directions: Array) -> ImuData:
+    """Return the increments that a redundant set gives without monitoring: the estimate from all sensors.
+
+    Args:
+        directions: sensitive axes, (m, 3).
+
+    Returns:
+        Increments in the block's axes, after the [compensation] if there is one.
+    """
+    single = readings.single_compensated or readings.single
+    assert single is not None
+    return _combined(single, directions, (None, None))
+
+
+def axis_flags(single: SingleSensors, used: Sequence[Array | None]) -> NDArray[np.uint8] | None:
+    """Return the flags of the estimate: on each axis those of all sensors of the kind that are used.
+
+    Args:
+        used: whether each gyro and each accelerometer is used in each sample, (N, m) each; None for all.
+
+    Returns:
+        (N, 6); None if the sensors set no flags.
+    """
+    if single.flags is None:
+        return None
+    of_kind = []
+    for flags, use in zip(np.split(single.flags, 2, axis=1), used, strict=True):
+        kept = flags if use is None else np.where(use, flags, np.uint8(0))
+        of_kind.append(np.bitwise_or.reduce(kept, axis=1))
+    return np.repeat(np.stack(of_kind, axis=1), 3, axis=1)
+
+
+def _read_six(
+    trajectory: Trajectory, ideal: ImuData, imu: Imu, seed: int, errors: TrueErrors, arm: float
+) -> tuple[Readings, Readings]:
+    from sinssim.truth.motions.mounted_block import velocity_increments
+
+    layout, rate = cube(arm), trajectory.rates(ideal.time[0])[0]
+    time, force = velocity_increments(trajectory, layout.position, imu.rate_hz)
+    measured = emulate_accelerometers(time, force, layout.direction, imu, seed, errors.accelerometers)
+    return _six(time, layout.feel(force), arm, rate), _six(time, measured, arm, rate)
+
+
+def _six(time: Array, dvel: Array, arm: float, rate: Array) -> Readings:
+    return Readings(gyro_free_increments(time, dvel, cube(arm), rate), None, dvel, arm, rate)

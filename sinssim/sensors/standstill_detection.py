@@ -1,0 +1,250 @@
+"""Standstill detection: stops of a vehicle in its inertial readings, and the zero velocities and rates they give.
+
+A vehicle with its engine on shakes; what shaking means rest is learned from a time at which it stands. A window of time
+is taken for rest if it passes three tests:
+
+1. the variances s² of its six axes are not larger than at rest, in their geometric mean: Π (s²/s₀²)^(1/6) < ratio.
+   Σ ln(s²/s₀²) is the likelihood ratio of Gaussian readings of variance s₀² against any other variance, less terms
+   linear in s²/s₀² (detectors of this family: Skog, Händel, Nilsson and Rantakokko, IEEE Trans. Biomedical Engineering
+   57, 2010, 2657); a single axis that a cold engine shakes more does not outvote the others;
+2. its mean rates are those at rest, which are the gyros' biases, within the 5σ by which they scatter there, and the
+   drift of the biases;
+3. its mean rates and specific forces change neither from the first half of the window to the second nor from the first
+   window of the stop to this one, within 5σ: a vehicle that starts to roll on its idling engine shakes no more than
+   before, but it accelerates.
+
+A vehicle that rolls at a constant, small velocity without more shaking cannot be told from one at rest by any inertial
+sensor. Fixes of a satellite receiver veto a stop where there are any.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from sinssim.arguments import POSITIVE, checked_increments, number
+from sinssim.data import Array, ImuData, Measurements
+from sinssim.errors import InputError
+
+
+@dataclass(frozen=True)
+class Windows:
+    """Means and variances of rates and specific forces over windows.
+
+    Attributes:
+        begin, end: of each window, (W,) s.
+        mean: gyros, then accelerometers, (W, 6) rad/s and m/s².
+        variance: of the readings about their mean, (W, 6).
+        change: mean of the second half less that of the first, (W, 6).
+    """
+
+    begin: Array
+    end: Array
+    mean: Array
+    variance: Array
+    change: Array
+
+
+def windows_of(imu: ImuData, length_s: float, step_s: float) -> Windows:
+    """Return means and variances over overlapping windows.
+
+    Args:
+        length_s: length of a window, s.
+        step_s: time from the end of one to the end of the next, s.
+
+    Raises:
+        InputError: the data are shorter than a window, or a window has fewer than 8 samples.
+    """
+    steps = np.diff(imu.time)
+    interval = float(np.mean(steps))
+    count, step = round(length_s / interval), max(round(step_s / interval), 1)
+    if count < 8 or count > len(steps):
+        raise InputError(
+            f"a window of {length_s:g} s needs at least 8 samples and no more than there are: the data have "
+            f"{len(steps)} samples of {interval:.3g} s."
+        )
+    rate = np.concatenate([imu.dtheta, imu.dvel], axis=1) / steps[:, None]
+    offset = rate.mean(axis=0)
+    rate -= offset
+    none = np.zeros((1, 6))
+    sums = np.concatenate([none, np.cumsum(rate, axis=0)])
+    squares = np.concatenate([none, np.cumsum(rate * rate, axis=0)])
+    last = np.arange(count, len(steps) + 1, step)
+    mean = (sums[last] - sums[last - count]) / count
+    variance = (squares[last] - squares[last - count]) / count - mean * mean
+    half = count // 2
+    change = (sums[last] - sums[last - half] - (sums[last - count + half] - sums[last - count])) / half
+    return Windows(imu.time[last - count], imu.time[last], mean + offset, np.maximum(variance, 0.0), change)
+
+
+LEAST_S = 5.0
+"""Shortest time of rest from which its shaking is learned, s: five windows of a second."""
+
+RATIO = 3.0
+"""Largest geometric mean of the variances of a window at rest, in units of those learned."""
+
+SIGMAS = 5.0
+"""Largest deviation of the means of a window at rest, in units of their scatter."""
+
+_STEPS = 10  # windows begin a tenth of their length after one another
+
+
+@dataclass(frozen=True)
+class Rest:
+    """Inertial readings of a vehicle at rest.
+
+    Attributes:
+        window_s: length of the windows, s.
+        variance: median variance of gyros and accelerometers in a window, (6,) rad²/s² and m²/s⁴.
+        mean: median of their means, (6,) rad/s and m/s².
+        scatter: 1σ of the means of windows, (6,).
+        seconds: time from which this was learned, s.
+    """
+
+    window_s: float
+    variance: Array
+    mean: Array
+    scatter: Array
+    seconds: float
+
+
+@dataclass(frozen=True)
+class Stops:
+    """The stops of a run.
+
+    Attributes:
+        spans: beginning and end of each stop, (S, 2) s.
+        rest: what rest is.
+    """
+
+    spans: Array
+    rest: Rest
+
+
+def learn_rest(
+    imu: ImuData,
+    velocity: Measurements | None = None,
+    spans: Sequence[tuple[float, float]] | None = None,
+    window_s: float = 1.0,
+) -> Rest:
+    """Learn the readings of a vehicle at rest.
+
+    Args:
+        velocity: "gnss-velocity", which show when the vehicle stands: all components within 3σ of zero.
+        spans: beginning and end of times at which the vehicle is known to stand, s; they count instead of fixes.
+        window_s: length of the windows, s.
+
+    Raises:
+        InputError: neither fixes nor spans are given, or they show less than `LEAST_S` of rest.
+    """
+    checked_increments(imu)
+    window_s = number("window_s", window_s, "s", low=POSITIVE)
+    found = windows_of(imu, window_s, window_s / _STEPS)
+    if spans is not None:
+        still = np.zeros(len(found.end), dtype=bool)
+        for begin, end in spans:
+            still |= (found.begin >= begin - 1e-6) & (found.end <= end + 1e-6)
+    elif velocity is not None:
+        still = _shown_by(velocity, found, standing=True)
+    else:
+        raise InputError(
+            "to learn the noise at rest, give velocity fixes, or spans in which the vehicle is stationary."
+        )
+    begins, ends = found.begin[still], found.end[still]
+    seconds = float(np.sum(ends - np.maximum(begins, np.append(-np.inf, ends)[:-1])))  # windows overlap
+    if seconds < LEAST_S - 1e-6:
+        raise InputError(
+            f"the vehicle stands for {seconds:.3g} s of the data; its vibration at rest is learned from {LEAST_S:g} s "
+            "or more. Give spans in which the vehicle is known to be stationary, or the times of its stops."
+        )
+    variance, mean = np.median(found.variance[still], axis=0), np.median(found.mean[still], axis=0)
+    # robust: a quarter of the windows may belong to the beginning or the end of a stop
+    scatter = np.median(np.abs(np.diff(found.mean[still][::_STEPS], axis=0)), axis=0) / (0.6745 * np.sqrt(2.0))
+    samples = window_s * len(imu) / float(imu.time[-1] - imu.time[0])
+    return Rest(window_s, variance, mean, np.maximum(scatter, np.sqrt(variance / samples)), seconds)
+
+
+def find_stops(
+    imu: ImuData,
+    rest: Rest,
+    *,
+    ratio: float = RATIO,
+    rate_drift: float = np.radians(0.2),
+    velocity: Measurements | None = None,
+) -> Stops:
+    """Find the stops of a vehicle.
+
+    Args:
+        ratio: largest geometric mean of the variances, in units of those at rest.
+        rate_drift: how far the gyros' biases may drift from those learned, rad/s.
+        velocity: "gnss-velocity" that veto a stop: a component beyond 5σ of zero within a window.
+
+    Returns:
+        The stops; in each of them at least one window passed the tests.
+
+    Raises:
+        InputError: an argument cannot be used.
+    """
+    checked_increments(imu)
+    ratio = number("ratio", ratio, low=POSITIVE)
+    found = windows_of(imu, rest.window_s, rest.window_s / _STEPS)
+    with np.errstate(divide="ignore"):
+        level = np.mean(np.log(found.variance / rest.variance), axis=1)
+    turning = np.abs(found.mean[:, :3] - rest.mean[:3]) > SIGMAS * rest.scatter[:3] + rate_drift
+    # the mean of half a window scatters √2 times as much, the difference of two halves twice as much
+    changing = np.abs(found.change) > SIGMAS * 2.0 * rest.scatter
+    still = (level < np.log(ratio)) & ~turning.any(axis=1) & ~changing.any(axis=1)
+    if velocity is not None:
+        still &= ~_shown_by(velocity, found, standing=False)
+    spans: list[tuple[float, float]] = []
+    anchor = None
+    for k in np.flatnonzero(still):
+        begin, end = float(found.begin[k]), float(found.end[k])
+        if anchor is None or begin > spans[-1][1]:
+            anchor = found.mean[k]
+            spans.append((begin, end))
+        elif np.all(np.abs(found.mean[k] - anchor) <= SIGMAS * np.sqrt(2.0) * rest.scatter):
+            spans[-1] = (spans[-1][0], end)
+    return Stops(np.array(spans).reshape(-1, 2), rest)
+
+
+def _shown_by(velocity: Measurements, found: Windows, *, standing: bool) -> NDArray[np.bool_]:
+    """Return the windows in which fixes of velocity show rest, or in which one shows motion, (W,)."""
+    size = np.max(np.abs(velocity.value) / velocity.sigma, axis=1)
+    size = np.where(np.isfinite(size), size, np.inf if standing else 0.0)
+    first = np.searchsorted(velocity.time, found.begin - 1e-6)
+    last = np.searchsorted(velocity.time, found.end + 1e-6)
+    moving = np.concatenate([[0], np.cumsum(size > (3.0 if standing else SIGMAS))])
+    any_moving = moving[last] > moving[first]
+    return np.asarray(~any_moving & (last > first) if standing else any_moving)
+
+
+def standstill(
+    stops: Stops, *, velocity_sigma: float = 0.02, rate_hz: float = 1.0, velocity: bool = True, rate: bool = True
+) -> list[Measurements]:
+    """Return the readings of zero velocity and of zero rate that stops give.
+
+    Args:
+        velocity_sigma: 1σ of each component of the velocity by the shaking of the vehicle, m/s.
+        velocity, rate: whether to return zero velocities, and zero rates.
+
+    Returns:
+        "zero-velocity" and "zero-rate", valid at the ends of whole intervals within a stop; the 1σ of the rates is the
+        scatter of their means at rest.
+    """
+    velocity_sigma = number("velocity_sigma", velocity_sigma, "m/s", low=POSITIVE)
+    interval = 1.0 / number("rate_hz", rate_hz, "measurements per second", low=POSITIVE)
+    times = [np.arange(begin + interval, end + 1e-9, interval) for begin, end in stops.spans]
+    time = np.concatenate(times) if times else np.zeros(0)
+    zero = np.zeros((len(time), 3))
+    readings = []
+    if velocity:
+        sigma = np.broadcast_to(np.full(3, velocity_sigma), (len(time), 3))
+        readings.append(Measurements("zero-velocity", time, time, zero, sigma))
+    if rate:
+        scatter = stops.rest.scatter[:3] * np.sqrt(stops.rest.window_s / interval)
+        readings.append(Measurements("zero-rate", time, time, zero, np.broadcast_to(scatter, (len(time), 3))))
+    return readings

@@ -1,1 +1,0 @@
-"""The filter of a scenario: its states, assumed noise, memory and run."""

@@ -1,0 +1,451 @@
+"""Runs a scenario's filter: emulated readings of the aiding sensors, initial alignment, estimate.
+
+A filter whose innovations speak against it is run again under other hypotheses, over the beginning of the run.
+"""
+
+from __future__ import annotations
+
+import math
+import time
+from collections.abc import Mapping, Sequence
+from dataclasses import replace
+from functools import partial
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from sinssim import rotation
+from sinssim.data import Array, ImuData, Measurements, NavSolution, NavState
+from sinssim.errors import InputError, SinssimError
+from sinssim.estimation.consistency import consistency
+from sinssim.estimation.divergence import vibration_untold
+from sinssim.estimation.estimate import estimate
+from sinssim.estimation.filter_diagnosis import LimitReachedError, diagnose, widened
+from sinssim.estimation.filter_result import Diagnosis, Estimate, Innovations
+from sinssim.estimation.filter_start import Start, at_rest, by_course, in_motion
+from sinssim.estimation.state_model import ErrorModel
+from sinssim.progress import Progress, silent
+from sinssim.scenario.filter_model import filter_model, inertial_sigma, noise_of_combination, with_declination
+from sinssim.scenario.run_memory import ROWS
+from sinssim.scenario.true_motion import block_of, known_field, mounting
+from sinssim.sensors.aiding.land_vehicle import LandVehicle
+from sinssim.sensors.aiding_sensor import AidingReadings, Vehicle
+from sinssim.sensors.imu.encoder import Encoders, encoders_of, turned_in
+from sinssim.sensors.vibration_noise import AddedNoise, vibration, vibration_noise
+from sinssim.simulation.truth_comparison import Aided, InertialParameters, compare_with_truth
+from sinssim.strapdown.polar_axes import axes_along
+from sinssim.system.resources import give_back_memory, shared
+
+if TYPE_CHECKING:
+    from sinssim.scenario import Scenario
+    from sinssim.sensors.sets.fault_detection import Monitored
+    from sinssim.sensors.sets.sensor_readings import TrueErrors
+    from sinssim.toml_section import LeverArm
+    from sinssim.truth.trajectory import Trajectory
+
+
+_FIRST_S = 300.0
+"""Shortest time that is looked at. It is doubled until the innovations within it speak against the filter, so that a
+fault that shows early costs little however long the run is."""
+
+_SAMPLES, _MOST, _FEWEST = 3_000_000, 70, 30
+"""Limit of the search: inertial samples that all its runs take together, about two minutes at 40 µs for each; most runs
+in any case, more than any model has needed; and runs that are allowed however long the time is: those of the states,
+of the start and of the measurement noise, the most likely causes, which come first. The search for inertial noise, with
+six decades for each sensor, is then cut."""
+
+
+def diagnosed(
+    found: Estimate,
+    start: Start,
+    readings: Sequence[Measurements],
+    options: Mapping[str, Any],
+    progress: Progress = silent,
+) -> Estimate:
+    """Return an estimate with its diagnosis, if its innovations speak against the filter.
+
+    Args:
+        start: increments, state and covariance that the filter started with.
+        options: arguments of `estimate`.
+    """
+    if consistency(found).consistent:
+        return found
+    begin, end = float(start.imu.time[0]), float(start.imu.time[-1])
+    lasts = _FIRST_S
+    while begin + lasts < end and (options["encoders"] is not None or _consistent_until(found, begin + lasts)):
+        lasts *= 2.0
+    seen = _diagnosis(found, start, readings, options, min(begin + lasts, end), progress)
+    if seen is not None and seen.cause is not None and seen.cause.kind != "inertial noise":
+        # a better explanation was found than the vibration that the estimate's remark suspects
+        suspected = vibration_untold(found.innovations, start.imu, found.model, options["added_noise"])
+        found = replace(found, remarks=tuple(remark for remark in found.remarks if remark not in suspected))
+    return replace(found, diagnosis=seen)
+
+
+def _consistent_until(found: Estimate, until: float) -> bool:
+    """Return whether the innovations up to an instant are consistent."""
+    part = tuple(_part(one, until) for one in found.innovations)
+    ends = found.divergence is not None and found.divergence.time <= until
+    return not ends and consistency(replace(found, innovations=part, divergence=None)).consistent
+
+
+def _part(innovations: Innovations, until: float) -> Innovations:
+    """Return the innovations up to an instant."""
+    k = int(np.searchsorted(innovations.time, until, "right"))
+    i = innovations
+    return replace(
+        i, time=i.time[:k], value=i.value[:k], lower=i.lower[:k], nis=i.nis[:k], accepted=i.accepted[:k],
+        reason=i.reason[:k],
+    )  # fmt: skip
+
+
+def _diagnosis(
+    found: Estimate,
+    start: Start,
+    readings: Sequence[Measurements],
+    options: Mapping[str, Any],
+    until: float,
+    progress: Progress,
+) -> Diagnosis | None:
+    edges = start.imu.time
+    stop = int(np.searchsorted(edges, until - 1e-9))
+    imu = ImuData(edges[: stop + 1], start.imu.dtheta[:stop], start.imu.dvel[:stop])
+    within = [_rows(m, m.time <= edges[stop] + 1e-9) for m in readings]
+
+    most = most_runs(stop)
+    runs, refused, begin = 0, 0, time.perf_counter()
+
+    def run(model: ErrorModel, factors: Mapping[str, float], *, smooth: bool = False) -> Estimate:
+        nonlocal runs, refused
+        if runs >= most and not smooth:  # the size of the best explanation is found in any case
+            refused += 1
+            raise LimitReachedError("the search is at its limit.")
+        progress(_tried(found.model, model, factors), min(runs / most, 1.0))
+        runs += 1
+        told = [replace(m, sigma=factors.get(m.label, 1.0) * m.sigma) for m in within]
+        own = {**options, "axes": model.axes}
+        known = widened(start.covariance, found.model, model)
+        return estimate(imu, start.state, told, model, covariance=known, smooth=smooth, history=False, **own)
+
+    interval = float(np.median(np.diff(imu.time)))
+    seen = diagnose(run, found.model, interval, float(edges[stop]))
+    progress("done", 1.0)
+    took = time.perf_counter() - begin
+    return None if seen is None else replace(seen, runs=runs, seconds=took, cut=refused > 0)
+
+
+def most_runs(samples: int) -> int:
+    """Return how many runs of the filter a search may take."""
+    return min(max(_SAMPLES // max(samples, 1), _FEWEST), _MOST)
+
+
+def _tried(own: ErrorModel, model: ErrorModel, factors: Mapping[str, float]) -> str:
+    """Return in which a model differs from the filter's own, in a few words."""
+    if factors:
+        return f"σ of {', '.join(factors)}"
+    if (model.gyro_noise, model.accel_noise) != (own.gyro_noise, own.accel_noise):
+        return "inertial noise"
+    known = {block.name: block for block in own.blocks}
+    for block in model.blocks:
+        there = known.get(block.name)
+        if there is None or not np.array_equal(there.sigma, block.sigma):
+            return (
+                block.name
+                if there is None or block.name not in ("position", "velocity", "attitude")
+                else f"initial {block.name}"
+            )
+        if there is not block:
+            return f"random walk of {block.name}"
+    return "the filter itself"
+
+
+def _rows(m: Measurements, which: np.ndarray[Any, np.dtype[np.bool_]]) -> Measurements:
+    """Return some readings."""
+    if which.all():
+        return m
+    correlation = None if m.correlation is None else m.correlation[which]
+    m = replace(m, correlation=correlation, sigma=m.sigma[which])
+    return replace(m, time=m.time[which], arrival=m.arrival[which], value=m.value[which])
+
+
+_APART = 1 << 41
+"""Offset of the seed, far from the seeds of scenarios and of calibrations."""
+
+
+# Long: the stages of an aided run in order.
+def aid_run(
+    scenario: Scenario,
+    trajectory: Trajectory,
+    imu: ImuData,
+    initial: NavState,
+    errors: TrueErrors,
+    *,
+    monitored: Sequence[Monitored] = (),
+    history: bool = True,
+    row_s: float | None = None,
+    progress: Progress = silent,
+) -> Aided:
+    """Emulate a scenario's aiding sensors, run its filter, and compare the estimate with the truth.
+
+    Args:
+        scenario: with an [aiding] and a [filter] section.
+        trajectory: the true motion of the vehicle at the block's place.
+        imu: increments that the engine navigates on.
+        initial: state of the vehicle that navigation starts from.
+        errors: the true errors of the inertial sensors in this run.
+        monitored: what the monitoring of a redundant set found.
+        history: whether to keep the history for smoothing and observability; without it nothing is smoothed. The aided
+            solution is the same.
+        row_s: least time between stored rows of the covariance, s; by default about 2000 rows are kept, all of them if
+            the scenario smooths.
+        progress: called with what a diagnosis tries and the fraction done.
+
+    Returns:
+        The aided solution; if the filter diverged, it ends there.
+
+    Raises:
+        InputError: the run is too short for a sensor, the vehicle moves during a coarse alignment at rest, or rates do
+            not divide.
+    """
+    section, aiding, navigation = scenario.filter, scenario.aiding, scenario.navigation
+    assert section is not None
+    assert aiding is not None
+    beside = partial(navigate_beside, scenario, trajectory)
+    vehicle = Vehicle(trajectory, scenario.seed, beside, mounting(scenario).q_bs, imu)
+    sensed = tuple(readings for sensor in aiding.sensors().values() for readings in sensor.read(vehicle))
+    sensed = _with_shared_times(sensed, imu.time)
+    give_back_memory()
+    model, edges = filter_model(scenario, float(imu.time[-1] - imu.time[0])), imu.time
+    model = with_declination(model, scenario, trajectory)
+    measurements = [_with_noise_factor(s.measurements, section.measurement_noise_factor) for s in sensed]
+    block = block_of(trajectory, scenario.imu)
+    encoders = encoders_of(block, errors.encoders, edges)
+    start = Start(imu, turned_in(initial, block, float(edges[0])), None)
+    if section.alignment_s is not None:
+        start = coarse_alignment(scenario, trajectory.ellipsoid.name, start, measurements, model)
+    smooth = section.smooth and history
+    if row_s is None:
+        row_s = 0.0 if smooth else float(imu.time[-1] - imu.time[0]) / ROWS
+    axes = axes_along(navigation.frame, trajectory.state, trajectory.start, trajectory.end)
+    added = noise_of_combination(model, scenario, monitored, edges)
+    solution = filtered(
+        scenario,
+        start,
+        measurements,
+        model,
+        trajectory.ellipsoid.name,
+        axes,
+        history,
+        row_s,
+        encoders,
+        added,
+        progress=progress,
+    )
+    give_back_memory()
+    used = (monitored[0].used, monitored[1].used) if monitored else None
+    inertial = InertialParameters(errors, edges, scenario.seed, scenario.imu.sensor_set, used)
+    return compare_with_truth(trajectory, inertial, edges, sensed, solution, block)
+
+
+def filtered(
+    scenario: Scenario,
+    start: Start,
+    measurements: Sequence[Measurements],
+    model: ErrorModel,
+    ellipsoid: str,
+    axes: str | None,
+    history: bool,
+    row_s: float,
+    encoders: Encoders | None = None,
+    added: AddedNoise | None = None,
+    bridged: AddedNoise | None = None,
+    progress: Progress = silent,
+) -> Estimate:
+    """Run a scenario's filter on measurements from anywhere.
+
+    Args:
+        start: increments, state and covariance that the filter starts with.
+        measurements: one entry for each sensor and kind; those before the start are left out.
+        ellipsoid: name of the reference ellipsoid of the measurements.
+        axes: as for `estimate`.
+        history: whether to keep the history for smoothing and observability.
+        row_s: as for `estimate`.
+        added: noise of the inertial sensors in addition to the model's; by default that of vibration, if the section
+            has any.
+        bridged: noise of bridged gaps in the readings; None without gaps.
+        progress: called with what a diagnosis tries and the fraction done.
+
+    Returns:
+        The estimate; its solution is that of the vehicle, its history that of the block.
+
+    Raises:
+        InputError: as for `estimate`.
+    """
+    section, navigation = scenario.filter, scenario.navigation
+    assert section is not None
+    options: dict[str, Any] = {
+        "loop": section.loop,
+        "rate_hz": section.rate_hz,
+        "gate": section.gate or None,
+        "row_s": row_s,
+        "mechanization": navigation.in_segments(ellipsoid),
+        "field": known_field(scenario),
+    }
+    readings = [_after(m, float(start.imu.time[0])) for m in measurements]
+    added = added or _added_noise(start.imu, section.vibration_noise, bridged)
+    options |= {"axes": axes, "added_noise": added, "encoders": encoders}
+    found = estimate(
+        start.imu,
+        start.state,
+        readings,
+        model,
+        covariance=start.covariance,
+        smooth=section.smooth and history,
+        history=history,
+        **options,
+    )
+    if history and section.diagnose:
+        found = diagnosed(found, start, readings, options, progress)
+    for key in ("axes", "added_noise", "encoders"):
+        del options[key]
+    if section.backward and history:
+        options["row_s"] = max(row_s, float(start.imu.time[-1] - start.imu.time[0]) / ROWS)  # nothing smooths it
+        found = _with_backward(found, start.imu, readings, section.vibration_noise, options, bridged)
+    if encoders is None:
+        return found
+    smoothed, unaided = found.smoothed, found.unaided
+    if smoothed is not None:
+        smoothed = replace(smoothed, solution=encoders.turned_out(smoothed.solution))
+    return replace(
+        found,
+        solution=encoders.turned_out(found.solution),
+        smoothed=smoothed,
+        unaided=lambda: encoders.turned_out(unaided()),
+    )
+
+
+def _with_backward(
+    forward: Estimate,
+    imu: ImuData,
+    readings: Sequence[Measurements],
+    vibration: float,
+    options: dict[str, Any],
+    bridged: AddedNoise | None,
+) -> Estimate:
+    """Return an estimate with the backward solution, or with a remark on why there is none."""
+    from sinssim.simulation.backward_filter import run_backward
+
+    if forward.divergence is not None:
+        remark = "There is no backward solution, because the filter diverged: the state to start from is not known."
+        return replace(forward, remarks=(*forward.remarks, remark))
+    backward = run_backward(forward, imu, readings, vibration, options, bridged)
+    if (end := backward.divergence) is not None:
+        at = f"The backward solution diverged at {end.time:.1f} s: {end.reason}."
+        return replace(forward, remarks=(*forward.remarks, at))
+    return replace(forward, backward=backward)
+
+
+def navigate_beside(scenario: Scenario, trajectory: Trajectory, grade: str, lever_arm: LeverArm) -> NavSolution:
+    """Return the solution of another inertial system of the vehicle, started from the true state at its own place."""
+    from sinssim.sensors.imu.emulation import emulate
+    from sinssim.sensors.imu.imu import Imu
+    from sinssim.strapdown.navigate import navigate
+    from sinssim.truth.motions.mounted_block import Vibrating
+
+    place = Vibrating(trajectory, (), lever_arm)
+    ideal = place.increments(scenario.imu.rate_hz)
+    imu = emulate(ideal, Imu(grade=grade, rate_hz=scenario.imu.rate_hz), scenario.seed + _APART)
+    return navigate(
+        imu,
+        place.state(place.start),
+        algorithm="quaternion",
+        frame=scenario.navigation.frame,
+        gravity=scenario.navigation.gravity,
+        ellipsoid=trajectory.ellipsoid.name,
+        vertical="baro-loop",
+        height=place.state(ideal.time).height,
+    )
+
+
+def coarse_alignment(
+    scenario: Scenario, ellipsoid_of_truth: str, start: Start, measurements: Sequence[Measurements], model: ErrorModel
+) -> Start:
+    """Return the start of the filter after the scenario's coarse alignment.
+
+    Args:
+        ellipsoid_of_truth: name of the reference ellipsoid of the measurements.
+
+    Raises:
+        InputError: the run is too short, or the vehicle moves during an alignment at rest.
+        RunError: the vehicle hardly accelerates during an alignment in motion.
+    """
+    section, imu, sigma = scenario.filter, start.imu, inertial_sigma(scenario)
+    assert section is not None
+    assert section.alignment_s is not None
+    count = int(np.searchsorted(imu.time, imu.time[0] + section.alignment_s - 1e-9))
+    if count >= len(imu):
+        raise InputError(
+            f"filter.alignment_s = {section.alignment_s:g}: the run lasts {imu.time[-1] - imu.time[0]:g} s, and the "
+            "filter needs time after the alignment."
+        )
+    gravity = scenario.navigation.gravity
+    ellipsoid = scenario.navigation.ellipsoid_over(ellipsoid_of_truth)
+    if section.alignment == "at-rest":
+        try:
+            # the vehicle stands still or not, whatever noise the filter is told
+            return at_rest(imu, start.state, model, sigma, count, inertial_sigma(scenario, 1.0), gravity, ellipsoid)
+        except SinssimError as error:
+            raise InputError(
+                f"filter.alignment_s = {section.alignment_s:g}: the vehicle must be stationary for this time, with "
+                f"gyros that sense the Earth's rate: {error}"
+            ) from error
+    fixes = {m.kind: m for m in measurements if m.label in ("gnss-position", "gnss-velocity")}
+    try:
+        if section.alignment == "by-course":
+            angles, angles_sigma = _assumed_mounting(scenario, measurements)
+            return by_course(imu, fixes["gnss-position"], fixes["gnss-velocity"], sigma, count, angles, angles_sigma)
+        return in_motion(imu, fixes["gnss-position"], fixes["gnss-velocity"], sigma, count, gravity, ellipsoid)
+    except SinssimError as error:
+        raise type(error)(f"filter.alignment_s = {section.alignment_s:g}: {error}") from error
+
+
+def _assumed_mounting(scenario: Scenario, measurements: Sequence[Measurements]) -> tuple[tuple[float, float], float]:
+    """Return pitch and yaw of the vehicle's axes in the block's, as they are assumed, and their 1σ, rad."""
+    assert scenario.aiding is not None
+    for m in measurements:
+        if m.kind == "land-velocity" and len(m):
+            section = scenario.aiding.sensor(LandVehicle)
+            spread = 0.0 if section is None else math.radians(section.mounting_sigma_deg)
+            return (float(m.value[0, 2]), float(m.value[0, 3])), spread
+    ahead = rotation.dcm_from_quaternion(mounting(scenario).q_bs)[0]
+    return (math.atan2(-ahead[2], math.hypot(ahead[0], ahead[1])), math.atan2(ahead[1], ahead[0])), 0.0
+
+
+def _added_noise(imu: ImuData, kappa: float, bridged: AddedNoise | None) -> AddedNoise | None:
+    """Return the noise that vibration and bridged gaps add; None if there is none."""
+    return vibration_noise(vibration(imu), kappa, kappa).plus(bridged) if kappa else bridged
+
+
+def _with_shared_times(sensed: Sequence[AidingReadings], edges: Array) -> tuple[AidingReadings, ...]:
+    """Return readings whose times are the same arrays wherever they are equal: those of the IMU, or of each other."""
+    known, found = [edges, edges[1:]], []
+    for one in sensed:
+        m = one.measurements
+        m = replace(m, time=shared(m.time, known), arrival=shared(m.arrival, known))
+        found.append(replace(one, measurements=m, time=shared(one.time, known)))
+    return tuple(found)
+
+
+def _with_noise_factor(measurements: Measurements, factor: float) -> Measurements:
+    """Return readings with the assumed noise: the true noise times a factor."""
+    return measurements if factor == 1.0 else replace(measurements, sigma=factor * measurements.sigma)
+
+
+def _after(measurements: Measurements, start: float) -> Measurements:
+    """Return the readings after the filter's start."""
+    m, later = measurements, measurements.time > start + 1e-9
+    if later.all():
+        return m
+    correlation = None if m.correlation is None else m.correlation[later]
+    m = replace(m, correlation=correlation, sigma=m.sigma[later])
+    return replace(m, time=m.time[later], arrival=m.arrival[later], value=m.value[later])

@@ -1,0 +1,216 @@
+"""The backward solution: the filter run over the data in reverse time, from the end to the start.
+
+With τ = −t position and attitude stay, the velocity changes its sign, and so do the rate of the body and that of the
+Earth; specific force and gravity stay, because dv'/dτ = d(−v)/d(−t). In these variables the equations of navigation
+and of its errors are the same, so that the same engine and the same filter run on
+
+    v' = −v,   Ω' = −Ω,   Δθ' = −Δθ and ΔV' = ΔV in reverse order,
+
+and on readings whose velocities and rates have the other sign. Biases of gyros and of measured velocities, delays and
+the wind change their sign as well; scale factors, misalignments, biases of accelerometers and mounting angles do not. A
+Gauss-Markov process is the same in reverse time.
+
+The run starts from the last state of the forward solution, with `WIDER` times its standard deviations and without its
+correlations. The forward solution then counts for little: C = σσᵀ∘ρ of nine states is at most nine times its diagonal,
+so that in no direction more than 9/100 of the information of the forward run, and 1/100 in each state by itself, is
+used again. The estimates of the sensors' parameters start from zero and their own standard deviations, those of random
+walks being the ones at the end of the run.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping, Sequence
+from dataclasses import replace
+from typing import Any
+
+import numpy as np
+
+from sinssim.data import Array, ImuData, Measurements, NavSolution, NavState
+from sinssim.earth.ellipsoids import in_reverse_time
+from sinssim.estimation import Block, ErrorModel, Estimate, Innovations
+from sinssim.estimation.estimate import estimate
+from sinssim.estimation.measurement_epochs import averaging_intervals
+from sinssim.estimation.state_model import NAVIGATION
+from sinssim.sensors.aiding_registry import measurement_kind
+from sinssim.sensors.vibration_noise import AddedNoise, vibration, vibration_noise
+from sinssim.strapdown.mechanization import Mechanization
+
+WIDER = 10.0
+"""1σ of the first state of the backward run, relative to that of the forward solution there."""
+
+_LARGEST_ANGLE = 0.5
+"""Largest 1σ of an attitude error at that start, unless the forward solution's is larger, rad: errors of attitude are
+taken for small ones."""
+
+_OTHER_SIGN = ("velocity", "gyro bias", "gyro instability")
+_OTHER_SIGN_OF_SENSORS = (" delay", " time offset")
+
+
+def run_backward(
+    forward: Estimate,
+    imu: ImuData,
+    measurements: Sequence[Measurements],
+    vibration_share: float,
+    options: Mapping[str, Any],
+    bridged: AddedNoise | None = None,
+) -> Estimate:
+    """Run the filter in reverse time.
+
+    Args:
+        forward: the forward estimate; its last row is where the backward run starts.
+        vibration_share: `filter.vibration_noise`.
+        options: those of `estimate` in the forward run, with its mechanization.
+        bridged: noise of bridged gaps in the forward run; None without gaps.
+
+    Returns:
+        The estimate in forward time: every row uses the readings at its instant and later.
+
+    Raises:
+        InputError: as for `estimate`.
+    """
+    forwards: Mechanization = options["mechanization"]
+    count = int(np.searchsorted(imu.time, forward.time[-1] + 1e-6)) - 1
+    imu = ImuData(imu.time[: count + 1], imu.dtheta[:count], imu.dvel[:count])
+    turned = reversed_imu(imu)
+    kinds = {m.label: m.kind for m in measurements}
+    added = None if bridged is None else bridged.mirrored(float(imu.time[0]), float(imu.time[-1]))
+    if vibration_share:
+        added = vibration_noise(vibration(turned), vibration_share, vibration_share).plus(added)
+    found = estimate(
+        turned,
+        _reversed_state(forward.solution.state(-1)),
+        [reversed_readings(m, imu.time) for m in measurements],
+        start_model(forward),
+        axes=forward.model.axes,
+        added_noise=added,
+        **{**options, "mechanization": replace(forwards, ellipsoid=in_reverse_time(forwards.ellipsoid))},
+    )
+    return _in_forward_time(found, imu.time, kinds)
+
+
+def start_model(forward: Estimate) -> ErrorModel:
+    """Return the error model with the standard deviations at the start of the backward run.
+
+    Returns:
+        The model; see the text of this file.
+    """
+    model, lasts = forward.model, float(forward.time[-1] - forward.time[0])
+    blocks = []
+    for block in model.blocks:
+        if block.name in NAVIGATION:
+            own = forward.sigma[-1, model.slices[block.name]]
+            sigma = WIDER * own
+            if block.name == "attitude":
+                sigma = np.minimum(sigma, np.maximum(own, _LARGEST_ANGLE))
+        elif math.isfinite(block.correlation_time):
+            sigma = np.asarray(block.sigma)
+        else:
+            sigma = np.hypot(block.sigma, np.asarray(block.random_walk) * math.sqrt(lasts))
+        blocks.append(Block(block.name, sigma, block.random_walk, block.correlation_time))
+    return replace(model, blocks=tuple(blocks))
+
+
+def reversed_imu(imu: ImuData) -> ImuData:
+    """Return increments in reverse time, between the same first and last instants.
+
+    Args:
+        imu: N intervals.
+
+    Returns:
+        N intervals in reverse order; the angles have the other sign.
+    """
+    return ImuData(_mirrored(imu.time, imu.time), -imu.dtheta[::-1], np.ascontiguousarray(imu.dvel[::-1]))
+
+
+def reversed_readings(readings: Measurements, edges: Array) -> Measurements:
+    """Return the readings of a sensor in reverse time.
+
+    A reading counts from its instant of validity on, because everything is known already. A mean over the time before
+    an instant is in reverse time a mean over the time before the other end of this interval.
+
+    Args:
+        edges: edges of the IMU's intervals, (N+1,) s.
+
+    Returns:
+        The readings within the edges; velocities and rates have the other sign.
+    """
+    m, kind = readings, measurement_kind(readings.kind)
+    order = np.argsort(m.time, kind="stable")
+    time = m.time[order]
+    if kind.mean_rate:
+        time = time - averaging_intervals(time, float(edges[0]))
+    inside = (time >= edges[0] - 1e-6) & (time <= edges[-1] - (1e-6 if kind.mean_rate else -1e-6))
+    rows = order[inside][::-1]
+    mirrored = _mirrored(time[inside], edges)
+    value = m.value[rows].copy()
+    value[:, : kind.velocities] *= -1.0
+    correlation = None if m.correlation is None else m.correlation[rows]
+    return replace(m, time=mirrored, arrival=mirrored, value=value, sigma=m.sigma[rows], correlation=correlation)
+
+
+def signs_in_reverse_time(model: ErrorModel, kinds: Mapping[str, str]) -> Array:
+    """Return the sign that every state takes in reverse time.
+
+    Args:
+        kinds: kind of measurement of each aiding sensor, by its label.
+
+    Returns:
+        1 or −1 for each state, (n,).
+    """
+    signs = np.ones(model.size)
+    for name, where in model.slices.items():
+        sensor = next((label for label in kinds if name.startswith(f"{label} ")), "")
+        of_velocity = sensor and measurement_kind(kinds[sensor]).is_velocity(name.removeprefix(f"{sensor} "))
+        if name in _OTHER_SIGN or name.endswith(_OTHER_SIGN_OF_SENSORS) or of_velocity:
+            signs[where] = -1.0
+    return signs
+
+
+def _mirrored(time: Array, edges: Array) -> Array:
+    """Return instants in reverse time, in order, within the edges."""
+    return np.asarray(np.clip(edges[0] + edges[-1] - time[::-1], edges[0], edges[-1]))
+
+
+def _reversed_state(state: NavState) -> NavState:
+    return replace(state, velocity_ned=-state.velocity_ned)
+
+
+def _in_forward_time(found: Estimate, edges: Array, kinds: Mapping[str, str]) -> Estimate:
+    """Return an estimate of the backward run in forward time."""
+    model, time = found.model, _mirrored(found.time, edges)
+    signs = signs_in_reverse_time(model, kinds)
+    last, s = len(time) - 1, found.solution
+    solution = NavSolution(
+        time, s.latitude[::-1], s.longitude[::-1], s.height[::-1], -s.velocity_ned[::-1], s.q_nb[::-1],
+        s.defect[::-1], s.algorithm,
+    )  # fmt: skip
+    divergence = found.divergence
+    if divergence is not None:
+        divergence = replace(divergence, time=float(edges[0] + edges[-1] - divergence.time))
+    return replace(
+        found,
+        time=time,
+        solution=solution,
+        parameters={name: signs[model.slices[name]] * p[::-1] for name, p in found.parameters.items()},
+        sigma=found.sigma[::-1],
+        rows=last - found.rows[::-1],
+        covariance=signs[:, None] * found.covariance[::-1] * signs,
+        innovations=tuple(_innovations(i, edges) for i in found.innovations),
+        divergence=divergence,
+    )
+
+
+def _innovations(found: Innovations, edges: Array) -> Innovations:
+    signs = np.ones(found.value.shape[1])
+    signs[: measurement_kind(found.kind).velocities] = -1.0
+    i, j = np.tril_indices(len(signs))
+    return replace(
+        found,
+        time=_mirrored(found.time, edges),
+        value=signs * found.value[::-1],
+        lower=(signs[i] * signs[j]) * found.lower[::-1],
+        nis=found.nis[::-1],
+        accepted=found.accepted[::-1],
+        reason=list(found.reason)[::-1],
+    )

@@ -1,0 +1,378 @@
+"""The third stage of a run: the solutions of every algorithm of its scenario, and their errors.
+
+Special systems change the setup before the algorithms navigate: a known gravity field (navigation.gravity_degree), a
+rotating IMU ([imu.rotation]), an alignment at rest ([navigation.alignment]), and a gimballed platform (the algorithm
+"platform"). `SPECIAL` lists them.
+"""
+
+from __future__ import annotations
+
+import os
+from collections.abc import Callable
+from dataclasses import dataclass, replace
+from functools import cached_property
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from sinssim.algorithms import PLATFORM
+from sinssim.alignment.alignment_budget import expected_errors
+from sinssim.alignment.initial_conditions import aligned_state
+from sinssim.data import Array, ImuData, NavSolution
+from sinssim.earth.ellipsoids import Ellipsoid, ellipsoid_by_name
+from sinssim.errors import InputError, RunError, SinssimError
+from sinssim.frames import BARO_TIME_CONSTANT
+from sinssim.scenario.initial_error import initial_state_with_errors
+from sinssim.sensors.sets.sensor_readings import Readings
+from sinssim.simulation.truth_stage import RecordedMotion, Truth
+from sinssim.strapdown.navigation_error import diverged
+from sinssim.system.resources import thread_pool
+from sinssim.system.short_repr import short_repr
+
+if TYPE_CHECKING:
+    from sinssim.data import NavState
+    from sinssim.logs.reference_solution import Reference
+    from sinssim.scenario import Scenario
+    from sinssim.sensors.sets.sensor_readings import TrueErrors
+    from sinssim.simulation.sensed_stage import Sensed
+    from sinssim.strapdown.frames.vertical_channel import HeightReadings
+    from sinssim.strapdown.mechanization import Mechanization
+    from sinssim.strapdown.navigation_error import NavError
+
+
+Engine = Callable[["Setup", "ImuData", "Mechanization"], "NavSolution"]
+"""Navigates by a mechanization on increments, with attitude, start and height of a setup."""
+
+
+@dataclass(frozen=True)
+class Setup:
+    """What the algorithms of a run navigate with.
+
+    Attributes:
+        scenario: the scenario.
+        truth: the true motion, or what is known of a recorded one.
+        errors: the true errors of the sensors, None if they are not known.
+        imu: increments.
+        attitude: measured q_ib of a set with an attitude sensor, (N+1, 4), else None.
+        initial: state that navigation starts from.
+        height: height reference of the vertical channel.
+        engine: navigates.
+    """
+
+    scenario: Scenario
+    truth: Truth | RecordedMotion
+    errors: TrueErrors | None
+    imu: ImuData
+    attitude: Array | None
+    initial: NavState
+    height: Array | HeightReadings | None
+    engine: Engine
+
+
+def in_known_field(setup: Setup) -> Setup:
+    """Compensate the increments for the known part of the gravity field.
+
+    Returns:
+        The setup; unchanged if the navigator knows normal gravity alone.
+    """
+    from sinssim.scenario.true_motion import known_field
+
+    field = known_field(setup.scenario)
+    if field is None:
+        return setup
+    from sinssim.strapdown.gravity_disturbance import navigate_in_field
+
+    inner = setup.engine
+
+    def engine(own: Setup, imu: ImuData, of: Mechanization) -> NavSolution:
+        return navigate_in_field(imu, field, of.earth, lambda felt: inner(own, felt, of))
+
+    return replace(setup, engine=engine)
+
+
+def after_alignment(setup: Setup) -> Setup:
+    """Align on the first increments, and navigate on the rest.
+
+    Returns:
+        The setup; unchanged without [navigation.alignment].
+
+    Raises:
+        InputError: as for `align_itself`.
+    """
+    section = setup.scenario.navigation
+    if section.alignment is None:
+        return setup
+    own = ellipsoid_by_name(section.ellipsoid_over(setup.truth.ellipsoid.name))
+    count, initial = align_itself(setup.scenario, setup.imu, setup.initial, own)
+    height = setup.height[count:] if isinstance(setup.height, np.ndarray) else setup.height
+    return replace(setup, imu=without_alignment(setup.imu, count), initial=initial, height=height)
+
+
+def align_itself(scenario: Scenario, imu: ImuData, place: NavState, ellipsoid: Ellipsoid) -> tuple[int, NavState]:
+    """Align on the first increments of a run.
+
+    Args:
+        place: latitude, longitude and height that the navigator is given; its attitude and velocity are not used.
+        ellipsoid: the navigator's ellipsoid.
+
+    Returns:
+        Number of samples that the alignment takes, and the state after them.
+
+    Raises:
+        InputError: the run is too short, the vehicle moves, or the sensors do not determine the attitude.
+    """
+    section = scenario.navigation.alignment
+    assert section is not None
+    count = int(np.searchsorted(imu.time, imu.time[0] + section.duration_s - 1e-9))
+    name = f"navigation.alignment.duration_s = {section.duration_s:g}"
+    if count >= len(imu):
+        raise InputError(
+            f"{name}: the run lasts {imu.time[-1] - imu.time[0]:g} s, and navigation needs time after the alignment."
+        )
+    session = type(imu)(imu.time[: count + 1], imu.dtheta[:count], imu.dvel[:count])
+    try:
+        state, _ = aligned_state(
+            session, place, section.method, expected_errors(scenario.imu), scenario.navigation.gravity, ellipsoid
+        )
+    except SinssimError as error:
+        raise InputError(
+            f'{name}, method = "{section.method}": the alignment ends at {session.time[-1]:.6g} s of the run without '
+            f"a result: {error}"
+        ) from error
+    return count, state
+
+
+def without_alignment(imu: ImuData, count: int) -> ImuData:
+    """Return the increments after the alignment."""
+    flags = None if imu.flags is None else imu.flags[count:]
+    return type(imu)(imu.time[count:], imu.dtheta[count:], imu.dvel[count:], flags)
+
+
+def on_platform(setup: Setup) -> Setup:
+    """Let the algorithm "platform" navigate by a platform's own loop, which needs the true motion.
+
+    Returns:
+        The setup; unchanged without that algorithm.
+    """
+    if PLATFORM not in setup.scenario.navigation.algorithms:
+        return setup
+    inner = setup.engine
+
+    def engine(own: Setup, imu: ImuData, of: Mechanization) -> NavSolution:
+        return _navigate(own, of) if of.algorithm == PLATFORM else inner(own, imu, of)
+
+    return replace(setup, engine=engine)
+
+
+def _navigate(setup: Setup, of: Mechanization) -> NavSolution:
+    from sinssim.strapdown.gimballed_platform import inertial_forces, navigate_platform
+    from sinssim.truth.true_gravity_disturbance import Disturbed
+
+    time, errors, truth = setup.imu.time, setup.errors, setup.truth
+    if errors is None or not isinstance(truth, Truth):
+        raise InputError(
+            f"{PLATFORM} computes its own loop from the errors of its sensors: give errors, the true errors of the run."
+        )
+    trajectory = truth.trajectory
+    state = truth.state if len(time) == len(truth.time) else trajectory.state(time)
+    felt = trajectory.disturbance_ned(time, state) if isinstance(trajectory, Disturbed) else None
+    forces = inertial_forces(time, state, trajectory.gravity, trajectory.ellipsoid, felt)
+    return navigate_platform(
+        time, forces, setup.initial, errors.imu, errors.platform, setup.scenario.seed, of, height=setup.height
+    )
+
+
+def turned(setup: Setup) -> Setup:
+    """Turn the initial state into the rotating IMU, and the solutions out of it by the readings of its encoders.
+
+    Returns:
+        The setup; unchanged for an IMU that does not rotate.
+    """
+    if setup.scenario.imu.rotation is None or not isinstance(setup.truth, Truth):
+        return setup
+    from sinssim.sensors.imu.encoder import encoders_of, turned_in
+
+    block, time = setup.truth.block, setup.imu.time
+    encoders = encoders_of(block, None if setup.errors is None else setup.errors.encoders, time)
+    assert encoders is not None  # the block turns
+    inner = setup.engine
+
+    def engine(own: Setup, imu: ImuData, of: Mechanization) -> NavSolution:
+        return encoders.turned_out(inner(own, imu, of))
+
+    return replace(setup, initial=turned_in(setup.initial, block, float(time[0])), engine=engine)
+
+
+SPECIAL = (in_known_field, turned, after_alignment, on_platform)
+"""What changes the setup of a special system, in order: an alignment begins in the turned axes of a rotating IMU, whose
+encoders turn out what is navigated in a known field. The engine of each calls those before it."""
+
+
+@short_repr
+@dataclass(frozen=True)
+class Navigated:
+    """The inertial solutions of a run.
+
+    Solutions and errors are computed when they are first wanted, the same bits each time; see `light`.
+
+    Attributes:
+        scenario: the scenario.
+        sensed: what the sensors read.
+    """
+
+    scenario: Scenario
+    sensed: Sensed
+
+    @property
+    def truth(self) -> Truth | RecordedMotion:
+        """The true motion, or what is known of a recorded one."""
+        return self.sensed.truth
+
+    @property
+    def time(self) -> Array:
+        """Edges of the IMU's intervals, (N+1,) s."""
+        return self.truth.time
+
+    @cached_property
+    def _solved(self) -> tuple[dict[str, NavSolution], dict[str, RunError]]:
+        return _solved(self.scenario, self.sensed)
+
+    @property
+    def solutions(self) -> dict[str, NavSolution]:
+        """Navigation solutions by algorithm, for those that have one."""
+        return self._solved[0]
+
+    @cached_property
+    def failures(self) -> dict[str, RunError]:
+        """Errors of algorithms whose solution is missing, incomplete or not finite."""
+        return {**self._solved[1], **(diverged(self.errors) if isinstance(self.truth, Truth) else {})}
+
+    @cached_property
+    def axes(self) -> str:
+        """Axes in which errors are compared, one of `sinssim.frames.AXES`."""
+        return self.truth.axes(self.scenario.navigation.frame)
+
+    @cached_property
+    def errors(self) -> dict[str, NavError]:
+        """Errors of the solutions by algorithm; differences from the reference of recorded sensors."""
+        with thread_pool(os.cpu_count()) as pool:
+            found = pool.map(lambda solution: self.truth.error_of(solution, self.axes), self.solutions.values())
+            return dict(zip(self.solutions, found, strict=True))
+
+    def light(self) -> Navigated:
+        """Return the same without what can be computed again."""
+        sensed = self.sensed
+        return Navigated(self.scenario, replace(sensed, truth=replace(sensed.truth)))
+
+    def compared_with(self, reference: Reference | None) -> Navigated:
+        """Return the same solutions of recorded sensors with the errors against a reference."""
+        assert isinstance(self.truth, RecordedMotion)
+        truth = replace(self.truth, reference=reference)
+        found = Navigated(self.scenario, replace(self.sensed, truth=truth))
+        vars(found)["_solved"] = self._solved
+        return found
+
+
+def before_navigation(scenario: Scenario, sensed: Sensed) -> Navigated:
+    """Return a run whose sensors have been read, without a solution."""
+    found = Navigated(scenario, sensed)
+    vars(found)["_solved"] = ({}, {})
+    return found
+
+
+def navigate(scenario: Scenario, sensed: Sensed) -> Navigated:
+    """Navigate by every algorithm of a scenario.
+
+    Returns:
+        The run so far, which holds its solutions.
+
+    Raises:
+        InputError: as for `solve`.
+        RunError: no algorithm has a solution.
+    """
+    found = Navigated(scenario, sensed)
+    vars(found)["_solved"] = _solved(scenario, sensed)
+    return found
+
+
+def _solved(scenario: Scenario, sensed: Sensed) -> tuple[dict[str, NavSolution], dict[str, RunError]]:
+    s = sensed
+    return solve(scenario, s.truth, s.imu, s.readings.attitude, s.height, s.errors)
+
+
+def what_if(navigated: Navigated, algorithm: str, imu: ImuData, scenario: Scenario | None = None) -> NavError | None:
+    """Return the errors of one algorithm of a run if its sensors had read something else.
+
+    Args:
+        scenario: the scenario of the other run, by default that of the run.
+
+    Returns:
+        The errors in the axes of the run; None if there is no solution.
+    """
+    sensed = replace(navigated.sensed, readings=Readings(imu), errors=None)
+    try:
+        return navigate(by_one(scenario or navigated.scenario, algorithm), sensed).errors[algorithm]
+    except RunError:
+        return None
+
+
+def by_one(scenario: Scenario, algorithm: str) -> Scenario:
+    """Return a scenario that navigates by one of its algorithms alone."""
+    navigation = scenario.navigation.model_copy(update={"algorithms": (algorithm,)})
+    return scenario.model_copy(update={"navigation": navigation})
+
+
+def solve(
+    scenario: Scenario,
+    truth: Truth | RecordedMotion,
+    imu: ImuData,
+    attitude: Array | None,
+    height: Array | HeightReadings | None,
+    errors: TrueErrors | None = None,
+) -> tuple[dict[str, NavSolution], dict[str, RunError]]:
+    """Navigate by every algorithm in parallel, as the kernels release the interpreter's lock.
+
+    Args:
+        truth: the true motion, or what is known of a recorded one, for the initial state.
+        attitude: measured q_ib of a set with an attitude sensor, (N+1, 4).
+        height: height reference, see `Sensed.height`.
+        errors: the true errors of the sensors, which a platform needs.
+
+    Returns:
+        The solutions of the successful algorithms, with the vehicle's attitude, and the errors of the others.
+
+    Raises:
+        InputError: the data or the engine do not admit an option, a platform has no errors, or the navigator's own
+            alignment fails.
+        RunError: no algorithm has a solution.
+    """
+    section, axes = scenario.navigation, truth.axes(scenario.navigation.frame)
+    initial = initial_state_with_errors(truth.first, section.initial_error, truth.ellipsoid, scenario.seed, axes)
+    setup = Setup(scenario, truth, errors, imu, attitude, initial, height, _strapdown)
+    for change in SPECIAL:
+        setup = change(setup)
+    if section.vertical == "free":
+        setup = replace(setup, height=None)
+
+    def by(algorithm: str) -> NavSolution | RunError:
+        of = section.mechanization(algorithm, truth.ellipsoid.name)
+        if setup.height is None:
+            of = replace(of, vertical="free", baro_time_constant=BARO_TIME_CONSTANT)
+        try:
+            return setup.engine(setup, setup.imu, of)
+        except RunError as error:
+            return error
+
+    with thread_pool(os.cpu_count()) as pool:
+        results = dict(zip(section.algorithms, pool.map(by, section.algorithms), strict=True))
+    failures = {name: result for name, result in results.items() if isinstance(result, RunError)}
+    if len(failures) == len(results):
+        raise next(iter(failures.values()))
+    return {name: result for name, result in results.items() if not isinstance(result, RunError)}, failures
+
+
+def _strapdown(setup: Setup, imu: ImuData, of: Mechanization) -> NavSolution:
+    """Navigate by a strapdown algorithm."""
+    from sinssim.strapdown.measured_attitude import navigate_set
+
+    return navigate_set(imu, setup.attitude, setup.initial, of, setup.height)

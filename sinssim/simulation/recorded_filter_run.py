@@ -1,0 +1,326 @@
+"""Runs a scenario's filter on recorded sensors, and compares the estimate with a reference if there is one.
+
+The reference takes the place of a true motion, from which further aiding sensors are emulated beside recorded ones.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass, field, replace
+from typing import TYPE_CHECKING, cast
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from sinssim.data import Array, ImuData, Measurements, NavSolution, NavState
+from sinssim.earth.ellipsoids import Ellipsoid
+from sinssim.errors import InputError
+from sinssim.estimation import ErrorModel, Estimate, Smoothed
+from sinssim.estimation.filter_start import Start
+from sinssim.estimation.recorded_start import RecordedStart, recorded_start
+from sinssim.logs.recorded_log import RecordedLog, recorded_log
+from sinssim.logs.reference_solution import Reference
+from sinssim.progress import Progress, silent
+from sinssim.scenario.filter_model import filter_model, with_states
+from sinssim.scenario.filter_section import InitialSigmaSection
+from sinssim.scenario.planned_motion import Excitation
+from sinssim.scenario.recorded_sensors import recorded_sensors
+from sinssim.scenario.run_memory import ROWS
+from sinssim.scenario.true_motion import mounting
+from sinssim.sensors.aiding_sensor import AidingReadings, AidingSensor, Vehicle
+from sinssim.simulation.aided_run import coarse_alignment, filtered
+from sinssim.simulation.truth_comparison import Aided, Rows
+from sinssim.strapdown.navigation_error import NavError
+from sinssim.system.short_repr import short_repr
+from sinssim.truth.sampling import Channel, FlightEvent
+from sinssim.units import ARCMIN
+
+if TYPE_CHECKING:
+    from sinssim.scenario import Scenario
+    from sinssim.truth.trajectory import Trajectory
+
+
+@dataclass(frozen=True)
+class ReferenceMotion:
+    """The motion of the sensor block as a whole reference has it; a `sinssim.Trajectory`, as far as it goes.
+
+    Attributes:
+        reference: with position, velocity and attitude.
+        start, end: of the run, s.
+        gravity: name of the gravity model.
+        events, channels: none.
+    """
+
+    reference: Reference
+    start: float
+    end: float
+    gravity: str = "normal"
+    events: tuple[FlightEvent, ...] = ()
+    channels: dict[str, Channel] = field(default_factory=dict)
+
+    @property
+    def ellipsoid(self) -> Ellipsoid:
+        """Reference ellipsoid of the heights."""
+        return self.reference.ellipsoid
+
+    def state(self, t: ArrayLike) -> NavState:
+        """Return states of the block; raise InputError where the reference does not have them."""
+        time = np.atleast_1d(np.asarray(t, dtype=np.float64))
+        found = self.reference.state_at(time)
+        if found is None:
+            missing = [what for what in ("velocity", "attitude") if what not in self.reference.knows]
+            raise InputError(
+                "[aiding] with [log] is simulated from log.reference, but "
+                + (
+                    f"{self.reference.name} has no {' and no '.join(missing)}."
+                    if missing
+                    else f"{self.reference.name} does not cover the whole run, {time[0]:.3f} to {time[-1]:.3f} s. Cut "
+                    "the run to the reference (log.from_s, log.to_s)."
+                )
+            )
+        if np.ndim(t) == 0:
+            return NavState(
+                found.latitude[0], found.longitude[0], found.height[0], found.velocity_ned[0], found.q_nb[0]
+            )
+        return found
+
+    def rates(self, t: ArrayLike) -> tuple[Array, Array]:
+        """Raise InputError: a reference has no angular rates."""
+        raise InputError(
+            "[aiding] with [log] is simulated from log.reference, which has no angular rates: give the simulated "
+            "sensor the lever arm [0, 0, 0]."
+        )
+
+    def increments(self, rate_hz: float) -> ImuData:
+        """Raise InputError: the increments are the recorded ones."""
+        raise InputError("the increments of a scenario with [log] are the recorded ones.")
+
+
+_ELLIPSOID = "wgs84"
+_RATE_DIGITS = 6
+
+
+@short_repr
+@dataclass(frozen=True)
+class Prepared:
+    """A scenario with recorded sensors, and what its files hold.
+
+    Attributes:
+        scenario: the scenario; rate, span, initial 1σ and states of the filter are written out.
+        log: the recorded sensors.
+        start: where navigation starts.
+        moved: rotation and acceleration that the unit sensed.
+    """
+
+    scenario: Scenario
+    log: RecordedLog
+    start: RecordedStart
+    moved: Excitation
+
+
+def prepare(scenario: Scenario) -> Prepared:
+    """Read the files of a scenario with [log], and write out what follows from them.
+
+    Raises:
+        InputError: a file cannot be used, or the data do not give a start.
+    """
+    section = scenario.log
+    assert section is not None
+    log = recorded_log(section, scenario.imu.mounting_deg)
+    start = recorded_start(log, section.start, scenario.imu.mounting_deg, scenario.navigation.gravity)
+    imu, time = log.imu, log.imu.time
+    rate = float(f"{log.rate_hz:.{_RATE_DIGITS}g}")
+    if "rate_hz" in scenario.imu.model_fields_set and abs(scenario.imu.rate_hz / rate - 1.0) > 0.02:
+        raise InputError(
+            f"imu.rate_hz = {scenario.imu.rate_hz:g}, but {section.imu.file} has {rate:g} samples per second: remove "
+            "imu.rate_hz, or check the unit of its times."
+        )
+    interval = np.diff(time)
+    moved = Excitation(
+        float(time[-1] - time[0]),
+        float(np.sum(np.sum(imu.dtheta**2, axis=1) / interval)),
+        float(np.sum(np.sum(imu.dvel**2, axis=1) / interval)),
+    )
+    update: dict[str, object] = {
+        "imu": scenario.imu.model_copy(update={"rate_hz": rate}),
+        "log": section.model_copy(
+            update={
+                "from_s": max(float(time[0]), 0.0),
+                "to_s": float(time[-1]),
+                "imu": section.imu if log.axes is None else section.imu.model_copy(update={"axes": log.axes}),
+            }
+        ),
+    }
+    if scenario.filter is not None:
+        own = scenario.filter.initial_sigma
+        found = {
+            "position_m": float(max(start.position[:2])),
+            "height_m": float(start.position[2]),
+            "velocity_mps": start.velocity,
+            "tilt_arcmin": start.tilt / ARCMIN,
+            "heading_arcmin": start.heading / ARCMIN,
+        }
+        given = own.model_dump(exclude_none=True)
+        sigma = InitialSigmaSection(**{**found, **given})
+        update["filter"] = scenario.filter.model_copy(update={"initial_sigma": sigma})
+    whole = scenario.model_copy(update=update)
+    return Prepared(with_states(whole, moved), log, start, moved)
+
+
+@dataclass(frozen=True)
+class RecordedAided(Aided):
+    """An aided solution on recorded sensors, whose true errors are not known.
+
+    Attributes:
+        reference: what the solution is compared with; None for nothing.
+    """
+
+    reference: Reference | None = None
+
+    def _error_of(self, own: NavSolution) -> NavError:
+        if self.reference is None:
+            return NavError(own.time, *(np.full((len(own.time), 3), np.nan) for _ in range(3)))
+        return self.reference.error_of(own)
+
+    @property
+    def true_parameters_known(self) -> bool:
+        """Whether the true values of the sensors' parameters are known: they are not."""
+        return False
+
+    def block_error(self, block: str, rows: Rows = slice(None)) -> Array:
+        """Return the differences from the reference in the states of one block, NaN where it does not tell."""
+        if block in self.estimate.parameters:
+            return np.full_like(self.estimate.parameters[block][rows], np.nan)
+        return super().block_error(block, rows)
+
+
+def aid_recorded(
+    prepared: Prepared, imu: ImuData, start: Start, *, history: bool = True, progress: Progress = silent
+) -> Estimate:
+    """Run a scenario's filter on recorded sensors.
+
+    Args:
+        imu: increments that the engine navigates on, after compensation.
+        history: whether to keep the history for smoothing and observability.
+        progress: called with what a diagnosis tries and the fraction done.
+
+    Returns:
+        The estimate; if the filter diverged, it ends there.
+
+    Raises:
+        InputError: the coarse alignment is not possible, or rates do not divide.
+    """
+    scenario, section = prepared.scenario, prepared.scenario.filter
+    assert section is not None
+    lasts = float(imu.time[-1] - imu.time[0])
+    model: ErrorModel = filter_model(scenario, lasts, recorded_sensors(scenario))
+    measurements = [
+        _told(readings.measurements, section.measurement_noise_factor) for readings in all_readings(prepared)
+    ]
+    begin = start
+    if section.alignment_s is not None:
+        begin = coarse_alignment(scenario, _ELLIPSOID, start, measurements, model)
+    row_s = 0.0 if section.smooth and history else lasts / ROWS
+    return filtered(
+        scenario,
+        begin,
+        measurements,
+        model,
+        _ELLIPSOID,
+        None,
+        history,
+        row_s,
+        bridged=prepared.log.bridged,
+        progress=progress,
+    )
+
+
+def all_readings(prepared: Prepared) -> tuple[AidingReadings, ...]:
+    """Return the recorded readings, and those of sensors that [aiding] emulates from the reference.
+
+    Raises:
+        InputError: there is no whole reference to emulate sensors from, or a sensor would be there twice.
+    """
+    log, aiding = prepared.log, prepared.scenario.aiding
+    if aiding is None:
+        return log.sensed
+    velocity = next((r.measurements for r in log.sensed if r.measurements.kind == "gnss-velocity"), None)
+    q_bs = mounting(prepared.scenario).q_bs
+    found: list[AidingReadings] = []
+    others: dict[str, AidingSensor] = {}
+    for name, sensor in aiding.sensors().items():
+        own_readings = sensor.from_imu(log.imu, velocity, q_bs) if sensor.needs_no_truth else None
+        if own_readings is None:
+            others[name] = sensor
+        else:
+            found += [AidingReadings(m, m.time, {}) for m in own_readings]
+    if others and log.reference is None:
+        raise InputError(
+            f"[aiding] has {', '.join(others)}, which are simulated from a reference: add [log.reference], or "
+            "remove them. Standstill with detect = true and land_vehicle follow from the inertial data."
+        )
+    emulated = found
+    if others:
+        assert log.reference is not None
+        motion = ReferenceMotion(log.reference, float(log.imu.time[0]), float(log.imu.time[-1]))
+        vehicle = Vehicle(motion, prepared.scenario.seed)
+        emulated = [*found, *(readings for sensor in others.values() for readings in sensor.read(vehicle))]
+    own = {readings.measurements.label for readings in log.sensed}
+    twice = [readings.measurements.label for readings in emulated if readings.measurements.label in own]
+    if twice:
+        raise InputError(f"{twice[0]} is both recorded ([log]) and simulated ([aiding]): remove one of them.")
+    return (*log.sensed, *emulated)
+
+
+def _told(measurements: Measurements, factor: float) -> Measurements:
+    return measurements if factor == 1.0 else replace(measurements, sigma=factor * measurements.sigma)
+
+
+def compare_recorded(
+    estimate: Estimate, sensed: Sequence[AidingReadings], reference: Reference | None, end: float
+) -> RecordedAided:
+    """Compare an estimate on recorded sensors with a reference.
+
+    Args:
+        reference: what it is compared with; None for nothing.
+        end: end of the run, s.
+    """
+    nothing = cast("Trajectory", None)  # there is no true motion; nothing here asks for it
+    smoothed = _differences(estimate, estimate.smoothed, reference)
+    backward = _differences(estimate, estimate.backward, reference)
+    nominal = np.zeros((0, estimate.model.size))
+    return RecordedAided(
+        tuple(sensed),
+        estimate,
+        {},
+        nothing,
+        smoothed[0],
+        smoothed[1],
+        nominal,
+        end,
+        backward[0],
+        backward[1],
+        reference,
+    )
+
+
+def _differences(
+    estimate: Estimate, further: Estimate | Smoothed | None, reference: Reference | None
+) -> tuple[NavError, Array] | tuple[None, None]:
+    """Return the differences of a further solution from the reference, as errors and as errors in the states."""
+    if further is None:
+        return None, None
+    count = len(further.time)
+    if reference is None:
+        errors = NavError(further.time, *(np.full((count, 3), np.nan) for _ in range(3)))
+    else:
+        errors = reference.error_of(further.solution)
+    states = np.full((count, estimate.model.size), np.nan)
+    states[:, :9] = np.hstack([errors.position_ned, errors.velocity_ned, errors.attitude])
+    return errors, states
+
+
+def as_reference(name: str, solution: NavSolution) -> Reference:
+    """Return a solution in the form of a reference, with which others are compared."""
+    s = solution
+    return Reference(name, s.time, s.latitude, s.longitude, s.height, s.velocity_ned, s.q_nb)

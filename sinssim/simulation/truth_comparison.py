@@ -1,0 +1,337 @@
+"""Compares an aided solution with the truth: navigation errors, and errors of the estimated parameters.
+
+The true values of the sensors' parameters are computed at the filter's epochs.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass, replace
+from typing import TYPE_CHECKING
+
+import numpy as np
+from numpy.typing import NDArray
+
+from sinssim.data import Array, ImuData, NavSolution
+from sinssim.estimation import ErrorModel, Estimate, nominal_errors, state_errors
+from sinssim.estimation.nominal_motion import rows_of, solution_of
+from sinssim.estimation.state_model import NAVIGATION, crossing_time
+from sinssim.sensors.aiding_sensor import AidingReadings
+from sinssim.sensors.imu.fields import TriadErrors
+from sinssim.sensors.imu.imu_errors import ImuErrors
+from sinssim.sensors.sets.fault_detection import combine
+from sinssim.sensors.sets.redundant_errors import combined_errors
+from sinssim.sensors.sets.sensor_readings import TrueErrors
+from sinssim.sensors.sets.sensor_set import Redundant, SensorSet
+from sinssim.sensors.sets.single_sensors import APART
+from sinssim.strapdown.navigation_error import NavError, navigation_error
+from sinssim.system.short_repr import short_repr
+
+if TYPE_CHECKING:
+    from sinssim.truth.trajectory import Trajectory
+
+
+_STATES = ("bias", "scale", "misalignment", "bias_temperature")  # the parameters that a calibration changes
+
+
+class InertialParameters:
+    """True parameters of the inertial sensors of one run, less the calibrated part."""
+
+    def __init__(
+        self,
+        errors: TrueErrors,
+        edges: Array,
+        seed: int,
+        section: SensorSet | None = None,
+        used: tuple[Array, Array] | None = None,
+    ) -> None:
+        """Store the run's errors.
+
+        Args:
+            edges: edges of the IMU's intervals, (N+1,) s.
+            seed: the run's seed, which determines the noises that drive the drifts.
+            section: the set of sensors; default: three gyros and three accelerometers.
+            used: whether each gyro and each accelerometer of a redundant set is in use, (N, m) each; default: all.
+        """
+        self._edges, self._seed, self._used = edges, seed, used
+        self._left = _remaining(errors.imu, errors.calibration)
+        self._axes = section.axes if isinstance(section, Redundant) else None
+        known = errors.single_calibrations or (None,) * len(errors.single_sensors)
+        self._blocks = tuple(map(_remaining, errors.single_sensors, known))
+
+    def at(self, *times: Array) -> list[dict[str, Array]]:
+        """Return the parameters by block of the filter.
+
+        Each error is emulated once for all times, and what is emulated is not kept.
+
+        Args:
+            *times: epochs of the filter, of the smoother and so on, (K,) s each.
+
+        Returns:
+            For each of the times: biases and instabilities, (3,) or (K, 3); scale factors, (3,), and misalignments,
+            (6,).
+        """
+        triads = {"gyro": self._left.gyro, "accelerometer": self._left.accel}
+        # the filter treats faster changes of flicker as noise
+        crossing = [crossing_time(triad) if triad.flicker else 0.0 for triad in triads.values()]
+        drifts = self._means(("rate_walk", "ramp", "bias_temperature"), times, (1.0, 1.0))
+        instabilities = self._means(("instability", "correlation_time"), times, (0.0, 0.0))
+        flicker = self._means(("flicker",), times, crossing)
+        found: list[dict[str, Array]] = []
+        for i in range(len(times)):
+            values: dict[str, Array] = {}
+            constant = self._constant(times[i])
+            for k, (name, triad) in enumerate(triads.items()):
+                bias = constant[k][0] + drifts[k][i]
+                values[f"{name} bias"] = bias + flicker[k][i] if triad.flicker else bias
+                values[f"{name} scale"] = constant[k][1]
+                values[f"{name} misalignment"] = constant[k][2][..., ~np.eye(3, dtype=bool)]
+                values[f"{name} instability"] = instabilities[k][i]
+            found.append(values)
+        return found
+
+    def _constant(self, times: Array) -> list[tuple[Array, Array, Array]]:
+        """Return bias, scale factor and misalignment of gyros and accelerometers; in a row for each time, (K, …), if
+        the combination of a redundant set changes."""
+        if self._axes is None or self._used is None:
+            every = self._left if self._axes is None else combined_errors(self._blocks, self._axes)
+            return [(triad.bias, triad.scale, triad.misalignment) for triad in (every.gyro, every.accel)]
+        last = np.searchsorted(self._edges, times - 1e-9).clip(1, len(self._edges) - 1) - 1
+        rows = np.concatenate([one[last] for one in self._used], axis=1)
+        kinds, which = np.unique(rows, axis=0, return_inverse=True)
+        count = len(self._axes)
+        found = [combined_errors(self._blocks, self._axes, (one[:count], one[count:])) for one in kinds]
+
+        def rows_of(triads: list[TriadErrors]) -> tuple[Array, Array, Array]:
+            bias, scale, tilt = (np.array([getattr(one, name) for one in triads])[which] for name in _STATES[:3])
+            return bias, scale, tilt
+
+        return [rows_of([one.gyro for one in found]), rows_of([one.accel for one in found])]
+
+    def _means(
+        self, fields: tuple[str, ...], times: Sequence[Array], windows: Sequence[float]
+    ) -> tuple[list[Array], list[Array]]:
+        """Return the contribution of some errors to rates and specific forces, (K, 3) for each of the times, or zeros,
+        (3,), if there are none.
+
+        It is the mean over the last seconds before each epoch, over one sample at least. There is one window, s, for
+        each triad.
+        """
+        triads = self._left.gyro, self._left.accel
+        if not any(np.any(getattr(t, f)) for t in triads for f in fields if f != "correlation_time"):
+            return [np.zeros(3)] * len(times), [np.zeros(3)] * len(times)
+        edges, drift = self._edges, self._emulated(fields)
+
+        def means(increments: Array, window: float) -> list[Array]:
+            sums, found = np.concatenate([np.zeros((1, 3)), np.cumsum(increments, axis=0)]), []
+            for time in times:
+                last = np.searchsorted(edges, time - 1e-9).clip(1, len(edges) - 1)
+                first = np.searchsorted(edges, edges[last] - window - 1e-9).clip(0, last - 1)
+                found.append((sums[last] - sums[first]) / (edges[last] - edges[first])[:, np.newaxis])
+            return found
+
+        return means(drift.dtheta, windows[0]), means(drift.dvel, windows[1])
+
+    def _emulated(self, fields: tuple[str, ...]) -> ImuData:
+        """Return the contribution of some errors to the increments.
+
+        The emulator runs on zero motion with these errors alone. Its draws of a term do not depend on which other terms
+        are switched on.
+        """
+        from sinssim.sensors.imu.emulation import emulate
+
+        def alone(triad: TriadErrors) -> TriadErrors:
+            return TriadErrors(**{field: getattr(triad, field) for field in fields})
+
+        none = np.zeros((len(self._edges) - 1, 3))
+        read = [
+            emulate(
+                ImuData(self._edges, none, none),
+                ImuErrors(alone(block.gyro), alone(block.accel), warm_up=block.warm_up),
+                self._seed + number * APART,
+            )
+            for number, block in enumerate(self._blocks or (self._left,))
+        ]
+        if self._axes is None:
+            return read[0]
+        count, used = len(self._axes), self._used or (None, None)
+        singles = (np.hstack([getattr(one, name) for one in read])[:, :count] for name in ("dtheta", "dvel"))
+        dtheta, dvel = (combine(rows, self._axes, own) for rows, own in zip(singles, used, strict=True))
+        return ImuData(self._edges, dtheta, dvel)
+
+
+def _remaining(true: ImuErrors, known: ImuErrors | None) -> ImuErrors:
+    """Return the errors less the calibrated part of those that can be states."""
+    if known is None:
+        return true
+    return replace(true, gyro=_less(true.gyro, known.gyro), accel=_less(true.accel, known.accel))
+
+
+def _less(true: TriadErrors, known: TriadErrors) -> TriadErrors:
+    return replace(true, **{field: getattr(true, field) - getattr(known, field) for field in _STATES})
+
+
+BLOCK = 16384
+"""Number of rows that are compared with the truth at once."""
+
+_KINDS = ("position_ned", "velocity_ned", "attitude")
+
+Rows = slice | NDArray[np.intp]
+
+
+@short_repr
+@dataclass(frozen=True)
+class Aided:
+    """An aided solution with its true errors.
+
+    Attributes:
+        sensed: readings of the aiding sensors.
+        estimate: result of the filter.
+        parameters: true values of the sensors' parameters by block, (size,) or (K, size) each.
+        trajectory: the true motion.
+        smoothed_error: of the smoothed solution, if there is one.
+        smoothed_state_errors: its actual errors in the filter's own states, if there is one.
+        nominal_errors: actual errors of the nominal motion that the filter's model is linearised about,
+            `Estimate.history`, (R, n).
+        end: end of the run, s; the filter may have ended before.
+        backward_error: of the backward solution, if there is one.
+        backward_state_errors: its actual errors in the filter's own states, if there is one.
+    """
+
+    sensed: tuple[AidingReadings, ...]
+    estimate: Estimate
+    parameters: dict[str, Array]
+    trajectory: Trajectory
+    smoothed_error: NavError | None
+    smoothed_state_errors: Array | None
+    nominal_errors: Array
+    end: float
+    backward_error: NavError | None = None
+    backward_state_errors: Array | None = None
+
+    @property
+    def error(self) -> NavError:
+        """Errors of the aided solution, K rows; computed anew at each access, as they are large."""
+        return self.error_at(slice(None))
+
+    def error_at(self, rows: Rows) -> NavError:
+        """Return the errors of the aided solution at some of the filter's epochs.
+
+        The truth is computed block by block, always the same blocks, so that the same row has the same bits.
+
+        Args:
+            rows: R of the filter's epochs.
+        """
+        found = self._errors_at(rows, _KINDS)
+        return NavError(self.estimate.solution.time[rows], *(found[name] for name in _KINDS))
+
+    def _errors_at(self, rows: Rows, kinds: Sequence[str]) -> dict[str, Array]:
+        """Return some kinds of navigation errors at R of the filter's epochs, (R, 3) each."""
+        solution = self.estimate.solution
+        count = len(solution.time)
+        number = np.arange(*rows.indices(count)) if isinstance(rows, slice) else rows % count
+        found = {name: np.empty((len(number), 3)) for name in kinds}
+        for start in range(0, len(solution.time), BLOCK):
+            inside = np.flatnonzero((number >= start) & (number < start + BLOCK))
+            if not len(inside):
+                continue
+            block = slice(start, start + BLOCK)
+            own = solution_of(solution.time[block], rows_of(solution, block), solution.algorithm)
+            error = self._error_of(own)
+            for name, values in found.items():
+                values[inside] = getattr(error, name)[number[inside] - start]
+        return found
+
+    def _error_of(self, own: NavSolution) -> NavError:
+        """Return the errors of some rows of a solution."""
+        there = self.trajectory.state(own.time)
+        return navigation_error(there, own, self.trajectory.ellipsoid, self.estimate.model.axes)
+
+    @property
+    def true_parameters_known(self) -> bool:
+        """Whether the true values of the sensors' parameters are known, as they are in a simulation."""
+        return True
+
+    def error_blocks(self) -> Iterator[NavError]:
+        """Yield the errors of the aided solution, one block of rows after the other."""
+        for start in range(0, len(self.estimate.time), BLOCK):
+            yield self.error_at(slice(start, start + BLOCK))
+
+    def block_error(self, block: str, rows: Rows = slice(None)) -> Array:
+        """Return the actual errors in the states of one block; a parameter without a true value counts as zero.
+
+        Args:
+            rows: R of the filter's epochs; all if not given.
+
+        Returns:
+            (R, size): solution minus truth for navigation, true value minus estimate for parameters.
+        """
+        if (kind := {"position": "position_ned", "velocity": "velocity_ned"}.get(block, block)) in _KINDS:
+            return self._errors_at(rows, (kind,))[kind]
+        true = self.parameters.get(block, np.zeros(1))
+        return np.asarray((true[rows] if true.ndim > 1 else true) - self.estimate.parameters[block][rows])
+
+    def state_errors_at(self, rows: Rows) -> Array:
+        """Return the actual errors in the filter's own states at R of its epochs, (R, n)."""
+        error = self.error_at(rows)
+        blocks = self.estimate.model.blocks[len(NAVIGATION) :]
+        own = (self.block_error(block.name, rows) for block in blocks)
+        return np.hstack([error.position_ned, error.velocity_ned, error.attitude, *own])
+
+    @property
+    def state_errors(self) -> Array:
+        """Actual errors in the filter's own states, (K, n); computed anew at each access, as it is large."""
+        return self.state_errors_at(slice(None))
+
+
+def compare_with_truth(
+    trajectory: Trajectory,
+    inertial: InertialParameters,
+    edges: Array,
+    sensed: tuple[AidingReadings, ...],
+    estimated: Estimate,
+    block: Trajectory | None = None,
+) -> Aided:
+    """Compare an estimate with the truth.
+
+    Args:
+        edges: edges of the IMU's intervals, (N+1,) s.
+        sensed: readings of the aiding sensors, with their true errors.
+        block: the motion of a block that turns in the vehicle, which the filter's history is about.
+    """
+    further = {"smoothed": estimated.smoothed, "backward": estimated.backward}
+    solutions = {name: one for name, one in further.items() if one is not None}
+    true = inertial.at(estimated.time, *(one.time for one in solutions.values()))
+    parameters = _true_parameters(true[0], sensed, estimated.time, estimated.model)
+    errors: dict[str, NavError] = {}
+    states: dict[str, Array] = {}
+    for (name, one), own_true in zip(solutions.items(), true[1:], strict=True):
+        there = trajectory.state(one.time)
+        own = _true_parameters(own_true, sensed, one.time, estimated.model)
+        errors[name] = navigation_error(there, one.solution, trajectory.ellipsoid, estimated.model.axes)
+        states[name] = state_errors(estimated.model, one, there, own, trajectory.ellipsoid)
+    nominal = np.zeros((0, estimated.model.size))
+    if (history := estimated.history) is not None:
+        rows = estimated.rows
+        kept = {name: value[rows] if value.ndim > 1 else value for name, value in parameters.items()}
+        there = (block or trajectory).state(history.time)
+        nominal = nominal_errors(estimated.model, history, there, kept, trajectory.ellipsoid)
+    return Aided(
+        sensed, estimated, parameters, trajectory, errors.get("smoothed"), states.get("smoothed"), nominal,
+        float(edges[-1]), errors.get("backward"), states.get("backward"),
+    )  # fmt: skip
+
+
+def _true_parameters(
+    inertial: dict[str, Array], sensed: tuple[AidingReadings, ...], time: Array, model: ErrorModel
+) -> dict[str, Array]:
+    """Return the true values of the parameters of all sensors at some instants, by block of the filter."""
+    true = {name: value for name, value in inertial.items() if name in model.slices}
+    for sensor in sensed:
+        for name, value in sensor.parameters.items():
+            if name not in model.slices:
+                continue
+            if value.ndim > 1:
+                value = np.column_stack([np.interp(time, sensor.time, column) for column in value.T])
+            true[name] = value
+    return true

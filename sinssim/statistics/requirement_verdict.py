@@ -1,0 +1,312 @@
+"""The verdict of an ensemble on a requirement (met, not met, or undecided at 95 % confidence), and first exceedance.
+
+A circle's requirement says that at least the share p of all runs lies within the limit. Of N runs, k do, and the exact
+binomial interval of the share (Clopper and Pearson, Biometrika 26, 1934, 404) decides: met if it lies above p, not met
+if it lies below. No distribution of the errors is assumed. A component's requirement concerns a root mean square σ,
+whose interval follows from N s²/σ² ~ χ² with N degrees of freedom, for normal errors.
+
+Throughout a run, the requirement is met if it is met at every instant, each at 95 %. It is not met if it is not met at
+one instant, with the probability of error divided by the number of instants.
+
+Several looks at an ensemble that grows until the requirement is decided err more often than one look. Each of L looks
+is then given a probability of error of 5 %/L, so that all of them err with at most 5 % (Bonferroni).
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import Any, Literal
+
+import numpy as np
+from numpy.typing import NDArray
+
+from sinssim.data import Array
+from sinssim.errors import InputError
+from sinssim.statistics.percentiles import percentile
+from sinssim.statistics.requirements import COMPONENTS, SHARES, Requirement
+
+
+@dataclass(frozen=True)
+class Exceeded:
+    """The first time at which a limit is exceeded.
+
+    Attributes:
+        time: the time, s since the start.
+        fixes_end: time of the last fix before it, if it lies in an outage, s since the start; None otherwise.
+    """
+
+    time: float
+    fixes_end: float | None = None
+
+    @property
+    def text(self) -> str:
+        """In words: "exceeded from 1319 s, 119 s after the fixes end"."""
+        shown = float(round(self.time) if self.time >= 100.0 else f"{self.time:.3g}")
+        text = f"exceeded from {shown:.10g} s" if shown else "exceeded from the start"
+        if self.fixes_end is None:
+            return text
+        return f"{text}, {max(shown - self.fixes_end, 0.0):.4g} s after the fixes end"
+
+    @property
+    def numbers(self) -> dict[str, float | None]:
+        """The time, and how long after the last fix it is, s; by name."""
+        after = None if self.fixes_end is None else self.time - self.fixes_end
+        return {"exceeded_from_s": self.time, "after_fixes_end_s": after}
+
+
+NEVER = {"exceeded_from_s": None, "after_fixes_end_s": None}
+"""The numbers of a limit that is not exceeded."""
+
+
+def first_exceeded(
+    requirement: Requirement, time: Array, values: Array, outages: Sequence[tuple[float, float]] = ()
+) -> Exceeded | None:
+    """Return since when a requirement over the whole run is exceeded.
+
+    Args:
+        time: instants, (E,) s since the start.
+        values: its quantity at these instants, (E,) SI; NaN where it is unknown.
+        outages: beginning and end of each interval without fixes, s since the start; they may overlap.
+
+    Returns:
+        The first time, on the straight line between two instants; None if the limit is not exceeded, or holds at one
+        time only.
+    """
+    above = np.flatnonzero(values > requirement.limit)
+    if requirement.when != "run" or not len(above):
+        return None
+    first = int(above[0])
+    at, value = float(time[first]), float(values[first])
+    if first > 0 and np.isfinite(value) and np.isfinite(values[first - 1]):
+        before = float(values[first - 1])
+        at -= (at - float(time[first - 1])) * (value - requirement.limit) / (value - before)
+    ended = [begin for begin, end in outages if begin <= at <= end]
+    while ended and (earlier := [begin for begin, end in outages if begin < min(ended) <= end]):
+        ended = earlier
+    return Exceeded(at, min(ended, default=None))
+
+
+CONFIDENCE = 0.95
+Counts = NDArray[np.signedinteger[Any]]
+
+
+@dataclass(frozen=True)
+class Verdict:
+    """The verdict of N runs.
+
+    Attributes:
+        requirement: the requirement.
+        verdict: "met", "not met" or "undecided".
+        value: quantity of these runs, SI; of the instant nearest to the limit, throughout a run.
+        time: that instant, s since the start.
+        runs: N.
+        more_runs: about how many more runs decide if the further ones are like these; 0 if decided, None if more runs
+            than can be counted.
+        exceeded: since when the quantity of these runs exceeds the limit, throughout a run; None if it does not.
+    """
+
+    requirement: Requirement
+    verdict: Literal["met", "not met", "undecided"]
+    value: float
+    time: float
+    runs: int
+    more_runs: int | None
+    exceeded: Exceeded | None = None
+
+
+def columns_of(requirement: Requirement) -> tuple[int, ...]:
+    """Return which errors a requirement concerns.
+
+    Returns:
+        Their places among position, velocity (north, east, down) and attitude: 0 and 1 for a circle, else one.
+    """
+    return (0, 1) if requirement.quantity in SHARES else (COMPONENTS.index(requirement.quantity),)
+
+
+def errors_of(errors: Sequence[Array]) -> Array:
+    """Return the errors that a requirement judges.
+
+    Args:
+        errors: those of `columns_of`, (N, E) SI each.
+
+    Returns:
+        The horizontal distance, or the component, (N, E).
+    """
+    return np.asarray(np.hypot(*errors) if len(errors) > 1 else errors[0])
+
+
+@dataclass(frozen=True)
+class Tally:
+    """What a requirement needs to know of the errors of N runs at E instants; several are joined by `joined`.
+
+    Attributes:
+        value: percentile, or root mean square, of the runs that count, (E,) SI; NaN where none counts.
+        count: number of runs that count, (E,).
+        inside: number of runs within the limit, (E,).
+        runs: N.
+    """
+
+    value: Array
+    count: Counts
+    inside: Counts
+    runs: int
+
+
+def joined(tallies: Sequence[Tally]) -> Tally:
+    """Return the tally of the instants of several ones, of the same runs.
+
+    Args:
+        tallies: at least one, in the order of the instants.
+    """
+    value, count, inside = (
+        np.concatenate([getattr(one, name) for one in tallies]) for name in ("value", "count", "inside")
+    )
+    return Tally(value, count, inside, tallies[0].runs)
+
+
+def tally(requirement: Requirement, time: Array, errors: Array, counts: NDArray[np.bool_] | None = None) -> Tally:
+    """Count how the errors of an ensemble lie to a requirement.
+
+    Args:
+        time: instants, (E,) s since the start.
+        errors: of each run at these instants, SI: horizontal distance for cep, r95 and rate, else the component; NaN or
+            infinite for a failed run, which counts as infinitely far off; (N, E).
+        counts: whether a run counts at an instant, (N, E); by default each does. A shorter run does not after its end.
+
+    Raises:
+        InputError: the shapes do not fit, or there is no run.
+    """
+    instants, found = np.asarray(time, dtype=np.float64), np.asarray(errors, dtype=np.float64)
+    if found.ndim != 2 or found.shape[1:] != instants.shape or not len(found) or not len(instants):
+        raise InputError(
+            f"errors have the shape {found.shape}; N runs at {len(instants)} times need (N, {len(instants)})."
+        )
+    counted = np.ones(found.shape, np.bool_) if counts is None else counts
+    distance = np.where(np.isfinite(found), np.abs(found), np.inf)
+    distance[~counted] = np.nan
+    if requirement.quantity == "rate":
+        distance = distance / instants
+    count, inside = counted.sum(axis=0), np.count_nonzero(distance <= requirement.limit, axis=0)
+    value = np.full(len(instants), np.nan)
+    some = count > 0
+    if requirement.quantity in SHARES:  # the R95 and CEP that are shown
+        value[some] = percentile(distance[:, some], SHARES[requirement.quantity]).value
+    else:
+        value[some] = np.sqrt(np.nanmean(distance[:, some] ** 2, axis=0))
+    return Tally(value, count, inside, len(found))
+
+
+def verdict(
+    requirement: Requirement,
+    time: Array,
+    errors: Array,
+    counts: NDArray[np.bool_] | None = None,
+    error: float = 1.0 - CONFIDENCE,
+) -> Verdict:
+    """Judge a requirement by the errors of an ensemble of runs.
+
+    Args:
+        time: instants, (E,) s since the start.
+        errors, counts: as for `tally`.
+        error: probability of error, 5 %, or less if several looks share it.
+
+    Returns:
+        The verdict at a confidence of 1 - error. Instants at which no run counts are left out; if none is left, it is
+        undecided, and the value is NaN.
+
+    Raises:
+        InputError: the shapes do not fit, there is no run, or the time of the requirement is not among the instants.
+    """
+    instants, found = np.asarray(time, dtype=np.float64), np.asarray(errors, dtype=np.float64)
+    if found.ndim == 2 and found.shape[1:] == instants.shape and len(instants):
+        columns = _columns(requirement, instants)
+        instants, found = instants[columns], found[:, columns]
+        counts = None if counts is None else counts[:, columns]
+    return verdict_of(requirement, instants, tally(requirement, instants, found, counts), error)
+
+
+def verdict_of(
+    requirement: Requirement,
+    time: Array,
+    tallied: Tally,
+    error: float = 1.0 - CONFIDENCE,
+    outages: Sequence[tuple[float, float]] = (),
+) -> Verdict:
+    """Judge a requirement by the tally of an ensemble of runs.
+
+    Args:
+        time: instants that it concerns, (E,) s since the start.
+        error: as for `verdict`.
+        outages: beginning and end of each interval without fixes, s since the start.
+    """
+    there = tallied.count > 0
+    time, runs = time[there], tallied.runs
+    if not len(time):
+        return Verdict(requirement, "undecided", float("nan"), float("nan"), runs, None)
+    value, count, inside = tallied.value[there], tallied.count[there], tallied.inside[there]
+    low, high, need = _limits(requirement, value, count, inside, error)
+    if len(time) > 1:  # "not met" anywhere needs a smaller probability of error
+        low = _limits(requirement, value, count, inside, error / len(time))[0]
+    refuted = low > requirement.limit
+    exceeded = first_exceeded(requirement, time, value, outages)
+    worst = int(np.argmax(value))
+    if refuted.any():
+        worst = int(np.argmax(np.where(refuted, value, -np.inf)))
+        return Verdict(requirement, "not met", float(value[worst]), float(time[worst]), runs, 0, exceeded)
+    if (high <= requirement.limit).all():
+        return Verdict(requirement, "met", float(value[worst]), float(time[worst]), runs, 0)
+    open_ones = high > requirement.limit
+    most = float(np.max((need / (count / runs))[open_ones]))
+    more = None if not np.isfinite(most) else max(int(np.ceil(most)) - runs, 1)
+    return Verdict(requirement, "undecided", float(value[worst]), float(time[worst]), runs, more, exceeded)
+
+
+def _columns(requirement: Requirement, instants: Array) -> NDArray[np.intp]:
+    if requirement.when == "run":
+        return np.arange(len(instants))
+    if requirement.when == "end":
+        return np.array([len(instants) - 1])
+    column = int(np.argmin(np.abs(instants - requirement.time)))
+    if abs(float(instants[column]) - requirement.time) > 1e-6:
+        raise InputError(
+            f"requirement {requirement.text!r}: the runs have no errors at {requirement.time:g} s; the nearest time "
+            f"is {instants[column]:g} s."
+        )
+    return np.array([column])
+
+
+def _limits(
+    requirement: Requirement, value: Array, count: Counts, inside: Counts, error: float
+) -> tuple[Array, Array, Array]:
+    """Return lower and upper limit of a quantity as far as they concern the requirement's, and runs needed."""
+    if requirement.quantity in SHARES:
+        return _share(SHARES[requirement.quantity], count, inside, error)
+    return _mean_square(requirement.limit, value, count, error)
+
+
+def _share(share: float, count: Counts, inside: Counts, error: float) -> tuple[Array, Array, Array]:
+    from scipy.special import ndtri
+    from scipy.stats import beta
+
+    lowest = np.where(inside > 0, beta.ppf(0.5 * error, np.maximum(inside, 1), count - inside + 1), 0.0)
+    highest = np.where(inside < count, beta.ppf(1.0 - 0.5 * error, inside + 1, np.maximum(count - inside, 1)), 1.0)
+    # the percentile is at most the limit where the share within the limit is at least p
+    high = np.where(lowest >= share, 0.0, np.inf)
+    low = np.where(highest < share, np.inf, 0.0)
+    off = np.abs(inside / count - share)
+    with np.errstate(divide="ignore"):
+        need = ndtri(0.5 * error) ** 2 * share * (1.0 - share) / off**2
+    least = np.log(0.5 * error) / np.log(share)  # runs, all of which lie inside
+    return low, high, np.where(inside == count, least, np.maximum(need, least))
+
+
+def _mean_square(limit: float, value: Array, count: Counts, error: float) -> tuple[Array, Array, Array]:
+    from scipy.special import ndtri
+    from scipy.stats import chi2
+
+    low = value * np.sqrt(count / chi2.ppf(1.0 - 0.5 * error, count))
+    high = value * np.sqrt(count / chi2.ppf(0.5 * error, count))
+    with np.errstate(divide="ignore"):
+        need = 0.5 * (ndtri(0.5 * error) / (value / limit - 1.0)) ** 2
+    return low, high, need

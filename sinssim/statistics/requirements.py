@@ -1,0 +1,289 @@
+"""Requirements on navigation errors as text, "r95(3600 s) <= 1852 m", their quantities, and their limits in charts.
+
+    QUANTITY(WHEN) <= NUMBER UNIT
+
+A quantity is `cep` or `r95`, the radius of the circle that contains 50 or 95 % of all runs; `rate`, R95 divided by the
+time since the start; or a component of the error, whose root mean square over all runs counts (1σ if its mean is zero).
+WHEN is a time, `end`, or `run` for every instant of the run; without it, `run`, and `end` for a rate.
+"""
+
+from __future__ import annotations
+
+import math
+import re
+from collections.abc import Iterable, Sequence
+from dataclasses import dataclass
+from typing import Literal
+
+from sinssim.charts import Limit
+from sinssim.errors import InputError, shortened, unknown_name
+from sinssim.units import ANGLES, LENGTHS, SPEEDS, TIMES
+
+SHARES = {"cep": 0.5, "r95": 0.95, "rate": 0.95}
+"""Shares of all runs in the circles of these quantities."""
+
+QUANTITIES: dict[str, tuple[str, str]] = {
+    "cep": ("length", "radius of the circle that contains half of all runs"),
+    "r95": ("length", "radius of the circle that contains 95 % of all runs"),
+    "rate": ("speed", "R95 divided by the time since the start"),
+    "position_north": ("length", "position error to the north"),
+    "position_east": ("length", "position error to the east"),
+    "position_down": ("length", "height error"),
+    "velocity_north": ("speed", "velocity error to the north"),
+    "velocity_east": ("speed", "velocity error to the east"),
+    "velocity_down": ("speed", "vertical velocity error"),
+    "tilt_north": ("angle", "tilt about the north axis"),
+    "tilt_east": ("angle", "tilt about the east axis"),
+    "heading": ("angle", "heading error"),
+}
+"""Dimension and meaning of each quantity; a component counts with its root mean square over all runs."""
+
+COMPONENTS = tuple(name for name in QUANTITIES if name not in SHARES)
+"""The components, in the order of the navigation errors."""
+
+_UNITS = {"length": LENGTHS, "speed": SPEEDS, "angle": ANGLES}
+_PATTERN = re.compile(
+    r"\s*(?P<name>\w+)\s*(\((?P<when>[^()]*)\))?\s*(?P<sign>[<>=≤≥]+)\s*"
+    r"(?P<number>[-+]?[\d.]+([eE][-+]?\d+)?|\S+)\s*(?P<unit>[^\d\s.].*)?"
+)
+_FORM = 'write it like "r95(3600 s) <= 1852 m"'
+
+When = Literal["at", "end", "run"]
+
+
+@dataclass(frozen=True)
+class Requirement:
+    """One requirement.
+
+    Attributes:
+        text: as it was written.
+        quantity: one of `QUANTITIES`.
+        when: "at" a time, at the "end", or throughout the "run".
+        time: the time for "at", s since the start; NaN for the others.
+        limit: largest allowed value, SI.
+        unit: unit as it was written.
+    """
+
+    text: str
+    quantity: str
+    when: When
+    time: float
+    limit: float
+    unit: str
+
+    @property
+    def unit_size(self) -> float:
+        """Size of the unit in SI."""
+        return _UNITS[QUANTITIES[self.quantity][0]][self.unit]
+
+    @property
+    def instant(self) -> str:
+        """When it holds, in words."""
+        return {"at": f"at {self.time:g} s", "end": "at the end", "run": "at every time of the run"}[self.when]
+
+    @property
+    def meaning(self) -> str:
+        """What it says, in words."""
+        what = QUANTITIES[self.quantity][1]
+        if self.quantity in COMPONENTS:
+            what = f"root mean square over all runs of the {what}"
+        return f"{what}, {self.instant}, at most {self.limit / self.unit_size:g} {self.unit}"
+
+    def check_within(self, duration: float) -> None:
+        """Raise if the time of the requirement lies outside a run.
+
+        Args:
+            duration: of the run, s.
+
+        Raises:
+            InputError: it does.
+        """
+        if self.when == "at" and self.time > duration + 1e-6:
+            raise InputError(
+                f"requirement {self.text!r}: {self.time:g} s lies outside the run, which lasts {duration:g} s; give a "
+                "time up to this, or (end)."
+            )
+
+
+def parse_requirement(text: str) -> Requirement:
+    """Read a requirement.
+
+    Args:
+        text: for example "r95(3600 s) <= 1852 m" or "heading(end) <= 0.05 deg".
+
+    Returns:
+        The requirement, SI.
+
+    Raises:
+        InputError: it cannot be read, the quantity or the unit is unknown, or the unit is of another kind.
+    """
+    found = _PATTERN.fullmatch(text) if isinstance(text, str) else None
+    if found is None:
+        raise InputError(f"the requirement {shortened(repr(text))} cannot be read; {_FORM}.")
+    name, unit, about = found["name"].lower(), (found["unit"] or "").strip(), f"requirement {shortened(repr(text))}"
+    if name not in QUANTITIES:
+        raise unknown_name("quantity of a requirement", name, QUANTITIES)
+    if found["sign"] not in ("<=", "<", "≤"):
+        raise InputError(f"{about}: {found['sign']} is not a limit of an error; {_FORM}.")
+    try:
+        number = float(found["number"])
+    except ValueError as error:
+        raise InputError(f"{about}: {found['number']!r} is not a number; {_FORM}.") from error
+    if not (math.isfinite(number) and number > 0.0):
+        raise InputError(f"{about}: the limit {found['number']} must be a positive number.")
+    dimension = QUANTITIES[name][0]
+    known = _UNITS[dimension]
+    if unit not in known:
+        other = next((kind for kind, units in _UNITS.items() if unit in units), None)
+        what = f"no unit follows the number {found['number']}" if not unit else f"{unit!r} is not a known unit"
+        what = f"{unit!r} is a unit of {other}" if other else what
+        article = "an" if dimension == "angle" else "a"
+        raise InputError(f"{about}: {what}; {name} is {article} {dimension}. Known units: {', '.join(known)}.")
+    when, time = parse_when(found["when"], name, about)
+    return Requirement(text.strip(), name, when, time, number * known[unit], unit)
+
+
+def parse_requirements(require: str | Requirement | Iterable[str | Requirement]) -> tuple[Requirement, ...]:
+    """Read requirements.
+
+    Args:
+        require: texts, see `parse_requirement`, or requirements; or one of them.
+
+    Raises:
+        InputError: one of them cannot be read.
+    """
+    several = (require,) if isinstance(require, str | Requirement) else require
+    return tuple(one if isinstance(one, Requirement) else parse_requirement(one) for one in several)
+
+
+def parse_when(text: str | None, name: str, about: str) -> tuple[When, float]:
+    """Read when a quantity counts.
+
+    Args:
+        text: what stands in the parentheses; None without them.
+
+    Returns:
+        "at", "end" or "run", and the time for "at", s; NaN for the others.
+
+    Raises:
+        InputError: it cannot be read.
+    """
+    word = (text or "").strip().lower()
+    if not word and text is None:
+        return ("end" if name == "rate" else "run"), math.nan
+    if word == "end":
+        return "end", math.nan
+    if word == "run":
+        if name == "rate":
+            raise InputError(f"{about}: a rate is not limited over the whole run, as it has none at the start; give a "
+                             "time or end.")  # fmt: skip
+        return "run", math.nan
+    found = re.fullmatch(r"([-+.\deE]+)\s*([a-z]*)", word)
+    try:
+        if found is None:
+            raise ValueError
+        number = float(found[1])
+    except ValueError as error:
+        raise InputError(f"{about}: ({text}) is not a time, end or run; {_FORM}.") from error
+    if found[2] not in TIMES:
+        raise InputError(f"{about}: ({text}) needs a unit of time, one of {', '.join(TIMES)}; {_FORM}.")
+    time = number * TIMES[found[2]]
+    if not (math.isfinite(time) and time >= 0.0) or (name == "rate" and time == 0.0):
+        least = "a positive time" if name == "rate" else "a time from the start on"
+        raise InputError(f"{about}: ({text}) must be {least}.")
+    return "at", time
+
+
+_QUANTITY_PATTERN = re.compile(r"\s*(?P<name>\w+)\s*(\((?P<when>[^()]*)\))?\s*")
+_SI = {"length": "m", "speed": "mps", "angle": "rad"}
+
+
+@dataclass(frozen=True)
+class Quantity:
+    """A quantity at an instant.
+
+    Attributes:
+        quantity: one of `QUANTITIES`.
+        when: "at" a time, at the "end", or the largest throughout the "run".
+        time: the time for "at", s since the start; 0 for the others.
+    """
+
+    quantity: str
+    when: When
+    time: float = 0.0
+
+    @property
+    def text(self) -> str:
+        """As it is written: "r95(3600 s)"."""
+        return f"{self.quantity}({f'{self.time:.10g} s' if self.when == 'at' else self.when})"
+
+    @property
+    def dimension(self) -> str:
+        """ "length", "speed" or "angle"."""
+        return QUANTITIES[self.quantity][0]
+
+    @property
+    def instant(self) -> str:
+        """When it holds, in words."""
+        largest = "largest of the run"
+        return {"at": f"at {self.time:.10g} s", "end": "at the end", "run": largest}[self.when]
+
+    @property
+    def column(self) -> str:
+        """Name of its column, with the unit: "r95_3600s_m", "heading_end_rad"; rates are in nmi/h."""
+        when = f"{self.time:.10g}s" if self.when == "at" else self.when
+        return f"{self.quantity}_{when}_{'nmi_h' if self.quantity == 'rate' else _SI[self.dimension]}"
+
+
+def quantity_of(requirement: Requirement) -> Quantity:
+    """Return the quantity of a requirement."""
+    return Quantity(requirement.quantity, requirement.when, requirement.time if requirement.when == "at" else 0.0)
+
+
+def parse_quantity(text: str) -> Quantity:
+    """Read a quantity.
+
+    Args:
+        text: for example "r95(3600 s)", "cep(end)" or "heading(run)"; without parentheses it is that at the end.
+
+    Raises:
+        InputError: it cannot be read, or there is no such quantity.
+    """
+    found = _QUANTITY_PATTERN.fullmatch(text) if isinstance(text, str) else None
+    if found is None:
+        raise InputError(
+            f'the quantity {shortened(repr(text))} cannot be read; write it like "r95(3600 s)" or "heading(end)".'
+        )
+    name = found["name"].lower()
+    if name not in QUANTITIES:
+        raise unknown_name("quantity", name, QUANTITIES)
+    if found["when"] is None:
+        return Quantity(name, "end")
+    when, time = parse_when(found["when"], name, f"quantity {shortened(repr(text))}")
+    return Quantity(name, when, 0.0 if math.isnan(time) else time)
+
+
+CIRCLES = tuple(SHARES)
+"""Quantities whose limits belong to the chart of CEP and R95."""
+
+Judged = Sequence[tuple[Requirement, str]]
+"""Requirements with their verdicts: "met", "not met" or "undecided"."""
+
+
+def limits_of(judged: Judged, quantities: Iterable[str], end: float) -> list[Limit]:
+    """Return the limits of the requirements on some quantities.
+
+    Args:
+        quantities: names of the quantities that a chart shows.
+        end: end of the run, s since its start.
+
+    Returns:
+        One mark for each; the limit of a rate is the length that it allows at its time.
+    """
+    chosen, found = set(quantities), []
+    for one, verdict in judged:
+        if one.quantity in chosen:
+            at = one.time if one.when == "at" else end
+            height = one.limit * at if one.quantity == "rate" else one.limit
+            found.append(Limit(text=one.text, verdict=verdict, height=height, at=None if one.when == "run" else at))
+    return found

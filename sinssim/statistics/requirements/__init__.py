@@ -1,1 +1,0 @@
-"""Requirements on navigation errors: text to check, verdict from the runs of an ensemble."""

@@ -1,0 +1,322 @@
+"""User extensions, which are files outside the package: what a project folder may hold, and the running of a file.
+
+What a file brings is read from its syntax tree, without executing it. A failure of a file that is run becomes a
+sentence with file and line.
+"""
+
+from __future__ import annotations
+
+import functools
+import hashlib
+import importlib.util
+import os
+import re
+import sys
+import threading
+import traceback
+from collections.abc import Callable, Iterator
+from dataclasses import dataclass
+from pathlib import Path
+from types import ModuleType
+from typing import Any
+
+from sinssim.errors import InputError, SinssimError, shortened
+from sinssim.formatting import listed
+from sinssim.system.user_file import read_bytes
+
+SINGULAR: dict[str, str] = {
+    "algorithms": "attitude algorithm",
+    "frames": "navigation frame",
+    "aiding": "aiding sensor",
+    "formats": "file format",
+    "writers": "export format",
+    "views": "view",
+    "grades": "grade of sensors",
+    "aircraft": "aircraft",
+}
+"""Folders of a project by name, with what one of their files is."""
+
+CODE = ("algorithms", "frames", "aiding", "formats", "writers", "views")
+"""Folders whose files are Python code, which runs when their content is used."""
+
+_MARKS: dict[str, set[str]] = {
+    "formats": {"recognises"},
+    "writers": {"HOLDS"},
+    "algorithms": {"start_k", "dcm_k", "step_k", "quaternion_k", "engine"},
+    "frames": {"solve", "check"},
+    "views": {"blueprint"},
+}
+"""Names at the top of a file by which its kind is recognised."""
+
+_NAME = re.compile(r"[A-Za-z][\w-]*", re.ASCII)
+
+
+@dataclass(frozen=True)
+class Item:
+    """One algorithm, frame, aiding sensor, view, grade or aircraft outside the package.
+
+    Attributes:
+        kind: folder of a project that it belongs in, one of `SINGULAR`.
+        name: its name, that of the file without its ending, or that of an aircraft's folder.
+        file: its file; an aircraft's is its aircraft.toml.
+        package: the installed package that brings it, with its version; "" if no package does.
+    """
+
+    kind: str
+    name: str
+    file: Path
+    package: str = ""
+
+    @property
+    def words(self) -> str:
+        """What it is, for messages: "attitude algorithm midpoint"."""
+        return f"{SINGULAR[self.kind]} {self.name}"
+
+
+@dataclass(frozen=True)
+class Outline:
+    """What a Python file says of itself without being executed.
+
+    Attributes:
+        sentence: first line of its docstring.
+        names: names of functions, classes and values at its top level, imported ones included.
+        bases: names of the base classes of its classes.
+        constants: numbers, truth values and texts at its top level, by name.
+        problem: why it cannot be read as Python, "" if it can.
+    """
+
+    sentence: str = ""
+    names: frozenset[str] = frozenset()
+    bases: frozenset[str] = frozenset()
+    constants: tuple[tuple[str, Any], ...] = ()
+    problem: str = ""
+
+    def constant(self, name: str, otherwise: Any) -> Any:
+        """Return the value of a constant of the file, or another one if it has none."""
+        return dict(self.constants).get(name, otherwise)
+
+
+def outline(file: Path) -> Outline:
+    """Read what a Python file says of itself, without executing it.
+
+    Returns:
+        Its outline; of a file that cannot be read, the reason.
+    """
+    import ast
+
+    try:
+        tree = ast.parse(read_bytes(file), str(file))
+    except SyntaxError as error:
+        return Outline(problem=syntax_words(error))
+    except (RecursionError, MemoryError):  # of the parser
+        return Outline(problem="its expressions are nested too deep for Python")
+    except (OSError, ValueError) as error:
+        return Outline(problem=f"{type(error).__name__}: {error}")
+    names, bases, constants = set[str](), set[str](), dict[str, Any]()
+    for node in tree.body:
+        if isinstance(node, ast.FunctionDef | ast.ClassDef):
+            names.add(node.name)
+        if isinstance(node, ast.ClassDef):
+            bases |= {base.id if isinstance(base, ast.Name) else getattr(base, "attr", "") for base in node.bases}
+        elif isinstance(node, ast.Import | ast.ImportFrom):
+            names |= {alias.asname or alias.name for alias in node.names}
+        elif isinstance(node, ast.Assign | ast.AnnAssign) and node.value is not None:
+            for target in node.targets if isinstance(node, ast.Assign) else (node.target,):
+                if isinstance(target, ast.Name):
+                    names.add(target.id)
+                    if isinstance(node.value, ast.Constant):
+                        constants[target.id] = node.value.value
+    sentence = (ast.get_docstring(tree) or "").split("\n")[0]
+    return Outline(sentence, frozenset(names), frozenset(bases), tuple(constants.items()))
+
+
+def syntax_words(error: SyntaxError) -> str:
+    """Return a syntax error as words: "syntax error in line 3: invalid syntax, in:  x = = 2".
+
+    Args:
+        error: Python's error.
+    """
+    where = f" in line {error.lineno}" if error.lineno else ""
+    shown = f", in:  {shortened(error.text.strip())}" if error.text else ""
+    return f"syntax error{where}: {error.msg}{shown}"
+
+
+def items_of(path: Path) -> list[Item]:
+    """Return what a file or a project folder brings.
+
+    Args:
+        path: a file, the folder of an aircraft, or a project folder with some of the folders of `SINGULAR`. Names that
+            begin with "_" or "." are left out.
+
+    Raises:
+        InputError: there is nothing at the path, or nothing that sinssim can use; the message says what would be.
+    """
+    if os.path.isfile(path):
+        return [_item(_kind_of(path), path)]
+    if not os.path.isdir(path):
+        raise InputError(f"there is no file or folder {shortened(str(path), 200)!r}")
+    if (path / "aircraft.toml").is_file():
+        return [_item("aircraft", path / "aircraft.toml")]
+    found = [item for kind in SINGULAR for item in _in_folder(path / kind, kind)]
+    if not found:
+        raise InputError(
+            f"the folder {shortened(str(path), 200)!r} has none of the folders {listed(SINGULAR, 'or')} with a file in "
+            f"it{_misspelt(path)}"
+        )
+    return found
+
+
+def _misspelt(path: Path) -> str:
+    """Return which folders may be meant by those that there are, as the end of a sentence."""
+    import difflib
+
+    there = sorted(entry.name for entry in os.scandir(path) if entry.is_dir())
+    near = [(name, near[0]) for name in there if (near := difflib.get_close_matches(name.lower(), SINGULAR, 1))]
+    wrong = [f"{name!r} as {kind!r}" for name, kind in near if name != kind]
+    return f"; did you mean {listed(wrong)}?" if wrong else ""
+
+
+def _in_folder(folder: Path, kind: str) -> Iterator[Item]:
+    pattern = {"aircraft": "*/aircraft.toml", "grades": "*.toml"}.get(kind, "*.py")
+    for file in sorted(folder.glob(pattern)):
+        own = file.parent.name if kind == "aircraft" else file.stem
+        if not own.startswith(("_", ".")):
+            yield _item(kind, file)
+
+
+def _item(kind: str, file: Path) -> Item:
+    name = file.parent.name if kind == "aircraft" else file.stem
+    if not _NAME.fullmatch(name):
+        raise InputError(
+            f"{file}: the {SINGULAR[kind]} would have the name {shortened(repr(name))}; a name begins with a letter "
+            "and has letters, digits, _ and - only. Rename the file"
+        )
+    return Item(kind, name, file)
+
+
+def _kind_of(file: Path) -> str:
+    """Return the kind of a file: by its folder's name, or by what stands in it."""
+    if file.name == "aircraft.toml":
+        return "aircraft"
+    if file.suffix == ".toml":
+        return "grades"
+    if file.suffix != ".py":
+        raise InputError(f"{file} is not a Python file (.py), nor the TOML file of a grade or of an aircraft")
+    if file.parent.name in CODE:
+        return file.parent.name
+    found = outline(file)
+    if found.problem:
+        raise InputError(f"{file} cannot be read: {found.problem}")
+    if "AidingSensor" in found.bases:
+        return "aiding"
+    for kind, marks in _MARKS.items():
+        if marks & found.names:
+            return kind
+    raise InputError(
+        f"{file} is nothing that sinssim can use: an attitude algorithm has functions start_k, dcm_k, step_k and "
+        "quaternion_k, a navigation frame solve and check, a view blueprint, a file format recognises and read, an "
+        "export format SUFFIX, HOLDS and write, and an aiding sensor a class that derives from AidingSensor"
+    )
+
+
+PREFIX = "sinssim_own"
+"""Package name of the modules of own content, by which compiled kernels on disk find them again."""
+
+_sources: dict[str, bytes] = {}
+_lock = threading.RLock()
+
+
+def file_digest(file: Path) -> str:
+    """Return the SHA-256 of a file.
+
+    Returns:
+        64 hexadecimal digits.
+
+    Raises:
+        InputError: the file cannot be read.
+    """
+    try:
+        return hashlib.sha256(read_bytes(file)).hexdigest()
+    except OSError as error:
+        raise InputError(f"{file} cannot be read: {error.strerror}") from error
+
+
+def _module_name(item: Item) -> str:
+    return f"{PREFIX}.{item.kind}.{item.name}"
+
+
+def load_module(item: Item) -> ModuleType:
+    """Run the file of own content, once for each state of it.
+
+    Raises:
+        InputError: the file cannot be run; the message has the file, the line and the reason.
+    """
+    with _lock:
+        return _load(item, _module_name(item))
+
+
+def _load(item: Item, name: str) -> ModuleType:
+    if name in sys.modules:
+        return sys.modules[name]
+    spec = importlib.util.spec_from_file_location(name, item.file)
+    assert spec is not None
+    assert spec.loader is not None
+    module = importlib.util.module_from_spec(spec)
+    sys.modules[name] = module  # pydantic and numba look up a module by its name
+    try:
+        # not by the loader, which may take compiled code of an earlier file of the same second and size
+        source = read_bytes(item.file)
+        exec(compile(source, str(item.file), "exec"), module.__dict__)
+    except BaseException as error:
+        del sys.modules[name]
+        if isinstance(error, Exception | SystemExit):
+            raise InputError(f"the {item.words} cannot be used: {failure(item.file, error)}.") from error
+        raise
+    _sources[name] = source
+    return module
+
+
+def source_of(item: Item) -> bytes:
+    """Return the text of own content as it was run, or as the file is now if it has not been run.
+
+    Returns:
+        The bytes of the file.
+    """
+    if (source := _sources.get(_module_name(item))) is not None:
+        return source
+    return read_bytes(item.file)
+
+
+def drop_module(item: Item) -> None:
+    """Forget the module of own content, so that its file is run again."""
+    _sources.pop(_module_name(item), None)
+    sys.modules.pop(_module_name(item), None)
+
+
+def explained(item: Item, function: Callable[..., Any], kind: type[SinssimError] = InputError) -> Callable[..., Any]:
+    """Return a function of own content whose failures name the file and the line."""
+
+    @functools.wraps(function)
+    def call(*arguments: Any, **named: Any) -> Any:
+        try:
+            return function(*arguments, **named)
+        except SinssimError:
+            raise
+        except Exception as error:  # raised by the user's code
+            raise kind(f"the {item.words} failed: {failure(item.file, error)}.") from error
+
+    return call
+
+
+def failure(file: Path, error: BaseException) -> str:
+    """Return what went wrong in a file as words, with the line of the file.
+
+    Returns:
+        For example "/my/file.py, line 7: ZeroDivisionError: division by zero".
+    """
+    if isinstance(error, SyntaxError) and error.filename == str(file):
+        return f"{file}: {syntax_words(error)}"
+    lines = [frame.lineno for frame in traceback.extract_tb(error.__traceback__) if frame.filename == str(file)]
+    where = f", line {lines[-1]}" if lines else ""
+    said = " ".join(str(error).split()).rstrip(".")
+    return f"{file}{where}: {type(error).__name__}: {shortened(said, 300)}"

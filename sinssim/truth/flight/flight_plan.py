@@ -1,0 +1,462 @@
+"""The [flight] section of a scenario: aircraft, start, legs, wind, atmosphere, turbulence; its path by dead reckoning.
+
+Airspeeds are calibrated (the pilot's indication), heights are above the ellipsoid, headings are true, clockwise from
+north. A leg begins with the heading, height and airspeed at the end of the previous leg. The legs are in
+`sinssim.truth.flight.legs`.
+"""
+
+from __future__ import annotations
+
+import itertools
+import math
+from collections.abc import Iterator
+from dataclasses import dataclass
+from itertools import pairwise
+from typing import TYPE_CHECKING, Annotated, Any, ClassVar, Literal, Self, Union, get_args
+
+from pydantic import AfterValidator, BeforeValidator, Field, model_validator
+
+from sinssim.errors import InputError
+from sinssim.toml_section import Heading, Keys, Latitude, Longitude, Moment, NotNegative, Section
+from sinssim.truth.flight.aircraft import aircraft_exists, ceiling, load_aircraft
+from sinssim.truth.flight.atmosphere import STANDARD_PRESSURE, Air, WindVector, wind_from
+from sinssim.truth.flight.leg import Airspeed, Altitude, DeadReckoning, LegBase, check_landing, distance
+from sinssim.truth.flight.legs import LEGS
+from sinssim.truth.motion import NORMAL_EARTH, Motion, Mounting, TrueEarth
+from sinssim.units import KNOT
+
+_Gradual = Annotated[float, Field(ge=0.01, le=1e6)]
+"""Rise or fall time of a gust, s; a shorter one would be a jump between two steps of the flight model."""
+_Wind = Annotated[float, Field(ge=-100.0, le=100.0)]
+"""m/s: the strongest jet stream."""
+_Mps = Annotated[float, Field(ge=0.0, le=100.0)]
+_Kt = Annotated[float, Field(ge=0.0, le=194.0)]
+
+
+class Gust(Section):
+    """One gust with a (1 - cos) rise, a steady part and a (1 - cos) fall.
+
+    Attributes:
+        start_s: flight time at which the gust begins, s.
+        rise_s, steady_s, fall_s: durations of its three parts, s.
+        velocity_ned_mps: change of the wind at full strength, north, east, down, m/s.
+    """
+
+    start_s: Moment = Field(description="flight time at which the gust begins")
+    rise_s: _Gradual = Field(default=2.0, description="duration of the rise")
+    steady_s: Moment = Field(default=0.0, description="duration at full strength")
+    fall_s: _Gradual = Field(default=2.0, description="duration of the fall")
+    velocity_ned_mps: tuple[_Wind, _Wind, _Wind] = Field(
+        description="change of the wind at full strength, north, east, down"
+    )
+
+
+def _speed(mps: float | None, kt: float | None) -> float:
+    """Return the speed of a wind from one of its two keys, m/s."""
+    return mps if mps is not None else (kt or 0.0) * KNOT
+
+
+def _speed_words(mps: float | None, kt: float | None) -> str:
+    return f"{mps:g} m/s" if mps is not None else f"{kt:g} kt"
+
+
+class WindLevel(Section):
+    """The wind at a height. Its north and east components change linearly between two heights.
+
+    Attributes:
+        height_m: height above the ellipsoid, m.
+        from_deg: direction from which the wind blows, clockwise from true north, degrees.
+        speed_mps, speed_kt: horizontal speed, m/s or kt; exactly one of them.
+    """
+
+    exactly_one = (Keys(("speed_mps", "speed_kt"), "a wind has a speed, speed_mps or speed_kt"),)
+
+    height_m: Altitude = Field(description="height above the ellipsoid")
+    from_deg: Heading = Field(description="direction from which the wind blows")
+    speed_mps: _Mps | None = Field(default=None, description="speed of the wind")
+    speed_kt: _Kt | None = Field(default=None, description="the same in knots, instead of speed_mps")
+
+    def words(self) -> str:
+        """Return the level in words, for example "3000 m: from 270°, 20 kt"."""
+        return f"{self.height_m:g} m: from {self.from_deg:g}°, {_speed_words(self.speed_mps, self.speed_kt)}"
+
+
+class Wind(Section):
+    """Wind and gusts: from_deg with a speed, or a profile over height, or the components north_mps and east_mps. The
+    components give the direction *towards* which the air moves; from_deg gives the direction *from* which the wind
+    blows.
+
+    Attributes:
+        from_deg: direction from which the wind blows, clockwise from true north, degrees.
+        speed_mps, speed_kt: horizontal speed, m/s or kt.
+        north_mps, east_mps: steady wind towards north and east, m/s.
+        down_mps: steady wind downwards, with any of the forms, m/s.
+        profile: wind at heights, instead of the other forms.
+        gusts: gusts, added to the wind.
+    """
+
+    from_deg: Heading | None = Field(default=None, description="direction from which the wind blows")
+    speed_mps: _Mps | None = Field(default=None, description="speed of the wind")
+    speed_kt: _Kt | None = Field(default=None, description="the same in knots, instead of speed_mps")
+    north_mps: float = Field(default=0.0, ge=-100.0, le=100.0, description="steady wind towards north")
+    east_mps: float = Field(default=0.0, ge=-100.0, le=100.0, description="steady wind towards east")
+    down_mps: float = Field(default=0.0, ge=-20.0, le=20.0, description="steady wind downwards")
+    profile: tuple[WindLevel, ...] = Field(default=(), description="wind at heights, instead of one wind")
+    gusts: tuple[Gust, ...] = Field(default=(), description="gusts, added to the steady wind")
+
+    @model_validator(mode="after")
+    def _one_form(self) -> Self:
+        given = [key for key in ("from_deg", "speed_mps", "speed_kt") if getattr(self, key) is not None]
+        components = [key for key in ("north_mps", "east_mps") if getattr(self, key)]
+        forms = [*(["profile"] if self.profile else []), *given, *components]
+        if (self.profile and (given or components)) or (given and components):
+            raise ValueError(
+                f"the wind is given twice, by {', '.join(forms[:-1])} and {forms[-1]}: keep from_deg with speed_mps or "
+                "speed_kt, or north_mps and east_mps (towards which the air moves), or [[flight.wind.profile]]"
+            )
+        if given and (self.from_deg is None or len(given) != 2):
+            raise ValueError(
+                f"a wind needs from_deg and exactly one of speed_mps and speed_kt; here is {' and '.join(given)}"
+            )
+        heights = [level.height_m for level in self.profile]
+        for below, above in itertools.pairwise(heights):
+            if above <= below:
+                raise ValueError(f"the heights of a wind profile increase: {above:g} m follows {below:g} m")
+        return self
+
+    def levels(self) -> tuple[tuple[float, WindVector], ...]:
+        """Return the heights with their wind, m and m/s, for `sinssim.truth.flight.atmosphere.Air`."""
+        if self.profile:
+            return tuple(
+                (level.height_m, wind_from(level.from_deg, _speed(level.speed_mps, level.speed_kt), self.down_mps))
+                for level in self.profile
+            )
+        if self.from_deg is not None:
+            return ((0.0, wind_from(self.from_deg, _speed(self.speed_mps, self.speed_kt), self.down_mps)),)
+        return ((0.0, (self.north_mps, self.east_mps, self.down_mps)),)
+
+    def words(self) -> str:
+        """Return the wind in words, "none" for calm air without gusts."""
+        said = []
+        if self.profile:
+            said.append("; ".join(level.words() for level in self.profile))
+        elif self.from_deg is not None:
+            said.append(f"from {self.from_deg:g}°, {_speed_words(self.speed_mps, self.speed_kt)}")
+        said += [
+            f"{key} = {getattr(self, key):g}" for key in ("north_mps", "east_mps", "down_mps") if getattr(self, key)
+        ]
+        for gust in self.gusts:
+            north, east, down = gust.velocity_ned_mps
+            said.append(
+                f"gust at {gust.start_s:g} s of [{north:g}, {east:g}, {down:g}] m/s north, east, down over "
+                f"{gust.rise_s:g} + {gust.steady_s:g} + {gust.fall_s:g} s"
+            )
+        return ", ".join(said) or "none"
+
+
+class Atmosphere(Section):
+    """Temperature and pressure of the air. A barometer measures the pressure altitude in this air.
+
+    Attributes:
+        isa_deviation_k: temperature less that of the standard atmosphere, the same at all heights, K.
+        sea_level_pressure_hpa: pressure at sea level, hPa.
+    """
+
+    isa_deviation_k: float = Field(
+        default=0.0, ge=-60.0, le=60.0, description="temperature above that of the standard atmosphere, at all heights"
+    )
+    sea_level_pressure_hpa: float = Field(default=1013.25, ge=850.0, le=1090.0, description="pressure at sea level")
+
+    def words(self) -> str:
+        """Return the atmosphere in words."""
+        return f"ISA{self.isa_deviation_k:+g} K, {self.sea_level_pressure_hpa:g} hPa at sea level".replace("-", "−")
+
+
+_ON_RUNWAY = ", ".join(
+    f'"{name}"'
+    for leg in sorted(LEGS, key=lambda leg: leg.ends == "air")  # legs that stay on the runway first
+    if leg.begins == "runway"
+    for name in get_args(leg.model_fields["type"].annotation)
+)
+
+
+def _name(value: Any) -> Any:
+    """Accept an integer as a name, because a shell removes the quotes of "737"."""
+    return str(value) if isinstance(value, int) and not isinstance(value, bool) else value
+
+
+if TYPE_CHECKING:
+    Leg = LegBase
+else:
+    Leg = Annotated[Union[LEGS], Field(discriminator="type")]  # noqa: UP007
+"""One leg of a flight plan, selected by `type`."""
+
+
+_SCALE, _SPAN = 533.0, 20.0  # scale of turbulence above 2000 ft (MIL-F-8785C), and a medium wing span, m
+
+
+class AirStart(Section):
+    """The flight begins in the air, in trimmed straight and level flight.
+
+    Attributes:
+        latitude_deg, longitude_deg: place, degrees.
+        altitude_m: height above the ellipsoid, m.
+        heading_deg: heading, degrees.
+        airspeed_kt: calibrated airspeed, kt; None: the aircraft's cruise airspeed.
+    """
+
+    on: Literal["air"]
+    latitude_deg: Latitude = Field(description="latitude of the start")
+    longitude_deg: Longitude = Field(description="longitude of the start")
+    altitude_m: Altitude = Field(description="height above the ellipsoid")
+    heading_deg: Heading = Field(default=0.0, description="heading")
+    airspeed_kt: Airspeed | None = Field(
+        default=None, description="calibrated airspeed; default: the aircraft's cruise airspeed"
+    )
+
+
+class RunwayStart(Section):
+    """The flight begins at rest on a runway or at a gate, brakes set.
+
+    Attributes:
+        latitude_deg, longitude_deg: place, degrees.
+        altitude_m: height of the runway above the ellipsoid, m.
+        heading_deg: heading of the runway, degrees.
+        engines: whether the engines run; `taxi` and `take_off` start them if they do not.
+    """
+
+    on: Literal["runway"]
+    latitude_deg: Latitude = Field(description="latitude of the start")
+    longitude_deg: Longitude = Field(description="longitude of the start")
+    altitude_m: Annotated[float, Field(ge=-430.0, le=4500.0)] = Field(
+        default=0.0, description="height of the runway above the ellipsoid"
+    )
+    heading_deg: Heading = Field(default=0.0, description="heading of the runway")
+    engines: Literal["running", "off"] = Field(
+        default="running", description='engines at the start; "off": the first taxi or take_off starts them'
+    )
+
+
+Start = Annotated[AirStart | RunwayStart, Field(discriminator="on")]
+"""Where and how the flight begins."""
+
+
+class Turbulence(Section):
+    """Dryden turbulence according to MIL-F-8785C, with the scenario's seed.
+
+    Attributes:
+        severity: row of the specification's table, which determines the strength above 2000 ft: 2 is weak (0.3 m/s at 3
+            km), 3 light (1.8 m/s), 4 moderate (2.9 m/s), 6 severe (7 m/s).
+        wind_at_6m_mps: wind speed 20 ft above the ground, which determines the strength below 1000 ft, m/s; light 7.7,
+            moderate 15.4, severe 23.
+    """
+
+    severity: int = Field(default=3, ge=1, le=7, description="2 weak, 3 light, 4 moderate, 6 severe")
+    wind_at_6m_mps: NotNegative = Field(default=7.7, le=100.0, description="wind speed 6 m above the ground")
+
+    @property
+    def roll_rate(self) -> float:
+        """1σ of the roll rate of a medium aircraft, rad/s: 1.9 σ_w/√(L b) (MIL-F-8785C)."""
+        # vertical gusts: a tenth of the wind near the ground, above it by the severity
+        sigma_w = max(0.1 * self.wind_at_6m_mps, self.severity - 1.0)
+        return 1.9 * sigma_w / math.sqrt(_SCALE * _SPAN)
+
+
+class FlightPlan(Motion):
+    """A flight: aircraft, start, legs, wind, atmosphere and turbulence.
+
+    Attributes:
+        aircraft: name of the aircraft, a folder with an aircraft.toml.
+        start: where and how the flight begins.
+        legs: the legs, in order.
+        wind: wind and gusts.
+        atmosphere: temperature and pressure of the air; None: the standard atmosphere.
+        turbulence: turbulence; None: calm air.
+    """
+
+    table: ClassVar[str] = "flight"
+    travels: ClassVar[bool] = True
+
+    aircraft: Annotated[str, BeforeValidator(_name), AfterValidator(aircraft_exists)] = Field(
+        description="see `sinssim list aircraft`"
+    )
+    start: Start
+    legs: tuple[Leg, ...] = Field(description="the legs, in order")
+    wind: Wind = Field(default=Wind())
+    atmosphere: Atmosphere | None = None
+    turbulence: Turbulence | None = None
+
+    def air(self) -> Air:
+        """Return the air that the aircraft flies in: wind over height, temperature and pressure."""
+        day = self.atmosphere
+        if day is None:
+            return Air(self.wind.levels())
+        standard = day.sea_level_pressure_hpa == 1013.25
+        pressure = STANDARD_PRESSURE if standard else 100.0 * day.sea_level_pressure_hpa
+        return Air(self.wind.levels(), day.isa_deviation_k, pressure)
+
+    @property
+    def mounting(self) -> Mounting:
+        """The place of the sensor block in the aircraft.
+
+        Raises:
+            InputError: there is no such aircraft.
+        """
+        return load_aircraft(self.aircraft).mounting
+
+    def at_start(self) -> DeadReckoning:
+        """Return the dead reckoning of the plan at the beginning of its first leg.
+
+        Raises:
+            InputError: the aircraft's description is invalid.
+        """
+        aircraft, start = load_aircraft(self.aircraft), self.start
+        check_landing(self.legs, self.aircraft, aircraft.performance)
+        airspeed = 0.0 if start.on == "runway" else start.airspeed_kt or aircraft.performance.cruise_kt
+        return DeadReckoning(
+            performance=aircraft.performance,
+            roll_rate=math.radians(aircraft.autopilot.roll_rate_max_deg_s),
+            airspeed=airspeed * KNOT,
+            altitude=start.altitude_m,
+            heading=math.radians(start.heading_deg),
+            latitude=math.radians(start.latitude_deg),
+            longitude=math.radians(start.longitude_deg),
+            air=self.air(),
+            engines=start.on == "air" or start.engines == "running",
+        )
+
+    def reckoned(self) -> Iterator[tuple[LegBase, float, DeadReckoning]]:
+        """Follow the legs by dead reckoning.
+
+        Yields:
+            Each leg, its estimated duration in s, and the state at its end, which the next leg updates in place.
+
+        Raises:
+            InputError: the aircraft's description is invalid.
+        """
+        plan = self.at_start()
+        for leg in self.legs:
+            seconds = leg.reckon(plan)
+            plan.elapsed += seconds
+            yield leg, seconds, plan
+
+    def leg_durations(self) -> list[float]:
+        """Estimate the duration of each leg, s, neglecting transitions and gusts; see `dead_reckoning`.
+
+        Raises:
+            InputError: the aircraft's description is invalid, or the wind makes a waypoint unreachable.
+        """
+        durations = []
+        for number, (leg, seconds, plan) in enumerate(self.reckoned(), start=1):
+            durations.append(seconds)
+            if not math.isfinite(seconds):
+                north, east = (round(speed, 2) + 0.0 for speed in plan.wind)  # no negative zero
+                raise InputError(
+                    f"flight.legs.{number} ({leg.type}) cannot be flown: the wind of {north:g} m/s north and {east:g} "
+                    f"m/s east is too strong for the airspeed of {plan.true_airspeed():.3g} m/s. Give a weaker wind or "
+                    "a higher airspeed."
+                )
+        return durations
+
+    def duration(self, earth: TrueEarth = NORMAL_EARTH) -> float:
+        """Estimate the duration of the legs; see `Motion.duration`."""
+        return sum(self.leg_durations())
+
+    @property
+    def usual_speed(self) -> float:
+        """The largest usual ground speed, whose effects are small; see `Motion.usual_speed`."""
+        return 250.0
+
+    def turning(self, earth: TrueEarth = NORMAL_EARTH) -> float:
+        """Estimate ∫ω² dt of the manoeuvres (turns, rolling in and out, loops, rolls, doublets) and the turbulence."""
+        manoeuvres = [plan.turning for _, _, plan in self.reckoned()][-1]
+        return manoeuvres if self.turbulence is None else manoeuvres + self.turbulence.roll_rate**2 * self.duration()
+
+    @model_validator(mode="after")
+    def _order_of_legs(self) -> Self:
+        if not self.legs:
+            raise ValueError("a flight needs at least one leg")
+        on_ground = self.start.on == "runway"
+        height = self.start.altitude_m
+        for number, leg in enumerate(self.legs, start=1):
+            name = f"leg {number} ({leg.type})"
+            if on_ground and leg.begins != "runway":
+                raise ValueError(
+                    f"{name} would begin on the runway; the legs before the first leg in the air are of the types "
+                    f"{_ON_RUNWAY}"
+                )
+            if not on_ground and leg.begins == "runway":
+                raise ValueError(
+                    f'{name} needs the aircraft at rest on a runway: start with on = "runway" and put this leg before '
+                    "any leg in the air"
+                )
+            on_ground = leg.ends == "runway"
+            try:
+                height = leg.end_height(height)
+            except ValueError as error:
+                raise ValueError(f"{name} {error}") from error
+        return self
+
+
+@dataclass(frozen=True)
+class PlannedPath:
+    """A planned motion.
+
+    Attributes:
+        time: instants of the points, s.
+        latitude, longitude: rad.
+        height: above the ellipsoid, m.
+        speed: over the ground, m/s.
+        legs: number and type of each leg with its beginning and end, s.
+        ceiling: ceiling of the aircraft at the airspeed of each point, m; empty if it is unknown.
+    """
+
+    time: list[float]
+    latitude: list[float]
+    longitude: list[float]
+    height: list[float]
+    speed: list[float]
+    legs: list[tuple[str, float, float]]
+    ceiling: list[float]
+
+
+def planned_path(flight: FlightPlan) -> PlannedPath:
+    """Follow a flight plan by dead reckoning.
+
+    Within a leg time is shared out by the way over the ground.
+
+    Raises:
+        InputError: the aircraft's description is invalid.
+    """
+    envelope = load_aircraft(flight.aircraft).envelope
+    plan = flight.at_start()
+    path = PlannedPath([], [], [], [], [], [], [])
+
+    def add(time: float, place: tuple[float, float, float], speed: float, airspeed: float) -> None:
+        path.time.append(time)
+        path.latitude.append(place[0])
+        path.longitude.append(place[1])
+        path.height.append(place[2])
+        path.speed.append(speed)
+        if envelope is not None:
+            path.ceiling.append(ceiling(envelope, max(airspeed / KNOT, envelope.airspeed_kt[0])))
+
+    begin = plan.latitude, plan.longitude, plan.altitude
+    for number, leg in enumerate(flight.legs, start=1):
+        plan.trace = []
+        before = plan.airspeed
+        seconds = leg.reckon(plan)
+        if not math.isfinite(seconds):
+            break
+        places = [begin, *plan.trace, (plan.latitude, plan.longitude, plan.altitude)]
+        ways = [distance(*a[:2], *b[:2]) for a, b in pairwise(places)]
+        whole, gone = sum(ways), 0.0
+        for number_of_place, (way, place) in enumerate(zip([0.0, *ways], places, strict=True)):
+            gone += way
+            share = gone / whole if whole else float(number_of_place > 0)
+            airspeed = before + share * (plan.airspeed - before)
+            add(plan.elapsed + share * seconds, place, whole / seconds if seconds else 0.0, airspeed)
+        path.legs.append((f"{number} {leg.type}", plan.elapsed, plan.elapsed + seconds))
+        plan.elapsed += seconds
+        begin = places[-1]
+    return path

@@ -1,0 +1,252 @@
+"""The aircraft in JSBSim: start at rest on the runway or trimmed in the air, engines, and limits watched in flight."""
+
+from __future__ import annotations
+
+import math
+from math import pi, tan
+from typing import Any
+
+from sinssim.truth.flight.aircraft import Aircraft
+from sinssim.truth.flight.atmosphere import Air, WindVector
+from sinssim.truth.flight.autopilot import HEADING, AircraftState, Autopilot, G
+from sinssim.truth.flight.flight_plan import AirStart, FlightPlan, RunwayStart
+from sinssim.truth.flight.leg import LegBase, LegError
+from sinssim.units import DEG, FOOT
+
+STEP = 1.0 / 120.0
+"""JSBSim's step [s]."""
+
+_SETTLING = 30.0  # time for the gear to come to rest before the log begins [s]
+
+_PSF = 4.4482216152605 / 0.3048**2  # a pound-force per square foot [Pa]
+
+# Properties set by JSBSim's trim.
+_TRIMMED = (
+    "fcs/pitch-trim-cmd-norm", "fcs/elevator-cmd-norm", "fcs/aileron-cmd-norm", "fcs/rudder-cmd-norm",
+    "fcs/throttle-cmd-norm[0]", "fcs/throttle-cmd-norm[1]",
+)  # fmt: skip
+
+
+def bring_to_start(executive: Any, flight: FlightPlan, aircraft: Aircraft, seed: int) -> None:
+    """Bring the aircraft to the start: at rest on its wheels, or trimmed in the air, wind and seed set."""
+    start, air = flight.start, flight.air()
+    if not air.standard:
+        _set_atmosphere(executive, air)
+    executive["ic/lat-geod-deg"] = start.latitude_deg
+    executive["ic/long-gc-deg"] = (start.longitude_deg + 180.0) % 360.0 - 180.0
+    executive["ic/psi-true-deg"] = start.heading_deg % 360.0
+    executive["simulation/randomseed"] = seed % 2**31
+    executive["gear/gear-cmd-norm"] = executive["gear/gear-pos-norm"] = float(start.on == "runway")
+    if isinstance(start, AirStart):
+        _trim_in_the_air(executive, start, aircraft, air.wind(start.altitude_m))
+    else:
+        _settle_on_the_runway(executive, start, air.wind(start.altitude_m))
+
+
+def _set_atmosphere(executive: Any, air: Air) -> None:
+    """Set the temperature's deviation (JSBSim's unit is the degree Rankine, 5/9 K) and the pressure at sea level."""
+    executive["atmosphere/delta-T"] = 1.8 * air.isa_deviation
+    executive["atmosphere/P-sl-psf"] = air.sea_level_pressure / _PSF
+
+
+def _set_wind(executive: Any, wind: WindVector) -> None:
+    """Set the steady wind of the initial conditions; JSBSim's direction is the one it blows towards."""
+    executive["ic/vw-mag-fps"] = math.hypot(wind[0], wind[1]) / FOOT
+    executive["ic/vw-dir-deg"] = math.degrees(math.atan2(wind[1], wind[0])) % 360.0
+
+
+def widen_trim(executive: Any, stall_deg: float) -> bool:
+    """Let JSBSim's trim look for angles of attack up to the stall, in a model that gives no limits of its own.
+
+    It looks between −5° and 20° otherwise, and finds nothing where both ends have too little lift: the 737 at 20° has
+    as much as at 8°, and could not be trimmed below 188 kt although it stalls at 155 kt.
+    """
+    if executive["aero/alpha-max-rad"] > executive["aero/alpha-min-rad"]:
+        return False
+    executive["aero/alpha-min-rad"], executive["aero/alpha-max-rad"] = -5.0 * DEG, stall_deg * DEG
+    return True
+
+
+def _trim_in_the_air(executive: Any, start: AirStart, aircraft: Aircraft, wind: WindVector) -> None:
+    """Trim in calm air, then transfer the trimmed aircraft to the wind."""
+    import jsbsim
+
+    airspeed_kt = start.airspeed_kt or aircraft.performance.cruise_kt
+    best_attitude_integrators(executive)
+    executive["ic/h-sl-ft"] = start.altitude_m / FOOT
+    executive["ic/vc-kts"] = airspeed_kt
+    executive["ic/gamma-deg"] = 0.0
+    executive.run_ic()
+    # JSBSim's sea level differs slightly from the ellipsoid: correct the ellipsoidal height.
+    executive["ic/h-sl-ft"] = 2.0 * start.altitude_m / FOOT - executive["position/geod-alt-ft"]
+    executive["ic/vc-kts"] = airspeed_kt
+    executive.run_ic()
+    executive["propulsion/set-running"] = -1
+    try:
+        executive["simulation/do_simple_trim"] = 1
+    except jsbsim.BaseError:
+        if not widen_trim(executive, aircraft.performance.stall_alpha_deg):
+            raise
+        executive.run_ic()
+        executive["propulsion/set-running"] = -1
+        executive["simulation/do_simple_trim"] = 1
+    if not any(wind):
+        return
+    commands = [name for name in _TRIMMED if executive.get_property_manager().hasNode(name)]
+    kept = {name: executive[name] for name in commands}
+    attitude = {axis: executive[f"attitude/{axis}-rad"] for axis in ("phi", "theta", "psi")}
+    through_air = {axis: executive[f"velocities/v-{axis}-fps"] for axis in ("north", "east", "down")}
+    _set_wind(executive, wind)
+    executive["ic/phi-rad"] = attitude["phi"]
+    executive["ic/theta-rad"] = attitude["theta"]
+    executive["ic/psi-true-rad"] = attitude["psi"]
+    executive["ic/vn-fps"] = through_air["north"] + wind[0] / FOOT
+    executive["ic/ve-fps"] = through_air["east"] + wind[1] / FOOT
+    executive["ic/vd-fps"] = through_air["down"] + wind[2] / FOOT
+    executive.run_ic()
+    executive["atmosphere/wind-down-fps"] = wind[2] / FOOT
+    for name, value in kept.items():
+        executive[name] = value
+    executive["propulsion/set-running"] = -1
+
+
+def _settle_on_the_runway(executive: Any, start: RunwayStart, wind: WindVector) -> None:
+    """Find the equilibrium on the wheels, then let engine and gear settle with brakes set."""
+    executive["ic/terrain-elevation-ft"] = start.altitude_m / FOOT
+    executive["ic/h-agl-ft"] = 6.0
+    _set_wind(executive, wind)
+    brakes = ("fcs/left-brake-cmd-norm", "fcs/right-brake-cmd-norm", "fcs/center-brake-cmd-norm")
+    executive.run_ic()
+    for brake in brakes:
+        executive[brake] = 1.0
+    executive["simulation/do_simple_trim"] = 2
+    if start.engines == "running":
+        executive["propulsion/set-running"] = -1
+    for brake in brakes:
+        executive[brake] = 1.0
+    for _ in range(round(_SETTLING / STEP)):
+        executive.run()
+
+
+_ROTATIONAL = ("simulation/integrator/rate/rotational", "simulation/integrator/position/rotational")
+
+
+def default_attitude_integrators(executive: Any) -> None:
+    """Select Euler's integrators of the attitude, JSBSim's defaults, which the friction of the tyres needs."""
+    for name in _ROTATIONAL:
+        executive[name] = 1
+
+
+def best_attitude_integrators(executive: Any) -> None:
+    """Select JSBSim's best integrators of the attitude (Adams-Bashforth 4, Buss 2) instead of Euler's, its defaults.
+
+    They are not used on the ground: the friction of the tyres is solved for Euler steps, and with any other integrator
+    the aircraft creeps at centimetres per second with its brakes set.
+    """
+    rate, position = _ROTATIONAL
+    executive[rate], executive[position] = 5, 6
+
+
+_LIGHT_UP = 15.0  # speed of a turbine's high-pressure shaft at which the fuel is opened [% of N2]
+
+
+class Engines:
+    """The engines of a model.
+
+    A piston engine runs after magnetos and starter are on; a turbine after its starter has brought it to `_LIGHT_UP`
+    and the fuel is open. The models of JSBSim then compute the start themselves.
+    """
+
+    def __init__(self, executive: Any) -> None:
+        """Find the engines."""
+        self._executive = executive
+        manager = executive.get_property_manager()
+        self._numbers = range(executive.get_propulsion().get_num_engines())
+        self._running = [manager.get_node(f"propulsion/engine[{i}]/set-running") for i in self._numbers]
+        self._shafts = [
+            manager.get_node(f"propulsion/engine[{i}]/n2")
+            for i in self._numbers
+            if manager.hasNode(f"propulsion/engine[{i}]/n2")
+        ]
+        self._has_mixture = manager.hasNode("fcs/mixture-cmd-norm")
+        self._mixture = executive["fcs/mixture-cmd-norm"] if self._has_mixture else 0.0
+
+    @property
+    def running(self) -> bool:
+        """Whether every engine runs, and there is one."""
+        return bool(self._running) and all(node.get_double_value() > 0.5 for node in self._running)
+
+    @property
+    def stopped(self) -> bool:
+        """Whether no engine runs."""
+        return all(node.get_double_value() < 0.5 for node in self._running)
+
+    def switch(self, wanted: bool) -> None:
+        """Move the switches towards a state of the engines; called again until it is reached."""
+        e = self._executive
+        e["propulsion/active_engine"] = -1  # all of them
+        if not wanted:
+            e["propulsion/starter_cmd"] = 0
+            e["propulsion/magneto_cmd"] = 0
+            e["propulsion/cutoff_cmd"] = 1
+            if self._has_mixture:
+                e["fcs/mixture-cmd-norm"] = 0.0
+            return
+        lit = all(shaft.get_double_value() >= _LIGHT_UP for shaft in self._shafts)
+        e["propulsion/starter_cmd"] = float(not self.running)
+        e["propulsion/magneto_cmd"] = 3  # both
+        e["propulsion/cutoff_cmd"] = float(not lit)
+        if self._has_mixture:
+            e["fcs/mixture-cmd-norm"] = self._mixture if self._mixture > 0.0 else 1.0
+
+
+_STALLED = 10  # updates beyond the stall's angle of attack after which the aircraft counts as stalled
+_QUARTER = 6_371_009.0 * 0.5 * pi  # distance from the equator to a pole [m]
+
+
+class Monitor:
+    """What makes a leg fail although it goes on."""
+
+    def __init__(self, executive: Any, flight: FlightPlan, aircraft: Aircraft) -> None:
+        """Find what is watched."""
+        manager = executive.get_property_manager()
+        units = range(executive.get_ground_reactions().get_num_gear_units())
+        names = (f"{kind}/unit[{unit}]/WOW" for unit in units for kind in ("gear", "contact"))
+        self._contacts = [manager.get_node(name).get_double_value for name in names if manager.hasNode(name)]
+        self._fuel = manager.get_node("propulsion/total-fuel-lbs").get_double_value
+        self._has_fuel = self._fuel() > 0.0
+        self._stall = aircraft.performance.stall_alpha_deg * DEG
+        self._stalled = 0
+        causes = ["a higher airspeed", "a lower load factor"]
+        if flight.turbulence is not None:
+            causes.append("weaker turbulence")
+        if flight.wind.gusts or flight.wind.down_mps:
+            causes.append("weaker vertical wind and gusts")
+        self._against_stall = ", ".join(causes[:-1]) + f" or {causes[-1]}"
+
+    def watch(self, leg: LegBase, pilot: Autopilot, state: AircraftState) -> None:
+        """Raise if a leg cannot be flown on; called ten times a second in the air.
+
+        Args:
+            state: the aircraft's state.
+
+        Raises:
+            LegError: the reason and a remedy.
+        """
+        if not pilot.may_touch and (state.height_above_ground < 0.0 or any(touch() for touch in self._contacts)):
+            raise LegError("the aircraft hit the ground", "a greater height")
+        self._stalled = self._stalled + 1 if state.alpha > self._stall else 0
+        if self._stalled >= _STALLED:
+            raise LegError("the aircraft stalled", self._against_stall)
+        if self._has_fuel and self._fuel() <= 0.0:
+            remedy = "a shorter flight, a lower airspeed, or another aircraft"
+            raise LegError("the fuel of the model is used up", remedy)
+        if "heading" in leg.holds and pilot.lateral == HEADING:
+            left = _QUARTER * (1.0 - abs(state.latitude) / (0.5 * pi))
+            radius = state.ground_speed**2 / (G * tan(pilot.bank_limit))
+            if left < radius:
+                raise LegError(
+                    f"the pole is {left / 1e3:.1f} km away, and a heading cannot be held within the turn radius of "
+                    f"{radius / 1e3:.1f} km",
+                    "a path farther from the pole, a waypoint beyond the pole, or [great_circle]",
+                )

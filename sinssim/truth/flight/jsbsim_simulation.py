@@ -1,0 +1,476 @@
+"""Flies JSBSim's aircraft along a flight plan by the autopilot.
+
+JSBSim steps at 120 Hz; the autopilot, the legs and the knots of the logged motion run at 30 Hz, on every fourth
+step; the other channels are logged at 10 Hz.
+"""
+
+# Longer than 400 lines: JSBSim's set-up, its start, the loop that flies it and its errors use the same properties.
+
+from __future__ import annotations
+
+import math
+import shutil
+from array import array
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
+from pathlib import Path
+from typing import Any
+from xml.etree import ElementTree
+
+from sinssim.content import find_content
+from sinssim.errors import InputError
+from sinssim.system.outputs import Draft
+from sinssim.system.user_file import user_file
+from sinssim.truth.flight.aircraft import Aircraft, load_aircraft
+from sinssim.truth.flight.autopilot import INTERVAL, AircraftState, Autopilot
+from sinssim.truth.flight.flight_log import CHANNELS, FlightRecord, shortfall
+from sinssim.truth.flight.flight_plan import AirStart, FlightPlan, Gust, RunwayStart, Turbulence
+from sinssim.truth.flight.jsbsim_aircraft import (
+    STEP,
+    Engines,
+    Monitor,
+    best_attitude_integrators,
+    bring_to_start,
+    default_attitude_integrators,
+)
+from sinssim.truth.flight.leg import LegError, check_landing
+from sinssim.truth.sampling import FlightEvent
+from sinssim.units import DEG, FOOT, KNOT
+
+_NEAR_GROUND = 500.0  # height below which the gear may touch before the next slow update [m]
+_STANDING = 5.0  # height above the ground below which an aircraft in the air may touch it [m]
+_LEAST_DURATION = 1.0  # least duration for a smooth curve [s]
+
+
+@contextmanager
+def quiet() -> Iterator[list[str]]:
+    """Collect JSBSim's messages instead of printing them.
+
+    Yields:
+        The messages, at most 200.
+    """
+    import jsbsim
+
+    messages: list[str] = []
+
+    class Collector(jsbsim.FGLogger):
+        def set_level(self, level: Any) -> None:
+            pass
+
+        def file_location(self, filename: str, line: int) -> None:
+            pass
+
+        def message(self, message: str) -> None:
+            if len(messages) < 200:
+                messages.append(message)
+
+        def format(self, format: Any) -> None:
+            pass
+
+        def flush(self) -> None:
+            pass
+
+    jsbsim.set_logger(Collector())
+    try:
+        yield messages
+    finally:
+        jsbsim.set_logger(jsbsim.DefaultLogger())
+
+
+def model_folder(name: str, model: str) -> Path:
+    """Return the folder of an aircraft's flight dynamics model.
+
+    Returns:
+        A folder of that name beside aircraft.toml, otherwise that of JSBSim's own aircraft.
+
+    Raises:
+        InputError: there is no such model.
+    """
+    import jsbsim
+
+    file = find_content("aircraft", name)
+    own = Path(jsbsim.get_default_root_dir()) / "aircraft"
+    for folder in (file.parent / model, own / model):
+        if (folder / f"{model}.xml").is_file():
+            return folder
+    raise InputError(
+        f"{file}, key jsbsim_model: there is no model {model!r}, neither in a folder {model} with {model}.xml beside "
+        f"this file nor among JSBSim's own models in {own}."
+    )
+
+
+def _load(model: Path, folder: str, changes: dict[str, str]) -> Any:
+    """Load a model with its changes and without its sockets and log files, so that nothing outside affects the
+    flight."""
+    import jsbsim
+
+    root = Path(jsbsim.get_default_root_dir())
+    shutil.copytree(model, Path(folder) / model.name)
+    definition = Path(folder) / model.name / f"{model.name}.xml"
+    try:
+        tree = ElementTree.parse(user_file(definition))
+    except ElementTree.ParseError as error:
+        raise InputError(f"{model / definition.name} is not XML: {error}.") from error
+    for tag in ("input", "output"):
+        for element in tree.getroot().findall(tag):
+            tree.getroot().remove(element)
+    for path, text in changes.items():
+        found = tree.getroot().findall(path)
+        if not found:
+            raise InputError(f"model_changes of {model.name}: {model.name}.xml has no element {path!r}.")
+        for element in found:
+            element.text = text
+            if not text:
+                parent = next(parent for parent in tree.getroot().iter() if element in parent)
+                parent.remove(element)
+    tree.write(definition, encoding="utf-8", xml_declaration=True)
+    executive = jsbsim.FGFDMExec(str(root))
+    executive.set_debug_level(0)
+    if not executive.load_model_with_paths(model.name, folder, str(root / "engine"), str(root / "systems")):
+        raise InputError(f"JSBSim cannot load the model {model}.")
+    executive.set_dt(STEP)
+    return executive
+
+
+def loaded_model(name: str, aircraft: Aircraft, folder: str) -> Any:
+    """Load an aircraft's flight dynamics model.
+
+    Args:
+        folder: empty folder for a copy of the model.
+
+    Returns:
+        JSBSim's executive.
+
+    Raises:
+        InputError: there is no such model, or it cannot be loaded.
+    """
+    return _load(model_folder(name, aircraft.jsbsim_model), folder, aircraft.model_changes)
+
+
+Progress = Callable[[float], None]
+
+
+class _Link:
+    """The autopilot's connection to a running model: cached property nodes, log (`FlightRecord`) and monitoring."""
+
+    def __init__(self, executive: Any, flight: FlightPlan, pilot: Autopilot, motion: AircraftState) -> None:
+        self.poses, self.channels = array("d"), array("d")
+        self._executive, self._pilot, self._motion = executive, pilot, motion
+        manager = executive.get_property_manager()
+
+        def read(name: str) -> Callable[[], float]:
+            return manager.get_node(name).get_double_value  # type: ignore[no-any-return]
+
+        def write(name: str) -> Callable[[float], Any]:
+            return manager.get_node(name).set_double_value  # type: ignore[no-any-return]
+
+        engines = range(executive.get_propulsion().get_num_engines())
+        self._x, self._y, self._z = (read(f"position/ecef-{axis}-ft") for axis in "xyz")
+        self._phi, self._theta, self._psi = (read(f"attitude/{name}-rad") for name in ("phi", "theta", "psi"))
+        self._p, self._q, self._r = (read(f"velocities/{axis}-rad_sec") for axis in "pqr")
+        self._cas, self._tas = read("velocities/vc-fps"), read("velocities/vtrue-fps")
+        self._climb, self._height = read("velocities/h-dot-fps"), read("position/geod-alt-ft")
+        self._alpha, self._beta = read("aero/alpha-rad"), read("aero/beta-rad")
+        self._latitude, self._longitude = read("position/lat-geod-rad"), read("position/long-gc-rad")
+        self._track, self._ground_speed = read("flight-path/psi-gt-rad"), read("velocities/vg-fps")
+        self._above_ground, self._wow = read("position/h-agl-ft"), read("gear/wow")
+        self._logged = tuple(read(name) for _, name, _, _ in CHANNELS) + tuple(
+            read(f"propulsion/engine[{number}]/thrust-lbs") for number in engines
+        )
+        self._elevator, self._aileron = write("fcs/elevator-cmd-norm"), write("fcs/aileron-cmd-norm")
+        self._rudder, self._steer = write("fcs/rudder-cmd-norm"), write("fcs/steer-cmd-norm")
+        self._throttles = tuple(write(f"fcs/throttle-cmd-norm[{number}]") for number in engines)
+        self._brakes = tuple(write(f"fcs/{side}-brake-cmd-norm") for side in ("left", "right", "center"))
+        self._gear, self._flaps = write("gear/gear-cmd-norm"), write("fcs/flap-cmd-norm")
+        self._set: tuple[float, ...] = ()
+        self._gusts = sorted(flight.wind.gusts, key=lambda gust: gust.start_s)
+        self._air = flight.air()
+        self._wind = tuple(write(f"atmosphere/wind-{axis}-fps") for axis in ("north", "east", "down"))
+        self._ground_reactions = write("simulation/models/FGGroundReactions/enabled")
+        self._near_ground = True
+        self._engines = Engines(executive)
+        self._runway_height: float | None = None
+
+    def sense(self) -> None:
+        """Refresh the autopilot's fast inputs, and log the knot."""
+        m = self._motion
+        m.phi = phi = self._phi()
+        m.theta = theta = self._theta()
+        m.psi = psi = self._psi()
+        m.p, m.q, m.r = self._p(), self._q(), self._r()
+        m.cas, m.tas = FOOT * self._cas(), FOOT * self._tas()
+        m.climb, m.height = FOOT * self._climb(), FOOT * self._height()
+        m.beta = self._beta()
+        self.poses.extend((self._x(), self._y(), self._z(), phi, theta, psi))
+
+    def sense_slowly(self) -> None:
+        """Refresh the rest of the state and log the channels."""
+        m = self._motion
+        m.alpha = self._alpha()
+        m.latitude, m.longitude = self._latitude(), self._longitude()
+        m.track, m.ground_speed = self._track(), FOOT * self._ground_speed()
+        m.height_above_ground = FOOT * self._above_ground()
+        m.on_wheels = self._wow() > 0.0
+        if self._pilot.engines:
+            m.engines_running = self._engines.running
+        else:
+            m.engines_running = not self._engines.stopped
+        # Far from the ground its reactions are zero, but their computation takes a tenth of the run time.
+        if self._near_ground != (m.height_above_ground < _NEAR_GROUND):
+            self._near_ground = not self._near_ground
+            self._ground_reactions(float(self._near_ground))
+        self.channels.extend([channel() for channel in self._logged])
+
+    def stand(self) -> None:
+        """Log another knot of an aircraft at rest."""
+        self.poses.extend(self.poses[-6:])
+
+    def steps(self) -> Callable[[], Any]:
+        """Return what makes a step of the model; in a wind that changes with height it first sets the wind."""
+        run, height, wind_at = self._executive.run, self._height, self._air.wind
+        north, east, down = self._wind
+
+        def run_in_wind() -> None:
+            wind = wind_at(FOOT * height())
+            north(wind[0] / FOOT)
+            east(wind[1] / FOOT)
+            down(wind[2] / FOOT)
+            run()
+
+        return run_in_wind if self._air.varies else run
+
+    def command(self) -> None:
+        """Pass the autopilot's commands to the model."""
+        pilot = self._pilot
+        self._elevator(pilot.elevator)
+        self._aileron(pilot.aileron)
+        self._rudder(pilot.rudder)
+        for throttle in self._throttles:
+            throttle(pilot.throttle)
+
+    def command_slowly(self) -> None:
+        """Pass the settings that change rarely, and start the gusts that are due."""
+        pilot = self._pilot
+        settings = (pilot.steer, pilot.brakes, pilot.gear, pilot.flaps)
+        if settings != self._set:
+            self._set = settings
+            self._steer(pilot.steer)
+            for brake in self._brakes:
+                brake(pilot.brakes)
+            self._gear(pilot.gear)
+            self._flaps(pilot.flaps)
+        if pilot.engines != self._motion.engines_running:
+            self._engines.switch(pilot.engines)
+        if pilot.runway_height != self._runway_height and pilot.runway_height is not None:
+            self._runway_height = pilot.runway_height
+            ground = self._motion.height - self._motion.height_above_ground  # as JSBSim has it now
+            self._executive["position/terrain-elevation-asl-ft"] += (pilot.runway_height - ground) / FOOT
+        if self._gusts and self._motion.time >= self._gusts[0].start_s:
+            _blow(self._executive, self._gusts.pop(0))
+
+
+def _blow(executive: Any, gust: Gust) -> None:
+    """Start one of JSBSim's (1 - cos) gusts."""
+    prefix = "atmosphere/cosine-gust"
+    executive[f"{prefix}/startup-duration-sec"] = gust.rise_s
+    executive[f"{prefix}/steady-duration-sec"] = gust.steady_s
+    executive[f"{prefix}/end-duration-sec"] = gust.fall_s
+    north, east, down = gust.velocity_ned_mps
+    executive[f"{prefix}/magnitude-ft_sec"] = math.hypot(north, east, down) / FOOT
+    executive[f"{prefix}/frame"] = 3  # local: north, east, down
+    executive[f"{prefix}/X-velocity-ft_sec"] = north / FOOT
+    executive[f"{prefix}/Y-velocity-ft_sec"] = east / FOOT
+    executive[f"{prefix}/Z-velocity-ft_sec"] = down / FOOT
+    executive[f"{prefix}/start"] = 1
+
+
+def fly_plan(flight: FlightPlan, seed: int = 0, progress: Progress | None = None) -> FlightRecord:
+    """Fly a flight plan in JSBSim.
+
+    Args:
+        progress: called from time to time with the fraction flown, 0 … 1.
+
+    Returns:
+        The recording, for `flight_log`.
+
+    Raises:
+        InputError: a leg cannot be flown (stall, ground contact, timeout), the model diverges or cannot be loaded or
+            trimmed (the message names the leg, the time and the aircraft's state), or there is no such aircraft or
+            model.
+    """
+    import jsbsim
+
+    if progress is not None:
+        progress(0.0)
+    aircraft = load_aircraft(flight.aircraft)
+    check_landing(flight.legs, flight.aircraft, aircraft.performance)
+    with quiet() as messages, Draft() as own_folder:
+        try:
+            executive = loaded_model(flight.aircraft, aircraft, str(own_folder.path))
+            bring_to_start(executive, flight, aircraft, seed)
+        except jsbsim.BaseError as error:
+            said = " ".join(" ".join(messages[1:]).split())
+            said = "" if said in " ".join(str(error).split()) else said
+            raise InputError(
+                f"JSBSim cannot trim the {flight.aircraft} at the start of the flight ({_start_words(flight)}): "
+                f"{' '.join(str(error).split())}{'; its output: ' + said if said else ''}. {_start_remedy(flight)}"
+            ) from error
+        return _fly(executive, flight, aircraft, progress)
+
+
+def _start_words(flight: FlightPlan) -> str:
+    """Describe the start of a flight for a message."""
+    start = flight.start
+    values = ", ".join(
+        f"{key} = {value}" if isinstance(value, str) else f"{key} = {value:g}"
+        for key, value in start.model_dump(exclude={"on"}, exclude_none=True).items()
+    )
+    return f"{'on the runway' if start.on == 'runway' else 'in the air'}, {values}"
+
+
+def _start_remedy(flight: FlightPlan) -> str:
+    """Return what to change in a flight whose start cannot be trimmed; in the air, the trim is in calm air."""
+    if isinstance(flight.start, AirStart):
+        if flight.start.altitude_m < _STANDING:
+            return "The ground below a start in the air is at a height of 0 m: give a greater altitude_m."
+        return "Give an airspeed and a height at which it can fly."
+    if wind := _wind_words(flight):
+        return f"{wind} Give a weaker wind, or start in the air."
+    return "Choose another aircraft, or start in the air."
+
+
+def _wind_words(flight: FlightPlan) -> str:
+    """Name the steady wind as the likely cause of a failure on the ground; "" without wind."""
+    north, east, down = flight.air().wind(flight.start.altitude_m)
+    if not (north or east or down):
+        return ""
+    return (
+        f"The likely cause is the wind of {_plain(north)} m/s towards north and {_plain(east)} m/s towards east, "
+        f"which may be too strong for the {flight.aircraft} on the ground."
+    )
+
+
+def _plain(speed: float) -> str:
+    """Write a speed to a hundredth, without a negative zero."""
+    return f"{round(speed, 2) + 0.0:g}"
+
+
+# Long: the loop that steps JSBSim, with its state in local names.
+def _fly(executive: Any, flight: FlightPlan, aircraft: Aircraft, progress: Progress | None) -> FlightRecord:
+    import jsbsim
+
+    motion = AircraftState()
+    motion.air = flight.air()
+    pilot = Autopilot(aircraft, INTERVAL)
+    link = _Link(executive, flight, pilot, motion)
+    link.sense()
+    link.sense_slowly()
+    in_air = flight.start.on == "air"
+    pilot.standing = not in_air
+    if isinstance(flight.start, RunwayStart):
+        pilot.engines = flight.start.engines == "running"
+    pilot.engage(
+        motion,
+        elevator=executive["fcs/elevator-cmd-norm"],
+        aileron=executive["fcs/aileron-cmd-norm"],
+        rudder=executive["fcs/rudder-cmd-norm"],
+        throttle=executive["fcs/throttle-cmd-norm[0]"],
+    )
+    pilot.brakes = pilot.gear = float(not in_air)
+    if isinstance(flight.start, AirStart):
+        pilot.heading = flight.start.heading_deg * DEG
+        pilot.height = flight.start.altitude_m
+        if flight.turbulence:
+            _stir(executive, flight.turbulence)
+
+    run, step = link.steps(), pilot.step
+    sense, command = link.sense, link.command
+    events: list[FlightEvent] = []
+    watch = Monitor(executive, flight, aircraft).watch
+    knot = 0
+    for number, leg in enumerate(flight.legs, start=1):
+        name = f"leg {number} ({leg.type})"
+        events.append(FlightEvent(motion.time, f"{name} begins"))
+        deadline = motion.time + leg.timeout_s
+        pilot.standing = pilot.standing and leg.stands_still
+        leaves_ground = leg.begins == "runway" and leg.ends == "air"
+        if leaves_ground and flight.turbulence:
+            _stir(executive, flight.turbulence)
+        try:
+            for _ in leg.fly(pilot, motion, aircraft.performance):
+                knot += 1
+                motion.time = knot * INTERVAL
+                if pilot.standing:
+                    link.stand()
+                else:
+                    step(motion)
+                    command()
+                    run()
+                    run()
+                    run()
+                    run()
+                    sense()
+                    if not -1e4 < motion.height < 1e5:  # NaN fails this test, too
+                        raise LegError("the model diverged", "gentler legs, or a better model")
+                if knot % 3:
+                    continue
+                if pilot.remarks:
+                    events += [FlightEvent(motion.time, remark) for remark in pilot.remarks]
+                    pilot.remarks.clear()
+                link.sense_slowly()
+                link.command_slowly()
+                if motion.time > deadline:
+                    raise LegError(
+                        f"not completed within its timeout_s of {leg.timeout_s:g} s",
+                        "a target within the reach of the aircraft, or a longer timeout_s",
+                    )
+                if in_air and pilot.may_touch and motion.on_wheels:
+                    in_air = False
+                    default_attitude_integrators(executive)
+                    executive["atmosphere/turb-type"] = 0  # turbulence is in the air only, as before the take-off
+                if in_air:
+                    watch(leg, pilot, motion)
+                if progress is not None and knot % 300 == 0:
+                    progress(_fraction(flight, number, motion.time))
+        except (LegError, jsbsim.BaseError, ArithmeticError, ValueError) as error:
+            reason, remedy = (
+                (error.reason, error.remedy)
+                if isinstance(error, LegError)
+                else (f"the model diverged ({error})", "gentler legs, or a better model")
+            )
+            raise InputError(
+                f"{name} failed at {motion.time:.1f} s of the flight: {reason}. The {flight.aircraft} was at a height"
+                f" of {motion.height:.0f} m ({motion.height_above_ground:.0f} m above ground), {motion.cas / KNOT:.0f}"
+                f" kt calibrated, angle of attack {motion.alpha / DEG:.1f}°, roll {motion.phi / DEG:.1f}°, pitch"
+                f" {motion.theta / DEG:.1f}°, heading {motion.psi / DEG:.1f}°. Use {remedy}."
+                f"{'' if in_air or not (wind := _wind_words(flight)) else ' ' + wind}"
+            ) from error
+        if leaves_ground:
+            in_air = True
+            best_attitude_integrators(executive)
+        events += [FlightEvent(motion.time, remark) for remark in pilot.remarks]
+        pilot.remarks.clear()
+        turbulent = flight.turbulence is not None
+        short = shortfall(name, leg, pilot, motion, turbulent=turbulent) if in_air else None
+        events += [FlightEvent(motion.time, f"{name} ends"), *(() if short is None else (short,))]
+    if motion.time < _LEAST_DURATION:
+        raise InputError(
+            f"the flight is over after {motion.time:.2f} s, at the end of {name}: a true motion needs at least "
+            f"{_LEAST_DURATION:g} s. Use longer legs, or more of them."
+        )
+    if progress is not None:
+        progress(1.0)
+    return FlightRecord(link.poses, link.channels, tuple(events))
+
+
+def _fraction(flight: FlightPlan, number: int, time: float) -> float:
+    """Return the flown fraction of a flight: of its duration if the last leg gives it, otherwise of its legs."""
+    end = getattr(flight.legs[-1], "until_s", None)
+    return min(1.0, time / end) if end is not None else (number - 1) / len(flight.legs)
+
+
+def _stir(executive: Any, turbulence: Turbulence) -> None:
+    """Switch on the turbulence."""
+    executive["atmosphere/turb-type"] = 4  # MIL-F-8785C, Dryden filters by Tustin's method
+    executive["atmosphere/turbulence/milspec/windspeed_at_20ft_AGL-fps"] = turbulence.wind_at_6m_mps / FOOT
+    executive["atmosphere/turbulence/milspec/severity"] = turbulence.severity

@@ -1,1 +1,0 @@
-"""Predictions from a flight plan: heights over the way, limits of the aircraft."""

@@ -1,0 +1,244 @@
+"""Vibration, lever arm and mounting of a sensor block, added to any other motion.
+
+The block's attitude is that of the vehicle rotated by the rotation vector φ(t), q_nb' = q_nb ∘ q(φ) ∘ q_bs, and its
+place is displaced by p(t) in the vehicle's axes, r' = r + C_eb p. Both are sums of sinusoids (p also has a constant
+part, the lever arm). Band-limited noise is a sum of many sinusoids with random frequencies and phases (Shinozuka and
+Deodatis, Applied Mechanics Reviews 44, 1991). All derivatives are therefore exact. With ω the vehicle's inertial rate,
+w that of the block relative to the vehicle, D = C_b'b, and γ gravitation:
+
+    ω' = Dω + w,    w = φ̇ − (1 − cos φ)/φ² φ × φ̇ + (φ − sin φ)/φ³ φ × (φ × φ̇)
+    f' = D [f + p̈ + 2ω × ṗ + ω̇ × p + ω × (ω × p) − C_be (γ(r') − γ(r))]
+
+(Titterton and Weston, Strapdown Inertial Navigation Technology, 2nd ed., 2004, sec. 3.6; Groves 2013, eq. 2.165). The
+increments do not need ω̇, which trajectories do not provide: integration by parts with Ḋ = −w × D gives
+
+    ∫D(ω̇ × p) dt = [D(ω × p)] + ∫ w × D(ω × p) dt − ∫D(ω × ṗ) dt
+
+They are the vehicle's own increments plus the changes by vibration, computed to rounding by Gauss-Legendre quadrature.
+Only `rates`, at single instants, computes ω̇ from differences of ω over a millisecond.
+
+`velocity_increments` are the exact integrals of the specific force at several points on lever arms.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from sinssim import earth, rotation
+from sinssim.data import Array, ImuData, NavState
+from sinssim.errors import InputError, unknown_name
+from sinssim.jit import kernel
+from sinssim.truth.motions.vibration import COORDINATE_NUMBER, COORDINATES, Tone
+from sinssim.truth.sampling import block_state, check_instants, integrate_samples, sample_edges
+from sinssim.truth.trajectory import Trajectory
+
+_STEP = 2.5e-4  # s, of the five-point difference for ω̇
+# Coefficients by power of the offset, in steps, of the polynomial through values at offsets −2...2.
+_FIVE_POINTS = np.linalg.inv(np.vander(np.arange(-2.0, 3.0), increasing=True))
+
+
+@kernel
+def _sum_tones(
+    t: Array, first_tone: NDArray[np.intp], amplitude: Array, omega: Array, phase: Array, sine: Array, cosine: Array,
+    value: Array, first: Array, second: Array,
+) -> None:  # fmt: skip
+    """Sum the tones and their derivatives; those of coordinate j are first_tone[j]...first_tone[j+1]-1.
+
+    Sine and cosine of a tone are computed anew after each radian of its phase. In between, the addition theorems with
+    series for the remainder are exact to rounding and several times as fast.
+    """
+    fastest = 0.0
+    for k in range(len(omega)):
+        fastest = max(fastest, omega[k])
+    taken, fresh = 0.0, False
+    for i in range(len(t)):
+        if not fresh or abs(t[i] - taken) * fastest > 1.0:
+            taken, fresh = t[i], True
+            for k in range(len(omega)):
+                x = omega[k] * taken + phase[k]
+                sine[k], cosine[k] = amplitude[k] * np.sin(x), amplitude[k] * np.cos(x)
+        since = t[i] - taken
+        for j in range(6):
+            v0, v1, v2 = 0.0, 0.0, 0.0
+            for k in range(first_tone[j], first_tone[j + 1]):
+                w = omega[k]
+                x = w * since
+                y = x * x
+                s = 1.0 - y / 110.0 * (1.0 - y / 156.0 * (1.0 - y / 210.0 * (1.0 - y / 272.0)))
+                s = x * (1.0 - y / 6.0 * (1.0 - y / 20.0 * (1.0 - y / 42.0 * (1.0 - y / 72.0 * s))))
+                c = 1.0 - y / 90.0 * (1.0 - y / 132.0 * (1.0 - y / 182.0 * (1.0 - y / 240.0 * (1.0 - y / 306.0))))
+                c = 1.0 - y / 2.0 * (1.0 - y / 12.0 * (1.0 - y / 30.0 * (1.0 - y / 56.0 * c)))
+                a = sine[k] * c + cosine[k] * s
+                v0 += a
+                v1 += w * (cosine[k] * c - sine[k] * s)
+                v2 -= w * w * a
+            value[i, j], first[i, j], second[i, j] = v0, v1, v2
+
+
+class Vibrating:
+    """A motion with added vibration, lever arm and mounting; see the module's text.
+
+    Args:
+        base: the motion of the vehicle; its angular rate must be continuous.
+        tones: sinusoids of attitude and place in the vehicle's axes; those of one coordinate are added.
+        lever_arm: from the vehicle's point to the block's mean place, in the vehicle's axes, (3,) m.
+        q_bs: mounting of the block, v_b' = C_bs v_s, (4,).
+
+    Raises:
+        InputError: a coordinate is unknown, or a tone is not finite or has a negative frequency.
+    """
+
+    def __init__(
+        self,
+        base: Trajectory,
+        tones: Sequence[Tone] = (),
+        lever_arm: ArrayLike = (0.0, 0.0, 0.0),
+        q_bs: ArrayLike = (1.0, 0.0, 0.0, 0.0),
+    ) -> None:
+        for number, tone in enumerate(tones, start=1):
+            if tone.coordinate not in COORDINATE_NUMBER:
+                raise unknown_name(f"coordinate of vibration tone {number}", tone.coordinate, COORDINATES)
+            if not (np.isfinite([tone.amplitude, tone.phase]).all() and 0.0 <= tone.frequency_hz < np.inf):
+                raise InputError(
+                    f"vibration tone {number} on {tone.coordinate}: amplitude {tone.amplitude!r}, frequency "
+                    f"{tone.frequency_hz!r} Hz and phase {tone.phase!r} must be finite, the frequency not negative."
+                )
+        self.base = base
+        self.start, self.end = base.start, base.end
+        self.events, self.channels = base.events, base.channels
+        self.gravity, self.ellipsoid = base.gravity, base.ellipsoid
+        tones = sorted(tones, key=lambda tone: COORDINATE_NUMBER[tone.coordinate])
+        self._first_tone = np.searchsorted([COORDINATE_NUMBER[tone.coordinate] for tone in tones], np.arange(7))
+        self._amplitude = np.array([tone.amplitude for tone in tones], dtype=np.float64)
+        self._omega = 2.0 * np.pi * np.array([tone.frequency_hz for tone in tones], dtype=np.float64)
+        self._phase = np.array([tone.phase for tone in tones], dtype=np.float64)
+        self._lever = np.asarray(lever_arm, dtype=np.float64)
+        self._q_bs = rotation.normalize(q_bs)
+        self._spin = np.array([0.0, 0.0, base.ellipsoid.omega])
+        self.breaks = np.asarray(getattr(base, "breaks", ()), dtype=np.float64)
+        # Products of two vibrating quantities have twice the frequency.
+        self.fastest = 2.0 * float(self._omega.max(initial=0.0)) + float(getattr(base, "fastest", 0.0))
+
+    def _vibration(self, t: Array) -> tuple[Array, Array, Array, Array, Array]:
+        """Return conj(q(φ)), i.e. D; w; p, ṗ, p̈."""
+        value, first, second = (np.empty((len(t), 6)) for _ in range(3))
+        sine, cosine = np.empty_like(self._omega), np.empty_like(self._omega)
+        _sum_tones(
+            t, self._first_tone, self._amplitude, self._omega, self._phase, sine, cosine, value, first, second
+        )  # fmt: skip
+        phi, rate = value[:, :3], first[:, :3]
+        x = np.linalg.norm(phi, axis=1)[:, None]
+        # (1 − cos x)/x² = ½ sinc²(x/2); (x − sin x)/x³ is summed as a series where the difference would cancel
+        b = 0.5 * np.sinc(x / (2.0 * np.pi)) ** 2
+        y = x * x
+        series = 1 / 6 - y * (1 / 120 - y * (1 / 5040 - y * (1 / 362880 - y / 39916800)))
+        c = np.where(x < 0.3, series, (1.0 - np.sinc(x / np.pi)) / np.maximum(y, 1e-30))
+        across = np.cross(phi, rate)
+        w = rate - b * across + c * np.cross(phi, across)
+        q_b = rotation.conjugate(rotation.quaternion_from_rotation_vector(phi))
+        return q_b, w, value[:, 3:] + self._lever, first[:, 3:], second[:, 3:]
+
+    def _base_state(self, t: Array) -> tuple[Array, Array, Array]:
+        """Return position and velocity of the vehicle, Earth-fixed, and q_eb."""
+        s = self.base.state(t)
+        q_en = earth.q_en(s.latitude, s.longitude)
+        position = earth.geodetic_to_ecef(s.latitude, s.longitude, s.height, self.ellipsoid)
+        return position, rotation.rotate(q_en, s.velocity_ned), rotation.multiply(q_en, s.q_nb)
+
+    def __repr__(self) -> str:
+        return f"{type(self).__name__}({self.start:g} … {self.end:g} s)"
+
+    def state(self, t: ArrayLike) -> NavState:
+        """Return position, velocity and attitude of the sensor block; see `Trajectory.state`."""
+        instants = check_instants(t, self.start, self.end)
+        time, shape = np.atleast_1d(instants), instants.shape
+        position, velocity, q_eb = self._base_state(time)
+        q_vb, _, p, p1, _ = self._vibration(time)
+        omega_eb = self.base.rates(time)[0] - rotation.rotate(rotation.conjugate(q_eb), self._spin)
+        position = position + rotation.rotate(q_eb, p)
+        velocity = velocity + rotation.rotate(q_eb, np.cross(omega_eb, p) + p1)
+        q_es = rotation.multiply(rotation.multiply(q_eb, rotation.conjugate(q_vb)), self._q_bs)
+        return block_state(
+            position.reshape(*shape, 3), velocity.reshape(*shape, 3), q_es.reshape(*shape, 4), self.ellipsoid
+        )
+
+    def _gravitation_change(self, t: Array, p: Array) -> Array:
+        """Return C_be (γ(r') − γ(r)), (N, 3) m/s²."""
+        if not p.any():
+            return np.zeros_like(p)
+        position, _, q_eb = self._base_state(t)
+        change = earth.gravitation_ecef(position + rotation.rotate(q_eb, p), self.gravity, self.ellipsoid)
+        change -= earth.gravitation_ecef(position, self.gravity, self.ellipsoid)
+        return rotation.rotate(rotation.conjugate(q_eb), change)
+
+    def _angular_acceleration(self, t: Array) -> Array:
+        """Return ω̇ of the vehicle from the polynomial through five neighbouring instants, (N, 3) rad/s²."""
+        centre = np.clip(t, self.start + 2.0 * _STEP, self.end - 2.0 * _STEP)
+        x = (t - centre) / _STEP
+        slope = np.stack([np.zeros_like(x), np.ones_like(x), 2.0 * x, 3.0 * x**2, 4.0 * x**3], axis=1)
+        weights = slope @ _FIVE_POINTS / _STEP
+        around = [self.base.rates(centre + k * _STEP)[0] for k in range(-2, 3)]
+        return np.asarray(np.einsum("nk,kni->ni", weights, np.stack(around)))
+
+    def rates(self, t: ArrayLike) -> tuple[Array, Array]:
+        """Return inertial angular rate and specific force of the sensor block; see `Trajectory.rates`."""
+        instants = check_instants(t, self.start, self.end)
+        time = np.atleast_1d(instants)
+        omega, force = self.base.rates(time)
+        q_vb, w, p, p1, p2 = self._vibration(time)
+        force = force + p2 + np.cross(omega, 2.0 * p1 + np.cross(omega, p)) - self._gravitation_change(time, p)
+        if p.any():
+            force += np.cross(self._angular_acceleration(time), p)
+        q_sb = rotation.conjugate(self._q_bs)
+        omega = rotation.rotate(q_sb, rotation.rotate(q_vb, omega) + w)
+        force = rotation.rotate(q_sb, rotation.rotate(q_vb, force))
+        return omega.reshape(*instants.shape, 3), force.reshape(*instants.shape, 3)
+
+    def _change(self, t: Array) -> Array:
+        """Return the contribution of the vibration to the integrands, side by side, (N, 6)."""
+        omega, force = self.base.rates(t)
+        q_vb, w, p, p1, p2 = self._vibration(t)
+        arm = np.cross(omega, p)
+        extra = p2 + np.cross(omega, p1 + arm) - self._gravitation_change(t, p)
+        extra = rotation.rotate(q_vb, extra) + np.cross(w, rotation.rotate(q_vb, arm))
+        # (D − I) v without the cancellation in Dv − v: −2 s₀ u × v + 2 u × (u × v) for D = conj(s₀, u)
+        u, s0 = -q_vb[:, 1:], q_vb[:, :1]
+        turned = [2.0 * np.cross(u, np.cross(u, v) - s0 * v) for v in (omega, force)]
+        return np.concatenate([turned[0] + w, turned[1] + extra], axis=1)
+
+    def increments(self, rate_hz: float) -> ImuData:
+        """Return exact increments by Gauss-Legendre quadrature; see `Trajectory.increments`."""
+        edges = sample_edges(self.start, self.end, rate_hz)
+        own = self.base.increments(rate_hz)
+        change = integrate_samples(self._change, edges, self.fastest, self.breaks)
+        q_vb, _, p, _, _ = self._vibration(edges)
+        arm = rotation.rotate(q_vb, np.cross(self.base.rates(edges)[0], p))
+        q_sb = rotation.conjugate(self._q_bs)
+        return ImuData(
+            edges,
+            rotation.rotate(q_sb, own.dtheta + change[:, :3]),
+            rotation.rotate(q_sb, own.dvel + change[:, 3:] + np.diff(arm, axis=0)),
+        )
+
+
+def velocity_increments(trajectory: Trajectory, position: ArrayLike, rate_hz: float) -> tuple[Array, Array]:
+    """Return the integrals of the specific force at points on lever arms.
+
+    Args:
+        trajectory: motion of the vehicle's reference point.
+        position: position of each point from the reference point, in the trajectory's axes, (K, 3) m.
+
+    Returns:
+        Edges of the intervals (N+1,) s and the integrals in the trajectory's axes, (N, K, 3) m/s.
+
+    Raises:
+        InputError: the positions have a wrong shape or are not finite, or as for `Trajectory.increments`.
+    """
+    places = np.asarray(position, dtype=np.float64)
+    if places.ndim != 2 or places.shape[1] != 3 or not len(places) or not np.isfinite(places).all():
+        raise InputError(f"accelerometers need (K, 3) finite positions, K ≥ 1; got an array of shape {places.shape}.")
+    each = [Vibrating(trajectory, lever_arm=place).increments(rate_hz) for place in places]
+    return each[0].time, np.stack([imu.dvel for imu in each], axis=1)

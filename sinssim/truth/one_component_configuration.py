@@ -1,0 +1,230 @@
+"""The [one_component] table: the chapter's system in a vertical plane, with its motion, sensors and initial errors."""
+
+from __future__ import annotations
+
+import math
+from itertools import pairwise
+from typing import Annotated, Any, ClassVar, Literal, Self
+
+from pydantic import AfterValidator, BeforeValidator, Field, model_validator
+
+from sinssim.earth.ellipsoids import MEAN_GRAVITY, MEAN_RADIUS
+from sinssim.toml_section import Duration, NotNegative, Rate, Section, Source
+
+Row = tuple[float, float]
+
+_SHORTEST = 1e-3  # s between two rows; nearer ones make derivatives that no vehicle has
+
+_PER_PERIOD = 100.0  # intervals in a Schuler period, at least
+
+SENSOR_OF = {"measured": "attitude_sensor", "one-integral": "gyro", "two-integrals": "arm_accelerometer"}
+"""The table of the sensor that each variant takes its pitch from."""
+
+WAYS = {
+    "measured": "pitch measured directly by an attitude sensor",
+    "one-integral": "pitch by one integral of a gyro's rate",
+    "two-integrals": "pitch by two integrals of the angular acceleration from accelerometers on an arm",
+}
+"""What each variant does."""
+
+
+def _rows(value: Any) -> Any:
+    """Take a number as the only row of a table."""
+    if isinstance(value, int | float) and not isinstance(value, bool):
+        return ((0.0, value),)
+    if not isinstance(value, tuple):
+        raise ValueError("give a number, or rows of time in s and value, like [[0.0, 100.0], [60.0, 150.0]]")
+    for number, row in enumerate(value, start=1):
+        if not isinstance(row, tuple) or len(row) != 2:
+            raise ValueError(f"row {number} must be time in s and value, like [60.0, 150.0]")
+    return value
+
+
+def _in_order(rows: tuple[Row, ...]) -> tuple[Row, ...]:
+    if rows[0][0] != 0.0:
+        raise ValueError(f"the first row is at {rows[0][0]:g} s; it must be at 0 s, the start")
+    for number, ((before, _), (after, _)) in enumerate(pairwise(rows), start=2):
+        if not after - before >= _SHORTEST:
+            raise ValueError(
+                f"row {number} at {after:.12g} s must be at least {_SHORTEST:g} s after row {number - 1} at "
+                f"{before:.12g} s"
+            )
+    return rows
+
+
+def _within(most: float) -> AfterValidator:
+    """Return the check of rows with a limit of magnitude."""
+
+    def check(rows: tuple[Row, ...]) -> tuple[Row, ...]:
+        for number, (_, value) in enumerate(rows, start=1):
+            if abs(value) > most:
+                raise ValueError(f"the value {value:g} of row {number} must be from {-most:g} to {most:g}")
+        return _in_order(rows)
+
+    return AfterValidator(check)
+
+
+_Count = Field(min_length=1, max_length=100_000)
+_SpeedRows = Annotated[tuple[Row, ...], _Count, BeforeValidator(_rows), _within(12_000.0)]
+_HeightRows = Annotated[tuple[Row, ...], _Count, BeforeValidator(_rows), _within(1e6)]
+_AngleRows = Annotated[tuple[Row, ...], _Count, BeforeValidator(_rows), _within(36_000.0)]
+
+_Error = Annotated[float, Field(ge=-1e6, le=1e6)]
+_Scale = Annotated[float, Field(ge=-1e5, le=1e5)]
+
+
+class PlaneCourse(Section):
+    """The motion in the vertical plane. Each quantity is a constant, or rows of time in s and value."""
+
+    velocity_mps: _SpeedRows = Field(
+        default=((0.0, 0.0),), description="V along the great circle: a constant, or rows of time and value"
+    )
+    height_m: _HeightRows = Field(default=((0.0, 0.0),), description="H, in the same form")
+    pitch_deg: _AngleRows = Field(
+        default=((0.0, 0.0),), description="pitch ϑ of the body, nose up positive, in the same form"
+    )
+    interpolation: Literal["monotone", "spline"] = Field(
+        default="monotone",
+        description="monotone: cubic interpolation without overshoot, with continuous velocity, height rate and pitch "
+        "rate; spline: natural cubic spline, whose second derivatives are also continuous, but which may overshoot",
+    )
+
+
+class PlaneAccelerometer(Section):
+    """Errors of an accelerometer."""
+
+    bias_ug: _Error = Field(default=0.0, description="constant error")
+    scale_ppm: _Scale = Field(default=0.0, description="error of the scale factor")
+    random_walk_ug_sqrt_hz: NotNegative = Field(default=0.0, le=1e6, description="white noise of the specific force")
+
+
+class ArmAccelerometer(PlaneAccelerometer):
+    """The accelerometer on an arm of the variant "two-integrals". It is parallel to y, and the difference of the two
+    outputs is ω̇ times the arm."""
+
+    arm_m: Annotated[float, Field(ge=-1000.0, le=1000.0)] = Field(
+        description="distance ahead of accelerometer y; negative: behind it"
+    )
+
+    @model_validator(mode="after")
+    def _has_an_arm(self) -> Self:
+        if abs(self.arm_m) < 1e-4:
+            raise ValueError(
+                f"arm_m = {self.arm_m:g} gives no angular acceleration; give a distance of at least 0.0001 m"
+            )
+        return self
+
+
+class PlaneGyro(Section):
+    """Errors of the gyro of the variant "one-integral": nose-up positive, opposite to Δω₀ of the chapter."""
+
+    bias_deg_h: _Error = Field(default=0.0, description="constant error")
+    scale_ppm: _Scale = Field(default=0.0, description="error of the scale factor")
+    random_walk_deg_sqrt_h: NotNegative = Field(default=0.0, le=1e6, description="white noise of the rate")
+
+
+class PlaneAttitudeSensor(Section):
+    """Errors of the attitude sensor of the variant "measured", which measures the pitch in inertial space: nose-up
+    positive."""
+
+    bias_arcsec: _Error = Field(default=0.0, description="constant error")
+    drift_deg_h: _Error = Field(default=0.0, description="drift of this error")
+    noise_arcsec: NotNegative = Field(default=0.0, le=1e6, description="1σ of each measurement")
+
+
+class PlaneInitialError(Section):
+    """Errors of the initial values, computed minus true."""
+
+    position_m: _Error = Field(default=0.0, description="along the great circle, R Δy")
+    velocity_mps: Annotated[float, Field(ge=-1e4, le=1e4)] = Field(default=0.0, description="ΔV")
+    pitch_arcmin: Annotated[float, Field(ge=-10_800.0, le=10_800.0)] = Field(
+        default=0.0, description='Δα; no key of "measured"'
+    )
+    rate_deg_h: _Error = Field(default=0.0, description='Δω; a key of "two-integrals" only')
+
+
+class OneComponent(Source):
+    """The one-component system of chapter 8 (section 8.1): two accelerometers and a sensor that determines the
+    pitch."""
+
+    table: ClassVar[str] = "one_component"
+    in_space: ClassVar[bool] = False
+
+    variant: Literal["measured", "one-integral", "two-integrals"] = Field(
+        description="measured: by [one_component.attitude_sensor]; one-integral: by [one_component.gyro]; "
+        "two-integrals: by [one_component.arm_accelerometer]"
+    )
+    duration_s: Duration = Field(description="duration")
+    rate_hz: Rate = Field(default=20.0, description="measurements per second")
+    radius_m: Annotated[float, Field(ge=1e3, le=1e9)] = Field(
+        default=MEAN_RADIUS, description="radius R of the spherical Earth"
+    )
+    gravity_mps2: Annotated[float, Field(ge=1e-3, le=1e3)] = Field(
+        default=MEAN_GRAVITY, description="gravity g; the chapter's g₀ is 9.8"
+    )
+    altitude_effects: bool = Field(
+        default=False,
+        description="whether the true motion has the radius R + H, the acceleration V·dH/dt/(R + H) and a gravity "
+        "that decreases with H; the equations of the chapter neglect these effects",
+    )
+    coordinate_deg: Annotated[float, Field(ge=-360.0, le=360.0)] = Field(default=0.0, description="y at the start")
+    mounting_angle_deg: Annotated[float, Field(ge=-360.0, le=360.0)] = Field(
+        default=0.0, description="α_a0 of the accelerometers in the body: ϑ = α_a − α_a0"
+    )
+    motion: PlaneCourse = Field(default=PlaneCourse())
+    accelerometer_x: PlaneAccelerometer = Field(default=PlaneAccelerometer())
+    accelerometer_y: PlaneAccelerometer = Field(default=PlaneAccelerometer())
+    gyro: PlaneGyro | None = None
+    attitude_sensor: PlaneAttitudeSensor | None = None
+    arm_accelerometer: ArmAccelerometer | None = None
+    initial_error: PlaneInitialError = Field(default=PlaneInitialError())
+
+    @model_validator(mode="after")
+    def _variant_has_its_sensor(self) -> Self:
+        own = SENSOR_OF[self.variant]
+        if getattr(self, own) is None:
+            needs = "with arm_m" if own == "arm_accelerometer" else "without keys it has no errors"
+            raise ValueError(f'variant = "{self.variant}" needs the table [one_component.{own}]: add it, {needs}')
+        for variant, sensor in SENSOR_OF.items():
+            if sensor != own and getattr(self, sensor) is not None:
+                raise ValueError(
+                    f'[one_component.{sensor}] is the sensor of variant = "{variant}"; here variant = '
+                    f'"{self.variant}": remove the table, or change the variant'
+                )
+        return self
+
+    @model_validator(mode="after")
+    def _intervals_are_short(self) -> Self:
+        period = 2.0 * math.pi * math.sqrt(self.radius_m / self.gravity_mps2)
+        if self.rate_hz * period < _PER_PERIOD:
+            raise ValueError(
+                f"rate_hz = {self.rate_hz:g} gives intervals of {1.0 / self.rate_hz:g} s, too long for the Schuler "
+                f"period of {period:.6g} s; give at least {_PER_PERIOD / period:.3g}"
+            )
+        return self
+
+    @model_validator(mode="after")
+    def _initial_errors_have_their_states(self) -> Self:
+        error = self.initial_error
+        if self.variant == "measured" and error.pitch_arcmin:
+            raise ValueError(
+                f'initial_error.pitch_arcmin = {error.pitch_arcmin:g} has no effect with variant = "measured", which '
+                "measures the pitch: give attitude_sensor.bias_arcsec"
+            )
+        if self.variant != "two-integrals" and error.rate_deg_h:
+            raise ValueError(
+                f'initial_error.rate_deg_h = {error.rate_deg_h:g} has no effect with variant = "{self.variant}", which '
+                'does not integrate the rate; it is a key of "two-integrals"'
+            )
+        return self
+
+    @model_validator(mode="after")
+    def _motion_lasts_as_long(self) -> Self:
+        for key in ("velocity_mps", "height_m", "pitch_deg"):
+            rows = getattr(self.motion, key)
+            if len(rows) > 1 and rows[-1][0] < self.duration_s:
+                raise ValueError(
+                    f"motion.{key} ends at {rows[-1][0]:g} s, before the run, at duration_s = {self.duration_s:g}: add "
+                    "a row at the end of the run or later"
+                )
+        return self

@@ -1,0 +1,241 @@
+"""Sampling of a true motion: edges of the intervals, checked instants, integrals over intervals, and what is logged.
+
+Rates of motions in closed form are integrated by Gauss-Legendre quadrature; flights by `sinssim.truth.curve`.
+`block_state` returns the navigation state of a sensor block from its motion in Earth-fixed coordinates.
+"""
+
+from __future__ import annotations
+
+import math
+import os
+from collections.abc import Callable
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from sinssim import earth, rotation
+from sinssim.arguments import POSITIVE, number, numbers
+from sinssim.data import Array, NavState
+from sinssim.earth.ellipsoids import Ellipsoid
+from sinssim.errors import InputError
+from sinssim.system.resources import machine_memory, thread_pool
+
+# A sample edge start + k/rate may differ from the end by rounding; a nanosecond beyond either end is accepted.
+_SLACK = 1e-9
+
+_BYTES = 56  # bytes per sample of increments: an edge and six integrals
+
+_BLOCK = 4096  # items per thread below which starting the thread costs more than it saves
+
+_PART = 65536  # instants evaluated together, so that no temporary is as long as a run
+
+
+def sample_edges(start: float, end: float, rate_hz: float) -> Array:
+    """Return the edges of equal intervals that fit between two instants.
+
+    Args:
+        start: first edge, s.
+        end: no edge lies beyond it, s.
+
+    Returns:
+        start + k/rate_hz for k = 0...N, (N+1,) s.
+
+    Raises:
+        InputError: the rate is not positive and finite, or an interval is longer than the whole time.
+    """
+    rate_hz = number("rate_hz", rate_hz, "samples per second", low=POSITIVE)
+    samples, most = (end - start + _SLACK) * rate_hz, machine_memory() / _BYTES
+    if not samples <= most:
+        raise InputError(
+            f"rate_hz = {rate_hz:g} gives {samples:.3g} samples of a trajectory of {end - start:g} s, but this "
+            f"machine's memory holds only {most:.3g}; use a rate of at most {most / (end - start):.3g} Hz."
+        )
+    count = int(np.floor(samples))
+    if count < 1:
+        raise InputError(
+            f"the trajectory lasts {end - start:g} s, less than one sample interval of {1 / rate_hz:g} s "
+            f"at {rate_hz:g} Hz; use a longer trajectory or a higher rate."
+        )
+    return np.asarray(start + np.arange(count + 1) / rate_hz)
+
+
+def checked_place(latitude: float, longitude: float, height: float) -> tuple[float, float, float]:
+    """Return the place of a motion as three numbers.
+
+    Args:
+        latitude, longitude: geodetic, rad.
+        height: above the ellipsoid, m.
+
+    Raises:
+        InputError: a value is not finite, the latitude is beyond a pole, or the height is not near the Earth.
+    """
+    found = number("latitude", latitude, "rad, north positive")
+    if not abs(found) <= 0.5 * math.pi:
+        raise InputError(f"latitude = {math.degrees(found):g}° must lie within ±90°; give radians.")
+    # from the sphere outside which geodetic latitude is defined to the limit of the gravity models
+    return found, number("longitude", longitude, "rad"), number("height", height, "m", low=-5e6, high=1e9)
+
+
+def checked_duration(duration: float) -> float:
+    """Check and return the duration of a motion.
+
+    Args:
+        duration: s.
+
+    Raises:
+        InputError: the duration is not positive and finite.
+    """
+    return number("duration", duration, "s", low=POSITIVE)
+
+
+def check_instants(t: ArrayLike, start: float, end: float) -> Array:
+    """Check that instants lie on the trajectory, and return them as an array.
+
+    Args:
+        t: instants, () or (N,) s.
+        start, end: first and last time of the trajectory, s.
+
+    Returns:
+        The same times, () or (N,).
+
+    Raises:
+        InputError: a time lies outside [start, end] or is not a number, or the array has more than one axis.
+    """
+    instants = numbers("t", t)
+    if instants.ndim > 1:
+        raise InputError(f"the times must be one number or one row of numbers, not an array of shape {instants.shape}.")
+    outside = ~((instants >= start - _SLACK) & (instants <= end + _SLACK))
+    if np.any(outside):
+        raise InputError(
+            f"the time {np.atleast_1d(instants)[np.argmax(outside)]!s} s lies outside the trajectory, "
+            f"which runs from {start!s} s to {end!s} s."
+        )
+    return instants
+
+
+def part_by_part(state: Callable[[Array], NavState], instants: Array) -> NavState:
+    """Return the states of a motion, evaluated part by part to save memory.
+
+    Args:
+        state: returns the states at instants, of whose number none depends.
+        instants: () or (N,) s.
+    """
+    if instants.size <= _PART:
+        return state(instants)
+    found = NavState(*(np.empty((len(instants), *columns)) for columns in ((), (), (), (3,), (4,))))
+    for start in range(0, len(instants), _PART):
+        part = slice(start, start + _PART)
+        for name, values in vars(state(instants[part])).items():
+            getattr(found, name)[part] = values
+    return found
+
+
+def in_blocks(count: int, work: Callable[[int, int], None]) -> None:
+    """Run work(first, last) over consecutive blocks of range(count), on two threads if that is faster.
+
+    Args:
+        work: processes the items first...last-1; it must release the GIL, and the items must be independent.
+    """
+    threads = min(2, os.cpu_count() or 1, 1 + count // _BLOCK)
+    edges = [count * i // threads for i in range(threads + 1)]
+    if threads == 1:
+        work(0, count)
+        return
+    with thread_pool(threads) as pool:
+        for _ in pool.map(work, edges[:-1], edges[1:]):
+            pass
+
+
+@dataclass(frozen=True)
+class FlightEvent:
+    """An event at one instant, for example the beginning of a leg or lift-off.
+
+    Attributes:
+        time: instant in the trajectory's time, s.
+        text: one sentence.
+    """
+
+    time: float
+    text: str
+
+
+@dataclass(frozen=True)
+class Channel:
+    """A quantity logged along a trajectory in addition to the motion: airspeed, a control, the wind.
+
+    Attributes:
+        time: instants, (K,) s.
+        values: one number or one vector per instant, (K,) or (K, m), in `unit`.
+        unit: unit of the values in customary notation, "" for a pure number.
+    """
+
+    time: Array
+    values: Array
+    unit: str
+
+
+# Eight Gauss-Legendre points on a panel of two radians of the fastest oscillation have an error of 2e-18 of its
+# amplitude: 2^17 (8!)^4 / (17 (16!)^3) (Abramowitz and Stegun 25.4.30).
+_POINTS = 8
+_PHASE = 2.0  # rad
+_CHUNK = 8192  # panels evaluated at once
+
+
+def integrate_samples(
+    rates: Callable[[Array], Array],
+    edges: Array,
+    fastest: float,
+    breaks: ArrayLike = (),
+    columns: int = 6,
+    *,
+    points: int = _POINTS,
+) -> Array:
+    """Return the integrals of a function over consecutive intervals by Gauss-Legendre quadrature.
+
+    Args:
+        rates: function of instants (M,) s, returning (M, columns); smooth between `breaks`.
+        edges: increasing edges of the intervals, (N+1,) s.
+        fastest: angular frequency beyond which the function has no significant content, rad/s.
+        breaks: instants at which a derivative of the function may jump, (K,) s.
+        points: number of points on a panel.
+
+    Returns:
+        Integrals, (N, columns).
+    """
+    inside = np.asarray(breaks, dtype=np.float64)
+    inside = inside[(inside > edges[0]) & (inside < edges[-1])]
+    corners = np.union1d(edges, inside)
+    parts = np.maximum(np.ceil(np.diff(corners) * fastest / _PHASE).astype(np.intp), 1)
+    length = np.repeat(np.diff(corners) / parts, parts)
+    within = np.arange(len(length)) - np.repeat(np.cumsum(parts) - parts, parts)
+    left = np.repeat(corners[:-1], parts) + within * length
+    sample = np.searchsorted(edges, left + 0.5 * length, side="right") - 1
+
+    nodes, weights = np.polynomial.legendre.leggauss(points)
+    totals = np.zeros((len(edges) - 1, columns))
+    for first in range(0, len(left), _CHUNK):
+        part = slice(first, first + _CHUNK)
+        half = 0.5 * length[part, None]
+        time = left[part, None] + half + half * nodes
+        values = rates(time.reshape(-1)).reshape(-1, points, columns)
+        panels = half * np.einsum("j,nji->ni", weights, values)
+        starts = np.flatnonzero(np.diff(sample[part], prepend=-1))
+        # a chunk may begin in the middle of a sample, so its sums are added
+        totals[sample[part][starts]] += np.add.reduceat(panels, starts, axis=0)
+    return totals
+
+
+def block_state(position: Array, velocity: Array, q_es: Array, ellipsoid: Ellipsoid) -> NavState:
+    """Return geodetic position, north-east-down velocity and attitude.
+
+    On the polar axis, north and east are those of the meridian of the returned longitude.
+
+    Args:
+        position: Earth-fixed position of the block, (..., 3) m.
+        velocity: relative to the Earth, Earth-fixed axes, (..., 3) m/s.
+        q_es: attitude of the block, v_e = C_es v_s, (..., 4).
+    """
+    latitude, longitude, height = earth.ecef_to_geodetic(position, ellipsoid)
+    q_ne = rotation.conjugate(earth.q_en(latitude, longitude))
+    return NavState(latitude, longitude, height, rotation.rotate(q_ne, velocity), rotation.multiply(q_ne, q_es))

@@ -1,0 +1,294 @@
+"""An ensemble's files do not depend on threads, processes, deaths or interruptions; nothing finished is lost."""
+
+from __future__ import annotations
+
+import json
+import os
+import random
+import signal
+import subprocess
+import sys
+import time
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+
+import sinssim
+from sinssim.experiments.ensembles import ensemble_directory, ensemble_run, ensemble_workers
+from tests.experiments.ensembles.examples import AIDED, PARKED, files, scenario
+
+LINUX = pytest.mark.skipif(not Path("/proc/self/task").is_dir(), reason="children are found below /proc")
+
+
+@pytest.fixture(autouse=True)
+def _without_report(monkeypatch) -> None:
+    """What is written about the runs is tested with the recording; here it would only take time."""
+    monkeypatch.setattr(ensemble_run, "_write", lambda *_: None)
+
+
+def children() -> list[int]:
+    """Return the identifiers of this process's children."""
+    found = []
+    for task in Path("/proc/self/task").iterdir():
+        found += [int(pid) for pid in (task / "children").read_text().split()]
+    return found
+
+
+def test_files_do_not_depend_on_the_number_of_threads(tmp_path) -> None:
+    results = [sinssim.ensemble(scenario(), 150, tmp_path / str(n), threads=n) for n in (1, 2, 3)]
+    assert files(tmp_path / "1") == files(tmp_path / "2") == files(tmp_path / "3")
+    assert sorted(files(tmp_path / "1"))[:3] == [
+        "0000000-0000063.parquet", "0000064-0000127.parquet", "0000128-0000149.parquet",
+    ]  # fmt: skip
+    in_memory = sinssim.ensemble(scenario(), 150)
+    assert in_memory.directory is None
+    np.testing.assert_array_equal(in_memory.errors.position_ned, results[0].errors.position_ned)
+
+
+@LINUX
+def test_a_process_that_dies_costs_its_group_only(tmp_path) -> None:
+    """Processes give the files of one thread; so do they if one is killed."""
+    base = scenario(AIDED)
+    sinssim.ensemble(base, 12, tmp_path / "thread", threads=1)
+    killed = []
+
+    def kill_one(text: str, fraction: float) -> None:
+        if fraction > 0.0 and not killed:
+            killed.append(children()[0])
+            os.kill(killed[0], signal.SIGKILL)
+
+    sinssim.ensemble(base, 12, tmp_path / "processes", threads=2, progress=kill_one)
+    assert len(killed) == 1
+    assert files(tmp_path / "thread") == files(tmp_path / "processes")
+
+
+@LINUX
+@pytest.mark.slow
+def test_processes_that_die_again_and_again(tmp_path, monkeypatch) -> None:
+    monkeypatch.setattr(ensemble_workers, "_PROCESS_LIVES", 1)
+
+    def kill(text: str, fraction: float) -> None:
+        if fraction > 0.0:
+            for pid in children():
+                os.kill(pid, signal.SIGKILL)
+
+    with pytest.raises(sinssim.RunError, match=r"died while computing the runs \d+ to \d+ .* SIGKILL"):
+        sinssim.ensemble(scenario(AIDED), 20, tmp_path / "e", threads=2, progress=kill)
+    resumed = sinssim.ensemble(scenario(AIDED), 20, tmp_path / "e", threads=1, resume=True)
+    assert not resumed.failed.any()
+
+
+def test_an_interrupted_ensemble_is_continued(tmp_path) -> None:
+    sinssim.ensemble(scenario(), 150, tmp_path / "whole", threads=1)
+
+    def interrupt(text: str, fraction: float) -> None:
+        if fraction > 0.6:
+            raise KeyboardInterrupt
+
+    with pytest.raises(KeyboardInterrupt) as stop:
+        sinssim.ensemble(scenario(), 150, tmp_path / "part", threads=1, progress=interrupt)
+    assert "64 of 150 runs are finished" in stop.value.__notes__[0]
+    assert "--resume" in stop.value.__notes__[0]
+    result = sinssim.ensemble(scenario(), 150, tmp_path / "part", resume=True)
+    assert result.computed == 150 - 64
+    assert files(tmp_path / "part") == files(tmp_path / "whole")
+
+
+def test_more_runs_later(tmp_path) -> None:
+    """100 runs, extended to 150, are the 150 runs; the files of runs that exist stay as they are."""
+    whole = sinssim.ensemble(scenario(), 150, tmp_path / "whole")
+    sinssim.ensemble(scenario(), 100, tmp_path / "e")
+    before = files(tmp_path / "e")
+    extended = sinssim.ensemble(scenario(), 150, tmp_path / "e", resume=True)
+    assert extended.computed == 50
+    np.testing.assert_array_equal(extended.errors.final, whole.errors.final)
+    assert before.items() <= files(tmp_path / "e").items()
+    fewer = sinssim.ensemble(scenario(), 20, tmp_path / "e", resume=True)
+    assert len(fewer) == 150
+    assert "more than the requested 20" in fewer.notes[0]
+
+
+def test_progress_is_runs_done_rate_and_time_left(monkeypatch) -> None:
+    """Runs that were finished before count as done, but not in the rate; the text fits beside a bar."""
+    now, told = [100.0], []
+    monkeypatch.setattr(ensemble_run.time, "perf_counter", lambda: now[0])
+    count = ensemble_run._counter(200, 800, lambda text, fraction: told.append((text, fraction)))
+    now[0] += 10.0
+    count(100)
+    now[0] += 90.0
+    count(-50)  # a process that died
+    assert told == [("300/1000 runs, 10/s, 70 s left", 0.3), ("250/1000 runs, 0.5/s, 25 min left", 0.25)]
+    million = ensemble_run._counter(0, 1_000_000, lambda text, fraction: told.append((text, fraction)))
+    now[0] += 7.7
+    million(999_000)
+    assert len(told[-1][0]) <= 40
+
+
+def test_groups_of_missing_runs() -> None:
+    assert ensemble_directory.missing([], 10, 4) == [range(4), range(4, 8), range(8, 10)]
+    assert ensemble_directory.missing([range(4), range(8, 10)], 13, 4) == [range(4, 8), range(10, 12), range(12, 13)]
+    assert ensemble_directory.missing([range(20)], 10, 4) == []
+
+
+@pytest.mark.parametrize("damage", ["truncated", "one byte", "empty", "another ensemble"])
+def test_a_damaged_file_is_named_and_computed_again(damage: str, tmp_path) -> None:
+    sinssim.ensemble(scenario(), 70, tmp_path / "e")
+    whole, file = files(tmp_path / "e"), tmp_path / "e" / "runs" / "0000000-0000063.parquet"
+    content = bytearray(file.read_bytes())
+    if damage == "one byte":
+        content[len(content) // 2] ^= 0x10
+    elif damage == "another ensemble":
+        sinssim.ensemble(scenario(seed=99), 70, tmp_path / "other")
+        content = bytearray((tmp_path / "other" / "runs" / file.name).read_bytes())
+    file.write_bytes(content[: {"truncated": len(content) // 2, "empty": 0}.get(damage, len(content))])
+    said: list[str] = []
+    result = sinssim.ensemble(scenario(), 70, tmp_path / "e", resume=True, say=said.append)
+    assert result.computed == 64
+    assert str(file) in said[0]
+    assert "runs 0 to 63 are computed again" in said[0]
+    assert files(tmp_path / "e") == whole
+
+
+@pytest.mark.parametrize(
+    ("changes", "words"),
+    [
+        ({"seed": 6}, "has the seed 5, not 6"),
+        ({"parked": {**PARKED["parked"], "roll_deg": 2.0}}, "parked.roll_deg was 1.0, now 2.0"),
+        ({"ensemble": {"solution": "quaternion"}}, 'ensemble.solution was "euler", now "quaternion"'),
+        ({"ensemble": {"epoch_s": 5.0}}, "other epochs"),
+    ],
+)
+def test_another_ensemble_is_not_continued(changes: dict[str, Any], words: str, tmp_path) -> None:
+    sinssim.ensemble(scenario(), 5, tmp_path / "e")
+    before = files(tmp_path / "e")
+    with pytest.raises(sinssim.InputError, match=words):
+        sinssim.ensemble(scenario(**changes), 5, tmp_path / "e", resume=True)
+    assert files(tmp_path / "e") == before
+
+
+def test_another_version_is_named(tmp_path) -> None:
+    sinssim.ensemble(scenario(), 5, tmp_path / "e")
+    manifest = tmp_path / "e" / "ensemble.json"
+    contents = json.loads(manifest.read_text())
+    contents["versions"]["numpy"] = "1.0.0"
+    manifest.write_text(json.dumps(contents))
+    with pytest.raises(sinssim.InputError, match=r"computed by numpy 1\.0\.0 instead of"):
+        sinssim.ensemble(scenario(), 5, tmp_path / "e", resume=True)
+
+
+def test_a_folder_that_holds_something_else(tmp_path) -> None:
+    (tmp_path / "mine.txt").write_text("mine")
+    for options in ({}, {"resume": True}, {"overwrite": True}):
+        with pytest.raises(sinssim.InputError, match="holds no ensemble"):
+            sinssim.ensemble(scenario(), 5, tmp_path, **options)
+    with pytest.raises(sinssim.InputError, match="is a file"):
+        sinssim.ensemble(scenario(), 5, tmp_path / "mine.txt")
+    assert [file.name for file in tmp_path.iterdir()] == ["mine.txt"]
+
+
+def test_an_ensemble_is_replaced_only_on_request(tmp_path) -> None:
+    sinssim.ensemble(scenario(), 70, tmp_path / "e")
+    (tmp_path / "e" / "notes.txt").write_text("mine")
+    with pytest.raises(sinssim.InputError, match="already holds an ensemble"):
+        sinssim.ensemble(scenario(seed=6), 5, tmp_path / "e")
+    result = sinssim.ensemble(scenario(seed=6), 5, tmp_path / "e", overwrite=True)
+    assert len(result) == 5
+    assert (tmp_path / "e" / "notes.txt").read_text() == "mine"
+    assert set(files(tmp_path / "e")) == {"ensemble.json", "0000000-0000004.parquet"}
+
+
+def test_a_directory_in_use(tmp_path) -> None:
+    from sinssim.system.outputs import try_hold
+
+    sinssim.ensemble(scenario(), 5, tmp_path / "e")
+    lock = try_hold(tmp_path / "e")
+    assert lock is not None
+    try:
+        with pytest.raises(sinssim.InputError, match="another process"):
+            sinssim.ensemble(scenario(), 5, tmp_path / "e", resume=True)
+    finally:
+        os.close(lock)
+
+
+def test_a_full_disk_loses_nothing_that_is_finished(tmp_path, monkeypatch) -> None:
+    write, written = ensemble_directory.write_chunk, []
+
+    def full(*arguments: Any) -> Path:
+        if written:
+            raise OSError(28, "No space left on device")
+        written.append(1)
+        return write(*arguments)
+
+    with monkeypatch.context() as patch:
+        patch.setattr(ensemble_directory, "write_chunk", full)
+        with pytest.raises(sinssim.InputError, match=r"could not be written .*No space left .*MB are free") as error:
+            sinssim.ensemble(scenario(), 150, tmp_path / "e", threads=1)
+    assert "64 of 150 runs are finished" in error.value.__notes__[0]
+    result = sinssim.ensemble(scenario(), 150, tmp_path / "e", resume=True)
+    assert result.computed == 86
+
+
+@pytest.mark.parametrize(
+    ("options", "words"),
+    [
+        ({"runs": 0}, "runs = 0"),
+        ({"runs": -3}, "runs = -3"),
+        ({"runs": 2.5}, r"runs = 2\.5"),
+        ({"runs": True}, "runs = True"),
+        ({"runs": "many"}, "runs = 'many'"),
+        ({"threads": 0}, "threads = 0"),
+        ({"workers": -1}, "workers = -1"),
+        ({"threads": 2, "workers": 2}, "threads and workers exclude each other"),
+        ({"resume": True}, "need the directory"),
+        ({"resume": True, "overwrite": True, "directory": "e"}, "resume and overwrite exclude each other"),
+    ],
+)
+def test_wrong_options(options: dict[str, Any], words: str) -> None:
+    with pytest.raises(sinssim.InputError, match=words):
+        sinssim.ensemble(scenario(), **{"runs": 5, **options})
+
+
+def test_every_run_fails(tmp_path) -> None:
+    vary = ({"type": "uniform", "key": "parked.roll_deg", "low": 0.0, "high": 1.0},)
+    base = scenario(ensemble={"vary": vary})
+    # the scenario is valid, and the values that its runs draw are not
+    broken = base.model_copy(update={"ensemble": base.ensemble.model_copy(update={"vary": (_beyond(base),)})})
+    with pytest.raises(sinssim.RunError, match=r"all 5 runs of the ensemble failed; the first one: .*parked\.roll_deg"):
+        sinssim.ensemble(broken, 5, tmp_path / "e")
+
+
+def _beyond(base: sinssim.Scenario) -> Any:
+    return base.ensemble.vary[0].model_copy(update={"low": 1000.0, "high": 2000.0})  # type: ignore[union-attr]
+
+
+def _killed_and_resumed(tmp_path: Path, kills: int) -> None:
+    """Kill an ensemble at random moments after its start, continue it each time, and compare with a whole one."""
+    file = tmp_path / "standing.toml"
+    file.write_text(scenario().to_toml(), encoding="utf-8")
+    command = [sys.executable, "-m", "sinssim", "ensemble", str(file), "--runs", "400", "-q", "--threads", "2"]
+    rng, place = random.Random(3), tmp_path / "killed"
+    for _ in range(kills):
+        process = subprocess.Popen([*command, "-o", str(place), "--resume"], stderr=subprocess.DEVNULL)
+        end = time.monotonic() + 60.0
+        have = len(list((place / "runs").glob("*"))) if (place / "runs").is_dir() else 0
+        while process.poll() is None and time.monotonic() < end:
+            if (place / "runs").is_dir() and len(list((place / "runs").glob("*"))) > have:
+                break
+            time.sleep(0.005)
+        time.sleep(rng.uniform(0.0, 0.2))
+        process.kill()
+        process.wait()
+    sinssim.ensemble(scenario(), 400, place, resume=True)
+    sinssim.ensemble(scenario(), 400, tmp_path / "whole")
+    assert files(place) == files(tmp_path / "whole")
+
+
+def test_killed_once_and_resumed(tmp_path) -> None:
+    _killed_and_resumed(tmp_path, 1)
+
+
+@pytest.mark.slow
+def test_killed_at_five_random_moments_and_resumed(tmp_path) -> None:
+    _killed_and_resumed(tmp_path, 5)

@@ -1,0 +1,208 @@
+"""What is said of ensembles that continue, stop or cannot continue, by stand-ins for their files."""
+
+from __future__ import annotations
+
+import re
+from functools import partial
+from pathlib import Path
+from types import SimpleNamespace
+from typing import Any
+
+import numpy as np
+import pytest
+
+from sinssim.errors import InputError, RunError
+from sinssim.experiments import experiment_directory
+from sinssim.experiments.ensembles import ensemble_directory, ensemble_run
+
+VERSIONS = dict.fromkeys(experiment_directory.software(), "2.0")
+CONTENTS = {"imu": {"rate_hz": 50.0}, "vary": [{"a": 1}, {"a": 2}]}
+
+
+def plan(**more: Any) -> Any:
+    return SimpleNamespace(**{"digest": "now", "contents": CONTENTS, "epochs": np.array([0.0, 1.5, 4.0]),
+                              "scenario": SimpleNamespace(seed=42), "flight": "key", "chunk": 4, **more})  # fmt: skip
+
+
+@pytest.mark.parametrize(
+    ("changes", "said"),
+    [
+        ({"versions": {**VERSIONS, "sinssim": "1.0"}},
+         f"was computed by {next(iter(experiment_directory.software()))} 1.0 instead of 2.0"),
+        ({"seed": 41}, "has the seed 41, not 42"),
+        ({"contents": {"imu": {"rate_hz": 100.0}, "vary": [{"a": 1}, {"a": 2}]}},
+         "is of another scenario: imu.rate_hz was 100.0, now 50.0"),
+        ({"contents": {**CONTENTS, "vary": [{"a": 1}, {"a": 3}]}}, "is of another scenario: vary.2.a was 3, now 2"),
+        ({"contents": {**CONTENTS, "wind": {"x": 1}}}, 'is of another scenario: wind was {"x": 1}, now left out'),
+        ({"contents": {**CONTENTS, "vary": [{"a": 1}]}},
+         'is of another scenario: vary was [{"a": 1}], now [{"a": 1}, {"a": 2}]'),
+        ({"epochs_s": [0.0, 4.0]}, "keeps errors at 2 other epochs (ensemble.epoch_s)"),
+        ({"flight": "other"}, "is of another flight: the aircraft, or the code that flies it, has changed since"),
+        ({}, "has another format"),
+    ],
+)  # fmt: skip
+def test_why_an_ensemble_cannot_continue(monkeypatch: pytest.MonkeyPatch, changes: dict[str, Any], said: str) -> None:
+    monkeypatch.setattr(experiment_directory, "versions", lambda: VERSIONS)
+    found = {"digest": "then", "versions": VERSIONS, "seed": 42, "contents": CONTENTS, "epochs_s": [0.0, 1.5, 4.0],
+             "flight": "key"}  # fmt: skip
+    difference = partial(ensemble_directory.EnsembleDirectory.difference, SimpleNamespace(plan=plan()))
+    assert difference({**found, **changes}) == said
+    assert difference({**found, "digest": "now"}) == ""
+
+
+def test_groups_of_missing_runs() -> None:
+    """Up to multiples of four; runs of files are left out."""
+    assert ensemble_directory.missing([range(2, 5), range(9, 10)], 14, 4) == [
+        range(2), range(5, 8), range(8, 9), range(10, 12), range(12, 14),
+    ]  # fmt: skip
+
+
+def counted(folder: Path, *groups: range) -> Any:
+    made = SimpleNamespace(path=folder, folder=folder / "runs", plan=plan(), finished=lambda say=None: list(groups),
+                           load=lambda groups: "errors", free=lambda: 234.4)  # fmt: skip
+    made.leave, made.writing = (
+        partial(experiment_directory.Store.leave, made),
+        partial(experiment_directory.Store.writing, made),
+    )
+    return made
+
+
+def how(**more: Any) -> Any:
+    return SimpleNamespace(
+        **{"times": (5.0,), "truths": None, "workers": None, "scheduler": None, "threads": 3, **more}
+    )
+
+
+def test_an_ensemble_that_stops_says_what_there_is(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> None:
+    """Seven of the 40 runs of the second look; an interruption and a failure differ in the report."""
+    written: list[Any] = []
+    monkeypatch.setattr(ensemble_run, "_write", lambda folder, result, status: written.append((result.notes, status)))
+    looks: Any = SimpleNamespace(numbers=(20, 40, 80), done=[20], verdicts=["old"], so_far=lambda result: ("so far",))
+    for stop, status in ((KeyboardInterrupt(), "interrupted"), (RunError("It fell."), "failed")):
+        ensemble_run._leave(counted(tmp_path, range(4), range(6, 9)), looks, how(), stop)
+        assert stop.__notes__ == [
+            f"7 of 40 runs are finished, in {tmp_path}; --resume continues.",
+            f"Their report is {tmp_path / 'report.html'}.",
+        ]  # fmt: skip
+        assert written.pop() == (
+            ["The requirements are tested with the 7 finished runs; --resume tests them with all runs."], status,
+        )  # fmt: skip
+    looks.done = [20, 40, 80]
+    looks.verdicts = []
+    stop = RunError("It fell.")
+    ensemble_run._leave(counted(tmp_path, range(4)), looks, how(), stop)
+    assert stop.__notes__[0].startswith("4 of 80 runs are finished")
+    assert written.pop() == ([], "failed")
+    none = RunError("It fell.")
+    ensemble_run._leave(counted(tmp_path), looks, how(), none)
+    assert none.__notes__ == ["No group of runs had finished."]
+
+    def full(*_: Any) -> None:
+        raise OSError("no space")
+
+    monkeypatch.setattr(ensemble_run, "_write", full)
+    stop = RunError("It fell.")
+    ensemble_run._leave(counted(tmp_path, range(4)), looks, how(), stop)
+    assert stop.__notes__[1] == "Their report could not be written: no space"
+
+
+def test_runs_that_are_there_already(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> None:
+    """Of twelve wanted runs, five are computed; the directory's further files count as well."""
+    asked: list[Any] = []
+    said: list[str] = []
+    monkeypatch.setattr(
+        ensemble_run, "check_disk", lambda plan, count, finished, path: asked.append((count, finished, path))
+    )
+    monkeypatch.setattr(ensemble_run, "_compute", lambda folder, groups, how, count: asked.append(groups))
+
+    class Result(SimpleNamespace):
+        def __len__(self) -> int:
+            return 14
+
+    monkeypatch.setattr(
+        ensemble_run, "EnsembleResult", lambda plan, errors, path, seconds, computed, notes, times: Result(
+        errors=errors, path=path, computed=computed, notes=notes, times=times))  # fmt: skip
+    looks = iter(([range(3), range(8, 12)], [range(12), range(12, 14)]))
+    folder = counted(tmp_path)
+    folder.finished = lambda say: next(looks)
+    result: Any = ensemble_run._continued(folder, 12, how(), lambda text, share: None, said.append)
+    assert asked == [(12, 7, tmp_path), [range(3, 4), range(4, 8)]]
+    assert (result.computed, result.times, result.errors, result.path) == (5, (5.0,), "errors", tmp_path)
+    assert said == result.notes == [
+        "The directory contains 14 runs, more than the requested 12; all of them are used."
+    ]  # fmt: skip
+    looks = iter(([range(3)], [range(3)]))
+    with pytest.raises(RunError, match=rf"^files in {re.escape(str(tmp_path / 'runs'))} changed while they were writ"):
+        ensemble_run._continued(folder, 12, how(), lambda text, share: None, said.append)
+
+
+def test_progress_of_the_runs(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Five of 20 were there; six of the others in 4 s: nine more take 6 s."""
+    now = [100.0]
+    monkeypatch.setattr(ensemble_run.time, "perf_counter", lambda: now[0])
+    told: list[tuple[str, float]] = []
+    count = ensemble_run._counter(5, 15, lambda text, share: told.append((text, share)))
+    now[0] = 104.0
+    count(2)
+    count(4)
+    assert told[-1] == (f"11/20 runs, 1.5/s, {ensemble_run.duration_text(6.0)} left", pytest.approx(0.55))
+
+
+def test_ways_to_compute(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> None:
+    used: list[Any] = []
+    monkeypatch.setattr(
+        "sinssim.experiments.ensembles.ensemble_workers.on_cluster", lambda *given, **more: used.append(more)
+    )
+    monkeypatch.setattr(ensemble_run, "in_processes", lambda *given: "processes")
+    monkeypatch.setattr(ensemble_run, "runs_at_a_time", lambda plan: 7)
+
+    def work(groups: Any, number: int, worker: Any, on_run: Any) -> None:
+        used.append((number, worker if isinstance(worker, str) else "threads"))
+
+    monkeypatch.setattr(ensemble_run, "work_through", work)
+    folder = counted(tmp_path)
+    for filtered, groups, given in ((False, [1, 2], {}), (True, [1, 2], {}), (True, [1], {}), (False, [1, 2], {
+            "threads": None}), (True, [1, 2], {"workers": 5}), (True, [1, 2], {"scheduler": "tcp://x"})):  # fmt: skip
+        folder.plan = plan(filtered=filtered)
+        ensemble_run._compute(folder, groups, how(spare=None, **given), print)  # type: ignore[arg-type]
+    assert used == [
+        (3, "threads"), (3, "processes"), (3, "threads"), (7, "threads"), {"workers": 5, "scheduler": None},
+        {"workers": None, "scheduler": "tcp://x"},
+    ]  # fmt: skip
+
+    def full(*_: Any) -> None:
+        raise OSError(28, "No space left on device")
+
+    monkeypatch.setattr(ensemble_run, "work_through", full)
+    folder.plan = plan(filtered=False)
+    said = rf"^the runs of the ensemble could not be written to {re.escape(str(tmp_path))}: No space left on device " \
+           r"\(234 MB are free\)\.$"  # fmt: skip
+    with pytest.raises(InputError, match=said):
+        ensemble_run._compute(folder, [1], how(spare=None), print)  # type: ignore[list-item]
+
+
+def test_memory_and_disk_in_numbers(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> None:
+    """Of 80 epochs over 240 s, 20 fit exactly, which have 19 intervals: 240 s/19 = 12.6 s."""
+    monkeypatch.setattr(ensemble_run, "_memory", lambda: 2e9)
+    monkeypatch.setattr(ensemble_run, "_disk", lambda folder: 3.25e6)
+    monkeypatch.setattr(ensemble_run, "memory_needed", lambda plan, runs, epochs=None: 1e8 * (epochs or 80))
+    monkeypatch.setattr(ensemble_run, "disk_needed", lambda plan, runs, finished: 1e6 * (runs - finished))
+    own = plan(epochs=np.linspace(10.0, 250.0, 80), start=10.0)
+    with pytest.raises(InputError) as refused:
+        ensemble_run.check_memory(own, 500)
+    assert str(refused.value) == (
+        "runs = 500: the statistics of 500 runs at 80 epochs need 8 GB of memory, and 2 GB can be used on this "
+        "machine. Compute fewer runs, or keep fewer epochs: ensemble.epoch_s = 12.6, for example."
+    )
+    with pytest.raises(InputError) as refused:
+        ensemble_run.check_disk(own, 9, 5, tmp_path)
+    assert str(refused.value) == (
+        f"runs = 9: the errors of 9 runs at 80 epochs need at least 4 MB more on the disk, and 3.25 MB are free in "
+        f"{tmp_path}. Compute fewer runs, keep fewer epochs with a larger ensemble.epoch_s, or give a folder on a "
+        "larger disk with -o."
+    )
+    ensemble_run.check_disk(own, 9, 6, tmp_path)
+    assert ensemble_run.short_of(own, 9, 6, tmp_path) == "in the memory"
+    monkeypatch.setattr(ensemble_run, "_memory", lambda: 8e9)
+    ensemble_run.check_memory(own, 500)
+    assert [ensemble_run.short_of(own, 9, there, tmp_path) for there in (5, 6)] == ["on the disk", ""]

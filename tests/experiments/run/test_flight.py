@@ -1,0 +1,154 @@
+"""The section on the true motion: facts, plots, legs and events, from a motion that is written down."""
+
+from __future__ import annotations
+
+from types import SimpleNamespace
+from typing import Any
+
+import numpy as np
+import pytest
+from scipy.spatial.transform import Rotation
+
+from sinssim.data import NavState
+from sinssim.earth import WGS84
+from sinssim.experiments.run import flight_map as report
+from sinssim.scenario import Scenario
+from sinssim.truth.sampling import Channel, FlightEvent
+from tests.recording.spies import Plots, cells
+
+ORANGE, GREEN, BLUE = "#d55e00", "#009e73", "#56b4e9"
+TIME = np.array([10.0, 20.0, 60.0, 70.0])
+ROLL, PITCH, HEADING = (np.array(v) for v in ([2.0, -30.0, 45.0, 4.0], [1.5, 10.0, -7.25, 3.0],
+                                              [350.0, 5.0, 100.0, 200.0]))  # fmt: skip
+VELOCITY = np.array([[3.0, -4.0, 1.0], [5.0, 12.0, -2.0], [-12.0, 5.0, 0.04], [7.0, -24.0, -6.5]])
+
+
+def motion(roll: Any = ROLL) -> NavState:
+    q = Rotation.from_euler("ZYX", np.column_stack((HEADING, PITCH, roll)), degrees=True).as_quat(scalar_first=True)
+    latitude, longitude = np.radians([-33.5, -33.4, -33.3, -33.21]), np.radians([151.25, 151.5, 151.75, -179.125])
+    return NavState(latitude, longitude, np.array([120.0, 340.0, 90.5, 260.25]), VELOCITY, q)
+
+
+def test_facts_in_numbers(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Ground speeds 5, 13, 13 and 25 m/s: 90 + 520 + 190 m; down is positive in the data, up in the table."""
+    monkeypatch.setattr(report, "_source", lambda scenario: [("wind", "5 m/s < 6")])
+    trajectory = SimpleNamespace(gravity="normal", ellipsoid=WGS84)
+    truth: Any = SimpleNamespace(time=TIME, state=motion(), trajectory=trajectory)
+    html = report._map_and_facts(None, truth)  # type: ignore[arg-type]
+    assert report.MAP in html
+    assert cells(html) == [
+        ["true motion of the sensor block", ""],
+        ["duration", "60 s"],
+        ["distance over ground (∫ ground speed dt)", "0.800 km"],
+        ["start", "33.50000°S 151.25000°E, 120.0\u00a0m"],
+        ["end", "33.21000°S 179.12500°W, 260.2\u00a0m"],
+        ["height above the ellipsoid", "90.5 … 340.0 m"],
+        ["ground speed", "5.0 … 25.0 m/s"],
+        ["vertical speed, up", "−1.0 … 6.5 m/s"],
+        ["roll", "−30.0 … 45.0°"],
+        ["pitch", "−7.2 … 10.0°"],
+        ["gravity, ellipsoid", "normal, wgs84"],
+        ["wind", "5 m/s &lt; 6"],
+    ]
+    assert report.between_text(np.array([-0.04, 0.04]), 1, "m") == "0.0 m"
+    assert report.between_text(np.array([2.5, 2.5]), 2, "°") == "2.50°"
+
+
+@pytest.mark.parametrize(
+    ("angles", "heading", "turn", "axis"),
+    [
+        (None, [350.0, 5.0, 100.0, 200.0], 360.0, (0.0, 360.0, 90.0)),
+        ("-90..270", [-10.0, 5.0, 100.0, 200.0], 360.0, (-90.0, 270.0, 90.0)),
+        ("continuous", [350.0, 365.0, 460.0, 560.0], 0.0, None),
+    ],
+)
+def test_height_speed_and_attitude(plots: Plots, angles: Any, heading: Any, turn: float, axis: Any) -> None:
+    air = Channel(np.array([10.0, 40.0, 70.0]), np.array([11.0, 17.0, 23.0]), "m/s")
+    marks = [report.Mark(20.0, "1", faint=True)]
+    list(report.motion_plots(TIME, motion(), marks, angles, air))
+    height, speed, attitude, turning = plots
+    height.shows("Height above the ellipsoid", "m", ("height", GREEN, TIME, [120.0, 340.0, 90.5, 260.25]))
+    speed.shows("Speed", "m/s", ("ground speed", GREEN, TIME, [5.0, 13.0, 13.0, 25.0]),
+                ("true airspeed", ORANGE, air.time, [11.0, 17.0, 23.0]))  # fmt: skip
+    attitude.shows("Roll and pitch", "deg", ("roll", ORANGE, TIME, ROLL), ("pitch", BLUE, TIME, PITCH))
+    turning.shows("Heading", "deg", ("heading", GREEN, TIME, heading))
+    assert [line.turn for line in attitude.lines] == [360.0, 0.0]
+    assert (turning.lines[0].turn, turning.options["axis"]) == (turn, axis)
+    assert attitude.options["axis"] is None
+    for found in plots:
+        assert found.span == (10.0, 70.0)
+        assert found.marks == [(20.0, "1", True)]
+        assert found.options["least"] == 1e-3
+
+
+def test_rolling_over_has_the_whole_circle(plots: Plots) -> None:
+    list(report.motion_plots(TIME, motion([2.0, -121.0, 45.0, 4.0]), [], None))
+    assert plots[2].options["axis"] == (-180.0, 180.0, 90.0)
+    assert [line.label for line in plots[1].lines] == ["ground speed"]
+
+
+def test_legs_as_flown_and_other_events(plots: Plots, monkeypatch: pytest.MonkeyPatch) -> None:
+    """A leg that did not begin has no row; one that did not end has no end."""
+    legs = [
+        {"type": "straight", "distance_m": 700.0}, {"type": "turn", "angle_deg": -90.0},
+        {"type": "stop", "duration_s": 12.5},
+    ]  # fmt: skip
+    drive = {"latitude_deg": 50.0, "longitude_deg": 14.0, "legs": legs}
+    scenario = Scenario.model_validate({"name": "round", "drive": drive})
+    events = (
+        FlightEvent(12.34, "leg 1 (straight) begins"), FlightEvent(20.0, "a <bump>"),
+        FlightEvent(33.36, "leg 1 (straight) ends"), FlightEvent(33.36, "leg 2 (turn) begins"),
+        FlightEvent(70.0, "end"),
+    )  # fmt: skip
+    trajectory: Any = SimpleNamespace(
+        events=events, channels={}, gravity="normal", ellipsoid=WGS84, start=10.0, end=70.0
+    )
+    truth: Any = SimpleNamespace(time=TIME, state=motion(), trajectory=trajectory)
+    found, others = report._legs(scenario, trajectory)
+    assert [(name, begin, end) for name, _, begin, end in found] == [("straight", 12.34, 33.36), ("turn", 33.36, None)]
+    assert others == [(20.0, "a <bump>"), (70.0, "end")]
+    html = "".join(report.flight_section(scenario, truth))
+    rows = cells(html)
+    at = rows.index(["leg", "", "", "from [s]", "to [s]"])
+    first, second = rows[at + 1], rows[at + 2]
+    assert (first[:2], first[3:]) == (["1", "straight"], ["12.3", "33.4"])
+    assert (second[:2], second[3:]) == (["2", "turn"], ["33.4", "–"])
+    assert "distance_m = 700" in first[2]
+    assert "angle_deg = -90" in second[2]
+    assert rows[at + 3 :] == [["time [s]", ""], ["20.0", "a &lt;bump&gt;"], ["70.0", "end"]]
+    assert "<h3>Legs</h3>" in html
+    assert plots[0].marks == [(12.34, "1", True), (33.36, "2", True)]
+    (kind, words), *_ = [one for one in report._source(scenario) if one[0] == "drive"]
+    assert kind == "drive"
+    assert words.startswith("3 legs, see below; ")
+
+
+def test_the_map_has_every_track(monkeypatch: pytest.MonkeyPatch) -> None:
+    """The true track is pale below others, and pure alone; further tracks follow the run's own."""
+    seen: list[Any] = []
+    monkeypatch.setattr(report, "draw_map", lambda *what, **more: seen.append((what, more)) or "map")
+    scenario: Any = SimpleNamespace(
+        aiding=SimpleNamespace(outages=((1.0, 2.0),)), flight=None, track=None,
+    )  # fmt: skip
+    truth = motion()
+    flown: Any = SimpleNamespace(time=TIME, state=truth, ellipsoid=WGS84)
+    own = report.Places(TIME[:3], truth.latitude[:3] + 1e-4, truth.longitude[:3] - 1e-4)
+    further = report.Places(TIME[1:], truth.latitude[1:] + 2e-4, truth.longitude[1:])
+    chart = report.map_of(scenario, flown, {"poisson": own})
+    assert chart({"aided": further}) == "map"
+    (time, state, tracks, colors, ellipsoid), more = seen[0]
+    np.testing.assert_array_equal(time, TIME)
+    np.testing.assert_array_equal(state.latitude, truth.latitude)
+    np.testing.assert_array_equal(state.longitude, truth.longitude)
+    assert list(tracks) == ["poisson", "aided"]
+    for name, one in (("poisson", own), ("aided", further)):
+        np.testing.assert_array_equal(tracks[name].time, one.time)
+        np.testing.assert_array_equal(tracks[name].latitude, one.latitude)
+        np.testing.assert_array_equal(tracks[name].longitude, one.longitude)
+    assert colors == ["#5a9988", "#e69f00", "#0072b2"]
+    assert ellipsoid is WGS84
+    assert more == {"outages": ((1.0, 2.0),), "places": []}
+    scenario.aiding = None
+    report.map_of(scenario, flown, {})({})
+    assert seen[1][0][2:4] == ({}, [GREEN])
+    assert seen[1][1] == {"outages": (), "places": []}

@@ -1,0 +1,89 @@
+"""A one-component run in the viewer: curves, panels and the pendulum from errors that are chosen."""
+
+from __future__ import annotations
+
+import json
+from typing import Any
+
+import numpy as np
+
+from sinssim.experiments.run import one_component_recording as view
+from tests.recording.made_one_component import ARCMIN, COORDINATE, TIME, result
+from tests.recording.spies import Drawn, values_of
+
+SIMULATION, CLOSED, FIRST, PENDULUM, ALONG = (
+    (0, 114, 178),
+    (230, 159, 0),
+    (204, 121, 167),
+    (0, 158, 115),
+    (120, 100, 200),
+)
+ORANGE, GREEN, BLUE = (213, 94, 0), (0, 158, 115), (86, 180, 233)
+
+
+def beside(*factors: float) -> Any:
+    return np.outer(COORDINATE, factors)
+
+
+def test_errors_and_panels() -> None:
+    drawn: Any = Drawn()
+    labels = view._draw_errors(drawn, result())
+    panels = [
+        ["source_1", "Δy due to the gyro bias alone [arcmin]"],
+        ["source_2", "Δy due to the tilt <0> alone [arcmin]"],
+    ]
+    assert json.loads(labels.pop("sources")) == panels
+    assert labels == {"difference": "arcsec", "velocity": "mm/s", "pitch": "arcmin"}
+    where = "one_component"
+    names = ["closed form at rest", "first order (8.12)", "equation (8.11)", "simulation"]
+    colors = [CLOSED, FIRST, PENDULUM, SIMULATION]
+    drawn.shows(f"{where}/coordinate", names, TIME, beside(2.5, 1.5, 1.02, 1.0), colors)
+    drawn.shows(
+        f"{where}/difference", ["equation (8.10)", "equation (8.11)"], TIME, beside(1.2, 1.8), [ALONG, PENDULUM]
+    )
+    both, colors = ["closed form at rest", "simulation"], [CLOSED, SIMULATION]
+    drawn.shows(f"{where}/source_1", both, TIME, beside(0.75, 0.5), colors)
+    drawn.shows(f"{where}/source_2", both, TIME, beside(3.5, 3.0), colors)
+    pair, paint = ["equation (8.11)", "simulation"], [PENDULUM, SIMULATION]
+    drawn.shows(f"{where}/velocity_error", pair, TIME, np.outer([10.0, 20.0, -40.0, 30.0], (1.02, 1.0)), paint)
+    drawn.shows(f"{where}/pitch_error", pair, TIME, np.outer([3.0, 6.0, 12.0, -24.0], (1.02, 1.0)), paint)
+    assert drawn.lines[f"{where}/coordinate"][4] == [6.0, 4.0, 2.7, 1.4]
+    single: Any = result()
+    single.by_source = single.by_source[:1]
+    assert view._draw_errors(drawn, single)["sources"] == "[]"
+
+
+def test_the_motion() -> None:
+    drawn: Any = Drawn()
+    view._draw_motion(drawn, result())
+    where = "one_component"
+    drawn.shows(f"{where}/velocity", ["velocity"], TIME, [[200.0], [210.0], [230.0], [195.0]], [GREEN])
+    drawn.shows(f"{where}/height", ["height"], TIME, [[900.0], [950.0], [920.0], [970.0]], [BLUE])
+    drawn.shows(f"{where}/body_pitch", ["pitch"], TIME, [[5.0], [7.0], [1.0], [6.0]], [ORANGE])
+    force = [[0.25, -0.3], [0.5, -0.05], [-0.75, 0.7], [0.125, 0.075]]
+    drawn.shows(f"{where}/force", ["a_ξ", "a_η − g"], TIME, force, [ORANGE, BLUE])
+
+
+def test_the_pendulum_is_enlarged_by_a_round_number() -> None:
+    """The largest angle is 10 arcmin: 35° is 210 times as large, rounded down to 200. Down is positive."""
+    drawn: Any = Drawn()
+    assert view._draw_pendulum(drawn, result()) == {"enlarged": "200"}
+    for name, factor in (("closed", 2.5), ("simulation", 1.0)):
+        angle = 200.0 * factor * COORDINATE * ARCMIN
+        time, columns = drawn.moving[f"one_component/pendulum/{name}/bob"]
+        np.testing.assert_array_equal(time, TIME)
+        bob = np.column_stack((np.sin(angle), np.cos(angle)))
+        np.testing.assert_allclose(np.squeeze(values_of(next(iter(columns)))), bob, rtol=1e-6)
+        _, rods = drawn.moving[f"one_component/pendulum/{name}/rod"]
+        ends = np.stack((np.zeros_like(bob), bob), axis=1)
+        np.testing.assert_allclose(np.squeeze(values_of(next(iter(rods)))), ends, rtol=1e-6)
+    words = drawn.fixed["one_component/pendulum/words"]
+    assert values_of(words.labels) == ["Δy = 0: true vertical", "closed form at rest", "simulation"]
+    assert [color >> 8 for color in values_of(words.colors)] == [0x787878, 0xE69F00, 0x0072B2]
+    colors = {name: values_of(drawn.fixed[f"one_component/pendulum/{name}/bob"].colors)[0] >> 8
+              for name in ("closed", "simulation")}  # fmt: skip
+    assert colors == {"closed": 0xE69F00, "simulation": 0x0072B2}
+    rim, plumb = values_of(drawn.fixed["one_component/pendulum/scale"].strips)
+    assert np.round(plumb, 6).tolist() == [[0.0, 0.0], [0.0, 1.08]]
+    np.testing.assert_allclose(np.hypot(*np.array(rim).T), 1.0, rtol=1e-6)
+    np.testing.assert_allclose(rim[-1], [np.sin(np.radians(45.5)), np.cos(np.radians(45.5))], rtol=1e-6)

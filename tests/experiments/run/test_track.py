@@ -1,0 +1,154 @@
+"""The map: distances and directions against spherical trigonometry, poles and date line included."""
+
+from __future__ import annotations
+
+import re
+import xml.etree.ElementTree as ET
+from math import acos, atan2, cos, pi, radians, sin
+
+import numpy as np
+import pytest
+
+from sinssim.data import NavSolution, NavState
+from sinssim.earth import WGS84, geodetic_to_ecef
+from sinssim.experiments.run.flight_map import Projection, degrees, draw_map
+
+SVG = "{http://www.w3.org/2000/svg}"
+
+
+@pytest.mark.parametrize(("lat", "lon"), [(0.0, 0.0), (50.0, 14.5), (-33.0, 179.99), (89.999, 20.0), (-90.0, 0.0)])
+def test_near_its_middle_the_map_is_the_tangent_plane(lat, lon):
+    lat, lon = radians(lat), radians(lon)
+    projection = Projection(lat, lon, WGS84)
+    origin = geodetic_to_ecef(lat, lon, 0.0)
+    east = np.array([-sin(lon), cos(lon), 0.0])
+    north = np.array([-sin(lat) * cos(lon), -sin(lat) * sin(lon), cos(lat)])
+    for d_lat, d_lon in ((1e-4, 0.0), (0.0, 1e-4), (-1.2e-4, 0.8e-4)):
+        there = geodetic_to_ecef(lat + d_lat, lon + d_lon, 0.0) - origin
+        e, n = projection.plane(np.array([lat + d_lat]), np.array([lon + d_lon]))
+        assert e[0] == pytest.approx(there @ east, abs=0.01)  # of up to 760 m
+        assert n[0] == pytest.approx(there @ north, abs=0.01)
+
+
+@pytest.mark.parametrize(("lat", "lon"), [(70.0, 20.0), (-20.0, -170.0), (88.0, 0.0), (10.0, 100.0)])
+def test_far_away_distance_and_azimuth_are_those_of_the_great_circle(lat, lon):
+    here = (radians(60.0), radians(170.0))
+    there = (radians(lat), radians(lon))
+    turn = there[1] - here[1]
+    arc = acos(sin(here[0]) * sin(there[0]) + cos(here[0]) * cos(there[0]) * cos(turn))
+    azimuth = atan2(sin(turn) * cos(there[0]), cos(here[0]) * sin(there[0]) - sin(here[0]) * cos(there[0]) * cos(turn))
+    e, n = Projection(*here, WGS84).plane(np.array([there[0]]), np.array([there[1]]))
+    assert np.hypot(e[0], n[0]) == pytest.approx(6388e3 * arc, rel=2e-3)  # radii at 60°: 6383.5 and 6394.2 km
+    assert (atan2(e[0], n[0]) - azimuth + pi) % (2 * pi) - pi == pytest.approx(0.0, abs=2e-3)
+    lat_back, lon_back = Projection(*here, WGS84).place(e, n)
+    assert lat_back[0] == pytest.approx(there[0], abs=1e-12)
+    assert (lon_back[0] - there[1] + pi) % (2 * pi) - pi == pytest.approx(0.0, abs=1e-12)
+
+
+def state(lat, lon):
+    count = len(lat)
+    return NavState(np.radians(lat), np.radians(lon), np.zeros(count), np.zeros((count, 3)), np.zeros((count, 4)))
+
+
+def names(svg):
+    return [e.text for e in ET.fromstring(svg).iter(f"{SVG}text")]
+
+
+def test_a_track_over_the_date_line_is_one_line_in_the_middle():
+    time = np.arange(101.0)
+    truth = state(np.full(101, 10.0), (178.0 + 0.04 * time + 180.0) % 360.0 - 180.0)
+    svg = draw_map(time, truth, {}, ["#009e73"], WGS84)
+    inner = ET.fromstring(svg).find(f"{SVG}svg")
+    track = next(p for p in inner.findall(f"{SVG}polyline") if p.get("stroke") == "#009e73")
+    x = np.array([float(pair.split(",")[0]) for pair in track.get("points").split()])
+    assert (np.diff(x) > 0.0).all()
+    width = float(inner.get("width"))
+    assert x[0] == pytest.approx(width - x[-1], abs=1.0)
+    assert {"180°", "179°E", "179°W", "10°N", "start", "end", "east [km]"} <= set(names(svg))
+
+
+def test_a_track_over_the_pole_has_meridians_all_round():
+    time = np.arange(201.0)
+    lat = 90.0 - np.abs(np.linspace(-4.0, 4.0, 201))
+    truth = state(lat, np.where(time <= 100.0, 170.0, -10.0))
+    svg = draw_map(time, truth, {}, ["#009e73"], WGS84)
+    assert {"88°N", "0°", "180°", "90°E", "60°W"} <= set(names(svg))
+    places = [(e.get("x"), e.get("y")) for e in ET.fromstring(svg).iter(f"{SVG}text") if e.text.endswith(("E", "W"))]
+    assert len(set(places)) == len(places) > 8
+
+
+def test_a_parked_vehicle_is_a_dot_on_a_map_in_metres():
+    time = np.arange(11.0)
+    svg = draw_map(time, state(np.full(11, 50.0), np.full(11, 14.5)), {}, ["#009e73"], WGS84)
+    assert {"east [m]", "north [m]"} <= set(names(svg))
+    assert len(re.findall("<circle", svg)) == 1
+
+
+def test_round_times_are_where_the_vehicle_was():
+    time = np.arange(3601.0)
+    truth = state(np.zeros(3601), np.linspace(0.0, 3.6, 3601))
+    svg = draw_map(time, truth, {}, ["#009e73"], WGS84)
+    dots = [float(e.get("cx")) for e in ET.fromstring(svg).iter(f"{SVG}circle")]
+    np.testing.assert_allclose(np.diff(dots), (dots[-1] - dots[0]) / 6.0, rtol=0, atol=0.2)  # 10, 20 … 50 min
+    assert {"10 min", "20", "50"} <= set(names(svg))
+
+
+@pytest.mark.parametrize(
+    ("value", "signs", "places", "text"),
+    [(49.5, "NS", None, "49°30′N"), (-0.25, "EW", None, "0°15′W"), (0.0, "NS", None, "0°"), (180.0, "EW", None, "180°"),
+     (14.5, "EW", 5, "14.50000°E"), (-33.12345678, "NS", 5, "33.12346°S"), (1.0 - 1e-9, "NS", None, "1°N")],
+)  # fmt: skip
+def test_angles_with_their_sides(value, signs, places, text):
+    assert degrees(value, signs, places) == text
+
+
+def test_the_map_says_whose_track_is_which():
+    time = np.arange(101.0)
+    truth = state(np.full(101, 10.0), 0.04 * time)
+    alone = draw_map(time, truth, {}, ["#009e73"], WGS84)
+    assert "truth" not in names(alone)
+    solution = NavSolution(time, truth.latitude, truth.longitude, truth.height, truth.velocity_ned, truth.q_nb, time)
+    svg = draw_map(time, truth, {"euler": solution, "poisson": solution}, ["#009e73", "#cc79a7", "#e69f00"], WGS84)
+    assert names(svg)[:3] == ["truth", "euler", "poisson"]
+    drawing = ET.fromstring(svg)
+    beside = drawing.findall(f"{SVG}polyline")
+    on_the_map = drawing.find(f"{SVG}svg").findall(f"{SVG}polyline")[-3:]
+    for look in ("stroke", "stroke-width", "stroke-dasharray"):
+        assert [line.get(look) for line in beside] == [line.get(look) for line in on_the_map]
+
+
+def test_a_solution_widens_the_map_until_it_is_out_of_all_proportion():
+    time = np.arange(101.0)
+    truth = state(np.full(101, 50.0), np.full(101, 14.5))
+    far = 14.5 + np.linspace(0.0, 1.0, 101) * 300.0 / 71.7  # a degree of longitude is 71.7 km there
+    inner = []
+    for end in (101, 3):  # 300 km off at the end, and cut where it is 6 km off
+        drift = state(np.full(end, 50.0), far[:end])
+        solution = NavSolution(
+            time[:end], drift.latitude, drift.longitude, drift.height, drift.velocity_ned, drift.q_nb, time[:end]
+        )
+        svg = ET.fromstring(draw_map(time, truth, {"euler": solution}, ["#009e73", "#cc79a7"], WGS84))
+        inner.append(svg.find(f"{SVG}svg"))
+    for drawing, shown in zip(inner, (9.0, 6.0), strict=True):
+        width = float(drawing.get("width"))
+        line = next(p for p in drawing.findall(f"{SVG}polyline") if p.get("stroke") == "#cc79a7")
+        x = np.array([float(pair.split(",")[0]) for pair in line.get("points").split()])
+        at = np.interp(shown / 3.0, np.arange(len(x)), x)  # every sample is 3 km further east
+        assert x[0] == pytest.approx(width * (1.0 - 1.0 / 1.16) / 2.0, abs=1.0)
+        assert at == pytest.approx(width * (1.0 + 1.0 / 1.16) / 2.0, abs=1.0)
+
+
+def test_an_outage_is_marked_on_the_track_and_named():
+    time = np.arange(0.0, 101.0)
+    truth = state(np.linspace(50.0, 50.1, 101), np.full(101, 14.5))
+    svg = draw_map(time, truth, {}, ["#009e73"], WGS84, outages=[(20.0, 40.0), (500.0, 600.0)])
+    marks = re.findall(r'<polyline points="([^"]*)" [^>]*stroke-width="11"', svg)
+    on_track = [mark for mark in marks if len(mark.split()) > 2]
+    assert "no GNSS" in svg
+    whole = re.findall(r'<polyline points="([^"]*)" fill="none" stroke="#009e73"', svg)[-1].split()
+    (mark,) = on_track
+    north = [float(place.split(",")[1]) for place in (mark.split()[0], mark.split()[-1])]
+    ends = [float(place.split(",")[1]) for place in (whole[0], whole[-1])]
+    along = [(n - ends[0]) / (ends[1] - ends[0]) for n in north]
+    assert along == pytest.approx([0.20, 0.39], abs=0.01)  # rows of 20 s to 39 s: the fix of 40 s is back
+    assert "no GNSS" not in draw_map(time, truth, {}, ["#009e73"], WGS84)

@@ -1,0 +1,166 @@
+"""What a trade study says while it runs and when it stops, and what it writes, with known numbers."""
+
+from __future__ import annotations
+
+import json
+import tomllib
+from pathlib import Path
+from types import SimpleNamespace
+from typing import Any
+
+import numpy as np
+import pytest
+
+from sinssim.errors import InputError, RunError
+from sinssim.experiments.trades import trade_run as running
+from sinssim.experiments.trades.trade_cells import CellNumbers, CellVerdict
+from sinssim.experiments.trades.trade_exhibits import _lists, write_trade
+from sinssim.experiments.trades.trade_run import TradeDirectory, _contents, _numbers, trade
+from sinssim.recording import figures
+from tests.experiments.trades.by_hand import BIAS, RISING, UNITS, made
+from tests.experiments.trades.examples import study
+
+
+class StopError(Exception):
+    """Ends a study at its first step."""
+
+
+@pytest.mark.parametrize(
+    ("keys", "count", "what"),
+    [
+        ({}, 3, "3 budgets"),
+        ({"cell": "ensemble", "runs": 70}, 3, "3 ensembles of 70 runs"),
+        ({"cell": "ensemble", "set": ("ensemble.runs=33",)}, 3, "3 ensembles of 33 runs"),
+    ],
+)
+def test_what_is_computed(tmp_path: Path, monkeypatch: pytest.MonkeyPatch, keys: Any, count: int, what: str) -> None:
+    seen: list[Any] = []
+
+    def watch(*given: Any) -> None:
+        seen.extend(given)
+        raise StopError
+
+    monkeypatch.setattr(running, "Watch", watch)
+    with pytest.raises(StopError):
+        trade(study(tmp_path, axes=(RISING,), **keys), limit_minutes=7.5)
+    assert seen[:4] == ["small", what, count, 7.5]
+
+
+def test_the_time_of_flights(monkeypatch: pytest.MonkeyPatch) -> None:
+    """JSBSim flies 250 times as fast as real time; a motion counts once, and not if it is in the cache."""
+    monkeypatch.setattr("sinssim.truth.flight.flight_cache.is_cached", lambda flight, seed: flight == "known")
+    monkeypatch.setattr(running, "expected_duration", lambda scenario: scenario.lasts)
+
+    def missing(motion: str, flight: str | None, lasts: float) -> SimpleNamespace:
+        return SimpleNamespace(motion=motion, cell=SimpleNamespace(scenario=SimpleNamespace(flight=flight, seed=1,
+                               lasts=lasts)))  # fmt: skip
+
+    todo = [missing("a", "new", 1000.0), missing("b", "known", 2000.0), missing("a", "new", 1000.0),
+            missing("c", None, 3000.0), missing("d", "other", 500.0)]  # fmt: skip
+    assert running._flights(todo) == {"a": 4.0, "d": 2.0}
+
+
+def test_cells_in_the_order_of_their_motions(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """Cells on one motion follow one another; two cells with the same numbers are computed once."""
+    order: list[int] = []
+
+    def compute(self: Any, one: Any, *_: Any) -> None:
+        order.append(one.cell.number)
+        self._failures[one.digest] = f"cell {one.cell.number} fell."
+
+    monkeypatch.setattr(running, "truth_key", lambda scenario: str(scenario.imu.grade))
+    monkeypatch.setattr(running._Work, "_compute", compute)
+    axes = ({"key": BIAS, "values": (0.01, 0.02)}, {"key": "imu.grade", "values": ("tactical", "laser-standard")})
+    with pytest.raises(InputError, match=r"all 4 cells of the study small failed; cell 1: cell 1 fell\.$"):
+        trade(study(tmp_path, axes=axes))
+    assert order == [1, 3, 2, 4]
+    axes = ({"key": BIAS, "values": (0.01,)},)
+    with pytest.raises(InputError, match=r"all 1 cells of the study small failed; cell 1: cell 1 fell\. See .*made\."):
+        trade(study(tmp_path, axes=axes), tmp_path / "made")
+
+
+def test_what_is_said_of_an_interrupted_study(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """Two of six cells: the notes count them, and name folder and report."""
+    monkeypatch.setattr(running, "_write", lambda folder, result: None)
+    folder, stop = TradeDirectory(tmp_path / "there", study(tmp_path)), KeyboardInterrupt()
+    folder.close()
+
+    class Result(SimpleNamespace):
+        def __len__(self) -> int:
+            return 6
+
+    running._leave(folder, Result(finished=2), stop)
+    assert stop.__notes__ == [f"2 of 6 cells are finished, in {tmp_path / 'there'}; --resume continues.",
+                              f"Their report is {tmp_path / 'there' / 'report.html'}."]  # fmt: skip
+    nothing = RunError("it fell")
+    running._leave(folder, Result(finished=0), nothing)
+    assert nothing.__notes__ == ["No cell had finished; --resume continues."]
+
+
+def test_numbers_come_back_in_their_places() -> None:
+    """All different, so that none can take the place of another."""
+    verdict = CellVerdict("r95 <= 1 m", "not met", 2.5, 1.5, "km", 30.0, None, 12.0, 4.0)
+    numbers = CellNumbers({"b": 2.0, "a": 1.0}, (verdict,), np.array([3.0, 4.0]), np.array([5.0, 6.0]),
+                          np.array([7.0, 8.0]), ("One.", "Two."))  # fmt: skip
+    contents = _contents(numbers)
+    assert contents == {
+        "values": {"b": 2.0, "a": 1.0},
+        "verdicts": [{"requirement": "r95 <= 1 m", "verdict": "not met", "value": 2.5, "limit": 1.5, "unit": "km",
+                      "time_s": 30.0, "more_runs": None, "exceeded_from_s": 12.0, "after_fixes_end_s": 4.0}],
+        "time": [3.0, 4.0], "cep": [5.0, 6.0], "r95": [7.0, 8.0], "notes": ["One.", "Two."],
+    }  # fmt: skip
+    found = _numbers(json.loads(json.dumps(contents)))
+    assert (found.values, found.verdicts, found.notes) == (numbers.values, numbers.verdicts, numbers.notes)
+    assert (found.time.tolist(), found.cep.tolist(), found.r95.tolist()) == ([3.0, 4.0], [5.0, 6.0], [7.0, 8.0])
+
+
+@pytest.mark.parametrize(
+    ("changed", "said"),
+    [
+        ({"name": "other"}, "it is the study other, not small"),
+        ({"cell": "ensemble"}, "it has ensemble cells, not budget cells"),
+        ({"scenario": {}}, "it is of another scenario"),
+    ],
+)
+def test_another_study_is_named(tmp_path: Path, changed: dict[str, Any], said: str) -> None:
+    TradeDirectory(place := tmp_path / "made", study(tmp_path)).close()
+    about = json.loads((place / "trade.json").read_text())
+    (place / "trade.json").write_text(json.dumps(about | changed))
+    with pytest.raises(InputError, match=rf"the study in {place} cannot be continued: {said}.*replace it with --over"):
+        TradeDirectory(place, study(tmp_path), resume=True)
+    (place / "trade.json").write_text(json.dumps(about))
+    TradeDirectory(place, study(tmp_path), resume=True).close()
+
+
+def test_the_files_of_a_study(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """Every file that is named is there; study.toml loads to the study."""
+    monkeypatch.setattr("matplotlib.figure.Figure.savefig", lambda figure, to, **_: Path(to).write_bytes(b"x"))
+    monkeypatch.setattr("sinssim.recording.report.exhibit_page.page_of", lambda exhibits: "page")
+    monkeypatch.setattr(
+        "sinssim.recording.rerun.exhibit_recording.record", lambda exhibits, path: path.write_bytes(b"y")
+    )
+    result = made(tmp_path)
+    place = tmp_path / "out"
+    place.mkdir()
+    found = write_trade(result, place)
+    drawn = [f"{name}{ending}" for name in ("r95_end", "r95_end_map", "r95_30s", "r95_30s_map", "heading_run",
+             "heading_run_map", "growth") for ending in (".svg", ".png")]  # fmt: skip
+    assert found == ["study.toml", "results.json", "results.parquet", "summary.md", "report.html", *drawn,
+                     "recording.rrd"]  # fmt: skip
+    assert sorted(file.name for file in place.iterdir()) == sorted(found)
+    loaded = tomllib.loads((place / "study.toml").read_text())
+    assert {name: value for name, value in loaded["axes"][1].items() if value} == {
+        "key": BIAS, "values": [0.02, 0.01, 0.05],
+    }  # fmt: skip
+    assert loaded["times_s"] == [30.0]
+    assert _lists({"a": (1, (2, 3)), "b": [{"c": (4,)}]}) == {"a": [1, [2, 3]], "b": [{"c": [4]}]}
+
+
+def test_the_plot_of_a_study(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """The first drawn quantity, or the one that is asked for; a notebook gets a picture."""
+    result = made(tmp_path, (UNITS, RISING), draw=("cep(end)", "r95(end)"))
+    monkeypatch.setattr(figures, "to_png", lambda figure: figure.axes[0].get_ylabel().encode())
+    first = result.plot()
+    assert first.axes[0].get_ylabel() == "CEP at the end [m]"
+    assert result.plot("r95(30 s)").axes[0].get_ylabel() == "R95 at 30 s [m]"
+    assert first._repr_png_() == b"CEP at the end [m]"

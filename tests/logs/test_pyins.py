@@ -1,0 +1,91 @@
+"""The page on navigators of others, as it is printed, with a shorter run; pyins checks units and axes of the export."""
+
+from __future__ import annotations
+
+import re
+import subprocess
+import sys
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from sinssim.earth.geodetic_coordinates import geodetic_to_ecef
+from sinssim.experiments.run.execute import run
+from sinssim.logs.formats.registry import DEFAULT_START, read_file
+from sinssim.logs.gps_time import parse_date
+from sinssim.logs.solution_score import Judge
+from sinssim.logs.stored_run import RecordedRun
+from sinssim.logs.writers.run_export import export
+from sinssim.scenario import load_scenario
+
+PAGE = (Path(__file__).parents[2] / "docs" / "your-navigator.md").read_text(encoding="utf-8")
+
+
+def block(kind: str) -> str:
+    """Return the page's block of code of a kind."""
+    code, *_ = re.findall(rf"```{kind}\n(.*?)```", PAGE, re.DOTALL)  # the first of its kind
+    return str(code)
+
+
+@pytest.fixture(scope="module")
+def folder(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """A folder with the page's run of four seconds, and what pyins computed from its readings."""
+    pytest.importorskip("pyins")
+    place = tmp_path_factory.mktemp("pyins")
+    (place / "minute.toml").write_text(block("toml"))
+    scenario = load_scenario(place / "minute.toml", "great_circle.duration_s=4")
+    run(scenario, place / "minute")
+    export(place / "minute", "csv", place / "readings")
+    (place / "navigate_with_pyins.py").write_text(block("python"))
+    done = subprocess.run(
+        [sys.executable, "navigate_with_pyins.py", "readings", "0.5", "0", "-1.5"],
+        cwd=place, capture_output=True, text=True, check=False,
+    )  # fmt: skip
+    assert done.returncode == 0, done.stderr
+    return place
+
+
+def test_two_programs_integrate_the_same_readings(folder: Path) -> None:
+    """pyins and this package share no code; both start at the truth and integrate the same increments."""
+    judge = Judge(RecordedRun(folder / "minute"), parse_date(DEFAULT_START, ""))
+    theirs = judge.score(folder / "pyins_inertial.csv").error
+    ours = judge.run_errors(judge.span)["quaternion"]
+    # pyins corrects coning and sculling for a linear model, integrates the position by trapezia: 0.1 mm
+    assert np.abs(theirs.position_ned - ours.position_ned).max() < 1e-3
+    assert np.abs(theirs.velocity_ned - ours.velocity_ned).max() < 1e-4
+    assert np.abs(theirs.attitude - ours.attitude).max() < 1e-6
+    assert ours.horizontal.max() > 0.05, "the errors of the readings are far above these differences"
+
+
+def test_the_filter_is_scored(folder: Path) -> None:
+    judge = Judge(RecordedRun(folder / "minute"), parse_date(DEFAULT_START, ""))
+    score = judge.score(folder / "pyins_filter.csv", seconds=1.0)
+    # fixes of 1.5 m at 5 Hz and velocities of centimetres, from the true start
+    assert score.error.horizontal.max() < 5.0
+    assert score.error.speed.max() < 1.0
+
+
+@pytest.mark.filterwarnings("ignore:The copy keyword")
+def test_ideal_readings_close_on_the_truth(folder: Path) -> None:
+    """By pyins, on the exported ideal readings: so units, axes and clock of the export are right."""
+    from pyins import strapdown
+
+    pandas = pytest.importorskip("pandas")
+    export(folder / "minute", "csv", folder / "ideal", solution=["ideal"])
+    imu = read_file(folder / "ideal" / "imu.csv").inertial["imu"]
+    truth = RecordedRun(folder / "minute").solution("truth")
+    rows = np.hstack((imu.gyro, imu.accel))
+    frame = pandas.DataFrame(
+        np.vstack((rows[:1], rows)), index=np.append(truth.time[0], imu.time),
+        columns=["gyro_x", "gyro_y", "gyro_z", "accel_x", "accel_y", "accel_z"],
+    )  # fmt: skip
+    first = pandas.read_csv(folder / "ideal" / "truth.csv").iloc[0]
+    names = ("latitude_deg", "longitude_deg", "height_m", "velocity_n_mps", "velocity_e_mps", "velocity_d_mps",
+             "roll_deg", "pitch_deg", "heading_deg")  # fmt: skip
+    pva = ("lat", "lon", "alt", "VN", "VE", "VD", "roll", "pitch", "heading")
+    start = pandas.Series({a: first[b] for a, b in zip(pva, names, strict=True)}, name=truth.time[0])
+    found = strapdown.Integrator(start).integrate(strapdown.compute_increments_from_imu(frame, "increment"))
+    end = geodetic_to_ecef(*(np.radians(found[name].iloc[-1]) for name in ("lat", "lon")), found["alt"].iloc[-1])
+    true = geodetic_to_ecef(truth.latitude[-1], truth.longitude[-1], truth.height[-1])
+    assert np.linalg.norm(end - true) < 1e-3

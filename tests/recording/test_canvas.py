@@ -1,0 +1,82 @@
+"""The canvas of all figures: one style, and files that are whole."""
+
+from __future__ import annotations
+
+import re
+import struct
+from pathlib import Path
+
+import matplotlib
+import pytest
+
+import sinssim
+from sinssim.errors import InputError
+from sinssim.recording import style
+from sinssim.recording.figures import new_figure, save, styled, to_png, to_svg
+
+PACKAGE = Path(sinssim.__file__).parent
+DRAWING = sorted({
+    *(PACKAGE / "recording" / "figures").glob("*.py"),
+    *(file for file in (PACKAGE.parent / "scenarios").rglob("*.py") if "new_figure" in file.read_text("utf-8")),
+} - {PACKAGE / "recording" / "figures" / "canvas.py"})  # fmt: skip
+
+
+@styled
+def drawn():
+    figure = new_figure(3.0, 2.0)
+    axes = figure.subplots()
+    axes.plot([0.0, 1.0], [0.0, 1.0])
+    axes.set(title="title", xlabel="time [s]")
+    return figure
+
+
+def test_the_style_is_that_of_the_reports_plots_and_stays_in_the_figure() -> None:
+    (axes,) = drawn().axes
+    (line,) = axes.lines
+    assert line.get_linewidth() == style.LINE
+    assert axes.title.get_fontsize() == axes.xaxis.label.get_fontsize() == style.TEXT
+    assert axes.get_xgridlines()[0].get_color() == style.GRID
+    assert not axes.spines["top"].get_visible()
+    assert matplotlib.rcParams["axes.titleweight"] != "bold"
+
+
+def test_one_figure_as_svg_png_and_pdf(tmp_path: Path) -> None:
+    for suffix, begin in (("svg", b"<?xml"), ("png", b"\x89PNG"), ("pdf", b"%PDF")):
+        save(drawn(), tmp_path / "new" / f"line.{suffix}")
+        assert (tmp_path / "new" / f"line.{suffix}").read_bytes().startswith(begin)
+    assert to_png(drawn()).startswith(b"\x89PNG")
+    svg = to_svg(drawn(), "one")
+    assert svg.startswith("<svg")
+    assert ">time [s]<" in svg
+
+
+def test_pictures_of_known_size_without_a_date(tmp_path: Path) -> None:
+    """3 in by 2 in at 150 points an inch, in every form; two files of one figure have the same bytes."""
+    save(drawn(), tmp_path / "line.png")
+    for data in (to_png(drawn()), (tmp_path / "line.png").read_bytes()):
+        assert struct.unpack(">II", data[16:24]) == (450, 300)  # of the header of a PNG file
+    for name in ("one.svg", "two.svg"):
+        save(drawn(), tmp_path / name)
+    one, two = ((tmp_path / name).read_text(encoding="utf-8") for name in ("one.svg", "two.svg"))
+    assert one == two
+    assert "dc:date" not in one
+    assert 'width="216pt" height="144pt"' in one
+    first, second = (to_svg(drawn(), name) for name in ("one", "two"))
+    inner = [set(re.findall(r'\bid="([^"]*)"', svg)) for svg in (first, second)]
+    assert inner[0]
+    assert not inner[0] & inner[1]  # two figures on one page
+    assert "DejaVu" not in first
+    assert "<metadata>" not in first
+    for wrong in ("line.gif", "line"):
+        with pytest.raises(InputError, match=r"must end in \.svg, \.png, \.pdf"):
+            save(drawn(), tmp_path / wrong)
+
+
+@pytest.mark.parametrize("file", DRAWING, ids=lambda file: file.stem)
+def test_every_figure_takes_its_style_from_one_place(file: Path) -> None:
+    text = file.read_text(encoding="utf-8")
+    own = re.findall(r"fontsize=\d|linewidths?=\d|\blw=\d|#[0-9a-fA-F]{6}|Figure\(figsize|axes\.grid\(True", text)
+    assert set(own) <= {"lw=0"}  # the edge of a band has none
+    labels = re.findall(r'label="([^"]*)"', text)
+    units = ("arcmin", "arcsec", "°", "s", "m", "Hz", "deg/s")
+    assert not [label for label in labels if label.rpartition(", ")[2] in units and ", " in label]

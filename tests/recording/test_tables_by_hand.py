@@ -1,0 +1,111 @@
+"""The tables on the console, from results whose every number is written by hand: whole lines, heads and units."""
+
+from __future__ import annotations
+
+from math import log, pi, sqrt
+from types import SimpleNamespace
+from typing import Any
+
+import pytest
+
+from sinssim.analyses.inspection import inspection_table as inspection
+from sinssim.experiments.run import one_component_exhibits as one_component
+from sinssim.experiments.run import sensor_exhibits as expectation
+from sinssim.sensors.error_propagation import Contribution, Expectation, Term
+from sinssim.sensors.imu.imu import Imu
+from tests.recording.by_hand import printed
+
+DEG, DEG_H, UG = pi / 180.0, pi / 648_000.0, 9.80665e-6
+
+
+def test_the_expectation_of_a_grade() -> None:
+    """Contributions of 3000 m and 4000 m add up to 5000 m: 2.7 nmi in two hours; its class is 0.8326 of it."""
+    terms = (Term("gyro_walk", 12_345.6, "deg/√h", 3.59, "1/√s", "noise"),
+             Term("x", 0.0123456, "ppm", 1.23456e-8, "1", "scale"))  # fmt: skip
+    contributions = (Contribution("walk", "turning 90°", 4000.0), Contribution("bias", "at rest", 3000.0))
+    section = Imu(grade="ideal")
+    lines = printed(lambda console: expectation.show_expectation(
+        Expectation(section, 45.5 * DEG, 7200.0, terms, contributions),
+                                                     console))  # fmt: skip
+    assert lines[2:] == [
+        "Value (1σ)",
+        "term value SI is",
+        "gyro_walk 12346 deg/√h 3.59 /√s noise",
+        "x 0.01235 ppm 1.235e-08 scale",
+        "Horizontal position error that each",
+        "alone causes in 2 h, latitude 45.5°",
+        "m (1σ) nmi from vehicle",
+        "4,000 2.16 walk turning 90°",
+        "3,000 1.62 bias at rest",
+        "5,000 2.70 total",
+        "Vehicle: turning 90°, at 3°/s at the start, then at rest; at rest, level, heading north.",
+        "All together: root of the sum of squares.",
+        f"Half of all runs end within {sqrt(log(2.0)) * 5000.0 / 1852.0 / 2.0:.2f} nmi per hour, which is called the "
+        "class of a unit.",
+    ]
+    found = expectation.expectation_numbers(Expectation(section, 45.5 * DEG, 7200.0, terms, contributions))
+    assert found["circular_error_probable_nmi"] == pytest.approx(sqrt(log(2.0)) * 5000.0 / 1852.0, rel=1e-4)
+    assert found["root_sum_square_m"] == pytest.approx(5000.0)
+    assert found["root_sum_square_nmi"] == pytest.approx(5000.0 / 1852.0)
+    assert (found["latitude_deg"], found["duration_s"]) == (pytest.approx(45.5), 7200.0)
+    assert found["contributions"][1] == {"term": "bias", "assumes": "at rest", "position_m": 3000.0}
+    assert found["terms"][0] == {"name": "gyro_walk", "value": 12_345.6, "unit": "deg/√h", "si": 3.59,
+                                 "si_unit": "1/√s", "meaning": "noise"}  # fmt: skip
+    assert found["linear"]
+    lost = Expectation(section, 0.5, 3600.0, terms, (Contribution("bias", "at rest", 6e5),))
+    found = printed(lambda console: expectation.show_expectation(lost, console))
+    assert "> 500,000 > 270 bias at rest" in found
+    assert "> 500,000 > 270 total" in found
+    assert not expectation.expectation_numbers(lost)["linear"]
+    assert found[-1] == "The linear theory is not valid beyond 500 km: the position is lost."
+    bias = Expectation(section, 45.0 * DEG, 600.0, (Term("accel_bias", 50.0, "µg", 50.0 * UG, "m/s²", "bias"),), ())
+    # b (cosh(√2 ω t) − 1)/(2 ω²) with ω t = 0.745: 0.5 b t² (1 + (ω t)²/6 + …)
+    w2 = 9.806 / 6.378e6 * 600.0**2
+    height = 0.5 * 50.0 * UG * 600.0**2 * (1.0 + w2 / 6.0 + w2**2 / 90.0)
+    shown = printed(lambda console: expectation.show_expectation(bias, console))[-1]
+    assert shown.startswith("Height is not included: unaided, its error grows to ")
+    assert shown.endswith(" m in 0.166667 h for the bias of the down accelerometer alone.")
+    assert float(shown.split(" grows to ")[1].split(" m in ")[0]) == pytest.approx(height, rel=2e-3)
+    assert printed(lambda console: expectation.show_expectation(Expectation(section, 0.5, 60.0, (), ()), console))[
+        -1
+    ] == ("The sensors have no errors.")
+
+
+def test_the_findings_of_an_inspection() -> None:
+    def finding(subject: str, grade: str, text: str, fix: str = "") -> SimpleNamespace:
+        return SimpleNamespace(subject=subject, grade=grade, text=text, fix=fix)
+
+    findings = [finding("logs/imu.csv", "fact", "It has 5 rows."), finding("logs/imu.csv", "doubt", "Late.", "Cut it."),
+                finding("clock", "wrong", "It runs back.")]  # fmt: skip
+    assert printed(lambda console: inspection.show(SimpleNamespace(findings=findings), console)) == [
+        "imu.csv It has 5 rows.", "doubt Late. Cut it.", "clock WRONG It runs back.",
+        "1 error, 1 doubt. Results from data with errors are worthless.",
+    ]  # fmt: skip
+    assert printed(lambda console: inspection.show(SimpleNamespace(findings=findings[:1] * 2), console))[-1] == (
+        "0 errors, 0 doubts."
+    )
+
+
+def test_a_run_of_one_component() -> None:
+    errors = {"final_position_error_m": -3.5, "rms_position_error_m": 2.25, "max_position_error_m": 4.75,
+              "max_velocity_error_mps": 0.125, "max_pitch_error_arcsec": 90.0}  # fmt: skip
+    other = {key: 2.0 * value for key, value in errors.items()} | {"max_pitch_error_arcsec": None}
+    found = {
+        "variant": "one-integral", "schuler_period_s": 5064.0, "errors": {"simulation": errors, "equation_8_11": other},
+        "differences": {"equation_8_11": {"max_m": 0.0625, "relative": 0.0132}},
+    }  # fmt: skip
+    summary = {"one_component": found, "timing": {"truth_s": 0.125, "navigation_s": 2.5, "recording_s": 0.0}}
+    scenario = SimpleNamespace(name="plane", description="It moves.")
+    run: Any = SimpleNamespace(scenario=scenario, summary=summary)
+    assert printed(lambda console: one_component.show(run, console)) == [
+        "It moves.",
+        "plane: errors against the truth",
+        "position velocity pitch difference",
+        "final, m rms, m max, m max, m/s max, arcmin max, m relative",
+        "simulation -3.500 2.250 4.750 0.1250 1.500",
+        "equation (8.11) -7.000 4.500 9.500 0.2500 – 0.06250 1.3e-02",
+        "Variant “one-integral”: pitch by one integral of a gyro's rate. Schuler period 84.40 min.",
+        "Difference: from the simulated error minus that with perfect sensors; relative: its ratio to the largest "
+        "value of that error.",
+        "Time: truth 0.12 s, navigation 2.50 s",
+    ]

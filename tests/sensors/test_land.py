@@ -1,0 +1,46 @@
+"""Readings of the constraint, and codes of quality."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+from sinssim.data import ImuData, Measurements
+from sinssim.errors import InputError
+from sinssim.sensors.aiding.gnss import with_quality
+from sinssim.sensors.aiding.land_vehicle import land_velocity
+
+
+def test_no_reading_where_tyres_slide() -> None:
+    """A lateral specific force of 5 m/s² between 10 and 20 s; of the mean over half a second before each reading."""
+    time = np.arange(3001) / 100.0
+    force = np.tile((0.0, 0.0, -9.8), (3000, 1))
+    force[1000:2000, 1] = -5.0
+    imu = ImuData(time, np.zeros((3000, 3)), force / 100.0)
+    found = land_velocity(imu, rate_hz=2.0, sigma=(0.1, 0.2), angles=(0.05, -0.1), lever_arm=(-1.0, 0.0, 0.3))
+    slides = (found.time > 10.45) & (found.time < 20.05)
+    assert not slides.any()
+    np.testing.assert_allclose(found.time[:4], [0.5, 1.0, 1.5, 2.0])
+    np.testing.assert_array_equal(found.value[0], [0.0, 0.0, 0.05, -0.1])
+    np.testing.assert_array_equal(found.sigma[0], [0.1, 0.2])
+    # a block that is turned by 90° measures it along its forward axis
+    turned = land_velocity(imu, angles=(0.0, np.pi / 2.0))
+    assert len(turned) == 60
+    # 5 m/s² along (−sin ψ, cos ψ), the direction to the right of a vehicle whose block is turned by ψ = 0.5
+    force[1000:2000, :2] = 5.0 * np.array([-np.sin(0.5), np.cos(0.5)])
+    slid = land_velocity(ImuData(time, np.zeros((3000, 3)), force / 100.0), limit=4.9, angles=(0.0, 0.5))
+    assert not ((slid.time > 11.0) & (slid.time < 19.0)).any()
+    with pytest.raises(InputError, match=r"sigma has the shape \(3,\)"):
+        land_velocity(imu, sigma=(0.1, 0.1, 0.1))
+
+
+def test_codes_of_quality() -> None:
+    time = np.arange(4.0)
+    fixes = Measurements("gnss-position", time, time, np.ones((4, 3)), np.full((4, 3), 0.01))
+    found = with_quality(fixes, [1, 2, 1, 5], {1: 1.0, 2: 10.0, 5: None}, least=(0.02, 0.02, 0.03))
+    np.testing.assert_array_equal(found.time, [0.0, 1.0, 2.0])
+    np.testing.assert_array_equal(found.sigma, [[0.02, 0.02, 0.03], [0.1, 0.1, 0.1], [0.02, 0.02, 0.03]])
+    with pytest.raises(InputError, match="the code 7 has no factor"):
+        with_quality(fixes, [1, 2, 1, 7])
+    with pytest.raises(InputError, match="4 fixes need one code each"):
+        with_quality(fixes, [1, 2])
