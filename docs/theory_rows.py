@@ -1,6 +1,6 @@
 """Rows of docs/theory.md: formulas of the ground SINS paper and of chapter 8, the functions and the tests of each.
 
-A function is named by its module and its name, `alignment.theory.coefficients` for
+A function is named by its module and its name, `alignment.parked_theory.coefficients` for
 `sinssim.alignment.parked_theory.coefficients`. A test is named by its file and its name below `tests/`.
 """
 
@@ -33,7 +33,7 @@ _AXES = "test_chapter_axes.py::test_"
 _EARTH = "earth/test_earth.py::test_"
 _ALGORITHMS = "strapdown/attitude/test_algorithms.py::test_"
 _FRAMES = "strapdown/frames/test_frames.py::test_"
-_STATISTICS = ("alignment.theory.error_statistics",)
+_STATISTICS = ("alignment.parked_theory.error_statistics",)
 
 PAPER = (
     Row(
@@ -50,7 +50,7 @@ PAPER = (
     Row(
         "(2)",
         "ω̃_i = (1 + k_i) ω_i + ω_0i, ã_i = (1 + h_i) a_i + a_0i",
-        ("alignment.theory.InstrumentErrors", "sensors.imu.emulate.emulate"),
+        ("alignment.parked_theory.InstrumentErrors", "sensors.imu.emulation.emulate"),
         (
             "sensors/imu/test_emulate.py::test_scale_error_is_proportional_to_the_reading",
             "sensors/imu/test_emulate.py::test_bias_is_not_scaled_and_misalignment_is",
@@ -60,7 +60,7 @@ PAPER = (
     Row(
         "(3), (4)",
         "ω = U (N cos φ + H sin φ), a = g H, with the rows N (north) and H (up) of the body axes",
-        ("alignment.readings_at_rest.ideal_readings",),
+        ("alignment.parked_theory.ideal_readings",),
         (
             _DETERMINATION + "ideal_readings_are_the_printed_equations",
             _DETERMINATION + "ideal_rate_in_attitudes_that_need_no_formula",
@@ -76,25 +76,25 @@ PAPER = (
         "(7)",
         "ΔK = Σ m_i δω_i + Σ n_i δa_i; m_i = −E_i/(U cos φ); n_i = (E_i tan φ − tilt_i)/g, tilt = (cos γ tan θ, 0, "
         "sin γ tan θ)",
-        ("alignment.theory.coefficients", "alignment.theory.errors"),
+        ("alignment.parked_theory.coefficients", "alignment.parked_theory.errors"),
         (_THEORY + "coefficients_are_the_derivatives_of_the_determination", _THEORY + "signs_and_orders_of_magnitude"),
     ),
     Row(
         "(8)",
         "Δγ = q_x δa_x + q_z δa_z; q_x = −cos γ/(g cos θ), q_z = −sin γ/(g cos θ)",
-        ("alignment.theory.coefficients", "alignment.theory.errors"),
+        ("alignment.parked_theory.coefficients", "alignment.parked_theory.errors"),
         (_THEORY + "coefficients_are_the_derivatives_of_the_determination",),
     ),
     Row(
         "(9)",
         "Δθ = Σ l_i δa_i; l = (sin γ sin θ, cos θ, −cos γ sin θ)/g",
-        ("alignment.theory.coefficients", "alignment.theory.errors"),
+        ("alignment.parked_theory.coefficients", "alignment.parked_theory.errors"),
         (_THEORY + "coefficients_are_the_derivatives_of_the_determination",),
     ),
     Row(
         "(10)",
         "Δφ = Σ p_i δω_i + Σ r_i δa_i; p_i = (cos φ H_i − sin φ N_i)/U, r_i = N_i/g",
-        ("alignment.theory.coefficients", "alignment.theory.errors"),
+        ("alignment.parked_theory.coefficients", "alignment.parked_theory.errors"),
         (_THEORY + "coefficients_are_the_derivatives_of_the_determination",),
     ),
     Row(
@@ -162,7 +162,7 @@ CHAPTER = (
     Row(
         "",
         "§ 8.1: a_ξ = a_x cos α − a_y sin α, a_η = a_x sin α + a_y cos α; V̇ = a_ξ, ẏ = V/R, α̇ = ω + V/R",
-        ("strapdown.one_component.projections", "strapdown.one_component.simulate"),
+        ("strapdown.one_component_system.projections", "strapdown.one_component_system.simulate"),
         (
             _PLANE + "projections_undo_the_pitch",
             "strapdown/test_one_component.py::test_perfect_instruments_on_a_flight_second_order",
@@ -171,37 +171,37 @@ CHAPTER = (
     Row(
         "",
         "§ 8.1: pitch measured directly, α = measured inertial angle + y",
-        ("strapdown.one_component.simulate_measured",),
+        ("strapdown.one_component_system.simulate_measured",),
         (_PLANE + "measured_pitch_swings_as_8_13_and_8_15",),
     ),
     Row(
         "",
         "§ 8.1: pitch from two integrals of ω̇ (accelerometers on an arm)",
-        ("strapdown.one_component.simulate_two_integrals",),
+        ("strapdown.one_component_system.simulate_two_integrals",),
         (_PLANE + "two_integrals_grow_with_the_square_of_time",),
     ),
     Row(
         "",
         "§ 8.1: ω_s² = g/R, a period of 84.4 min",
-        ("strapdown.one_component.schuler_rate",),
+        ("strapdown.one_component_system.schuler_rate",),
         ("strapdown/test_one_component.py::test_schuler_period_is_84_4_minutes",),
     ),
     Row(
         "(8.10)",
         "Δα̇ = Δω + ΔV/R, ΔV̇ = Δa_x cos α − Δa_y sin α − a_η Δα",
-        ("strapdown.one_component_errors.error_along_motion",),
+        ("strapdown.one_component_system.error_along_motion",),
         (_PLANE + "equations_8_10_and_8_11_along_a_motion", _RUNS + "simulation_obeys_8_11_along_a_motion"),
     ),
     Row(
         "(8.11)",
         "Δÿ + (a_η/R) Δy = (Δa_x cos α − Δa_y sin α)/R − (a_η/R) Δα_g, Δα_g = ∫ Δω dt",
-        ("strapdown.one_component_errors.error_pendulum",),
+        ("strapdown.one_component_system.error_pendulum",),
         (_PLANE + "equations_8_10_and_8_11_along_a_motion", _RUNS + "simulation_obeys_8_11_along_a_motion"),
     ),
     Row(
         "(8.12)",
         "Δÿ + (g/R) Δy = (Δa_x − α Δa_y)/R − (g/R) Δα_g; with Δa_x = Δa_y = Δa the right side is Δa (1 − α)/R − …",
-        ("strapdown.one_component_errors.error_first_order",),
+        ("strapdown.one_component_system.error_first_order",),
         (
             _PLANE + "equation_8_12_is_first_order_in_the_pitch",
             _PLANE + "equal_accelerometer_errors_act_as_one_less_the_pitch",
@@ -210,7 +210,7 @@ CHAPTER = (
     Row(
         "(8.13)",
         "Constant accelerometer error: Δy = (Δa/g) (1 − cos ω_s t), at most 2 Δa/g",
-        ("strapdown.one_component.accelerometer_error", "strapdown.one_component_errors.closed_form"),
+        ("strapdown.one_component_system.accelerometer_error", "strapdown.one_component_system.closed_form"),
         (
             "strapdown/test_one_component.py::test_accelerometer_error_8_13",
             _PLANE + "closed_form_of_each_constant_error",
@@ -219,7 +219,7 @@ CHAPTER = (
     Row(
         "(8.14)",
         "Δÿ + ω_s² Δy = ω_s² Δα(t)",
-        ("strapdown.one_component.simulate", "strapdown.measured_attitude.navigate_by_attitude"),
+        ("strapdown.one_component_system.simulate", "strapdown.measured_attitude.navigate_by_attitude"),
         (
             "strapdown/test_one_component.py::test_error_equations_8_12_and_8_14_for_errors_that_vary",
             "strapdown/test_measured_attitude.py::test_attitude_bias_and_drift_8_14_8_15",
@@ -228,7 +228,7 @@ CHAPTER = (
     Row(
         "(8.15)",
         "Constant gyro error: Δy = Δω₀ (t − sin(ω_s t)/ω_s)",
-        ("strapdown.one_component.gyro_error", "strapdown.one_component_errors.closed_form"),
+        ("strapdown.one_component_system.gyro_error", "strapdown.one_component_system.closed_form"),
         (
             "strapdown/test_one_component.py::test_gyro_error_8_15",
             "strapdown/test_measured_attitude.py::test_attitude_bias_and_drift_8_14_8_15",
@@ -237,7 +237,7 @@ CHAPTER = (
     Row(
         "",
         "§ 8.1: six accelerometers, A = s·f + (r × s)·ω̇ + s·(ω × (ω × r)), and the growth of their position error",
-        ("sensors.sets.gyro_free.gyro_free_increments", "sensors.sets.gyro_free.position_error"),
+        ("sensors.sets.gyro_free_block.gyro_free_increments", "sensors.sets.gyro_free_block.position_error"),
         (
             "sensors/sets/test_gyro_free.py::test_ideal_accelerometers_give_the_ideal_increments",
             "sensors/sets/test_gyro_free.py::test_error_grows_by_the_law",
@@ -256,14 +256,14 @@ CHAPTER = (
         "",
         "§ 8.2: Ḃ = V_N/(R₁+H), L̇ = V_E/((R₂+H) cos B), Ḣ = V_H; R₁ = a(1−e²)/(1−e² sin² B)^{3/2}, "
         "R₂ = a/(1−e² sin² B)^{1/2}",
-        ("earth.coordinates.radii", "strapdown.frames.level.solve"),
+        ("earth.geodetic_coordinates.radii", "strapdown.frames.level.solve"),
         (_EARTH + "radii_are_the_curvature_of_the_ellipse", _FRAMES + "all_frames_meet_the_truth"),
     ),
     Row(
         "(8.16)",
         "1/(R₁+H) ≈ (1/a)[1 + e²(1 − 3/2 sin² B) − H/a], 1/(R₂+H) ≈ (1/a)[1 − ½e² sin² B − H/a]; further forms "
         "neglect e² or H",
-        ("strapdown.frames.radii.curvatures_k",),
+        ("strapdown.frames.navigation_problem.curvatures_k",),
         (
             "strapdown/test_s_turn.py::test_simplified_curvature_costs_what_8_16_neglects",
             "strapdown/frames/test_radii.py::test_a_flight_to_the_north",
@@ -294,14 +294,14 @@ CHAPTER = (
         (
             "strapdown.frames.azimuth.solve",
             "strapdown.frames.inertial.solve",
-            "earth.transverse.route_pole",
+            "earth.transverse_route.route_pole",
         ),
         (_FRAMES + "all_frames_meet_the_truth", _FRAMES + "over_the_pole"),
     ),
     Row(
         "(8.17)",
         "γ = atan2(−b₂₃, b₂₂), ϑ = arcsin b₂₁, ψ = atan2(−b₃₁, b₁₁)",
-        ("rotation.arrays.euler_from_quaternion",),
+        ("rotation.quaternions.euler_from_quaternion",),
         (_AXES + "angles_of_eq_8_17", "rotation/test_rotation.py::test_euler_angles_are_scipys_zyx"),
     ),
     Row(

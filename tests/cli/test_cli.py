@@ -388,7 +388,7 @@ def test_more_samples_than_memory(
     long = ("--set", "parked.duration_s=1e9", "--set", "imu.rate_hz=1e5")
     assert call("run", "plan.toml", *long) == 2  # known beforehand
     assert "imu.rate_hz = 100000 makes 1e+14 samples" in capsys.readouterr().err
-    for module in ("scenario.duration", "truth.sample_times"):  # the memory is not known
+    for module in ("scenario.planned_motion", "truth.sampling"):  # the memory is not known
         monkeypatch.setattr(f"sinssim.{module}.machine_memory", lambda: float("inf"))
     assert call("run", "plan.toml", *long) == 1
     message = capsys.readouterr().err

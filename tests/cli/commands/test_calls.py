@@ -26,7 +26,7 @@ SUMMARY = {"name": "µ", "value": 1.5}
 def test_run(sinssim: Sinssim, put: Put) -> None:
     """The summary is named if there is no report; the recording only if there is one."""
     ran = put("experiments.run.execute.run", SimpleNamespace(summary=SUMMARY))
-    shown, opened = put("experiments.run.tables.run_table.show"), put("recording.rerun.viewer.open_viewer")
+    shown, opened = put("experiments.run.error_exhibits.show"), put("recording.rerun.viewer.open_viewer")
     assert sinssim("run", "parked") == report("runs/parked") + view("runs/parked")
     plan, place = ran.args
     assert (plan.name, place, ran.options) == ("parked", Path("runs/parked"), {"overwrite": False, "progress": False})
@@ -46,17 +46,19 @@ def test_run(sinssim: Sinssim, put: Put) -> None:
     assert "aiding.gnss.outages_s" in sinssim("run", "parked", "--outage", "40:55", code=2)
     said = sinssim("run", "parked", "--keep", "report", "--recording", "full", code=2)
     assert "--keep report keeps no recording, so that --recording full would have no effect" in said
-    plane = put("experiments.run.tables.one_component_table.show")
+    plane = put("experiments.run.one_component_exhibits.show")
     assert sinssim("run", "one_component") == report("runs/one_component") + view("runs/one_component")
     assert plane.args[0].summary == SUMMARY
 
 
 def test_run_with_recorded_files(sinssim: Sinssim, put: Put, tmp_path: Path) -> None:
     put("experiments.run.execute.run", SimpleNamespace(summary=SUMMARY))
-    put("experiments.run.tables.run_table.show")
-    put("analyses.inspection.raw_files.are_raw", True)
+    put("experiments.run.error_exhibits.show")
+    put("analyses.inspection.inspected_files.are_raw", True)
     text = 'name = "own"\n[parked]\nlatitude_deg = 50.0\nduration_s = 5.0\n'
-    suggested = put("analyses.inspection.raw_files.suggest", SimpleNamespace(text=text, doubts=["First.", "Second."]))
+    suggested = put(
+        "analyses.inspection.inspected_files.suggest", SimpleNamespace(text=text, doubts=["First.", "Second."])
+    )
     (tmp_path / "d").mkdir()
     assert sinssim("run", "a.csv", "b.pos", "-o", "d") == (
         "Scenario: d/suggested.toml    (suggested by `inspect`; sinssim run d/suggested.toml -o DIR repeats the run)\n"
@@ -69,8 +71,8 @@ def test_run_with_recorded_files(sinssim: Sinssim, put: Put, tmp_path: Path) -> 
 
 def test_align(sinssim: Sinssim, put: Put) -> None:
     found = SimpleNamespace(summary=SUMMARY, exhibits="exhibits", plot=lambda: "figure")
-    aligned, shown = put("analyses.alignment.align.align", found), put("recording.console.show")
-    saved, recorded = put("recording.figures.canvas.save"), put("recording.rerun.exhibits.record")
+    aligned, shown = put("analyses.alignment_session.align", found), put("recording.console.show")
+    saved, recorded = put("recording.figures.save"), put("recording.rerun.exhibit_recording.record")
     assert sinssim("align", "parked") == ""
     assert aligned.args == ("parked",)
     assert aligned.options == {
@@ -90,12 +92,12 @@ def test_align(sinssim: Sinssim, put: Put) -> None:
 
 def test_allan(sinssim: Sinssim, put: Put) -> None:
     found = SimpleNamespace(to_json=lambda: SUMMARY)
-    reported, shown = put("analyses.noise_identification.report.noise_report", found), put("recording.console.show")
-    saved, recorded = put("recording.figures.canvas.save"), put("recording.rerun.exhibits.record")
+    reported, shown = put("analyses.noise.noise_report.noise_report", found), put("recording.console.show")
+    saved, recorded = put("recording.figures.save"), put("recording.rerun.exhibit_recording.record")
     exhibits = SimpleNamespace(figure="key", chosen=lambda key: f"charts {key}")
-    made = put("analyses.noise_identification.noise_exhibits.exhibits_of", exhibits)
-    drawn = put("recording.figures.charts.figure_of", "figure")
-    put("analyses.noise_identification.imu_block.block_text", "[imu]\n")
+    made = put("analyses.noise.noise_exhibits.exhibits_of", exhibits)
+    drawn = put("recording.figures.figure_of", "figure")
+    put("analyses.noise.noise_exhibits.block_text", "[imu]\n")
     assert sinssim("allan", "log.csv") == ""
     assert (made.args[0], shown.args[0]) == (found, exhibits)
     options = ("--channel", "gyro", "--channel", "p=hPa", "--from", 3, "--to", 70, "--correlation-time", 40,
@@ -116,7 +118,7 @@ def test_allan(sinssim: Sinssim, put: Put) -> None:
 
 def test_budget(sinssim: Sinssim, put: Put) -> None:
     result = SimpleNamespace(directory=Path("place"), summary=SUMMARY, exhibits="exhibits")
-    found, shown = put("analyses.error_budget.analyse.budget", result), put("recording.console.show")
+    found, shown = put("analyses.error_budget.covariance_budget.budget", result), put("recording.console.show")
     assert sinssim("budget", "parked") == report("place") + view("place")
     plan, directory = found.args
     assert found.options == {
@@ -144,7 +146,7 @@ def test_budget(sinssim: Sinssim, put: Put) -> None:
 
 def test_calibrate(sinssim: Sinssim, put: Put) -> None:
     result = SimpleNamespace(directory=Path("place"), summary=SUMMARY, exhibits="exhibits")
-    found, shown = put("analyses.calibration.calibrate.calibrate", result), put("recording.console.show")
+    found, shown = put("analyses.calibration.turntable_calibration.calibrate", result), put("recording.console.show")
     assert sinssim("calibrate", "calibration_table") == (
         "Report:       place/report.html    (in any browser)\n"
         'Compensation: place/compensation.toml    ([compensation] with file = "…")\n'
@@ -160,8 +162,8 @@ def test_calibrate(sinssim: Sinssim, put: Put) -> None:
 
 def test_compare(sinssim: Sinssim, put: Put, tmp_path: Path) -> None:
     compared, shown = (
-        put("experiments.compare.compare", "result"),
-        put("experiments.studies.study_table.show"),
+        put("experiments.study.compare", "result"),
+        put("experiments.studies.study_exhibits.show"),
     )
     put("experiments.studies.study_files.results", SUMMARY)
     assert sinssim("compare", "coning") == report("runs/coning")  # there is no recording
@@ -190,10 +192,10 @@ def test_compare(sinssim: Sinssim, put: Put, tmp_path: Path) -> None:
 
 def test_compare_runs(sinssim: Sinssim, put: Put) -> None:
     names = {"1": SimpleNamespace(name="first"), "2": SimpleNamespace(name="s" * 200)}
-    compared = put("experiments.run.finished.compared_runs.compare_runs", SimpleNamespace(runs=names))
-    put("experiments.run.finished.report.compare_runs_report", "page")
-    wrote = put("experiments.run.finished.comparison.write_comparison", (SUMMARY, Path("place")))
-    shown = put("experiments.run.tables.runs_table.show_comparison")
+    compared = put("experiments.run.run_comparison.compare_runs", SimpleNamespace(runs=names))
+    put("experiments.run.run_comparison.compare_runs_report", "page")
+    wrote = put("experiments.run.run_comparison.write_comparison", (SUMMARY, Path("place")))
+    shown = put("experiments.run.run_comparison.show_comparison")
     assert sinssim("compare-runs", "a", "b") == report("place")
     assert compared.args == ([Path("a"), Path("b")], None)
     assert wrote.args == (compared.value, "page", Path("runs/compare-first-" + "s" * 106))  # 120 characters
@@ -206,10 +208,10 @@ def test_compare_runs(sinssim: Sinssim, put: Put) -> None:
 
 def test_ensemble(sinssim: Sinssim, put: Put) -> None:
     result = SimpleNamespace(command=lambda run, program: f"{program} run of {run}")
-    found = put("experiments.ensembles.running.run.ensemble", result)
+    found = put("experiments.ensembles.ensemble_run.ensemble", result)
     named = [{"rank": "worst", "run": 7}, {"rank": "worst 2", "run": 8}, {"rank": "best", "run": 5}]
     numbers = {**SUMMARY, "unknown": float("nan"), "named_runs": named}
-    put("experiments.ensembles.summary.ensemble_numbers", numbers)
+    put("experiments.ensembles.ensemble_statistics.ensemble_numbers", numbers)
     whole = put("experiments.ensembles.ensemble_exhibits.exhibits_of", "exhibits")
     sheet = put("experiments.ensembles.ensemble_exhibits.sheet_of", "sheet")
     shown = put("recording.console.show")

@@ -20,7 +20,7 @@ from tests.recording.test_summary import ERROR
 
 def test_export(sinssim: Sinssim, put: Put) -> None:
     done = SimpleNamespace(place=Path("p"), files=[Path("p/a.csv"), Path("p/b.csv")], sentences=("One.", "Two."))
-    wrote = put("logs.writers.export.export", done)
+    wrote = put("logs.writers.run_export.export", done)
     assert sinssim("export", "runs/a", "--to", "kml") == "p\n  One.\n  Two.\n"
     assert wrote.args == (Path("runs/a"), "kml", None)
     assert wrote.options == {"solution": [], "start": None, "rate_hz": None, "outages": (), "overwrite": False}
@@ -38,7 +38,7 @@ def test_export(sinssim: Sinssim, put: Put) -> None:
 def test_inspect(sinssim: Sinssim, put: Put, tmp_path: Path) -> None:
     good = SimpleNamespace(usable=True, as_dict=lambda: SUMMARY)
     inspected = put(
-        "analyses.inspection.files.inspect", SimpleNamespace(inspection=good, scenario='name = "x"\n', why="")
+        "analyses.inspection.inspected_files.inspect", SimpleNamespace(inspection=good, scenario='name = "x"\n', why="")
     )
     put("analyses.inspection.inspection_table.show")
     assert sinssim("inspect", "a.csv", "b.pos") == '\nA scenario to start from (--out FILE writes it):\n\nname = "x"\n'
@@ -52,13 +52,13 @@ def test_inspect(sinssim: Sinssim, put: Put, tmp_path: Path) -> None:
     wanted = {**SUMMARY, "scenario": 'name = "x"\n', "why_no_scenario": None}
     assert json.loads(sinssim("inspect", "a.csv", "--json", "--out", "d/x.toml", "--overwrite")) == wanted
     bad = SimpleNamespace(usable=False, as_dict=lambda: SUMMARY)
-    put("analyses.inspection.files.inspect", SimpleNamespace(inspection=bad, scenario=None, why="Because."))
+    put("analyses.inspection.inspected_files.inspect", SimpleNamespace(inspection=bad, scenario=None, why="Because."))
     assert sinssim("inspect", "a.csv", code=2) == "\nBecause.\n"
     assert json.loads(sinssim("inspect", "a.csv", "--json", code=2))["why_no_scenario"] == "Because."
 
 
 def test_new(sinssim: Sinssim, put: Put) -> None:
-    made = put("system.own_content.new_project.new_project", [("README.md", "what"), ("grades/unit.toml", "sensors")])
+    made = put("content.new_project", [("README.md", "what"), ("grades/unit.toml", "sensors")])
     assert sinssim("new", "mine") == (
         "mine is ready:\n  README.md         what\n  grades/unit.toml  sensors\n"
         "Next: cd mine, then sinssim run scenario.toml\n"
@@ -70,8 +70,8 @@ def test_runs(sinssim: Sinssim, put: Put) -> None:
     date = datetime.datetime(2024, 2, 3, 4, 5, 6, 789)
     entry = Entry(Path("runs/a"), "run", "s", "finished", "aided", 2.5, 12345, date)
     listed, shown = (
-        put("experiments.run.finished.run_list.runs_in", [entry]),
-        put("experiments.run.tables.runs_table.show_list"),
+        put("experiments.run.finished_runs.runs_in", [entry]),
+        put("experiments.run.run_comparison.show_list"),
     )
     assert sinssim("runs") == ""
     assert (listed.args, shown.args[:2]) == ((Path("runs"),), ([entry], Path("runs")))
@@ -102,12 +102,12 @@ def test_score(sinssim: Sinssim, put: Put, monkeypatch: pytest.MonkeyPatch) -> N
             return {"euler": ERROR}
 
     monkeypatch.setattr("sinssim.logs.solution_score.Judge", Judge)
-    put("logs.recorded_run.RecordedRun", "recorded")
-    dated, common = put("logs.writers.export.date_of_run", 77.0), put("logs.scoring.score.common_span", (6.0, 8.0))
-    reported = put("experiments.run.report.score_report.score_report", "page")
-    wrote = put("experiments.run.store.score_files.write_scores", Path("runs/a/scores/report.html"))
-    put("experiments.run.store.score_files.to_json", SUMMARY)
-    shown = put("experiments.run.tables.score_table.show")
+    put("logs.stored_run.RecordedRun", "recorded")
+    dated, common = put("logs.writers.run_export.date_of_run", 77.0), put("logs.solution_score.common_span", (6.0, 8.0))
+    reported = put("experiments.run.run_scores.score_report", "page")
+    wrote = put("experiments.run.run_scores.write_scores", Path("runs/a/scores/report.html"))
+    put("experiments.run.run_scores.to_json", SUMMARY)
+    shown = put("experiments.run.run_scores.show_scores")
     assert sinssim("score", "runs/a", "x/mine.csv", "rtk.pos") == (
         "Report: runs/a/scores/report.html\nCurves and map: sinssim view runs/a/scores\n"
     )
@@ -138,10 +138,10 @@ def test_score(sinssim: Sinssim, put: Put, monkeypatch: pytest.MonkeyPatch) -> N
 
 
 def test_sensors(sinssim: Sinssim, put: Put) -> None:
-    expected = put("sensors.expectation.expect", "result")
+    expected = put("sensors.error_propagation.expect", "result")
     shown, numbers = (
-        put("experiments.run.tables.expectation_table.show"),
-        put("experiments.run.tables.expectation_table.to_json", SUMMARY),
+        put("experiments.run.sensor_exhibits.show_expectation"),
+        put("experiments.run.sensor_exhibits.expectation_numbers", SUMMARY),
     )
     assert sinssim("sensors", "tactical") == ""
     assert expected.args[1] == pytest.approx(pi / 4.0)
@@ -177,9 +177,9 @@ def test_list(sinssim: Sinssim, monkeypatch: pytest.MonkeyPatch) -> None:
 
 
 def test_check(sinssim: Sinssim, put: Put) -> None:
-    put("scenario.summary.plan_lines", ["one", "two"])
-    expected = put("scenario.duration.expected_duration", 61.7)
-    drawn, saved = put("experiments.run.plan_figure.plan_figure", "figure"), put("recording.figures.canvas.save")
+    put("scenario.plan_summary.plan_lines", ["one", "two"])
+    expected = put("scenario.planned_motion.expected_duration", 61.7)
+    drawn, saved = put("experiments.run.plan_figure.plan_figure", "figure"), put("recording.figures.save")
     assert sinssim("check", "parked", "--plot", "p.png") == "one\ntwo\nplot        p.png\n"
     assert (drawn.args[0].name, saved.args) == ("parked", ("figure", Path("p.png")))
     sinssim("check", "one_component", "--plot", "p.png", code=2)  # it has no plan to draw
@@ -206,13 +206,13 @@ def test_an_error_of_a_command_is_told_with_its_notes(sinssim: Sinssim, monkeypa
 def test_check_of_a_scenario_with_a_filter(sinssim: Sinssim, put: Put) -> None:
     """The states of the filter are those of the check; its notes follow the plan."""
     resolved = SimpleNamespace(as_written=lambda: SUMMARY)
-    put("scenario.filter.filter_states.with_states", resolved)
-    put("scenario.filter.filter_states.choice", ["states      chosen"])
-    put("scenario.filter.filter_states.notes", ["One."])
-    put("scenario.filter.unknown_gravity.gravity_notes", ["Two."])
-    memory = put("scenario.filter.memory.check_memory")
-    lines = put("scenario.summary.plan_lines", ["plan"])
-    put("scenario.duration.expected_duration", 99.4)
+    put("scenario.filter_model.with_states", resolved)
+    put("scenario.filter_model.choice", ["states      chosen"])
+    put("scenario.filter_model.notes", ["One."])
+    put("scenario.unknown_gravity.gravity_notes", ["Two."])
+    memory = put("scenario.run_memory.check_memory")
+    lines = put("scenario.plan_summary.plan_lines", ["plan"])
+    put("scenario.planned_motion.expected_duration", 99.4)
     assert sinssim("check", "aided_airliner") == "plan\nstates      chosen\nnote        One.\nnote        Two.\n"
     assert lines.args == memory.args == (resolved,)
     assert json.loads(sinssim("check", "aided_airliner", "--json")) == {"expected_duration_s": 99, "scenario": SUMMARY}
@@ -227,13 +227,13 @@ def test_check_of_recorded_sensors(sinssim: Sinssim, put: Put, monkeypatch: pyte
     )  # fmt: skip
     plan = SimpleNamespace(source=SimpleNamespace(recorded=True), filter="f")
     monkeypatch.setattr("sinssim.scenario.load_scenario", lambda *_: plan)
-    put("simulation.aided.recorded_run.prepare", prepared)
+    put("simulation.recorded_filter_run.prepare", prepared)
     memory, chosen = (
-        put("scenario.filter.memory.check_memory"),
-        put("scenario.filter.filter_states.choice", ["states"]),
+        put("scenario.run_memory.check_memory"),
+        put("scenario.filter_model.choice", ["states"]),
     )
-    put("scenario.summary.plan_lines", ["plan"])
-    put("scenario.duration.expected_duration", 99.6)
+    put("scenario.plan_summary.plan_lines", ["plan"])
+    put("scenario.planned_motion.expected_duration", 99.6)
     assert sinssim("check", "x.toml") == (
         "plan\nrecorded    imu, 99.99 Hz\nrecorded    gnss, 5 Hz\nstates\nnote        A note.\nnote        It starts.\n"
     )
