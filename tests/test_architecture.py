@@ -36,14 +36,25 @@ LAYERS = [
 """The top-level folders, each of which may import those before it. The files of the top level belong to the first."""
 
 HOMES = {
-    "rerun": {"recording.rerun", "experiments.run.views", "*_recording"},
+    "rerun": {"recording.rerun", "experiments.run.run_scores", "*_recording"},
     "rerun_cli": {"recording.rerun"},
     "jsbsim": {"truth.flight"},
     "filterpy": {"estimation"},
     "typer": {"cli"},
     "tomllib": {"toml_file", "scenario.load"},
-    "rich": {"cli", "recording.console", "recording.tables", "progress", "*_table"},
-    "matplotlib": {"recording.figures", "*_figure"},
+    "rich": {
+        "cli",
+        "recording.console",
+        "progress",
+        "*_table",
+        "experiments.run.error_exhibits",
+        "experiments.run.one_component_exhibits",
+        "experiments.run.run_comparison",
+        "experiments.run.run_scores",
+        "experiments.run.sensor_exhibits",
+        "experiments.studies.study_exhibits",
+    },
+    "matplotlib": {"recording.figures", "recording.diagrams", "*_figure"},
 }
 """Libraries that only these parts may import; "*" stands for any beginning of a module's name."""
 
