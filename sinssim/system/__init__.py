@@ -1,0 +1,1 @@
+"""Files, processes, memory, project folders and their registries."""

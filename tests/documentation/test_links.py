@@ -8,7 +8,7 @@ from pathlib import Path
 
 import pytest
 
-from tests.documentation.fences import PAGES, ROOT, name
+from tests.documentation.fences import PAGES, ROOT, blocks, name
 
 _LINK = re.compile(r"!?\[[^\]]*\]\(([^)\s]+)\)")
 
@@ -41,6 +41,21 @@ def test_links_lead_somewhere(page: Path) -> None:
         assert target.is_relative_to(ROOT), f"{name(page)}: {link}"
         if anchor:
             assert anchor in _anchors(target), f"{name(page)}: {link}"
+
+
+_PATH = re.compile(r"`([\w.-]+(?:/[\w.-]+)*(?:/|\.py|\.md|\.toml))`")
+_WRITTEN = ("runs/", "build/", "my_")
+"""Beginnings of paths that a command or the reader makes."""
+
+
+@pytest.mark.parametrize("page", PAGES, ids=name)
+def test_paths_in_the_text_exist(page: Path) -> None:
+    """Files of the checkout, or of the package without `sinssim/`; one that the page itself makes in a block, too."""
+    text = re.sub(r"^ *```.*?^ *```$", "", page.read_text(encoding="utf-8"), flags=re.MULTILINE | re.DOTALL)
+    paths = {path for path in _PATH.findall(text) if "/" in path.rstrip("/") and not path.startswith(_WRITTEN)}
+    places = (ROOT, ROOT / "sinssim", page.parent)
+    missing = sorted(path for path in paths if not any((place / path).exists() for place in places))
+    assert [path for path in missing if path not in {block.path for block in blocks(page)}] == []
 
 
 def test_navigation_names_pages_that_exist() -> None:

@@ -1,1 +1,1 @@
-"""Judges recorded data before anybody relies on them: times, units, axes, clocks, noise; `sinssim inspect`."""
+"""Examination of recorded data before use: times, units, axes, clocks, noise, and a suggested scenario."""

@@ -1,0 +1,1 @@
+"""The sensor block: keys of `[imu]`, the table of error terms, grades and datasheets, emulator, compensation."""

@@ -1,0 +1,1 @@
+"""One file for each attitude algorithm: four functions, named in `sinssim/algorithms.py`."""

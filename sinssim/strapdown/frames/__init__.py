@@ -1,0 +1,1 @@
+"""The navigation frames, each with one step, and the vertical channel; named in `sinssim/frames.py`."""

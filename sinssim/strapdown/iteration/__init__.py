@@ -1,0 +1,1 @@
+"""Functional iteration: the reference of the comparison of algorithms."""

@@ -1,0 +1,1 @@
+"""Flights of aircraft in JSBSim: autopilot, plan, and the cache of flights."""
