@@ -4,6 +4,9 @@ from __future__ import annotations
 
 import base64
 import gc
+import os
+import shlex
+import sys
 from collections.abc import Generator
 from pathlib import Path
 from typing import Any
@@ -34,6 +37,18 @@ def pytest_collection() -> Generator[None, object, object]:
     finally:
         gc.freeze()
         gc.enable()
+
+
+@pytest.hookimpl(trylast=True)
+def pytest_unconfigure(config: pytest.Config) -> None:
+    """Print, as the last line, the command that repeats the failed tests; workers of xdist have no reporter."""
+    reporter = config.pluginmanager.get_plugin("terminalreporter")
+    reports = reporter.getreports("failed") + reporter.getreports("error") if reporter else []
+    if reports:
+        python = os.path.relpath(sys.executable)
+        command = [sys.executable if python.startswith("..") else python, "-m", "pytest"]
+        command += ["-m", ""] if any("slow" in report.keywords for report in reports) else []
+        reporter.write_line(f"repeat: {shlex.join([*command, *dict.fromkeys(r.nodeid for r in reports)])}")
 
 
 @pytest.fixture(autouse=True)
