@@ -18,7 +18,7 @@ from matplotlib.figure import Figure
 
 import sinssim
 from sinssim.errors import InputError
-from sinssim.logs.writers.run_export import export
+from sinssim.logs.formats.run_export import export
 
 SHORT = ["parked.duration_s=20", "imu.rate_hz=10", "seed=5"]
 STUDY = """

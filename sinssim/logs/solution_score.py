@@ -16,11 +16,11 @@ from sinssim.earth.geodetic_coordinates import q_en
 from sinssim.errors import InputError, unknown_name
 from sinssim.logs.clocks import match_clock
 from sinssim.logs.formats.registry import read_file
+from sinssim.logs.formats.run_export import solution_of
 from sinssim.logs.local_level import geodetic_about
 from sinssim.logs.recorded_streams import SolutionStream, Streams
 from sinssim.logs.reference_solution import Reference, TruthAt, interpolation_error, reference_of
 from sinssim.logs.stored_run import RecordedRun
-from sinssim.logs.writers.run_export import solution_of
 from sinssim.strapdown.navigation_error import NavError, navigation_error
 from sinssim.strapdown.polar_axes import axes_of
 

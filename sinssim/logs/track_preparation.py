@@ -15,7 +15,7 @@ import numpy as np
 from sinssim.data import Array
 from sinssim.earth.ellipsoids import Ellipsoid
 from sinssim.errors import InputError, unknown_name
-from sinssim.logs.formats.registry import FORMATS, candidates, detect, format_module, read_file
+from sinssim.logs.formats.registry import FORMATS, candidates, detect, format_of, read_file
 from sinssim.logs.recorded_streams import FixStream, SolutionStream, Streams
 from sinssim.logs.track_source import TrackSource
 from sinssim.truth.curve import Curve
@@ -112,8 +112,7 @@ def _about_heights(stream: SolutionStream | FixStream, track: TrackSource) -> tu
 
 def _travelled(path: Path, kind: str, speed: float, ellipsoid: Ellipsoid) -> TrackSamples:
     """Return samples a second apart on a path without times, travelled at a constant speed."""
-    read_path = getattr(format_module(kind), "read_path", None)
-    points = None if read_path is None else read_path(path)
+    points = format_of(kind).read_path(path)
     if points is None:
         raise InputError(
             f"track.speed_mps = {speed:g} would have no effect: {path.name} ({kind}) has no path without times. "

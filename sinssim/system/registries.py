@@ -8,8 +8,8 @@ from __future__ import annotations
 import re
 import threading
 from collections.abc import Callable, Iterable, Iterator, Mapping
-from importlib import import_module
 from pathlib import Path
+from pkgutil import resolve_name
 from types import FunctionType, SimpleNamespace
 from typing import Any, Generic, NamedTuple, Protocol, TypeVar
 
@@ -33,10 +33,10 @@ REGISTRIES: dict[str, Registry[Any]] = {}
 
 
 class Entry(NamedTuple):
-    """An entry that is a module.
+    """An entry that is loaded when it is used.
 
     Attributes:
-        home: the module below the package of its registry; "" for a file outside the package.
+        home: where its object is, "module:NAME" below the package of its registry; "" for a file outside the package.
         sentence: description.
     """
 
@@ -143,34 +143,38 @@ class Sentences(Mapping[str, str], Generic[D]):
         return repr(self._now())
 
 
-def modules(kind: str, word: str, shipped: Mapping[str, tuple[str, str]]) -> Registry[Entry]:
-    """Return a registry of modules.
+def entries(kind: str, word: str, shipped: Mapping[str, tuple[str, str]]) -> Registry[Entry]:
+    """Return a registry of objects that are loaded when they are used.
 
     Args:
         kind, word: as for `Registry`.
-        shipped: module and description of the package's own entries by name.
+        shipped: place and description of the package's own entries by name.
     """
-    entries = {name: Entry(*one) for name, one in shipped.items()}
-    return Registry(kind, word, entries, lambda item, found: Entry("", sentence_of(item, found)))
+    return Registry(
+        kind,
+        word,
+        {name: Entry(*entry) for name, entry in shipped.items()},
+        lambda item, source: Entry("", sentence_of(item, source)),
+    )
 
 
-def module_of(registry: Registry[Entry], name: str, package: str, needs: Iterable[str]) -> Any:
-    """Load the module of an entry.
+def load_entry(registry: Registry[Entry], name: str, package: str, needs: Iterable[str]) -> Any:
+    """Load what an entry stands for.
 
     Returns:
-        The module; of a file outside the package, an object with its names, whose failures are explained with the file.
+        The object; of a file outside the package, the file's names, whose failures are explained with the file.
 
     Raises:
         InputError: the name is unknown, or the file outside the package cannot be run or is incomplete.
     """
     entry, item = registry.check(name), registered(registry.kind, name)
     if item is None:
-        return import_module(f"{package}.{entry.home}")
+        return resolve_name(f"{package}.{entry.home}")
     module = load_module(item)
-    if missing := [one for one in needs if not hasattr(module, one)]:
+    if missing := [need for need in needs if not hasattr(module, need)]:
         raise InputError(f"the {item.words} cannot be used: {item.file} defines no {', '.join(missing)}.")
-    own = {k: v for k, v in vars(module).items() if not k.startswith("_")}
-    return SimpleNamespace(**{k: explained(item, v) if isinstance(v, FunctionType) else v for k, v in own.items()})
+    public = {k: v for k, v in vars(module).items() if not k.startswith("_")}
+    return SimpleNamespace(**{k: explained(item, v) if isinstance(v, FunctionType) else v for k, v in public.items()})
 
 
 def use(*paths: str | Path) -> list[str]:

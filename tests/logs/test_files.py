@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import sys
 from pathlib import Path
-from types import ModuleType
+from types import ModuleType, SimpleNamespace
 from typing import Any
 
 import numpy as np
@@ -13,7 +13,7 @@ import pytest
 from sinssim.earth.ellipsoids import WGS84
 from sinssim.errors import InputError
 from sinssim.logs import track_preparation
-from sinssim.logs.formats.registry import FORMATS
+from sinssim.logs.formats.registry import FORMATS, Format
 from sinssim.logs.recorded_streams import Clock, FixStream, SolutionStream, Streams
 from sinssim.logs.track_motion import Track
 from sinssim.logs.track_preparation import _filled, read_samples
@@ -31,12 +31,14 @@ def receiver(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> dict[str, Any]:
     streams: dict[str, Any] = {"path": tmp_path / "log.bin"}
     streams["path"].write_bytes(b"FAKE")
     module = ModuleType("sinssim.logs.formats.fake")
-    module.recognises = lambda path, head: head.startswith(b"FAKE")  # type: ignore[attr-defined]
-    module.read = lambda path: Streams(  # type: ignore[attr-defined]
-        path, "fake", Clock("gps"), fixes=streams.get("fixes", {}), solutions=streams.get("solutions", {})
+    module.FORMAT = Format(  # type: ignore[attr-defined]
+        lambda path, head: head.startswith(b"FAKE"),
+        lambda path: Streams(
+            path, "fake", Clock("gps"), fixes=streams.get("fixes", {}), solutions=streams.get("solutions", {})
+        ),
     )
     monkeypatch.setitem(sys.modules, module.__name__, module)
-    monkeypatch.setitem(FORMATS.shipped, "fake", Entry("fake", "for tests"))
+    monkeypatch.setitem(FORMATS.shipped, "fake", Entry("fake:FORMAT", "for tests"))
     return streams
 
 
@@ -153,9 +155,8 @@ def test_a_path_without_times_and_with_missing_heights(monkeypatch: pytest.Monke
     points = np.array([[7.0, 0.0, 10.0], [7.0 + step, 0.0, np.nan], [7.0 + step, 0.0, np.nan],
                        [7.0 + 2.0 * step, 0.0, 40.0], [7.0 + 3.0 * step, 0.0, 60.0]])  # fmt: skip
     points[2, 2] = np.nan
-    module = ModuleType("fake")
-    module.read_path = lambda path: points  # type: ignore[attr-defined]
-    monkeypatch.setattr(track_preparation, "format_module", lambda kind: module)
+    paths = SimpleNamespace(read_path=lambda path: points)
+    monkeypatch.setattr(track_preparation, "format_of", lambda kind: paths)
     found = track_preparation._travelled(Path("way.kml"), "kml", 5.0, WGS84)
     # heights by number: 10, 20, 30, 40, 60 m; the second and third are apart by 10 m, so that both remain
     legs = [np.hypot(30.0, 10.0), 10.0, np.hypot(30.0, 10.0), np.hypot(30.0, 20.0)]

@@ -16,8 +16,8 @@ import pytest
 
 from sinssim.earth.gravity import gravity_ned
 from sinssim.logs.formats.registry import read_file
+from sinssim.logs.formats.run_export import export
 from sinssim.logs.solution_score import Judge
-from sinssim.logs.writers.run_export import export
 
 ROOT = Path(__file__).parents[2]
 DATA = ROOT / "tests" / "data" / "kf_gins"

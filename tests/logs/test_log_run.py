@@ -13,10 +13,10 @@ import pytest
 import sinssim
 from sinssim.cli.process import main
 from sinssim.errors import InputError
+from sinssim.logs.formats.run_export import date_of_run, export
 from sinssim.logs.gps_time import date_from_gps
 from sinssim.logs.solution_score import Judge
 from sinssim.logs.stored_run import RecordedRun
-from sinssim.logs.writers.run_export import date_of_run, export
 
 DATA = Path(__file__).parents[1] / "data" / "drive"
 SHORT = ["log.to_s=12", "filter.smooth=false"]

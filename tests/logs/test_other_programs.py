@@ -22,10 +22,10 @@ from sinssim.data import Array
 from sinssim.earth.gravity import gravity_ned
 from sinssim.experiments.run.execute import run
 from sinssim.logs.formats.registry import DEFAULT_START
+from sinssim.logs.formats.run_export import export
 from sinssim.logs.gps_time import parse_date
 from sinssim.logs.solution_score import Judge
 from sinssim.logs.stored_run import RecordedRun
-from sinssim.logs.writers.run_export import export
 from sinssim.scenario import load_scenario
 from tests.oracles import other_gravity
 from tests.oracles.s_turn import Gravity

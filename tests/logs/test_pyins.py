@@ -13,10 +13,10 @@ import pytest
 from sinssim.earth.geodetic_coordinates import geodetic_to_ecef
 from sinssim.experiments.run.execute import run
 from sinssim.logs.formats.registry import DEFAULT_START, read_file
+from sinssim.logs.formats.run_export import export
 from sinssim.logs.gps_time import parse_date
 from sinssim.logs.solution_score import Judge
 from sinssim.logs.stored_run import RecordedRun
-from sinssim.logs.writers.run_export import export
 from sinssim.scenario import load_scenario
 
 PAGE = (Path(__file__).parents[2] / "docs" / "your-navigator.md").read_text(encoding="utf-8")

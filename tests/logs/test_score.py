@@ -17,12 +17,12 @@ from sinssim.earth.geodetic_coordinates import geodetic_to_ecef
 from sinssim.errors import InputError
 from sinssim.logs.clocks import match_clock
 from sinssim.logs.formats.registry import DEFAULT_START
+from sinssim.logs.formats.run_export import export
 from sinssim.logs.gps_time import parse_date
 from sinssim.logs.recorded_streams import Clock, SolutionStream
 from sinssim.logs.reference_solution import TruthAt, interpolation_error
 from sinssim.logs.solution_score import Judge
 from sinssim.logs.stored_run import RecordedRun
-from sinssim.logs.writers.run_export import export
 from sinssim.scenario.schema import Scenario
 from sinssim.scenario.true_motion import fly
 from tests.logs.short_run import CONTENTS, short_run

@@ -2,14 +2,14 @@
 
 from __future__ import annotations
 
-import importlib
 from pathlib import Path
 
 import numpy as np
 import pytest
 
 from sinssim.errors import InputError
-from sinssim.logs.formats.registry import FORMATS, _check, detect, library, refused
+from sinssim.logs.formats import sbet
+from sinssim.logs.formats.registry import _check, detect, format_of, library, refused
 from sinssim.logs.recorded_streams import Clock, FixStream, InertialStream, SolutionStream, Streams
 from sinssim.logs.text.numeric_columns import check_finite, head_numbers
 
@@ -24,9 +24,8 @@ TUM = [[100.5, 1, 2, 3, 0.5, -0.5, 0.5, 0.5], [101.5, 1, 2, 3, 0.6, 0.0, 0.8, 0.
 
 
 def recognised(name: str, path: Path, rows: list[list[float]]) -> bool:
-    module = importlib.import_module(f"sinssim.logs.formats.{FORMATS[name][0]}")
     text = "\n".join(" ".join(map(repr, row)) for row in rows) + "\n"
-    return bool(module.recognises(path, text.encode()))
+    return format_of(name).recognises(path, text.encode())
 
 
 @pytest.mark.parametrize(
@@ -72,10 +71,9 @@ def test_limits(
 
 
 def test_sbet_by_its_first_records(tmp_path: Path) -> None:
-    module = importlib.import_module("sinssim.logs.formats.sbet")
     rows = np.zeros((3, 17))
     rows[:, 0], rows[:, 1], rows[:, 2], rows[:, 3] = (100.5, 101.0, 101.5), -0.5, 1.5, 20.5
-    assert module.recognises(tmp_path, rows.tobytes())
+    assert sbet.recognises(tmp_path, rows.tobytes())
     for row, column, inside, outside in (
         (1, 0, 100.6, 100.5), (2, 0, 2.0 * 604800 - 1.0, 2.0 * 604800), (0, 1, -1.57, -1.58), (0, 2, 6.28, 6.29),
         (1, 3, -9e5, -1e6), (2, 5, 9e3, 1.1e4), (1, 10, 6.9, 7.1), (0, 7, -6.9, -7.1), (0, 13, 1e9, np.inf),
@@ -83,8 +81,8 @@ def test_sbet_by_its_first_records(tmp_path: Path) -> None:
         for value, expected in ((inside, True), (outside, False)):
             given = rows.copy()
             given[row, column] = value
-            assert module.recognises(tmp_path, given.tobytes()) == expected, (row, column, value)
-    assert not module.recognises(tmp_path, rows.tobytes()[:-1])
+            assert sbet.recognises(tmp_path, given.tobytes()) == expected, (row, column, value)
+    assert not sbet.recognises(tmp_path, rows.tobytes()[:-1])
 
 
 def test_the_first_numbers_of_a_file() -> None:

@@ -78,20 +78,21 @@ def test_a_file_is_whole_or_not_there(tmp_path: Path) -> None:
 KILLED = """
 import os, signal, sys
 from pathlib import Path
-from sinssim.logs.writers import csv_tables
-from sinssim.logs.writers.run_export import export
-whole = csv_tables.write
+from dataclasses import replace
+from sinssim.logs.formats import csv_parquet_matlab
+from sinssim.logs.formats.run_export import export
+whole = csv_parquet_matlab.CSV_EXPORT
 def write(content, place):
-    whole(content, place)
+    whole.write(content, place)
     os.kill(os.getpid(), signal.SIGKILL)
-csv_tables.write = write
+csv_parquet_matlab.CSV_EXPORT = replace(whole, write=write)
 export(Path(sys.argv[1]), "csv", Path(sys.argv[2]))
 """
 
 
 def test_what_a_killed_export_left_is_removed_by_the_next(tmp_path: Path) -> None:
     import sinssim
-    from sinssim.logs.writers.run_export import export
+    from sinssim.logs.formats.run_export import export
 
     settings = ("parked.duration_s=5", "imu.rate_hz=10", "recording.keep=streams")
     sinssim.run(sinssim.load_scenario("parked", settings), tmp_path / "run")

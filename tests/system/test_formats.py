@@ -16,7 +16,7 @@ from sinssim.cli.commands.list import Listing, names_of
 from sinssim.content import _of_packages
 from sinssim.errors import InputError
 from sinssim.logs.formats.registry import FORMATS, WRITERS, detect, read_file
-from sinssim.logs.writers.run_export import export
+from sinssim.logs.formats.run_export import export
 from sinssim.system.registries import forget
 from tests.system.test_installed import install
 
@@ -30,7 +30,7 @@ from __future__ import annotations
 
 from pathlib import Path
 
-from sinssim.logs.writers.run_export import Content
+from sinssim.logs.formats.run_export import Content
 
 SUFFIX = ".hgt"
 HOLDS = "solution"
@@ -109,7 +109,7 @@ from sinssim.content import _of_packages
 from sinssim.logs.formats.registry import detect
 known = detect(Path({str(tmp_path / "path.gpx")!r})), _of_packages.cache_info().misses
 run = sinssim.run("parked", {str(tmp_path / "run")!r}, overrides=["parked.duration_s=5", "imu.rate_hz=10"])
-from sinssim.logs.writers.run_export import export
+from sinssim.logs.formats.run_export import export
 done = export(run.directory, "display", {str(tmp_path / "h.hgt")!r})
 print(json.dumps([*known, detect(Path({str(log)!r})), done.sentences[0]]))
 """

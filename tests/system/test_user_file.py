@@ -22,7 +22,6 @@ OWN = {
     "experiments/ensembles/running": "directories of ensembles",
     "experiments/trades/running": "directories of trade studies",
     "experiments/run": "run directories",
-    "logs/writers": "files that are written",
     "logs/stored": "run directories",
     "logs/stored_run.py": "run directories",
     "system": "this function, marks of output directories, caches, limits of the machine",
@@ -57,6 +56,7 @@ def _openings(tree: ast.AST) -> list[int]:
         elif isinstance(function, ast.Attribute):
             owner = ast.unparse(function.value)
             method = function.attr in _METHODS and "user_file" not in owner and owner not in ("os", "archive")
+            method &= arguments[:1] not in (["'w'"], ["'wb'"])
             library = owner in _OF_LIBRARIES and function.attr in {*_LIBRARIES, "read_table"}
             library &= not any(word in given for word in ("user_file(", "py_buffer", "source", "file"))
             opens = method or library

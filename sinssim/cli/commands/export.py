@@ -85,7 +85,7 @@ def command(
         sinssim export runs/mems_uav --to kf-gins -o gaps --outage 15/45@60
         sinssim export runs/mems_uav --to sbet --solution aided --solution ideal
     """
-    from sinssim.logs.writers.run_export import export
+    from sinssim.logs.formats.run_export import export
 
     done = export(
         run, to, out, solution=solution or [], start=start, rate_hz=rate, outages=outages or (), overwrite=overwrite

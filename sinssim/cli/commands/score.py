@@ -72,9 +72,9 @@ def command(
     from sinssim.experiments.run.error_exhibits import Compared
     from sinssim.experiments.run.run_scores import check_names, known_numbers, score_report, to_json, write_scores
     from sinssim.experiments.run.run_scores import record_scores as record
+    from sinssim.logs.formats.run_export import date_of_run
     from sinssim.logs.solution_score import Judge, common_span
     from sinssim.logs.stored_run import RecordedRun
-    from sinssim.logs.writers.run_export import date_of_run
 
     for option, given in (("--name", names), ("--time-s", seconds)):
         if given and len(given) != len(solutions):

@@ -16,6 +16,7 @@ import numpy as np
 
 from sinssim.data import Array
 from sinssim.errors import InputError
+from sinssim.logs.formats.registry import Format
 from sinssim.logs.gps_time import WEEK
 from sinssim.logs.recorded_streams import Clock, FixStream, InertialStream, Streams
 from sinssim.logs.text.rows import cut_row
@@ -243,3 +244,6 @@ def _stream(own: dict[str, Array], time: Array, accuracy: dict[str, Array] | Non
         quality,
         {code: QUALITY.get(code, f"code {code}") for code in sorted(set(quality.tolist()))},
     )
+
+
+FORMAT = Format(recognises, read)

@@ -17,6 +17,7 @@ import numpy as np
 from sinssim import rotation
 from sinssim.data import Array
 from sinssim.errors import InputError
+from sinssim.logs.formats.registry import Format
 from sinssim.logs.gps_time import WEEK
 from sinssim.logs.recorded_streams import Clock, FixStream, HeightDatum, SolutionStream, Streams
 from sinssim.logs.text.rows import WHITESPACE, cut_rows, not_a_number, uneven
@@ -140,3 +141,6 @@ def _sense(time: Array, latitude: Array, longitude: Array, velocity: Array | Non
     course = np.arctan2(east, north)[moving]
     with_it, against = (float(np.mean(np.cos(sense * heading[moving] - course))) for sense in (1.0, -1.0))
     return 1.0 if with_it >= against else -1.0
+
+
+FORMAT = Format(recognises, read)

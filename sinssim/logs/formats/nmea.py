@@ -1,25 +1,34 @@
-"""NMEA 0183 by pynmeagps: GGA or GNS, RMC, VTG, GST, ZDA, HDT.
+"""NMEA 0183, read (pynmeagps) and written: GGA or GNS, RMC, VTG, GST, ZDA, HDT; and $GPCHC of CHC inertial receivers.
 
 Times are UTC of the day; RMC and ZDA give the date. The height is that above mean sea level plus the geoid's separation
-where the sentence has it, so that it is above the ellipsoid.
+where the sentence has it, so that it is above the ellipsoid. Written are GGA and RMC for each instant, and HDT where
+there is an attitude; sinssim has no model of the geoid, so that GGA has the ellipsoidal height and a separation of 0.
+
+$GPCHC (CGI-410, CGI-610): week, seconds, heading, pitch, roll [°], gyros x, y, z [°/s], accelerometers x, y, z [g],
+latitude, longitude [°], height [m], velocity east, north, up, speed [m/s], satellites, status, age, warning. Axes
+right, forward, up. Layout: CHC protocol "GPCHC" of the CGI-610 user guide.
 """
 
 from __future__ import annotations
 
-import datetime
+import datetime as dt
 import math
+from datetime import UTC, datetime, timedelta
+from functools import reduce
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 
+from sinssim import rotation
 from sinssim.data import Array
 from sinssim.errors import InputError
-from sinssim.logs.formats.registry import library
-from sinssim.logs.gps_time import DAY, gps_from_unix, unrolled
-from sinssim.logs.recorded_streams import Clock, FixStream, Streams
-from sinssim.system.user_file import open_file
-from sinssim.units import DEG, KNOT
+from sinssim.logs.formats.registry import Format, library
+from sinssim.logs.formats.run_export import Content, Export
+from sinssim.logs.gps_time import DAY, WEEK, gps_from_unix, unix_from_gps, unrolled
+from sinssim.logs.recorded_streams import Clock, FixStream, InertialStream, SolutionStream, Streams
+from sinssim.system.user_file import open_file, read_text
+from sinssim.units import DEG, G0, KNOT
 
 QUALITY = {
     0: "no fix", 1: "single", 2: "differential", 3: "PPS", 4: "fixed", 5: "float", 6: "dead reckoning", 7: "manual",
@@ -83,7 +92,7 @@ class _Epochs:
 
     def _at(self, time: Any) -> dict[str, Any]:
         """Return the record of an instant; a new one if the time changed."""
-        if not isinstance(time, datetime.time):
+        if not isinstance(time, dt.time):
             raise ValueError("the time is missing")
         seconds = time.hour * 3600 + time.minute * 60 + time.second + 1e-6 * time.microsecond
         if not self._all or self._all[-1]["seconds"] != seconds:
@@ -121,7 +130,7 @@ class _Epochs:
         if not math.isfinite(one["latitude"]):
             one["latitude"], one["longitude"] = _number(m.lat), _number(m.lon)
         one["speed"], one["course"] = _number(m.spd) * KNOT, _number(m.cog)
-        if isinstance(m.date, datetime.date):
+        if isinstance(m.date, dt.date):
             one["day"] = m.date.toordinal()
 
     def vtg(self, m: Any) -> None:
@@ -133,7 +142,7 @@ class _Epochs:
         one["s_n"], one["s_e"], one["s_d"] = _number(m.stdLat), _number(m.stdLong), _number(m.stdAlt)
 
     def zda(self, m: Any) -> None:
-        self._at(m.time)["day"] = datetime.date(int(m.year), int(m.month), int(m.day)).toordinal()
+        self._at(m.time)["day"] = dt.date(int(m.year), int(m.month), int(m.day)).toordinal()
 
     def hdt(self, m: Any) -> None:
         if self._all:
@@ -161,7 +170,7 @@ def _times(kept: list[dict[str, Any]]) -> tuple[Clock, Array]:
     # An instant without a date has the day of the nearest dated instant before it, or of the first one after it.
     before = known[np.clip(np.searchsorted(known, np.arange(len(kept)), side="right") - 1, 0, None)]
     turns = np.round((counted - seconds) / DAY)
-    midnight = (days[before] - datetime.date(1970, 1, 1).toordinal() + turns - turns[before]) * DAY
+    midnight = (days[before] - dt.date(1970, 1, 1).toordinal() + turns - turns[before]) * DAY
     leap = gps_from_unix(midnight + seconds) - (midnight + seconds)
     origin = int(midnight[0] + leap[0])  # seconds are added last, to keep their digits
     return Clock("utc", origin, "UTC with date, leap seconds removed"), midnight + leap - origin + seconds
@@ -194,3 +203,99 @@ def _fixes(time: Array, f: dict[str, Array], separated: bool) -> tuple[FixStream
         heading=f["heading"] * DEG if np.isfinite(f["heading"]).any() else None,
     )
     return stream, notes
+
+
+_MOST_HZ = 10.0
+
+
+def write(content: Content, place: Path) -> list[str]:
+    """Write the file, at most 10 instants a second if no rate is given."""
+    content = content.with_rate(_MOST_HZ)
+    s = content.solution
+    unix = unix_from_gps(content.start_gps_s + s.time)
+    heading = None if s.q_nb is None else rotation.euler_from_quaternion(s.q_nb)[2] / DEG
+    quality = 1 if content.solution_name in content.run.fixes else 8
+    with place.open("w", encoding="ascii", newline="") as file:
+        for k in range(len(s)):
+            ms = round(float(unix[k]) * 1e3)
+            date = datetime(1970, 1, 1, tzinfo=UTC) + timedelta(milliseconds=ms)
+            clock = f"{date:%H%M%S}.{ms % 1000:03d}"
+            where = f"{_angle(s.latitude[k] / DEG, 2, 'NS')},{_angle(s.longitude[k] / DEG, 3, 'EW')}"
+            height = f"{s.height[k]:.4f},M,0.0,M,,"
+            file.write(_sentence(f"GNGGA,{clock},{where},{quality},00,,{height}"))
+            course = ","
+            if s.velocity_ned is not None:
+                north, east = float(s.velocity_ned[k, 0]), float(s.velocity_ned[k, 1])
+                course = f"{math.hypot(north, east) / KNOT:.4f},{math.degrees(math.atan2(east, north)) % 360.0:.4f}"
+            file.write(_sentence(f"GNRMC,{clock},A,{where},{course},{date:%d%m%y},,,{'A' if quality == 1 else 'S'},V"))
+            if heading is not None:
+                file.write(_sentence(f"GNHDT,{heading[k]:.4f},T"))
+    return [
+        f"{content.solution_name}: GGA and RMC{' and HDT' if heading is not None else ''}, {len(s)} instants.",
+        "The height is that above the ellipsoid, with a geoid separation of 0: sinssim has no geoid model.",
+        "Times are UTC.",
+    ]
+
+
+def _angle(degrees: float, digits: int, signs: str) -> str:
+    """Return a latitude or longitude as degrees and minutes, "5000.1234567,N"."""
+    degrees = (degrees + 180.0) % 360.0 - 180.0 if signs == "EW" else degrees
+    whole, units = divmod(round(abs(degrees) * 60.0 * 1e7), 60 * 10**7)
+    return f"{whole:0{digits}d}{units // 10**7:02d}.{units % 10**7:07d},{signs[bool(degrees < 0.0)]}"
+
+
+def _sentence(body: str) -> str:
+    return f"${body}*{reduce(lambda a, b: a ^ b, body.encode()):02X}\r\n"
+
+
+_CHC_ADDRESSES = ("$GPCHC", "$GICHC")
+_CHC_FIELDS = 18
+"""Numbers of a sentence that are used: from the week to the speed."""
+
+
+def recognises_chc(path: Path, head: bytes) -> bool:
+    """Return whether one of the first lines is such a sentence."""
+    return any(line[:6].decode("latin-1") in _CHC_ADDRESSES for line in head.splitlines()[:20])
+
+
+def read_chc(path: Path) -> Streams:
+    """Read the readings and the solution."""
+    rows: list[list[float]] = []
+    damaged: list[int] = []
+    for number, line in enumerate(read_text(path, encoding="latin-1").splitlines(), start=1):
+        body, star, check = line.strip().partition("*")
+        if body[:6] not in _CHC_ADDRESSES:
+            continue
+        try:
+            if star and reduce(lambda a, b: a ^ b, body[1:].encode("latin-1")) != int(check[:2], 16):
+                raise ValueError("checksum")
+            values = [float(field) for field in body.split(",")[1 : _CHC_FIELDS + 1]]
+            if len(values) < _CHC_FIELDS or not all(map(math.isfinite, values)):
+                raise ValueError("fields")
+            rows.append(values)
+        except ValueError:
+            damaged.append(number)
+    if len(rows) < 2:
+        raise InputError(f"{path} has {len(rows)} undamaged GPCHC sentences; at least two are needed.")
+    r = np.array(rows)
+    week = int(r[:, 0].min())
+    time = (r[:, 0] - week) * WEEK + r[:, 1]
+    axes = "right", "forward", "up"
+    imu = InertialStream(time, r[:, 5:8] * DEG, r[:, 8:11] * G0, axes=axes)
+    solved = (r[:, 11] != 0.0) | (r[:, 12] != 0.0)
+    s = r[solved]
+    solutions = {}
+    if len(s):
+        q_nb = rotation.quaternion_from_euler(s[:, 4] * DEG, s[:, 3] * DEG, s[:, 2] * DEG)
+        velocity = s[:, (15, 14, 16)] * (1.0, 1.0, -1.0)
+        solutions["solution"] = SolutionStream(
+            time[solved], s[:, 11] * DEG, s[:, 12] * DEG, s[:, 13], velocity_ned=velocity, q_nb=q_nb
+        )
+    notes = (f"{len(damaged)} damaged sentences were left out, the first in line {damaged[0]}.",) if damaged else ()
+    clock = Clock("gps", week * WEEK if week else None, f"seconds of the GPS week {week}")
+    return Streams(path, "chc", clock, {"imu": imu}, {}, solutions, notes=notes)
+
+
+FORMAT = Format(recognises, read)
+CHC = Format(recognises_chc, read_chc)
+EXPORT = Export(".nmea", "solution", write)

@@ -23,7 +23,7 @@ import numpy as np
 from sinssim import rotation
 from sinssim.data import Array
 from sinssim.errors import InputError
-from sinssim.logs.formats.registry import library, refused
+from sinssim.logs.formats.registry import Format, library, refused
 from sinssim.logs.gps_time import WEEK
 from sinssim.logs.recorded_streams import Clock, FixStream, InertialStream, SolutionStream, Streams
 from sinssim.system.user_file import open_file, read_text
@@ -377,3 +377,6 @@ def _solutions(messages: list[tuple[Any, Any]], week: int) -> dict[str, Solution
         attitude_sigma=rows("roll_std_dev", "pitch_std_dev", "azimuth_std_dev") * DEG,
     )
     return {"solution": stream}
+
+
+FORMAT = Format(recognises, read)

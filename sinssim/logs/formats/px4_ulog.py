@@ -16,7 +16,7 @@ import numpy as np
 from sinssim import rotation
 from sinssim.data import Array
 from sinssim.errors import InputError
-from sinssim.logs.formats.registry import library, refused
+from sinssim.logs.formats.registry import Format, library, refused
 from sinssim.logs.gps_time import gps_from_unix
 from sinssim.logs.recorded_streams import Clock, FixStream, InertialStream, SolutionStream, Streams
 from sinssim.system.user_file import user_file
@@ -209,3 +209,6 @@ def _clock(topics: dict[str, list[dict[str, Any]]]) -> tuple[Clock, float]:
             note = "the autopilot's clock, set to GPS time by the receiver's UTC (median)"
             return Clock("machine", origin, note), offset - origin
     return Clock("machine", None, "seconds since the start of the autopilot"), 0.0
+
+
+FORMAT = Format(recognises, read)

@@ -1,36 +1,25 @@
 """The registries of the formats of recorded files and of exports, and the detection of a file's format.
 
-Libraries that read the formats of vendors are imported here; a missing one is named with the command that installs it.
-
-A format of recorded files takes a line in `FORMATS`, one of exports a line in `WRITERS`; reader and writer of a format
-share a file of this folder, and "kf_gins:imu" means the names of kf_gins.py that end in _imu. A reader defines
-
-    def recognises(path: Path, head: bytes) -> bool: whether a file with these first 4096 bytes may be of the format
-    def read(path: Path) -> Streams: its streams; InputError with file and row if it cannot be read
-
-A format may be a folder; then the head is empty, and the file also defines
-
-    def files_of(folder: Path) -> list[Path]: the files in a folder that belong to the format
-
-A writer defines
-
-    SUFFIX: suffix of its file, "" if it is a folder
-    HOLDS: what goes into it: "solution" for one solution, "run" for the truth or a solution, readings and fixes
-    def write(content: Content, place: Path) -> list[str]: writes it, and says in sentences what is where
+A format of recorded files is a `Format`, and one that runs are exported in an `Export` (`run_export`). Both are stated
+at the end of the file of their program or family of devices, and have a line in `FORMATS` or `WRITERS`, which are lists
+that can be read without loading these files. Libraries that read the formats of vendors are imported here; a missing
+one is named with the command that installs it.
 """
 
 from __future__ import annotations
 
 import csv
 import importlib
+from collections.abc import Callable
+from dataclasses import dataclass, fields
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, Protocol, cast
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from numpy.typing import ArrayLike
 
 from sinssim.errors import InputError
-from sinssim.system.registries import ensure, module_of, modules
+from sinssim.system.registries import ensure, entries, load_entry
 from sinssim.system.user_file import open_file
 
 if TYPE_CHECKING:
@@ -38,81 +27,104 @@ if TYPE_CHECKING:
     from sinssim.logs.recorded_streams import FixStream, SolutionStream, Streams
 
 
-FORMATS = modules("formats", "format", {
-    "kf-gins-imu": ("kf_gins_imu", "IMU file of KF-GINS: seconds of week, Δθ, Δv, forward-right-down"),
-    "kf-gins-gnss": ("kf_gins_gnss", "GNSS file of KF-GINS: seconds of week, position, σ; or with velocity"),
-    "kf-gins-solution": ("kf_gins_solution", "solution or truth of KF-GINS: position, velocity, attitude"),
-    "psins-imu": ("psins_imu", "PSINS .imu: counts of angle and velocity, scale factors, right-front-up"),
-    "psins-avp": ("psins_avp", "PSINS .avp: attitude, velocity, position, time"),
-    "sbet": ("sbet", "Applanix SBET: 17 doubles per record"),
-    "gnss-ins-sim": ("gnss_ins_sim", "folder of gnss-ins-sim: time.csv, gyro-0.csv, accel-0.csv, gps-0.csv"),
-    "inertial-explorer": ("inertial_explorer", "text export of Inertial Explorer or GrafNav"),
-    "nmea": ("nmea", "NMEA 0183 (library pynmeagps)"),
-    "ubx": ("ubx", "u-blox UBX: NAV-PVT, NAV-HPPOSLLH, NAV-COV, NAV-RELPOSNED (library pyubx2)"),
-    "novatel": ("novatel", "NovAtel, Unicore: RAWIMU, BESTPOS, BESTVEL, INSPVA (binary by novatel-edie)"),
-    "chc": ("chc", "CHC CGI receivers: GPCHC sentences with IMU data and solution"),
-    "vbox": ("vbox", "Racelogic VBOX (.vbo): fixes"),
-    "flysight": ("flysight", "FlySight 2: TRACK.CSV with fixes, SENSOR.CSV with gyros and accelerometers"),
-    "android-gnss": ("android_gnss", "GnssLogger of Android: gyros, accelerometers, fixes"),
-    "ardupilot": ("ardupilot", "ArduPilot: DataFlash .bin and .log, text of mavlogdump: IMU, GPS"),
-    "ulog": ("px4_ulog", "PX4 ULog (library pyulog)"),
-    "ros": ("ros", "ROS 1 and 2 bags, MCAP: Imu, NavSatFix, TwistStamped, Odometry (library rosbags)"),
-    "euroc": ("euroc", "EuRoC: CSV files of IMU and ground truth"),
-    "tum": ("tum", "TUM trajectory: time, position, quaternion"),
-    "kitti-oxts": ("kitti_oxts", "KITTI OXTS: folder of text files, 30 numbers each"),
-    "columns": ("columns", "CSV whose columns are named with their units: time_s, latitude_deg, height_m, …"),
-    "gpx": ("gpx", "GPX 1.0 and 1.1: track points with UTC times"),
-    "kml": ("kml", "KML: gx:Track with times"),
-    "track-csv": ("track_csv", "CSV or Parquet with named columns: time_s, latitude_deg, longitude_deg, height_m, …"),
-    "rtklib-pos": ("rtklib_pos", "solution of RTKLIB (.pos): dates or GPS weeks; positions geodetic or x, y, z"),
+@dataclass(frozen=True)
+class Format:
+    """A format of recorded files.
+
+    Attributes:
+        recognises: whether a file with these first 4096 bytes may be of the format; of a folder, the bytes are none.
+        read: the streams of a file; an InputError with file and row if it cannot be read.
+        files_of: the files in a folder that belong to the format, if it is a folder.
+        read_path: longitude, latitude [°] and height [m] of a path without times, (N, 3), if the format may have one.
+    """
+
+    recognises: Callable[[Path, bytes], bool]
+    read: Callable[[Path], Streams]
+    files_of: Callable[[Path], list[Path]] = lambda folder: []
+    read_path: Callable[[Path], Array | None] = lambda path: None
+
+
+FORMATS = entries("formats", "format", {
+    "kf-gins-imu": ("kf_gins:IMU", "IMU file of KF-GINS: seconds of week, Δθ, Δv, forward-right-down"),
+    "kf-gins-gnss": ("kf_gins:GNSS", "GNSS file of KF-GINS: seconds of week, position, σ; or with velocity"),
+    "kf-gins-solution": ("kf_gins:SOLUTION", "solution or truth of KF-GINS: position, velocity, attitude"),
+    "psins-imu": ("psins:IMU", "PSINS .imu: counts of angle and velocity, scale factors, right-front-up"),
+    "psins-avp": ("psins:AVP", "PSINS .avp: attitude, velocity, position, time"),
+    "sbet": ("sbet:FORMAT", "Applanix SBET: 17 doubles per record"),
+    "gnss-ins-sim": ("gnss_ins_sim:FORMAT", "folder of gnss-ins-sim: time.csv, gyro-0.csv, accel-0.csv, gps-0.csv"),
+    "inertial-explorer": ("inertial_explorer:FORMAT", "text export of Inertial Explorer or GrafNav"),
+    "nmea": ("nmea:FORMAT", "NMEA 0183 (library pynmeagps)"),
+    "ubx": ("ubx:FORMAT", "u-blox UBX: NAV-PVT, NAV-HPPOSLLH, NAV-COV, NAV-RELPOSNED (library pyubx2)"),
+    "novatel": ("novatel:FORMAT", "NovAtel, Unicore: RAWIMU, BESTPOS, BESTVEL, INSPVA (binary by novatel-edie)"),
+    "chc": ("nmea:CHC", "CHC CGI receivers: GPCHC sentences with IMU data and solution"),
+    "vbox": ("gnss_loggers:VBOX", "Racelogic VBOX (.vbo): fixes"),
+    "flysight": ("gnss_loggers:FLYSIGHT", "FlySight 2: TRACK.CSV with fixes, SENSOR.CSV with gyros and accelerometers"),
+    "android-gnss": ("gnss_loggers:ANDROID", "GnssLogger of Android: gyros, accelerometers, fixes"),
+    "ardupilot": ("ardupilot:FORMAT", "ArduPilot: DataFlash .bin and .log, text of mavlogdump: IMU, GPS"),
+    "ulog": ("px4_ulog:FORMAT", "PX4 ULog (library pyulog)"),
+    "ros": ("ros_mcap:FORMAT", "ROS 1 and 2 bags, MCAP: Imu, NavSatFix, TwistStamped, Odometry (library rosbags)"),
+    "euroc": ("euroc_tum_kitti:EUROC", "EuRoC: CSV files of IMU and ground truth"),
+    "tum": ("euroc_tum_kitti:TUM", "TUM trajectory: time, position, quaternion"),
+    "kitti-oxts": ("euroc_tum_kitti:KITTI", "KITTI OXTS: folder of text files, 30 numbers each"),
+    "columns": (
+        "csv_parquet_matlab:CSV",
+        "CSV whose columns are named with their units: time_s, latitude_deg, height_m, …",
+    ),
+    "gpx": ("gpx_kml_geojson:GPX", "GPX 1.0 and 1.1: track points with UTC times"),
+    "kml": ("gpx_kml_geojson:KML", "KML: gx:Track with times"),
+    "track-csv": (
+        "csv_parquet_matlab:TRACK",
+        "CSV or Parquet with named columns: time_s, latitude_deg, longitude_deg, height_m, …",
+    ),
+    "rtklib-pos": ("rtklib_pos:FORMAT", "solution of RTKLIB (.pos): dates or GPS weeks; positions geodetic or x, y, z"),
 })  # fmt: skip
-"""Module under `sinssim.logs.formats` and a sentence on the format, by its name; then formats outside the package."""
+"""Where each `Format` is stated, and a sentence on it, by its name; then formats outside the package."""
 
 
 DEFAULT_START = "2026-01-01T00:00:00Z"
 """Date of the time 0 of a run if none is given."""
 
-WRITERS = modules("writers", "format", {
-    "csv": ("csv_tables", "folder of CSV files, one for each stream, units in the names of the columns"),
-    "parquet": ("parquet", "folder of Parquet files, every stream of the run and the errors of its solutions"),
-    "mat": ("matlab", "MATLAB .mat with all streams as structures"),
-    "kml": ("kml", "path with heights and time for Google Earth"),
-    "gpx": ("gpx", "GPX 1.1 track"),
-    "geojson": ("geojson", "GeoJSON line with times"),
-    "kf-gins": ("kf_gins", "KF-GINS: folder of IMU, GNSS, truth and configuration"),
-    "psins": ("psins", "PSINS: folder of .imu, .avp of the truth and of the fixes"),
-    "gnss-ins-sim": ("gnss_ins_sim", "folder of CSV files as gnss-ins-sim saves them"),
-    "sbet": ("sbet", "Applanix SBET, 17 doubles per record"),
-    "rtklib-pos": ("rtklib_pos", "RTKLIB solution, .pos"),
-    "nmea": ("nmea", "NMEA 0183: GGA, RMC, and HDT with an attitude"),
-    "mcap": ("mcap", "MCAP with ROS 2 messages: Imu, NavSatFix, TwistStamped, Odometry"),
-    "euroc": ("euroc", "EuRoC: folder mav0 with IMU and ground truth"),
-    "tum": ("tum", "TUM trajectory: time, position, quaternion"),
+WRITERS = entries("writers", "format", {
+    "csv": (
+        "csv_parquet_matlab:CSV_EXPORT",
+        "folder of CSV files, one for each stream, units in the names of the columns",
+    ),
+    "parquet": (
+        "csv_parquet_matlab:PARQUET_EXPORT",
+        "folder of Parquet files, every stream of the run and the errors of its solutions",
+    ),
+    "mat": ("csv_parquet_matlab:MATLAB_EXPORT", "MATLAB .mat with all streams as structures"),
+    "kml": ("gpx_kml_geojson:KML_EXPORT", "path with heights and time for Google Earth"),
+    "gpx": ("gpx_kml_geojson:GPX_EXPORT", "GPX 1.1 track"),
+    "geojson": ("gpx_kml_geojson:GEOJSON_EXPORT", "GeoJSON line with times"),
+    "kf-gins": ("kf_gins:EXPORT", "KF-GINS: folder of IMU, GNSS, truth and configuration"),
+    "psins": ("psins:EXPORT", "PSINS: folder of .imu, .avp of the truth and of the fixes"),
+    "gnss-ins-sim": ("gnss_ins_sim:EXPORT", "folder of CSV files as gnss-ins-sim saves them"),
+    "sbet": ("sbet:EXPORT", "Applanix SBET, 17 doubles per record"),
+    "rtklib-pos": ("rtklib_pos:EXPORT", "RTKLIB solution, .pos"),
+    "nmea": ("nmea:EXPORT", "NMEA 0183: GGA, RMC, and HDT with an attitude"),
+    "mcap": ("ros_mcap:EXPORT", "MCAP with ROS 2 messages: Imu, NavSatFix, TwistStamped, Odometry"),
+    "euroc": ("euroc_tum_kitti:EUROC_EXPORT", "EuRoC: folder mav0 with IMU and ground truth"),
+    "tum": ("euroc_tum_kitti:TUM_EXPORT", "TUM trajectory: time, position, quaternion"),
 })  # fmt: skip
-"""Module under `sinssim.logs.writers` and a sentence on the format, by its name; then formats outside the package."""
+"""Where each `Export` is stated, and a sentence on it, by its name; then formats outside the package."""
 
 
 _HEAD = 4096
 
 
-class Format(Protocol):
-    """What a module of a format defines; `files_of` only if the format is a folder."""
-
-    def recognises(self, path: Path, head: bytes) -> bool: ...
-    def read(self, path: Path) -> Streams: ...
-    def files_of(self, folder: Path) -> list[Path]: ...
-
-
-def format_module(name: str) -> Format:
-    """Return the module of a format.
-
-    Args:
-        name: key of `FORMATS`.
+def format_of(name: str) -> Format:
+    """Return a format by its name.
 
     Raises:
-        InputError: the format is unknown.
+        InputError: the format is unknown, or its file outside the package cannot be used.
     """
-    return cast(Format, module_of(FORMATS, name, "sinssim.logs.formats", ("recognises", "read")))
+    loaded = load_entry(FORMATS, name, "sinssim.logs.formats", ("recognises", "read"))
+    if isinstance(loaded, Format):
+        return loaded
+    return Format(
+        **{field.name: getattr(loaded, field.name) for field in fields(Format) if hasattr(loaded, field.name)}
+    )
 
 
 def candidates(path: Path) -> list[str]:
@@ -138,18 +150,18 @@ def candidates(path: Path) -> list[str]:
             raise InputError(f"{path} cannot be read: {error.strerror or error}.") from error
         if not head.strip():
             raise InputError(f"{path} is empty{' but for blanks' if head else ''}; it contains no data.")
-    if found := [name for name in FORMATS if format_module(name).recognises(path, head)]:
+    if found := [name for name in FORMATS if format_of(name).recognises(path, head)]:
         return found
     known = list(FORMATS)
     ensure("formats", "*")  # those of installed packages, whose list takes a while to read
-    return [name for name in FORMATS if name not in known and format_module(name).recognises(path, head)]
+    return [name for name in FORMATS if name not in known and format_of(name).recognises(path, head)]
 
 
 def folder_of(file: Path) -> Path | None:
     """Return the folder that a file is a part of, in one of the formats that are folders; None if there is none."""
     for folder in (file.parent, file.parent.parent):
         for name in candidates(folder):
-            if file in format_module(name).files_of(folder):
+            if file in format_of(name).files_of(folder):
                 return folder
     return None
 
@@ -199,7 +211,7 @@ def read_file(path: Path | str, format_name: str | None = None) -> Streams:
     name = detect(path) if format_name is None else format_name
     try:
         with np.errstate(all="ignore"):  # damaged numbers overflow; they are judged below
-            found = format_module(name).read(path)
+            found = format_of(name).read(path)
     except OSError as error:
         raise InputError(f"{path} cannot be read: {error.strerror or error}.") from error
     except csv.Error as error:

@@ -1,13 +1,14 @@
-"""Reads a solution file of RTKLIB (.pos): fixes with dates or GPS weeks, geodetic or Earth-fixed positions.
+"""Solution of RTKLIB (.pos), read and written: fixes with dates or GPS weeks, geodetic or Earth-fixed positions.
 
 The layout is that of `outsolhead` and `outpos` in RTKLIB's solution.c: a comment of column heads, then date and time of
 day, or week and seconds, latitude, longitude, height (or x, y, z in ECEF), quality, satellites, standard deviations,
-age and ratio, and velocities if they were computed. Angles are degrees, or degrees, minutes and seconds.
+age and ratio, and velocities if they were computed. Angles are degrees, or degrees, minutes and seconds. Written are
+GPST as date, latitude, longitude, height above the ellipsoid, quality, σ and velocity.
 """
 
 from __future__ import annotations
 
-from datetime import datetime
+from datetime import datetime, timedelta
 from pathlib import Path
 
 import numpy as np
@@ -16,6 +17,8 @@ from sinssim import earth, rotation
 from sinssim.data import Array
 from sinssim.errors import InputError
 from sinssim.logs.clocks import leap_seconds_of_day
+from sinssim.logs.formats.registry import Format
+from sinssim.logs.formats.run_export import Content, Export
 from sinssim.logs.gps_time import WEEK
 from sinssim.logs.recorded_streams import Clock, FixStream, HeightDatum, Streams
 from sinssim.logs.text.rows import WHITESPACE, CutRows, cut_rows
@@ -173,3 +176,48 @@ def _covariance(sd: Array) -> Array | None:
     for (i, j), values in zip(((0, 1), (1, 2), (2, 0)), (cross[:, 0], -cross[:, 1], -cross[:, 2]), strict=True):
         found[:, i, j] = found[:, j, i] = values
     return found
+
+
+_HEAD = (
+    "%  GPST                      latitude(deg) longitude(deg)  height(m)   Q  ns   sdn(m)   sde(m)   sdu(m)  sdne(m)"
+    "  sdeu(m)  sdun(m) age(s)  ratio    vn(m/s)    ve(m/s)    vu(m/s)\n"
+)
+
+
+def write(content: Content, place: Path) -> list[str]:
+    """Write the file."""
+    s = content.solution
+    fixes = content.solution_name in content.run.fixes
+    sigma = s.position_sigma if s.position_sigma is not None else np.zeros((len(s), 3))
+    velocity = s.velocity_ned * np.array([1.0, 1.0, -1.0]) if s.velocity_ned is not None else np.zeros((len(s), 3))
+    quality = 5 if fixes else 1
+    seconds, ns = content.stamps(s.time)
+    whole_ms = not (ns % 1_000_000).any()
+    epoch = datetime(1980, 1, 6)  # GPST, which has no leap seconds
+    with place.open("w", encoding="utf-8") as file:
+        file.write(f"% program   : sinssim\n% inp file  : {content.run.name}, {content.solution_name}\n")
+        file.write(
+            "% (lat/lon/height=WGS84/ellipsoidal,Q=1:fix,2:float,3:sbas,4:dgps,5:single,6:ppp,ns=# of satellites)\n"
+        )
+        file.write(_HEAD)
+        for second, part, latitude, longitude, height, sd, v in zip(
+            seconds.tolist(), ns.tolist(), (s.latitude / DEG).tolist(), (s.longitude / DEG).tolist(),
+            s.height.tolist(), sigma.tolist(), velocity.tolist(), strict=True,
+        ):  # fmt: skip
+            date = epoch + timedelta(seconds=second)
+            decimals = f"{part // 1_000_000:03d}" if whole_ms else f"{part:09d}"
+            file.write(
+                f"{date:%Y/%m/%d %H:%M:%S}.{decimals} {latitude:14.9f} {longitude:14.9f} {height:10.4f} "
+                f"{quality:3d}   0 "
+                f"{sd[0]:8.4f} {sd[1]:8.4f} {sd[2]:8.4f}   0.0000   0.0000   0.0000   0.00    0.0 "
+                f"{v[0]:10.5f} {v[1]:10.5f} {v[2]:10.5f}\n"
+            )
+    return [
+        f"{content.solution_name}: latitude, longitude [°], height above the ellipsoid, σ north, east, up, velocity "
+        f"north, east, up; quality {quality} ({'single' if fixes else 'fix'}).",
+        "Times are GPST as dates.",
+    ]
+
+
+FORMAT = Format(recognises, read)
+EXPORT = Export(".pos", "solution", write)

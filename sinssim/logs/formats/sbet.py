@@ -1,9 +1,10 @@
-"""Applanix SBET: records of 17 little-endian doubles without a header.
+"""Applanix SBET, read and written: records of 17 little-endian doubles without a header.
 
 Time [s of the GPS week], latitude, longitude [rad], height above the ellipsoid [m], velocity x, y, z [m/s], roll,
 pitch, platform heading, wander angle [rad], acceleration x, y, z [m/s²], angular rate x, y, z [rad/s] (POSPac; the PDAL
 page on readers.sbet lists the same). Programs differ in the axes of the velocity and in the sign of the wander angle:
-this reader takes those whose velocity is the derivative of the positions, and says which.
+the reader takes those whose velocity is the derivative of the positions, and says which. The writer sets the wander
+angle to 0, so that x, y, z of the velocity are north, east, down.
 """
 
 from __future__ import annotations
@@ -16,7 +17,9 @@ from sinssim import rotation
 from sinssim.data import Array
 from sinssim.earth.geodetic_coordinates import radii
 from sinssim.errors import InputError
-from sinssim.logs.gps_time import WEEK, unrolled
+from sinssim.logs.formats.registry import Format
+from sinssim.logs.formats.run_export import Content, Export
+from sinssim.logs.gps_time import WEEK, unrolled, week_and_seconds
 from sinssim.logs.recorded_streams import Clock, SolutionStream, Streams
 from sinssim.system.user_file import user_file
 
@@ -112,3 +115,39 @@ def _from_positions(time: Array, rows: Array) -> Array:
     north = np.gradient(rows[:, 1]) * (r1 + rows[:, 3])
     east = np.gradient(np.unwrap(rows[:, 2])) * (r2 + rows[:, 3]) * np.cos(rows[:, 1])
     return np.column_stack((north, east, -np.gradient(rows[:, 3]))) / step[:, np.newaxis]
+
+
+def write(content: Content, place: Path) -> list[str]:
+    """Write the file.
+
+    Raises:
+        InputError: the stream has no velocity or attitude.
+    """
+    s = content.solution
+    if s.velocity_ned is None or s.q_nb is None:
+        raise InputError(f"SBET has velocity and attitude; {content.solution_name} lacks them.")
+    week, start = week_and_seconds(content.start_gps_s)
+    rows = np.zeros((len(s), 17), dtype="<f8")
+    rows[:, 0] = start + s.time
+    rows[:, 1], rows[:, 2], rows[:, 3] = s.latitude, s.longitude, s.height
+    rows[:, 4:7] = s.velocity_ned
+    rows[:, 7:10] = np.column_stack(rotation.euler_from_quaternion(s.q_nb))
+    said = ["Accelerations and angular rates (records 12 to 17) are 0."]
+    if content.imu_name is not None:
+        imu = content.imu
+        assert imu.interval is not None
+        at = np.searchsorted(imu.time, s.time - 1e-9).clip(max=len(imu) - 1)
+        rows[:, 11:14] = imu.accel[at] / imu.interval[at, 1:]
+        rows[:, 14:17] = imu.gyro[at] / imu.interval[at, :1]
+        said = [f"Specific force and inertial rate are the {content.imu_name} data, means over the last interval."]
+    place.write_bytes(rows.tobytes())
+    return [
+        f"{content.solution_name}: latitude, longitude [rad], height above the ellipsoid, velocity north, east, down "
+        "(wander angle 0), roll, pitch, heading [rad] of forward-right-down axes.",
+        *said,
+        f"Times are seconds of the GPS week {week}; the run's time 0 is {start}.",
+    ]
+
+
+FORMAT = Format(recognises, read)
+EXPORT = Export(".sbet", "solution", write)

@@ -14,7 +14,7 @@ from typing import Any
 import numpy as np
 
 from sinssim.errors import InputError
-from sinssim.logs.formats.registry import library
+from sinssim.logs.formats.registry import Format, library
 from sinssim.logs.gps_time import WEEK, gps_from_date, unrolled
 from sinssim.logs.recorded_streams import Clock, FixStream, Streams
 from sinssim.system.user_file import open_file
@@ -136,3 +136,6 @@ def _stream(
         heading_sigma=heading[:, 1] if turned else None,
         covariance=covariance if np.isfinite(covariance).any() else None,
     )
+
+
+FORMAT = Format(recognises, read)

@@ -11,8 +11,8 @@ import pyarrow.parquet as pq
 import pytest
 
 from sinssim.errors import InputError
-from sinssim.logs.formats import gpx, kml, track_csv
-from sinssim.logs.formats.registry import FORMATS
+from sinssim.logs.formats import csv_parquet_matlab, gpx_kml_geojson
+from sinssim.logs.formats.registry import format_of
 from sinssim.logs.recorded_streams import Streams
 from sinssim.rotation.quaternions import quaternion_from_euler
 
@@ -53,7 +53,7 @@ def refusal(read: Callable[[Path], Streams], path: Path) -> str:
 
 
 def test_gpx(tmp_path: Path) -> None:
-    streams = gpx.read(written(tmp_path, "a.gpx", GPX))
+    streams = gpx_kml_geojson.read_gpx(written(tmp_path, "a.gpx", GPX))
     fixes = streams.fixes["gnss"]
     assert fixes.time.tolist() == [0.0, 1.5, 3.0]
     assert streams.clock.origin_gps_s == 2312 * 604_800 + 302_418
@@ -66,7 +66,7 @@ def test_gpx(tmp_path: Path) -> None:
 
 
 def test_gpx_without_zone_is_utc(tmp_path: Path) -> None:
-    streams = gpx.read(written(tmp_path, "a.gpx", GPX.replace("12:00:03Z", "12:00:03")))
+    streams = gpx_kml_geojson.read_gpx(written(tmp_path, "a.gpx", GPX.replace("12:00:03Z", "12:00:03")))
     assert "taken as UTC" in streams.notes[-1]
 
 
@@ -82,13 +82,13 @@ def test_gpx_without_zone_is_utc(tmp_path: Path) -> None:
     ],
 )
 def test_gpx_refusals(tmp_path: Path, change: tuple[str, str], words: str) -> None:
-    message = refusal(gpx.read, written(tmp_path, "a.gpx", GPX.replace(*change)))
+    message = refusal(gpx_kml_geojson.read_gpx, written(tmp_path, "a.gpx", GPX.replace(*change)))
     assert words in message
     assert "a.gpx" in message
 
 
 def test_kml_track(tmp_path: Path) -> None:
-    fixes = kml.read(written(tmp_path, "a.kml", KML)).fixes["gnss"]
+    fixes = gpx_kml_geojson.read_kml(written(tmp_path, "a.kml", KML)).fixes["gnss"]
     assert fixes.time.tolist() == [0.0, 2.0]
     assert np.degrees(fixes.latitude) == pytest.approx([51.5, 51.6])
     assert fixes.height.tolist() == [12.5, 13.0]
@@ -96,10 +96,10 @@ def test_kml_track(tmp_path: Path) -> None:
 
 def test_kml_line_has_no_times(tmp_path: Path) -> None:
     path = written(tmp_path, "a.kml", LINE)
-    message = refusal(kml.read, path)
+    message = refusal(gpx_kml_geojson.read_kml, path)
     assert "2 points without times" in message
     assert "track.speed_mps" in message
-    points = kml.read_path(path)
+    points = gpx_kml_geojson.read_path_kml(path)
     assert points is not None
     assert points[0].tolist() == [-0.1, 51.5, 10.0]
     assert np.isnan(points[1, 2])
@@ -107,11 +107,11 @@ def test_kml_line_has_no_times(tmp_path: Path) -> None:
 
 def test_kml_with_unequal_numbers(tmp_path: Path) -> None:
     text = KML.replace("<when>2024-05-01T12:00:00Z</when>", "")
-    assert "1 <when> and 2 <gx:coord>" in refusal(kml.read, written(tmp_path, "a.kml", text))
+    assert "1 <when> and 2 <gx:coord>" in refusal(gpx_kml_geojson.read_kml, written(tmp_path, "a.kml", text))
 
 
 def test_table_with_angles(tmp_path: Path) -> None:
-    track = track_csv.read(written(tmp_path, "a.csv", CSV)).solutions["track"]
+    track = csv_parquet_matlab.read_track(written(tmp_path, "a.csv", CSV)).solutions["track"]
     assert track.time.tolist() == [0.0, 1.0]
     assert np.degrees(track.latitude) == pytest.approx([51.5, 51.6])
     assert np.isnan(track.height[1])
@@ -131,8 +131,8 @@ def test_table_with_angles(tmp_path: Path) -> None:
 def test_heights_in_feet_and_angles_in_degrees(tmp_path: Path, names: str) -> None:
     """1000 ft are 304.8 m; angles without a unit are degrees if one of them exceeds a turn in radians."""
     path = written(tmp_path, "a.csv", f"{names}\n0,51.5,-0.1,1000,1,2,30\n1,51.5,-0.1,1001,1,2,31\n")
-    assert track_csv.recognises(path, path.read_bytes())
-    streams = track_csv.read(path)
+    assert csv_parquet_matlab.recognises_track(path, path.read_bytes())
+    streams = csv_parquet_matlab.read_track(path)
     track = streams.solutions["track"]
     assert track.height == pytest.approx([304.8, 305.1048], abs=1e-9)
     assert track.q_nb == pytest.approx(quaternion_from_euler(*np.radians([[1, 1], [2, 2], [30, 31]])))
@@ -143,7 +143,7 @@ def test_no_column_is_lost_silently(tmp_path: Path) -> None:
     """What is not read is named; small angles without a unit may be degrees or radians."""
     names = "time_s,lat,lon,altitude_furlongs,battery_v,roll,pitch,yaw,time"
     text = f"{names}\n0,51.5,-0.1,3,12,0.1,0.2,0.3,0\n1,51.5,-0.1,3,12,0.1,0.2,0.3,1\n"
-    streams = track_csv.read(written(tmp_path, "a.csv", text))
+    streams = csv_parquet_matlab.read_track(written(tmp_path, "a.csv", text))
     assert streams.solutions["track"].q_nb is None
     assert "The column roll has no unit, and its numbers may be degrees or radians" in streams.notes[0]
     assert streams.notes[-1] == "Columns that are not read: altitude_furlongs, battery_v, roll, pitch, yaw, time."
@@ -151,13 +151,13 @@ def test_no_column_is_lost_silently(tmp_path: Path) -> None:
 
 def test_stamps_since_1970_in_milliseconds(tmp_path: Path) -> None:
     text = "timestamp,lat,lon,alt\n1700000000000,51.5,-0.1,3\n1700000000500,51.5,-0.1,3\n"
-    track = track_csv.read(written(tmp_path, "a.csv", text)).solutions["track"]
+    track = csv_parquet_matlab.read_track(written(tmp_path, "a.csv", text)).solutions["track"]
     assert np.diff(track.time) == pytest.approx([0.5], abs=1e-6)
 
 
 def test_table_with_times_and_semicolons(tmp_path: Path) -> None:
     text = "# my logger\ntime;lat;lon;alt\n2024-05-01T12:00:00Z;51.5;-0.1;3\n2024-05-01T12:00:00.5Z;51.6;-0.1;4\n"
-    streams = track_csv.read(written(tmp_path, "a.csv", text))
+    streams = csv_parquet_matlab.read_track(written(tmp_path, "a.csv", text))
     assert streams.solutions["track"].time.tolist() == [0.0, 0.5]
     assert streams.clock.kind == "utc"
 
@@ -166,7 +166,7 @@ def test_parquet_as_a_run_writes_it(tmp_path: Path) -> None:
     columns = {"time_s": [0.0, 1.0], "latitude_rad": [0.8, 0.81], "longitude_rad": [0.1, 0.1], "height_m": [1.0, 2.0]}
     columns |= {f"q_nb_{c}": [float(c == "w")] * 2 for c in "wxyz"}
     pq.write_table(pa.table(columns), tmp_path / "truth.parquet")
-    track = track_csv.read(tmp_path / "truth.parquet").solutions["track"]
+    track = csv_parquet_matlab.read_track(tmp_path / "truth.parquet").solutions["track"]
     assert track.latitude.tolist() == [0.8, 0.81]
     assert track.q_nb is not None
     assert track.q_nb[:, 0].tolist() == [1.0, 1.0]
@@ -186,7 +186,7 @@ def test_parquet_as_a_run_writes_it(tmp_path: Path) -> None:
     ],
 )
 def test_table_refusals(tmp_path: Path, change: tuple[str, str], words: str) -> None:
-    assert words in refusal(track_csv.read, written(tmp_path, "a.csv", CSV.replace(*change)))
+    assert words in refusal(csv_parquet_matlab.read_track, written(tmp_path, "a.csv", CSV.replace(*change)))
 
 
 def test_each_recognises_its_own(tmp_path: Path) -> None:
@@ -195,8 +195,6 @@ def test_each_recognises_its_own(tmp_path: Path) -> None:
         "kml": written(tmp_path, "2", KML),
         "track-csv": written(tmp_path, "3", CSV.replace("height_m", "altitude_m")),
     }
-    modules = {"gpx": gpx, "kml": kml, "track-csv": track_csv}
-    assert set(modules) <= set(FORMATS)
     for own, path in files.items():
         head = path.read_bytes()[:4096]
-        assert [name for name, module in modules.items() if module.recognises(path, head)] == [own]
+        assert [name for name in files if format_of(name).recognises(path, head)] == [own]

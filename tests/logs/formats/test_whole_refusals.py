@@ -12,11 +12,10 @@ import numpy as np
 import pytest
 
 from sinssim.errors import InputError
-from sinssim.logs.formats import novatel, ros, vbox
+from sinssim.logs.formats import gnss_loggers, novatel, ros_mcap
 from sinssim.logs.formats import novatel as novatel_ascii
+from sinssim.logs.formats.euroc_tum_kitti import split_first, unit
 from sinssim.logs.formats.registry import read_file
-from sinssim.logs.formats.stamps import split_first
-from sinssim.logs.formats.tum import unit
 from sinssim.logs.text import numeric_columns as number_table
 from sinssim.logs.text.numeric_columns import read_numbers
 from tests.logs.formats.whole import whole
@@ -79,7 +78,7 @@ def test_a_quaternion_that_is_none() -> None:
                                twist=SimpleNamespace(twist=SimpleNamespace(linear=place)))  # fmt: skip
 
     with pytest.raises(ValueError, match=r"^a quaternion of the odometry has the norm 0\.7, not 1$"):
-        ros._odometry([message(1.005), message(0.98), message(0.7), message(1.2)], np.arange(4.0))
+        ros_mcap._read_odometry([message(1.005), message(0.98), message(0.7), message(1.2)], np.arange(4.0))
 
 
 def test_stamps(tmp_path: Path) -> None:
@@ -138,7 +137,7 @@ def test_times_of_day_without_a_date(tmp_path: Path, first: str) -> None:
     )  # fmt: skip
     whole(found.fixes["gnss"], time=[46923.5, 46924.5], latitude_deg=[50.0, 50.025], longitude_deg=[10.0, 10.025],
           height=[12.5, 13.5], datum=found.fixes["gnss"].datum)  # fmt: skip
-    day, second = vbox._clock(np.array([130203.5, 130204.5]), "on 5.6.2023")
+    day, second = gnss_loggers._vbox_clock(np.array([130203.5, 130204.5]), "on 5.6.2023")
     # the GPS week 2265 began on Sunday, 4 June 2023; 18 leap seconds
     assert day.origin_gps_s == 2265 * 604800 + 86400 + 18
     np.testing.assert_allclose(second, [46923.5, 46924.5])
@@ -180,8 +179,7 @@ def test_points_of_a_kml_file(tmp_path: Path) -> None:
     path = tmp_path / "a.kml"
     path.write_text("<kml><Placemark><LineString><coordinates>1,2,3 4,5 6,x,7</coordinates></LineString></Placemark>"
                     "</kml>")  # fmt: skip
-    from sinssim.logs.formats.kml import path_of_lines
-    from sinssim.logs.formats.xml_file import read_xml
+    from sinssim.logs.formats.gpx_kml_geojson import path_of_lines, read_xml
 
     root = read_xml(path)
     with pytest.raises(InputError, match=r"a\.kml, point 3: '6 x 7' is not longitude, latitude and height\.$"):

@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 from scipy.spatial.transform import Rotation
 
-from sinssim.logs.formats import columns, gpx, kml, track_csv
+from sinssim.logs.formats import csv_parquet_matlab, gpx_kml_geojson
 from sinssim.logs.formats.rtklib_pos import read as read_pos
 from tests.logs.formats.whole import only, whole
 
@@ -97,8 +97,8 @@ def test_columns_of_solutions(tmp_path: Path, name: str, start: int, kind: str, 
     row += "\t0.5\t0.25\t0.75\t0.125\t0.375\t0.625\t9\t1e-3\t2.0\t-3e-3\t0.0625\t0.5\t-0.25"
     path = tmp_path / "x.csv"
     path.write_text("\t".join(names) + f"\n{start}.25\t{row}\n{start + 2}.75\t{row}\n")
-    assert columns.recognises(path, path.read_bytes())
-    streams = only(columns.read(path), origin, kind, note, notes=["Columns left out: comment."])
+    assert csv_parquet_matlab.recognises_csv(path, path.read_bytes())
+    streams = only(csv_parquet_matlab.read_csv(path), origin, kind, note, notes=["Columns left out: comment."])
     whole(
         streams["imu"],
         digits=1e-7,
@@ -129,7 +129,9 @@ def test_columns_of_fixes_and_rates(tmp_path: Path) -> None:
     rates = "gyro_x_radps,gyro_y_degps,gyro_z_radps,accel_x_mps2,accel_y_mps2,accel_z_mps2"
     row = "-33.5,151.25,81.75,0.5,0.25,0.75,0.01,2,-0.03,1.5,-2.5,-9.5"
     path.write_text(f"{fix},{rates}\n0.25,{row}\n0.75,{row}\n")
-    streams = only(columns.read(path), None, "machine", "the column time_s, seconds from an unknown start")
+    streams = only(
+        csv_parquet_matlab.read_csv(path), None, "machine", "the column time_s, seconds from an unknown start"
+    )
     imu = {"gyro": [[0.01, 2.0 * DEGREE, -0.03]] * 2, "accel": [[1.5, -2.5, -9.5]] * 2}
     whole(streams["imu"], time=[0.25, 0.75], **imu)
     place = {"latitude_deg": [-33.5] * 2, "longitude_deg": [151.25] * 2, "height": [81.75] * 2, "datum": "ellipsoid"}
@@ -138,7 +140,9 @@ def test_columns_of_fixes_and_rates(tmp_path: Path) -> None:
         "time_s,latitude_deg,longitude_deg,height_m,heading_rad,roll_deg,pitch_deg\n0.25,-33.5,151.25,81.75,2.5,"
         "10.5,-20.25\n"
     )
-    solution = only(columns.read(path), None, "machine", "the column time_s, seconds from an unknown start")["solution"]
+    solution = only(
+        csv_parquet_matlab.read_csv(path), None, "machine", "the column time_s, seconds from an unknown start"
+    )["solution"]
     place = {key: value[:1] if isinstance(value, list) else value for key, value in place.items()}
     whole(solution, time=[0.25], attitude_deg=[[10.5, -20.25, np.degrees(2.5)]], **place)
 
@@ -159,14 +163,15 @@ def test_tracks_of_gpx_and_kml(tmp_path: Path) -> None:
         "height": [81.75, 82.5, NAN],
         "datum": "mean sea level",
     }
-    whole(only(gpx.read(tmp_path / "a.gpx"), origin, "utc", "UTC of GPX")["gnss"], **place)
+    whole(only(gpx_kml_geojson.read_gpx(tmp_path / "a.gpx"), origin, "utc", "UTC of GPX")["gnss"], **place)
     np.testing.assert_array_equal(
-        gpx.read_path(tmp_path / "a.gpx"), [[151.25, -33.5, 81.75], [151.5, -33.25, 82.5], [151.75, -33.125, NAN]]
+        gpx_kml_geojson.read_path_gpx(tmp_path / "a.gpx"),
+        [[151.25, -33.5, 81.75], [151.5, -33.25, 82.5], [151.75, -33.125, NAN]],
     )
     (tmp_path / "b.gpx").write_text('<gpx><rte><rtept lat="-33.5" lon="151.25"><ele>81.75</ele></rtept></rte></gpx>')
-    np.testing.assert_array_equal(gpx.read_path(tmp_path / "b.gpx"), [[151.25, -33.5, 81.75]])
+    np.testing.assert_array_equal(gpx_kml_geojson.read_path_gpx(tmp_path / "b.gpx"), [[151.25, -33.5, 81.75]])
     (tmp_path / "c.gpx").write_text("<gpx></gpx>")
-    assert gpx.read_path(tmp_path / "c.gpx") is None
+    assert gpx_kml_geojson.read_path_gpx(tmp_path / "c.gpx") is None
     (tmp_path / "a.kml").write_text(
         '<kml xmlns="k" xmlns:gx="g"><gx:Track><when>2016-12-31T23:59:59.25Z</when><gx:coord>151.25 -33.5 '
         "81.75</gx:coord>"
@@ -174,7 +179,9 @@ def test_tracks_of_gpx_and_kml(tmp_path: Path) -> None:
         "<gx:coord>151.5 -33.25 82.5</gx:coord><gx:coord>151.75 -33.125</gx:coord></gx:Track></kml>"
     )
     said = "Times without a time zone are taken as UTC."
-    whole(only(kml.read(tmp_path / "a.kml"), origin, "utc", "UTC of KML", notes=[said])["gnss"], **place)
+    whole(
+        only(gpx_kml_geojson.read_kml(tmp_path / "a.kml"), origin, "utc", "UTC of KML", notes=[said])["gnss"], **place
+    )
 
 
 def test_track_tables(tmp_path: Path) -> None:
@@ -186,7 +193,11 @@ def test_track_tables(tmp_path: Path) -> None:
         "1750\t-0.25\t151.5\t\t-5.5\t15.75\t4.5\t4.5\t5.5\t-6.5\t8\n"
     )
     streams = only(
-        track_csv.read(path), None, "machine", "ms of the column t_ms", notes=["Columns that are not read: note."]
+        csv_parquet_matlab.read_track(path),
+        None,
+        "machine",
+        "ms of the column t_ms",
+        notes=["Columns that are not read: note."],
     )
     whole(
         streams["track"],
@@ -202,7 +213,9 @@ def test_track_tables(tmp_path: Path) -> None:
         "2017-01-01T00:00:01.5,-33.25,151.5,82.5,0.1,0.3,-0.3,0.9\n"
     )
     said = "Times without a time zone are taken as UTC."
-    streams = only(track_csv.read(path), 13509 * 86400 + 86399 + 17, "utc", "UTC of the column time", notes=[said])
+    streams = only(
+        csv_parquet_matlab.read_track(path), 13509 * 86400 + 86399 + 17, "utc", "UTC of the column time", notes=[said]
+    )
     whole(
         streams["track"],
         time=[0.25, 3.5],
@@ -224,6 +237,6 @@ def test_units_of_heights_and_angles_of_tracks(tmp_path: Path, unit: str, size: 
         path.write_text(
             f"time_s,Latitude [{angle}],Longitude ({angle}),Height [{unit}]\n0.5,0.25,-1.5,7.5\n", encoding="utf-8"
         )
-        track = track_csv.read(path).solutions["track"]
+        track = csv_parquet_matlab.read_track(path).solutions["track"]
         np.testing.assert_allclose([track.latitude[0], track.longitude[0]], [0.25 * turn, -1.5 * turn], rtol=1e-14)
         assert track.height[0] == pytest.approx(7.5 * size, rel=1e-14)

@@ -9,8 +9,8 @@ from typing import Any
 import numpy as np
 
 from sinssim import rotation
+from sinssim.logs.formats import gnss_ins_sim
 from sinssim.logs.recorded_streams import InertialStream, SolutionStream
-from sinssim.logs.writers import gnss_ins_sim
 from tests.oracles.s_turn import STurn
 
 STEP = 0.02

@@ -10,10 +10,10 @@ import pytest
 from pyarrow import parquet
 
 from sinssim.errors import InputError
+from sinssim.logs.formats import kf_gins
+from sinssim.logs.formats.run_export import choose, export
 from sinssim.logs.recorded_streams import FixStream
 from sinssim.logs.stored_run import RecordedRun
-from sinssim.logs.writers import kf_gins
-from sinssim.logs.writers.run_export import choose, export
 from tests.logs import hand_run
 from tests.logs.hand_run import BESIDE, FIX, FIX_TIME, SECONDS, TIME, WEEK
 from tests.logs.writers.exported import close, table

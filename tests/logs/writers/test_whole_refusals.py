@@ -11,10 +11,10 @@ import numpy as np
 import pytest
 
 from sinssim.errors import InputError
+from sinssim.logs.formats import run_export
 from sinssim.logs.recorded_streams import SolutionStream
 from sinssim.logs.reference_solution import TruthAt
 from sinssim.logs.solution_score import Judge
-from sinssim.logs.writers import run_export
 
 SECOND = np.pi / 648_000.0
 
@@ -41,13 +41,13 @@ def test_places_that_are_taken(tmp_path: Path) -> None:
 
 def test_outages_need_fixes() -> None:
     content: Any = SimpleNamespace(run=SimpleNamespace(path="run", fixes=[]), solution_name="aided")
-    writer: Any = SimpleNamespace(HOLDS="solution")
+    writer: Any = SimpleNamespace(holds="solution")
     assert run_export._with_outages(content, (), "kml", writer) is content
     with pytest.raises(InputError, match=r"^--outage: run has no GNSS fixes that could be withheld\.$"):
         run_export._with_outages(content, ("40:55",), "kml", writer)
     content.run.fixes = ["gnss", "second"]
     for to, holds in (("kml", "solution"), ("parquet", "run")):
-        writer.HOLDS = holds
+        writer.holds = holds
         with pytest.raises(InputError) as refused:
             run_export._with_outages(content, ("40:55",), to, writer)
         assert str(refused.value) == (

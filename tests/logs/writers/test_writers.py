@@ -14,11 +14,11 @@ import pytest
 
 from sinssim import rotation
 from sinssim.errors import InputError
+from sinssim.logs.formats import rtklib_pos
 from sinssim.logs.formats.registry import WRITERS, read_file
+from sinssim.logs.formats.run_export import Exported, export
 from sinssim.logs.recorded_streams import SolutionStream
 from sinssim.logs.stored_run import RecordedRun
-from sinssim.logs.writers import rtklib_pos
-from sinssim.logs.writers.run_export import Exported, export
 from sinssim.units import DEG
 from tests.logs.short_run import short_run
 
@@ -240,8 +240,8 @@ def test_geojson_is_cut_at_the_antimeridian(run: RecordedRun, truth: SolutionStr
 
 def test_geojson_is_not_cut_beside_a_pole(run: RecordedRun, place: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     """A step past a pole changes the longitude by up to 180°; only a larger one crosses the antimeridian."""
-    from sinssim.logs.writers import geojson
-    from sinssim.logs.writers.path_points import Points
+    from sinssim.logs.formats import gpx_kml_geojson as geojson
+    from sinssim.logs.formats.gpx_kml_geojson import Points
 
     longitude = np.array([10.0, 150.0, 170.0, -170.0])
     points = Points(np.full(4, 89.9), longitude, np.full(4, 7.0), ["a", "b", "c", "d"], 4)

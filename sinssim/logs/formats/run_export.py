@@ -5,11 +5,11 @@ Files are written beside their place and then renamed.
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
 from pathlib import Path
-from typing import Any, Protocol, cast
+from typing import Any
 
 import numpy as np
 
@@ -22,7 +22,7 @@ from sinssim.logs.recorded_aiding import withheld
 from sinssim.logs.recorded_streams import FixStream, InertialStream, SolutionStream
 from sinssim.logs.stored_run import RecordedRun
 from sinssim.system.outputs import Draft, draft, publish
-from sinssim.system.registries import module_of
+from sinssim.system.registries import load_entry
 
 
 @dataclass(frozen=True)
@@ -154,13 +154,19 @@ def choose(run: RecordedRun, start_gps_s: float, names: list[str], rate_hz: floa
     return Content(run, start_gps_s, solution, imu, rate_hz)
 
 
-class Writer(Protocol):
-    """What a module of a format defines."""
+@dataclass(frozen=True)
+class Export:
+    """A format that runs are exported in.
 
-    SUFFIX: str
-    HOLDS: str
+    Attributes:
+        suffix: suffix of its file, "" if it is a folder.
+        holds: what goes into it: "solution" for one solution, "run" for the truth or a solution, readings and fixes.
+        write: writes it, and says in sentences what is where.
+    """
 
-    def write(self, content: Content, place: Path) -> list[str]: ...
+    suffix: str
+    holds: str
+    write: Callable[[Content, Path], list[str]]
 
 
 @dataclass(frozen=True)
@@ -178,16 +184,14 @@ class Exported:
     sentences: tuple[str, ...]
 
 
-def writer_module(name: str) -> Writer:
-    """Return the module of a format.
-
-    Args:
-        name: key of `WRITERS`.
+def export_of(name: str) -> Export:
+    """Return a format of exports by its name.
 
     Raises:
-        InputError: the format is unknown.
+        InputError: the format is unknown, or its file outside the package cannot be used.
     """
-    return cast(Writer, module_of(WRITERS, name, "sinssim.logs.writers", ("SUFFIX", "HOLDS", "write")))
+    loaded = load_entry(WRITERS, name, "sinssim.logs.formats", ("SUFFIX", "HOLDS", "write"))
+    return loaded if isinstance(loaded, Export) else Export(loaded.SUFFIX, loaded.HOLDS, loaded.write)
 
 
 def export(
@@ -214,7 +218,7 @@ def export(
     Raises:
         InputError: the run, a name, the date or the place cannot be used.
     """
-    writer = writer_module(to)
+    writer = export_of(to)
     recorded = RecordedRun(Path(run))
     if rate_hz is not None and not rate_hz > 0.0:
         raise InputError(f"--rate {rate_hz:g}: the rate of samples must be positive, in hertz.")
@@ -223,8 +227,8 @@ def export(
     if len(content.motion) < 2:
         raise InputError(f"{run} has fewer than two samples.")
     content = _with_outages(content, outages, to, writer)
-    place = Path(out) if out is not None else _default_place(recorded, to, writer.SUFFIX)
-    _check_place(place, folder=not writer.SUFFIX, overwrite=overwrite)
+    place = Path(out) if out is not None else _default_place(recorded, to, writer.suffix)
+    _check_place(place, folder=not writer.suffix, overwrite=overwrite)
     try:
         sentences, files = _write(writer, content, place)
     except OSError as error:
@@ -236,13 +240,13 @@ _WHOLE = ("parquet", "euroc")
 """Formats of whole runs that have no fixes, or contain every stream as it is."""
 
 
-def _with_outages(content: Content, written: Sequence[str], to: str, writer: Writer) -> Content:
+def _with_outages(content: Content, written: Sequence[str], to: str, writer: Export) -> Content:
     """Return the content without the fixes of outages."""
     if not written:
         return content
     if not content.run.fixes:
         raise InputError(f"--outage: {content.run.path} has no GNSS fixes that could be withheld.")
-    if to in _WHOLE or (writer.HOLDS == "solution" and content.solution_name not in content.run.fixes):
+    if to in _WHOLE or (writer.holds == "solution" and content.solution_name not in content.run.fixes):
         raise InputError(
             f"--outage: this export to {to} contains no fixes from which any could be withheld. Export to another "
             f"format, or the fixes as a solution (--solution {next(iter(content.run.fixes))})."
@@ -312,10 +316,10 @@ def _check_place(place: Path, *, folder: bool, overwrite: bool) -> None:
         raise InputError(f"{place} exists. Give another name with -o, or replace it with --overwrite.")
 
 
-def _write(writer: Writer, content: Content, place: Path) -> tuple[list[str], list[Path]]:
+def _write(writer: Export, content: Content, place: Path) -> tuple[list[str], list[Path]]:
     """Write beside the place and rename; return the sentences and the files."""
     place.parent.mkdir(parents=True, exist_ok=True)
-    if writer.SUFFIX:
+    if writer.suffix:
         with draft(place) as beside:
             return writer.write(content, beside), [Path(place.name)]
     with Draft(place.parent, place.name) as folder:
