@@ -19,10 +19,10 @@ _PACKAGE = Path(sinssim.__file__).parent
 OWN = {
     "recording": "run directories, and files that are written",
     "experiments/experiment_directory.py": "directories of ensembles and trade studies",
-    "experiments/ensembles/running": "directories of ensembles",
-    "experiments/trades/running": "directories of trade studies",
+    "experiments/ensembles/ensemble_directory.py": "directories of ensembles",
+    "experiments/trades/trade_run.py": "directories of trade studies",
     "experiments/run": "run directories",
-    "logs/stored": "run directories",
+    "logs/run_version.py": "run directories",
     "logs/stored_run.py": "run directories",
     "system": "this function, marks of output directories, caches, limits of the machine",
     "truth/flight/flight_cache.py": "cached flights",

@@ -1,1 +1,1 @@
-"""One file for each format of recorded sensors and solutions, and the registry of formats."""
+"""Formats of recorded sensors, solutions and exports: reader and writer of a program in one file; the registries."""
