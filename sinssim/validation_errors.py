@@ -350,7 +350,9 @@ def _walk(loc: tuple[int | str, ...], model: type[Table]) -> tuple[tuple[str, ..
             pass  # a number that may be whole or not
         elif _array_of(here, part):
             pass  # an array or a text
-        elif any(part in kind.file_keys() for kind in models) or not any(part in _tags(kind) for kind in models):
+        elif any(part in kind.file_keys() for kind in models) or not any(
+            part in _tags(kind) for kind in (*models, *(kind.own_table(part) for kind in models)) if kind is not None
+        ):
             path.append(shortened(part))
             holders = models or holders
         # else: a location contains the tag of a union's member, a file does not

@@ -424,6 +424,7 @@ class Tables(Section):
             "algorithms": self.navigation.algorithms,
             "frames": (self.navigation.frame,),
             "aiding": self.aiding.sensors() if self.aiding else (),
+            "legs": [leg.type for leg in self.flight.legs] if self.flight else (),
             "formats": [file.format for _, file in self.log.files() if file.format] if self.log else (),
         }
         found = dict.fromkeys(registered(kind, name) for kind, chosen in names.items() for name in chosen)

@@ -16,11 +16,10 @@ from typing import Any
 import numpy as np
 
 from sinssim.errors import InputError, RunError
-from sinssim.formatting import listed
 from sinssim.sensors import aiding
 from sinssim.sensors.aiding_sensor import AidingSensor
 from sinssim.sensors.measurement_kind import Comparison, MeasurementKind
-from sinssim.system.extensions import Item, explained, load_module
+from sinssim.system.extensions import Item, class_in, explained, load_module
 from sinssim.system.registries import Registry, on_change, registered
 
 _ORDER = (
@@ -61,15 +60,7 @@ def _load() -> dict[str, MeasurementKind]:
 
 def _class_in(module: ModuleType, wrong: str) -> type[AidingSensor]:
     """Return the sensor of a file; raise an InputError that begins with `wrong` if there is none that can be used."""
-    classes = [
-        item
-        for item in vars(module).values()
-        if isinstance(item, type) and issubclass(item, AidingSensor) and item.__module__ == module.__name__
-    ]
-    if len(classes) != 1:
-        names = listed([item.__name__ for item in classes]) if classes else "there is none"
-        raise InputError(f"{wrong}: it must have one class that derives from AidingSensor; {names}.")
-    sensor = classes[0]
+    sensor: type[AidingSensor] = class_in(module, AidingSensor, wrong)
     if not (sensor.__doc__ or "").strip():
         raise InputError(f"{wrong}: {sensor.__name__} needs a docstring, whose first line describes it.")
     if sensor.read is AidingSensor.read and sensor.from_imu is AidingSensor.from_imu:

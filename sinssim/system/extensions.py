@@ -28,6 +28,7 @@ SINGULAR: dict[str, str] = {
     "algorithms": "attitude algorithm",
     "frames": "navigation frame",
     "aiding": "aiding sensor",
+    "legs": "leg",
     "formats": "file format",
     "writers": "export format",
     "views": "view",
@@ -36,7 +37,7 @@ SINGULAR: dict[str, str] = {
 }
 """Folders of a project by name, with what one of their files is."""
 
-CODE = ("algorithms", "frames", "aiding", "formats", "writers", "views")
+CODE = ("algorithms", "frames", "aiding", "legs", "formats", "writers", "views")
 """Folders whose files are Python code, which runs when their content is used."""
 
 _MARKS: dict[str, set[str]] = {
@@ -53,7 +54,7 @@ _NAME = re.compile(r"[A-Za-z][\w-]*", re.ASCII)
 
 @dataclass(frozen=True)
 class Item:
-    """One algorithm, frame, aiding sensor, view, grade or aircraft outside the package.
+    """One algorithm, frame, aiding sensor, leg, view, grade or aircraft outside the package.
 
     Attributes:
         kind: folder of a project that it belongs in, one of `SINGULAR`.
@@ -207,15 +208,17 @@ def _kind_of(file: Path) -> str:
     found = outline(file)
     if found.problem:
         raise InputError(f"{file} cannot be read: {found.problem}")
-    if "AidingSensor" in found.bases:
-        return "aiding"
+    for base, kind in (("AidingSensor", "aiding"), ("LegBase", "legs")):
+        if base in found.bases:
+            return kind
     for kind, marks in _MARKS.items():
         if marks & found.names:
             return kind
     raise InputError(
         f"{file} is nothing that sinssim can use: an attitude algorithm has functions start_k, dcm_k, step_k and "
         "quaternion_k, a navigation frame solve and check, a view blueprint, a file format recognises and read, an "
-        "export format SUFFIX, HOLDS and write, and an aiding sensor a class that derives from AidingSensor"
+        "export format SUFFIX, HOLDS and write, an aiding sensor a class that derives from AidingSensor, and a leg one "
+        "that derives from LegBase"
     )
 
 
@@ -276,6 +279,24 @@ def _load(item: Item, name: str) -> ModuleType:
     return module
 
 
+def classes_in(module: ModuleType, base: type) -> list[Any]:
+    """Return the classes that a module defines and that derive from a base, in the order of their definition."""
+    return [
+        value
+        for value in vars(module).values()
+        if isinstance(value, type) and issubclass(value, base) and value.__module__ == module.__name__
+    ]
+
+
+def class_in(module: ModuleType, base: type, wrong: str) -> Any:
+    """Return the only class of a file that derives from a base; an InputError begins with `wrong`."""
+    classes = classes_in(module, base)
+    if len(classes) != 1:
+        names = listed([item.__name__ for item in classes]) if classes else "there is none"
+        raise InputError(f"{wrong}: it must have one class that derives from {base.__name__}; {names}.")
+    return classes[0]
+
+
 def source_of(item: Item) -> bytes:
     """Return the text of own content as it was run, or as the file is now if it has not been run.
 
@@ -293,14 +314,19 @@ def drop_module(item: Item) -> None:
     sys.modules.pop(_module_name(item), None)
 
 
-def explained(item: Item, function: Callable[..., Any], kind: type[SinssimError] = InputError) -> Callable[..., Any]:
-    """Return a function of own content whose failures name the file and the line."""
+def explained(
+    item: Item,
+    function: Callable[..., Any],
+    kind: type[SinssimError] = InputError,
+    passed: type[Exception] = SinssimError,
+) -> Callable[..., Any]:
+    """Return a function of own content whose failures name the file and the line, except for errors of `passed`."""
 
     @functools.wraps(function)
     def call(*arguments: Any, **named: Any) -> Any:
         try:
             return function(*arguments, **named)
-        except SinssimError:
+        except (SinssimError, passed):
             raise
         except Exception as error:  # raised by the user's code
             raise kind(f"the {item.words} failed: {failure(item.file, error)}.") from error

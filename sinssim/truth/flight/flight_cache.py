@@ -21,6 +21,7 @@ import numpy as np
 
 from sinssim.content import find_content
 from sinssim.jit import cache_root
+from sinssim.system.extensions import source_of
 from sinssim.system.outputs import draft
 from sinssim.system.user_file import read_bytes
 from sinssim.truth.curve import KnotDerivatives, checked_knots, knot_derivatives
@@ -115,6 +116,8 @@ def flight_key(flight: FlightPlan, seed: int) -> str:
     for path in sorted(model.rglob("*")):
         if path.is_file():
             add(path.relative_to(model).as_posix(), read_bytes(path))
+    for item in flight.user_items():
+        add(item.name, source_of(item))
     for source in _sources():
         add(source.relative_to(_PACKAGE).as_posix(), source.read_bytes())
     return digest.hexdigest()

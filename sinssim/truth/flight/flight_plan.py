@@ -11,16 +11,28 @@ import itertools
 import math
 from collections.abc import Iterator
 from dataclasses import dataclass
+from functools import cache
 from itertools import pairwise
 from typing import TYPE_CHECKING, Annotated, Any, ClassVar, Literal, Self, Union, get_args
 
-from pydantic import AfterValidator, BeforeValidator, Field, model_validator
+from pydantic import (
+    AfterValidator,
+    BeforeValidator,
+    Field,
+    SerializeAsAny,
+    TypeAdapter,
+    ValidatorFunctionWrapHandler,
+    WrapValidator,
+    model_validator,
+)
 
 from sinssim.errors import InputError
+from sinssim.system.extensions import Item
+from sinssim.system.registries import register
 from sinssim.toml_section import Heading, Keys, Latitude, Longitude, Moment, NotNegative, Section
 from sinssim.truth.flight.aircraft import aircraft_exists, ceiling, load_aircraft
 from sinssim.truth.flight.atmosphere import STANDARD_PRESSURE, Air, WindVector, wind_from
-from sinssim.truth.flight.leg import Airspeed, Altitude, DeadReckoning, LegBase, check_landing, distance
+from sinssim.truth.flight.leg import Airspeed, Altitude, DeadReckoning, LegBase, check_landing, distance, user_leg
 from sinssim.truth.flight.legs import LEGS
 from sinssim.truth.motion import NORMAL_EARTH, Motion, Mounting, TrueEarth
 from sinssim.units import KNOT
@@ -185,10 +197,27 @@ def _name(value: Any) -> Any:
     return str(value) if isinstance(value, int) and not isinstance(value, bool) else value
 
 
+@cache
+def _beside(leg: type[LegBase]) -> TypeAdapter[LegBase]:
+    """Return the check of a leg outside the package; in a union, a mistake is located as one of the package's legs."""
+    either: Any = Annotated[Union[LEGS[0], leg], Field(discriminator="type")]  # noqa: UP007
+    return TypeAdapter(either)
+
+
+def _of_user_too(data: Any, shipped: ValidatorFunctionWrapHandler) -> Any:
+    """Check a leg, which may be one outside the package."""
+    if isinstance(data, LegBase) and data.item is not None:
+        return data
+    leg = user_leg(data.get("type")) if isinstance(data, dict) else None
+    return shipped(data) if leg is None else _beside(leg).validate_python(data)
+
+
 if TYPE_CHECKING:
     Leg = LegBase
 else:
-    Leg = Annotated[Union[LEGS], Field(discriminator="type")]  # noqa: UP007
+    Leg = SerializeAsAny[
+        Annotated[Union[LEGS], Field(discriminator="type"), WrapValidator(_of_user_too)]  # noqa: UP007
+    ]
 """One leg of a flight plan, selected by `type`."""
 
 
@@ -285,6 +314,15 @@ class FlightPlan(Motion):
     wind: Wind = Field(default=Wind())
     atmosphere: Atmosphere | None = None
     turbulence: Turbulence | None = None
+
+    def user_items(self) -> list[Item]:
+        """Return the files of its legs outside the package."""
+        return [item for item in dict.fromkeys(leg.item for leg in self.legs) if item is not None]
+
+    def __reduce__(self) -> Any:
+        """Return how another process, as the one that flies, makes the plan: with the legs outside the package."""
+        items = self.user_items()
+        return (_plan, (type(self), items, self.model_dump())) if items else super().__reduce__()
 
     def air(self) -> Air:
         """Return the air that the aircraft flies in: wind over height, temperature and pressure."""
@@ -396,6 +434,11 @@ class FlightPlan(Motion):
             except ValueError as error:
                 raise ValueError(f"{name} {error}") from error
         return self
+
+
+def _plan(kind: type[FlightPlan], items: list[Item], contents: dict[str, Any]) -> FlightPlan:
+    register(items)
+    return kind.model_validate(contents)
 
 
 @dataclass(frozen=True)

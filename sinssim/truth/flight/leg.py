@@ -7,15 +7,19 @@ speed are steady; transients of roll and pitch, which take seconds, are neglecte
 
 from __future__ import annotations
 
+import functools
 import math
 from abc import abstractmethod
-from collections.abc import Iterator, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass, field
-from typing import Annotated, Any, ClassVar, Literal
+from typing import Annotated, Any, ClassVar, Literal, TypeAlias, get_args
 
 from pydantic import Field
 
-from sinssim.errors import InputError
+from sinssim.errors import InputError, RunError, SinssimError
+from sinssim.formatting import listed
+from sinssim.system.extensions import Item, class_in, explained, failure, load_module
+from sinssim.system.registries import ensure, registered
 from sinssim.toml_section import Section, Timeout
 from sinssim.truth.flight.aircraft import Performance
 from sinssim.truth.flight.atmosphere import Air
@@ -272,6 +276,9 @@ class LegError(Exception):
         self.reason, self.remedy = reason, remedy
 
 
+_Class: TypeAlias = "type[LegBase]"  # the class has a field of the name type
+
+
 class LegBase(Section):
     """One leg of a flight plan.
 
@@ -293,9 +300,16 @@ class LegBase(Section):
     stands_still: ClassVar[bool] = False
     lands: ClassVar[bool] = False
     holds: ClassVar[frozenset[str]] = frozenset({"height", "airspeed", "heading"})
+    item: ClassVar[Item | None] = None
+    """The file of a leg outside the package."""
 
     timeout_s: Timeout = Field(default=1800.0, description="the leg fails if it takes longer")
     type: str
+
+    @classmethod
+    def own_table(cls, name: str) -> _Class | None:
+        """Return the class of a leg outside the package, for the words of a mistake in it."""
+        return user_leg(name)
 
     def end_height(self, height: float) -> float:
         """Return the height at the end of the leg, for the check of a plan before flying.
@@ -338,6 +352,45 @@ class LegBase(Section):
         Raises:
             LegError: the leg cannot be flown.
         """
+
+
+def user_leg(name: Any) -> type[LegBase] | None:
+    """Return the class of a leg outside the package by its name in a scenario, None if there is none of that name.
+
+    Raises:
+        InputError: its file cannot be run, or has no class that can be used.
+    """
+    ensure("legs", name)
+    item = registered("legs", name) if isinstance(name, str) else None
+    if item is None:
+        return None
+    wrong = f"the {item.words} cannot be used: {item.file}"
+    leg: type[LegBase] = class_in(load_module(item), LegBase, wrong)
+    if leg.item is None:
+        if get_args(leg.model_fields["type"].annotation) != (name,):
+            raise InputError(f'{wrong}: {leg.__name__} needs type: Literal["{name}"], the name of the file.')
+        if missing := sorted(getattr(leg, "__abstractmethods__", ())):
+            raise InputError(f"{wrong}: {leg.__name__} needs the {listed([f'method {one}' for one in missing])}.")
+        leg.item = item
+        methods: Any = leg
+        methods.end_height = explained(item, leg.end_height, passed=ValueError)  # a plan that cannot be flown
+        methods.reckon, methods.fly = explained(item, leg.reckon), _explained_flight(item, leg.fly)
+    return leg
+
+
+def _explained_flight(item: Item, fly: Callable[..., Iterator[None]]) -> Callable[..., Iterator[None]]:
+    """Return the method `fly` of a leg outside the package, whose failures name the file and the line."""
+
+    @functools.wraps(fly)
+    def explained_fly(*arguments: Any) -> Iterator[None]:
+        try:
+            yield from fly(*arguments)
+        except (SinssimError, LegError):
+            raise
+        except Exception as error:  # raised by the user's code
+            raise RunError(f"the {item.words} failed: {failure(item.file, error)}.") from error
+
+    return explained_fly
 
 
 def wait(state: AircraftState, until: float) -> Iterator[None]:

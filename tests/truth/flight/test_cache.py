@@ -155,7 +155,7 @@ def test_key_depends_on_the_code_that_flies(tmp_path: Path, monkeypatch: pytest.
     monkeypatch.setattr(flight_cache, "_PACKAGE", tmp_path)
     flight_cache._sources.cache_clear()
     assert flight_key(flight(), 0) == base
-    (tmp_path / "truth" / "flight" / "legs" / "turn.py").write_text("# another way to fly\n")
+    (tmp_path / "truth" / "flight" / "legs" / "turns.py").write_text("# another way to fly\n")
     assert flight_key(flight(), 0) != base
     flight_cache._sources.cache_clear()
 
