@@ -376,12 +376,16 @@ def _centred_turns(dtheta: Array, dvel: Array, weights: Array, start: int, end: 
     return large == 0
 
 
+turn_k = fitted_turn_k
+"""The turn in an interval; `fill_single_turns` is bound to an algorithm's own."""
+
+
 def fill_single_turns(
     dtheta: Array, dvel: Array, weights: Array, uniform: bool, first: int, last: int, turns: Array
 ) -> None:
     """Fill a block with the turns in the intervals first … last − 1, one by one; a template over `turn_k`."""
     for k in range(first, last):
-        _keep_k(fitted_turn_k(dtheta, dvel, weights, uniform, k), turns, k - first)
+        _keep_k(turn_k(dtheta, dvel, weights, uniform, k), turns, k - first)
 
 
 @kernel

@@ -8,7 +8,7 @@ from numpy.polynomial.legendre import leggauss
 from scipy.spatial.transform import Rotation
 
 from sinssim.data import Array
-from sinssim.strapdown.coning_sculling import BodyTurn
+from sinssim.strapdown.coning_sculling import BLOCK, BodyTurn
 from sinssim.strapdown.engine_assembly import parts
 
 PAIRS = {1: {}, 2: {1: 2 / 3}, 3: {1: 27 / 40, 2: 9 / 20}, 4: {1: 214 / 315, 2: 46 / 105, 3: 54 / 105}}
@@ -70,3 +70,15 @@ def test_turn_with_the_sample_before(count: int) -> None:
         half = (dvel[b] - dvel[a]) / 2.0
         found = turn_k(dtheta, dvel, np.empty((0, 10)), True, k)
         compared(found, phi, nu, (dvel[k] - half, dvel[k] + half), dtheta[k])
+
+
+@pytest.mark.parametrize("algorithm", [f"rotation-vector-{n}" for n in ("1", "1p", "2", "3", "4")])
+def test_navigation_takes_these_turns(algorithm: str) -> None:
+    """The blocks of turns that the engines read are those of the algorithm, not the fits of other algorithms."""
+    of_algorithm = parts(algorithm)
+    dtheta, dvel = increments(8)
+    turns = np.empty(len(BodyTurn._fields) * BLOCK)
+    of_algorithm["fill_turns"](dtheta, dvel, np.empty((0, 10)), True, 0, 2, turns)
+    for k in range(2):
+        expected = of_algorithm["turn_k"](dtheta, dvel, np.empty((0, 10)), True, k)
+        assert tuple(turns.reshape(-1, BLOCK)[:, k]) == tuple(expected)
