@@ -1,7 +1,6 @@
-"""The work of an experiment.
+"""The work of an experiment: one loop over its tasks, which executors compute, and the limit of its duration.
 
-Its expected duration and the limit, progress, and tasks in threads, which may each have a process, so that Ctrl-C
-takes effect.
+Executors are threads of this process (`Threads`), processes and a cluster (`ensembles/ensemble_workers.py`).
 """
 
 from __future__ import annotations
@@ -10,17 +9,21 @@ import math
 import queue
 import threading
 import time
+from abc import ABC, abstractmethod
+from collections import Counter
 from collections.abc import Callable, Sequence
-from typing import Any, TypeVar
+from concurrent.futures import Future
+from functools import partial
+from typing import Any, Generic, TypeVar
 
 from sinssim.errors import InputError
 from sinssim.formatting import duration_text
 from sinssim.progress import Progress
 
 Task = TypeVar("Task")
-Tell = Callable[[Any], None]
-"""Called by a task with what it has finished; it raises `Abandoned` after an interruption."""
-Compute = Callable[[Task, Tell], None]
+Part = Callable[[Any], None]
+"""Called by a task with what it has finished so far; it raises `Abandoned` after an interruption."""
+Compute = Callable[[Task, Part], Any]
 
 _POLL = 0.2
 _PATIENCE = 3.0
@@ -31,59 +34,120 @@ class Abandoned(BaseException):
     """The experiment was interrupted: the task ends without a result. It is no Exception, which a run would report."""
 
 
+class WorkerDiedError(Exception):
+    """The process that computed a task has died; the text says by what."""
+
+
+class Executor(ABC, Generic[Task]):
+    """Computes tasks."""
+
+    death: type[Exception] = WorkerDiedError
+    lives = 1
+    """Number of workers that may die on one task before the experiment fails."""
+
+    @abstractmethod
+    def submit(self, task: Task, part: Part) -> Future[Any]:
+        """Begin a task."""
+
+    @abstractmethod
+    def stop(self) -> None:
+        """Abandon the tasks that are not finished, and free the workers."""
+
+    def failure(self, task: Task, death: Exception) -> Exception:
+        """Return the error of an experiment that ends because workers died on a task."""
+        return death
+
+
+class Threads(Executor[Task]):
+    """Threads of this process. They are daemons, so that a long task does not delay the end after Ctrl-C."""
+
+    def __init__(self, number: int, worker: Callable[[threading.Event], Compute[Task]]) -> None:
+        """Start without threads; a `worker` makes a thread's function from the event of an interruption."""
+        self._number, self._worker, self._stop = number, worker, threading.Event()
+        self._waiting = queue.SimpleQueue[tuple[Future[Any], Task, Part] | None]()
+        self._threads: list[threading.Thread] = []
+
+    def submit(self, task: Task, part: Part) -> Future[Any]:
+        future: Future[Any] = Future()
+        self._waiting.put((future, task, part))
+        if len(self._threads) < self._number:
+            self._threads.append(threading.Thread(target=self._work, name="work", daemon=True))
+            self._threads[-1].start()
+        return future
+
+    def _work(self) -> None:
+        compute = self._worker(self._stop)
+        while (item := self._waiting.get()) is not None and not self._stop.is_set():
+            future, task, part = item
+            try:
+                result = compute(task, partial(self._pass_on, part))
+            except Abandoned:
+                return
+            except BaseException as error:
+                future.set_exception(error)
+            else:
+                future.set_result(result)
+
+    def _pass_on(self, part: Part, finished: Any) -> None:
+        if self._stop.is_set():
+            raise Abandoned
+        part(finished)
+
+    def stop(self) -> None:
+        self._stop.set()
+        end = time.monotonic() + _PATIENCE
+        for _ in self._threads:
+            self._waiting.put(None)
+        for thread in self._threads:
+            thread.join(max(end - time.monotonic(), 0.0))
+
+
 def work_through(
-    tasks: Sequence[Task], threads: int, worker: Callable[[threading.Event], Compute[Task]], on_done: Tell
+    tasks: Sequence[Task],
+    executor: Executor[Task],
+    on_done: Callable[[Task, Any], None],
+    on_part: Callable[[Task, Any], None] = lambda task, finished: None,
 ) -> None:
-    """Compute tasks in several threads.
+    """Compute tasks by an executor, which is stopped at the end; a task whose worker dies is begun again.
 
     Args:
-        worker: makes the function by which a thread computes a task; it is given the event of an interruption.
-        on_done: called in this thread with what the tasks tell.
+        on_done: called in this thread with a task and its result.
+        on_part: called in this thread with a task and what it has finished so far.
 
     Raises:
         BaseException: the first error of a task, or an interruption; the other tasks are abandoned.
     """
-    stop, waiting, answers = threading.Event(), queue.SimpleQueue[Task](), queue.SimpleQueue[tuple[str, Any]]()
-    for task in tasks:
-        waiting.put(task)
+    answers, deaths = queue.SimpleQueue[tuple[int, Any]](), Counter[int]()
 
-    def run() -> None:
-        def tell(finished: Any) -> None:
-            if stop.is_set():
-                raise Abandoned
-            answers.put(("told", finished))
+    def begin(number: int) -> None:
+        future = executor.submit(tasks[number], lambda finished: answers.put((number, finished)))
+        future.add_done_callback(lambda done: answers.put((number, done)))
 
-        try:
-            compute = worker(stop)
-            while not stop.is_set():
-                compute(waiting.get_nowait(), tell)
-                answers.put(("done", None))
-        except (queue.Empty, Abandoned):
-            pass
-        except BaseException as error:
-            answers.put(("failed", error))
-
-    pool = [threading.Thread(target=run, name=f"work {i}", daemon=True) for i in range(min(threads, len(tasks)))]
-    for thread in pool:
-        thread.start()
     try:
+        for number in range(len(tasks)):
+            begin(number)
         left = len(tasks)
         while left:
             try:
-                kind, answer = answers.get(timeout=_POLL)  # wakes up often, so that Ctrl-C takes effect
+                number, answer = answers.get(timeout=_POLL)  # wakes up often, so that Ctrl-C takes effect
             except queue.Empty:
                 continue
-            if kind == "failed":
-                raise answer
-            if kind == "done":
-                left -= 1
-            else:
-                on_done(answer)
+            if not isinstance(answer, Future):
+                on_part(tasks[number], answer)
+                continue
+            try:
+                result = answer.result()
+            except executor.death as death:
+                deaths[number] += 1
+                if deaths[number] >= executor.lives:
+                    raise executor.failure(tasks[number], death) from death
+                on_part(tasks[number], 0)
+                begin(number)
+                continue
+            on_done(tasks[number], result)
+            left -= 1
     finally:
-        stop.set()
-        end = time.monotonic() + _PATIENCE
-        for thread in pool:
-            thread.join(max(end - time.monotonic(), 0.0))
+        executor.stop()
 
 
 LIMIT_MINUTES = 30.0

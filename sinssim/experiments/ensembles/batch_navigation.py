@@ -20,7 +20,7 @@ from sinssim.earth.gravity import gravity_number
 from sinssim.errors import InputError, RunError, check_name
 from sinssim.experiments.ensembles import batch_layout
 from sinssim.experiments.ensembles.batch_kernel import engine
-from sinssim.experiments.ensembles.ensemble_errors import RunErrors, check_finite, rows_at, store_errors
+from sinssim.experiments.ensembles.ensemble_errors import OnRun, RunErrors, check_finite, rows_at, store_errors
 from sinssim.experiments.ensembles.ensemble_plan import truth_key
 from sinssim.scenario.ensemble_section import EnsembleSection
 from sinssim.scenario.initial_error import initial_state_with_errors
@@ -311,7 +311,7 @@ def why_not_batch(plan: Plan, truths: TruthCache) -> str | None:
 
 
 def compute_as_batch(
-    plan: Plan, members: Sequence[Member], truths: TruthCache, errors: RunErrors, on_run: Callable[[int], None] | None
+    plan: Plan, members: Sequence[Member], truths: TruthCache, errors: RunErrors, on_run: OnRun | None
 ) -> list[int]:
     """Compute runs of a plan that `alone_because` admits together, and fill in the rows of those that can be finished.
 
@@ -342,7 +342,7 @@ def compute_as_batch(
         errors.end[row] = truth.time[-1]
         store_errors(errors, row, error, epochs)
         if on_run is not None:
-            on_run(1)
+            on_run()
     return left
 
 

@@ -10,7 +10,7 @@ import math
 import tempfile
 import threading
 import weakref
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
 from itertools import pairwise
 from pathlib import Path
@@ -43,6 +43,8 @@ COMPONENTS = tuple(
 WITHIN = 1e-6
 """s: an instant of a solution that is later than an epoch by less counts as the epoch."""
 EVERYTHING = slice(None)
+OnRun = Callable[[], None]
+"""Called after each finished run; it may raise to abandon the others."""
 AT_ONCE = 2**20
 """Numbers of one column, runs times epochs, that statistics over all runs hold at a time: 8 MB."""
 

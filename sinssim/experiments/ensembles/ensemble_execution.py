@@ -6,7 +6,6 @@ A run is computed by the same functions, on the same numbers, as by `sinssim run
 from __future__ import annotations
 
 import traceback
-from collections.abc import Callable
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -16,7 +15,15 @@ from numpy.typing import NDArray
 from sinssim.data import Array
 from sinssim.errors import RunError, SinssimError
 from sinssim.experiments.ensembles.batch_navigation import compute_as_batch, why_not_batch
-from sinssim.experiments.ensembles.ensemble_errors import WITHIN, RunErrors, check_finite, empty, rows_at, store_errors
+from sinssim.experiments.ensembles.ensemble_errors import (
+    WITHIN,
+    OnRun,
+    RunErrors,
+    check_finite,
+    empty,
+    rows_at,
+    store_errors,
+)
 from sinssim.experiments.ensembles.ensemble_plan import ALL, Member, Plan, member
 from sinssim.simulation.navigation_stage import by_one, navigate
 from sinssim.simulation.sensed_stage import sense
@@ -27,10 +34,6 @@ if TYPE_CHECKING:
     from sinssim.experiments.ensembles.ensemble_plan import TruthCache
     from sinssim.simulation.sensed_stage import Sensed
     from sinssim.simulation.truth_comparison import Aided
-
-
-OnRun = Callable[[int], None]
-"""Called with the number of further runs that are finished; it may raise to abandon the others."""
 
 
 def errors_of_runs(plan: Plan, runs: range, truths: TruthCache, on_run: OnRun | None = None) -> RunErrors:
@@ -58,7 +61,7 @@ def errors_of_runs(plan: Plan, runs: range, truths: TruthCache, on_run: OnRun | 
         except Exception as error:  # whatever went wrong in one of a thousand runs is a result to report
             _fail(errors, row, _unexpected(error))
         if on_run is not None:
-            on_run(1)
+            on_run()
     return errors
 
 

@@ -7,8 +7,8 @@ from __future__ import annotations
 
 import os
 import shutil
-import threading
 import time
+from collections import Counter
 from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
@@ -23,13 +23,12 @@ from sinssim.experiments.ensembles.ensemble_directory import (
     write_chunk,
 )
 from sinssim.experiments.ensembles.ensemble_errors import AT_ONCE, IN_MEMORY, bytes_of
-from sinssim.experiments.ensembles.ensemble_execution import OnRun
 from sinssim.experiments.ensembles.ensemble_exhibits import EnsembleMedia
 from sinssim.experiments.ensembles.ensemble_plan import AIDED, LONG_CHUNK, TruthCache, make_plan, with_runs
 from sinssim.experiments.ensembles.ensemble_result import EnsembleResult
 from sinssim.experiments.ensembles.ensemble_statistics import Looks, check_kept
-from sinssim.experiments.ensembles.ensemble_workers import SparePool, in_processes
-from sinssim.experiments.workload import Compute, work_through
+from sinssim.experiments.ensembles.ensemble_workers import Cluster, Processes, SparePool
+from sinssim.experiments.workload import Executor, Threads, work_through
 from sinssim.formatting import duration_text, size_text
 from sinssim.progress import Progress, shown
 from sinssim.scenario.aircraft_limits import warn_of_limits
@@ -342,7 +341,7 @@ def _continued(
     computed = sum(map(len, groups))
     if groups:
         check_disk(plan, count, count - computed, folder.path)
-        _compute(folder, groups, how, _counter(sum(map(len, there)), computed, report))
+        _compute(folder, groups, how, _Counter(sum(map(len, there)), computed, report))
         there = folder.finished(tell)
     if missing(there, count, plan.chunk):
         raise RunError(f"files in {folder.folder} changed while they were written; --resume computes what is missing.")
@@ -396,38 +395,40 @@ def _check_workers(threads: int | None, workers: int | None, scheduler: str | No
         raise InputError(f"{' and '.join(given)} exclude each other: give one of them.")
 
 
-def _compute(folder: EnsembleDirectory, groups: Sequence[range], how: _How, on_run: OnRun) -> None:
+def _compute(folder: EnsembleDirectory, groups: Sequence[range], how: _How, counter: _Counter) -> None:
     """Compute groups of runs by threads, processes or a cluster."""
-    plan, chunks = folder.plan, folder.folder
     with folder.writing("the runs of the ensemble could not be written to"):
-        if how.workers is not None or how.scheduler is not None:
-            from sinssim.experiments.ensembles.ensemble_workers import on_cluster
-
-            on_cluster(plan, chunks, groups, on_run, workers=how.workers, scheduler=how.scheduler)
-            return
-        number = how.threads or runs_at_a_time(plan)
-        if plan.filtered and min(number, len(groups)) > 1:
-            work_through(groups, number, in_processes(plan, chunks, how.spare, how.truths), on_run)
-            return
-
-        def here(stop: threading.Event) -> Compute[range]:
-            return lambda runs, done: make_chunk(plan, runs, chunks, how.truths, done)
-
-        work_through(groups, number, here, on_run)
+        executor = _executor(folder, len(groups), how)
+        work_through(groups, executor, lambda runs, _: counter.count(runs, len(runs)), counter.count)
 
 
-def _counter(before: int, wanted: int, report: Progress) -> OnRun:
-    """Return a function that counts finished runs and reports runs done, rate and time left."""
-    begin, done, total = time.perf_counter(), 0, before + wanted
+def _executor(folder: EnsembleDirectory, groups: int, how: _How) -> Executor[range]:
+    plan, chunks = folder.plan, folder.folder
+    if how.workers is not None or how.scheduler is not None:
+        return Cluster(plan, chunks, workers=how.workers, scheduler=how.scheduler)
+    number = how.threads or runs_at_a_time(plan)
+    if plan.filtered and min(number, groups) > 1:
+        return Processes(number, plan, chunks, how.spare, how.truths)
+    return Threads(number, lambda stop: lambda runs, part: make_chunk(plan, runs, chunks, how.truths, part))
 
-    def count(more: int) -> None:
-        nonlocal done
-        done += more
-        rate = done / max(time.perf_counter() - begin, 1e-9)
-        left = (wanted - done) / rate if rate > 0.0 else 0.0
-        report(f"{before + done}/{total} runs, {rate:.3g}/s, {duration_text(left)} left", (before + done) / total)
 
-    return count
+class _Counter:
+    """Counts finished runs, and reports runs done, rate and time left."""
+
+    def __init__(self, before: int, wanted: int, report: Progress) -> None:
+        """Begin with the runs that were finished `before`, and those `wanted` beside them."""
+        self._begin, self._before, self._wanted, self._report = time.perf_counter(), before, wanted, report
+        self._done = 0
+        self._parts = Counter[range]()
+
+    def count(self, runs: range, finished: int) -> None:
+        """Count how many runs of a group are finished so far."""
+        self._done += finished - self._parts[runs]
+        self._parts[runs] = finished
+        rate = self._done / max(time.perf_counter() - self._begin, 1e-9)
+        left = duration_text((self._wanted - self._done) / rate if rate > 0.0 else 0.0)
+        done, total = self._before + self._done, self._before + self._wanted
+        self._report(f"{done}/{total} runs, {rate:.3g}/s, {left} left", done / total)
 
 
 EnsembleResult.media = EnsembleMedia(write_result)

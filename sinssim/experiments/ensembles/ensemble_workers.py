@@ -1,12 +1,9 @@
-"""Worker processes of an ensemble on this machine.
-
-And on a cluster by dask.distributed (the optional extra `cluster`).
+"""Executors of an ensemble: processes on this machine, and a cluster of dask.distributed (the extra `cluster`).
 
 Processes are for runs with a filter, which hold Python's lock most of the time. One starts before there is work for
 it, and loads the program while the ensemble is planned; then it is sent the plan, with the true motion that all runs
 share. A task on a cluster computes a group of runs and writes its own file into the ensemble's directory, which all
-workers must see; the scheduler carries only the numbers of runs. A worker that dies costs its group, which another
-computes again.
+workers must see. A worker that dies costs its group, which another computes again.
 """
 
 from __future__ import annotations
@@ -19,7 +16,7 @@ import signal
 import subprocess
 import sys
 import threading
-from collections.abc import Callable, Sequence
+from concurrent.futures import Future
 from contextlib import ExitStack
 from functools import lru_cache
 from pathlib import Path
@@ -27,12 +24,8 @@ from typing import IO, Any
 
 from sinssim.errors import InputError, RunError
 from sinssim.experiments.ensembles.ensemble_directory import make_chunk
-from sinssim.experiments.ensembles.ensemble_execution import OnRun
 from sinssim.experiments.ensembles.ensemble_plan import Plan, TruthCache, motions_differ
-from sinssim.experiments.workload import Abandoned, Compute
-
-_PROCESS_LIVES = 3
-"""Number of processes that may die on one group of runs before the ensemble fails."""
+from sinssim.experiments.workload import Abandoned, Executor, Part, Threads, WorkerDiedError
 
 
 class SparePool:
@@ -59,41 +52,21 @@ class SparePool:
         self._spare.clear()
 
 
-def in_processes(
-    plan: Plan, folder: Path, spare: SparePool, truths: TruthCache
-) -> Callable[[threading.Event], Compute[range]]:
-    """Return what makes a thread's function for `work_through`: it has the groups computed by a process of its own.
+class Processes(Threads[range]):
+    """Threads that each have their groups of runs computed by a process, which is sent the motion that runs share."""
 
-    A process that dies costs the group that it was computing, which another process computes again. The true motion
-    that all runs share is sent to the processes.
-    """
-    task = _task(plan, folder, truths)
+    lives = 3
 
-    def worker(stop: threading.Event) -> Compute[range]:
-        process = _Process(task, spare, stop)
+    def __init__(self, number: int, plan: Plan, folder: Path, spare: SparePool, truths: TruthCache) -> None:
+        task = _task(plan, folder, truths)
+        super().__init__(number, lambda stop: _Process(task, spare, stop).compute)
 
-        def compute(runs: range, on_run: OnRun) -> None:
-            told = 0
-
-            def tell(count: int) -> None:
-                nonlocal told
-                told += count
-                on_run(count)
-
-            for _ in range(_PROCESS_LIVES):
-                if process.compute(runs, tell):
-                    return
-                on_run(-told)
-                told = 0
-            raise RunError(
-                f"{_PROCESS_LIVES} processes died while computing the runs {runs.start} to {runs.stop - 1} of the "
-                f"ensemble, the last one by {process.end}. All other finished runs are kept; a machine with more "
-                "memory, or fewer --threads, may help."
-            )
-
-        return compute
-
-    return worker
+    def failure(self, task: range, death: Exception) -> RunError:
+        return RunError(
+            f"{self.lives} processes died while computing the runs {task.start} to {task.stop - 1} of the "
+            f"ensemble, the last one by {death}. All other finished runs are kept; a machine with more "
+            "memory, or fewer --threads, may help."
+        )
 
 
 def _task(plan: Plan, folder: Path, truths: TruthCache) -> bytes:
@@ -121,11 +94,10 @@ class _Process:
     def __init__(self, task: bytes, spare: SparePool, stop: threading.Event) -> None:
         self._task, self._spare, self._stop = task, spare, stop
         self._process: subprocess.Popen[bytes] | None = None
-        self.end = ""
         threading.Thread(target=self._kill_on_stop, daemon=True).start()
 
-    def compute(self, runs: range, on_run: OnRun) -> bool:
-        """Have a group computed; return whether the process has survived it."""
+    def compute(self, runs: range, part: Part) -> None:
+        """Have a group computed; WorkerDiedError if the process dies."""
         process = self._process or self._begin()
         assert process.stdin is not None
         assert process.stdout is not None
@@ -133,25 +105,20 @@ class _Process:
             with contextlib.suppress(BrokenPipeError):
                 pickle.dump(runs, process.stdin)
                 process.stdin.flush()
-            while True:
-                answer = _received(process.stdout)
-                if answer is None:
-                    break
+            while (answer := _received(process.stdout)) is not None:
                 kind, value = answer
                 if kind == "done":
-                    return True
+                    return
                 if kind == "error":
                     raise value
-                on_run(value)
+                part(value)
         except BaseException:
             process.kill()
             raise
         if self._stop.is_set():
             raise Abandoned
-        code = process.wait()
-        self.end = signal.Signals(-code).name if code < 0 else f"exit code {code}"
-        self._process = None
-        return False
+        code, self._process = process.wait(), None
+        raise WorkerDiedError(signal.Signals(-code).name if code < 0 else f"exit code {code}")
 
     def _begin(self) -> subprocess.Popen[bytes]:
         self._process = process = self._spare.take()
@@ -198,7 +165,7 @@ def serve() -> None:
             truths.keep(task[0].scenario, task[2])
         while task is not None and (runs := _received(sys.stdin.buffer)) is not None:
             try:
-                make_chunk(task[0], runs, task[1], truths, lambda count: answer("runs", count))
+                make_chunk(task[0], runs, task[1], truths, lambda count: answer("part", count))
             except (BrokenPipeError, KeyboardInterrupt):
                 raise
             except BaseException as error:
@@ -226,71 +193,62 @@ def _truths() -> TruthCache:
     return TruthCache()
 
 
-def compute_task(plan: Plan, folder: str, first: int, last: int) -> int:
-    """Compute a group of runs on a worker and return their number; InputError if it does not see the folder."""
+def compute_task(plan: Plan, folder: str, runs: range) -> None:
+    """Compute a group of runs on a worker; InputError if it does not see the folder."""
     if not Path(folder).is_dir():
         raise InputError(
             f"a worker on {os.uname().nodename} does not see the folder {folder}. All workers need the same file "
             "system: give a directory on a shared one with -o."
         )
-    make_chunk(plan, range(first, last + 1), Path(folder), _truths())
-    return last + 1 - first
+    make_chunk(plan, runs, Path(folder), _truths())
 
 
-def on_cluster(
-    plan: Plan, folder: Path, groups: Sequence[range], on_run: OnRun, *, workers: int | None, scheduler: str | None
-) -> None:
-    """Compute groups of runs on a cluster.
+class Cluster(Executor[range]):
+    """A dask cluster; its scheduler begins a group of runs anew whose worker has died."""
 
-    Args:
-        workers: number of workers of a cluster on this machine, if there is no scheduler.
-        scheduler: address of a scheduler, for example "tcp://10.0.0.1:8786".
+    def __init__(self, plan: Plan, folder: Path, *, workers: int | None, scheduler: str | None) -> None:
+        """Connect to a scheduler, for example "tcp://10.0.0.1:8786", or start a number of workers on this machine.
 
-    Raises:
-        InputError: dask.distributed is not installed, the scheduler cannot be reached, or a worker does not see the
-            folder.
-        RunError: workers died again and again on the same group.
-    """
-    try:
-        import dask
-        from distributed import Client, KilledWorker, LocalCluster, as_completed
-    except ImportError as error:
-        raise InputError(
-            "--workers and --scheduler need the package distributed: install sinssim with its extra, "
-            "pip install 'sinssim[cluster]'."
-        ) from error
-    with ExitStack() as stack:
-        stack.enter_context(dask.config.set(_SETTINGS))
-        if scheduler is None:
-            # one thread a worker: numba's own threads must not run inside several threads of dask
-            local = LocalCluster(
-                n_workers=workers,
-                threads_per_worker=1,
-                processes=True,
-                dashboard_address=None,
-                host="127.0.0.1",
-                silence_logs=logging.CRITICAL,
-            )
-            client = stack.enter_context(Client(stack.enter_context(local)))
-        else:
-            client = stack.enter_context(_client(Client, scheduler))
-        futures = [
-            client.submit(
-                compute_task, plan, str(folder), group.start, group.stop - 1,
-                key=f"sinssim-{plan.digest[:12]}-{group.start}-{group.stop - 1}", pure=False,
-            )
-            for group in groups
-        ]  # fmt: skip
-        for future in as_completed(futures):
-            try:
-                on_run(future.result())
-            except KilledWorker as killed:
-                client.cancel(futures)
-                numbers = "-".join(str(killed.task).split("-")[2:])
-                raise RunError(
-                    f"{_TASK_LIVES} workers died while computing the runs {numbers} of the ensemble. All other "
-                    "finished runs are kept; workers with more memory may help."
-                ) from killed
+        Raises:
+            InputError: dask.distributed is not installed, or the scheduler cannot be reached.
+        """
+        try:
+            import dask
+            from distributed import Client, KilledWorker, LocalCluster
+        except ImportError as error:
+            raise InputError(
+                "--workers and --scheduler need the package distributed: install sinssim with its extra, "
+                "pip install 'sinssim[cluster]'."
+            ) from error
+        self.death = KilledWorker
+        self._plan, self._folder = plan, str(folder)
+        with ExitStack() as stack:
+            stack.enter_context(dask.config.set(_SETTINGS))
+            if scheduler is None:
+                # one thread a worker: numba's own threads must not run inside several threads of dask
+                local = LocalCluster(
+                    n_workers=workers, threads_per_worker=1, processes=True, dashboard_address=None, host="127.0.0.1",
+                    silence_logs=logging.CRITICAL,
+                )  # fmt: skip
+                client = stack.enter_context(Client(stack.enter_context(local)))
+            else:
+                client = stack.enter_context(_client(Client, scheduler))
+            self._executor = client.get_executor(pure=False)
+            stack.callback(self._executor.shutdown, wait=False)
+            self._stack = stack.pop_all()
+
+    def submit(self, task: range, part: Part) -> Future[Any]:
+        future: Future[Any] = self._executor.submit(compute_task, self._plan, self._folder, task)
+        return future
+
+    def stop(self) -> None:
+        self._stack.close()
+
+    def failure(self, task: range, death: Exception) -> RunError:
+        return RunError(
+            f"{_TASK_LIVES} workers died while computing the runs {task.start}-{task.stop - 1} of the ensemble. All "
+            "other finished runs are kept; workers with more memory may help."
+        )
 
 
 def _client(client: Any, scheduler: str) -> Any:

@@ -7,7 +7,6 @@ from __future__ import annotations
 
 import itertools
 import os
-import threading
 import time
 from collections.abc import Callable, Iterator, Sequence
 from dataclasses import asdict, dataclass, fields, replace
@@ -36,7 +35,7 @@ from sinssim.experiments.studies.study_results import (
     fit_orders,
 )
 from sinssim.experiments.studies.study_schema import Part, Study, StudyMotion, with_set
-from sinssim.experiments.workload import FLIGHT_SPEED, LIMIT_MINUTES, Compute, check_duration, check_limit, work_through
+from sinssim.experiments.workload import FLIGHT_SPEED, LIMIT_MINUTES, Threads, check_duration, check_limit, work_through
 from sinssim.frames import OF_TRUTH
 from sinssim.progress import Progress, shown
 from sinssim.statistics.position_error_rate import mean_rate, rate_uncertainty
@@ -394,17 +393,17 @@ def _run_block(comparison: StudyResult, block: _Block, report: Progress) -> None
                 cases.append((case, slower))
         navigated: dict[Case, Navigated] = {}
 
-        def navigate(stop: threading.Event) -> Compute[tuple[Case, Readings]]:
-            return lambda one, tell: tell((one[0], _navigate(*one, part, truth, comparison)))
-
-        def keep(one: tuple[Case, Navigated], navigated: dict[Case, Navigated] = navigated) -> None:
+        def keep(task: tuple[Case, Readings], result: Navigated, navigated: dict[Case, Navigated] = navigated) -> None:
             nonlocal finished
-            navigated[one[0]] = one[1]
+            navigated[task[0]] = result
             finished += 1
-            report(f"{motion.label}: {one[0].algorithm}", finished / count)
+            report(f"{motion.label}: {task[0].algorithm}", finished / count)
 
+        threads = Threads[tuple[Case, Readings]](
+            _threads(), lambda stop: lambda task, part_of_it: _navigate(*task, part, truth, comparison)
+        )
         try:
-            work_through(cases, _threads(), navigate, keep)
+            work_through(cases, threads, keep)
         finally:
             for case in (case for case, _ in cases if case in navigated):
                 row, history, in_coordinates = navigated[case]

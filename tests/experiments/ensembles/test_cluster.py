@@ -31,10 +31,10 @@ def _ensemble(tmp_path: Path, name: str, *options: str) -> Path:
 _WITHOUT_REPORT = """
 import sys
 import sinssim
-from sinssim.experiments.ensembles.running import run
+from sinssim.experiments.ensembles import ensemble_run
 
 if __name__ == "__main__":  # the workers load this file, too
-    run._write = lambda *_: None
+    ensemble_run._write = lambda *_: None
     sinssim.ensemble(sinssim.load_scenario(sys.argv[1]), 20, sys.argv[2], workers=1)
 """
 
@@ -44,14 +44,14 @@ def test_a_task_writes_the_file_of_a_thread(tmp_path, monkeypatch) -> None:
     sinssim.ensemble(scenario(), 100, tmp_path / "threads", threads=1)
     folder = tmp_path / "runs"
     folder.mkdir()
-    assert ensemble_workers.compute_task(make_plan(scenario()), str(folder), 64, 99) == 36
+    ensemble_workers.compute_task(make_plan(scenario()), str(folder), range(64, 100))
     name = "0000064-0000099.parquet"
     assert (folder / name).read_bytes() == (tmp_path / "threads" / "runs" / name).read_bytes()
 
 
 def test_a_worker_that_does_not_see_the_folder(tmp_path) -> None:
     with pytest.raises(sinssim.InputError, match="does not see the folder"):
-        ensemble_workers.compute_task(make_plan(scenario()), str(tmp_path / "none"), 0, 3)
+        ensemble_workers.compute_task(make_plan(scenario()), str(tmp_path / "none"), range(4))
 
 
 def test_a_scheduler_that_cannot_be_reached() -> None:

@@ -67,7 +67,7 @@ def test_a_process_that_dies_costs_its_group_only(tmp_path) -> None:
 @LINUX
 @pytest.mark.slow
 def test_processes_that_die_again_and_again(tmp_path, monkeypatch) -> None:
-    monkeypatch.setattr(ensemble_workers, "_PROCESS_LIVES", 1)
+    monkeypatch.setattr(ensemble_workers.Processes, "lives", 1)
 
     def kill(text: str, fraction: float) -> None:
         if fraction > 0.0:
@@ -114,15 +114,17 @@ def test_progress_is_runs_done_rate_and_time_left(monkeypatch) -> None:
     """Runs that were finished before count as done, but not in the rate; the text fits beside a bar."""
     now, told = [100.0], []
     monkeypatch.setattr(ensemble_run.time, "perf_counter", lambda: now[0])
-    count = ensemble_run._counter(200, 800, lambda text, fraction: told.append((text, fraction)))
+    counter = ensemble_run._Counter(200, 800, lambda text, fraction: told.append((text, fraction)))
     now[0] += 10.0
-    count(100)
+    counter.count(range(200, 400), 50)
+    counter.count(range(400, 600), 50)
+    del told[:1]
     now[0] += 90.0
-    count(-50)  # a process that died
+    counter.count(range(400, 600), 0)  # a process that died
     assert told == [("300/1000 runs, 10/s, 70 s left", 0.3), ("250/1000 runs, 0.5/s, 25 min left", 0.25)]
-    million = ensemble_run._counter(0, 1_000_000, lambda text, fraction: told.append((text, fraction)))
+    million = ensemble_run._Counter(0, 1_000_000, lambda text, fraction: told.append((text, fraction)))
     now[0] += 7.7
-    million(999_000)
+    million.count(range(999_000), 999_000)
     assert len(told[-1][0]) <= 40
 
 

@@ -141,30 +141,30 @@ def test_progress_of_the_runs(monkeypatch: pytest.MonkeyPatch) -> None:
     now = [100.0]
     monkeypatch.setattr(ensemble_run.time, "perf_counter", lambda: now[0])
     told: list[tuple[str, float]] = []
-    count = ensemble_run._counter(5, 15, lambda text, share: told.append((text, share)))
+    counter = ensemble_run._Counter(5, 15, lambda text, share: told.append((text, share)))
     now[0] = 104.0
-    count(2)
-    count(4)
+    counter.count(range(5, 10), 2)
+    counter.count(range(10, 20), 4)
     assert told[-1] == (f"11/20 runs, 1.5/s, {ensemble_run.duration_text(6.0)} left", pytest.approx(0.55))
 
 
 def test_ways_to_compute(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> None:
     used: list[Any] = []
-    monkeypatch.setattr(
-        "sinssim.experiments.ensembles.ensemble_workers.on_cluster", lambda *given, **more: used.append(more)
-    )
-    monkeypatch.setattr(ensemble_run, "in_processes", lambda *given: "processes")
+
+    class Cluster(SimpleNamespace):
+        def __init__(self, *given: Any, **more: Any) -> None:
+            super().__init__(about=more)
+
+    monkeypatch.setattr(ensemble_run, "Cluster", Cluster)
+    monkeypatch.setattr(ensemble_run, "Processes", lambda number, *given: SimpleNamespace(about=(number, "processes")))
+    monkeypatch.setattr(ensemble_run, "Threads", lambda number, *given: SimpleNamespace(about=(number, "threads")))
     monkeypatch.setattr(ensemble_run, "runs_at_a_time", lambda plan: 7)
-
-    def work(groups: Any, number: int, worker: Any, on_run: Any) -> None:
-        used.append((number, worker if isinstance(worker, str) else "threads"))
-
-    monkeypatch.setattr(ensemble_run, "work_through", work)
-    folder = counted(tmp_path)
+    monkeypatch.setattr(ensemble_run, "work_through", lambda groups, executor, *_: used.append(executor.about))
+    folder, counter = counted(tmp_path), ensemble_run._Counter(0, 9, lambda text, share: None)
     for filtered, groups, given in ((False, [1, 2], {}), (True, [1, 2], {}), (True, [1], {}), (False, [1, 2], {
             "threads": None}), (True, [1, 2], {"workers": 5}), (True, [1, 2], {"scheduler": "tcp://x"})):  # fmt: skip
         folder.plan = plan(filtered=filtered)
-        ensemble_run._compute(folder, groups, how(spare=None, **given), print)  # type: ignore[arg-type]
+        ensemble_run._compute(folder, groups, how(spare=None, **given), counter)  # type: ignore[arg-type]
     assert used == [
         (3, "threads"), (3, "processes"), (3, "threads"), (7, "threads"), {"workers": 5, "scheduler": None},
         {"workers": None, "scheduler": "tcp://x"},
@@ -178,7 +178,7 @@ def test_ways_to_compute(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> Non
     said = rf"^the runs of the ensemble could not be written to {re.escape(str(tmp_path))}: No space left on device " \
            r"\(234 MB are free\)\.$"  # fmt: skip
     with pytest.raises(InputError, match=said):
-        ensemble_run._compute(folder, [1], how(spare=None), print)  # type: ignore[list-item]
+        ensemble_run._compute(folder, [1], how(spare=None), counter)  # type: ignore[list-item]
 
 
 def test_memory_and_disk_in_numbers(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> None:
