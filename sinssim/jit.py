@@ -67,7 +67,8 @@ def make_room() -> None:
     kept: dict[str, list[tuple[Path, os.stat_result]]] = {}  # files by kernel
     for path in kernel_folder().iterdir():
         with contextlib.suppress(OSError):  # another process removes it
-            kept.setdefault(path.name.split(".")[0], []).append((path, path.stat()))
+            stat = path.stat()
+            kept.setdefault(path.name.split(".")[0], []).append((path, stat))
     total = sum(stat.st_size for files in kept.values() for _, stat in files)
     for files in sorted(kept.values(), key=lambda files: max(stat.st_mtime for _, stat in files)):
         if total <= _MOST:

@@ -195,6 +195,18 @@ def test_the_least_used_kernels_go_when_there_are_too_many(tmp_path: Path, used:
     assert names == {"newest", "middle", "double_k", "seven"}
 
 
+def test_a_kernel_that_another_process_removes_meanwhile_is_passed_over(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """A link to nothing is listed, but has no size: as a file that is gone when its size is asked for."""
+    (tmp_path / "gone-0.nbi").symlink_to(tmp_path / "nothing")
+    (tmp_path / "left-0.nbi").write_bytes(b"12")
+    monkeypatch.setattr(jit, "kernel_folder", lambda: tmp_path)
+    monkeypatch.setattr(jit, "_MOST", 1)
+    jit.make_room.__wrapped__()
+    assert [path.name for path in tmp_path.iterdir()] == ["gone-0.nbi"]
+
+
 def test_use_keeps_a_kernel_young(tmp_path: Path, used: Use) -> None:
     used(tmp_path, tmp_path / "cache")
     files = list((tmp_path / "cache" / "kernels").glob("seven-*.nbi"))
