@@ -4,8 +4,8 @@
 # make test-pyins set up beside it in .venv-pyins, with the package pyins, and run the comparisons with it
 # make lint   set up, check style, formatting and types
 # make bench  set up, measure every bar of docs/validation.md
-# make docs   set up beside it in .venv-docs, write the generated pages and the site in build/site, and serve it until
-#             Ctrl-C, because a file cannot be searched from disk; make site only writes it
+# make docs   set up beside it in .venv-docs, write the generated parts of the pages and the site in build/site, and
+#             serve it until Ctrl-C, because a file cannot be searched from disk; make site only writes it
 #
 # Set-up is a virtual environment in .venv with the exact versions of requirements.lock. It is done once and
 # again only when requirements.lock or pyproject.toml change. Another Python: make demo PYTHON=/path/to/python3.12
@@ -55,9 +55,6 @@ bench: $(KERNELS)
 	  echo "== $$bench"; $(BIN)/python -m benchmarks.$$bench || exit 1; done
 
 docs: $(READY)
-	$(BIN)/python docs/questions.py
-	$(BIN)/python docs/diagrams.py
-	$(BIN)/python docs/theory_page.py
 	$(MAKE) site
 	@echo "Serving the site on this machine alone; Ctrl-C ends it."
 	@$(BIN)/python -m http.server --bind 127.0.0.1 --directory build/site 0
@@ -67,6 +64,7 @@ docs: $(READY)
 site: export NO_MKDOCS_2_WARNING = 1
 site: $(READY)
 	$(BIN)/python docs/scenario_reference.py
+	$(BIN)/python docs/questions.py
 	@test -x .venv-docs/bin/python || $(PYTHON) -m venv .venv-docs
 	.venv-docs/bin/python -m pip install --quiet --disable-pip-version-check -r docs/requirements.txt
 	.venv-docs/bin/mkdocs build --strict

@@ -1,4 +1,4 @@
-"""Writes docs/questions.md, the fourteen control questions with computed numbers: `python docs/questions.py`."""
+"""Writes the answers of docs/questions.md with computed numbers for the site: `python docs/questions.py`."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ sys.path.insert(0, str(Path(__file__).parent))
 
 import question_numbers as numbers
 
-FILE = Path(__file__).with_name("questions.md")
+FILE = Path(__file__).parents[1] / "build" / "questions.md"
 
 ROUNDING = 1e-6
 """Errors below this are rounding, which differs between machines: the page gives a bound for them."""
@@ -323,25 +323,15 @@ The error grows with the square of the medium interval, because the matrix rotat
 """
 
 
-def page() -> str:
-    """Return the whole page.
-
-    Returns:
-        Markdown.
-    """
-    head = """\
-# Fourteen questions on strapdown navigation
-
-[Chapter 8](sources.md#chapter-8) is a textbook chapter that sinssim implements. It ends with control questions, which
-this page answers. Each answer contains a number that the program computes. `python docs/questions.py` writes this page,
-and a test computes the numbers again and compares them with the page.
-"""
+def answers() -> str:
+    """Return the answers as Markdown."""
     parts = (
-        head, _platform(), _advantages(), _difficulties(), _variants(), _usual(), _one_component(), _force(),
+        _platform(), _advantages(), _difficulties(), _variants(), _usual(), _one_component(), _force(),
         _matrix(), _ways(), _angles(), _levels(),
     )  # fmt: skip
     return wrapped("\n".join(parts))
 
 
 if __name__ == "__main__":
-    FILE.write_text(page(), encoding="utf-8")
+    FILE.parent.mkdir(exist_ok=True)
+    FILE.write_text(answers(), encoding="utf-8")

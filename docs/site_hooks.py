@@ -1,13 +1,15 @@
 """Hooks of the site.
 
-They fill docs/reference.md with the docstring of every public name, take in CONTRIBUTING.md, CHANGELOG.md and the
-generated pages of a scenario's tables, and list pages that mkdocs.yml does not name at the end of its how-to section.
+They fill the marks of the pages that are partly generated, take in CONTRIBUTING.md, CHANGELOG.md and the pages of a
+scenario's tables, and list pages that mkdocs.yml does not name at the end of its how-to section.
 """
 
 from __future__ import annotations
 
 import ast
+import importlib.util
 import re
+import tomllib
 from pathlib import Path
 from typing import Any
 
@@ -18,7 +20,6 @@ ABOVE = {"contributing.md": "CONTRIBUTING.md", "changelog.md": "CHANGELOG.md"}
 TABLES = ROOT / "build" / "scenario"
 """Folder of the generated pages of a scenario's tables."""
 
-MARK = "<!-- every public name -->"
 _FENCE_OF_A_FILE = re.compile(r"^```(\w+) +(\S+)$", re.MULTILINE)
 """A block of code with the path of its file, which the site shows as its title."""
 
@@ -60,6 +61,39 @@ def reference() -> str:
         parts.append(f"## {package}\n")
         parts += [f"::: {module}.{name}\n" for name, module in public_names(package).items()]
     return "\n".join(parts)
+
+
+def public_logs() -> str:
+    """Return the table of the public logs that sinssim was tried on."""
+    logs = tomllib.loads((ROOT / "tests" / "data" / "public_logs.toml").read_text(encoding="utf-8"))["log"]
+    lines = [
+        "| log | device | known of it | inspect | run: error after 5 s without fixes; straight line |",
+        "|---|---|---|---|---|",
+    ]
+    for log in logs:
+        results = log.get("inspected", "right"), log.get("without_fixes", "–")
+        lines.append("| " + " | ".join((f"`{log['name']}`", log["device"], log["known"], *results)) + " |")
+    return "\n".join(lines)
+
+
+def formulas() -> str:
+    """Return the tables of docs/theory_page.py."""
+    spec = importlib.util.spec_from_file_location("theory_page", Path(__file__).with_name("theory_page.py"))
+    assert spec is not None
+    assert spec.loader is not None
+    module = importlib.util.module_from_spec(spec)
+    spec.loader.exec_module(module)
+    tables: str = module.tables()
+    return tables
+
+
+MARKS = {
+    "reference.md": ("<!-- every public name -->", reference),
+    "theory.md": ("<!-- formulas -->", formulas),
+    "validation.md": ("<!-- public logs -->", public_logs),
+    "questions.md": ("<!-- answers -->", (ROOT / "build" / "questions.md").read_text),
+}
+"""By page: the mark in it, and the function that returns what stands in its place."""
 
 
 def unlisted(navigation: Any) -> list[str]:
@@ -133,8 +167,9 @@ def on_page_markdown(markdown: str, *, page: Any, **_: Any) -> str:
         The text to render.
     """
     name = page.file.src_uri
-    if name == "reference.md":
-        return markdown.replace(MARK, reference())
+    if name in MARKS:
+        mark, contents = MARKS[name]
+        markdown = markdown.replace(mark, contents())
     if name == "scenario.md":
         return re.sub(r"^\| `\[(\w+)\]` \|", r"| [`[\1]`](scenario/\1.md) |", markdown, flags=re.MULTILINE)
     if name == "changelog.md":

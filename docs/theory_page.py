@@ -1,6 +1,6 @@
-"""Write docs/theory.md: each formula of the two source documents, its functions and its tests.
+"""Makes the tables of docs/theory.md: each formula of the two source documents, its functions and its tests.
 
-    python docs/theory_page.py
+`python docs/theory_page.py` prints them.
 
 The formulas are the rows of docs/theory_rows.py and docs/theory_beyond.py. The index at the end of the page is
 collected from the code, where the number of an equation stands beside the line that implements it.
@@ -15,7 +15,6 @@ from pathlib import Path
 from typing import Any
 
 ROOT = Path(__file__).parents[1]
-PAGE = Path(__file__).with_name("theory.md")
 
 _CHAPTER = re.compile(r"\(8\.(\d+)\)(?:\s*(?:-|to)\s*\(8\.(\d+)\))?")
 _PAPER = re.compile(r"\((\d{1,2})\)(?:\s*(?:-|to)\s*\((\d{1,2})\))?")
@@ -23,20 +22,6 @@ _CITED = re.compile(
     r"(?:[Ee]qs?\.|[Ee]quations?|#|\bof|\bin|E741)\s((?:\(\d{1,2}\)(?:-|, | and | to )?)+)|  # .*(\(\d\d?\))$", re.M
 )
 """A citation of equations of the paper: after "eq.", or in a comment beside a line."""
-
-_TOP = """\
-# Formulas, functions, tests
-
-<!-- Written by docs/theory_page.py from docs/theory_rows.py and from the code; python docs/theory_page.py -->
-
-Each row has a formula, the functions of sinssim that implement it, and the tests that compare these functions with
-something independent: a closed form, finite differences, another library, or the order of convergence. The names
-of functions are relative to `sinssim`, and those of tests to `tests/`. The page [Sources](sources.md) describes the two
-documents, and the [glossary](glossary.md) explains symbols and terms.
-
-A test checks this page: every function and every test exists, the test files use the functions, and every number of
-an equation appears in the module of the row (`tests/documentation/test_theory.py`).
-"""
 
 _PAPER_TOP = """
 ## The ground SINS paper
@@ -161,10 +146,10 @@ def _table(rows: tuple[tuple[str, str, tuple[str, ...], tuple[str, ...]], ...], 
     return '<div class="theory" markdown>\n\n' + "\n".join(lines) + "\n\n</div>\n"
 
 
-def page() -> str:
-    """Return the text of docs/theory.md."""
+def tables() -> str:
+    """Return the sections of the page that stand in place of its mark."""
     rows, beyond = rows_module(), rows_module("theory_beyond")
-    parts = [_TOP]
+    parts = []
     for top, table in ((_PAPER_TOP, rows.PAPER), (_CHAPTER_TOP, rows.CHAPTER), (_BEYOND_TOP, beyond.BEYOND)):
         parts += [top, "\n", _table(table, table is not beyond.BEYOND)]
     parts.append(_INDEX_TOP)
@@ -176,4 +161,4 @@ def page() -> str:
 
 
 if __name__ == "__main__":
-    PAGE.write_text(page(), encoding="utf-8")
+    print(tables())
