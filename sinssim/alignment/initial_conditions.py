@@ -14,7 +14,7 @@ from sinssim.alignment.alignment_budget import OF_GYROS, Expected, Method, cone_
 from sinssim.alignment.base_motion import Stillness, stillness
 from sinssim.alignment.determination import Determination, determine, mean_readings
 from sinssim.alignment.disturbed_base import align_disturbed, inertial_curve
-from sinssim.alignment.parked_theory import Attitude, coefficients, ideal_readings
+from sinssim.alignment.parked_theory import coefficients, ideal_readings
 from sinssim.arguments import POSITIVE, check_kind, names, number, vector
 from sinssim.data import Array, ImuData, NavState
 from sinssim.earth.ellipsoids import Ellipsoid
@@ -60,8 +60,6 @@ def initial_state(
     Raises:
         InputError: a required angle is undetermined, or the determination is that of several vehicles.
     """
-    from sinssim import rotation
-
     _check_usable(determination, need_latitude=latitude is None)
     d = determination
     return NavState(
@@ -73,7 +71,6 @@ def initial_state(
     )
 
 
-# Long: the blocks of P₀ follow in the order of the states.
 def initial_covariance(
     determination: Determination,
     sigma: ImuErrors,
@@ -110,67 +107,76 @@ def initial_covariance(
         InputError: a required angle is undetermined, the determination is that of several vehicles, or an argument
             cannot be used; the message names it.
     """
-    from sinssim import earth, rotation
-
     _check_usable(determination, need_latitude=latitude is None)
     check_name("method", method, get_args(Method))
     if still is not None:
         check_kind("still", still, Stillness, "Stillness, the result of stillness(), or None")
     wanted = names("states", "state", states, STATES)
     duration, height = number("duration", duration, "s", low=POSITIVE), number("height", height, "m")
-    d = determination
-    phi = float(d.latitude) if latitude is None else _known(latitude)
-    attitude = Attitude(d.heading, d.roll, d.pitch)
-    c = coefficients(attitude, phi, gravity=d.gravity)
-    if method != "quiet":
-        c = cone_coefficients(c, phi, d.gravity, known=latitude is not None)
-    gyro, accel = ideal_readings(*attitude, phi, gravity=d.gravity)
-    rate, force = np.zeros(3), np.zeros(3)
-    variances = reading_variances(sigma, gyro, accel, duration, method, rate_hz=rate_hz)
-    for source, variance in variances.items():
-        of = rate if source in OF_GYROS else force
-        of += variance
+    known = latitude is not None
+    phi = float(determination.latitude) if latitude is None else _known(latitude)
+    gyro, accel = ideal_readings(*determination.attitude, phi, gravity=determination.gravity)
+    readings = np.zeros((6, 6))  # covariance of the errors of the mean readings
+    for source, variance in reading_variances(sigma, gyro, accel, duration, method, rate_hz=rate_hz).items():
+        triad = range(3) if source in OF_GYROS else range(3, 6)
+        readings[triad, triad] += variance
+    if still is not None:
+        readings[:3, :3] += still.turn_covariance / still.duration**2
+    by_reading = _by_reading(determination, phi, method, known, height)
+    by_error, variance = _by_sensor_error(np.r_[gyro, accel]), _sensor_variance(sigma)
+    covariance = np.zeros((len(STATES), len(STATES)))
+    covariance[:9, :9] = by_reading @ readings @ by_reading.T
+    if still is not None:  # from the session's mean, which is determined, to its last instant
+        d = determination
+        c_nb = rotation.dcm_from_quaternion(rotation.quaternion_from_euler(d.roll, d.pitch, d.heading))
+        covariance[6:9, 6:9] += 0.5 * c_nb @ still.turn_covariance @ c_nb.T
+    covariance[:9, 9:] = by_reading @ by_error * variance
+    covariance[9:, :9] = covariance[:9, 9:].T
+    covariance[9:, 9:] = np.diag(variance)
+    place = _spread("position_sigma", position_sigma, "m") ** 2
+    place[0] = place[0] if known else 0.0
+    covariance[:3, :3] += np.diag(place)
+    covariance[3:6, 3:6] += np.diag(_spread("velocity_sigma", velocity_sigma, "m/s") ** 2)
+    where = [STATES.index(state) for state in wanted]
+    return np.asarray(0.5 * (covariance + covariance.T))[np.ix_(where, where)]
 
-    # Rows: heading, roll, pitch, latitude; columns: errors of the six mean readings.
+
+def _by_reading(d: Determination, latitude: float, method: Method, known: bool, height: float) -> Array:
+    """Return the errors of position, velocity and attitude φ by those of the six mean readings, (9, 6) SI."""
+    c = coefficients(d.attitude, latitude, gravity=d.gravity)
+    if method != "quiet":
+        c = cone_coefficients(c, latitude, d.gravity, known=known)
     zero = np.zeros(3)
-    angles = np.stack([np.r_[c.m, c.n], np.r_[zero, c.q], np.r_[zero, c.l], np.r_[c.p, c.r]])
+    angles = np.stack([np.r_[c.m, c.n], np.r_[zero, c.q], np.r_[zero, c.l]])  # heading, roll, pitch
     sin_k, cos_k = np.sin(float(d.heading)), np.cos(float(d.heading))
     sin_t, cos_t = np.sin(float(d.pitch)), np.cos(float(d.pitch))
     # Heading is a rotation about down, pitch about the horizontal axis to the right, roll about the nose; φ is its
     # negative.
     turns = -np.array([[0.0, cos_t * cos_k, -sin_k], [0.0, cos_t * sin_k, cos_k], [1.0, -sin_t, 0.0]])
-    moved = np.zeros((6, 6))
-    if still is not None:
-        moved[:3, :3] = still.turn_covariance / still.duration**2
     by_reading = np.zeros((9, 6))
-    by_reading[6:] = turns @ angles[:3]
-    if latitude is None:
-        meridian, _ = earth.radii(phi)
-        by_reading[0] = (float(meridian) + height) * angles[3]
-    covariance = np.zeros((len(STATES), len(STATES)))
-    covariance[:9, :9] = by_reading @ (np.diag(np.r_[rate, force]) + moved) @ by_reading.T
-    if still is not None:  # from the session's mean, which is determined, to its last instant
-        c_nb = rotation.dcm_from_quaternion(rotation.quaternion_from_euler(d.roll, d.pitch, d.heading))
-        covariance[6:9, 6:9] += 0.5 * c_nb @ still.turn_covariance @ c_nb.T
+    by_reading[6:] = turns @ angles
+    if not known:
+        meridian, _ = earth.radii(latitude)
+        by_reading[0] = (float(meridian) + height) * np.r_[c.p, c.r]
+    return by_reading
 
-    # The readings' errors by the errors of the sensors: biases, scale factors, misalignments row by row.
-    mean = np.r_[gyro, accel]
+
+_APART = ~np.eye(3, dtype=bool)
+
+
+def _by_sensor_error(mean: Array) -> Array:
+    """Return the errors of six mean readings by biases, scale factors and misalignments row by row, (6, 24)."""
     by_error = np.hstack([np.eye(6), np.diag(mean), np.zeros((6, 12))])
-    apart = ~np.eye(3, dtype=bool)
     for row in range(6):
-        block = mean[:3] if row < 3 else mean[3:]
-        by_error[row, 12 + 2 * row : 14 + 2 * row] = block[apart[row % 3]]
+        triad = mean[:3] if row < 3 else mean[3:]
+        by_error[row, 12 + 2 * row : 14 + 2 * row] = triad[_APART[row % 3]]
+    return by_error
+
+
+def _sensor_variance(sigma: ImuErrors) -> Array:
+    """Return the variances of the sensors' states, (24,)."""
     g, a = sigma.gyro, sigma.accel
-    variance = np.r_[g.bias, a.bias, g.scale, a.scale, g.misalignment[apart], a.misalignment[apart]] ** 2
-    covariance[:9, 9:] = by_reading @ by_error * variance
-    covariance[9:, :9] = covariance[:9, 9:].T
-    covariance[9:, 9:] = np.diag(variance)
-    known = _spread("position_sigma", position_sigma, "m") ** 2
-    known[0] = 0.0 if latitude is None else known[0]
-    covariance[:3, :3] += np.diag(known)
-    covariance[3:6, 3:6] += np.diag(_spread("velocity_sigma", velocity_sigma, "m/s") ** 2)
-    where = [STATES.index(state) for state in wanted]
-    return np.asarray(0.5 * (covariance + covariance.T))[np.ix_(where, where)]
+    return np.asarray(np.r_[g.bias, a.bias, g.scale, a.scale, g.misalignment[_APART], a.misalignment[_APART]] ** 2)
 
 
 def _known(latitude: float) -> float:
@@ -222,20 +228,41 @@ def aligned_state(
         InputError: the vehicle moved, or the readings do not determine the attitude.
         RunError: the fit of the cone does not converge.
     """
-    latitude, height = float(place.latitude), float(place.height)
-    sway = None
     if method == "quiet":
-        determination = determine(*mean_readings(session), expected.instrument_sigmas)
-        stillness(session, Expected(ImuErrors(warm_up=expected.sigma.warm_up), expected.sigma)).require()
-    else:
-        aligned = align_disturbed(session, latitude)
-        determination = aligned.determination
-        # what the cone leaves of the velocity at the last instant, into the block's axes there
-        last = rotation.conjugate(inertial_curve(session)[0][-1])
-        sway = rotation.rotate(last, aligned.residual_velocity[-1])
+        state, determination, _ = aligned_at_rest(session, place, expected.sigma, gravity, ellipsoid)
+        return state, determination
+    aligned = align_disturbed(session, float(place.latitude))
+    # what the cone leaves of the velocity at the last instant, into the block's axes there
+    last = rotation.conjugate(inertial_curve(session)[0][-1])
+    sway = rotation.rotate(last, aligned.residual_velocity[-1])
+    state = _from_plumb_line(aligned.determination, place, gravity, ellipsoid)
+    return replace(state, velocity_ned=rotation.rotate(state.q_nb, sway)), aligned.determination
+
+
+def aligned_at_rest(
+    session: ImuData,
+    place: NavState,
+    sigma: ImuErrors,
+    gravity: str,
+    ellipsoid: Ellipsoid,
+    grade_sigma: ImuErrors | None = None,
+) -> tuple[NavState, Determination, Stillness]:
+    """Align a vehicle at rest by eq. (1); the motion of its base is judged by the noise of `grade_sigma`, or `sigma`.
+
+    Raises:
+        InputError: the vehicle moved, or the readings do not determine the attitude.
+    """
+    determination = determine(*mean_readings(session), Expected(ImuErrors(), sigma).instrument_sigmas)
+    noise = sigma if grade_sigma is None else grade_sigma
+    still = stillness(session, Expected(ImuErrors(warm_up=noise.warm_up), noise))
+    still.require()
+    return _from_plumb_line(determination, place, gravity, ellipsoid), determination, still
+
+
+def _from_plumb_line(determination: Determination, place: NavState, gravity: str, ellipsoid: Ellipsoid) -> NavState:
+    """Return the initial state relative to the ellipsoid's normal, from angles relative to the plumb line."""
+    latitude, height = float(place.latitude), float(place.height)
     state = initial_state(determination, float(place.longitude), height, latitude)
     north, _, down = earth.gravity_ned(latitude, height, gravity, ellipsoid)
     to_normal = rotation.quaternion_from_rotation_vector((0.0, np.arctan2(north, down), 0.0))
-    q_nb = rotation.multiply(to_normal, state.q_nb)
-    velocity = state.velocity_ned if sway is None else rotation.rotate(q_nb, sway)
-    return replace(state, q_nb=q_nb, velocity_ned=velocity), determination
+    return replace(state, q_nb=rotation.multiply(to_normal, state.q_nb))

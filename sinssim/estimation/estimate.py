@@ -16,27 +16,29 @@ that mean and in the attitude, and the update uses the covariance of the two.
 
 from __future__ import annotations
 
-from collections.abc import Sequence
-from dataclasses import replace
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass, replace
 from functools import partial
 from typing import Unpack
 
 import numpy as np
 
 from sinssim.arguments import checked_initial, doubles, number
-from sinssim.data import Array, ImuData, Measurements, NavState
+from sinssim.data import Array, ImuData, Measurements, NavSolution, NavState
 from sinssim.earth.gravity_disturbance import DisturbingField
 from sinssim.earth.transverse_route import route_along
 from sinssim.errors import InputError, RunError, check_name, shortened
-from sinssim.estimation.divergence import contradiction, remarks, vibration_untold
 from sinssim.estimation.error_dynamics import driving_noise
 from sinssim.estimation.filter_loop import Loop
+from sinssim.estimation.filter_remarks import neglected, remarks, vibration_untold
 from sinssim.estimation.filter_result import Estimate
+from sinssim.estimation.innovation_gate import contradiction
 from sinssim.estimation.linearisation import Surroundings
 from sinssim.estimation.measurement_epochs import CheckedMeasurements, take_in
-from sinssim.estimation.nominal_motion import MeanGyroRates, at, solution_of
+from sinssim.estimation.nominal_motion import at, solution_of
 from sinssim.estimation.smoother import smooth as smoothed
 from sinssim.estimation.state_model import ErrorModel
+from sinssim.sensors.imu.compensation import MeanGyroRates
 from sinssim.sensors.imu.encoder import Encoders
 from sinssim.sensors.measurement_kind import CORE
 from sinssim.sensors.vibration_noise import AddedNoise
@@ -47,7 +49,35 @@ from sinssim.strapdown.polar_axes import axes_of
 from sinssim.system.resources import give_back_memory
 
 
-# Long: the public function checks and prepares its many options before the loop.
+@dataclass(frozen=True, kw_only=True)
+class FilterOptions:
+    """How a filter runs: the options of `estimate`, which describes and sets them, with their checks."""
+
+    covariance: Array | None
+    loop: str
+    rate_hz: float
+    gate: float | None
+    feedback_s: float
+    smooth: bool
+    history: bool
+    row_s: float
+    axes: str | None
+    added_noise: AddedNoise | None
+    field: DisturbingField | None
+    encoders: Encoders | None
+
+    def __post_init__(self) -> None:
+        check_name("loop", self.loop, ("closed", "open"))
+        gate = None if self.gate is None else number("gate", self.gate, "a probability")
+        feedback_s = number("feedback_s", self.feedback_s, "s") if self.feedback_s != np.inf else np.inf
+        if gate is not None and not 0.0 < gate < 1.0:
+            raise InputError(f"gate = {gate} must be a probability between 0 and 1, or None for no gate.")
+        if not feedback_s > 0.0:
+            raise InputError(f"feedback_s = {feedback_s} s must be positive.")
+        object.__setattr__(self, "gate", gate)
+        object.__setattr__(self, "feedback_s", feedback_s)
+
+
 def estimate(
     imu: ImuData,
     initial: NavState,
@@ -104,90 +134,96 @@ def estimate(
     Raises:
         InputError: the data, the measurements or the model cannot be used, or a name is unknown.
     """
-    check_name("loop", loop, ("closed", "open"))
-    of = chosen(mechanization, options)
+    how = FilterOptions(
+        covariance=covariance, loop=loop, rate_hz=rate_hz, gate=gate, feedback_s=feedback_s, smooth=smooth,
+        history=history, row_s=row_s, axes=axes, added_noise=added_noise, field=field, encoders=encoders,
+    )  # fmt: skip
     if not isinstance(model, ErrorModel):
         raise InputError(f"model must be an ErrorModel, as error_model() makes one, not {shortened(repr(model))}.")
-    gate = None if gate is None else number("gate", gate, "a probability")
-    feedback_s = number("feedback_s", feedback_s, "s") if feedback_s != np.inf else np.inf
-    if gate is not None and not 0.0 < gate < 1.0:
-        raise InputError(f"gate = {gate} must be a probability between 0 and 1, or None for no gate.")
-    if not feedback_s > 0.0:
-        raise InputError(f"feedback_s = {feedback_s} s must be positive.")
+    return _estimate(imu, initial, measurements, model, chosen(mechanization, options), how)
+
+
+def _estimate(
+    imu: ImuData,
+    initial: NavState,
+    measurements: Sequence[Measurements],
+    model: ErrorModel,
+    mechanization: Mechanization,
+    how: FilterOptions,
+) -> Estimate:
     latitude, longitude, _, velocity, _ = checked_initial(initial)
-    in_segments = of
-    if of.route is None and of.in_frame.takes_route:  # one for all segments
-        in_segments = replace(of, route=route_along(latitude, longitude, velocity))
-    engine = Segments(imu, in_segments, field=field)
-    unaided = partial(navigate, imu, initial, of)
-    if field is not None:
-        on = partial(navigate, initial=initial, mechanization=of)
-        unaided = partial(navigate_in_field, imu, field, of.earth, on)
-    failure, reached = [], [np.asarray(latitude)]
+    in_segments = mechanization
+    if mechanization.route is None and mechanization.in_frame.takes_route:  # one for all segments
+        in_segments = replace(mechanization, route=route_along(latitude, longitude, velocity))
+    engine = Segments(imu, in_segments, field=how.field)
+    unaided = _unaided(imu, initial, mechanization, how.field)
+    failure, latitudes = [], [np.asarray(latitude)]
     try:
-        reached.append(unaided().latitude)
+        latitudes.append(unaided().latitude)
     except RunError as error:
         failure = [f"The pure inertial solution failed: {error}"]
-    readings, epochs = take_in(measurements, model, engine.time, rate_hz)
+    readings, epochs = take_in(measurements, model, engine.time, how.rate_hz)
+    axes = how.axes
     if axes is None:
-        reached += [r.data.value[r.usable, 0] for r in readings if r.data.kind == "gnss-position"]
-        axes = axes_of(of.frame, *reached)
+        latitudes += [r.data.value[r.usable, 0] for r in readings if r.data.kind == "gnss-position"]
+        axes = axes_of(mechanization.frame, *latitudes)
     model = replace(model, axes=axes)
-    del reached
+    del latitudes
     give_back_memory()  # what was in between is as large as a quarter of the filter's record
     around = Surroundings(
-        model,
-        driving_noise(model),
-        epochs,
-        readings,
-        MeanGyroRates(imu),
-        of.gravity,
-        of.earth,
-        added=added_noise,
-        long_rows=len(engine.time) - 1 < len(imu),
-        encoders=encoders,
-    )
-    loops = Loop(around, engine, _initial_covariance(model, covariance), gate, smooth or history, row_s)
-    divergence = loops.run(initial, feedback_s if loop == "closed" else None)
+        model, driving_noise(model), epochs, readings, MeanGyroRates(imu), mechanization.gravity, mechanization.earth,
+        added=how.added_noise, long_rows=len(engine.time) - 1 < len(imu), encoders=how.encoders,
+    )  # fmt: skip
+    covariance = _initial_covariance(model, how.covariance)
+    loop = Loop(around, engine, covariance, how.gate, how.smooth or how.history, how.row_s)
+    divergence = loop.run(initial, how.feedback_s if how.loop == "closed" else None)
 
-    record, count = loops.record, loops.done
-    innovations = tuple(g.innovations() for g in loops.gates)
+    record, count, algorithm = loop.record, loop.done, mechanization.algorithm
+    innovations = tuple(gate.innovations() for gate in loop.gates)
     rows, covariances = record.rows(count)
-    kept = record.history() if count and (smooth or history) else None
-    time, solution = epochs.time[:count], record.solution(count, of.algorithm)
+    history = record.history() if count and (how.smooth or how.history) else None
+    solution = record.solution(count, algorithm)
     if not failure and not any(i.accepted.any() for i in innovations):
-        # bit for bit, unlike navigation by segments
-        inertial = unaided()
-        edge = epochs.edge[:count].astype(np.intp)
-        fraction = (time - inertial.time[edge]) / np.diff(inertial.time)[np.minimum(edge, len(inertial.time) - 2)]
-        fraction[epochs.on_edge[:count]] = 0.0
-        solution = solution_of(time, at(inertial, edge, fraction, around.ellipsoid, axes), of.algorithm)
+        solution = _inertial(unaided(), around, count, algorithm)
     return Estimate(
         model=model,
-        time=time,
+        time=epochs.time[:count],
         solution=solution,
         parameters=record.parameters(count),
         sigma=record.sigma(count),
         rows=rows,
         covariance=covariances,
         innovations=innovations,
-        smoothed=smoothed(model, kept, around.ellipsoid, of.algorithm) if kept is not None and smooth else None,
-        history=kept if history else None,
+        smoothed=smoothed(model, history, around.ellipsoid, algorithm) if history is not None and how.smooth else None,
+        history=history if how.history else None,
         divergence=divergence or contradiction(innovations),
         remarks=(
             *failure,
-            *_untold(model),
+            *neglected(model),
             *remarks(innovations, [_too_late(r, imu) for r in readings]),
-            *vibration_untold(innovations, imu, model, added_noise),
+            *vibration_untold(innovations, imu, model, how.added_noise),
         ),
         unaided=unaided,
     )
 
 
-def _untold(model: ErrorModel) -> list[str]:
-    if not model.untold:
-        return []
-    return [f"The inertial sensors have errors that no state of the filter describes: {', '.join(model.untold)}."]
+def _unaided(
+    imu: ImuData, initial: NavState, mechanization: Mechanization, field: DisturbingField | None
+) -> Callable[[], NavSolution]:
+    """Return the function that navigates without the filter."""
+    if field is None:
+        return partial(navigate, imu, initial, mechanization)
+    along = partial(navigate, initial=initial, mechanization=mechanization)
+    return partial(navigate_in_field, imu, field, mechanization.earth, along)
+
+
+def _inertial(inertial: NavSolution, around: Surroundings, count: int, algorithm: str) -> NavSolution:
+    """Return the inertial solution at the first epochs, bit for bit that of `navigate`, which segments are not."""
+    epochs = around.epochs
+    time, edge = epochs.time[:count], epochs.edge[:count].astype(np.intp)
+    fraction = (time - inertial.time[edge]) / np.diff(inertial.time)[np.minimum(edge, len(inertial.time) - 2)]
+    fraction[epochs.on_edge[:count]] = 0.0
+    return solution_of(time, at(inertial, edge, fraction, around.ellipsoid, around.model.axes), algorithm)
 
 
 def _too_late(readings: CheckedMeasurements, imu: ImuData) -> int:

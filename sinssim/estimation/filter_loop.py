@@ -5,23 +5,21 @@ Estimates, covariances and innovations are recorded and assembled into the resul
 
 from __future__ import annotations
 
-import math
 from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
-import scipy
 from numpy.typing import NDArray
 
 from sinssim.data import Array, NavSolution, NavState
 from sinssim.earth.ellipsoids import Ellipsoid
 from sinssim.errors import InputError, RunError
-from sinssim.estimation.divergence import Diverged, check_covariance
 from sinssim.estimation.error_dynamics import turn_of_axes
-from sinssim.estimation.filter_result import Divergence, History, Innovations, Reasons, corrected
-from sinssim.estimation.kalman_filter import Branches, Innovation
+from sinssim.estimation.filter_result import Divergence, History, corrected
+from sinssim.estimation.innovation_gate import InnovationGate
+from sinssim.estimation.kalman_filter import Branches, Diverged, check_covariance
 from sinssim.estimation.linearisation import Linearisation, Observed, Surroundings, linearise
-from sinssim.estimation.measurement_epochs import CheckedMeasurements, Epochs
+from sinssim.estimation.measurement_epochs import Epochs
 from sinssim.estimation.nominal_motion import rows_of, solution_of
 from sinssim.estimation.state_model import INERTIAL, NAVIGATION, ErrorModel
 from sinssim.sensors.aiding_registry import measurement_kind
@@ -30,52 +28,6 @@ from sinssim.sensors.imu.fields import TriadErrors
 from sinssim.sensors.imu.imu_errors import ImuErrors
 from sinssim.sensors.measurement_kind import CORE, PHI
 from sinssim.strapdown.navigate import Segments
-
-
-class InnovationGate:
-    """The χ² gate of one sensor and the record of its innovations.
-
-    Args:
-        readings: the sensor's readings.
-        probability: probability that a correct reading is rejected; None for no gate.
-    """
-
-    def __init__(self, readings: CheckedMeasurements, probability: float | None) -> None:
-        count, k = readings.data.sigma.shape
-        self._data = readings.data
-        self._told = dict(readings.reason.told)
-        self._accepted = np.zeros(count, dtype=bool)
-        self._value = np.full((count, k), np.nan)
-        self._triangle = np.tril_indices(k)
-        self._lower = np.full((count, len(self._triangle[0])), np.nan)
-        self._nis = np.full(count, np.nan)
-        self._bound = math.inf if probability is None else float(scipy.special.chdtri(k, probability))
-
-    def passes(self, row: int, innovation: Innovation) -> bool:
-        """Decide whether a reading may update the filter, and record the decision."""
-        self._value[row], self._nis[row] = innovation.value, innovation.nis
-        self._lower[row] = innovation.covariance[self._triangle]
-        passed = self.admits(innovation)
-        self._accepted[row] = passed
-        self._told.pop(row, None)
-        if not passed:
-            self._told[row] = f"NIS {innovation.nis:.3g} is beyond the gate, {self._bound:.3g}"
-        return passed
-
-    def admits(self, innovation: Innovation) -> bool:
-        """Return whether a reading would update the filter; nothing is recorded."""
-        return innovation.nis <= self._bound
-
-    def skip(self, row: int, reason: str) -> None:
-        """Record why a reading is not compared with the prediction."""
-        self._told[row] = reason
-
-    def innovations(self) -> Innovations:
-        """Return the record."""
-        return Innovations(
-            self._data.label, self._data.kind, self._data.time, self._value, self._lower, self._nis,
-            self._accepted, Reasons(len(self._nis), self._told), self._bound,
-        )  # fmt: skip
 
 
 @dataclass

@@ -20,8 +20,10 @@ from typing import NamedTuple
 
 import numpy as np
 from filterpy.kalman import KalmanFilter
+from numpy.typing import NDArray
 
 from sinssim.data import Array
+from sinssim.estimation.filter_result import Divergence
 from sinssim.estimation.linearisation import Observed
 
 
@@ -221,3 +223,48 @@ class Branches:
         while self.waiting and self.waiting[0].until <= now + _SAME:
             self.waiting.pop(0)
         return (self.waiting[0] if self.waiting else self.main).filter
+
+
+_ROUNDING = 1e-10
+"""Eigenvalue of a correlation matrix that may be negative by rounding. States that depend linearly on each other, such
+as the tilts and the velocity of a vehicle at rest with sensors without errors, have an eigenvalue of zero."""
+
+
+class Diverged(Exception):  # noqa: N818 - not an error of the user: the run ends there and keeps its results
+    """Signals that the filter cannot continue.
+
+    Args:
+        time: s.
+        measurement: the reading at which this was found.
+        reason: one sentence without its full stop.
+    """
+
+    def __init__(self, time: float, measurement: str, reason: str) -> None:
+        super().__init__(reason)
+        self.divergence = Divergence(time, measurement, reason)
+
+
+def check_covariance(covariance: Array, varying: NDArray[np.intp], time: float, measurement: str) -> None:
+    """Raise for an invalid covariance.
+
+    Args:
+        covariance: P, (n, n).
+        varying: numbers of the states that are not known exactly.
+        time: s.
+
+    Raises:
+        Diverged: P is not positive definite.
+    """
+    p = covariance if len(varying) == len(covariance) else covariance[np.ix_(varying, varying)]
+    variance = p.diagonal()
+    if variance.min() > 0.0:
+        scale = 1.0 / np.sqrt(variance)
+        correlation = p * scale[:, None] * scale  # row by row: products of two scales may overflow
+        try:
+            np.linalg.cholesky(correlation)
+        except np.linalg.LinAlgError:
+            if np.linalg.eigvalsh(correlation)[0] > -_ROUNDING:
+                return
+        else:
+            return
+    raise Diverged(time, measurement, "the covariance is no longer positive definite")

@@ -24,9 +24,10 @@ from sinssim.estimation.error_dynamics import (
     transported_transition,
 )
 from sinssim.estimation.measurement_epochs import CheckedMeasurements, Epochs
-from sinssim.estimation.nominal_motion import MeanGyroRates, at, motion, near, rows_of
+from sinssim.estimation.nominal_motion import at, motion, near, rows_of
 from sinssim.estimation.state_model import ErrorModel
 from sinssim.sensors.aiding_registry import measurement_kind
+from sinssim.sensors.imu.compensation import MeanGyroRates
 from sinssim.sensors.imu.encoder import Encoders
 from sinssim.sensors.imu.imu_errors import ImuErrors
 from sinssim.sensors.measurement_kind import PHI, Comparison, MeasurementKind, V

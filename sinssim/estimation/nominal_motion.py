@@ -6,10 +6,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from sinssim import earth, rotation
-from sinssim.data import Array, ImuData, NavSolution, NavState
+from sinssim.data import Array, NavSolution, NavState
 from sinssim.earth.ellipsoids import Ellipsoid
 from sinssim.estimation.error_dynamics import NominalMotion, transport_rate
-from sinssim.sensors.imu.compensation import compensate_checked
+from sinssim.sensors.imu.compensation import MeanGyroRates
 from sinssim.sensors.imu.imu_errors import ImuErrors
 from sinssim.sensors.measurement_kind import earth_rate
 from sinssim.strapdown.polar_axes import carried
@@ -155,53 +155,6 @@ def _across(
     north, east, _ = (part * moved - sag).T
     latitude, longitude = earth.displaced(before.latitude, before.longitude, before.height, north, east, ellipsoid)
     return carried(there, latitude, longitude, before.height + fraction * (after.height - before.height) + sag[:, 2])
-
-
-class MeanGyroRates:
-    """Mean rates of the body over any interval, from the measured increments.
-
-    Args:
-        imu: increments of the whole run.
-    """
-
-    def __init__(self, imu: ImuData) -> None:
-        self._time, self._dtheta = imu.time, imu.dtheta
-        self._interval = float(imu.time[-1] - imu.time[0]) / len(imu)
-
-    def mean(self, begin: Array, end: Array, calibration: ImuErrors) -> Array:
-        """Return the mean inertial rate over intervals; one that reaches beyond the data is moved to their end.
-
-        Args:
-            begin, end: ends of each interval, (K,) s.
-
-        Returns:
-            In body axes, compensated, (K, 3) rad/s.
-        """
-        if not len(begin):
-            return np.zeros((0, 3))
-        # an instant less a delay may lie beyond the data
-        shift = np.maximum(self._time[0] - begin, 0.0) - np.maximum(end - self._time[-1], 0.0)
-        begin, end = np.maximum(begin + shift, self._time[0]), np.minimum(end + shift, self._time[-1])
-        # only the part of the run that the intervals cover is summed and searched
-        first, last = np.searchsorted(self._time, (np.min(begin), np.max(end)))
-        start = max(int(first) - 1, 0)
-        time = self._time[start : int(last) + 1]
-        angles = np.zeros((len(time), 3))
-        np.cumsum(self._dtheta[start : start + len(time) - 1], axis=0, out=angles[1:])
-        turned = [np.interp(end, time, angle) - np.interp(begin, time, angle) for angle in angles.T]
-        rate = np.stack(turned, axis=1) / (end - begin)[:, None]
-        # a rate is an increment over one second
-        unit = ImuData(np.arange(len(rate) + 1.0), rate, np.zeros_like(rate))
-        return compensate_checked(unit, calibration).dtheta
-
-    def at(self, time: Array, calibration: ImuErrors) -> Array:
-        """Return the mean inertial rate over two samples around each instant, (K, 3) rad/s."""
-        inside = np.clip(time, self._time[0], self._time[-1])
-        return self.mean(
-            np.maximum(inside - self._interval, self._time[0]),
-            np.minimum(inside + self._interval, self._time[-1]),
-            calibration,
-        )
 
 
 def motion(

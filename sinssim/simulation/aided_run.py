@@ -18,9 +18,9 @@ from sinssim import rotation
 from sinssim.data import Array, ImuData, Measurements, NavSolution, NavState
 from sinssim.errors import InputError, SinssimError
 from sinssim.estimation.consistency import consistency
-from sinssim.estimation.divergence import vibration_untold
 from sinssim.estimation.estimate import estimate
 from sinssim.estimation.filter_diagnosis import LimitReachedError, diagnose, widened
+from sinssim.estimation.filter_remarks import vibration_untold
 from sinssim.estimation.filter_result import Diagnosis, Estimate, Innovations
 from sinssim.estimation.filter_start import Start, at_rest, by_course, in_motion
 from sinssim.estimation.state_model import ErrorModel

@@ -12,12 +12,12 @@ from typing import TYPE_CHECKING, cast
 import numpy as np
 from numpy.typing import ArrayLike
 
+from sinssim.alignment.recorded_start import RecordedStart, recorded_start
 from sinssim.data import Array, ImuData, Measurements, NavSolution, NavState
 from sinssim.earth.ellipsoids import Ellipsoid
 from sinssim.errors import InputError
 from sinssim.estimation import ErrorModel, Estimate, Smoothed
 from sinssim.estimation.filter_start import Start
-from sinssim.estimation.recorded_start import RecordedStart, recorded_start
 from sinssim.logs.recorded_log import RecordedLog, recorded_log
 from sinssim.logs.reference_solution import Reference
 from sinssim.progress import Progress, silent

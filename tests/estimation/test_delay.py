@@ -14,7 +14,8 @@ from sinssim.estimation.estimate import estimate
 from sinssim.estimation.filter_result import corrected
 from sinssim.estimation.linearisation import Linearisation, Surroundings, linearise
 from sinssim.estimation.measurement_epochs import take_in
-from sinssim.estimation.nominal_motion import MeanGyroRates, near
+from sinssim.estimation.nominal_motion import near
+from sinssim.sensors.imu.compensation import MeanGyroRates
 from sinssim.sensors.imu.imu_errors import ImuErrors
 from sinssim.strapdown.navigate import navigate
 from tests.estimation.drives import drive

@@ -6,15 +6,10 @@ import numpy as np
 import pytest
 
 from sinssim.data import Array
-from sinssim.estimation.divergence import (
-    CONTRADICTION,
-    CONTRADICTION_S,
-    Diverged,
-    check_covariance,
-    contradiction,
-    remarks,
-)
+from sinssim.estimation.filter_remarks import remarks
 from sinssim.estimation.filter_result import Innovations, Reasons
+from sinssim.estimation.innovation_gate import CONTRADICTION, CONTRADICTION_S, contradiction
+from sinssim.estimation.kalman_filter import Diverged, check_covariance
 from tests.estimation.made import readings
 
 

@@ -10,8 +10,8 @@ from sinssim import rotation
 from sinssim.data import Array, Measurements
 from sinssim.estimation import error_model
 from sinssim.estimation.estimate import estimate
-from sinssim.estimation.filter_loop import InnovationGate
 from sinssim.estimation.filter_result import Reasons
+from sinssim.estimation.innovation_gate import InnovationGate
 from sinssim.estimation.kalman_filter import ErrorFilter
 from sinssim.estimation.measurement_epochs import CheckedMeasurements
 from sinssim.sensors import ImuErrors, TriadErrors

@@ -10,10 +10,10 @@ import pytest
 from scipy.stats import chi2
 
 from sinssim import rotation
+from sinssim.alignment.alignment_in_motion import align_by_course
 from sinssim.data import Array, ImuData
 from sinssim.earth.ellipsoids import WGS84
 from sinssim.estimation import Block, Estimate, error_model, state_errors
-from sinssim.estimation.alignment_in_motion import align_by_course
 from sinssim.estimation.consistency import nees
 from sinssim.estimation.estimate import estimate
 from sinssim.scenario.filter_section import AidingSection

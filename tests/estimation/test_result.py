@@ -15,10 +15,11 @@ from sinssim.data import Array, ImuData, Measurements, NavSolution, NavState
 from sinssim.earth.ellipsoids import WGS84
 from sinssim.errors import InputError
 from sinssim.estimation import Block, ErrorModel
-from sinssim.estimation.estimate import _initial_covariance, _too_late, _untold
-from sinssim.estimation.filter_loop import InnovationGate
+from sinssim.estimation.estimate import _initial_covariance, _too_late
+from sinssim.estimation.filter_remarks import neglected
 from sinssim.estimation.filter_result import History, Reasons, Smoothed, corrected, nominal_errors, state_errors
-from sinssim.estimation.filter_start import _held, at_rest
+from sinssim.estimation.filter_start import _as_bias, at_rest
+from sinssim.estimation.innovation_gate import InnovationGate
 from sinssim.estimation.kalman_filter import ErrorFilter, Innovation
 from sinssim.estimation.measurement_epochs import take_in
 from sinssim.estimation.smoother import smooth
@@ -238,9 +239,9 @@ def test_readings_after_the_start_and_their_noise() -> None:
 
 
 def test_remarks_and_late_readings() -> None:
-    assert _untold(MODEL) == []
+    assert neglected(MODEL) == []
     told = replace(MODEL, untold=("scale factors of the gyros", "faults of the sensors"))
-    assert _untold(told) == [
+    assert neglected(told) == [
         "The inertial sensors have errors that no state of the filter describes: scale factors of the gyros, faults of "
         "the sensors."
     ]
@@ -293,9 +294,9 @@ def test_the_start_after_an_alignment_at_rest() -> None:
     c = TRUE.as_matrix()
     expected = np.vstack([c[1], -c[0]]) @ np.diag([1e-6, 4e-6, 9e-6]) / 9.81
     np.testing.assert_allclose(start.covariance[6:8, 12:15], expected, rtol=2e-3)
-    held = _held(gyro, "gyro", model)
+    held = _as_bias(gyro, "gyro", model)
     np.testing.assert_array_equal(held.bias, model.sigma[9:12])
     assert not held.bias_temperature.any()
     assert not held.ramp.any()
     assert (held.flicker, held.random_walk) == (0.0, 1e-8)
-    assert _held(gyro, "other", model) is gyro
+    assert _as_bias(gyro, "other", model) is gyro

@@ -10,11 +10,11 @@ from scipy.stats import chi2
 
 from sinssim import rotation
 from sinssim.alignment import determine_session, initial_covariance, initial_state
+from sinssim.alignment.alignment_in_motion import WIDER, align_in_motion
 from sinssim.data import Array, ImuData, Measurements, NavState
 from sinssim.earth.ellipsoids import OMEGA_IE
 from sinssim.errors import InputError, RunError
 from sinssim.estimation import Block, error_model
-from sinssim.estimation.alignment_in_motion import WIDER, align_in_motion
 from sinssim.estimation.consistency import consistency, nees
 from sinssim.estimation.estimate import estimate
 from sinssim.estimation.filter_start import at_rest

@@ -8,11 +8,11 @@ from typing import Any
 import numpy as np
 import pytest
 
+from sinssim.alignment.recorded_start import RecordedStart
 from sinssim.data import ImuData, Measurements, NavSolution, NavState
 from sinssim.errors import InputError
 from sinssim.estimation import Block, ErrorModel
 from sinssim.estimation.filter_start import Start
-from sinssim.estimation.recorded_start import RecordedStart
 from sinssim.scenario import Scenario
 from sinssim.simulation import recorded_filter_run
 from sinssim.simulation.aided_run import _assumed_mounting, coarse_alignment, navigate_beside

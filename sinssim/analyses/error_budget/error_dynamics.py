@@ -22,9 +22,10 @@ from numpy.typing import NDArray
 from sinssim.analyses.error_budget.error_sources import Column
 from sinssim.data import Array, ImuData, NavState
 from sinssim.estimation.error_dynamics import NominalMotion, dynamics
-from sinssim.estimation.nominal_motion import MeanGyroRates, motion
+from sinssim.estimation.nominal_motion import motion
 from sinssim.estimation.state_model import Block, ErrorModel
 from sinssim.jit import strict_kernel
+from sinssim.sensors.imu.compensation import MeanGyroRates
 from sinssim.sensors.imu.imu_errors import ImuErrors, WarmUp
 from sinssim.sensors.measurement_kind import CORE, PHI, R, V, skew
 from sinssim.truth.trajectory import Trajectory

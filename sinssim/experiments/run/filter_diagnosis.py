@@ -11,9 +11,10 @@ from dataclasses import replace
 from typing import TYPE_CHECKING, Any
 
 from sinssim import units
-from sinssim.estimation.consistency import consistency
-from sinssim.estimation.filter_diagnosis import FALSE_ALARM, refusals, size_of_innovations
+from sinssim.estimation.consistency import FALSE_ALARM, consistency
+from sinssim.estimation.filter_diagnosis import size_of_innovations
 from sinssim.estimation.filter_result import Refusals
+from sinssim.estimation.innovation_gate import refusals
 from sinssim.formatting import listed, number_text
 from sinssim.logs.log_files import other_units
 from sinssim.recording.report.page import table, words

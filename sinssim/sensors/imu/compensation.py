@@ -230,3 +230,42 @@ class Compensation(CompensationKeys):
     def left(self, imu: Imu) -> Imu:
         """Return a sensor block whose 1σ are those of the errors that this compensation leaves."""
         return imu.model_copy(update={t.sigma_key: getattr(self, t.sigma_key) for t in TERMS if t.calibrated})
+
+
+class MeanGyroRates:
+    """Compensated mean rates of the body over any interval, from the measured increments of a whole run."""
+
+    def __init__(self, imu: ImuData) -> None:
+        self._time, self._dtheta = imu.time, imu.dtheta
+        self._interval = float(imu.time[-1] - imu.time[0]) / len(imu)
+
+    def mean(self, begin: Array, end: Array, calibration: ImuErrors) -> Array:
+        """Return the mean inertial rate from `begin` to `end`, (K,) s, in body axes, (K, 3) rad/s.
+
+        An interval that reaches beyond the data is moved to their end.
+        """
+        if not len(begin):
+            return np.zeros((0, 3))
+        # an instant less a delay may lie beyond the data
+        shift = np.maximum(self._time[0] - begin, 0.0) - np.maximum(end - self._time[-1], 0.0)
+        begin, end = np.maximum(begin + shift, self._time[0]), np.minimum(end + shift, self._time[-1])
+        # only the part of the run that the intervals cover is summed and searched
+        first, last = np.searchsorted(self._time, (np.min(begin), np.max(end)))
+        start = max(int(first) - 1, 0)
+        time = self._time[start : int(last) + 1]
+        angles = np.zeros((len(time), 3))
+        np.cumsum(self._dtheta[start : start + len(time) - 1], axis=0, out=angles[1:])
+        turned = [np.interp(end, time, angle) - np.interp(begin, time, angle) for angle in angles.T]
+        rate = np.stack(turned, axis=1) / (end - begin)[:, None]
+        # a rate is an increment over one second
+        unit = ImuData(np.arange(len(rate) + 1.0), rate, np.zeros_like(rate))
+        return compensate_checked(unit, calibration).dtheta
+
+    def at(self, time: Array, calibration: ImuErrors) -> Array:
+        """Return the mean inertial rate over two samples around each instant, (K, 3) rad/s."""
+        inside = np.clip(time, self._time[0], self._time[-1])
+        return self.mean(
+            np.maximum(inside - self._interval, self._time[0]),
+            np.minimum(inside + self._interval, self._time[-1]),
+            calibration,
+        )

@@ -41,8 +41,7 @@ from sinssim.arguments import checked_increments, number
 from sinssim.data import Array, ImuData, Measurements, NavState
 from sinssim.earth.ellipsoids import Ellipsoid, ellipsoid_by_name
 from sinssim.errors import InputError, RunError
-from sinssim.estimation.nominal_motion import MeanGyroRates
-from sinssim.sensors.imu.compensation import compensate
+from sinssim.sensors.imu.compensation import MeanGyroRates, compensate
 from sinssim.sensors.imu.fields import TriadErrors
 from sinssim.sensors.imu.imu_errors import ImuErrors
 

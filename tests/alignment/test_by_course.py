@@ -6,9 +6,9 @@ import numpy as np
 import pytest
 
 from sinssim import rotation
+from sinssim.alignment.alignment_in_motion import align_by_course
+from sinssim.alignment.recorded_start import velocity_of_positions
 from sinssim.data import ImuData, Measurements
-from sinssim.estimation.alignment_in_motion import align_by_course
-from sinssim.estimation.recorded_start import velocity_of_positions
 from sinssim.sensors.imu.imu_errors import ImuErrors
 
 REST_S, ACCELERATION, GRAVITY = 10.0, 1.0, 9.8

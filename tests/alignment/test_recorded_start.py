@@ -10,9 +10,9 @@ import numpy as np
 import pytest
 
 from sinssim import rotation
+from sinssim.alignment.recorded_start import RecordedStart, recorded_start
 from sinssim.data import NavState
 from sinssim.errors import InputError
-from sinssim.estimation.recorded_start import RecordedStart, recorded_start
 from sinssim.logs.log_settings import Log
 from sinssim.logs.recorded_log import recorded_log
 from sinssim.truth.curve import Curve

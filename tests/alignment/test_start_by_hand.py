@@ -11,10 +11,7 @@ import pytest
 from scipy.spatial.transform import Rotation
 
 from sinssim import earth
-from sinssim.data import ImuData, Measurements, NavState
-from sinssim.earth.ellipsoids import OMEGA_IE, WGS84
-from sinssim.errors import InputError, RunError
-from sinssim.estimation.alignment_in_motion import (
+from sinssim.alignment.alignment_in_motion import (
     _block,
     _edges,
     _Fixes,
@@ -23,7 +20,10 @@ from sinssim.estimation.alignment_in_motion import (
     align_by_course,
     align_in_motion,
 )
-from sinssim.estimation.recorded_start import _place, _resting, _speed, recorded_start, velocity_of_positions
+from sinssim.alignment.recorded_start import _place, _resting, _speed, recorded_start, velocity_of_positions
+from sinssim.data import ImuData, Measurements, NavState
+from sinssim.earth.ellipsoids import OMEGA_IE, WGS84
+from sinssim.errors import InputError, RunError
 from sinssim.logs.log_settings import LogStart
 from sinssim.logs.reference_solution import Reference
 from sinssim.sensors import ImuErrors, TriadErrors

@@ -1,101 +1,24 @@
-"""Divergence checks and warnings of the filter, and the vibration of inertial readings that its settings leave out."""
+"""Remarks on a filter's result: readings that were not used, and vibration that its settings leave out."""
 
 from __future__ import annotations
 
 from collections import Counter
 from collections.abc import Sequence
-from itertools import pairwise
 
 import numpy as np
-from numpy.typing import NDArray
 
-from sinssim.data import Array, ImuData
+from sinssim.data import ImuData
 from sinssim.errors import InputError
-from sinssim.estimation.filter_result import Divergence, Innovations
+from sinssim.estimation.filter_result import Innovations
 from sinssim.estimation.state_model import ErrorModel
 from sinssim.sensors.vibration_noise import AddedNoise, vibration
 
-CONTRADICTION_S, CONTRADICTION = 30.0, 10
-"""Time, s, and number of readings, over which all readings must be rejected for a contradiction."""
 
-
-_ROUNDING = 1e-10
-"""Eigenvalue of a correlation matrix that may be negative by rounding. States that depend linearly on each other, such
-as the tilts and the velocity of a vehicle at rest with sensors without errors, have an eigenvalue of zero."""
-
-
-class Diverged(Exception):  # noqa: N818 - not an error of the user: the run ends there and keeps its results
-    """Signals that the filter cannot continue.
-
-    Args:
-        time: s.
-        measurement: the reading at which this was found.
-        reason: one sentence without its full stop.
-    """
-
-    def __init__(self, time: float, measurement: str, reason: str) -> None:
-        super().__init__(reason)
-        self.divergence = Divergence(time, measurement, reason)
-
-
-def check_covariance(covariance: Array, varying: NDArray[np.intp], time: float, measurement: str) -> None:
-    """Raise for an invalid covariance.
-
-    Args:
-        covariance: P, (n, n).
-        varying: numbers of the states that are not known exactly.
-        time: s.
-
-    Raises:
-        Diverged: P is not positive definite.
-    """
-    p = covariance if len(varying) == len(covariance) else covariance[np.ix_(varying, varying)]
-    variance = p.diagonal()
-    if variance.min() > 0.0:
-        scale = 1.0 / np.sqrt(variance)
-        correlation = p * scale[:, None] * scale  # row by row: products of two scales may overflow
-        try:
-            np.linalg.cholesky(correlation)
-        except np.linalg.LinAlgError:
-            if np.linalg.eigvalsh(correlation)[0] > -_ROUNDING:
-                return
-        else:
-            return
-    raise Diverged(time, measurement, "the covariance is no longer positive definite")
-
-
-def contradiction(innovations: Sequence[Innovations]) -> Divergence | None:
-    """Find the first period in which the gate rejected every reading of every sensor.
-
-    Returns:
-        The contradiction between filter and sensors; None if there is none.
-    """
-    refused = [np.flatnonzero(~i.accepted & ~np.isnan(i.nis)) for i in innovations]
-    time = np.concatenate([i.time[rows] for i, rows in zip(innovations, refused, strict=True)] or [np.zeros(0)])
-    if not len(time):
-        return None
-    sensor = np.repeat(np.arange(len(innovations)), [len(rows) for rows in refused])
-    order = np.argsort(time, kind="stable")
-    time, sensor, row = time[order], sensor[order], np.concatenate(refused)[order]
-    # rejected readings with as many accepted ones before them follow one another; of simultaneous readings, the one of
-    # the earlier sensor is the first
-    before = np.zeros(len(time), dtype=np.intp)
-    for number, i in enumerate(innovations):
-        accepted = i.time[i.accepted]
-        later = sensor > number
-        before += np.where(later, np.searchsorted(accepted, time, "right"), np.searchsorted(accepted, time, "left"))
-    edges = np.flatnonzero(np.diff(before, prepend=-1, append=-1)).tolist()
-    for begin, end in pairwise(edges):
-        lasting = time[end - 1] - time[begin]
-        if end - begin >= CONTRADICTION and lasting >= CONTRADICTION_S:
-            which = f"{innovations[sensor[begin]].sensor} {row[begin]} (valid at {time[begin]:.3f} s)"
-            return Divergence(
-                float(time[begin]),
-                which,
-                f"from this measurement on, the gate rejected all {end - begin} measurements in {lasting:.0f} s: "
-                "either the sensors are wrong, or the filter is overconfident",
-            )
-    return None
+def neglected(model: ErrorModel) -> list[str]:
+    """Name the errors of the inertial sensors that no state describes."""
+    if not model.untold:
+        return []
+    return [f"The inertial sensors have errors that no state of the filter describes: {', '.join(model.untold)}."]
 
 
 def remarks(innovations: Sequence[Innovations], late: Sequence[int]) -> list[str]:
