@@ -5,14 +5,17 @@ from __future__ import annotations
 import math
 from collections.abc import Iterator, Sequence
 from itertools import pairwise
+from typing import TYPE_CHECKING
 
 import numpy as np
 import scipy
 
 from sinssim.estimation.consistency import FALSE_ALARM
 from sinssim.estimation.filter_result import Divergence, Innovations, Reasons, Refusals
-from sinssim.estimation.kalman_filter import Innovation
-from sinssim.estimation.measurement_epochs import CheckedMeasurements
+
+if TYPE_CHECKING:
+    from sinssim.estimation.kalman_filter import Innovation
+    from sinssim.estimation.measurement_epochs import CheckedMeasurements
 
 CONTRADICTION_S, CONTRADICTION = 30.0, 10
 """Time, s, and number of readings, over which all readings must be rejected for a contradiction."""
