@@ -217,18 +217,19 @@ def geodetic_to_ecef_k(p: EarthParameters, latitude: float, longitude: float, he
 
 
 @inline
-def geodetic_sincos_k(p: EarthParameters, rho: float, z: float) -> tuple[float, float, float]:
+def geodetic_sincos_k(p: EarthParameters, rho: float, z: float, iterations: int = 3) -> tuple[float, float, float]:
     """sin and cos of geodetic latitude, and height, of a point at ρ from the axis and z from the equator's plane.
 
-    Bowring's iteration on the reduced latitude (Survey Review 1976), three times: exact to rounding from 5000 km
-    below the surface to beyond the geostationary orbit.
+    Bowring's iteration on the reduced latitude (Survey Review 1976) converges quadratically, ε → e² ε² R/(R+h), from
+    ε = ½e² h/(R+h). Three iterations are exact to rounding from 5000 km below the surface to beyond the geostationary
+    orbit, two from 2000 km below.
     """
     ratio = sqrt(1.0 - p.e2)
     b = p.a * ratio
     # initial value: reduced latitude of the direction of the point
     sb, cb = z, ratio * rho
     s, c = sb, cb
-    for _ in range(3):
+    for _ in range(iterations):
         n = 1.0 / sqrt(sb * sb + cb * cb)
         sb *= n
         cb *= n

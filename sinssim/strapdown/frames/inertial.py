@@ -98,7 +98,7 @@ def geodetic_k(p: EarthParameters, turn: Angle, r: Vector, v: Vector) -> Geodeti
     ca, sa = turn
     xe, ye = ca * r[0] + sa * r[1], ca * r[1] - sa * r[0]
     rho = sqrt(xe * xe + ye * ye)
-    s, c, h = geodetic_sincos_k(p, rho, r[2])
+    s, c, h = geodetic_sincos_k(p, rho, r[2], 2)
     cl, sl = (xe / rho, ye / rho) if rho > 0.0 else (1.0, 0.0)
     # velocity relative to the Earth in Earth-fixed axes, then north, east, down
     ux, uy = v[0] + p.omega * r[1], v[1] - p.omega * r[0]
