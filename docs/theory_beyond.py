@@ -38,7 +38,7 @@ BEYOND = (
     Row(
         "",
         "Functional iteration: Chebyshev fit of the increments, attitude, velocity and position iterated together",
-        ("strapdown.iteration.functional_level.solve",),
+        ("strapdown.attitude.functional_iteration.solve_level",),
         (_ALGORITHMS + "functional_iteration_of_the_attitude", _ALGORITHMS + "order_of_convergence"),
     ),
     Row(

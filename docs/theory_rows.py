@@ -338,10 +338,10 @@ CHAPTER = (
         "(8.20)-(8.28)",
         "Three rates: attitude at the fast rate, velocity at the medium rate, position, radii, Ω, ω and gravity at "
         "the slow rate, held or extrapolated",
-        ("strapdown.three_rate.level.solve", "strapdown.three_rate.azimuth.solve"),
+        ("strapdown.frames.level.solve_three_rates", "strapdown.frames.azimuth.solve_three_rates"),
         (
-            "strapdown/three_rate/test_level.py::test_second_order_in_the_medium_interval",
-            "strapdown/three_rate/test_level.py::test_order_in_the_slow_interval",
+            "strapdown/frames/test_three_rates.py::test_second_order_in_the_medium_interval",
+            "strapdown/frames/test_three_rates.py::test_order_in_the_slow_interval",
         ),
     ),
 )

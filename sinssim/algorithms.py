@@ -160,7 +160,7 @@ _SHIPPED = by_name(
     Algorithm(
         "functional-iteration",
         "quaternion, velocity and position iterated to rounding on windows of eight samples (iNavFIter)",
-        "iteration.functional_iteration",
+        "attitude.functional_iteration",
         windowed=True,
     ),
 )

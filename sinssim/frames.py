@@ -27,8 +27,7 @@ class Frame:
         takes_route: whether it is oriented along a route.
         passes_poles: whether it can be used at the Earth's poles.
         has_azimuth: whether its x axis has a direction of its own in the local level.
-        has_three_rates: whether the three-rate schedule works in it, whose file has the same name under
-            `sinssim/strapdown/three_rate/`; that of a frame outside the package is `solve_three_rates` in its file.
+        has_three_rates: whether the three-rate schedule works in it: `solve_three_rates` in its file.
         starts_anywhere: whether its engine fits across `Problem.first`, where a filter's segment begins; the segments
             of a frame without it are fitted by their own samples, which is less accurate at their ends.
         path: its file, of a frame outside the package; "" otherwise.

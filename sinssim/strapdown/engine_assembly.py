@@ -186,9 +186,9 @@ class FrameFile(Protocol):
 
 
 class ThreeRateFile(Protocol):
-    """The function in the file of a frame's three-rate schedule."""
+    """The function in the file of a frame with a three-rate schedule."""
 
-    def solve(
+    def solve_three_rates(
         self, problem: Problem, frame: str, fast_per_medium: int, medium_per_slow: int, extrapolate: bool
     ) -> None:
         """Fill the rows of the solution after the first, which are the slow instants.
@@ -196,15 +196,6 @@ class ThreeRateFile(Protocol):
         The increments of the problem are those of the fast part, and the next two arguments are ratios of the rates.
         Results of the slow part are extrapolated or held.
         """
-
-
-class OwnThreeRateFile(Protocol):
-    """The function in the file of a frame outside the package, if it has a three-rate schedule."""
-
-    def solve_three_rates(
-        self, problem: Problem, frame: str, fast_per_medium: int, medium_per_slow: int, extrapolate: bool
-    ) -> None:
-        """As `ThreeRateFile.solve`."""
 
 
 @cache
@@ -243,46 +234,31 @@ def algorithm_file(algorithm: str) -> AttitudeFile | EngineFile:
 
 @cache
 def frame_file(frame: str) -> FrameFile:
-    """Return the file of a navigation frame.
-
-    Args:
-        frame: one of `sinssim.FRAMES`.
+    """Return the file of a navigation frame, one of `sinssim.FRAMES`.
 
     Raises:
         InputError: the file is missing, invalid or incomplete; the message gives the path and the reason.
     """
-    entry = FRAME_REGISTRY[frame]
-    if entry.path:
-        module, path = _own("frames", frame), entry.path
-    else:
-        module, path = _loaded(f"frame {frame}", f"sinssim.strapdown.frames.{entry.file}")
-    _check(f"frame {frame}", module, path, FrameFile, compiled=False)
-    if entry.path:
-        item = _item("frames", frame)
-        functions = {name: explained(item, getattr(module, name), RunError) for name in ("solve", "check")}
-        return cast(FrameFile, SimpleNamespace(**functions))
-    return cast(FrameFile, module)
+    return cast(FrameFile, _frame_functions(f"frame {frame}", frame, FrameFile, "solve", "check"))
 
 
 @cache
 def three_rate_file(frame: str) -> ThreeRateFile:
-    """Return the file of a frame's three-rate schedule.
-
-    Args:
-        frame: one of `sinssim.FRAMES` with `has_three_rates`.
-
-    Raises:
-        InputError: the file is missing, invalid or incomplete; the message gives the path and the reason.
-    """
+    """Return the file of a frame with `has_three_rates`; raises as `frame_file`."""
     what = f"three-rate schedule of the frame {frame}"
-    if path := FRAME_REGISTRY[frame].path:
-        own = _own("frames", frame)
-        _check(what, own, path, OwnThreeRateFile, compiled=False)
-        solve = explained(_item("frames", frame), own.solve_three_rates, RunError)
-        return cast(ThreeRateFile, SimpleNamespace(solve=solve))
-    module, path = _loaded(what, f"sinssim.strapdown.three_rate.{FRAME_REGISTRY[frame].file}")
-    _check(what, module, path, ThreeRateFile, compiled=False)
-    return cast(ThreeRateFile, module)
+    return cast(ThreeRateFile, _frame_functions(what, frame, ThreeRateFile, "solve_three_rates"))
+
+
+def _frame_functions(what: str, frame: str, protocol: type, *names: str) -> Any:
+    """Return functions of a frame's file; the errors of one outside the package name its file."""
+    entry = FRAME_REGISTRY[frame]
+    if not entry.path:
+        module, path = _loaded(what, f"sinssim.strapdown.frames.{entry.file}")
+        _check(what, module, path, protocol, compiled=False)
+        return module
+    module, item = _own("frames", frame), _item("frames", frame)
+    _check(what, module, entry.path, protocol, compiled=False)
+    return SimpleNamespace(**{name: explained(item, getattr(module, name), RunError) for name in names})
 
 
 def check_own_files(algorithms: Iterable[str], frame: str) -> None:

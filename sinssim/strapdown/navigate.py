@@ -254,7 +254,7 @@ def solve_problem(problem: Problem, rates: tuple[int, int, bool] | None) -> None
     of = problem.mechanization
     file, own = frame_file(of.frame), own_engine(of.algorithm, of.frame)
     if rates is not None:
-        three_rate_file(of.frame).solve(problem, of.frame, *rates)
+        three_rate_file(of.frame).solve_three_rates(problem, of.frame, *rates)
     elif own is not None:
         own(problem, of.frame)
     else:

@@ -330,7 +330,7 @@ def _check_part(part: Part) -> None:
 
 def _check_length(part: Part, motion: StudyMotion, duration: float) -> None:
     """Raise for a motion that is shorter than one update of an algorithm or one step of a schedule's slow part."""
-    from sinssim.strapdown.iteration.windows import WINDOW
+    from sinssim.strapdown.iteration_windows import WINDOW
 
     for rate, schedule, _ in part.pace:
         slowest = schedule[2] if schedule else rate

@@ -391,7 +391,7 @@ def _counted(algorithm: str, frame: str, ratios: tuple[int, ...] = ()) -> tuple[
 
             return kernel
         if thing is three_rate_file:
-            return lambda name: types.SimpleNamespace(solve=counting(thing(name).solve))
+            return lambda name: types.SimpleNamespace(solve_three_rates=counting(thing(name).solve_three_rates))
         if thing is frame_file:
             return lambda name: types.SimpleNamespace(solve=counting(thing(name).solve), check=thing(name).check)
         strapdown = getattr(thing, "__module__", "").startswith("sinssim.strapdown")

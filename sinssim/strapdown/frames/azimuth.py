@@ -52,6 +52,7 @@ from sinssim.strapdown.frames.navigation_problem import (
     forces_k,
     keep_k,
 )
+from sinssim.strapdown.frames.three_rate_schedule import Fixed, Schedule, Slow, ahead_k, three_rate_engines
 from sinssim.strapdown.frames.vertical_channel import (
     Channel,
     Loop,
@@ -331,3 +332,57 @@ def check(problem: Problem, frame: str) -> None:
     p, (rule, pole) = problem, azimuth_rule(problem, frame)
     if rule == TRANSVERSE and (near := too_near(pole, p.time, p.latitude, p.longitude, p.velocity)) is not None:
         raise RunError(near[1], time=float(p.time[near[0]]))
+
+
+@inline
+def slow_first_k(
+    of: Models, rule: int, axis: Array, rows: Rows, of_x: Array, loop: Loop
+) -> tuple[AzimuthState, Quaternion, float, float]:
+    """See `three_rate_schedule.first_k`."""
+    x, of_x[0], ch, sh = start_azimuth_k(of, rule, axis, of_x[0], rows, loop)
+    return x, (ch, 0.0, 0.0, -sh), x.x.down, x.x.k2
+
+
+@inline
+def slow_k(fixed: Fixed, x: AzimuthState) -> Slow:
+    """See `three_rate_schedule.slow_k`."""
+    k, omega = x.x.k, fixed.of.earth.omega
+    t = transport_k(fixed.rule, omega, x.x, x.v)
+    return Slow(along(t, omega, k), along(t, 2.0 * omega, k), (x.x.north * k[0], x.x.north * k[1], x.x.down))
+
+
+@inline
+def slow_moved_k(
+    fixed: Fixed, time: float, dt: float, at: float, reference: tuple[float, float], x: AzimuthState,
+    before: AzimuthState, v: Vector, s: Vector,
+) -> AzimuthState:  # fmt: skip
+    """See `three_rate_schedule.moved_k`."""
+    a, b = x.x, before.x
+    k2, kappa = a.k2 + at * (a.k2 - b.k2), a.kappa + at * (a.kappa - b.kappa)
+    middle = Place(ahead_k(a.k, b.k, at), ahead_k(a.pole, b.pole, at), a.h, k2, kappa, a.north, a.down)
+    r = transport_k(fixed.rule, fixed.of.earth.omega, middle, s)  # ∫ω_ew dt, of the mean velocity
+    if fixed.rule == FREE_AZIMUTH:
+        r = r[0], r[1], dt * r[2]
+    e, lost = turned_on_k(x.e, x.lost, r)
+    h, vz, loop = vertical_step_k(fixed.vertical, dt, fixed.gains, x.loop, a.h - s[2], v[2], reference)
+    return AzimuthState(e, lost, place_k(fixed.of, fixed.rule, fixed.axis, e, h), (v[0], v[1], vz), x.a, loop)
+
+
+@inline
+def slow_north_k(x: AzimuthState) -> tuple[float, float, float, Vector, float, Quaternion]:
+    """See `three_rate_schedule.north_k`."""
+    latitude, longitude, v, azimuth, ch, sh = north_k(x)
+    return latitude, longitude, x.x.h, v, azimuth, (ch, 0.0, 0.0, sh)
+
+
+three_rate_engine = three_rate_engines("azimuth", slow_first_k, slow_k, slow_moved_k, slow_north_k)
+
+
+def solve_three_rates(
+    problem: Problem, frame: str, fast_per_medium: int, medium_per_slow: int, extrapolate: bool
+) -> None:
+    """Navigate at three rates; see `sinssim.strapdown.engine_assembly.ThreeRateFile`."""
+    p, schedule = problem, Schedule(fast_per_medium, medium_per_slow, extrapolate)
+    three_rate_engine(p.algorithm, p.form)(
+        p.increments, p.models, p.channel, p.solution, schedule, *azimuth_rule(p, frame), p.azimuth
+    )

@@ -24,12 +24,13 @@ from typing import NamedTuple
 
 import numpy as np
 
+from sinssim.data import Array
 from sinssim.earth.ellipsoid_kernels import gravity_ned_k
 from sinssim.errors import RunError
 from sinssim.formatting import listed
 from sinssim.frames import frames_that
 from sinssim.jit import inline
-from sinssim.rotation.quaternions import Vector
+from sinssim.rotation.quaternions import Quaternion, Vector
 from sinssim.rotation.vectors import add, along, cross, mul, sub, sub_cross
 from sinssim.strapdown.attitude.quaternion import dcm_k, quaternion_k, start_k, step_k
 from sinssim.strapdown.coning_sculling import BLOCK, FrameTurn, empty_turns_k, turn_in_block_k
@@ -48,6 +49,7 @@ from sinssim.strapdown.frames.navigation_problem import (
     keep_k,
     ran_away,
 )
+from sinssim.strapdown.frames.three_rate_schedule import Fixed, Schedule, Slow, three_rate_engines
 from sinssim.strapdown.frames.vertical_channel import (
     Channel,
     Loop,
@@ -270,4 +272,80 @@ def check(problem: Problem, frame: str) -> None:
         f"the direction of north changes too fast: latitude {degrees(latitude[row]):.4f}° at t = {time:.2f} s. "
         f"The frames {able} pass the poles.",
         time=time,
+    )
+
+
+class SlowPlace(NamedTuple):
+    """Of the slow part: coordinates, rad, height, velocity, the baro loop; curvatures, 1/m, gravity north and down."""
+
+    latitude: float
+    longitude: float
+    h: float
+    v: Vector
+    loop: Loop
+    k1: float
+    k2: float
+    north: float
+    down: float
+
+
+@inline
+def slow_place_k(of: Models, latitude: float, longitude: float, h: float, v: Vector, loop: Loop) -> SlowPlace:
+    s, c = sin(latitude), cos(latitude)
+    k1, k2, r2 = curvatures_k(of.earth, of.simplified, s, h)
+    return SlowPlace(latitude, longitude, h, v, loop, k1, k2, *gravity_ned_k(of.earth, of.gravity, s, c, r2, h))
+
+
+@inline
+def slow_first_k(
+    of: Models, rule: int, axis: Array, rows: Rows, of_x: Array, loop: Loop
+) -> tuple[SlowPlace, Quaternion, float, float]:
+    """See `three_rate_schedule.first_k`."""
+    v = rows.velocity[0, 0], rows.velocity[0, 1], rows.velocity[0, 2]
+    x = slow_place_k(of, rows.latitude[0], rows.longitude[0], rows.height[0], v, loop)
+    return x, (1.0, 0.0, 0.0, 0.0), x.down, x.k2
+
+
+@inline
+def slow_k(fixed: Fixed, x: SlowPlace) -> Slow:
+    """See `three_rate_schedule.slow_k`."""
+    s, c = sin(x.latitude), cos(x.latitude)
+    north, down = fixed.of.earth.omega * c, -fixed.of.earth.omega * s
+    tn, te, td = x.v[1] * x.k2, -x.v[0] * x.k1, -x.v[1] * x.k2 * s / c
+    return Slow((north + tn, te, down + td), (2.0 * north + tn, te, 2.0 * down + td), (x.north, 0.0, x.down))
+
+
+@inline
+def slow_moved_k(
+    fixed: Fixed, time: float, dt: float, at: float, reference: tuple[float, float], x: SlowPlace, before: SlowPlace,
+    v: Vector, s: Vector,
+) -> SlowPlace:  # fmt: skip
+    """See `three_rate_schedule.moved_k`."""
+    north = s[0] * (x.k1 + at * (x.k1 - before.k1))
+    # with the latitude in the middle of the slow interval
+    longitude = x.longitude + s[1] * (x.k2 + at * (x.k2 - before.k2)) / cos(x.latitude + 0.5 * north)
+    if longitude > pi:
+        longitude -= 2.0 * pi
+    elif longitude <= -pi:
+        longitude += 2.0 * pi
+    h, vd, loop = vertical_step_k(fixed.vertical, dt, fixed.gains, x.loop, x.h - s[2], v[2], reference)
+    return slow_place_k(fixed.of, x.latitude + north, longitude, h, (v[0], v[1], vd), loop)
+
+
+@inline
+def slow_north_k(x: SlowPlace) -> tuple[float, float, float, Vector, float, Quaternion]:
+    """See `three_rate_schedule.north_k`."""
+    return x.latitude, x.longitude, x.h, x.v, 0.0, (1.0, 0.0, 0.0, 0.0)
+
+
+three_rate_engine = three_rate_engines("level", slow_first_k, slow_k, slow_moved_k, slow_north_k)
+
+
+def solve_three_rates(
+    problem: Problem, frame: str, fast_per_medium: int, medium_per_slow: int, extrapolate: bool
+) -> None:
+    """Navigate at three rates; see `sinssim.strapdown.engine_assembly.ThreeRateFile`."""
+    p, schedule = problem, Schedule(fast_per_medium, medium_per_slow, extrapolate)
+    three_rate_engine(p.algorithm, p.form)(
+        p.increments, p.models, p.channel, p.solution, schedule, 0, np.zeros(3), p.azimuth
     )

@@ -16,12 +16,12 @@ from scipy.special import j1
 
 from sinssim import ALGORITHMS, ImuData, InputError, NavState, navigate
 from sinssim.algorithms import REGISTRY
+from sinssim.strapdown import iteration_windows as windows
 from sinssim.strapdown.attitude import rotation_vector
 from sinssim.strapdown.attitude import rotation_vector as coning_drift
 from sinssim.strapdown.attitude.quaternion_picard import unit_k
 from sinssim.strapdown.coning_sculling import BodyTurn, FrameTurn
 from sinssim.strapdown.engine_assembly import parts
-from sinssim.strapdown.iteration import windows
 from tests.oracles.s_turn import Flight, STurn
 from tests.strapdown.variants import VARIANTS, with_slow_variants
 

@@ -11,11 +11,11 @@ import pytest
 
 from sinssim import ImuData, NavState, navigate
 from sinssim.errors import InputError, RunError
+from sinssim.strapdown.attitude.functional_iteration import engine
 from sinssim.strapdown.frames import level
 from sinssim.strapdown.frames.navigation_problem import check_solution, ran_away
 from sinssim.strapdown.frames.vertical_channel import NOTHING_NEW, OVERDUE, HeightReadings, height_reference
-from sinssim.strapdown.iteration.functional_iteration import engine
-from sinssim.strapdown.iteration.windows import chebyshev_points, windows
+from sinssim.strapdown.iteration_windows import chebyshev_points, windows
 
 
 def test_readings_since_the_row_before() -> None:

@@ -14,7 +14,7 @@ therefore of the second order in the medium interval, and of the first (held) or
 one. Its rows are the slow instants, at which all parts are synchronous.
 
 Like the engines, this is a template over the attitude algorithm, and over the slow part of a frame, whose functions
-`first_k`, `slow_k`, `moved_k` and `north_k` are bound to the frame's own.
+`first_k`, `slow_k`, `moved_k` and `north_k` are bound to those in the frame's file.
 """
 
 from __future__ import annotations
@@ -161,18 +161,17 @@ def _navigate(
         keep_k(rows, row + 1, latitude, longitude, h, v, q)
 
 
-def engine_of(frame: str, slow_part: dict[str, Any]) -> Callable[..., Callable[..., None]]:
-    """Return the engines of a frame; see `sinssim.strapdown.engine_assembly.engines`.
-
-    Args:
-        slow_part: the contents of its file, with the four functions of the slow part.
-
-    Returns:
-        As `engines`.
-    """
-    names = "first_k", "slow_k", "moved_k", "north_k"
+def three_rate_engines(
+    frame: str,
+    first: Callable[..., Any],
+    slow: Callable[..., Any],
+    moved: Callable[..., Any],
+    north: Callable[..., Any],
+) -> Callable[..., Callable[..., None]]:
+    """Return the engines of a frame by the four functions of its slow part, as `engines` does."""
+    parts = {"first_k": first, "slow_k": slow, "moved_k": moved, "north_k": north}
     forms = {
-        form: {name: rebound(slow_part[name], f"{name}_{frame}_{form}".replace("-", "_"), **values) for name in names}
-        for form, values in {"": {}, **FORMS}.items()
+        form: {name: rebound(part, f"{name}_{frame}_{form}".replace("-", "_"), **of) for name, part in parts.items()}
+        for form, of in {"": {}, **FORMS}.items()
     }
     return engines(_navigate, f"three_rate_{frame}", forms)

@@ -1,1 +1,0 @@
-"""Functional iteration: the reference of the comparison of algorithms."""

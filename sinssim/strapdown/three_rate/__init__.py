@@ -1,1 +1,0 @@
-"""Navigation at three rates in each frame, and the schedule of the rates."""
