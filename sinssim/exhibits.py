@@ -13,12 +13,13 @@ from typing import Literal
 
 import numpy as np
 
-from sinssim.charts import Charts, Cloud
+from sinssim.charts import Charts, Cloud, Color
+from sinssim.formatting import number_text
 from sinssim.units import Scale, suiting
 
 Medium = Literal["console", "page", "recording"]
 EVERYWHERE: tuple[Medium, ...] = ("console", "page", "recording")
-Verdict = Literal["", "met", "not met", "undecided"]
+Verdict = Literal["", "met", "not met", "undecided", "confirmed", "partly", "refuted"]
 
 
 @dataclass(frozen=True)
@@ -43,14 +44,16 @@ class Column:
 
     Attributes:
         head: what it holds, without the unit.
-        units: units of its numbers; None for texts.
+        units: units of its numbers; None for texts, and for numbers that are shown as they are.
         words: whether it holds words, which begin at the left.
+        digits: significant digits of its numbers; 0 for `four_digits`.
         on: the media that show it.
     """
 
     head: str
     units: Scale | None = None
     words: bool = False
+    digits: int = 0
     on: tuple[Medium, ...] = EVERYWHERE
 
 
@@ -63,6 +66,9 @@ class Table:
         rows: a text, or a number in SI in a column with units, for each column.
         title: above it; the console takes that of the section if it is empty.
         note: below it.
+        colors: of the rows, shown by a square before each; empty for none.
+        shaded: whether the numbers are shaded by their logarithm, the least most.
+        rising: whether its columns of numbers belong to rising values, of which a narrow console leaves some out.
         on: the media that show it.
     """
 
@@ -70,6 +76,9 @@ class Table:
     rows: Sequence[Sequence[str | float]]
     title: str = ""
     note: str = ""
+    colors: Sequence[Color] = ()
+    shaded: bool = False
+    rising: bool = False
     on: tuple[Medium, ...] = EVERYWHERE
 
     def shown(self, medium: Medium) -> tuple[list[Column], list[tuple[str, str]], list[list[str]]]:
@@ -87,13 +96,15 @@ class Table:
             k: ("", 1.0) if (units := self.columns[k].units) is None else suiting(units, np.array(found[id(units)]))
             for k in places
         }
-        texts = [[_text(row[k], chosen[k][1]) for k in places] for row in self.rows]
+        texts = [[_text(row[k], chosen[k][1], self.columns[k].digits) for k in places] for row in self.rows]
         columns = [self.columns[k] for k in places]
         return columns, [(self.columns[k].head, chosen[k][0]) for k in places], texts
 
 
-def _text(cell: str | float, size: float) -> str:
-    return cell if isinstance(cell, str) else four_digits(float(cell) / size)
+def _text(cell: str | float, size: float, digits: int) -> str:
+    if isinstance(cell, str):
+        return cell
+    return number_text(float(cell) / size, digits) if digits else four_digits(float(cell) / size)
 
 
 def four_digits(value: float) -> str:
@@ -123,6 +134,33 @@ class Verbatim:
 
 
 @dataclass(frozen=True)
+class Points:
+    """A list.
+
+    Attributes:
+        texts: its entries; one may begin with a verdict and a colon.
+        on: the media that show it.
+    """
+
+    texts: Sequence[str]
+    on: tuple[Medium, ...] = EVERYWHERE
+
+
+@dataclass(frozen=True)
+class Diagram:
+    """A drawing of `recording.diagrams`, on pages.
+
+    Attributes:
+        name: of the function that draws it.
+        key: a name that is unique on the page.
+    """
+
+    name: str
+    key: str
+    on: tuple[Medium, ...] = ("page",)
+
+
+@dataclass(frozen=True)
 class Beside:
     """Exhibits side by side where there is room.
 
@@ -143,16 +181,18 @@ class Section:
         title: the heading; "" for none.
         items: what it contains, in this order.
         verdict: written after the heading.
+        fold: whether a page folds it under its heading, and shows it "open" or "closed" at first.
         on: the media that show it.
     """
 
     title: str
     items: Sequence[Item]
     verdict: Verdict = ""
+    fold: Literal["", "open", "closed"] = ""
     on: tuple[Medium, ...] = EVERYWHERE
 
 
-Item = Sentence | Table | Verbatim | Charts | Cloud | Beside | Section
+Item = Sentence | Table | Verbatim | Points | Diagram | Charts | Cloud | Beside | Section
 
 
 @dataclass(frozen=True)

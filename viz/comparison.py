@@ -36,7 +36,7 @@ def blueprint(run: RunInfo) -> rrb.Blueprint:
     plots = [growth(*panel) for panel in panels]
     return rrb.Blueprint(
         rrb.Horizontal(
-            rrb.TextDocumentView(origin="/comparison/verdicts", name="Verdicts"),
+            rrb.TextDocumentView(origin="/comparison/tables", name="Verdicts"),
             rrb.Grid(*plots, grid_columns=1 if len(plots) < 4 else 2, name="Growth of the errors"),
             column_shares=[1, 1],
         ),

@@ -5,11 +5,12 @@ from __future__ import annotations
 import io
 import re
 from collections.abc import Callable, Iterable
+from dataclasses import replace
 from typing import TYPE_CHECKING, Literal
 
 from rich.console import Console
 
-from sinssim.exhibits import Beside, Exhibits, Item, Section, Sentence, Table
+from sinssim.exhibits import Beside, Exhibits, Item, Points, Section, Sentence, Table
 
 if TYPE_CHECKING:
     from rich import table as rich_table
@@ -33,7 +34,10 @@ def show_items(items: Iterable[Item], console: Console, title: str = "") -> None
             case Sentence() if "console" in item.on:
                 console.print(_bare(item.text), markup=False)
             case Table() if "console" in item.on:
-                _print(item, item.title or title, console)
+                _print(_fitting(item, console.width), item.title or title, console)
+            case Points() if "console" in item.on:
+                for text in item.texts:
+                    console.print(f"- {_bare(text)}", markup=False)
             case Beside() if "console" in item.on:
                 show_items(item.items, console, title)
             case Section() if "console" in item.on:
@@ -56,6 +60,23 @@ def _print(table: Table, title: str, console: Console) -> None:
     console.width = before
     if table.note:
         console.print(f"{table.note}\n", markup=False)
+
+
+def _fitting(table: Table, width: int) -> Table:
+    """Return a table with as many of its rising columns as fit, the first and the last among them."""
+    columns, heads, rows = table.shown("console")
+    widths = [max(map(len, (head, *(row[k] for row in rows)))) + 2 for k, (head, _) in enumerate(heads)]
+    numbers = [k for k, column in enumerate(columns) if not column.words]
+    if not table.rising or not numbers:
+        return table
+    words = sum(widths[k] for k in range(len(columns)) if k not in numbers)
+    count = max(2, (width - 2 - words) // max(widths[k] for k in numbers))
+    if len(numbers) <= count:
+        return table
+    left = {id(columns[numbers[round(i * (len(numbers) - 1) / (count - 1))]]) for i in range(count)}
+    return replace(table, columns=tuple(
+        column if column.words or id(column) in left else replace(column, on=()) for column in table.columns
+    ))  # fmt: skip
 
 
 def _bare(text: str) -> str:

@@ -7,6 +7,7 @@ from pathlib import Path
 from types import SimpleNamespace
 from typing import Any
 
+import numpy as np
 import pytest
 
 from sinssim.experiments.run import error_exhibits as run
@@ -15,7 +16,8 @@ from sinssim.experiments.run import run_scores as score
 from sinssim.experiments.run.finished_runs import Entry
 from sinssim.experiments.run.parts import PARTS
 from sinssim.experiments.studies import study_exhibits as study
-from sinssim.experiments.studies.study_results import Pick, Row, Verdict
+from sinssim.experiments.studies.study_results import ErrorGrowth, Pick, Row, Verdict
+from sinssim.recording.console import show, show_items
 from tests.recording import fake_run
 from tests.recording.by_hand import printed
 
@@ -205,9 +207,19 @@ def row(algorithm: str, rate: float, size: float, **changes: Any) -> Row:
                **kept)  # fmt: skip
 
 
+def study_result(**more: Any) -> Any:
+    """Return the result of a study without parts and costs."""
+    plan = SimpleNamespace(name="s", description="", parts=[], seed=1, block=lambda name: None)
+    return SimpleNamespace(
+        **{"study": plan, "status": "finished", "seconds": 1.0, "verdicts": [], "picks": [], "rows": [], "orders": [],
+           "coordinate_errors": [], "headings": [], "costs": {}, "attitude_costs": [], "motions": {}, "histories": {},
+           **more}
+    )  # fmt: skip
+
+
 def test_a_study() -> None:
     parts = [SimpleNamespace(title=title, decides=(), sensors=("ideal",), variants=("rate-gyros",), rates_hz=rates,
-                             schedules_hz=())
+                             schedules_hz=(), text="", coordinates=())
              for title, rates in (("rates", (10.0, 20.0, 50.0)), ("cases", (10.0,)))]  # fmt: skip
     lines = [row("euler", rate, 10.0 / rate) for rate in (50.0, 10.0, 20.0)]
     lines += [row("poisson", rate, 40.0 / rate) for rate in (10.0, 20.0)]
@@ -216,25 +228,33 @@ def test_a_study() -> None:
     pick = Pick("rates", "ideal", "rate-gyros", "euler at 10 Hz", "it is best",
                 {"max_horizontal_error_m": 1.25, "attitude_drift_arcsec_h": 0.5, "us_per_second": 37.5})  # fmt: skip
     none = Pick("cases", "tactical", "platform", "", "none qualifies")
-    result = SimpleNamespace(
-        verdicts=[], picks=[pick, none], rows=lines + cases, of_part={"rates": lines, "cases": cases}.get,
-        study=SimpleNamespace(parts=parts, seed=1, block=lambda name: None),
-    )  # fmt: skip
-    shown = printed(lambda console: study.show(result, console))
+    growth = ErrorGrowth(np.array([0.0, 1.0]), np.array([0.0, 1.0]), np.array([0.0, 1.0]))
+    result = study_result(picks=[pick, none], rows=lines + cases, of_part={"rates": lines, "cases": cases}.get,
+                          history=lambda row: growth)  # fmt: skip
+    result.study.parts = parts
+    shown = printed(lambda console: show(study.exhibits_of(result), console))
     assert shown == [
-        "horizontal attitude µs per s", "part sensors recommended engine m arcsec/h of motion",
+        "Recommended engines",
+        "horizontal attitude processor time", "part sensors recommended engine m ″/h µs/s",
         "rates ideal euler at 10 Hz 1.25 0.500 37.5",
         "cases tactical, platform none qualifies – – –",
-        "rates: cone, largest attitude error in arcsec",
-        "10 Hz 20 Hz 50 Hz", "euler 3.0 1.5 0.60", "poisson 12 6.0 –",
-        "cases: cone, largest errors",
-        "horizontal velocity attitude", "m m/s arcsec", "euler 0.750 1.50 2.25", "poisson failed",
+        "rates:", "cone: largest attitude error, ″",
+        "10 Hz 20 Hz 50 Hz", "euler 3.00 1.50 0.600", "poisson 12.0 6.00 –",
+        "cases:", "Largest and final errors",
+        "horizontal max velocity max attitude max", "algorithm m m/s ″", "euler 0.750 1.50 2.25",
+        "poisson failed failed failed",
         "1 of 7 navigations failed; the report gives the reasons.",
     ]  # fmt: skip
     with pytest.MonkeyPatch.context() as patch:
         patch.setattr(Verdict, "title", "claim of the coning")
-        result.verdicts, result.picks, result.study.parts = [verdict], [], []
-        shown = printed(lambda console: study.show(result, console))
-    assert shown[:2] == ["claim verdict measured expected", "claim of the coning refuted 3 m –"]
-    narrow = printed(lambda console: study._show_rates("title", lines, lambda one: one.algorithm, console), 29)
-    assert narrow[1:] == ["10 Hz 50 Hz", "euler 3.0 0.60", "poisson 12 –"]  # the lowest and the highest
+        decided = study_result(verdicts=[verdict])
+        shown = printed(lambda console: show(study.exhibits_of(decided), console))
+    assert shown[1:3] == ["claim verdict measured expected", "claim of the coning refuted 3 m –"]
+
+
+def test_a_narrow_console_shows_the_lowest_and_the_highest_rate() -> None:
+    lines = [row("euler", rate, 10.0 / rate) for rate in (50.0, 10.0, 20.0)]
+    paint = {"euler": "#112233"}
+    table = study._against_rates(lines, "max_attitude_error_arcsec", lambda one: one.algorithm, paint)
+    assert printed(lambda console: show_items([table], console), 24) == ["10 Hz 50 Hz", "euler 3.00 0.600"]
+    assert printed(lambda console: show_items([table], console), 40)[0] == "10 Hz 20 Hz 50 Hz"

@@ -13,9 +13,23 @@ from sinssim.experiments.studies import study_charts as laws
 from sinssim.experiments.studies import study_exhibits as report
 from sinssim.experiments.studies.attitude_cost import AttitudeCost
 from sinssim.experiments.studies.step_cost import Operations
-from sinssim.experiments.studies.study_results import ErrorGrowth, Heading, Order, Row
+from sinssim.experiments.studies.study_results import ErrorGrowth, Heading, Order, Pick, Row
 from sinssim.experiments.studies.study_schema import MotionFacts
+from sinssim.recording.report.exhibit_page import parts_of
 from tests.recording.spies import cells, read
+
+
+def page(*items: Any) -> str:
+    """Return exhibits as HTML."""
+    return "".join(parts_of(items, 3))
+
+
+@pytest.fixture(autouse=True)
+def drawn(monkeypatch: pytest.MonkeyPatch) -> list[Any]:
+    """Stand-in for what draws charts; it keeps them."""
+    found: list[Any] = []
+    monkeypatch.setattr("sinssim.recording.report.exhibit_page.html_of", lambda charts: found.append(charts) or "")
+    return found
 
 
 def row(algorithm: str, rate: float, motion: str = "turn", **more: Any) -> Row:
@@ -37,7 +51,7 @@ def test_errors_over_rates() -> None:
         row("poisson", 100.0, max_attitude_error_arcsec=0.02), row("poisson", 25.0, max_attitude_error_arcsec=20.0),
         row("euler", 100.0, max_attitude_error_arcsec=0.2), row("euler", 50.0, max_attitude_error_arcsec=nan),
     ]  # fmt: skip
-    html = report._pivot(rows, "max_attitude_error_arcsec", label, PAINT)
+    html = page(report._against_rates(rows, "max_attitude_error_arcsec", label, PAINT))
     assert cells(html) == [
         ["", "25 Hz", "50 Hz", "100 Hz"], ["poisson", "20.0", "–", "0.0200"], ["euler", "–", "–", "0.200"],
     ]  # fmt: skip
@@ -46,10 +60,7 @@ def test_errors_over_rates() -> None:
     assert html.index("#111111") < html.index("poisson") < html.index("#222222") < html.index("euler")
 
 
-def test_orders_of_convergence(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(report, "html_of", lambda charts: f"({charts})")
-    monkeypatch.setattr(report.figures, "orders", lambda found: f"{len(found)} orders")
-
+def test_orders_of_convergence(drawn: list[Any]) -> None:
     def order(algorithm: str, quantity: str, value: float, motion: str = "turn", part: str = "p") -> Order:
         return Order(part, motion, algorithm, quantity, value, 0.125, 4, 10.0, 80.0)
 
@@ -59,12 +70,12 @@ def test_orders_of_convergence(monkeypatch: pytest.MonkeyPatch) -> None:
                 order("euler", position, 1.5, "coning"), order("euler", attitude, 9.0, part="other")],
         of_part=lambda title: [row("poisson", 10.0), row("euler", 10.0), row("poisson", 20.0)],
     )  # fmt: skip
-    html = "".join(report._orders(study, SimpleNamespace(title="p")))  # type: ignore[arg-type]
+    html = page(*report._orders(study, SimpleNamespace(title="p")))  # type: ignore[arg-type]
     assert cells(html) == [
         ["", "turn: attitude", "turn: position", "coning: attitude", "coning: position"],
         ["poisson", "4.25 ± 0.12", "3.50 ± 0.12", "–", "–"], ["euler", "2.00 ± 0.12", "–", "–", "1.50 ± 0.12"],
     ]  # fmt: skip
-    assert "(2 orders)" in html
+    assert [len(chart.marks[0].x) for charts in drawn for chart in charts] == [2]
 
 
 def test_the_long_table() -> None:
@@ -73,7 +84,7 @@ def test_the_long_table() -> None:
         "max_attitude_error_arcsec": 3.5, "final_attitude_error_arcsec": 1.75, "max_defect": 2e-9,
     }  # fmt: skip
     rows = [row("poisson", 50.0, **numbers), row("euler", 25.0, "climb", status="failed")]
-    heads, first, second = cells(report._long_table(rows))
+    heads, first, second = cells(page(report._cases(rows, ("page",))))
     assert heads == ["motion", "algorithm", "rate, Hz", "horizontal max, m", "final, m", "velocity max, m/s",
                      "attitude max, ″", "final, ″", "defect max"]  # fmt: skip
     assert first == ["turn", "poisson", "50", "12.5", "7.50", "0.250", "3.50", "1.75", "2.00e-09"]
@@ -82,7 +93,7 @@ def test_the_long_table() -> None:
 
 def test_passages() -> None:
     passed = row("euler", 50.0, passages=3, max_damage_arcsec=90.0, max_horizontal_error_m=4.5, message="through <90>°")
-    assert cells(report._passages([passed])) == [
+    assert cells(page(*report._passages([passed, row("euler", 50.0)]))) == [
         ["", "motion", "rate, Hz", "passages", "largest damage, ′", "horizontal max, m", "event"],
         ["euler", "turn", "50", "3", "1.50", "4.50", "through &lt;90&gt;°"],
     ]
@@ -93,8 +104,8 @@ def test_costs_of_the_attitude() -> None:
     cost = AttitudeCost(
         "euler", True, 12.34, Operations(10.0, 20.0, 3.25, 4.5, 5.75), Operations(1.0, 2.0, 0.0, 0.0, 6.0)
     )
-    study: Any = SimpleNamespace(attitude_costs=[cost])
-    assert cells("".join(report._attitude_costs(study))) == [
+    study: Any = SimpleNamespace(attitude_costs=[cost], costs={})
+    assert cells(page(list(report._costs(study))[1])) == [
         ["algorithm", "+ −", "×", "÷", "√", "sin, cos, …", "all", "of these, B", "sin, cos of B", "ns per step"],
         ["euler, B by sines and cosines", "10", "20", "3.2", "4.5", "5.8", "176", "147", "6", "12.3"],
     ]
@@ -103,26 +114,30 @@ def test_costs_of_the_attitude() -> None:
 def test_motions() -> None:
     facts = MotionFacts(600.0, 12_345.0, 1.2345, 74.07, 5.678, 33.33, 51.234)
     study: Any = SimpleNamespace(motions={("a", "turn"): facts, ("b", "turn"): facts})
-    assert cells(report._motions(study)) == [
+    assert cells(page(report._motions(study))) == [
         ["", "duration, s", "distance, km", "mean ground speed, km/h", "largest rate, deg/s", "steepest pitch, deg",
          "latitude rate, deg/h", "largest latitude, deg"],
         ["turn", "600", "12.3", "74.1", "5.68", "33.3", "1.234", "51.23"],
     ]  # fmt: skip
 
 
-def test_verdicts_and_picks(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(report, "sensors_of", lambda pick: f"sensors of {pick.part}")
-    verdict = SimpleNamespace(sentence="it <holds>.", verdict="partly", reason="Because.",
-                              lines=(("one", "confirmed"), ("two & three", "")))  # fmt: skip
-    pick = SimpleNamespace(part="p & q", choice="", reason="None <qualifies>.")
-    study: Any = SimpleNamespace(verdicts=[verdict], picks=[pick])
-    html = report._verdicts(study)
-    assert cells(html)[1] == ["It &lt;holds&gt;.", "partly", "Because.confirmed onetwo &amp; three"]
-    assert '<span class="verdict partly">partly</span>' in html
-    assert '<li><span class="verdict small confirmed">confirmed</span> one</li><li>two &amp; three</li>' in html
-    assert cells(report._picks(study)) == [
-        ["part", "sensors", "pick", "the numbers that decide"],
-        ["p &amp; q", "sensors of p &amp; q", "–", "None &lt;qualifies&gt;."],
+def test_verdicts_and_picks() -> None:
+    verdict: Any = SimpleNamespace(
+        title="a <claim>", sentence="it <holds>.", verdict="partly", reason="Because.", measured="3 m", expected="",
+        lines=(("one", "confirmed"), ("two & three", "")),
+    )  # fmt: skip
+    pick = Pick("p & q", "tactical", "platform", "", "None <qualifies>.")
+    other = Pick("r", "ideal", "rate-gyros", "euler at 10 Hz", "It is cheap.")
+    html = page(report._verdicts([verdict]))
+    assert cells(html) == [
+        ["claim", "verdict", "measured", "expected"], ["a &lt;claim&gt;", "partly", "3 m", "–"],
+    ]  # fmt: skip
+    assert '<h4>It &lt;holds&gt;.: <span class="partly">partly</span></h4><p>Because.</p>' in html
+    assert '<li><span class="met">confirmed</span>: one</li><li>two &amp; three</li>' in html
+    assert cells(page(report._picks([pick, other]))) == [
+        ["part", "sensors", "recommended engine", "the numbers that decide"],
+        ["p &amp; q", "tactical, platform", "None &lt;qualifies&gt;.", ""],
+        ["r", "ideal", "euler at 10 Hz", "It is cheap."],
     ]
 
 
@@ -134,24 +149,24 @@ def heading(motion: str, rate: float, **more: Any) -> Heading:
 
 
 def test_headings_through_turns(monkeypatch: pytest.MonkeyPatch) -> None:
-    """From a degree on, errors are in degrees."""
-    monkeypatch.setattr(laws, "html_of", lambda charts: f"({charts})")
-    monkeypatch.setattr(laws.figures, "turning", lambda found: [(h.motion, h.rate_hz) for h in found])
+    """From a degree on, errors are in degrees; each motion is drawn at its highest rate."""
+    shown: list[Any] = []
+    monkeypatch.setattr(report.charts, "turning", lambda headings: shown.extend(headings) or SimpleNamespace(on=()))
     found = [heading("turn", 10.0), heading("turn", 50.0, least_hz=1.25), heading("climb", 20.0, part="other"),
              heading("loop", 5.0, wrong=0.0)]  # fmt: skip
     study: Any = SimpleNamespace(headings=found)
     part: Any = SimpleNamespace(title="p")
-    html = "".join(laws.turning_section(study, part))
+    html = page(*report._headings(study, part))
     own = ["2.25", "2.00°", "-45.0″", "3", "38 %"]
     assert cells(html) == [
-        ["motion", "form", "rate, Hz", "turns", "error max", "final", "jumps", "wrong by > 0.3′",
+        ["motion", "form", "rate, Hz", "turns", "error max", "final", "jumps", "wrong by &gt; 0.3′",
          "lowest rate of reading, Hz"],
         ["turn", "two &lt;args&gt;", "10", *own, "any"], ["turn", "two &lt;args&gt;", "50", *own, "1.2"],
         ["loop", "two &lt;args&gt;", "5", *own[:-1], "0 %", "any"],
     ]  # fmt: skip
-    assert "([('turn', 50.0), ('loop', 5.0)])" in html
-    assert not laws.turning_section(study, SimpleNamespace(title="q"))  # type: ignore[arg-type]
-    assert (laws._angle(3599.0), laws._angle(-3600.0)) == ("3599″", "-1.00°")
+    assert [(h.motion, h.rate_hz) for h in shown] == [("turn", 50.0), ("loop", 5.0)]
+    assert not [*report._headings(study, SimpleNamespace(title="q"))]  # type: ignore[arg-type]
+    assert (report._angle(3599.0), report._angle(-3600.0)) == ("3599″", "-1.00°")
 
 
 def test_blocks_without_gyros() -> None:
@@ -171,13 +186,13 @@ def test_blocks_without_gyros() -> None:
 
 def test_what_each_algorithm_keeps(monkeypatch: pytest.MonkeyPatch) -> None:
     kept = SimpleNamespace(condition="|q| = 1", words="to <h³>", reason="why & how")
-    monkeypatch.setattr(laws, "guarantee", lambda algorithm: kept)
-    orders = [Order("p", "turn", "poisson", laws.DEFECT, 3.25, 0.5, 4, 1.0, 9.0),
+    monkeypatch.setattr(report, "guarantee", lambda algorithm: kept)
+    orders = [Order("p", "turn", "poisson", report.DEFECT, 3.25, 0.5, 4, 1.0, 9.0),
               Order("p", "turn", "poisson", "other", 9.0, 0.5, 4, 1.0, 9.0),
-              Order("q", "turn", "poisson", laws.DEFECT, 8.0, 0.5, 4, 1.0, 9.0)]  # fmt: skip
+              Order("q", "turn", "poisson", report.DEFECT, 8.0, 0.5, 4, 1.0, 9.0)]  # fmt: skip
     rows = [row("poisson", 10.0, max_defect=2.5e-7), row("poisson", 20.0, "loop", max_defect=1e-8),
             row("poisson", 30.0, max_defect=9.0, status="failed")]  # fmt: skip
-    html = laws.guarantees_section(SimpleNamespace(orders=orders), SimpleNamespace(title="p"), rows)  # type: ignore[arg-type]
+    html = page(*report._guarantees(SimpleNamespace(orders=orders), SimpleNamespace(title="p"), rows))  # type: ignore[arg-type]
     assert cells(html) == [
         ["", "condition", "kept", "why", "order: turn", "order: loop", "largest defect"],
         ["poisson", "|q| = 1", "to &lt;h³&gt;", "why &amp; how", "3.25 ± 0.50", "–", "2.5e-07"],

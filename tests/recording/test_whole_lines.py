@@ -13,6 +13,7 @@ from sinssim.experiments.run import run_comparison as runs
 from sinssim.experiments.run import sensor_exhibits as expectation
 from sinssim.experiments.run.finished_runs import Entry
 from sinssim.experiments.studies import study_exhibits as study
+from sinssim.recording.console import show
 from sinssim.sensors.error_propagation import Contribution, Expectation, Term
 from sinssim.sensors.imu.imu import Imu
 from tests.recording.by_hand import printed
@@ -41,12 +42,18 @@ def test_keys_without_effect_on_an_expectation(monkeypatch: pytest.MonkeyPatch) 
 
 def test_one_draw_of_a_study(monkeypatch: pytest.MonkeyPatch) -> None:
     """Said below the tables of its part."""
-    monkeypatch.setattr(study, "one_draw", lambda part, study: f"One draw of {study}." if part.title == "b" else "")
-    parts = [SimpleNamespace(title=title, decides=("x",)) for title in "abc"]
-    found: Any = SimpleNamespace(verdicts=[], picks=[], rows=[SimpleNamespace(status="failed")] * 2 + [
-        SimpleNamespace(status="done")], of_part=lambda title: [],
-        study=SimpleNamespace(parts=parts, __str__=None))  # fmt: skip
-    found.study = type("Study", (SimpleNamespace,), {"__str__": lambda self: "all"})(parts=parts)
-    assert printed(lambda console: study.show(found, console)) == [
-        "b: One draw of all.", "2 of 3 navigations failed; the report gives the reasons.",
+    monkeypatch.setattr(
+        study.charts, "one_draw", lambda part, study: f"One draw of {study}." if part.title == "b" else ""
+    )
+    parts = [SimpleNamespace(title=title, decides=("x",), text="", schedules_hz=()) for title in "abc"]
+    rows = [SimpleNamespace(status=status) for status in ("failed", "failed", "done")]
+    plan = type("Study", (SimpleNamespace,), {"__str__": lambda self: "all"})(
+        parts=parts, name="s", description="", seed=1
+    )
+    found: Any = SimpleNamespace(
+        verdicts=[], picks=[], rows=rows, of_part=lambda title: [], study=plan, status="finished", seconds=1.0,
+        costs={}, attitude_costs=[], motions={}, histories={},
+    )  # fmt: skip
+    assert printed(lambda console: show(study.exhibits_of(found), console)) == [
+        "b:", "One draw of all.", "2 of 3 navigations failed; the report gives the reasons.",
     ]  # fmt: skip

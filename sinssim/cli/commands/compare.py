@@ -142,26 +142,12 @@ def command(
 
 def _show(result: StudyResult | TradeResult, directory: Path, quiet: bool, as_json: bool) -> None:
     """Print the result of a study of either kind."""
-    from sinssim.experiments.trades.trade_result import TradeResult
-
     if as_json:
-        if isinstance(result, TradeResult):
-            from sinssim.experiments.trades.trade_exhibits import to_json
-
-            print_json(to_json(result))
-        else:
-            from sinssim.experiments.studies.study_files import results
-
-            print_json(results(result))
+        print_json(result.summary)
     elif not quiet:
-        if isinstance(result, TradeResult):
-            from sinssim.recording.console import show as show_exhibits
+        from sinssim.recording.console import show as show_exhibits
 
-            show_exhibits(result.exhibits, console(least_width=120))
-        else:
-            from sinssim.experiments.studies.study_exhibits import show
-
-            show(result, console(least_width=120))
+        show_exhibits(result.exhibits, console(least_width=120))
         print(f"Report: {directory / 'report.html'}    (in any browser)")
         if (directory / "recording.rrd").exists():
             print(f"View:   {program_name()} view {directory}    (--web: in a browser)")

@@ -229,6 +229,7 @@ def _navigations(comparison: StudyResult) -> str:
 def _finish(comparison: StudyResult, folder: RunDirectory | None, beside: str = "") -> Path:
     """Fit, decide, write, and move the directory into its place."""
     from sinssim.experiments.studies.claims import decide, picks
+    from sinssim.experiments.studies.study_files import write_study  # which also gives the result its media
 
     comparison.orders = [
         order for part in comparison.study.parts for order in fit_orders(comparison.of_part(part.title))
@@ -237,8 +238,6 @@ def _finish(comparison: StudyResult, folder: RunDirectory | None, beside: str = 
     comparison.picks = picks(comparison)
     if folder is None:
         return Path()
-    from sinssim.experiments.studies.study_files import write_study
-
     with folder.writing():
         write_study(comparison, folder.path)
         comparison.directory = folder.keep(beside=beside)
@@ -366,7 +365,7 @@ def _threads() -> int:
 
 
 def _run_block(comparison: StudyResult, block: _Block, report: Progress) -> None:
-    from sinssim.sensors.sets.sensor_readings import read
+    from sinssim.sensors.sets.sensor_readings import Readings, read
 
     part, motion, seed = block.part, block.motion, comparison.study.seed
     report(f"Motion: {motion.label}", 0.0)

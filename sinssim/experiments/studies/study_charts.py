@@ -16,14 +16,9 @@ from sinssim.algorithms import family
 from sinssim.charts import TIME, Axis, Band, Bars, Chart, Charts, Dots, Line, Mark, Rule, Weight
 from sinssim.data import Array
 from sinssim.experiments.studies import position_claims as law
-from sinssim.experiments.studies.attitude_claims import guarantee
-from sinssim.experiments.studies.study_results import DEFECT, ErrorGrowth, Heading, Order, Pick, Row, StudyResult
+from sinssim.experiments.studies.study_results import ErrorGrowth, Heading, Order, Row, StudyResult
 from sinssim.experiments.studies.study_schema import Part, Study
-from sinssim.formatting import capital, number_text
-from sinssim.recording.report.page import swatch, table, words
-from sinssim.recording.report.svg_chart import html_of
 from sinssim.recording.style import COLORS, colors, css
-from sinssim.scenario.tables import COORDINATES
 from sinssim.sensors.imu.imu import Imu
 from sinssim.units import ARCSEC, DEG, fixed
 
@@ -96,15 +91,6 @@ def _is_certain(block: Imu) -> bool:
     return block.grade == "ideal" and all(re.fullmatch(_FIXED, name) for name in given)
 
 
-def sensors_of(pick: Pick) -> str:
-    """Describe the sensors of a pick.
-
-    Returns:
-        The grade, and the variant if it is not the default.
-    """
-    return pick.sensors if pick.variant == "rate-gyros" else f"{pick.sensors}, {pick.variant}"
-
-
 Paint = Mapping[str, str]
 """CSS colour of each line by its name."""
 
@@ -137,9 +123,14 @@ def palette(comparison: StudyResult) -> dict[str, str]:
     return {name: css(color) for name, color in zip(names, colors(list(names)), strict=True)}
 
 
-def color_of(algorithm: str) -> str:
-    """Return the colour of an algorithm, "#rrggbb", which is the same everywhere."""
-    return css(colors([algorithm])[0])
+def colors_of(algorithms: Sequence[str]) -> list[str]:
+    """Return the colour of each algorithm, "#rrggbb", which is the same everywhere."""
+    return [css(colors([algorithm])[0]) for algorithm in algorithms]
+
+
+def finished(rows: Sequence[Row]) -> list[Row]:
+    """Return the rows of the cases that did not fail."""
+    return [row for row in rows if row.status == "done"]
 
 
 def _look(name: str, color: str) -> dict[str, Any]:
@@ -192,7 +183,7 @@ def _lines(
 ) -> Charts:
     motions = list(dict.fromkeys(row.motion for row in rows))
     names = list(dict.fromkeys(label(row) for row in rows))
-    done = sorted((row for row in rows if row.status == "done"), key=lambda row: row.rate_hz)
+    done = sorted(finished(rows), key=lambda row: row.rate_hz)
     if key == "cost":
         spent = _beyond([row.rate_hz * row.ns_per_step * 1e-9 for row in done])
         x = Axis(label="processor time per second of motion", units=fixed("µs", 1e-6), log=True, **spent)
@@ -232,7 +223,7 @@ def bars(rows: Sequence[Row], label: Label, line: Label, paint: Paint) -> Charts
     Args:
         line: returns the name of the bar's line over time, whose colour it shares.
     """
-    done = [row for row in rows if row.status == "done"]
+    done = finished(rows)
     names = list(dict.fromkeys(label(row) for row in rows))
     charts = []
     for number, motion in enumerate(dict.fromkeys(row.motion for row in done)):
@@ -254,6 +245,15 @@ def _short(value: float) -> str:
     if not 1e-3 <= value < 1e7:
         return f"{value:.1e}"
     return f"{value:.3g}" if value < 1000.0 else f"{value:.0f}"
+
+
+def panels_of(comparison: StudyResult, part: Part, rows: Sequence[Row]) -> dict[str, list[tuple[str, ErrorGrowth]]]:
+    """Return names of lines and the growth of their errors, at one rate, by motion."""
+    label, done = line_labeller(part, rows), finished(rows)
+    panels: dict[str, list[tuple[str, ErrorGrowth]]] = {row.motion: [] for row in done}
+    for row in at_one_rate(done):
+        panels[row.motion].append((label(row), comparison.history(row)))
+    return panels
 
 
 def growth(panels: Mapping[str, Sequence[tuple[str, ErrorGrowth]]], paint: Paint) -> Charts:
@@ -291,7 +291,7 @@ def costs(comparison: StudyResult) -> Charts:
         ("processor time per step", "ns", 1e-9, [cost.ns_per_step for cost in measured]),
     ):
         mark = Bars(places=np.arange(float(len(names))), values=np.array(values) * size,
-                    color=[color_of(cost.algorithm) for cost in measured],
+                    color=colors_of([cost.algorithm for cost in measured]),
                     texts=tuple(f"{value:.0f}" for value in values))  # fmt: skip
         x = Axis(label=title, units=fixed(unit, size), low=0.0, high=1.12 * max(values, default=1.0) * size)
         charts.append(Chart(key=f"costs/{unit}", x=x, y=Axis(names=names, grid=False), marks=(mark,)))
@@ -308,7 +308,7 @@ def orders(fits: Sequence[Order]) -> Charts:
         places, found, apart = np.array([(names.index(o.algorithm), o.order, o.uncertainty) for o in here]).T
         marks.append(Dots(
             label=motion if len(motions) > 1 else "", x=found, y=places, error=apart, size=5.8,
-            color=[color_of(order.algorithm) for order in here], marker=_SHAPES[number % len(_SHAPES)],
+            color=colors_of([order.algorithm for order in here]), marker=_SHAPES[number % len(_SHAPES)],
         ))  # fmt: skip
     top = max((order.order for order in fits), default=4.0)
     x = Axis(label="order of convergence of the attitude: error ~ intervalᵖ, p", low=0.0, high=top + 0.7,
@@ -344,7 +344,8 @@ def turning(found: Sequence[Heading]) -> Charts:
         title = f"{motion}, {here[0].rate_hz:g} Hz"
         rows[0].append(Chart(key=f"heading/{column}", title=title, x=TIME, y=angle, marks=tuple(marks[0])))
         rows[1].append(Chart(key=f"error/{column}", x=TIME, y=error_axis, marks=tuple(marks[1])))
-    return Charts("turning", (tuple(rows[0]), tuple(rows[1])), (3.8 * len(rows[0]) + 2.6, 5.4), legend="right")
+    return Charts("turning", (tuple(rows[0]), tuple(rows[1])), (3.8 * len(rows[0]) + 2.6, 5.4), legend="right",
+                  on=("page",))  # fmt: skip
 
 
 def power_of_time(blocks: Mapping[str, tuple[ErrorGrowth, float]]) -> Charts:
@@ -389,49 +390,12 @@ def _slope(time: Array, error: Array, inside: Array) -> Array:
 _BLOCK = "six-accelerometers-"
 
 
-def at_highest_rate(found: Sequence[Heading]) -> list[Heading]:
+def at_highest_rate(headings: Sequence[Heading]) -> list[Heading]:
     """Return headings of one part, each motion at its highest rate."""
-    highest = {motion: max(h.rate_hz for h in found if h.motion == motion) for motion in {h.motion for h in found}}
-    return [heading for heading in found if heading.rate_hz == highest[heading.motion]]
-
-
-def turning_section(comparison: StudyResult, part: Part) -> list[str]:
-    """Return the section on the heading through turns."""
-    found = [heading for heading in comparison.headings if heading.part == part.title]
-    if not found:
-        return []
-    lines = [
-        (
-            words(h.motion),
-            words(h.form),
-            f"{h.rate_hz:g}",
-            f"{h.turns:.2f}",
-            _angle(h.max_error_arcsec),
-            _angle(h.final_error_arcsec),
-            str(h.jumps),
-            f"{100.0 * h.wrong:.0f} %",
-            number_text(h.least_hz, 2) if h.least_hz else "any",
-        )
-        for h in found
-    ]
-    heads = (
-        "motion", "form", "rate, Hz", "turns", "error max", "final", "jumps", "wrong by > 0.3′",
-        "lowest rate of reading, Hz",
-    )  # fmt: skip
-    return [
-        "<h3>Heading through full turns</h3>",
-        "<p class=note>Only the attitude, with the true rate of the local level, compared with the true heading, "
-        "which counts turns. The heading of Euler angles is an integral. That of direction cosines is the arctangent "
-        "of C₂₁/C₁₁: of "
-        "one argument it lies within ±90°, of two within ±180°; unwrapped, it adds a turn if two successive values "
-        "differ by more than half a turn.</p>",
-        html_of(turning(at_highest_rate(found))),
-        table(heads, lines, 2),
-    ]
-
-
-def _angle(arcsec: float) -> str:
-    return f"{number_text(arcsec)}″" if abs(arcsec) < 3600.0 else f"{number_text(arcsec / 3600.0)}°"
+    highest = {
+        motion: max(h.rate_hz for h in headings if h.motion == motion) for motion in {h.motion for h in headings}
+    }
+    return [heading for heading in headings if heading.rate_hz == highest[heading.motion]]
 
 
 def gyro_free_blocks(comparison: StudyResult, part: Part) -> dict[str, tuple[ErrorGrowth, float]]:
@@ -448,84 +412,38 @@ def gyro_free_blocks(comparison: StudyResult, part: Part) -> dict[str, tuple[Err
     return blocks
 
 
-def power_of_time_section(comparison: StudyResult, part: Part) -> list[str]:
-    """Return the section on the power of time of blocks without gyros."""
-    blocks = gyro_free_blocks(comparison, part) if "gyro-free" in part.decides else {}
-    if not blocks:
-        return []
-    return [
-        "<h3>Power of time without gyros</h3>",
-        "<p class=note>Errors while the tilt is below 5°, from where the biases’ direct effect is below one percent. "
-        "Below: the local power of time, d log error / d log t. The closed form for a body at rest, from "
-        "R δω̇ (½ t² − (1 − cos ω_s t)/ω_s²), is (θ² − θ sin θ)/(½ θ² − 1 + cos θ) with θ = ω_s t. Grey: 4.0 ± 0.1 "
-        "below 1000 s, 2.0 ± 0.2 beyond one Schuler period. The rotation of the Earth causes the slow deviation at "
-        "the end.</p>",
-        html_of(power_of_time(blocks)),
-    ]
+_PANELS, _LINES, _LEGEND = 6, 12, 8
+"""Of the recording: most panels, lines of a panel, and names in a legend; a page beside it has all colours."""
+_POINTS = 400
+_LEAST = 1e-12  # smaller errors, m or arcsec, are drawn as this one
 
 
-def guarantees_section(comparison: StudyResult, part: Part, rows: Sequence[Row]) -> str:
-    """Return the table of what each algorithm keeps of norm and orthogonality."""
-    orders = [order for order in comparison.orders if (order.part, order.quantity) == (part.title, DEFECT)]
-    motions = list(dict.fromkeys(row.motion for row in rows))
-    lines = []
-    for algorithm in dict.fromkeys(row.algorithm for row in rows):
-        kept, own = guarantee(algorithm), [r for r in rows if r.algorithm == algorithm and r.status == "done"]
-        measured = {o.motion: f"{o.order:.2f} ± {o.uncertainty:.2f}" for o in orders if o.algorithm == algorithm}
-        worst = max((row.max_defect for row in own), default=0.0)
-        lines.append(
-            (
-                swatch(color_of(algorithm)) + words(algorithm),
-                f'<td class="name">{words(kept.condition)}</td>',
-                f'<td class="name">{words(kept.words)}</td>',
-                f'<td class="name">{words(kept.reason)}</td>',
-                *(measured.get(motion, "–") for motion in motions),
-                number_text(worst, 2),
-            )
-        )
-    heads = (
-        "", "<th class=name>condition</th>", "<th class=name>kept</th>", "<th class=name>why</th>",
-        *(words(f"order: {m}") for m in motions), "largest defect",
-    )  # fmt: skip
-    return (
-        "<p class=note>What is kept exactly, to rounding, or to a power of the interval h, by theory; φ is the angle "
-        "of a step. Axes of a matrix that is computed from a quaternion remain orthogonal; their length is the "
-        "squared norm. Measured order: the slope of the log of the largest defect over log h through the four highest "
-        "rates "
-        "above rounding (1e-10). No number: fewer than three such rates, or no straight line.</p>"
-        + table(heads, lines, 1)
-    )
+def growth_over_time(comparison: StudyResult, paint: Paint) -> tuple[list[tuple[str, str, float, bool]], list[Charts]]:
+    """Return the growth of the errors for the recording, of the attitude where rates are compared, else horizontal.
 
-
-_UNITS = (("_mps", ", m/s", 1.0), ("_rad", ", \u2033", ARCSEC), ("_m", ", m", 1.0))
-
-
-def coordinate_tables(comparison: StudyResult, part: Part, rows: Sequence[Row]) -> list[str]:
-    """Return a table of the largest errors for each kind of coordinates of a part."""
-    label, body = labeller(rows, pace=True), []
-    for kind in part.coordinates:
-        lines, heads = [], []
-        for row in rows:
-            own = [e for e in comparison.coordinate_errors if e.coordinates == kind and e.case == row.case]
-            if not own:
-                continue
-            shown = [_unit(error.column) for error in own]
-            heads = [f"{words(name)}{unit}" for name, unit, _ in shown]
-            cells = [number_text(error.max_error / size) for error, (_, _, size) in zip(own, shown, strict=True)]
-            lines.append((words(row.motion), words(label(row)), *cells))
-        if lines:
-            body += [
-                f"<h3>Largest errors in the coordinates {words(kind)}</h3>",
-                f"<p class=note>{words(capital(COORDINATES[kind]))}. Computed minus true, component by component; the "
-                "attitude is the angle of the single rotation between both.</p>",
-                table(["motion", "", *heads], lines, 2),
-            ]
-    return body
-
-
-def _unit(column: str) -> tuple[str, str, float]:
-    """Return a column's name without unit, the unit as shown, and its size in SI."""
-    for ending, unit, size in _UNITS:
-        if column.endswith(ending):
-            return column.removesuffix(ending).replace("_", " "), unit, size
-    return column.replace("_", " "), "", 1.0
+    Returns:
+        Entity, title, end of the motion and whether there is room for a legend, of each panel; and their charts.
+    """
+    panels, drawn = list[tuple[str, str, float, bool]](), list[Chart]()
+    for number, part in enumerate(comparison.study.parts, start=1):
+        rows = comparison.of_part(part.title)
+        for motion in dict.fromkeys(row.motion for row in finished(rows)):
+            shown = at_one_rate([row for row in finished(rows) if row.motion == motion])
+            if len(shown) > _LINES:
+                shown = [row for row in shown if not row.algorithm.endswith(("-ortho", "-norm"))][: 2 * _LINES]
+            label, histories = line_labeller(part, rows), [comparison.history(row) for row in shown]
+            end = float(min(history.time[-1] for history in histories))
+            time = np.linspace(histories[0].time[0], end, _POINTS)
+            quantity, unit, size = ("attitude", "″", ARCSEC) if over_rates(part) else ("horizontal", "m", 1.0)
+            marks = []
+            for row, history in zip(shown, histories, strict=True):
+                error = size * np.maximum(np.interp(time, history.time, getattr(history, quantity)), _LEAST)
+                error[0] = np.nan  # the error at the start is zero and has no logarithm
+                marks.append(Line(label=label(row), x=time, y=error, color=paint[label(row)]))
+            key = f"growth/{number}/{motion.replace(' ', '_').replace(',', '')}"
+            title = f"{motion}{f', {shown[0].rate_hz:g} Hz' if part.rates_hz else ''}: {quantity}, log₁₀ {unit}"
+            y = Axis(label=f"{quantity} error", units=fixed(unit, size), log=True)
+            drawn.append(Chart(key=key, title=title, y=y, marks=tuple(marks)))
+            panels.append((f"comparison/{key}", title, end, len(shown) <= _LEGEND))
+    charts = [Charts("growth", ((chart,),), (6.0, 3.0), on=("recording",)) for chart in drawn]
+    return panels[:_PANELS], charts

@@ -2,316 +2,384 @@
 
 from __future__ import annotations
 
+import json
 import math
-from typing import TYPE_CHECKING
+from collections.abc import Iterator, Sequence
+from typing import Any
 
-from rich import box
-from rich.table import Table
-
-from sinssim.experiments.studies import study_charts as figures
-from sinssim.experiments.studies import study_charts as study_laws
+from sinssim.charts import Charts
+from sinssim.exhibits import Column, Diagram, Exhibits, Item, Points, Section, Sentence, Table
+from sinssim.experiments.studies import study_charts as charts
+from sinssim.experiments.studies.attitude_claims import guarantee
 from sinssim.experiments.studies.step_cost import Operations
-from sinssim.experiments.studies.study_charts import (
-    Label,
-    at_one_rate,
-    coordinate_tables,
-    labeller,
-    line_labeller,
-    one_draw,
-    over_rates,
-    sensors_of,
-    varying,
-)
-from sinssim.experiments.studies.study_results import ERRORS, Pick, Row, StudyResult, Verdict
+from sinssim.experiments.studies.study_charts import Label, labeller, over_rates, varying
+from sinssim.experiments.studies.study_results import DEFECT, ERRORS, Pick, Row, StudyResult, Verdict
 from sinssim.experiments.studies.study_schema import Part
 from sinssim.formatting import capital, number_text
-from sinssim.recording.diagrams import three_rates
-from sinssim.recording.figures import to_svg
-from sinssim.recording.report.page import page, swatch, table, words
-from sinssim.recording.report.svg_chart import STYLE, html_of
+from sinssim.recording.run_directory import software
+from sinssim.scenario.tables import COORDINATES
+from sinssim.units import ARCMIN, ARCSEC, fixed
 
-if TYPE_CHECKING:
-    from rich.console import Console
-
-
-_METRICS = (
-    ("max_horizontal_error_m", "horizontal max, m"),
-    ("final_horizontal_error_m", "final, m"),
-    ("max_velocity_error_mps", "velocity max, m/s"),
-    ("max_attitude_error_arcsec", "attitude max, ″"),
-    ("final_attitude_error_arcsec", "final, ″"),
-    ("max_defect", "defect max"),
+_PAGE: Any = ("page",)
+_CONSOLE: Any = ("console",)
+_WRITTEN: Any = ("page", "recording")
+_METRES, _ARCSEC = fixed("m"), fixed("″", ARCSEC)
+_TITLES = ("largest attitude error", "largest horizontal error")
+"""Of the tables of `ERRORS`."""
+_METRICS: tuple[tuple[str, Column, float], ...] = (
+    ("max_horizontal_error_m", Column("horizontal max", _METRES, digits=3), 1.0),
+    ("final_horizontal_error_m", Column("final", _METRES, digits=3, on=_PAGE), 1.0),
+    ("max_velocity_error_mps", Column("velocity max", fixed("m/s"), digits=3, on=("page", "console")), 1.0),
+    ("max_attitude_error_arcsec", Column("attitude max", _ARCSEC, digits=3), ARCSEC),
+    ("final_attitude_error_arcsec", Column("final", _ARCSEC, digits=3, on=_PAGE), ARCSEC),
+    ("max_defect", Column("defect max", digits=3, on=_PAGE), 1.0),
 )
-
-_KINDS = ("+ −", "×", "÷", "√", "sin, cos, …", "all")
-
-_STYLE = """
-.verdict { display: inline-block; min-width: 5.6rem; text-align: center; border-radius: 3px; padding: 0 .5rem;
-  font-weight: 600; color: #fff; print-color-adjust: exact; -webkit-print-color-adjust: exact; }
-.confirmed { background: #00735a; } .refuted { background: #b03a00; } .partly { background: #8a6100; }
-.undecided { background: #666; }
-.verdict.small { min-width: 4.6rem; padding: 0 .3rem; font-size: .8em; font-weight: 400; margin-right: .3rem; }
-"""
+"""The numbers of a case: attribute of its row, column, and unit of the attribute in SI."""
+_OPERATIONS = tuple(map(Column, ("+ −", "×", "÷", "√", "sin, cos, …", "all")))
+_COORDINATE_UNITS = (("_mps", fixed("m/s")), ("_rad", _ARCSEC), ("_m", _METRES))
 
 
-def html_report(comparison: StudyResult, about: dict[str, str]) -> str:
-    """Return the report."""
-    study = comparison.study
-    body = [f"<h1>{words(study.name)}</h1>", f'<p class="lead">{words(study.description)}</p>']
-    count = len(comparison.rows)
-    broken_off = {"interrupted": "was interrupted", "failed": "failed"}.get(comparison.status)
-    status = f" <strong>The study {broken_off}; the report shows the finished cases.</strong>" if broken_off else ""
-    navigations = "1 navigation" if count == 1 else f"{count} navigations"
-    body.append(f'<p class="note">{navigations} in {comparison.seconds:.0f} s, seed {study.seed}.{status}</p>')
-    if comparison.verdicts:
-        body += ["<h2>Claims and verdicts</h2>", _verdicts(comparison)]
-    if comparison.picks:
-        body += ["<h2>Recommended engines</h2>", _picks(comparison)]
-    paint = figures.palette(comparison)
-    for number_, part in enumerate(study.parts, start=1):
-        rows = comparison.of_part(part.title)
-        body.append(f"<h2>{number_}. {words(part.title)}</h2>")
-        if part.text:
-            body.append(f"<p>{words(part.text)}</p>")
-        if said := one_draw(part, study):
-            body.append(f'<p class="note"><strong>{words(said)}</strong></p>')
-        if part.schedules_hz:
-            body.append(to_svg(three_rates(), f"rates{number_}"))
-        body += _part(comparison, part, rows, paint) if rows else ["<p>Not reached.</p>"]
-    body += ["<h2>Cost of a step</h2>", *_costs(comparison)]
-    body += ["<h2>Motions</h2>", _motions(comparison), "<h2>How it was measured</h2>", _method(comparison, about)]
-    return page(f"{study.name}: comparison", body, STYLE + _STYLE)
-
-
-def _swatch(algorithm: str) -> str:
-    return swatch(figures.color_of(algorithm))
-
-
-def _verdicts(comparison: StudyResult) -> str:
-    lines = [
-        (
-            words(capital(v.sentence)),
-            f'<td class="name"><span class="verdict {v.verdict}">{v.verdict}</span></td>',
-            f'<td class="text">{words(v.reason)}{_points(v)}</td>',
-        )
-        for v in comparison.verdicts
-    ]
-    verdicts = table(("claim", "verdict", "the numbers that decide"), lines, 3)
-    return verdicts.replace("<td class=name>", '<td class="text">')
-
-
-def _picks(comparison: StudyResult) -> str:
-    lines = [
-        (
-            words(pick.part),
-            f'<td class="name">{words(sensors_of(pick))}</td>',
-            f'<td class="name"><strong>{words(pick.choice or "–")}</strong></td>',
-            f'<td class="text">{words(pick.reason)}</td>',
-        )
-        for pick in comparison.picks
-    ]
-    picks = table(("part", "sensors", "pick", "the numbers that decide"), lines, 4)
-    return picks.replace("<td class=name>", '<td class="text">') + (
-        "<p class=note>The engine with the least computation among those accurate enough on every motion: horizontal "
-        "error at most 0.1 nmi/h, or 1.1 of the least on that motion, and attitude error at most 0.3′, or 1.1 of the "
-        "least. Processor time as measured below, of each schedule with its own rates.</p>"
-    )
-
-
-def _points(verdict: Verdict) -> str:
-    points = "".join(f"<li>{_mark(judged)}{words(point)}</li>" for point, judged in verdict.lines)
-    return f"<ul>{points}</ul>" if points else ""
-
-
-def _mark(judged: str) -> str:
-    return f'<span class="verdict small {judged}">{judged}</span> ' if judged else ""
-
-
-def _part(comparison: StudyResult, part: Part, rows: list[Row], paint: figures.Paint) -> list[str]:
-    body: list[str] = []
-    failed = [row for row in rows if row.status == "failed"]
-    if over_rates(part):
-        label = labeller(rows)
-        for over, draw in (("rate", figures.against_rate), ("cost", figures.against_cost)):
-            body += [f"<h3>Accuracy against {over}</h3>", html_of(draw(rows, label, paint))]
-        for quantity, title in zip(ERRORS, ("Largest attitude error, ″", "Largest horizontal error, m"), strict=True):
-            for motion in dict.fromkeys(row.motion for row in rows):
-                here = [row for row in rows if row.motion == motion]
-                unfold = " open" if quantity == ERRORS[0] else ""
-                body.append(f"<details{unfold}><summary>{title}: {words(motion)}</summary>")
-                body.append(_pivot(here, quantity, label, paint) + "</details>")
-        body += _orders(comparison, part)
-        if any(row.max_defect > 0.0 for row in rows):
-            body += [
-                "<h3>Loss of norm or orthogonality</h3>",
-                "<p class=note>|‖q‖ − 1| of quaternions, the largest element of |BBᵀ − I| of direction cosines, both "
-                "of the algorithm's own variables; Euler angles have no such defect. Values of 1e-13 are rounding.</p>",
-                html_of(figures.defect_against_rate(rows, label, paint)),
-                study_laws.guarantees_section(comparison, part, rows),
-            ]
-    else:
-        if any(row.status == "done" for row in rows):
-            drawn = figures.bars(rows, labeller(rows, pace=True), line_labeller(part, rows), paint)
-            body.append(html_of(drawn))
-            label, done = line_labeller(part, rows), [row for row in rows if row.status == "done"]
-            panels = {
-                motion: [(label(row), comparison.history(row)) for row in at_one_rate(done) if row.motion == motion]
-                for motion in dict.fromkeys(row.motion for row in done)
-            }
-            body += [
-                "<h3>Growth of the position error</h3>",
-                html_of(figures.growth(panels, paint)),
-            ]
-        body.append(_long_table(rows))
-    body += coordinate_tables(comparison, part, rows)
-    body += study_laws.turning_section(comparison, part) + study_laws.power_of_time_section(comparison, part)
-    passed = [row for row in rows if row.passages]
-    if passed:
-        body += ["<h3>Passages through the singular attitude</h3>", _passages(passed)]
+def exhibits_of(comparison: StudyResult) -> Exhibits:
+    """Return what a study has to show."""
+    study, paint = comparison.study, charts.palette(comparison)
+    stopped = {"interrupted": "was interrupted", "failed": "failed"}.get(comparison.status)
+    count, failed = len(comparison.rows), sum(row.status == "failed" for row in comparison.rows)
+    panels, growth = charts.growth_over_time(comparison, paint)
+    items: list[Item] = [
+        Sentence(study.description, "lead", on=_WRITTEN),
+        Sentence(f"{count} navigation{'s' * (count != 1)} in {comparison.seconds:.0f} s, seed {study.seed}.", "note",
+                 on=_WRITTEN),
+        *([Sentence(f"The study {stopped}; the report shows the finished cases.", "strong", on=_WRITTEN)]
+          if stopped else []),
+        *([_verdicts(comparison.verdicts)] if comparison.verdicts else []),
+        *([_picks(comparison.picks)] if comparison.picks else []),
+        *(Section(f"{number}. {part.title}", [*_part(comparison, part, number, paint)])
+          for number, part in enumerate(study.parts, start=1)),
+        Section("Cost of a step", [*_costs(comparison)], on=_PAGE),
+        Section("Motions", [_motions(comparison)], on=_PAGE),
+        Section("How it was measured", [Sentence(_METHOD), Sentence(f"{software()}.", "note")], on=_PAGE),
+        *growth,
+    ]  # fmt: skip
     if failed:
-        body.append("<h3>Failed navigations</h3><ul>")
-        reasons: dict[str, list[str]] = {}
-        label = labeller(rows, pace=True)
-        for row in failed:
-            reasons.setdefault(row.message, []).append(f"{row.motion} · {label(row)}")
-        body += [f"<li><strong>{words('; '.join(names))}</strong>: {words(why)}</li>" for why, names in reasons.items()]
-        body.append("</ul>")
-    return body
+        items.append(Sentence(f"{failed} of {count} navigations failed; the report gives the reasons.",
+                              on=_CONSOLE))  # fmt: skip
+    last = max((float(history.time[-1]) for history in comparison.histories.values()), default=1.0)
+    drawn = next((part for part in study.parts if charts.finished(comparison.of_part(part.title))), None)
+    return Exhibits(
+        study.name, items, name=study.name, kind="study", root="comparison", span=(0.0, last),
+        figure="" if drawn is None else "rate" if over_rates(drawn) else "bars", labels={"panels": json.dumps(panels)},
+    )  # fmt: skip
 
 
-def _pivot(rows: list[Row], quantity: str, label: Label, paint: figures.Paint) -> str:
-    rates = sorted({row.rate_hz for row in rows})
+def _verdicts(verdicts: Sequence[Verdict]) -> Section:
+    heads = tuple(Column(head, words=True) for head in ("claim", "verdict", "measured", "expected"))
+    rows = [(v.title, v.verdict, v.measured or "–", v.expected or "–") for v in verdicts]
+    claims = [
+        Section(
+            capital(v.sentence),
+            [Sentence(v.reason), Points([f"{word}: {point}" if word else point for point, word in v.lines])],
+            v.verdict,  # type: ignore[arg-type]
+            on=_WRITTEN,
+        )
+        for v in verdicts
+    ]
+    return Section("Claims and verdicts", [Table(heads, rows), *claims])
+
+
+def _picks(picks: Sequence[Pick]) -> Section:
+    columns = (
+        *(Column(head, words=True) for head in ("part", "sensors", "recommended engine")),
+        Column("horizontal", _METRES, digits=3, on=_CONSOLE), Column("attitude", fixed("″/h"), digits=3, on=_CONSOLE),
+        Column("processor time", fixed("µs/s"), digits=3, on=_CONSOLE),
+        Column("the numbers that decide", words=True, on=_WRITTEN),
+    )  # fmt: skip
+    keys = ("max_horizontal_error_m", "attitude_drift_arcsec_h", "us_per_second")
+    rows: list[Sequence[str | float]] = [
+        (p.part, p.sensors if p.variant == "rate-gyros" else f"{p.sensors}, {p.variant}",
+         f"**{p.choice}**" if p.choice else p.reason, *(p.numbers.get(key, math.nan) for key in keys),
+         p.reason if p.choice else "")
+        for p in picks
+    ]  # fmt: skip
+    note = (
+        "The engine with the least computation among those accurate enough on every motion: horizontal error at most "
+        "0.1 nmi/h, or 1.1 of the least on that motion, and attitude error at most 0.3′/h, or 1.1 of the least. "
+        "Processor time as measured below, of each schedule with its own rates."
+    )
+    return Section("Recommended engines", [Table(columns, rows), Sentence(note, "note", on=_WRITTEN)])
+
+
+def _part(comparison: StudyResult, part: Part, number: int, paint: charts.Paint) -> Iterator[Item]:
+    rows = comparison.of_part(part.title)
+    warning = charts.one_draw(part, comparison.study)
+    if (rows and not part.decides) or warning:
+        yield Sentence(f"{part.title}:", on=_CONSOLE)
+    if part.text:
+        yield Sentence(part.text, on=_WRITTEN)
+    if part.schedules_hz:
+        yield Diagram("three_rates", f"rates{number}")
+    if not rows:
+        yield Sentence("Not reached.", on=_WRITTEN)
+    elif over_rates(part):
+        yield from _over_rates(comparison, part, rows, paint)
+    else:
+        if charts.finished(rows):
+            name = charts.line_labeller(part, rows)
+            yield charts.bars(rows, labeller(rows, pace=True), name, paint)
+            panels = charts.panels_of(comparison, part, rows)
+            yield Section("Growth of the position error", [charts.growth(panels, paint)])
+        yield _cases(rows, _WRITTEN if part.decides else ("console", *_WRITTEN))
+    if warning:
+        yield Sentence(warning, "strong")
+    if rows:
+        yield from _coordinates(comparison, part, rows)
+        yield from _headings(comparison, part)
+        yield from _power_of_time(comparison, part)
+        yield from _passages(rows)
+        yield from _failures(rows)
+
+
+def _over_rates(comparison: StudyResult, part: Part, rows: Sequence[Row], paint: charts.Paint) -> Iterator[Item]:
+    label = labeller(rows)
+    yield Section("Accuracy against rate", [charts.against_rate(rows, label, paint)])
+    yield Section("Accuracy against cost", [charts.against_cost(rows, label, paint)])
+    for quantity, title in zip(ERRORS, _TITLES, strict=True):
+        attitude = quantity == ERRORS[0]
+        on: Any = _PAGE if not attitude else _WRITTEN if part.decides else ("console", *_WRITTEN)
+        for motion in dict.fromkeys(row.motion for row in rows):
+            table = _against_rates([row for row in rows if row.motion == motion], quantity, label, paint)
+            name = f"{motion}: {title}, {'″' if attitude else 'm'}"
+            yield Section(name, [table], fold="open" if attitude else "closed", on=on)
+    yield from _orders(comparison, part)
+    if any(row.max_defect > 0.0 for row in rows):
+        note = (
+            "|‖q‖ − 1| of quaternions, the largest element of |BBᵀ − I| of direction cosines, both of the algorithm's "
+            "own variables; Euler angles have no such defect. Values of 1e-13 are rounding."
+        )
+        drawn = charts.defect_against_rate(rows, label, paint)
+        yield Section("Loss of norm or orthogonality", [
+            Sentence(note, "note"), drawn, *_guarantees(comparison, part, rows)], on=_PAGE)  # fmt: skip
+
+
+def _against_rates(rows: Sequence[Row], quantity: str, label: Label, paint: charts.Paint) -> Table:
+    """Return the errors of one motion: a row for each algorithm or varied choice, a column for each rate."""
+    rates, names = sorted({row.rate_hz for row in rows}), list(dict.fromkeys(map(label, rows)))
     values = {(label(row), row.rate_hz): getattr(row, quantity) for row in rows}
-    finite = [v for v in values.values() if math.isfinite(v) and v > 0.0]
-    low, high = (math.log10(min(finite)), math.log10(max(finite))) if finite else (0.0, 1.0)
-
-    def cell(value: float) -> str:
-        if not (math.isfinite(value) and value > 0.0):
-            return f"<td>{number_text(value)}</td>"
-        good = 1.0 - (math.log10(value) - low) / max(high - low, 1e-9)
-        return f'<td style="background:rgba(0,158,115,{0.45 * good:.2f})">{number_text(value)}</td>'
-
-    lines = []
-    for name in dict.fromkeys(label(row) for row in rows):
-        cells = [cell(values.get((name, rate), math.nan)) for rate in rates]
-        lines.append((swatch(paint[name]) + words(name), *cells))
-    return table(("", *(f"{rate:g} Hz" for rate in rates)), lines)
+    return Table(
+        (Column("", words=True), *(Column(f"{rate:g} Hz", digits=3) for rate in rates)),
+        [(name, *(values.get((name, rate), math.nan) for rate in rates)) for name in names],
+        colors=[paint[name] for name in names], shaded=True, rising=True,
+    )  # fmt: skip
 
 
-def _orders(comparison: StudyResult, part: Part) -> list[str]:
+def _orders(comparison: StudyResult, part: Part) -> Iterator[Item]:
     orders = [order for order in comparison.orders if order.part == part.title and order.quantity in ERRORS]
     if not orders:
-        return []
+        return
+    note = (
+        "Slope of log error over log interval, fitted through the four highest rates at which the error exceeds "
+        "rounding and thirty times the least error of the best algorithm, with its standard error. No number: fewer "
+        "than three such rates, or the errors do not follow a straight line."
+    )
     attitude = [order for order in orders if order.quantity == ERRORS[0]]
-    body = [
-        "<h3>Order of convergence</h3>",
-        "<p class=note>Slope of log error over log interval, fitted through the four highest rates at which the error "
-        "exceeds rounding and thirty times the least error of the best algorithm, with its standard error. No number: "
-        "fewer than three such rates, or the errors do not follow a straight line.</p>",
-    ]
-    if attitude:
-        body.append(html_of(figures.orders(attitude)))
     motions = list(dict.fromkeys(order.motion for order in orders))
-    heads = ["", *(f"{m}: {q}" for m in motions for q in ("attitude", "position"))]
+    algorithms = list(dict.fromkeys(row.algorithm for row in comparison.of_part(part.title)))
+    texts = {(o.algorithm, o.motion, o.quantity): f"{o.order:.2f} ± {o.uncertainty:.2f}" for o in orders}
+    table = Table(
+        (Column("", words=True), *(Column(f"{m}: {q}") for m in motions for q in ("attitude", "position"))),
+        [(name, *(texts.get((name, m, q), "–") for m in motions for q in ERRORS)) for name in algorithms],
+        colors=charts.colors_of(algorithms),
+    )  # fmt: skip
+    drawn = [charts.orders(attitude)] if attitude else []
+    yield Section("Order of convergence", [Sentence(note, "note"), *drawn, table], on=_PAGE)
+
+
+def _guarantees(comparison: StudyResult, part: Part, rows: Sequence[Row]) -> Iterator[Item]:
+    """Yield what each algorithm keeps of norm and orthogonality, by theory and measured."""
+    orders = [order for order in comparison.orders if (order.part, order.quantity) == (part.title, DEFECT)]
+    measured = {(o.algorithm, o.motion): f"{o.order:.2f} ± {o.uncertainty:.2f}" for o in orders}
+    motions, algorithms = (list(dict.fromkeys(getattr(row, k) for row in rows)) for k in ("motion", "algorithm"))
     lines = []
-    for algorithm in dict.fromkeys(row.algorithm for row in comparison.of_part(part.title)):
-        cells = []
-        for motion in motions:
-            for quantity in ERRORS:
-                one = [o for o in orders if (o.algorithm, o.motion, o.quantity) == (algorithm, motion, quantity)]
-                cells.append(f"{one[0].order:.2f} ± {one[0].uncertainty:.2f}" if one else "–")
-        lines.append((_swatch(algorithm) + words(algorithm), *cells))
-    return [*body, table(heads, lines)]
+    for algorithm in algorithms:
+        theory = guarantee(algorithm)
+        worst = max((r.max_defect for r in charts.finished(rows) if r.algorithm == algorithm), default=0.0)
+        lines.append((algorithm, theory.condition, theory.words, theory.reason,
+                      *(measured.get((algorithm, motion), "–") for motion in motions), worst))  # fmt: skip
+    yield Sentence(
+        "What is kept exactly, to rounding, or to a power of the interval h, by theory; φ is the angle of a step. Axes "
+        "of a matrix that is computed from a quaternion remain orthogonal; their length is the squared norm. Measured "
+        "order: the slope of the log of the largest defect over log h through the four highest rates above rounding "
+        "(1e-10). No number: fewer than three such rates, or no straight line.", "note",
+    )  # fmt: skip
+    heads = (Column(head, words=True) for head in ("", "condition", "kept", "why"))
+    orders_of = (Column(f"order: {motion}") for motion in motions)
+    columns = (*heads, *orders_of, Column("largest defect", digits=2))
+    yield Table(columns, lines, colors=charts.colors_of(algorithms))
 
 
-def _long_table(rows: list[Row]) -> str:
-    dimensions = [*(["motion"] if len({row.motion for row in rows}) > 1 else []), *varying(rows)]
-    if len({row.pace for row in rows}) > 1:
-        dimensions.append("pace")
-    heads = [*("rate, Hz" if d == "pace" else d for d in dimensions), *(title for _, title in _METRICS)]
+def _cases(rows: Sequence[Row], on: Any) -> Table:
+    """Return the errors of cases that are not compared over rates."""
+    several = [name for name in ("motion", "pace") if len({getattr(row, name) for row in rows}) > 1]
+    names = [*(["motion"] if "motion" in several else []), *varying(rows), *(["pace"] if "pace" in several else [])]
+    names = names or ["algorithm"]
+    columns = [*(Column("rate, Hz" if name == "pace" else name, words=True) for name in names),
+               *(column for _, column, _ in _METRICS)]  # fmt: skip
     lines = [
-        (
-            *(words(str(getattr(row, d))) for d in dimensions),
-            *(number_text(getattr(row, m)) if row.status == "done" else "failed" for m, _ in _METRICS),
-        )
+        (*(str(getattr(row, name)) for name in names),
+         *(getattr(row, key) * size if row.status == "done" else "failed" for key, _, size in _METRICS))
         for row in rows
-    ]
-    return table(heads, lines, len(dimensions))
-
-
-def _passages(rows: list[Row]) -> str:
-    lines = [
-        (words(r.algorithm), words(r.motion), r.pace, str(r.passages), number_text(r.max_damage_arcsec / 60.0),
-         number_text(r.max_horizontal_error_m), f'<td class="text">{words(r.message)}</td>')
-        for r in rows
     ]  # fmt: skip
-    heads = ("", "motion", "rate, Hz", "passages", "largest damage, ′", "horizontal max, m")
-    return table((*heads, "<th class=name>event</th>"), lines, 2)
+    return Table(tuple(columns), lines, "Largest and final errors", on=on)
 
 
-def _costs(comparison: StudyResult) -> list[str]:
-    lines = []
-    for cost in comparison.costs.values():
-        per_second = f"{cost.ns_per_step * cost.schedule_hz[0] * 1e-3:.1f}" if cost.schedule_hz else "–"
-        lines.append(
-            (
-                _swatch(cost.algorithm) + words(cost.algorithm),
-                words(cost.frame),
-                words(cost.pace),
-                *_operations(cost.operations),
-                f"{cost.ns_per_step:.0f}",
-                f"{1e3 / cost.ns_per_step:.2f}",
-                per_second,
-            )
-        )
-    heads = ("algorithm", "frame", "rates, Hz", *_KINDS, "ns per step", "million steps/s", "µs per s of motion")
-    return [
-        "<h3>Whole navigation</h3>",
-        "<p class=note>A step is the complete computation for one sample: attitude, velocity and position, Coriolis "
-        "and "
-        "gravity. Of a schedule it is one step of the fast part with its share of the medium and the slow part; the "
-        "cost depends only on the ratios of the rates, and holding and extrapolation have the same cost. Operations "
-        "are "
-        "counted by running the code of the step on numbers that count their operations, as written and along the "
-        "branches taken; the compiled code may need fewer. The unit quaternion and the defect in a row of the solution "
-        "are not counted. Time is the processor time of one core for the whole call with its checks and output rows, "
-        "the minimum of several calls. The engine of one rate compensates the increments in blocks, several in one "
-        "operation of the processor, and has a higher order; that of a schedule does not.</p>",
-        html_of(figures.costs(comparison)),
-        table(heads, lines, 3),
-        *_attitude_costs(comparison),
-    ]
+def _coordinates(comparison: StudyResult, part: Part, rows: Sequence[Row]) -> Iterator[Item]:
+    """Yield the largest errors in each kind of further coordinates of a part."""
+    label = labeller(rows, pace=True)
+    for kind in part.coordinates:
+        lines, columns = list[Sequence[str | float]](), list[Column]()
+        for row in rows:
+            errors = [e for e in comparison.coordinate_errors if e.coordinates == kind and e.case == row.case]
+            if errors:
+                columns = [_coordinate_column(error.column) for error in errors]
+                lines.append((row.motion, label(row), *(error.max_error for error in errors)))
+        if lines:
+            note = (f"{capital(COORDINATES[kind])}. Computed minus true, component by component; the attitude is the "
+                    "angle of the single rotation between both.")  # fmt: skip
+            heads = (Column("motion", words=True), Column("", words=True), *columns)
+            yield Section(f"Largest errors in the coordinates {kind}", [Sentence(note, "note"), Table(heads, lines)],
+                          on=_PAGE)  # fmt: skip
 
 
-def _attitude_costs(comparison: StudyResult) -> list[str]:
-    """Return the table of the costs of the attitude alone."""
-    if not comparison.attitude_costs:
-        return []
+def _coordinate_column(name: str) -> Column:
+    for ending, units in _COORDINATE_UNITS:
+        if name.endswith(ending):
+            return Column(name.removesuffix(ending).replace("_", " "), units, digits=3)
+    return Column(name.replace("_", " "), digits=3)
+
+
+def _headings(comparison: StudyResult, part: Part) -> Iterator[Item]:
+    headings = [heading for heading in comparison.headings if heading.part == part.title]
+    if not headings:
+        return
+    note = (
+        "Only the attitude, with the true rate of the local level, compared with the true heading, which counts turns. "
+        "The heading of Euler angles is an integral. That of direction cosines is the arctangent of C₂₁/C₁₁: of one "
+        "argument it lies within ±90°, of two within ±180°; unwrapped, it adds a turn if two successive values differ "
+        "by more than half a turn."
+    )
+    columns = (
+        Column("motion", words=True), Column("form", words=True), Column("rate", fixed("Hz")), Column("turns"),
+        *map(Column, ("error max", "final", "jumps", "wrong by > 0.3′", "lowest rate of reading, Hz")),
+    )  # fmt: skip
     lines = [
-        (
-            _swatch(cost.algorithm) + words(cost.name),
-            *_operations(cost.operations),
-            f"{cost.matrix.total:.0f}",
-            f"{cost.matrix.function:.0f}",
-            f"{cost.ns_per_step:.1f}",
+        (h.motion, h.form, h.rate_hz, f"{h.turns:.2f}", _angle(h.max_error_arcsec), _angle(h.final_error_arcsec),
+         str(h.jumps), f"{100.0 * h.wrong:.0f} %", number_text(h.least_hz, 2) if h.least_hz else "any")
+        for h in headings
+    ]  # fmt: skip
+    drawn = charts.turning(charts.at_highest_rate(headings))
+    yield Section("Heading through full turns", [Sentence(note, "note"), drawn, Table(columns, lines)], on=_PAGE)
+
+
+def _angle(arcsec: float) -> str:
+    return f"{number_text(arcsec)}″" if abs(arcsec) < 3600.0 else f"{number_text(arcsec / 3600.0)}°"
+
+
+def _power_of_time(comparison: StudyResult, part: Part) -> Iterator[Item]:
+    blocks = charts.gyro_free_blocks(comparison, part) if "gyro-free" in part.decides else {}
+    if blocks:
+        note = (
+            "Errors while the tilt is below 5°, from where the biases’ direct effect is below one percent. Below: the "
+            "local power of time, d log error / d log t. The closed form for a body at rest, from "
+            "R δω̇ (½ t² − (1 − cos ω_s t)/ω_s²), is (θ² − θ sin θ)/(½ θ² − 1 + cos θ) with θ = ω_s t. Grey: 4.0 ± 0.1 "
+            "below 1000 s, 2.0 ± 0.2 beyond one Schuler period. The rotation of the Earth causes the slow deviation at "
+            "the end."
         )
-        for cost in comparison.attitude_costs
-    ]
-    heads = ("algorithm", *_KINDS, "of these, B", "sin, cos of B", "ns per step")
-    return [
-        "<h3>Attitude alone</h3>",
-        "<p class=note>A step is the compensation of the angle increments, the attitude, and the matrix B that "
-        "resolves forces, computed for every sample; velocity and position are left out. Only operations that attitude "
-        "and B depend on are counted. B follows from a quaternion by products and is itself the variable of Poisson’s "
-        "equation. Euler angles need sines and cosines: the engine has them from its step by the addition theorems; "
-        "the other line has six functions for each B. In sums a function counts as the 24 additions and "
-        "multiplications of a sine to rounding.</p>",
-        table(heads, lines, 1),
-    ]
+        drawn: Charts = charts.power_of_time(blocks)
+        yield Section("Power of time without gyros", [Sentence(note, "note"), drawn], on=_PAGE)
+
+
+def _passages(rows: Sequence[Row]) -> Iterator[Item]:
+    columns = (
+        Column("", words=True), Column("motion", words=True), Column("rate, Hz"), Column("passages"),
+        Column("largest damage", fixed("′", ARCMIN), digits=3), Column("horizontal max", _METRES, digits=3),
+        Column("event", words=True),
+    )  # fmt: skip
+    lines: list[Sequence[str | float]] = [
+        (row.algorithm, row.motion, row.pace, str(row.passages), row.max_damage_arcsec * ARCSEC,
+         row.max_horizontal_error_m, row.message)
+        for row in rows if row.passages
+    ]  # fmt: skip
+    if lines:
+        yield Section("Passages through the singular attitude", [Table(columns, lines)], on=_PAGE)
+
+
+def _failures(rows: Sequence[Row]) -> Iterator[Item]:
+    label, reasons = labeller(rows, pace=True), dict[str, list[str]]()
+    for row in rows:
+        if row.status == "failed":
+            reasons.setdefault(row.message, []).append(f"{row.motion} · {label(row)}")
+    if reasons:
+        texts = [f"**{'; '.join(names)}**: {why}" for why, names in reasons.items()]
+        yield Section("Failed navigations", [Points(texts)], on=_WRITTEN)
+
+
+def _costs(comparison: StudyResult) -> Iterator[Item]:
+    """Yield the costs of a step, of the whole navigation and of the attitude alone."""
+    costs = comparison.costs.values()
+    columns = (
+        *(Column(head, words=True) for head in ("algorithm", "frame", "rates, Hz")), *_OPERATIONS,
+        *map(Column, ("ns per step", "million steps/s", "µs per s of motion")),
+    )  # fmt: skip
+    lines = [
+        (cost.algorithm, cost.frame, cost.pace, *_operations(cost.operations), f"{cost.ns_per_step:.0f}",
+         f"{1e3 / cost.ns_per_step:.2f}",
+         f"{cost.ns_per_step * cost.schedule_hz[0] * 1e-3:.1f}" if cost.schedule_hz else "–")
+        for cost in costs
+    ]  # fmt: skip
+    yield Section("Whole navigation", [
+        Sentence(_WHOLE, "note"), charts.costs(comparison),
+        Table(columns, lines, colors=charts.colors_of([cost.algorithm for cost in costs])),
+    ])  # fmt: skip
+    if comparison.attitude_costs:
+        heads = map(Column, ("of these, B", "sin, cos of B", "ns per step"))
+        lines = [
+            (cost.name, *_operations(cost.operations), f"{cost.matrix.total:.0f}", f"{cost.matrix.function:.0f}",
+             f"{cost.ns_per_step:.1f}")
+            for cost in comparison.attitude_costs
+        ]  # fmt: skip
+        table = Table((Column("algorithm", words=True), *_OPERATIONS, *heads), lines,
+                      colors=charts.colors_of([cost.algorithm for cost in comparison.attitude_costs]))  # fmt: skip
+        yield Section("Attitude alone", [Sentence(_ALONE, "note"), table])
+
+
+_WHOLE = (
+    "A step is the complete computation for one sample: attitude, velocity and position, Coriolis and gravity. Of a "
+    "schedule it is one step of the fast part with its share of the medium and the slow part; the cost depends only on "
+    "the ratios of the rates, and holding and extrapolation have the same cost. Operations are counted by running the "
+    "code of the step on numbers that count their operations, as written and along the branches taken; the compiled "
+    "code may need fewer. The unit quaternion and the defect in a row of the solution are not counted. Time is the "
+    "processor time of one core for the whole call with its checks and output rows, the minimum of several calls. The "
+    "engine of one rate compensates the increments in blocks, several in one operation of the processor, and has a "
+    "higher order; that of a schedule does not."
+)
+_ALONE = (
+    "A step is the compensation of the angle increments, the attitude, and the matrix B that resolves forces, computed "
+    "for every sample; velocity and position are left out. Only operations that attitude and B depend on are counted. "
+    "B follows from a quaternion by products and is itself the variable of Poisson’s equation. Euler angles need sines "
+    "and cosines: the engine has them from its step by the addition theorems; the other line has six functions for "
+    "each B. In sums a function counts as the 24 additions and multiplications of a sine to rounding."
+)
+_METHOD = (
+    "All algorithms process identical samples, which are generated (and, with real sensors, measured) at the highest "
+    "rate of a part. Samples of a lower rate are sums of these, like the counts of a gyro that is read less often. The "
+    "truth is a continuous motion; the increments are its exact integrals. Navigation starts at the true state. Errors "
+    "against the truth are taken at about 4000 times spread evenly over the motion. Attitude errors are the angle of "
+    "the single rotation between true and computed attitude in the local level. Every number is in results.json and "
+    "results.parquet in the same directory."
+)
 
 
 def _operations(o: Operations) -> tuple[str, ...]:
-    """Return the cells of the numbers of operations, in the order of `_KINDS`."""
+    """Return the cells of the numbers of operations, in the order of `_OPERATIONS`."""
     return (
         *(f"{value:.0f}" for value in (o.add, o.multiply)),
         *(f"{value:.1f}" for value in (o.divide, o.root, o.function)),
@@ -319,128 +387,14 @@ def _operations(o: Operations) -> tuple[str, ...]:
     )
 
 
-def _motions(comparison: StudyResult) -> str:
-    heads = (
-        "",
-        "duration, s",
-        "distance, km",
-        "mean ground speed, km/h",
-        "largest rate, deg/s",
-        "steepest pitch, deg",
-        "latitude rate, deg/h",
-        "largest latitude, deg",
-    )
+def _motions(comparison: StudyResult) -> Table:
+    heads = ("duration, s", "distance, km", "mean ground speed, km/h", "largest rate, deg/s", "steepest pitch, deg",
+             "latitude rate, deg/h", "largest latitude, deg")  # fmt: skip
     lines = [
-        (
-            words(name),
-            f"{f.duration_s:.0f}",
-            f"{f.distance_m / 1e3:.1f}",
-            f"{f.ground_speed_kmh:.1f}",
-            f"{f.max_rate_deg_s:.2f}",
-            f"{f.max_pitch_deg:.1f}",
-            f"{f.latitude_rate_deg_h:.3f}",
-            f"{f.max_latitude_deg:.2f}",
-        )
+        (name, f"{f.duration_s:.0f}", f"{f.distance_m / 1e3:.1f}", f"{f.ground_speed_kmh:.1f}",
+         f"{f.max_rate_deg_s:.2f}", f"{f.max_pitch_deg:.1f}", f"{f.latitude_rate_deg_h:.3f}",
+         f"{f.max_latitude_deg:.2f}")
         # a motion of several parts appears once; with another duration it counts as another motion
         for name, f in dict.fromkeys((name, facts) for (_, name), facts in comparison.motions.items())
-    ]
-    return table(heads, lines)
-
-
-def _method(comparison: StudyResult, about: dict[str, str]) -> str:
-    versions = ", ".join(f"{name} {value}" for name, value in about.items())
-    return (
-        "<p>All algorithms process identical samples, which are generated (and, with real sensors, measured) at the "
-        "highest rate of a part. Samples of a lower rate are sums of these, like the counts of a gyro that is read "
-        "less often. "
-        "The truth is a continuous motion; the increments are its exact integrals. Navigation starts at the true "
-        "state. Errors against the truth are taken at about 4000 times spread evenly over the motion. Attitude "
-        "errors are the angle of the single rotation between true and computed attitude in the local level. Every "
-        f"number is in results.json and results.parquet in the same directory.</p><p class=note>{words(versions)}.</p>"
-    )
-
-
-_CELL = 10
-"""Width of a number in a console table, including padding."""
-
-
-def show(comparison: StudyResult, console: Console) -> None:
-    """Print the verdicts, the recommended engines, and a table for each motion of the parts that decide no claim."""
-    if comparison.verdicts:
-        _show_verdicts(comparison.verdicts, console)
-    if comparison.picks:
-        _show_picks(comparison.picks, console)
-    for part in comparison.study.parts:
-        rows = comparison.of_part(part.title)
-        for motion in dict.fromkeys(row.motion for row in rows if not part.decides):
-            here = [row for row in rows if row.motion == motion]
-            if over_rates(part):
-                _show_rates(f"{part.title}: {motion}, largest attitude error in arcsec", here, labeller(rows), console)
-            else:
-                _show_cases(f"{part.title}: {motion}, largest errors", here, labeller(rows, pace=True), console)
-        if said := one_draw(part, comparison.study):
-            console.print(f"{part.title}: {said}", markup=False)
-    failed = sum(row.status == "failed" for row in comparison.rows)
-    if failed:
-        console.print(
-            f"{failed} of {len(comparison.rows)} navigations failed; the report gives the reasons.", markup=False
-        )
-
-
-def _show_verdicts(verdicts: list[Verdict], console: Console) -> None:
-    """Print a line for each claim: in words, verdict, the measured figure, and the figure if it held."""
-    table = _console_table()
-    table.add_column("claim", no_wrap=True)
-    for heading in ("verdict", "measured", "expected"):
-        table.add_column(heading, overflow="fold")
-    for verdict in verdicts:
-        table.add_row(verdict.title, verdict.verdict, verdict.measured or "–", verdict.expected or "–")
-    console.print(table, markup=False)
-
-
-def _show_picks(picks: list[Pick], console: Console) -> None:
-    """Print a line for each recommended engine."""
-    table = _console_table()
-    for heading in ("part", "sensors", "recommended engine"):
-        table.add_column(heading, overflow="fold")
-    for heading in ("horizontal\nm", "attitude\narcsec/h", "µs per s\nof motion"):
-        table.add_column(heading, justify="right", no_wrap=True)
-    for pick in picks:
-        keys = ("max_horizontal_error_m", "attitude_drift_arcsec_h", "us_per_second")
-        errors = (number_text(pick.numbers.get(key, math.nan)) for key in keys)
-        table.add_row(pick.part, sensors_of(pick), pick.choice or pick.reason, *errors)
-    console.print(table, markup=False)
-
-
-def _show_rates(title: str, rows: list[Row], label: Label, console: Console) -> None:
-    names = list(dict.fromkeys(label(row) for row in rows))
-    rates = sorted({row.rate_hz for row in rows})
-    # As many rates as fit, the lowest and the highest among them; no number is truncated.
-    room = max(2, (console.width - max(map(len, names)) - 2) // _CELL)
-    if len(rates) > room:
-        rates = [rates[round(i * (len(rates) - 1) / (room - 1))] for i in range(room)]
-    console.print(title, markup=False)
-    console_table = _console_table()
-    console_table.add_column("", no_wrap=True)
-    for rate in rates:
-        console_table.add_column(f"{rate:g} Hz", justify="right", no_wrap=True)
-    values = {(label(row), row.rate_hz): row.max_attitude_error_arcsec for row in rows}
-    for name in names:
-        console_table.add_row(name, *(number_text(values.get((name, rate), math.nan), 2) for rate in rates))
-    console.print(console_table)
-
-
-def _show_cases(title: str, rows: list[Row], label: Label, console: Console) -> None:
-    console.print(title, markup=False)
-    console_table = _console_table()
-    console_table.add_column("", overflow="fold")
-    for heading in ("horizontal\nm", "velocity\nm/s", "attitude\narcsec"):
-        console_table.add_column(heading, justify="right", no_wrap=True)
-    for row in rows:
-        errors = (row.max_horizontal_error_m, row.max_velocity_error_mps, row.max_attitude_error_arcsec)
-        console_table.add_row(label(row), *(map(number_text, errors) if row.status == "done" else ("failed", "", "")))
-    console.print(console_table)
-
-
-def _console_table() -> Table:
-    return Table(box=box.SIMPLE_HEAD, pad_edge=False)
+    ]  # fmt: skip
+    return Table((Column("", words=True), *map(Column, heads)), lines)

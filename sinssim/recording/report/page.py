@@ -11,13 +11,14 @@ from sinssim.recording.style import GRID, INK, SOFT
 _STYLE = (
     f"""
 :root {{ color-scheme: light dark; --paper: #fff; --ink: {INK}; --soft: {SOFT}; --line: #ccc; --hair: {GRID};
-  --head: #f4f4f4; --good: #00735a; --bad: #b03a00; }}
+  --head: #f4f4f4; --good: #00735a; --bad: #b03a00; --fair: #8a6100; }}
 """
     + """\
 @media (prefers-color-scheme: dark) { :root { --paper: #16181b; --ink: #e6e6e6; --soft: #a6a9ad; --line: #4a4d52;
-  --hair: #303338; --head: #22252a; --good: #4cc9a0; --bad: #ff9462; } }
+  --hair: #303338; --head: #22252a; --good: #4cc9a0; --bad: #ff9462;
+  --fair: #e0b44c; } }
 @media print { :root { color-scheme: light; --paper: #fff; --ink: #000; --soft: #444; --line: #bbb; --hair: #ddd;
-  --head: #f2f2f2; --good: #00735a; --bad: #b03a00; } }
+  --head: #f2f2f2; --good: #00735a; --bad: #b03a00; --fair: #8a6100; } }
 * { box-sizing: border-box; }
 body { font: 15px/1.5 system-ui, -apple-system, "Segoe UI", "Liberation Sans", Arial, sans-serif; color: var(--ink);
   background: var(--paper); max-width: 1180px; margin: 2rem auto 5rem; padding: 0 1.2rem; }
@@ -39,6 +40,8 @@ code { font-family: ui-monospace, "Liberation Mono", monospace; font-size: .92em
 .wide { overflow-x: auto; } svg { max-width: 100%; height: auto; display: block; }
 svg text { font-family: system-ui, "Segoe UI", "Liberation Sans", Arial, sans-serif !important; }
 .met { color: var(--good); font-weight: 600; } .missed { color: var(--bad); font-weight: 600; }
+.partly { color: var(--fair); font-weight: 600; } .undecided { font-weight: 600; }
+ul { max-width: 60rem; margin: .3rem 0; } li { margin: .15rem 0; }
 .swatch { display: inline-block; width: .7rem; height: .7rem; border-radius: 2px; margin-right: .4rem;
   print-color-adjust: exact; -webkit-print-color-adjust: exact; }
 @page { margin: 14mm; }

@@ -12,7 +12,7 @@ import rerun as rr
 import rerun.blueprint as rrb
 
 from sinssim.charts import Band, Chart, Charts, Cloud, Limit, Line, Shares
-from sinssim.exhibits import Beside, Exhibits, Item, Section, Sentence, Table, Verbatim
+from sinssim.exhibits import Beside, Diagram, Exhibits, Item, Points, Section, Sentence, Table, Verbatim
 from sinssim.formatting import capital
 from sinssim.recording import style
 from sinssim.recording.figures import figure_of, to_png
@@ -215,7 +215,7 @@ def markdown(exhibits: Exhibits) -> str:
 
 def _lines(items: Sequence[Item], level: int) -> Iterator[str]:
     for item in items:
-        if isinstance(item, Charts | Cloud) or "recording" not in item.on:
+        if isinstance(item, Charts | Cloud | Diagram) or "recording" not in item.on:
             continue
         match item:
             case Sentence():
@@ -229,6 +229,8 @@ def _lines(items: Sequence[Item], level: int) -> Iterator[str]:
                 yield from ("", *([item.note, ""] if item.note else []))
             case Verbatim():
                 yield from (f"```\n{item.text}\n```", "")
+            case Points():
+                yield from (*(f"- {text}" for text in item.texts), "")
             case Beside():
                 yield from _lines(item.items, level)
             case Section():

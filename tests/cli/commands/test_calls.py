@@ -162,17 +162,16 @@ def test_calibrate(sinssim: Sinssim, put: Put) -> None:
 
 def test_compare(sinssim: Sinssim, put: Put, tmp_path: Path) -> None:
     compared, shown = (
-        put("experiments.study.compare", "result"),
-        put("experiments.studies.study_exhibits.show"),
+        put("experiments.study.compare", SimpleNamespace(exhibits="exhibits", summary=SUMMARY)),
+        put("recording.console.show"),
     )
-    put("experiments.studies.study_files.results", SUMMARY)
     assert sinssim("compare", "coning") == report("runs/coning")  # there is no recording
     plan, place = compared.args
     options = dict(compared.options)
     options.pop("say")
     assert (plan.name, place) == ("coning", Path("runs/coning"))
     assert options == {"resume": False, "overwrite": False, "limit_minutes": 30.0, "threads": None, "progress": False}
-    assert shown.args[0] == "result"
+    assert shown.args[0] == "exhibits"
     (tmp_path / "d").mkdir()
     (tmp_path / "d/recording.rrd").touch()
     more = ("--resume", "--overwrite", "--limit-minutes", 7, "--threads", 3, "--set", "seed=11")

@@ -159,7 +159,7 @@ def test_a_window_longer_than_the_data():
 
 
 def test_what_is_too_short_is_found_before_anything_is_done(monkeypatch):
-    monkeypatch.setattr(module.cost, "measure_cost", lambda *_: pytest.fail("it started"))
+    monkeypatch.setattr(module.step_cost, "measure_cost", lambda *_: pytest.fail("it started"))
     with pytest.raises(
         InputError, match=r"'p': the motion 'coning' lasts 20 s; quaternion at 0.01 Hz needs at least 100 s"
     ):
@@ -317,7 +317,7 @@ def test_interrupted_it_does_not_decide_on_half_the_numbers(tmp_path, monkeypatc
 def test_interrupted_while_it_is_written_it_is_written_all_the_same(tmp_path, monkeypatch):
     from sinssim.experiments.studies import study_files as record
 
-    whole = record.record
+    whole = record.write_study
     asked = iter((True, False))
 
     def interrupted_once(comparison, path):
@@ -325,7 +325,7 @@ def test_interrupted_while_it_is_written_it_is_written_all_the_same(tmp_path, mo
         if next(asked):
             raise KeyboardInterrupt
 
-    monkeypatch.setattr(record, "record_study", interrupted_once)
+    monkeypatch.setattr(record, "write_study", interrupted_once)
     with pytest.raises(KeyboardInterrupt) as interrupt:
         compare(study(algorithms=("quaternion",)), tmp_path / "s")
     assert "3 navigations were finished" in interrupt.value.__notes__[0]
@@ -371,17 +371,17 @@ def test_the_console_table_cuts_no_number(capsys):
     """Many rates on 80 columns: fewer of them, and every number whole."""
     from rich.console import Console
 
-    from sinssim.experiments.studies.study_exhibits import show
     from sinssim.formatting import number_text
+    from sinssim.recording.console import show
 
     rates = (10.0, 20.0, 25.0, 40.0, 50.0, 80.0, 100.0, 200.0, 400.0)
     found = compare(
         study(algorithms=("quaternion", "functional-iteration"), rates_hz=rates, motions=({"parked": PARKED},))
     )
-    show(found, Console(width=80, file=None))
+    show(found.exhibits, Console(width=80, file=None))
     out = capsys.readouterr().out
     assert "…" not in out
     assert "10 Hz" in out
     assert "400 Hz" in out
-    assert number_text(found.rows[0].max_attitude_error_arcsec, 2) in out
+    assert number_text(found.rows[0].max_attitude_error_arcsec) in out
     assert max(map(len, out.splitlines())) <= 80

@@ -188,7 +188,7 @@ def test_the_colours_of_a_study() -> None:
     found = study.palette(SimpleNamespace(study=SimpleNamespace(parts=parts), of_part=of_part.get))
     assert list(found) == ["euler", "poisson-3-ortho", "quaternion"]
     assert found["euler"] == css(COLORS["euler"])
-    assert study.color_of("quaternion") == css(COLORS["quaternion"])
+    assert study.colors_of(["quaternion"]) == [css(COLORS["quaternion"])]
 
 
 def test_headings_through_turns() -> None:

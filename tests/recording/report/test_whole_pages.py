@@ -13,7 +13,8 @@ from sinssim.experiments.run import run_report
 from sinssim.experiments.run.parts.recorded_sensors import Log, Outages
 from sinssim.experiments.studies import study_exhibits
 from sinssim.experiments.studies.step_cost import Cost, Operations
-from sinssim.experiments.studies.study_results import Order, Row
+from sinssim.experiments.studies.study_results import ErrorGrowth, Order, Pick, Row
+from sinssim.recording.report.exhibit_page import page_of, parts_of
 from sinssim.simulation.truth_stage import RecordedMotion
 from tests.recording.spies import cells
 
@@ -114,108 +115,112 @@ def row(algorithm: str, rate: float = 10.0, status: str = "done", part: str = "o
 
 
 def study_part(title: str, rates: tuple[float, ...] = (10.0,), **more: Any) -> Any:
-    return SimpleNamespace(**{"title": title, "text": "", "schedules_hz": (), "rates_hz": rates, "decides": (),
-                              "sensors": ("ideal",), "variants": ("rate-gyros",), **more})  # fmt: skip
+    return SimpleNamespace(
+        **{"title": title, "text": "", "schedules_hz": (), "rates_hz": rates, "decides": (), "sensors": ("ideal",),
+           "variants": ("rate-gyros",), "coordinates": (), **more}
+    )  # fmt: skip
 
 
 def study_result(rows: list[Row], *parts: Any, **more: Any) -> Any:
     own = SimpleNamespace(name="All <of> them", description="What is\nbest?", seed=17, parts=parts,
                           block=lambda name: None)  # fmt: skip
+    growth = ErrorGrowth(np.array([0.0, 1.0]), np.array([0.0, 1.0]), np.array([0.0, 1.0]))
     return SimpleNamespace(
         **{"study": own, "rows": rows, "status": "finished", "seconds": 12.6, "verdicts": [], "picks": [],
-           "orders": [], "headings": [], "of_part": lambda title: [r for r in rows if r.part == title], **more}
+           "orders": [], "headings": [], "of_part": lambda title: [r for r in rows if r.part == title],
+           "coordinate_errors": [], "costs": {}, "attitude_costs": [], "motions": {}, "histories": {},
+           "history": lambda row: growth, **more}
     )  # fmt: skip
 
 
-def test_a_study(monkeypatch: pytest.MonkeyPatch) -> None:
-    stand_ins(monkeypatch, study_exhibits, "_part", "_costs")
-    for name in ("_verdicts", "_picks", "_motions", "_method"):
-        monkeypatch.setattr(study_exhibits, name, lambda *_, own=name: f"({own.strip('_')})")
-    monkeypatch.setattr(study_exhibits, "to_svg", lambda figure, name: f"({figure}: {name})")
-    monkeypatch.setattr(study_exhibits, "three_rates", lambda: "three rates")
-    monkeypatch.setattr(study_exhibits.figures, "palette", lambda comparison: {})
-    monkeypatch.setattr(study_exhibits, "one_draw", lambda part, study: "One & draw." if part.title == "two" else "")
-    rows = [row("poisson"), row("euler", part="two"), row("euler", 20.0, part="two")]
-    parts = (study_part("one", text="See <it>."), study_part("two", schedules_hz=((1.0, 2.0, 4.0),)),
-             study_part("three"))  # fmt: skip
-    found = study_result(rows, *parts, verdicts=[1], picks=[2])
-    page = study_exhibits.html_report(found, {})
-    assert "<title>All &lt;of&gt; them: comparison</title>" in page
-    said = [
-        "<h1>All &lt;of&gt; them</h1>", '<p class="lead">What is best?</p>',
-        '<p class="note">3 navigations in 13 s, seed 17.</p>',
-        "<h2>Claims and verdicts</h2>", "(verdicts)", "<h2>Recommended engines</h2>", "(picks)",
-        "<h2>1. one</h2>", "<p>See &lt;it&gt;.</p>", "(part)",
-        "<h2>2. two</h2>", '<p class="note"><strong>One &amp; draw.</strong></p>', "(three rates: rates2)",
-        "(part)",
-        "<h2>3. three</h2>", "<p>Not reached.</p>",
-        "<h2>Cost of a step</h2>", "(costs)", "<h2>Motions</h2>", "(motions)", "<h2>How it was measured</h2>",
-        "(method)",
-    ]  # fmt: skip
-    assert body(page) == said
-    for status, words in (("interrupted", "was interrupted"), ("failed", "failed")):
-        found = study_result(rows[:1], study_part("one"), status=status)
-        assert body(study_exhibits.html_report(found, {}))[2:4] == [
-            f'<p class="note">1 navigation in 13 s, seed 17. <strong>The study {words}; the report shows the finished '
-            "cases.</strong></p>", "<h2>1. one</h2>",
-        ]  # fmt: skip
+@pytest.fixture
+def names(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Charts and drawings are shown by their names."""
+    monkeypatch.setattr("sinssim.recording.report.exhibit_page.html_of", lambda charts: f"({charts.key})")
+    monkeypatch.setattr("sinssim.recording.figures.to_svg", lambda figure, key: f"({key})")
 
 
-DRAWN = ("against_rate", "against_cost", "defect_against_rate", "bars", "growth", "orders")
-
-
-def names_of(body: list[str]) -> list[str]:
+def pieces(html: list[str]) -> list[str]:
     """Return pieces of HTML, each table by its first row, the paragraphs of notes left out."""
     return [
         "table " + ", ".join(cells(one)[0]) if one.startswith('<div class="wide">') else one
-        for one in body
-        if not one.startswith("<p class=note>")
+        for one in html
+        if not one.startswith('<p class="note">')
     ]
 
 
-def test_a_part_over_rates(monkeypatch: pytest.MonkeyPatch) -> None:
-    for name in DRAWN:
-        monkeypatch.setattr(study_exhibits.figures, name, lambda rows, *_, own=name: f"{own} of {len(rows)}")
-    monkeypatch.setattr(study_exhibits, "html_of", lambda charts: f"({charts})")
-    stand_ins(monkeypatch, study_exhibits, "coordinate_tables")
-    stand_ins(monkeypatch, study_exhibits.study_laws, "turning", "power_of_time")
-    monkeypatch.setattr(study_exhibits.study_laws, "guarantees", lambda *_: "(guarantees)")
-    rows = [row("euler", rate, max_attitude_error_arcsec=1.0, max_horizontal_error_m=2.0, max_defect=defect)
+def test_a_study(names: None, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(
+        study_exhibits.charts, "one_draw", lambda part, study: "One & draw." if part.title == "two" else ""
+    )
+    rows = [row("poisson"), row("euler", part="two"), row("euler", 20.0, part="two")]
+    parts = (study_part("one", text="See <it>."), study_part("two", schedules_hz=((1.0, 2.0, 4.0),)),
+             study_part("three"))  # fmt: skip
+    result = study_result(rows, *parts, picks=[Pick("one", "ideal", "rate-gyros", "poisson", "Why.")])
+    monkeypatch.setattr(study_exhibits, "_cases", lambda rows, on: Sentence(f"(cases {len(rows)})"))
+    page = page_of(study_exhibits.exhibits_of(result))
+    assert "<title>All &lt;of&gt; them</title>" in page
+    shown = body(page)
+    assert shown[:3] == ["<h1>All &lt;of&gt; them</h1>", '<p class="lead">What is best?</p>',
+                         '<p class="note">3 navigations in 13 s, seed 17.</p>']  # fmt: skip
+    order = [line for line in shown if line.startswith(("<h", "<p>", "("))]
+    assert order[1:] == [
+        "<h2>Recommended engines</h2>",
+        "<h2>1. one</h2>", "<p>See &lt;it&gt;.</p>", "(bars)", "<h3>Growth of the position error</h3>", "(grow)",
+        "<p>(cases 1)</p>",
+        "<h2>2. two</h2>", "(rates2)", "(bars)", "<h3>Growth of the position error</h3>", "(grow)", "<p>(cases 2)</p>",
+        "<p><strong>One &amp; draw.</strong></p>",
+        "<h2>3. three</h2>", "<p>Not reached.</p>",
+        "<h2>Cost of a step</h2>", "<h3>Whole navigation</h3>", "(costs)", "<h2>Motions</h2>",
+        "<h2>How it was measured</h2>", f"<p>{study_exhibits._METHOD}</p>",
+    ]  # fmt: skip
+    for status, words in (("interrupted", "was interrupted"), ("failed", "failed")):
+        result = study_result(rows[:1], study_part("one"), status=status)
+        assert body(page_of(study_exhibits.exhibits_of(result)))[2:5] == [
+            '<p class="note">1 navigation in 13 s, seed 17.</p>',
+            f"<p><strong>The study {words}; the report shows the finished cases.</strong></p>", "<h2>1. one</h2>",
+        ]  # fmt: skip
+
+
+def test_a_part_over_rates(names: None) -> None:
+    rows = [row("euler", rate, max_attitude_error_arcsec=1.0, max_horizontal_error_m=2.0, max_defect=defect,
+                ns_per_step=100.0)
             for rate, defect in ((10.0, 0.0), (20.0, 1e-12), (40.0, 0.0))]  # fmt: skip
     rows.append(row("poisson", 40.0, status="failed", message="It <fell>."))
     rows.append(row("euler", 80.0, status="failed", message="It <fell>."))
     rows.append(row("dcm", 80.0, status="failed", message="Late.", passages=2))
     part = study_part("one", (10.0, 20.0, 40.0, 80.0))
     order = Order("one", "cone", "euler", "max_attitude_error_arcsec", 2.0, 0.25, 4, 10.0, 40.0)
-    found = study_exhibits._part(study_result(rows, part, orders=[order]), part, rows, dict.fromkeys(
-        ("euler", "poisson", "dcm"), "#123456"))  # fmt: skip
-    pivot = "10 Hz, 20 Hz, 40 Hz, 80 Hz"
-    assert names_of(found) == [
-        "<h3>Accuracy against rate</h3>", "(against_rate of 6)",
-        "<h3>Accuracy against cost</h3>", "(against_cost of 6)",
-        "<details open><summary>Largest attitude error, ″: cone</summary>", "table , " + pivot,
-        "<details><summary>Largest horizontal error, m: cone</summary>", "table , " + pivot,
-        "<h3>Order of convergence</h3>", "(orders of 1)", "table , cone: attitude, cone: position",
-        "<h3>Loss of norm or orthogonality</h3>", "(defect_against_rate of 6)", "(guarantees)",
-        "(coordinate_tables)", "(turning)", "(power_of_time)",
+    paint = dict.fromkeys(("euler", "poisson", "dcm"), "#123456")
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr(study_exhibits, "_guarantees", lambda *_: [Sentence("(guarantees)")])
+        items = [*study_exhibits._part(study_result(rows, part, orders=[order]), part, 1, paint)]
+    shown = pieces([*parts_of(items, 3)])
+    unfolded = [line.partition('<div class="wide">')[0] for line in shown]
+    assert unfolded == [
+        "<h3>Accuracy against rate</h3>", "(rate)",
+        "<h3>Accuracy against cost</h3>", "(cost)",
+        "<details open><summary>cone: largest attitude error, ″</summary>",
+        "<details><summary>cone: largest horizontal error, m</summary>",
+        "<h3>Order of convergence</h3>", "(orders)", "table , cone: attitude, cone: position",
+        "<h3>Loss of norm or orthogonality</h3>", "(defect)", "<p>(guarantees)</p>",
         "<h3>Passages through the singular attitude</h3>",
         "table , motion, rate, Hz, passages, largest damage, ′, horizontal max, m, event",
-        "<h3>Failed navigations</h3><ul>",
-        "<li><strong>cone · poisson · 40 Hz; cone · euler · 80 Hz</strong>: It &lt;fell&gt;.</li>",
-        "<li><strong>cone · dcm · 80 Hz</strong>: Late.</li>", "</ul>",
+        "<h3>Failed navigations</h3>",
+        "<ul><li><strong>cone · poisson · 40 Hz; cone · euler · 80 Hz</strong>: It &lt;fell&gt;.</li>"
+        "<li><strong>cone · dcm · 80 Hz</strong>: Late.</li></ul>",
     ]  # fmt: skip
+    assert all(cells(line)[0] == ["", "10 Hz", "20 Hz", "40 Hz", "80 Hz"] for line in shown[4:6])
 
 
-def test_costs(monkeypatch: pytest.MonkeyPatch) -> None:
+def test_costs(names: None) -> None:
     """2500 ns a step are 0.40 million steps a second; at 40 Hz 100 µs a second of motion."""
-    monkeypatch.setattr(study_exhibits, "html_of", lambda charts: f"({charts})")
-    monkeypatch.setattr(study_exhibits.figures, "costs", lambda comparison: "drawn")
     operations = Operations(10.0, 20.0, 3.25, 4.5, 5.75)
     costs = [Cost("euler", "level", 2500.0, operations, (40.0, 20.0, 5.0)), Cost("dcm", "ned", 312.5, operations)]
-    found = study_exhibits._costs(study_result([], costs=dict(enumerate(costs)), attitude_costs=[]))
-    assert found[2] == "(drawn)"
+    shown = [*parts_of(study_exhibits._costs(study_result([], costs=dict(enumerate(costs)))), 3)]
+    assert shown[2] == "(costs)"
     counted = ["10", "20", "3.2", "4.5", "5.8", "176"]
-    assert cells(found[3]) == [
+    assert cells(shown[3]) == [
         ["algorithm", "frame", "rates, Hz", "+ −", "×", "÷", "√", "sin, cos, …", "all", "ns per step",
          "million steps/s", "µs per s of motion"],
         ["euler", "level", "40/20/5", *counted, "2500", "0.40", "100.0"],
@@ -223,6 +228,7 @@ def test_costs(monkeypatch: pytest.MonkeyPatch) -> None:
     ]  # fmt: skip
 
 
-def test_how_a_study_was_measured() -> None:
-    said = study_exhibits._method(study_result([]), {"sinssim": "1.2", "processor": "a <b>"})
-    assert said.endswith("<p class=note>sinssim 1.2, processor a &lt;b&gt;.</p>")
+def test_how_a_study_was_measured(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(study_exhibits, "software", lambda: "sinssim 1.2, processor a <b>")
+    page = page_of(study_exhibits.exhibits_of(study_result([])))
+    assert '<p class="note">sinssim 1.2, processor a &lt;b&gt;.</p>' in page

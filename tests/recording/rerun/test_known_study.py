@@ -1,14 +1,18 @@
-"""A study in the viewer: growth of the errors, panels and tables from rows that are written down."""
+"""A study in the viewer: growth of the errors, panels and words from rows that are written down."""
 
 from __future__ import annotations
 
+import json
 from types import SimpleNamespace
 from typing import Any
 
 import numpy as np
+import pytest
 
-from sinssim.experiments.studies import study_files as view
-from sinssim.experiments.studies.study_results import ErrorGrowth, Row
+from sinssim.experiments.studies import study_exhibits
+from sinssim.experiments.studies.study_charts import growth_over_time
+from sinssim.experiments.studies.study_results import ErrorGrowth, Row, Verdict
+from sinssim.recording.rerun.exhibit_recording import markdown, record_charts
 from tests.recording.spies import Drawn
 
 
@@ -30,11 +34,14 @@ def study(rates: tuple[float, ...]) -> Any:
         row("euler", 200.0, status="failed", message="it fell"),
     ]  # fmt: skip
     histories = {(one.algorithm, one.rate_hz): growth(k + 1.0, 420.0 + 100.0 * k) for k, one in enumerate(rows)}
-    part = SimpleNamespace(title="one", rates_hz=rates, schedules_hz=())
+    about = {"text": "", "decides": (), "coordinates": (), "sensors": ("ideal",), "variants": ("rate-gyros",),
+             "schedules_hz": ()}  # fmt: skip
+    parts = [SimpleNamespace(title=title, rates_hz=rates, **about) for title in ("none", "one")]
     return SimpleNamespace(
-        study=SimpleNamespace(name="s", description="d", parts=[SimpleNamespace(title="none"), part]), rows=rows,
-        of_part=lambda title: rows if title == "one" else [],
-        history=lambda one: histories[one.algorithm, one.rate_hz], verdicts=[],
+        study=SimpleNamespace(name="s", description="d", parts=parts, seed=1), rows=rows, status="finished",
+        of_part=lambda title: rows if title == "one" else [], seconds=1.0, picks=[], orders=[], headings=[],
+        coordinate_errors=[], costs={}, attitude_costs=[], motions={},
+        history=lambda one: histories[one.algorithm, one.rate_hz], histories=histories, verdicts=[],
     )  # fmt: skip
 
 
@@ -47,7 +54,9 @@ def test_growth_of_the_errors_at_one_rate() -> None:
         ((10.0, 40.0, 200.0), "attitude", "attitude, log₁₀ ″"), ((40.0,), "horizontal", "horizontal, log₁₀ m"),
     ):  # fmt: skip
         drawn: Any = Drawn()
-        panels = view._draw_growth(drawn, study(rates), PAINT)
+        panels, groups = growth_over_time(study(rates), PAINT)
+        for charts in groups:
+            record_charts(drawn, charts, "comparison/")
         entity = "comparison/growth/2/a_turn_left"
         assert panels == [(entity, f"a turn, left, 40 Hz: {what}", 420.0, True)]
         time, values, names, colors, _ = drawn.lines[entity]
@@ -63,31 +72,37 @@ def test_growth_of_the_errors_at_one_rate() -> None:
 
 
 def test_tables_as_text() -> None:
+    """A claim with its reason and points, the tables of errors, and the failures with their reasons."""
+    result = study((10.0, 40.0, 200.0))
+    result.verdicts = [
+        Verdict("coning", "it holds", "refuted", "No.", ("a point", "another"), judged=("confirmed", ""),
+                measured="3 m", expected="2 m")
+    ]  # fmt: skip
+    result.rows[0] = row("poisson", 40.0, max_attitude_error_arcsec=0.0234)
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr(Verdict, "title", "T")
+        exhibits = study_exhibits.exhibits_of(result)
+    lines = markdown(exhibits).splitlines()
+    assert lines[:3] == ["# s", "", "d"]
+    assert "| T | refuted | 3 m | 2 m |" in lines
+    at = lines.index("### It holds: refuted")
+    assert lines[at + 1 : at + 6] == ["", "No.", "", "- confirmed: a point", "- another"]
+    assert "- **a turn, left · euler · 200 Hz**: it fell" in lines
+    at = lines.index("### a turn, left: largest attitude error, ″")
+    assert lines[at + 2 : at + 5] == ["|  | 10 Hz | 40 Hz | 200 Hz |", "|---|---:|---:|---:|",
+                                      "| poisson | – | 0.0234 | – |"]  # fmt: skip
+    assert exhibits.span == (0.0, 820.0)
+    assert json.loads(exhibits.labels["panels"])[0][0] == "comparison/growth/2/a_turn_left"
+
+
+def test_cases_as_text() -> None:
     rows = [
         row("poisson", 40.0, max_attitude_error_arcsec=0.0234, max_horizontal_error_m=12.5),
         row("euler", 10.0, max_attitude_error_arcsec=2.5, max_horizontal_error_m=345.6),
     ]
-    assert view._rates_table(rows) == [
-        "| a turn, left: attitude, ″ | 10 Hz | 40 Hz |", "|---|---|---|", "| poisson | – | 0.023 |",
-        "| euler | 2.5 | – |", "",
+    columns, heads, texts = study_exhibits._cases(rows, ("recording",)).shown("recording")
+    assert [", ".join(filter(None, head)) for head in heads] == [
+        "algorithm", "rate, Hz", "horizontal max, m", "attitude max, ″",
     ]  # fmt: skip
-    assert view._cases_table(rows) == [
-        "| motion | | horizontal, m | attitude, ″ |", "|---|---|---|---|",
-        "| a turn, left | poisson · 40 Hz | 12.5 | 0.0234 |", "| a turn, left | euler · 10 Hz | 346 | 2.50 |",
-    ]  # fmt: skip
-
-
-def test_verdicts_and_failures_as_text() -> None:
-    found = study((40.0,))
-    found.verdicts = [
-        SimpleNamespace(title="T", verdict="refuted", measured="3 m", expected="2 m", sentence="it holds",
-                        reason="No.", lines=(("a point", "confirmed"), ("another", "")))
-    ]  # fmt: skip
-    lines = view._markdown(found).splitlines()
-    assert lines[:2] == ["# s", ""]
-    assert "| T | refuted | 3 m | 2 m |" in lines
-    assert "**REFUTED**: It holds. No." in lines
-    assert "- *confirmed*: a point" in lines
-    assert "- another" in lines
-    assert "- **a turn, left · euler · 200 Hz** failed: it fell" in lines
-    assert "## none" not in lines
+    assert texts == [["poisson", "40", "12.5", "0.0234"], ["euler", "10", "346", "2.50"]]
+    assert [column.words for column in columns] == [True, True, False, False]

@@ -15,7 +15,6 @@ import pytest
 from sinssim.charts import Axis, Chart, Charts, Line
 from sinssim.exhibits import Exhibits, Section, Sentence
 from sinssim.experiments.run import one_component_recording as one_component
-from sinssim.experiments.studies import study_files as study
 from sinssim.recording.rerun import exhibit_recording
 from sinssim.recording.rerun.viewer import RUN_ENTITY
 from sinssim.units import LENGTH_SCALE
@@ -62,9 +61,8 @@ class Kept:
 @pytest.fixture
 def kept(monkeypatch: pytest.MonkeyPatch) -> Kept:
     found = Kept()
-    for module in (exhibit_recording, one_component, study):
-        if module is not exhibit_recording:
-            monkeypatch.setattr(module, "Recording", found)
+    monkeypatch.setattr(one_component, "Recording", found)
+    for module in (exhibit_recording, one_component):
         monkeypatch.setattr(module, "all_views", lambda run: ("views", run.name, dict(run.labels)))
 
     @contextmanager
@@ -148,24 +146,3 @@ def test_a_run_of_one_component(kept: Kept, monkeypatch: pytest.MonkeyPatch) -> 
     assert run["labels"] == {"kind": "one-component", "position": "km", "pendulum": "deg"}
     assert (run["ranges"], run["views"]) == ({"an entity": [1.5, 2.5]}, ["own.py"])
     assert kept.views[-1] == ("views", "short", run["labels"])
-
-
-def test_a_study(kept: Kept, monkeypatch: pytest.MonkeyPatch) -> None:
-    """It ends with the longest motion; each algorithm once, in the order of the rows."""
-    monkeypatch.setattr(study.figures, "palette", lambda comparison: "paint")
-    monkeypatch.setattr(study, "_draw_growth", lambda recording, comparison, paint: [("entity", paint, 350.0, True)])
-    monkeypatch.setattr(study, "_markdown", lambda comparison: "# verdicts")
-    rows = [SimpleNamespace(algorithm=name) for name in ("poisson", "euler", "poisson")]
-    histories = {k: SimpleNamespace(time=np.array([0.0, end])) for k, end in enumerate((300.0, 420.0, 350.0))}
-    result: Any = SimpleNamespace(study=SimpleNamespace(name="all"), rows=rows, histories=histories)
-    study.record_study(result, Path("recording.rrd"))
-    run = kept.run
-    assert (run["name"], run["start"], run["end"]) == ("all", 0.0, 420.0)
-    assert run["algorithms"] == ["poisson", "euler"]
-    assert run["labels"]["kind"] == "study"
-    assert json.loads(run["labels"]["panels"]) == [["entity", "paint", 350.0, True]]
-    assert (run["ranges"], kept.texts["comparison/verdicts"]) == ({"an entity": [1.5, 2.5]}, "# verdicts")
-    assert kept.opened[2] == ("views", "all", {"kind": "study"})
-    result.histories = {}
-    study.record_study(result, Path("recording.rrd"))
-    assert kept.run["end"] == 1.0
