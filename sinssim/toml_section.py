@@ -35,6 +35,9 @@ class Keys(NamedTuple):
     what: str
 
 
+Rules = tuple[tuple[Callable[[Any], object], str], ...]
+
+
 class Section(Table):
     """One table of a scenario file: immutable, without unknown keys, type conversions, NaN or infinity."""
 
@@ -44,6 +47,9 @@ class Section(Table):
     """Keys that exclude each other."""
     together: ClassVar[tuple[tuple[str, str], ...]] = ()
     """Pairs of keys of which neither has a meaning without the other."""
+    rules: ClassVar[Rules] = ()
+    """Other keys that need or exclude each other, in the order in which mistakes are reported: a function that returns
+    something true, `it`, if the table is wrong, and the message, of `it` and of the table `s`."""
 
     def __init__(self, /, *unnamed: object, **data: Any) -> None:
         """Check values like those of a scenario file; an `InputError` names the mistakes."""
@@ -77,10 +83,17 @@ class Section(Table):
 
     @model_validator(mode="before")
     @classmethod
-    def _arrays_are_tuples(cls, data: Any) -> Any:
+    def _as_fields(cls, data: Any) -> Any:
         if not isinstance(data, dict):
             return data
+        data = cls.normalized(data)
         return {cls._own_key(key, data): _tuples(value) for key, value in data.items()}
+
+    @classmethod
+    def normalized(cls, data: dict[str, Any]) -> dict[str, Any]:
+        """Return the contents with what stands for keys replaced by them: other units, the name of a file, defaults
+        that depend on other keys. This happens before the fields are checked."""
+        return data
 
     @classmethod
     def _own_key(cls, key: Any, data: dict[Any, Any]) -> Any:
@@ -107,6 +120,14 @@ class Section(Table):
         for keys in self.together:
             if len(here := given(keys)) == 1:
                 raise ValueError(f"{listed(keys)} belong together: give both or neither; here {_are(here)}")
+        for wrong, message in self.rules:
+            if it := wrong(self):
+                raise ValueError(message.format(it=it, s=self))
+
+    def changed(self, *names: str) -> str:
+        """Return the first of some keys that differs from its default, "" if none does."""
+        fields = type(self).model_fields
+        return next((name for name in names if getattr(self, name) != fields[name].default), "")
 
 
 def _are(keys: list[str]) -> str:

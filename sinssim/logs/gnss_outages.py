@@ -20,6 +20,13 @@ class Outages(Section):
     """Injected GNSS outages, which show the performance of the system without GNSS."""
 
     together = (("length_s", "every_s"),)
+    rules = (
+        (lambda s: not s.at_s and s.length_s is None, "give at_s, or length_s and every_s"),
+        (lambda s: isinstance(s.first_s, tuple) and s.length_s is None,
+         "several beginnings (first_s) are those of regular outages: give length_s and every_s"),
+        (lambda s: isinstance(s.first_s, tuple) and s.at_s,
+         "at_s and several beginnings (first_s) exclude each other"),
+    )  # fmt: skip
 
     at_s: tuple[Span, ...] = Field(default=(), description="[from, to] of each outage, in the time of the run")
     length_s: Positive | None = Field(default=None, description="length of regular outages")
@@ -36,15 +43,8 @@ class Outages(Section):
             raise ValueError(
                 f"length_s = {self.length_s:g} must be less than every_s = {self.every_s:g}, or there would be no fix"
             )
-        if not self.at_s and self.length_s is None:
-            raise ValueError("give at_s, or length_s and every_s")
-        if isinstance(self.first_s, tuple):
-            if self.length_s is None:
-                raise ValueError("several beginnings (first_s) are those of regular outages: give length_s and every_s")
-            if not self.first_s or len(set(self.first_s)) < len(self.first_s):
-                raise ValueError("first_s: give each beginning once, for example [30.0, 45.0, 60.0]")
-            if self.at_s:
-                raise ValueError("at_s and several beginnings (first_s) exclude each other")
+        if isinstance(self.first_s, tuple) and len({*self.first_s}) < max(1, len(self.first_s)):
+            raise ValueError("first_s: give each beginning once, for example [30.0, 45.0, 60.0]")
         return self
 
     def spans(self, start: float, end: float) -> tuple[tuple[float, float], ...]:

@@ -80,6 +80,12 @@ class LogFile(Section):
 class LogImu(LogFile, LogDescription):
     """The recorded IMU; the keys of its columns are described in docs/alignment.md."""
 
+    rules = (
+        *LogDescription.rules,
+        (lambda s: s.gravity is not None and (s.kind != "rates" or s.accel is None),
+         'gravity is added to the accelerations of a table [accel], which needs kind = "rates"'),
+    )  # fmt: skip
+
     readings: Literal["instantaneous", "mean"] = Field(
         default="instantaneous",
         description='for kind = "rates": values at the time stamps, or means over the interval that ends at the time '
@@ -109,10 +115,8 @@ class LogImu(LogFile, LogDescription):
 
     @model_validator(mode="after")
     def _gravity_is_a_part(self) -> Self:
-        if self.gravity is None:
+        if self.gravity is None or self.accel is None:
             return self
-        if self.kind != "rates" or self.accel is None:
-            raise ValueError('gravity is added to the accelerations of a table [accel], which needs kind = "rates"')
         if self.gravity.unit not in UNITS["accel", "rates"]:
             raise unknown_name("unit of gravity", self.gravity.unit, UNITS["accel", "rates"])
         if self.gravity.model_dump(exclude={"signs", "unit"}) == self.accel.model_dump(exclude={"signs", "unit"}):
@@ -271,6 +275,11 @@ class Log(Source):
         "ensemble": "makes many runs of a simulation, but a recording is a single run",
     }
 
+    rules = (
+        (lambda s: s.outages is not None and s.gnss is None,
+         "outages are GNSS outages and need [log.gnss], which is missing"),
+    )  # fmt: skip
+
     from_s: Moment | None = Field(
         default=None, description="start of the run, counted from the first row of the IMU file"
     )
@@ -288,8 +297,6 @@ class Log(Source):
     def _span(self) -> Self:
         if self.from_s is not None and self.to_s is not None and not self.from_s < self.to_s:
             raise ValueError(f"from_s = {self.from_s:g} must be before to_s = {self.to_s:g}")
-        if self.outages is not None and self.gnss is None:
-            raise ValueError("outages are GNSS outages and need [log.gnss], which is missing")
         return self
 
     @property

@@ -11,13 +11,20 @@ from pydantic import Field, field_validator, model_validator
 from sinssim.errors import InputError, shortened
 from sinssim.logs.formats.registry import FORMATS
 from sinssim.system.user_file import open_file
-from sinssim.toml_section import Heading, LeverArm, Speed
+from sinssim.toml_section import Heading, Keys, LeverArm, Speed
 from sinssim.truth.motion import Motion
 from sinssim.truth.track.route_waypoint import Waypoint
 
 _Smoothing = Annotated[float, Field(ge=0.0, le=1e4)]
 _Distance = Annotated[float, Field(gt=0.0, le=1e6)]
 _Seconds = Annotated[float, Field(ge=0.0, le=1e9)]
+
+_OF_FILES = (
+    "format", "stream", "attitude", "start_s", "end_s", "height_offset_m", "recorded_point_m", "smoothing_s",
+    "height_smoothing_s", "attitude_smoothing_s", "position_sigma_m", "height_sigma_m", "gap_s", "max_speed_mps",
+    "speed_mps", "heading_deg",
+)  # fmt: skip
+_OF_ROUTES = ("acceleration_mps2",)
 
 
 class TrackSource(Motion):
@@ -27,6 +34,21 @@ class TrackSource(Motion):
 
     table: ClassVar[str] = "track"
     travels: ClassVar[bool] = True
+
+    at_most_one = (
+        Keys(("smoothing_s", "position_sigma_m"), "the smoothing"),
+        Keys(("height_smoothing_s", "height_sigma_m"), "the smoothing of the height"),
+    )
+    rules = (
+        (lambda s: (s.file is None) == (not s.waypoints) and (", but not both" if s.waypoints else "."),
+         "file (a recorded track) or [[track.waypoints]] (a planned route) is needed{it}"),
+        # a scenario that is written out has the defaults, too
+        (lambda s: s.waypoints and s.changed(*_OF_FILES), "{it} would have no effect on a planned route: remove it"),
+        (lambda s: not s.waypoints and s.changed(*_OF_ROUTES),
+         "{it} would have no effect on a recorded track: remove it"),
+        (lambda s: s.waypoints and (len(s.waypoints) < 2 or s.waypoints[0].speed_mps is None),
+         "a planned route needs at least two waypoints, and waypoints.1.speed_mps"),
+    )  # fmt: skip
 
     file: str | None = Field(default=None, description="recorded track, relative to this file")
     format: str | None = Field(
@@ -104,28 +126,7 @@ class TrackSource(Motion):
         return name
 
     @model_validator(mode="after")
-    def _file_or_waypoints(self) -> Self:
-        if (self.file is None) == (not self.waypoints):
-            raise ValueError(
-                "file (a recorded track) or [[track.waypoints]] (a planned route) is needed"
-                + (", but not both" if self.waypoints else "")
-            )
-        without = _OF_FILES if self.waypoints else _OF_ROUTES
-        # a scenario that is written out has the defaults, too
-        idle = [key for key in without if getattr(self, key) != type(self).model_fields[key].default]
-        if idle:
-            kind = "a planned route" if self.waypoints else "a recorded track"
-            raise ValueError(f"{idle[0]} would have no effect on {kind}: remove it")
-        if self.waypoints and (len(self.waypoints) < 2 or self.waypoints[0].speed_mps is None):
-            raise ValueError("a planned route needs at least two waypoints, and waypoints.1.speed_mps")
-        return self
-
-    @model_validator(mode="after")
-    def _smoothed_in_one_way(self) -> Self:
-        if self.smoothing_s is not None and self.position_sigma_m is not None:
-            raise ValueError("smoothing_s and position_sigma_m both determine the smoothing: remove one of them")
-        if self.height_smoothing_s is not None and self.height_sigma_m is not None:
-            raise ValueError("height_smoothing_s and height_sigma_m both determine the smoothing: remove one of them")
+    def _ends_after_its_start(self) -> Self:
         if self.start_s is not None and self.end_s is not None and self.end_s <= self.start_s:
             raise ValueError(f"end_s = {self.end_s:g} must be later than start_s = {self.start_s:g}")
         return self
@@ -151,11 +152,3 @@ class TrackSource(Motion):
                 f"track.file = {self.file!r} cannot be read: {error.strerror}. Give the path of a recorded track, "
                 "relative to the scenario's file."
             ) from error
-
-
-_OF_FILES = (
-    "format", "stream", "attitude", "start_s", "end_s", "height_offset_m", "recorded_point_m", "smoothing_s",
-    "height_smoothing_s", "attitude_smoothing_s", "position_sigma_m", "height_sigma_m", "gap_s", "max_speed_mps",
-    "speed_mps", "heading_deg",
-)  # fmt: skip
-_OF_ROUTES = ("acceleration_mps2",)

@@ -1,9 +1,8 @@
-"""Which tables and keys of a scenario need or exclude each other: one table, in the order in which they are told."""
+"""Which tables and keys of a scenario need or exclude each other: one table, in the order of the messages."""
 
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator
-from typing import NamedTuple
 
 from sinssim.algorithms import MEASURED_ATTITUDE, PLATFORM, schedule
 from sinssim.errors import InputError, unknown_name
@@ -14,32 +13,13 @@ from sinssim.scenario.tables import IN_SPACE, OF_FRAME, Tables
 from sinssim.sensors.aiding.gnss import Gnss
 from sinssim.sensors.imu.error_term_table import OF_TURNS, TERMS, of_triad
 from sinssim.sensors.sets.sensor_set import Platform
+from sinssim.toml_section import Rules
 
 _OF_TURNS = (*OF_TURNS, "limit", "quantum")
 """Fields of the error terms that gyros on a platform do not have, because they sense no turns."""
 
 _GEOCENTRIC = ("wgs84", "pz-90.11")
 """Ellipsoids whose centre is that of the models."""
-
-
-class Dependency(NamedTuple):
-    """What cannot be in one scenario.
-
-    Attributes:
-        wrong: function that returns something true, `it`, if the scenario has it.
-        told: message, of `it` and of the scenario `s`.
-    """
-
-    wrong: Callable[[Tables], object]
-    told: str
-
-
-def check_dependencies(scenario: Tables) -> None:
-    """Raise ValueError for the first tables or keys of a scenario that do not fit together; the message names them."""
-    for wrong, told in DEPENDENCIES:
-        if it := wrong(scenario):
-            kind, algorithms = scenario.imu.sensor_set.type, list(scenario.navigation.algorithms)
-            raise ValueError(told.format(it=it, s=scenario, kind=kind, algorithms=algorithms))
 
 
 def _given(s: Tables) -> list[str]:
@@ -69,8 +49,17 @@ def _known_already(s: Tables) -> str:
     return next((name for name, value in errors if value and not name.startswith(position)), "")
 
 
-def _not_correctable(s: Tables) -> str:
-    return _refusal(lambda: check_correctable(s.navigation.algorithms[0])).rstrip(".") if s.filter else ""
+def _not_correctable(s: Tables) -> tuple[list[str], str] | None:
+    """Return the algorithms, and why a filter cannot navigate by the first of them."""
+    algorithms = s.navigation.algorithms
+    reason = _refusal(lambda: check_correctable(algorithms[0])).rstrip(".") if s.filter else ""
+    return (list(algorithms), reason) if reason else None
+
+
+def _mismatch(s: Tables, kind: str, algorithm: str) -> list[str] | None:
+    """Return the algorithms where a set of sensors is without its own algorithm, or the algorithm without the set."""
+    algorithms = list(s.navigation.algorithms)
+    return algorithms if (s.imu.sensor_set.type == kind) != (algorithm in algorithms) else None
 
 
 def _rates(s: Tables) -> str:
@@ -165,7 +154,7 @@ def _model(s: Tables) -> str:
     return "" if s.gravity is None or s.gravity.model == "normal" else s.gravity.model
 
 
-DEPENDENCIES = tuple(Dependency(*entry) for entry in (
+DEPENDENCIES: Rules = (
     # the source
     (_in_plane, "{it}"),
     (_idle, "{it} ([{s.source.table}]): remove it"),
@@ -180,7 +169,7 @@ DEPENDENCIES = tuple(Dependency(*entry) for entry in (
     (lambda s: s.log and s.imu.faults,
      "imu.faults would have no effect: the data are recorded ([log]); remove them"),
     (lambda s: s.log and s.imu.sensor_set.type != "gyros",
-     '[log] has three gyros and three accelerometers; imu.sensor_set.type = "{kind}" is another set'),
+     '[log] has three gyros and three accelerometers; imu.sensor_set.type = "{s.imu.sensor_set.type}" is another set'),
     (lambda s: s.log and s.log.outages is not None and not s.filter,
      "log.outages need a [filter]: without a filter, GNSS is not used"),
     (lambda s: s.calibration and not s.turntable,
@@ -214,7 +203,7 @@ DEPENDENCIES = tuple(Dependency(*entry) for entry in (
      "[filter] estimates the errors of gyros and accelerometers fixed to the vehicle; on a platform they act about its "
      'axes, and the filter would have to torque it: remove [filter], or sensor_set.type = "platform"'),
     (lambda s: s.filter and s.imu.sensor_set.type not in ("gyros", "redundant"),
-     '[filter] needs gyros and accelerometers; imu.sensor_set.type = "{kind}" is another set'),
+     '[filter] needs gyros and accelerometers; imu.sensor_set.type = "{s.imu.sensor_set.type}" is another set'),
     (lambda s: s.filter and s.imu.sensor_set.type == "redundant"
      and ("backward" if s.filter.backward else "vibration_noise" if s.filter.vibration_noise else ""),
      "filter.{it} is not possible with a redundant set, whose combination and noise change at each exclusion of a "
@@ -223,10 +212,11 @@ DEPENDENCIES = tuple(Dependency(*entry) for entry in (
     (lambda s: s.navigation.alignment and s.source.recorded,
      "navigation.alignment is for simulated sensors; for [log] give filter.alignment and filter.alignment_s"),
     (lambda s: s.navigation.alignment and s.imu.sensor_set.type not in ("gyros", "redundant"),
-     'navigation.alignment needs gyros and accelerometers; imu.sensor_set.type = "{kind}" is another set'),
+     'navigation.alignment needs gyros and accelerometers; imu.sensor_set.type = "{s.imu.sensor_set.type}" is another '
+     "set"),
     (_known_already, "navigation.initial_error.{it} would have no effect: [navigation.alignment] determines the "
      "attitude and the velocity; remove one of the two"),
-    (_not_correctable, "navigation.algorithms = {algorithms}: [filter] navigates by the first of them, and {it}: put "
+    (_not_correctable, "navigation.algorithms = {it[0]}: [filter] navigates by the first of them, and {it[1]}: put "
      "another first, or remove [filter]"),
     (_too_fast, "aiding.{it} must be at most imu.rate_hz = {s.imu.rate_hz:g}"),
     (_no_fixes, 'filter.alignment = "{s.filter.alignment}" needs [{it}.gnss] with position and velocity'),
@@ -235,13 +225,13 @@ DEPENDENCIES = tuple(Dependency(*entry) for entry in (
     # the navigators
     (_coordinates, 'output.coordinates: {it}; navigation.frame is "{s.navigation.frame}"'),
     (_rates, "navigation.{it}"),
-    (lambda s: (s.imu.sensor_set.type == "attitude-sensor") != (MEASURED_ATTITUDE in s.navigation.algorithms),
+    (lambda s: _mismatch(s, "attitude-sensor", MEASURED_ATTITUDE),
      f'imu.sensor_set.type = "attitude-sensor" requires navigation.algorithms = ["{MEASURED_ATTITUDE}"] (with '
-     'navigation.frame = "inertial"), and vice versa; here imu.sensor_set.type = "{kind}" and navigation.algorithms = '
-     "{algorithms}"),
-    (lambda s: (s.imu.sensor_set.type == PLATFORM) != (PLATFORM in s.navigation.algorithms),
+     'navigation.frame = "inertial"), and vice versa; here imu.sensor_set.type = "{s.imu.sensor_set.type}" and '
+     "navigation.algorithms = {it}"),
+    (lambda s: _mismatch(s, PLATFORM, PLATFORM),
      f'imu.sensor_set.type = "platform" requires "{PLATFORM}" among navigation.algorithms, and vice versa; here '
-     'imu.sensor_set.type = "{kind}" and navigation.algorithms = {algorithms}'),
+     'imu.sensor_set.type = "{s.imu.sensor_set.type}" and navigation.algorithms = {it}'),
     (lambda s: s.navigation.frame == "inertial" and _torquer(s),
      'imu.sensor_set.{it} would have no effect: with navigation.frame = "inertial" the platform keeps its direction in '
      "inertial space and is not torqued; remove it, or choose another frame"),
@@ -256,8 +246,8 @@ DEPENDENCIES = tuple(Dependency(*entry) for entry in (
      "navigation.gravity_degree = {s.navigation.gravity_degree} adds to normal gravity; navigation.gravity = "
      '"{s.navigation.gravity}" is another model: remove one of the two'),
     (lambda s: s.navigation.gravity_degree is not None and s.imu.sensor_set.type in ("attitude-sensor", "platform"),
-     'navigation.gravity_degree needs strapdown gyros, which imu.sensor_set.type = "{kind}" lacks: remove one of '
-     'the two'),
+     'navigation.gravity_degree needs strapdown gyros, which imu.sensor_set.type = "{s.imu.sensor_set.type}" lacks: '
+     "remove one of the two"),
     (_degree_above, "navigation.gravity_degree = {s.navigation.gravity_degree} is above gravity.degree = {it}: the "
      "navigation algorithm can use the model of the truth only to the same or a lower degree"),
     (lambda s: s.truth.gravity != "normal" and _model(s),
@@ -268,11 +258,11 @@ DEPENDENCIES = tuple(Dependency(*entry) for entry in (
      'truth.ellipsoid = "{s.truth.ellipsoid}"'),
     # values for a compensation
     (lambda s: s.compensation and s.imu.sensor_set.type not in ("gyros", "redundant"),
-     '[compensation] needs gyros and accelerometers; imu.sensor_set.type = "{kind}" is another set'),
+     '[compensation] needs gyros and accelerometers; imu.sensor_set.type = "{s.imu.sensor_set.type}" is another set'),
     (lambda s: s.imu.sensor_set.type == "redundant" and _of_triads(s),
      "compensation.{it} is a value for a block of two triads, but the redundant set has single sensors whose "
      "calibration errors are random: give the keys with _sigma_"),
     # an ensemble
     (_solution, "ensemble.solution{it}"),
     (_variation, "ensemble.{it}"),
-))  # fmt: skip
+)  # fmt: skip

@@ -123,19 +123,14 @@ class FilterSection(Section):
     )
     initial_sigma: InitialSigmaSection = Field(default=InitialSigmaSection())
 
-    @model_validator(mode="after")
-    def _alignment_lasts(self) -> Self:
-        if self.alignment == "by-course" and self.alignment_s is None:
-            raise ValueError('alignment = "by-course" needs alignment_s: until the vehicle moves, and a little longer')
-        if self.alignment == "in-motion":
-            if self.alignment_s is None:
-                raise ValueError('alignment = "in-motion" needs alignment_s: a minute or two that include turns')
-            if self.alignment_s < LEAST_IN_MOTION_S:
-                raise ValueError(
-                    f"alignment_s = {self.alignment_s:g} must be at least {LEAST_IN_MOTION_S:g} for an alignment in "
-                    "motion"
-                )
-        return self
+    rules = (
+        (lambda s: s.alignment == "by-course" and s.alignment_s is None,
+         'alignment = "by-course" needs alignment_s: until the vehicle moves, and a little longer'),
+        (lambda s: s.alignment == "in-motion" and s.alignment_s is None,
+         'alignment = "in-motion" needs alignment_s: a minute or two that include turns'),
+        (lambda s: s.alignment == "in-motion" and s.alignment_s < LEAST_IN_MOTION_S,
+         f"alignment_s = {{s.alignment_s:g}} must be at least {LEAST_IN_MOTION_S:g} for an alignment in motion"),
+    )  # fmt: skip
 
 
 _Sensor = TypeVar("_Sensor", bound=AidingSensor)
@@ -168,19 +163,16 @@ class _Tables(Section):
         }
         return cast(Self, _with_own(cls, tuple(own.items())).model_validate(data)) if own else handler(data)
 
-    @model_validator(mode="before")
+    rules = ((lambda s: not s.sensors() and ", ".join(type(s).model_fields),
+              "it has no sensor; give one or more of the tables {it}"),)  # fmt: skip
+
     @classmethod
-    def _can_be_used(cls, data: Any) -> Any:
-        for name in data if isinstance(data, dict) else ():
+    def normalized(cls, data: dict[str, Any]) -> dict[str, Any]:
+        """Refuse a sensor of the package whose file cannot be used."""
+        for name in data:
             if name in BROKEN:
                 raise ValueError(f"[aiding.{name}]: {BROKEN[name]}")
         return data
-
-    @model_validator(mode="after")
-    def _something(self) -> Self:
-        if not self.sensors():
-            raise ValueError(f"it has no sensor; give one or more of the tables {', '.join(type(self).model_fields)}")
-        return self
 
     @classmethod
     def own_table(cls, name: str) -> type[AidingSensor] | None:

@@ -94,6 +94,7 @@ class InitialErrorSection(Section):
     heading_sigma_arcmin: _ArcminSigma = Field(default=0.0, description="1σ of the random heading error")
 
 
+_ANGLES = ("roll_arcmin", "pitch_arcmin", "heading_arcmin", "tilt_sigma_arcmin", "heading_sigma_arcmin")
 _KEYS = {"azimuth": "azimuth_deg", "route": "route_deg", "baro_time_constant": "baro_time_constant_s"}
 
 
@@ -112,6 +113,16 @@ class AlignmentSection(Section):
 
 class NavigationSection(Section):
     """Strapdown navigation, which computes position, velocity and attitude from the measured increments."""
+
+    rules = (
+        (lambda s: MEASURED_ATTITUDE in s.algorithms and (len(s.algorithms) > 1 or s.frame != "inertial")
+         and list(s.algorithms),
+         f'algorithms = ["{MEASURED_ATTITUDE}"] requires frame = "inertial" and no other algorithm; here frame = '
+         '"{s.frame}" and algorithms = {it}'),
+        (lambda s: MEASURED_ATTITUDE in s.algorithms and s.initial_error.changed(*_ANGLES),
+         "initial_error.{it} would have no effect: a measured attitude has no initial value; "
+         "imu.sensor_set.bias_arcsec is the error of the sensor at the start"),
+    )  # fmt: skip
 
     algorithms: Annotated[tuple[Algorithm, ...], once("algorithm")] = Field(
         default=("quaternion",),
@@ -198,15 +209,6 @@ class NavigationSection(Section):
         return replace(of, vertical="free", baro_time_constant=BARO_TIME_CONSTANT, azimuth=0.0)
 
     @model_validator(mode="after")
-    def _attitude_is_measured_or_computed(self) -> Self:
-        if MEASURED_ATTITUDE in self.algorithms and (len(self.algorithms) > 1 or self.frame != "inertial"):
-            raise ValueError(
-                f'algorithms = ["{MEASURED_ATTITUDE}"] requires frame = "inertial" and no other algorithm; here '
-                f'frame = "{self.frame}" and algorithms = {list(self.algorithms)}'
-            )
-        return self
-
-    @model_validator(mode="after")
     def _everything_is_used(self) -> Self:
         for algorithm in self.algorithms:
             try:
@@ -216,13 +218,6 @@ class NavigationSection(Section):
             except InputError as error:  # its options are named like the keys, but for their units
                 text = re.sub(r"^(azimuth|route|baro_time_constant)\b", lambda name: _KEYS[name[0]], str(error))
                 raise ValueError(text.rstrip(".")) from error
-        angles = ("roll_arcmin", "pitch_arcmin", "heading_arcmin", "tilt_sigma_arcmin", "heading_sigma_arcmin")
-        wrong = [name for name in angles if getattr(self.initial_error, name)]
-        if wrong and MEASURED_ATTITUDE in self.algorithms:
-            raise ValueError(
-                f"initial_error.{wrong[0]} would have no effect: a measured attitude has no initial value; "
-                "imu.sensor_set.bias_arcsec is the error of the sensor at the start"
-            )
         return self
 
     @field_validator("route_deg")

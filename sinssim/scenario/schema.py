@@ -9,15 +9,14 @@ import difflib
 import re
 from collections.abc import Callable, Collection, Iterator
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Any, Self
+from typing import TYPE_CHECKING, Any
 
 import tomli_w
-from pydantic import model_validator
 
 from sinssim.errors import InputError, shortened
 from sinssim.logs.log_settings import Log
 from sinssim.logs.track_motion import Track
-from sinssim.scenario.dependencies import check_dependencies
+from sinssim.scenario.dependencies import DEPENDENCIES
 from sinssim.scenario.tables import Tables
 from sinssim.system.short_repr import html_lines
 from sinssim.truth.flight.flight import Flight
@@ -56,10 +55,7 @@ class Scenario(Tables):
             **others: Any,
         ) -> None: ...
 
-    @model_validator(mode="after")
-    def _tables_fit_together(self) -> Self:
-        check_dependencies(self)
-        return self
+    rules = DEPENDENCIES
 
     def __repr__(self) -> str:
         given = {*self.model_fields_set, self.source.table} | ({"turntable"} if self.sequence is not None else set())

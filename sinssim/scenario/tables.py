@@ -298,22 +298,19 @@ class Tables(Section):
         description="files (.py) of your own views, relative to this file, recorded with the run; see views.md",
     )
 
-    @model_validator(mode="before")
     @classmethod
-    def _in_one_field(cls, data: Any) -> Any:
+    def normalized(cls, data: dict[str, Any]) -> dict[str, Any]:
         """Gather the tables of which one is the source; [turntable] beside [log] is the sequence of its calibration."""
-        if not isinstance(data, dict):
-            return data
+        data = cls._with_defaults(data)
         rest = {key: value for key, value in data.items() if key not in TABLES or value is not None}
         beside = {"turntable"} if "log" in rest else set()
         given = tuple(Given(name, rest.pop(name)) for name in TABLES if name in rest and name not in beside)
         return {**rest, ONE_OF_SEVERAL: given}
 
-    @model_validator(mode="before")
     @classmethod
-    def _depends_on_other_tables(cls, data: Any) -> Any:
-        """Fill in the defaults of [navigation]: the baro loop for what moves or has a barometer, and a platform."""
-        navigation = data.get("navigation", {}) if isinstance(data, dict) else None
+    def _with_defaults(cls, data: dict[str, Any]) -> dict[str, Any]:
+        """Add the defaults of [navigation]: the baro loop for what moves or has a barometer, and a platform."""
+        navigation = data.get("navigation", {})
         if isinstance(navigation, NavigationSection):
             navigation = {key: getattr(navigation, key) for key in navigation.model_fields_set}
         if not isinstance(navigation, dict):

@@ -7,10 +7,10 @@ for long. The σ that the filter assumes is therefore correct.
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, ClassVar, Self
+from typing import TYPE_CHECKING, ClassVar
 
 import numpy as np
-from pydantic import Field, model_validator
+from pydantic import Field
 
 from sinssim.data import Array, ImuData, Measurements
 from sinssim.sensors.aiding_sensor import AidingSensor, Mask, Vehicle, within
@@ -42,18 +42,14 @@ class Standstill(AidingSensor):
         "learned",
     )
 
-    @model_validator(mode="after")
-    def _learns(self) -> Self:
-        if self.detect and not self.learn_s:
-            raise ValueError(
-                "detect = true needs learn_s, intervals in which the vehicle is known to be stationary, for example "
-                "[[0.0, 20.0]]"
-            )
-        if self.detect and self.during_s is not None:
-            raise ValueError("detect = true finds the stops, and during_s gives them: remove one of the two")
-        if self.learn_s and not self.detect:
-            raise ValueError("learn_s is for detect = true: set it, or remove learn_s")
-        return self
+    rules = (
+        (lambda s: s.detect and not s.learn_s,
+         "detect = true needs learn_s, intervals in which the vehicle is known to be stationary, for example "
+         "[[0.0, 20.0]]"),
+        (lambda s: s.detect and s.during_s is not None,
+         "detect = true finds the stops, and during_s gives them: remove one of the two"),
+        (lambda s: s.learn_s and not s.detect, "learn_s is for detect = true: set it, or remove learn_s"),
+    )  # fmt: skip
 
     @property
     def no_budget(self) -> str:

@@ -149,6 +149,20 @@ class OneComponent(Source):
 
     table: ClassVar[str] = "one_component"
     in_space: ClassVar[bool] = False
+    rules = (
+        (lambda s: getattr(s, SENSOR_OF[s.variant]) is None
+         and (SENSOR_OF[s.variant], "with arm_m" if s.variant == "two-integrals" else "without keys it has no errors"),
+         'variant = "{s.variant}" needs the table [one_component.{it[0]}]: add it, {it[1]}'),
+        (lambda s: next((kind for kind in SENSOR_OF.items() if kind[0] != s.variant and getattr(s, kind[1])), None),
+         '[one_component.{it[1]}] is the sensor of variant = "{it[0]}"; here variant = "{s.variant}": remove the '
+         "table, or change the variant"),
+        (lambda s: s.variant == "measured" and s.initial_error.pitch_arcmin,
+         'initial_error.pitch_arcmin = {it:g} has no effect with variant = "measured", which measures the pitch: give '
+         "attitude_sensor.bias_arcsec"),
+        (lambda s: s.variant != "two-integrals" and s.initial_error.rate_deg_h,
+         'initial_error.rate_deg_h = {it:g} has no effect with variant = "{s.variant}", which does not integrate the '
+         'rate; it is a key of "two-integrals"'),
+    )  # fmt: skip
 
     variant: Literal["measured", "one-integral", "two-integrals"] = Field(
         description="measured: by [one_component.attitude_sensor]; one-integral: by [one_component.gyro]; "
@@ -180,41 +194,12 @@ class OneComponent(Source):
     initial_error: PlaneInitialError = Field(default=PlaneInitialError())
 
     @model_validator(mode="after")
-    def _variant_has_its_sensor(self) -> Self:
-        own = SENSOR_OF[self.variant]
-        if getattr(self, own) is None:
-            needs = "with arm_m" if own == "arm_accelerometer" else "without keys it has no errors"
-            raise ValueError(f'variant = "{self.variant}" needs the table [one_component.{own}]: add it, {needs}')
-        for variant, sensor in SENSOR_OF.items():
-            if sensor != own and getattr(self, sensor) is not None:
-                raise ValueError(
-                    f'[one_component.{sensor}] is the sensor of variant = "{variant}"; here variant = '
-                    f'"{self.variant}": remove the table, or change the variant'
-                )
-        return self
-
-    @model_validator(mode="after")
     def _intervals_are_short(self) -> Self:
         period = 2.0 * math.pi * math.sqrt(self.radius_m / self.gravity_mps2)
         if self.rate_hz * period < _PER_PERIOD:
             raise ValueError(
                 f"rate_hz = {self.rate_hz:g} gives intervals of {1.0 / self.rate_hz:g} s, too long for the Schuler "
                 f"period of {period:.6g} s; give at least {_PER_PERIOD / period:.3g}"
-            )
-        return self
-
-    @model_validator(mode="after")
-    def _initial_errors_have_their_states(self) -> Self:
-        error = self.initial_error
-        if self.variant == "measured" and error.pitch_arcmin:
-            raise ValueError(
-                f'initial_error.pitch_arcmin = {error.pitch_arcmin:g} has no effect with variant = "measured", which '
-                "measures the pitch: give attitude_sensor.bias_arcsec"
-            )
-        if self.variant != "two-integrals" and error.rate_deg_h:
-            raise ValueError(
-                f'initial_error.rate_deg_h = {error.rate_deg_h:g} has no effect with variant = "{self.variant}", which '
-                'does not integrate the rate; it is a key of "two-integrals"'
             )
         return self
 

@@ -57,25 +57,22 @@ class TrueGravity(Section):
     degree: _Degree | None = Field(default=None, description="highest degree and order; default: that of the model")
     remainder: GravityRemainder | None = None
 
-    @model_validator(mode="before")
+    rules = (
+        (lambda s: (s.model == "icgem") != (s.file is not None)
+         and ("file is missing" if s.file is None else f'file = "{s.file}"'),
+         'model = "icgem" needs file, the path of its coefficients (.gfc), and no other model takes one; here model = '
+         '"{s.model}" and {it}'),
+        (lambda s: s.model == "normal" and s.degree is not None,
+         'degree = {s.degree} would have no effect: model = "normal" has none; choose model = "egm2008"'),
+    )  # fmt: skip
+
     @classmethod
-    def _file_is_a_model(cls, data: Any) -> Any:
-        """Fill in the model of a file."""
-        if isinstance(data, dict) and data.get("file") is not None:
-            return {"model": "icgem", **data}
-        return data
+    def normalized(cls, data: dict[str, Any]) -> dict[str, Any]:
+        """Add the model of a file."""
+        return {"model": "icgem", **data} if data.get("file") is not None else data
 
     @model_validator(mode="after")
-    def _model_can_be_had(self) -> Self:
-        if (self.model == "icgem") != (self.file is not None):
-            raise ValueError(
-                'model = "icgem" needs file, the path of its coefficients (.gfc), and no other model takes one; here '
-                f'model = "{self.model}" and ' + ("file is missing" if self.file is None else f'file = "{self.file}"')
-            )
-        if self.model == "normal" and self.degree is not None:
-            raise ValueError(
-                f'degree = {self.degree} would have no effect: model = "normal" has none; choose model = "egm2008"'
-            )
+    def _model_is_available(self) -> Self:
         try:
             self.coefficients()
         except InputError as error:

@@ -12,6 +12,7 @@ import pytest
 from sinssim.errors import InputError
 from sinssim.scenario import Scenario, list_content, load_scenario
 from sinssim.toml_file import validate
+from sinssim.truth.flight.legs import REGISTRY
 from sinssim.validation_errors import key_lines
 from tests.scenario.examples import FLIGHT, PARKED
 
@@ -137,13 +138,14 @@ def test_bad_override(tmp_path: Path, setting: str, said: str) -> None:
         ("latitude_deg = 51.0", "latitude_deg = -90.5", 0, "latitude_deg = -90.5 must be at least -90"),
         # Names, with the nearest and the list.
         ('"737"', '"738"', 0, "unknown aircraft '738'. Did you mean '737'? Known: 737"),
-        ('"turn"', '"trun"', 0, "flight.legs.2.type = 'trun' is not known. Did you mean 'turn'? Known: takeoff,"),
+        ('"turn"', '"trun"', 0, "flight.legs.2.type = 'trun' is not known. Did you mean 'turn'? Known: "),
+        ('"turn"', '"trun"', 0, f"Known: {', '.join(REGISTRY)}."),
         ('on = "air"\n', "", -1, "flight.start lacks the key on; it must be one of: air, runway"),
         (
             'type = "turn"\n',
             "",
             -1,
-            "flight.legs.2 lacks the key type; it must be one of: takeoff, take_off, parked, park,",
+            f"flight.legs.2 lacks the key type; it must be one of: {', '.join(REGISTRY)}",
         ),
         ('on = "air"', 'on = "water"', 0, "flight.start.on = 'water' is not known. Known: air, runway"),
         ('"euler"', '"eulr"', 0, "unknown algorithm 'eulr'. Did you mean 'euler'? Known: "),

@@ -212,6 +212,14 @@ class Axis(Section):
 class TradeStudy(Section):
     """A trade study: every combination of the values of its axes."""
 
+    rules = (
+        (lambda s: s.cell == "budget" and s.runs is not None,
+         'runs = {s.runs} has no effect on budgets; it belongs to cell = "ensemble"'),
+        (lambda s: s.cell == "ensemble" and s.inertial,
+         'inertial = true belongs to budgets; for ensembles set ensemble.solution: set = ["ensemble.solution='
+         'quaternion"]'),
+    )  # fmt: skip
+
     name: Name = Field(description="short name, also the name of the directory")
     description: Sentence = Field(default="", description="one sentence")
     scenario: str = Field(min_length=1, description="a scenario's file, or a name from `sinssim list scenarios`")
@@ -262,13 +270,6 @@ class TradeStudy(Section):
 
     @model_validator(mode="after")
     def _everything_is_used(self) -> Self:
-        if self.cell == "budget" and self.runs is not None:
-            raise ValueError(f'runs = {self.runs} has no effect on budgets; it belongs to cell = "ensemble"')
-        if self.cell == "ensemble" and self.inertial:
-            raise ValueError(
-                'inertial = true belongs to budgets; for ensembles set ensemble.solution: set = ["ensemble.solution='
-                'quaternion"]'
-            )
         for name in ("times_s", "require", "draw", "set"):
             values = getattr(self, name)
             for value in values:

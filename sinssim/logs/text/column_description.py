@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
-from typing import Annotated, Literal, Self
+from typing import Annotated, ClassVar, Literal, Self
 
 import numpy as np
 from pydantic import Field, model_validator
@@ -12,7 +12,7 @@ from sinssim.data import Array
 from sinssim.errors import unknown_name
 from sinssim.logs.text.column_names import TIME_UNITS, UNITS, UNITS_OF, unit_in_name
 from sinssim.logs.text.rows import WHITESPACE
-from sinssim.toml_section import Keys, Section
+from sinssim.toml_section import Keys, Rules, Section
 
 TriadName = Literal["gyro", "accel"]
 TRIADS: tuple[TriadName, ...] = ("gyro", "accel")
@@ -101,6 +101,15 @@ class TextLayout(Section):
 class LogDescription(TextLayout):
     """The description of a log's columns."""
 
+    rules: ClassVar[Rules] = (
+        (lambda s: s.kind == "increments" and any(t is not None and t.apart for t in (s.gyro, s.accel)),
+         'a triad of another file or other rows is interpolated, which needs kind = "rates"'),
+        (lambda s: s.kind == "rates" and s.gyro is None and s.accel is None,
+         'kind = "rates" needs a table [gyro] or [accel], or both, with columns and unit'),
+        (lambda s: s.rate_hz is not None and "time" in s.model_fields_set and s.time is not None,
+         "time (a column) and rate_hz are both given: keep one of them"),
+    )  # fmt: skip
+
     kind: Literal["increments", "rates"] = Field(
         default="increments", description="integrals over an interval, or rates"
     )
@@ -123,10 +132,6 @@ class LogDescription(TextLayout):
     def _units_are_known(self) -> Self:
         if self.time_unit is not None and self.time_unit not in TIME_UNITS:
             raise unknown_name("unit of time", self.time_unit, TIME_UNITS)
-        if self.kind == "increments" and any(t is not None and t.apart for t in (self.gyro, self.accel)):
-            raise ValueError('a triad of another file or other rows is interpolated, which needs kind = "rates"')
-        if self.kind == "rates" and self.gyro is None and self.accel is None:
-            raise ValueError('kind = "rates" needs a table [gyro] or [accel], or both, with columns and unit')
         for name in TRIADS:
             triad = self.triad(name)
             if triad is not None and triad.unit not in UNITS[name, self.kind]:
@@ -145,8 +150,6 @@ class LogDescription(TextLayout):
                 f"axes = {list(self.axes)} is not a right-handed set of three perpendicular directions "
                 'such as ["forward", "right", "down"] or ["right", "forward", "up"]'
             )
-        if self.rate_hz is not None and "time" in self.model_fields_set and self.time is not None:
-            raise ValueError("time (a column) and rate_hz are both given: keep one of them")
         stated = self.described if self.gyro is not None or self.accel is not None else ()
         kinds = {isinstance(column, int) for column in self.used(stated)}
         if len(kinds) > 1:

@@ -55,7 +55,15 @@ _NEAR_POLE = np.radians(89.9)
 """Latitude beyond which an error is added in the tangent plane, because a pole has no metres of longitude."""
 
 
+def _without_size(fault: _Fault) -> str:
+    """Return the keys of the size of a fault if none of them is given."""
+    sizes = [name for name in type(fault).model_fields if name not in _Fault.model_fields]
+    return "" if fault.changed(*sizes) else ", ".join(sizes)
+
+
 class _Fault(Section):
+    rules = ((_without_size, "{it} are all 0: give at least one of them"),)
+
     from_s: Moment = Field(description="time at which the fault begins")
     to_s: Duration | None = Field(default=None, description="time at which the fault ends; default: never")
 
@@ -63,13 +71,6 @@ class _Fault(Section):
     def _lasts(self) -> Self:
         if self.to_s is not None:
             in_order((self.from_s, self.to_s))
-        return self
-
-    @model_validator(mode="after")
-    def _does_something(self) -> Self:
-        sizes = [name for name in type(self).model_fields if name not in _Fault.model_fields]
-        if not any(getattr(self, name) for name in sizes):
-            raise ValueError(f"{', '.join(sizes)} are all 0: give at least one of them")
         return self
 
 
@@ -92,6 +93,11 @@ class Ramp(_Fault):
 
 class Gnss(AidingSensor):
     """A GNSS receiver, which measures the position and the velocity of its antenna."""
+
+    rules = (
+        (lambda s: not (s.position or s.velocity),
+         "position = false and velocity = false leave no measurement: set one of them to true"),
+    )  # fmt: skip
 
     kinds: ClassVar = (
         MeasurementKind(
@@ -157,12 +163,6 @@ class Gnss(AidingSensor):
     )
     jumps: tuple[Jump, ...] = Field(default=(), description="errors that are constant during an interval")
     ramps: tuple[Ramp, ...] = Field(default=(), description="errors that grow steadily: spoofing")
-
-    @model_validator(mode="after")
-    def _gives_something(self) -> Self:
-        if not (self.position or self.velocity):
-            raise ValueError("position = false and velocity = false leave no measurement: set one of them to true")
-        return self
 
     def _faults(self, time: Array) -> tuple[Array, Array]:
         """Return the errors of position and velocity by jumps and ramps, north, east, up, (M, 3) m and m/s."""

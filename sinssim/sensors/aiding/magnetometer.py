@@ -10,10 +10,10 @@ from __future__ import annotations
 import datetime
 import math
 from collections.abc import Iterator
-from typing import TYPE_CHECKING, Annotated, Any, ClassVar, Literal, Self
+from typing import TYPE_CHECKING, Annotated, Any, ClassVar, Literal
 
 import numpy as np
-from pydantic import BeforeValidator, Field, model_validator
+from pydantic import BeforeValidator, Field
 
 from sinssim import rotation
 from sinssim.data import Array, NavState
@@ -100,24 +100,16 @@ class Magnetometer(AidingSensor):
         default=0.0, description="1σ of the constant error of the model; default: 0.4 with wmm and start"
     )
 
-    @model_validator(mode="before")
-    @classmethod
-    def _model_has_an_error(cls, data: Any) -> Any:
-        """Fill in the stated 1σ of the model where the model is used."""
-        if isinstance(data, dict) and data.get("declination") in ("wmm", "start"):
-            return {"declination_sigma_deg": _MODEL_SIGMA_DEG, **data}
-        return data
+    rules = (
+        (lambda s: s.declination == "exact" and s.changed("date", "declination_sigma_deg"),
+         '{it} would have no effect: the declination is exact. Add declination = "wmm" or "start", or remove {it}'),
+    )  # fmt: skip
 
-    @model_validator(mode="after")
-    def _exact_has_no_model(self) -> Self:
-        if self.declination == "exact":
-            for key, value in (("date", _EPOCH), ("declination_sigma_deg", 0.0)):
-                if getattr(self, key) != value:
-                    raise ValueError(
-                        f'{key} would have no effect: the declination is exact. Add declination = "wmm" or "start", or '
-                        f"remove {key}"
-                    )
-        return self
+    @classmethod
+    def normalized(cls, data: dict[str, Any]) -> dict[str, Any]:
+        """Add the stated 1σ of the model where the model is used."""
+        used = data.get("declination") in ("wmm", "start")
+        return {"declination_sigma_deg": _MODEL_SIGMA_DEG, **data} if used else data
 
     def read(self, vehicle: Vehicle) -> list[AidingReadings]:
         """Return headings ψ + b + D_taken − D + A sin ψ + B cos ψ + ν, where b contains the error of the model."""

@@ -3,14 +3,13 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
-from typing import Self
 
 import numpy as np
-from pydantic import Field, model_validator
+from pydantic import Field
 
 from sinssim import rotation
 from sinssim.sensors.aiding_sensor import AidingReadings, AidingSensor, SensorState, Vehicle, state_at, turn_on, white
-from sinssim.sensors.imu.grades import find_grade
+from sinssim.sensors.imu.grades import GradeName
 from sinssim.toml_section import CorrelationTime, LeverArm, Noise, Spread
 from sinssim.units import ARCMIN
 
@@ -18,7 +17,12 @@ from sinssim.units import ARCMIN
 class Master(AidingSensor):
     """A master inertial system on the same vehicle for transfer alignment; it starts at the same time."""
 
-    grade: str = Field(
+    rules = (
+        (lambda s: not (s.velocity or s.attitude),
+         "velocity = false and attitude = false leave no measurement: set one of them to true"),
+    )  # fmt: skip
+
+    grade: GradeName = Field(
         default="laser-navigation", description="grade of the sensors of the master, see `sinssim list grades`"
     )
     lever_arm_m: LeverArm = Field(
@@ -41,13 +45,6 @@ class Master(AidingSensor):
     mounting_sigma_arcmin: Spread = Field(
         default=0.0, description="1σ of the misalignment between the two systems about each axis"
     )
-
-    @model_validator(mode="after")
-    def _gives_something(self) -> Self:
-        find_grade(self.grade)
-        if not (self.velocity or self.attitude):
-            raise ValueError("velocity = false and attitude = false leave no measurement: set one of them to true")
-        return self
 
     @property
     def no_budget(self) -> str:

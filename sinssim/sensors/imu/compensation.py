@@ -18,10 +18,10 @@ from __future__ import annotations
 
 from dataclasses import replace
 from pathlib import Path
-from typing import Any, Literal, Self
+from typing import Any, Literal
 
 import numpy as np
-from pydantic import Field, model_validator
+from pydantic import Field
 
 from sinssim.arguments import checked_imu
 from sinssim.data import Array, ImuData
@@ -165,6 +165,12 @@ class Compensation(CompensationKeys):
     differ from the true error. Any other error is compensated by the true error of the run minus a random error of the
     given 1σ. The filter assumes the 1σ in both cases."""
 
+    rules = (
+        (lambda s: next((term for term in TERMS if term.calibrated and getattr(s, term.key) is not None
+                         and term.sigma_key not in s.model_fields_set), None),
+         "{it.key} (the calibration value) needs its uncertainty: give {it.sigma_key}, 0 if exact"),
+    )  # fmt: skip
+
     file: str | None = Field(
         default=None,
         description="path of a calibration by `sinssim calibrate`, relative to this file; its table [compensation] is "
@@ -176,12 +182,11 @@ class Compensation(CompensationKeys):
         "positions",
     )
 
-    @model_validator(mode="before")
     @classmethod
-    def _of_file(cls, data: Any) -> Any:
-        """Replace the file by its contents."""
-        if not isinstance(data, dict) or not isinstance(data.get("file"), str):
-            return data
+    def normalized(cls, data: dict[str, Any]) -> dict[str, Any]:
+        """Replace the file by its contents, and errors in other units."""
+        if not isinstance(data.get("file"), str):
+            return super().normalized(data)
         path = Path(data["file"])
         try:
             table = read_toml(path)[1].get("compensation")
@@ -191,16 +196,7 @@ class Compensation(CompensationKeys):
             raise ValueError(f"file: {path} has no table [compensation]; give one that `sinssim calibrate` made")
         if "file" in table:
             raise ValueError(f"file: {path} refers to another file; give that one")
-        return {**table, **{key: value for key, value in data.items() if key != "file"}}
-
-    @model_validator(mode="after")
-    def _values_have_uncertainties(self) -> Self:
-        for term in TERMS:
-            if term.calibrated and getattr(self, term.key) is not None and term.sigma_key not in self.model_fields_set:
-                raise ValueError(
-                    f"{term.key} (the calibration value) needs its uncertainty: give {term.sigma_key}, 0 if exact"
-                )
-        return self
+        return super().normalized({**table, **{key: value for key, value in data.items() if key != "file"}})
 
     def draw(self, errors: ImuErrors, seed: int = 0) -> ImuErrors:
         """Return the calibration values of one run: measured ones; for the others the true errors minus random ones.

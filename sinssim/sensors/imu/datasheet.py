@@ -8,7 +8,7 @@ from collections.abc import Collection
 from functools import cache
 from typing import Any, NamedTuple
 
-from pydantic import ValidationInfo, field_validator, model_validator
+from pydantic import ValidationInfo, field_validator
 
 from sinssim.errors import InputError, respelled
 from sinssim.sensors.imu.error_term import ErrorTerm
@@ -223,12 +223,9 @@ def _hint(name: str, triads: tuple[str, ...], unit: str) -> str:
 class ErrorTable(Section):
     """A table with error terms: their units may be any of data sheets, and absurdly large errors are refused."""
 
-    @model_validator(mode="before")
     @classmethod
-    def _in_own_units(cls, data: Any) -> Any:
+    def normalized(cls, data: dict[str, Any]) -> dict[str, Any]:
         """Convert errors in other units to the table's; a key with an unknown unit stays, and the schema refuses it."""
-        if not isinstance(data, dict):
-            return data
         converted: dict[str, Any] = {}
         for key, value in data.items():
             try:

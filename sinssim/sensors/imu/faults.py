@@ -175,6 +175,11 @@ class Freeze(_Lost):
 class Spike(_Fault):
     """One sample has an additional error."""
 
+    rules = (
+        (lambda s: not any((s.gyro_arcsec or ()) + (s.accel_mm_s or ())),
+         "the spike has no size: give gyro_arcsec or accel_mm_s"),
+    )  # fmt: skip
+
     type: Literal["spike"]
     at_s: Positive = Field(description="time within the sample")
     gyro_arcsec: PerSensor | None = Field(default=None, description="added to the sample's angle increments")
@@ -185,12 +190,6 @@ class Spike(_Fault):
     def _of_a_sensor(cls, value: Any, info: ValidationInfo) -> Any:
         return not_absurd({"gyro_arcsec": "gyro_quantum_arcsec"}.get(str(info.field_name), "accel_quantum_mm_s"), value)
 
-    @model_validator(mode="after")
-    def _does_something(self) -> Self:
-        if not any((self.gyro_arcsec or ()) + (self.accel_mm_s or ())):
-            raise ValueError("the spike has no size: give gyro_arcsec or accel_mm_s")
-        return self
-
     def fault(self, sensor: int | None = None) -> Fault:
         """Return the fault in SI, of a block or of one sensor as for `amount`."""
         return Fault("spike", self.at_s, self.at_s, self.amount(sensor))
@@ -198,6 +197,11 @@ class Spike(_Fault):
 
 class BiasStep(_Lasting):
     """The biases change by a step."""
+
+    rules = (
+        (lambda s: not any((s.gyro_deg_h or ()) + (s.accel_ug or ())),
+         "the step has no size: give gyro_deg_h or accel_ug"),
+    )  # fmt: skip
 
     type: Literal["bias-step"]
     gyro_deg_h: PerSensor | None = Field(default=None, description="added to the gyros' biases")
@@ -208,27 +212,20 @@ class BiasStep(_Lasting):
     def _of_a_sensor(cls, value: Any, info: ValidationInfo) -> Any:
         return not_absurd({"gyro_deg_h": "gyro_bias_deg_h"}.get(str(info.field_name), "accel_bias_ug"), value)
 
-    @model_validator(mode="after")
-    def _does_something(self) -> Self:
-        if not any((self.gyro_deg_h or ()) + (self.accel_ug or ())):
-            raise ValueError("the step has no size: give gyro_deg_h or accel_ug")
-        return self
-
 
 class Saturation(_Lasting):
     """The range of the sensors is reduced; values beyond it are limited and flagged."""
+
+    rules = (
+        (lambda s: s.gyro_deg_s is None and s.accel_g is None,
+         "the saturation has no range: give gyro_deg_s or accel_g"),
+    )  # fmt: skip
 
     type: Literal["saturation"]
     gyro_deg_s: Positive | None = Field(
         default=None, description="range of the gyros, in both directions; default: unchanged"
     )
     accel_g: Positive | None = Field(default=None, description="range of the accelerometers; default: unchanged")
-
-    @model_validator(mode="after")
-    def _does_something(self) -> Self:
-        if self.gyro_deg_s is None and self.accel_g is None:
-            raise ValueError("the saturation has no range: give gyro_deg_s or accel_g")
-        return self
 
     @property
     def of_gyros(self) -> bool:

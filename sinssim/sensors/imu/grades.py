@@ -8,7 +8,7 @@ from functools import lru_cache
 from pathlib import Path
 from typing import Annotated, Any
 
-from pydantic import Field, create_model, model_validator
+from pydantic import AfterValidator, Field, create_model
 
 from sinssim.content import find_content, list_content
 from sinssim.errors import InputError, nearest, shortened
@@ -118,13 +118,14 @@ class _GradeFile(_Terms):  # type: ignore[misc]
     source: _Source = Field(description="source of the values, for example a data sheet and its page")
     assumed: tuple[Sentence, ...] = ()
 
-    @model_validator(mode="before")
     @classmethod
-    def _no_block(cls, data: Any) -> Any:
-        for key in data if isinstance(data, dict) else ():
+    def normalized(cls, data: dict[str, Any]) -> dict[str, Any]:
+        """Refuse keys of the sensor block."""
+        for key in data:
             if key in _OF_THE_BLOCK:
                 raise ValueError(f"{key} is not part of a grade: give it in the scenario's [imu]")
-        return data
+        normalized: dict[str, Any] = super().normalized(data)
+        return normalized
 
 
 def read_grade(file: Path) -> Grade:
@@ -246,6 +247,15 @@ def find_grade(name: str) -> Grade:
     if name in GRADE_TABLE:
         return GRADE_TABLE[name]
     return read_grade(grade_file(name))
+
+
+def _known(name: str) -> str:
+    find_grade(name)
+    return name
+
+
+GradeName = Annotated[str, AfterValidator(_known)]
+"""Name or file of a grade that can be used."""
 
 
 def grade_file(name: str) -> Path:

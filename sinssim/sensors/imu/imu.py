@@ -18,6 +18,7 @@ The unit in a key may be another unit that datasheets use, for example `gyro_mis
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from typing import Annotated, Any, Literal, Self
 
 import numpy as np
@@ -30,10 +31,10 @@ from sinssim.sensors.imu.error_term import ErrorTerm
 from sinssim.sensors.imu.error_term_table import TERMS, of_triad
 from sinssim.sensors.imu.faults import ImuFault
 from sinssim.sensors.imu.fields import ImuKeys, TriadErrors
-from sinssim.sensors.imu.grades import find_grade
+from sinssim.sensors.imu.grades import GradeName, find_grade
 from sinssim.sensors.imu.imu_errors import ImuErrors, WarmUp, draw_triad
 from sinssim.sensors.imu.laser_gyro import LaserGyros, NullShift
-from sinssim.sensors.sets.sensor_set import AttitudeSensor, Gyros, Platform, Redundant, SensorSet, SixAccelerometers
+from sinssim.sensors.sets.sensor_set import Gyros, Redundant, SensorSet
 from sinssim.toml_section import LeverArm, Positive, Vector3
 from sinssim.truth.motions.imu_rotation import Rotation
 
@@ -50,7 +51,7 @@ _NONE = np.zeros(())
 class _Block(ErrorTable):
     """Grade, rate, sensor set and place of a sensor block."""
 
-    grade: str = Field(
+    grade: GradeName = Field(
         default="laser-standard",
         description="a name from `sinssim list grades`, or the path of a grade's TOML file from the scenario's folder",
     )
@@ -75,8 +76,80 @@ class _Block(ErrorTable):
     )
 
 
+def _of_set(*kinds: str) -> Callable[[Imu], bool]:
+    """Return whether a block has one of some sets of sensors."""
+    return lambda imu: imu.sensor_set.type in kinds
+
+
+_REDUNDANT, _PLATFORM = _of_set("redundant"), _of_set("platform")
+_WITHOUT_GYROS = _of_set("accelerometers", "attitude-sensor")
+
+
+def _given_error(imu: Imu) -> tuple[str, str] | None:
+    """Return the key of a given error with one number per axis, and the key of its 1σ."""
+    return next((keys for keys in _GIVEN_AND_SIGMA if getattr(imu, keys[0]) is not None), None)
+
+
+def _jitter(imu: Imu) -> int | None:
+    """Return the number of the first jitter of the time stamps among the faults."""
+    return next((number for number, fault in enumerate(imu.faults, start=1) if fault.type == "jitter"), None)
+
+
+def _idle_on_platform(imu: Imu) -> tuple[int, str] | None:
+    """Return number and name of the first fault without effect on a platform, where the gyros have no output."""
+    for number, fault in enumerate(imu.faults, start=1):
+        if fault.type == "jitter" or (fault.type != "bias-step" and fault.of_gyros):
+            return number, f"{fault.type} " + ("of the time stamps" if fault.type == "jitter" else "of gyros")
+    return None
+
+
 class Imu(ImuKeys, _Block):
     """The sensor block (IMU): grade, rate, position and errors."""
+
+    rules = (
+        (lambda s: s.laser_gyro and s.changed("gyro_arw_deg_sqrt_h", "gyro_quantum_arcsec"),
+         "{it} follows from the physics in laser_gyro, which is also given: keep one of them"),
+        # output
+        (lambda s: s.output != "increments" and not isinstance(s.sensor_set, Gyros),
+         'output = "{s.output}" needs a block of three gyros and three accelerometers: remove it, or sensor_set.type = '
+         '"{s.sensor_set.type}"'),
+        (lambda s: s.output == "instantaneous-rates" and s.changed("accel_arms_mm", "accel_delay_ms", "rotation"),
+         '{it} acts on the mean over an interval, but output = "{s.output}" gives values at the time stamps: remove '
+         "one of them"),
+        (lambda s: s.output == "instantaneous-rates" and _jitter(s),
+         'faults.{it}: a jitter of the time stamps is not possible with output = "{s.output}"; remove it, or choose '
+         '"mean-rates"'),
+        # the set of sensors
+        (lambda s: s.rotation and not isinstance(s.sensor_set, Gyros),
+         "rotation needs a block of three gyros and three accelerometers: remove it, or sensor_set.type = "
+         '"{s.sensor_set.type}"'),
+        (lambda s: _REDUNDANT(s) and _given_error(s),
+         '{it[0]} has one number per axis of a triad, but sensor_set.type = "redundant" has single sensors with random '
+         "errors: give {it[1]}; a fault of type bias-step gives one sensor a bias"),
+        (lambda s: _REDUNDANT(s) and s.changed("accel_arms_mm", "accel_delay_ms"),
+         '{it} needs a block of two triads: remove it, or sensor_set.type = "redundant"'),
+        (lambda s: _REDUNDANT(s) and s.laser_gyro and s.laser_gyro.gas_flow_mps,
+         "laser_gyro.gas_flow_mps gives all gyros the same bias, which the monitoring of redundant sensors would find "
+         'as a fault: remove it, or sensor_set.type = "redundant"'),
+        (lambda s: _PLATFORM(s) and s.changed("accel_arms_mm"),
+         'accel_arms_mm acts on the rotation of a block, and a platform hardly rotates: remove it, or sensor_set.type '
+         '= "platform"'),
+        (lambda s: _PLATFORM(s) and s.changed("accel_delay_ms"),
+         'accel_delay_ms is not part of the model of a platform: remove it, or sensor_set.type = "platform"'),
+        (lambda s: _PLATFORM(s) and s.laser_gyro,
+         "laser_gyro describes laser gyros, which cannot be torqued: remove it, or sensor_set.type = "
+         '"platform"'),
+        (lambda s: _PLATFORM(s) and _idle_on_platform(s),
+         "faults.{it[0]}: a {it[1]} has no effect on a platform, on which the output of the gyros is zero; gyros can "
+         "have a bias-step, accelerometers any fault except jitter"),
+        (lambda s: _WITHOUT_GYROS(s) and s.changed(*(name for name in type(s).model_fields if "gyro" in name)),
+         '{it} is given, but sensor_set.type = "{s.sensor_set.type}" has no gyros: remove it'),
+        (lambda s: s.sensor_set.type == "accelerometers" and _given_error(s),
+         '{it[0]} has one number per axis of a triad, but sensor_set.type = "accelerometers" has six accelerometers '
+         "with random errors: give {it[1]}"),
+        (lambda s: _WITHOUT_GYROS(s) and s.changed("accel_arms_mm", "accel_delay_ms", "faults"),
+         '{it} needs a block with gyros: remove it, or sensor_set.type = "{s.sensor_set.type}"'),
+    )  # fmt: skip
 
     temperature_start_c: Celsius = Field(
         default=0.0, description=f"temperature of the sensor block at the start, {_OVER}"
@@ -102,12 +175,6 @@ class Imu(ImuKeys, _Block):
     faults: tuple[ImuFault, ...] = Field(default=(), description="faults in the run")
     rotation: Rotation | None = Field(default=None, description="rotation of the IMU in the vehicle")
 
-    @field_validator("grade")
-    @classmethod
-    def _known_grade(cls, name: str) -> str:
-        find_grade(name)
-        return name
-
     @field_validator(*(fixed for fixed, _ in _GIVEN_AND_SIGMA), mode="before")
     @classmethod
     def _one_number_per_axis(cls, value: Any, info: ValidationInfo) -> Any:
@@ -131,45 +198,11 @@ class Imu(ImuKeys, _Block):
                     f"faults.{number}.sigma_ms = {fault.sigma_ms:g} would put the time stamps out of order; at "
                     f"rate_hz = {self.rate_hz:g} it can be at most {100.0 / self.rate_hz:g}, a tenth of the interval"
                 )
-        if self.laser_gyro is not None:
-            for key in ("gyro_arw_deg_sqrt_h", "gyro_quantum_arcsec"):
-                if getattr(self, key) is not None:
-                    raise ValueError(
-                        f"{key} follows from the physics in laser_gyro, which is also given: keep one of them"
-                    )
-        return self
-
-    @model_validator(mode="after")
-    def _gives_rates(self) -> Self:
-        if self.output == "increments":
-            return self
-        if not isinstance(self.sensor_set, Gyros):
-            raise ValueError(
-                f'output = "{self.output}" needs a block of three gyros and three accelerometers: remove it, or '
-                f'sensor_set.type = "{self.sensor_set.type}"'
-            )
-        for name in ("accel_arms_mm", "accel_delay_ms", "rotation") if self.output == "instantaneous-rates" else ():
-            if getattr(self, name) != type(self).model_fields[name].default:
-                raise ValueError(
-                    f'{name} acts on the mean over an interval, but output = "{self.output}" gives values at the time '
-                    "stamps: remove one of them"
-                )
-        for number, fault in enumerate(self.faults, start=1):
-            if self.output == "instantaneous-rates" and fault.type == "jitter":
-                raise ValueError(
-                    f'faults.{number}: a jitter of the time stamps is not possible with output = "{self.output}"; '
-                    'remove it, or choose "mean-rates"'
-                )
         return self
 
     @model_validator(mode="after")
     def _can_turn(self) -> Self:
         if self.rotation is not None:
-            if not isinstance(self.sensor_set, Gyros):
-                raise ValueError(
-                    "rotation needs a block of three gyros and three accelerometers: remove it, or sensor_set.type = "
-                    f'"{self.sensor_set.type}"'
-                )
             self.rotation.check_rate(self.rate_hz)
         return self
 
@@ -193,68 +226,13 @@ class Imu(ImuKeys, _Block):
         return self
 
     @model_validator(mode="after")
-    def _redundant_sensors_have_what_they_need(self) -> Self:
-        if not isinstance(self.sensor_set, Redundant):
-            return self
-        for fixed, sigma in _GIVEN_AND_SIGMA:
-            if getattr(self, fixed) is not None:
-                raise ValueError(
-                    f'{fixed} has one number per axis of a triad, but sensor_set.type = "redundant" has single sensors '
-                    f"with random errors: give {sigma}; a fault of type bias-step gives one sensor a bias"
-                )
-        for name in ("accel_arms_mm", "accel_delay_ms"):
-            if getattr(self, name) != type(self).model_fields[name].default:
-                raise ValueError(f'{name} needs a block of two triads: remove it, or sensor_set.type = "redundant"')
-        if self.laser_gyro is not None and self.laser_gyro.gas_flow_mps:
-            raise ValueError(
-                "laser_gyro.gas_flow_mps gives all gyros the same bias, which the monitoring of redundant sensors "
-                'would find as a fault: remove it, or sensor_set.type = "redundant"'
-            )
-        for number, window in enumerate(self.sensor_set.windows_s, start=1):
+    def _windows_are_long(self) -> Self:
+        for number, window in enumerate(self.sensor_set.windows_s if isinstance(self.sensor_set, Redundant) else (), 1):
             if window * self.rate_hz < 1.5:
                 raise ValueError(
                     f"sensor_set.windows_s.{number} = {window:g} is not longer than a sample, which is tested anyway; "
                     f"at rate_hz = {self.rate_hz:g} a window has at least {2.0 / self.rate_hz:g} s"
                 )
-        return self
-
-    @model_validator(mode="after")
-    def _platform_has_what_it_needs(self) -> Self:
-        if not isinstance(self.sensor_set, Platform):
-            return self
-        for name, why in (
-            ("accel_arms_mm", "acts on the rotation of a block, and a platform hardly rotates"),
-            ("accel_delay_ms", "is not part of the model of a platform"),
-            ("laser_gyro", "describes laser gyros, which cannot be torqued"),
-        ):
-            if getattr(self, name) != type(self).model_fields[name].default:
-                raise ValueError(f'{name} {why}: remove it, or sensor_set.type = "platform"')
-        for number, fault in enumerate(self.faults, start=1):
-            if fault.type == "jitter" or (fault.type != "bias-step" and fault.of_gyros):
-                raise ValueError(
-                    f"faults.{number}: a {fault.type} "
-                    + ("of the time stamps" if fault.type == "jitter" else "of gyros")
-                    + " has no effect on a platform, on which the output of the gyros is zero; gyros can have a "
-                    "bias-step, accelerometers any fault except jitter"
-                )
-        return self
-
-    @model_validator(mode="after")
-    def _errors_are_of_this_set(self) -> Self:
-        if isinstance(self.sensor_set, SixAccelerometers | AttitudeSensor):
-            kind = self.sensor_set.type
-            for name, field in type(self).model_fields.items():
-                if "gyro" in name and getattr(self, name) != field.default:
-                    raise ValueError(f'{name} is given, but sensor_set.type = "{kind}" has no gyros: remove it')
-            for fixed, sigma in _GIVEN_AND_SIGMA:
-                if kind == "accelerometers" and getattr(self, fixed) is not None:
-                    raise ValueError(
-                        f"{fixed} has one number per axis of a triad, but sensor_set.type = "
-                        f'"{kind}" has six accelerometers with random errors: give {sigma}'
-                    )
-            for name in ("accel_arms_mm", "accel_delay_ms", "faults"):
-                if getattr(self, name) != type(self).model_fields[name].default:
-                    raise ValueError(f'{name} needs a block with gyros: remove it, or sensor_set.type = "{kind}"')
         return self
 
     def stated(self, term: ErrorTerm) -> tuple[Array, Array]:

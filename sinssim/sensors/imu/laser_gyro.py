@@ -285,6 +285,12 @@ class LaserGyros(Section):
         description="fraction of the path-length change that the path-length control removes; 0 for no control",
     )
 
+    rules = (
+        (lambda s: bool(s.gas_flow_mps) != bool(s.gain_percent),
+         "gas_flow_mps = {s.gas_flow_mps:g} with gain_percent = {s.gain_percent:g}: a null shift needs both; without a "
+         "null shift give neither"),
+    )  # fmt: skip
+
     @model_validator(mode="after")
     def _can_be_built(self) -> Self:
         largest = self.perimeter_mm**2 / (4.0 * math.pi)
@@ -298,11 +304,6 @@ class LaserGyros(Section):
             raise ValueError(
                 f"the dither reaches only {rate_deg_h:.4g} deg/h, which is within lock_in_deg_h = "
                 f"{self.lock_in_deg_h:g}; increase dither_amplitude_arcsec or dither_frequency_hz"
-            )
-        if bool(self.gas_flow_mps) != bool(self.gain_percent):
-            raise ValueError(
-                f"gas_flow_mps = {self.gas_flow_mps:g} with gain_percent = {self.gain_percent:g}: a null shift needs "
-                "both; without a null shift give neither"
             )
         return self
 

@@ -9,7 +9,7 @@ from pydantic import Field, model_validator
 
 from sinssim.data import Array
 from sinssim.sensors.sets.redundant_geometry import FEWEST, READY, checked_directions, not_isolable
-from sinssim.toml_section import Duration, NotNegative, Positive, Section, Vector3
+from sinssim.toml_section import Duration, Keys, NotNegative, Positive, Section, Vector3
 
 
 class Gyros(Section):
@@ -52,6 +52,8 @@ class AttitudeSensor(Section):
 class Redundant(Section):
     """More than three single-axis gyros and accelerometers along the same directions, with mutual monitoring."""
 
+    at_most_one = (Keys(("layout", "directions"), "the sensitive axes"),)
+
     type: Literal["redundant"] = Field(description="a set that tolerates the failure of a sensor")
     layout: Literal["cone-4", "cone-5", "dodecahedron", "skewed-triads"] | None = Field(
         default=None, description='predefined set; default: "dodecahedron", if no directions are given'
@@ -91,8 +93,6 @@ class Redundant(Section):
 
     @model_validator(mode="after")
     def _one_set_of_directions(self) -> Self:
-        if self.layout is not None and self.directions is not None:
-            raise ValueError("layout and directions both give the sensitive axes: keep one of them")
         axes = self.axes
         if self.monitoring == "exclude" and (why := not_isolable(axes)):
             more = ", or take five sensors or more" if len(axes) == FEWEST else ""

@@ -7,7 +7,6 @@ north. A leg begins with the heading, height and airspeed at the end of the prev
 
 from __future__ import annotations
 
-import itertools
 import math
 from collections.abc import Iterator
 from dataclasses import dataclass
@@ -27,6 +26,7 @@ from pydantic import (
 )
 
 from sinssim.errors import InputError
+from sinssim.formatting import listed
 from sinssim.system.extensions import Item
 from sinssim.system.registries import register
 from sinssim.toml_section import Heading, Keys, Latitude, Longitude, Moment, NotNegative, Section
@@ -107,6 +107,17 @@ class Wind(Section):
         gusts: gusts, added to the wind.
     """
 
+    rules = (
+        (lambda s: s._given_twice(),
+         "the wind is given twice, by {it}: keep from_deg with speed_mps or speed_kt, or north_mps and east_mps "
+         "(towards which the air moves), or [[flight.wind.profile]]"),
+        (lambda s: (given := s._given("from_deg", "speed_mps", "speed_kt")) and (s.from_deg is None or len(given) != 2)
+         and " and ".join(given),
+         "a wind needs from_deg and exactly one of speed_mps and speed_kt; here is {it}"),
+        (lambda s: next((pair for pair in pairwise(level.height_m for level in s.profile) if pair[0] >= pair[1]), None),
+         "the heights of a wind profile increase: {it[1]:g} m follows {it[0]:g} m"),
+    )  # fmt: skip
+
     from_deg: Heading | None = Field(default=None, description="direction from which the wind blows")
     speed_mps: _Mps | None = Field(default=None, description="speed of the wind")
     speed_kt: _Kt | None = Field(default=None, description="the same in knots, instead of speed_mps")
@@ -116,25 +127,14 @@ class Wind(Section):
     profile: tuple[WindLevel, ...] = Field(default=(), description="wind at heights, instead of one wind")
     gusts: tuple[Gust, ...] = Field(default=(), description="gusts, added to the steady wind")
 
-    @model_validator(mode="after")
-    def _one_form(self) -> Self:
-        given = [key for key in ("from_deg", "speed_mps", "speed_kt") if getattr(self, key) is not None]
-        components = [key for key in ("north_mps", "east_mps") if getattr(self, key)]
-        forms = [*(["profile"] if self.profile else []), *given, *components]
-        if (self.profile and (given or components)) or (given and components):
-            raise ValueError(
-                f"the wind is given twice, by {', '.join(forms[:-1])} and {forms[-1]}: keep from_deg with speed_mps or "
-                "speed_kt, or north_mps and east_mps (towards which the air moves), or [[flight.wind.profile]]"
-            )
-        if given and (self.from_deg is None or len(given) != 2):
-            raise ValueError(
-                f"a wind needs from_deg and exactly one of speed_mps and speed_kt; here is {' and '.join(given)}"
-            )
-        heights = [level.height_m for level in self.profile]
-        for below, above in itertools.pairwise(heights):
-            if above <= below:
-                raise ValueError(f"the heights of a wind profile increase: {above:g} m follows {below:g} m")
-        return self
+    def _given(self, *keys: str) -> list[str]:
+        return [key for key in keys if self.changed(key)]
+
+    def _given_twice(self) -> str:
+        """Return the keys of the wind if they are of two of its forms."""
+        forms = (("profile",), ("from_deg", "speed_mps", "speed_kt"), ("north_mps", "east_mps"))
+        given = [keys for form in forms if (keys := self._given(*form))]
+        return listed([key for keys in given for key in keys]) if len(given) > 1 else ""
 
     def levels(self) -> tuple[tuple[float, WindVector], ...]:
         """Return the heights with their wind, m and m/s, for `sinssim.truth.flight.atmosphere.Air`."""

@@ -50,7 +50,7 @@ from pydantic import Field, model_validator
 
 from sinssim import rotation
 from sinssim.data import Array, ImuData, NavState
-from sinssim.toml_section import Axis, Duration, NotNegative, Positive, Section, Turn, Vector3
+from sinssim.toml_section import Axis, Duration, Keys, NotNegative, Positive, Section, Turn, Vector3
 from sinssim.truth.sampling import check_instants, integrate_samples, part_by_part
 from sinssim.units import ARCSEC, DEG
 
@@ -463,6 +463,8 @@ class Reversing(_InTurns):
 class Indexed(_InTurns):
     """The IMU rotates from position to position and stops in each."""
 
+    at_most_one = (Keys(("sequence", "steps"), "the turns"),)
+
     type: Literal["indexed"] = Field(description="turns with stops")
     sequence: Literal["4-position", "8-position", "16-position"] | None = Field(
         default=None, description='predefined sequence; default: "16-position", if no steps are given'
@@ -497,8 +499,6 @@ class Indexed(_InTurns):
 
     @model_validator(mode="after")
     def _one_sequence(self) -> Self:
-        if self.sequence is not None and self.steps is not None:
-            raise ValueError("sequence and steps both give the turns: keep one of them")
         for number, (_, turn) in enumerate(self.turns, start=1):
             self._check_ramps(abs(turn), f"steps.{number}.turn_deg")
         return self

@@ -17,11 +17,11 @@ from __future__ import annotations
 
 from collections.abc import Iterable
 from dataclasses import dataclass, replace
-from typing import Annotated, Literal, Self
+from typing import Annotated, Literal
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
-from pydantic import Field, model_validator
+from pydantic import Field
 
 from sinssim.errors import InputError, unknown_name
 from sinssim.toml_section import Frequency, NotNegative, Section
@@ -103,9 +103,25 @@ def band_noise(
     return tuple(Tone(coordinate, float(a), float(f), float(p)) for a, f, p in tones)
 
 
+def _wrong_size(of: Vibration) -> tuple[str, str] | None:
+    """Return the keys that may give the size of a vibration, and the given ones, if these are not one of those."""
+    right = ("rms_arcsec",) if of.coordinate in TURNS else ("rms_mm", "rms_g")
+    given = [key for key in ("rms_arcsec", "rms_mm", "rms_g") if getattr(of, key) is not None]
+    if len(given) == 1 and given[0] in right:
+        return None
+    return " or ".join(right), " and ".join(given) or "no key"
+
+
 class Vibration(Section):
     """Vibration of the sensor block, which is added to the motion, in the axes of the sensor block: a sinusoid, or
     band-limited noise."""
+
+    rules = (
+        (lambda s: _wrong_size(s),
+         "the size of a vibration in {s.coordinate} must be given by {it[0]}; here it is given by {it[1]}"),
+        (lambda s: s.high_hz is not None and s.high_hz <= s.low_hz,
+         "the band from {s.low_hz:g} Hz to {s.high_hz:g} Hz is empty; increase high_hz"),
+    )  # fmt: skip
 
     coordinate: Literal["roll", "pitch", "yaw", "forward", "right", "down"] = Field(description="vibrating coordinate")
     rms_arcsec: NotNegative | None = Field(
@@ -129,20 +145,6 @@ class Vibration(Section):
         le=36_000.0,
         description="phase of a sinusoid (with rms_g, of its acceleration) at the start",
     )
-
-    @model_validator(mode="after")
-    def _one_size(self) -> Self:
-        of_turns, of_displacements = ("rms_arcsec",), ("rms_mm", "rms_g")
-        right = of_turns if self.coordinate in TURNS else of_displacements
-        given = tuple(key for key in (*of_turns, *of_displacements) if getattr(self, key) is not None)
-        if len(given) != 1 or given[0] not in right:
-            raise ValueError(
-                f"the size of a vibration in {self.coordinate} must be given by {' or '.join(right)}; here it is given "
-                f"by {' and '.join(given) or 'no key'}"
-            )
-        if self.high_hz is not None and self.high_hz <= self.low_hz:
-            raise ValueError(f"the band from {self.low_hz:g} Hz to {self.high_hz:g} Hz is empty; increase high_hz")
-        return self
 
     def tones(self, seed: int) -> tuple[Tone, ...]:
         """Return the sinusoids of the vibration.

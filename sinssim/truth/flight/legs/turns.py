@@ -5,9 +5,9 @@ from __future__ import annotations
 import math
 from collections.abc import Iterator
 from math import pi, remainder
-from typing import Any, ClassVar, Literal, Self
+from typing import Any, ClassVar, Literal
 
-from pydantic import Field, model_validator
+from pydantic import Field
 
 from sinssim.toml_section import Heading, Keys, Timeout
 from sinssim.truth.flight.aircraft import Performance
@@ -30,18 +30,16 @@ class TurnLeg(LegBase):
 
     example: ClassVar[dict[str, Any]] = {"heading_deg": 90.0}
     exactly_one = (Keys(("heading_deg", "angle_deg"), "a turn needs heading_deg or angle_deg"),)
+    rules = (
+        (lambda s: s.angle_deg is not None and s.direction is None,
+         'a turn by angle_deg needs direction = "left" or "right"'),
+    )  # fmt: skip
 
     type: Literal["turn"]
     heading_deg: Heading | None = Field(default=None, description="target heading")
     angle_deg: float | None = Field(default=None, gt=0.0, le=36_000.0, description="angle of the turn")
     direction: Direction | None = Field(default=None, description="left or right; default: the shorter direction")
     bank_deg: Bank | None = Field(default=None, description="angle of bank; default: the aircraft's usual angle")
-
-    @model_validator(mode="after")
-    def _has_a_side(self) -> Self:
-        if self.angle_deg is not None and self.direction is None:
-            raise ValueError('a turn by angle_deg needs direction = "left" or "right"')
-        return self
 
     def reckon(self, plan: DeadReckoning) -> float:
         """Return the duration, s, of a steady turn; see `LegBase.reckon`."""

@@ -11,9 +11,9 @@ import math
 from collections.abc import Iterator
 from dataclasses import dataclass
 from math import atan2, cos, hypot, pi, remainder, sin
-from typing import Annotated, Any, ClassVar, Literal, Self
+from typing import Annotated, Any, ClassVar, Literal
 
-from pydantic import Field, model_validator
+from pydantic import Field
 
 from sinssim.toml_section import Keys, Latitude, Longitude, Section, Timeout
 from sinssim.truth.flight.aircraft import Performance
@@ -188,6 +188,10 @@ class Waypoint(Section):
     """
 
     at_most_one = (Keys(("path_deg", "vertical_speed_mps"), "the slope of the climb or descent"),)
+    rules = (
+        (lambda s: s.height_m is None and s.changed("path_deg", "vertical_speed_mps"),
+         "{it} needs height_m, the height to reach at the waypoint"),
+    )  # fmt: skip
 
     name: PlaceName | None = Field(default=None, description=_NAME)
     latitude_deg: Latitude = Field(description="latitude of the waypoint")
@@ -195,13 +199,6 @@ class Waypoint(Section):
     height_m: Altitude | None = Field(default=None, description=_HEIGHT)
     path_deg: PathAngle | None = Field(default=None, description=_PATH)
     vertical_speed_mps: VerticalSpeed | None = Field(default=None, description=_RATE)
-
-    @model_validator(mode="after")
-    def _climbs_to_a_height(self) -> Self:
-        given = [key for key in ("path_deg", "vertical_speed_mps") if getattr(self, key) is not None]
-        if given and self.height_m is None:
-            raise ValueError(f"{given[0]} needs height_m, the height to reach at the waypoint")
-        return self
 
     def slope(self, speed: float) -> float | None:
         """Return the slope of the climb or descent at a ground speed in m/s; None: one slope all the way there."""
@@ -227,6 +224,15 @@ class WaypointLeg(LegBase):
 
     example: ClassVar[dict[str, Any]] = {"latitude_deg": 51.47, "longitude_deg": -0.45}
     holds: ClassVar[frozenset[str]] = frozenset({"height", "airspeed"})
+    at_most_one = Waypoint.at_most_one
+    rules = (
+        (lambda s: s.waypoints and s.changed(*Waypoint.model_fields),
+         "waypoints and {it} are given: give it to one of the waypoints"),
+        (lambda s: not s.waypoints
+         and next((key for key in ("latitude_deg", "longitude_deg") if getattr(s, key) is None), ""),
+         "a waypoint needs latitude_deg and longitude_deg, or waypoints: give {it}"),
+        *Waypoint.rules,
+    )  # fmt: skip
 
     type: Literal["waypoint"]
     name: PlaceName | None = Field(default=None, description=_NAME)
@@ -243,19 +249,6 @@ class WaypointLeg(LegBase):
         default=None, description="largest angle of bank; default: the aircraft's usual angle"
     )
     timeout_s: Timeout = Field(default=7200.0, description="the leg fails if it takes longer")
-
-    @model_validator(mode="after")
-    def _one_place_or_a_route(self) -> Self:
-        keys = ("name", "latitude_deg", "longitude_deg", "height_m", "path_deg", "vertical_speed_mps")
-        given = [key for key in keys if getattr(self, key) is not None]
-        if self.waypoints and given:
-            raise ValueError(f"waypoints and {given[0]} are given: give it to one of the waypoints")
-        if not self.waypoints:
-            missing = [key for key in ("latitude_deg", "longitude_deg") if getattr(self, key) is None]
-            if missing:
-                raise ValueError(f"a waypoint needs latitude_deg and longitude_deg, or waypoints: give {missing[0]}")
-            Waypoint(**{key: getattr(self, key) for key in keys})
-        return self
 
     def places(self) -> tuple[Waypoint, ...]:
         """Return the places of the leg in order, one or more."""
