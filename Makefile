@@ -3,7 +3,7 @@
 # make test-slow  set up, run the slow tests: long studies and statistics
 # make test-pyins set up beside it in .venv-pyins, with the package pyins, and run the comparisons with it
 # make lint   set up, check style, formatting and types
-# make bench  set up, measure every bar of docs/validation.md
+# make bench  set up, measure every bar of docs/performance.md
 # make docs   set up beside it in .venv-docs, write the generated parts of the pages and the site in build/site, and
 #             serve it until Ctrl-C, because a file cannot be searched from disk; make site only writes it
 #

@@ -87,7 +87,7 @@ OWN_TESTS = {
 """Pages whose Python runs in the normal run, by a test that compares what it gives."""
 
 NOT_RUN = {
-    ("docs/estimation.md", "sinssim check gyrocompassing"): "a part of the output; the command is that of README.md",
+    ("docs/filter-theory.md", "sinssim check gyrocompassing"): "a part of the output; the command is that of README.md",
     (
         "docs/extending/command.md",
         "sinssim duration",

@@ -26,7 +26,7 @@ from sinssim.scenario.load import load_scenario
 from sinssim.sensors.imu.grades import read_grade
 from tests.documentation.fences import NOT_RUN, OWN_TESTS, PAGES, ROOT, Block, blocks, name
 
-LANGUAGES = {"", "sh", "toml", "python", "diff", "yaml", "octave"}
+LANGUAGES = {"", "sh", "toml", "python", "diff", "yaml"}
 _PARKED = "[parked]\nlatitude_deg = 50.0\nduration_s = 60.0\n"
 _PLANE = '[one_component]\nvariant = "one-integral"\nduration_s = 60.0\n[one_component.gyro]\n'
 _FILES = ("drive.gpx", "imu.csv", "gnss.csv", "runs/calibration_table-calibration/compensation.toml")

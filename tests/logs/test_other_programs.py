@@ -3,7 +3,7 @@
 tests/data/other_programs has the rows at whole seconds of what the page's programs wrote. They are numbers that these
 programs computed, no part of them: PSINS (copy of WangShanpeng, functions of 2023) and NaveGo (version 012 of ins and
 ins_gnss, 2022) in GNU Octave 7.3.0, gnss-ins-sim (free_integration.py of a678a76). With the directory of a program in
-SINSSIM_PSINS, SINSSIM_NAVEGO or SINSSIM_GNSS_INS_SIM, the page's program runs here, and must give the same rows.
+SINSSIM_PSINS, SINSSIM_NAVEGO or SINSSIM_GNSS_INS_SIM, its program in docs/programs runs here, and must give the same rows.
 """
 
 from __future__ import annotations
@@ -33,6 +33,7 @@ from tests.oracles.s_turn import Gravity
 ROOT = Path(__file__).parents[2]
 DATA = ROOT / "tests" / "data" / "other_programs"
 PAGE = (ROOT / "docs" / "your-navigator.md").read_text(encoding="utf-8")
+PROGRAMS = ROOT / "docs" / "programs"
 SIMPLE = (
     "aiding.gnss.velocity=true",
     "imu.gyro_scale_sigma_ppm=0.0",
@@ -99,10 +100,6 @@ def test_the_filter_of_psins_agrees(tmp_path: Path) -> None:
     assert ours.horizontal.max() > 1.5, "the errors are far above these differences"
 
 
-def _program(language: str, number: int) -> str:
-    return str(re.findall(rf"```{language}\n(.*?)```", PAGE, re.DOTALL)[number])
-
-
 @pytest.mark.parametrize(
     ("name", "variable", "to", "more"),
     [
@@ -118,14 +115,12 @@ def test_the_page_gives_these_rows(
     if not place:
         pytest.skip(f"{variable} names no directory of this program")
     if name == "gnss_ins_sim":
-        (tmp_path / "navigate.py").write_text(_program("python", 1))
-        command = [sys.executable, "navigate.py"]
+        command = [sys.executable, str(PROGRAMS / "navigate_with_gnss_ins_sim.py")]
     else:
         octave = shutil.which("octave-cli")
         if octave is None:
             pytest.skip("octave-cli is not installed")
-        (tmp_path / "navigate.m").write_text(_program("octave", ("psins", "navego").index(name)))
-        command = [octave, "navigate.m"]
+        command = [octave, str(PROGRAMS / f"navigate_with_{name}.m")]
     export(judge.run.path, to, tmp_path / "given", solution=["ideal"])
     done = subprocess.run([*command, place, "given", *more], cwd=tmp_path, capture_output=True, text=True, check=False)
     assert done.returncode == 0, done.stderr

@@ -148,7 +148,7 @@ def test_detection_time_is_the_predicted_one() -> None:
 
 
 def test_shipped_study(tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]) -> None:
-    """A few teams; the rates of many are in docs/sensors.md."""
+    """A few teams; the rates of many are in docs/sensor-sets.md."""
     monkeypatch.setattr("sinssim.recording.figures.save", lambda figure, path: None)
     monkeypatch.setattr(sys, "argv", ["compared_systems.py", "-o", str(tmp_path), "--teams", "8"])
     monkeypatch.syspath_prepend(str(STUDY.parent))

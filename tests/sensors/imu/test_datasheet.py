@@ -56,7 +56,7 @@ def test_worked_examples(said: str, key: str, number: float, si: float) -> None:
 
 
 def test_the_page_has_the_same_examples() -> None:
-    page = Path(__file__).parents[3].joinpath("docs", "sensors.md").read_text(encoding="utf-8")
+    page = Path(__file__).parents[3].joinpath("docs", "sensor-errors.md").read_text(encoding="utf-8")
     rows = re.findall(r"^\| (.+?) \| `(\w+) = ([\d.]+)` \| ([\d.e+-]+) ", page, re.MULTILINE)
     assert rows == [(said, key, f"{number:g}", f"{si:g}") for said, key, number, si in EXAMPLES]
 
