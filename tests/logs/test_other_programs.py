@@ -3,7 +3,7 @@
 tests/data/other_programs has the rows at whole seconds of what the page's programs wrote. They are numbers that these
 programs computed, no part of them: PSINS (copy of WangShanpeng, functions of 2023) and NaveGo (version 012 of ins and
 ins_gnss, 2022) in GNU Octave 7.3.0, gnss-ins-sim (free_integration.py of a678a76). With the directory of a program in
-SINSSIM_PSINS, SINSSIM_NAVEGO or SINSSIM_GNSS_INS_SIM, its program in docs/programs runs here, and must give the same rows.
+SINSSIM_PSINS, SINSSIM_NAVEGO or SINSSIM_GNSS_INS_SIM, its program in docs/programs runs here and must give these rows.
 """
 
 from __future__ import annotations
