@@ -48,27 +48,20 @@ def _in_sentences() -> Iterator[None]:
 
 
 def sentence(error: Any) -> str:
-    """Return what is wrong with an option or argument.
-
-    Args:
-        error: typer's error.
-
-    Returns:
-        For example "--runs = 'abc' must be a whole number. See `sinssim ensemble --help`."
-    """
-    told = error.message.strip().rstrip(".")
+    """Return what is wrong, for example "--runs = 'abc' must be a whole number. See `sinssim ensemble --help`."."""
+    text = error.message.strip().rstrip(".")
     parameter = getattr(error, "param", None)
     name = "" if parameter is None else next((o for o in parameter.opts if o.startswith("--")), "") or parameter.metavar
     if "Missing" in type(error).__name__:
-        told = f"{name} is missing" if name else error.format_message().rstrip(".")
+        text = f"{name} is missing" if name else error.format_message().rstrip(".")
     elif name:
-        given, kind = _given(error), next((kind for word, kind in _KINDS if f"valid {word}" in told), None)
-        told = f"{name} = {given}: {told}" if kind is None else f"{name} = {given} must be {kind}"
+        given, kind = _given(error), next((kind for word, kind in _KINDS if f"valid {word}" in text), None)
+        text = f"{name} = {given}: {text}" if kind is None else f"{name} = {given} must be {kind}"
     elif similar := getattr(error, "possibilities", None):
-        told = f"{told}. Did you mean {' or '.join(similar)}?"
+        text = f"{text}. Did you mean {' or '.join(similar)}?"
     context = getattr(error, "ctx", None)
     command = "sinssim" if context is None else context.command_path
-    return f"{told}{'' if told.endswith('?') else '.'} See `{command} --help`."
+    return f"{text}{'' if text.endswith('?') else '.'} See `{command} --help`."
 
 
 def _given(error: Any) -> str:

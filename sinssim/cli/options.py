@@ -5,7 +5,7 @@ from __future__ import annotations
 import json
 from collections.abc import Sequence
 from pathlib import Path
-from typing import Annotated
+from typing import Annotated, Any
 
 import typer
 
@@ -19,11 +19,7 @@ def traceback_wanted() -> bool:
 
 
 def want_traceback(value: bool) -> bool:
-    """Set what `traceback_wanted` returns; the callback of --debug.
-
-    Args:
-        value: whether an error shows Python's traceback.
-    """
+    """Set what `traceback_wanted` returns; the callback of --debug."""
     global _traceback
     _traceback = value
     return value
@@ -54,7 +50,6 @@ ScenarioName = Annotated[
         metavar="SCENARIO",
         autocompletion=scenario_names,
         help="A scenario's TOML file, or a name from `sinssim list scenarios`.",
-        show_default=False,
     ),
 ]
 Settings = Annotated[
@@ -64,7 +59,6 @@ Settings = Annotated[
         metavar="KEY=VALUE",
         help="Replace a value of the scenario; may be given several times. A key is a path with dots; legs are "
         "counted from 1: `--set imu.grade=tactical --set flight.legs.2.altitude_m=9000`.",
-        show_default=False,
     ),
 ]
 GradeOption = Annotated[
@@ -73,12 +67,7 @@ GradeOption = Annotated[
         "--grade",
         metavar="NAME|FILE",
         help="Replace imu.grade: a name from `sinssim list grades`, or a grade's TOML file.",
-        show_default=False,
     ),
-]
-OutFolder = Annotated[
-    Path | None,
-    typer.Option("--out", "-o", metavar="DIR", help="Output directory.", show_default="runs/<name>"),
 ]
 ColumnsFile = Annotated[
     Path | None,
@@ -91,6 +80,11 @@ ColumnsFile = Annotated[
 ]
 FromTime = Annotated[float | None, typer.Option("--from", metavar="S", help="Start of the part to use, s.")]
 ToTime = Annotated[float | None, typer.Option("--to", metavar="S", help="End of the part to use, s.")]
+AtTimes = Annotated[
+    list[float] | None,
+    typer.Option("--at", metavar="S", help="A further time for the table, s; may be given several times."),
+]
+RunFolder = Annotated[Path, typer.Argument(metavar="RUN", help="A run directory.")]
 Quiet = Annotated[bool, typer.Option("--quiet", "-q", callback=want_quiet, help="Print only errors.")]
 Json = Annotated[bool, typer.Option("--json", help="Print only the result, as JSON.")]
 Debug = Annotated[
@@ -98,10 +92,32 @@ Debug = Annotated[
 ]
 
 
-def with_grade(settings: Sequence[str] | None, grade: str | None) -> list[str]:
-    """Return the settings of a scenario with that of --grade.
+def out_option(folder: str) -> Any:
+    """Return the option --out of a command that writes to a `folder` by default."""
+    return typer.Option("--out", "-o", metavar="DIR", help="Output directory.", show_default=folder)
 
-    Returns:
-        The settings; that of --grade is the last one.
-    """
+
+OutFolder = Annotated[Path | None, out_option("runs/<name>")]
+
+
+def overwrite_option(results: str) -> Any:
+    """Return the option --overwrite of a command, whose `results` in words are "an existing run"."""
+    return typer.Option("--overwrite", help=f"Replace {results}; your own files are kept.")
+
+
+def require_option(what: str) -> Any:
+    """Return the option --require of a command, whose help begins with `what` it does."""
+    return typer.Option("--require", metavar="REQUIREMENT", help=f"{what}; may be given several times.")
+
+
+def start_option(help_text: str) -> Any:
+    """Return the option --start, the date of a run's time 0."""
+    from sinssim.logs.formats.registry import DEFAULT_START
+
+    usual = f"{DEFAULT_START}, or the date of a recorded log"
+    return typer.Option("--start", metavar="DATE", help=help_text, show_default=usual)
+
+
+def with_grade(settings: Sequence[str] | None, grade: str | None) -> list[str]:
+    """Return the settings of a scenario with that of --grade, which is the last one."""
     return [*(settings or ()), *([] if grade is None else [f"imu.grade={json.dumps(grade)}"])]

@@ -37,13 +37,10 @@ def first_half() -> None:
 
 
 def second_half() -> None:
-    """Use every other kernel of the shipped scenarios.
-
-    Fly half a second of a curve, compute the budget of a parked vehicle, and rehearse every shipped scenario.
-    Rehearsals take hardly longer than the compilation.
+    """Use every other kernel: of a curve, of a parked vehicle's budget, of a rehearsal of every shipped scenario.
 
     What shares no large kernel with the first half comes first, so that the halves, started together, compile few
-    kernels twice.
+    kernels twice. Rehearsals take hardly longer than the compilation.
     """
     knots = np.arange(16) / 30.0
     position = earth.geodetic_to_ecef(0.8 + 3e-5 * knots, 0.2 + 1e-6 * knots**2, 1000.0 + 10.0 * knots)
@@ -55,15 +52,13 @@ def second_half() -> None:
     inertial_curve(increments)  # a filter's alignment in motion lasts longer than a rehearsal
 
     plans = [load_scenario(str(file)) for file in sorted(package_content("scenarios").glob("*.toml"))]
-    for plan in plans:
-        if plan.one_component is not None:
-            run(plan)
+    for plan in (plan for plan in plans if plan.one_component is not None):
+        run(plan)
     budget(_PARKED)
-    for plan in sorted(
-        plans, key=lambda plan: (plan.navigation.frame == "level", "platform" not in plan.navigation.algorithms)
-    ):
-        if plan.one_component is None:
-            rehearse(plan if plan.filter is None else filter_model.with_states(plan), recorded=False)
+    in_space = [plan for plan in plans if plan.one_component is None]
+    in_space.sort(key=lambda one: (one.navigation.frame == "level", "platform" not in one.navigation.algorithms))
+    for plan in in_space:
+        rehearse(plan if plan.filter is None else filter_model.with_states(plan), recorded=False)
     redundant = Redundant(type="redundant", windows_s=(1.0,))  # faults lie outside the rehearsal of their scenario
     run(_PARKED.model_copy(update={"imu": _PARKED.imu.model_copy(update={"sensor_set": redundant})}))
 
@@ -75,11 +70,7 @@ def main() -> None:
 
 
 def in_two_processes() -> None:
-    """Use every kernel of the shipped scenarios, half of them in another process: a process compiles one at a time.
-
-    Raises:
-        SystemExit: the other process has failed, and has said why.
-    """
+    """Use every kernel of the shipped scenarios, half of them in another process: a process compiles one at a time."""
     other = multiprocessing.get_context("spawn").Process(target=second_half)
     other.start()
     first_half()

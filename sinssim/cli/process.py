@@ -76,13 +76,13 @@ def main(arguments: Sequence[str] | None = None) -> None:
 def _warnings_as_lines() -> Iterator[None]:
     """Print the warnings of sinssim as lines on standard error, without the place in the program; none with --quiet."""
     with warnings.catch_warnings():
-        usual, said = warnings.showwarning, set[str]()
+        usual, printed = warnings.showwarning, set[str]()
 
         def show(message: Warning | str, category: type[Warning], *where: Any, **further: Any) -> None:
             if not issubclass(category, SinssimWarning):
                 usual(message, category, *where, **further)
-            elif not (quiet_wanted() or str(message) in said):
-                said.add(str(message))
+            elif not (quiet_wanted() or str(message) in printed):
+                printed.add(str(message))
                 print(f"WARNING: {message}", file=sys.stderr)
 
         warnings.simplefilter("always", SinssimWarning)

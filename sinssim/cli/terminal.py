@@ -5,6 +5,7 @@ from __future__ import annotations
 import json
 import shutil
 import sys
+from collections.abc import Callable
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -20,12 +21,7 @@ def has_bars(quiet: bool) -> bool:
 
 
 def console(least_width: int = 0) -> Console:
-    """Return the console that tables are printed on.
-
-    Args:
-        least_width: minimum number of characters per line. Digits are never truncated; on a narrower terminal, lines
-            wrap.
-    """
+    """Return the console that tables are printed on; on a terminal of less than `least_width`, lines wrap."""
     from rich.console import Console
 
     width = max(least_width, shutil.get_terminal_size().columns) if least_width else None
@@ -37,6 +33,18 @@ def print_json(value: object) -> None:
     print(json.dumps(value, indent=2, ensure_ascii=not holds_everything(sys.stdout)))
 
 
+def print_places(directory: Path, recording: bool = True) -> None:
+    """Print where the report of a directory is, and how its recording is viewed."""
+    print(f"Report: {directory / 'report.html'}    (in any browser)")
+    if recording:
+        print(f"View:   {program_name()} view {directory}    (--web: in a browser)")
+
+
+def remarks(quiet: bool) -> Callable[[str], None]:
+    """Return a function that prints a remark on standard error, unless the command is quiet."""
+    return lambda text: None if quiet else print(text, file=sys.stderr)
+
+
 def program_name() -> str:
     """Return the command for this program: its name if the shell finds it, otherwise the way it was called."""
     if shutil.which("sinssim"):
@@ -45,9 +53,5 @@ def program_name() -> str:
 
 
 def notes_of(error: BaseException) -> str:
-    """Return the notes that were added to an error, about the recorded part of the run and its place.
-
-    Returns:
-        The notes as one text; empty without notes.
-    """
+    """Return the notes that were added to an error, about the recorded part of the run and its place, as one text."""
     return " ".join(getattr(error, "__notes__", ()))

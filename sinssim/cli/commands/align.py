@@ -11,46 +11,47 @@ import typer
 from sinssim.cli.options import ColumnsFile, Debug, FromTime, Json, Settings, ToTime
 from sinssim.cli.terminal import console, print_json
 
+Source = Annotated[
+    str,
+    typer.Argument(
+        metavar="SCENARIO_OR_LOG", help="A scenario's TOML file or name, or a recorded log (text, .parquet, .npz)."
+    ),
+]
+Grade = Annotated[
+    str | None,
+    typer.Option(
+        "--grade",
+        metavar="NAME|FILE",
+        help="Grade of a log's sensors, for the expected error, or a replacement of a scenario's imu.grade: a name "
+        "from `sinssim list grades`, or a grade's TOML file.",
+    ),
+]
+Disturbed = Annotated[
+    bool,
+    typer.Option("--disturbed", help="Align a swaying vehicle by the cone that gravity describes in inertial space."),
+]
+Latitude = Annotated[
+    float | None, typer.Option("--latitude", metavar="DEG", help="Latitude, if known (for --disturbed).")
+]
+Plot = Annotated[
+    Path | None, typer.Option("--plot", metavar="FILE", help="Draw the expected errors (.svg, .png or .pdf).")
+]
+Record = Annotated[
+    Path | None, typer.Option("--record", metavar="FILE", help="Record the session for `sinssim view` (.rrd).")
+]
 
-# Long: every option is a parameter, and the docstring is the help.
+
 def command(
-    source: Annotated[
-        str,
-        typer.Argument(
-            metavar="SCENARIO_OR_LOG",
-            help="A scenario's TOML file or name, or a recorded log (text, .parquet, .npz).",
-            show_default=False,
-        ),
-    ],
+    source: Source,
     columns: ColumnsFile = None,
-    grade: Annotated[
-        str | None,
-        typer.Option(
-            "--grade",
-            metavar="NAME|FILE",
-            help="Grade of a log's sensors, for the expected error, or a replacement of a scenario's imu.grade: a name "
-            "from `sinssim list grades`, or a grade's TOML file.",
-            show_default=False,
-        ),
-    ] = None,
+    grade: Grade = None,
     start: FromTime = None,
     end: ToTime = None,
-    disturbed: Annotated[
-        bool,
-        typer.Option(
-            "--disturbed", help="Align a swaying vehicle by the cone that gravity describes in inertial space."
-        ),
-    ] = False,
-    latitude: Annotated[
-        float | None, typer.Option("--latitude", metavar="DEG", help="Latitude, if known (for --disturbed).")
-    ] = None,
+    disturbed: Disturbed = False,
+    latitude: Latitude = None,
     settings: Settings = None,
-    plot: Annotated[
-        Path | None, typer.Option("--plot", metavar="FILE", help="Draw the expected errors (.svg, .png or .pdf).")
-    ] = None,
-    record: Annotated[
-        Path | None, typer.Option("--record", metavar="FILE", help="Record the session for `sinssim view` (.rrd).")
-    ] = None,
+    plot: Plot = None,
+    record: Record = None,
     as_json: Json = False,
     debug: Debug = False,
 ) -> None:
@@ -69,15 +70,9 @@ def command(
     from sinssim.analyses.alignment_session import align
 
     report = align(
-        source,
-        columns=columns,
-        grade=grade,
-        start=start,
-        end=end,
-        method="disturbed" if disturbed else "quiet",
-        latitude=None if latitude is None else math.radians(latitude),
-        overrides=tuple(settings or ()),
-    )
+        source, columns=columns, grade=grade, start=start, end=end, method="disturbed" if disturbed else "quiet",
+        latitude=None if latitude is None else math.radians(latitude), overrides=tuple(settings or ()),
+    )  # fmt: skip
     if plot is not None:
         from sinssim.recording.figures import save
 

@@ -11,48 +11,53 @@ from sinssim.cli.options import ColumnsFile, Debug, FromTime, Json, Quiet, ToTim
 from sinssim.cli.terminal import console, has_bars, print_json
 from sinssim.progress import shown
 
+Log = Annotated[
+    Path,
+    typer.Argument(
+        metavar="LOG",
+        help="A recorded log (text, .parquet, .npz) of sensors at rest, a run directory, or a scenario with [log].",
+    ),
+]
+Channels = Annotated[
+    list[str] | None,
+    typer.Option(
+        "--channel",
+        metavar="NAME[=UNIT]",
+        help="gyro_x … accel_z, gyro or accel for all three axes, or any column of the log with its unit "
+        "(pressure=hPa), which may be omitted if the name ends in it (pressure_hpa). May be given several times.",
+        show_default="all gyros and accelerometers",
+    ),
+]
+CorrelationTime = Annotated[
+    float | None,
+    typer.Option(
+        "--correlation-time",
+        metavar="S",
+        help="Known correlation time of a Gauss-Markov bias, s.",
+        show_default="estimated, if there is such a bias",
+    ),
+]
+Plot = Annotated[
+    Path | None, typer.Option("--plot", metavar="FILE", help="Draw the Allan deviations (.svg, .png or .pdf).")
+]
+Record = Annotated[
+    Path | None, typer.Option("--record", metavar="FILE", help="Record the results for `sinssim view` (.rrd).")
+]
+ImuTable = Annotated[
+    bool, typer.Option("--imu", help="Print only the table [imu] of a scenario that simulates this IMU.")
+]
 
-# Long: every option is a parameter, and the docstring is the help.
+
 def command(
-    log: Annotated[
-        Path,
-        typer.Argument(
-            metavar="LOG",
-            help="A recorded log (text, .parquet, .npz) of sensors at rest, a run directory, or a scenario with [log].",
-            show_default=False,
-        ),
-    ],
+    log: Log,
     columns: ColumnsFile = None,
-    channel: Annotated[
-        list[str] | None,
-        typer.Option(
-            "--channel",
-            metavar="NAME[=UNIT]",
-            help="gyro_x … accel_z, gyro or accel for all three axes, or any column of the log with its unit "
-            "(pressure=hPa), which may be omitted if the name ends in it (pressure_hpa). May be given several times.",
-            show_default="all gyros and accelerometers",
-        ),
-    ] = None,
+    channel: Channels = None,
     start: FromTime = None,
     end: ToTime = None,
-    correlation_time: Annotated[
-        float | None,
-        typer.Option(
-            "--correlation-time",
-            metavar="S",
-            help="Known correlation time of a Gauss-Markov bias, s.",
-            show_default="estimated, if there is such a bias",
-        ),
-    ] = None,
-    plot: Annotated[
-        Path | None, typer.Option("--plot", metavar="FILE", help="Draw the Allan deviations (.svg, .png or .pdf).")
-    ] = None,
-    record: Annotated[
-        Path | None, typer.Option("--record", metavar="FILE", help="Record the results for `sinssim view` (.rrd).")
-    ] = None,
-    imu: Annotated[
-        bool, typer.Option("--imu", help="Print only the table [imu] of a scenario that simulates this IMU.")
-    ] = False,
+    correlation_time: CorrelationTime = None,
+    plot: Plot = None,
+    record: Record = None,
+    imu: ImuTable = False,
     quiet: Quiet = False,
     as_json: Json = False,
     debug: Debug = False,
@@ -86,15 +91,10 @@ def command(
         raise InputError("--imu and --json exclude each other; give one of them.")
     with shown(has_bars(quiet)) as progress:
         report = noise_report(
-            log,
-            columns=columns,
-            channels=tuple(channel or ()),
-            start=start,
-            end=end,
-            correlation_time=correlation_time,
-            progress=progress,
-        )
-    from sinssim.analyses.noise.noise_exhibits import exhibits_of
+            log, columns=columns, channels=tuple(channel or ()), start=start, end=end,
+            correlation_time=correlation_time, progress=progress,
+        )  # fmt: skip
+    from sinssim.analyses.noise.noise_exhibits import block_text, exhibits_of
 
     shows = not (imu or as_json or quiet)
     exhibits = exhibits_of(report) if shows or plot or record else None
@@ -107,8 +107,6 @@ def command(
 
         record_exhibits(exhibits, record)
     if imu:
-        from sinssim.analyses.noise.noise_exhibits import block_text
-
         print(block_text(report), end="")
     elif as_json:
         print_json(report.to_json())

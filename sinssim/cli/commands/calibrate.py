@@ -7,25 +7,30 @@ from typing import Annotated
 
 import typer
 
-from sinssim.cli.options import Debug, GradeOption, Json, Quiet, ScenarioName, Settings, with_grade
+from sinssim.cli.options import (
+    Debug,
+    GradeOption,
+    Json,
+    Quiet,
+    ScenarioName,
+    Settings,
+    out_option,
+    overwrite_option,
+    with_grade,
+)
 from sinssim.cli.terminal import console, has_bars, print_json
 
 
 def command(
     scenario: ScenarioName,
-    out: Annotated[
-        Path | None,
-        typer.Option("--out", "-o", metavar="DIR", help="Output directory.", show_default="runs/<name>-calibration"),
-    ] = None,
+    out: Annotated[Path | None, out_option("runs/<name>-calibration")] = None,
     settings: Settings = None,
     grade: GradeOption = None,
     method: Annotated[
         str | None,
         typer.Option("--method", metavar="METHOD", help="separate or systematic.", show_default="the scenario's"),
     ] = None,
-    overwrite: Annotated[
-        bool, typer.Option("--overwrite", help="Replace an existing calibration; your own files are kept.")
-    ] = False,
+    overwrite: Annotated[bool, overwrite_option("an existing calibration")] = False,
     quiet: Quiet = False,
     as_json: Json = False,
     debug: Debug = False,
@@ -44,7 +49,7 @@ def command(
 
         sinssim calibrate calibration_table
         sinssim calibrate calibration_systematic --set turntable.dwell_s=60
-    """  # fmt: skip
+    """
     from sinssim.analyses.calibration.turntable_calibration import calibrate
     from sinssim.scenario import load_scenario
 

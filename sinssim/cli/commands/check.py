@@ -13,33 +13,35 @@ from sinssim.cli.terminal import print_json
 if TYPE_CHECKING:
     from sinssim.scenario import Scenario
 
+ScenarioFile = Annotated[
+    str | None,
+    typer.Argument(
+        metavar="SCENARIO",
+        autocompletion=scenario_names,
+        help="Path of a TOML file, or a name from `sinssim list scenarios`.",
+    ),
+]
+Plot = Annotated[
+    Path | None, typer.Option("--plot", metavar="FILE", help="Draw the plan: map, height, speed (.png, .svg, .pdf).")
+]
+Keys = Annotated[
+    str | None,
+    typer.Option(
+        "--keys",
+        metavar="TABLE",
+        help="Show the keys of a table with default, limits and meaning instead, or those with a common beginning: "
+        "imu, flight.legs, imu.gyro_bias.",
+    ),
+]
+
 
 def command(
-    scenario: Annotated[
-        str | None,
-        typer.Argument(
-            metavar="SCENARIO",
-            autocompletion=scenario_names,
-            help="Path of a TOML file, or a name from `sinssim list scenarios`.",
-            show_default=False,
-        ),
-    ] = None,
+    scenario: ScenarioFile = None,
     settings: Settings = None,
     grade: GradeOption = None,
     as_json: Json = False,
-    plot: Annotated[
-        Path | None,
-        typer.Option("--plot", metavar="FILE", help="Draw the plan: map, height, speed (.png, .svg, .pdf)."),
-    ] = None,
-    keys: Annotated[
-        str | None,
-        typer.Option(
-            "--keys",
-            metavar="TABLE",
-            help="Show the keys of a table with default, limits and meaning instead, or those with a common beginning: "
-            "imu, flight.legs, imu.gyro_bias.",
-        ),
-    ] = None,
+    plot: Plot = None,
+    keys: Keys = None,
     debug: Debug = False,
 ) -> None:
     """Check a scenario without a simulation, and show its plan.
@@ -55,17 +57,15 @@ def command(
         sinssim check --keys imu.gyro_bias
     """
     if keys is not None:
-        _show_keys(keys)
+        from sinssim.scenario.schema import keys_under, toml_lines
+
+        print("\n".join(line for table in keys_under(keys) for line in toml_lines(table)).rstrip())
         return
     if scenario is None:
         from sinssim.errors import InputError
 
         raise InputError("give a scenario to check, or --keys TABLE for the keys that a table may have.")
     from sinssim.scenario import load_scenario
-    from sinssim.scenario.aircraft_limits import check_limits
-    from sinssim.scenario.plan_summary import plan_lines
-    from sinssim.scenario.planned_motion import check_times, expected_duration
-    from sinssim.scenario.route_pole import check_route
 
     if plot is not None:
         from sinssim.recording.figures import check_format
@@ -79,6 +79,23 @@ def command(
     if plan.source.recorded:
         _check_log(plan, as_json)
         return
+    _check_simulation(plan, as_json)
+    if plot is not None:
+        from sinssim.experiments.run.plan_figure import plan_figure
+        from sinssim.recording.figures import save
+
+        save(plan_figure(plan), plot)
+        if not as_json:
+            print(f"plot        {plot}")
+
+
+def _check_simulation(plan: Scenario, as_json: bool) -> None:
+    """Check a scenario with simulated sensors, and show its plan."""
+    from sinssim.scenario.aircraft_limits import check_limits
+    from sinssim.scenario.plan_summary import plan_lines
+    from sinssim.scenario.planned_motion import check_times, expected_duration
+    from sinssim.scenario.route_pole import check_route
+
     check_times(plan)
     check_route(plan)
     if plan.use:
@@ -94,28 +111,13 @@ def command(
 
         resolved = filter_states.with_states(plan)
         check_memory(resolved)
-        about_filter += filter_states.choice(plan)
         notes = (*filter_states.notes(plan), *gravity_notes(plan))
-        about_filter += (f"note        {sentence}" for sentence in notes)
+        about_filter = [*filter_states.choice(plan), *(f"note        {sentence}" for sentence in notes)]
     if as_json:
         duration = expected_duration(plan)
         print_json({"expected_duration_s": round(duration), "scenario": resolved.as_written()})
     else:
         print("\n".join((*plan_lines(resolved), *about_filter)))
-    if plot is not None:
-        from sinssim.experiments.run.plan_figure import plan_figure
-        from sinssim.recording.figures import save
-
-        save(plan_figure(plan), plot)
-        if not as_json:
-            print(f"plot        {plot}")
-
-
-def _show_keys(place: str) -> None:
-    """Print the keys of a table as they are written in a scenario."""
-    from sinssim.scenario.schema import keys_under, toml_lines
-
-    print("\n".join(line for table in keys_under(place) for line in toml_lines(table)).rstrip())
 
 
 def _check_log(plan: Scenario, as_json: bool) -> None:

@@ -2,83 +2,79 @@
 
 from __future__ import annotations
 
-import sys
+from collections.abc import Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from sinssim.cli.options import Debug, Json, OutFolder, Quiet
-from sinssim.cli.terminal import console, has_bars, notes_of, print_json, program_name
+from sinssim.cli.options import Debug, Json, OutFolder, Quiet, overwrite_option, require_option
+from sinssim.cli.terminal import console, has_bars, notes_of, print_json, print_places, remarks
 
 if TYPE_CHECKING:
-    from sinssim.experiments.studies.study_results import StudyResult
     from sinssim.experiments.studies.study_schema import Study
-    from sinssim.experiments.trades.trade_result import TradeResult
+    from sinssim.experiments.trades.trade_schema import TradeStudy
+
+StudyName = Annotated[
+    str,
+    typer.Argument(
+        metavar="STUDY", help="A study's TOML file, or a name from `sinssim list studies`; with --vary, a scenario."
+    ),
+]
+Vary = Annotated[
+    list[str] | None,
+    typer.Option(
+        "--vary",
+        metavar="KEY=VALUES",
+        help="Vary a key of a scenario, without a study's file; may be given several times for every combination. "
+        "Values: `imu.rate_hz=50,100,200`; a range START:STOP:STEP, with its stop if it lies on the grid, "
+        "`0.5:2:0.25`; N values in equal ratios START:STOP:logN, `0.1:10:log5`.",
+    ),
+]
+StudySettings = Annotated[
+    list[str] | None,
+    typer.Option(
+        "--set",
+        metavar="KEY=VALUE",
+        help="Replace a value of the study; may be given several times. Parts, motions and axes are counted from "
+        '1: `--set parts.1.rates_hz="[50.0, 100.0]"`, `--set cell=ensemble --set runs=500`. With --vary, also a '
+        "value of the scenario in every cell.",
+    ),
+]
+Require = Annotated[
+    list[str] | None,
+    require_option(
+        'Test a requirement in every cell of a trade study, in addition to those of the file: "r95(3600 s) <= 1852 '
+        'm", "heading(end) <= 3 arcmin"'
+    ),
+]
+Resume = Annotated[
+    bool, typer.Option("--resume", help="Continue a trade study, or extend it by further values of its axes.")
+]
+Threads = Annotated[
+    int | None,
+    typer.Option(
+        "--threads",
+        metavar="N",
+        help="Number of parallel runs in the ensembles of a trade study.",
+        show_default="the number of cores",
+    ),
+]
+LimitMinutes = Annotated[
+    float, typer.Option("--limit-minutes", min=0.0, help="Refuse a study that would take longer than this.")
+]
 
 
-# Long: every option is a parameter, and the docstring is the help.
 def command(
-    study: Annotated[
-        str,
-        typer.Argument(
-            metavar="STUDY",
-            help="A study's TOML file, or a name from `sinssim list studies`; with --vary, a scenario.",
-            show_default=False,
-        ),
-    ],
-    vary: Annotated[
-        list[str] | None,
-        typer.Option(
-            "--vary",
-            metavar="KEY=VALUES",
-            help="Vary a key of a scenario, without a study's file; may be given several times for every combination. "
-            "Values: `imu.rate_hz=50,100,200`; a range START:STOP:STEP, with its stop if it lies on the grid, "
-            "`0.5:2:0.25`; N values in equal ratios START:STOP:logN, `0.1:10:log5`.",
-            show_default=False,
-        ),
-    ] = None,
+    study: StudyName,
+    vary: Vary = None,
     out: OutFolder = None,
-    settings: Annotated[
-        list[str] | None,
-        typer.Option(
-            "--set",
-            metavar="KEY=VALUE",
-            help="Replace a value of the study; may be given several times. Parts, motions and axes are counted from "
-            '1: `--set parts.1.rates_hz="[50.0, 100.0]"`, `--set cell=ensemble --set runs=500`. With --vary, also a '
-            "value of the scenario in every cell.",
-            show_default=False,
-        ),
-    ] = None,
-    require: Annotated[
-        list[str] | None,
-        typer.Option(
-            "--require",
-            metavar="REQUIREMENT",
-            help='Test a requirement in every cell of a trade study, in addition to those of the file: "r95(3600 s) '
-            "<= 1852 "
-            'm", "heading(end) <= 3 arcmin"; may be given several times.',
-            show_default=False,
-        ),
-    ] = None,
-    resume: Annotated[
-        bool, typer.Option("--resume", help="Continue a trade study, or extend it by further values of its axes.")
-    ] = False,
-    threads: Annotated[
-        int | None,
-        typer.Option(
-            "--threads",
-            metavar="N",
-            help="Number of parallel runs in the ensembles of a trade study.",
-            show_default="the number of cores",
-        ),
-    ] = None,
-    limit_minutes: Annotated[
-        float, typer.Option("--limit-minutes", min=0.0, help="Refuse a study that would take longer than this.")
-    ] = 30.0,
-    overwrite: Annotated[
-        bool, typer.Option("--overwrite", help="Replace an existing study; your own files are kept.")
-    ] = False,
+    settings: StudySettings = None,
+    require: Require = None,
+    resume: Resume = False,
+    threads: Threads = None,
+    limit_minutes: LimitMinutes = 30.0,
+    overwrite: Annotated[bool, overwrite_option("an existing study")] = False,
     quiet: Quiet = False,
     as_json: Json = False,
     debug: Debug = False,
@@ -103,51 +99,42 @@ def command(
         sinssim compare gyro_trade --require "r95(3600 s) <= 1 nmi"
         sinssim compare first_flight --vary imu.grade=laser-navigation,laser-standard --vary imu.rate_hz=50:200:50
     """
-    from sinssim.experiments.study import load_any_study
-    from sinssim.experiments.trades.trade_schema import TradeStudy
-
-    plan: Study | TradeStudy
-    if vary:
-        from sinssim.experiments.study import sweep
-
-        plan = sweep(study, vary, settings or ())
-    else:
-        plan = load_any_study(study, settings or ())
+    plan = _study(study, vary, settings or (), require or ())
     directory = out or Path("runs") / plan.name
-    if isinstance(plan, TradeStudy):
-        plan = plan.with_requirements(require or ())
-    elif require:
-        from sinssim.errors import InputError
-
-        raise InputError(
-            f"--require belongs to trade studies, which have axes; the study {plan.name} compares algorithms."
-        )
     from sinssim.experiments.study import compare
-
-    def say(text: str) -> None:
-        if not quiet:
-            print(text, file=sys.stderr)
 
     try:
         result = compare(
             plan, directory, resume=resume, overwrite=overwrite, limit_minutes=limit_minutes, threads=threads,
-            progress=has_bars(quiet), say=say,
+            progress=has_bars(quiet), say=remarks(quiet),
         )  # fmt: skip
     except KeyboardInterrupt as interrupt:
         if not notes_of(interrupt):
             interrupt.add_note("No navigation had finished.")
         raise
-    _show(result, directory, quiet, as_json)
-
-
-def _show(result: StudyResult | TradeResult, directory: Path, quiet: bool, as_json: bool) -> None:
-    """Print the result of a study of either kind."""
     if as_json:
         print_json(result.summary)
     elif not quiet:
-        from sinssim.recording.console import show as show_exhibits
+        from sinssim.recording.console import show
 
-        show_exhibits(result.exhibits, console(least_width=120))
-        print(f"Report: {directory / 'report.html'}    (in any browser)")
-        if (directory / "recording.rrd").exists():
-            print(f"View:   {program_name()} view {directory}    (--web: in a browser)")
+        show(result.exhibits, console(least_width=120))
+        print_places(directory, (directory / "recording.rrd").exists())
+
+
+def _study(
+    name: str, vary: Sequence[str] | None, settings: Sequence[str], require: Sequence[str]
+) -> Study | TradeStudy:
+    """Return the study of a file, or that of a scenario and varied keys."""
+    from sinssim.experiments.study import load_any_study, sweep
+    from sinssim.experiments.trades.trade_schema import TradeStudy
+
+    plan = sweep(name, vary, settings) if vary else load_any_study(name, settings)
+    if isinstance(plan, TradeStudy):
+        return plan.with_requirements(require)
+    if require:
+        from sinssim.errors import InputError
+
+        raise InputError(
+            f"--require belongs to trade studies, which have axes; the study {plan.name} compares algorithms."
+        )
+    return plan

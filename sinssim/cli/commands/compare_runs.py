@@ -12,7 +12,7 @@ from sinssim.cli.terminal import console, print_json
 
 
 def command(
-    runs: Annotated[list[Path], typer.Argument(metavar="RUN...", help="Run directories.", show_default=False)],
+    runs: Annotated[list[Path], typer.Argument(metavar="RUN...", help="Run directories.")],
     solution: Annotated[
         str | None,
         typer.Option(

@@ -7,65 +7,54 @@ from typing import Annotated
 
 import typer
 
-from sinssim.cli.options import Debug, Json, Quiet
+from sinssim.cli.options import Debug, Json, Quiet, RunFolder, start_option
 from sinssim.cli.terminal import print_json
-from sinssim.logs.formats.registry import DEFAULT_START, WRITERS
+from sinssim.logs.formats.registry import WRITERS
+
+To = Annotated[str, typer.Option("--to", metavar="FORMAT", help=f"{', '.join(WRITERS)}; see `sinssim list exports`.")]
+Out = Annotated[
+    Path | None,
+    typer.Option(
+        "--out",
+        "-o",
+        metavar="FILE",
+        help="The file, or the folder if the format has several files.",
+        show_default="next to the run",
+    ),
+]
+Solutions = Annotated[
+    list[str] | None,
+    typer.Option(
+        "--solution",
+        metavar="NAME",
+        help="Exported solution: truth, an algorithm, aided, backward, smoothed, or a GNSS receiver such as gnss; "
+        "and measured, ideal or compensated for the inertial data. May be given twice.",
+        show_default="truth, measured",
+    ),
+]
+Rate = Annotated[
+    float | None,
+    typer.Option("--rate", metavar="HZ", help="Largest sampling rate of the solution.", show_default="all"),
+]
+Outages = Annotated[
+    list[str] | None,
+    typer.Option(
+        "--outage",
+        metavar="SPAN",
+        help="Withhold GNSS fixes: 40:55 from 40 s to 55 s; 15/45 for 15 s every 45 s; 15/45@60 the same, the "
+        "first at 60 s. May be repeated.",
+    ),
+]
 
 
-# Long: every option is a parameter, and the docstring is the help.
 def command(
-    run: Annotated[Path, typer.Argument(metavar="RUN", help="A run directory.", show_default=False)],
-    to: Annotated[
-        str,
-        typer.Option(
-            "--to",
-            metavar="FORMAT",
-            help=f"{', '.join(WRITERS)}; see `sinssim list exports`.",
-            show_default=False,
-        ),
-    ],
-    out: Annotated[
-        Path | None,
-        typer.Option(
-            "--out",
-            "-o",
-            metavar="FILE",
-            help="The file, or the folder if the format has several files.",
-            show_default="next to the run",
-        ),
-    ] = None,
-    solution: Annotated[
-        list[str] | None,
-        typer.Option(
-            "--solution",
-            metavar="NAME",
-            help="Exported solution: truth, an algorithm, aided, backward, smoothed, or a GNSS receiver such as gnss; "
-            "and measured, ideal or compensated for the inertial data. May be given twice.",
-            show_default="truth, measured",
-        ),
-    ] = None,
-    start: Annotated[
-        str | None,
-        typer.Option(
-            "--start",
-            metavar="DATE",
-            help="Date of time 0 of the run, UTC.",
-            show_default=f"{DEFAULT_START}, or the date of a recorded log",
-        ),
-    ] = None,
-    rate: Annotated[
-        float | None,
-        typer.Option("--rate", metavar="HZ", help="Largest sampling rate of the solution.", show_default="all"),
-    ] = None,
-    outages: Annotated[
-        list[str] | None,
-        typer.Option(
-            "--outage",
-            metavar="SPAN",
-            help="Withhold GNSS fixes: 40:55 from 40 s to 55 s; 15/45 for 15 s every 45 s; 15/45@60 the same, the "
-            "first at 60 s. May be repeated.",
-        ),
-    ] = None,
+    run: RunFolder,
+    to: To,
+    out: Out = None,
+    solution: Solutions = None,
+    start: Annotated[str | None, start_option("Date of time 0 of the run, UTC.")] = None,
+    rate: Rate = None,
+    outages: Outages = None,
     overwrite: Annotated[bool, typer.Option("--overwrite", help="Replace existing files.")] = False,
     quiet: Quiet = False,
     as_json: Json = False,

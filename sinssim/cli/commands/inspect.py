@@ -18,7 +18,6 @@ def command(
             metavar="FILE...",
             help="Recorded files of an IMU, a GNSS receiver, or both: any format of `sinssim list "
             "formats`, a text file with unknown columns, or a scenario with [log] that describes them.",
-            show_default=False,
         ),
     ],
     out: Annotated[
@@ -28,7 +27,6 @@ def command(
             "-o",
             metavar="FILE",
             help="Write the suggested scenario, or the corrected one of a given scenario, to this file (.toml).",
-            show_default=False,
         ),
     ] = None,
     vehicle: Annotated[

@@ -62,14 +62,7 @@ def command(
 
 
 def names_of(kind: Listing) -> Mapping[str, str]:
-    """Return names with a description each.
-
-    Args:
-        kind: kind of name.
-
-    Returns:
-        Descriptions by name.
-    """
+    """Return the description of each name of a kind."""
     match kind:
         case Listing.FORMATS:
             from sinssim.logs.formats.registry import FORMATS

@@ -8,67 +8,77 @@ from typing import TYPE_CHECKING, Annotated, Any, Literal
 
 import typer
 
-from sinssim.cli.options import Debug, GradeOption, Json, OutFolder, Quiet, Settings, scenario_names, with_grade
-from sinssim.cli.terminal import console, has_bars, notes_of, print_json, program_name
+from sinssim.cli.options import (
+    Debug,
+    GradeOption,
+    Json,
+    OutFolder,
+    Quiet,
+    Settings,
+    overwrite_option,
+    scenario_names,
+    with_grade,
+)
+from sinssim.cli.terminal import console, has_bars, notes_of, print_json, print_places, program_name
 
 if TYPE_CHECKING:
     from sinssim.analyses.inspection.inspected_files import Suggestion
     from sinssim.scenario import Scenario
 
-Keep = Literal["summary", "report", "streams", "all"]
-Detail = Literal["full", "light", "none"]
+ScenarioOrFiles = Annotated[
+    list[str],
+    typer.Argument(
+        metavar="SCENARIO | FILE...",
+        autocompletion=scenario_names,
+        help="A scenario's TOML file, a name from `sinssim list scenarios`, or recorded files: of an IMU and a "
+        "receiver, or a track.",
+    ),
+]
+View = Annotated[
+    str | None,
+    typer.Option(
+        "--view", metavar="NAME", help="Open this view afterwards: a name from `sinssim list views`, or a file."
+    ),
+]
+Outages = Annotated[
+    list[str] | None,
+    typer.Option(
+        "--outage",
+        metavar="SPAN",
+        help="Withhold recorded GNSS fixes: 40:55 from 40 s to 55 s; 15/45 for 15 s every 45 s; 15/45@60 the "
+        "same, the first at 60 s; 15/45@30,45,60 with one pass of the filter for each start time, evaluated "
+        "together. May be repeated. Only for scenarios with [log].",
+    ),
+]
+Keep = Annotated[
+    Literal["summary", "report", "streams", "all"] | None,
+    typer.Option(
+        "--keep",
+        help="Contents of the run directory: scenario and summary; also the report; also every stream as Parquet; "
+        "also the recording.",
+        show_default="recording.keep: all",
+    ),
+]
+Detail = Annotated[
+    Literal["full", "light", "none"] | None,
+    typer.Option(
+        "--recording",
+        help="Streams in the recording: every row, the rows that a screen can show, or no recording.",
+        show_default="recording.detail: light",
+    ),
+]
 
 
 def command(
-    scenario: Annotated[
-        list[str],
-        typer.Argument(
-            metavar="SCENARIO | FILE...",
-            autocompletion=scenario_names,
-            help="A scenario's TOML file, a name from `sinssim list scenarios`, or recorded files: of an IMU and a "
-            "receiver, or a track.",
-            show_default=False,
-        ),
-    ],
+    scenario: ScenarioOrFiles,
     out: OutFolder = None,
     settings: Settings = None,
-    overwrite: Annotated[
-        bool, typer.Option("--overwrite", help="Replace an existing run; your own files are kept.")
-    ] = False,
+    overwrite: Annotated[bool, overwrite_option("an existing run")] = False,
     grade: GradeOption = None,
-    view: Annotated[
-        str | None,
-        typer.Option(
-            "--view", metavar="NAME", help="Open this view afterwards: a name from `sinssim list views`, or a file."
-        ),
-    ] = None,
-    outages: Annotated[
-        list[str] | None,
-        typer.Option(
-            "--outage",
-            metavar="SPAN",
-            help="Withhold recorded GNSS fixes: 40:55 from 40 s to 55 s; 15/45 for 15 s every 45 s; 15/45@60 the "
-            "same, the first at 60 s; 15/45@30,45,60 with one pass of the filter for each start time, evaluated "
-            "together. May be repeated. Only for scenarios with [log].",
-        ),
-    ] = None,
-    keep: Annotated[
-        Keep | None,
-        typer.Option(
-            "--keep",
-            help="Contents of the run directory: scenario and summary; also the report; also every stream as Parquet; "
-            "also the recording.",
-            show_default="recording.keep: all",
-        ),
-    ] = None,
-    recording: Annotated[
-        Detail | None,
-        typer.Option(
-            "--recording",
-            help="Streams in the recording: every row, the rows that a screen can show, or no recording.",
-            show_default="recording.detail: light",
-        ),
-    ] = None,
+    view: View = None,
+    outages: Outages = None,
+    keep: Keep = None,
+    recording: Detail = None,
     quiet: Quiet = False,
     as_json: Json = False,
     debug: Debug = False,
@@ -93,32 +103,17 @@ def command(
         sinssim run drive.gpx -o runs/drive
         sinssim run first_flight --keep report
     """
-    from sinssim.analyses.inspection.inspected_files import NAME, are_raw
-    from sinssim.errors import InputError
-    from sinssim.logs.gnss_outages import outage_settings
-    from sinssim.scenario import find_content
+    from sinssim.analyses.inspection.inspected_files import are_raw
     from sinssim.system.outputs import check_place
 
     settings = [*with_grade(settings, grade), *_kept(keep, recording)]
     suggestion = _suggestion(scenario, out, overwrite) if are_raw(scenario) else None
-    plan = _plan(scenario, suggestion, settings)
-    if outages:
-        if not plan.source.recorded:
-            raise InputError(
-                "--outage withholds recorded GNSS fixes ([log]); in a simulation, use aiding.gnss.outages_s."
-            )
-        plan = _plan(scenario, suggestion, [*settings, *outage_settings(outages)])
-    if view is not None:
-        if not plan.recording.has_recording:
-            raise InputError(
-                "--view shows the recording, but this run keeps none (--keep, --recording; in the scenario "
-                'recording.keep, recording.detail): use keep = "all" and detail = "light" or "full".'
-            )
-        find_content("viz", view)
+    plan = _plan(scenario, suggestion, settings, outages or [])
+    _check_view(plan, view)
     directory = out or Path("runs") / plan.name
     check_place(directory.resolve(), overwrite)
+    from sinssim.errors import InputError
     from sinssim.experiments.run.execute import run
-    from sinssim.system.outputs import write_text
 
     try:
         result = run(plan, directory, overwrite=overwrite, progress=has_bars(quiet))
@@ -132,36 +127,19 @@ def command(
             error.add_note(f"`{program_name()} inspect {files} --out FILE` writes the scenario, which you can change.")
         raise
     if suggestion is not None:
-        write_text(directory / NAME, suggestion.text)
+        _write_suggestion(suggestion, directory)
     if as_json:
         print_json(result.summary)
     elif not quiet:
-        _show(result, plan)
-        if suggestion is not None:
-            _tell(suggestion, directory / NAME, scenario)
-        if plan.recording.has_report:
-            print(f"Report: {directory / 'report.html'}    (in any browser)")
-        else:
-            print(f"Summary: {directory / 'summary.json'}")
-        if plan.recording.has_recording:
-            print(f"View:   {program_name()} view {directory}    (--web: in a browser)")
+        _show(result, plan, directory, suggestion, scenario)
     if view is not None:
         from sinssim.recording.rerun.viewer import open_viewer
 
         open_viewer(directory, view=view)
 
 
-def _show(result: Any, plan: Scenario) -> None:
-    """Print the tables and sentences of a run."""
-    from sinssim.experiments.run import error_exhibits as run_table
-    from sinssim.experiments.run import one_component_exhibits as one_component_table
-
-    show = run_table.show if plan.source.in_space else one_component_table.show
-    show(result, console(least_width=120))
-
-
 def _suggestion(files: list[str], out: Path | None, overwrite: bool) -> Suggestion:
-    """Return the scenario that recorded files suggest; a place that is taken is told before they are read."""
+    """Return the scenario that recorded files suggest; a place that is taken is refused before they are read."""
     from sinssim.analyses.inspection.inspected_files import suggest
     from sinssim.system.outputs import check_place
 
@@ -170,28 +148,74 @@ def _suggestion(files: list[str], out: Path | None, overwrite: bool) -> Suggesti
     return suggest([Path(file) for file in files])
 
 
-def _plan(names: list[str], suggestion: Suggestion | None, settings: list[str]) -> Scenario:
-    """Return the scenario of a name or a file, or the suggested one."""
-    from sinssim.analyses.inspection.inspected_files import NAME
+def _plan(names: list[str], suggestion: Suggestion | None, settings: list[str], outages: list[str]) -> Scenario:
+    """Return the scenario of a name or a file, or the suggested one, without the fixes of some outages."""
+    from sinssim.logs.gnss_outages import outage_settings
+
+    plan = _loaded(names, suggestion, settings)
+    if not outages:
+        return plan
+    if not plan.source.recorded:
+        from sinssim.errors import InputError
+
+        raise InputError("--outage withholds recorded GNSS fixes ([log]); in a simulation, use aiding.gnss.outages_s.")
+    return _loaded(names, suggestion, [*settings, *outage_settings(outages)])
+
+
+def _loaded(names: list[str], suggestion: Suggestion | None, settings: list[str]) -> Scenario:
     from sinssim.scenario import load_scenario
 
     if suggestion is None:
         return load_scenario(names[0], settings)
     with TemporaryDirectory() as folder:
-        file = Path(folder) / NAME
-        file.write_text(suggestion.text, encoding="utf-8")
-        return load_scenario(file, settings)
+        _write_suggestion(suggestion, Path(folder))
+        return load_scenario(_suggested(Path(folder)), settings)
 
 
-def _tell(suggestion: Suggestion, place: Path, files: list[str]) -> None:
-    """Print where the suggested scenario is, and what is doubtful about the files."""
-    print(f"Scenario: {place}    (suggested by `inspect`; {program_name()} run {place} -o DIR repeats the run)")
-    if suggestion.doubts:
-        count = len(suggestion.doubts)
-        print(
-            f"Doubts:   {count} about the files; {program_name()} inspect {' '.join(files)} tells all. The first: "
-            f"{suggestion.doubts[0]}"
+def _suggested(folder: Path) -> Path:
+    from sinssim.analyses.inspection.inspected_files import NAME
+
+    return folder / NAME
+
+
+def _write_suggestion(suggestion: Suggestion, folder: Path) -> None:
+    from sinssim.system.outputs import write_text
+
+    write_text(_suggested(folder), suggestion.text)
+
+
+def _check_view(plan: Scenario, view: str | None) -> None:
+    """Raise for a view that does not exist, or of a run without a recording."""
+    from sinssim.errors import InputError
+    from sinssim.scenario import find_content
+
+    if view is None:
+        return
+    if not plan.recording.has_recording:
+        raise InputError(
+            "--view shows the recording, but this run keeps none (--keep, --recording; in the scenario "
+            'recording.keep, recording.detail): use keep = "all" and detail = "light" or "full".'
         )
+    find_content("viz", view)
+
+
+def _show(result: Any, plan: Scenario, directory: Path, suggestion: Suggestion | None, files: list[str]) -> None:
+    """Print the tables and sentences of a run, where its files are, and what is doubtful about recorded files."""
+    from sinssim.experiments.run import error_exhibits as run_table
+    from sinssim.experiments.run import one_component_exhibits as one_component_table
+
+    show = run_table.show if plan.source.in_space else one_component_table.show
+    show(result, console(least_width=120))
+    if suggestion is not None:
+        place = _suggested(directory)
+        print(f"Scenario: {place}    (suggested by `inspect`; {program_name()} run {place} -o DIR repeats the run)")
+        if doubts := suggestion.doubts:
+            inspect = f"{program_name()} inspect {' '.join(files)}"
+            print(f"Doubts:   {len(doubts)} about the files; {inspect} tells all. The first: {doubts[0]}")
+    if plan.recording.has_report:
+        print_places(directory, plan.recording.has_recording)
+    else:
+        print(f"Summary: {directory / 'summary.json'}")
 
 
 def _kept(keep: str | None, recording: str | None) -> list[str]:

@@ -4,54 +4,49 @@ from __future__ import annotations
 
 from functools import partial
 from pathlib import Path
-from typing import Annotated
+from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from sinssim.cli.options import Debug, Json, Quiet
+from sinssim.cli.options import Debug, Json, Quiet, RunFolder, start_option
 from sinssim.cli.terminal import console, print_json
-from sinssim.logs.formats.registry import DEFAULT_START
+
+if TYPE_CHECKING:
+    from sinssim.logs.solution_score import Judge, Score
+
+Solutions = Annotated[
+    list[Path], typer.Argument(metavar="SOLUTION", help="Files of solutions; formats: `sinssim list formats`.")
+]
+Names = Annotated[
+    list[str] | None,
+    typer.Option("--name", metavar="NAME", help="Name of each solution, in order.", show_default="the file's name"),
+]
+Seconds = Annotated[
+    list[float] | None, typer.Option("--time-s", metavar="S", help="Computing time of each solution, s.")
+]
+Format = Annotated[
+    str | None,
+    typer.Option("--format", metavar="FORMAT", help="Format of the files.", show_default="found from the file"),
+]
+Antenna = Annotated[
+    str | None,
+    typer.Option(
+        "--antenna",
+        metavar="NAME",
+        help="GNSS receiver, such as gnss, to whose antenna the positions refer.",
+        show_default="the sensor block",
+    ),
+]
 
 
-# Long: every option is a parameter, and the docstring is the help.
 def command(
-    run: Annotated[Path, typer.Argument(metavar="RUN", help="A run directory.", show_default=False)],
-    solutions: Annotated[
-        list[Path],
-        typer.Argument(
-            metavar="SOLUTION", help="Files of solutions; formats: `sinssim list formats`.", show_default=False
-        ),
-    ],
-    names: Annotated[
-        list[str] | None,
-        typer.Option("--name", metavar="NAME", help="Name of each solution, in order.", show_default="the file's name"),
-    ] = None,
-    seconds: Annotated[
-        list[float] | None,
-        typer.Option("--time-s", metavar="S", help="Computing time of each solution, s.", show_default=False),
-    ] = None,
-    format_name: Annotated[
-        str | None,
-        typer.Option("--format", metavar="FORMAT", help="Format of the files.", show_default="found from the file"),
-    ] = None,
-    antenna: Annotated[
-        str | None,
-        typer.Option(
-            "--antenna",
-            metavar="NAME",
-            help="GNSS receiver, such as gnss, to whose antenna the positions refer.",
-            show_default="the sensor block",
-        ),
-    ] = None,
-    start: Annotated[
-        str | None,
-        typer.Option(
-            "--start",
-            metavar="DATE",
-            help="Date of the run's time 0 in the export, UTC.",
-            show_default=f"{DEFAULT_START}, or the date of a recorded log",
-        ),
-    ] = None,
+    run: RunFolder,
+    solutions: Solutions,
+    names: Names = None,
+    seconds: Seconds = None,
+    format_name: Format = None,
+    antenna: Antenna = None,
+    start: Annotated[str | None, start_option("Date of the run's time 0 in the export, UTC.")] = None,
     quiet: Quiet = False,
     as_json: Json = False,
     debug: Debug = False,
@@ -69,11 +64,9 @@ def command(
         sinssim score runs/mems_uav KF_GINS_Navresult.nav rtk.pos
     """
     from sinssim.errors import InputError
-    from sinssim.experiments.run.error_exhibits import Compared
-    from sinssim.experiments.run.run_scores import check_names, known_numbers, score_report, to_json, write_scores
-    from sinssim.experiments.run.run_scores import record_scores as record
+    from sinssim.experiments.run.run_scores import check_names
     from sinssim.logs.formats.run_export import date_of_run
-    from sinssim.logs.solution_score import Judge, common_span
+    from sinssim.logs.solution_score import Judge
     from sinssim.logs.stored_run import RecordedRun
 
     for option, given in (("--name", names), ("--time-s", seconds)):
@@ -90,18 +83,27 @@ def command(
         judge.score(path, name=name, format_name=format_name, antenna=antenna, seconds=time)
         for path, name, time in zip(solutions, called, times, strict=True)
     ]
-    span = common_span(scores)
-    errors = {**judge.run_errors(span), **{score.name: score.error for score in scores}}
-    numbers = {name: known_numbers(error, span) for name, error in errors.items()}
+    _write(judge, scores, quiet=quiet, as_json=as_json)
+
+
+def _write(judge: Judge, scores: list[Score], *, quiet: bool, as_json: bool) -> None:
+    """Write the scores beside the run, and print them."""
     import numpy as np
 
-    compared = Compared(np.array(span), errors, judge.axes)
-    report = score_report(judge, scores, compared, numbers)
-    place = write_scores(judge, scores, span, report, partial(record, judge, scores, compared, numbers))
-    if as_json:
-        print_json({"errors": numbers, "scores": [to_json(score, span) for score in scores], "report": str(place)})
-    elif not quiet:
-        from sinssim.experiments.run.run_scores import show_scores as show
+    from sinssim.experiments.run import run_scores as files
+    from sinssim.experiments.run.error_exhibits import Compared
+    from sinssim.logs.solution_score import common_span
 
-        show(judge.run.name, judge.against, numbers, scores, span, console(least_width=110))
+    span = common_span(scores)
+    errors = {**judge.run_errors(span), **{score.name: score.error for score in scores}}
+    numbers = {name: files.known_numbers(error, span) for name, error in errors.items()}
+    compared = Compared(np.array(span), errors, judge.axes)
+    report = files.score_report(judge, scores, compared, numbers)
+    record = partial(files.record_scores, judge, scores, compared, numbers)
+    place = files.write_scores(judge, scores, span, report, record)
+    if as_json:
+        rows = [files.to_json(score, span) for score in scores]
+        print_json({"errors": numbers, "scores": rows, "report": str(place)})
+    elif not quiet:
+        files.show_scores(judge.run.name, judge.against, numbers, scores, span, console(least_width=110))
         print(f"Report: {place}\nCurves and map: sinssim view {place.parent}")

@@ -13,10 +13,7 @@ from sinssim.cli.terminal import console, print_json
 
 def command(
     grade: Annotated[
-        str,
-        typer.Argument(
-            metavar="GRADE", help="A name from `sinssim list grades`, or a grade's TOML file.", show_default=False
-        ),
+        str, typer.Argument(metavar="GRADE", help="A name from `sinssim list grades`, or a grade's TOML file.")
     ],
     latitude: Annotated[
         float, typer.Option("--latitude", metavar="DEG", min=-90.0, max=90.0, help="Latitude of the vehicle.")
@@ -27,7 +24,6 @@ def command(
             "--set",
             metavar="KEY=VALUE",
             help="Replace a value of the grade, by its key in a scenario's [imu]; may be given several times.",
-            show_default=False,
         ),
     ] = None,
     as_json: Json = False,

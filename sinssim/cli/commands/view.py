@@ -11,9 +11,7 @@ from sinssim.cli.options import Debug
 
 
 def command(
-    run_or_recording: Annotated[
-        Path, typer.Argument(metavar="DIR_OR_RRD", help="A run directory or a recording.", show_default=False)
-    ],
+    run_or_recording: Annotated[Path, typer.Argument(metavar="DIR_OR_RRD", help="A run directory or a recording.")],
     name: Annotated[
         str | None,
         typer.Option("--view", metavar="NAME", help="View to show first: a name from `sinssim list views`, or a file."),

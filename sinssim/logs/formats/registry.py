@@ -15,14 +15,13 @@ from dataclasses import dataclass, fields
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-import numpy as np
-from numpy.typing import ArrayLike
-
 from sinssim.errors import InputError
 from sinssim.system.registries import ensure, entries, load_entry
 from sinssim.system.user_file import open_file
 
 if TYPE_CHECKING:
+    from numpy.typing import ArrayLike
+
     from sinssim.data import Array
     from sinssim.logs.recorded_streams import FixStream, SolutionStream, Streams
 
@@ -209,6 +208,8 @@ def read_file(path: Path | str, format_name: str | None = None) -> Streams:
         if not path.exists():
             raise InputError(f"{path} does not exist; give a recorded file.")
     name = detect(path) if format_name is None else format_name
+    import numpy as np  # not at the start, since the command line reads the names of the formats
+
     try:
         with np.errstate(all="ignore"):  # damaged numbers overflow; they are judged below
             found = format_of(name).read(path)
@@ -224,6 +225,8 @@ def read_file(path: Path | str, format_name: str | None = None) -> Streams:
 
 def _check(streams: Streams) -> None:
     """Refuse streams without rows, times that are not finite, and places that are not on the Earth."""
+    import numpy as np
+
     for name, imu in streams.inertial.items():
         _check_times(streams, name, imu.time)
         finite = np.isfinite(imu.gyro).all(axis=1) & np.isfinite(imu.accel).all(axis=1)
@@ -236,12 +239,16 @@ def _check(streams: Streams) -> None:
 
 
 def _check_times(streams: Streams, name: str, time: Array) -> None:
+    import numpy as np
+
     if not len(time):
         raise InputError(f"{streams.path}: the stream {name!r} has no rows.")
     _refuse(streams, name, ~np.isfinite(time), "the time is not finite")
 
 
 def _refuse(streams: Streams, name: str, given: ArrayLike, what: str) -> None:
+    import numpy as np
+
     bad = np.asarray(given, dtype=np.bool_)
     if bad.any():
         raise InputError(f"{streams.path}, row {int(np.argmax(bad)) + 1} of {name!r}: {what}. The file may be damaged.")
