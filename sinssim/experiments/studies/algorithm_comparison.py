@@ -23,7 +23,7 @@ from sinssim.earth.ellipsoids import Ellipsoid, ellipsoid_by_name
 from sinssim.earth.transverse_route import route_pole
 from sinssim.errors import InputError, RunError, SinssimError
 from sinssim.experiments.run.run_streams import CoordinateStreams
-from sinssim.experiments.studies import attitude_cost, step_cost, study_schema
+from sinssim.experiments.studies import attitude_cost, step_cost, study_motions
 from sinssim.experiments.studies.attitude_claims import compare_headings
 from sinssim.experiments.studies.study_results import (
     Case,
@@ -248,7 +248,7 @@ def _run(comparison: StudyResult, limit_minutes: float, progress: Progress, say:
     study = comparison.study
     engines = list(dict.fromkeys(itertools.chain.from_iterable(map(_engines, study.parts))))
     expected = {
-        id(m): study_schema.expected_seconds(m) for part in study.parts for m in part.motions
+        id(m): study_motions.expected_seconds(m) for part in study.parts for m in part.motions
     }  # also finds mistakes
     for part, motion in _pairs(study):
         _check_part(part)
@@ -265,8 +265,8 @@ def _run(comparison: StudyResult, limit_minutes: float, progress: Progress, say:
     plan = []
     for part, motion in _pairs(study):
         seconds = _seconds(part, motion, expected[id(motion)], comparison.costs)
-        if (motion.scenario, motion.set) not in flown and not study_schema.is_cached(motion):
-            seconds += study_schema.flight_seconds(motion) / FLIGHT_SPEED
+        if (motion.scenario, motion.set) not in flown and not study_motions.is_cached(motion):
+            seconds += study_motions.flight_seconds(motion) / FLIGHT_SPEED
         flown.add((motion.scenario, motion.set))
         plan.append(_Block(part, motion, seconds))
     total = sum(block.seconds for block in plan)
@@ -369,10 +369,10 @@ def _run_block(comparison: StudyResult, block: _Block, report: Progress) -> None
 
     part, motion, seed = block.part, block.motion, comparison.study.seed
     report(f"Motion: {motion.label}", 0.0)
-    trajectory = study_schema.make(motion)
+    trajectory = study_motions.make(motion)
     _check_length(part, motion, trajectory.end - trajectory.start)
     ideal = trajectory.increments(part.highest_hz)
-    comparison.motions[part.title, motion.label] = study_schema.facts(motion, trajectory)
+    comparison.motions[part.title, motion.label] = study_motions.facts(motion, trajectory)
     truth = _Truth(trajectory, ideal.time)
     if "euler-heading" in part.decides:
         ratios = {rate: round(part.highest_hz / rate) for rate in part.rates_hz}

@@ -95,8 +95,7 @@ def _picks(picks: Sequence[Pick]) -> Section:
     )  # fmt: skip
     keys = ("max_horizontal_error_m", "attitude_drift_arcsec_h", "us_per_second")
     rows: list[Sequence[str | float]] = [
-        (p.part, p.sensors if p.variant == "rate-gyros" else f"{p.sensors}, {p.variant}",
-         f"**{p.choice}**" if p.choice else p.reason, *(p.numbers.get(key, math.nan) for key in keys),
+        (p.part, p.block, f"**{p.choice}**" if p.choice else p.reason, *(p.numbers.get(key, math.nan) for key in keys),
          p.reason if p.choice else "")
         for p in picks
     ]  # fmt: skip

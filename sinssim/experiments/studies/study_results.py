@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from sinssim.data import Array
-from sinssim.experiments.studies.study_schema import MotionFacts
+from sinssim.experiments.studies.study_motions import MotionFacts
 from sinssim.frames import OF_TRUTH
 from sinssim.recording.result import Result
 from sinssim.system.short_repr import short_repr
@@ -267,6 +267,11 @@ class Pick:
     choice: str
     reason: str
     numbers: dict[str, float] = field(default_factory=dict)
+
+    @property
+    def block(self) -> str:
+        """The grade, and the set of sensors if it is not the default."""
+        return self.sensors if self.variant == "rate-gyros" else f"{self.sensors}, {self.variant}"
 
 
 @short_repr

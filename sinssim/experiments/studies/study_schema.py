@@ -1,7 +1,4 @@
-"""The study file.
-
-Motions, sensors, algorithms and rates to compare, typed and checked like a scenario; the true trajectories of its
-motions, each characterised by numbers.
+"""The study file: motions, sensors, algorithms and rates to compare, typed and checked like a scenario.
 
 A study has parts. Each part is a full factorial: every motion × every set of sensors × every algorithm × every rate
 (or three-rate schedule) × every frame, gravity model and curvature.
@@ -11,38 +8,30 @@ from __future__ import annotations
 
 import itertools
 from collections import Counter
-from dataclasses import dataclass
+from collections.abc import Callable
 from fnmatch import fnmatchcase
-from typing import TYPE_CHECKING, Annotated, Literal, NamedTuple, Self
+from typing import Annotated, Any, Literal, NamedTuple, Self
 
-import numpy as np
-from pydantic import AfterValidator, Field, ValidationInfo, field_validator, model_validator
+from pydantic import AfterValidator, Field, ValidationInfo, model_validator
 
-from sinssim import units
 from sinssim.algorithms import ALGORITHMS, MEASURED_ATTITUDE, whole_ratio
 from sinssim.algorithms import schedule as whole_rates
-from sinssim.data import ImuData
 from sinssim.errors import InputError, unknown_name
 from sinssim.formatting import listed
 from sinssim.frames import CURVATURES, FRAME_REGISTRY, OF_TRUTH, frames_that
-from sinssim.scenario import Scenario, load_scenario
 from sinssim.scenario.navigation_section import Curvature, Frame, OwnEllipsoid, Schedule, Vertical
-from sinssim.scenario.planned_motion import expected_duration
 from sinssim.scenario.tables import COORDINATES, Coordinates
 from sinssim.scenario.use_key import Use
 from sinssim.sensors.imu.grades import GRADES
 from sinssim.sensors.imu.imu import Imu
 from sinssim.sensors.sets.sensor_set import AttitudeSensor, Gyros, SensorSet, SixAccelerometers
 from sinssim.system.registries import ensure
-from sinssim.toml_section import Duration, Keys, Name, Rate, Section, Sentence
+from sinssim.toml_section import Duration, Keys, Name, Rate, Section, Sentence, known_name
 from sinssim.truth.motion import Gravity
 from sinssim.truth.motions.coning_and_rocking import AnyClosedForm
 from sinssim.truth.motions.great_circle import GreatCircleFlight
 from sinssim.truth.motions.parked import ParkedVehicle
 from sinssim.truth.motions.vibration import Vibration
-
-if TYPE_CHECKING:
-    from sinssim.truth.trajectory import Trajectory
 
 
 class Wording(NamedTuple):
@@ -124,12 +113,10 @@ _SETS: dict[str, SensorSet] = {
 
 
 def with_set(section: Imu, variant: str, rate_hz: float) -> Imu:
-    """Return a block's [imu] section for one of a study's sensor-set variants.
+    """Return a block's [imu] section for one of `VARIANTS`.
 
-    Args:
-        section: errors of the block. Errors of sensors that the variant lacks have no effect, except that the drift of
-            an attitude sensor follows from the gyros' biases.
-        variant: one of `VARIANTS`.
+    Errors of sensors that the variant lacks have no effect, except that the drift of an attitude sensor follows from
+    the gyros' biases.
     """
     return section.model_copy(update={"sensor_set": _SETS[variant], "rate_hz": rate_hz})
 
@@ -168,20 +155,61 @@ class StudyMotion(Section):
         return self.motion.type if self.motion is not None else "parked" if self.parked is not None else "great circle"
 
 
-def _claim(name: str) -> str:
-    if name not in CLAIMS:
-        raise unknown_name("claim", name, CLAIMS)
-    return name
+Claim = Annotated[str, AfterValidator(known_name("claim", CLAIMS))]
+Variant = Annotated[str, AfterValidator(known_name("sensor-set variant", VARIANTS))]
 
 
-def _variant(name: str) -> str:
-    if name not in VARIANTS:
-        raise unknown_name("sensor-set variant", name, VARIANTS)
-    return name
+def _once(values: tuple[Any, ...], info: ValidationInfo) -> tuple[Any, ...]:
+    for value, count in Counter(values).items():
+        if count > 1:
+            shown = repr(value) if isinstance(value, str) else f"{value} Hz"
+            raise ValueError(f"{info.field_name} contains {shown} {count} times; give it once")
+    return values
 
 
-Claim = Annotated[str, AfterValidator(_claim)]
-Variant = Annotated[str, AfterValidator(_variant)]
+def _differ(what: str, name: Callable[[Any], str], remedy: str) -> AfterValidator:
+    """Return the check that tables of an array have different names; `what` they are and what they have."""
+
+    def check(tables: tuple[Any, ...]) -> tuple[Any, ...]:
+        for text, count in Counter(map(name, tables)).items():
+            if count > 1:
+                raise ValueError(f"{count} {what} {text!r}; {remedy}")
+        return tables
+
+    return AfterValidator(check)
+
+
+def _claims(computed: bool) -> AfterValidator:
+    """Return the check that claims are decided by a computation of their own, or by navigations."""
+    wrong = (
+        "needs navigations: name it in the decides of a part that has them"
+        if computed
+        else "needs no navigation: name it in the study's decides, before the parts"
+    )
+
+    def check(claims: tuple[str, ...]) -> tuple[str, ...]:
+        if others := [claim for claim in claims if (claim in COMPUTED) != computed]:
+            raise ValueError(f"{listed(others)} {wrong}")
+        return claims
+
+    return AfterValidator(check)
+
+
+def _matching(patterns: tuple[str, ...]) -> tuple[str, ...]:
+    """Return the algorithms that patterns stand for."""
+    names: list[str] = []
+    for pattern in patterns:
+        ensure("algorithms", pattern)
+        matching = [name for name in ALGORITHMS if fnmatchcase(name, pattern)]
+        if pattern == MEASURED_ATTITUDE:
+            raise ValueError(f'{pattern} belongs to a sensor set: give variants = ["attitude-sensor"] instead')
+        if not matching:
+            raise unknown_name("algorithm", pattern, ALGORITHMS)
+        names += matching
+    return tuple(names)
+
+
+Once = AfterValidator(_once)
 
 
 class Part(Section):
@@ -189,73 +217,53 @@ class Part(Section):
 
     title: str = Field(description="the question, as a heading")
     text: str = Field(default="", description="a few sentences on the result")
-    decides: tuple[Claim, ...] = Field(default=(), description="claims that the numbers of this part decide")
-    motions: tuple[StudyMotion, ...] = Field(min_length=1, description="true motions")
-    variants: tuple[Variant, ...] = Field(default=("rate-gyros",), min_length=1, description="sets of sensors (8.1)")
-    sensors: tuple[str, ...] = Field(
+    decides: Annotated[tuple[Claim, ...], Once, _claims(computed=False)] = Field(
+        default=(), description="claims that the numbers of this part decide"
+    )
+    motions: Annotated[
+        tuple[StudyMotion, ...],
+        _differ("motions have the name", lambda motion: motion.label, "give each its own name with name = …"),
+    ] = Field(min_length=1, description="true motions")
+    variants: Annotated[tuple[Variant, ...], Once] = Field(
+        default=("rate-gyros",), min_length=1, description="sets of sensors (8.1)"
+    )
+    sensors: Annotated[tuple[str, ...], Once] = Field(
         default=("ideal",), min_length=1, description="grades of sensors, or names of the study's own [blocks]"
     )
-    algorithms: tuple[str, ...] = Field(
+    algorithms: Annotated[tuple[str, ...], AfterValidator(_matching), Once] = Field(
         default=("quaternion",),
         min_length=1,
         description='attitude algorithms; "*" stands for any letters, so that "poisson-*" is a family and "*" all',
     )
-    rates_hz: tuple[Rate, ...] = Field(default=(), description="sample rates; each divides the highest")
-    schedules_hz: tuple[Schedule, ...] = Field(
+    rates_hz: Annotated[tuple[Rate, ...], Once] = Field(
+        default=(), description="sample rates; each divides the highest"
+    )
+    schedules_hz: Annotated[tuple[Schedule, ...], Once] = Field(
         default=(),
         description="schedules: fast, medium and slow rate, or those of attitude, and of velocity and position; each "
         "divides the one before",
     )
-    slow_quantities: tuple[Literal["hold", "extrapolate"], ...] = Field(
+    slow_quantities: Annotated[tuple[Literal["hold", "extrapolate"], ...], Once] = Field(
         default=("hold",),
         min_length=1,
         description="treatment of a schedule's slow quantities between slow instants",
     )
-    frames: tuple[Frame, ...] = Field(default=("level",), min_length=1, description="navigation frames")
-    gravities: tuple[Gravity, ...] = Field(default=("normal",), min_length=1, description="the engine's gravity model")
-    curvatures: tuple[Curvature, ...] = Field(
+    frames: Annotated[tuple[Frame, ...], Once] = Field(
+        default=("level",), min_length=1, description="navigation frames"
+    )
+    gravities: Annotated[tuple[Gravity, ...], Once] = Field(
+        default=("normal",), min_length=1, description="the engine's gravity model"
+    )
+    curvatures: Annotated[tuple[Curvature, ...], Once] = Field(
         default=("exact",), min_length=1, description=f"radii of curvature: {', '.join(CURVATURES)}"
     )
-    ellipsoids: tuple[OwnEllipsoid, ...] = Field(
+    ellipsoids: Annotated[tuple[OwnEllipsoid, ...], Once] = Field(
         default=(OF_TRUTH,), min_length=1, description=f'the engine\'s Earth; "{OF_TRUTH}": that of the motion'
     )
-    coordinates: tuple[Coordinates, ...] = Field(
+    coordinates: Annotated[tuple[Coordinates, ...], Once] = Field(
         default=(), description=f"further coordinates in which errors are compared: {', '.join(COORDINATES)}"
     )
     vertical: Vertical = Field(default="baro-loop", description="height channel; its reference is the true height")
-
-    @field_validator("algorithms")
-    @classmethod
-    def _known_algorithms(cls, patterns: tuple[str, ...]) -> tuple[str, ...]:
-        found: list[str] = []
-        for pattern in patterns:
-            ensure("algorithms", pattern)
-            matching = [name for name in ALGORITHMS if fnmatchcase(name, pattern)]
-            if pattern == MEASURED_ATTITUDE:
-                raise ValueError(f'{pattern} belongs to a sensor set: give variants = ["attitude-sensor"] instead')
-            if not matching:
-                raise unknown_name("algorithm", pattern, ALGORITHMS)
-            found += matching
-        return tuple(found)
-
-    @field_validator(
-        "algorithms", "sensors", "frames", "gravities", "curvatures", "ellipsoids", "variants", "rates_hz",
-        "schedules_hz", "slow_quantities", "decides", "coordinates",
-    )  # fmt: skip
-    @classmethod
-    def _once(cls, values: tuple[object, ...], info: ValidationInfo) -> tuple[object, ...]:
-        for value, count in Counter(values).items():
-            if count > 1:
-                shown = repr(value) if isinstance(value, str) else f"{value} Hz"
-                raise ValueError(f"{info.field_name} contains {shown} {count} times; give it once")
-        return values
-
-    @model_validator(mode="after")
-    def _motions_have_their_own_names(self) -> Self:
-        for label, count in Counter(motion.label for motion in self.motions).items():
-            if count > 1:
-                raise ValueError(f"{count} motions have the name {label!r}; give each its own name with name = …")
-        return self
 
     @model_validator(mode="after")
     def _rates_divide(self) -> Self:
@@ -277,44 +285,27 @@ class Part(Section):
 
     @model_validator(mode="after")
     def _everything_is_used(self) -> Self:
-        without = [name for name in self.frames if not FRAME_REGISTRY[name].has_radii]
-        idle_radii = [name for name in self.curvatures if name != "exact"]
-        if idle_radii and without:
-            raise ValueError(
-                f'curvatures = ["{idle_radii[0]}"] would have no effect in frames = ["{without[0]}"], which has no '
-                f"radii of curvature: put the {without[0]} frame in a separate part"
-            )
-        fixed = [name for name in self.frames if not FRAME_REGISTRY[name].has_azimuth]
-        if "frame" in self.coordinates and fixed:
-            able = listed(frames_that(lambda entry: entry.has_azimuth), "or")
-            raise ValueError(
-                f'coordinates = ["frame"] needs frames with an azimuth of their own, {able}; here frames = '
-                f'["{fixed[0]}"]: put that frame into a separate part'
-            )
-        if "extrapolate" in self.slow_quantities and not self.schedules_hz:
-            raise ValueError(
-                'slow_quantities = ["extrapolate"] would have no effect: it belongs to schedules_hz, which is not given'
-            )
-        varied = {
-            "algorithms": self.algorithms, "frames": self.frames, "curvatures": self.curvatures,
-            "schedules_hz": self.schedules_hz,
-        }  # fmt: skip
-        plain = {name: type(self).model_fields[name].default for name in varied}
-        idle = [name for name, values in varied.items() if values != plain[name]]
-        if "attitude-sensor" in self.variants and idle:
-            raise ValueError(
-                f'{" and ".join(idle)} would have no effect with variants = ["attitude-sensor"], whose attitude is '
-                "measured and navigated in inertial axes: put that sensor set in a separate part"
-            )
+        """Refuse values that have no effect beside others."""
+        flat = next((name for name in self.frames if not FRAME_REGISTRY[name].has_radii), "")
+        fixed = next((name for name in self.frames if not FRAME_REGISTRY[name].has_azimuth), "")
+        simplified = next((name for name in self.curvatures if name != "exact"), "")
+        varied = [name for name in ("algorithms", "frames", "curvatures", "schedules_hz")
+                  if getattr(self, name) != type(self).model_fields[name].default]  # fmt: skip
+        able = listed(frames_that(lambda entry: entry.has_azimuth), "or")
+        rules = (
+            (flat and simplified, f'curvatures = ["{simplified}"] would have no effect in frames = ["{flat}"], which '
+             f"has no radii of curvature: put the {flat} frame in a separate part"),
+            (fixed and "frame" in self.coordinates, f'coordinates = ["frame"] needs frames with an azimuth of their '
+             f'own, {able}; here frames = ["{fixed}"]: put that frame into a separate part'),
+            ("extrapolate" in self.slow_quantities and not self.schedules_hz, 'slow_quantities = ["extrapolate"] would '
+             "have no effect: it belongs to schedules_hz, which is not given"),
+            ("attitude-sensor" in self.variants and varied, f"{' and '.join(varied)} would have no effect with "
+             'variants = ["attitude-sensor"], whose attitude is measured and navigated in inertial axes: put that '
+             "sensor set in a separate part"),
+        )  # fmt: skip
+        if wrong := [text for applies, text in rules if applies]:
+            raise ValueError(wrong[0])
         return self
-
-    @field_validator("decides")
-    @classmethod
-    def _by_navigations(cls, claims: tuple[str, ...]) -> tuple[str, ...]:
-        alone = [claim for claim in claims if claim in COMPUTED]
-        if alone:
-            raise ValueError(f"{listed(alone)} needs no navigation: name it in the study's decides, before the parts")
-        return claims
 
     @property
     def highest_hz(self) -> float:
@@ -348,17 +339,13 @@ class Study(Section):
         default=(),
         description="own content: files (.py) and project folders, relative to this file; see own-content.md",
     )
-    decides: tuple[Claim, ...] = Field(default=(), description="claims that need no navigation: " + ", ".join(COMPUTED))
+    decides: Annotated[tuple[Claim, ...], _claims(computed=True)] = Field(
+        default=(), description="claims that need no navigation: " + ", ".join(COMPUTED)
+    )
     blocks: dict[str, Imu] = Field(default={}, description="the study's own sensor blocks, by name: [imu] sections")
-    parts: tuple[Part, ...] = Field(min_length=1)
-
-    @field_validator("decides")
-    @classmethod
-    def _alone(cls, claims: tuple[str, ...]) -> tuple[str, ...]:
-        by_parts = [claim for claim in claims if claim not in COMPUTED]
-        if by_parts:
-            raise ValueError(f"{listed(by_parts)} needs navigations: name it in the decides of a part that has them")
-        return claims
+    parts: Annotated[
+        tuple[Part, ...], _differ("parts have the title", lambda part: part.title, "give each part a unique title")
+    ] = Field(min_length=1)
 
     @model_validator(mode="after")
     def _known_sensors(self) -> Self:
@@ -382,158 +369,5 @@ class Study(Section):
         return self
 
     def block(self, name: str) -> Imu:
-        """Return the [imu] section of a sensor block.
-
-        Args:
-            name: name of one of the study's own blocks, or a grade.
-        """
+        """Return the [imu] section of a sensor block: one of the study's own blocks, or a grade."""
         return self.blocks.get(name) or Imu(grade=name)
-
-    @model_validator(mode="after")
-    def _titles_differ(self) -> Self:
-        for title, count in Counter(part.title for part in self.parts).items():
-            if count > 1:
-                raise ValueError(f"{count} parts have the title {title!r}; give each part a unique title")
-        return self
-
-
-@dataclass(frozen=True)
-class MotionFacts:
-    """Characteristics of a motion.
-
-    Attributes:
-        duration_s: duration.
-        distance_m: horizontal distance covered.
-        latitude_rate_deg_h: mean magnitude of the rate of latitude.
-        ground_speed_kmh: mean ground speed.
-        max_rate_deg_s: largest angular rate.
-        max_pitch_deg: steepest pitch.
-        max_latitude_deg: largest magnitude of the latitude.
-        cone: half-angle α, rad, and rate Ω, rad/s, of pure coning.
-    """
-
-    duration_s: float
-    distance_m: float
-    latitude_rate_deg_h: float
-    ground_speed_kmh: float
-    max_rate_deg_s: float
-    max_pitch_deg: float
-    max_latitude_deg: float
-    cone: tuple[float, float] | None = None
-
-
-def scenario_of(motion: StudyMotion) -> Scenario:
-    """Return a scenario with the motion; of its other sections only the place of the sensor block is used."""
-    if motion.scenario is None:
-        return Scenario(
-            name="motion",
-            parked=motion.parked,
-            great_circle=motion.great_circle,
-            motion=motion.motion,
-            vibration=motion.vibration,
-        )
-    scenario = load_scenario(motion.scenario, motion.set)
-    return scenario.model_copy(update={"vibration": (*scenario.vibration, *motion.vibration)})
-
-
-def expected_seconds(motion: StudyMotion) -> float:
-    """Return the duration of a motion without making it, s: exact except for a flight."""
-    whole = flight_seconds(motion)
-    if motion.scenario is None:
-        _check_duration(motion, whole)
-    return min(whole, motion.duration_s or whole)
-
-
-def flight_seconds(motion: StudyMotion) -> float:
-    """Return the duration of the complete motion, s, of which a study may use only the beginning."""
-    return expected_duration(scenario_of(motion))
-
-
-def is_cached(motion: StudyMotion) -> bool:
-    """Return whether a motion needs no flight simulation."""
-    from sinssim.truth.flight.flight_cache import is_cached as flown
-
-    scenario = scenario_of(motion)
-    return scenario.flight is None or flown(scenario.flight, scenario.seed)
-
-
-def make(motion: StudyMotion) -> Trajectory:
-    """Return the true trajectory of a motion; a flight flown before comes from the cache.
-
-    Raises:
-        InputError: the scenario does not exist, has mistakes or cannot be flown, or the motion is shorter than
-            requested.
-    """
-    from sinssim.scenario.true_motion import fly
-
-    trajectory = fly(scenario_of(motion))
-    if motion.duration_s is None:
-        return trajectory
-    _check_duration(motion, trajectory.end - trajectory.start)
-    return Beginning(trajectory, motion.duration_s)
-
-
-def _check_duration(motion: StudyMotion, lasts: float) -> None:
-    if motion.duration_s is not None and motion.duration_s > lasts + 1e-6:
-        raise InputError(
-            f"the motion {motion.label!r} lasts {lasts:.1f} s, less than its duration_s = {motion.duration_s:g} s; "
-            "duration_s can be at most the duration of the motion."
-        )
-
-
-class Beginning:
-    """The first part of a trajectory, as a trajectory.
-
-    Args:
-        whole: the trajectory.
-        duration: duration of the part, s.
-    """
-
-    def __init__(self, whole: Trajectory, duration: float) -> None:
-        self._whole = whole
-        self.start, self.end = whole.start, whole.start + duration
-        self.events = tuple(event for event in whole.events if event.time <= self.end)
-        self.gravity, self.ellipsoid, self.channels = whole.gravity, whole.ellipsoid, whole.channels
-        self.state, self.rates = whole.state, whole.rates
-        self.breaks = getattr(whole, "breaks", ())
-        self.fastest = getattr(whole, "fastest", 0.0)
-
-    def increments(self, rate_hz: float) -> ImuData:
-        """Return the ideal increments; see `Trajectory.increments`."""
-        return first_seconds(self._whole.increments(rate_hz), self.end - self.start)
-
-
-def first_seconds(imu: ImuData, duration: float) -> ImuData:
-    """Return the beginning of some increments: the intervals that end within a duration, s."""
-    count = int(np.searchsorted(imu.time, imu.time[0] + duration + 1e-9, side="right")) - 1
-    return ImuData(imu.time[: count + 1], imu.dtheta[:count], imu.dvel[:count])
-
-
-def facts(motion: StudyMotion, trajectory: Trajectory) -> MotionFacts:
-    """Characterise a motion by numbers.
-
-    Returns:
-        The characteristics, from states and rates at evenly spread instants.
-    """
-    from sinssim import rotation
-    from sinssim.earth.geodetic_coordinates import geodetic_to_ecef
-
-    duration = trajectory.end - trajectory.start
-    time = np.linspace(trajectory.start, trajectory.end, 4001)
-    state = trajectory.state(time)
-    speed = np.hypot(state.velocity_ned[:, 0], state.velocity_ned[:, 1])
-    ground = geodetic_to_ecef(state.latitude, state.longitude, 0.0 * state.height, trajectory.ellipsoid)
-    latitude_moved = float(np.abs(np.diff(state.latitude)).sum())
-    pitch = rotation.euler_from_quaternion(state.q_nb)[1]
-    omega = trajectory.rates(time)[0]
-    cone = motion.motion if motion.motion is not None and motion.motion.type == "coning" else None
-    return MotionFacts(
-        duration_s=duration,
-        distance_m=float(np.linalg.norm(np.diff(ground, axis=0), axis=1).sum()),
-        latitude_rate_deg_h=latitude_moved / duration / units.DEG_H,
-        ground_speed_kmh=float(speed.mean()) * 3.6,
-        max_rate_deg_s=float(np.linalg.norm(omega, axis=1).max()) / units.DEG,
-        max_pitch_deg=float(np.abs(pitch).max()) / units.DEG,
-        max_latitude_deg=float(np.abs(state.latitude).max()) / units.DEG,
-        cone=None if cone is None else (cone.half_angle_deg * units.DEG, 2.0 * np.pi * cone.frequency_hz),
-    )

@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from sinssim.experiments.studies.study_schema import StudyMotion, first_seconds, make
+from sinssim.experiments.studies.study_motions import first_seconds, make
+from sinssim.experiments.studies.study_schema import StudyMotion
 
 
 def test_beginning():
