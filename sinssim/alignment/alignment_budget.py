@@ -112,17 +112,10 @@ def expected_errors(imu: Imu) -> Expected:
 def reading_errors(
     errors: ImuErrors, gyro: Array, accel: Array, duration: float, start: float = 0.0
 ) -> tuple[Array, Array]:
-    """Return the errors of mean readings at rest by known sensor errors, to first order.
+    """Return the errors of mean readings at rest by known sensor errors, to first order, (3,) rad/s and (3,) m/s².
 
-    Args:
-        errors: errors of the sensor block; its noise is neglected.
-        gyro: ideal rates, (3,) rad/s.
-        accel: ideal specific forces, (3,) m/s².
-        duration: length of the session, s.
-        start: time from when the sensors were switched on to the session's first sample, s.
-
-    Returns:
-        Errors of the rates, (3,) rad/s, and of the specific forces, (3,) m/s².
+    `gyro` and `accel` are the ideal readings in the same units. The session lasts `duration` s and begins `start` s
+    after the sensors were switched on. Noise is neglected.
     """
     warmth = float(mean_warmth(errors.warm_up, duration, start))
 
@@ -138,14 +131,9 @@ def reading_errors(
 
 
 def mean_warmth(warm_up: WarmUp, duration: ArrayLike, start: ArrayLike = 0.0) -> Array:
-    """Return the mean temperature Θ̄ of a sensor block over a session.
+    """Return the mean temperature Θ̄ of a sensor block over a session, K above that of the calibration.
 
-    Args:
-        duration: length of the session, (...) s.
-        start: time from when the sensors were switched on to its first sample, (...) s.
-
-    Returns:
-        Temperature above that of the calibration, (...) K.
+    The session lasts `duration` s and begins `start` s after the sensors were switched on.
     """
     x = np.asarray(duration, dtype=np.float64) / warm_up.time_constant
     begun = np.exp(-np.asarray(start, dtype=np.float64) / warm_up.time_constant)
@@ -211,7 +199,7 @@ def reading_variances(
     start: float = 0.0,
     rate_hz: float = 100.0,
 ) -> dict[str, Array]:
-    """Return the variance of every axis's mean reading over a session, by source.
+    """Return the variance of every axis's mean reading over a session by source, (..., 3) (rad/s)² or (m/s²)².
 
     Args:
         sigma: standard deviations of the sensor block's errors.
@@ -220,9 +208,6 @@ def reading_variances(
         duration: length of the session, s, broadcasting with the readings' leading shape.
         method: see `Method`.
         start: time from when the sensors were switched on to the session's first sample, s.
-
-    Returns:
-        Variances by source, (..., 3) (rad/s)² or (m/s²)².
 
     Raises:
         InputError: sigma is not that of a sensor block, the duration is not positive, or the method is unknown.
@@ -257,16 +242,9 @@ def reading_variances(
 
 
 def cone_coefficients(c: Coefficients, latitude: ArrayLike, gravity: ArrayLike | None, known: bool) -> Coefficients:
-    """Return the coefficients with the latitude from the opening of the cone, cosφ = (horizontal rate)/U.
+    """Return the coefficients of the fit on a disturbed base, with cosφ = (horizontal rate)/U from the cone's opening.
 
-    Args:
-        c: coefficients of eq. (1).
-        latitude: rad.
-        gravity: g, m/s², or None for normal gravity.
-        known: whether the fit is given the latitude.
-
-    Returns:
-        Coefficients of the fit on a disturbed base.
+    The latitude is in rad, g in m/s² or None for normal gravity; `known` says whether the fit is given the latitude.
 
     Raises:
         InputError: the opening of the cone hardly depends on the latitude.

@@ -57,41 +57,25 @@ WORST = np.radians(7.0)
 
 @dataclass(frozen=True)
 class InMotion:
-    """Start of the filter after an alignment in motion.
+    """Start of the filter after an alignment in motion."""
 
-    Attributes:
-        edge: number of the edge of the IMU's intervals at which it can, the one nearest to the first fix.
-        state: the state there.
-        covariance: of its errors, widened: position and velocity north, east, down, attitude φ, (9, 9).
-        sigma: 1σ of the attitude about north, east, down, before widening, (3,) rad.
-        residual: root mean square of the residuals of the velocity changes over a window, m/s.
-    """
-
-    edge: int
-    state: NavState
-    covariance: Array
-    sigma: Array
-    residual: float
+    edge: int  # number of the edge of the IMU's intervals at which it can, the one nearest to the first fix
+    state: NavState  # the state there
+    covariance: Array  # of its errors, widened: position and velocity north, east, down, attitude φ, (9, 9)
+    sigma: Array  # 1σ of the attitude about north, east, down, before widening, (3,) rad
+    residual: float  # root mean square of the residuals of the velocity changes over a window, m/s
 
 
 @dataclass(frozen=True)
 class _Fixes:
-    """Fixes in i.
+    """Fixes in i."""
 
-    Attributes:
-        time: (M,) s.
-        place, speed: measured positions and velocities, (M, 3).
-        beta: (M, 3) m/s.
-        arm: lever arm of the antenna, (3,) m.
-        q_ni: from i into north, east, down at the first fix, (4,).
-    """
-
-    time: Array
+    time: Array  # (M,) s
     place: Array
-    speed: Array
-    beta: Array
-    arm: Array
-    q_ni: Array
+    speed: Array  # place, speed: measured positions and velocities, (M, 3)
+    beta: Array  # (M, 3) m/s
+    arm: Array  # lever arm of the antenna, (3,) m
+    q_ni: Array  # from i into north, east, down at the first fix, (4,)
 
     @property
     def span(self) -> int:
@@ -134,8 +118,8 @@ def align_in_motion(
     # effect of one standard deviation of each bias: the problem is solved again without it
     bias = np.concatenate([np.broadcast_to(sigma.gyro.bias, 3), np.broadcast_to(sigma.accel.bias, 3)])
     for k in np.flatnonzero(bias):
-        one = np.where(np.arange(6) == k, bias, 0.0)
-        freed = compensate(imu, ImuErrors(TriadErrors(bias=one[:3]), TriadErrors(bias=one[3:])))
+        single = np.where(np.arange(6) == k, bias, 0.0)
+        freed = compensate(imu, ImuErrors(TriadErrors(bias=single[:3]), TriadErrors(bias=single[3:])))
         turned = rotation.multiply(_attitude(freed, fixes)[0], rotation.conjugate(q_nb))
         by_bias = rotation.rotation_vector_from_quaternion(turned)
         attitude += np.outer(by_bias, by_bias)
@@ -289,23 +273,14 @@ _LEAST_REST_S = 2.0
 
 @dataclass(frozen=True)
 class ByCourse:
-    """Start of the filter after an alignment by the course.
+    """Start of the filter after an alignment by the course."""
 
-    Attributes:
-        edge: number of the edge of the IMU's intervals at which it starts.
-        state: the state there.
-        covariance: of its errors: position and velocity north, east, down, attitude φ, (9, 9).
-        gyro_bias: mean rates at rest, (3,) rad/s; zero if the data begin in motion.
-        backwards: whether the vehicle set off backwards.
-        course_time: instant of the fix whose course was taken, s.
-    """
-
-    edge: int
-    state: NavState
-    covariance: Array
-    gyro_bias: Array
-    backwards: bool
-    course_time: float
+    edge: int  # number of the edge of the IMU's intervals at which it starts
+    state: NavState  # the state there
+    covariance: Array  # of its errors: position and velocity north, east, down, attitude φ, (9, 9)
+    gyro_bias: Array  # mean rates at rest, (3,) rad/s; zero if the data begin in motion
+    backwards: bool  # whether the vehicle set off backwards
+    course_time: float  # instant of the fix whose course was taken, s
 
 
 # Long: the arguments, and the two cases.

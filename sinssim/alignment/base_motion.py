@@ -79,7 +79,7 @@ def largest_drift(expected: Expected, duration: float, start: float = 0.0) -> Dr
         def driven(of: TriadErrors) -> Array:  # by temperature and time, each term by itself
             x, force = np.full((2, 3), reading), np.full((2, 3), G0)
             squares = ((np.diff(t.inputs(x, force, warmth, ends), axis=0)[0] * v) ** 2 for t, v in of.acting)
-            axes = (one.sum(axis=-1) if one.ndim == 2 else one for one in squares)
+            axes = (square.sum(axis=-1) if square.ndim == 2 else square for square in squares)
             return np.sqrt(sum(axes, np.zeros(3)))
 
         remembered = np.exp(-duration / sigma.correlation_time)
@@ -148,7 +148,7 @@ class Stillness:
     @property
     def worst(self) -> Departure:
         """The departure with the largest ratio to its limit."""
-        return max(self.departures, key=lambda found: found.size / found.limit)
+        return max(self.departures, key=lambda departure: departure.size / departure.limit)
 
     @property
     def moved(self) -> bool:
@@ -345,7 +345,7 @@ def _of_bridge(
 
 def _of_tilt(level: Array, time: Array, tilt: _Noise, sigma: float, probability: float) -> Departure:
     """Compare the mean specific forces of segments with that of the whole session."""
-    found = []
+    departures = []
     for parts in _PARTS:
         edges = np.linspace(0, len(level), parts + 1).astype(int)
         spans = np.diff(time[edges])
@@ -355,8 +355,8 @@ def _of_tilt(level: Array, time: Array, tilt: _Noise, sigma: float, probability:
         limit = tilt.white * np.sqrt(-2.0 * np.log(probability) / span) + tilt.quantum / span
         limit += np.sqrt(2.0) * tilt.change + sigma
         middle = float(time[edges[worst]] + 0.5 * span)
-        found.append(Departure("its specific force turns by", float(departure[worst]), float(limit), middle))
-    return max(found, key=lambda one: one.size / one.limit)
+        departures.append(Departure("its specific force turns by", float(departure[worst]), float(limit), middle))
+    return max(departures, key=lambda departure_: departure_.size / departure_.limit)
 
 
 def _of_sums(
@@ -370,10 +370,8 @@ def _of_sums(
 ) -> Departure:
     """Compare the variance of sums over `size` samples with that of white noise, pulses and drift.
 
-    Args:
-        increments: (N, 3) rad, or tilts times the interval, rad s.
-        interval: between samples, s.
-        parts: whether the sums are reported as mean tilts of the parts.
+    The increments are (N, 3) rad, or tilts times the interval, rad s; `parts` reports the sums as mean tilts of the
+    parts.
     """
     from scipy.special import chdtri
 

@@ -176,14 +176,7 @@ def _reasons(angles: Angles, u_m: Array, vertical: Mask, polar: Mask, wrong_rate
 
 
 def doubt(determination: Determination, sigma: Angles) -> Determination:
-    """Mark the angles whose expected standard deviation exceeds `LARGEST_SIGMA`.
-
-    Args:
-        sigma: expected standard deviations, rad; broadcasts with it.
-
-    Returns:
-        The determination with those angles NaN, and a warning for each.
-    """
+    """Return NaN, with a warning, for the angles whose expected standard deviation, rad, exceeds `LARGEST_SIGMA`."""
     warnings = list(determination.warnings)
 
     def marked(name: str, angle: Array, spread: Array) -> Array:
@@ -263,7 +256,7 @@ def mean_readings(imu: ImuData) -> tuple[Array, Array]:
 
 
 def check_session(imu: ImuData) -> ImuData:
-    """Check that increments are usable as a session.
+    """Return increments that are usable as a session.
 
     Raises:
         InputError: the arrays do not fit together, there are too few samples, a sample is not finite, or the times do
@@ -280,14 +273,7 @@ def white_level(increments: Array, duration: float) -> float:
 
     White noise has an Allan deviation N/√τ at every τ; slow motion raises it at long τ, quantisation at short τ, a jolt
     in one part of the session. The result is therefore the smallest N over octaves of τ of the median over parts of the
-    session.
-
-    Args:
-        increments: (N, 3) rad or m/s.
-        duration: s.
-
-    Returns:
-        N, rad/√s or m/s/√s.
+    session, in rad/√s or m/s/√s for increments (N, 3) in rad or m/s.
     """
     count = len(increments)
     levels = []
@@ -304,14 +290,9 @@ def white_level(increments: Array, duration: float) -> float:
 
 
 def pulse(increments: Array) -> float:
-    """Return an upper estimate of the pulse weight: three times the typical largest departure of a sample from the
-    mean.
+    """Return an upper estimate of the pulse weight of increments, (N, 3) rad or m/s.
 
-    Args:
-        increments: (N, 3) rad or m/s.
-
-    Returns:
-        The weight, rad or m/s.
+    It is three times the typical largest departure of a sample from the mean.
     """
     departure = np.abs(increments - increments.mean(axis=0)).max(axis=1)
     return 3.0 * float(np.median([part.max() for part in np.array_split(departure, min(16, len(departure)))]))

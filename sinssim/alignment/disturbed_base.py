@@ -109,15 +109,10 @@ def align_disturbed(imu: ImuData, latitude: float | None = None) -> DisturbedAli
 
 
 def mean_blocks(imu: ImuData, velocity: Array) -> tuple[NDArray[np.intp], Array, Array]:
-    """Average the curve of the velocity over blocks, which avoids aliasing of vibration.
+    """Average the curve of the velocity at the samples' edges over blocks, which avoids aliasing of vibration.
 
-    Args:
-        imu: the session's increments.
-        velocity: at their edges, (N+1, 3) m/s.
-
-    Returns:
-        Edges of the blocks among the rows of `velocity`, (B+1,), their mean times since the start, (B,) s, and their
-        mean velocities, (B, 3) m/s.
+    Edges of the blocks among the rows of `velocity`, (B+1,), their mean times since the start, (B,) s, and their mean
+    velocities, (B, 3) m/s.
     """
     edges = np.unique(np.linspace(0, len(imu) + 1, _BLOCKS + 1).astype(np.intp))
     counts = np.diff(edges)[:, None]
@@ -126,16 +121,7 @@ def mean_blocks(imu: ImuData, velocity: Array) -> tuple[NDArray[np.intp], Array,
 
 
 def fit_of_session(imu: ImuData, latitude: float) -> ConeFit:
-    """Return the fitted cone of a session at a known latitude.
-
-    Args:
-        imu: the session's increments.
-        latitude: rad.
-
-    Raises:
-        InputError: the measurements are impossible for a parked vehicle.
-        RunError: the fit does not converge.
-    """
+    """Return the fitted cone of a session at a known latitude, rad."""
     _, t, v = mean_blocks(imu, inertial_curve(imu)[1])
     return _fit(t, v, _starts(t, v, latitude)[0], fixed=True)
 
@@ -148,18 +134,18 @@ def _check_stayed(fit: ConeFit, imu: ImuData, velocity: Array) -> None:
     speed = np.linalg.norm(fit.residual(imu.time - imu.time[0], velocity), axis=1)
     start, worst = float(np.linalg.norm(fit.v0)), int(np.argmax(speed))
     if max(start, float(speed[worst])) > LARGEST_SPEED:
-        found, when = (start, imu.time[0]) if start > speed[worst] else (float(speed[worst]), imu.time[worst])
+        fastest, when = (start, imu.time[0]) if start > speed[worst] else (float(speed[worst]), imu.time[worst])
         raise InputError(
-            f"the vehicle travelled during the session: {found:.3g} m/s at {when:.6g} s, but a swaying base has less "
+            f"the vehicle travelled during the session: {fastest:.3g} m/s at {when:.6g} s, but a swaying base has less "
             f"than {LARGEST_SPEED:g} m/s; use a part of the session in which it stays at its place."
         )
 
 
 def inertial_curve(imu: ImuData) -> tuple[Array, Array]:
-    """Compute attitude and velocity of the block in the inertial frame of its first instant.
+    """Return the block's attitude in the inertial frame of its first instant, and the integral of the specific force
+    there.
 
-    Returns:
-        Quaternion ib0 from b, (N+1, 4), and the integral of the specific force in ib0, (N+1, 3) m/s.
+    The quaternions ib0 from b are (N+1, 4), the velocities (N+1, 3) m/s.
     """
     theta, dvel = imu.dtheta, imu.dvel
     # Change of the increments per interval, centred: coning and sculling to the next order (Savage 1998). A single
@@ -187,19 +173,12 @@ def _accumulate(steps: Array, out: Array) -> None:
 
 @dataclass(frozen=True, eq=False)
 class ConeFit:
-    """Unknowns of the fit.
+    """Unknowns of the fit."""
 
-    Attributes:
-        c: C_ib0,i, (3, 3).
-        latitude: rad.
-        gravity: m/s².
-        v0: velocity at the start, (3,) m/s.
-    """
-
-    c: Array
-    latitude: float
-    gravity: float
-    v0: Array
+    c: Array  # C_ib0,i, (3, 3)
+    latitude: float  # rad
+    gravity: float  # m/s²
+    v0: Array  # velocity at the start, (3,) m/s
 
     def residual(self, t: Array, v: Array) -> Array:
         """Return the residual of a velocity after the cone, (N, 3) m/s."""
@@ -278,13 +257,9 @@ def _turn_about_vertical(t: Array, attitude: Array, fit: ConeFit) -> float:
 
 
 def cone_jacobian(fit: ConeFit, t: Array, fixed: bool) -> Array:
-    """Return the derivatives of the fitted velocity with respect to the unknowns.
+    """Return the derivatives of the fitted velocity at times since the start, (N,) s, to the unknowns, (N, 3, 8).
 
-    Args:
-        t: times since the start, (N,) s.
-
-    Returns:
-        By a small rotation of `fit.c` in ib0, latitude (zero if it is known), gravity and v₀, (N, 3, 8).
+    These are a small rotation of `fit.c` in ib0, the latitude (zero if it is known), gravity and v₀.
     """
     curve = _cone(t, fit.latitude) @ fit.c.T
     slope = _cone(t, fit.latitude + 0.5 * np.pi) @ fit.c.T  # derivatives of cosine and sine

@@ -206,23 +206,12 @@ def _check_usable(determination: Determination, need_latitude: bool) -> None:
 def aligned_state(
     session: ImuData, place: NavState, method: str, expected: Expected, gravity: str, ellipsoid: Ellipsoid
 ) -> tuple[NavState, Determination]:
-    """Align a vehicle at a known place, and return the state at the end of the session.
+    """Align a vehicle at a known place; return the state at the end of the session, and what was determined.
 
     Both methods take the plumb line for the vertical. Above the ellipsoid it differs from the normal, to which
-    attitudes refer, by up to 0.17″ per km of height; the state is corrected for that.
-
-    Args:
-        session: increments of the alignment.
-        place: known latitude, longitude and height.
-        method: "quiet" for eq. (1), which needs a vehicle at rest; "disturbed" for the fit of gravity's cone, which
-            allows a sway about the place.
-        expected: expected errors of the sensor block.
-        gravity: one of `sinssim.GRAVITY_MODELS`.
-        ellipsoid: reference ellipsoid.
-
-    Returns:
-        The state, and what was determined. Its velocity is zero for "quiet", and that of the sway for "disturbed",
-        which is what the fit leaves of the measured velocity.
+    attitudes refer, by up to 0.17″ per km of height; the state is corrected for that. "quiet" is eq. (1), which needs a
+    vehicle at rest. "disturbed" is the fit of gravity's cone, which allows a sway about the place; its velocity is what
+    the fit leaves of the measured one.
 
     Raises:
         InputError: the vehicle moved, or the readings do not determine the attitude.

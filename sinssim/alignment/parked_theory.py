@@ -76,14 +76,7 @@ class BodyAxes(NamedTuple):
 
 
 def body_axes(attitude: Attitude) -> BodyAxes:
-    """Resolve the body axes X right, Y forward, Z up on east, north and up.
-
-    Args:
-        attitude: heading, roll, pitch, rad, broadcasting.
-
-    Returns:
-        E, N, H of the first-order error theory, last axis X, Y, Z.
-    """
+    """Resolve the body axes X right, Y forward, Z up on east, north and up: E, N, H of the first-order error theory."""
     heading, roll, pitch = np.broadcast_arrays(*(np.asarray(angle, dtype=np.float64) for angle in attitude))
     sin_k, cos_k = np.sin(heading), np.cos(heading)
     sin_g, cos_g = np.sin(roll), np.cos(roll)
@@ -96,11 +89,7 @@ def body_axes(attitude: Attitude) -> BodyAxes:
 
 
 def checked_angles(attitude: Attitude, latitude: ArrayLike) -> tuple[Attitude, Array]:
-    """Check that angles are finite and in their ranges.
-
-    Args:
-        attitude: heading, roll, pitch, rad.
-        latitude: rad.
+    """Return attitude and latitude as arrays that broadcast together.
 
     Raises:
         InputError: an angle is not finite, or a pitch or latitude exceeds ±90 deg.
@@ -127,11 +116,7 @@ def checked_angles(attitude: Attitude, latitude: ArrayLike) -> tuple[Attitude, A
 
 
 def check_broadcast(arrays: Mapping[str, Array]) -> None:
-    """Raise if arrays do not broadcast together.
-
-    Raises:
-        InputError: they do not; the message gives their shapes.
-    """
+    """Raise for arrays that do not broadcast together, with their shapes."""
     try:
         np.broadcast_shapes(*(array.shape for array in arrays.values()))
     except ValueError as error:
@@ -140,14 +125,7 @@ def check_broadcast(arrays: Mapping[str, Array]) -> None:
 
 
 def where(bad: NDArray[Any]) -> str:
-    """Describe the first invalid element of an array for a message.
-
-    Args:
-        bad: boolean array, true where the value is invalid.
-
-    Returns:
-        " (element [i, j])", or "" for a single number.
-    """
+    """Return the first invalid element of an array in words, " (element [i, j])", or "" for a single number."""
     if bad.ndim == 0:
         return ""
     index = ", ".join(str(i) for i in np.argwhere(bad)[0])
@@ -189,17 +167,8 @@ def ideal_readings(
 
 
 def local_gravity(latitude: Array, gravity: ArrayLike | None) -> Array:
-    """Return g: the given value, or normal gravity on the ellipsoid.
-
-    Args:
-        latitude: (...) rad.
-        gravity: (...) m/s², or None.
-
-    Returns:
-        (...) m/s².
-
-    Raises:
-        InputError: a given value is not a positive number.
+    """Return g, (...) m/s²: the given value, which must be positive, or normal gravity on the ellipsoid at the
+    latitude.
     """
     if gravity is None:
         from sinssim.earth.gravity import surface_gravity
@@ -410,15 +379,9 @@ def errors(
 
 
 def linear(c: Coefficients, d_rate: Array, d_force: Array) -> Angles:
-    """Return the sums of (7)-(10) over the axes; with squared coefficients and variances, those of (12)-(23).
+    """Return the sums of (7)-(10) over the axes, rad; with squared coefficients and variances, those of (12)-(23).
 
-    Args:
-        c: coefficients.
-        d_rate: errors of the rates, (..., 3) rad/s.
-        d_force: errors of the specific forces, (..., 3) m/s².
-
-    Returns:
-        Errors of the angles, rad.
+    The errors of the readings are (..., 3) rad/s and m/s².
     """
 
     def dot(coefficient: Array, value: Array) -> Array:

@@ -35,14 +35,7 @@ _NOISE = 0.3
 
 
 def velocity_of_positions(position: Measurements | None) -> Measurements | None:
-    """Return velocities from differences of positions.
-
-    Args:
-        position: positions of satellites; None without.
-
-    Returns:
-        Velocities at the middle of each difference, north, east, down; None with fewer than three positions.
-    """
+    """Return velocities from differences of satellites' positions, at the middle of each; None with too few."""
     if position is None or len(position) < 3:
         return None
     time = position.time
@@ -82,34 +75,22 @@ _TILT_OF_REFERENCE, _HEADING_OF_REFERENCE = np.radians(0.2), np.radians(1.0)
 
 @dataclass(frozen=True)
 class RecordedStart:
-    """Start of navigation on recorded sensors.
+    """Start of navigation on recorded sensors."""
 
-    Attributes:
-        state: of the sensor block at the first edge.
-        position: 1σ north, east, down, (3,) m.
-        velocity: 1σ of a component, m/s.
-        tilt: 1σ of a tilt, rad.
-        heading: 1σ of the heading, rad.
-        words: a sentence on where it comes from.
-    """
-
-    state: NavState
-    position: Array
-    velocity: float
-    tilt: float
-    heading: float
-    words: str
+    state: NavState  # of the sensor block at the first edge
+    position: Array  # 1σ north, east, down, (3,) m
+    velocity: float  # 1σ of a component, m/s
+    tilt: float  # 1σ of a tilt, rad
+    heading: float  # 1σ of the heading, rad
+    words: str  # a sentence on where it comes from
 
 
 def recorded_start(
     log: RecordedLog, start: LogStart, mounting_deg: Vector3 | None = None, gravity: str = "normal"
 ) -> RecordedStart:
-    """Return the state that navigation starts from.
+    """Return the state that navigation starts from; what the table [log.start] gives counts more than the data.
 
-    Args:
-        start: the table [log.start]; what it gives counts more than the data.
-        mounting_deg: roll, pitch and yaw of the block's axes in the vehicle's.
-        gravity: one of `sinssim.GRAVITY_MODELS`.
+    `mounting_deg` are roll, pitch and yaw of the block's axes in the vehicle's.
 
     Raises:
         InputError: the data do not give position or heading, and the table does not either.
@@ -143,11 +124,11 @@ def _of_reference(log: RecordedLog, start: LogStart) -> RecordedStart | None:
     if state is None:
         return None
     sigma = reference.sigma_at(begin)
-    own = np.full(3, 0.1) if sigma is None else np.maximum(np.nan_to_num(sigma[0], nan=0.1), 1e-3)
+    position = np.full(3, 0.1) if sigma is None else np.maximum(np.nan_to_num(sigma[0], nan=0.1), 1e-3)
     s = state
-    one = NavState(s.latitude[0], s.longitude[0], s.height[0], s.velocity_ned[0], s.q_nb[0])
+    first = NavState(s.latitude[0], s.longitude[0], s.height[0], s.velocity_ned[0], s.q_nb[0])
     words = f"Navigation starts from the reference {reference.name}."
-    return RecordedStart(one, own, 0.05, _TILT_OF_REFERENCE, _HEADING_OF_REFERENCE, words)
+    return RecordedStart(first, position, 0.05, _TILT_OF_REFERENCE, _HEADING_OF_REFERENCE, words)
 
 
 def _place(
@@ -266,9 +247,9 @@ def _course(velocity: Measurements | None, least: float | None, begin: float) ->
     if velocity is not None and len(velocity):
         later = velocity.time >= begin
         time, value, sigma = velocity.time[later], velocity.value[later], velocity.sigma[later][:, :2].max(axis=1)
-        found = first_course(time, value, sigma, least)
-        if found is not None:
-            k, uncertain = found
+        clear = first_course(time, value, sigma, least)
+        if clear is not None:
+            k, uncertain = clear
             speed = float(np.hypot(value[k, 0], value[k, 1]))
             slow = least is None and speed < USUAL
             return float(time[k]), float(np.arctan2(value[k, 1], value[k, 0])), uncertain if slow else 0.0

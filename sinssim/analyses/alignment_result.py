@@ -6,11 +6,9 @@ the recording, and the figure of the expected errors.
 
 from __future__ import annotations
 
-import json
 import math
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, replace
-from functools import cached_property
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -21,6 +19,7 @@ from sinssim.alignment.alignment_budget import (
     AVERAGED,
     MOTION,
     SOURCES,
+    Expected,
     Method,
     bias_takes_over,
     error_budget,
@@ -28,7 +27,7 @@ from sinssim.alignment.alignment_budget import (
     reading_errors,
     total,
 )
-from sinssim.alignment.base_motion import motion_errors, stillness
+from sinssim.alignment.base_motion import Stillness, motion_errors, stillness
 from sinssim.alignment.determination import Determination, determine, doubt, mean_readings, solve
 from sinssim.alignment.disturbed_base import align_disturbed
 from sinssim.alignment.parked_theory import Angles, Attitude, coefficients, linear
@@ -38,10 +37,8 @@ from sinssim.errors import InputError
 from sinssim.exhibits import Column, Exhibits, Item, Section, Sentence, Table
 from sinssim.formatting import capital
 from sinssim.recording.result import Media, Result
-from sinssim.recording.run_directory import write_directory
 from sinssim.recording.stream_tables import Stream
 from sinssim.sensors.imu.imu_errors import ImuErrors
-from sinssim.system.outputs import write_text
 from sinssim.system.short_repr import html_table, short_repr
 from sinssim.units import ANGLE_SCALE, ARCMIN, ARCSEC, DEG, DEG_H, fixed, suiting
 
@@ -115,36 +112,7 @@ class AlignmentResult(Result):
         determined = (d.heading, d.roll, d.pitch, d.latitude)
         return Angles(*((a - b + np.pi) % (2.0 * np.pi) - np.pi for a, b in zip(determined, self.truth, strict=True)))
 
-    @cached_property
-    def summary(self) -> dict[str, Any]:
-        """Plain numbers with units in the names; undetermined values are None."""
-        d = self.determination
-        result: dict[str, Any] = {
-            "source": self.source,
-            "method": self.method,
-            "duration_s": self.duration,
-            "samples": self.samples,
-            **{f"{name}_deg": _plain(getattr(d, name) / DEG) for name in Angles._fields},
-            "earth_rate_deg_h": _plain(d.earth_rate / DEG_H),
-            "gravity_mps2": _plain(d.gravity),
-            "warnings": list(d.warnings),
-        }
-        if self.residual is not None:
-            result["residual_velocity_mps"] = self.residual
-        if self.mean_angles is not None:
-            result["eq_1_on_the_same_data_deg"] = _by_name(self.mean_angles, DEG)
-        for name, angles in (("error", self.error), ("known_error", self.mean)):
-            if angles is not None:
-                result[f"{name}_arcmin"] = _by_name(angles, ARCMIN)
-        if self.budget is not None:
-            result["sigma_arcmin"] = _by_name(total(self.budget), ARCMIN)
-            result["sigma_by_source_arcmin"] = {source: _by_name(self.budget[source], ARCMIN) for source in self.budget}
-        if self.crossing is not None:
-            result["bias_takes_over_s"] = _by_name(self.crossing, 1.0)
-        return result
 
-
-# Long: checks, determination, budget and report of one session in sequence.
 def align_session(
     imu: ImuData,
     source: str,
@@ -155,72 +123,59 @@ def align_session(
     truth: Angles | None = None,
     warmed: float = 0.0,
 ) -> AlignmentResult:
-    """Align one session and state the expected errors.
+    """Align one session and state the expected errors, by the sensor block if it is known.
 
-    Args:
-        imu: the session.
-        source: name of the session.
-        sensors: the sensor block's grade and errors, if known.
-        method: "quiet" for eq. (1), otherwise gravity's cone, for a moving base.
-        latitude: rad, if known; used by the disturbed method.
-        truth: true heading, roll, pitch and latitude of a simulated session, rad.
-        warmed: time from when the sensors were switched on to the session's first sample, s.
-
-    Returns:
-        The report.
+    Method "quiet" is eq. (1), the others the cone of gravity, for a moving base, with a `latitude` in rad if it is
+    known. `truth` are the angles of a simulated session, rad; `warmed` is the time since the sensors were switched on,
+    s.
 
     Raises:
         InputError: the increments are unusable, or the vehicle moved and the method does not allow it.
     """
     expected = None if sensors is None else expected_errors(sensors)
-    residual = residual_velocity = mean_angles = still = None
     if method == "quiet":
         determination = determine(*mean_readings(imu), None if expected is None else expected.instrument_sigmas)
         still = stillness(imu, expected, warmed)
         still.require()
+        result = AlignmentResult(source, method, imu, determination, truth=truth, warmed=warmed)
     else:
-        alignment = align_disturbed(imu, latitude)
-        determination, residual = alignment.determination, alignment.residual
-        residual_velocity = alignment.residual_velocity
-        mean_angles, _, _ = solve(*mean_readings(imu))
+        alignment, still = align_disturbed(imu, latitude), None
         method = "disturbed" if latitude is None else "disturbed, latitude known"
-    report = AlignmentResult(
-        source,
-        method,
-        imu,
-        determination,
-        truth=truth,
-        residual=residual,
-        residual_velocity=residual_velocity,
-        mean_angles=mean_angles,
-        warmed=warmed,
-    )
-    where = determination.latitude if latitude is None else np.asarray(latitude)
-    if expected is None or not all(map(np.isfinite, (*determination.attitude, where))):
-        return report
-    known: dict[str, Any] = {
-        "method": method,
-        "gravity": determination.gravity,
-        "start": warmed,
-        "rate_hz": len(imu) / report.duration,
+        result = AlignmentResult(
+            source, method, imu, alignment.determination, truth=truth, residual=alignment.residual,
+            residual_velocity=alignment.residual_velocity, mean_angles=solve(*mean_readings(imu))[0], warmed=warmed,
+        )  # fmt: skip
+    where = result.determination.latitude if latitude is None else np.asarray(latitude)
+    if expected is None or not all(map(np.isfinite, (*result.determination.attitude, where))):
+        return result
+    return _with_expected_errors(result, expected, where, still)
+
+
+def _with_expected_errors(
+    result: AlignmentResult, expected: Expected, latitude: Array, still: Stillness | None
+) -> AlignmentResult:
+    """Add the error budget at a latitude, rad; near a singularity, where first-order theory fails, there is none."""
+    d = result.determination
+    options: dict[str, Any] = {
+        "method": result.method,
+        "gravity": d.gravity,
+        "start": result.warmed,
+        "rate_hz": result.samples / result.duration,
     }
     try:
-        budget = error_budget(determination.attitude, where, expected.sigma, report.duration, **known)
-        crossing = bias_takes_over(determination.attitude, where, expected.sigma, **known)
-    except InputError:  # too near a singularity for a first-order theory; the determination has its own warnings
-        return report
-    by_reading = coefficients(determination.attitude, where, gravity=determination.gravity)
+        budget = error_budget(d.attitude, latitude, expected.sigma, result.duration, **options)
+        crossing = bias_takes_over(d.attitude, latitude, expected.sigma, **options)
+    except InputError:  # the determination has its own warnings
+        return result
+    by_reading = coefficients(d.attitude, latitude, gravity=d.gravity)
     if still is not None:
         budget[MOTION] = motion_errors(by_reading, still)
-    mean = linear(
-        by_reading,
-        *reading_errors(expected.mean, *mean_readings(imu), report.duration, warmed),
-    )
+    errors = reading_errors(expected.mean, *mean_readings(result.imu), result.duration, result.warmed)
     return replace(
-        report,
-        determination=doubt(determination, total(budget)),
+        result,
+        determination=doubt(d, total(budget)),
         sigma=expected.sigma,
-        mean=mean,
+        mean=linear(by_reading, *errors),
         budget=budget,
         crossing=crossing,
     )
@@ -250,11 +205,7 @@ def has_expectation(result: AlignmentResult) -> bool:
 
 
 def exhibits_of(result: AlignmentResult) -> Exhibits:
-    """Return what an alignment has to show.
-
-    Returns:
-        Sentences, tables and charts; "error_budget" are those of the expected errors, if they are known.
-    """
+    """Return what an alignment has to show; "error_budget" are charts of the expected errors, if they are known."""
     d = result.determination
     how = "eq. (1) on a quiet base" if result.method == "quiet" else "gravity's cone in inertial space"
     measured = f"Measured: Earth rate {float(d.earth_rate) / DEG_H:.4f} deg/h, gravity {float(d.gravity):.5f} m/s²."
@@ -300,11 +251,11 @@ def _angles(result: AlignmentResult) -> Table:
 
 def _sources(result: AlignmentResult, budget: Mapping[str, Angles]) -> Table:
     """Return the expected error by source."""
-    shown = {source: one for source, one in budget.items() if any(float(value) > 0.0 for value in one)}
+    shown = {source: angles for source, angles in budget.items() if any(float(value) > 0.0 for value in angles)}
     shown["total"] = total(dict(budget))
     if result.mean is not None and any(float(value) != 0.0 for value in result.mean):
         shown["known mean error"] = result.mean
-    rows = [[source, *(_minutes(float(value)) for value in one)] for source, one in shown.items()]
+    rows = [[source, *(_minutes(float(value)) for value in angles)] for source, angles in shown.items()]
     columns = Column("source", words=True), *(Column(name, _MINUTES) for name in Angles._fields)
     return Table(columns, rows, "Expected error by source, 1σ")
 
@@ -398,17 +349,13 @@ def _expected(result: AlignmentResult) -> Charts:
 
 
 def bars(budget: Mapping[str, Angles]) -> tuple[Chart, ...]:
-    """Return an error budget as bars, a chart for each angle.
-
-    Args:
-        budget: by source, standard deviations, rad.
-    """
-    shown = {source: one for source, one in budget.items() if any(float(value) > 0.0 for value in one)}
+    """Return an error budget, standard deviations by source in rad, as bars, a chart for each angle."""
+    shown = {source: angles for source, angles in budget.items() if any(float(value) > 0.0 for value in angles)}
     shown["total"] = total(dict(budget))
     places, names = np.arange(float(len(shown))), Axis(names=tuple(shown), grid=False)
     charts = []
     for k, name in enumerate(Angles._fields):
-        values = np.array([float(one[k]) for one in shown.values()])
+        values = np.array([float(angles[k]) for angles in shown.values()])
         unit, size = suiting(ANGLE_SCALE, values)
         texts = tuple(_two_decimals(float(value) / size, float(values[-1]) / size) for value in values)
         colors = [name] * (len(values) - 1) + ["soft"]
@@ -426,13 +373,7 @@ def curve(
     name: str, attitude: Attitude, latitude: ArrayLike, sigmas: Mapping[str, ImuErrors], method: Method,
     more: tuple[Mark, ...] = (),
 ) -> Chart:  # fmt: skip
-    """Return an angle's σ over the length of the session: all sources, and those that averaging does not reduce.
-
-    Args:
-        attitude: attitude of the vehicle, rad.
-        latitude: rad.
-        method: "quiet" or "disturbed".
-    """
+    """Return an angle's σ over the length of the session: all sources, and those that averaging does not reduce."""
     time = np.geomspace(1.0, 2e4, 200)
     steady = tuple(source for source in SOURCES if source not in AVERAGED)
     k, palette = Angles._fields.index(name), Angles._fields
@@ -455,28 +396,43 @@ def curve(
     return Chart(key=f"length/{name}", title=name, x=x, y=y, marks=tuple(marks))
 
 
-def write_alignment(result: AlignmentResult, directory: Path, *, overwrite: bool = False) -> Path:
-    """Write an alignment's directory: alignment.json, recording.rrd, and alignment.svg if errors are expected.
-
-    Raises:
-        InputError: the place is taken or cannot be written.
-    """
-    from sinssim.recording.figures import save
-    from sinssim.recording.rerun.exhibit_recording import record
-
-    exhibits = result.exhibits
-
-    def write(folder: Path) -> None:
-        write_text(folder / "alignment.json", json.dumps(result.summary, indent=2, ensure_ascii=False) + "\n")
-        record(exhibits, folder / "recording.rrd")
-        if exhibits.figure:
-            save(result.plot(), folder / "alignment.svg")
-
-    return write_directory(directory, write, overwrite=overwrite)
+def to_json(result: AlignmentResult) -> dict[str, Any]:
+    """Return plain numbers with units in the names; undetermined values are None."""
+    d = result.determination
+    numbers: dict[str, Any] = {
+        "source": result.source,
+        "method": result.method,
+        "duration_s": result.duration,
+        "samples": result.samples,
+        **{f"{name}_deg": _plain(getattr(d, name) / DEG) for name in Angles._fields},
+        "earth_rate_deg_h": _plain(d.earth_rate / DEG_H),
+        "gravity_mps2": _plain(d.gravity),
+        "warnings": list(d.warnings),
+    }
+    if result.residual is not None:
+        numbers["residual_velocity_mps"] = result.residual
+    if result.mean_angles is not None:
+        numbers["eq_1_on_the_same_data_deg"] = _by_name(result.mean_angles, DEG)
+    for name, angles in (("error", result.error), ("known_error", result.mean)):
+        if angles is not None:
+            numbers[f"{name}_arcmin"] = _by_name(angles, ARCMIN)
+    if result.budget is not None:
+        numbers["sigma_arcmin"] = _by_name(total(result.budget), ARCMIN)
+        numbers["sigma_by_source_arcmin"] = {
+            source: _by_name(result.budget[source], ARCMIN) for source in result.budget
+        }
+    if result.crossing is not None:
+        numbers["bias_takes_over_s"] = _by_name(result.crossing, 1.0)
+    return numbers
 
 
 class AlignmentMedia(Media[AlignmentResult]):
     """Numbers, streams, figure and files of an alignment."""
+
+    file = "alignment.json"
+
+    def summary(self, result: AlignmentResult) -> dict[str, Any]:
+        return to_json(result)
 
     def streams(self, result: AlignmentResult) -> Iterator[Stream]:
         from sinssim.recording.stream_columns import imu_stream
@@ -484,11 +440,9 @@ class AlignmentMedia(Media[AlignmentResult]):
         yield imu_stream("measured", result.imu)
 
     def exhibits(self, result: AlignmentResult) -> Exhibits:
-
         return exhibits_of(result)
 
     def figure(self, result: AlignmentResult, quantity: str | None = None) -> Any:
-
         if not has_expectation(result):
             raise InputError(
                 f"{result.source}: nothing to plot: the expected errors need the sensors' grade (--grade for a log) "
@@ -496,9 +450,13 @@ class AlignmentMedia(Media[AlignmentResult]):
             )
         return super().figure(result, quantity)
 
-    def save(self, result: AlignmentResult, directory: Path, *, overwrite: bool) -> Path:
+    def write(self, result: AlignmentResult, exhibits: Exhibits, folder: Path) -> None:
+        from sinssim.recording.figures import save
+        from sinssim.recording.rerun.exhibit_recording import record
 
-        return write_alignment(result, directory, overwrite=overwrite)
+        record(exhibits, folder / "recording.rrd")
+        if exhibits.figure:
+            save(result.plot(), folder / "alignment.svg")
 
 
 AlignmentResult.media = AlignmentMedia()

@@ -69,62 +69,40 @@ _BLOCK = 16384
 
 @dataclass(frozen=True)
 class ChiSquare:
-    """One χ² test.
+    """One χ² test."""
 
-    Attributes:
-        name: what is tested.
-        value: the statistic over its degrees of freedom; 1 is expected of a sound filter.
-        lower, upper: its 95 % band.
-        probability: two-sided probability of a value at least as unlikely, for a sound filter.
-    """
-
-    name: str
-    value: float
+    name: str  # what is tested
+    value: float  # the statistic over its degrees of freedom; 1 is expected of a sound filter
     lower: float
-    upper: float
-    probability: float
+    upper: float  # lower, upper: its 95 % band
+    probability: float  # two-sided probability of a value at least as unlikely, for a sound filter
 
 
 @dataclass(frozen=True)
 class SensorConsistency:
-    """Consistency of one sensor's innovations.
-
-    Attributes:
-        sensor: its name.
-        count: readings that were compared with the prediction.
-        rejected: number of them that the gate rejected.
-        expected: expected number of rejections.
-        tests: NIS, whiteness, slow parts; none with too few readings.
-        autocorrelation: ρ of the lags 1 …, (m,); its 1σ is 1/√(Nk).
-        autocorrelation_sigma: that 1σ.
-        verdict: "consistent", "optimistic" (the noise is larger than the filter assumes), "pessimistic" (smaller),
-            "outliers" (more rejected than expected, while the accepted ones are closer than assumed),
-            "coloured" (NIS right, innovations not white), or "unknown" (too few readings).
-    """
+    """Consistency of one sensor's innovations."""
 
     sensor: str
-    count: int
-    rejected: int
-    expected: float
-    tests: tuple[ChiSquare, ...]
-    autocorrelation: Array
-    autocorrelation_sigma: float
+    count: int  # readings that were compared with the prediction
+    rejected: int  # number of them that the gate rejected
+    expected: float  # expected number of rejections
+    tests: tuple[ChiSquare, ...]  # NIS, whiteness, slow parts; none with too few readings
+    autocorrelation: Array  # ρ of the lags 1 …, (m,); its 1σ is 1/√(Nk)
+    autocorrelation_sigma: float  # that 1σ
     verdict: str
+    """"consistent", "optimistic" (the noise is larger than the filter assumes), "pessimistic" (smaller), "outliers"
+    (more rejected than expected, while the accepted ones are closer than assumed), "coloured" (NIS right,
+    innovations not white), or "unknown" (too few readings).
+    """
 
 
 @dataclass(frozen=True)
 class Consistency:
-    """Consistency of all innovations of a run; the truth is not used.
+    """Consistency of all innovations of a run; the truth is not used."""
 
-    Attributes:
-        sensors: one entry for each.
-        consistent: whether no test speaks against the filter.
-        sentences: the findings against it, as sentences.
-    """
-
-    sensors: tuple[SensorConsistency, ...]
-    consistent: bool
-    sentences: tuple[str, ...]
+    sensors: tuple[SensorConsistency, ...]  # one entry for each
+    consistent: bool  # whether no test speaks against the filter
+    sentences: tuple[str, ...]  # the findings against it, as sentences
 
 
 def chi2_test(name: str, statistic: float, freedom: float) -> ChiSquare:
@@ -145,7 +123,7 @@ def weighted_test(name: str, statistic: float, weights: Array) -> ChiSquare:
 def _whitened(innovations: Innovations) -> Array:
     """Return e = L⁻¹ν of the accepted readings, (N, k)."""
     used = np.flatnonzero(innovations.accepted).astype(np.int32)
-    found, count = np.empty((len(used), innovations.value.shape[1])), 0
+    white, count = np.empty((len(used), innovations.value.shape[1])), 0
     for start in range(0, len(used), _BLOCK):
         rows = used[start : start + _BLOCK]
         value, covariance = innovations.value[rows], innovations.covariance_at(rows)
@@ -155,9 +133,9 @@ def _whitened(innovations: Innovations) -> Array:
             size = np.linalg.eigvalsh(covariance)
             sound = size[:, 0] > 1e-12 * size[:, -1]
             root, value = np.linalg.cholesky(covariance[sound]), value[sound]
-        found[count : count + len(value)] = np.linalg.solve(root, value[..., None])[..., 0]
+        white[count : count + len(value)] = np.linalg.solve(root, value[..., None])[..., 0]
         count += len(value)
-    return found[:count]
+    return white[:count]
 
 
 def _dot(a: Array, b: Array) -> float:
@@ -237,14 +215,10 @@ def consistency(estimate: Estimate) -> Consistency:
 
 
 def nees(errors: Array, covariance: Array, states: slice | None = None) -> Array:
-    """Return the normalised squared errors of an estimate.
+    """Return the normalised squared errors xᵀP⁻¹x of an estimate, (...), from actual errors, (..., n), of some or all
+    states.
 
-    Args:
-        errors: actual errors, (..., n); see `sinssim.estimation.state_errors`.
-        states: the states to use; all if not given.
-
-    Returns:
-        xᵀP⁻¹x, (...); states of zero variance and linearly dependent states do not count.
+    States of zero variance and linearly dependent states do not count.
     """
     part = states or slice(0, errors.shape[-1])
     x, p = errors[..., part], covariance[..., part, part]
@@ -287,29 +261,23 @@ class Judged(NamedTuple):
 
 @dataclass(frozen=True)
 class ActualConsistency:
-    """Consistency of a filter with the truth.
-
-    Attributes:
-        nees: NEES of the run per state, by block and for all states. A block is never "pessimistic", because a start
-            without errors is not a fault of the filter. All states together can fail alone: the sum of a tilt and a
-            bias, which is known much better than either, may be wrong.
-        noise: variance of each noise of the inertial sensors, relative to the variance that the filter assumes.
-        sentences: findings against the filter, as sentences.
-    """
+    """Consistency of a filter with the truth."""
 
     nees: dict[str, Judged]
+    """NEES of the run per state, by block and for all states.
+
+    A block is never "pessimistic", because a start without errors is not a fault of the filter. All states together can
+    fail alone: the sum of a tilt and a bias, which is known much better than either, may be wrong.
+    """
     noise: dict[str, Judged]
-    sentences: tuple[str, ...]
+    """Variance of each noise of the inertial sensors, relative to the variance that the filter assumes."""
+    sentences: tuple[str, ...]  # findings against the filter, as sentences
 
 
 def actual_consistency(model: ErrorModel, history: History, errors: Array) -> ActualConsistency:
-    """Judge a filter by its actual errors.
+    """Judge a filter by the actual errors of `history.navigation` and `history.compensated`, (R, n).
 
-    Args:
-        errors: actual errors of `history.navigation` and `history.compensated`, (R, n).
-
-    Returns:
-        The tests; a sound filter fails any of them with a probability of at most half of `FALSE_ALARM`.
+    A sound filter fails any of the tests with a probability of at most half of `FALSE_ALARM`.
     """
     squares, noises = dict(_nees_of_run(model, history, errors)), dict(_noise(model, history, errors))
     level = 0.5 * FALSE_ALARM / max(len(squares) + len(noises), 1)  # the innovations have the other half
@@ -364,34 +332,34 @@ def _nees_of_run(model: ErrorModel, history: History, errors: Array) -> Iterator
 def _of_block(name: str, e: Array, p: Array, decay: Array, states: NDArray[np.intp]) -> ChiSquare:
     count, n = e.shape
     size = len(states)
-    own = p[:, states][:, :, states]
-    scale = np.sqrt(np.einsum("kii->ki", own))
-    root = np.linalg.cholesky(own / (scale[:, :, None] * scale[:, None, :]))
+    block = p[:, states][:, :, states]
+    scale = np.sqrt(np.einsum("kii->ki", block))
+    root = np.linalg.cholesky(block / (scale[:, :, None] * scale[:, None, :]))
     if np.min(np.einsum("kii->ki", root)) ** 2 < _ROUNDING:
         raise np.linalg.LinAlgError("the states depend linearly on each other to rounding")
     b = np.zeros((count, size, n))
     b[:, :, states] = np.linalg.inv(root) / scale[:, None, :]
-    together = np.eye(count * size)
+    covariance = np.eye(count * size)
     since = np.empty((n, count * size))
     for k in range(count):  # (2), the lower triangle
         if k:
             since[:, : k * size] = decay[k - 1] @ since[:, : k * size]
         since[:, k * size : (k + 1) * size] = p[k] @ b[k].T
-        together[k * size : (k + 1) * size, : k * size] = b[k] @ since[:, : k * size]
-    weights = np.asarray(np.linalg.eigvalsh(together), dtype=np.float64)
-    squares = float(np.sum(nees(e[:, states], own)))
+        covariance[k * size : (k + 1) * size, : k * size] = b[k] @ since[:, : k * size]
+    weights = np.asarray(np.linalg.eigvalsh(covariance), dtype=np.float64)
+    squares = float(np.sum(nees(e[:, states], block)))
     return weighted_test(f"NEES, {name}", squares, weights[weights > 0.0])
 
 
 def _thinned(decay: Array, rows: NDArray[np.intp]) -> Array:
     """Return Ψ from each of some rows to the next of them."""
-    found = np.empty((len(rows) - 1, *decay.shape[1:]))
+    products = np.empty((len(rows) - 1, *decay.shape[1:]))
     for i, (first, last) in enumerate(pairwise(rows.tolist())):
         product = decay[first]
         for k in range(first + 1, last):
             product = decay[k] @ product
-        found[i] = product
-    return found
+        products[i] = product
+    return products
 
 
 def _between_edges(history: History, errors: Array) -> tuple[Array, Array, Array, Array, Array]:
@@ -435,14 +403,14 @@ def _noise(model: ErrorModel, history: History, errors: Array) -> Iterator[tuple
         if part is None:
             continue
         # rounding of a pulse at both ends
-        own = q[:, part, part] + np.eye(3) * pulse.get(block, 0.0) ** 2 / 6.0
-        least = np.einsum("kii->ki", own).min(axis=1)
+        assumed = q[:, part, part] + np.eye(3) * pulse.get(block, 0.0) ** 2 / 6.0
+        least = np.einsum("kii->ki", assumed).min(axis=1)
         there = (least > 0.0) & (noise.get(block, np.inf) ** 2 * interval + pulse.get(block, 0.0) ** 2 > _THERE * least)
         pairs = pair[usable[pair] & usable[pair + 1] & there[pair]]
         if not len(pairs):
             continue
         difference = w[pairs + 1, part] - w[pairs, part]
-        squares = nees(difference, own[pairs] + own[pairs + 1])
-        found = chi2_test(name, float(squares.sum()), 3 * len(squares))
-        tolerated = np.clip(found.value, 1.0 - _MATTERS, 1.0 + _MATTERS)
-        yield name, (found, chi2_test(name, float(squares.sum() / tolerated), 3 * len(squares)).probability)
+        squares = nees(difference, assumed[pairs] + assumed[pairs + 1])
+        test = chi2_test(name, float(squares.sum()), 3 * len(squares))
+        tolerated = np.clip(test.value, 1.0 - _MATTERS, 1.0 + _MATTERS)
+        yield name, (test, chi2_test(name, float(squares.sum() / tolerated), 3 * len(squares)).probability)

@@ -50,63 +50,36 @@ _LATITUDE_STEP, _HEIGHT_STEP = 1e-4, 100.0  # rad, m: steps for differences of g
 
 @dataclass(frozen=True)
 class NominalMotion:
-    """The motion that F depends on, at K instants.
+    """The motion that F depends on, at K instants."""
 
-    Attributes:
-        latitude: (K,) rad.
-        height: (K,) m.
-        velocity: north, east, down, (K, 3) m/s.
-        c_nb: (K, 3, 3).
-        force_n: specific force in north, east, down, (K, 3) m/s².
-        rate_b: inertial rate in body axes, (K, 3) rad/s.
-        force_b: specific force in body axes, (K, 3) m/s².
-    """
-
-    latitude: Array
-    height: Array
-    velocity: Array
-    c_nb: Array
-    force_n: Array
-    rate_b: Array
-    force_b: Array
+    latitude: Array  # (K,) rad
+    height: Array  # (K,) m
+    velocity: Array  # north, east, down, (K, 3) m/s
+    c_nb: Array  # (K, 3, 3)
+    force_n: Array  # specific force in north, east, down, (K, 3) m/s²
+    rate_b: Array  # inertial rate in body axes, (K, 3) rad/s
+    force_b: Array  # specific force in body axes, (K, 3) m/s²
 
 
 def transport_rate(latitude: Array, height: Array, velocity: Array, ellipsoid: Ellipsoid) -> Array:
-    """Return ω_en in north, east, down.
-
-    Args:
-        latitude: (K,) rad.
-        height: (K,) m.
-        velocity: (K, 3) m/s.
-
-    Returns:
-        (K, 3) rad/s.
-    """
+    """Return ω_en in north, east, down, (K, 3) rad/s, from (K,) rad, (K,) m and (K, 3) m/s."""
     r1, r2 = earth.radii(latitude, ellipsoid)
     east = velocity[:, 1] / (r2 + height)
     return np.stack([east, -velocity[:, 0] / (r1 + height), -east * np.tan(latitude)], axis=-1)
 
 
 def rate_error(model: ErrorModel, rate_b: Array) -> Array:
-    """Return the matrix of δω, the error of the compensated gyro increments per unit of time.
+    """Return the matrix of δω, the error of the compensated gyro increments per unit of time, (K, 3, n).
 
-    Args:
-        rate_b: inertial rate in body axes, (K, 3) rad/s.
-
-    Returns:
-        δω = matrix · x, in body axes, (K, 3, n).
+    δω = matrix · x, in body axes as the inertial rate, (K, 3) rad/s.
     """
     return _reading_error(model, "gyro", rate_b)
 
 
 def force_error(model: ErrorModel, force_b: Array) -> Array:
-    """Return the matrix of δf, the error of the compensated velocity increments per unit of time.
+    """Return the matrix of δf, the error of the compensated velocity increments per unit of time, (K, 3, n).
 
-    Args:
-        force_b: specific force in body axes, (K, 3) m/s².
-
-    Returns:
-        δf = matrix · x, in body axes, (K, 3, n).
+    δf = matrix · x, in body axes as the specific force, (K, 3) m/s².
     """
     return _reading_error(model, "accelerometer", force_b)
 
@@ -125,15 +98,7 @@ def _reading_error(model: ErrorModel, triad: str, reading: Array) -> Array:
 
 
 def dynamics(model: ErrorModel, motion: NominalMotion, gravity: str, ellipsoid: Ellipsoid) -> Array:
-    """Return F of ẋ = F x + w.
-
-    Args:
-        motion: the motion at K instants.
-        gravity: name of the engine's gravity model.
-
-    Returns:
-        (K, n, n).
-    """
+    """Return F of ẋ = F x + w, (K, n, n), in north-east-down axes along the motion at K instants."""
     lat, h, v = motion.latitude, motion.height, motion.velocity
     n, e, d = v.T
     s, c = np.sin(lat), np.cos(lat)
@@ -176,17 +141,13 @@ def dynamics(model: ErrorModel, motion: NominalMotion, gravity: str, ellipsoid: 
     f[:, 1, 0], f[:, 1, 1], f[:, 1, 2] = e * t / q, -(n * t + d) / q, e / q
     f[:, PHI, CORE:] = -motion.c_nb @ rate_error(model, motion.rate_b)[:, :, CORE:]
     f[:, V, CORE:] = motion.c_nb @ force_error(model, motion.force_b)[:, :, CORE:]
-    own = np.arange(CORE, model.size)
-    f[:, own, own] = -model.decay[CORE:]
+    parameters = np.arange(CORE, model.size)
+    f[:, parameters, parameters] = -model.decay[CORE:]
     return f
 
 
 def driving_noise(model: ErrorModel) -> Array:
-    """Return the spectral density of w; it is diagonal because the noise of a triad is equal in all axes.
-
-    Returns:
-        Diagonal of E[w wᵀ], (n,) unit²/s.
-    """
+    """Return the diagonal of the spectral density of w, (n,) unit²/s: the noise of a triad is equal in all axes."""
     density = model.density**2
     density[PHI] += model.gyro_noise**2
     density[V] += model.accel_noise**2
@@ -200,19 +161,13 @@ _DECAY = 0.1  # t/τ for which the same holds of exp(−t/τ)
 
 
 def transition(f: Array, density: Array, interval: Array) -> tuple[Array, Array]:
-    """Return Φ and Q over intervals in each of which F is constant.
+    """Return Φ and Q, (K, n, n) each, over intervals T, (K,) s, in each of which F is constant.
 
     Φ = exp(F T) is a power series. Q = ∫ Φ(t) S Φ(t)ᵀ dt from 0 to T, which Van Loan's matrix exponential also gives
     (IEEE Trans. Automatic Control 23, 1978, 395), is computed by Gauss-Legendre quadrature on the same series, so that
-    Q stays positive semi-definite under truncation. Long intervals are halved, and Φ and Q are doubled up again.
-
-    Args:
-        f: matrices as `dynamics` returns them: below the rows of the navigation errors only a diagonal, (K, n, n) 1/s.
-        density: diagonal of S, (n,).
-        interval: T, (K,) s.
-
-    Returns:
-        Φ and Q, (K, n, n) each.
+    Q stays positive semi-definite under truncation. Long intervals are halved, and Φ and Q are doubled up again. F is
+    as `dynamics` returns it, with only a diagonal below the rows of the navigation errors; `density` is the diagonal of
+    S, (n,).
     """
     count, n = f.shape[:2]
     decay = -f[0].diagonal()[CORE:]
@@ -232,17 +187,17 @@ def transition(f: Array, density: Array, interval: Array) -> tuple[Array, Array]
 
     noisy = np.flatnonzero(density)
     root = np.zeros((count, n, len(_NODES) * len(noisy)))
-    own = noisy >= CORE
+    by_parameter = noisy >= CORE
     for i, (node, weight) in enumerate(zip(0.5 * (_NODES + 1.0), 0.5 * _WEIGHTS, strict=True)):
         amplitude = np.sqrt(weight * np.multiply.outer(t, density[noisy]))
         part = root[:, :, i * len(noisy) : (i + 1) * len(noisy)]
         rows = terms[-1][:, :, noisy] * node
         for term in terms[-2::-1]:
             rows = (rows + term[:, :, noisy]) * node
-        rows[:, noisy[~own], np.flatnonzero(~own)] += 1.0
+        rows[:, noisy[~by_parameter], np.flatnonzero(~by_parameter)] += 1.0
         part[:, :CORE] = rows * amplitude[:, None, :]
-        part[:, noisy[own], np.flatnonzero(own)] = (
-            np.exp(-np.multiply.outer(t * node, decay[noisy[own] - CORE])) * amplitude[:, own]
+        part[:, noisy[by_parameter], np.flatnonzero(by_parameter)] = (
+            np.exp(-np.multiply.outer(t * node, decay[noisy[by_parameter] - CORE])) * amplitude[:, by_parameter]
         )
     q = root @ root.transpose(0, 2, 1)
 
@@ -261,26 +216,16 @@ _STEP = 100.0  # m: step for differences of gravity, accurate to 1e-8 of its gra
 
 
 def earth_from_ned(latitude: Array, longitude: Array) -> Array:
-    """Return C_en, from north, east, down into Earth-fixed axes, (K, 3, 3).
-
-    Args:
-        latitude, longitude: (K,) rad.
-    """
+    """Return C_en, from north, east, down into Earth-fixed axes, (K, 3, 3), at (K,) rad."""
     return rotation.dcm_from_quaternion(earth.q_en(latitude, longitude))
 
 
 def earth_dynamics(
     model: ErrorModel, motion: NominalMotion, longitude: Array, gravity: str, ellipsoid: Ellipsoid
 ) -> Array:
-    """Return F of ẋ = F x + w with position, velocity and attitude in Earth-fixed axes.
+    """Return F of ẋ = F x + w, (K, n, n), with position, velocity and attitude in Earth-fixed axes.
 
-    Args:
-        motion: the motion at K instants, in north, east, down.
-        longitude: there, (K,) rad.
-        gravity: name of the engine's gravity model.
-
-    Returns:
-        (K, n, n).
+    The motion is in north, east, down at the longitudes, (K,) rad.
     """
     c_en = earth_from_ned(motion.latitude, longitude)
     c_eb = c_en @ motion.c_nb
@@ -299,20 +244,14 @@ def earth_dynamics(
     f[:, PHI, PHI] = -spin
     f[:, PHI, CORE:] = -c_eb @ rate_error(model, motion.rate_b)[:, :, CORE:]
     f[:, V, CORE:] = c_eb @ force_error(model, motion.force_b)[:, :, CORE:]
-    own = np.arange(CORE, model.size)
-    f[:, own, own] = -model.decay[CORE:]
+    parameters = np.arange(CORE, model.size)
+    f[:, parameters, parameters] = -model.decay[CORE:]
     return f
 
 
 def local_from_earth(state: NavState, ellipsoid: Ellipsoid) -> tuple[Array, Array]:
-    """Return the matrices of (1), from errors in Earth-fixed axes to those in transported local axes, and back.
-
-    Args:
-        state: the solution, K rows.
-        ellipsoid: reference ellipsoid.
-
-    Returns:
-        The matrix and its inverse, (K, 9, 9) each.
+    """Return the matrices of (4), from errors in Earth-fixed axes to those in transported local axes, and back, (K, 9,
+    9).
     """
     c_en = earth_from_ned(state.latitude, state.longitude)
     c_ne = c_en.transpose(0, 2, 1)
@@ -331,16 +270,10 @@ def local_from_earth(state: NavState, ellipsoid: Ellipsoid) -> tuple[Array, Arra
 def transported_transition(
     f: Array, density: Array, interval: Array, state: NavState, ellipsoid: Ellipsoid
 ) -> tuple[Array, Array]:
-    """Return Φ and Q over intervals, for the state in transported local axes.
+    """Return Φ and Q over intervals, (K, n, n) each, for the state in transported local axes.
 
-    Args:
-        f: F of `earth_dynamics` in each interval, (K, n, n).
-        density: diagonal of the spectral density, (n,); the same in all axes of a navigation block.
-        interval: (K,) s.
-        state: the solution at the intervals' ends, K+1 rows.
-
-    Returns:
-        Φ and Q, (K, n, n) each.
+    F is that of `earth_dynamics` in each interval; the density, (n,), is the same in all axes of a navigation block;
+    `state` is the solution at the intervals' ends, K+1 rows.
     """
     phi, q = transition(f, density, interval)
     to, back = local_from_earth(state, ellipsoid)
@@ -353,10 +286,8 @@ def transported_transition(
 
 
 def turn_of_axes(before: NavState, after: NavState, size: int) -> Array:
-    """Return the matrix that refers a state to the axes of a corrected solution, which are its own north and east.
-
-    Returns:
-        (n, n).
+    """Return the matrix, (n, n), that refers a state to the axes of a corrected solution, which are its own north and
+    east.
     """
     psi = turn_of_north(before.latitude, before.longitude, after.latitude, after.longitude)[0]
     c, s = np.cos(psi), np.sin(psi)
@@ -367,13 +298,7 @@ def turn_of_axes(before: NavState, after: NavState, size: int) -> Array:
 
 
 def refer_to_transported(h: Array, state: NavState, ellipsoid: Ellipsoid) -> None:
-    """Change H from a state relative to north to one in transported axes, in place, by (2).
-
-    Args:
-        h: H, (M, k, n).
-        state: the solution at the readings, M rows.
-        ellipsoid: reference ellipsoid.
-    """
+    """Change H, (M, k, n), from a state relative to north to one in transported axes, in place, by (5)."""
     r2 = earth.radii(state.latitude, ellipsoid)[1]
     turn = np.tan(state.latitude) / (r2 + state.height)  # ψ/δr_E
     north, east, _ = state.velocity_ned.T[:, :, None]

@@ -60,23 +60,21 @@ _SMALLER = 0.1
 def state_candidates(model: ErrorModel, innovations: Sequence[Innovations], interval: float) -> list[Block]:
     """Return the blocks that are tried: those that the model lacks, or assumes to be much smaller.
 
-    Args:
-        model: the filter's own.
-        interval: of the inertial samples, s.
+    The inertial samples are `interval` s apart.
     """
-    own = {block.name: block for block in model.blocks}
-    found = []
+    present = {block.name: block for block in model.blocks}
+    candidates = []
     for block in (*_of_satellites(innovations), *_of_inertial(model, interval), *_of_sensors(innovations)):
-        there = own.get(block.name)
+        there = present.get(block.name)
         if there is None:
-            found.append(block)
+            candidates.append(block)
         elif np.max(there.sigma) < _SMALLER * np.max(block.sigma):
-            found.append(replace(block, random_walk=there.density))  # what drives it is kept
-    return found
+            candidates.append(replace(block, random_walk=there.density))  # what drives it is kept
+    return candidates
 
 
 def _of_satellites(innovations: Sequence[Innovations]) -> Iterator[Block]:
-    kinds = {one.sensor: measurement_kind(one.kind) for one in innovations if len(one.time)}
+    kinds = {sensor.sensor: measurement_kind(sensor.kind) for sensor in innovations if len(sensor.time)}
     if any(kind.at_antenna for kind in kinds.values()):
         yield Block("gnss lever arm", _PRIOR["gnss lever arm"])
     if any(kind.on_gnss_clock for kind in kinds.values()):
@@ -94,69 +92,54 @@ def _of_inertial(model: ErrorModel, interval: float) -> Iterator[Block]:
 
 
 def _of_sensors(innovations: Sequence[Innovations]) -> Iterator[Block]:
-    for one in innovations:
-        if not len(one.time):
+    for sensor in innovations:
+        if not len(sensor.time):
             continue
-        kind = measurement_kind(one.kind)
+        kind = measurement_kind(sensor.kind)
         for error, sigma in kind.diagnosed.items():
             size = len(kind.own_errors[error][0]) if error in kind.own_errors else kind.errors
-            yield Block(f"{one.sensor} {error}", (sigma,) * size)
+            yield Block(f"{sensor.sensor} {error}", (sigma,) * size)
 
 
 def walks(model: ErrorModel, innovations: Sequence[Innovations], interval: float) -> Iterator[tuple[str, Block, float]]:
-    """Yield the constant biases that may walk randomly instead.
-
-    Args:
-        model: the filter's own.
-        interval: of the inertial samples, s.
-
-    Yields:
-        Name of the triad or sensor, block of its bias, density of the white noise of its readings.
+    """Yield the constant biases that may walk randomly instead: triad or sensor, block, density of its readings' white
+    noise.
     """
-    own = {block.name: block for block in model.blocks}
+    present = {block.name: block for block in model.blocks}
     for triad, noise in (("gyro", model.gyro_noise), ("accelerometer", model.accel_noise)):
         name = f"{triad} bias"
-        block = own.get(name) or Block(name, noise / math.sqrt(interval))
+        block = present.get(name) or Block(name, noise / math.sqrt(interval))
         if noise > 0.0 and math.isinf(block.correlation_time):
             yield triad, block, noise
-    for one in innovations:
-        bias = own.get(f"{one.sensor} bias")
-        if bias is not None and math.isinf(bias.correlation_time) and len(one.time) > 1:
-            apart = float(np.median(np.diff(one.time)))
-            yield one.sensor, bias, float(np.median(one.sigma_at(slice(None)))) * math.sqrt(apart)
+    for sensor in innovations:
+        bias = present.get(f"{sensor.sensor} bias")
+        if bias is not None and math.isinf(bias.correlation_time) and len(sensor.time) > 1:
+            apart = float(np.median(np.diff(sensor.time)))
+            yield sensor.sensor, bias, float(np.median(sensor.sigma_at(slice(None)))) * math.sqrt(apart)
 
 
 def with_block(model: ErrorModel, block: Block) -> ErrorModel:
     """Return a model with one more block, or with another in place of that of its name."""
-    kept = [block if one.name == block.name else one for one in model.blocks]
-    return replace(model, blocks=tuple(kept if block.name in model.slices else [*kept, block]))
+    blocks = [block if present.name == block.name else present for present in model.blocks]
+    return replace(model, blocks=tuple(blocks if block.name in model.slices else [*blocks, block]))
 
 
 def initial_candidates(model: ErrorModel) -> Iterator[tuple[str, ErrorModel]]:
-    """Yield the initial states that are tried, with the model that knows little of them.
-
-    Args:
-        model: the filter's own.
-    """
-    own = {block.name: block for block in model.blocks}
+    """Yield the initial states that are tried, with the model that knows little of them."""
+    present = {block.name: block for block in model.blocks}
     for name, (block, components, prior) in INITIAL.items():
-        sigma = np.array(np.broadcast_to(np.asarray(own[block].sigma, dtype=np.float64), 3))
+        sigma = np.array(np.broadcast_to(np.asarray(present[block].sigma, dtype=np.float64), 3))
         if np.max(sigma[components]) < _SMALLER * prior:
             sigma[components] = prior
-            yield name, with_block(model, replace(own[block], sigma=sigma))
+            yield name, with_block(model, replace(present[block], sigma=sigma))
 
 
-def widened(covariance: Array | None, own: ErrorModel, other: ErrorModel) -> Array | None:
-    """Return an initial covariance with the larger σ of the initial states of another model.
-
-    Args:
-        covariance: P₀ of the first states, (m, m); None if the model's σ are used.
-        other: one of `initial_candidates`.
-    """
+def widened(covariance: Array | None, model: ErrorModel, other: ErrorModel) -> Array | None:
+    """Return an initial covariance, if there is one, with the larger σ of the initial states of another model."""
     if covariance is None:
         return None
     count = min(len(covariance), 9)
-    more = other.sigma[:count] ** 2 - own.sigma[:count] ** 2
+    more = other.sigma[:count] ** 2 - model.sigma[:count] ** 2
     wide = covariance.copy()
     wide[np.arange(count), np.arange(count)] += np.maximum(more, 0.0)
     return wide
@@ -166,17 +149,13 @@ FEWEST = 8
 """Fewest readings that are compared."""
 
 
-def gain(own: Sequence[Innovations], other: Sequence[Innovations]) -> float:
+def gain(base: Sequence[Innovations], other: Sequence[Innovations]) -> float:
     """Return twice the logarithm of the ratio of two models' evidence, over the readings that both were tested on.
 
-    Args:
-        other: those of the same readings under a hypothesis.
-
-    Returns:
-        2 ln (p(z | hypothesis) / p(z | own)); positive if the hypothesis explains the readings better.
+    It is 2 ln (p(z | hypothesis) / p(z | own)), positive if the hypothesis explains the readings better.
     """
     total = 0.0
-    for a, b in zip(own, other, strict=True):
+    for a, b in zip(base, other, strict=True):
         if len(a.nis) != len(b.nis):
             return -math.inf
         both = np.flatnonzero(np.isfinite(a.nis) & np.isfinite(b.nis))
@@ -194,25 +173,16 @@ def _deviance(innovations: Innovations, rows: NDArray[np.intp]) -> float:
 
 
 def needed_gain(hypotheses: int, fitted: bool) -> float:
-    """Return the gain from which a hypothesis is named.
-
-    Args:
-        fitted: whether one size is fitted to the readings, instead of having a prior σ.
-
-    Returns:
-        The least 2 ln of the ratio.
-    """
+    """Return the gain from which a hypothesis is named, whose size is `fitted` to the readings or has a prior σ."""
     return (
         float(scipy.special.chdtri(1, FALSE_ALARM / hypotheses)) if fitted else 2.0 * math.log(hypotheses / FALSE_ALARM)
     )
 
 
 def size_of_innovations(innovations: Innovations) -> float:
-    """Return how much larger the innovations are than the filter assumes, by the median of their NIS.
+    """Return the factor by which the innovations are larger than the filter assumes, by the median of their NIS.
 
-    Returns:
-        Factor of their σ, 1 if the filter is right; not a number with too few readings. Half of the readings may be
-        outliers.
+    It is 1 if the filter is right, and not a number with too few readings. Half of the readings may be outliers.
     """
     nis = innovations.nis[np.isfinite(innovations.nis)]
     if len(nis) < FEWEST:
@@ -242,60 +212,51 @@ _DECADES, _HALF = 6, math.sqrt(10.0)
 
 
 def diagnose(run: Run, model: ErrorModel, interval: float, until: float) -> Diagnosis | None:
-    """Look for the cause of inconsistent innovations.
-
-    Args:
-        model: the filter's own.
-        interval: of the inertial samples, s.
-        until: end of the time that is looked at, s.
-
-    Returns:
-        The findings; None for a filter whose innovations are consistent.
-    """
-    own = run(model, {})
-    judged = consistency(own)
+    """Look for the cause of inconsistent innovations until an instant, s; return None if they are consistent."""
+    base = run(model, {})
+    judged = consistency(base)
     if judged.consistent:
         return None
     bad = [s.sensor for s in judged.sensors if s.verdict not in ("consistent", "unknown", "outliers")]
-    tried = [*_states(run, model, own, interval), *_initial(run, model, own)]
-    tried += _measurement_noise(run, model, own, bad)
-    tried += _inertial_noise(run, model, own, interval)
+    tried = [*_states(run, model, base, interval), *_initial(run, model, base)]
+    tried += _measurement_noise(run, model, base, bad)
+    tried += _inertial_noise(run, model, base, interval)
     count = max(len(tried), 1)
     fitted = ("measurement noise", "inertial noise", "bias walk")
-    found = [replace(one, needed=needed_gain(count, one.kind in fitted)) for one in tried]
-    found.sort(key=lambda one: -one.gain)
-    found[:1] = [_with_size(run, model, own, one) for one in found[:1]]
+    ranked = [replace(hypothesis, needed=needed_gain(count, hypothesis.kind in fitted)) for hypothesis in tried]
+    ranked.sort(key=lambda hypothesis: -hypothesis.gain)
+    ranked[:1] = [_with_size(run, model, base, hypothesis) for hypothesis in ranked[:1]]
     return Diagnosis(
         until,
-        tuple(span for one in own.innovations for span in refusals(one)),
-        {one.sensor: size_of_innovations(one) for one in own.innovations},
-        tuple(found),
+        tuple(span for sensor in base.innovations for span in refusals(sensor)),
+        {sensor.sensor: size_of_innovations(sensor) for sensor in base.innovations},
+        tuple(ranked),
     )
 
 
 def _try(run: Run, model: ErrorModel, factors: Mapping[str, float]) -> Estimate | None:
     """Run the filter; None if it fails, which speaks against the hypothesis, or if the search is at its limit."""
     try:
-        found = run(model, factors)
+        estimate = run(model, factors)
     except SinssimError:
         return None
-    return found if len(found.time) else None
+    return estimate if len(estimate.time) else None
 
 
-def _states(run: Run, model: ErrorModel, own: Estimate, interval: float) -> list[Hypothesis]:
+def _states(run: Run, model: ErrorModel, base: Estimate, interval: float) -> list[Hypothesis]:
     """Try each state that the model lacks, or assumes to be small."""
-    tried = [_state(run, model, own, block) for block in state_candidates(model, own.innovations, interval)]
-    return [one for one in tried if one is not None]
+    tried = [_state(run, model, base, block) for block in state_candidates(model, base.innovations, interval)]
+    return [hypothesis for hypothesis in tried if hypothesis is not None]
 
 
-def _state(run: Run, model: ErrorModel, own: Estimate, block: Block) -> Hypothesis | None:
+def _state(run: Run, model: ErrorModel, base: Estimate, block: Block) -> Hypothesis | None:
     """Try one block of states; None if the filter fails with it."""
     there = _try(run, with_block(model, block), {})
     if there is None:
         return None
     where = there.model.slices[block.name]
     value, sigma = there.parameters[block.name][-1], there.sigma[-1, where]
-    better = gain(own.innovations, there.innovations)
+    better = gain(base.innovations, there.innovations)
     return Hypothesis(block.name, "state", _plain(value), _plain(sigma), better, math.inf)
 
 
@@ -303,40 +264,42 @@ def _plain(values: Array) -> tuple[float, ...]:
     return tuple(float(value) for value in np.ravel(values))
 
 
-def _initial(run: Run, model: ErrorModel, own: Estimate) -> list[Hypothesis]:
+def _initial(run: Run, model: ErrorModel, base: Estimate) -> list[Hypothesis]:
     """Try a start of which the filter knows little; the sizes are found afterwards, for the best one."""
-    found = []
+    hypotheses = []
     for name, wide in initial_candidates(model):
         there = _try(run, wide, {})
         if there is not None:
-            found.append(Hypothesis(name, "initial state", (), (), gain(own.innovations, there.innovations), math.inf))
-    return found
+            hypotheses.append(
+                Hypothesis(name, "initial state", (), (), gain(base.innovations, there.innovations), math.inf)
+            )
+    return hypotheses
 
 
-def _with_size(run: Run, model: ErrorModel, own: Estimate, one: Hypothesis) -> Hypothesis:
+def _with_size(run: Run, model: ErrorModel, base: Estimate, hypothesis: Hypothesis) -> Hypothesis:
     """Return a hypothesis on the initial state with the error that the smoothed solution shows there."""
-    if one.kind != "initial state":
-        return one
-    block, components, _ = INITIAL[one.name]
-    there = run(dict(initial_candidates(model))[one.name], {}, smooth=True)
+    if hypothesis.kind != "initial state":
+        return hypothesis
+    block, components, _ = INITIAL[hypothesis.name]
+    there = run(dict(initial_candidates(model))[hypothesis.name], {}, smooth=True)
     if there.smoothed is None:
-        return one
-    solution, best = own.solution, there.smoothed.solution
+        return hypothesis
+    solution, best = base.solution, there.smoothed.solution
     start = replace(solution, **{name: getattr(solution, name)[:1] for name in _COLUMNS}, azimuth=None)
     likely = NavState(*(getattr(best, name)[:1] for name in _COLUMNS[1:-1]))
     error = navigation_error(likely, start, axes=model.axes)
     of_block = {"position": error.position_ned, "velocity": error.velocity_ned, "attitude": error.attitude}[block][0]
     sigma = there.smoothed.sigma[0, model.slices[block]]
-    sign = -1.0 if one.name == "initial heading" else 1.0  # φ down is the negative error of heading
-    return replace(one, value=_plain(sign * of_block[components]), sigma=_plain(sigma[components]))
+    sign = -1.0 if hypothesis.name == "initial heading" else 1.0  # φ down is the negative error of heading
+    return replace(hypothesis, value=_plain(sign * of_block[components]), sigma=_plain(sigma[components]))
 
 
-def _measurement_noise(run: Run, model: ErrorModel, own: Estimate, sensors: Sequence[str]) -> list[Hypothesis]:
+def _measurement_noise(run: Run, model: ErrorModel, base: Estimate, sensors: Sequence[str]) -> list[Hypothesis]:
     """Try other σ of each sensor whose innovations are not as assumed, and of all of them together."""
     which = [[sensor] for sensor in sensors] + ([list(sensors)] if len(sensors) > 1 else [])
-    found = []
-    for together in which:
-        factors, there, settled = dict.fromkeys(together, 1.0), own, False
+    hypotheses = []
+    for group in which:
+        factors, there, settled = dict.fromkeys(group, 1.0), base, False
         for _ in range(_ROUNDS):
             sizes = {i.sensor: size_of_innovations(i) for i in there.innovations if i.sensor in factors}
             if not all(math.isfinite(size) and size > 0.0 for size in sizes.values()):
@@ -351,20 +314,20 @@ def _measurement_noise(run: Run, model: ErrorModel, own: Estimate, sensors: Sequ
                 break
         if not settled:  # the readings' own noise does not show in the innovations: no factor follows from them
             continue
-        better = gain(own.innovations, there.innovations)
-        spread = _spread(run, model, factors, better, own)
+        better = gain(base.innovations, there.innovations)
+        spread = _spread(run, model, factors, better, base)
         if all(abs(math.log(factor)) > _SURE * spread for factor in factors.values()):
-            value = tuple(factors[sensor] for sensor in together)
+            value = tuple(factors[sensor] for sensor in group)
             sigma = tuple(spread * factor for factor in value)
-            found.append(Hypothesis(", ".join(together), "measurement noise", value, sigma, better, math.inf))
-    return found
+            hypotheses.append(Hypothesis(", ".join(group), "measurement noise", value, sigma, better, math.inf))
+    return hypotheses
 
 
-def _spread(run: Run, model: ErrorModel, factors: Mapping[str, float], better: float, own: Estimate) -> float:
+def _spread(run: Run, model: ErrorModel, factors: Mapping[str, float], better: float, base: Estimate) -> float:
     """Return the 1σ of the logarithm of factors of σ, from how much the gain falls where they are closer to 1.
 
     The gain, twice the logarithm of the likelihood, is a parabola about its maximum, g − (ln f/f̂)²/σ². It is infinite
-    where the likelihood is flat, so that a factor of 1 cannot be told from the one that was found.
+    where the likelihood is flat, so that a factor of 1 cannot be told from the best one.
     """
     closer = {sensor: math.sqrt(factor) for sensor, factor in factors.items()}
     try:
@@ -373,24 +336,24 @@ def _spread(run: Run, model: ErrorModel, factors: Mapping[str, float], better: f
         return math.inf
     except SinssimError:
         there = None
-    fall = better - (-math.inf if there is None else gain(own.innovations, there.innovations))
+    fall = better - (-math.inf if there is None else gain(base.innovations, there.innovations))
     step = max(abs(math.log(factor)) for factor in closer.values())
     return 0.0 if math.isinf(fall) else step / math.sqrt(fall) if fall > 0.0 else math.inf
 
 
-def _inertial_noise(run: Run, model: ErrorModel, own: Estimate, interval: float) -> list[Hypothesis]:
+def _inertial_noise(run: Run, model: ErrorModel, base: Estimate, interval: float) -> list[Hypothesis]:
     """Try more white noise of the inertial sensors, and random walks of the biases of all sensors."""
 
     def louder(factor: float) -> ErrorModel:
         return replace(model, gyro_noise=factor * model.gyro_noise, accel_noise=factor * model.accel_noise)
 
-    lasts = float(own.time[-1] - own.time[0]) if len(own.time) > 1 else 1.0
+    lasts = float(base.time[-1] - base.time[0]) if len(base.time) > 1 else 1.0
     searches = []
     if model.gyro_noise > 0.0 or model.accel_noise > 0.0:
-        searches.append(_Search(run, own, "inertial noise", "inertial noise", louder, _HALF))
-    for name, block, noise in walks(model, own.innovations, interval):
+        searches.append(_Search(run, base, "inertial noise", "inertial noise", louder, _HALF))
+    for name, block, noise in walks(model, base.innovations, interval):
         # from where the walk is as large as the white noise at the end of the time
-        searches.append(_Search(run, own, name, "bias walk", _walking(model, block), math.sqrt(3.0) * noise / lasts))
+        searches.append(_Search(run, base, name, "bias walk", _walking(model, block), math.sqrt(3.0) * noise / lasts))
     for search in searches:
         search.by_decades()
     if searches:
@@ -405,29 +368,20 @@ def _walking(model: ErrorModel, block: Block) -> Callable[[float], ErrorModel]:
 
 @dataclass
 class _Search:
-    """The search for the size of a noise that explains the innovations best.
+    """The search for the size of a noise that explains the innovations best."""
 
-    Attributes:
-        run: runs the filter.
-        own: the filter's estimate.
-        name, kind: of the hypothesis.
-        model_of: model with a noise of a size.
-        start: least size.
-        tried: gain by size.
-    """
-
-    run: Run
-    own: Estimate
+    run: Run  # runs the filter
+    own: Estimate  # the filter's estimate
     name: str
-    kind: Kind
-    model_of: Callable[[float], ErrorModel]
-    start: float
-    tried: dict[float, float] = field(default_factory=dict)
+    kind: Kind  # name, kind: of the hypothesis
+    model_of: Callable[[float], ErrorModel]  # model with a noise of a size
+    start: float  # least size
+    tried: dict[float, float] = field(default_factory=dict)  # gain by size
 
     @property
     def best(self) -> tuple[float, float]:
         """Size with the largest gain, and that gain."""
-        return max(self.tried.items(), key=lambda one: one[1])
+        return max(self.tried.items(), key=lambda item: item[1])
 
     @property
     def hypothesis(self) -> Hypothesis:

@@ -124,10 +124,8 @@ class Record:
     ) -> None:
         """Record the solution of a segment.
 
-        Args:
-            compensated: values of all compensated parameters in it, in the order of the states, (n,).
-            fed_back: errors fed back at its end, (n,).
-            turn: matrix into the axes there, (n, n); None if they are the same.
+        `compensated` are the values of the parameters in it, and `fed_back` the errors fed back at its end, (n,) each.
+        `turn` is the matrix into the axes there, (n, n); None if they are the same.
         """
         count = len(navigation.latitude)
         part = slice(first, first + count)
@@ -180,8 +178,8 @@ class Record:
 
     def rows(self, count: int) -> tuple[NDArray[np.intp], Array]:
         """Return which of the first `count` epochs have a stored covariance, and the covariances."""
-        kept = np.array([row for row in self._rows if row < count], dtype=np.intp)
-        return kept, self._covariance.first(len(kept))
+        stored = np.array([row for row in self._rows if row < count], dtype=np.intp)
+        return stored, self._covariance.first(len(stored))
 
     def history(self) -> History:
         """Return the history of the stored rows."""
@@ -254,14 +252,7 @@ class Loop:
         return set(np.searchsorted(self.around.epochs.time, begin - 1e-5).tolist())
 
     def run(self, state: NavState, feedback_s: float | None) -> Divergence | None:
-        """Go through all epochs.
-
-        Args:
-            feedback_s: longest segment of the closed loop, s; None for the open loop.
-
-        Returns:
-            The divergence; None if there is none.
-        """
+        """Go through all epochs, in the closed loop in segments of at most `feedback_s`; return a divergence."""
         epochs = self.around.epochs
         ends = np.flatnonzero(epochs.on_edge)
         length, edge = _SHORTEST if feedback_s else _OPEN, 0
@@ -283,9 +274,8 @@ class Loop:
     def _stretch(self, last: int, edge: int, state: NavState, *, closed: bool) -> tuple[NavState, bool]:
         """Process the epochs up to `last`, starting from a state at an edge.
 
-        Returns:
-            The state at the end, after feedback, and whether the end is `last`: the closed loop ends a segment early if
-            its errors become too large.
+        Returns the state at the end, after feedback, and whether the end is `last`: the closed loop ends a segment
+        early if its errors become too large.
         """
         around, first = self.around, self.done
         calibration, parameters = self._calibration(), self._parameters()
@@ -318,8 +308,8 @@ class Loop:
             if interval:
                 self._predict(line, k, interval)
             observed = line.observed.get(epoch, ())
-            for one in observed:
-                self._update(one, epoch)
+            for reading in observed:
+                self._update(reading, epoch)
             known = self.branches.known(now)
             self.record.note(known.x, known.covariance)
             self.done = epoch + 1
@@ -361,11 +351,13 @@ class Loop:
 
     def _calibration(self) -> ImuErrors:
         """Return the compensated errors of the inertial sensors."""
-        found = self._parameters()
+        parameters = self._parameters()
 
         def triad(name: str) -> TriadErrors:
-            own = ((INERTIAL[b], value) for b, value in found.items() if b in INERTIAL and b.startswith(f"{name} "))
-            return TriadErrors(**dict[str, Any]({term.field: term.shaped(value) for term, value in own}))
+            terms = (
+                (INERTIAL[b], value) for b, value in parameters.items() if b in INERTIAL and b.startswith(f"{name} ")
+            )
+            return TriadErrors(**dict[str, Any]({term.field: term.shaped(value) for term, value in terms}))
 
         return ImuErrors(triad("gyro"), triad("accelerometer"))
 
@@ -394,31 +386,31 @@ class Loop:
         for branch in self.branches.every():
             branch.predict(phi, q, came)
 
-    def _update(self, one: Observed, epoch: int) -> None:
-        readings = self.around.readings[one.sensor]
+    def _update(self, reading: Observed, epoch: int) -> None:
+        readings = self.around.readings[reading.sensor]
         data, now = readings.data, float(self.around.epochs.time[epoch])
-        interval, gate, main = one.interval, self.gates[one.sensor], self.branches.main
-        r = readings.covariance(one.row, one.variance)
-        innovation = main.innovation(one, r, interval)
-        name = f"{data.label} {one.row} (valid at {data.time[one.row]:.3f} s)"
+        interval, gate, main = reading.interval, self.gates[reading.sensor], self.branches.main
+        r = readings.covariance(reading.row, reading.variance)
+        innovation = main.innovation(reading, r, interval)
+        name = f"{data.label} {reading.row} (valid at {data.time[reading.row]:.3f} s)"
         if not np.isfinite(innovation.nis):
             raise Diverged(now, name, "the innovation is not finite")
-        arrival = float(data.arrival[one.row])
+        arrival = float(data.arrival[reading.row])
         if arrival > now + 1e-6:
             self.branches.wait(arrival)
         for branch in self.branches.waiting:  # each branch by its own estimate
-            if branch.holds(arrival) and gate.admits(branch.innovation(one, r, interval)):
-                branch.take(one, r, interval)
-        if not gate.passes(one.row, innovation):
+            if branch.holds(arrival) and gate.admits(branch.innovation(reading, r, interval)):
+                branch.take(reading, r, interval)
+        if not gate.passes(reading.row, innovation):
             return
-        main.take(one, r, interval)
+        main.take(reading, r, interval)
         self._taken = name
         if self._history:
-            seen = one.h @ self._transition
+            seen = reading.h @ self._transition
             self._information += seen.T @ (
-                seen / one.variance[:, None] if data.correlation is None else np.linalg.solve(r, seen)
+                seen / reading.variance[:, None] if data.correlation is None else np.linalg.solve(r, seen)
             )
-            self._decay = self._decay - self.filter.gain @ (one.h @ self._decay)
+            self._decay = self._decay - self.filter.gain @ (reading.h @ self._decay)
         check_covariance(self.filter.covariance, self._varying, now, name)
 
     def _keep(self, epoch: int, known: Array) -> None:

@@ -22,19 +22,12 @@ def neglected(model: ErrorModel) -> list[str]:
 
 
 def remarks(innovations: Sequence[Innovations], late: Sequence[int]) -> list[str]:
-    """Report readings that were not used.
-
-    Args:
-        late: number of readings of each sensor that arrive after the end.
-
-    Returns:
-        Whole sentences; none for a sensor whose readings were all used.
-    """
-    found = [] if innovations else ["There are no measurements: the result is the inertial solution."]
+    """Return sentences on readings that were not used; `late` readings of each sensor arrive after the end."""
+    sentences = [] if innovations else ["There are no measurements: the result is the inertial solution."]
     for i, later in zip(innovations, late, strict=True):
         count = len(i.time)
         if later > max(1, count // 10) or later == count > 0:  # a few readings pending at the end are normal
-            found.append(
+            sentences.append(
                 f"{i.sensor}: {later} of {count} measurements arrive after the end of the run; only the smoothed "
                 "solution uses them."
             )
@@ -42,23 +35,23 @@ def remarks(innovations: Sequence[Innovations], late: Sequence[int]) -> list[str
         unusable = Counter(reason for reason, nis in zip(i.reason, i.nis, strict=True) if reason and np.isnan(nis))
         if not count:
             stood = " (the vehicle was never at rest)" if i.kind in ("zero-velocity", "zero-rate") else ""
-            found.append(f"{i.sensor}: there was no measurement{stood}; the sensor corrects nothing.")
+            sentences.append(f"{i.sensor}: there was no measurement{stood}; the sensor corrects nothing.")
             continue
         why = ", ".join(f"{number} {reason}" for reason, number in unusable.items())
         if not i.accepted.any():
             detail = "; ".join(filter(None, [why, f"{rejected} rejected by the gate" if rejected else ""]))
-            found.append(
+            sentences.append(
                 f"{i.sensor}: none of {count} measurements was used{f' ({detail})' if detail else ''}; the sensor "
                 "corrects nothing."
             )
             continue
         if why:
-            found.append(f"{i.sensor}: some of {count} measurements could not be used ({why}).")
+            sentences.append(f"{i.sensor}: some of {count} measurements could not be used ({why}).")
         if rejected:
-            found.append(f"{i.sensor}: the gate rejected {rejected} of {count} measurements.")
+            sentences.append(f"{i.sensor}: the gate rejected {rejected} of {count} measurements.")
     if innovations and not any(i.accepted.any() for i in innovations):
-        found.append("No measurement was used: the result is the inertial solution.")
-    return found
+        sentences.append("No measurement was used: the result is the inertial solution.")
+    return sentences
 
 
 REFUSED = 0.02
@@ -73,30 +66,27 @@ _AXES = ("forward", "right", "down")
 def vibration_untold(
     innovations: Sequence[Innovations], imu: ImuData, model: ErrorModel, added: AddedNoise | None
 ) -> list[str]:
-    """Name the vibration in the inertial readings if readings are refused and the filter was told of none.
+    """Name the vibration in the inertial readings if readings are rejected and the filter assumes none.
 
     White noise of density N scatters the readings of one sample by N/√Δt. Readings that scatter more hold either more
     noise or vibration, which adds noise.
-
-    Args:
-        added: noise in addition to the model's that the filter was told; None for none.
     """
     tested = sum(int(np.count_nonzero(~np.isnan(i.nis))) for i in innovations)
     refused = sum(int(np.count_nonzero(~np.isnan(i.nis) & ~i.accepted)) for i in innovations)
     if added is not None or refused <= REFUSED * tested:
         return []
     try:
-        found = vibration(imu)
+        level_of = vibration(imu)
     except InputError:  # sampled too slowly to show vibration
         return []
-    told = (
-        ("gyros", found.gyro, model.gyro_noise, 180.0 / np.pi, "°/s"),
-        ("accelerometers", found.accel, model.accel_noise, 1.0, "m/s²"),
+    triads = (
+        ("gyros", level_of.gyro, model.gyro_noise, 180.0 / np.pi, "°/s"),
+        ("accelerometers", level_of.accel, model.accel_noise, 1.0, "m/s²"),
     )
     words = []
-    for name, level, density, unit, symbol in told:
+    for name, level, density, unit, symbol in triads:
         rms = np.sqrt(np.mean(level**2, axis=0))
-        axis, assumed = int(np.argmax(rms)), density / np.sqrt(found.interval)
+        axis, assumed = int(np.argmax(rms)), density / np.sqrt(level_of.interval)
         if rms[axis] > SHAKEN * assumed:
             times = f"{rms[axis] / assumed:.0f} times the assumed noise of a sample" if assumed else "none is assumed"
             words.append(f"the {name} by {unit * rms[axis]:.3g} {symbol} (rms, {_AXES[axis]}), {times}")

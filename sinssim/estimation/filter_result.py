@@ -28,69 +28,47 @@ ALIKE = 2.0 * math.log(100.0)
 
 @dataclass(frozen=True)
 class Refusals:
-    """Consecutive refused readings of one sensor, more than chance explains.
-
-    Attributes:
-        sensor: its name.
-        start, end: instants of the first and of the last one, s.
-        count: number of them.
-        mean: mean of the readings less their predictions, in the axes and the unit of the kind of measurement.
-    """
+    """Consecutive refused readings of one sensor, more than chance explains."""
 
     sensor: str
     start: float
-    end: float
-    count: int
+    end: float  # start, end: instants of the first and of the last one, s
+    count: int  # number of them
     mean: tuple[float, ...] = ()
+    """Mean of the readings less their predictions, in the axes and the unit of the kind of measurement."""
 
 
 @dataclass(frozen=True)
 class Hypothesis:
-    """One explanation that was tried.
-
-    Attributes:
-        name: block of states; "initial heading" and the like; sensors whose σ is wrong, joined by ", "; "inertial
-            noise"; or "gyro", "accelerometer".
-        kind: what it is.
-        value: estimates of the states, or the factor or density that explains the innovations best.
-        sigma: 1σ of the estimates, or of the factors of σ; empty for another fitted size.
-        gain: see `sinssim.estimation.filter_diagnosis.gain`.
-        needed: gain from which it is named.
-    """
+    """One explanation that was tried."""
 
     name: str
-    kind: Kind
-    value: tuple[float, ...]
-    sigma: tuple[float, ...]
-    gain: float
-    needed: float
+    """Block of states; "initial heading" and the like; sensors whose σ is wrong, joined by ", "; "inertial noise"; or
+    "gyro", "accelerometer".
+    """
+    kind: Kind  # what it is
+    value: tuple[float, ...]  # estimates of the states, or the factor or density that explains the innovations best
+    sigma: tuple[float, ...]  # 1σ of the estimates, or of the factors of σ; empty for another fitted size
+    gain: float  # see `sinssim.estimation.filter_diagnosis.gain`
+    needed: float  # gain from which it is named
 
 
 @dataclass(frozen=True)
 class Diagnosis:
-    """What the innovations of a filter say about its faults.
+    """What the innovations of a filter say about its faults."""
 
-    Attributes:
-        until: end of the time that was looked at, s.
-        refusals: spans of refused readings.
-        sizes: factor by which the innovations of each sensor are larger than assumed.
-        hypotheses: all that were tried, the one with the largest gain first.
-        runs: number of runs of the filter that the search took, and `seconds`, their duration, s.
-        cut: whether the search ended at its limit, with hypotheses untried.
-    """
-
-    until: float
-    refusals: tuple[Refusals, ...]
-    sizes: Mapping[str, float]
-    hypotheses: tuple[Hypothesis, ...]
-    runs: int = 0
+    until: float  # end of the time that was looked at, s
+    refusals: tuple[Refusals, ...]  # spans of refused readings
+    sizes: Mapping[str, float]  # factor by which the innovations of each sensor are larger than assumed
+    hypotheses: tuple[Hypothesis, ...]  # all that were tried, the one with the largest gain first
+    runs: int = 0  # number of runs of the filter that the search took, and `seconds`, their duration, s
     seconds: float = 0.0
-    cut: bool = False
+    cut: bool = False  # whether the search ended at its limit, with hypotheses untried
 
     @property
     def cause(self) -> Hypothesis | None:
         """The best explanation; None if no hypothesis explains enough."""
-        named = [one for one in self.hypotheses if one.gain > one.needed]
+        named = [hypothesis for hypothesis in self.hypotheses if hypothesis.gain > hypothesis.needed]
         return named[0] if named else None
 
     @property
@@ -100,9 +78,9 @@ class Diagnosis:
         if cause is None:
             return ()
         return tuple(
-            one
-            for one in self.hypotheses
-            if one is not cause and one.gain > one.needed and cause.gain - one.gain < ALIKE
+            hypothesis
+            for hypothesis in self.hypotheses
+            if hypothesis is not cause and hypothesis.gain > hypothesis.needed and cause.gain - hypothesis.gain < ALIKE
         )
 
 
@@ -120,8 +98,8 @@ class Reasons(Sequence[str]):
         told: the sentences that are not empty, by the number of the reading.
     """
 
-    def __init__(self, count: int, told: Mapping[int, str]) -> None:
-        self._count, self.told = count, told
+    def __init__(self, count: int, sentences: Mapping[int, str]) -> None:
+        self._count, self.sentences = count, sentences
 
     def __len__(self) -> int:
         return self._count
@@ -132,11 +110,11 @@ class Reasons(Sequence[str]):
     def __getitem__(self, row: slice) -> list[str]: ...
     def __getitem__(self, row: int | slice) -> str | list[str]:
         if isinstance(row, slice):
-            return [self.told.get(k, "") for k in range(self._count)[row]]
-        return self.told.get(range(self._count)[row], "")
+            return [self.sentences.get(k, "") for k in range(self._count)[row]]
+        return self.sentences.get(range(self._count)[row], "")
 
     def __iter__(self) -> Iterator[str]:
-        return (self.told.get(k, "") for k in range(self._count))
+        return (self.sentences.get(k, "") for k in range(self._count))
 
 
 @short_repr
@@ -393,15 +371,7 @@ def _errors(
 
 
 def corrected(state: NavState, error: Array, ellipsoid: Ellipsoid, axes: str = "north") -> NavState:
-    """Return navigation states with errors subtracted.
-
-    Args:
-        state: N rows.
-        error: position north, east, down [m], velocity [m/s], attitude φ [rad], (N, 9).
-
-    Returns:
-        The states, N rows.
-    """
+    """Return navigation states with errors subtracted: position [m], velocity [m/s] and attitude φ [rad], (N, 9)."""
     from sinssim import earth
 
     q = rotation.multiply(rotation.quaternion_from_rotation_vector(error[:, 6:9]), state.q_nb)

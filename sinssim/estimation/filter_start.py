@@ -17,17 +17,11 @@ from sinssim.sensors.imu.imu_errors import ImuErrors
 
 @dataclass(frozen=True)
 class Start:
-    """Start of a filter.
+    """Start of a filter."""
 
-    Attributes:
-        imu: samples from the start on.
-        state: state at the start.
-        covariance: covariance of the first m states' errors, (m, m); None for that of the error model.
-    """
-
-    imu: ImuData
-    state: NavState
-    covariance: Array | None
+    imu: ImuData  # samples from the start on
+    state: NavState  # state at the start
+    covariance: Array | None  # covariance of the first m states' errors, (m, m); None for that of the error model
 
 
 def at_rest(

@@ -27,7 +27,7 @@ class InnovationGate:
     def __init__(self, readings: CheckedMeasurements, probability: float | None) -> None:
         count, k = readings.data.sigma.shape
         self._data = readings.data
-        self._reasons = dict(readings.reason.told)
+        self._reasons = dict(readings.reason.sentences)
         self._accepted = np.zeros(count, dtype=bool)
         self._value = np.full((count, k), np.nan)
         self._triangle = np.tril_indices(k)
@@ -63,11 +63,7 @@ class InnovationGate:
 
 
 def contradiction(innovations: Sequence[Innovations]) -> Divergence | None:
-    """Find the first period in which the gate rejected every reading of every sensor.
-
-    Returns:
-        The contradiction between filter and sensors; None if there is none.
-    """
+    """Return the first period in which the gate rejected every reading of every sensor; None if there is none."""
     refused = [np.flatnonzero(~i.accepted & ~np.isnan(i.nis)) for i in innovations]
     time = np.concatenate([i.time[rows] for i, rows in zip(innovations, refused, strict=True)] or [np.zeros(0)])
     if not len(time):

@@ -36,11 +36,7 @@ class Innovation(NamedTuple):
 
 
 class ErrorFilter:
-    """Estimate x and covariance P of a state that starts at zero.
-
-    Args:
-        covariance: P at the start, (n, n).
-    """
+    """Estimate x and covariance P, (n, n), of a state that starts at zero."""
 
     def __init__(self, covariance: Array) -> None:
         self._filter = KalmanFilter(dim_x=len(covariance), dim_z=1)
@@ -67,35 +63,19 @@ class ErrorFilter:
         return self._filter.K  # type: ignore[no-any-return]
 
     def turn(self, matrix: Array) -> None:
-        """Refer estimate and covariance to other axes.
-
-        Args:
-            matrix: from the present axes into the others, (n, n).
-        """
+        """Refer estimate and covariance to other axes, by the matrix from the present ones, (n, n)."""
         self._filter.x = matrix @ self._filter.x
         self._filter.P = matrix @ self._filter.P @ matrix.T
 
     def predict(self, phi: Array, q: Array) -> None:
-        """Predict over one interval.
-
-        Args:
-            phi: Φ, (n, n).
-            q: Q, (n, n).
-        """
+        """Predict over one interval by Φ and Q, (n, n)."""
         self._filter.F, self._filter.Q = phi, q  # as arguments they would take filterpy longer
         self._filter.predict()
 
     def innovation(self, residual: Array, h: Array, r: Array, cross: Array | None = None) -> Innovation:
-        """Return the innovation of a reading.
+        """Return the innovation of a reading with H, (k, n), and R, (k, k); its square is NaN where S is singular.
 
-        Args:
-            residual: (k,).
-            h: H, (k, n).
-            r: R, (k, k).
-            cross: covariance of the state's error with the reading's noise, (n, k); None if they are independent.
-
-        Returns:
-            The innovation; its square is NaN where S is singular.
+        `cross` is the covariance of the state's error with the reading's noise, (n, k); None if they are independent.
         """
         value = residual - h @ self.x
         covariance = h @ self.covariance @ h.T + r
@@ -109,14 +89,7 @@ class ErrorFilter:
         return Innovation(value, covariance, squares)
 
     def update(self, residual: Array, h: Array, r: Array, cross: Array | None = None) -> None:
-        """Update the estimate with a reading.
-
-        Args:
-            residual: (k,).
-            h: H, (k, n).
-            r: R, (k, k).
-            cross: covariance of the state's error with the reading's noise, (n, k); None if they are independent.
-        """
+        """Update the estimate with a reading; the arguments are those of `innovation`."""
         self._filter.R = r
         if cross is None:
             self._filter.update(residual, H=h)
@@ -131,25 +104,17 @@ _SAME = 1e-6
 
 @dataclass
 class Branch:
-    """The estimate from the readings that arrive before an instant.
+    """The estimate from the readings that arrive before an instant."""
 
-    Attributes:
-        until: that instant, s; infinity for the estimate from all readings.
-        filter: x and P.
-        cross: covariance of the state's error with the gyros' noise since the last zero-rate reading, (n, 3), by number
-            of the zero-rate sensor.
+    until: float  # that instant, s; infinity for the estimate from all readings
+    filter: ErrorFilter  # x and P
+    cross: dict[int, Array]
+    """Covariance of the state's error with the gyros' noise since the last zero-rate reading, (n, 3), by number of the
+    zero-rate sensor.
     """
 
-    until: float
-    filter: ErrorFilter
-    cross: dict[int, Array]
-
     def fork(self, until: float) -> Branch:
-        """Return a copy of the estimate that continues with the readings that arrive before an instant.
-
-        Args:
-            until: the instant, s.
-        """
+        """Return a copy of the estimate that continues with the readings that arrive before an instant, s."""
         copied = ErrorFilter(self.filter.covariance)
         copied.x = self.filter.x.copy()
         return Branch(until, copied, dict(self.cross))
@@ -164,34 +129,23 @@ class Branch:
         return arrival < self.until - _SAME
 
     def predict(self, phi: Array, q: Array, came: dict[int, Array]) -> None:
-        """Predict over one interval.
-
-        Args:
-            phi: Φ, (n, n).
-            q: Q, (n, n).
-            came: increase of `cross` by the gyros' noise in the interval, by sensor.
-        """
+        """Predict over one interval; `came` is the increase of `cross` by the gyros' noise in it, by sensor."""
         self.filter.predict(phi, q)
         for sensor, noise in came.items():
             self.cross[sensor] = phi @ self.cross[sensor] + noise
 
-    def innovation(self, one: Observed, r: Array, interval: float) -> Innovation:
-        """Return the innovation of a reading.
+    def innovation(self, reading: Observed, r: Array, interval: float) -> Innovation:
+        """Return the innovation of a reading with R, (k, k), and the averaging interval of a zero-rate reading, s."""
+        return self.filter.innovation(reading.residual, reading.h, r, self._common(reading, interval))
 
-        Args:
-            r: R, (k, k).
-            interval: averaging interval of a zero-rate reading, s.
-        """
-        return self.filter.innovation(one.residual, one.h, r, self._common(one, interval))
-
-    def take(self, one: Observed, r: Array, interval: float) -> None:
+    def take(self, reading: Observed, r: Array, interval: float) -> None:
         """Update the estimate with a reading; the arguments are those of `innovation`."""
-        self.filter.update(one.residual, one.h, r, self._common(one, interval))
+        self.filter.update(reading.residual, reading.h, r, self._common(reading, interval))
         for sensor in self.cross:
-            self.cross[sensor] = self.cross[sensor] - self.filter.gain @ (one.h @ self.cross[sensor])
+            self.cross[sensor] = self.cross[sensor] - self.filter.gain @ (reading.h @ self.cross[sensor])
 
-    def _common(self, one: Observed, interval: float) -> Array | None:
-        return self.cross[one.sensor] / interval if one.sensor in self.cross else None
+    def _common(self, reading: Observed, interval: float) -> Array | None:
+        return self.cross[reading.sensor] / interval if reading.sensor in self.cross else None
 
 
 class Branches:
@@ -213,10 +167,10 @@ class Branches:
 
     def wait(self, arrival: float) -> None:
         """Open a branch that lacks the readings arriving at an instant, until that instant."""
-        found = self.every()
-        k = next(k for k, branch in enumerate(found) if branch.until > arrival - _SAME)
-        if found[k].until > arrival + _SAME:
-            self.waiting.insert(k, found[k].fork(arrival))
+        branches = self.every()
+        k = next(k for k, branch in enumerate(branches) if branch.until > arrival - _SAME)
+        if branches[k].until > arrival + _SAME:
+            self.waiting.insert(k, branches[k].fork(arrival))
 
     def known(self, now: float) -> ErrorFilter:
         """Return the estimate from the readings that have arrived, and drop branches that are no longer needed."""
@@ -245,16 +199,7 @@ class Diverged(Exception):  # noqa: N818 - not an error of the user: the run end
 
 
 def check_covariance(covariance: Array, varying: NDArray[np.intp], time: float, measurement: str) -> None:
-    """Raise for an invalid covariance.
-
-    Args:
-        covariance: P, (n, n).
-        varying: numbers of the states that are not known exactly.
-        time: s.
-
-    Raises:
-        Diverged: P is not positive definite.
-    """
+    """Raise `Diverged` for a covariance that is not positive definite in the states that are not known exactly."""
     p = covariance if len(varying) == len(covariance) else covariance[np.ix_(varying, varying)]
     variance = p.diagonal()
     if variance.min() > 0.0:

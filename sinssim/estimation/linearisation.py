@@ -37,20 +37,15 @@ from sinssim.strapdown.polar_axes import POLAR_LIMIT, carried
 
 @dataclass(frozen=True)
 class Prediction:
-    """Inertial navigation at the instants of some readings.
+    """Inertial navigation at the instants of some readings."""
 
-    Attributes:
-        state: M rows.
-        rate_b: inertial rate of the body, or its mean over the reading's interval, (M, 3) rad/s.
-        ellipsoid: reference ellipsoid.
-        sensed: of a block that turns in the vehicle, the rate that its gyros sense, (M, 3) rad/s, and C_vb, which
-            takes its axes into the vehicle's, (M, 3, 3); None for a block that does not turn.
-    """
-
-    state: NavState
-    rate_b: Array
-    ellipsoid: Ellipsoid
+    state: NavState  # M rows
+    rate_b: Array  # inertial rate of the body, or its mean over the reading's interval, (M, 3) rad/s
+    ellipsoid: Ellipsoid  # reference ellipsoid
     sensed: tuple[Array, Array] | None = None
+    """Of a block that turns in the vehicle, the rate that its gyros sense, (M, 3) rad/s, and C_vb, which takes its axes
+    into the vehicle's, (M, 3, 3); None for a block that does not turn.
+    """
 
     def rate_error(self, model: ErrorModel) -> Array:
         """Return the matrix of the rate's error by the gyros' states, (M, 3, n)."""
@@ -63,13 +58,9 @@ class Prediction:
 def observe(
     measurements: Measurements, prediction: Prediction, model: ErrorModel, parameters: Mapping[str, Array]
 ) -> tuple[Array, Array]:
-    """Return residuals and H of readings.
+    """Return residuals, prediction less reading, (M, k), and H, (M, k, n), of readings.
 
-    Args:
-        parameters: values of the sensors' compensated parameters, by block.
-
-    Returns:
-        Residuals, prediction less reading, (M, k), and H, (M, k, n).
+    `parameters` are the values of the sensors' compensated parameters, by block.
     """
     kind, p = measurement_kind(measurements.kind), prediction
     arm = np.asarray(measurements.lever_arm, dtype=np.float64)
@@ -86,99 +77,62 @@ def observe(
 
 def delays(kind: MeasurementKind, label: str, model: ErrorModel) -> list[str]:
     """Return the names of the blocks that describe by how much readings of a sensor are stamped too late."""
-    own = [f"{label} delay", *(["gnss time offset"] if kind.on_gnss_clock else [])]
-    return [name for name in own if name in model.slices]
+    names = [f"{label} delay", *(["gnss time offset"] if kind.on_gnss_clock else [])]
+    return [name for name in names if name in model.slices]
 
 
 class Observed(NamedTuple):
-    """One reading, linearised: `residual` = H x + noise.
+    """One reading, linearised: `residual` = H x + noise."""
 
-    Attributes:
-        sensor: number of the sensor among the readings.
-        row: number of the reading among the sensor's.
-        residual: (k,).
-        h: H, (k, n).
-        variance: diagonal of R, (k,).
-        interval: averaging interval of a zero-rate reading, s.
-    """
-
-    sensor: int
-    row: int
-    residual: Array
-    h: Array
-    variance: Array
-    interval: float
+    sensor: int  # number of the sensor among the readings
+    row: int  # number of the reading among the sensor's
+    residual: Array  # (k,)
+    h: Array  # H, (k, n)
+    variance: Array  # diagonal of R, (k,)
+    interval: float  # averaging interval of a zero-rate reading, s
 
 
 @dataclass(frozen=True)
 class Linearisation:
-    """The linearised model over a segment of K epochs.
+    """The linearised model over a segment of K epochs."""
 
-    Attributes:
-        first: number of its first epoch.
-        state: inertial navigation at the epochs, K rows.
-        interval: time from the previous epoch to each, (K,) s.
-        phi: Φ over the interval, (K, n, n).
-        q: Q over the interval, (K, n, n).
-        c_nb: attitude in the middle of the interval, in the axes of its end, (K, 3, 3).
-        turn: from the axes of its end into those of its start, (K, 3, 3); None where they do not turn.
-        added: roots of the added noise's spectral densities, gyros and accelerometers, (K, 2, 3, 3); None for none.
-        observed: readings of each epoch that has any, in order of arrival.
-        skipped: sensor and row of readings of north where there is none.
-    """
-
-    first: int
-    state: NavState
-    interval: Array
-    phi: Array
-    q: Array
-    c_nb: Array
-    turn: Array | None
+    first: int  # number of its first epoch
+    state: NavState  # inertial navigation at the epochs, K rows
+    interval: Array  # time from the previous epoch to each, (K,) s
+    phi: Array  # Φ over the interval, (K, n, n)
+    q: Array  # Q over the interval, (K, n, n)
+    c_nb: Array  # attitude in the middle of the interval, in the axes of its end, (K, 3, 3)
+    turn: Array | None  # from the axes of its end into those of its start, (K, 3, 3); None where they do not turn
     added: Array | None
-    observed: dict[int, list[Observed]]
-    skipped: list[tuple[int, int]]
+    """Roots of the added noise's spectral densities, gyros and accelerometers, (K, 2, 3, 3); None for none."""
+    observed: dict[int, list[Observed]]  # readings of each epoch that has any, in order of arrival
+    skipped: list[tuple[int, int]]  # sensor and row of readings of north where there is none
 
 
 @dataclass(frozen=True)
 class Surroundings:
-    """Data that stay the same throughout a run.
-
-    Attributes:
-        model: the error model.
-        density: density of the driving noise, (n,).
-        epochs: of the filter.
-        readings: of all sensors.
-        gyros: source of mean rates.
-        gravity: name of the engine's gravity model.
-        ellipsoid: reference ellipsoid.
-        added: noise of the inertial sensors in addition to the model's; None for none.
-        encoders: of a block that turns in the vehicle, whose readings are those of the vehicle; None for another.
-        long_rows: whether a row of the engine has several samples; between rows the attitude then follows the gyros.
-    """
+    """Data that stay the same throughout a run."""
 
     model: ErrorModel
-    density: Array
-    epochs: Epochs
-    readings: list[CheckedMeasurements]
-    gyros: MeanGyroRates
-    gravity: str
-    ellipsoid: Ellipsoid
-    added: AddedNoise | None = None
+    density: Array  # density of the driving noise, (n,)
+    epochs: Epochs  # of the filter
+    readings: list[CheckedMeasurements]  # of all sensors
+    gyros: MeanGyroRates  # source of mean rates
+    gravity: str  # name of the engine's gravity model
+    ellipsoid: Ellipsoid  # reference ellipsoid
+    added: AddedNoise | None = None  # noise of the inertial sensors in addition to the model's; None for none
     long_rows: bool = False
+    """Whether a row of the engine has several samples; between rows the attitude then follows the gyros."""
     encoders: Encoders | None = None
+    """Of a block that turns in the vehicle, whose readings are those of the vehicle; None for another."""
 
 
 class Before(NamedTuple):
-    """What a reading is compared with whose validity lies before the instant that is stated.
+    """What a reading is compared with whose validity lies before the instant that is stated."""
 
-    Attributes:
-        nominal: inertial navigation over the segment.
-        interval, phi: of the linearisation.
-    """
-
-    nominal: NavSolution
+    nominal: NavSolution  # inertial navigation over the segment
     interval: Array
-    phi: Array
+    phi: Array  # interval, phi: of the linearisation
 
 
 def linearise(
@@ -189,13 +143,7 @@ def linearise(
     calibration: ImuErrors,
     parameters: Mapping[str, Array],
 ) -> Linearisation:
-    """Linearise about a segment.
-
-    Args:
-        around: data that stay the same throughout the run.
-        first, last: numbers of the segment's first and last epoch.
-        nominal: inertial navigation from the epoch before the first to the last one.
-    """
+    """Linearise about a segment from the epoch `first` to `last`; `nominal` begins at the epoch before the first."""
     model, epochs = around.model, around.epochs
     time = epochs.time[max(first - 1, 0) : last + 1]
     if first == 0:
@@ -242,15 +190,10 @@ def linearise(
 
 
 def added_noise(phi: Array, c_nb: Array, turn: Array | None, roots: Array, interval: Array) -> Array:
-    """Return the covariance by added noise of the inertial sensors over intervals: it enters in the middle of each.
+    """Return the covariance by added noise of the inertial sensors, which enters in the middle of each interval, (K, n,
+    n).
 
-    Args:
-        phi: Φ, (K, n, n).
-        roots: of the spectral densities, gyros and accelerometers, (K, 2, 3, 3).
-        interval: (K,) s.
-
-    Returns:
-        (K, n, n).
+    The roots of its spectral densities, of gyros and accelerometers, are (K, 2, 3, 3).
     """
     whole, parts = np.eye(phi.shape[1]), []
     for k, where in enumerate((PHI, V)):
@@ -344,19 +287,12 @@ def _observe(
     variance, interval = readings.variance(rows, around.model), readings.interval[rows]
     if around.added is not None and kind.mean_rate:
         variance = variance + np.sum(around.added.roots(time - interval)[:, 0] ** 2, axis=2) / interval[:, None]
-    for at_epoch, *one in zip(epoch.tolist(), rows.tolist(), residual, h, variance, interval.tolist(), strict=True):
-        observed.setdefault(at_epoch, []).append(Observed(sensor, *one))
+    for at_epoch, *parts in zip(epoch.tolist(), rows.tolist(), residual, h, variance, interval.tolist(), strict=True):
+        observed.setdefault(at_epoch, []).append(Observed(sensor, *parts))
 
 
 def of_vehicle(block: Prediction, encoders: Encoders, time: Array) -> Prediction:
-    """Return the prediction of the vehicle's motion from that of a block that turns in it.
-
-    Args:
-        time: instants of the readings, (M,) s.
-
-    Returns:
-        The prediction with the vehicle's attitude and rate, as the encoders give them.
-    """
+    """Return the prediction of the vehicle's motion from that of a block that turns in it, as the encoders give it."""
     q_vb = encoders.attitude(time)
     state = replace(block.state, q_nb=rotation.multiply(block.state.q_nb, rotation.conjugate(q_vb)))
     rate = rotation.rotate(q_vb, block.rate_b - encoders.mean_rate(time))
@@ -369,17 +305,10 @@ vibration, whose accelerations would count as a signal, and short beside the tim
 
 
 def _carried_back(h: Array, delay: float, before: Before, row: NDArray[np.intp]) -> Array:
-    """Return H for the errors at the stated instants, from H for those a delay earlier.
+    """Return H for the errors at the stated instants, from H for those a delay, s, earlier, (M, k, n).
 
-    The errors change by F x over a second, and Φ = 1 + F T of the interval before an epoch gives F.
-
-    Args:
-        h: for the errors at the instants of validity, (M, k, n).
-        delay: s.
-        row: its epoch at each reading, (M,).
-
-    Returns:
-        (M, k, n).
+    The errors change by F x over a second, and Φ = 1 + F T of the interval before an epoch gives F. `row` is the epoch
+    of each reading, (M,).
     """
     row = np.where(before.interval[row] > 0.0, row, row + 1)  # the run's first epoch has no interval before it
     part = delay / before.interval[row]

@@ -31,26 +31,19 @@ _SAME = 1e-6
 
 @dataclass(frozen=True)
 class CheckedMeasurements:
-    """The readings of one sensor in the order of their validity.
+    """The readings of one sensor in the order of their validity."""
 
-    Attributes:
-        data: all of them.
-        reason: why a reading cannot be used, "" if it can, M sentences.
-        epoch: number of each usable reading's epoch, (M,); −1 for the others.
-        interval: averaging interval of a zero-rate reading, (M,) s; zero for other kinds.
-    """
-
-    data: Measurements
-    reason: Reasons
-    epoch: Numbers
-    interval: Array
+    data: Measurements  # all of them
+    reason: Reasons  # why a reading cannot be used, "" if it can, M sentences
+    epoch: Numbers  # number of each usable reading's epoch, (M,); −1 for the others
+    interval: Array  # averaging interval of a zero-rate reading, (M,) s; zero for other kinds
 
     @cached_property
     def usable(self) -> NDArray[np.intp] | slice:
         """The usable readings: their numbers, (U,), or a slice if all are."""
-        if not self.reason.told:
+        if not self.reason.sentences:
             return slice(None)
-        return np.delete(np.arange(len(self.reason)), list(self.reason.told))
+        return np.delete(np.arange(len(self.reason)), list(self.reason.sentences))
 
     @cached_property
     def _epoch_of_usable(self) -> Numbers:
@@ -62,27 +55,14 @@ class CheckedMeasurements:
         return np.arange(begin, end) if isinstance(self.usable, slice) else self.usable[begin:end]
 
     def variance(self, rows: NDArray[np.intp], model: ErrorModel) -> Array:
-        """Return the diagonal of R for some readings.
-
-        Args:
-            rows: numbers of the readings, (R,).
-
-        Returns:
-            The variance of each reading, and that of the inertial noise in the prediction that no state describes,
-            (R, k).
+        """Return the diagonal of R for some readings, (R, k): their variance, and that of inertial noise that no state
+        describes.
         """
         noise = measurement_kind(self.data.kind).noise(model, np.maximum(self.interval[rows], _SAME))
         return np.asarray(self.data.sigma[rows] ** 2 + noise[:, None])
 
     def covariance(self, row: int, variance: Array) -> Array:
-        """Return R of a reading.
-
-        Args:
-            variance: its diagonal, of `variance`, (k,).
-
-        Returns:
-            R, (k, k); the correlations are those of the sensor's own errors.
-        """
+        """Return R of a reading, (k, k), from its diagonal; the correlations are those of the sensor's own errors."""
         r = np.diag(variance)
         if self.data.correlation is not None:
             sigma = self.data.sigma[row]
@@ -92,19 +72,12 @@ class CheckedMeasurements:
 
 @dataclass(frozen=True)
 class Epochs:
-    """The instants at which the filter predicts.
+    """The instants at which the filter predicts."""
 
-    Attributes:
-        time: (E,) s, the first being the start of the data.
-        edge: number of the last edge of the IMU's intervals at or before each epoch, (E,).
-        on_edge: whether the epoch is at that edge, (E,).
-        second: whether the epoch is at a whole second, (E,).
-    """
-
-    time: Array
-    edge: Numbers
-    on_edge: NDArray[np.bool_]
-    second: NDArray[np.bool_]
+    time: Array  # (E,) s, the first being the start of the data
+    edge: Numbers  # number of the last edge of the IMU's intervals at or before each epoch, (E,)
+    on_edge: NDArray[np.bool_]  # whether the epoch is at that edge, (E,)
+    second: NDArray[np.bool_]  # whether the epoch is at a whole second, (E,)
 
 
 def take_in(
@@ -112,12 +85,7 @@ def take_in(
 ) -> tuple[list[CheckedMeasurements], Epochs]:
     """Check readings and lay out the epochs: the instants of prediction, and all instants of validity.
 
-    Args:
-        time: edges of the IMU's intervals, (N+1,) s.
-        rate_hz: rate of the covariance prediction; its interval is rounded to whole samples.
-
-    Returns:
-        The checked readings, one entry per entry of measurements, and the epochs.
+    `time` are the edges of the IMU's intervals, (N+1,) s; the interval of the prediction is rounded to whole samples.
 
     Raises:
         InputError: measurements cannot be used, two sensors share a name, or a block belongs to no sensor.
@@ -206,10 +174,10 @@ def _checked(m: Measurements, imu_time: Array) -> CheckedMeasurements:
     sigma = m.sigma if _is_one_row(m.sigma) else doubles(f"measurements of {label!r}: sigma", m.sigma)
     count = len(time)
     shapes = ((count,), (count,), (count, kind.components), (count, kind.errors), (3,))
-    found = (time.shape, arrival.shape, value.shape, sigma.shape, arm.shape)
-    if found != shapes:
+    given = (time.shape, arrival.shape, value.shape, sigma.shape, arm.shape)
+    if given != shapes:
         raise InputError(
-            f"measurements of {label!r}: time, arrival, value, sigma and lever_arm have the shapes {found}; {count} "
+            f"measurements of {label!r}: time, arrival, value, sigma and lever_arm have the shapes {given}; {count} "
             f"measurements of kind {m.kind!r} have {shapes}."
         )
     for name, array in (("time", time), ("arrival", arrival), ("lever_arm", arm)):
@@ -243,14 +211,10 @@ def _checked(m: Measurements, imu_time: Array) -> CheckedMeasurements:
 
 
 def averaging_intervals(time: Array, start: float) -> Array:
-    """Return the time over which the gyros are averaged for each zero-rate reading: that since the previous one.
+    """Return the time over which the gyros are averaged for each zero-rate reading: that since the previous one, (M,)
+    s.
 
-    Args:
-        time: instants of the readings, in order, (M,) s.
-        start: start of the data, s.
-
-    Returns:
-        (M,) s; after a pause, or at the time of a reading that is not used, the usual interval.
+    After a pause, or at the time of a reading that is not used, it is the usual interval.
     """
     interval = np.diff(time, prepend=start)
     usual = float(np.min(interval[interval > _SAME], initial=np.inf))

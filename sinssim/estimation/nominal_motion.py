@@ -16,22 +16,13 @@ from sinssim.strapdown.polar_axes import carried
 
 
 def rows_of(state: NavState | NavSolution, rows: NDArray[np.intp] | slice) -> NavState:
-    """Return some rows of states.
-
-    Args:
-        state: N rows.
-    """
+    """Return some rows of states."""
     s = state
     return NavState(s.latitude[rows], s.longitude[rows], s.height[rows], s.velocity_ned[rows], s.q_nb[rows])
 
 
 def solution_of(time: Array, state: NavState, algorithm: str) -> NavSolution:
-    """Return navigation states as a solution.
-
-    Args:
-        time: (N,) s.
-        state: N rows.
-    """
+    """Return navigation states at times, (N,) s, as a solution."""
     s = state
     return NavSolution(time, s.latitude, s.longitude, s.height, s.velocity_ned, s.q_nb, np.zeros(len(time)), algorithm)
 
@@ -46,15 +37,9 @@ def at(
 ) -> NavState:
     """Interpolate a solution between its rows: velocity and attitude linearly, position with the acceleration.
 
-    Args:
-        solution: N+1 rows.
-        edge: row before each instant, (K,).
-        fraction: fraction of the way from that row to the next, 0 … 1, (K,).
-        axes: axes of the error model; "transported" ones interpolate across a pole.
-        bend: rotation of the body beyond the linear one, in the axes of the row before, (K, 3) rad; None for none.
-
-    Returns:
-        K rows.
+    The instants, (K,), lie a `fraction` 0 … 1 of the way from the row `edge` to the next. "transported" axes of the
+    error model are interpolated across a pole. `bend` is the rotation of the body beyond the linear one, in the axes of
+    the row before, (K, 3) rad.
     """
     before = rows_of(solution, edge)
     if not fraction.any():
@@ -87,14 +72,8 @@ def near(
     ellipsoid: Ellipsoid,
     axes: str = "north",
 ) -> NavState:
-    """Interpolate a solution, and extrapolate it a little beyond its ends with constant acceleration and rate.
-
-    Args:
-        solution: N+1 rows.
-        time: instants, (K,) s.
-
-    Returns:
-        K rows.
+    """Interpolate a solution at (K,) s, and extrapolate it a little beyond its ends with constant acceleration and
+    rate.
     """
     inside = np.clip(time, solution.time[0], solution.time[-1])
     last = len(solution.time) - 1
@@ -166,18 +145,11 @@ def motion(
     ellipsoid: Ellipsoid,
     axes: str = "north",
 ) -> NominalMotion:
-    """Return the mean motion over the intervals between epochs.
+    """Return the mean motion over the intervals between K+1 epochs, with the states half-way and the mean rate of the
+    body.
 
-    Args:
-        state: at the epochs, K+1 rows.
-        middle: states half-way between them, K rows.
-        interval: time between them, (K,) s.
-        rate_b: mean inertial rate of the body, (K, 3) rad/s.
-        gravity: name of the engine's gravity model.
-        axes: axes of the error model; in "transported" ones the velocities at both ends are carried to the middle.
-
-    Returns:
-        K rows. The specific force is the change of velocity less gravity and the Coriolis acceleration.
+    In "transported" axes the velocities at both ends are carried to the middle. The specific force is the change of
+    velocity less gravity and the Coriolis acceleration.
     """
     lat, h, v = middle.latitude, middle.height, middle.velocity_ned
     gained, transport = np.diff(state.velocity_ned, axis=0), transport_rate(lat, h, v, ellipsoid)

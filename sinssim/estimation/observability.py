@@ -24,39 +24,26 @@ HALVED = 0.5
 
 @dataclass(frozen=True)
 class Observability:
-    """Observability of the states at the beginning of a period from the readings of the period.
+    """Observability of the states at the beginning of a period from the readings of the period."""
 
-    Attributes:
-        states: their names, n.
-        time: instants up to which readings count, (R,) s.
-        singular: singular values up to each instant, the largest first, (R, n).
-        directions: directions of the singular values at the last instant, in units of σ₀, one row each, (n, n).
-        limit: 1σ over σ₀ of each state from the readings without process noise, (n,).
-        reduction: 1σ of the filter at the end over σ₀, (n,).
-        seen: whether the limit is at most `HALVED`, (n,).
-        observable: whether the reduction is at most `HALVED` too, (n,); process noise hides a state that is seen but
-            not observable.
-    """
-
-    states: tuple[str, ...]
-    time: Array
-    singular: Array
-    directions: Array
-    limit: Array
-    reduction: Array
-    seen: NDArray[np.bool_]
+    states: tuple[str, ...]  # their names, n
+    time: Array  # instants up to which readings count, (R,) s
+    singular: Array  # singular values up to each instant, the largest first, (R, n)
+    directions: Array  # directions of the singular values at the last instant, in units of σ₀, one row each, (n, n)
+    limit: Array  # 1σ over σ₀ of each state from the readings without process noise, (n,)
+    reduction: Array  # 1σ of the filter at the end over σ₀, (n,)
+    seen: NDArray[np.bool_]  # whether the limit is at most `HALVED`, (n,)
     observable: NDArray[np.bool_]
+    """Whether the reduction is at most `HALVED` too, (n,); process noise hides a state that is seen but not observable.
+    """
 
 
 def observability(
     model: ErrorModel, history: History, begin: float = -np.inf, end: float = np.inf, *, every: int = 10
 ) -> Observability:
-    """Analyse the observability of the states over a run or a part of it.
+    """Analyse the observability of the states over a part of a run, whose σ₀ are those of the model.
 
-    Args:
-        model: the error model; its sigma is σ₀.
-        begin, end: the part, s.
-        every: singular values are computed at every `every`-th row of the history.
+    The singular values are computed at every `every`-th row of the history.
     """
     rows = np.flatnonzero((history.time >= begin) & (history.time <= end))
     n = model.size

@@ -22,11 +22,7 @@ from sinssim.estimation.state_model import NAVIGATION, ErrorModel
 
 
 def smooth(model: ErrorModel, history: History, ellipsoid: Ellipsoid, algorithm: str) -> Smoothed:
-    """Smooth a closed or open loop.
-
-    Returns:
-        The estimate at the rows from all readings.
-    """
+    """Smooth a closed or open loop; return the estimate at the rows from all readings."""
     x, p = history.state.copy(), history.covariance.copy()
     gain, predicted = _gains(history)
     for k in range(len(x) - 2, -1, -1):
@@ -52,14 +48,10 @@ def _gains(history: History) -> tuple[Array, Array]:
 
 
 def scaled_solve(covariance: Array, right: Array) -> Array:
-    """Solve P X = B through the correlation matrix, because the variances of the states span twenty powers of ten.
+    """Solve P X = B, (K, n, n) and (K, n, m), through the correlation matrix.
 
-    Args:
-        covariance: P, (K, n, n); states that are known exactly are left out.
-        right: B, (K, n, m).
-
-    Returns:
-        X, (K, n, m); the solution of least norm where P is singular, which happens with dependent states without noise.
+    The variances of the states span twenty powers of ten. States that are known exactly are left out. The solution is
+    that of least norm where P is singular, which happens with dependent states without noise.
     """
     scale = np.sqrt(np.einsum("kii->ki", covariance))
     scale[scale == 0.0] = 1.0

@@ -209,12 +209,12 @@ class ErrorModel:
     @cached_property
     def covariance(self) -> Array:
         """Covariance of all states at the start, (n, n)."""
-        found = np.diag(self.sigma**2)
+        covariance = np.diag(self.sigma**2)
         for row, column, matrix in self.correlations:
             if row in self.slices and column in self.slices:
-                found[self.slices[row], self.slices[column]] = matrix
-                found[self.slices[column], self.slices[row]] = matrix.T
-        return found
+                covariance[self.slices[row], self.slices[column]] = matrix
+                covariance[self.slices[column], self.slices[row]] = matrix.T
+        return covariance
 
     @cached_property
     def decay(self) -> Array:
@@ -339,9 +339,8 @@ def _imu_block(name: str, what: str, triad: TriadErrors, warm_up: WarmUp, durati
 
 
 def crossing_time(triad: TriadErrors) -> float:
-    """Return the averaging time at which flicker noise is as large as the random walk.
+    """Return the averaging time τ, s, at which flicker noise is as large as the random walk, N/√τ = √(2 ln 2/π) B.
 
-    Returns:
-        τ with N/√τ = √(2 ln 2/π) B, s; at least one second, which is short for any estimate of a bias.
+    It is at least one second, which is short for any estimate of a bias.
     """
     return float(max((triad.random_walk / (_FLOOR * triad.flicker)) ** 2, 1.0))

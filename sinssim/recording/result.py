@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+import json
+from collections.abc import Iterator, Mapping, Sequence
 from functools import cached_property
 from pathlib import Path
 from shutil import copytree
@@ -11,13 +12,20 @@ from typing import Any, ClassVar, Generic, TypeVar
 from sinssim.exhibits import Exhibits
 from sinssim.recording.run_directory import write_directory
 from sinssim.recording.stream_tables import Stream, Streams
+from sinssim.system.outputs import write_text
 from sinssim.system.short_repr import html_table
 
 R = TypeVar("R")
 
+Json = Mapping[str, "Json"] | Sequence["Json"] | str | float | None
+"""What a JSON file can hold."""
+
 
 class Media(Generic[R]):
     """What draws and writes one kind of result; it stands beside the figures and files of that kind."""
+
+    file: ClassVar[str]
+    """Name of the JSON file of a result's directory."""
 
     def summary(self, result: R) -> dict[str, Any]:
         """Return the contents of the JSON file of a result's directory."""
@@ -39,7 +47,18 @@ class Media(Generic[R]):
         return figure_of(exhibits.chosen(exhibits.figure))
 
     def save(self, result: R, directory: Path, *, overwrite: bool) -> Path:
-        """Write the directory of a result that has none, and return it."""
+        """Write the directory of a result that has none, and return it: the JSON file, and what `write` adds."""
+        exhibits = self.exhibits(result)
+
+        def write(folder: Path) -> None:
+            text = json.dumps(self.summary(result), indent=2, ensure_ascii=False)
+            write_text(folder / self.file, text + "\n")
+            self.write(result, exhibits, folder)
+
+        return write_directory(directory, write, overwrite=overwrite)
+
+    def write(self, result: R, exhibits: Exhibits, folder: Path) -> None:
+        """Write the files beside the JSON file."""
         raise NotImplementedError
 
 

@@ -39,8 +39,9 @@ def test_a_budget(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
                         lambda result, answers, times: f"{answers} {times}")  # fmt: skip
     monkeypatch.setattr("sinssim.recording.report.exhibit_page.page_of", lambda exhibits: f"report {exhibits}")
     monkeypatch.setattr("sinssim.recording.rerun.exhibit_recording.record", writes("recording"))
-    result: Any = SimpleNamespace(scenario=SimpleNamespace(to_toml=lambda: "seed = 3\n"))
-    place = budget.write_budget(result, ("answer",), tmp_path / "b", times=(5.0,))  # type: ignore[arg-type]
+    scenario, media = SimpleNamespace(to_toml=lambda: "seed = 3\n"), budget.BudgetMedia()
+    result: Any = SimpleNamespace(scenario=scenario, answers=lambda: ("answer",), times=(5.0,))
+    place = media.save(result, tmp_path / "b", overwrite=False)
     assert texts(place) == {
         "budget.json": '{\n  "σ": [\n    [\n      "answer"\n    ],\n    [\n      5.0\n    ]\n  ]\n}\n',
         "scenario.toml": "seed = 3\n", "budget.parquet": "table", "report.html": "report ('answer',) (5.0,)",
@@ -53,10 +54,10 @@ def test_a_budget(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
 
     monkeypatch.setattr("sinssim.recording.rerun.exhibit_recording.record", fails)
     with pytest.raises(ZeroDivisionError):
-        budget.write_budget(result, (), tmp_path / "b", overwrite=True)
+        media.save(result, tmp_path / "b", overwrite=True)
     assert texts(place)["recording.rrd"] == "recording ('answer',) (5.0,)"
     with pytest.raises(ZeroDivisionError):
-        budget.write_budget(result, (), tmp_path / "c")
+        media.save(result, tmp_path / "c", overwrite=False)
     assert [one.name for one in tmp_path.iterdir()] == ["b"]
 
 
@@ -66,14 +67,15 @@ def test_a_calibration(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr("sinssim.analyses.calibration.calibration_result.exhibits_of", lambda result: "exhibits")
     monkeypatch.setattr("sinssim.recording.report.exhibit_page.page_of", lambda exhibits: f"page of {exhibits}")
     result: Any = SimpleNamespace(scenario=SimpleNamespace(to_toml=lambda: "seed = 3\n"))
-    place = calibration.write_calibration(result, tmp_path / "c")
+    media = calibration.CalibrationMedia()
+    place = media.save(result, tmp_path / "c", overwrite=False)
     assert texts(place) == {
         "calibration.json": '{\n  "unit": "µg"\n}\n', "compensation.toml": "[compensation]\n",
         "scenario.toml": "seed = 3\n", "report.html": "page of exhibits",
     }  # fmt: skip
     monkeypatch.setattr("sinssim.recording.report.exhibit_page.page_of", lambda exhibits: 1 / 0)
     with pytest.raises(ZeroDivisionError):
-        calibration.write_calibration(result, tmp_path / "d")
+        media.save(result, tmp_path / "d", overwrite=False)
     assert [one.name for one in tmp_path.iterdir()] == ["c"]
 
 

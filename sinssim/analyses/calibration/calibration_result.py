@@ -8,7 +8,6 @@ values and 1σ.
 
 from __future__ import annotations
 
-import json
 from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
@@ -24,8 +23,8 @@ from sinssim.charts import Axis, Bars, Chart, Charts, Dots, Mark, Rule
 from sinssim.data import Array
 from sinssim.exhibits import Column, Exhibits, Item, Section, Sentence, Table, Verbatim
 from sinssim.formatting import number_text
-from sinssim.recording.result import Media, Result
-from sinssim.recording.run_directory import versions, write_directory
+from sinssim.recording.result import Json, Media, Result
+from sinssim.recording.run_directory import versions
 from sinssim.scenario.schema import Scenario
 from sinssim.sensors.imu.error_term import ErrorTerm
 from sinssim.sensors.imu.error_term_table import TERMS
@@ -70,9 +69,11 @@ class CalibrationResult(Result):
 
     def _repr_html_(self) -> str:
         rows = [
-            (one.name, f"{value / size:.6g}" if seen else "not observable", f"{sigma / size:.3g}", unit)
-            for one, value, sigma, seen in zip(self.parameters, self.values, self.sigma, self.observable, strict=True)
-            for unit, size in (one.unit,)
+            (parameter.name, f"{value / size:.6g}" if seen else "not observable", f"{sigma / size:.3g}", unit)
+            for parameter, value, sigma, seen in zip(
+                self.parameters, self.values, self.sigma, self.observable, strict=True
+            )
+            for unit, size in (parameter.unit,)
         ]
         title = f"Calibration of {self.scenario.name}, {self.method}"
         return html_table(title, rows, ("parameter", "estimate", "1σ", "unit"))
@@ -80,7 +81,7 @@ class CalibrationResult(Result):
     @property
     def names(self) -> list[str]:
         """Names of the parameters."""
-        return [one.name for one in self.parameters]
+        return [parameter.name for parameter in self.parameters]
 
     @property
     def values(self) -> Array:
@@ -134,34 +135,14 @@ class CalibrationResult(Result):
         return FRAMES[self.method]
 
 
-class CalibrationMedia(Media[CalibrationResult]):
-    """Numbers, streams, figure and files of a calibration."""
-
-    def summary(self, result: CalibrationResult) -> dict[str, Any]:
-
-        return to_json(result)
-
-    def exhibits(self, result: CalibrationResult) -> Exhibits:
-
-        return exhibits_of(result)
-
-    def save(self, result: CalibrationResult, directory: Path, *, overwrite: bool) -> Path:
-
-        return write_calibration(result, directory, overwrite=overwrite)
-
-
-CalibrationResult.media = CalibrationMedia()
-
-
 _OFF = ~np.eye(3, dtype=bool)
 
 
 def compensation_text(result: CalibrationResult) -> str:
-    """Return a compensation file.
+    """Return a compensation file: TOML that `[compensation] file = "…"` takes, and that can be pasted into a scenario.
 
-    Returns:
-        TOML that `[compensation] file = "…"` takes, and that can also be pasted into a scenario. Errors that the
-        calibration does not determine are left in the readings: their value is 0, and their 1σ that of [imu].
+    Errors that the calibration does not determine are left in the readings: their value is 0, and their 1σ that of
+    [imu].
     """
     errors = errors_of(result.parameters, result.values)
     lines = [
@@ -192,8 +173,12 @@ def compensation_text(result: CalibrationResult) -> str:
 def _term_lines(result: CalibrationResult, term: ErrorTerm, errors: ImuErrors) -> list[str]:
     value: Array = getattr(errors.gyro if term.triad == "gyro" else errors.accel, term.field)
     flat = value[_OFF] if term.field == "misalignment" else value
-    own = [k for k, one in enumerate(result.parameters) if one.triad == term.triad and one.field == term.field]
-    sigma = float(np.sqrt(np.mean(result.sigma[own] ** 2))) / term.unit
+    rows = [
+        k
+        for k, parameter in enumerate(result.parameters)
+        if parameter.triad == term.triad and parameter.field == term.field
+    ]
+    sigma = float(np.sqrt(np.mean(result.sigma[rows] ** 2))) / term.unit
     numbers = ", ".join(_number(x / term.unit) for x in flat)
     return [f"{term.key} = [{numbers}]", f"{term.sigma_key} = {_number(sigma)}"]
 
@@ -237,14 +222,14 @@ def exhibits_of(result: CalibrationResult) -> Exhibits:
 
 
 def _sequence(result: CalibrationResult) -> str:
-    own = result.scenario.turntable
-    assert own is not None  # a calibration has one
+    table = result.scenario.turntable
+    assert table is not None  # a calibration has one
     last = result.dwells[-1, 1] - result.dwells[0, 0]
     what = f"Sequence: {len(result.dwells)} positions in {last:.0f} s"
-    ready = own.ready
+    ready = table.ready
     if ready is None:
         return f"{what}, given by [[turntable.turns]]."
-    (name,) = (name for name, one in SEQUENCES.items() if one is ready)
+    (name,) = (name for name, sequence in SEQUENCES.items() if sequence is ready)
     return f"{what}, “{name}”: {ready.about} ({ready.source})."
 
 
@@ -252,11 +237,11 @@ def _parameters(result: CalibrationResult) -> Table:
     """Return the table of the parameters, each in its own unit."""
     known = [] if result.truth is None else [Column("true"), Column("error/σ")]
     rows = []
-    for k, one in enumerate(result.parameters):
-        unit, size = one.unit
+    for k, parameter in enumerate(result.parameters):
+        unit, size = parameter.unit
         seen, sigma = bool(result.observable[k]), float(result.sigma[k]) / size
-        row = [one.name, like(result.values[k] / size, sigma) if seen else "–", number_text(sigma), unit]
-        row.append(number_text(one.size / size))
+        row = [parameter.name, like(result.values[k] / size, sigma) if seen else "–", number_text(sigma), unit]
+        row.append(number_text(parameter.size / size))
         if result.truth is not None:
             off = (result.values[k] - result.truth[k]) / result.sigma[k]
             row += [like(result.truth[k] / size, sigma), f"{off:+.2f}".replace("-", "−")]
@@ -275,27 +260,29 @@ def like(value: float, sigma: float) -> str:
 def _sentences(result: CalibrationResult) -> list[str]:
     """Return what is said below the table."""
     solution = result.estimate.solution
-    found = [f"Misalignments refer to {result.frame}."]
+    sentences = [f"Misalignments refer to {result.frame}."]
     if result.unobservable:
-        found.append(
+        sentences.append(
             "The sequence does not determine the following, which stay 0 in the compensation (factors are in units of "
             f"each error's 1σ before): {'; '.join(result.unobservable)}."
         )
     else:
-        found.append("The sequence determines every parameter.")
-    found.append(f"Residuals: χ² = {solution.chi_square:.1f} with {solution.degrees} degrees of freedom.")
+        sentences.append("The sequence determines every parameter.")
+    sentences.append(f"Residuals: χ² = {solution.chi_square:.1f} with {solution.degrees} degrees of freedom.")
     total = result.chi_square_of_errors
     if total is not None:
-        found.append(f"Errors of the observable parameters: χ² = {total[0]:.1f} with {total[1]} degrees of freedom.")
-    return [*found, *result.notes]
+        sentences.append(
+            f"Errors of the observable parameters: χ² = {total[0]:.1f} with {total[1]} degrees of freedom."
+        )
+    return [*sentences, *result.notes]
 
 
 def _determined(result: CalibrationResult) -> Charts:
     """Return 1σ of each parameter over its size before, and its error over 1σ where the truth is known."""
     count = len(result.parameters)
     place, seen = np.arange(float(count)), result.observable
-    colors = ["aided" if one else "refused" for one in seen]
-    ratio = result.sigma / np.array([one.size for one in result.parameters])
+    colors = ["aided" if known else "refused" for known in seen]
+    ratio = result.sigma / np.array([parameter.size for parameter in result.parameters])
     names = Axis(names=tuple(result.names), grid=False)
     across = Axis(label="1σ after the calibration over 1σ before", log=True,
                   low=min(_LEAST, 0.5 * float(ratio.min())), high=2.0)  # fmt: skip
@@ -359,22 +346,22 @@ def to_json(result: CalibrationResult) -> dict[str, Any]:
     """Return a calibration as plain numbers with their units."""
     solution, estimate = result.estimate.solution, result.estimate
     rows = []
-    for k, one in enumerate(result.parameters):
-        unit, size = one.unit
+    for k, parameter in enumerate(result.parameters):
+        unit, size = parameter.unit
         true = None if result.truth is None else float(result.truth[k])
         rows.append(
             {
-                "name": one.name,
+                "name": parameter.name,
                 "value": float(result.values[k]) / size,
                 "sigma": float(result.sigma[k]) / size,
                 "unit": unit,
                 "observable": bool(result.observable[k]),
-                "size_before": one.size / size,
+                "size_before": parameter.size / size,
                 "true": None if true is None else true / size,
                 "error_over_sigma": None if true is None else float((result.values[k] - true) / result.sigma[k]),
                 "value_si": float(result.values[k]),
                 "sigma_si": float(result.sigma[k]),
-                "unit_si": _SI.get(one.field) or _SI[one.triad, one.field],
+                "unit_si": _SI.get(parameter.field) or _SI[parameter.triad, parameter.field],
             }
         )
     total = result.chi_square_of_errors
@@ -403,18 +390,23 @@ def to_json(result: CalibrationResult) -> dict[str, Any]:
     }
 
 
-def write_calibration(result: CalibrationResult, directory: Path, *, overwrite: bool = False) -> Path:
-    """Write a calibration's directory: calibration.json, compensation.toml, report.html, scenario.toml.
+class CalibrationMedia(Media[CalibrationResult]):
+    """Numbers, figure and files of a calibration."""
 
-    Raises:
-        InputError: the place is taken or cannot be written.
-    """
-    from sinssim.recording.report.exhibit_page import page_of
+    file = "calibration.json"
 
-    def write(folder: Path) -> None:
-        write_text(folder / "calibration.json", json.dumps(to_json(result), indent=2, ensure_ascii=False) + "\n")
+    def summary(self, result: CalibrationResult) -> dict[str, Json]:
+        return to_json(result)
+
+    def exhibits(self, result: CalibrationResult) -> Exhibits:
+        return exhibits_of(result)
+
+    def write(self, result: CalibrationResult, exhibits: Exhibits, folder: Path) -> None:
+        from sinssim.recording.report.exhibit_page import page_of
+
         write_text(folder / "compensation.toml", compensation_text(result))
         write_text(folder / "scenario.toml", result.scenario.to_toml())
-        write_text(folder / "report.html", page_of(exhibits_of(result)))
+        write_text(folder / "report.html", page_of(exhibits))
 
-    return write_directory(directory, write, overwrite=overwrite)
+
+CalibrationResult.media = CalibrationMedia()

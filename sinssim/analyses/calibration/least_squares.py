@@ -31,42 +31,25 @@ _NAMED = 0.1
 
 @dataclass(frozen=True)
 class Solution:
-    """A solution of the least squares.
+    """A solution of the least squares."""
 
-    Attributes:
-        correction: d, (p,) SI.
-        covariance: of the parameters, (p, p) SI.
-        singular: λ, in falling order, (p,).
-        directions: V, one column each, in sizes of the parameters, (p, p).
-        rank: number of directions that are observable.
-        observable: whether each parameter is determined, (p,).
-        chi_square: sum of the squares of the remaining residuals.
-        degrees: their degrees of freedom.
-    """
-
-    correction: Array
-    covariance: Array
-    singular: Array
-    directions: Array
-    rank: int
-    observable: NDArray[np.bool_]
-    chi_square: float
-    degrees: int
+    correction: Array  # d, (p,) SI
+    covariance: Array  # of the parameters, (p, p) SI
+    singular: Array  # λ, in falling order, (p,)
+    directions: Array  # V, one column each, in sizes of the parameters, (p, p)
+    rank: int  # number of directions that are observable
+    observable: NDArray[np.bool_]  # whether each parameter is determined, (p,)
+    chi_square: float  # sum of the squares of the remaining residuals
+    degrees: int  # their degrees of freedom
 
 
 def solve(r: Array, a: Array, b: Array, prior: Array, size: Array, values: Array, final: bool = True) -> Solution:
-    """Solve the whitened observations.
+    """Solve the whitened observations r = A d + B n for the parameters' correction d, and the nuisances n in their 1σ.
 
-    Args:
-        r: whitened residuals, (m,).
-        a: design of the parameters, (m, p).
-        b: design of the nuisances in units of their 1σ, (m, q).
-        prior: residuals of the nuisances' prior knowledge, less their current values, (q,).
-        size: sizes of the parameters, (p,) SI.
-        values: values of the parameters that are corrected, (p,) SI.
-        final: whether observable directions are free and the others zero. Otherwise the sizes of the parameters are
-            prior knowledge of all of them: the steps of an iteration then cannot run away, and no direction changes
-            sides between them.
+    With q nuisances and p parameters, r is (m,), A (m, p) and B (m, q). `prior` are the residuals of the nuisances'
+    prior knowledge, less their current values, (q,); `size` and `values` are those of the parameters, (p,) SI. In the
+    `final` solution, observable directions are free and the others zero. Otherwise the sizes are prior knowledge of all
+    parameters: the steps of an iteration then cannot run away, and no direction changes sides between them.
     """
     m, p = a.shape
     q = b.shape[1]
@@ -104,27 +87,20 @@ def solve(r: Array, a: Array, b: Array, prior: Array, size: Array, values: Array
 
 
 def nuisances(r: Array, b: Array, prior: Array) -> Array:
-    """Return the corrections of the nuisances beside a solution, (q,) in units of their 1σ.
-
-    Args:
-        r: whitened residuals after the correction of the parameters, (m,).
-        b: design of the nuisances, (m, q).
-        prior: residuals of their prior knowledge, (q,).
-    """
-    found, *_ = np.linalg.lstsq(np.vstack([b, np.eye(b.shape[1])]), np.concatenate([r, prior]), rcond=None)
-    return np.asarray(found)
+    """Return the nuisances' corrections, (q,) in their 1σ, by the residuals r after the parameters' correction."""
+    corrections, *_ = np.linalg.lstsq(np.vstack([b, np.eye(b.shape[1])]), np.concatenate([r, prior]), rcond=None)
+    return np.asarray(corrections)
 
 
 def unobservable(solution: Solution, names: list[str]) -> list[str]:
     """Name what the observations do not determine.
 
-    Returns:
-        One text for each direction: a parameter, or a combination such as "accel bias x + 0.7 gyro scale y", in which
-        each parameter is in units of its size.
+    One text stands for each direction: a parameter, or a combination such as "accel bias x + 0.7 gyro scale y", in
+    which each parameter is in units of its size.
     """
     lost = solution.directions[:, solution.rank :].T
     # a basis with as few parameters in each direction as there can be: Gauss and Jordan with the largest pivot
-    found, rows, done = [], lost.copy(), 0
+    texts, rows, done = [], lost.copy(), 0
     while done < len(rows):
         k, j = np.unravel_index(np.argmax(np.abs(rows[done:])), rows[done:].shape)
         rows[[done, done + int(k)]] = rows[[done + int(k), done]]
@@ -142,6 +118,6 @@ def unobservable(solution: Solution, names: list[str]) -> list[str]:
             factor = "" if round(abs(value), 1) == 1.0 else f"{abs(value):.1f} "
             sign = " − " if value * terms[0][0] < 0.0 else " + "
             words += (sign if words else "") + factor + name
-        found.append(words)
+        texts.append(words)
     order = {name: number for number, name in enumerate(names)}
-    return sorted(found, key=lambda words: min(place for name, place in order.items() if name in words))
+    return sorted(texts, key=lambda words: min(place for name, place in order.items() if name in words))

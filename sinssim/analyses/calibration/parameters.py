@@ -38,27 +38,19 @@ _ARM = 0.01
 
 @dataclass(frozen=True)
 class Parameter:
-    """One parameter of a calibration.
+    """One parameter of a calibration."""
 
-    Attributes:
-        triad: "gyro" or "accel".
-        field: "bias", "scale", "misalignment" or "arm".
-        row: the sensitive axis, 0 to 2.
-        column: the other axis of a misalignment, or the coordinate of a place; else the sensitive axis.
-        size: 1σ of this error before the calibration, SI: the scale of what is observable.
-    """
-
-    triad: str
-    field: str
-    row: int
-    column: int
-    size: float
+    triad: str  # "gyro" or "accel"
+    field: str  # "bias", "scale", "misalignment" or "arm"
+    row: int  # the sensitive axis, 0 to 2
+    column: int  # the other axis of a misalignment, or the coordinate of a place; else the sensitive axis
+    size: float  # 1σ of this error before the calibration, SI: the scale of what is observable
 
     @property
     def name(self) -> str:
         """Its name, for example "gyro misalignment xy"."""
-        own = AXES[self.row] if self.field in ("bias", "scale") else AXES[self.row] + AXES[self.column]
-        return f"{self.triad} {self.field} {own}"
+        axes = AXES[self.row] if self.field in ("bias", "scale") else AXES[self.row] + AXES[self.column]
+        return f"{self.triad} {self.field} {axes}"
 
     @property
     def unit(self) -> tuple[str, float]:
@@ -69,25 +61,22 @@ class Parameter:
 
 
 def parameters(imu: Imu, method: str, arms: bool = False) -> tuple[Parameter, ...]:
-    """Return the parameters that a method estimates.
+    """Return the parameters that a method estimates, with the places of the accelerometers if `arms`.
 
-    Args:
-        imu: the sensor block, whose 1σ and given errors are the sizes of the parameters.
-        method: "separate" or "systematic".
-        arms: whether the places of the accelerometers are among them.
+    Their sizes are the 1σ and the given errors of the sensor block.
     """
-    found = []
+    chosen = []
     for triad in ("gyro", "accel"):
         for field in ("bias", "scale", "misalignment"):
             size = _size(imu, triad, field)
             for row, column in _PAIRS if field == "misalignment" else ((0, 0), (1, 1), (2, 2)):
-                one = Parameter(triad, field, row, column, size)
-                if method == "separate" or one.name not in FIXED:
-                    found.append(one)
+                parameter = Parameter(triad, field, row, column, size)
+                if method == "separate" or parameter.name not in FIXED:
+                    chosen.append(parameter)
     if arms:
         size = max(_ARM, float(np.abs(imu.accel_arms_mm).max()) * 1e-3)
-        found += [Parameter("accel", "arm", row, column, size) for row in (1, 2) for column in range(3)]
-    return tuple(found)
+        chosen += [Parameter("accel", "arm", row, column, size) for row in (1, 2) for column in range(3)]
+    return tuple(chosen)
 
 
 def _size(imu: Imu, triad: str, field: str) -> float:
@@ -99,51 +88,40 @@ def _size(imu: Imu, triad: str, field: str) -> float:
 
 
 def errors_of(known: tuple[Parameter, ...], values: Array) -> ImuErrors:
-    """Return the errors of a block from the values of parameters; all others are zero.
-
-    Args:
-        values: their values, (p,) SI.
-    """
+    """Return the errors of a block from the values of parameters, (p,) SI; all others are zero."""
     parts: dict[str, dict[str, Any]] = {
         triad: {"bias": np.zeros(3), "scale": np.zeros(3), "misalignment": np.zeros((3, 3))}
         for triad in ("gyro", "accel")
     }
     arms = np.zeros((3, 3))
-    for one, value in zip(known, values, strict=True):
-        if one.field == "arm":
-            arms[one.row, one.column] = value
-        elif one.field == "misalignment":
-            parts[one.triad]["misalignment"][one.row, one.column] = value
+    for parameter, value in zip(known, values, strict=True):
+        if parameter.field == "arm":
+            arms[parameter.row, parameter.column] = value
+        elif parameter.field == "misalignment":
+            parts[parameter.triad]["misalignment"][parameter.row, parameter.column] = value
         else:
-            parts[one.triad][one.field][one.row] = value
+            parts[parameter.triad][parameter.field][parameter.row] = value
     return ImuErrors(TriadErrors(**parts["gyro"]), TriadErrors(**parts["accel"]), arms)
 
 
 def values_of(known: tuple[Parameter, ...], errors: ImuErrors) -> Array:
-    """Return the values of parameters from the errors of a block, (p,) SI.
-
-    Args:
-        errors: the errors, in the frame of the parameters.
-    """
-    found = []
-    for one in known:
-        if one.field == "arm":
-            found.append(errors.arms[one.row, one.column] - errors.arms[0, one.column])
+    """Return the values of parameters, (p,) SI, from the errors of a block in the frame of the parameters."""
+    values = []
+    for parameter in known:
+        if parameter.field == "arm":
+            values.append(errors.arms[parameter.row, parameter.column] - errors.arms[0, parameter.column])
             continue
-        value = getattr(errors.gyro if one.triad == "gyro" else errors.accel, one.field)
-        found.append(value[one.row, one.column] if one.field == "misalignment" else value[one.row])
-    return np.array(found, dtype=np.float64)
+        value = getattr(errors.gyro if parameter.triad == "gyro" else errors.accel, parameter.field)
+        values.append(
+            value[parameter.row, parameter.column] if parameter.field == "misalignment" else value[parameter.row]
+        )
+    return np.array(values, dtype=np.float64)
 
 
 def in_accelerometer_frame(errors: ImuErrors) -> tuple[ImuErrors, Array]:
-    """Return the errors of a block in the frame of its accelerometers.
+    """Return the errors of a block in the frame of its accelerometers, and C, v_accelerometers = C v_block, (3, 3).
 
-    Args:
-        errors: the errors in the frame of the block.
-
-    Returns:
-        The same sensors in the frame in which the misalignments xy, xz and yz of the accelerometers are zero, and C,
-        v_accelerometers = C v_block, (3, 3).
+    In this frame the misalignments xy, xz and yz of the accelerometers are zero.
 
     Raises:
         InputError: the sensitive axes of the accelerometers do not span space.
@@ -155,12 +133,12 @@ def in_accelerometer_frame(errors: ImuErrors) -> tuple[ImuErrors, Array]:
     q, r = np.linalg.qr(axes.T)
     turn = (q * np.sign(np.diag(r))).T
 
-    def triad(own: TriadErrors) -> TriadErrors:
-        whole = (1.0 + own.scale)[:, None] * (np.eye(3) + own.misalignment) @ turn.T
+    def triad(errors_: TriadErrors) -> TriadErrors:
+        whole = (1.0 + errors_.scale)[:, None] * (np.eye(3) + errors_.misalignment) @ turn.T
         scale = np.diag(whole)
         tilt = whole / scale[:, None]
         tilt[np.eye(3, dtype=bool)] = 0.0
-        return replace(own, scale=scale - 1.0, misalignment=tilt)
+        return replace(errors_, scale=scale - 1.0, misalignment=tilt)
 
     accel = triad(errors.accel)
     accel.misalignment[np.triu_indices(3)] = 0.0  # zero but for rounding

@@ -34,14 +34,9 @@ from sinssim.truth.motions.turntable import settling
 
 @kernel
 def mean_turning(dtheta: Array, time: Array, first: int, last: int, earth: Array, out: Array) -> None:
-    """Integrate C_b0b(t)ᵀ over a turn, b0 the block at its beginning.
+    """Integrate C_b0b(t)ᵀ over a turn, b0 the block at its beginning, into `out`, ∫C_b(t)b0 dt, (3, 3) s.
 
-    Args:
-        dtheta: increments of angle, (N, 3) rad.
-        time: edges, (N+1,) s.
-        first, last: first sample of the turn, and the first after it.
-        earth: the Earth's rate in the block's axes at the beginning, (3,) rad/s.
-        out: ∫C_b(t)b0 dt, (3, 3) s, written.
+    The turn has the samples `first` to before `last`; `earth` is the Earth's rate in the axes of b0, rad/s.
     """
     q0, q1, q2, q3 = 1.0, 0.0, 0.0, 0.0
     out[:, :] = 0.0
@@ -205,10 +200,10 @@ def right_jacobian(phi: Array) -> Array:
     square = np.sum(phi * phi, axis=-1)[..., None, None]
     small = square < 1e-6
     size = np.sqrt(np.where(small, 1.0, square))
-    one = np.where(small, 0.5 - square / 24.0, (1.0 - np.cos(size)) / size**2)
-    two = np.where(small, 1.0 / 6.0 - square / 120.0, (size - np.sin(size)) / size**3)
+    first = np.where(small, 0.5 - square / 24.0, (1.0 - np.cos(size)) / size**2)
+    second = np.where(small, 1.0 / 6.0 - square / 120.0, (size - np.sin(size)) / size**3)
     turned = cross(phi)
-    return np.asarray(np.eye(3) - one * turned + two * (turned @ turned))
+    return np.asarray(np.eye(3) - first * turned + second * (turned @ turned))
 
 
 def _sums(values: Array, rows: Array) -> Array:
@@ -219,15 +214,10 @@ def _sums(values: Array, rows: Array) -> Array:
 def linearise(
     task: Task, errors: Array, imu: ImuData, rates: bool, order: Rows
 ) -> tuple[tuple[Array, Array], tuple[Array, Array], tuple[Array, Array]]:
-    """Return residuals and their design, those of the gyros and of the accelerometers.
+    """Return residuals, their derivatives to the parameters, (…, 3, p), and to the errors of the table, (…, 3, q).
 
-    Args:
-        errors: errors of the table: tilt, positions, axes, one after the other, rad.
-        order: order in time of the gyros' observations, dwells first.
-
-    Returns:
-        Residuals (K, 3) rad and (P, 3) m/s, their derivatives to the parameters (…, 3, p), and to the errors of the
-        table, (…, 3, q).
+    Each is a pair, of the gyros in the `order` of time, and of the accelerometers. The residuals are (K, 3) rad and (P,
+    3) m/s; `errors` of the table are tilt, positions and axes, one after the other, rad.
     """
     count = len(task.attitude)
     tilt, position = errors[:3], errors[3 : 3 + 3 * count].reshape(-1, 3)
@@ -249,7 +239,7 @@ def linearise(
         residual[0] = np.concatenate([residual[0], turned - expected])
         of_table[0] = np.concatenate([of_table[0], jacobian])
         lengths[0] = np.concatenate([lengths[0], np.diff(imu.time[task.dwells.turns], axis=1)[:, 0]])
-    of_table = [_times(one, additive) for one in of_table]
+    of_table = [_times(jacobian_, additive) for jacobian_ in of_table]
     measured[0], residual[0] = measured[0][order], residual[0][order]
     of_table[0], lengths[0] = of_table[0][order], lengths[0][order]
     design = [_design(task, triad, measured[i], lengths[i]) for i, triad in enumerate(("gyro", "accel"))]
@@ -269,21 +259,21 @@ def _times(jacobian: Array, blocks: Array) -> Array:
 def _design(task: Task, triad: str, measured: Array, length: Array) -> Array:
     """Return G, (K, 3, p)."""
     g = np.zeros((len(measured), 3, len(task.known)))
-    for k, one in enumerate(task.known):
-        if one.triad == triad:
-            g[:, one.row, k] = length if one.field == "bias" else measured[:, one.column]
+    for k, parameter in enumerate(task.known):
+        if parameter.triad == triad:
+            g[:, parameter.row, k] = length if parameter.field == "bias" else measured[:, parameter.column]
     return g
 
 
-def _of_dwells(c: Array, own: Array, of_place: Array, length: Array) -> Array:
+def _of_dwells(c: Array, measured: Array, of_place: Array, length: Array) -> Array:
     """Return the derivatives of a dwell's integral to the errors of the table, (P, 3, q)."""
     count = len(c)
-    found = np.zeros((count, 3, 6 * count))
-    found[:, :, :3] = length[:, :, None] * (c @ cross(of_place))
-    turned = length[:, :, None] * cross(own)
+    derivative = np.zeros((count, 3, 6 * count))
+    derivative[:, :, :3] = length[:, :, None] * (c @ cross(of_place))
+    turned = length[:, :, None] * cross(measured)
     for p in range(count):
-        found[p, :, 3 + 3 * p : 6 + 3 * p] = turned[p]
-    return found
+        derivative[p, :, 3 + 3 * p : 6 + 3 * p] = turned[p]
+    return derivative
 
 
 def _turns(task: Task, errors: Array, imu: ImuData, c: Array, spin: Array) -> tuple[Array, Array]:

@@ -336,11 +336,7 @@ def systematic(task: Task) -> Estimate:
 
 
 def steps(task: Task) -> tuple[Rows, Mask]:
-    """Return the steps of the filter.
-
-    Returns:
-        First sample after each step, (K,), and whether the block stands during the step, (K,).
-    """
+    """Return the first sample after each step of the filter, (K,), and whether the block stands during it, (K,)."""
     time = task.imu.time
     ends: list[Rows] = []
     observed: list[Mask] = []
@@ -359,18 +355,19 @@ def steps(task: Task) -> tuple[Rows, Mask]:
 
 
 def linearise(task: Task, imu: ImuData, q: Array, ends: Rows, observed: Mask) -> tuple[Array, Array, Array]:
-    """Return the whitened innovations and their derivatives.
+    """Return the whitened innovations, (3M,), and their derivatives to the parameters and to the attitude q at the
+    start.
 
-    Args:
-        q: attitude at the first sample, (4,).
-
-    Returns:
-        Innovations, (3M,); derivatives to the parameters and to the attitude at the start, (3M, p + 3); attitude after
-        each step, (K, 4).
+    The derivatives are (3M, p + 3); the attitude after each step follows, (K, 4).
     """
     first = int(task.dwells.rows[0, 0])
-    codes = np.array([[_kind(one.field), int(one.triad == "accel"), one.row, one.column] for one in task.known])
-    arms = any(one.field == "arm" for one in task.known)
+    codes = np.array(
+        [
+            [_kind(parameter.field), int(parameter.triad == "accel"), parameter.row, parameter.column]
+            for parameter in task.known
+        ]
+    )
+    arms = any(parameter.field == "arm" for parameter in task.known)
     noise = np.array(
         [
             task.gyro.white, task.accel.white, task.gyro.instability, task.accel.instability,
@@ -396,40 +393,42 @@ def _kind(field: str) -> int:
 def arm_pull(imu: ImuData) -> Array:
     """Return what the places of the accelerometers add to their increments.
 
-    Returns:
-        Derivative of the increment of accelerometer i to coordinate j of its place, [Δω × e_j + T ω × (ω × e_j)]_i,
-        (N, 3, 3) 1/s.
+    It is the derivative of the increment of accelerometer i to coordinate j of its place, [Δω × e_j + T ω × (ω ×
+    e_j)]_i, (N, 3, 3) 1/s.
     """
     interval = np.diff(imu.time)
     rate = imu.dtheta / interval[:, None]
     edges = np.concatenate([rate[:1], 0.5 * (rate[1:] + rate[:-1]), rate[-1:]])
     turning = np.diff(edges, axis=0)
-    found = np.empty((len(rate), 3, 3))
+    derivative = np.empty((len(rate), 3, 3))
     for j, unit in enumerate(np.eye(3)):
-        found[:, :, j] = np.cross(turning, unit) + interval[:, None] * np.cross(rate, np.cross(rate, unit))
-    return found
+        derivative[:, :, j] = np.cross(turning, unit) + interval[:, None] * np.cross(rate, np.cross(rate, unit))
+    return derivative
 
 
 def _coarse(task: Task) -> Array:
     """Return first values of the parameters: large biases of gyros from the mean of the dwells."""
     values = np.zeros(len(task.known))
-    if max(one.size for one in task.known if one.triad == "gyro" and one.field == "bias") < _COARSE_BIAS:
+    if (
+        max(parameter.size for parameter in task.known if parameter.triad == "gyro" and parameter.field == "bias")
+        < _COARSE_BIAS
+    ):
         return values
     rate = np.array([task.imu.dtheta[a:b].sum(axis=0) for a, b in task.dwells.rows])
     rate = rate / np.diff(task.dwells.seconds(task.imu.time), axis=1)
     earth = rotation.rotate(rotation.conjugate(task.attitude), task.earth_rate)
     mean = np.mean(rate - earth, axis=0)
-    for k, one in enumerate(task.known):
-        if one.triad == "gyro" and one.field == "bias":
-            values[k] = mean[one.row]
+    for k, parameter in enumerate(task.known):
+        if parameter.triad == "gyro" and parameter.field == "bias":
+            values[k] = mean[parameter.row]
     return values
 
 
 def _levelled(task: Task, imu: ImuData) -> Array:
     """Return the nominal attitude of the first position, turned so that gravity is where the accelerometers feel it."""
     first, last = task.dwells.rows[0]
-    own = imu.dvel[first:last].sum(axis=0)
-    measured = rotation.rotate(task.attitude[0], own / np.linalg.norm(own))
+    felt = imu.dvel[first:last].sum(axis=0)
+    measured = rotation.rotate(task.attitude[0], felt / np.linalg.norm(felt))
     true = task.force / np.linalg.norm(task.force)
     axis = np.cross(measured, true)
     size = float(np.linalg.norm(axis))

@@ -145,7 +145,7 @@ def _truth(scenario: Scenario, method: str, known: tuple[Parameter, ...]) -> Arr
 
 def _remarks(scenario: Scenario, task: Task, result: CalibrationResult) -> list[str]:
     """Return sentences on what is not modelled and on residuals that do not fit."""
-    found = []
+    sentences = []
     left = []
     for term in TERMS:
         if term.drawn and term.field not in _ESTIMATED and any(np.any(part) for part in scenario.imu.stated(term)):
@@ -153,23 +153,23 @@ def _remarks(scenario: Scenario, task: Task, result: CalibrationResult) -> list[
     left += [f"gyro {name}" for name in task.gyro.untold] + [f"accelerometer {name}" for name in task.accel.untold]
     if scenario.imu.accel_delay_ms:
         left.append("accelerometer delay")
-    if np.any(scenario.imu.accel_arms_mm) and not any(one.field == "arm" for one in task.known):
+    if np.any(scenario.imu.accel_arms_mm) and not any(parameter.field == "arm" for parameter in task.known):
         left.append("places of the accelerometers")
     if left:
-        found.append(f"Not modelled by the calibration, and therefore in its residuals: {', '.join(left)}.")
+        sentences.append(f"Not modelled by the calibration, and therefore in its residuals: {', '.join(left)}.")
     solution = result.estimate.solution
     if solution.degrees <= 0:
-        return found
+        return sentences
     ratio, band = solution.chi_square / solution.degrees, mean_square_band(solution.degrees, _DOUBT)
     if ratio > band.high:
-        found.append(
+        sentences.append(
             f"The residuals are larger than the stated noise explains: χ² = {solution.chi_square:.4g} with "
             f"{solution.degrees} degrees of freedom. The errors of the estimates are then larger than their 1σ: the "
             "noise of imu.grade, the accuracy of the table or the sequence differ from those of the readings."
         )
     elif ratio < band.low and scenario.log is not None:
-        found.append(
+        sentences.append(
             f"The residuals are smaller than the stated noise: χ² = {solution.chi_square:.4g} with {solution.degrees} "
             "degrees of freedom. The 1σ of the estimates are too large."
         )
-    return found
+    return sentences

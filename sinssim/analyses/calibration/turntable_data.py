@@ -40,13 +40,9 @@ _LEAST = 3
 
 @dataclass(frozen=True)
 class Dwells:
-    """The samples of the dwells: all samples between two of them belong to a turn.
+    """The samples of the dwells: all samples between two of them belong to a turn."""
 
-    Attributes:
-        rows: first sample of each dwell, and the first after it, (P, 2).
-    """
-
-    rows: Array
+    rows: Array  # first sample of each dwell, and the first after it, (P, 2)
 
     @property
     def turns(self) -> Array:
@@ -59,24 +55,12 @@ class Dwells:
 
 
 def planned(section: Turntable, time: Array) -> Dwells:
-    """Return the dwells at the times of the sequence.
-
-    Args:
-        time: edges of the samples, from the beginning of the sequence, (N+1,) s.
-
-    Raises:
-        InputError: a dwell has fewer than three samples.
-    """
+    """Return the dwells at the times of the sequence; `time` are the edges of the samples since its beginning, s."""
     return between(section.dwells, time, "turntable.dwell_s")
 
 
 def between(spans: tuple[tuple[float, float], ...], time: Array, key: str) -> Dwells:
-    """Return the samples of given dwells.
-
-    Args:
-        spans: beginning and end of each, s.
-        time: edges of the samples, (N+1,) s.
-        key: key of the spans in a scenario, for messages.
+    """Return the samples of given dwells, `spans` in s; `key` names them in a scenario, for messages.
 
     Raises:
         InputError: a dwell has fewer than three samples, or lies outside of the samples.
@@ -101,9 +85,6 @@ def between(spans: tuple[tuple[float, float], ...], time: Array, key: str) -> Dw
 
 def detected(imu: ImuData, section: Turntable) -> Dwells:
     """Return the dwells of a log: spans in which the gyros stand still, as many as the sequence has.
-
-    Args:
-        section: the [turntable] table, which says what the table did.
 
     Raises:
         InputError: the log has no standing spans, or another number of them than the sequence.
@@ -140,107 +121,71 @@ def _listed(rows: list[tuple[int, int]], imu: ImuData) -> str:
 
 @dataclass(frozen=True)
 class TriadNoise:
-    """The noise of three sensors, each with the same figures.
+    """The noise of three sensors, each with the same figures."""
 
-    Attributes:
-        white: random walk N of the integral, rad/√s or m/s/√s.
-        instability: 1σ of the bias instability, rad/s or m/s².
-        correlation_time: its correlation time, s.
-        quantum: weight of a pulse, rad or m/s.
-        untold: names of the noises that the scenario has and the calibration does not model.
-    """
-
-    white: float
-    instability: float
-    correlation_time: float
-    quantum: float
-    untold: tuple[str, ...]
+    white: float  # random walk N of the integral, rad/√s or m/s/√s
+    instability: float  # 1σ of the bias instability, rad/s or m/s²
+    correlation_time: float  # its correlation time, s
+    quantum: float  # weight of a pulse, rad or m/s
+    untold: tuple[str, ...]  # names of the noises that the scenario has and the calibration does not model
 
 
 def noise_of(imu: Imu, triad: str) -> TriadNoise:
-    """Return the noise of the gyros or of the accelerometers.
-
-    Args:
-        triad: "gyro" or "accel".
-    """
-    own: TriadErrors = getattr(imu.sigma, triad)
+    """Return the noise of the sensors of a triad, "gyro" or "accel"."""
+    sigma: TriadErrors = getattr(imu.sigma, triad)
     untold = tuple(
-        term.label for term in of_triad(triad) if term.field in ("flicker", "rate_walk") and getattr(own, term.field)
+        term.label for term in of_triad(triad) if term.field in ("flicker", "rate_walk") and getattr(sigma, term.field)
     )
-    return TriadNoise(own.random_walk, own.instability, own.correlation_time, own.quantum, untold)
+    return TriadNoise(sigma.random_walk, sigma.instability, sigma.correlation_time, sigma.quantum, untold)
 
 
 def covariance_of_integrals(noise: TriadNoise, spans: Array, floor: float) -> Array:
-    """Return the covariance of the integrals of one sensor over separate spans.
+    """Return the covariance of the integrals of one sensor over separate spans, (K, 2) s; (K, K) rad² or m²/s².
 
     The white noise gives N²T. The instability, of covariance σ² e^(−|t−u|/τ), gives for two spans with begin a and end
     b the double integral σ²τ² (1 − e^(−T₁/τ)) (1 − e^(−T₂/τ)) e^(−(a₂−b₁)/τ) for b₁ ≤ a₂, and 2σ²τ² (T/τ − 1 +
-    e^(−T/τ)) for the same span. The integral between two readings of a counter has Q²/6.
-
-    Args:
-        spans: beginning and end of each span, without overlap, (K, 2) s.
-        floor: 1σ that is added to each, against an observation without any noise, rad or m/s.
-
-    Returns:
-        (K, K), rad² or m²/s².
+    e^(−T/τ)) for the same span. The integral between two readings of a counter has Q²/6. The square of `floor` is added
+    against an observation without any noise.
     """
     length = spans[:, 1] - spans[:, 0]
-    found = np.diag(noise.white**2 * length + noise.quantum**2 / 6.0 + floor**2)
+    covariance = np.diag(noise.white**2 * length + noise.quantum**2 / 6.0 + floor**2)
     if noise.instability > 0.0:
         tau, power = noise.correlation_time, (noise.instability * noise.correlation_time) ** 2
-        own = 2.0 * power * (length / tau + np.expm1(-length / tau))
+        variance = 2.0 * power * (length / tau + np.expm1(-length / tau))
         gap = spans[None, :, 0] - spans[:, None, 1]  # from the end of the first to the beginning of the second
         decay = np.exp(-np.maximum(gap, gap.T) / tau)
         lost = -np.expm1(-length / tau)
         mixed = power * lost[:, None] * lost[None, :] * decay
-        np.fill_diagonal(mixed, own)
-        found = found + mixed
-    return found
+        np.fill_diagonal(mixed, variance)
+        covariance = covariance + mixed
+    return covariance
 
 
 @dataclass(frozen=True)
 class Task:
-    """A calibration to compute.
+    """A calibration to compute."""
 
-    Attributes:
-        imu: the readings, from the beginning of the sequence.
-        dwells: samples of the dwells.
-        attitude: nominal attitudes q_nb in the positions, (P, 4).
-        axis: nominal axes of the turns in the block's axes, unit vectors, (P − 1, 3).
-        angle: their angles, (P − 1,) rad.
-        force: specific force of a standing block, north-east-down, (3,) m/s².
-        earth_rate: the Earth's rate, north-east-down, (3,) rad/s.
-        gyro, accel: noise.
-        known: the parameters to estimate.
-        section: the [calibration] table.
-        position_sigma, tilt_sigma: assumed accuracy of the table, rad.
-    """
-
-    imu: ImuData
-    dwells: Dwells
-    attitude: Array
-    axis: Array
-    angle: Array
-    force: Array
-    earth_rate: Array
+    imu: ImuData  # the readings, from the beginning of the sequence
+    dwells: Dwells  # samples of the dwells
+    attitude: Array  # nominal attitudes q_nb in the positions, (P, 4)
+    axis: Array  # nominal axes of the turns in the block's axes, unit vectors, (P − 1, 3)
+    angle: Array  # their angles, (P − 1,) rad
+    force: Array  # specific force of a standing block, north-east-down, (3,) m/s²
+    earth_rate: Array  # the Earth's rate, north-east-down, (3,) rad/s
     gyro: TriadNoise
-    accel: TriadNoise
-    known: tuple[Parameter, ...]
-    section: CalibrationSection
+    accel: TriadNoise  # gyro, accel: noise
+    known: tuple[Parameter, ...]  # the parameters to estimate
+    section: CalibrationSection  # the [calibration] table
     position_sigma: float
-    tilt_sigma: float
+    tilt_sigma: float  # position_sigma, tilt_sigma: assumed accuracy of the table, rad
 
     @property
     def size(self) -> Array:
         """Sizes of the parameters, (p,) SI."""
-        return np.array([one.size for one in self.known])
+        return np.array([parameter.size for parameter in self.known])
 
     def compensated(self, values: Array) -> ImuData:
-        """Return the readings compensated by values of the parameters.
-
-        Args:
-            values: (p,) SI.
-        """
+        """Return the readings compensated by values of the parameters, (p,) SI."""
         return compensate_checked(replace(self.imu, flags=None), errors_of(self.known, values))
 
 
@@ -300,14 +245,10 @@ def make_task(scenario: Scenario, section: CalibrationSection, imu: ImuData, dwe
 
 
 def nominal(table: Turntable, q_bs: Array) -> tuple[Array, Array, Array]:
-    """Return the nominal sequence of a table.
+    """Return the nominal sequence of a table with the sensor block mounted by `q_bs`.
 
-    Args:
-        q_bs: mounting of the sensor block, (4,).
-
-    Returns:
-        Attitudes of the sensor block q_ns in the positions, (P, 4); axes of the turns in its axes, (P − 1, 3); angles,
-        (P − 1,) rad.
+    Attitudes q_ns of the block in the positions, (P, 4); axes of the turns in its axes, (P − 1, 3); angles, (P − 1,)
+    rad.
     """
     q = [table.start_attitude]
     axes, angles = [], []

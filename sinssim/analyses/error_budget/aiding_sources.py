@@ -35,31 +35,20 @@ _OF_TIME = (" delay", " time offset")
 
 @dataclass(frozen=True)
 class AidingSources:
-    """The aiding sensors of a scenario.
-
-    Attributes:
-        measurements: readings without random errors, with the true 1σ of their noise; those of sensors at rest are
-            zero.
-        sources: their errors.
-        tables: the tables of the sensors.
-        blocks: 1σ of each random error with states, by block of an error model.
-    """
+    """The aiding sensors of a scenario."""
 
     measurements: list[Measurements]
-    sources: list[SensorSource]
-    tables: tuple[str, ...]
-    blocks: dict[str, Any]
+    """Readings without random errors, with the true 1σ of their noise; those of sensors at rest are zero."""
+    sources: list[SensorSource]  # their errors
+    tables: tuple[str, ...]  # the tables of the sensors
+    blocks: dict[str, Any]  # 1σ of each random error with states, by block of an error model
 
 
 def aiding_sources(scenario: Scenario, trajectory: Trajectory) -> AidingSources:
-    """Return the errors of a scenario's aiding sensors.
-
-    Raises:
-        InputError: a sensor has no budget, or the motion ends before its first reading.
-    """
+    """Return the errors of a scenario's aiding sensors; raise `InputError` for a sensor that has no budget."""
     assert scenario.aiding is not None
     vehicle = Vehicle(trajectory, scenario.seed)
-    found = AidingSources([], [], tuple(scenario.aiding.sensors()), {})
+    sources = AidingSources([], [], tuple(scenario.aiding.sensors()), {})
     for table, sensor in scenario.aiding.sensors().items():
         if sensor.no_budget:
             raise InputError(f"[aiding.{table}] has no budget: {sensor.no_budget}. Remove it, or use an ensemble.")
@@ -73,30 +62,30 @@ def aiding_sources(scenario: Scenario, trajectory: Trajectory) -> AidingSources:
         kinds = {}
         for with_noise, m in zip(noisy, exact, strict=True):
             value = np.zeros_like(m.value) if sensor.assumed else m.value
-            found.measurements.append(replace(m, value=value, sigma=with_noise.sigma))
+            sources.measurements.append(replace(m, value=value, sigma=with_noise.sigma))
             kinds[m.label] = m.kind
-            found.sources.extend(_noises(table, m, with_noise.sigma))
+            sources.sources.extend(_noises(table, m, with_noise.sigma))
             given = Source(_name(f"{m.label} given"), "errors equal in every run", table, "given", float("nan"), "")
-            found.sources.append(SensorGiven(given, m.label))
-        for one in _states(table, _random_alone(sensor), kinds):
-            found.sources.append(one)
-            found.blocks[one.block] = one.sigma + found.blocks.get(one.block, 0.0)
-    return found
+            sources.sources.append(SensorGiven(given, m.label))
+        for error in _states(table, _random_alone(sensor), kinds):
+            sources.sources.append(error)
+            sources.blocks[error.block] = error.sigma + sources.blocks.get(error.block, 0.0)
+    return sources
 
 
 def _exact(table: str, sensor: AidingSensor, trajectory: Trajectory, seed: int) -> list[Measurements]:
     """Return the readings of a sensor without random errors; they must be the same for every seed."""
-    found, other = (
+    first, second = (
         [readings.measurements for readings in sensor.read(Vehicle(trajectory, s))] for s in (seed, seed + 1)
     )
-    for one, another in zip(found, other, strict=True):
-        same = np.array_equal(one.value, another.value) and np.array_equal(one.lever_arm, another.lever_arm)
+    for a, b in zip(first, second, strict=True):
+        same = np.array_equal(a.value, b.value) and np.array_equal(a.lever_arm, b.lever_arm)
         if not same:
             raise InputError(
-                f"[aiding.{table}] has no budget: {one.label} has random errors in addition to those of the keys with "
+                f"[aiding.{table}] has no budget: {a.label} has random errors in addition to those of the keys with "
                 f"sigma in their name."
             )
-    return found
+    return first
 
 
 def _name(text: str) -> str:
@@ -110,9 +99,9 @@ def _groups(sigma: Array, axes: Sequence[str]) -> Iterator[tuple[Array, str, str
     """Yield the components of each size, zero for the others, with an ending of their name and of their label."""
     sizes = [size for size in dict.fromkeys(sigma.tolist()) if size]
     for size in sizes:
-        own = [axis for axis, value in zip(axes, sigma.tolist(), strict=True) if value == size]
-        words = " and ".join(_AXES.get(axis, axis) for axis in own)
-        ending = ("", "") if len(sizes) == 1 else (f"_{''.join(own)}", f", {words}")
+        equal = [axis for axis, value in zip(axes, sigma.tolist(), strict=True) if value == size]
+        words = " and ".join(_AXES.get(axis, axis) for axis in equal)
+        ending = ("", "") if len(sizes) == 1 else (f"_{''.join(equal)}", f", {words}")
         yield np.where(sigma == size, size, 0.0), *ending
 
 
@@ -122,10 +111,10 @@ def _noises(table: str, m: Measurements, sigma: Array) -> Iterator[SensorNoise]:
     whole = np.array(sigma[0] if len(sigma) else np.zeros(kind.errors), dtype=np.float64)
     what = m.label.removeprefix(f"{table}-").replace("-", " ")
     label = "noise" if what == table.replace("_", " ") else f"{what} noise"
-    for own, ending, words in _groups(whole, kind.axes):
-        value = float(f"{own.max() / size:.12g}")
+    for part, ending, words in _groups(whole, kind.axes):
+        value = float(f"{part.max() / size:.12g}")
         source = Source(_name(f"{m.label} noise") + ending, label + words, table, "random", value, unit)
-        yield SensorNoise(source, m.label, own)
+        yield SensorNoise(source, m.label, part)
 
 
 def _states(table: str, sensor: AidingSensor, kinds: Mapping[str, str]) -> Iterator[SensorConstant | SensorProcess]:
@@ -147,13 +136,13 @@ def _states(table: str, sensor: AidingSensor, kinds: Mapping[str, str]) -> Itera
         constant = not np.isfinite(state.correlation_time)
         axes = ["all"] * len(sigma) if constant or kind is None else measurement_kind(kind).axes
         groups = [(sigma, "", "")] if constant else _groups(sigma, axes)
-        for own, ending, also in groups:
-            value = float(f"{own.max() / size:.12g}")
+        for part, ending, also in groups:
+            value = float(f"{part.max() / size:.12g}")
             source = Source(_name(state.block) + ending, words + also, table, "random", value, unit)
             if constant:
-                yield SensorConstant(source, state.block, own)
+                yield SensorConstant(source, state.block, part)
             else:
-                yield SensorProcess(source, state.block, own, state.correlation_time)
+                yield SensorProcess(source, state.block, part, state.correlation_time)
 
 
 def _zero(value: Any) -> Any:

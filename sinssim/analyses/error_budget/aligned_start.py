@@ -47,14 +47,10 @@ _STEPS = np.repeat((1e-9, 1e-5), 3)
 
 
 def by_mean_readings(motion: TrueMotion, count: int) -> Array:
-    """Return the derivative of the aligned attitude's error φ with respect to the mean readings.
+    """Return the derivative of the aligned attitude's error φ with respect to the mean readings of `count` samples at
+    rest.
 
-    Args:
-        motion: the true motion, at rest.
-        count: number of samples of the session.
-
-    Returns:
-        By gyros and accelerometers, (3, 6) s and s²/m, from central differences of eq. (1) itself.
+    By gyros and accelerometers, (3, 6) s and s²/m, from central differences of the determination itself.
     """
     seconds = float(motion.ideal.time[count] - motion.ideal.time[0])
     mean = np.concatenate([part[:count].sum(axis=0) for part in (motion.ideal.dtheta, motion.ideal.dvel)]) / seconds
@@ -62,25 +58,22 @@ def by_mean_readings(motion: TrueMotion, count: int) -> Array:
     def aligned(readings: Array) -> Array:
         return initial_state(determine(readings[:3], readings[3:]), 0.0, 0.0, 0.0).q_nb
 
-    found = np.empty((3, 6))
+    derivative = np.empty((3, 6))
     for k, step in enumerate(_STEPS):
         off = step * np.eye(6)[k]
         plus, minus = aligned(mean + off), aligned(mean - off)
         turn = rotation.multiply(minus, rotation.conjugate(plus))  # q(φ₊ − φ₋)
-        found[:, k] = rotation.rotation_vector_from_quaternion(turn) / (2.0 * step)
-    return found
+        derivative[:, k] = rotation.rotation_vector_from_quaternion(turn) / (2.0 * step)
+    return derivative
 
 
 def align(
     motion: TrueMotion, shares: Shares, series: tuple[Array, Array], count: int, propagation: Propagation
 ) -> None:
-    """Take all sources through the session, at whose end the filter or the navigator starts.
+    """Take all sources through the session, at whose end the filter or the navigator starts; `propagation` is changed.
 
     During the session, the rows of velocity and attitude hold the sums of the reading errors of accelerometers and
     gyros. The end turns them into the attitude's error. Velocity is exact, and the position keeps its initial error.
-
-    Args:
-        propagation: at the start; changed.
     """
     n = len(propagation.sensitivity)
     only_position = np.zeros((n, n))
@@ -98,20 +91,20 @@ def align(
             constants[rows, : shares.inertial] = interval * mean[k, of, : shares.inertial]
             bias[rows] = interval * mean[k, of, shares.inertial :]
         noise = {}
-        for own in shares.noises:
-            if own.what == "white":
-                noise[own.source.name] = np.zeros((n, n))
-                where = slice(6, 9) if own.triad == 0 else slice(3, 6)
-                noise[own.source.name][where, where] = own.size**2 * interval * own.mix @ own.mix.T
+        for inertial in shares.noises:
+            if inertial.what == "white":
+                noise[inertial.source.name] = np.zeros((n, n))
+                where = slice(6, 9) if inertial.triad == 0 else slice(3, 6)
+                noise[inertial.source.name][where, where] = inertial.size**2 * interval * inertial.mix @ inertial.mix.T
         fields = np.zeros((n, 3))
         fields[V] = interval * c_bn
         both = bias[:, :3], bias[:, 3:]
         propagation.step(NavigationStep(np.eye(n), constants, noise, both, interval, fields, 0.0))
     for number, name in enumerate(propagation.white):  # the rounding of the last pulse
-        for own in shares.noises:
-            if own.source.name == name and own.what == "quantum":
-                axes = slice(6, 9) if own.triad == 0 else slice(3, 6)
-                propagation.covariance[number, axes, axes] += own.size**2 / 12.0 * own.mix @ own.mix.T
+        for inertial in shares.noises:
+            if inertial.source.name == name and inertial.what == "quantum":
+                axes = slice(6, 9) if inertial.triad == 0 else slice(3, 6)
+                propagation.covariance[number, axes, axes] += inertial.size**2 / 12.0 * inertial.mix @ inertial.mix.T
     of_readings = by_mean_readings(motion, count) / float(time[-1] - time[0])
     last = only_position.copy()
     last[PHI, PHI], last[PHI, V] = of_readings[:, :3], of_readings[:, 3:]
@@ -148,11 +141,7 @@ def samples_of_alignment(scenario: Scenario, motion: TrueMotion) -> int:
 def begin_aligned(
     scenario: Scenario, motion: TrueMotion, shares: Shares, series: tuple[Array, Array], count: int, core: int
 ) -> Propagation:
-    """Return all sources' shares at the end of the navigator's own alignment.
-
-    Args:
-        core: number of core states after it, 9 or more; those beyond the navigation errors are zero.
-    """
+    """Return all sources' shares at the end of the navigator's own alignment, with `core` states, 9 or more."""
     section = scenario.navigation.alignment
     assert section is not None
     if section.method == "quiet":
@@ -163,28 +152,20 @@ def begin_aligned(
 
 
 class _Session(NamedTuple):
-    """The session in the inertial frame of the block's first instant.
+    """The session in the inertial frame of the block's first instant."""
 
-    Attributes:
-        motion: the true motion of the session, with the attitude in this frame.
-        edges: boundaries of the steps, (K+1,) s.
-        weight: W of the block of each step, over the share of the step in it, (K, 8, 3).
-        gained: velocity gained by the specific force in each step, (K, 3) m/s.
-        last: J at the end, (3, 8).
-    """
-
-    motion: TrueMotion
-    edges: Array
-    weight: Array
-    gained: Array
-    last: Array
+    motion: TrueMotion  # the true motion of the session, with the attitude in this frame
+    edges: Array  # boundaries of the steps, (K+1,) s
+    weight: Array  # W of the block of each step, over the share of the step in it, (K, 8, 3)
+    gained: Array  # velocity gained by the specific force in each step, (K, 3) m/s
+    last: Array  # J at the end, (3, 8)
 
 
 def _session(motion: TrueMotion, count: int) -> _Session:
     """Linearise the fit about the true motion."""
     ideal = ImuData(motion.ideal.time[: count + 1], motion.ideal.dtheta[:count], motion.ideal.dvel[:count])
     q, velocity = inertial_curve(ideal)
-    own = replace(rows_of(motion.state, slice(0, count + 1)), q_nb=q)
+    state = replace(rows_of(motion.state, slice(0, count + 1)), q_nb=q)
     fit, (rows, t, _) = fit_of_session(ideal, float(motion.state.latitude[0])), mean_blocks(ideal, velocity)
     jacobian = cone_jacobian(fit, t, fixed=True)
     weights = np.linalg.pinv(jacobian.reshape(-1, _FITTED) * _SCALE, rcond=1e-13) * _SCALE[:, None]
@@ -198,7 +179,7 @@ def _session(motion: TrueMotion, count: int) -> _Session:
     within = np.diff(samples) / np.diff(bounds)[block]
     last = cone_jacobian(fit, ideal.time[-1:] - ideal.time[0], fixed=True)[0]
     weight = weights[block] * within[:, None, None]
-    return _Session(replace(motion, ideal=ideal, state=own), edges, weight, np.diff(velocity[samples], axis=0), last)
+    return _Session(replace(motion, ideal=ideal, state=state), edges, weight, np.diff(velocity[samples], axis=0), last)
 
 
 _SCALE = np.array([1e-3, 1e-3, 1e-3, 1e-3, 1e-3, 1.0, 1.0, 1.0])
@@ -222,9 +203,9 @@ def _disturbed(
     drive = np.zeros((2, len(interval), CORE, 3))  # by gyros and accelerometers; the noise has no direction
     drive[0, :, PHI], drive[1, :, V] = -np.eye(3), np.eye(3)
     noise = {
-        one.source.name: white_covariance(f, drive[one.triad] @ (one.size * one.mix), interval)
-        for one in shares.noises
-        if one.what == "white" and one.process is None
+        white.source.name: white_covariance(f, drive[white.triad] @ (white.size * white.mix), interval)
+        for white in shares.noises
+        if white.what == "white" and white.process is None
     }
     theta, velocity = (part[:, :count] for part in series)
     effects = session.motion.responses(session.edges, shares.kernel_columns, theta, velocity).core
@@ -242,8 +223,8 @@ def _disturbed(
         constants[:, : shares.inertial] = over @ effects[k, :, : shares.inertial]
         bias = over @ effects[k, :, shares.inertial :]
         fields = over[:, V] @ (length * to_frame[middle[k]])
-        own = {name: over @ q[k] @ over.T for name, q in noise.items()}
-        propagation.step(NavigationStep(whole, constants, own, (bias[:, :3], bias[:, 3:]), length, fields, 0.0))
+        driven = {name: over @ q[k] @ over.T for name, q in noise.items()}
+        propagation.step(NavigationStep(whole, constants, driven, (bias[:, :3], bias[:, 3:]), length, fields, 0.0))
     propagation.project(_end(scenario, motion, session, count, core))
     return propagation
 
@@ -252,21 +233,21 @@ def _end(scenario: Scenario, motion: TrueMotion, session: _Session, count: int, 
     """Return the map to the navigation errors at the end of the session, (2), (core, 17)."""
     q_nb, q_ib = motion.state.q_nb[count], session.motion.state.q_nb[count]
     c = rotation.dcm_from_quaternion(rotation.multiply(q_nb, rotation.conjugate(q_ib)))
-    found = np.zeros((core, CORE + _FITTED))
-    found[R, R] = np.eye(3)
-    found[V, V], found[PHI, PHI] = c, c
+    matrix = np.zeros((core, CORE + _FITTED))
+    matrix[R, R] = np.eye(3)
+    matrix[V, V], matrix[PHI, PHI] = c, c
     place = rows_of(motion.state, slice(0, 1))
     starts = [_aligned(scenario, motion, session, place, step) for step in (-_ANGLE, 0.0, _ANGLE)]
     turn = skew(np.asarray(starts[1].velocity_ned)[None])[0] @ c
-    found[V, _X] = -c @ session.last
-    found[V, _X][:, :3] += turn
-    found[PHI, _X][:, :3] = c
+    matrix[V, _X] = -c @ session.last
+    matrix[V, _X][:, :3] += turn
+    matrix[PHI, _X][:, :3] = c
     # the latitude that the navigator is given opens the cone of the fit
     meridian = float(radii(place.latitude, motion.trajectory.ellipsoid)[0][0] + place.height[0])
     between = rotation.multiply(starts[0].q_nb, rotation.conjugate(starts[2].q_nb))
-    found[PHI, 0] = rotation.rotation_vector_from_quaternion(between) / (2.0 * _ANGLE * meridian)
-    found[V, 0] = (starts[2].velocity_ned - starts[0].velocity_ned) / (2.0 * _ANGLE * meridian)
-    return found
+    matrix[PHI, 0] = rotation.rotation_vector_from_quaternion(between) / (2.0 * _ANGLE * meridian)
+    matrix[V, 0] = (starts[2].velocity_ned - starts[0].velocity_ned) / (2.0 * _ANGLE * meridian)
+    return matrix
 
 
 def _aligned(scenario: Scenario, motion: TrueMotion, session: _Session, place: NavState, step: float) -> NavState:

@@ -28,18 +28,14 @@ _LARGEST = 2.0**20
 
 @dataclass(frozen=True)
 class Allowance:
-    """How large some sources may be while a requirement is met, all others as they are.
+    """How large some sources may be while a requirement is met, all others as they are."""
 
-    Attributes:
-        sources: one source, or several that share a factor.
-        factor: largest factor of their present size; infinite if they have no effect on it; NaN if the requirement is
-            not met even without them.
-        without: quantity of the requirement without them, SI.
-    """
-
-    sources: tuple[Source, ...]
+    sources: tuple[Source, ...]  # one source, or several that share a factor
     factor: float
-    without: float
+    """Largest factor of their present size; infinite if they have no effect on it; NaN if the requirement is not met
+    even without them.
+    """
+    without: float  # quantity of the requirement without them, SI
 
     @property
     def possible(self) -> bool:
@@ -54,25 +50,15 @@ class Allowance:
 
 @dataclass(frozen=True)
 class Answer:
-    """The answer of a budget to a requirement.
-
-    Attributes:
-        requirement: the requirement.
-        value: its quantity, SI; throughout a run, the largest.
-        time: instant of that value, s since the start.
-        allowances: of every source alone, in the order of their contributions to the quantity.
-        joint: of the sources that are free together; None if none were named.
-        everything: of all sources that a number describes, together.
-        exceeded: since when the limit is exceeded, throughout a run; None if it is not.
-    """
+    """The answer of a budget to a requirement."""
 
     requirement: Requirement
-    value: float
-    time: float
-    allowances: tuple[Allowance, ...]
-    joint: Allowance | None
-    everything: Allowance
-    exceeded: Exceeded | None = None
+    value: float  # its quantity, SI; throughout a run, the largest
+    time: float  # instant of that value, s since the start
+    allowances: tuple[Allowance, ...]  # of every source alone, in the order of their contributions to the quantity
+    joint: Allowance | None  # of the sources that are free together; None if none were named
+    everything: Allowance  # of all sources that a number describes, together
+    exceeded: Exceeded | None = None  # since when the limit is exceeded, throughout a run; None if it is not
 
     @property
     def met(self) -> bool:
@@ -87,48 +73,40 @@ class Answer:
 
 def times_of(requirements: Iterable[Requirement]) -> tuple[float, ...]:
     """Return the instants that a budget needs for some requirements, s since the start."""
-    return tuple(one.time for one in requirements if one.when == "at")
+    return tuple(requirement.time for requirement in requirements if requirement.when == "at")
 
 
 def answers(
     result: BudgetResult, requirements: str | Requirement | Iterable[str | Requirement], free: Sequence[str] = ()
 ) -> tuple[Answer, ...]:
-    """Judge requirements by a budget, and solve them for the sources.
-
-    Args:
-        result: the budget, with the instants of `times_of`.
-        requirements: requirements, or their texts, see `parse_requirements`.
+    """Judge requirements by a budget that has the instants of `times_of`, and solve them for the sources.
 
     Raises:
         InputError: a requirement cannot be read, a source is unknown or has no size, or a time lies outside the run.
     """
-    together = tuple(_sized(result, name) for name in free)
-    found = []
+    joint_sources = tuple(_sized(result, name) for name in free)
+    results = []
     for requirement in parse_requirements(requirements):
         requirement.check_within(float(result.time[-1]))
         rows, (value, time, exceeded) = _rows(result, requirement), answer_of(result, requirement)
-        order = [one.source for one in result.improvements(time)]
+        order = [improvement.source for improvement in result.improvements(time)]
         sized = tuple(source for source in order if not math.isnan(source.value))
         alone = tuple(
-            sorted((_allowance(result, requirement, rows, (source,)) for source in sized), key=lambda one: one.without)
+            sorted(
+                (_allowance(result, requirement, rows, (source,)) for source in sized),
+                key=lambda allowance: allowance.without,
+            )
         )
-        joint = _allowance(result, requirement, rows, together) if together else None
+        joint = _allowance(result, requirement, rows, joint_sources) if joint_sources else None
         every = _allowance(result, requirement, rows, sized)
-        found.append(Answer(requirement, value, time, alone, joint, every, exceeded))
-    return tuple(found)
+        results.append(Answer(requirement, value, time, alone, joint, every, exceeded))
+    return tuple(results)
 
 
 def answer_of(result: BudgetResult, requirement: Requirement) -> tuple[float, float, Exceeded | None]:
-    """Return the quantity of a requirement and its instant; throughout the run, the largest.
+    """Return the quantity of a requirement, SI, its instant, s since the start, and since when the limit is exceeded.
 
-    Args:
-        result: the budget, with the instant of the quantity.
-
-    Returns:
-        The number that `answers` judges, SI, its instant, s since the start, and since when the limit is exceeded.
-
-    Raises:
-        InputError: the budget does not have the instant.
+    Throughout the run, it is the largest quantity.
     """
     rows = _rows(result, requirement)
     values = _quantity(requirement, result.time[rows], result.total[rows], result.bias[rows])
@@ -170,12 +148,12 @@ def _allowance(
 ) -> Allowance:
     time, names = result.time[rows], {source.name for source in sources}
     # the others are summed, because a difference from the total can be negative by rounding
-    own, rest = (_sum(result.covariance, rows, names, (9, 9), inside) for inside in (True, False))
-    own_mean, rest_mean = (_sum(result.mean, rows, names, (9,), inside) for inside in (True, False))
+    part, rest = (_sum(result.covariance, rows, names, (9, 9), inside) for inside in (True, False))
+    part_mean, rest_mean = (_sum(result.mean, rows, names, (9,), inside) for inside in (True, False))
 
     def excess(factor: float) -> float:
         """Return a number that is positive if the requirement is not met with this factor."""
-        covariance, mean = rest + factor**2 * own, rest_mean + factor * own_mean
+        covariance, mean = rest + factor**2 * part, rest_mean + factor * part_mean
         if requirement.quantity in COMPONENTS:
             return float(_quantity(requirement, time, covariance, mean).max()) / requirement.limit - 1.0
         # the circle of the limit holds less than the share: no radius need be found

@@ -6,7 +6,6 @@ the report, and the recording.
 
 from __future__ import annotations
 
-import json
 import math
 from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import replace
@@ -16,14 +15,15 @@ from typing import Any
 import numpy as np
 
 from sinssim.analyses.error_budget.allowances import Allowance, Answer
-from sinssim.analyses.error_budget.budget_result import BUDGET_COMPONENTS, BudgetResult
+from sinssim.analyses.error_budget.allowances import answers as answers_of
+from sinssim.analyses.error_budget.budget_result import BUDGET_COMPONENTS, BudgetResult, Improvement
 from sinssim.analyses.error_budget.error_sources import Source
 from sinssim.charts import TIME, Axis, Bars, Chart, Charts, Line, Mark, Shares
 from sinssim.data import Array
 from sinssim.exhibits import Column, Exhibits, Item, Section, Sentence, Table, Verdict, four_digits
 from sinssim.formatting import capital, number_text
-from sinssim.recording.result import Media
-from sinssim.recording.run_directory import versions, write_directory
+from sinssim.recording.result import Json, Media
+from sinssim.recording.run_directory import versions
 from sinssim.recording.stream_tables import Stream, Vector, write_table
 from sinssim.statistics.requirement_verdict import NEVER
 from sinssim.statistics.requirements import CIRCLES, COMPONENTS, Judged, Requirement, limits_of
@@ -59,11 +59,7 @@ _PERCENT = Axis(label="share of the mean square", units=fixed("%", 0.01), low=0.
 
 
 def exhibits_of(result: BudgetResult, answers: Sequence[Answer] = (), times: Sequence[float] = ()) -> Exhibits:
-    """Return what a budget has to show.
-
-    Args:
-        times: instants of the table beside the usual ones, s.
-    """
+    """Return what a budget has to show, with `times`, s, in the table beside the usual ones."""
     what = "inertial navigation" if result.solution == "inertial" else "inertial navigation with the filter"
     name, end = result.scenario.name, result.time[-1]
     rate = f"{four_digits(float(result.r95[-1]) / NAUTICAL_MILE / (float(end) / 3600.0))} nmi/h"
@@ -92,10 +88,8 @@ def exhibits_of(result: BudgetResult, answers: Sequence[Answer] = (), times: Seq
 
 
 def units_of_budget(result: BudgetResult) -> tuple[tuple[str, float], tuple[str, float], tuple[str, float]]:
-    """Return one unit each for the lengths, velocities and angles in all tables and charts of a budget.
-
-    Returns:
-        Name and size in SI of the units.
+    """Return one unit each, with its size in SI, for the lengths, velocities and angles in all tables and charts of a
+    budget.
     """
     errors = result.root_mean_square()
     return (
@@ -121,11 +115,9 @@ def full_label(source: Source) -> str:
 
 
 def shares(result: BudgetResult) -> tuple[list[str], Array]:
-    """Return the shares of the horizontal mean square over time, the largest sources first.
+    """Return the labels of the largest sources, and their shares of the horizontal mean square over time, (k, E).
 
-    Returns:
-        Labels, and shares that add up to 1, (k, E). The given errors together are one source. Zero where there is no
-        error at all.
+    The shares add up to 1, or are zero where there is no error at all. The given errors together are one source.
     """
     square = {s.name: np.trace(result.covariance[s.name][:, :2, :2], axis1=1, axis2=2) for s in result.sources
               if s.name in result.covariance}  # fmt: skip
@@ -144,7 +136,7 @@ def shares(result: BudgetResult) -> tuple[list[str], Array]:
 
 def _palette(labels: Sequence[str]) -> tuple[tuple[int, int, int], ...]:
     """Return one colour for each label of `shares`."""
-    return tuple((170, 170, 170) if one == OTHERS else _PALETTE[k % len(_PALETTE)] for k, one in enumerate(labels))
+    return tuple((170, 170, 170) if label == OTHERS else _PALETTE[k % len(_PALETTE)] for k, label in enumerate(labels))
 
 
 def _growth(result: BudgetResult, answers: Sequence[Answer]) -> Charts:
@@ -210,12 +202,12 @@ def _bars(result: BudgetResult, t: float, key: str) -> Charts:
     """Return the gain if each source were halved, and R95 by each source alone."""
     length, *_ = _scales(result)
     size = length[0][1]
-    ranked = [one for one in result.improvements(t) if one.alone > 0.0][:_RANKED]
-    names = tuple(full_label(one.source) for one in ranked)
+    ranked = [item for item in result.improvements(t) if item.alone > 0.0][:_RANKED]
+    names = tuple(full_label(item.source) for item in ranked)
     charts = []
     for number, (values, title) in enumerate((
-        (np.array([one.gain for one in ranked]), "Decrease of R95 if this source were halved"),
-        (np.array([one.alone for one in ranked]), "R95 from this source alone"),
+        (np.array([item.gain for item in ranked]), "Decrease of R95 if this source were halved"),
+        (np.array([item.alone for item in ranked]), "R95 from this source alone"),
     )):  # fmt: skip
         most = float(values.max(initial=0.0))
         texts = tuple("0" if abs(v) < 5e-4 * most else number_text(float(v) / size) for v in values)
@@ -228,7 +220,7 @@ def _bars(result: BudgetResult, t: float, key: str) -> Charts:
 def _ranking(result: BudgetResult, t: float) -> Table:
     length, *_ = _scales(result)
     ranked = result.improvements(t)
-    shown = [one for one in ranked if abs(one.share) >= _LEAST]
+    shown = [item for item in ranked if abs(item.share) >= _LEAST]
     small = len(ranked) - len(shown)
     few = "source" if small == 1 else "sources"
     return Table(
@@ -236,8 +228,8 @@ def _ranking(result: BudgetResult, t: float) -> Table:
          Column("unit", words=True), Column("share"), Column("R95 alone", length),
          Column("R95 decrease if halved", length, on=("console", "page")),
          Column("", words=True, on=("console", "page"))),
-        [[one.source.name, one.source.group.replace("_", " "), four_digits(one.source.value), one.source.unit,
-          f"{100.0 * one.share:.2f} %", one.alone, one.gain, _KINDS[one.source.kind]] for one in shown],
+        [[item.source.name, item.source.group.replace("_", " "), four_digits(item.source.value), item.source.unit,
+          f"{100.0 * item.share:.2f} %", item.alone, item.gain, _KINDS[item.source.kind]] for item in shown],
         note=f"{small} {few} below 0.01 % of the mean square." if small else "",
     )  # fmt: skip
 
@@ -245,14 +237,14 @@ def _ranking(result: BudgetResult, t: float) -> Table:
 def _sigmas(result: BudgetResult, answers: Sequence[Answer]) -> Charts:
     """Return the standard deviations of position, velocity and attitude over time, and the limits of requirements."""
     sigma, charts = result.sigma(), []
-    own = None if result.filter_covariance is None else np.sqrt(np.einsum("kii->ki", result.filter_covariance))
+    by_filter = None if result.filter_covariance is None else np.sqrt(np.einsum("kii->ki", result.filter_covariance))
     for number, ((name, axes), units) in enumerate(zip(_GROUPS, _scales(result), strict=True)):
         marks: list[Mark] = []
         for k, axis in enumerate(axes):
             i = 3 * number + k
             marks.append(Line(label=axis, x=result.time, y=sigma[:, i], color=("north", "east", "down")[k]))
-            if own is not None:
-                marks.append(Line(label="filter's own" if k == 2 else "", x=result.time, y=own[:, i], color="ink",
+            if by_filter is not None:
+                marks.append(Line(label="filter's own" if k == 2 else "", x=result.time, y=by_filter[:, i], color="ink",
                                   weight="thin", dash=":", counts=False))  # fmt: skip
         marks += limits_of(_judged(answers), COMPONENTS[3 * number : 3 * number + 3], float(result.time[-1]))
         y = Axis(units=units, low=0.0)
@@ -267,10 +259,10 @@ def _judged(answers: Sequence[Answer]) -> Judged:
 def _requirement(answer: Answer) -> Section:
     """Return the answer to a requirement: sentences, and the largest value of each source."""
     first, *more = lines_of(answer)
-    one = answer.requirement
-    return Section(one.text, [
+    requirement = answer.requirement
+    return Section(requirement.text, [
         *(Sentence(line, on=("console",)) for line in (first, *more)),
-        Sentence(" ".join((f"{capital(one.meaning)}.", *more)), on=("page", "recording")),
+        Sentence(" ".join((f"{capital(requirement.meaning)}.", *more)), on=("page", "recording")),
         Table((Column("source", words=True), Column("now"), Column("at most"), Column("", words=True)),
               allowance_cells(answer),
               "Largest value of each source with which the requirement is met, if all others do not change",
@@ -280,14 +272,14 @@ def _requirement(answer: Answer) -> Section:
 
 def lines_of(answer: Answer) -> Iterator[str]:
     """Yield the answer to a requirement in sentences."""
-    one, size, unit = answer.requirement, answer.requirement.unit_size, answer.requirement.unit
+    requirement, size, unit = answer.requirement, answer.requirement.unit_size, answer.requirement.unit
     verdict = "met" if answer.met else "NOT MET"
-    yield f"{one.text}: {verdict}. {one.meaning[0].upper()}{one.meaning[1:]}."
+    yield f"{requirement.text}: {verdict}. {requirement.meaning[0].upper()}{requirement.meaning[1:]}."
     side = "below" if answer.met else "above"
-    share = abs(answer.margin) / one.limit
+    share = abs(answer.margin) / requirement.limit
     apart = f"{four_digits(abs(answer.margin) / size)} {unit} ({100.0 * share:.3g} %) {side} the limit"
     yield (
-        f"{'The largest value' if one.when == 'run' else 'It'} is {four_digits(answer.value / size)} {unit} at "
+        f"{'The largest value' if requirement.when == 'run' else 'It'} is {four_digits(answer.value / size)} {unit} at "
         f"{answer.time:g} s, {'which is the limit' if share < _ROUNDING else apart}."
     )
     if answer.exceeded is not None:
@@ -302,12 +294,12 @@ def lines_of(answer: Answer) -> Iterator[str]:
 
 
 def _joint(joint: Allowance, answer: Answer) -> str:
-    one = answer.requirement
+    requirement = answer.requirement
     names = " and ".join(source.name for source in joint.sources)
     if not joint.possible:
         return (
-            f"Not even with {names} at zero: the other sources alone give {four_digits(joint.without / one.unit_size)} "
-            f"{one.unit}."
+            f"Not even with {names} at zero: the other sources alone give "
+            f"{four_digits(joint.without / requirement.unit_size)} {requirement.unit}."
         )
     if math.isinf(joint.factor):
         return f"{names} have no effect on it."
@@ -320,12 +312,12 @@ def _joint(joint: Allowance, answer: Answer) -> str:
 
 def allowance_cells(answer: Answer) -> list[list[str]]:
     """Return the cells of the largest values of the sources: source, present and largest value, remark."""
-    one, cells = answer.requirement, []
+    requirement, cells = answer.requirement, []
     for allowance in answer.allowances:
         source: Source = allowance.sources[0]
         unit = source.unit
         if not allowance.possible:
-            rest = f"{four_digits(allowance.without / one.unit_size)} {one.unit}"
+            rest = f"{four_digits(allowance.without / requirement.unit_size)} {requirement.unit}"
             unit, largest, remark = "", "–", f"not even at zero, because the other sources give {rest}"
         elif allowance.factor > _ANY:
             unit, largest, remark = "", "any", f"more than {_ANY:g} times the present value"
@@ -349,101 +341,93 @@ def _notes(result: BudgetResult) -> list[Sentence]:
 
 
 _SI = ("m", "m", "m", "mps", "mps", "mps", "rad", "rad", "rad")
+_HEADING = np.array([1.0] * 8 + [-1.0])
+"""Signs of the errors with the heading, −φ_down."""
 
 
-def to_json(result: BudgetResult, answers: Sequence[Answer] = (), times: Sequence[float] = ()) -> dict[str, Any]:
-    """Return a budget as plain numbers with units in the names.
-
-    Args:
-        times: instants of the table beside the usual ones, s.
-    """
-    end = len(result.time) - 1
+def to_json(result: BudgetResult, answers: Sequence[Answer] = (), times: Sequence[float] = ()) -> dict[str, Json]:
+    """Return a budget as plain numbers with units in the names, with `times`, s, in the table beside the usual ones."""
     hours = float(result.time[-1]) / 3600.0
     sigma, bias, cep, r95 = result.sigma(), result.bias, result.cep, result.r95
-
-    def components(values: Any) -> dict[str, float]:
-        return {
-            f"{name}_{unit}": float(value) for name, unit, value in zip(BUDGET_COMPONENTS, _SI, values, strict=True)
-        }
-
-    ranked = []
-    for one in result.improvements():
-        source = one.source
-        ranked.append(
-            {
-                **_about(source),
-                "r95_alone_m": one.alone,
-                "r95_gain_if_halved_m": one.gain,
-                "share_of_horizontal_mean_square": one.share,
-                "sigma": components(result.sigma(source.name)[end]) if source.kind == "random" else None,
-                "mean": None if source.kind == "random" else components(_heading(result.mean[source.name][end])),
-            }
-        )
     return {
         "name": result.scenario.name,
         "description": result.scenario.description,
         "solution": result.solution,
         "duration_s": float(result.time[-1]),
-        "cep_m": float(cep[end]),
-        "r95_m": float(r95[end]),
-        "r95_over_time_nmi_per_h": float(r95[end]) / NAUTICAL_MILE / hours,
+        "cep_m": float(cep[-1]),
+        "r95_m": float(r95[-1]),
+        "r95_over_time_nmi_per_h": float(r95[-1]) / NAUTICAL_MILE / hours,
         "table": [
             {
                 "time_s": float(result.time[row]),
                 "cep_m": float(cep[row]),
                 "r95_m": float(r95[row]),
-                "sigma": components(sigma[row]),
-                "mean": components(_heading(bias[row])),
+                "sigma": _components(sigma[row]),
+                "mean": _components(bias[row] * _HEADING),
             }
             for row in result.table_rows(times)
         ],
-        "sources": ranked,
-        "requirements": [_answer(one) for one in answers],
+        "sources": [_source(result, improvement) for improvement in result.improvements()],
+        "requirements": [_answer(answer) for answer in answers],
         "versions": versions(),
     }
 
 
-def _heading(values: Any) -> Any:
-    """Return errors with the heading's sign, −φ_down."""
-    return values * np.array([1.0] * 8 + [-1.0])
+def _components(values: Array) -> dict[str, float]:
+    heads = zip(BUDGET_COMPONENTS, _SI, values, strict=True)
+    return {f"{name}_{unit}": float(value) for name, unit, value in heads}
 
 
-def _about(source: Source) -> dict[str, Any]:
-    value = None if math.isnan(source.value) else source.value
+def _finite(value: float) -> float | None:
+    return value if math.isfinite(value) else None
+
+
+def _source(result: BudgetResult, improvement: Improvement) -> dict[str, Json]:
+    """Return a source with its effect at the end."""
+    source, random = improvement.source, improvement.source.kind == "random"
     return {
-        "source": source.name, "label": source.label, "group": source.group, "kind": source.kind, "value": value,
+        "source": source.name,
+        "label": source.label,
+        "group": source.group,
+        "kind": source.kind,
+        "value": _finite(source.value),
         "unit": source.unit,
-    }  # fmt: skip
-
-
-def _allowance(one: Allowance, size: float) -> dict[str, Any]:
-    return {
-        "sources": [source.name for source in one.sources],
-        "possible": one.possible,
-        "factor": one.factor if math.isfinite(one.factor) else None,
-        "largest": [
-            {"value": value if math.isfinite(value) else None, "unit": source.unit}
-            for source, value in zip(one.sources, one.values, strict=True)
-        ],
-        "without_them": one.without / size,
+        "r95_alone_m": improvement.alone,
+        "r95_gain_if_halved_m": improvement.gain,
+        "share_of_horizontal_mean_square": improvement.share,
+        "sigma": _components(result.sigma(source.name)[-1]) if random else None,
+        "mean": None if random else _components(result.mean[source.name][-1] * _HEADING),
     }
 
 
-def _answer(answer: Answer) -> dict[str, Any]:
-    one, size = answer.requirement, answer.requirement.unit_size
+def _allowance(allowance: Allowance, size: float) -> dict[str, Json]:
     return {
-        "requirement": one.text,
-        "meaning": one.meaning,
+        "sources": [source.name for source in allowance.sources],
+        "possible": allowance.possible,
+        "factor": _finite(allowance.factor),
+        "largest": [
+            {"value": _finite(value), "unit": source.unit}
+            for source, value in zip(allowance.sources, allowance.values, strict=True)
+        ],
+        "without_them": allowance.without / size,
+    }
+
+
+def _answer(answer: Answer) -> dict[str, Json]:
+    requirement, size = answer.requirement, answer.requirement.unit_size
+    return {
+        "requirement": requirement.text,
+        "meaning": requirement.meaning,
         "met": answer.met,
         "value": answer.value / size,
-        "limit": one.limit / size,
+        "limit": requirement.limit / size,
         "margin": answer.margin / size,
-        "unit": one.unit,
+        "unit": requirement.unit,
         "time_s": answer.time,
         **(answer.exceeded.numbers if answer.exceeded else NEVER),
         "sources": [_allowance(allowance, size) for allowance in answer.allowances],
         "free_together": None if answer.joint is None else _allowance(answer.joint, size),
-        "factor_of_all_sources": answer.everything.factor if math.isfinite(answer.everything.factor) else None,
+        "factor_of_all_sources": _finite(answer.everything.factor),
     }
 
 
@@ -451,7 +435,7 @@ def _columns(result: BudgetResult, name: str | None) -> dict[str, Array]:
     """Return the columns of one source over time, (E,) each; of all sources together if the name is None."""
     mean = result.bias if name is None else result.mean.get(name, np.zeros((len(result.time), 9)))
     columns = {"cep_m": result.radius(0.5, name), "r95_m": result.radius(0.95, name)}
-    for what, values in (("sigma", result.sigma(name)), ("mean", _heading(mean))):
+    for what, values in (("sigma", result.sigma(name)), ("mean", mean * _HEADING)):
         heads = (f"{what}_{part}_{unit}" for part, unit in zip(BUDGET_COMPONENTS, _SI, strict=True))
         columns |= dict(zip(heads, values.T, strict=True))
     return columns
@@ -478,63 +462,33 @@ def _write_parquet(result: BudgetResult, path: Path) -> None:
     write_table(pa.table(columns), path)
 
 
-def write_budget(
-    result: BudgetResult,
-    answers: Sequence[Answer],
-    directory: Path,
-    *,
-    times: Sequence[float] = (),
-    overwrite: bool = False,
-) -> Path:
-    """Write a budget's directory: budget.json, budget.parquet, report.html, recording.rrd, scenario.toml.
+class BudgetMedia(Media[BudgetResult]):
+    """Numbers, streams, figure and files of a covariance budget."""
 
-    Args:
-        times: instants of the table beside the usual ones, s.
+    file = "budget.json"
 
-    Raises:
-        InputError: the place is taken or cannot be written.
-    """
-    from sinssim.recording.report.exhibit_page import page_of
-    from sinssim.recording.rerun.exhibit_recording import record
+    def summary(self, result: BudgetResult) -> dict[str, Json]:
+        return to_json(result, result.answers(), result.times)
 
-    exhibits = exhibits_of(result, answers, times)
+    def streams(self, result: BudgetResult) -> Iterator[Stream]:
+        yield from streams(result)
 
-    def write(folder: Path) -> None:
-        contents = to_json(result, answers, times)
-        write_text(folder / "budget.json", json.dumps(contents, indent=2, ensure_ascii=False) + "\n")
+    def exhibits(self, result: BudgetResult) -> Exhibits:
+        return exhibits_of(result, result.answers(), result.times)
+
+    def write(self, result: BudgetResult, exhibits: Exhibits, folder: Path) -> None:
+        from sinssim.recording.report.exhibit_page import page_of
+        from sinssim.recording.rerun.exhibit_recording import record
+
         write_text(folder / "scenario.toml", result.scenario.to_toml())
         _write_parquet(result, folder / "budget.parquet")
         write_text(folder / "report.html", page_of(exhibits))
         record(exhibits, folder / "recording.rrd")
 
-    return write_directory(directory, write, overwrite=overwrite)
-
-
-class BudgetMedia(Media[BudgetResult]):
-    """Numbers, streams, figure and files of a covariance budget."""
-
-    def summary(self, result: BudgetResult) -> dict[str, Any]:
-
-        return to_json(result, result.answers(), result.times)
-
-    def streams(self, result: BudgetResult) -> Iterator[Stream]:
-
-        yield from streams(result)
-
-    def exhibits(self, result: BudgetResult) -> Exhibits:
-
-        return exhibits_of(result, result.answers(), result.times)
-
-    def save(self, result: BudgetResult, directory: Path, *, overwrite: bool) -> Path:
-
-        return write_budget(result, result.answers(), directory, times=result.times, overwrite=overwrite)
-
     def answers(
         self, result: BudgetResult, requirements: str | Requirement | Iterable[str | Requirement], free: Sequence[str]
     ) -> tuple[Answer, ...]:
-        from sinssim.analyses.error_budget.allowances import answers
-
-        return answers(result, requirements, free)
+        return answers_of(result, requirements, free)
 
 
 BudgetResult.media = BudgetMedia()

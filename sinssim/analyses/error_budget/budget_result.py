@@ -34,35 +34,22 @@ _FAR_LARGER = 1.5
 
 @dataclass(frozen=True)
 class Improvement:
-    """The effect of one source on R95 at an instant.
-
-    Attributes:
-        source: the source.
-        alone: R95 by this source alone, m.
-        gain: decrease of R95 of all sources together if this source were halved, m.
-        share: its share of the horizontal mean square error.
-    """
+    """The effect of one source on R95 at an instant."""
 
     source: Source
-    alone: float
-    gain: float
-    share: float
+    alone: float  # R95 by this source alone, m
+    gain: float  # decrease of R95 of all sources together if this source were halved, m
+    share: float  # its share of the horizontal mean square error
 
 
 @dataclass(frozen=True, eq=False)
 class Added:
-    """What the intervals between some instants add to the navigation errors, by source.
-
-    Attributes:
-        begin, end: of the intervals, (K,) s, in the run's time.
-        covariance: of the change within each interval by name of each random source, (K, 9, 9) SI.
-        mean: the change by name of each source that is the same in every run, (K, 9) SI.
-    """
+    """What the intervals between some instants add to the navigation errors, by source."""
 
     begin: Array
-    end: Array
-    covariance: Mapping[str, Array]
-    mean: Mapping[str, Array]
+    end: Array  # begin, end: of the intervals, (K,) s, in the run's time
+    covariance: Mapping[str, Array]  # of the change within each interval by name of each random source, (K, 9, 9) SI
+    mean: Mapping[str, Array]  # the change by name of each source that is the same in every run, (K, 9) SI
 
     def shares(self, interval: int, rows: Sequence[int]) -> tuple[float, list[tuple[str, float]]]:
         """Return the root mean square of a change, and the sources' shares in its square.
@@ -73,13 +60,13 @@ class Added:
         Returns:
             The root mean square, SI, and name and share of the sources, the largest first.
         """
-        own = {name: float(sum(p[interval, k, k] for k in rows)) for name, p in self.covariance.items()}
+        parts = {name: float(sum(p[interval, k, k] for k in rows)) for name, p in self.covariance.items()}
         bias = np.sum([mean[interval, list(rows)] for mean in self.mean.values()], axis=0)
-        own |= {name: float(mean[interval, list(rows)] @ bias) for name, mean in self.mean.items()}
-        square = sum(own.values())
+        parts |= {name: float(mean[interval, list(rows)] @ bias) for name, mean in self.mean.items()}
+        square = sum(parts.values())
         if not square > 0.0:
             return 0.0, []
-        ordered = sorted(own.items(), key=lambda one: -one[1])
+        ordered = sorted(parts.items(), key=lambda item: -item[1])
         return square**0.5, [(name, value / square) for name, value in ordered]
 
 
@@ -130,8 +117,12 @@ class BudgetResult(Result):
         rows: list[tuple[str, ...]] = [
             ("all sources", *(radius(share, self.total, self.bias) for share in (0.5, 0.95))),
             *(
-                (f"{one.group}, {one.label}", "", radius(0.95, self.covariance.get(one.name), self.mean.get(one.name)))
-                for one in self.sources
+                (
+                    f"{source.group}, {source.label}",
+                    "",
+                    radius(0.95, self.covariance.get(source.name), self.mean.get(source.name)),
+                )
+                for source in self.sources
             ),
         ]
         title = f"Budget of {self.scenario.name}, {self.solution}, at the end"
@@ -155,10 +146,10 @@ class BudgetResult(Result):
         Raises:
             InputError: a requirement cannot be read, a source is unknown or has no size, or a time is not an epoch.
         """
-        asked = self.requirements if requirements is None else requirements
-        together = self.free if free is None else free
-        found: tuple[Any, ...] = self.media.answers(self, asked, together)
-        return found
+        judged = self.requirements if requirements is None else requirements
+        free_sources = self.free if free is None else free
+        answers: tuple[Any, ...] = self.media.answers(self, judged, free_sources)
+        return answers
 
     @cached_property
     def _radii(self) -> dict[tuple[float, str | None], Array]:
@@ -309,16 +300,16 @@ class BudgetResult(Result):
         at = slice(row, row + 1)
         square = float(np.trace(self.total[row, HORIZONTAL, HORIZONTAL]) + np.sum(self.bias[row, HORIZONTAL] ** 2))
         now = float(self.r95_of(self.total[at], self.bias[at])[0])
-        found = []
+        improvements = []
         for source in self.sources:
             covariance = self.covariance.get(source.name, np.zeros_like(self.total))[at]
             mean = self.mean.get(source.name, np.zeros_like(self.bias))[at]
             halved = self.r95_of(self.total[at] - 0.75 * covariance, self.bias[at] - 0.5 * mean)
-            own = float(np.trace(covariance[0, HORIZONTAL, HORIZONTAL]))
-            own += float(np.sum(mean[0, HORIZONTAL] * self.bias[row, HORIZONTAL]))
+            part = float(np.trace(covariance[0, HORIZONTAL, HORIZONTAL]))
+            part += float(np.sum(mean[0, HORIZONTAL] * self.bias[row, HORIZONTAL]))
             alone = float(self.r95_of(covariance, mean)[0])
-            found.append(Improvement(source, alone, now - float(halved[0]), own / square if square else 0.0))
-        return tuple(sorted(found, key=lambda one: -one.gain))
+            improvements.append(Improvement(source, alone, now - float(halved[0]), part / square if square else 0.0))
+        return tuple(sorted(improvements, key=lambda improvement: -improvement.gain))
 
     @staticmethod
     def r95_of(covariance: Array, mean: Array) -> Array:

@@ -22,17 +22,22 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from sinssim.analyses.error_budget.error_dynamics import TrueMotion, gravity_input, noise_inputs, white_covariance
-from sinssim.analyses.error_budget.propagation import NavigationStep, Propagation, Reading
+from sinssim import rotation
+from sinssim.analyses.error_budget.error_dynamics import TrueMotion
+from sinssim.analyses.error_budget.propagation import Propagation, Reading
 from sinssim.analyses.error_budget.source_shares import (
+    Marks,
     SensorAngle,
     SensorConstant,
     SensorGiven,
     SensorNoise,
     SensorProcess,
     Shares,
+    Snapshot,
+    StepEffects,
+    snapshot,
+    step_effects,
 )
-from sinssim.analyses.error_budget.unaided_budget import Marks, Snapshot, snapshot
 from sinssim.data import Array, Measurements, NavSolution
 from sinssim.estimation.error_dynamics import driving_noise
 from sinssim.estimation.linearisation import (
@@ -55,21 +60,13 @@ from sinssim.sensors.measurement_kind import CORE, PHI, V
 
 @dataclass(frozen=True)
 class FilterRun:
-    """What the filter of a scenario is told, and where it starts.
+    """What the filter of a scenario is told, and where it starts."""
 
-    Attributes:
-        model: its error model.
-        covariance: P₀, (n, n).
-        measurements: readings without random errors, with the 1σ that the filter assumes.
-        rate_hz: of its prediction.
-        start: first edge of its samples.
-    """
-
-    model: ErrorModel
-    covariance: Array
-    measurements: Sequence[Measurements]
-    rate_hz: float
-    start: int
+    model: ErrorModel  # its error model
+    covariance: Array  # P₀, (n, n)
+    measurements: Sequence[Measurements]  # readings without random errors, with the 1σ that the filter assumes
+    rate_hz: float  # of its prediction
+    start: int  # first edge of its samples
 
 
 _SEGMENT = 64.0
@@ -99,7 +96,7 @@ class FilterSnapshot:
     """Result at one instant: the shares, and the filter's own covariance of the navigation errors, (9, 9)."""
 
     shares: Snapshot
-    own: Array
+    covariance: Array
 
 
 class Consider:
@@ -110,23 +107,21 @@ class Consider:
         motion: TrueMotion,
         shares: Shares,
         series: tuple[Array, Array],
-        told: FilterRun,
+        filter_run: FilterRun,
         blocks: Mapping[str, Array],
     ) -> None:
-        """Prepare the epochs and the truth's model of the readings.
-
-        Args:
-            blocks: 1σ of the aiding sensors' true errors, by block.
+        """Prepare the epochs and the truth's model of the readings, from 1σ of the aiding sensors' true errors by
+        block.
         """
-        self._motion, self._shares, self._series, self._told = motion, shares, series, told
-        time = motion.ideal.time[told.start :]
-        self._readings, self._epochs = take_in(told.measurements, told.model, time, told.rate_hz)
+        self._motion, self._shares, self._series, self._told = motion, shares, series, filter_run
+        time = motion.ideal.time[filter_run.start :]
+        self._readings, self._epochs = take_in(filter_run.measurements, filter_run.model, time, filter_run.rate_hz)
         self._begins = self._beginnings()
-        self._angles = [one for one in shares.sensors if isinstance(one, SensorAngle)]
+        self._angles = [sensor for sensor in shares.sensors if isinstance(sensor, SensorAngle)]
         self._encoders = encoders_of(motion.trajectory, None, motion.ideal.time)
         self._around = Surroundings(
-            told.model, driving_noise(told.model), self._epochs, self._readings, motion.rates, motion.gravity,
-            motion.trajectory.ellipsoid, encoders=self._encoders,
+            filter_run.model, driving_noise(filter_run.model), self._epochs, self._readings, motion.rates,
+            motion.gravity, motion.trajectory.ellipsoid, encoders=self._encoders,
         )  # fmt: skip
         self._truth = ErrorModel(
             (
@@ -139,12 +134,12 @@ class Consider:
 
     def _beginnings(self) -> set[int]:
         """Return the epochs at which the interval of a zero-rate reading begins."""
-        found: set[int] = set()
+        beginnings: set[int] = set()
         for readings in self._readings:
             if measurement_kind(readings.data.kind).mean_rate:
                 begin = (readings.data.time - readings.interval)[readings.usable]
-                found |= set(np.searchsorted(self._epochs.time, begin - 1e-5).tolist())
-        return found
+                beginnings |= set(np.searchsorted(self._epochs.time, begin - 1e-5).tolist())
+        return beginnings
 
     @property
     def on_edge(self) -> Array:
@@ -163,16 +158,10 @@ class Consider:
         progress: Callable[[float], None],
         marks: Marks | None = None,
     ) -> list[FilterSnapshot]:
-        """Propagate all sources.
+        """Propagate all sources from their shares at the filter's start, with the core states of (1).
 
-        Args:
-            propagation: shares at the filter's start, with the core states of (1).
-            outputs: instants of the results, epochs of the filter at or after its start, (E,) s.
-            progress: called with the fraction done.
-            marks: instants between which the changes are wanted, among `outputs`.
-
-        Returns:
-            The shares and the filter's covariance at those instants.
+        Returns the shares and the filter's covariance at `outputs`, (E,) s, which are epochs of the filter. The changes
+        are wanted between the instants of `marks`, which are among `outputs`.
         """
         epochs = self._epochs.time
         self._marks = marks
@@ -181,7 +170,7 @@ class Consider:
         wanted = set(np.searchsorted(epochs, outputs - 1e-7).tolist())
         main = _Branch(np.inf, self._told.covariance.copy(), propagation, np.zeros((self.core, 3)))
         branches: list[_Branch] = [main]
-        found: list[FilterSnapshot] = []
+        snapshots: list[FilterSnapshot] = []
         first = 0
         while first < len(epochs):
             progress(first / len(epochs))
@@ -190,19 +179,19 @@ class Consider:
             line = self._linearise(first, last)
             within = {e for e in wanted | self._begins if first <= e <= last}
             events = sorted(set(line.observed) | within | {last})
-            self._segment(line, events, wanted, branches, found)
+            self._segment(line, events, wanted, branches, snapshots)
             first = last + 1
         progress(1.0)
-        return found
+        return snapshots
 
     def _linearise(self, first: int, last: int) -> Linearisation:
         time = self._motion.ideal.time
         begin, end = self._epochs.time[max(first - 1, 0)], self._epochs.time[last]
         rows = slice(max(int(np.searchsorted(time, begin)) - 2, 0), int(np.searchsorted(time, end)) + 3)
         s = rows_of(self._motion.state, rows)
-        own = time[rows]
+        times = time[rows]
         nominal = NavSolution(
-            own, s.latitude, s.longitude, s.height, s.velocity_ned, s.q_nb, np.zeros(len(own)), "quaternion"
+            times, s.latitude, s.longitude, s.height, s.velocity_ned, s.q_nb, np.zeros(len(times)), "quaternion"
         )
         zero = {b.name: np.zeros(b.size) for b in self._told.model.blocks}
         return linearise(self._around, first, last, nominal, ImuErrors(), zero)
@@ -213,7 +202,7 @@ class Consider:
         events: list[int],
         wanted: set[int],
         branches: list[_Branch],
-        found: list[FilterSnapshot],
+        snapshots: list[FilterSnapshot],
     ) -> None:
         """Go through the epochs of one segment; between readings, steps are combined."""
         epochs, first = self._epochs.time, line.first
@@ -228,7 +217,7 @@ class Consider:
             now = float(epochs[event])
             while len(branches) > 1 and branches[0].until <= now + _SAME:
                 branches.pop(0)
-            if event > begin:
+            if event > begin and steps is not None:
                 self._advance(phi, q, came, steps, number, branches)
                 number += 1
             self._take(line.observed.get(event, ()), true, now, branches)
@@ -240,42 +229,27 @@ class Consider:
                 published = branches[0]
                 seen = snapshot(published.propagation, self._shares, rounded=now > self._motion.ideal.time[0])
                 self._turn_out(seen, now)
-                found.append(FilterSnapshot(seen, published.covariance[:CORE, :CORE]))
+                snapshots.append(FilterSnapshot(seen, published.covariance[:CORE, :CORE]))
                 if self._marks is not None:
                     self._marks.pass_by(published.propagation, [branch.propagation for branch in branches], now)
 
     def _turn_out(self, seen: Snapshot, now: float) -> None:
         """Add the errors of the angles to the attitude, which is that of the vehicle."""
-        for one in self._angles:
-            phi = one.error.phi(np.array([now]))[0]
-            if one.error.what == "noise":
-                turned = phi * one.error.size
-                seen.covariances[one.source.name][PHI, PHI] += turned @ turned.T
+        for angle in self._angles:
+            phi = angle.error.phi(np.array([now]))[0]
+            if angle.error.what == "noise":
+                turned = phi * angle.error.size
+                seen.covariances[angle.source.name][PHI, PHI] += turned @ turned.T
             else:
-                seen.sensitivity[PHI, self._shares.parts[one.source.name][0]] += phi
+                seen.sensitivity[PHI, self._shares.parts[angle.source.name][0]] += phi
 
-    def _steps(self, time: Array) -> dict[str, Array]:
+    def _steps(self, time: Array) -> StepEffects | None:
         """Return noise and effects of constant errors over the steps between events."""
         if len(time) < 2:
-            return {}
-        shares, n = self._shares, self.core
+            return None
         nominal = self._motion.nominal(time)
-        f, interval, inputs = self._motion.dynamics(nominal), np.diff(time), noise_inputs(nominal)
-        effects = self._motion.responses(time, shares.kernel_columns, *self._series)
-        constants = np.zeros((len(interval), n, shares.count))
-        constants[:, :CORE, : shares.inertial] = effects.core[:, :, : shares.inertial]
-        bias = np.zeros((len(interval), n, 6))
-        bias[:, :CORE] = effects.core[:, :, shares.inertial :]
-        distance = self._motion.distance(time)
-        found = {"interval": interval, "distance": distance, "constants": constants, "bias": bias, "mean": effects.mean}
-        for noise in shares.noises:
-            if noise.process is None:
-                q = np.zeros((len(interval), n, n))
-                q[:, :CORE, :CORE] = white_covariance(
-                    f, inputs[noise.triad, noise.what] @ (noise.density * noise.mix), interval
-                )
-                found[noise.source.name] = q
-        return found
+        f = self._motion.dynamics(nominal)
+        return step_effects(self._motion, self._shares, self._series, time, nominal, f, self.core)
 
     def _combined(self, line: Linearisation, begin: int, end: int) -> tuple[Array, Array, Array]:
         """Return Φ, Q and the increase of `cross` over some epochs of a segment."""
@@ -283,28 +257,24 @@ class Consider:
         phi, q, came = np.eye(n), np.zeros((n, n)), np.zeros((n, 3))
         for k in range(begin, end):
             if line.interval[k]:
-                one = line.phi[k]
-                phi, q = one @ phi, one @ q @ one.T + line.q[k]
+                transition = line.phi[k]
+                phi, q = transition @ phi, transition @ q @ transition.T + line.q[k]
                 if self._begins:  # noise at mid-interval, as the filter has it
-                    half_way = -0.5 * (one[:, PHI] + np.eye(n)[:, PHI]) @ line.c_nb[k]
-                    came = one @ came + half_way * (variance * line.interval[k])
+                    half_way = -0.5 * (transition[:, PHI] + np.eye(n)[:, PHI]) @ line.c_nb[k]
+                    came = transition @ came + half_way * (variance * line.interval[k])
         return phi, q, came
 
     def _advance(
-        self, phi: Array, q: Array, came: Array, steps: Mapping[str, Array], k: int, branches: Sequence[_Branch]
+        self, phi: Array, q: Array, came: Array, steps: StepEffects, k: int, branches: Sequence[_Branch]
     ) -> None:
         core = phi.copy()
         core[:CORE, CORE:] *= -1.0  # (1)
-        noise = {n.source.name: steps[n.source.name][k] for n in self._shares.noises if n.process is None}
-        bias = steps["bias"][k]
-        both, length = (bias[:, :3], bias[:, 3:]), float(steps["interval"][k])
-        fields, distance = gravity_input(core, length), float(steps["distance"][k])
-        step = NavigationStep(core, steps["constants"][k], noise, both, length, fields, distance)
+        step = steps.step(k, core)
         for branch in branches:
             branch.covariance = phi @ branch.covariance @ phi.T + q
             branch.cross = phi @ branch.cross + came
             branch.propagation.step(step)
-        self._mean_errors = steps["mean"][k]
+        self._mean_errors = steps.mean[k]
 
     def _take(
         self,
@@ -314,62 +284,66 @@ class Consider:
         branches: list[_Branch],
     ) -> None:
         """Correct by the readings of an event, in the order of their arrival."""
-        for one in observed:
-            data = self._readings[one.sensor].data
-            arrival = float(data.arrival[one.row])
+        for reading in observed:
+            data = self._readings[reading.sensor].data
+            arrival = float(data.arrival[reading.row])
             if arrival > now + _SAME:
                 k = next(k for k, branch in enumerate(branches) if branch.until > arrival - _SAME)
                 if branches[k].until > arrival + _SAME:
                     branches.insert(k, branches[k].fork(arrival))
             for branch in branches:
                 if arrival < branch.until - _SAME or branch.until == np.inf:
-                    self._correct(branch, one, true[one.sensor, one.row], data)
+                    self._correct(branch, reading, true[reading.sensor, reading.row], data)
 
-    def _correct(self, branch: _Branch, one: Observed, h_true: Array, data: Measurements) -> None:
-        p, h = branch.covariance, one.h
+    def _correct(self, branch: _Branch, reading: Observed, h_true: Array, data: Measurements) -> None:
+        p, h = branch.covariance, reading.h
         seen = p @ h.T
-        if one.interval:  # the reading shares the gyros' noise with the state
-            seen = seen + branch.cross / one.interval
-            both = h @ branch.cross / one.interval
-            innovation = h @ seen + both.T + np.diag(one.variance)
+        if reading.interval:  # the reading shares the gyros' noise with the state
+            seen = seen + branch.cross / reading.interval
+            both = h @ branch.cross / reading.interval
+            innovation = h @ seen + both.T + np.diag(reading.variance)
         else:
-            innovation = h @ seen + np.diag(one.variance)
+            innovation = h @ seen + np.diag(reading.variance)
         gain = np.asarray(np.linalg.solve(innovation, seen.T).T, dtype=np.float64)
-        if one.interval:
+        if reading.interval:
             branch.covariance = p - gain @ seen.T
         else:
-            kept = np.eye(len(p)) - gain @ h
-            branch.covariance = kept @ p @ kept.T + (gain * one.variance) @ gain.T
+            reduced = np.eye(len(p)) - gain @ h
+            branch.covariance = reduced @ p @ reduced.T + (gain * reading.variance) @ gain.T
         branch.cross = branch.cross - gain @ (h @ branch.cross)
         signed = gain.copy()
         signed[:CORE] *= -1.0  # (1)
-        branch.propagation.read(self._reading(signed, one, h_true, data))
+        branch.propagation.read(self._reading(signed, reading, h_true, data))
 
-    def _reading(self, gain: Array, one: Observed, h_true: Array, data: Measurements) -> Reading:
+    def _reading(self, gain: Array, reading: Observed, h_true: Array, data: Measurements) -> Reading:
         """Return the true dependence of the innovation on all errors."""
         shares, slices = self._shares, self._truth.slices
-        core = -one.h
+        core = -reading.h
         core[:, :CORE] = h_true[:, :CORE]
         gyro = h_true[:, slices["gyro bias"]]
-        constants = np.zeros((len(one.h), shares.count))
+        constants = np.zeros((len(reading.h), shares.count))
         constants[:, : shares.inertial] = gyro @ self._mean_errors[:3, : shares.inertial]
         processes: dict[str, Array] = {}
         noise: dict[str, Array] = {}
-        c_nb = self._c_nb[one.sensor, one.row]
-        for own in shares.noises:
-            if own.source.name == _GYRO_NOISE:
-                if one.interval:  # the mean of the noise since the previous reading
-                    processes[own.source.name] = gyro @ own.mix / one.interval
-            elif own.process is not None and own.triad == 0 and gyro.any():
-                processes[own.source.name] = gyro @ own.mix
-            elif own.what == "white" and own.process is None and one.interval and own.triad == 0:
-                noise[own.source.name] = np.sum((gyro @ own.mix) ** 2, axis=1) * own.size**2 / one.interval
-            elif own.what == "quantum" and one.interval and own.triad == 0:
-                rounding = own.size**2 / (6.0 * one.interval**2)
-                noise[own.source.name] = np.full(len(one.h), rounding * np.mean(np.sum(own.mix**2, axis=1)))
-            elif own.what == "quantum":
-                through = h_true[:, PHI if own.triad == 0 else V] @ c_nb @ own.mix
-                noise[own.source.name] = np.sum(through**2, axis=1) * own.size**2 / 12.0
+        c_nb = self._c_nb[reading.sensor, reading.row]
+        for inertial in shares.noises:
+            if inertial.source.name == _GYRO_NOISE:
+                if reading.interval:  # the mean of the noise since the previous reading
+                    processes[inertial.source.name] = gyro @ inertial.mix / reading.interval
+            elif inertial.process is not None and inertial.triad == 0 and gyro.any():
+                processes[inertial.source.name] = gyro @ inertial.mix
+            elif inertial.what == "white" and inertial.process is None and reading.interval and inertial.triad == 0:
+                noise[inertial.source.name] = (
+                    np.sum((gyro @ inertial.mix) ** 2, axis=1) * inertial.size**2 / reading.interval
+                )
+            elif inertial.what == "quantum" and reading.interval and inertial.triad == 0:
+                rounding = inertial.size**2 / (6.0 * reading.interval**2)
+                noise[inertial.source.name] = np.full(
+                    len(reading.h), rounding * np.mean(np.sum(inertial.mix**2, axis=1))
+                )
+            elif inertial.what == "quantum":
+                through = h_true[:, PHI if inertial.triad == 0 else V] @ c_nb @ inertial.mix
+                noise[inertial.source.name] = np.sum(through**2, axis=1) * inertial.size**2 / 12.0
         for sensor in shares.sensors:
             if isinstance(sensor, SensorConstant):
                 first = shares.of_block[sensor.block]
@@ -381,9 +355,9 @@ class Consider:
                 if sensor.label == data.label:
                     noise[sensor.source.name] = sensor.sigma**2
             elif isinstance(sensor, SensorGiven) and sensor.label == data.label:
-                constants[:, shares.of_label[sensor.label]] = one.residual
+                constants[:, shares.of_label[sensor.label]] = reading.residual
             elif isinstance(sensor, SensorAngle):
-                off = h_true[:, PHI] @ sensor.error.phi(data.time[one.row : one.row + 1])[0]
+                off = h_true[:, PHI] @ sensor.error.phi(data.time[reading.row : reading.row + 1])[0]
                 if sensor.error.what == "noise":
                     noise[sensor.source.name] = np.sum((off * sensor.error.size) ** 2, axis=1)
                 else:
@@ -392,9 +366,7 @@ class Consider:
 
     def _true_readings(self, line: Linearisation) -> dict[tuple[int, int], Array]:
         """Return H of the truth's model for the readings of a segment, by sensor and row."""
-        from sinssim import rotation
-
-        found: dict[tuple[int, int], Array] = {}
+        matrices: dict[tuple[int, int], Array] = {}
         self._c_nb: dict[tuple[int, int], Array] = {}
         zero = {b.name: np.zeros(b.size) for b in self._truth.blocks}
         for sensor, readings in enumerate(self._readings):
@@ -410,10 +382,10 @@ class Consider:
             if self._encoders is not None:
                 predicted = of_vehicle(predicted, self._encoders, time)
             h = observe(some, predicted, self._truth, zero)[1]
-            found |= {(sensor, row): h[k] for k, row in enumerate(rows.tolist())}
+            matrices |= {(sensor, row): h[k] for k, row in enumerate(rows.tolist())}
             c_nb = rotation.dcm_from_quaternion(state.q_nb)
             self._c_nb |= {(sensor, row): c_nb[k] for k, row in enumerate(rows.tolist())}
-        return found
+        return matrices
 
     def _rate(self, readings: CheckedMeasurements, rows: NDArray[np.intp], time: Array) -> Array:
         if measurement_kind(readings.data.kind).mean_rate:

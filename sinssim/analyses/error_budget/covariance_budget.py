@@ -33,8 +33,15 @@ from sinssim.analyses.error_budget.error_sources import (
     initial_errors,
     of_turning,
 )
-from sinssim.analyses.error_budget.source_shares import SensorAngle, SensorGiven, SensorSource, Shares
-from sinssim.analyses.error_budget.unaided_budget import STATES, HeightErrors, Marks, Snapshot, Vertical, propagate
+from sinssim.analyses.error_budget.source_shares import (
+    Marks,
+    SensorAngle,
+    SensorGiven,
+    SensorSource,
+    Shares,
+    Snapshot,
+)
+from sinssim.analyses.error_budget.unaided_budget import STATES, HeightErrors, Vertical, propagate
 from sinssim.data import Array, ImuData, NavSolution, NavState
 from sinssim.errors import InputError
 from sinssim.progress import Progress, shown
@@ -67,13 +74,7 @@ _OTHER_SETS = {
 
 
 def check_kind(scenario: Scenario, solution: str | None) -> str:
-    """Return the solution that a budget is made of; raise for a scenario that has none.
-
-    Args:
-        solution: "inertial", "filter", or None for the filter's if there is one.
-
-    Returns:
-        "inertial" or "filter".
+    """Return the solution, "inertial" or "filter", that a budget is made of, by default the filter's if there is one.
 
     Raises:
         InputError: the scenario has no budget; the message names the key.
@@ -233,8 +234,8 @@ def _budget(
     if isinstance(trajectory, Disturbed):
         trajectory, truth = trajectory.base, None
     say("truth", 0.0)
-    for one in wanted:
-        one.check_within(trajectory.end - trajectory.start)
+    for requirement in wanted:
+        requirement.check_within(trajectory.end - trajectory.start)
     block = truth.block if truth else block_of(trajectory, scenario.imu)
     ideal = truth.ideal if truth else digital(block.increments(scenario.imu.rate_hz))
     state = truth.state if truth and block is trajectory else block.state(ideal.time)
@@ -255,14 +256,16 @@ def _budget(
     theta, velocity = (np.concatenate(parts) for parts in zip(of_one_run, by_field, strict=True))
     inertial = _InertialErrors(fixed, named, (theta, velocity))
     marked = Marks(_instants(ideal.time, marks, 0)) if marks else None
-    outputs = _instants(ideal.time, (*times, *marks, *(one.time for one in wanted if one.when == "at")))
+    outputs = _instants(
+        ideal.time, (*times, *marks, *(requirement.time for requirement in wanted if requirement.when == "at"))
+    )
     initial = initial_errors(scenario, _given_start(scenario, trajectory))
     if kind == "inertial":
-        found = _inertial(scenario, motion, inertial, initial, aiding, outputs, marked, lambda f: say("budget", f))
-        result = _result(scenario, kind, ideal.time[0], *found, None)
-        result = replace(result, added=_added(found[1], marked, ideal.time[0]))
-        result = _with_algorithm(result, of_algorithm(normal, motion, found[0]))
-        sources, covariance, mean = of_turning(scenario, block, found[0])
+        results = _inertial(scenario, motion, inertial, initial, aiding, outputs, marked, lambda f: say("budget", f))
+        result = _result(scenario, kind, ideal.time[0], *results, None)
+        result = replace(result, added=_added(results[1], marked, ideal.time[0]))
+        result = _with_algorithm(result, of_algorithm(normal, motion, results[0]))
+        sources, covariance, mean = of_turning(scenario, block, results[0])
         return replace(
             result,
             sources=(*result.sources, *sources),
@@ -276,11 +279,11 @@ def _budget(
 def _instants(edges: Array, times: Iterable[float], epochs: int = EPOCHS + 1) -> Array:
     """Return the instants of the results at edges of samples, those that are asked for included, (E,) s."""
     start, end = float(edges[0]), float(edges[-1])
-    asked = np.array([float(t) for t in times]) + start
-    if len(asked) and not (np.isfinite(asked).all() and asked.min() >= start and asked.max() <= end + 1e-6):
-        wrong = asked[~((asked >= start) & (asked <= end + 1e-6))][0] - start
+    chosen = np.array([float(t) for t in times]) + start
+    if len(chosen) and not (np.isfinite(chosen).all() and chosen.min() >= start and chosen.max() <= end + 1e-6):
+        wrong = chosen[~((chosen >= start) & (chosen <= end + 1e-6))][0] - start
         raise InputError(f"t = {wrong:g} s lies outside the run, which lasts {end - start:g} s.")
-    wanted = np.concatenate([np.linspace(start, end, epochs), asked])
+    wanted = np.concatenate([np.linspace(start, end, epochs), chosen])
     rows = np.searchsorted(edges, wanted - 0.5 * float(edges[1] - edges[0]))
     return np.asarray(edges[np.unique(np.minimum(rows, len(edges) - 1))])
 
@@ -315,17 +318,17 @@ def _inertial(
     progress: Callable[[float], None],
 ) -> tuple[Array, Shares, list[Snapshot]]:
     section, readings = scenario.navigation, None
-    own: list[SensorSource] = []
+    sensors: list[SensorSource] = []
     if section.vertical == "baro-loop" and scenario.aiding is not None:
         altimeter = scenario.aiding.sensor(Barometer)
         if altimeter is not None and aiding is not None:
             m = next(m for m in aiding.measurements if m.label == "baro")
-            own = [s for s in aiding.sources if s.source.group == "baro"]
+            sensors = [s for s in aiding.sources if s.source.group == "baro"]
             at_arrival = motion.trajectory.state(np.minimum(m.arrival, motion.ideal.time[-1])).height
             read = m.value[:, 0]
             readings = HeightErrors(m.arrival, read, read - at_arrival, 1.0 / altimeter.rate_hz, "baro")
     noises = [*inertial_noises(scenario), *remainder_noise(scenario, motion.state)]
-    shares = Shares(inertial.constants, noises, inertial.named, initial, own)
+    shares = Shares(inertial.constants, noises, inertial.named, initial, sensors)
     vertical = Vertical(section.vertical, section.baro_time_constant_s, readings)
     begun = None
     if count := samples_of_alignment(scenario, motion):
@@ -356,7 +359,7 @@ def _aided(
         [*inertial_noises(scenario, summed="zero_rate" in aiding.tables), *remainder_noise(scenario, motion.state)],
         inertial.named,
         initial,
-        [*aiding.sources, *(SensorAngle(one.source, one) for one in angle_errors(scenario, motion.trajectory))],
+        [*aiding.sources, *(SensorAngle(error.source, error) for error in angle_errors(scenario, motion.trajectory))],
     )
     covariance, start = model.covariance, 0
     propagation = shares.begin(model.size)
@@ -376,16 +379,16 @@ def _aided(
         for m in aiding.measurements
         for late in [m.time > time[start] + 1e-9]
     ]
-    told = FilterRun(model, covariance, measurements, section.rate_hz, start)
-    consider = Consider(motion, shares, inertial.series, told, aiding.blocks)
+    filter_run = FilterRun(model, covariance, measurements, section.rate_hz, start)
+    consider = Consider(motion, shares, inertial.series, filter_run, aiding.blocks)
     epochs = consider.on_edge
     after = outputs[outputs >= time[start] - 1e-9]
     nearest = epochs[np.unique(np.clip(np.searchsorted(epochs, after - 1e-7), 0, len(epochs) - 1))]
     if marks is not None:  # the filter's epochs are the nearest
         marks.time = epochs[np.unique(np.clip(np.searchsorted(epochs, marks.time - 1e-7), 0, len(epochs) - 1))]
-    found = consider.run(propagation, nearest, progress, marks)
-    own = np.array([one.own for one in found])
-    result = _result(scenario, "filter", time[0], nearest, shares, [one.shares for one in found], own)
+    results = consider.run(propagation, nearest, progress, marks)
+    by_filter = np.array([snapshot.covariance for snapshot in results])
+    result = _result(scenario, "filter", time[0], nearest, shares, [snapshot.shares for snapshot in results], by_filter)
     return replace(result, added=_added(shares, marks, time[0]))
 
 
@@ -411,12 +414,12 @@ def _result(
     start: float,
     outputs: Array,
     shares: Shares,
-    found: Sequence[Snapshot],
-    own: Array | None,
+    snapshots: Sequence[Snapshot],
+    by_filter: Array | None,
 ) -> BudgetResult:
     """Combine the columns of each source."""
-    sources, covariance, mean = _by_source(shares, found)
-    result = BudgetResult(scenario, kind, outputs - start, tuple(sources), covariance, mean, own)
+    sources, covariance, mean = _by_source(shares, snapshots)
+    result = BudgetResult(scenario, kind, outputs - start, tuple(sources), covariance, mean, by_filter)
     sigma = result.sigma()
     small = {  # rounding and interpolation, in readings without errors of this kind
         name
@@ -431,15 +434,17 @@ def _result(
     )
 
 
-def _by_source(shares: Shares, found: Sequence[Snapshot]) -> tuple[list[Source], dict[str, Array], dict[str, Array]]:
+def _by_source(
+    shares: Shares, snapshots: Sequence[Snapshot]
+) -> tuple[list[Source], dict[str, Array], dict[str, Array]]:
     """Return the sources with an effect, the covariances of the random ones, and the errors of the others."""
-    sensitivity = np.array([one.sensitivity for one in found])
+    sensitivity = np.array([snapshot.sensitivity for snapshot in snapshots])
     covariance: dict[str, Array] = {}
     mean: dict[str, Array] = {}
     sources = []
     for source in shares.sources:
         if source.name not in shares.parts:
-            covariance[source.name] = np.array([one.covariances[source.name] for one in found])
+            covariance[source.name] = np.array([snapshot.covariances[source.name] for snapshot in snapshots])
             sources.append(source)
             continue
         columns, size = shares.parts[source.name]

@@ -41,14 +41,7 @@ if TYPE_CHECKING:
 
 
 def given_readings(scenario: Scenario, ideal: ImuData) -> tuple[list[Source], Array, Array]:
-    """Return reading errors of one run, one series for each source.
-
-    Args:
-        ideal: true increments, N intervals.
-
-    Returns:
-        The sources, and their errors of the increments, (s, N, 3) rad and (s, N, 3) m/s.
-    """
+    """Return reading errors of one run: the sources, and their series of rad and m/s, (s, N, 3) each."""
     from sinssim.sensors.imu.compensation import compensate
     from sinssim.sensors.imu.emulation import emulate
 
@@ -56,9 +49,9 @@ def given_readings(scenario: Scenario, ideal: ImuData) -> tuple[list[Source], Ar
     limits = {
         term.triad: TriadErrors(limit=float(scenario.imu.stated(term)[0])) for term in TERMS if term.field == "limit"
     }
-    if isinstance(own := scenario.imu.sensor_set, Redundant):
+    if isinstance(sensors := scenario.imu.sensor_set, Redundant):
         for (kind, limit), increments in zip(limits.items(), (ideal.dtheta, ideal.dvel), strict=True):
-            largest = float(np.abs(along(increments, own.axes) / np.diff(ideal.time)[:, None]).max())
+            largest = float(np.abs(along(increments, sensors.axes) / np.diff(ideal.time)[:, None]).max())
             if 0.0 < limit.limit < largest:
                 raise InputError(
                     f"the {kind} range of a redundant set has no budget: single sensors reach it. Remove the range, or "
@@ -111,14 +104,7 @@ def in_normal_gravity(scenario: Scenario) -> Scenario:
 
 
 def field_readings(scenario: Scenario, trajectory: Trajectory, ideal: ImuData) -> tuple[list[Source], Array, Array]:
-    """Return what the unknown field does to the readings.
-
-    Args:
-        ideal: increments along it, N intervals.
-
-    Returns:
-        The source, and its errors of the increments, (s, N, 3) rad and (s, N, 3) m/s; s is 0 without an unknown field.
-    """
+    """Return what the unknown field, if there is one, does to the readings, as `given_readings` does."""
     field = unknown_field(scenario)
     if field is None:
         return [], np.zeros((0, len(ideal), 3)), np.zeros((0, len(ideal), 3))
@@ -130,13 +116,8 @@ def field_readings(scenario: Scenario, trajectory: Trajectory, ideal: ImuData) -
 
 
 def remainder_noise(scenario: Scenario, state: NavState) -> list[InertialNoise]:
-    """Return the random remainder of gravity as a process.
-
-    Args:
-        state: true states, for normal gravity along the way.
-
-    Returns:
-        The process; none without [gravity.remainder].
+    """Return the random remainder of gravity as a process, with normal gravity at the true states; none without the
+    table.
     """
     model = None if scenario.gravity is None else scenario.gravity.remainder_model()
     if model is None or not any(model.sigma):
@@ -157,14 +138,7 @@ ALGORITHM = Source("algorithm", "algorithm, gravity model, ellipsoid", "navigati
 def of_algorithm(scenario: Scenario, motion: TrueMotion, outputs: Array) -> Array:
     """Return the errors of the scenario's first algorithm with perfect sensors, from the true state.
 
-    Args:
-        outputs: instants, (E,) s.
-
-    Returns:
-        Position, velocity and attitude errors, (E, 9) SI.
-
-    Raises:
-        RunError: the algorithm cannot navigate this motion.
+    Position, velocity and attitude errors at `outputs`, (E,) s, are (E, 9) SI.
     """
     exact = scenario.navigation.model_copy(
         update={"algorithms": scenario.navigation.algorithms[:1], "initial_error": InitialErrorSection()}

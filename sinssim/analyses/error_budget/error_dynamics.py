@@ -142,34 +142,21 @@ NAVIGATION_MODEL = ErrorModel((Block("position", 1.0), Block("velocity", 1.0), B
 
 @dataclass(frozen=True)
 class Responses:
-    """Effects of unit constant errors over K steps.
+    """Effects of unit constant errors over K steps."""
 
-    Attributes:
-        core: navigation errors at the end of a step by the error in it, (K, 9, m).
-        mean: mean of the reading errors over the step, gyros first, (K, 6, m).
-    """
-
-    core: Array
-    mean: Array
+    core: Array  # navigation errors at the end of a step by the error in it, (K, 9, m)
+    mean: Array  # mean of the reading errors over the step, gyros first, (K, 6, m)
 
 
 @dataclass(frozen=True)
 class TrueMotion:
-    """The true motion of a run's sensor block.
+    """The true motion of a run's sensor block."""
 
-    Attributes:
-        trajectory: the continuous motion.
-        ideal: true increments.
-        state: true states at the edges of the samples.
-        warm_up: temperature of the block.
-        gravity: name of the engine's gravity model.
-    """
-
-    trajectory: Trajectory
-    ideal: ImuData
-    state: NavState
-    warm_up: WarmUp
-    gravity: str
+    trajectory: Trajectory  # the continuous motion
+    ideal: ImuData  # true increments
+    state: NavState  # true states at the edges of the samples
+    warm_up: WarmUp  # temperature of the block
+    gravity: str  # name of the engine's gravity model
 
     @cached_property
     def rates(self) -> MeanGyroRates:
@@ -182,14 +169,7 @@ class TrueMotion:
         return self.warm_up.temperature(0.5 * (time[1:] + time[:-1]) - time[0])
 
     def distance(self, time: Array) -> Array:
-        """Return the horizontal distances travelled between instants.
-
-        Args:
-            time: K+1 instants, s.
-
-        Returns:
-            (K,) m.
-        """
+        """Return the horizontal distances travelled between K+1 instants, (K,) m."""
         return np.asarray(np.diff(np.interp(time, self.ideal.time, self._travelled)))
 
     @cached_property
@@ -199,14 +179,7 @@ class TrueMotion:
         return np.concatenate([[0.0], np.cumsum(passed)])
 
     def nominal(self, time: Array) -> NominalMotion:
-        """Return the mean motion between instants.
-
-        Args:
-            time: K+1 instants, increasing, s.
-
-        Returns:
-            K rows.
-        """
+        """Return the mean motion between K+1 increasing instants, K rows."""
         interval = np.diff(time)
         state, middle = self.trajectory.state(time), self.trajectory.state(0.5 * (time[1:] + time[:-1]))
         rate = self.rates.mean(time[:-1], time[1:], ImuErrors())
@@ -217,12 +190,10 @@ class TrueMotion:
         return dynamics(NAVIGATION_MODEL, nominal, self.gravity, self.trajectory.ellipsoid)
 
     def responses(self, time: Array, columns: Sequence[Column | int], theta: Array, vel: Array) -> Responses:
-        """Return the effects of constant errors over steps.
+        """Return the effects over the steps between K+1 instants of constant errors, or by number of given reading
+        errors.
 
-        Args:
-            time: boundaries of K steps, s.
-            columns: m constant errors, or numbers of given reading errors.
-            theta, vel: given reading errors, (s, N, 3) rad and m/s.
+        The given reading errors `theta` and `vel` are (s, N, 3) rad and m/s.
         """
         edges = self.ideal.time
         sample = np.clip(np.searchsorted(edges, time + 1e-9, side="right") - 1, 0, len(edges) - 2)
@@ -250,55 +221,47 @@ class TrueMotion:
             key = triad, axis.tobytes()
             return lines[key] if key in lines else lines.setdefault(key, axis @ motion[triad])
 
-        found: dict[float, tuple[int, Any]] = {}  # by number, or by the identity of an array, which is kept
+        factors: dict[float, tuple[int, Any]] = {}  # by number, or by the identity of an array, which is kept
         rows = []
         for c in columns:
             if isinstance(c, int):
                 rows.append(0)
                 continue
             assert c.term.multiplies is not None
-            one = c.term.multiplies(line(c.triad, c.own), line(c.triad, c.along), line(1, c.along), warmth, middle)
-            rows.append(found.setdefault(one if np.ndim(one) == 0 else id(one), (len(found), one))[0])
-        inputs = np.empty((len(found), len(interval)))
-        for row, one in found.values():
-            np.multiply(one, interval, out=inputs[row])
+            factor = c.term.multiplies(
+                line(c.triad, c.sensitive), line(c.triad, c.along), line(1, c.along), warmth, middle
+            )
+            rows.append(factors.setdefault(factor if np.ndim(factor) == 0 else id(factor), (len(factors), factor))[0])
+        inputs = np.empty((len(factors), len(interval)))
+        for row, factor in factors.values():
+            np.multiply(factor, interval, out=inputs[row])
         return inputs, rows
 
 
 def noise_inputs(nominal: NominalMotion) -> dict[tuple[int, str], Array]:
-    """Return how white noises of unit density drive the navigation errors.
+    """Return how white noises of unit density drive the navigation errors, (K, 9, 3) each.
 
-    A quantised sum has an error ε of its own at every sample, which does not accumulate. φ + C ε and δv − C ε are
-    continuous and are driven by ε during a rotation and under a specific force; the errors themselves are added to the
-    results.
-
-    Args:
-        nominal: K rows of motion.
-
-    Returns:
-        By triad (0 gyros, 1 accelerometers) and "white" or "quantum": (K, 9, 3).
+    The keys are the triad (0 gyros, 1 accelerometers) and "white" or "quantum". A quantised sum has an error ε of its
+    own at every sample, which does not accumulate. φ + C ε and δv − C ε are continuous and are driven by ε during a
+    rotation and under a specific force; the errors themselves are added to the results.
     """
     count, c = len(nominal.c_nb), nominal.c_nb
     turning = c @ skew(nominal.rate_b)
-    found = {key: np.zeros((count, CORE, 3)) for key in ((0, "white"), (1, "white"), (0, "quantum"), (1, "quantum"))}
-    found[0, "white"][:, PHI] = -c
-    found[1, "white"][:, V] = c
-    found[0, "quantum"][:, PHI] = turning
-    found[0, "quantum"][:, V] = -skew(nominal.force_n) @ c
-    found[1, "quantum"][:, V] = -turning
-    found[1, "quantum"][:, R] = c
-    return found
+    inputs = {key: np.zeros((count, CORE, 3)) for key in ((0, "white"), (1, "white"), (0, "quantum"), (1, "quantum"))}
+    inputs[0, "white"][:, PHI] = -c
+    inputs[1, "white"][:, V] = c
+    inputs[0, "quantum"][:, PHI] = turning
+    inputs[0, "quantum"][:, V] = -skew(nominal.force_n) @ c
+    inputs[1, "quantum"][:, V] = -turning
+    inputs[1, "quantum"][:, R] = c
+    return inputs
 
 
 def gravity_input(phi: Array, interval: float) -> Array:
-    """Return the effect of a unit disturbance of gravity, north, east, down, over a step.
+    """Return the effect of a unit disturbance of gravity, north, east, down, over a step of `interval` s with Φ, (n,
+    3).
 
-    Args:
-        phi: Φ, (n, n).
-        interval: s.
-
-    Returns:
-        ∫Φ(t) dt of the velocity's columns by the trapezoidal rule, (n, 3).
+    It is ∫Φ(t) dt of the velocity's columns by the trapezoidal rule.
     """
     return np.asarray(0.5 * interval * (phi + np.eye(len(phi)))[:, V])
 
@@ -307,15 +270,7 @@ _TERMS = 8
 
 
 def exponential(f: Array, interval: Array) -> Array:
-    """Return exp(F T) by its power series.
-
-    Args:
-        f: (K, n, n) 1/s, with |F|T well below 1.
-        interval: T, (K,) s.
-
-    Returns:
-        (K, n, n).
-    """
+    """Return exp(F T) by its power series, (K, n, n), for F in 1/s and T in s with |F|T well below 1."""
     scaled = f * interval[:, None, None]
     total = np.broadcast_to(np.eye(f.shape[1]), f.shape) + scaled
     term = scaled
@@ -329,15 +284,8 @@ _NODES, _WEIGHTS = np.polynomial.legendre.leggauss(3)
 
 
 def white_covariance(f: Array, inputs: Array, interval: Array) -> Array:
-    """Return ∫ Φ(t) G Gᵀ Φ(t)ᵀ dt over steps by Gauss-Legendre quadrature.
-
-    Args:
-        f: F, (K, n, n) 1/s.
-        inputs: G, (K, n, 3).
-        interval: (K,) s.
-
-    Returns:
-        (K, n, n).
+    """Return ∫ Φ(t) G Gᵀ Φ(t)ᵀ dt over steps of (K,) s by Gauss-Legendre quadrature, (K, n, n); `inputs` are G, (K, n,
+    3).
     """
     total = np.zeros_like(f)
     for node, weight in zip(0.5 * (_NODES + 1.0), 0.5 * _WEIGHTS, strict=True):

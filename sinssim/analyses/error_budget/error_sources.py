@@ -41,82 +41,52 @@ _GROUPS = {"gyro": "gyros", "accel": "accelerometers"}
 
 @dataclass(frozen=True)
 class Source:
-    """One source of navigation errors.
+    """One source of navigation errors."""
 
-    Attributes:
-        name: as in the scenario without the unit, for example "gyro_bias".
-        label: in words.
-        group: "gyros", "accelerometers", "initial state", or the aiding sensor.
-        kind: how it enters.
-        value: its 1σ, the value of a noise, or the given error, in `unit`; the largest component if they differ; NaN if
-            no number describes it.
-        unit: unit as people write it.
-    """
-
-    name: str
-    label: str
-    group: str
-    kind: Kind
+    name: str  # as in the scenario without the unit, for example "gyro_bias"
+    label: str  # in words
+    group: str  # "gyros", "accelerometers", "initial state", or the aiding sensor
+    kind: Kind  # how it enters
     value: float
-    unit: str
+    """Its 1σ, the value of a noise, or the given error, in `unit`; the largest component if they differ; NaN if no
+    number describes it.
+    """
+    unit: str  # unit as people write it
 
 
 class Column(NamedTuple):
-    """One value of a constant error, of one sensor.
+    """One value of a constant error, of one sensor."""
 
-    Attributes:
-        triad: 0 for gyros, 1 for accelerometers.
-        direction: in which the sensor's reading acts, (3,): its axis, or the gain of a combination of sensors.
-        own: sensitive axis of the sensor, (3,).
-        along: axis to which the value belongs, (3,).
-        term: the error, whose `multiplies` is the input of the column.
-    """
-
-    triad: int
-    direction: Array
-    own: Array
-    along: Array
-    term: ErrorTerm
+    triad: int  # 0 for gyros, 1 for accelerometers
+    direction: Array  # in which the sensor's reading acts, (3,): its axis, or the gain of a combination of sensors
+    sensitive: Array  # axis of the sensor, (3,)
+    along: Array  # axis to which the value belongs, (3,)
+    term: ErrorTerm  # the error, whose `multiplies` is the input of the column
 
 
 @dataclass(frozen=True)
 class Constants:
-    """Constant errors of the inertial sensors: one column for each value of each error.
+    """Constant errors of the inertial sensors: one column for each value of each error."""
 
-    Attributes:
-        sources: of each column's random part and given part, by name; one entry for each source.
-        columns: the columns.
-        parts: for each source its columns and their sizes: 1σ for a random source, values for a given one.
-    """
-
-    sources: list[Source]
+    sources: list[Source]  # of each column's random part and given part, by name; one entry for each source
     columns: list[Column]
     parts: dict[str, tuple[list[int], Array]]
+    """For each source its columns and their sizes: 1σ for a random source, values for a given one."""
 
 
 @dataclass(frozen=True)
 class InertialNoise:
-    """A noise of the three sensors of a triad.
-
-    Attributes:
-        source: the source.
-        triad: 0 for gyros, 1 for accelerometers, 2 for gravity in north, east, down.
-        what: "white", "quantum", or "process".
-        size: density, quantum or 1σ, SI.
-        density: of the white noise that drives the navigation errors, for a white noise or a quantum.
-        process: of unit size, for a process.
-        sizes: 1σ of the three components, where they differ, (3,).
-        mix: root of the matrix by which the squares of size and density are multiplied for a redundant set, (3, 3).
-    """
+    """A noise of the three sensors of a triad."""
 
     source: Source
-    triad: int
-    what: Literal["white", "quantum", "process"]
-    size: float
-    density: float = 0.0
-    process: Process | None = None
-    sizes: Array | None = None
+    triad: int  # 0 for gyros, 1 for accelerometers, 2 for gravity in north, east, down
+    what: Literal["white", "quantum", "process"]  # "white", "quantum", or "process"
+    size: float  # density, quantum or 1σ, SI
+    density: float = 0.0  # of the white noise that drives the navigation errors, for a white noise or a quantum
+    process: Process | None = None  # of unit size, for a process
+    sizes: Array | None = None  # 1σ of the three components, where they differ, (3,)
     mix: Array = field(default_factory=lambda: np.eye(3))
+    """Root of the matrix by which the squares of size and density are multiplied for a redundant set, (3, 3)."""
 
 
 def _in_unit(term: ErrorTerm, values: Array) -> float:
@@ -125,11 +95,7 @@ def _in_unit(term: ErrorTerm, values: Array) -> float:
 
 
 def remaining(scenario: Scenario, term: ErrorTerm) -> tuple[Array, Array]:
-    """Return mean and 1σ of one error of the increments that navigation receives, after [compensation].
-
-    Returns:
-        Mean and 1σ over all runs, SI, in the shape of its field of `TriadErrors`.
-    """
+    """Return mean and 1σ, SI, of one error of the increments that navigation receives, after [compensation]."""
     mean, sigma = scenario.imu.stated(term)
     known = scenario.compensation
     if known is None or not term.calibrated:
@@ -141,21 +107,19 @@ def remaining(scenario: Scenario, term: ErrorTerm) -> tuple[Array, Array]:
 
 
 def constants(scenario: Scenario) -> Constants:
-    """Return the constant errors of a scenario's inertial sensors.
-
-    Returns:
-        Those that are not zero; an error that varies about a given value is two sources.
+    """Return the constant errors of a scenario's inertial sensors that are not zero; a varied given value is two
+    sources.
     """
-    found = Constants([], [], {})
-    own, axes = scenario.imu.sensor_set, np.eye(3)
+    result = Constants([], [], {})
+    sensors, axes = scenario.imu.sensor_set, np.eye(3)
     for term in TERMS:
         if not term.drawn:
             continue
         triad, mean_and_sigma = ("gyro", "accel").index(term.triad), remaining(scenario, term)
         columns: dict[tuple[int, ...], Column] = {}
-        if isinstance(own, Redundant):  # the same 1σ for all single sensors; given values are refused
-            gains, many = estimator(own.axes).T, list(enumerate(axes_of_values(own.axes, term.size)))
-            for i, (gain, axis) in enumerate(zip(gains, own.axes, strict=True)):
+        if isinstance(sensors, Redundant):  # the same 1σ for all single sensors; given values are refused
+            gains, many = estimator(sensors.axes).T, list(enumerate(axes_of_values(sensors.axes, term.size)))
+            for i, (gain, axis) in enumerate(zip(gains, sensors.axes, strict=True)):
                 columns |= {(i, k): Column(triad, gain, axis, along[i], term) for k, along in many}
             sigma = np.full((len(gains), len(many)), np.max(mean_and_sigma[1]))
             mean = np.zeros_like(sigma)
@@ -174,14 +138,14 @@ def constants(scenario: Scenario) -> Constants:
                 continue
             for index in where:
                 if index not in places:
-                    places[index] = len(found.columns)
-                    found.columns.append(columns[index])
-            found.sources.append(
+                    places[index] = len(result.columns)
+                    result.columns.append(columns[index])
+            result.sources.append(
                 Source(name, f"{_label(term)}{also}", _GROUPS[term.triad], kind, _in_unit(term, values),
                        term.written_unit)
             )  # fmt: skip
-            found.parts[name] = ([places[index] for index in where], np.array([values[index] for index in where]))
-    return found
+            result.parts[name] = ([places[index] for index in where], np.array([values[index] for index in where]))
+    return result
 
 
 def _label(term: ErrorTerm) -> str:
@@ -195,12 +159,11 @@ def _label(term: ErrorTerm) -> str:
 def inertial_noises(scenario: Scenario, *, summed: bool = False) -> list[InertialNoise]:
     """Return the noises of a scenario's inertial sensors.
 
-    Args:
-        summed: whether the integral of the gyros' white noise is a state of its own, for readings of a mean rate.
+    With `summed`, the integral of the gyros' white noise is a state of its own, for readings of a mean rate.
     """
-    section, found = scenario.imu, []
-    own = section.sensor_set
-    mix = np.asarray(np.linalg.cholesky(spread(own.axes)) if isinstance(own, Redundant) else np.eye(3))
+    section, noises = scenario.imu, []
+    sensors = section.sensor_set
+    mix = np.asarray(np.linalg.cholesky(spread(sensors.axes)) if isinstance(sensors, Redundant) else np.eye(3))
     by_name = {(term.triad, term.field): term for term in TERMS}
     for term in TERMS:
         if term.field not in ("random_walk", "quantum", "instability", "rate_walk", "flicker"):
@@ -223,30 +186,22 @@ def inertial_noises(scenario: Scenario, *, summed: bool = False) -> list[Inertia
         triad = ("gyro", "accel").index(term.triad)
         size = size * math.sqrt(section.rate_hz / 12.0) if rounded else size
         density = size if what == "white" else size / math.sqrt(12.0 * section.rate_hz) if what == "quantum" else 0.0
-        found.append(InertialNoise(source, triad, what, size, density, processes.get(term.field), mix=mix))
-    return found
+        noises.append(InertialNoise(source, triad, what, size, density, processes.get(term.field), mix=mix))
+    return noises
 
 
 @dataclass(frozen=True)
 class InitialErrors:
-    """Errors of the initial state.
-
-    Attributes:
-        sources: the sources.
-        parts: for each of them its errors at the start, one column for each independent one, (9, c).
-    """
+    """Errors of the initial state."""
 
     sources: list[Source] = field(default_factory=list)
     parts: dict[str, Array] = field(default_factory=dict)
+    """For each of them its errors at the start, one column for each independent one, (9, c)."""
 
 
 def initial_errors(scenario: Scenario, given: Array) -> InitialErrors:
-    """Return the errors of a scenario's initial state.
-
-    Args:
-        given: errors at the start by the given initial errors alone, position, velocity and attitude, (9,).
-    """
-    e, found = scenario.navigation.initial_error, InitialErrors()
+    """Return the errors of a scenario's initial state; `given` are those by the given initial errors alone, (9,) SI."""
+    e, errors = scenario.navigation.initial_error, InitialErrors()
     rows: tuple[tuple[str, str, tuple[int, ...], float, float, str], ...] = (
         ("initial_position", "position, north and east", (0, 1), e.position_sigma_m, 1.0, "m"),
         ("initial_height", "height", (2,), e.height_sigma_m, 1.0, "m"),
@@ -256,12 +211,12 @@ def initial_errors(scenario: Scenario, given: Array) -> InitialErrors:
     )
     for name, label, where, size, unit, written in rows:
         if size:
-            found.sources.append(Source(name, label, "initial state", "random", size, written))
-            found.parts[name] = size * unit * np.eye(9)[:, list(where)]
+            errors.sources.append(Source(name, label, "initial state", "random", size, written))
+            errors.parts[name] = size * unit * np.eye(9)[:, list(where)]
     if given.any():
-        found.sources.append(Source("initial_given", "given errors", "initial state", "given", float("nan"), ""))
-        found.parts["initial_given"] = given[:, None]
-    return found
+        errors.sources.append(Source("initial_given", "given errors", "initial state", "given", float("nan"), ""))
+        errors.parts["initial_given"] = given[:, None]
+    return errors
 
 
 _GROUP = "rotation"
@@ -269,32 +224,23 @@ _GROUP = "rotation"
 
 @dataclass(frozen=True)
 class AngleError:
-    """An error of the angles.
-
-    Attributes:
-        source: the source.
-        what: a constant of a run, a noise of its own at every instant, or an error that is the same in every run.
-        size: 1σ of each component, rad; 1 for a given error, (c,).
-        phi: returns the vehicle's attitude error by a unit of each component at instants (K,) s, (K, 3, c).
-    """
+    """An error of the angles."""
 
     source: Source
     what: Literal["constant", "noise", "given"]
-    size: Array
+    """A constant of a run, a noise of its own at every instant, or an error that is the same in every run."""
+    size: Array  # 1σ of each component, rad; 1 for a given error, (c,)
     phi: Callable[[Array], Array]
+    """Returns the vehicle's attitude error by a unit of each component at instants (K,) s, (K, 3, c)."""
 
 
 def angle_errors(scenario: Scenario, block: Trajectory) -> list[AngleError]:
-    """Return the errors of the angles of a rotating IMU.
-
-    Returns:
-        The errors that are not zero; none for a block that does not turn.
-    """
+    """Return the errors of the angles of a rotating IMU that are not zero; none for a block that does not turn."""
     section = scenario.imu.rotation
     if section is None or not isinstance(block, TurningBlock):
         return []
     turning, turns = block, block.turns
-    found: list[AngleError] = []
+    results: list[AngleError] = []
 
     def axes(time: Array) -> Array:
         q_nv = turning.base.state(time).q_nb
@@ -306,7 +252,7 @@ def angle_errors(scenario: Scenario, block: Trajectory) -> list[AngleError]:
     def add_random(name: str, label: str, what: Literal["constant", "noise"], value: float, size: float) -> None:
         if value:
             source = Source(name, label, _GROUP, "random", value, "arcsec")
-            found.append(AngleError(source, what, np.full(2 if turns.two_axes else 1, size * ARCSEC), axes))
+            results.append(AngleError(source, what, np.full(2 if turns.two_axes else 1, size * ARCSEC), axes))
 
     bias, noise, step = section.encoder_bias_sigma_arcsec, section.encoder_noise_arcsec, section.encoder_quantum_arcsec
     add_random("encoder_bias", "encoder bias", "constant", bias, bias)
@@ -323,8 +269,8 @@ def angle_errors(scenario: Scenario, block: Trajectory) -> list[AngleError]:
     ):
         if value:
             source = Source(name, label, _GROUP, "given", value, "arcsec")
-            found.append(AngleError(source, "given", np.ones(1), _given(turning, errors, wobbles)))
-    return found
+            results.append(AngleError(source, "given", np.ones(1), _given(turning, errors, wobbles)))
+    return results
 
 
 def _given(block: TurningBlock, errors: EncoderErrors, wobbles: bool) -> Callable[[Array], Array]:
@@ -345,14 +291,9 @@ def _given(block: TurningBlock, errors: EncoderErrors, wobbles: bool) -> Callabl
 def of_turning(
     scenario: Scenario, block: Trajectory, outputs: Array
 ) -> tuple[list[Source], dict[str, Array], dict[str, Array]]:
-    """Return the errors of a rotating IMU's angles as sources of an inertial solution.
+    """Return the errors of a rotating IMU's angles as sources of an inertial solution, at `outputs`, (E,) s.
 
-    Args:
-        outputs: instants, (E,) s.
-
-    Returns:
-        The sources, the covariances of the random ones, (E, 9, 9), and the errors that are the same in every run,
-        (E, 9), SI; nothing for a block that does not turn.
+    The covariances of the random ones are (E, 9, 9), the errors that are the same in every run (E, 9), SI.
     """
     sources: list[Source] = []
     covariance: dict[str, Array] = {}

@@ -36,30 +36,19 @@ from sinssim.truth.true_gravity_disturbance import RemainderModel
 
 
 class Step(NamedTuple):
-    """One step of a process of one axis with p states, driven by q numbers.
+    """One step of a process of one axis with p states, driven by q numbers."""
 
-    Attributes:
-        keep: A, (p, p).
-        fresh: E, (p, q).
-        mean_of_state: c, (p,).
-        mean_of_fresh: d, (q,).
-    """
-
-    keep: Array
-    fresh: Array
-    mean_of_state: Array
-    mean_of_fresh: Array
+    keep: Array  # A, (p, p)
+    fresh: Array  # E, (p, q)
+    mean_of_state: Array  # c, (p,)
+    mean_of_fresh: Array  # d, (q,)
 
 
 @dataclass(frozen=True)
 class GaussMarkov:
-    """A stationary first-order process of variance 1.
+    """A stationary first-order process of variance 1."""
 
-    Attributes:
-        correlation_time: τ, s.
-    """
-
-    correlation_time: float
+    correlation_time: float  # τ, s
 
     @property
     def start(self) -> Array:
@@ -120,13 +109,9 @@ class Sum:
 
 @dataclass(frozen=True)
 class Flicker:
-    """Flicker noise of B = 1, the sum of ten processes that `sinssim.sensors.flicker` defines for samples.
+    """Flicker noise of B = 1, the sum of ten processes that `sinssim.sensors.flicker` defines for samples."""
 
-    Attributes:
-        sample: sampling interval, s.
-    """
-
-    sample: float
+    sample: float  # sampling interval, s
 
     @property
     def start(self) -> Array:
@@ -146,9 +131,9 @@ class Flicker:
 @lru_cache(maxsize=64)
 def _flicker_step(count: int) -> Step:
     """Return the step over n samples: the n numbers are replaced by eleven with the same joint covariance."""
-    kept = 1.0 - np.array(RATES)
+    decay = 1.0 - np.array(RATES)
     weights = np.array(WEIGHTS)
-    power = kept ** np.arange(count + 1)[:, None]  # d_m^k, (n+1, 10)
+    power = decay ** np.arange(count + 1)[:, None]  # d_m^k, (n+1, 10)
     sums = np.cumsum(power, axis=0)  # Σ d_m^i for i = 0 … k
     # the number of sample j is still in x_m at the end by d^(n−1−j), and in the sum of outputs by w₀ + Σ w_m Σ d^i
     left = np.arange(count - 1, -1, -1)
@@ -165,13 +150,9 @@ def _flicker_step(count: int) -> Step:
 
 @dataclass(frozen=True)
 class AlongWay:
-    """The remainder of gravity over the distance travelled, of variance 1; its steps are distances, not times.
+    """The remainder of gravity over the distance travelled, of variance 1; its steps are distances, not times."""
 
-    Attributes:
-        model: order and correlation distance.
-    """
-
-    model: RemainderModel
+    model: RemainderModel  # order and correlation distance
 
     @property
     def start(self) -> Array:
@@ -209,93 +190,60 @@ _OF_GRAVITY = 2
 
 @dataclass
 class RunningProcess:
-    """A process with its states beside the core.
+    """A process with its states beside the core."""
 
-    Attributes:
-        name: its source.
-        process: of unit size, for one axis.
-        sigma: size of each axis, (a,).
-        triad: 0 or 1 if it is an error of gyros or accelerometers, 2 if it is one of gravity; None for a sensor's,
-            which enters by its readings.
-        covariance: of core and states, axis by axis, (n + a p, n + a p).
-        mix: effect of the axes on the three sensors of the triad, (3, a); None for a process of the sensors themselves.
-    """
-
-    name: str
-    process: Process
-    sigma: Array
+    name: str  # its source
+    process: Process  # of unit size, for one axis
+    sigma: Array  # size of each axis, (a,)
     triad: int | None
-    covariance: Array
+    """0 or 1 if it is an error of gyros or accelerometers, 2 if it is one of gravity; None for a sensor's, which enters
+    by its readings.
+    """
+    covariance: Array  # of core and states, axis by axis, (n + a p, n + a p)
     mix: Array | None = None
+    """Effect of the axes on the three sensors of the triad, (3, a); None for a process of the sensors themselves."""
 
 
 class Reading(NamedTuple):
-    """A correction x ← x + K z by z = H x + H_θ θ + H_y y + v.
+    """A correction x ← x + K z by z = H x + H_θ θ + H_y y + v."""
 
-    Attributes:
-        gain: K, (n, k).
-        core: H, (k, n).
-        constants: H_θ, (k, m).
-        processes: H_y of the processes that enter, by source, (k, a).
-        noise: variance of v by white source, (k,); a source without states may stand here alone.
-    """
-
-    gain: Array
-    core: Array
-    constants: Array
-    processes: Mapping[str, Array] = {}
-    noise: Mapping[str, Array] = {}
+    gain: Array  # K, (n, k)
+    core: Array  # H, (k, n)
+    constants: Array  # H_θ, (k, m)
+    processes: Mapping[str, Array] = {}  # H_y of the processes that enter, by source, (k, a)
+    noise: Mapping[str, Array] = {}  # variance of v by white source, (k,); a source without states may stand here alone
 
 
 class NavigationStep(NamedTuple):
-    """A step of time.
+    """A step of time."""
 
-    Attributes:
-        phi: Φ, (n, n).
-        constants: B, (n, m).
-        noise: Q by white source, {name: (n, n)}.
-        bias: effect of a unit error of each triad's three sensors during the step, two of (n, 3).
-        interval: s.
-        gravity: effect of a unit disturbance north, east, down during the step, (n, 3); None where no source needs it.
-        distance: horizontal distance travelled, m.
-    """
-
-    phi: Array
-    constants: Array
-    noise: Mapping[str, Array]
-    bias: tuple[Array, Array]
-    interval: float
+    phi: Array  # Φ, (n, n)
+    constants: Array  # B, (n, m)
+    noise: Mapping[str, Array]  # Q by white source, {name: (n, n)}
+    bias: tuple[Array, Array]  # effect of a unit error of each triad's three sensors during the step, two of (n, 3)
+    interval: float  # s
     gravity: Array | None = None
-    distance: float = 0.0
+    """Effect of a unit disturbance north, east, down during the step, (n, 3); None where no source needs it."""
+    distance: float = 0.0  # horizontal distance travelled, m
 
 
 @dataclass
 class Propagation:
-    """All sources' shares at one instant.
+    """All sources' shares at one instant."""
 
-    Attributes:
-        sensitivity: S, (n, m).
-        white: names of the white sources, in the order of `covariance`.
-        covariance: P_j of the white sources, (w, n, n).
-        processes: the processes.
-        kept: number of states at the end of the core that hold the first ones as they were at a marked instant; steps,
-            readings and maps are those of the core without them.
-    """
-
-    sensitivity: Array
-    white: Sequence[str]
-    covariance: Array
+    sensitivity: Array  # S, (n, m)
+    white: Sequence[str]  # names of the white sources, in the order of `covariance`
+    covariance: Array  # P_j of the white sources, (w, n, n)
     processes: list[RunningProcess]
-    kept: int = 0
+    marked: int = 0
+    """Number of states at the end of the core that hold the first ones as they were at a marked instant; steps,
+    readings and maps are those of the core without them.
+    """
     _steps: dict[tuple[str, float], Step] = field(default_factory=dict)
 
     @classmethod
     def start(cls, core: int, constants: int, white: Sequence[str]) -> Propagation:
-        """Return a propagation without any error yet.
-
-        Args:
-            constants: number m of constant columns.
-        """
+        """Return a propagation of `core` states and m constant columns without any error yet."""
         return cls(np.zeros((core, constants)), white, np.zeros((len(white), core, core)), [])
 
     def add(self, name: str, process: Process, sigma: Array, triad: int | None, mix: Array | None = None) -> None:
@@ -303,14 +251,14 @@ class Propagation:
         n, each = len(self.sensitivity), len(process.start)
         covariance = np.zeros((n + each * len(sigma),) * 2)
         for axis, size in enumerate(sigma):
-            own = slice(n + axis * each, n + (axis + 1) * each)
-            covariance[own, own] = size**2 * process.start
+            states = slice(n + axis * each, n + (axis + 1) * each)
+            covariance[states, states] = size**2 * process.start
         self.processes.append(RunningProcess(name, process, sigma, triad, covariance, mix))
 
     def step(self, step: NavigationStep) -> None:
         """Advance over a step of time."""
-        if self.kept:
-            step = _widened(step, self.kept)
+        if self.marked:
+            step = _widened(step, self.marked)
         phi = step.phi
         self.sensitivity = phi @ self.sensitivity + step.constants
         if len(self.white):
@@ -318,117 +266,115 @@ class Propagation:
             for number, name in enumerate(self.white):
                 if name in step.noise:
                     self.covariance[number] += step.noise[name]
-        for one in self.processes:
-            self._step_process(one, step)
+        for running in self.processes:
+            self._step_process(running, step)
 
-    def _step_process(self, one: RunningProcess, step: NavigationStep) -> None:
-        length = step.distance if one.triad == _OF_GRAVITY else step.interval
-        key = one.name, round(length, 9)
+    def _step_process(self, running: RunningProcess, step: NavigationStep) -> None:
+        length = step.distance if running.triad == _OF_GRAVITY else step.interval
+        key = running.name, round(length, 9)
         if key not in self._steps:
-            self._steps[key] = one.process.step(length)
-        own = self._steps[key]
-        n, (each, fresh), axes = len(step.phi), own.fresh.shape, len(one.sigma)
-        bias = None if one.triad is None else (*step.bias, step.gravity)[one.triad]
-        if bias is not None and one.mix is not None:
-            bias = bias @ one.mix
-        whole = np.zeros(one.covariance.shape)
+            self._steps[key] = running.process.step(length)
+        advance = self._steps[key]
+        n, (each, fresh), axes = len(step.phi), advance.fresh.shape, len(running.sigma)
+        bias = None if running.triad is None else (*step.bias, step.gravity)[running.triad]
+        if bias is not None and running.mix is not None:
+            bias = bias @ running.mix
+        whole = np.zeros(running.covariance.shape)
         whole[:n, :n] = step.phi
         drive = np.zeros((len(whole), axes * fresh))
         for axis in range(axes):
             states = slice(n + axis * each, n + (axis + 1) * each)
             numbers = slice(axis * fresh, (axis + 1) * fresh)
-            whole[states, states] = own.keep
-            drive[states, numbers] = one.sigma[axis] * own.fresh
+            whole[states, states] = advance.keep
+            drive[states, numbers] = running.sigma[axis] * advance.fresh
             if bias is not None:
-                whole[:n, states] = bias[:, axis, None] * own.mean_of_state
-                drive[:n, numbers] = (one.sigma[axis] * bias[:, axis])[:, None] * own.mean_of_fresh
-        one.covariance = whole @ one.covariance @ whole.T + drive @ drive.T
+                whole[:n, states] = bias[:, axis, None] * advance.mean_of_state
+                drive[:n, numbers] = (running.sigma[axis] * bias[:, axis])[:, None] * advance.mean_of_fresh
+        running.covariance = whole @ running.covariance @ whole.T + drive @ drive.T
 
     def read(self, reading: Reading) -> None:
         """Correct by a reading."""
         gain, core = reading.gain, reading.core
-        if self.kept:
-            gain, core = _with_rows(gain, self.kept), _with_rows(core.T, self.kept).T
+        if self.marked:
+            gain, core = _with_rows(gain, self.marked), _with_rows(core.T, self.marked).T
         self.sensitivity = self.sensitivity + gain @ (core @ self.sensitivity + reading.constants)
-        kept = np.eye(len(gain)) + gain @ core
+        reduced = np.eye(len(gain)) + gain @ core
         if len(self.white):
-            self.covariance = kept @ self.covariance @ kept.T
+            self.covariance = reduced @ self.covariance @ reduced.T
             for number, name in enumerate(self.white):
                 if name in reading.noise:
                     self.covariance[number] += (gain * reading.noise[name]) @ gain.T
         n = len(gain)
-        for one in self.processes:
-            whole = np.eye(len(one.covariance))
-            whole[:n, :n] = kept
-            if one.name in reading.processes:
-                axes = gain @ reading.processes[one.name]  # by the process's values, axis by axis
-                whole[:n, n:] = (axes[:, :, None] * one.process.value.ravel()).reshape(n, -1)
-            one.covariance = whole @ one.covariance @ whole.T
+        for running in self.processes:
+            whole = np.eye(len(running.covariance))
+            whole[:n, :n] = reduced
+            if running.name in reading.processes:
+                axes = gain @ reading.processes[running.name]  # by the process's values, axis by axis
+                whole[:n, n:] = (axes[:, :, None] * running.process.value.ravel()).reshape(n, -1)
+            running.covariance = whole @ running.covariance @ whole.T
 
     def reset(self, name: str) -> None:
         """Set the states of a process to zero."""
         n = len(self.sensitivity)
-        for one in self.processes:
-            if one.name == name:
-                one.covariance = one.covariance.copy()
-                one.covariance[n:] = 0.0
-                one.covariance[:, n:] = 0.0
+        for running in self.processes:
+            if running.name == name:
+                running.covariance = running.covariance.copy()
+                running.covariance[n:] = 0.0
+                running.covariance[:, n:] = 0.0
 
     def map(self, core: Array) -> None:
         """Apply a linear map to the core state, (n, n)."""
-        self._apply(_with_identity(core, self.kept))
+        self._apply(_with_identity(core, self.marked))
 
     def _apply(self, core: Array) -> None:
         n = len(core)
         self.sensitivity = core @ self.sensitivity
         self.covariance = core @ self.covariance @ core.T
-        for one in self.processes:
-            one.covariance[:n] = core @ one.covariance[:n]
-            one.covariance[:, :n] = one.covariance[:, :n] @ core.T
+        for running in self.processes:
+            running.covariance[:n] = core @ running.covariance[:n]
+            running.covariance[:, :n] = running.covariance[:, :n] @ core.T
 
     def project(self, core: Array) -> None:
         """Apply a linear map to the core state that changes their number, (m, n); nothing may be kept yet."""
         m, n = core.shape
         self.sensitivity = core @ self.sensitivity
         self.covariance = core @ self.covariance @ core.T
-        for one in self.processes:
-            whole = np.zeros((m + len(one.covariance) - n, len(one.covariance)))
+        for running in self.processes:
+            whole = np.zeros((m + len(running.covariance) - n, len(running.covariance)))
             whole[:m, :n] = core
-            whole[m:, n:] = np.eye(len(one.covariance) - n)
-            one.covariance = whole @ one.covariance @ whole.T
+            whole[m:, n:] = np.eye(len(running.covariance) - n)
+            running.covariance = whole @ running.covariance @ whole.T
 
     def mark(self, count: int) -> None:
         """Keep the first core states as they are now, beside the core, for `changes`."""
-        n = len(self.sensitivity) - self.kept
+        n = len(self.sensitivity) - self.marked
         again = np.eye(n + count, n)
         again[n:, :count] = np.eye(count)
-        whole = np.hstack([again, np.zeros((n + count, self.kept))])
-        self.kept, kept = 0, count
+        whole = np.hstack([again, np.zeros((n + count, self.marked))])
+        self.marked = 0
         self.project(whole)
-        self.kept = kept
+        self.marked = count
 
     def changes(self) -> tuple[Array, dict[str, Array]]:
-        """Return the changes of the kept states since they were marked.
-
-        Returns:
-            Their sensitivity, (c, m), and their covariances by random source, (c, c).
+        """Return the changes of the kept states since they were marked: sensitivity, (c, m), covariances by source, (c,
+        c).
         """
-        n, c = len(self.sensitivity), self.kept
+        n, c = len(self.sensitivity), self.marked
         less = np.eye(c, n)
         less[:, n - c :] -= np.eye(c)
-        found = {name: less @ self.covariance[k] @ less.T for k, name in enumerate(self.white)}
-        found |= {one.name: less @ one.covariance[:n, :n] @ less.T for one in self.processes}
-        return less @ self.sensitivity, found
+        covariances = {name: less @ self.covariance[k] @ less.T for k, name in enumerate(self.white)}
+        covariances |= {running.name: less @ running.covariance[:n, :n] @ less.T for running in self.processes}
+        return less @ self.sensitivity, covariances
 
     def copy(self) -> Propagation:
         """Return a copy that continues by itself."""
         processes = [RunningProcess(p.name, p.process, p.sigma, p.triad, p.covariance, p.mix) for p in self.processes]
-        return Propagation(self.sensitivity, self.white, self.covariance, processes, self.kept, self._steps)
+        return Propagation(self.sensitivity, self.white, self.covariance, processes, self.marked, self._steps)
 
     def covariances(self, rows: int) -> dict[str, Array]:
         """Return the covariances of the first core states by random source, (rows, rows) each."""
-        found = {name: self.covariance[k, :rows, :rows] for k, name in enumerate(self.white)}
-        return found | {one.name: one.covariance[:rows, :rows] for one in self.processes}
+        white = {name: self.covariance[k, :rows, :rows] for k, name in enumerate(self.white)}
+        return white | {running.name: running.covariance[:rows, :rows] for running in self.processes}
 
 
 def _with_rows(values: Array, count: int) -> Array:

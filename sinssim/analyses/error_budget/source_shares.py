@@ -1,11 +1,17 @@
-"""All sources of a scenario and their places in the propagation, shared by unaided and aided budgets."""
+"""All sources of a scenario: their places in the propagation, their effects over a step, and their shares.
+
+Unaided and aided budgets have them in common.
+"""
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from collections.abc import Iterable, Mapping
+from dataclasses import dataclass, field
+from typing import NamedTuple
 
 import numpy as np
 
+from sinssim.analyses.error_budget.error_dynamics import TrueMotion, gravity_input, noise_inputs, white_covariance
 from sinssim.analyses.error_budget.error_sources import (
     AngleError,
     Column,
@@ -14,8 +20,9 @@ from sinssim.analyses.error_budget.error_sources import (
     InitialErrors,
     Source,
 )
-from sinssim.analyses.error_budget.propagation import Propagation
+from sinssim.analyses.error_budget.propagation import GaussMarkov, NavigationStep, Propagation
 from sinssim.data import Array
+from sinssim.estimation.error_dynamics import NominalMotion
 from sinssim.sensors.imu.error_term_table import FIELDS
 from sinssim.sensors.measurement_kind import CORE
 
@@ -24,72 +31,43 @@ _BIASES = [Column(triad, axis, axis, axis, FIELDS["bias"]) for triad in (0, 1) f
 
 @dataclass(frozen=True)
 class SensorConstant:
-    """Constant errors of an aiding sensor's readings.
-
-    Attributes:
-        source: the source.
-        block: block of states of the truth's model.
-        sigma: 1σ of each component, SI.
-    """
+    """Constant errors of an aiding sensor's readings."""
 
     source: Source
-    block: str
-    sigma: Array
+    block: str  # block of states of the truth's model
+    sigma: Array  # 1σ of each component, SI
 
 
 @dataclass(frozen=True)
 class SensorProcess:
-    """A Gauss-Markov error of an aiding sensor's readings.
-
-    Attributes:
-        source: the source.
-        block: block of states of the truth's model.
-        sigma: 1σ of each component, SI.
-        correlation_time: s.
-    """
+    """A Gauss-Markov error of an aiding sensor's readings."""
 
     source: Source
-    block: str
-    sigma: Array
-    correlation_time: float
+    block: str  # block of states of the truth's model
+    sigma: Array  # 1σ of each component, SI
+    correlation_time: float  # s
 
 
 @dataclass(frozen=True)
 class SensorNoise:
-    """White noise of an aiding sensor's readings, for one kind of measurement.
-
-    Attributes:
-        source: the source.
-        label: name of the readings.
-        sigma: true 1σ of each component, SI.
-    """
+    """White noise of an aiding sensor's readings, for one kind of measurement."""
 
     source: Source
-    label: str
-    sigma: Array
+    label: str  # name of the readings
+    sigma: Array  # true 1σ of each component, SI
 
 
 @dataclass(frozen=True)
 class SensorGiven:
-    """Errors of an aiding sensor's readings that are the same in every run.
-
-    Attributes:
-        source: the source.
-        label: name of the readings.
-    """
+    """Errors of an aiding sensor's readings that are the same in every run."""
 
     source: Source
-    label: str
+    label: str  # name of the readings
 
 
 @dataclass(frozen=True)
 class SensorAngle:
-    """An error of the angles of a rotating IMU, for a filter whose readings are those of the vehicle.
-
-    Attributes:
-        source: the source.
-        error: the error.
-    """
+    """An error of the angles of a rotating IMU, for a filter whose readings are those of the vehicle."""
 
     source: Source
     error: AngleError
@@ -113,11 +91,7 @@ class Shares:
         initial: InitialErrors,
         sensors: list[SensorSource],
     ) -> None:
-        """Lay out the columns.
-
-        Args:
-            series: sources of one run, in the order of the given readings.
-        """
+        """Lay out the columns; `series` are the sources of one run, in the order of the given readings."""
         self.noises, self.initial, self.sensors = noises, initial, sensors
         self.sources = [*constants.sources, *(n.source for n in noises), *series, *initial.sources]
         self.sources += [s.source for s in sensors]
@@ -145,9 +119,9 @@ class Shares:
                 self.parts[sensor.source.name] = ([count], np.ones(1))
                 count += 1
             elif isinstance(sensor, SensorAngle) and sensor.error.what != "noise":
-                own = list(range(count, count + len(sensor.error.size)))
-                self.parts[sensor.source.name] = (own, sensor.error.size)
-                count += len(own)
+                columns_ = list(range(count, count + len(sensor.error.size)))
+                self.parts[sensor.source.name] = (columns_, sensor.error.size)
+                count += len(columns_)
         self.count = count
 
     def begin(self, core: int) -> Propagation:
@@ -164,11 +138,115 @@ class Shares:
                 propagation.add(noise.source.name, noise.process, sizes, noise.triad, noise.mix)
         for sensor in self.sensors:
             if isinstance(sensor, SensorProcess):
-                from sinssim.analyses.error_budget.propagation import GaussMarkov
-
                 propagation.add(sensor.source.name, GaussMarkov(sensor.correlation_time), sensor.sigma, None)
         return propagation
 
     def random(self, source: Source) -> bool:
         """Return whether a source differs from run to run."""
         return source.kind == "random"
+
+
+class Snapshot(NamedTuple):
+    """The shares of the navigation errors at one instant."""
+
+    sensitivity: Array  # (9, m)
+    covariances: dict[str, Array]  # by random source, (9, 9)
+
+
+_SAME_INSTANT = 1e-6
+
+
+@dataclass
+class Marks:
+    """Instants between which the changes of the errors are wanted."""
+
+    time: Array  # increasing, at edges of samples, s; those before the navigation begins do not count
+    begin: float = 0.0  # the instant from which the first change counts, filled in, s
+    changes: list[Snapshot] = field(default_factory=list)
+    """Of the navigation errors from one instant to the next, filled in."""
+    reached: list[float] = field(default_factory=list)  # ends of the changes, filled in, s
+
+    def start(self, propagations: Iterable[Propagation], now: float) -> None:
+        """Begin the first interval."""
+        self.begin = now
+        for propagation in propagations:
+            propagation.mark(CORE)
+
+    def pass_by(self, published: Propagation, all_of_them: Iterable[Propagation], now: float) -> None:
+        """End an interval and begin the next, if an instant is reached."""
+        if len(self.time) and np.abs(self.time - now).min() < _SAME_INSTANT and now > self.begin + _SAME_INSTANT:
+            self.changes.append(Snapshot(*published.changes()))
+            self.reached.append(now)
+            for propagation in all_of_them:
+                propagation.mark(CORE)
+
+
+def snapshot(propagation: Propagation, shares: Shares, *, rounded: bool = True) -> Snapshot:
+    """Return the shares of the navigation errors now, with the rounding of pulses once they have been counted."""
+    covariances = {name: p.copy() for name, p in propagation.covariances(CORE).items()}
+    if rounded:
+        add_rounding(covariances, shares)
+    return Snapshot(propagation.sensitivity[:CORE].copy(), covariances)
+
+
+def add_rounding(covariances: Mapping[str, Array], shares: Shares) -> None:
+    """Add the rounding of the last pulse, Q²/12 on each axis, to attitude and velocity, (9, 9) by source, which are
+    changed.
+    """
+    for noise in shares.noises:
+        if noise.what == "quantum":
+            rows = slice(6, 9) if noise.triad == 0 else slice(3, 6)
+            covariances[noise.source.name][rows, rows] += noise.size**2 / 12.0 * noise.mix @ noise.mix.T
+
+
+class StepEffects(NamedTuple):
+    """What happens to n core states over K steps."""
+
+    interval: Array  # (K,) s
+    distance: Array  # travelled horizontally, (K,) m
+    constants: Array  # effect of the constant errors, (K, n, m)
+    bias: Array  # effect of a unit error of each inertial sensor, gyros first, (K, n, 6)
+    noise: Mapping[str, Array]  # covariance by white source, (K, n, n)
+    mean: Array  # mean reading errors by the inertial sensors' constant errors, gyros first, (K, 6, m)
+
+    def step(self, k: int, phi: Array, keep: Array | None = None) -> NavigationStep:
+        """Return one step with Φ; `keep` projects the effect of gravity."""
+        length = float(self.interval[k])
+        gravity = gravity_input(phi, length)
+        return NavigationStep(
+            phi, self.constants[k], {name: q[k] for name, q in self.noise.items()},
+            (self.bias[k, :, :3], self.bias[k, :, 3:]), length, gravity if keep is None else keep @ gravity,
+            float(self.distance[k]),
+        )  # fmt: skip
+
+
+def step_effects(
+    motion: TrueMotion,
+    shares: Shares,
+    series: tuple[Array, Array],
+    time: Array,
+    nominal: NominalMotion,
+    f: Array,
+    size: int,
+) -> StepEffects:
+    """Return the effects on `size` core states of all sources over the steps between K+1 instants, s.
+
+    F of the first states, which the noises drive, is (K, k, k); `series` are the given reading errors.
+    """
+    effects, interval, inputs = (
+        motion.responses(time, shares.kernel_columns, *series),
+        np.diff(time),
+        noise_inputs(nominal),
+    )
+    constants, bias = np.zeros((len(interval), size, shares.count)), np.zeros((len(interval), size, 6))
+    constants[:, :CORE, : shares.inertial] = effects.core[:, :, : shares.inertial]
+    bias[:, :CORE] = effects.core[:, :, shares.inertial :]
+    noise = {}
+    for source in shares.noises:
+        if source.process is None:
+            count = f.shape[1]
+            driven = np.zeros((len(f), count, 3))
+            driven[:, :CORE] = inputs[source.triad, source.what] @ (source.density * source.mix)
+            q = noise[source.source.name] = np.zeros((len(interval), size, size))
+            q[:, :count, :count] = white_covariance(f, driven, interval)
+    return StepEffects(interval, motion.distance(time), constants, bias, noise, effects.mean)

@@ -2,23 +2,27 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable, Mapping
-from dataclasses import dataclass, field
-from typing import NamedTuple
+from collections.abc import Callable
+from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
 
 from sinssim import earth
-from sinssim.analyses.error_budget.error_dynamics import (
-    TrueMotion,
-    exponential,
-    gravity_input,
-    noise_inputs,
-    white_covariance,
+from sinssim.analyses.error_budget.error_dynamics import TrueMotion, exponential
+from sinssim.analyses.error_budget.propagation import Propagation, Reading
+from sinssim.analyses.error_budget.source_shares import (
+    Marks,
+    SensorConstant,
+    SensorGiven,
+    SensorNoise,
+    SensorProcess,
+    Shares,
+    Snapshot,
+    StepEffects,
+    snapshot,
+    step_effects,
 )
-from sinssim.analyses.error_budget.propagation import NavigationStep, Propagation, Reading
-from sinssim.analyses.error_budget.source_shares import SensorConstant, SensorGiven, SensorNoise, SensorProcess, Shares
 from sinssim.data import Array
 from sinssim.estimation.error_dynamics import NominalMotion
 from sinssim.sensors.measurement_kind import CORE
@@ -38,84 +42,24 @@ _OF_LOOP = 0.05
 """Longest step relative to the time constant of the vertical loop."""
 
 
-class Snapshot(NamedTuple):
-    """The shares of the navigation errors at one instant.
-
-    Attributes:
-        sensitivity: (9, m).
-        covariances: by random source, (9, 9).
-    """
-
-    sensitivity: Array
-    covariances: dict[str, Array]
-
-
-@dataclass
-class Marks:
-    """Instants between which the changes of the errors are wanted.
-
-    Attributes:
-        time: increasing, at edges of samples, s; those before the navigation begins do not count.
-        begin: the instant from which the first change counts, filled in, s.
-        changes: of the navigation errors from one instant to the next, filled in.
-        reached: ends of the changes, filled in, s.
-    """
-
-    time: Array
-    begin: float = 0.0
-    changes: list[Snapshot] = field(default_factory=list)
-    reached: list[float] = field(default_factory=list)
-
-    def start(self, propagations: Iterable[Propagation], now: float) -> None:
-        """Begin the first interval."""
-        self.begin = now
-        for one in propagations:
-            one.mark(CORE)
-
-    def pass_by(self, published: Propagation, all_of_them: Iterable[Propagation], now: float) -> None:
-        """End an interval and begin the next, if an instant is reached."""
-        if len(self.time) and np.abs(self.time - now).min() < _SAME_INSTANT and now > self.begin + _SAME_INSTANT:
-            self.changes.append(Snapshot(*published.changes()))
-            self.reached.append(now)
-            for one in all_of_them:
-                one.mark(CORE)
-
-
-_SAME_INSTANT = 1e-6
-
-
 @dataclass(frozen=True)
 class HeightErrors:
-    """An altimeter's readings for the vertical loop.
+    """An altimeter's readings for the vertical loop."""
 
-    Attributes:
-        arrival: arrival times, (M,) s.
-        height: true height that a scale factor multiplies, (M,) m.
-        given: error of each reading that is the same in every run, reading less true height at arrival, (M,) m.
-        interval: time between readings, s.
-        label: name of the readings.
-    """
-
-    arrival: Array
-    height: Array
-    given: Array
-    interval: float
-    label: str
+    arrival: Array  # arrival times, (M,) s
+    height: Array  # true height that a scale factor multiplies, (M,) m
+    given: Array  # error of each reading that is the same in every run, reading less true height at arrival, (M,) m
+    interval: float  # time between readings, s
+    label: str  # name of the readings
 
 
 @dataclass(frozen=True)
 class Vertical:
-    """The vertical channel.
+    """The vertical channel."""
 
-    Attributes:
-        kind: "free", "baro-loop" or "truth".
-        time_constant: of the loop, s.
-        readings: of its altimeter; None for the exact height at every sample.
-    """
-
-    kind: str
-    time_constant: float
-    readings: HeightErrors | None
+    kind: str  # "free", "baro-loop" or "truth"
+    time_constant: float  # of the loop, s
+    readings: HeightErrors | None  # of its altimeter; None for the exact height at every sample
 
 
 def _boundaries(motion: TrueMotion, vertical: Vertical, outputs: Array) -> Array:
@@ -158,6 +102,10 @@ def _with_loop(
     return whole
 
 
+_BLOCK = 512
+"""Steps whose effects are computed at once."""
+
+
 def propagate(
     motion: TrueMotion,
     shares: Shares,
@@ -168,74 +116,61 @@ def propagate(
     begun: tuple[int, Propagation] | None = None,
     marks: Marks | None = None,
 ) -> list[Snapshot]:
-    """Propagate all sources along the whole run.
+    """Propagate all sources along the whole run; return their shares at `outputs`, edges of samples, (E,) s.
 
-    Args:
-        outputs: instants of the results, edges of samples, (E,) s.
-        begun: sample and shares where navigation begins, after an alignment; by default the start of the run.
-        marks: instants between which the changes are wanted, among `outputs`.
+    Navigation begins after an alignment at the sample and with the shares of `begun`. The changes are wanted between
+    the instants of `marks`, which are among `outputs`.
     """
     start, propagation = (0, shares.begin(STATES)) if begun is None else begun
     time = _boundaries(motion, vertical, outputs)
     time = time[time >= motion.ideal.time[start] - 1e-9]
-    held = vertical.kind == "truth"
     keep = np.eye(STATES)
-    if held:
+    if vertical.kind == "truth":  # height and vertical velocity have no errors
         keep[2, 2] = keep[5, 5] = 0.0
         propagation.map(keep)
-    only = keep[:CORE, :CORE]
     if marks is not None:
         marks.start([propagation], float(time[0]))
     wanted = set(np.searchsorted(time, outputs - 1e-9).tolist())
-    found = [snapshot(propagation, shares, rounded=False)] if 0 in wanted else []
+    snapshots = [snapshot(propagation, shares, rounded=False)] if 0 in wanted else []
     readings = vertical.readings
     at_boundary, overdue = _readings_at(time, readings)
-    block = 512
-    for first in range(0, len(time) - 1, block):
+    for first in range(0, len(time) - 1, _BLOCK):
         progress(first / len(time))
-        part = time[first : first + block + 1]
-        nominal = motion.nominal(part)
-        f = _with_loop(motion.dynamics(nominal), nominal, vertical, motion, overdue[first : first + len(part) - 1])
-        interval = np.diff(part)
-        if held:
-            f[:, [2, 5]] = 0.0
-        phi = keep @ exponential(f, interval)
-        noise = _noise(f, nominal, shares, interval)
-        effects = motion.responses(part, shares.kernel_columns, *series)
-        constants = np.zeros((len(interval), STATES, shares.count))
-        constants[:, :CORE, : shares.inertial] = effects.core[:, :, : shares.inertial]
-        constants = keep @ constants
-        bias = np.zeros((len(interval), STATES, 6))
-        bias[:, :CORE] = effects.core[:, :, shares.inertial :]
-        bias = keep @ bias
-        distance = motion.distance(part)
-        for k, length in enumerate(interval.tolist()):
-            own = {name: keep @ q[k] @ keep for name, q in noise.items()}
-            fields = keep @ gravity_input(phi[k], length)
-            both = bias[k, :, :3], bias[k, :, 3:]
-            propagation.step(NavigationStep(phi[k], constants[k], own, both, length, fields, float(distance[k])))
+        part = time[first : first + _BLOCK + 1]
+        phi, effects = _steps(motion, shares, series, vertical, part, overdue[first : first + len(part) - 1], keep)
+        for k in range(len(phi)):
+            propagation.step(effects.step(k, phi[k], keep))
             row = first + k + 1
             if readings is not None and at_boundary[row] >= 0:
                 propagation.read(_height_reading(shares, readings, int(at_boundary[row])))
             if row in wanted:
-                seen = snapshot(propagation, shares)
-                if held:  # nor does a pulse round what is held
-                    seen = Snapshot(seen.sensitivity, {name: only @ p @ only for name, p in seen.covariances.items()})
-                found.append(seen)
+                seen, core = snapshot(propagation, shares), keep[:CORE, :CORE]  # nor does a pulse round what is held
+                snapshots.append(
+                    Snapshot(seen.sensitivity, {name: core @ p @ core for name, p in seen.covariances.items()})
+                )
                 if marks is not None:
                     marks.pass_by(propagation, [propagation], float(time[row]))
     progress(1.0)
-    return found
+    return snapshots
 
 
-def _noise(f: Array, nominal: NominalMotion, shares: Shares, interval: Array) -> dict[str, Array]:
-    inputs, found = noise_inputs(nominal), {}
-    for noise in shares.noises:
-        if noise.process is None:
-            driven = np.zeros((len(f), f.shape[1], 3))
-            driven[:, :CORE] = inputs[noise.triad, noise.what] @ (noise.density * noise.mix)
-            found[noise.source.name] = white_covariance(f, driven, interval)
-    return found
+def _steps(
+    motion: TrueMotion,
+    shares: Shares,
+    series: tuple[Array, Array],
+    vertical: Vertical,
+    time: Array,
+    open_loop: NDArray[np.bool_],
+    keep: Array,
+) -> tuple[Array, StepEffects]:
+    """Return Φ, (K, 11, 11), and the effects over steps; the states that `keep` projects away have no errors."""
+    nominal = motion.nominal(time)
+    f = _with_loop(motion.dynamics(nominal), nominal, vertical, motion, open_loop)
+    f = np.where(np.diag(keep)[:, None] > 0.0, f, 0.0)
+    effects = step_effects(motion, shares, series, time, nominal, f, STATES)
+    constants, bias = keep @ effects.constants, keep @ effects.bias
+    noise = {name: keep @ q @ keep for name, q in effects.noise.items()}
+    return keep @ exponential(f, np.diff(time)), effects._replace(constants=constants, bias=bias, noise=noise)
 
 
 def _readings_at(time: Array, readings: HeightErrors | None) -> tuple[NDArray[np.intp], NDArray[np.bool_]]:
@@ -269,27 +204,3 @@ def _height_reading(shares: Shares, readings: HeightErrors, number: int) -> Read
         elif isinstance(sensor, SensorGiven):
             constants[0, shares.of_label[sensor.label]] = -readings.given[number]
     return Reading(gain, core, constants, processes, noise)
-
-
-def snapshot(propagation: Propagation, shares: Shares, *, rounded: bool = True) -> Snapshot:
-    """Return the shares of the navigation errors at the present instant.
-
-    Args:
-        rounded: whether pulses have been counted, whose rounding is included.
-    """
-    covariances = {name: p.copy() for name, p in propagation.covariances(CORE).items()}
-    if rounded:
-        add_rounding(covariances, shares)
-    return Snapshot(propagation.sensitivity[:CORE].copy(), covariances)
-
-
-def add_rounding(covariances: Mapping[str, Array], shares: Shares) -> None:
-    """Add the rounding of the last pulse, Q²/12 on each axis, to attitude and velocity.
-
-    Args:
-        covariances: by source, (9, 9), changed.
-    """
-    for noise in shares.noises:
-        if noise.what == "quantum":
-            rows = slice(6, 9) if noise.triad == 0 else slice(3, 6)
-            covariances[noise.source.name][rows, rows] += noise.size**2 / 12.0 * noise.mix @ noise.mix.T

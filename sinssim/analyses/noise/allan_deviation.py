@@ -48,23 +48,19 @@ one."""
 
 @dataclass(frozen=True)
 class NoiseTerm:
-    """A noise term with a coefficient of one.
+    """A noise term with a coefficient of one."""
 
-    Attributes:
-        symbol: symbol as in the table above.
-        name: name in words.
-        allan_variance: Allan variance of the rate at averaging times τ, (M,) s.
-        power: expected square of the k-th cosine coefficient of n increments over T; arguments k (any shape, 1 … n-1),
-            n, T [s].
-        covariance: generalised covariance of the accumulated angle at lags (any shape) s, up to a parabola, which
-            second differences remove; arguments lag, and T [s] for the quantisation, which contributes at lag 0 only.
-    """
-
-    symbol: str
-    name: str
-    allan_variance: Callable[[Array], Array]
+    symbol: str  # symbol as in the table above
+    name: str  # name in words
+    allan_variance: Callable[[Array], Array]  # Allan variance of the rate at averaging times τ, (M,) s
     power: Callable[[Array, int, float], Array]
+    """Expected square of the k-th cosine coefficient of n increments over T; arguments k (any shape, 1 … n-1), n, T
+    [s].
+    """
     covariance: Callable[[Array, float], Array]
+    """Generalised covariance of the accumulated angle at lags (any shape) s, up to a parabola, which second differences
+    remove; arguments lag, and T [s] for the quantisation, which contributes at lag 0 only.
+    """
 
 
 def _angle(k: Array, count: int) -> Array:
@@ -127,17 +123,12 @@ RATE_WALK = NoiseTerm(
 
 
 def gauss_markov_term(correlation_time: float) -> NoiseTerm:
-    """Return the term of a stationary first-order Gauss-Markov bias.
+    """Return the term of a stationary first-order Gauss-Markov bias with the correlation time τ_b, s, and coefficient
+    σ_b.
 
     Its Allan variance is σ_b² (2τ_b/τ) [1 − (τ_b/2τ)(3 − 4 exp(−τ/τ_b) + exp(−2τ/τ_b))] (IEEE Std 952, annex C,
-    exponentially correlated noise): a rate random walk K = σ_b √(2/τ_b) far below τ_b, 0.617 σ_b at its top
-    τ = 1.89 τ_b, a random walk N = σ_b √(2τ_b) far above.
-
-    Args:
-        correlation_time: τ_b, s.
-
-    Returns:
-        The term; its coefficient is σ_b.
+    exponentially correlated noise): a rate random walk K = σ_b √(2/τ_b) far below τ_b, 0.617 σ_b at its top τ = 1.89
+    τ_b, a random walk N = σ_b √(2τ_b) far above.
     """
     tau_b = correlation_time
 
@@ -169,13 +160,8 @@ def gauss_markov_term(correlation_time: float) -> NoiseTerm:
 
 
 def ramp_coefficients(count: int, interval: float) -> Array:
-    """Return the cosine coefficients of the increments of a ramp with R = 1.
-
-    Args:
-        interval: T, s.
-
-    Returns:
-        (n,) s², zero at k = 0, which is the mean, and at all even k.
+    """Return the cosine coefficients of n increments of a ramp with R = 1, (n,) s², zero at k = 0, the mean, and at
+    even k.
     """
     k = np.arange(1, count, 2)
     half = 0.5 * np.pi * k / count
@@ -190,10 +176,8 @@ def end_effects(count: int) -> Array:
     edge.
 
     The rounding errors of the accumulated angle at the two ends of a record add to the spectrum of quantisation: two
-    numbers that look like white noise.
-
-    Returns:
-        (n,): the even ones belong to the difference of the errors at both ends, the odd ones to their sum.
+    numbers that look like white noise. The even coefficients of (n,) belong to their difference, the odd ones to their
+    sum.
     """
     return np.asarray(math.sqrt(2.0 / count) * np.cos(0.5 * np.pi * np.arange(count) / count))
 
@@ -208,19 +192,12 @@ _REACH = 12  # averaging times after which the covariance of second differences 
 @short_repr
 @dataclass(frozen=True)
 class AllanDeviation:
-    """Overlapping Allan deviation of one channel.
+    """Overlapping Allan deviation of one channel."""
 
-    Attributes:
-        interval: T, s.
-        count: number of increments in the record.
-        samples: m, increments in an averaging time, (M,).
-        deviation: σ(τ), rad/s or m/s², (M,).
-    """
-
-    interval: float
-    count: int
-    samples: NDArray[np.int64]
-    deviation: Array
+    interval: float  # T, s
+    count: int  # number of increments in the record
+    samples: NDArray[np.int64]  # m, increments in an averaging time, (M,)
+    deviation: Array  # σ(τ), rad/s or m/s², (M,)
 
     @property
     def tau(self) -> Array:
@@ -270,13 +247,8 @@ def allan_deviation(
 
 
 def averaging_samples(count: int) -> NDArray[np.int64]:
-    """Return averaging times in intervals, evenly spaced on a logarithmic scale.
-
-    Args:
-        count: N, number of increments.
-
-    Returns:
-        Increasing whole numbers from 1 to N/3.
+    """Return averaging times in intervals, evenly spaced on a logarithmic scale from 1 to a third of `count`
+    increments.
     """
     longest = max(1, count // 3)
     steps = int(np.ceil(PER_DECADE * np.log10(longest))) + 1
@@ -290,7 +262,7 @@ def degrees_of_freedom(
     terms: Sequence[tuple[NoiseTerm, float]],
     ramp: float = 0.0,
 ) -> Array:
-    """Return the equivalent degrees of freedom of overlapping Allan variances.
+    """Return the equivalent degrees of freedom ν of overlapping Allan variances, (M,); infinite without noise.
 
     With the second differences z, their covariance s and their number M, the variance of the mean square is (2/M) Σ_j
     (1 − |j|/M) s_j². A ramp, which gives z the mean μ, adds 4μ²/M Σ_j (1 − |j|/M) s_j. The result is ν = 2 (s_0 + μ²)²
@@ -302,9 +274,6 @@ def degrees_of_freedom(
         samples: m, increments in each averaging time, (M,).
         terms: the noise: terms and their coefficients, SI.
         ramp: R, rad/s² or m/s³.
-
-    Returns:
-        ν, (M,); infinite without noise.
     """
     freedom = np.empty(len(samples))
     smooth = [(term, c) for term, c in terms if c > 0.0 and term.symbol != "Q"]
@@ -358,15 +327,9 @@ def _second_difference_covariance(term: NoiseTerm, lag: Array, tau: float, inter
 
 
 def confidence_band(deviation: Array, freedom: Array, probability: float = 0.95) -> tuple[Array, Array]:
-    """Return the confidence band of the expected Allan deviation.
+    """Return lower and upper end of the confidence band of the expected Allan deviation, (M,) each.
 
-    Args:
-        deviation: computed σ(τ), (M,).
-        freedom: equivalent degrees of freedom ν, (M,).
-        probability: probability that the band contains the expected deviation.
-
-    Returns:
-        Lower and upper end, (M,): σ √(ν/χ²) at both ends of the distribution of χ² with ν degrees of freedom.
+    They are σ √(ν/χ²) at both ends of the distribution of χ² with ν degrees of freedom.
     """
     from scipy.stats import chi2
 

@@ -33,17 +33,11 @@ _HOUR = 3600.0
 
 @dataclass(frozen=True)
 class Units:
-    """The units in which a channel's noise is given.
+    """The units in which a channel's noise is given."""
 
-    Attributes:
-        rate: unit of the reading itself and of its Allan deviation, and its size in SI.
-        terms: unit and size of each noise term.
-        key: ending of the names of numbers in JSON; "" if the unit is given separately.
-    """
-
-    rate: tuple[str, float]
-    terms: dict[str, tuple[str, float]]
-    key: str = ""
+    rate: tuple[str, float]  # unit of the reading itself and of its Allan deviation, and its size in SI
+    terms: dict[str, tuple[str, float]]  # unit and size of each noise term
+    key: str = ""  # ending of the names of numbers in JSON; "" if the unit is given separately
 
     def named(self, what: str) -> str:
         """Return the name of a number in the unit of the reading for JSON, for example mean_deg_h."""
@@ -87,11 +81,7 @@ _AT_THE_END = {
 
 
 def unit_in_name(name: str) -> str | None:
-    """Return the unit at the end of a column's name.
-
-    Returns:
-        For example "Pa" for pressure_pa, "deg/h" for rate_deg_h; None if there is no known unit.
-    """
+    """Return the known unit at the end of a column's name, for example "Pa" for pressure_pa; None without one."""
     words = name.lower().split("_")
     for count in (2, 1):
         if len(words) > count and (unit := _AT_THE_END.get("_".join(words[-count:]))) is not None:
@@ -100,23 +90,14 @@ def unit_in_name(name: str) -> str | None:
 
 
 def units_of(unit: str) -> Units:
-    """Return the units of a quantity's noise terms: the quantity's unit times powers of a second.
-
-    Args:
-        unit: unit of the quantity, any text; "1" for a plain number.
-
-    Returns:
-        The units, all of size 1.
-    """
+    """Return the units of a quantity's noise terms: its own unit, any text, times powers of a second, all of size 1."""
     terms = {"Q": "·s", "N": "/√Hz", "B": "", "K": "/√s", "R": "/s", "sigma_b": ""}
     return Units((unit, 1.0), {symbol: (unit + power, 1.0) for symbol, power in terms.items()})
 
 
 def four_digits(value: float) -> str:
-    """Write a number with four significant digits, without an exponent for moderate sizes.
-
-    Returns:
-        For example "0.1500", "1234", "2.100e-06".
+    """Write a number with four significant digits, without an exponent for moderate sizes: "0.1500", "1234",
+    "2.100e-06".
     """
     if value == 0.0:
         return "0"
@@ -126,11 +107,7 @@ def four_digits(value: float) -> str:
 
 
 def symbol_text(symbol: str) -> str:
-    """Return the printed symbol of a term.
-
-    Args:
-        symbol: one of `SYMBOLS`.
-    """
+    """Return the printed symbol of a term."""
     return "σ_b" if symbol == "sigma_b" else symbol
 
 
@@ -145,19 +122,12 @@ _STEADY = 0.01  # fraction of an interval by which times may be rounded
 
 @dataclass(frozen=True)
 class LogChannel:
-    """One channel of a log.
+    """One channel of a log."""
 
-    Attributes:
-        name: for example gyro_x; for any other quantity the name of its column.
-        units: units of its noise.
-        triad: "gyro" or "accel"; None for any other quantity.
-        axis: number of the triad's axis: 0, 1 or 2.
-    """
-
-    name: str
-    units: Units
-    triad: TriadName | None = None
-    axis: int = 0
+    name: str  # for example gyro_x; for any other quantity the name of its column
+    units: Units  # units of its noise
+    triad: TriadName | None = None  # "gyro" or "accel"; None for any other quantity
+    axis: int = 0  # number of the triad's axis: 0, 1 or 2
 
     @property
     def title(self) -> str:
@@ -173,15 +143,10 @@ CHANNELS: tuple[LogChannel, ...] = tuple(
 
 @dataclass(frozen=True)
 class Clock:
-    """Sample times of a log.
+    """Sample times of a log."""
 
-    Attributes:
-        interval: mean interval T, s.
-        unevenness: largest departure of an interval from T, relative to T.
-    """
-
-    interval: float
-    unevenness: float
+    interval: float  # mean interval T, s
+    unevenness: float  # largest departure of an interval from T, relative to T
 
     @property
     def even(self) -> bool:
@@ -190,15 +155,11 @@ class Clock:
 
 
 def chosen_channels(names: Sequence[str]) -> list[LogChannel]:
-    """Return the channels of given names.
+    """Return the channels of given names: those of `CHANNELS` in their order, then the others in the given order.
 
-    Args:
-        names: "gyro_x" … "accel_z", "gyro" or "accel" for three of them, or any column of a log with its unit,
-            "pressure=hPa"; the unit may be omitted if the column's name ends in it, "pressure_hpa". By default all
-            gyros and accelerometers.
-
-    Returns:
-        The channels: those of `CHANNELS` in their order, then the others in the given order.
+    A name is "gyro_x" … "accel_z", "gyro" or "accel" for three of them, or any column of a log with its unit,
+    "pressure=hPa"; the unit may be omitted if the column's name ends in it, "pressure_hpa". By default they are all
+    gyros and accelerometers.
 
     Raises:
         InputError: there is no such channel, or a column is named with two units.
@@ -226,21 +187,16 @@ def chosen_channels(names: Sequence[str]) -> list[LogChannel]:
 
 
 def part(samples: Samples, start: float | None, end: float | None, source: str) -> Samples:
-    """Return the part of a log between two times.
-
-    Args:
-        start, end: times of the log's clock, s; None for the beginning or end of the log.
-
-    Raises:
-        InputError: there are no samples between them.
-    """
+    """Return the part of a log between two times of its clock, s; raise for a part without samples."""
     time = samples.time
     first = 0 if start is None else int(np.searchsorted(time, start - 1e-9))
     last = len(time) if end is None else int(np.searchsorted(time, end + 1e-9, side="right"))
     if last - first < 2:
-        asked = " ".join(f"{word} {limit:.9g} s" for word, limit in (("from", start), ("to", end)) if limit is not None)
+        limits = " ".join(
+            f"{word} {limit:.9g} s" for word, limit in (("from", start), ("to", end)) if limit is not None
+        )
         raise InputError(
-            f"{source}: there are no samples {asked}; the log runs from {time[0]:.9g} to {time[-1]:.9g} s."
+            f"{source}: there are no samples {limits}; the log runs from {time[0]:.9g} to {time[-1]:.9g} s."
         )
     rows = slice(first, last - 1)
     return replace(
@@ -252,10 +208,7 @@ def part(samples: Samples, start: float | None, end: float | None, source: str) 
 
 
 def clock(samples: Samples, source: str) -> Clock:
-    """Analyse the sample times of a log.
-
-    Returns:
-        Mean interval, and the variation of the intervals.
+    """Return the mean interval of a log, and how much its intervals vary.
 
     Raises:
         InputError: samples are missing.
@@ -278,13 +231,11 @@ def clock(samples: Samples, source: str) -> Clock:
 
 
 def even_increments(samples: Samples, channel: LogChannel, timing: Clock) -> Array:
-    """Return one channel's increments over equal intervals.
+    """Return one channel's increments over equal intervals, (N,) rad or m/s, or the unit of another quantity times
+    seconds.
 
     A reading is assumed to hold over the interval before its time. At uneven times the accumulated readings are taken
     at the sample nearest to each edge. Interpolation would smooth the noise, whereas this keeps white noise white.
-
-    Returns:
-        (N,) rad or m/s; for any other quantity, its unit times seconds.
     """
     if channel.triad is None:
         summed, values = False, samples.quantities[channel.name]

@@ -34,11 +34,7 @@ _COLUMNS = (Column("", words=True), Column("", words=True), Column("value"), Col
 
 
 def exhibits_of(report: NoiseReport) -> Exhibits:
-    """Return what the noise of a log has to show.
-
-    Args:
-        report: the identified noise of at least one channel.
-    """
+    """Return what the noise of a log, of at least one channel, has to show."""
     title = f"{report.source}: {report.duration:g} s, {report.count} samples at {1.0 / report.interval:.6g} Hz"
     items: list[Item] = [Sentence(remark) for remark in report.remarks]
     for channel in report.channels:
@@ -103,7 +99,7 @@ def streams(report: NoiseReport) -> Charts:
         charts.append(Chart(key=key, title=title, y=Axis(units=fixed(*unit)), marks=lines))
 
     for triad in report.samples.triads:
-        axes = [one.channel.axis for one in report.channels if one.channel.triad == triad]
+        axes = [channel_.channel.axis for channel_ in report.channels if channel_.channel.triad == triad]
         if not axes:
             continue
         names = [AXES[axis] for axis in axes]
@@ -112,13 +108,13 @@ def streams(report: NoiseReport) -> Charts:
         chart(f"{triad}/rate", f"{_WORDS[triad]} {minus}", UNITS[triad].rate, ends, rates - rates.mean(axis=0), names)
         trend = (at / at[-1])[:, None] * sums[-1]
         chart(f"{triad}/sum", f"{_SUM_WORDS[triad]} minus a linear trend", _SUM_UNIT[triad], at, sums - trend, names)
-    others = [one.channel for one in report.channels if one.channel.triad is None]
+    others = [channel_.channel for channel_ in report.channels if channel_.channel.triad is None]
     # entities are numbered, because the name of a column may be invalid as the name of an entity
     for k, channel in enumerate(others, start=1):
         means = np.add.reduceat(report.samples.quantities[channel.name], edges[:-1]) / np.diff(edges)
         values = (means - means.mean())[:, None]
         chart(f"quantity_{k}", f"{channel.name} {minus}", (channel.units.rate[0], 1.0), ends, values, [channel.name])
-    rows = tuple((one,) for one in charts)
+    rows = tuple((row,) for row in charts)
     return Charts("streams", rows, (11.0, 2.5 * len(rows)), on=("recording",))
 
 
@@ -196,17 +192,11 @@ _CLEAR = 3.0  # a mean rate is taken for a bias if it exceeds the Earth's by thi
 
 @dataclass(frozen=True)
 class ImuLine:
-    """One line of the table.
+    """One line of the table."""
 
-    Attributes:
-        key: of the scenario.
-        value: a number, a text, or one number for each axis.
-        why: where it comes from.
-    """
-
-    key: str
-    value: float | str | tuple[float, ...]
-    why: str
+    key: str  # of the scenario
+    value: float | str | tuple[float, ...]  # a number, a text, or one number for each axis
+    why: str  # where it comes from
 
     def __str__(self) -> str:
         """Return the line of the file."""
@@ -221,10 +211,7 @@ class ImuLine:
 
 
 def imu_block(report: NoiseReport) -> tuple[ImuLine, ...]:
-    """Return the lines of [imu] that emulate the unit of a record.
-
-    Returns:
-        The lines: grade, rate, and every noise term of the triads that the report has.
+    """Return the lines of [imu] that emulate the unit of a record: grade, rate, and every noise term of its triads.
 
     Raises:
         InputError: the report has neither gyros nor accelerometers.
@@ -245,12 +232,8 @@ def imu_block(report: NoiseReport) -> tuple[ImuLine, ...]:
 
 
 def block_text(report: NoiseReport) -> str:
-    """Return the table [imu] as text of a scenario file.
-
-    Args:
-        report: as for `imu_block`.
-    """
-    said = [
+    """Return the table [imu] of `imu_block` as text of a scenario file."""
+    lines = [
         "[imu]",
         f"# noise of {report.source}: {report.duration:.4g} s at {1.0 / report.interval:.4g} Hz; the root mean square "
         "of the axes",
@@ -260,13 +243,13 @@ def block_text(report: NoiseReport) -> str:
         if channel.channel.triad is None:
             continue
         for low, high in channel.fit.aside:
-            said.append(f"# not included: {channel.name} from {low:.3g} to {high:.3g} Hz, vibration or a resonance")
+            lines.append(f"# not included: {channel.name} from {low:.3g} to {high:.3g} Hz, vibration or a resonance")
         if not channel.described:
-            said.append(
+            lines.append(
                 f"# doubtful: these terms do not describe {channel.name} (its spectrum departs by "
                 f"{100.0 * channel.fit.misfit:.0f} % rms): the unit moved or shook"
             )
-    return "\n".join(said) + "\n"
+    return "\n".join(lines) + "\n"
 
 
 def _grade(by_triad: dict[TriadName, list[ChannelNoise]]) -> str:
@@ -306,15 +289,15 @@ def _bias(triad: TriadName, channels: list[ChannelNoise]) -> Iterator[ImuLine]:
 def _noise(triad: TriadName, channels: list[ChannelNoise]) -> Iterator[ImuLine]:
     """Yield the lines of the noise terms of one triad."""
     for symbol, key in _KEYS[triad].items():
-        own = [channel for channel in channels if symbol in channel.fit.estimates]
+        fitted = [channel for channel in channels if symbol in channel.fit.estimates]
         size = UNITS[triad].terms[symbol][1] / (_PULSE if symbol == "Q" else 1.0)
         values = [
             0.0 if symbol not in channel.fit.estimates else (channel.fit.estimates[symbol].value or 0.0) / size
             for channel in channels
         ]
         if not any(values):
-            if own or symbol == "sigma_b":
-                yield ImuLine(key, 0.0, _unseen(symbol, own, size))
+            if fitted or symbol == "sigma_b":
+                yield ImuLine(key, 0.0, _unseen(symbol, fitted, size))
             continue
         each = ", ".join(
             f"{channel.name[-1]} {four_digits(value)}" if value else f"{channel.name[-1]} not observable"
@@ -322,7 +305,7 @@ def _noise(triad: TriadName, channels: list[ChannelNoise]) -> Iterator[ImuLine]:
         )
         yield ImuLine(key, _rms(values), f"{symbol_text(symbol)}, {NAMES[symbol]}: {each}")
         if symbol == "sigma_b":
-            largest = max(own, key=lambda c: c.fit.estimates["sigma_b"].value or 0.0)
+            largest = max(fitted, key=lambda c: c.fit.estimates["sigma_b"].value or 0.0)
             yield ImuLine(
                 f"{triad}_correlation_time_s", float(largest.fit.correlation_time or 0.0), f"τ_b of {largest.name}"
             )
@@ -341,8 +324,8 @@ def _unseen(symbol: str, channels: list[ChannelNoise], size: float) -> str:
 def _ramp(triad: TriadName, channels: list[ChannelNoise]) -> Iterator[ImuLine]:
     """Yield the ramps of the three axes, if one of them is observable."""
     size = UNITS[triad].terms["R"][1]
-    found = [0.0, 0.0, 0.0]
+    ramps = [0.0, 0.0, 0.0]
     for channel in channels:
-        found[channel.channel.axis] = (channel.fit.estimates["R"].value or 0.0) / size
-    if any(found):
-        yield ImuLine(_RAMP[triad], tuple(found), f"R, {NAMES['R']}, of x, y, z; 0 where it is not observable")
+        ramps[channel.channel.axis] = (channel.fit.estimates["R"].value or 0.0) / size
+    if any(ramps):
+        yield ImuLine(_RAMP[triad], tuple(ramps), f"R, {NAMES['R']}, of x, y, z; 0 where it is not observable")

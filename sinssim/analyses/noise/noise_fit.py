@@ -41,14 +41,10 @@ _MIXED = 16  # number of walks for which a ramp's distribution is computed
 
 
 def coefficient_bands(model: Likelihood, times: Sequence[float]) -> dict[str, tuple[float, float]]:
-    """Return the 95 % bands of all terms' coefficients.
+    """Return the 95 % bands of all terms' coefficients by symbol, SI.
 
-    Args:
-        model: the likelihood; its last term is the Gauss-Markov bias if there are correlation times.
-        times: correlation times that the bands must include, s: none, the known one, or those of `correlation_times`.
-
-    Returns:
-        Lower and upper end by symbol, SI.
+    The bands include `times`: none, the known correlation time, or those of `correlation_times`, s. With such times,
+    the last term of the model is the Gauss-Markov bias.
     """
     limits: dict[str, tuple[float, float]] = {}
     inner = Likelihood(model.bands, model.terms[:-1], model.columns[:-1], model.weight) if len(times) > 1 else model
@@ -128,8 +124,8 @@ def ramp_band(model: Likelihood) -> tuple[float, float, float]:
     for j, k in enumerate(0.5 * (low + high) + 0.5 * (high - low) * nodes):
         squares, top = model.solve({walk: float(k) ** 2}, start=model.best)
         v = model.variance(squares)
-        found, covariance = model.ramp_and_ends(v)
-        sizes[j], sigmas[j] = found[0], math.sqrt(covariance[0, 0])
+        estimate, covariance = model.ramp_and_ends(v)
+        sizes[j], sigmas[j] = estimate[0], math.sqrt(covariance[0, 0])
         shares[j] = weights[j] * math.exp(top - model.top)
     shares /= shares.sum()
 
@@ -146,14 +142,9 @@ def ramp_band(model: Likelihood) -> tuple[float, float, float]:
 
 
 def correlation_times(model: Likelihood, likeliest: float) -> list[float]:
-    """Return correlation times across their 95 % band, over which the other coefficients' bands are taken.
+    """Return the likeliest correlation time, s, and five others across its 95 % band.
 
-    Args:
-        model: the likelihood; its last term is the Gauss-Markov bias.
-        likeliest: most likely correlation time, s.
-
-    Returns:
-        The most likely one and five others across the band, s.
+    The other coefficients' bands are taken over them; the model's last term is the Gauss-Markov bias.
     """
     from scipy.optimize import brentq
 
@@ -187,49 +178,34 @@ _POSSIBLE = 5.0  # the same for a remark; without such a bias one record in twen
 
 @dataclass(frozen=True)
 class TermEstimate:
-    """One coefficient.
+    """One coefficient."""
 
-    Attributes:
-        value: most likely value, SI; None if the record does not require the term.
-        low, high: 95 % band, SI.
-    """
-
-    value: float | None
+    value: float | None  # most likely value, SI; None if the record does not require the term
     low: float
-    high: float
+    high: float  # low, high: 95 % band, SI
 
 
 @dataclass(frozen=True)
 class NoiseFit:
-    """The noise terms identified from the record of one channel.
-
-    Attributes:
-        estimates: by symbol, Q [rad], N [rad/√s], B [rad/s], K [rad/s/√s], R [rad/s²], and sigma_b [rad/s] if there is
-            such a term; the same with m/s for rad for accelerometers.
-        likely: the coefficients as numbers for drawing, 0 for those without a value.
-        correlation_time: τ_b of the Gauss-Markov term, s; None without the term.
-        correlation_band: its 95 % band, s, if it was estimated from the record.
-        interval: T, s.
-        count: increments in the record.
-        mean: mean rate, rad/s or m/s².
-        misfit: relative uncertainty of the spectrum that accounts for its departure from the terms; 0 if they describe
-            it.
-        aside: excluded ranges of frequencies, which the terms do not describe, Hz.
-        exchangeable: symbols of terms that are included although zero is in their band; other terms could replace them.
-        possible: σ_b [rad/s or m/s²] and τ_b [s] of a Gauss-Markov bias that is possible but not significant.
-    """
+    """The noise terms identified from the record of one channel."""
 
     estimates: dict[str, TermEstimate]
-    likely: dict[str, float]
-    correlation_time: float | None
-    correlation_band: tuple[float, float] | None
-    interval: float
-    count: int
-    mean: float
+    """By symbol, Q [rad], N [rad/√s], B [rad/s], K [rad/s/√s], R [rad/s²], and sigma_b [rad/s] if there is such a term;
+    the same with m/s for rad for accelerometers.
+    """
+    likely: dict[str, float]  # the coefficients as numbers for drawing, 0 for those without a value
+    correlation_time: float | None  # τ_b of the Gauss-Markov term, s; None without the term
+    correlation_band: tuple[float, float] | None  # its 95 % band, s, if it was estimated from the record
+    interval: float  # T, s
+    count: int  # increments in the record
+    mean: float  # mean rate, rad/s or m/s²
     misfit: float
-    aside: tuple[tuple[float, float], ...]
+    """Relative uncertainty of the spectrum that accounts for its departure from the terms; 0 if they describe it."""
+    aside: tuple[tuple[float, float], ...]  # excluded ranges of frequencies, which the terms do not describe, Hz
     exchangeable: tuple[str, ...]
+    """Symbols of terms that are included although zero is in their band; other terms could replace them."""
     possible: tuple[float, float] | None
+    """Σ_b [rad/s or m/s²] and τ_b [s] of a Gauss-Markov bias that is possible but not significant."""
 
     @property
     def terms(self) -> list[tuple[NoiseTerm, float]]:
@@ -240,15 +216,7 @@ class NoiseFit:
         return [(term, self.likely[term.symbol]) for term in terms]
 
     def allan_deviation(self, tau: Array, symbol: str | None = None) -> Array:
-        """Return the Allan deviation of the fit.
-
-        Args:
-            tau: averaging times, (M,) s.
-            symbol: symbol of one term; the sum of all if not given.
-
-        Returns:
-            (M,) rad/s or m/s².
-        """
+        """Return the Allan deviation of the fit, (M,) rad/s or m/s², by one term or the sum of all, at τ, (M,) s."""
         tau = np.asarray(tau, dtype=np.float64)
         parts = {term.symbol: c**2 * term.allan_variance(tau) for term, c in self.terms}
         parts["R"] = 0.5 * (self.likely["R"] * tau) ** 2
@@ -322,11 +290,7 @@ def is_constant(increments: Array) -> bool:
 
 
 def _search(model: Likelihood) -> tuple[float, float, float]:
-    """Search for a Gauss-Markov bias in addition to the terms of a model.
-
-    Returns:
-        Its correlation time, its σ_b, and twice the gain in log-likelihood.
-    """
+    """Return correlation time, σ_b and twice the gain in log-likelihood of a Gauss-Markov bias beside the terms."""
     from scipy.optimize import minimize_scalar
 
     bands = model.bands
@@ -352,8 +316,8 @@ def _needed(model: Likelihood, last: Sequence[str]) -> set[int]:
     while len(stay) > 1:
         losses = {}
         for i in stay:
-            held = {j: 0.0 for j in range(len(model.terms)) if j not in stay or j == i}
-            losses[i] = 2.0 * (top - model.solve(held, start=model.best)[1])
+            fixed = {j: 0.0 for j in range(len(model.terms)) if j not in stay or j == i}
+            losses[i] = 2.0 * (top - model.solve(fixed, start=model.best)[1])
         dispensable = [i for i in stay if losses[i] < LIMIT]
         if not dispensable:
             break

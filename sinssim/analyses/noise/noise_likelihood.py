@@ -93,11 +93,7 @@ class Bands:
         self.fourth = float(np.mean(squares**2) - 3.0 * np.mean(squares) ** 2) / 18.0
 
     def take_off(self, sizes: Array) -> None:
-        """Subtract approximate ramp and end effects from the coefficients, to reduce rounding errors.
-
-        Args:
-            sizes: sizes of the ramp and of the end effects in even and odd coefficients, (3,).
-        """
+        """Subtract approximate ramp and end effects (even, odd coefficients), (3,), which reduces rounding errors."""
         z, basis = self._z, self._basis
         z -= float(sizes[0]) * basis.ramp
         z[0::2] -= float(sizes[1]) * basis.ends[0::2]
@@ -119,11 +115,7 @@ class Bands:
         return np.asarray(0.5 * np.pi * (self.edges[1:] + self.edges[:-1] - 1) / self.count)
 
     def column(self, term: NoiseTerm) -> Array:
-        """Return a term's mean power in each band.
-
-        Returns:
-            (b,), by Gauss quadrature over wide bands.
-        """
+        """Return a term's mean power in each band, (b,), by Gauss quadrature over wide bands."""
         low, high = self.edges[:-1], self.edges[1:]
         middle, half = 0.5 * (low + high - 1), 0.5 * (high - low) * (high - low > 1)
         k = middle[:, None] + half[:, None] * _NODES
@@ -212,9 +204,8 @@ class Likelihood:
     def eliminated(self, v: Array) -> tuple[Array, Array, float]:
         """Eliminate ramp and ends, given the variances.
 
-        Returns:
-            The remaining power in each band; the expected power absorbed by the fit; the logarithm of the determinant
-            of their covariance.
+        Returned are the remaining power in each band, the expected power absorbed by the fit, and the logarithm of the
+        determinant of their covariance.
         """
         bands = self.bands
         size, covariance = self.ramp_and_ends(v)
@@ -223,30 +214,21 @@ class Likelihood:
         return np.maximum(power, 0.0), taken, float(np.linalg.slogdet(covariance)[1])
 
     def evaluate(self, v: Array) -> tuple[Array, float]:
-        """Return the mean power of every band for scoring, and the log-likelihood.
+        """Return the mean power of every band for scoring, and the restricted log-likelihood, for variances v, (b,).
 
-        Args:
-            v: variance of every band's coefficients, (b,).
-
-        Returns:
-            Each band's mean power without ramp and ends, (b,), corrected for the noise that these absorb; and the
-            restricted log-likelihood.
+        The power is without ramp and ends, and corrected for the noise that these absorb.
         """
         power, taken, determinant = self.eliminated(v)
         terms = self.weight * (np.log(v) + power / (self.bands.number * v))
         return (power + taken) / self.bands.number, -0.5 * (float(terms.sum()) - determinant)  # (3)
 
-    def solve(self, held: Mapping[int, float], start: Array | None = None) -> tuple[Array, float]:
-        """Maximise the likelihood over c² ≥ 0.
-
-        Returns:
-            c², (p,), and the log-likelihood.
-        """
+    def solve(self, fixed_squares: Mapping[int, float], start: Array | None = None) -> tuple[Array, float]:
+        """Maximise the likelihood over c² ≥ 0; return c², (p,), and the log-likelihood."""
         bands = self.bands
-        free = [i for i in range(len(self.terms)) if i not in held]
+        free = [i for i in range(len(self.terms)) if i not in fixed_squares]
         squares = np.zeros(len(self.terms)) if start is None else start.copy()
-        squares[list(held)] = list(held.values())
-        fixed = squares[list(held)] @ self.columns[list(held)] + bands.floor
+        squares[list(fixed_squares)] = list(fixed_squares.values())
+        fixed = squares[list(fixed_squares)] @ self.columns[list(fixed_squares)] + bands.floor
         v = self.variance(squares)
         if start is None:  # smoothed power of the record
             few = np.ones(9)
@@ -274,9 +256,9 @@ class Likelihood:
                 break
         return squares, top
 
-    def loss(self, held: Mapping[int, float]) -> float:
+    def loss(self, fixed_squares: Mapping[int, float]) -> float:
         """Return twice the loss of the log-likelihood with c² of some terms held fixed, by their numbers."""
-        return 2.0 * (self.top - self.solve(held, start=self.best)[1])
+        return 2.0 * (self.top - self.solve(fixed_squares, start=self.best)[1])
 
 
 def _non_negative(normal: Array, right: Array) -> Array:
@@ -311,27 +293,16 @@ _DOUBTFUL = 4.0  # excess of the misfit over its expectation, in standard deviat
 
 @dataclass(frozen=True)
 class Weighed:
-    """A likelihood with weighted bands.
+    """A likelihood with weighted bands."""
 
-    Attributes:
-        model: the likelihood.
-        whole: the likelihood before bands were excluded.
-        misfit: relative uncertainty given to its spectrum.
-        aside: excluded bands, (b,).
-    """
-
-    model: Likelihood
-    whole: Likelihood
-    misfit: float
-    aside: NDArray[np.bool_]
+    model: Likelihood  # the likelihood
+    whole: Likelihood  # the likelihood before bands were excluded
+    misfit: float  # relative uncertainty given to its spectrum
+    aside: NDArray[np.bool_]  # excluded bands, (b,)
 
 
 def weigh(bands: Bands, terms: Sequence[NoiseTerm]) -> Weighed:
-    """Fit, and weight the bands by their agreement with the terms.
-
-    Args:
-        bands: the record; its ramp is subtracted.
-    """
+    """Fit, and weight the bands by their agreement with the terms; the ramp of `bands` is subtracted."""
     columns = np.stack([bands.column(term) for term in terms])
     model = Likelihood(bands, terms, columns, bands.number)
     bands.take_off(model.ramp_and_ends(model.variance(model.best))[0])
@@ -374,13 +345,9 @@ def _uniform_misfit(model: Likelihood, weight: Array) -> tuple[Likelihood, float
 
 
 def _departures(model: Likelihood, weight: Array) -> Array:
-    """Return the deviation of each band from the fit, in standard deviations.
+    """Return the deviation of each band from the fit, in standard deviations, (b,), for degrees of freedom ν, (b,).
 
-    Args:
-        weight: degrees of freedom ν of the bands, (b,).
-
-    Returns:
-        Signed roots of the deviance ν(r − 1 − ln r), where r is the ratio of the band's power to the fit's, (b,).
+    They are signed roots of the deviance ν(r − 1 − ln r), where r is the ratio of the band's power to the fit's.
     """
     v = model.variance(model.best)
     power, taken, _ = model.eliminated(v)

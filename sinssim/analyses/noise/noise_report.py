@@ -40,25 +40,18 @@ _AT_REST = 0.05  # largest relative error of the specific force of a poor sensor
 
 @dataclass(frozen=True)
 class ChannelNoise:
-    """One channel's noise.
-
-    Attributes:
-        channel: the channel.
-        deviation: its Allan deviation.
-        freedom: equivalent degrees of freedom of each Allan variance, (M,).
-        low, high: 95 % band of the Allan deviation, (M,) rad/s or m/s², or the unit of another quantity.
-        fit: its noise terms.
-        spike: time of the sample with the largest deviation from its neighbours, s, and the deviation in standard
-            deviations; None if noise explains it.
-    """
+    """One channel's noise."""
 
     channel: LogChannel
-    deviation: AllanDeviation
-    freedom: Array
+    deviation: AllanDeviation  # its Allan deviation
+    freedom: Array  # equivalent degrees of freedom of each Allan variance, (M,)
     low: Array
-    high: Array
-    fit: NoiseFit
+    high: Array  # low, high: 95 % band of the Allan deviation, (M,) rad/s or m/s², or the unit of another quantity
+    fit: NoiseFit  # its noise terms
     spike: tuple[float, float] | None
+    """Time of the sample with the largest deviation from its neighbours, s, and the deviation in standard deviations;
+    None if noise explains it.
+    """
 
     @property
     def name(self) -> str:
@@ -180,21 +173,13 @@ class ChannelNoise:
 
 @dataclass(frozen=True)
 class NoiseReport:
-    """The noise of a log's channels.
+    """The noise of a log's channels."""
 
-    Attributes:
-        source: name of the log.
-        samples: its samples.
-        interval: T, s.
-        channels: channels in the order of `chosen_channels`.
-        remarks: sentences on the log as a whole.
-    """
-
-    source: str
+    source: str  # name of the log
     samples: Samples
-    interval: float
-    channels: tuple[ChannelNoise, ...]
-    remarks: tuple[str, ...]
+    interval: float  # T, s
+    channels: tuple[ChannelNoise, ...]  # channels in the order of `chosen_channels`
+    remarks: tuple[str, ...]  # sentences on the log as a whole
 
     @property
     def duration(self) -> float:
@@ -229,16 +214,12 @@ def noise_report(
     correlation_time: float | None = None,
     progress: Callable[[str, float], None] | None = None,
 ) -> NoiseReport:
-    """Identify the noise of a log's channels.
+    """Identify the noise of a log's channels, of the part from `start` to `end`, in the log's own time, s.
 
-    Args:
-        log: a log of sensors at rest or of other quantities (`sinssim.logs.text.imu_samples.SUFFIXES`), a run
-            directory, whose measured stream is used, or a scenario with [log], whose inertial unit is used.
-        columns: TOML file that names a log's columns, units and axes.
-        channels: as for `chosen_channels`; by default those of the triads that `columns` describes.
-        start, end: part of the log to use, in its own time, s.
-        correlation_time: τ_b as for `fit_noise`, s.
-        progress: called with a description of the current work and the total fraction done, 0 to 1.
+    The log is one of sensors at rest or of other quantities (`sinssim.logs.text.imu_samples.SUFFIXES`), a run
+    directory, whose measured stream is used, or a scenario with [log], whose inertial unit is used. `columns` is a TOML
+    file that names a log's columns, units and axes. The channels are those of `chosen_channels`, by default of the
+    triads that `columns` describes. A known correlation time, s, is that of `fit_noise`.
 
     Raises:
         InputError: the log cannot be read or has gaps, a channel does not exist, there are too few samples, or all
@@ -273,7 +254,7 @@ def noise_report(
             "are uneven, not the sampling, give rate_hz instead of the time column."
         )
     remarks += _not_gravity(samples)
-    found = []
+    noises = []
     for i, channel in enumerate(wanted):
         name = channel.name
         increments = even_increments(samples, channel, timing)
@@ -290,11 +271,11 @@ def noise_report(
         freedom = degrees_of_freedom(deviation.count, deviation.interval, deviation.samples, fit.terms, fit.likely["R"])
         band = confidence_band(deviation.deviation, freedom)
         spike = _spike(increments, samples.time)
-        found.append(ChannelNoise(channel, deviation, freedom, *band, fit, spike))
-    if not found:
+        noises.append(ChannelNoise(channel, deviation, freedom, *band, fit, spike))
+    if not noises:
         raise InputError(f"{log}: all channels are constant; there is no noise to identify.")
     tell("", 1.0)
-    return NoiseReport(str(log), samples, timing.interval, tuple(found), (*samples.notes, *remarks))
+    return NoiseReport(str(log), samples, timing.interval, tuple(noises), (*samples.notes, *remarks))
 
 
 def _samples(log: Path, columns: Path | None, triads: Sequence[TriadName] | None, others: Sequence[str]) -> Samples:

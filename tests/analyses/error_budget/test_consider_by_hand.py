@@ -17,8 +17,9 @@ from sinssim.analyses.error_budget.source_shares import (
     SensorGiven,
     SensorNoise,
     SensorProcess,
+    Snapshot,
+    StepEffects,
 )
-from sinssim.analyses.error_budget.unaided_budget import Snapshot
 from sinssim.data import Array, Measurements
 from sinssim.estimation.linearisation import Observed
 
@@ -175,9 +176,11 @@ def test_a_step_takes_all_along() -> None:
     phi, q, came = RNG.normal(size=(11, 11)), np.eye(11), RNG.normal(size=(11, 3))
     bias = RNG.normal(size=(2, 11, 6))
     white = ("gyro_arw", "vibration", "gyro_quantum", "accel_vrw", "accel_quantum")
-    steps: dict[str, Any] = {name: RNG.normal(size=(2, 11, 11)) for name in white}
-    steps |= {"constants": RNG.normal(size=(2, 11, 14)), "bias": bias, "interval": np.array([0.5, 0.25]),
-              "distance": np.array([10.0, 30.0]), "mean": RNG.normal(size=(2, 6, 9))}  # fmt: skip
+    noise = {name: RNG.normal(size=(2, 11, 11)) for name in white}
+    steps = StepEffects(
+        np.array([0.5, 0.25]), np.array([10.0, 30.0]), RNG.normal(size=(2, 11, 14)), bias, noise,
+        RNG.normal(size=(2, 6, 9)),
+    )  # fmt: skip
     given: list[Any] = []
     covariance, cross = RNG.normal(size=(11, 11)), RNG.normal(size=(11, 3))
     branch: Any = SimpleNamespace(covariance=covariance, cross=cross, propagation=SimpleNamespace(step=given.append))
@@ -187,16 +190,16 @@ def test_a_step_takes_all_along() -> None:
     expected = phi.copy()
     expected[:9, 9:] = -phi[:9, 9:]
     np.testing.assert_array_equal(step.phi, expected)
-    np.testing.assert_array_equal(step.constants, steps["constants"][1])
+    np.testing.assert_array_equal(step.constants, steps.constants[1])
     assert set(step.noise) == set(white)
-    np.testing.assert_array_equal(step.noise["accel_vrw"], steps["accel_vrw"][1])
+    np.testing.assert_array_equal(step.noise["accel_vrw"], noise["accel_vrw"][1])
     np.testing.assert_array_equal(step.bias[0], bias[1, :, :3])
     np.testing.assert_array_equal(step.bias[1], bias[1, :, 3:])
     assert (step.interval, step.distance) == (0.25, 30.0)
     assert step.gravity == pytest.approx(0.125 * (expected[:, 3:6] + np.eye(11)[:, 3:6]))
     np.testing.assert_allclose(branch.covariance, phi @ covariance @ phi.T + q, rtol=1e-11, atol=1e-12)
     np.testing.assert_allclose(branch.cross, phi @ cross + came, rtol=1e-11, atol=1e-12)
-    np.testing.assert_array_equal(one._mean_errors, steps["mean"][1])
+    np.testing.assert_array_equal(one._mean_errors, steps.mean[1])
 
 
 @pytest.mark.parametrize("interval", [0.0, 0.4])

@@ -22,17 +22,23 @@ from sinssim.analyses.error_budget.error_dynamics import (
 )
 from sinssim.analyses.error_budget.error_sources import Column, Constants, InertialNoise, InitialErrors, Source
 from sinssim.analyses.error_budget.propagation import Propagation
-from sinssim.analyses.error_budget.source_shares import SensorConstant, SensorGiven, SensorNoise, SensorProcess, Shares
+from sinssim.analyses.error_budget.source_shares import (
+    Marks,
+    SensorConstant,
+    SensorGiven,
+    SensorNoise,
+    SensorProcess,
+    Shares,
+    add_rounding,
+)
 from sinssim.analyses.error_budget.unaided_budget import (
     STATES,
     HeightErrors,
-    Marks,
     Vertical,
     _boundaries,
     _height_reading,
     _readings_at,
     _with_loop,
-    add_rounding,
 )
 from sinssim.errors import InputError
 from sinssim.estimation.error_dynamics import NominalMotion

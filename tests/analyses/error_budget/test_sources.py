@@ -41,8 +41,8 @@ def test_constants_of_the_inertial_sensors() -> None:
     def places(name: str) -> list[tuple[int, str, int, int]]:
         """Return triad, field, sensitive axis and axis of the value of each column."""
         columns = [found.columns[k] for k in found.parts[name][0]]
-        assert all(c.direction.tolist() == c.own.tolist() for c in columns)
-        return [(c.triad, c.term.field, int(np.argmax(c.own)), int(np.argmax(c.along))) for c in columns]
+        assert all(c.direction.tolist() == c.sensitive.tolist() for c in columns)
+        return [(c.triad, c.term.field, int(np.argmax(c.sensitive)), int(np.argmax(c.along))) for c in columns]
 
     assert places("gyro_bias") == [(0, "bias", axis, axis) for axis in range(3)]
     assert places("gyro_bias_given") == places("gyro_bias")[:2]
