@@ -168,25 +168,23 @@ class Autopilot:
             self._throttle_integral = self.throttle - ahead
         self.fixed_elevator = self.fixed_aileron = self.fixed_rudder = self.fixed_throttle = None
 
-    # Long: one control law from targets to commands, called thirty times per second; local names save look-ups.
     def step(self, m: AircraftState) -> None:
-        """Compute the commands for the next interval.
-
-        Args:
-            m: the aircraft's state.
-        """
-        k = self._gains
-        dt = self._dt
-        cas = m.cas
+        """Compute the commands for the next interval."""
         tas = m.tas if m.tas > 20.0 else 20.0
-        ratio = self._reference / cas if cas > 0.6 * self._reference else 1.0 / 0.6
+        ratio = self._reference / m.cas if m.cas > 0.6 * self._reference else 1.0 / 0.6
         pressure = feedback = ratio * ratio
-        if not k.airspeed_scheduled:
+        if not self._gains.airspeed_scheduled:
             ratio = feedback = 1.0
-        phi = m.phi
-        cos_phi, cos_theta = cos(phi), cos(m.theta)
+        self._roll(m, tas, ratio, feedback)
+        self._pitch(m, tas, ratio, feedback, pressure)
+        self._power(m, tas)
+        self._yaw(m, tas, feedback)
 
-        # Lateral: bank reference with limited rate and acceleration, then roll rate.
+    # These methods are called thirty times per second: local names, and comparisons in place of min and max, save time.
+
+    def _roll(self, m: AircraftState, tas: float, ratio: float, feedback: float) -> None:
+        """Set the aileron: bank reference with limited rate and acceleration, then roll rate."""
+        k, dt, phi = self._gains, self._dt, m.phi
         lateral = self.lateral
         step = self._roll_step
         if lateral == ROLL_RATE:
@@ -215,14 +213,15 @@ class Autopilot:
         else:
             self.aileron = self.fixed_aileron
 
-        # Vertical: vertical speed with limited acceleration, load factor, pitch rate.
-        vertical = self.vertical
-        weight = cos_theta * cos_phi
-        if vertical == HEIGHT:
+    def _load(self, m: AircraftState, tas: float, weight: float) -> float:
+        """Return the load factor for the vertical target, by a vertical speed with limited acceleration."""
+        k, dt = self._gains, self._dt
+        cos_theta = cos(m.theta)
+        if self.vertical == HEIGHT:
             climb = k.height_rate * (self.height - m.height)
             limit = self.climb_limit
             # At full throttle with the airspeed below its reference, the climb is reduced in favour of the airspeed.
-            margin = (cas - self._speed_reference + _SHORT) / (0.6 * _SHORT)
+            margin = (m.cas - self._speed_reference + _SHORT) / (0.6 * _SHORT)
             limit *= 1.0 if margin > 1.0 else margin if margin > 0.0 else 0.0
             climb = limit if climb > limit else -self.descent_limit if climb < -self.descent_limit else climb
             change = climb - self._climb_reference
@@ -231,17 +230,21 @@ class Autopilot:
             self._climb_reference += change
             load = change / dt + k.path_gain * (self._climb_reference - m.climb)
             # The bank at the time when the lift has followed.
-            cos_bank = cos(phi + k.load_time_s * self._roll_reference)
-            load = (cos_theta + load / (G * (cos_theta if cos_theta > 0.3 else 0.3))) / (
+            cos_bank = cos(m.phi + k.load_time_s * self._roll_reference)
+            return (cos_theta + load / (G * (cos_theta if cos_theta > 0.3 else 0.3))) / (
                 cos_bank if cos_bank > 0.15 else 0.15
             )
-        else:
-            self._climb_reference = m.climb
-            if vertical == PITCH:
-                rate = 0.8 * (self.pitch - m.theta)
-                load = weight + tas / G * (0.06 if rate > 0.06 else -0.06 if rate < -0.06 else rate)
-            else:
-                load = self.load_factor
+        self._climb_reference = m.climb
+        if self.vertical == PITCH:
+            rate = 0.8 * (self.pitch - m.theta)
+            return weight + tas / G * (0.06 if rate > 0.06 else -0.06 if rate < -0.06 else rate)
+        return self.load_factor
+
+    def _pitch(self, m: AircraftState, tas: float, ratio: float, feedback: float, pressure: float) -> None:
+        """Set the elevator: load factor, then pitch rate."""
+        k, dt = self._gains, self._dt
+        weight = cos(m.theta) * cos(m.phi)
+        load = self._load(m, tas, weight)
         load = self._load_max if load > self._load_max else self._load_min if load < self._load_min else load
         # The lift lags the pitch rate by the time constant of the angle of attack, mV/(qS dC_L/dα): lead it by that.
         self._load_ahead += self._load_lag * (load - self._load_ahead)
@@ -261,7 +264,9 @@ class Autopilot:
         else:
             self.elevator = self.fixed_elevator
 
-        # Airspeed.
+    def _power(self, m: AircraftState, tas: float) -> None:
+        """Set the throttle."""
+        k, dt, cas = self._gains, self._dt, m.cas
         if self.fixed_throttle is None:
             change = self.airspeed - self._speed_reference
             step = self._speed_step
@@ -282,6 +287,9 @@ class Autopilot:
         step = self._throttle_step
         self.throttle += step if change > step else -step if change < -step else change
 
+    def _yaw(self, m: AircraftState, tas: float, feedback: float) -> None:
+        """Set nose wheel and rudder."""
+        k = self._gains
         # On the ground pedals and nose wheel hold the heading. In the air the pedals coordinate: the yaw rate of the
         # coordinated turn, r = (g/V) cosθ sinφ, and zero sideslip. JSBSim's rudder is positive nose left.
         if self.steering:
@@ -292,9 +300,9 @@ class Autopilot:
             self.rudder = self.fixed_rudder
         else:
             self.steer = 0.0
-            integral = self._rudder_integral - feedback * k.sideslip_integral * m.beta * dt
+            integral = self._rudder_integral - feedback * k.sideslip_integral * m.beta * self._dt
             self._rudder_integral = 0.5 if integral > 0.5 else -0.5 if integral < -0.5 else integral
-            yaw = G / tas * cos_theta * sin(phi)
+            yaw = G / tas * cos(m.theta) * sin(m.phi)
             rudder = integral - k.yaw_feedforward * yaw
             rudder -= feedback * (k.yaw_gain * (yaw - m.r) + k.sideslip_gain * m.beta)
             self.rudder = 1.0 if rudder > 1.0 else -1.0 if rudder < -1.0 else rudder

@@ -33,7 +33,7 @@ from sinssim.truth.flight.jsbsim_aircraft import (
     bring_to_start,
     default_attitude_integrators,
 )
-from sinssim.truth.flight.leg import LegError, check_landing
+from sinssim.truth.flight.leg import LegBase, LegError, check_landing
 from sinssim.truth.sampling import FlightEvent
 from sinssim.units import DEG, FOOT, KNOT
 
@@ -315,7 +315,7 @@ def fly_plan(flight: FlightPlan, seed: int = 0, progress: Progress | None = None
                 f"JSBSim cannot trim the {flight.aircraft} at the start of the flight ({_start_words(flight)}): "
                 f"{' '.join(str(error).split())}{'; its output: ' + said if said else ''}. {_start_remedy(flight)}"
             ) from error
-        return _fly(executive, flight, aircraft, progress)
+        return _Flight(executive, flight, aircraft, progress).fly()
 
 
 def _start_words(flight: FlightPlan) -> str:
@@ -355,112 +355,136 @@ def _plain(speed: float) -> str:
     return f"{round(speed, 2) + 0.0:g}"
 
 
-# Long: the loop that steps JSBSim, with its state in local names.
-def _fly(executive: Any, flight: FlightPlan, aircraft: Aircraft, progress: Progress | None) -> FlightRecord:
-    import jsbsim
+class _Flight:
+    """A flight in progress: the model, its pilot, the instant, and what is recorded."""
 
-    motion = AircraftState()
-    motion.air = flight.air()
-    pilot = Autopilot(aircraft, INTERVAL)
-    link = _Link(executive, flight, pilot, motion)
-    link.sense()
-    link.sense_slowly()
-    in_air = flight.start.on == "air"
-    pilot.standing = not in_air
-    if isinstance(flight.start, RunwayStart):
-        pilot.engines = flight.start.engines == "running"
-    pilot.engage(
-        motion,
-        elevator=executive["fcs/elevator-cmd-norm"],
-        aileron=executive["fcs/aileron-cmd-norm"],
-        rudder=executive["fcs/rudder-cmd-norm"],
-        throttle=executive["fcs/throttle-cmd-norm[0]"],
-    )
-    pilot.brakes = pilot.gear = float(not in_air)
-    if isinstance(flight.start, AirStart):
-        pilot.heading = flight.start.heading_deg * DEG
-        pilot.height = flight.start.altitude_m
-        if flight.turbulence:
-            _stir(executive, flight.turbulence)
+    def __init__(self, executive: Any, flight: FlightPlan, aircraft: Aircraft, progress: Progress | None) -> None:
+        self._executive, self._flight, self._aircraft, self._progress = executive, flight, aircraft, progress
+        self._motion = AircraftState()
+        self._motion.air = flight.air()
+        self._pilot = Autopilot(aircraft, INTERVAL)
+        self._link = _Link(executive, flight, self._pilot, self._motion)
+        self._watch = Monitor(executive, flight, aircraft).watch
+        self._in_air = flight.start.on == "air"
+        self._knot = 0
+        self._events: list[FlightEvent] = []
 
-    run, step = link.steps(), pilot.step
-    sense, command = link.sense, link.command
-    events: list[FlightEvent] = []
-    watch = Monitor(executive, flight, aircraft).watch
-    knot = 0
-    for number, leg in enumerate(flight.legs, start=1):
+    def fly(self) -> FlightRecord:
+        """Fly the legs in order, and return the recording."""
+        self._engage()
+        for number, leg in enumerate(self._flight.legs, start=1):
+            self._fly_leg(number, leg)
+        time = self._motion.time
+        if time < _LEAST_DURATION:
+            raise InputError(
+                f"the flight is over after {time:.2f} s, at the end of leg {number} ({leg.type}): a true motion needs "
+                f"at least {_LEAST_DURATION:g} s. Use longer legs, or more of them."
+            )
+        if self._progress is not None:
+            self._progress(1.0)
+        return FlightRecord(self._link.poses, self._link.channels, tuple(self._events))
+
+    def _engage(self) -> None:
+        """Let the pilot take over the trimmed aircraft."""
+        start, pilot, commands = self._flight.start, self._pilot, self._executive
+        self._link.sense()
+        self._link.sense_slowly()
+        pilot.standing = not self._in_air
+        pilot.engage(
+            self._motion,
+            elevator=commands["fcs/elevator-cmd-norm"],
+            aileron=commands["fcs/aileron-cmd-norm"],
+            rudder=commands["fcs/rudder-cmd-norm"],
+            throttle=commands["fcs/throttle-cmd-norm[0]"],
+        )
+        pilot.brakes = pilot.gear = float(not self._in_air)
+        if isinstance(start, RunwayStart):
+            pilot.engines = start.engines == "running"
+        else:
+            pilot.heading, pilot.height = start.heading_deg * DEG, start.altitude_m
+            _stir(self._executive, self._flight.turbulence)
+
+    def _fly_leg(self, number: int, leg: LegBase) -> None:
+        """Fly a leg; an `InputError` says why it cannot be flown."""
+        import jsbsim
+
         name = f"leg {number} ({leg.type})"
+        pilot, motion, events = self._pilot, self._motion, self._events
         events.append(FlightEvent(motion.time, f"{name} begins"))
-        deadline = motion.time + leg.timeout_s
         pilot.standing = pilot.standing and leg.stands_still
         leaves_ground = leg.begins == "runway" and leg.ends == "air"
-        if leaves_ground and flight.turbulence:
-            _stir(executive, flight.turbulence)
-        try:
-            for _ in leg.fly(pilot, motion, aircraft.performance):
-                knot += 1
-                motion.time = knot * INTERVAL
-                if pilot.standing:
-                    link.stand()
-                else:
-                    step(motion)
-                    command()
-                    run()
-                    run()
-                    run()
-                    run()
-                    sense()
-                    if not -1e4 < motion.height < 1e5:  # NaN fails this test, too
-                        raise LegError("the model diverged", "gentler legs, or a better model")
-                if knot % 3:
-                    continue
-                if pilot.remarks:
-                    events += [FlightEvent(motion.time, remark) for remark in pilot.remarks]
-                    pilot.remarks.clear()
-                link.sense_slowly()
-                link.command_slowly()
-                if motion.time > deadline:
-                    raise LegError(
-                        f"not completed within its timeout_s of {leg.timeout_s:g} s",
-                        "a target within the reach of the aircraft, or a longer timeout_s",
-                    )
-                if in_air and pilot.may_touch and motion.on_wheels:
-                    in_air = False
-                    default_attitude_integrators(executive)
-                    executive["atmosphere/turb-type"] = 0  # turbulence is in the air only, as before the take-off
-                if in_air:
-                    watch(leg, pilot, motion)
-                if progress is not None and knot % 300 == 0:
-                    progress(_fraction(flight, number, motion.time))
-        except (LegError, jsbsim.BaseError, ArithmeticError, ValueError) as error:
-            reason, remedy = (
-                (error.reason, error.remedy)
-                if isinstance(error, LegError)
-                else (f"the model diverged ({error})", "gentler legs, or a better model")
-            )
-            raise InputError(
-                f"{name} failed at {motion.time:.1f} s of the flight: {reason}. The {flight.aircraft} was at a height"
-                f" of {motion.height:.0f} m ({motion.height_above_ground:.0f} m above ground), {motion.cas / KNOT:.0f}"
-                f" kt calibrated, angle of attack {motion.alpha / DEG:.1f}°, roll {motion.phi / DEG:.1f}°, pitch"
-                f" {motion.theta / DEG:.1f}°, heading {motion.psi / DEG:.1f}°. Use {remedy}."
-                f"{'' if in_air or not (wind := _wind_words(flight)) else ' ' + wind}"
-            ) from error
         if leaves_ground:
-            in_air = True
-            best_attitude_integrators(executive)
-        events += [FlightEvent(motion.time, remark) for remark in pilot.remarks]
-        pilot.remarks.clear()
-        turbulent = flight.turbulence is not None
-        short = shortfall(name, leg, pilot, motion, turbulent=turbulent) if in_air else None
-        events += [FlightEvent(motion.time, f"{name} ends"), *(() if short is None else (short,))]
-    if motion.time < _LEAST_DURATION:
-        raise InputError(
-            f"the flight is over after {motion.time:.2f} s, at the end of {name}: a true motion needs at least "
-            f"{_LEAST_DURATION:g} s. Use longer legs, or more of them."
+            _stir(self._executive, self._flight.turbulence)
+        try:
+            self._steps(number, leg, motion.time + leg.timeout_s)
+        except (LegError, jsbsim.BaseError, ArithmeticError, ValueError) as error:
+            raise self._failure(name, error) from error
+        if leaves_ground:
+            self._in_air = True
+            best_attitude_integrators(self._executive)
+        self._take_remarks()
+        if self._in_air:
+            short = shortfall(name, leg, pilot, motion, turbulent=self._flight.turbulence is not None)
+        events += [FlightEvent(motion.time, f"{name} ends"), *((short,) if self._in_air and short else ())]
+
+    def _steps(self, number: int, leg: LegBase, deadline: float) -> None:
+        """Step the model until the end of a leg: four of its steps for one of the autopilot."""
+        link, pilot, motion = self._link, self._pilot, self._motion
+        run, step, sense, command = link.steps(), pilot.step, link.sense, link.command
+        for _ in leg.fly(pilot, motion, self._aircraft.performance):
+            self._knot += 1
+            motion.time = self._knot * INTERVAL
+            if pilot.standing:
+                link.stand()
+            else:
+                step(motion)
+                command()
+                run()
+                run()
+                run()
+                run()
+                sense()
+                if not -1e4 < motion.height < 1e5:  # NaN fails this test, too
+                    raise LegError("the model diverged", "gentler legs, or a better model")
+            if self._knot % 3:
+                continue
+            self._take_remarks()
+            link.sense_slowly()
+            link.command_slowly()
+            if motion.time > deadline:
+                raise LegError(
+                    f"not completed within its timeout_s of {leg.timeout_s:g} s",
+                    "a target within the reach of the aircraft, or a longer timeout_s",
+                )
+            if self._in_air and pilot.may_touch and motion.on_wheels:
+                self._in_air = False
+                default_attitude_integrators(self._executive)
+                self._executive["atmosphere/turb-type"] = 0  # turbulence is in the air only, as before the take-off
+            if self._in_air:
+                self._watch(leg, pilot, motion)
+            if self._progress is not None and self._knot % 300 == 0:
+                self._progress(_fraction(self._flight, number, motion.time))
+
+    def _take_remarks(self) -> None:
+        """Record what the leg notes."""
+        self._events += [FlightEvent(self._motion.time, remark) for remark in self._pilot.remarks]
+        self._pilot.remarks.clear()
+
+    def _failure(self, name: str, error: Exception) -> InputError:
+        """Return the error of a leg, with the state of the aircraft."""
+        m = self._motion
+        reason, remedy = (
+            (error.reason, error.remedy)
+            if isinstance(error, LegError)
+            else (f"the model diverged ({error})", "gentler legs, or a better model")
         )
-    if progress is not None:
-        progress(1.0)
-    return FlightRecord(link.poses, link.channels, tuple(events))
+        wind = "" if self._in_air else _wind_words(self._flight)
+        return InputError(
+            f"{name} failed at {m.time:.1f} s of the flight: {reason}. The {self._flight.aircraft} was at a height of "
+            f"{m.height:.0f} m ({m.height_above_ground:.0f} m above ground), {m.cas / KNOT:.0f} kt calibrated, angle "
+            f"of attack {m.alpha / DEG:.1f}°, roll {m.phi / DEG:.1f}°, pitch {m.theta / DEG:.1f}°, heading "
+            f"{m.psi / DEG:.1f}°. Use {remedy}.{' ' + wind if wind else ''}"
+        )
 
 
 def _fraction(flight: FlightPlan, number: int, time: float) -> float:
@@ -469,8 +493,9 @@ def _fraction(flight: FlightPlan, number: int, time: float) -> float:
     return min(1.0, time / end) if end is not None else (number - 1) / len(flight.legs)
 
 
-def _stir(executive: Any, turbulence: Turbulence) -> None:
-    """Switch on the turbulence."""
-    executive["atmosphere/turb-type"] = 4  # MIL-F-8785C, Dryden filters by Tustin's method
-    executive["atmosphere/turbulence/milspec/windspeed_at_20ft_AGL-fps"] = turbulence.wind_at_6m_mps / FOOT
-    executive["atmosphere/turbulence/milspec/severity"] = turbulence.severity
+def _stir(executive: Any, turbulence: Turbulence | None) -> None:
+    """Switch on the turbulence of a plan, if it has any."""
+    if turbulence is not None:
+        executive["atmosphere/turb-type"] = 4  # MIL-F-8785C, Dryden filters by Tustin's method
+        executive["atmosphere/turbulence/milspec/windspeed_at_20ft_AGL-fps"] = turbulence.wind_at_6m_mps / FOOT
+        executive["atmosphere/turbulence/milspec/severity"] = turbulence.severity

@@ -121,33 +121,15 @@ def assess(
     """
     speed = np.linalg.norm(knots.velocity, axis=1)
     rate = np.linalg.norm(_turn_rates(curve, knots, ellipsoid), axis=1)
-    kind = options.kind
     fastest = Distance.of(knots.time, speed)
     hardest = Distance.of(knots.time, np.linalg.norm(knots.acceleration, axis=1))
     quickest = Distance.of(knots.time, rate)
     forward = rotation.rotate(knots.q_eb, np.broadcast_to((1.0, 0.0, 0.0), knots.position.shape))
     up = verticals(*ecef_to_geodetic(knots.position, ellipsoid)[:2])
     steepest = Distance.of(knots.time, np.arcsin(np.clip(np.einsum("ij,ij->i", forward, up), -1.0, 1.0)))
-    warnings = []
-    more = "" if planned else "; smooth more with track.smoothing_s or track.position_sigma_m if the samples are noisy"
-    if hardest.largest > kind.odd_acceleration:
-        warnings.append(
-            f"The largest acceleration, {hardest.largest / G0:.3g} g at {hardest.at:.6g} s, is implausible for "
-            f'vehicle = "{kind.name}"{more}.'
-        )
-    if quickest.largest > kind.odd_turn:
-        warnings.append(
-            f"The largest turn rate, {quickest.largest / DEG:.3g} °/s at {quickest.at:.6g} s, is implausible for "
-            f'vehicle = "{kind.name}"{more}.'
-        )
-    if samples.q_nb is None and steepest.largest > kind.odd_pitch:
-        warnings.append(
-            f"The largest assumed pitch, {steepest.largest / DEG:.3g}° at {steepest.at:.6g} s, is implausible for "
-            f'vehicle = "{kind.name}"'
-            + ("." if planned else ': smooth the heights with track.height_smoothing_s, or give track.pitch = "flat".')
-        )
+    warnings = [*_implausible(samples, options.kind, hardest, quickest, steepest, planned=planned)]
     if not planned:
-        warnings += _about_speed(knots, samples, fastest, ellipsoid, kind)
+        warnings += _about_speed(knots, samples, fastest, ellipsoid, options.kind)
     channels = {} if planned else _distances(curve, samples, ellipsoid)
     horizontal, vertical, attitude = (
         None if name not in channels else Distance.of(channels[name].time, channels[name].values)
@@ -181,6 +163,29 @@ def assess(
         tuple(warnings),
     )
     return fit, channels
+
+
+def _implausible(
+    samples: TrackSamples, kind: Vehicle, hardest: Distance, quickest: Distance, steepest: Distance, *, planned: bool
+) -> Iterator[str]:
+    """Yield warnings about an acceleration, m/s², a turn rate, rad/s, and a pitch, rad, that the vehicle hardly has."""
+    more = "" if planned else "; smooth more with track.smoothing_s or track.position_sigma_m if the samples are noisy"
+    if hardest.largest > kind.odd_acceleration:
+        yield (
+            f"The largest acceleration, {hardest.largest / G0:.3g} g at {hardest.at:.6g} s, is implausible for "
+            f'vehicle = "{kind.name}"{more}.'
+        )
+    if quickest.largest > kind.odd_turn:
+        yield (
+            f"The largest turn rate, {quickest.largest / DEG:.3g} °/s at {quickest.at:.6g} s, is implausible for "
+            f'vehicle = "{kind.name}"{more}.'
+        )
+    if samples.q_nb is None and steepest.largest > kind.odd_pitch:
+        yield (
+            f"The largest assumed pitch, {steepest.largest / DEG:.3g}° at {steepest.at:.6g} s, is implausible for "
+            f'vehicle = "{kind.name}"'
+            + ("." if planned else ': smooth the heights with track.height_smoothing_s, or give track.pitch = "flat".')
+        )
 
 
 def _about_speed(
