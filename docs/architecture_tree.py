@@ -1,15 +1,12 @@
-"""Writes the tree of docs/architecture.md from the docstrings of the package: `python docs/architecture_tree.py`."""
+"""Prints the tree of the package for docs/architecture.md, from its docstrings: `python docs/architecture_tree.py`."""
 
 from __future__ import annotations
 
 import ast
-import re
 from pathlib import Path
 
 ROOT = Path(__file__).parents[1]
 PACKAGE = ROOT / "sinssim"
-PAGE = Path(__file__).with_name("architecture.md")
-WIDTH = 118
 BESIDE = """\
 aircraft/  scenarios/  viz/      content: files to copy and change; no code of the package depends on them
 docs/extending/                  a page for each kind of extension; a test runs its code
@@ -32,19 +29,9 @@ def tree(package: Path = PACKAGE) -> str:
         if depth and "_content" not in file.parts:
             entries.append((file, f"{file.parent.name}/", depth))
     lines = [f"{package.name}/"]
-    for file, name, depth in entries:
-        line = f"{'  ' * depth + name:<23}{first_sentence(file)}"
-        # a long sentence ends at the last comma, colon or semicolon that fits
-        lines.append(line if len(line) <= WIDTH else re.sub(r"[,;:] [^,;:]*$", "", line[:WIDTH]))
+    lines += [f"{'  ' * depth + name:<23}{first_sentence(file)}" for file, name, depth in entries]
     return "\n".join(lines) + "\n" + BESIDE
 
 
-def with_tree(page: str) -> str:
-    """Return the text of the page with the tree in its place."""
-    before, title, rest = page.partition("## The tree\n\n```\n")
-    _, end, after = rest.partition("```\n")
-    return before + title + tree() + end + after
-
-
 if __name__ == "__main__":
-    PAGE.write_text(with_tree(PAGE.read_text(encoding="utf-8")), encoding="utf-8")
+    print(tree())

@@ -76,20 +76,20 @@ def public_logs() -> str:
     return "\n".join(lines)
 
 
-def formulas() -> str:
-    """Return the tables of docs/theory_page.py."""
-    spec = importlib.util.spec_from_file_location("theory_page", Path(__file__).with_name("theory_page.py"))
+def _script(name: str) -> Any:
+    """Return a script of this folder as a module."""
+    spec = importlib.util.spec_from_file_location(name, Path(__file__).with_name(f"{name}.py"))
     assert spec is not None
     assert spec.loader is not None
     module = importlib.util.module_from_spec(spec)
     spec.loader.exec_module(module)
-    tables: str = module.tables()
-    return tables
+    return module
 
 
 MARKS = {
     "reference.md": ("<!-- every public name -->", reference),
-    "theory.md": ("<!-- formulas -->", formulas),
+    "theory.md": ("<!-- formulas -->", lambda: _script("theory_page").tables()),
+    "architecture.md": ("<!-- tree -->", lambda: f"```\n{_script('architecture_tree').tree()}```"),
     "validation.md": ("<!-- public logs -->", public_logs),
     "questions.md": ("<!-- answers -->", (ROOT / "build" / "questions.md").read_text),
 }

@@ -82,7 +82,6 @@ OWN_TESTS = {
     "docs/estimation.md": "tests/test_docs.py",
     "docs/logs.md": "tests/logs/test_page.py",
     "docs/trades.md": "tests/experiments/trades/test_docs.py",
-    "docs/your-navigator.md": "tests/logs/test_pyins.py",
 }
 """Pages whose Python runs in the normal run, by a test that compares what it gives."""
 

@@ -26,13 +26,17 @@ from sinssim.scenario.load import load_scenario
 from sinssim.sensors.imu.grades import read_grade
 from tests.documentation.fences import NOT_RUN, OWN_TESTS, PAGES, ROOT, Block, blocks, name
 
-LANGUAGES = {"", "sh", "toml", "python", "diff", "yaml"}
+LANGUAGES = {"", "sh", "toml", "python", "diff"}
 _PARKED = "[parked]\nlatitude_deg = 50.0\nduration_s = 60.0\n"
 _PLANE = '[one_component]\nvariant = "one-integral"\nduration_s = 60.0\n[one_component.gyro]\n'
 _FILES = ("drive.gpx", "imu.csv", "gnss.csv", "runs/calibration_table-calibration/compensation.toml")
 """Files that examples name; empty here, because a scenario is loaded before they are read."""
 
 ALL = [(page, block) for page in PAGES for block in blocks(page)]
+ALL += [
+    (file, Block("toml", "", file.read_text(encoding="utf-8"), 1))
+    for file in sorted((ROOT / "docs" / "programs").glob("*.toml"))
+]
 
 
 def _of(*languages: str) -> list[Any]:

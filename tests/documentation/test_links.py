@@ -53,6 +53,7 @@ def test_paths_in_the_text_exist(page: Path) -> None:
     """Files of the checkout, or of the package without `sinssim/`; one that the page itself makes in a block, too."""
     text = re.sub(r"^ *```.*?^ *```$", "", page.read_text(encoding="utf-8"), flags=re.MULTILINE | re.DOTALL)
     paths = {path for path in _PATH.findall(text) if "/" in path.rstrip("/") and not path.startswith(_WRITTEN)}
+    paths |= {path.rstrip(".") for path in re.findall(r"\btests/[\w./-]+", text)}
     places = (ROOT, ROOT / "sinssim", page.parent)
     missing = sorted(path for path in paths if not any((place / path).exists() for place in places))
     assert [path for path in missing if path not in {block.path for block in blocks(page)}] == []

@@ -21,12 +21,6 @@ from sinssim.logs.solution_score import Judge
 
 ROOT = Path(__file__).parents[2]
 DATA = ROOT / "tests" / "data" / "kf_gins"
-PAGE = (ROOT / "docs" / "your-navigator.md").read_text(encoding="utf-8")
-
-
-def block(kind: str, number: int = 0) -> str:
-    """Return a block of the page."""
-    return str(re.findall(rf"```{kind}\n(.*?)```", PAGE, re.DOTALL)[number])
 
 
 def test_ideal_readings_close_on_the_truth_by_another_program(judge: Judge) -> None:
@@ -72,8 +66,9 @@ def test_the_page_shows_the_configuration_that_is_written(judge: Judge, tmp_path
     export(judge.run.path, "kf-gins", tmp_path / "kf", solution=["quaternion"])
     written = (tmp_path / "kf" / "kf-gins.yaml").read_text()
     numbers = re.compile(r"-?\d+\.\d+")  # their last digit is rounding of the truth
-    assert numbers.sub("0", written) == numbers.sub("0", block("yaml"))
-    shown = [float(number) for number in numbers.findall(block("yaml"))]
+    page = (ROOT / "docs" / "programs" / "kf-gins.yaml").read_text(encoding="utf-8")
+    assert numbers.sub("0", written) == numbers.sub("0", page)
+    shown = [float(number) for number in numbers.findall(page)]
     assert [float(number) for number in numbers.findall(written)] == pytest.approx(shown, rel=1e-8)
     first = (tmp_path / "kf" / "imu.txt").read_text().split()[0]
     assert f"starttime: {first} " in written, "KF-GINS refuses a start before the first reading"

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import re
+import shutil
 import subprocess
 import sys
 from pathlib import Path
@@ -19,7 +20,8 @@ from sinssim.logs.solution_score import Judge
 from sinssim.logs.stored_run import RecordedRun
 from sinssim.scenario import load_scenario
 
-PAGE = (Path(__file__).parents[2] / "docs" / "your-navigator.md").read_text(encoding="utf-8")
+DOCS = Path(__file__).parents[2] / "docs"
+PAGE = (DOCS / "your-navigator.md").read_text(encoding="utf-8")
 
 
 def block(kind: str) -> str:
@@ -37,7 +39,7 @@ def folder(tmp_path_factory: pytest.TempPathFactory) -> Path:
     scenario = load_scenario(place / "minute.toml", "great_circle.duration_s=4")
     run(scenario, place / "minute")
     export(place / "minute", "csv", place / "readings")
-    (place / "navigate_with_pyins.py").write_text(block("python"))
+    shutil.copy(DOCS / "programs" / "navigate_with_pyins.py", place)
     done = subprocess.run(
         [sys.executable, "navigate_with_pyins.py", "readings", "0.5", "0", "-1.5"],
         cwd=place, capture_output=True, text=True, check=False,
