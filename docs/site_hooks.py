@@ -7,6 +7,7 @@ scenario's tables, and list pages that mkdocs.yml does not name at the end of it
 from __future__ import annotations
 
 import ast
+import csv
 import importlib.util
 import re
 import tomllib
@@ -76,6 +77,15 @@ def public_logs() -> str:
     return "\n".join(lines)
 
 
+def datasheet_lines() -> str:
+    """Return the table of lines of datasheets as keys of a scenario."""
+    with Path(__file__).with_name("datasheet_lines.csv").open(encoding="utf-8", newline="") as file:
+        _, *rows = csv.reader(file)
+    lines = ["| line of a data sheet | key | value in SI units |", "|---|---|---|"]
+    lines += [f"| {line} | `{key} = {number}` | {float(si):g} |" for line, key, number, si in rows]
+    return "\n".join(lines)
+
+
 def _script(name: str) -> Any:
     """Return a script of this folder as a module."""
     spec = importlib.util.spec_from_file_location(name, Path(__file__).with_name(f"{name}.py"))
@@ -90,6 +100,7 @@ MARKS = {
     "reference.md": ("<!-- every public name -->", reference),
     "theory.md": ("<!-- formulas -->", lambda: _script("theory_page").tables()),
     "architecture.md": ("<!-- tree -->", lambda: f"```\n{_script('architecture_tree').tree()}```"),
+    "sensor-errors.md": ("<!-- lines of datasheets -->", datasheet_lines),
     "validation.md": ("<!-- public logs -->", public_logs),
     "questions.md": ("<!-- answers -->", (ROOT / "build" / "questions.md").read_text),
 }
