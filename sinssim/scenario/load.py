@@ -140,6 +140,23 @@ def override(data: dict[str, Any], setting: str) -> str:
     return path
 
 
+def with_settings(text: str, settings: Sequence[str]) -> str:
+    """Return the text of a scenario's file with settings "key.path=value" written into it; its comments stay.
+
+    Raises:
+        InputError: as for `override`.
+    """
+    import tomlkit
+
+    if not settings:
+        return text
+    document = tomlkit.parse(text)
+    for setting in settings:
+        override(document, setting)
+    _files_from(document, Path.cwd())
+    return tomlkit.dumps(document)
+
+
 def parse_value(written: str, option: str) -> Any:
     """Return a value that is written on the command line.
 

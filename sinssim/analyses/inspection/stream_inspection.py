@@ -61,6 +61,7 @@ class Inspection:
         fixes: the fixes; None without.
         residual: rms of the match of the velocities, m/s; that of the worst window if their errors last; None if the
             reading of the inertial data is not certain.
+        bias: biases of gyros and accelerometers by the match, (6,) rad/s and m/s²; None like `residual`.
         lasting: whether errors of the fixes last, as the match shows.
         quiet: readings in quiet spans.
         fast: densities of what changes from sample to sample in the whole log, rad/√s and m/s/√s, (3,) each.
@@ -81,6 +82,7 @@ class Inspection:
     quiet: AtRest | None = None
     fast: tuple[Array, Array] | None = None
     residual: float | None = None
+    bias: Array | None = None
     lasting: bool = False
     offset: float | None = None
     late: float = 0.0
@@ -303,6 +305,8 @@ def _inspect_together(
     elif found.readings and found.readings[-1].numbers.get("turns_agree"):
         # only the turns of the course show the reading: the velocities have errors that last, which no mean removes
         result.residual, result.lasting = float(offset.match.each.max()), True
+    if result.residual is not None:
+        result.bias = offset.match.bias
     curve = pushed(time, rate, force)
     if result.residual is not None or offset.shown:  # a wrong reading has no clear minimum at an offset
         result.attitude = partial(attitude_by_match, curve, fixes, offset.match, offset.value)
@@ -317,7 +321,19 @@ def _inspect_together(
         shift = origins[0] - origins[1] if origins[0] is not None and origins[1] is not None else 0
         said = attitude_finding(curve, fixes, offset.match, offset.value, given.time + shift, reference[1].q_nb)
         result.findings += [] if said is None else [said]
+    confirmed = offset.shown or result.mounting is not None or any(f.grade == "fact" for f in found.readings)
+    if result.residual is not None and not confirmed:
+        result.findings.append(_UNCONFIRMED)
     return (readings[0], rate, force), motion_of(fixes, at)
+
+
+_UNCONFIRMED = doubt(
+    "navigation",
+    "The motion confirms neither units and axes nor the offset of the clocks nor the mounting: navigation may be worse "
+    "than the fixes alone.",
+    "Run the suggested scenario with --outage 5/20, which compares it with the fixes alone.",
+    may_be_worse=True,
+)
 
 
 def _apart(time: Array, fixes: Seen, stated: float | None) -> Finding:

@@ -47,7 +47,7 @@ def suggested_scenario(
     path, keys, clock = inertial
     begin = list(_begin(inspection, of_reference=fixes is None and reference is not None))
     lines = [
-        *(f"# {f.sentence}" for f in inspection.findings if f.numbers.get("worse_than_fixes")),
+        *(f"# {f.sentence}" for f in inspection.findings if {"worse_than_fixes", "may_be_worse"} & f.numbers.keys()),
         f'name = "{_name(path)}"',
         f'description = "Recorded by {path.name}"',
         "",
@@ -251,6 +251,11 @@ def _imu(inspection: Inspection) -> Iterator[str]:
         yield f'grade = "{_grade(gyro)}"  # which is it? nearest in noise, with motion in it: {why}'
         yield f"gyro_arw_deg_sqrt_h = {gyro / DEG_SQRT_H:.3g}  # what changes from sample to sample in motion"
         yield f"accel_vrw_ug_sqrt_hz = {accel / (1e-6 * G0):.4g}  # the same"
+        if inspection.bias is not None:
+            of_grade, size = GRADE_TABLE[_grade(gyro)], np.abs(inspection.bias)
+            gyro_bias, accel_bias = max(of_grade.gyro.bias, size[:3].max()), max(of_grade.accel.bias, size[3:].max())
+            yield f"gyro_bias_sigma_deg_h = {gyro_bias / DEG_H:.3g}  # size of the biases by the match with the fixes"
+            yield f"accel_bias_sigma_ug = {accel_bias / (1e-6 * G0):.4g}  # the same"
         return
     grade = _grade(float(np.min(quiet.gyro_density)))
     yield f'grade = "{grade}"  # nearest in noise; the lines below replace its own'

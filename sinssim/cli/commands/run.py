@@ -108,7 +108,7 @@ def command(
 
     settings = [*with_grade(settings, grade), *_kept(keep, recording)]
     suggestion = _suggestion(scenario, out, overwrite) if are_raw(scenario) else None
-    plan = _plan(scenario, suggestion, settings, outages or [])
+    plan = _plan(scenario, suggestion, settings, outages)
     _check_view(plan, view)
     directory = out or Path("runs") / plan.name
     check_place(directory.resolve(), overwrite)
@@ -127,7 +127,7 @@ def command(
             error.add_note(f"`{program_name()} inspect {files} --out FILE` writes the scenario, which you can change.")
         raise
     if suggestion is not None:
-        _write_suggestion(suggestion, directory)
+        _write_suggestion(suggestion, directory, [*settings, *_withheld(outages)])
     if as_json:
         print_json(result.summary)
     elif not quiet:
@@ -148,10 +148,8 @@ def _suggestion(files: list[str], out: Path | None, overwrite: bool) -> Suggesti
     return suggest([Path(file) for file in files])
 
 
-def _plan(names: list[str], suggestion: Suggestion | None, settings: list[str], outages: list[str]) -> Scenario:
+def _plan(names: list[str], suggestion: Suggestion | None, settings: list[str], outages: list[str] | None) -> Scenario:
     """Return the scenario of a name or a file, or the suggested one, without the fixes of some outages."""
-    from sinssim.logs.gnss_outages import outage_settings
-
     plan = _loaded(names, suggestion, settings)
     if not outages:
         return plan
@@ -159,7 +157,14 @@ def _plan(names: list[str], suggestion: Suggestion | None, settings: list[str], 
         from sinssim.errors import InputError
 
         raise InputError("--outage withholds recorded GNSS fixes ([log]); in a simulation, use aiding.gnss.outages_s.")
-    return _loaded(names, suggestion, [*settings, *outage_settings(outages)])
+    return _loaded(names, suggestion, [*settings, *_withheld(outages)])
+
+
+def _withheld(outages: list[str] | None) -> list[str]:
+    """Return the settings of outages."""
+    from sinssim.logs.gnss_outages import outage_settings
+
+    return outage_settings(outages) if outages else []
 
 
 def _loaded(names: list[str], suggestion: Suggestion | None, settings: list[str]) -> Scenario:
@@ -168,7 +173,7 @@ def _loaded(names: list[str], suggestion: Suggestion | None, settings: list[str]
     if suggestion is None:
         return load_scenario(names[0], settings)
     with TemporaryDirectory() as folder:
-        _write_suggestion(suggestion, Path(folder))
+        _write_suggestion(suggestion, Path(folder), [])
         return load_scenario(_suggested(Path(folder)), settings)
 
 
@@ -178,10 +183,11 @@ def _suggested(folder: Path) -> Path:
     return folder / NAME
 
 
-def _write_suggestion(suggestion: Suggestion, folder: Path) -> None:
+def _write_suggestion(suggestion: Suggestion, folder: Path, settings: list[str]) -> None:
+    from sinssim.scenario.load import with_settings
     from sinssim.system.outputs import write_text
 
-    write_text(_suggested(folder), suggestion.text)
+    write_text(_suggested(folder), with_settings(suggestion.text, settings))
 
 
 def _check_view(plan: Scenario, view: str | None) -> None:

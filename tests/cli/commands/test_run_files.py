@@ -12,6 +12,7 @@ from typer.testing import CliRunner
 
 from sinssim.cli.app import app
 from sinssim.errors import InputError
+from sinssim.scenario import load_scenario
 from tests.analyses.inspection import worlds
 
 _GPX = '<gpx version="1.1" xmlns="http://www.topografix.com/GPX/1/1"><trk><trkseg>{}</trkseg></trk></gpx>'
@@ -78,6 +79,21 @@ def test_inertial_data_and_fixes_in_one_step(log: tuple[Path, Path], tmp_path: P
     sinssim("run", tmp_path / "run" / "suggested.toml", "-o", tmp_path / "again", *KEEP)
     assert _numbers(tmp_path / "again") == _numbers(tmp_path / "run")
     assert "filter" in _numbers(tmp_path / "run")
+
+
+def test_settings_are_in_the_scenario_that_repeats_the_run(log: tuple[Path, Path], tmp_path: Path) -> None:
+    settings = ("--set", "imu.grade=consumer", "--set", "filter.initial_sigma.heading_arcmin=300")
+    sinssim("run", *log, "-o", tmp_path / "run", *KEEP, *settings, "--outage", "5/20")
+    text = (tmp_path / "run" / "suggested.toml").read_text()
+    assert "# description of the IMU for the filter" in text
+    scenario = load_scenario(tmp_path / "run" / "suggested.toml")
+    assert scenario.imu.grade == "consumer"
+    assert scenario.filter is not None
+    assert scenario.filter.initial_sigma.heading_arcmin == 300.0
+    assert scenario.log is not None
+    assert (scenario.log.outages.length_s, scenario.log.outages.every_s) == (5.0, 20.0)
+    sinssim("run", tmp_path / "run" / "suggested.toml", "-o", tmp_path / "again", *KEEP)
+    assert _numbers(tmp_path / "again") == _numbers(tmp_path / "run")
 
 
 def test_what_cannot_be_run(log: tuple[Path, Path], drive: Path, tmp_path: Path) -> None:

@@ -14,6 +14,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from sinssim import earth
 from sinssim.charts import PAIR, Axis, Chart, Charts, Dots, Line, over
 from sinssim.data import Array
 from sinssim.exhibits import Beside, Column, Item, Sentence, Table
@@ -29,6 +30,7 @@ from sinssim.units import fixed
 if TYPE_CHECKING:
     from sinssim.data import NavSolution
     from sinssim.estimation import Estimate
+    from sinssim.logs.recorded_streams import FixStream
     from sinssim.logs.reference_solution import Reference
     from sinssim.simulation.recorded_filter_run import Prepared
     from sinssim.simulation.truth_comparison import Aided
@@ -101,9 +103,11 @@ _SHARES = {"median": 50.0, "p90": 90.0}
 _LISTED = 15
 """Number of outages up to which each has a row on the console; the report has the rows of all."""
 _SMOOTHED = "smoothed_max_horizontal_error_m"
+_ALONE = "straight_line_horizontal_error_m"
 _COLUMNS = {
     "horizontal_error_m": ("horizontal", "m"), "horizontal_sigma_m": ("1σ of the filter", "m"),
     "height_error_m": ("height", "m"), "velocity_error_mps": ("velocity", "m/s"),
+    _ALONE: ("by the fixes alone", "m"),
     _SMOOTHED: ("smoothed, largest", "m"),
 }  # fmt: skip
 """Heads and units of the table by key."""
@@ -156,6 +160,8 @@ class Outages(Part):
             smoothed = None if estimate.smoothed is None else reference.error_of(estimate.smoothed.solution)
             of_pass = outage_errors(estimate, error, smoothed, spans)
             for one in of_pass:
+                if log.reference is None and log.fixes is not None:
+                    one[_ALONE] = straight_line_error(log.fixes, one["from_s"], one["at_s"])
                 if log.passes:
                     one["pass"] = number
                 rows = (error.time >= one["from_s"]) & (error.time <= one["to_s"] + 1e-9)
@@ -265,6 +271,32 @@ def outage_errors(
     return found
 
 
+_STRAIGHT_S = 2.0  # s; velocity by the fixes alone: two intervals of a receiver with one fix a second
+
+
+def straight_line_error(fixes: FixStream, begin: float, at: float) -> float:
+    """Return the horizontal distance of a withheld fix from the straight line through the last fixes before, m.
+
+    Args:
+        begin: beginning of the outage, s.
+        at: time of the withheld fix, s.
+
+    Returns:
+        The distance; NaN with fewer than two fixes in the seconds before the outage.
+    """
+    known = np.isfinite(fixes.latitude) & np.isfinite(fixes.longitude)
+    time, latitude, longitude = fixes.time[known], fixes.latitude[known], fixes.longitude[known]
+    withheld = int(np.argmin(np.abs(time - at)))
+    before = np.flatnonzero((time <= begin) & (time > begin - _STRAIGHT_S - 0.5 * float(np.median(np.diff(time)))))
+    if len(before) < 2 or before[-1] >= withheld:
+        return math.nan
+    first, last = int(before[0]), int(before[-1])
+    ahead = (time[withheld] - time[last]) / (time[last] - time[first])
+    r1, r2 = earth.radii(latitude[last])
+    north, east = ((x[withheld] - x[last]) - ahead * (x[last] - x[first]) for x in (latitude, np.unwrap(longitude)))
+    return math.hypot(float(r1) * north, float(r2) * math.cos(latitude[last]) * east)
+
+
 def outage_numbers(found: Sequence[Mapping[str, Any]]) -> dict[str, Any]:
     """Return the errors of outages together.
 
@@ -348,3 +380,10 @@ def sentences(numbers: Mapping[str, Any]) -> Iterator[str]:
     if len(each) > 1:
         text += f". The errors at the end are {number_text(numbers['error_over_sigma'])} of their 1σ (rms)"
     yield f"{text}."
+    alone = median.get(_ALONE)
+    if alone is not None and math.isfinite(alone):
+        worse = "worse" if median["horizontal_error_m"] > alone else "better"
+        yield (
+            f"In outages the navigation is {worse} than the fixes alone: a straight line through the fixes of the last "
+            f"{_STRAIGHT_S:g} s is {number_text(alone)} m off at the end (median)."
+        )

@@ -9,13 +9,21 @@ from typing import Any
 import numpy as np
 import pytest
 
+from sinssim import earth
 from sinssim.data import ImuData
 from sinssim.experiments.run.parts.imu_mounting import OnPlatform, Rotation, platform_numbers, rotation_numbers
-from sinssim.experiments.run.parts.recorded_sensors import best_solution, compared_words, outage_errors, outage_numbers
+from sinssim.experiments.run.parts.recorded_sensors import (
+    best_solution,
+    compared_words,
+    outage_errors,
+    outage_numbers,
+    straight_line_error,
+)
 from sinssim.experiments.run.parts.recorded_sensors import sentences as outage_sentence
 from sinssim.experiments.run.parts.redundancy import redundancy_numbers, window_names
 from sinssim.experiments.run.parts.redundancy import sentences as redundancy_sentences
 from sinssim.experiments.run.run_result import Part
+from sinssim.logs.recorded_streams import FixStream
 from sinssim.sensors.sets.fault_detection import Alarm, Monitored
 from sinssim.sensors.sets.gimballed_sensors import PlatformErrors
 from sinssim.strapdown.navigation_error import NavError
@@ -224,10 +232,32 @@ def test_outages_in_words() -> None:
     plain = {**numbers, "each": [{"from_s": 10.0, "to_s": 40.0}], "median": {"horizontal_error_m": 3.456}}
     words = "1 outage of 30 s: horizontal error at the end 3.46 m (median), 7.89 m (90 %)."
     assert list(outage_sentence(plain)) == [words]
+    alone = {**plain, "median": {"horizontal_error_m": 3.456, "straight_line_horizontal_error_m": 3.4}}
+    assert list(outage_sentence(alone))[1:] == [
+        "In outages the navigation is worse than the fixes alone: a straight line through the fixes of the last 2 s is "
+        "3.40 m off at the end (median)."
+    ]
+    alone["median"]["straight_line_horizontal_error_m"] = 3.5
+    assert list(outage_sentence(alone))[1].startswith("In outages the navigation is better than the fixes alone:")
     uneven = {**plain, "each": [each[0], {"from_s": 60.0, "to_s": 95.0}]}
     assert next(outage_sentence(uneven)).startswith("2 outages: horizontal")
     none = "No outage could be evaluated: the reference is not known in any of them."
     assert list(outage_sentence({"each": []})) == [none]
+
+
+def test_the_straight_line_through_the_last_fixes() -> None:
+    """A tenth of a metre a second to the north and 0.3 to the east, but for 4 m north and 3 m west at 12 s."""
+    time = np.arange(16.0)
+    r1, r2 = earth.radii(0.5)
+    north, east = 0.1 * time, 0.3 * time
+    north[12] += 4.0
+    east[12] -= 3.0
+    fixes = FixStream(
+        time, 0.5 + north / r1, (np.pi + east / (r2 * np.cos(0.5)) + np.pi) % (2 * np.pi) - np.pi, 0 * time
+    )
+    assert straight_line_error(fixes, 8.0, 12.0) == pytest.approx(5.0, rel=1e-5)
+    assert straight_line_error(fixes, 8.0, 11.0) == pytest.approx(0.0, abs=1e-5)
+    assert np.isnan(straight_line_error(fixes, 0.0, 4.0))
 
 
 def test_what_a_log_is_compared_with() -> None:
