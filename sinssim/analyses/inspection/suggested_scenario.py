@@ -253,7 +253,8 @@ def _imu(inspection: Inspection) -> Iterator[str]:
         yield f"accel_vrw_ug_sqrt_hz = {accel / (1e-6 * G0):.4g}  # the same"
         if inspection.bias is not None:
             of_grade, biases = GRADE_TABLE[_grade(gyro)], np.abs(inspection.bias)
-            gyro_bias, accel_bias = max(of_grade.gyro.bias, biases[:3].max()), max(of_grade.accel.bias, biases[3:].max())
+            gyro_bias = max(of_grade.gyro.bias, float(biases[:3].max()))
+            accel_bias = max(of_grade.accel.bias, float(biases[3:].max()))
             yield f"gyro_bias_sigma_deg_h = {gyro_bias / DEG_H:.3g}  # size of the biases by the match with the fixes"
             yield f"accel_bias_sigma_ug = {accel_bias / (1e-6 * G0):.4g}  # the same"
         return
