@@ -47,7 +47,7 @@ def pytest_unconfigure(config: pytest.Config) -> None:
     if reports:
         python = os.path.relpath(sys.executable)
         command = [sys.executable if python.startswith("..") else python, "-m", "pytest"]
-        command += ["-m", ""] if any("slow" in report.keywords for report in reports) else []
+        command += ["-m", ""] if any("slow" in getattr(report, "keywords", ()) for report in reports) else []
         reporter.write_line(f"repeat: {shlex.join([*command, *dict.fromkeys(r.nodeid for r in reports)])}")
 
 

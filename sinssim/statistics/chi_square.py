@@ -201,3 +201,14 @@ def _tail(w: Array, t: float) -> float:
         skew = 8.0 * float(np.sum((w / part) ** 3)) / bend**1.5
         return float(scipy.special.ndtr(-(size + skew / 6.0)))
     return float(scipy.special.ndtr(-(size + math.log(t * math.sqrt(bend) / size) / size)))
+
+
+def root_mean_square_band(value: Array, count: Any, error: float) -> tuple[Array, Array]:
+    """Return the ends of the band of a root mean square of `count` normal errors, which holds σ but for an `error`.
+
+    N s²/σ² ~ χ² with N degrees of freedom.
+    """
+    from scipy.stats import chi2
+
+    low = value * np.sqrt(count / chi2.ppf(1.0 - 0.5 * error, count))
+    return low, value * np.sqrt(count / chi2.ppf(0.5 * error, count))

@@ -14,6 +14,7 @@ is then given a probability of error of 5 %/L, so that all of them err with at m
 
 from __future__ import annotations
 
+import math
 from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Any, Literal
@@ -23,6 +24,8 @@ from numpy.typing import NDArray
 
 from sinssim.data import Array
 from sinssim.errors import InputError
+from sinssim.formatting import number_text
+from sinssim.statistics.chi_square import root_mean_square_band
 from sinssim.statistics.percentiles import percentile
 from sinssim.statistics.requirements import COMPONENTS, SHARES, Requirement
 
@@ -49,10 +52,14 @@ class Exceeded:
         return f"{text}, {max(shown - self.fixes_end, 0.0):.4g} s after the fixes end"
 
     @property
+    def after_fixes_end(self) -> float | None:
+        """How long after the last fix it is, s; None outside an outage."""
+        return None if self.fixes_end is None else self.time - self.fixes_end
+
+    @property
     def numbers(self) -> dict[str, float | None]:
-        """The time, and how long after the last fix it is, s; by name."""
-        after = None if self.fixes_end is None else self.time - self.fixes_end
-        return {"exceeded_from_s": self.time, "after_fixes_end_s": after}
+        """Both, by their names in files."""
+        return {"exceeded_from_s": self.time, "after_fixes_end_s": self.after_fixes_end}
 
 
 NEVER = {"exceeded_from_s": None, "after_fixes_end_s": None}
@@ -89,11 +96,49 @@ def first_exceeded(
 
 CONFIDENCE = 0.95
 Counts = NDArray[np.signedinteger[Any]]
+Word = Literal["met", "not met", "undecided"]
+
+
+@dataclass(frozen=True)
+class VerdictInUnit:
+    """A verdict in the unit of the requirement, as files have it.
+
+    Attributes:
+        requirement: the requirement as it was written.
+        verdict: "met" or "not met"; of an ensemble with 95 % confidence, or "undecided".
+        value, limit: quantity and limit in the `unit`.
+        time_s: instant of the value, s since the start.
+        more_runs: about how many more runs would decide; 0 if decided, None if they cannot be counted.
+        exceeded_from_s: since when the limit is exceeded, throughout a run, s since the start; None if it is not.
+        after_fixes_end_s: how long after the last fix this is, s; None outside an outage.
+    """
+
+    requirement: str
+    verdict: Word
+    value: float
+    limit: float
+    unit: str
+    time_s: float
+    more_runs: int | None = 0
+    exceeded_from_s: float | None = None
+    after_fixes_end_s: float | None = None
+
+    @property
+    def text(self) -> str:
+        """The value, and since when the limit is exceeded, in words; "" if no run has a solution."""
+        if math.isnan(self.value):
+            return ""
+        value = f"{number_text(self.value)} {self.unit}" if math.isfinite(self.value) else "∞"
+        text = f"{value} at {self.time_s:g} s"
+        if self.exceeded_from_s is None:
+            return text
+        after = self.after_fixes_end_s
+        return f"{text}, {Exceeded(self.exceeded_from_s, None if after is None else self.exceeded_from_s - after).text}"
 
 
 @dataclass(frozen=True)
 class Verdict:
-    """The verdict of N runs.
+    """The verdict of N runs, or without scatter of a covariance.
 
     Attributes:
         requirement: the requirement.
@@ -107,12 +152,26 @@ class Verdict:
     """
 
     requirement: Requirement
-    verdict: Literal["met", "not met", "undecided"]
+    verdict: Word
     value: float
     time: float
     runs: int
     more_runs: int | None
     exceeded: Exceeded | None = None
+
+    @classmethod
+    def certain(cls, requirement: Requirement, value: float, time: float, exceeded: Exceeded | None) -> Verdict:
+        """Return the verdict on a value that has no scatter, SI."""
+        return cls(requirement, "met" if value <= requirement.limit else "not met", value, time, 0, 0, exceeded)
+
+    @property
+    def in_unit(self) -> VerdictInUnit:
+        """The verdict in the unit of its requirement."""
+        requirement, since, size = self.requirement, self.exceeded, self.requirement.unit_size
+        return VerdictInUnit(
+            requirement.text, self.verdict, self.value / size, requirement.limit / size, requirement.unit, self.time,
+            self.more_runs, None if since is None else since.time, None if since is None else since.after_fixes_end,
+        )  # fmt: skip
 
 
 def columns_of(requirement: Requirement) -> tuple[int, ...]:
@@ -303,10 +362,8 @@ def _share(share: float, count: Counts, inside: Counts, error: float) -> tuple[A
 
 def _mean_square(limit: float, value: Array, count: Counts, error: float) -> tuple[Array, Array, Array]:
     from scipy.special import ndtri
-    from scipy.stats import chi2
 
-    low = value * np.sqrt(count / chi2.ppf(1.0 - 0.5 * error, count))
-    high = value * np.sqrt(count / chi2.ppf(0.5 * error, count))
+    low, high = root_mean_square_band(value, count, error)
     with np.errstate(divide="ignore"):
         need = 0.5 * (ndtri(0.5 * error) / (value / limit - 1.0)) ** 2
     return low, high, need

@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from sinssim.experiments.ensembles.ensemble_statistics import verdict_text
+from sinssim.experiments.ensembles.ensemble_verdicts import verdict_text
 from sinssim.statistics.requirement_verdict import Exceeded, first_exceeded, verdict
 from sinssim.statistics.requirements import parse_requirement
 

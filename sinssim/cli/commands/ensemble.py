@@ -107,19 +107,19 @@ def command(
         scheduler=scheduler, require=requirements, until_decided=until_decided, times=at or (),
         progress=has_bars(quiet), say=remarks(quiet),
     )  # fmt: skip
-    from sinssim.experiments.ensembles.ensemble_statistics import ensemble_numbers
+    from sinssim.experiments.ensembles.ensemble_statistics import ensemble_numbers, summary_of
 
     numbers = ensemble_numbers(result)
     if as_json:
         from sinssim.recording.run_directory import plain
 
-        print_json(plain(numbers))
+        print_json(plain(summary_of(result, numbers)))
     elif not quiet:
         from sinssim.experiments.ensembles.ensemble_exhibits import exhibits_of, sheet_of
         from sinssim.recording.console import show
 
         show((sheet_of if sheet else exhibits_of)(result, numbers), console(least_width=120))
-        for run in () if sheet else numbers["named_runs"]:
-            if run["rank"] in ("worst", "median", "best"):
-                print(f"{run['rank']:<7}{result.command(run['run'], program_name())}")
+        for run in () if sheet else numbers.named_runs:
+            if run.rank in ("worst", "median", "best"):
+                print(f"{run.rank:<7}{result.command(run.run, program_name())}")
         print_places(directory)

@@ -23,14 +23,17 @@ from sinssim.experiments.ensembles.ensemble_statistics import (
     DEFINITIONS,
     PART_121_HOURS,
     PART_121_RATE,
+    Circles,
+    EnsembleNumbers,
+    Regulation,
+    circles,
     consistency_sentences,
     covariance_at_end,
     ensemble_numbers,
-    looks_text,
     predicted_sigma,
-    requirement_lines,
-    verdict_text,
+    summary_of,
 )
+from sinssim.experiments.ensembles.ensemble_verdicts import looks_text, requirement_lines, verdict_text
 from sinssim.formatting import capital, number_text, signed
 from sinssim.recording.result import Media
 from sinssim.recording.run_directory import plain, software, versions
@@ -38,7 +41,7 @@ from sinssim.recording.stream_tables import Stream, Vector
 from sinssim.recording.style import RowNumbers, thinned
 from sinssim.sensors.imu.grades import grade_name
 from sinssim.statistics.circular_error import circle_radius
-from sinssim.statistics.percentiles import cep, r95, runs_for_band
+from sinssim.statistics.percentiles import Percentile, runs_for_band
 from sinssim.statistics.requirements import CIRCLES, limits_of
 from sinssim.statistics.requirements import COMPONENTS as QUANTITIES
 from sinssim.system.outputs import write_text
@@ -76,21 +79,16 @@ _SEEDS = (
 )
 
 
-def exhibits_of(result: EnsembleResult, numbers: Mapping[str, Any], predicted: Array | None = None) -> Exhibits:
-    """Return what an ensemble has to show.
-
-    Args:
-        numbers: the contents of its `summary.json`, from `ensemble_numbers`.
-        predicted: σ by the covariance budget at the epochs, (K, 9), drawn beside that of the runs.
-    """
+def exhibits_of(result: EnsembleResult, numbers: EnsembleNumbers, predicted: Array | None = None) -> Exhibits:
+    """Return what an ensemble has to show, with σ predicted by the covariance budget at the epochs, (K, 9) SI."""
     plan, scales = result.plan, scales_of(result)
     items: list[Item] = [
         *([Sentence(plan.scenario.description, "lead", on=("page",))] if plan.scenario.description else []),
-        Sentence(opening(result, numbers["status"]), "note"),
+        Sentence(opening(result, numbers.status), "note"),
         *(Sentence(note, "strong", on=_PAGE) for note in result.notes),
         *_requirements(result),
         Section("Errors of the population", [
-            _headline(numbers, scales[0]), Sentence(regulation(numbers["part_121"])),
+            _headline(numbers, scales[0]), Sentence(regulation(numbers.part_121)),
             _overview(result, scales[0]), _rates(result),
         ]),
         *(Sentence(line, on=("console",)) for line in requirement_lines(result)),
@@ -116,11 +114,7 @@ def exhibits_of(result: EnsembleResult, numbers: Mapping[str, Any], predicted: A
 
 
 def opening(result: EnsembleResult, status: str) -> str:
-    """Return what an ensemble is of, in a few sentences.
-
-    Args:
-        status: "finished", "interrupted" or "failed".
-    """
+    """Return what an ensemble is of, in a few sentences; it is "finished", "interrupted" or "failed"."""
     plan = result.plan
     broken_off = {"interrupted": "was interrupted", "failed": "failed"}.get(status)
     needed = runs_for_band(0.95)
@@ -136,73 +130,59 @@ def opening(result: EnsembleResult, status: str) -> str:
     )
 
 
-def with_band(found: Mapping[str, float], size: float = 1.0) -> str:
-    """Return a percentile with its band, for example "0.712 (0.655 … 0.781)"; "∞" for an infinite end.
-
-    Args:
-        found: `value`, `low` and `high`.
-    """
-    value, low, high = (
-        "∞" if found[key] == math.inf else number_text(found[key] / size) for key in ("value", "low", "high")
-    )
+def with_band(estimate: Percentile, size: float = 1.0) -> str:
+    """Return a percentile with its band, for example "0.712 (0.655 … 0.781)"; "∞" for an infinite end."""
+    ends = (float(estimate.value), max(float(estimate.low), 0.0), float(estimate.high))
+    value, low, high = ("∞" if end == math.inf else number_text(end / size) for end in ends)
     return f"{value} ({low} … {high})"
 
 
-def regulation(found: Mapping[str, Any]) -> str:
-    """Return the comparison with the regulation as sentences.
-
-    Args:
-        found: from `part_121`.
-    """
+def regulation(comparison: Regulation) -> str:
+    """Return the comparison with the regulation as sentences."""
     verdict = {
         "met": "met, with 95 % confidence",
         "not met": "not met, with 95 % confidence",
         "undecided": "undecided: the limit lies within the confidence interval; more runs narrow it",
-        "does not apply": f"it does not apply, because {found.get('reason', '')}",
-    }[found["verdict"]]
-    shown = "; ".join(f"{name}: {with_band(one)}, limit {one['limit']:g}" for name, one in found["quantities"].items())
-    return f"{found['rule']}: {verdict}{'. ' if shown else ''}{capital(shown)}."
+        "does not apply": f"it does not apply, because {comparison.reason}",
+    }[comparison.verdict]
+    pairs = comparison.quantities.items()
+    shown = "; ".join(f"{name}: {with_band(value)}, limit {limit:g}" for name, (value, limit) in pairs)
+    return f"{comparison.rule}: {verdict}{'. ' if shown else ''}{capital(shown)}."
 
 
 def scales_of(result: EnsembleResult) -> list[Scale]:
     """Return the one unit each for positions, velocities and attitudes in all charts and tables of an ensemble."""
-    circles = (result.r95.value, result.cep.value, result.errors.final[:, :2])
-    found = []
+    lengths = (result.r95.value, result.cep.value, result.errors.final[:, :2])
+    scales = []
     for quantity, scale in zip(VECTORS, (LENGTH_SCALE, SPEED_SCALE, ANGLE_SCALE), strict=True):
         spread = result.spread(quantity)
-        values = (spread.sigma, spread.mean, *(circles if scale is LENGTH_SCALE else ()))
-        found.append(fixed(*suiting(scale, *(v[np.isfinite(v)] for v in values))))
-    return found
+        values = (spread.sigma, spread.mean, *(lengths if scale is LENGTH_SCALE else ()))
+        scales.append(fixed(*suiting(scale, *(v[np.isfinite(v)] for v in values))))
+    return scales
 
 
 def _requirements(result: EnsembleResult) -> Iterator[Section]:
     if not result.verdicts:
         return
-    sections = [
-        Section(one.requirement.text, [Sentence(
-            f"{capital(one.requirement.meaning)}. {_surely(one.verdict)}{verdict_text(one)}")], one.verdict, on=_PAGE)
-        for one in result.verdicts
-    ]  # fmt: skip
+    sections = []
+    for verdict in result.verdicts:
+        surely = "" if verdict.verdict == "undecided" else f"It is {verdict.verdict} with 95 % confidence. "
+        text = f"{capital(verdict.requirement.meaning)}. {surely}{verdict_text(verdict)}"
+        sections.append(Section(verdict.requirement.text, [Sentence(text)], verdict.verdict, on=_PAGE))
     yield Section("Requirements", [*sections, Sentence(_HOW + looks_text(result), "note")], on=_PAGE)
 
 
-def _surely(verdict: str) -> str:
-    return "" if verdict == "undecided" else f"It is {verdict} with 95 % confidence. "
-
-
-def _headline(numbers: Mapping[str, Any], scale: Scale) -> Table:
+def _headline(numbers: EnsembleNumbers, scale: Scale) -> Table:
     """Return the table of CEP and R95."""
     (unit, size, _), *_ = scale
-    final, rate, circles = numbers["final_horizontal_m"], numbers["rate_nmi_h"], numbers["circles_of_covariance_m"]
-    pairs = [
-        *((f"horizontal error at {one['time_s']:g} s, {unit}", (one["cep_m"], one["r95_m"]), size)
-          for one in numbers["at"]),
-        (f"horizontal error at the end, {unit}", (final["cep"], final["r95"]), size),
-        ("rate by the line Σ t r / Σ t², nmi/h", (rate["line"]["cep"], rate["line"]["r95"]), 1.0),
-        ("rate at the end r(T) / T, nmi/h", (rate["end"]["cep"], rate["end"]["r95"]), 1.0),
-    ]  # fmt: skip
-    rows = [[name, *(with_band(one, by) for one in both)] for name, both, by in pairs]
-    normal = [number_text(circles[key] / size) for key in ("cep", "r95")]
+    lines: list[tuple[str, Circles, float]] = [
+        *((f"horizontal error at {time:g} s, {unit}", there, size) for time, there in numbers.at),
+        (f"horizontal error at the end, {unit}", numbers.final, size),
+        ("rate by the line Σ t r / Σ t², nmi/h", numbers.line, 1.0),
+        ("rate at the end r(T) / T, nmi/h", numbers.end, 1.0),
+    ]
+    rows = [[name, *(with_band(circle, by) for circle in both)] for name, both, by in lines]
+    normal = [number_text(radius / size) for radius in numbers.normal]
     rows.append([f"circle of a normal distribution with this covariance, {unit}", *normal])
     heads = ("CEP (95 % band)", "R95 (95 % band)")
     return Table((Column("", words=True), *map(Column, heads)), rows)
@@ -222,13 +202,13 @@ def _growth(result: EnsembleResult, scale: Scale) -> Chart:
     (unit, size, _), *_ = scale
     time, marks = result.elapsed, list[Mark]()
     largest = max(float(_finite(v.value)[np.isfinite(v.value)].max(initial=0.0)) for v in (result.r95, result.cep))
-    for key, found in (("r95", result.r95), ("cep", result.cep)):
-        end = float(found.value[-1])
+    for key, circle in (("r95", result.r95), ("cep", result.cep)):
+        end = float(circle.value[-1])
         more = f", at the end {number_text(end / size)} {unit}"
         more = more if np.isfinite(end) else " is infinite: too many runs failed"
-        low = np.maximum(_finite(found.low), 0.0)
-        marks.append(Band(x=time, low=low, high=_finite(found.high), color=key))
-        marks.append(Line(label=_LABELS[key], more=more, x=time, y=_finite(found.value), color=key))
+        low = np.maximum(_finite(circle.low), 0.0)
+        marks.append(Band(x=time, low=low, high=_finite(circle.high), color=key))
+        marks.append(Line(label=_LABELS[key], more=more, x=time, y=_finite(circle.value), color=key))
     limit = PART_121_RATE * units.NAUTICAL_MILE / 3600.0 * time
     near = not result.plan.filtered and float(limit[-1]) < _LIMIT_SHOWN * largest
     if time[-1] <= PART_121_HOURS * 3600.0 and near:
@@ -247,8 +227,9 @@ def _final(result: EnsembleResult, scale: Scale) -> Chart:
     angle = np.linspace(0.0, 2.0 * np.pi, 361)
     marks: list[Mark] = [Dots(x=shown[:, 1], y=shown[:, 0], color="run", size=1.9 if len(shown) > 200 else 3.4)]
     reach = max(float(np.abs(final).max(initial=0.0)), 1e-3)
-    for key, found in (("r95", r95(result.final_horizontal)), ("cep", cep(result.final_horizontal))):
-        radius = float(found.value)
+    final_circles = circles(result.final_horizontal)
+    for key, circle in (("r95", final_circles.r95), ("cep", final_circles.cep)):
+        radius = float(circle.value)
         if np.isfinite(radius):
             label, reach = f"{_LABELS[key]} {number_text(radius / size)} {unit}", max(reach, radius)
             marks.append(Line(label=label, x=radius * np.sin(angle), y=radius * np.cos(angle), color=key))
@@ -274,12 +255,12 @@ def _rates(result: EnsembleResult) -> Charts:
     for number, (title, values) in enumerate(pairs):
         finite = values[np.isfinite(values)]
         marks: list[Mark] = [Histogram(values=finite, color="run")] if len(finite) else []
-        for key, found in (("cep", cep(values)), ("r95", r95(values))):
-            if np.isfinite(found.value):
-                at = float(found.value)
-                high = float(found.high) if np.isfinite(found.high) else float(finite.max())
+        for key, circle in circles(values)._asdict().items():
+            if np.isfinite(circle.value):
+                at = float(circle.value)
+                high = float(circle.high) if np.isfinite(circle.high) else float(finite.max())
                 marks.append(Rule(at=at, upright=True, label=f"{_LABELS[key]} {number_text(at / _KNOTS[0][1])} nmi/h",
-                                  color=key, weight="line", low=max(float(found.low), 0.0), high=high))  # fmt: skip
+                                  color=key, weight="line", low=max(float(circle.low), 0.0), high=high))  # fmt: skip
         charts.append(Chart(key=f"rates/{number}", title=title, x=Axis(label="rate", units=_KNOTS, low=0.0, grid=False),
                             y=Axis(label="runs", low=0.0), marks=tuple(marks), legend="below"))  # fmt: skip
     return Charts("rates", (tuple(charts),), (10.0, 3.4), title="Rates of the runs", share="y", on=("page",))
@@ -293,10 +274,10 @@ def _components(result: EnsembleResult, scales: Sequence[Scale], predicted: Arra
     """Return σ over the runs by component with its standard error, the filter's own and that of the budget."""
     time, rows, judged = result.elapsed, list[tuple[Chart, ...]](), _judged(result)
     for row, (quantity, scale, name) in enumerate(zip(VECTORS, scales, _NAMES, strict=True)):
-        found, claimed = result.spread(quantity), result.stated(quantity)
+        spread, claimed = result.spread(quantity), result.stated(quantity)
         charts = []
         for column, axis in enumerate(_AXES):
-            sigma, error, mean = (v[:, column] for v in (found.sigma, found.standard_error, found.mean))
+            sigma, error, mean = (v[:, column] for v in (spread.sigma, spread.standard_error, spread.mean))
             marks: list[Mark] = [
                 Band(x=time, low=sigma - 1.96 * error, high=sigma + 1.96 * error, color=axis),
                 Line(label="σ of the runs, ± 1.96 standard errors", x=time, y=sigma, color=axis),
@@ -315,13 +296,13 @@ def _components(result: EnsembleResult, scales: Sequence[Scale], predicted: Arra
     return Charts("components", tuple(rows), (10.5, 7.4), share="x", legend="below", on=("page",))
 
 
-def _component_table(numbers: Mapping[str, Any], scales: Sequence[Scale]) -> Table:
+def _component_table(numbers: EnsembleNumbers, scales: Sequence[Scale]) -> Table:
     rows = []
-    for number, one in enumerate(numbers["components"].values()):
+    for number, component in enumerate(numbers.components.values()):
         (unit, size, _), *_ = scales[number // 3]
-        sigma = _with_error(one["final_sigma"] / size, one["final_sigma_standard_error"] / size)
+        sigma = _with_error(component.final_sigma / size, component.final_sigma_standard_error / size)
         name = f"{_NAMES[number // 3]}, {_AXES[number % 3]}"
-        rows.append([name, unit, signed(one["final_mean"] / size), sigma, number_text(one["rms"] / size)])
+        rows.append([name, unit, signed(component.final_mean / size), sigma, number_text(component.rms / size)])
     heads = ("mean at the end", "σ at the end ± standard error", "rms over runs and epochs")
     return Table((Column("", words=True), Column("unit", words=True), *map(Column, heads)), rows)
 
@@ -366,22 +347,24 @@ def _taken(result: EnsembleResult, name: str, runs: RowNumbers, rows: RowNumbers
     return np.concatenate(parts, axis=1)
 
 
-def _consistency(result: EnsembleResult, numbers: Mapping[str, Any]) -> Section:
+def _consistency(result: EnsembleResult, numbers: EnsembleNumbers) -> Section:
     """Return mean normalised squares over the runs with their χ² bands, and the verdict on the filter."""
-    items: list[Item] = [Sentence(text, "strong") for text in consistency_sentences(numbers)]
+    sentences = consistency_sentences(numbers.consistency, len(result))
+    items: list[Item] = [Sentence(text, "strong") for text in sentences]
     items.append(Sentence(_OF_SQUARES))
     heads = ("mean over all epochs", "at the last epoch", "95 % band there", "epochs within the band")
-    for key, squares, title, what in (
-        ("nees", result.nees, "NEES / n", "ANEES by block of states"), ("nis", result.nis, "NIS / n", "NIS by sensor"),
-    ):  # fmt: skip
+    for key, courses, squares, title, what in (
+        ("nees", result.nees, numbers.nees, "NEES / n", "ANEES by block of states"),
+        ("nis", result.nis, numbers.nis, "NIS / n", "NIS by sensor"),
+    ):
         rows = [
-            [name, number_text(one["mean"]), number_text(one["end"]),
-             f"{number_text(one['low'])} … {number_text(one['high'])}",
-             "–" if math.isnan(one["share_in_band"]) else f"{100.0 * one['share_in_band']:.0f} %"]
-            for name, one in numbers[key].items()
+            [name, number_text(square.mean), number_text(square.end),
+             f"{number_text(square.low)} … {number_text(square.high)}",
+             "–" if math.isnan(square.share_in_band) else f"{100.0 * square.share_in_band:.0f} %"]
+            for name, square in squares.items()
         ]  # fmt: skip
         table = Table((Column("", words=True), *map(Column, heads)), rows)
-        items.append(Section(what, [*_squares(result, key, squares, title), table]))
+        items.append(Section(what, [*_squares(result, key, courses, title), table]))
     return Section("Consistency of the filter", items)
 
 
@@ -404,11 +387,11 @@ def _squares(result: EnsembleResult, key: str, squares: Mapping[str, MeanSquare]
     yield Charts(key, ((Chart(key=key, y=y, marks=lines),),), (8.0, 3.0), on=("recording",))
 
 
-def _runs(result: EnsembleResult, numbers: Mapping[str, Any], scale: Scale) -> Section:
+def _runs(result: EnsembleResult, numbers: EnsembleNumbers, scale: Scale) -> Section:
     rows = [
-        [one["rank"], str(one["run"]), "failed" if one["failure"] else one["rate_nmi_h"] * _KNOTS[0][1],
-         "–" if one["failure"] else one["final_horizontal_m"], f"`{result.command(one['run'])}`"]
-        for one in numbers["named_runs"]
+        [run.rank, str(run.run), "failed" if run.failure else run.rate_nmi_h * _KNOTS[0][1],
+         "–" if run.failure else run.final_horizontal_m, f"`{result.command(run.run)}`"]
+        for run in numbers.named_runs
     ]  # fmt: skip
     columns = (
         Column("", words=True), Column("run"), Column("rate Σ t r / Σ t²", _KNOTS), Column("final", scale),
@@ -438,31 +421,27 @@ def _failures(result: EnsembleResult) -> Iterator[Item]:
         yield Sentence(f"… and {left} other reasons; see the report.", on=("console",))
 
 
-def _method(result: EnsembleResult, numbers: Mapping[str, Any]) -> Iterator[Item]:
+def _method(result: EnsembleResult, numbers: EnsembleNumbers) -> Iterator[Item]:
     """Yield how the ensemble was computed, and the files outside the package on which the numbers depend."""
     yield Sentence(f"{_SEEDS} {result.computed} runs were computed in {result.seconds:.1f} s by this call.")
     yield Sentence(software(), "note")
-    if own := numbers.get("own_content"):
+    if numbers.own_content:
         heads = ("own content", "name", "SHA-256", "file")
-        rows = [[one["kind"], one["name"], f"{one['sha256'][:12]}…", one["file"]] for one in own]
+        rows = [[file["kind"], file["name"], f"{file['sha256'][:12]}…", file["file"]] for file in numbers.own_content]
         yield Table(tuple(Column(head, words=True) for head in heads), rows)
 
 
-def sheet_of(result: EnsembleResult, numbers: Mapping[str, Any]) -> Exhibits:
-    """Return the performance of the unit in the words of a data sheet, with their definitions.
-
-    Args:
-        numbers: the contents of its `summary.json`, from `ensemble_numbers`.
-    """
-    rate, found = numbers["rate_nmi_h"], numbers["components"]
+def sheet_of(result: EnsembleResult, numbers: EnsembleNumbers) -> Exhibits:
+    """Return the performance of the unit in the words of a data sheet, with their definitions."""
 
     def rms(*names: str, size: float = 1.0) -> str:
-        return number_text(math.sqrt(sum(found[name]["rms"] ** 2 for name in names) / len(names)) / size)
+        squares = [numbers.components[name].rms ** 2 for name in names]
+        return number_text(math.sqrt(sum(squares) / len(names)) / size)
 
     rows = []
-    for key, name in (("line", "Σ t r / Σ t²"), ("end", "r(T) / T")):
-        rows.append(["position rate, CEP", f"{with_band(rate[key]['cep'])} nmi/h", f"{name}, 50 % of the runs"])
-        rows.append(["position rate, R95", f"{with_band(rate[key]['r95'])} nmi/h", f"{name}, 95 % of the runs"])
+    for rates, name in ((numbers.line, "Σ t r / Σ t²"), (numbers.end, "r(T) / T")):
+        rows.append(["position rate, CEP", f"{with_band(rates.cep)} nmi/h", f"{name}, 50 % of the runs"])
+        rows.append(["position rate, R95", f"{with_band(rates.r95)} nmi/h", f"{name}, 95 % of the runs"])
     rows += [
         ["velocity, north and east", f"{rms('velocity_n_mps', 'velocity_e_mps')} m/s", "per axis, rms"],
         ["velocity, vertical", f"{rms('velocity_d_mps')} m/s", "rms"],
@@ -472,7 +451,7 @@ def sheet_of(result: EnsembleResult, numbers: Mapping[str, Any]) -> Exhibits:
     plan = result.plan
     title = f"Performance of {grade_name(plan.scenario.imu.grade)} in {plan.scenario.name}, {len(result)} runs"
     texts = [
-        regulation(numbers["part_121"]),
+        regulation(numbers.part_121),
         *requirement_lines(result),
         "Common terms: navigation grade 0.5 to 1 nmi/h CEP, tactical grade 10 to 20 nmi/h. Definitions:",
         *(f"  {name}: {text}." for name, text in DEFINITIONS.items()),
@@ -485,27 +464,13 @@ FIGURES = ("ensemble.svg", "ensemble.png")
 """The picture of an ensemble for a paper."""
 
 
-def to_json(result: EnsembleResult, numbers: Mapping[str, Any] | None = None) -> dict[str, Any]:
-    """Return an ensemble as plain numbers with units in the names.
-
-    Args:
-        numbers: its numbers, if they are known.
-
-    Returns:
-        The contents of `summary.json`.
-    """
-    return dict(plain({**(numbers or ensemble_numbers(result)), "versions": versions()}))
+def to_json(result: EnsembleResult, numbers: EnsembleNumbers | None = None) -> dict[str, Any]:
+    """Return the contents of `summary.json`, from the numbers if they are known."""
+    return dict(plain({**summary_of(result, numbers), "versions": versions()}))
 
 
 def write_ensemble(result: EnsembleResult, folder: Path, status: str = "finished") -> list[str]:
-    """Write the report of an ensemble, its figure, its numbers and its recording.
-
-    Args:
-        status: "finished", "interrupted" or "failed".
-
-    Raises:
-        OSError: they cannot be written.
-    """
+    """Write report, figure, numbers and recording of an ensemble that is "finished", "interrupted" or "failed"."""
     from sinssim.recording.figures import figure_of, save
     from sinssim.recording.report.exhibit_page import page_of
     from sinssim.recording.rerun.exhibit_recording import record
@@ -529,19 +494,16 @@ class EnsembleMedia(Media[EnsembleResult]):
         self._write = write
 
     def summary(self, result: EnsembleResult) -> dict[str, Any]:
-
         return to_json(result)
 
     def streams(self, result: EnsembleResult) -> Iterator[Stream]:
-        circles = {"cep": result.cep, "r95": result.r95}
-        columns = {f"{name}_m": one.value for name, one in circles.items()}
-        columns |= {f"{name}_low_m": one.low for name, one in circles.items()}
-        columns |= {f"{name}_high_m": one.high for name, one in circles.items()}
+        both = {"cep": result.cep, "r95": result.r95}
+        columns = {f"{name}_m": circle.value for name, circle in both.items()}
+        columns |= {f"{name}_low_m": circle.low for name, circle in both.items()}
+        columns |= {f"{name}_high_m": circle.high for name, circle in both.items()}
         yield Stream("circles", result.time, tuple(Vector(k, (k,), v[:, None]) for k, v in columns.items()))
 
     def exhibits(self, result: EnsembleResult) -> Exhibits:
-        from sinssim.experiments.ensembles.ensemble_statistics import ensemble_numbers
-
         return exhibits_of(result, ensemble_numbers(result))
 
     def save(self, result: EnsembleResult, directory: Path, *, overwrite: bool) -> Path:

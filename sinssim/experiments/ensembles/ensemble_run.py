@@ -26,7 +26,7 @@ from sinssim.experiments.ensembles.ensemble_errors import AT_ONCE, IN_MEMORY, by
 from sinssim.experiments.ensembles.ensemble_exhibits import EnsembleMedia
 from sinssim.experiments.ensembles.ensemble_plan import AIDED, LONG_CHUNK, TruthCache, make_plan, with_runs
 from sinssim.experiments.ensembles.ensemble_result import EnsembleResult
-from sinssim.experiments.ensembles.ensemble_statistics import Looks, check_kept
+from sinssim.experiments.ensembles.ensemble_verdicts import Looks, check_kept
 from sinssim.experiments.ensembles.ensemble_workers import Cluster, Processes, SparePool
 from sinssim.experiments.workload import Executor, Threads, work_through
 from sinssim.formatting import duration_text, size_text

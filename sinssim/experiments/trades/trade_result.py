@@ -18,12 +18,13 @@ from numpy.typing import NDArray
 
 from sinssim.data import Array
 from sinssim.errors import InputError, shortened, unknown_name
-from sinssim.experiments.trades.trade_cells import Cell, CellNumbers, CellVerdict, command_of, digest_of, name_of
+from sinssim.experiments.trades.trade_cells import Cell, CellNumbers, command_of, digest_of, name_of
 from sinssim.experiments.trades.trade_schema import Axis, TradeStudy, value_text
 from sinssim.formatting import capital, number_text
 from sinssim.recording.result import Result
 from sinssim.statistics.percentiles import runs_for_band
 from sinssim.statistics.position_error_rate import END
+from sinssim.statistics.requirement_verdict import VerdictInUnit
 from sinssim.statistics.requirements import QUANTITIES, SHARES, Quantity, Requirement, parse_quantity
 from sinssim.system.outputs import draft
 from sinssim.system.short_repr import html_table, short_repr
@@ -56,7 +57,7 @@ class CellResult:
         """Return a number of the cell, NaN without one."""
         return float("nan") if self.numbers is None else self.numbers.values.get(column, float("nan"))
 
-    def verdict(self, requirement: str) -> CellVerdict | None:
+    def verdict(self, requirement: str) -> VerdictInUnit | None:
         """Return its verdict on a requirement, None without one."""
         there = () if self.numbers is None else self.numbers.verdicts
         return next((one for one in there if one.requirement == requirement), None)

@@ -29,7 +29,6 @@ from sinssim.experiments.experiment_directory import Kind, Store, other_scenario
 from sinssim.experiments.trades.trade_cells import (
     Cell,
     CellNumbers,
-    CellVerdict,
     cells_of,
     digest_of,
     of_budget,
@@ -46,6 +45,7 @@ from sinssim.scenario.ensemble_section import EnsembleSection
 from sinssim.scenario.load import load_scenario
 from sinssim.scenario.plan_summary import own_digests
 from sinssim.scenario.planned_motion import check_times, expected_duration
+from sinssim.statistics.requirement_verdict import VerdictInUnit
 from sinssim.system.outputs import MARK, Draft, remove, write_text
 
 MANIFEST = "trade.json"
@@ -161,7 +161,7 @@ def _numbers(contents: dict[str, Any]) -> CellNumbers:
         return float("nan") if value is None else float(value)
 
     verdicts = tuple(
-        CellVerdict(**{**one, "value": known(one["value"]), "time_s": known(one["time_s"])})
+        VerdictInUnit(**{**one, "value": known(one["value"]), "time_s": known(one["time_s"])})
         for one in contents["verdicts"]
     )
     return CellNumbers(

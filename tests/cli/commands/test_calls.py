@@ -208,9 +208,10 @@ def test_compare_runs(sinssim: Sinssim, put: Put) -> None:
 def test_ensemble(sinssim: Sinssim, put: Put) -> None:
     result = SimpleNamespace(command=lambda run, program: f"{program} run of {run}")
     found = put("experiments.ensembles.ensemble_run.ensemble", result)
-    named = [{"rank": "worst", "run": 7}, {"rank": "worst 2", "run": 8}, {"rank": "best", "run": 5}]
-    numbers = {**SUMMARY, "unknown": float("nan"), "named_runs": named}
+    named = [SimpleNamespace(rank=rank, run=run) for rank, run in (("worst", 7), ("worst 2", 8), ("best", 5))]
+    numbers = SimpleNamespace(named_runs=named)
     put("experiments.ensembles.ensemble_statistics.ensemble_numbers", numbers)
+    put("experiments.ensembles.ensemble_statistics.summary_of", {**SUMMARY, "unknown": float("nan")})
     whole = put("experiments.ensembles.ensemble_exhibits.exhibits_of", "exhibits")
     sheet = put("experiments.ensembles.ensemble_exhibits.sheet_of", "sheet")
     shown = put("recording.console.show")
@@ -236,5 +237,5 @@ def test_ensemble(sinssim: Sinssim, put: Put) -> None:
         "times": [7.0, 9.0],
     }  # fmt: skip
     assert [one.limit for one in found.options["require"]] == [2000.0]
-    assert json.loads(sinssim("ensemble", "parked", "--json")) == {**numbers, "unknown": None}
+    assert json.loads(sinssim("ensemble", "parked", "--json")) == {**SUMMARY, "unknown": None}
     assert sinssim("ensemble", "parked", "-q") == ""

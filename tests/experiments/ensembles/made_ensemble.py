@@ -2,12 +2,24 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from math import inf, nan
 from types import SimpleNamespace
 from typing import Any
 
 import numpy as np
 
+from sinssim.experiments.ensembles.ensemble_statistics import (
+    Circles,
+    Component,
+    Consistency,
+    EnsembleNumbers,
+    NamedRun,
+    Regulation,
+    SquareNumbers,
+    WorstTest,
+)
+from sinssim.statistics.percentiles import Percentile
 from sinssim.statistics.requirement_verdict import Verdict
 from sinssim.statistics.requirements import parse_requirement
 
@@ -85,47 +97,38 @@ class Result:
         return SimpleNamespace(seed=1000 + run)
 
 
-def band(value: float, low: float, high: float) -> dict[str, float]:
-    return {"value": value, "low": low, "high": high}
+def band(value: float, low: float, high: float) -> Percentile:
+    return Percentile(0.5, *map(np.array, (value, low, high)), 0.95, np.array(5.0))
 
 
-SQUARE = {"mean": 1.25, "end": 0.75, "low": 0.5, "high": 1.75, "share_in_band": 0.875}
+SQUARE = SquareNumbers(mean=1.25, share_in_band=0.875, end=0.75, low=0.5, high=1.75)
 SIZES = [1.0] * 3 + [1e-3] * 3 + [ARCMIN] * 3
 """m, mm/s, arcmin: the units of this ensemble."""
 
 
-def component(k: int) -> dict[str, float]:
+def component(k: int) -> Component:
     """Return the numbers of the k-th component, from 1."""
     values = (-k if k < 4 else k, 2.0 * k, 0.5 * k if k < 4 else 0.25, 3.0 * k if k < 4 else 4.0 * k)
     keys = ("final_mean", "final_sigma", "final_sigma_standard_error", "rms")
-    return {key: value * SIZES[k - 1] for key, value in zip(keys, values, strict=True)}
+    return Component(**{key: value * SIZES[k - 1] for key, value in zip(keys, values, strict=True)})
 
 
 _COMPONENTS = [f"{what}_{axis}_{unit}" for what, unit in (("position", "m"), ("velocity", "mps"), ("attitude", "rad"))
                for axis in "ned"]  # fmt: skip
-NUMBERS: dict[str, Any] = {
-    "status": "interrupted", "failed": 1,
-    "final_horizontal_m": {"cep": band(42.0, 35.0, 60.0), "r95": band(90.0, 75.0, inf)},
-    "at": [{"time_s": 60.0, "cep_m": band(4.5, 3.0, 8.5), "r95_m": band(13.0, 10.0, 17.0)}],
-    "rate_nmi_h": {
-        "line": {"cep": band(0.27, 0.22, 0.33), "r95": band(0.58, 0.48, 0.73)},
-        "end": {"cep": band(0.37, 0.32, 0.43), "r95": band(0.68, 0.61, 0.83)},
-    },
-    "circles_of_covariance_m": {"cep": 44.0, "r95": 95.5},
-    "part_121": {
-        "rule": "14 CFR Part 121", "verdict": "met",
-        "quantities": {"rate of all": {**band(0.27, 0.22, 0.33), "limit": 2.5},
-                       "CEP": {**band(1.5, 1.25, 1.75), "limit": 4.0}},
-    },
-    "components": {name: component(k) for k, name in enumerate(_COMPONENTS, 1)},
-    "nees": {"attitude": SQUARE}, "nis": {"gnss": {**SQUARE, "end": 3.5, "share_in_band": nan}},
-    "runs": 5, "consistency": {"hints": [], "runs": 4, "diverged": 0, "verdict": "consistent", "worst": {
-        "test": "NIS", "name": "gnss", "time_s": None, "value": 1.25, "limit": 1.75, "probability": 0.5, "tests": 3,
-        "level": 0.01}},
-    "own_content": [{"kind": "algorithms", "name": "cayley", "file": "/home/me/cayley.py",
-                     "sha256": "0b5cb1e800cf" + 52 * "0"}],
-    "named_runs": [
-        {"rank": "the <worst>", "run": 3, "failure": None, "rate_nmi_h": 0.75, "final_horizontal_m": 52.2},
-        {"rank": "median", "run": 2, "failure": "it fell", "rate_nmi_h": None, "final_horizontal_m": None},
-    ],
-}  # fmt: skip
+NUMBERS = EnsembleNumbers(
+    status="interrupted",
+    final=Circles(band(42.0, 35.0, 60.0), band(90.0, 75.0, inf)),
+    at=((60.0, Circles(band(4.5, 3.0, 8.5), band(13.0, 10.0, 17.0))),),
+    line=Circles(band(0.27, 0.22, 0.33), band(0.58, 0.48, 0.73)),
+    end=Circles(band(0.37, 0.32, 0.43), band(0.68, 0.61, 0.83)),
+    normal=(44.0, 95.5),
+    part_121=Regulation("14 CFR Part 121", {"rate of all": (band(0.27, 0.22, 0.33), 2.5),
+                                            "CEP": (band(1.5, 1.25, 1.75), 4.0)}, "met"),
+    components={name: component(k) for k, name in enumerate(_COMPONENTS, 1)},
+    nees={"attitude": SQUARE}, nis={"gnss": replace(SQUARE, end=3.5, share_in_band=nan)},
+    consistency=Consistency("consistent", 4, 0, WorstTest("NIS", "gnss", None, 1.25, 1.75, 0.5, 3, 0.01), []),
+    own_content=[{"kind": "algorithms", "name": "cayley", "file": "/home/me/cayley.py",
+                  "sha256": "0b5cb1e800cf" + 52 * "0"}],
+    named_runs=(NamedRun("the <worst>", 3, 1003, 0.75, 52.2, [], ""),
+                NamedRun("median", 2, 1002, nan, nan, [], "it fell")),
+)  # fmt: skip

@@ -51,7 +51,7 @@ def drawn(seed: int, attitude: float = 1.0, innovations: float = 1.0) -> Ensembl
 
 def test_a_sound_filter_fails_rarely() -> None:
     """At most 1 % of false alarms: over 100 ensembles at most 5, which would be by chance once in 1600 times."""
-    wrong = sum(consistency(drawn(seed))["verdict"] != "consistent" for seed in range(100))
+    wrong = sum(consistency(drawn(seed)).verdict != "consistent" for seed in range(100))
     assert wrong <= 5
 
 
@@ -60,15 +60,15 @@ def test_errors_larger_than_stated_name_the_worst_test() -> None:
     for seed in range(10):
         result = drawn(seed, attitude=1.5)
         found = consistency(result)
-        worst = found["worst"]
-        assert (found["verdict"], worst["test"], worst["name"]) == ("not consistent", "ANEES", "attitude")
+        worst = found.worst
+        assert (found.verdict, worst.test, worst.name) == ("not consistent", "ANEES", "attitude")
         value = result.nees["attitude"].value
-        assert worst["value"] == value.max()
-        assert worst["time_s"] == result.time[np.argmax(value)]
+        assert worst.value == value.max()
+        assert worst.time_s == result.time[np.argmax(value)]
         tests = len(STATES) * EPOCHS + 1
-        assert worst["tests"] == tests
-        assert worst["probability"] == pytest.approx(tests * chi2.sf(value.max() * 3 * RUNS, 3 * RUNS), rel=1e-9)
-        assert worst["limit"] == pytest.approx(chi2.isf(0.01 / tests, 3 * RUNS) / (3 * RUNS), rel=1e-9)
+        assert worst.tests == tests
+        assert worst.probability == pytest.approx(tests * chi2.sf(value.max() * 3 * RUNS, 3 * RUNS), rel=1e-9)
+        assert worst.limit == pytest.approx(chi2.isf(0.01 / tests, 3 * RUNS) / (3 * RUNS), rel=1e-9)
 
 
 @pytest.mark.parametrize(("probability", "verdict"), [(0.008, "not consistent"), (0.012, "consistent")])
@@ -81,21 +81,21 @@ def test_both_sides_of_one_per_cent(probability: float, verdict: str) -> None:
     result.errors.nees["attitude"][:, 20] = chi2.isf(probability / 124.0, 90) / RUNS
     found = consistency(result)
     assert found is not None
-    assert (found["verdict"], found["worst"]["time_s"]) == (verdict, 20.0)
-    assert found["worst"]["probability"] == pytest.approx(probability, rel=1e-6)
+    assert (found.verdict, found.worst.time_s) == (verdict, 20.0)
+    assert found.worst.probability == pytest.approx(probability, rel=1e-6)
 
 
 @pytest.mark.parametrize("size", [1.0 / 1.1, 1.1])
 def test_innovations_of_another_size_on_both_sides(size: float) -> None:
     """3690 degrees of freedom have a σ of 2.3 % of the mean, and the mean is off by 17 or 21 %."""
     found = consistency(drawn(3, innovations=size))
-    assert (found["verdict"], found["worst"]["test"], found["worst"]["time_s"]) == ("not consistent", "NIS", None)
-    assert (found["worst"]["value"] < found["worst"]["limit"]) == (size < 1.0)
-    assert "NIS of gnss-position over all epochs" in next(consistency_sentences({"consistency": found, "runs": RUNS}))
+    assert (found.verdict, found.worst.test, found.worst.time_s) == ("not consistent", "NIS", None)
+    assert (found.worst.value < found.worst.limit) == (size < 1.0)
+    assert "NIS of gnss-position over all epochs" in next(consistency_sentences(found, RUNS))
 
 
 def test_errors_smaller_than_stated_do_not_count() -> None:
-    assert consistency(drawn(3, attitude=0.3))["verdict"] == "consistent"
+    assert consistency(drawn(3, attitude=0.3)).verdict == "consistent"
 
 
 def test_a_diverged_run_speaks_against_the_filter() -> None:
@@ -105,8 +105,8 @@ def test_a_diverged_run_speaks_against_the_filter() -> None:
         for one in values.values():
             one[4] = np.nan
     numbers = ensemble_numbers(result)
-    assert numbers["consistency"]["verdict"] == "not consistent"
-    (sentence,) = consistency_sentences(numbers)
+    assert numbers.consistency.verdict == "not consistent"
+    (sentence,) = consistency_sentences(numbers.consistency, len(result))
     assert sentence.startswith(f"The filter is not consistent over {RUNS - 1} runs: it diverged in 1 of {RUNS} runs; ")
 
 
@@ -114,7 +114,7 @@ def test_without_a_filter_there_is_no_verdict() -> None:
     result = drawn(3)
     result.errors.nees, result.errors.nis = {}, {}
     assert consistency(result) is None
-    assert not list(consistency_sentences(ensemble_numbers(result)))
+    assert not list(consistency_sentences(ensemble_numbers(result).consistency, RUNS))
 
 
 def test_probabilities_too_small_for_a_number_are_ranked() -> None:
@@ -129,15 +129,15 @@ def test_runs_with_gravity_that_the_filter_does_not_know() -> None:
     from tests.scenario.test_unknown_gravity import parked
 
     sound = sinssim.ensemble(parked(), 6)
-    assert ensemble_numbers(sound)["consistency"]["verdict"] == "consistent"
+    assert ensemble_numbers(sound).consistency.verdict == "consistent"
     other = parked(gravity={"model": "egm2008"})
     result = sinssim.ensemble(other, 6)
     numbers = ensemble_numbers(result)
-    found, (note,) = numbers["consistency"], gravity_notes(other)
-    assert found["verdict"] == "not consistent"
-    assert found["worst"]["probability"] < 1e-6
-    assert note in found["hints"]
-    assert note in list(consistency_sentences(numbers))
+    found, (note,) = numbers.consistency, gravity_notes(other)
+    assert found.verdict == "not consistent"
+    assert found.worst.probability < 1e-6
+    assert note in found.hints
+    assert note in list(consistency_sentences(numbers.consistency, 6))
     console = Console(record=True, width=10_000)
     show(result.exhibits, console)
     for text in (console.export_text(), page_of(result.exhibits)):

@@ -9,7 +9,7 @@ import pytest
 from rerun.chunk import RrdReader
 
 import sinssim
-from sinssim.experiments.ensembles.ensemble_statistics import judge
+from sinssim.experiments.ensembles.ensemble_verdicts import judge
 from sinssim.recording.rerun.exhibit_recording import record
 from sinssim.recording.rerun.views import RunInfo, all_views
 from sinssim.statistics.requirements import parse_requirements

@@ -20,6 +20,7 @@ from sinssim.experiments.ensembles.ensemble_exhibits import (
 from sinssim.experiments.ensembles.ensemble_result import EnsembleResult
 from sinssim.experiments.ensembles.ensemble_statistics import ensemble_numbers
 from sinssim.recording.report.exhibit_page import page_of
+from sinssim.statistics.percentiles import Percentile
 from tests.experiments.ensembles.examples import AIDED, scenario
 from tests.recording.drawn import figure, words
 
@@ -116,7 +117,10 @@ def test_a_value_has_the_decimals_of_its_standard_error() -> None:
 
 
 def test_percentiles_with_bands_as_text() -> None:
-    assert with_band({"value": 0.5, "low": 0.25, "high": np.inf}) == "0.500 (0.250 … ∞)"
+    assert (
+        with_band(Percentile(0.5, np.array(0.5), np.array(0.25), np.array(np.inf), 0.95, np.array(9.0)))
+        == "0.500 (0.250 … ∞)"
+    )
 
 
 @pytest.mark.parametrize("runs", [1, 2])

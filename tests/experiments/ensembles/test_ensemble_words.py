@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import re
+from dataclasses import replace
 from math import sqrt
 from pathlib import Path
 from typing import Any
@@ -13,7 +14,7 @@ import pytest
 from sinssim.exhibits import Sentence
 from sinssim.experiments.ensembles import ensemble_exhibits as ensemble
 from sinssim.experiments.ensembles import ensemble_exhibits as files
-from sinssim.experiments.ensembles.ensemble_statistics import DEFINITIONS
+from sinssim.experiments.ensembles.ensemble_statistics import DEFINITIONS, Component, Regulation
 from sinssim.recording.console import show
 from sinssim.recording.report.exhibit_page import page_of
 from sinssim.recording.rerun.exhibit_recording import markdown, record_chart, record_cloud
@@ -30,7 +31,7 @@ ASKED: Any = (("cep(60 s) <= 30 m", "met"), ("rate(end) <= 0.4 m/s", "undecided"
 
 def exhibits(*verdicts: Any, **changes: Any) -> Any:
     result: Any = Result(*verdicts)
-    return ensemble.exhibits_of(result, {**NUMBERS, **changes})
+    return ensemble.exhibits_of(result, replace(NUMBERS, **changes))
 
 
 def heads(html: str) -> list[str]:
@@ -110,7 +111,7 @@ def test_many_failed_runs_are_counted() -> None:
 
 
 def test_the_regulation() -> None:
-    assert ensemble.regulation(NUMBERS["part_121"]) == (
+    assert ensemble.regulation(NUMBERS.part_121) == (
         "14 CFR Part 121: met, with 95 % confidence. Rate of all: 0.270 (0.220 … 0.330), limit 2.5; CEP: 1.50 (1.25 … "
         "1.75), limit 4."
     )
@@ -119,7 +120,7 @@ def test_the_regulation() -> None:
         ("undecided", "undecided: the limit lies within the confidence interval; more runs narrow it."),
         ("does not apply", "it does not apply, because it is short."),
     ):
-        part = {"rule": "R", "verdict": verdict, "quantities": {}, "reason": "it is short"}
+        part = Regulation("R", {}, verdict, "it is short")  # type: ignore[arg-type]
         assert ensemble.regulation(part) == f"R: {words}"
 
 
@@ -157,7 +158,7 @@ def test_requirements_and_how_it_was_computed() -> None:
 def test_the_console() -> None:
     """The table, the rule, the requirements, consistency, failures; the page's long parts are left out."""
     lines = printed(lambda console: show(exhibits(*ASKED[:1]), console))
-    rule = ensemble.regulation(NUMBERS["part_121"])
+    rule = ensemble.regulation(NUMBERS.part_121)
     result: Any = Result()
     assert lines == [
         "<trial>: 5 runs", ensemble.opening(result, "interrupted"), "Errors of the population",
@@ -185,7 +186,7 @@ def test_the_data_sheet() -> None:
         "velocity_n_mps": 0.3, "velocity_e_mps": 0.4, "velocity_d_mps": 0.07, "attitude_n_rad": 180.0 * ARCMIN,
         "attitude_e_rad": 240.0 * ARCMIN, "attitude_d_rad": 15.0 * ARCMIN,
     }  # fmt: skip
-    numbers = {**NUMBERS, "components": {name: {"rms": value} for name, value in rms.items()}}
+    numbers = replace(NUMBERS, components={name: Component(0.0, 0.0, 0.0, value) for name, value in rms.items()})
     sheet = printed(lambda console: show(ensemble.sheet_of(result, numbers), console))
     assert sheet[0] == "Performance of tactical in <trial>, 5 runs"
     assert sheet[1:10] == [
@@ -199,7 +200,7 @@ def test_the_data_sheet() -> None:
         f"roll and pitch {sqrt(12.5):.2f} ° tilt per axis, rms",
         "heading 0.250 ° rms",
     ]
-    assert sheet[10] == ensemble.regulation(NUMBERS["part_121"])
+    assert sheet[10] == ensemble.regulation(NUMBERS.part_121)
     assert sheet[11].startswith("cep(60 s) <= 30 m: met, with 95 % confidence.")
     assert sheet[12] == "Common terms: navigation grade 0.5 to 1 nmi/h CEP, tactical grade 10 to 20 nmi/h. Definitions:"
     assert sheet[13:] == [f"{name}: {text}." for name, text in DEFINITIONS.items()]
@@ -297,7 +298,7 @@ def test_the_files_of_an_ensemble(tmp_path: Path, monkeypatch: pytest.MonkeyPatc
     """The prediction is that of a finished ensemble alone; numbers that are not finite become null."""
     seen: list[Any] = []
     predicted = np.full((3, 9), 2.0)
-    monkeypatch.setattr(files, "ensemble_numbers", lambda result, status: {**NUMBERS, "status": status})
+    monkeypatch.setattr(files, "ensemble_numbers", lambda result, status: replace(NUMBERS, status=status))
     monkeypatch.setattr(files, "predicted_sigma", lambda plan: seen.append(plan) or predicted)
     result: Any = Result()
     names = files.write_ensemble(result, tmp_path, status)

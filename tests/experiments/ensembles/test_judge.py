@@ -10,14 +10,8 @@ import pytest
 import sinssim
 from sinssim.experiments.ensembles.ensemble_plan import make_plan
 from sinssim.experiments.ensembles.ensemble_result import EnsembleResult
-from sinssim.experiments.ensembles.ensemble_statistics import (
-    LOOKS,
-    Looks,
-    check_kept,
-    ensemble_numbers,
-    judge,
-    looks_of,
-)
+from sinssim.experiments.ensembles.ensemble_statistics import summary_of
+from sinssim.experiments.ensembles.ensemble_verdicts import LOOKS, Looks, check_kept, judge, looks_of
 from sinssim.statistics.requirements import parse_requirement, parse_requirements
 from tests.experiments.ensembles.examples import scenario
 from tests.experiments.ensembles.test_result import NMI_H, straight
@@ -35,7 +29,7 @@ def test_the_value_is_the_r95_that_is_shown() -> None:
         assert found.verdict == "met"
         assert found.value == result.r95.value[30 if when == "1800 s" else 60]
     rate = judge(result, parse_requirement("rate(end) <= 10 nmi/h"))
-    assert rate.value / NMI_H == pytest.approx(ensemble_numbers(result)["rate_nmi_h"]["end"]["r95"]["value"], rel=1e-12)
+    assert rate.value / NMI_H == pytest.approx(summary_of(result)["rate_nmi_h"]["end"]["r95"]["value"], rel=1e-12)
 
 
 def test_a_component_is_judged_by_its_root_mean_square() -> None:

@@ -33,7 +33,8 @@ from sinssim.experiments.ensembles.ensemble_plan import (
     truth_key,
     with_runs,
 )
-from sinssim.experiments.ensembles.ensemble_statistics import check_kept, predicted_sigma
+from sinssim.experiments.ensembles.ensemble_statistics import predicted_sigma
+from sinssim.experiments.ensembles.ensemble_verdicts import check_kept
 from sinssim.formatting import duration_text
 from sinssim.scenario.schema import Scenario
 from sinssim.statistics.requirements import parse_requirements

@@ -9,7 +9,7 @@ import sinssim
 from sinssim.experiments.ensembles import ensemble_run
 from sinssim.experiments.ensembles.ensemble_plan import make_plan
 from sinssim.experiments.ensembles.ensemble_run import memory_needed
-from sinssim.experiments.ensembles.ensemble_statistics import ensemble_numbers
+from sinssim.experiments.ensembles.ensemble_statistics import summary_of
 from sinssim.statistics import r95
 from tests.experiments.ensembles.examples import files, scenario
 
@@ -149,7 +149,7 @@ def test_further_times_for_the_table(tmp_path) -> None:
     base = scenario(ensemble={"epoch_s": 1.0})
     plain = sinssim.ensemble(base, 20)
     result = sinssim.ensemble(base, 20, tmp_path / "e", times=[7.25, 12.5])
-    rows = ensemble_numbers(result)["at"]
+    rows = summary_of(result)["at"]
     assert [row["time_s"] for row in rows] == [7.25, 12.5]
     k = int(np.flatnonzero(result.elapsed == 7.25)[0])
     north, east, _ = np.moveaxis(result.errors.position_ned[:, k], -1, 0)

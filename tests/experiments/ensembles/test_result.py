@@ -12,7 +12,7 @@ import sinssim
 from sinssim.experiments.ensembles.ensemble_errors import bytes_of, empty
 from sinssim.experiments.ensembles.ensemble_plan import make_plan
 from sinssim.experiments.ensembles.ensemble_result import EnsembleResult
-from sinssim.experiments.ensembles.ensemble_statistics import ensemble_numbers, part_121
+from sinssim.experiments.ensembles.ensemble_statistics import part_121, summary_of
 from tests.experiments.ensembles.examples import scenario
 
 NMI_H = 1852.0 / 3600.0
@@ -38,7 +38,7 @@ def straight(rates_nmi_h: np.ndarray, hours: float = 1.0, failed: int = 0) -> En
 def test_percentiles_and_rates_of_straight_lines() -> None:
     rates = np.linspace(0.01, 2.0, 200)
     result = straight(rates)
-    numbers = ensemble_numbers(result)
+    numbers = summary_of(result)
     for definition in ("line", "end"):
         found = numbers["rate_nmi_h"][definition]
         assert found["cep"]["value"] == pytest.approx(np.percentile(rates, 50.0, method="median_unbiased"), rel=1e-12)
@@ -57,13 +57,13 @@ def test_percentiles_and_rates_of_straight_lines() -> None:
     [(1, ["worst"]), (2, ["worst", "best"]), (4, ["worst", "worst 2", "median", "best"])],
 )
 def test_few_runs_have_a_median_and_a_best_one(count: int, ranks: list[str]) -> None:
-    numbers = ensemble_numbers(straight(np.linspace(0.1, 1.0, count)))
+    numbers = summary_of(straight(np.linspace(0.1, 1.0, count)))
     assert [one["rank"] for one in numbers["named_runs"]] == ranks
 
 
 def test_failed_runs_come_first_and_count() -> None:
     result = straight(np.linspace(0.01, 1.0, 100), failed=6)
-    numbers = ensemble_numbers(result)
+    numbers = summary_of(result)
     assert numbers["failed"] == 6
     assert numbers["rate_nmi_h"]["line"]["r95"]["value"] == np.inf
     assert np.isfinite(numbers["rate_nmi_h"]["line"]["cep"]["high"])
@@ -97,7 +97,7 @@ def test_a_short_run_ends_and_does_not_fail() -> None:
 )
 def test_the_rule_for_flights_up_to_ten_hours(rates: np.ndarray, failed: int, verdict: str) -> None:
     result = straight(rates, failed=failed)
-    assert part_121(result, 3600.0)["verdict"] == verdict
+    assert part_121(result, 3600.0).contents["verdict"] == verdict
 
 
 def test_the_rule_beyond_ten_hours() -> None:
@@ -106,13 +106,13 @@ def test_the_rule_beyond_ten_hours() -> None:
     result = straight(rates, hours=12.0)
     for course, found in ((0.0, "met"), (0.5 * np.pi, "not met")):
         result.plan = replace(result.plan, course=course)
-        told = part_121(result, 12.0 * 3600.0)
+        told = part_121(result, 12.0 * 3600.0).contents
         assert told["verdict"] == found
         assert "20 nmi across" in told["rule"]
     result.plan = replace(result.plan, course=float("nan"))
-    assert part_121(result, 12.0 * 3600.0)["verdict"] == "does not apply"
+    assert part_121(result, 12.0 * 3600.0).contents["verdict"] == "does not apply"
     result.plan = replace(result.plan, course=0.0, solution="aided")
-    assert "aided" in part_121(result, 12.0 * 3600.0)["reason"]
+    assert "aided" in part_121(result, 12.0 * 3600.0).contents["reason"]
 
 
 def test_mean_squares_of_a_sound_filter() -> None:
@@ -122,7 +122,7 @@ def test_mean_squares_of_a_sound_filter() -> None:
     result.errors.nees = {"attitude": rng.chisquare(3, size=(50, 61))}
     result.errors.nees_freedom = {"attitude": np.full((50, 61), 3.0)}
     result.errors.nees["attitude"][:, 0] = result.errors.nees_freedom["attitude"][:, 0] = np.nan
-    found = ensemble_numbers(result)["nees"]["attitude"]
+    found = summary_of(result)["nees"]["attitude"]
     assert found["mean"] == pytest.approx(1.0, abs=0.04)  # 4σ of 9000 degrees of freedom is 0.06
     assert found["share_in_band"] > 0.88
     assert np.isnan(result.nees["attitude"].value[0])
@@ -141,7 +141,7 @@ def test_a_run_of_the_ensemble_and_its_command() -> None:
 def test_an_interrupted_ensemble_may_lack_its_first_runs() -> None:
     result = straight(np.linspace(0.1, 1.0, 8))
     result.errors.number[:] = np.arange(64, 72)
-    numbers = ensemble_numbers(result)
+    numbers = summary_of(result)
     assert [one["run"] for one in numbers["named_runs"]][:2] == [71, 70]
     assert str(result.member(64).seed) in result.command(64)
     with pytest.raises(sinssim.InputError, match="8 runs from 64 to 71"):

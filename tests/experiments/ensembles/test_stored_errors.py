@@ -24,7 +24,8 @@ from sinssim.experiments.ensembles.ensemble_errors import (
 )
 from sinssim.experiments.ensembles.ensemble_plan import make_plan
 from sinssim.experiments.ensembles.ensemble_result import EnsembleResult
-from sinssim.experiments.ensembles.ensemble_statistics import ensemble_numbers, judge
+from sinssim.experiments.ensembles.ensemble_statistics import summary_of
+from sinssim.experiments.ensembles.ensemble_verdicts import judge
 from sinssim.statistics.requirements import parse_requirements
 from tests.experiments.ensembles.examples import AIDED, PARKED, scenario
 
@@ -85,11 +86,11 @@ def result_of(errors: RunErrors | StoredErrors) -> EnsembleResult:
 def test_the_same_numbers_as_from_arrays(at_once: int, tmp_path, monkeypatch) -> None:
     errors = random_errors()
     arrays = result_of(errors)
-    whole, judged = ensemble_numbers(arrays), [judge(arrays, one, 120) for one in parse_requirements(REQUIREMENTS)]
+    whole, judged = summary_of(arrays), [judge(arrays, one, 120) for one in parse_requirements(REQUIREMENTS)]
     monkeypatch.setattr(ensemble_errors, "AT_ONCE", at_once)
     result = result_of(stored(errors, tmp_path))
     assert len(result.errors.spans()) == {2**20: 1, 1000: 6, 1: 20}[at_once]
-    np.testing.assert_equal(ensemble_numbers(result), whole)
+    np.testing.assert_equal(summary_of(result), whole)
     assert [judge(result, one, 120) for one in parse_requirements(REQUIREMENTS)] == judged
     for quantity in ("position_ned", "velocity_ned", "attitude"):
         np.testing.assert_array_equal(getattr(result.errors, quantity), getattr(errors, quantity))
@@ -107,7 +108,7 @@ def test_the_same_numbers_as_from_arrays(at_once: int, tmp_path, monkeypatch) ->
 def test_sums_do_not_depend_on_the_parts() -> None:
     """The mean of the squares over all epochs of all runs, against one sum over the whole array."""
     errors = random_errors()
-    found = ensemble_numbers(result_of(errors))["components"]["position_n_m"]["rms"]
+    found = summary_of(result_of(errors))["components"]["position_n_m"]["rms"]
     assert found == pytest.approx(float(np.sqrt(np.nanmean(errors.position_ned[..., 0] ** 2))), rel=1e-14)
 
 
@@ -145,7 +146,7 @@ def test_statistics_hold_parts_only(tmp_path, monkeypatch) -> None:
 
     def statistics() -> None:
         result = EnsembleResult(plan, kept)
-        ensemble_numbers(result)
+        summary_of(result)
         result.spread("velocity_ned")
         judge(result, parse_requirements(["velocity_north(run) <= 1 m/s"])[0])
         result.to_parquet(tmp_path / "tables")
@@ -191,14 +192,14 @@ def test_an_ensemble_from_end_to_end(contents, tmp_path, monkeypatch) -> None:
     """With a directory and without one."""
     monkeypatch.setattr(ensemble_run, "_write", lambda *_: None)
     base, want = scenario(contents), ["r95(run) <= 100 m"]
-    numbers = ensemble_numbers(sinssim.ensemble(base, 10, tmp_path / "e", require=want, threads=1))
+    numbers = summary_of(sinssim.ensemble(base, 10, tmp_path / "e", require=want, threads=1))
     monkeypatch.setattr(ensemble_errors, "IN_MEMORY", 0)
     monkeypatch.setattr(ensemble_errors, "AT_ONCE", 500)
     again = sinssim.ensemble(base, 10, tmp_path / "e", require=want, resume=True)
     alone = sinssim.ensemble(base, 10, require=want, threads=1)
     for result in (again, alone):
         assert isinstance(result.errors, StoredErrors)
-        found = ensemble_numbers(result)
+        found = summary_of(result)
         for name in numbers.keys() - {"seconds", "computed"}:
             np.testing.assert_equal(found[name], numbers[name])
     assert np.isfinite(alone.errors.position_ned).all()  # its directory is gone

@@ -8,8 +8,8 @@ from typing import Any
 
 import pytest
 
-from sinssim.experiments.ensembles.ensemble_statistics import looks_text, requirement_lines, verdict_text
-from sinssim.statistics.requirement_verdict import Verdict
+from sinssim.experiments.ensembles.ensemble_verdicts import looks_text, requirement_lines, verdict_text
+from sinssim.statistics.requirement_verdict import Exceeded, Verdict
 from sinssim.statistics.requirements import parse_requirement
 
 
@@ -28,8 +28,8 @@ def judged(text: str, verdict: Any, value: float, time: float, more: int | None,
         (judged("cep(run) <= 30 m", "undecided", 28.7, 45.5, 1264),
          "In 240 runs the largest value is 28.7 m at 45.5 s; the limit is 30 m. About 1300 more runs are needed for a "
          "decision if they are similar."),
-        (judged("cep(run) <= 30 m", "not met", 47.0, 45.5, 0, SimpleNamespace(text="above the limit from 12 s on")),
-         "In 240 runs the largest value is 47.0 m at 45.5 s; the limit is 30 m. It is above the limit from 12 s on."),
+        (judged("cep(run) <= 30 m", "not met", 47.0, 45.5, 0, Exceeded(12.0)),
+         "In 240 runs the largest value is 47.0 m at 45.5 s; the limit is 30 m. It is exceeded from 12 s."),
         (judged("r95(120 s) <= 2 km", "undecided", inf, 120.0, 87),
          "In 240 runs it is ∞ (failed runs) at 120 s; the limit is 2 km. About 87 more runs are needed for a decision "
          "if they are similar."),

@@ -19,7 +19,7 @@ from sinssim.experiments.ensembles import ensemble_plan as truths_of
 from sinssim.experiments.ensembles.ensemble_errors import empty
 from sinssim.experiments.ensembles.ensemble_plan import TruthCache, make_plan
 from sinssim.experiments.ensembles.ensemble_result import EnsembleResult
-from sinssim.experiments.ensembles.ensemble_statistics import LOOKS, Looks
+from sinssim.experiments.ensembles.ensemble_verdicts import LOOKS, Looks
 from sinssim.simulation.sensed_stage import Sensed
 from sinssim.simulation.truth_stage import Truth
 from sinssim.statistics.percentiles import Percentile
@@ -184,7 +184,7 @@ def test_an_ensemble_that_stops_early_is_judged_by_its_finished_runs(monkeypatch
         asked.append((requirement.text, runs, error))
         return SimpleNamespace(verdict="undecided" if "cep" in requirement.text else "not met", runs=runs)
 
-    monkeypatch.setattr("sinssim.experiments.ensembles.ensemble_statistics.judge", judge)
+    monkeypatch.setattr("sinssim.experiments.ensembles.ensemble_verdicts.judge", judge)
     looks = Looks(parse_requirements(["cep(end) <= 3 nmi", "r95(end) <= 5 nmi"]), 50, until_decided=True)
     looks.look(straight(np.full(60, 0.5)), 50)
     assert [one[:2] for one in asked] == [("cep(end) <= 3 nmi", 50), ("r95(end) <= 5 nmi", 50)]

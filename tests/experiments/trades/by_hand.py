@@ -8,8 +8,9 @@ from typing import Any
 
 import numpy as np
 
-from sinssim.experiments.trades.trade_cells import CellNumbers, CellVerdict, cells_of
+from sinssim.experiments.trades.trade_cells import CellNumbers, cells_of
 from sinssim.experiments.trades.trade_result import CellResult, TradeResult
+from sinssim.statistics.requirement_verdict import VerdictInUnit
 from tests.experiments.trades.examples import ACCEL, BIAS, GRADE, study
 
 SECOND = pi / 648_000.0
@@ -38,12 +39,12 @@ def made(folder: Path, axes: tuple[dict[str, Any], ...] = (UNITS, RISING), words
             value = sizes[one.quantity] * n * (1.0 / 3.0 if one.when == "at" else 1.0)
             values |= {one.column: value, f"{one.column}_low": 0.8 * value, f"{one.column}_high": 1.5 * value}
         verdicts = [
-            CellVerdict(text, "met" if value < 1.001 * limit else "not met", value, limit, unit, at)
+            VerdictInUnit(text, "met" if value < 1.001 * limit else "not met", value, limit, unit, at)
             for text, value, limit, unit, at in zip(ASK, (0.1 * n, 100.0 * n / 3.0, 10.0 * n), (0.3, 100.0, 30.0),
                                                     ("km", "m", "arcsec"), (60.0, 30.0, 45.0), strict=True)
         ]  # fmt: skip
         if (word := (words or {}).get(cell.number)) is not None:
-            verdicts[0] = CellVerdict(ASK[0], word, 0.1 * n, 0.3, "km", 60.0, 10 * cell.number + 200)  # type: ignore[arg-type]
+            verdicts[0] = VerdictInUnit(ASK[0], word, 0.1 * n, 0.3, "km", 60.0, 10 * cell.number + 200)  # type: ignore[arg-type]
         time = np.array([0.0, 30.0, 60.0])
         r95 = 100.0 * n * time / 60.0
         cells.append(CellResult(cell, CellNumbers(values, tuple(verdicts), time, 0.5 * r95, r95)))

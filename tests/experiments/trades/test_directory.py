@@ -11,13 +11,14 @@ import numpy as np
 import pytest
 
 from sinssim.errors import InputError
-from sinssim.experiments.trades.trade_cells import CellNumbers, CellVerdict
+from sinssim.experiments.trades.trade_cells import CellNumbers
 from sinssim.experiments.trades.trade_run import MANIFEST, TradeDirectory
+from sinssim.statistics.requirement_verdict import VerdictInUnit
 from tests.experiments.trades.examples import study
 
 NUMBERS = CellNumbers(
     {"r95_end_m": 0.1 + 0.2, "nothing": float("nan"), "tiny": 5e-324},
-    (CellVerdict("r95 <= 1 m", "undecided", float("nan"), 1.0, "m", 3.0, None),),
+    (VerdictInUnit("r95 <= 1 m", "undecided", float("nan"), 1.0, "m", 3.0, None),),
     np.array([0.0, 1.0]),
     np.array([0.0, 1.0 / 3.0]),
     np.array([np.nan, 2.0 / 3.0]),

@@ -12,9 +12,11 @@ import pytest
 
 from sinssim.experiments.ensembles.ensemble_errors import RunErrors
 from sinssim.experiments.ensembles.ensemble_result import EnsembleResult
-from sinssim.experiments.trades.trade_cells import CellVerdict, of_budget, of_ensemble
-from sinssim.statistics.percentiles import percentile
-from sinssim.statistics.requirement_verdict import Exceeded
+from sinssim.experiments.ensembles.ensemble_statistics import Circles
+from sinssim.experiments.ensembles.ensemble_verdicts import Estimate, estimate
+from sinssim.experiments.trades.trade_cells import of_budget, of_ensemble
+from sinssim.statistics.percentiles import Percentile, percentile
+from sinssim.statistics.requirement_verdict import Exceeded, VerdictInUnit
 from sinssim.statistics.requirements import parse_quantity
 from tests.experiments.trades.examples import study
 from tests.recording.by_hand import ARCMIN, CEP, R95, hand_budget
@@ -62,10 +64,10 @@ def test_every_number_of_a_budget(tmp_path: Path) -> None:
     assert found.values == pytest.approx(expected, rel=1e-9, abs=1e-15)
     since = 3600.0 * 200.0 / (plane * R95)
     assert found.verdicts == (
-        CellVerdict(ask[0], "not met", pytest.approx(2e-3 * plane * R95), pytest.approx(0.2), "km", 7200.0, 0,
+        VerdictInUnit(ask[0], "not met", pytest.approx(2e-3 * plane * R95), pytest.approx(0.2), "km", 7200.0, 0,
                     pytest.approx(since), pytest.approx(since - 5000.0)),
-        CellVerdict(ask[1], "met", pytest.approx(0.5 * sqrt(1.57)), pytest.approx(1.0), "arcmin", 1800.0),
-        CellVerdict(ask[2], "not met", pytest.approx(plane * R95 / 1852.0), pytest.approx(0.05), "nmi/h", 7200.0),
+        VerdictInUnit(ask[1], "met", pytest.approx(0.5 * sqrt(1.57)), pytest.approx(1.0), "arcmin", 1800.0),
+        VerdictInUnit(ask[2], "not met", pytest.approx(plane * R95 / 1852.0), pytest.approx(0.05), "nmi/h", 7200.0),
     )  # fmt: skip
     np.testing.assert_array_equal(found.time, budget.time)
     np.testing.assert_allclose(found.cep, plane * CEP * budget.time / 3600.0, rtol=1e-9)
@@ -108,9 +110,14 @@ def with_band(column: str, values: Any, share: float) -> dict[str, float]:
 
 def test_every_number_of_an_ensemble(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     """Of 1…39 and ∞, CEP is at the place 20.5 and R95 at 38.65; χ² has 39 degrees of freedom."""
-    bands = {"cep": {"value": 1.0, "low": 2.0, "high": 3.0}, "r95": {"value": 4.0, "low": 5.0, "high": 6.0}}
-    summary = {"rate_nmi_h": {"line": bands}, "nees": {"all": {"mean": 1.25, "share_in_band": 0.75}, "other": {}}}
-    monkeypatch.setattr("sinssim.experiments.ensembles.ensemble_statistics.ensemble_numbers", lambda result: summary)
+
+    def band(value: float, low: float, high: float) -> Percentile:
+        return Percentile(0.5, *map(np.array, (value, low, high)), 0.95, np.array(40.0))
+
+    squares = SimpleNamespace(mean=1.25, share_in_band=0.75)
+    numbers_of = SimpleNamespace(line=Circles(band(1.0, 2.0, 3.0), band(4.0, 5.0, 6.0)),
+                                 nees={"all": squares, "other": None})  # fmt: skip
+    monkeypatch.setattr("sinssim.experiments.ensembles.ensemble_statistics.ensemble_numbers", lambda result: numbers_of)
     ask = ("cep(end) <= 0.05 km", "heading(1200 s) <= 5 deg")
     plan = study(tmp_path, axes=AXIS, cell="ensemble", times_s=(1200.0,), require=ask,
                  draw=("r95(run)", "heading(run)"))  # fmt: skip
@@ -142,7 +149,7 @@ def test_every_number_of_an_ensemble(tmp_path: Path, monkeypatch: pytest.MonkeyP
     assert found.values == pytest.approx(expected, rel=2e-6)
     first, second = found.verdicts
     # 10 of 40 within 50 m, the interval of their share ends at 41 %; three failures of 40 beyond the largest
-    assert first == CellVerdict(ask[0], "not met", pytest.approx(0.1025), 0.05, "km", 3600.0, 0)
+    assert first == VerdictInUnit(ask[0], "not met", pytest.approx(0.1025), 0.05, "km", 3600.0, 0)
     assert (second.requirement, second.value, second.time_s, second.unit) == (ask[1], inf, 1200.0, "deg")
     assert found.time.tolist() == [600.0, 1200.0, 3600.0]
     np.testing.assert_allclose(found.cep, 5.0 * 20.5 * found.time / 3600.0)
@@ -153,24 +160,24 @@ def test_every_number_of_an_ensemble(tmp_path: Path, monkeypatch: pytest.MonkeyP
 def test_words_of_a_verdict() -> None:
     """Value, unit and instant; since when; nothing where no run has a solution."""
     kept = {"requirement": "r", "verdict": "not met", "limit": 1.0, "unit": "nmi"}
-    assert CellVerdict(value=2.345, time_s=1800.5, **kept).text == "2.35 nmi at 1800.5 s"
-    assert CellVerdict(value=inf, time_s=60.0, **kept).text == "∞ at 60 s"
-    assert CellVerdict(value=nan, time_s=nan, **kept).text == ""
-    later = CellVerdict(value=2.0, time_s=900.0, exceeded_from_s=650.0, after_fixes_end_s=50.0, **kept)
+    assert VerdictInUnit(value=2.345, time_s=1800.5, **kept).text == "2.35 nmi at 1800.5 s"
+    assert VerdictInUnit(value=inf, time_s=60.0, **kept).text == "∞ at 60 s"
+    assert VerdictInUnit(value=nan, time_s=nan, **kept).text == ""
+    later = VerdictInUnit(value=2.0, time_s=900.0, exceeded_from_s=650.0, after_fixes_end_s=50.0, **kept)
     assert later.text == f"2.00 nmi at 900 s, {Exceeded(650.0, 600.0).text}"
     assert later.text.endswith("exceeded from 650 s, 50 s after the fixes end")
 
 
 def test_a_component_without_values_and_with_late_starts(monkeypatch: pytest.MonkeyPatch) -> None:
     """A run that has not begun does not count; a single one has no σ."""
-    from sinssim.experiments.trades.trade_cells import _component
-
     result = ensemble()
     result.errors.velocity_ned[1:, 0, 2] = nan
-    found = _component(result, parse_quantity("velocity_down(600 s)"))
-    assert found["velocity_down_600s_mps"] == pytest.approx(0.05)
-    assert found["mean_velocity_down_600s_mps"] == pytest.approx(0.05)
-    assert np.isnan(found["sigma_velocity_down_600s_mps"])
+    found = estimate(result, parse_quantity("velocity_down(600 s)"))
+    assert found.value == pytest.approx(0.05)
+    assert found.mean == pytest.approx(0.05)
+    assert found.sigma is not None
+    assert np.isnan(found.sigma)
     result.errors.velocity_ned[0, 0, 2] = nan
-    assert list(found := _component(result, parse_quantity("velocity_down(600 s)"))) == ["velocity_down_600s_mps"]
-    assert np.isnan(found["velocity_down_600s_mps"])
+    found = estimate(result, parse_quantity("velocity_down(600 s)"))
+    assert found == Estimate(found.value)
+    assert np.isnan(found.value)

@@ -9,7 +9,7 @@ import pyarrow.parquet as pq
 import pytest
 
 from sinssim.errors import InputError
-from sinssim.experiments.trades.trade_cells import Cell, CellNumbers, CellVerdict, Word, cells_of
+from sinssim.experiments.trades.trade_cells import Cell, CellNumbers, cells_of
 from sinssim.experiments.trades.trade_exhibits import exhibits_of
 from sinssim.experiments.trades.trade_result import (
     CellResult,
@@ -22,6 +22,7 @@ from sinssim.experiments.trades.trade_result import (
     unit_for,
 )
 from sinssim.recording.rerun.exhibit_recording import markdown
+from sinssim.statistics.requirement_verdict import VerdictInUnit, Word
 from sinssim.statistics.requirements import Quantity
 from tests.experiments.trades.examples import BIAS, GRADE, study
 
@@ -36,7 +37,7 @@ def made(folder: Path, band: bool = False) -> TradeResult:
         word: Word = (
             "met" if r95 <= 25.0 else "undecided" if r95 <= 40.0 and band else "met" if r95 <= 35.0 else "not met"
         )
-        verdict = CellVerdict("r95(end) <= 35 m", word, r95, 35.0, "m", 60.0, 500 if word == "undecided" else 0)
+        verdict = VerdictInUnit("r95(end) <= 35 m", word, r95, 35.0, "m", 60.0, 500 if word == "undecided" else 0)
         values = {q.column: 0.5 * r95 for q in plan.quantities} | {"r95_end_m": r95, "heading_end_rad": 1e-5 * r95}
         if band:
             values |= {"r95_end_m_low": r95 - 5.0, "r95_end_m_high": float("inf"), "runs": 40.0, "failed_runs": 0.0}
@@ -170,7 +171,7 @@ def test_one_requirement_that_is_not_met_decides_for_all(tmp_path: Path) -> None
     ]  # fmt: skip
     cells = []
     for cell, two in zip(cells_of(plan), words, strict=True):
-        found = tuple(CellVerdict(t, w, 1.0, 2.0, "m", 60.0, 0) for t, w in zip(texts, two, strict=True))
+        found = tuple(VerdictInUnit(t, w, 1.0, 2.0, "m", 60.0, 0) for t, w in zip(texts, two, strict=True))
         cells.append(CellResult(cell, CellNumbers({}, found, np.zeros(1), np.zeros(1), np.zeros(1)), ""))
     result = TradeResult(plan, tuple(cells))
     assert result.verdicts().tolist() == [["met", "undecided", "not met"], ["not met", "undecided", "not met"]]

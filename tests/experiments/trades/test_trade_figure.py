@@ -10,13 +10,14 @@ from typing import Any
 import numpy as np
 import pytest
 
-from sinssim.experiments.trades.trade_cells import CellNumbers, CellVerdict, cells_of
+from sinssim.experiments.trades.trade_cells import CellNumbers, cells_of
 from sinssim.experiments.trades.trade_exhibits import curves, families, grid_of, growth, pictures
 from sinssim.experiments.trades.trade_exhibits import heat_map as map_of
 from sinssim.experiments.trades.trade_result import CellResult, TradeResult
 from sinssim.experiments.trades.trade_schema import Axis
 from sinssim.recording.figures import figure_of
 from sinssim.recording.style import COLORS, css
+from sinssim.statistics.requirement_verdict import VerdictInUnit
 from sinssim.statistics.requirements import Quantity
 from tests.experiments.trades.examples import ACCEL, AXES, BIAS, GRADE, study
 
@@ -34,7 +35,7 @@ def made(
     results = []
     for cell in cells_of(plan):
         r95 = 10.0 * cell.number if values is None else values[cell.number - 1]
-        verdict = CellVerdict(plan.require[0], "met" if r95 <= limit else "not met", r95, limit, "m", 60.0)
+        verdict = VerdictInUnit(plan.require[0], "met" if r95 <= limit else "not met", r95, limit, "m", 60.0)
         numbers = {q.column: r95 for q in plan.quantities}
         if band:
             numbers |= {"r95_end_m_low": r95 * (1.0 - band), "r95_end_m_high": r95 * (1.0 + band)}

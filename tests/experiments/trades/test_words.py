@@ -13,10 +13,11 @@ import pytest
 
 from sinssim.errors import InputError, RunError
 from sinssim.experiments.trades import trade_run as running
-from sinssim.experiments.trades.trade_cells import CellNumbers, CellVerdict
+from sinssim.experiments.trades.trade_cells import CellNumbers
 from sinssim.experiments.trades.trade_exhibits import _lists, write_trade
 from sinssim.experiments.trades.trade_run import TradeDirectory, _contents, _numbers, trade
 from sinssim.recording import figures
+from sinssim.statistics.requirement_verdict import VerdictInUnit
 from tests.experiments.trades.by_hand import BIAS, RISING, UNITS, made
 from tests.experiments.trades.examples import study
 
@@ -99,7 +100,7 @@ def test_what_is_said_of_an_interrupted_study(tmp_path: Path, monkeypatch: pytes
 
 def test_numbers_come_back_in_their_places() -> None:
     """All different, so that none can take the place of another."""
-    verdict = CellVerdict("r95 <= 1 m", "not met", 2.5, 1.5, "km", 30.0, None, 12.0, 4.0)
+    verdict = VerdictInUnit("r95 <= 1 m", "not met", 2.5, 1.5, "km", 30.0, None, 12.0, 4.0)
     numbers = CellNumbers({"b": 2.0, "a": 1.0}, (verdict,), np.array([3.0, 4.0]), np.array([5.0, 6.0]),
                           np.array([7.0, 8.0]), ("One.", "Two."))  # fmt: skip
     contents = _contents(numbers)
