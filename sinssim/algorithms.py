@@ -18,25 +18,16 @@ from sinssim.system.registries import Registry, Sentences, sentence_of
 
 @dataclass(frozen=True)
 class Algorithm:
-    """The entry of an attitude algorithm.
+    """The entry of an attitude algorithm."""
 
-    Attributes:
-        name: its name in scenarios.
-        sentence: description.
-        module: its file under `sinssim/strapdown/`, for example "attitude.quaternion".
-        variant: values for the file's constants; others keep the value in the file.
-        windowed: whether the file has a complete engine, which works on windows of samples.
-        problem: why the entry cannot be used; "" if it can.
-        path: its file, of an algorithm outside the package; "" otherwise.
-    """
-
-    name: str
-    sentence: str
-    module: str
+    name: str  # its name in scenarios
+    sentence: str  # description
+    module: str  # its file under `sinssim/strapdown/`, for example "attitude.quaternion"
+    # values for the file's constants; others keep the value in the file
     variant: Mapping[str, int | bool] = field(default_factory=dict)
-    windowed: bool = False
-    problem: str = ""
-    path: str = ""
+    windowed: bool = False  # whether the file has a complete engine, which works on windows of samples
+    problem: str = ""  # why the entry cannot be used; "" if it can
+    path: str = ""  # its file, of an algorithm outside the package; "" otherwise
 
     @property
     def samples(self) -> int:
@@ -207,32 +198,16 @@ _NEAR = 0.01  # absolute tolerance of a whole ratio
 
 
 def whole_ratio(fast: float, slow: float) -> int | None:
-    """Return the ratio of two rates if it is a whole number.
-
-    Args:
-        fast: Hz.
-        slow: Hz.
-
-    Returns:
-        A whole number, at least 1; None if the ratio is not whole within the precision of rates.
-    """
+    """Return the ratio of two rates if it is a whole number: a whole number, at least 1; None if the ratio is not whole
+    within the precision of rates (fast in Hz; slow in Hz)."""
     ratio = fast / slow
     whole = round(ratio)
     return whole if whole >= 1 and abs(ratio - whole) <= min(_WHOLE * whole, _NEAR) else None
 
 
 def three_rates(rates_hz: Iterable[float]) -> tuple[float, float, float]:
-    """Return the fast, medium and slow rate of a list of three rates or of two.
-
-    Args:
-        rates_hz: fast, medium and slow rate; or the rate of attitude, and that of velocity and position.
-
-    Returns:
-        Three rates, Hz.
-
-    Raises:
-        InputError: there are other than two or three numbers.
-    """
+    """Return the fast, medium and slow rate of a list of three rates or of two, Hz (rates_hz: fast, medium and slow
+    rate; or the rate of attitude, and that of velocity and position)."""
     try:
         found = tuple(float(rate) for rate in rates_hz)
     except (TypeError, ValueError, OverflowError):
@@ -246,14 +221,8 @@ def three_rates(rates_hz: Iterable[float]) -> tuple[float, float, float]:
 
 
 def schedule(rates_hz: tuple[float, float, float], data_hz: float) -> tuple[int, int, int]:
-    """Return the whole ratios of the data's rate to the fast, the fast to the medium, and the medium to the slow rate.
-
-    Returns:
-        Three whole numbers, at least 1.
-
-    Raises:
-        InputError: the rates do not divide; the message gives the nearest rates that do.
-    """
+    """Return the whole ratios of the data's rate to the fast, the fast to the medium, and the medium to the slow rate:
+    three whole numbers, at least 1."""
     ratios = []
     above, above_name = data_hz, "the data's rate"
     for name, rate in zip(("fast", "medium", "slow"), rates_hz, strict=True):

@@ -57,24 +57,13 @@ def numbers(name: str, values: Any) -> Array:
 
 
 def doubles(name: str, values: Any) -> Array:
-    """Convert an argument to an array of doubles with at least one axis; otherwise like `numbers`.
-
-    Raises:
-        InputError: the argument is not an array of numbers.
-    """
+    """Convert an argument to an array of doubles with at least one axis; otherwise like `numbers`."""
     return np.atleast_1d(numbers(name, values))
 
 
 def number(name: str, value: Any, unit: str = "", *, low: float = -math.inf, high: float = math.inf) -> float:
-    """Convert an argument to one finite number.
-
-    Args:
-        value: an int, a float, or an array without axes.
-        low, high: smallest and largest allowed number; 5e-324 for any positive number.
-
-    Raises:
-        InputError: the argument is not a number, not finite, or out of range.
-    """
+    """Convert an argument to one finite number (value: an int, a float, or an array without axes; low, high: smallest
+    and largest allowed number; 5e-324 for any positive number)."""
     try:
         array = numbers(name, value)
     except InputError:
@@ -125,14 +114,8 @@ def quaternion(name: str, values: Any) -> Array:
 
 
 def check_kind(name: str, value: object, kind: type, like: str = "") -> None:
-    """Raise if an argument is not an instance of a class.
-
-    Args:
-        like: description of such an object, for the message; by default the name of the class.
-
-    Raises:
-        InputError: it is not an instance.
-    """
+    """Raise if an argument is not an instance of a class (like: description of such an object, for the message; by
+    default the name of the class)."""
     if not isinstance(value, kind):
         raise InputError(f"{name} must be {like or kind.__name__}, not {shortened(repr(value))}.")
 
@@ -157,14 +140,7 @@ _BLOCK = 65536  # rows per block, to avoid a temporary as long as the data
 
 
 def first_not_finite(array: Array) -> int | None:
-    """Find a NaN or an infinity.
-
-    Args:
-        array: (N, …).
-
-    Returns:
-        The first such row, None if there is none.
-    """
+    """Find a NaN or an infinity: the first such row, None if there is none (array: (N, …))."""
     for start in range(0, len(array), _BLOCK):
         block = array[start : start + _BLOCK]
         with np.errstate(invalid="ignore", over="ignore"):  # +∞ and −∞ in one block, or sums beyond the range
@@ -176,15 +152,8 @@ def first_not_finite(array: Array) -> int | None:
 
 
 def checked_increments(imu: ImuData) -> tuple[Array, Array, Array]:
-    """Check increments, and return them as contiguous arrays of doubles.
-
-    Returns:
-        Edges of the intervals, (N+1,) s, angle increments, (N, 3) rad, velocity increments, (N, 3) m/s.
-
-    Raises:
-        InputError: the arrays do not belong together, a sample is not finite, the times do not increase, or samples are
-            missing; the message gives the sample and its time.
-    """
+    """Check increments, and return them as contiguous arrays of doubles: edges of the intervals, (N+1,) s, angle
+    increments, (N, 3) rad, velocity increments, (N, 3) m/s."""
     if not isinstance(imu, ImuData):
         raise InputError(f"imu must be ImuData(time, dtheta, dvel), not {shortened(repr(imu))}.")
     time, dtheta, dvel = (doubles(f"imu.{name}", getattr(imu, name)) for name in ("time", "dtheta", "dvel"))
@@ -210,14 +179,8 @@ def checked_increments(imu: ImuData) -> tuple[Array, Array, Array]:
 
 
 def checked_imu(imu: ImuData) -> ImuData:
-    """Check increments, and return them with contiguous arrays of doubles.
-
-    Returns:
-        The increments; the same object if its arrays already have this form.
-
-    Raises:
-        InputError: as for `checked_increments`.
-    """
+    """Check increments, and return them with contiguous arrays of doubles: the increments; the same object if its
+    arrays already have this form."""
     time, dtheta, dvel = checked_increments(imu)
     if time is imu.time and dtheta is imu.dtheta and dvel is imu.dvel:
         return imu
@@ -225,14 +188,8 @@ def checked_imu(imu: ImuData) -> ImuData:
 
 
 def longest_gap(time: Array) -> tuple[int, float] | None:
-    """Find where samples are missing.
-
-    Args:
-        time: edges of intervals, increasing, (N+1,) s.
-
-    Returns:
-        Number of the longest interval and the typical length, s; None if no interval is longer than `GAP` typical ones.
-    """
+    """Find where samples are missing: number of the longest interval and the typical length, s; None if no interval is
+    longer than `GAP` typical ones (time: edges of intervals, increasing, (N+1,) s)."""
     steps = np.diff(time)
     longest = int(np.argmax(steps))
     if steps[longest] <= GAP * np.min(steps):
@@ -242,15 +199,8 @@ def longest_gap(time: Array) -> tuple[int, float] | None:
 
 
 def check_finite(name: str, array: Array, unit: str, ends: Array | None = None) -> None:
-    """Raise if an array holds a NaN or an infinity.
-
-    Args:
-        array: (N, …).
-        ends: edges of the intervals of its rows, (N+1,) s, if the rows are intervals.
-
-    Raises:
-        InputError: the message gives the first such row and its interval.
-    """
+    """Raise if an array holds a NaN or an infinity (array: (N, …); ends: edges of the intervals of its rows, (N+1,) s,
+    if the rows are intervals)."""
     row = first_not_finite(array)
     if row is not None:
         raise InputError(
@@ -261,14 +211,7 @@ def check_finite(name: str, array: Array, unit: str, ends: Array | None = None) 
 
 
 def check_increasing(name: str, time: Array) -> None:
-    """Raise if times do not increase.
-
-    Args:
-        time: (N+1,) s, finite.
-
-    Raises:
-        InputError: the message gives the first time that is not later than the previous one.
-    """
+    """Raise if times do not increase (time: (N+1,) s, finite)."""
     for start in range(0, len(time) - 1, _BLOCK):
         steps = np.diff(time[start : start + _BLOCK + 1])
         if not np.min(steps) > 0.0:
@@ -280,14 +223,8 @@ def check_increasing(name: str, time: Array) -> None:
 
 
 def checked_initial(initial: NavState) -> tuple[float, float, float, Array, Array]:
-    """Check the initial state of navigation.
-
-    Returns:
-        Latitude and longitude, rad, height, m, velocity, (3,) m/s, and attitude, (4,), of unit norm.
-
-    Raises:
-        InputError: a value has a wrong shape or is out of range; the message gives its name.
-    """
+    """Check the initial state of navigation: latitude and longitude, rad, height, m, velocity, (3,) m/s, and attitude,
+    (4,), of unit norm."""
     if not isinstance(initial, NavState):
         raise InputError(
             "initial must be NavState(latitude, longitude, height, velocity_ned, q_nb), not "
@@ -307,16 +244,8 @@ def checked_initial(initial: NavState) -> tuple[float, float, float, Array, Arra
 
 
 def not_finite_in(height: Array, velocity: Array, q_nb: Array) -> tuple[str, int] | None:
-    """Find where a solution diverges.
-
-    Args:
-        height: (N+1,) m.
-        velocity: (N+1, 3) m/s.
-        q_nb: (N+1, 4).
-
-    Returns:
-        The quantity and the first row at which it is not finite, None if there is no such row.
-    """
+    """Find where a solution diverges: the quantity and the first row at which it is not finite, None if there is no
+    such row (height: (N+1,) m; velocity: (N+1, 3) m/s; q_nb: (N+1, 4))."""
     for name, array in (("height", height), ("velocity", velocity), ("attitude", q_nb)):
         row = first_not_finite(array)
         if row is not None:

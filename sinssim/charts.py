@@ -25,28 +25,18 @@ NUMBER: Scale = fixed("")
 
 @dataclass(frozen=True, kw_only=True)
 class Axis:
-    """An axis of a chart.
+    """An axis of a chart."""
 
-    Attributes:
-        label: what it shows, without the unit.
-        units: units of its quantity; the one that suits the largest value is taken.
-        log: whether the scale is logarithmic.
-        low, high: its ends, SI; by the marks if None.
-        names: words at the places 0, 1, 2 … instead of numbers.
-        ticks: the only numbers that are written, SI; chosen if empty.
-        grid: whether lines cross the chart at its ticks.
-        least: smallest change that is not rounding, SI.
-    """
-
-    label: str = ""
-    units: Scale = NUMBER
-    log: bool = False
+    label: str = ""  # what it shows, without the unit
+    units: Scale = NUMBER  # units of its quantity; the one that suits the largest value is taken
+    log: bool = False  # whether the scale is logarithmic
+    # its ends, SI; by the marks if None
     low: float | None = None
     high: float | None = None
-    names: tuple[str, ...] = ()
-    ticks: tuple[float, ...] = ()
-    grid: bool = True
-    least: float = 0.0
+    names: tuple[str, ...] = ()  # words at the places 0, 1, 2 … instead of numbers
+    ticks: tuple[float, ...] = ()  # the only numbers that are written, SI; chosen if empty
+    grid: bool = True  # whether lines cross the chart at its ticks
+    least: float = 0.0  # smallest change that is not rounding, SI
 
 
 TIME = Axis(label="time", units=TIME_SCALE)
@@ -79,32 +69,20 @@ def extremes(values: Array) -> Array:
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class Line:
-    """A line.
+    """A line."""
 
-    Attributes:
-        label: name in the legend; "" for none.
-        x, y: (N,) SI; a NaN gives a gap.
-        color: its colour.
-        weight: how broad it is.
-        dash: pattern.
-        turn: full turn by which the values, if they are angles, jump; 0 for others.
-        marker: shape of the mark on each point: "o", "s", "^", "D", "P", "*", "" for none.
-        hollow: whether the marks are hollow.
-        counts: whether the line widens the axis.
-        more: what a picture adds to the label, such as the last value.
-    """
-
-    label: str = ""
+    label: str = ""  # name in the legend; "" for none
+    # (N,) SI; a NaN gives a gap
     x: Array
     y: Array
-    color: Color = ""
-    weight: Weight = "line"
-    dash: Dash = ""
-    turn: float = 0.0
-    marker: str = ""
-    hollow: bool = False
-    counts: bool = True
-    more: str = ""
+    color: Color = ""  # its colour
+    weight: Weight = "line"  # how broad it is
+    dash: Dash = ""  # pattern
+    turn: float = 0.0  # full turn by which the values, if they are angles, jump; 0 for others
+    marker: str = ""  # shape of the mark on each point: "o", "s", "^", "D", "P", "*", "" for none
+    hollow: bool = False  # whether the marks are hollow
+    counts: bool = True  # whether the line widens the axis
+    more: str = ""  # what a picture adds to the label, such as the last value
 
     @property
     def name(self) -> str:
@@ -124,97 +102,63 @@ class Line:
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class Band:
-    """The surface between two lines, such as a confidence band.
+    """The surface between two lines, such as a confidence band."""
 
-    Attributes:
-        x, low, high: (N,) SI.
-        color: its colour, drawn pale.
-        label: name in the legend; "" for none.
-    """
-
+    # (N,) SI
     x: Array
     low: Array
     high: Array
-    color: Color
-    label: str = ""
+    color: Color  # its colour, drawn pale
+    label: str = ""  # name in the legend; "" for none
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class Dots:
-    """Single points.
+    """Single points."""
 
-    Attributes:
-        label: name in the legend; "" for none.
-        x, y: (N,) SI.
-        color: one for all, or one for each.
-        size: diameter, points.
-        marker: shape, see `Line`.
-        error: (N,) 1σ drawn as a horizontal line through each point, SI; empty for none.
-    """
-
-    label: str = ""
+    label: str = ""  # name in the legend; "" for none
+    # (N,) SI
     x: Array
     y: Array
-    color: Color | Sequence[Color] = ""
-    size: float = 4.0
-    marker: str = "o"
+    color: Color | Sequence[Color] = ""  # one for all, or one for each
+    size: float = 4.0  # diameter, points
+    marker: str = "o"  # shape, see `Line`
+    # (N,) 1σ drawn as a horizontal line through each point, SI; empty for none
     error: Array = field(default_factory=lambda: np.empty(0))
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class Bars:
-    """Bars from zero at places on an axis with names.
+    """Bars from zero at places on an axis with names."""
 
-    Attributes:
-        label: name in the legend; "" for none.
-        places: (N,) centres, in the numbers of the names.
-        values: (N,) SI.
-        color: one for all, or one for each.
-        texts: what is written at their ends; empty for nothing.
-        across: whether they are horizontal, with the names on the vertical axis.
-        width: in the numbers of the names.
-        low, high: (N,) ends of a line through each end, SI; empty for none.
-    """
-
-    label: str = ""
-    places: Array
-    values: Array
-    color: Color | Sequence[Color] = ""
-    texts: tuple[str, ...] = ()
-    across: bool = True
-    width: float = 0.7
+    label: str = ""  # name in the legend; "" for none
+    places: Array  # (N,) centres, in the numbers of the names
+    values: Array  # (N,) SI
+    color: Color | Sequence[Color] = ""  # one for all, or one for each
+    texts: tuple[str, ...] = ()  # what is written at their ends; empty for nothing
+    across: bool = True  # whether they are horizontal, with the names on the vertical axis
+    width: float = 0.7  # in the numbers of the names
+    # (N,) ends of a line through each end, SI; empty for none
     low: Array = field(default_factory=lambda: np.empty(0))
     high: Array = field(default_factory=lambda: np.empty(0))
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class Shares:
-    """Surfaces on top of each other.
+    """Surfaces on top of each other."""
 
-    Attributes:
-        x: (N,) SI.
-        parts: (k, N), the lowest first, SI.
-        labels: k names.
-        colors: k colours.
-    """
-
-    x: Array
-    parts: Array
-    labels: tuple[str, ...]
-    colors: tuple[Color, ...]
+    x: Array  # (N,) SI
+    parts: Array  # (k, N), the lowest first, SI
+    labels: tuple[str, ...]  # k names
+    colors: tuple[Color, ...]  # k colours
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class Histogram:
-    """Numbers of values in intervals.
+    """Numbers of values in intervals."""
 
-    Attributes:
-        values: (N,) SI, finite.
-        color: its colour.
-    """
-
-    values: Array
-    color: Color
+    values: Array  # (N,) SI, finite
+    color: Color  # its colour
 
     @property
     def counted(self) -> tuple[Array, Array]:
@@ -225,44 +169,29 @@ class Histogram:
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class Rule:
-    """A straight line across the chart at a value, with a band about it.
+    """A straight line across the chart at a value, with a band about it."""
 
-    Attributes:
-        at: its value, SI.
-        upright: whether it stands at a value of the horizontal axis.
-        label: name in the legend; "" for none.
-        text: written at its end, at the top of one that stands.
-        color: its colour.
-        weight, dash: see `Line`.
-        low, high: ends of the band; None for none.
-    """
-
-    at: float
-    upright: bool = False
-    label: str = ""
-    text: str = ""
-    color: Color = "soft"
+    at: float  # its value, SI
+    upright: bool = False  # whether it stands at a value of the horizontal axis
+    label: str = ""  # name in the legend; "" for none
+    text: str = ""  # written at its end, at the top of one that stands
+    color: Color = "soft"  # its colour
+    # see `Line`
     weight: Weight = "thin"
     dash: Dash = ""
+    # ends of the band; None for none
     low: float | None = None
     high: float | None = None
 
 
 @dataclass(frozen=True, kw_only=True)
 class Limit:
-    """The limit of a requirement: a line throughout the run, or a mark at one time.
+    """The limit of a requirement: a line throughout the run, or a mark at one time."""
 
-    Attributes:
-        text: the requirement.
-        verdict: "met", "not met" or "undecided".
-        height: its limit, SI.
-        at: its time, s; None throughout.
-    """
-
-    text: str
-    verdict: str
-    height: float
-    at: float | None = None
+    text: str  # the requirement
+    verdict: str  # "met", "not met" or "undecided"
+    height: float  # its limit, SI
+    at: float | None = None  # its time, s; None throughout
 
     FAR = 1.5
     """A limit is drawn up to this multiple of the highest curve; beyond, it is only named."""
@@ -289,22 +218,15 @@ class Remark:
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class Cells:
-    """Coloured cells at the places of two axes with names.
+    """Coloured cells at the places of two axes with names."""
 
-    Attributes:
-        values: (m, n), the first row on top, SI; a value that is not finite has no colour.
-        texts: what is written in the cells, m rows.
-        low, high: values of the palest and of the darkest shade, SI.
-        log: whether the shades follow the logarithm.
-        framed: (m, n), whether a cell has a frame.
-    """
-
-    values: Array
-    texts: Sequence[Sequence[str]]
+    values: Array  # (m, n), the first row on top, SI; a value that is not finite has no colour
+    texts: Sequence[Sequence[str]]  # what is written in the cells, m rows
+    # values of the palest and of the darkest shade, SI
     low: float
     high: float
-    log: bool
-    framed: NDArray[np.bool_]
+    log: bool  # whether the shades follow the logarithm
+    framed: NDArray[np.bool_]  # (m, n), whether a cell has a frame
 
     @property
     def shades(self) -> Array:
@@ -320,26 +242,18 @@ Mark = Line | Band | Dots | Bars | Shares | Histogram | Rule | Limit | Remark | 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class Chart:
-    """One chart.
+    """One chart."""
 
-    Attributes:
-        key: its name within the group; of its entity in a recording.
-        title: what it shows.
-        x, y: its axes.
-        marks: what is drawn, in this order.
-        equal: whether both axes have the same scale.
-        legend: where the names of the marks are, if the group has no common legend.
-        room: factor of the space above the highest mark of an axis that begins at zero.
-    """
-
-    key: str
-    title: str = ""
+    key: str  # its name within the group; of its entity in a recording
+    title: str = ""  # what it shows
+    # its axes
     x: Axis = TIME
     y: Axis
-    marks: tuple[Mark, ...]
-    equal: bool = False
+    marks: tuple[Mark, ...]  # what is drawn, in this order
+    equal: bool = False  # whether both axes have the same scale
+    # where the names of the marks are, if the group has no common legend
     legend: Literal["inside", "right", "below", "none"] = "inside"
-    room: float = 1.05
+    room: float = 1.05  # factor of the space above the highest mark of an axis that begins at zero
 
     def values(self, upright: bool) -> Iterator[Array]:
         """Yield the values that widen an axis, SI; the extremes of a line on a linear axis."""
@@ -370,12 +284,9 @@ class Chart:
         return max((float(v[np.isfinite(v)].max(initial=-np.inf)) for v in self.values(upright=True)), default=0.0)
 
     def ends(self, upright: bool) -> tuple[float | None, float | None]:
-        """Return the ends of an axis that are not left to the medium.
-
-        Returns:
-            Both, SI: those of the axis; above zero with room over the highest mark; about the positive values on a
-            logarithmic axis; along the horizontal axis those of the lines.
-        """
+        """Return the ends of an axis that are not left to the medium: both, SI: those of the axis; above zero with room
+        over the highest mark; about the positive values on a logarithmic axis; along the horizontal axis those of the
+        lines."""
         axis = self.y if upright else self.x
         low, high = axis.low, axis.high
         if low is not None and high is not None:
@@ -434,32 +345,21 @@ class Chart:
 
 @dataclass(frozen=True, eq=False)
 class Charts:
-    """Charts that belong together.
+    """Charts that belong together."""
 
-    Attributes:
-        key: name of the group, of the file of its picture and of its parts on a page.
-        rows: the charts, row by row.
-        size: width and height of the whole as a picture, inches.
-        title: above all of them.
-        note: below all of them.
-        legend: where the names of all marks are; "each" for a legend in each chart.
-        share: which axes all charts have in common.
-        widths, heights: relative widths and heights of columns and rows; equal if empty.
-        on: the media that show it.
-        named: what the names in a common legend are.
-    """
-
-    key: str
-    rows: tuple[tuple[Chart, ...], ...]
-    size: tuple[float, float]
-    title: str = ""
-    note: str = ""
+    key: str  # name of the group, of the file of its picture and of its parts on a page
+    rows: tuple[tuple[Chart, ...], ...]  # the charts, row by row
+    size: tuple[float, float]  # width and height of the whole as a picture, inches
+    title: str = ""  # above all of them
+    note: str = ""  # below all of them
+    # where the names of all marks are; "each" for a legend in each chart
     legend: Literal["each", "right", "below"] = "each"
-    share: Literal["", "x", "y", "xy"] = ""
+    share: Literal["", "x", "y", "xy"] = ""  # which axes all charts have in common
+    # relative widths and heights of columns and rows; equal if empty
     widths: tuple[float, ...] = ()
     heights: tuple[float, ...] = ()
-    on: tuple[str, ...] = ("page", "recording")
-    named: str = ""
+    on: tuple[str, ...] = ("page", "recording")  # the media that show it
+    named: str = ""  # what the names in a common legend are
 
     def __iter__(self) -> Iterator[Chart]:
         return (chart for row in self.rows for chart in row)
@@ -467,23 +367,14 @@ class Charts:
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class Cloud:
-    """Points that move in a plane, and circles about its origin; a recording shows it.
+    """Points that move in a plane, and circles about its origin; a recording shows it."""
 
-    Attributes:
-        key: name of its entity.
-        time: (K,) s since the start.
-        x, y: (N, K) to the right and up, SI; NaN where a point is missing.
-        units: units of both.
-        names: what lies to the right, and up.
-        circles: radius of each circle, (K,) SI, by the name of its colour; none where it is not finite.
-        on: the media that show it.
-    """
-
-    key: str
-    time: Array
+    key: str  # name of its entity
+    time: Array  # (K,) s since the start
+    # (N, K) to the right and up, SI; NaN where a point is missing
     x: Array
     y: Array
-    units: Scale
-    names: tuple[str, str]
-    circles: dict[str, Array]
-    on: tuple[str, ...] = ("recording",)
+    units: Scale  # units of both
+    names: tuple[str, str]  # what lies to the right, and up
+    circles: dict[str, Array]  # radius of each circle, (K,) SI, by the name of its colour; none where it is not finite
+    on: tuple[str, ...] = ("recording",)  # the media that show it

@@ -37,11 +37,8 @@ VARIABLE = "SINSSIM_CONTENT"
 
 
 def named_paths() -> list[Path]:
-    """Return the files and folders that the environment variable names.
-
-    Returns:
-        Absolute paths; one that is not absolute, or does not exist, is left out with a warning.
-    """
+    """Return the files and folders that the environment variable names: absolute paths; one that is not absolute, or
+    does not exist, is left out with a warning."""
     found = []
     for name in os.environ.get(VARIABLE, "").split(os.pathsep):
         path = Path(name).expanduser()
@@ -93,15 +90,9 @@ def _all(packages: bool) -> Iterator[Item]:
 
 
 def offered(kind: str, *, packages: bool = True) -> dict[str, Item]:
-    """Return the content of one kind from the environment variable and from installed packages.
-
-    Args:
-        kind: one of `sinssim.system.extensions.SINGULAR`.
-
-    Returns:
-        The items by name. If two have the same name, the first one counts: of the environment variable, then of the
-        packages by the name of their entry point; a warning names the other.
-    """
+    """Return the content of one kind from the environment variable and from installed packages: the items by name. If
+    two have the same name, the first one counts: of the environment variable, then of the packages by the name of their
+    entry point; a warning names the other (kind: one of `sinssim.system.extensions.SINGULAR`)."""
     found: dict[str, Item] = {}
     for item in _all(packages):
         if item.kind != kind:
@@ -173,11 +164,7 @@ def _warn_once(folder: Path) -> None:
 
 @cache
 def warn_of_two(what: str, name: str, used: Path, left_out: Path) -> None:
-    """Warn once that two of the user's own files have the same name.
-
-    Args:
-        what: kind of content, for example "view".
-    """
+    """Warn once that two of the user's own files have the same name (what: kind of content, for example "view")."""
     logger.warning("There are two %ss named %s: %s is used, %s is ignored.", what, name, used, left_out)
 
 
@@ -273,17 +260,8 @@ _FILES = {
 
 
 def new_project(folder: Path) -> list[tuple[str, str]]:
-    """Lay out a project folder.
-
-    Args:
-        folder: the folder; it is made if it does not exist.
-
-    Returns:
-        Each file, relative to the folder, with what it is.
-
-    Raises:
-        InputError: the folder is not empty, is a file, or cannot be written.
-    """
+    """Lay out a project folder; return each file, relative to the folder, with what it is (the folder; it is made if it
+    does not exist)."""
     example = package_content("scenarios") / "new_project"
     made = [place for place in (folder, *folder.parents) if not place.exists()]
     begun = False

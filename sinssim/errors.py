@@ -81,14 +81,8 @@ def warn(text: str) -> None:
 
 def printable(text: str) -> str:
     """Return a text of bounded length whose control characters, and others that a terminal does not show, are written
-    as in Python.
-
-    Args:
-        text: the text; a file may have brought anything into it.
-
-    Returns:
-        The text, with "\\x1b" for an escape character, and without its middle if it is too long; ends of lines stay.
-    """
+    as in Python: the text, with "\x1b" for an escape character, and without its middle if it is too long; ends of lines
+    stay (the text; a file may have brought anything into it)."""
     if len(text) > _HEAD + _TAIL:
         text = f"{text[:_HEAD]} … ({len(text) - _HEAD - _TAIL} characters) … {text[-_TAIL:]}"
     if text.isprintable():
@@ -97,34 +91,20 @@ def printable(text: str) -> str:
 
 
 def shortened(text: str, most: int = 80) -> str:
-    """Return a text for a message, shortened if it is long.
-
-    Returns:
-        The text, or its beginning with "…" and its length.
-    """
+    """Return a text for a message, shortened if it is long: the text, or its beginning with "…" and its length."""
     return text if len(text) <= most else f"{text[:most]}… ({len(text)} characters)"
 
 
 def respelled(name: str) -> str:
-    """Return a name in the words and spellings of sinssim.
-
-    Args:
-        name: for example "altitude_ft", "gyro_arw_deg_rt_hr", "barometer".
-
-    Returns:
-        For example "height_ft", "gyro_arw_deg_sqrt_h", "baro"; lower-case, with underscores.
-    """
+    """Return a name in the words and spellings of sinssim: for example "height_ft", "gyro_arw_deg_sqrt_h", "baro";
+    lower-case, with underscores (name: for example "altitude_ft", "gyro_arw_deg_rt_hr", "barometer")."""
     words = re.split(r"[\W_]+", name[:_COMPARED].lower())
     return "_".join(filter(None, (_CANONICAL.get(word, word) for word in words)))
 
 
 def nearest(name: str, known: Iterable[str]) -> str | None:
-    """Return the known name that is meant.
-
-    Returns:
-        The name of the same words, letters and digits; or else the one with the most similar spelling; None if there is
-        none.
-    """
+    """Return the known name that is meant: the name of the same words, letters and digits; or else the one with the
+    most similar spelling; None if there is none."""
     names = sorted(known)
     own = respelled(name)
     plain = own.replace("_", "")
@@ -136,11 +116,8 @@ def nearest(name: str, known: Iterable[str]) -> str | None:
 
 
 def unknown_name(kind: str, name: object, known: Iterable[str]) -> InputError:
-    """Return the error for an unknown name, with the nearest known name and the list of all.
-
-    Args:
-        kind: kind of the name, for example "algorithm".
-    """
+    """Return the error for an unknown name, with the nearest known name and the list of all (kind of the name, for
+    example "algorithm")."""
     names = sorted(known)
     near = nearest(str(name), names)
     hint = f" Did you mean {near!r}?" if near else ""
@@ -148,13 +125,6 @@ def unknown_name(kind: str, name: object, known: Iterable[str]) -> InputError:
 
 
 def check_name(kind: str, name: object, known: Collection[str]) -> None:
-    """Raise if a name is unknown.
-
-    Args:
-        name: the given name; anything but text is refused.
-
-    Raises:
-        InputError: the message lists the known names.
-    """
+    """Raise if a name is unknown (name: the given name; anything but text is refused)."""
     if not isinstance(name, str) or name not in known:
         raise unknown_name(kind, name, known)

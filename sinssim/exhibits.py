@@ -24,69 +24,42 @@ Verdict = Literal["", "met", "not met", "undecided", "confirmed", "partly", "ref
 
 @dataclass(frozen=True)
 class Sentence:
-    """A paragraph.
+    """A paragraph."""
 
-    Attributes:
-        text: whole sentences.
-        kind: "lead" below a title, "note" for a remark, "strong" for what must not be overlooked, "warning" for what
-            is wrong.
-        on: the media that show it.
-    """
-
-    text: str
+    text: str  # whole sentences
+    # "lead" below a title, "note" for a remark, "strong" for what must not be overlooked, "warning" for what is wrong
     kind: Literal["", "lead", "note", "strong", "warning"] = ""
-    on: tuple[Medium, ...] = EVERYWHERE
+    on: tuple[Medium, ...] = EVERYWHERE  # the media that show it
 
 
 @dataclass(frozen=True)
 class Column:
-    """A column of a table.
+    """A column of a table."""
 
-    Attributes:
-        head: what it holds, without the unit.
-        units: units of its numbers; None for texts, and for numbers that are shown as they are.
-        words: whether it holds words, which begin at the left.
-        digits: significant digits of its numbers; 0 for `four_digits`.
-        on: the media that show it.
-    """
-
-    head: str
-    units: Scale | None = None
-    words: bool = False
-    digits: int = 0
-    on: tuple[Medium, ...] = EVERYWHERE
+    head: str  # what it holds, without the unit
+    units: Scale | None = None  # units of its numbers; None for texts, and for numbers that are shown as they are
+    words: bool = False  # whether it holds words, which begin at the left
+    digits: int = 0  # significant digits of its numbers; 0 for `four_digits`
+    on: tuple[Medium, ...] = EVERYWHERE  # the media that show it
 
 
 @dataclass(frozen=True)
 class Table:
-    """A table.
-
-    Attributes:
-        columns: its columns.
-        rows: a text, or a number in SI in a column with units, for each column.
-        title: above it; the console takes that of the section if it is empty.
-        note: below it.
-        colors: of the rows, shown by a square before each; empty for none.
-        shaded: whether the numbers are shaded by their logarithm, the least most.
-        rising: whether its columns of numbers belong to rising values, of which a narrow console leaves some out.
-        on: the media that show it.
-    """
+    """A table."""
 
     columns: tuple[Column, ...]
-    rows: Sequence[Sequence[str | float]]
-    title: str = ""
-    note: str = ""
-    colors: Sequence[Color] = ()
-    shaded: bool = False
+    rows: Sequence[Sequence[str | float]]  # a text, or a number in SI in a column with units, for each column
+    title: str = ""  # above it; the console takes that of the section if it is empty
+    note: str = ""  # below it
+    colors: Sequence[Color] = ()  # of the rows, shown by a square before each; empty for none
+    shaded: bool = False  # whether the numbers are shaded by their logarithm, the least most
+    # whether its columns of numbers belong to rising values, of which a narrow console leaves some out
     rising: bool = False
-    on: tuple[Medium, ...] = EVERYWHERE
+    on: tuple[Medium, ...] = EVERYWHERE  # the media that show it
 
     def shown(self, medium: Medium) -> tuple[list[Column], list[tuple[str, str]], list[list[str]]]:
-        """Return what a medium shows.
-
-        Returns:
-            The columns, their heads and units, and the texts of the rows. Columns of one quantity have one unit.
-        """
+        """Return what a medium shows: the columns, their heads and units, and the texts of the rows. Columns of one
+        quantity have one unit."""
         places = [k for k, column in enumerate(self.columns) if medium in column.on]
         found: dict[int, list[float]] = {}
         for k in places:
@@ -108,11 +81,8 @@ def _text(cell: str | float, size: float, digits: int) -> str:
 
 
 def four_digits(value: float) -> str:
-    """Write a number with four significant digits, a small one without an exponent.
-
-    Returns:
-        For example "0.01235", "12,346", "–" for NaN.
-    """
+    """Write a number with four significant digits, a small one without an exponent; return for example "0.01235",
+    "12,346", "–" for NaN."""
     if 1e-7 < abs(value) < 1e-4:
         return f"{value:.{3 - math.floor(math.log10(abs(value)))}f}"
     return "–" if math.isnan(value) else f"{value:,.0f}" if 1e4 <= abs(value) < 1e7 else f"{value:.4g}"
@@ -120,76 +90,48 @@ def four_digits(value: float) -> str:
 
 @dataclass(frozen=True)
 class Verbatim:
-    """A text whose white space counts, such as a file.
+    """A text whose white space counts, such as a file."""
 
-    Attributes:
-        title: its name.
-        text: the text.
-        on: the media that show it.
-    """
-
-    title: str
+    title: str  # its name
     text: str
-    on: tuple[Medium, ...] = ("page", "recording")
+    on: tuple[Medium, ...] = ("page", "recording")  # the media that show it
 
 
 @dataclass(frozen=True)
 class Points:
-    """A list.
+    """A list."""
 
-    Attributes:
-        texts: its entries; one may begin with a verdict and a colon.
-        on: the media that show it.
-    """
-
-    texts: Sequence[str]
-    on: tuple[Medium, ...] = EVERYWHERE
+    texts: Sequence[str]  # its entries; one may begin with a verdict and a colon
+    on: tuple[Medium, ...] = EVERYWHERE  # the media that show it
 
 
 @dataclass(frozen=True)
 class Diagram:
-    """A drawing of `recording.diagrams`, on pages.
+    """A drawing of `recording.diagrams`, on pages."""
 
-    Attributes:
-        name: of the function that draws it.
-        key: a name that is unique on the page.
-    """
-
-    name: str
-    key: str
+    name: str  # of the function that draws it
+    key: str  # a name that is unique on the page
     on: tuple[Medium, ...] = ("page",)
 
 
 @dataclass(frozen=True)
 class Beside:
-    """Exhibits side by side where there is room.
+    """Exhibits side by side where there is room."""
 
-    Attributes:
-        items: what stands beside each other, from the left.
-        on: the media that show it.
-    """
-
-    items: Sequence[Item]
-    on: tuple[Medium, ...] = EVERYWHERE
+    items: Sequence[Item]  # what stands beside each other, from the left
+    on: tuple[Medium, ...] = EVERYWHERE  # the media that show it
 
 
 @dataclass(frozen=True)
 class Section:
-    """Exhibits under a heading.
+    """Exhibits under a heading."""
 
-    Attributes:
-        title: the heading; "" for none.
-        items: what it contains, in this order.
-        verdict: written after the heading.
-        fold: whether a page folds it under its heading, and shows it "open" or "closed" at first.
-        on: the media that show it.
-    """
-
-    title: str
-    items: Sequence[Item]
-    verdict: Verdict = ""
+    title: str  # the heading; "" for none
+    items: Sequence[Item]  # what it contains, in this order
+    verdict: Verdict = ""  # written after the heading
+    # whether a page folds it under its heading, and shows it "open" or "closed" at first
     fold: Literal["", "open", "closed"] = ""
-    on: tuple[Medium, ...] = EVERYWHERE
+    on: tuple[Medium, ...] = EVERYWHERE  # the media that show it
 
 
 Item = Sentence | Table | Verbatim | Points | Diagram | Charts | Cloud | Beside | Section
@@ -197,31 +139,19 @@ Item = Sentence | Table | Verbatim | Points | Diagram | Charts | Cloud | Beside 
 
 @dataclass(frozen=True)
 class Exhibits:
-    """All that a result has to show.
+    """All that a result has to show."""
 
-    Attributes:
-        title: of the page.
-        items: what it contains, in this order.
-        plain: the title on the console; that of the page if empty.
-        name: of the recording, for which the viewer keeps a layout.
-        kind: of the recording, which chooses its views.
-        root: entity above all charts of the recording.
-        span: first and last instant of the recording, s; charts over the time since the start begin at the first.
-        figure: key of the charts that `plot()` draws.
-        labels: further words for the recording's views.
-        pictures: keys of groups of charts that the recording shows as pictures, too.
-    """
-
-    title: str
-    items: Sequence[Item]
-    plain: str = ""
-    name: str = ""
-    kind: str = ""
-    root: str = ""
+    title: str  # of the page
+    items: Sequence[Item]  # what it contains, in this order
+    plain: str = ""  # the title on the console; that of the page if empty
+    name: str = ""  # of the recording, for which the viewer keeps a layout
+    kind: str = ""  # of the recording, which chooses its views
+    root: str = ""  # entity above all charts of the recording
+    # first and last instant of the recording, s; charts over the time since the start begin at the first
     span: tuple[float, float] = (0.0, 0.0)
-    figure: str = ""
-    labels: dict[str, str] = field(default_factory=dict)
-    pictures: tuple[str, ...] = ()
+    figure: str = ""  # key of the charts that `plot()` draws
+    labels: dict[str, str] = field(default_factory=dict)  # further words for the recording's views
+    pictures: tuple[str, ...] = ()  # keys of groups of charts that the recording shows as pictures, too
 
     def charts(self) -> Iterator[Charts]:
         """Yield all charts, also those of inner sections."""

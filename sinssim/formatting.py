@@ -7,11 +7,7 @@ from collections.abc import Iterable
 
 
 def number_text(value: float, digits: int = 3) -> str:
-    """Write a number with a few significant digits.
-
-    Returns:
-        "0.0123", "1.2e-09", or "–" for an unknown number.
-    """
+    """Write a number with a few significant digits; return "0.0123", "1.2e-09", or "–" for an unknown number."""
     if not math.isfinite(value):
         return "–"
     if value == 0.0:
@@ -23,11 +19,7 @@ def number_text(value: float, digits: int = 3) -> str:
 
 
 def signed(value: float, digits: int = 3) -> str:
-    """Write a number with a few significant digits and, if it is negative, a true minus sign.
-
-    Returns:
-        "−0.0123".
-    """
+    """Write a number with a few significant digits and, if it is negative, a true minus sign; return "−0.0123"."""
     return ("−" if value < 0.0 else "") + number_text(abs(value), digits)
 
 
@@ -37,28 +29,14 @@ def capital(sentence: str) -> str:
 
 
 def duration_text(seconds: float) -> str:
-    """Return a duration in words of at most six letters.
-
-    Args:
-        seconds: s.
-
-    Returns:
-        "40 s", "3 min" or "2.5 h".
-    """
+    """Return a duration in words of at most six letters: "40 s", "3 min" or "2.5 h"."""
     if seconds < 90.0:
         return f"{seconds:.0f} s"
     return f"{seconds / 60.0:.0f} min" if seconds < 5400.0 else f"{seconds / 3600.0:.1f} h"
 
 
 def size_text(size: float) -> str:
-    """Return a size with a suitable unit.
-
-    Args:
-        size: bytes.
-
-    Returns:
-        For example "248 MB".
-    """
+    """Return a size with a suitable unit: for example "248 MB" (size in bytes)."""
     for unit, one in (("GB", 1e9), ("MB", 1e6), ("kB", 1e3)):
         if size >= one:
             return f"{size / one:.3g} {unit}"

@@ -18,30 +18,19 @@ from sinssim.system.registries import Registry, Sentences, sentence_of
 
 @dataclass(frozen=True)
 class Frame:
-    """The entry of a navigation frame.
+    """The entry of a navigation frame."""
 
-    Attributes:
-        sentence: description.
-        file: its file under `sinssim/strapdown/frames/`, without ".py"; several frames may share one.
-        has_radii: whether it uses radii of curvature, so that simplified ones have an effect.
-        takes_route: whether it is oriented along a route.
-        passes_poles: whether it can be used at the Earth's poles.
-        has_azimuth: whether its x axis has a direction of its own in the local level.
-        has_three_rates: whether the three-rate schedule works in it: `solve_three_rates` in its file.
-        starts_anywhere: whether its engine fits across `Problem.first`, where a filter's segment begins; the segments
-            of a frame without it are fitted by their own samples, which is less accurate at their ends.
-        path: its file, of a frame outside the package; "" otherwise.
-    """
-
-    sentence: str
-    file: str
-    has_radii: bool = True
-    takes_route: bool = False
-    passes_poles: bool = True
-    has_azimuth: bool = False
-    has_three_rates: bool = False
+    sentence: str  # description
+    file: str  # its file under `sinssim/strapdown/frames/`, without ".py"; several frames may share one
+    has_radii: bool = True  # whether it uses radii of curvature, so that simplified ones have an effect
+    takes_route: bool = False  # whether it is oriented along a route
+    passes_poles: bool = True  # whether it can be used at the Earth's poles
+    has_azimuth: bool = False  # whether its x axis has a direction of its own in the local level
+    has_three_rates: bool = False  # whether the three-rate schedule works in it: `solve_three_rates` in its file
+    # whether its engine fits across `Problem.first`, where a filter's segment begins; the segments of a frame without
+    # it are fitted by their own samples, which is less accurate at their ends
     starts_anywhere: bool = False
-    path: str = ""
+    path: str = ""  # its file, of a frame outside the package; "" otherwise
 
     @property
     def takes_azimuth(self) -> bool:
@@ -143,14 +132,8 @@ def frames_that(wanted: Callable[[Frame], bool]) -> list[str]:
 
 
 def check_correctable(algorithm: str) -> None:
-    """Raise for an algorithm that a filter cannot correct between its updates.
-
-    Args:
-        algorithm: one of `sinssim.algorithms.SCENARIO_ALGORITHMS`.
-
-    Raises:
-        InputError: it processes windows of samples.
-    """
+    """Raise for an algorithm that a filter cannot correct between its updates (algorithm: one of
+    `sinssim.algorithms.SCENARIO_ALGORITHMS`)."""
     entry = REGISTRY.get(algorithm)
     if entry is not None and entry.windowed:
         raise InputError(
@@ -160,15 +143,8 @@ def check_correctable(algorithm: str) -> None:
 
 
 def check_three_rates(algorithm: str, frame: str) -> None:
-    """Raise for an algorithm or a frame that cannot run at three rates.
-
-    Args:
-        algorithm: one of `sinssim.ALGORITHMS`.
-        frame: one of `FRAMES`.
-
-    Raises:
-        InputError: the schedule needs an attitude algorithm that advances sample by sample, and a frame with one.
-    """
+    """Raise for an algorithm or a frame that cannot run at three rates (algorithm: one of `sinssim.ALGORITHMS`; frame:
+    one of `FRAMES`)."""
     if not FRAME_REGISTRY[frame].has_three_rates:
         able = listed(frames_that(lambda entry: entry.has_three_rates))
         raise InputError(f"rates_hz: the three-rate schedule works in the frames {able}, not in {frame}.")

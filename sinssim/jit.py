@@ -173,11 +173,7 @@ class CheckedFiles(IndexDataCacheFile):  # type: ignore[misc]
 
 
 def content_digest(path: str, content: bytes) -> bytes:
-    """Return the digest with which a file begins.
-
-    Returns:
-        `DIGEST_BYTES` bytes.
-    """
+    """Return the digest with which a file begins: `DIGEST_BYTES` bytes."""
     return hashlib.blake2b(content, digest_size=DIGEST_BYTES, key=os.path.basename(path).encode()[-64:]).digest()
 
 
@@ -199,14 +195,9 @@ def _digest(*parts: str) -> str:
 
 
 def _key(value: Any, above: tuple[int, ...] = ()) -> str:
-    """Return a digest of a value that a kernel refers to, of everything that the compiler uses.
-
-    Args:
-        above: the plain functions through which the value was reached.
-
-    Returns:
-        The digest. A value whose text differs between processes gives a key that is never found again.
-    """
+    """Return a digest of a value that a kernel refers to, of everything that the compiler uses: the digest. A value
+    whose text differs between processes gives a key that is never found again (above: the plain functions through which
+    the value was reached)."""
     if isinstance(value, Dispatcher):
         kept = getattr(value, "_cache", None)
         return kept.key if isinstance(kept, _KernelCache) else _key(value.py_func, above)
@@ -346,11 +337,8 @@ def wide_vectors(typing_context: Any) -> Any:
 
 @contextlib.contextmanager
 def compilation(tell: Callable[[bool], None]) -> Iterator[None]:
-    """Report, inside the block, compilations of kernels that are missing in the cache.
-
-    Args:
-        tell: called with True when a compilation begins, with False when it ends; in any thread.
-    """
+    """Report, inside the block, compilations of kernels that are missing in the cache (tell: called with True when a
+    compilation begins, with False when it ends; in any thread)."""
     with event.install_listener("numba:compile", _Listener(tell)):
         yield
 
@@ -395,15 +383,10 @@ def _is_compiled(value: Any) -> bool:
 
 
 def rebound(function: Any, name: str, **parts: Any) -> Any:
-    """Return a copy of a function with other values at global names, its own and those of all that it calls.
-
-    Args:
-        function: a plain function, or one made by `inline`, `strict_inline`, `kernel` or `strict_kernel`.
-
-    Returns:
-        A plain copy of a plain function, a compiled one of a compiled function with the same options; a compiled
-        function itself if neither it nor what it calls uses the names.
-    """
+    """Return a copy of a function with other values at global names, its own and those of all that it calls: a plain
+    copy of a plain function, a compiled one of a compiled function with the same options; a compiled function itself if
+    neither it nor what it calls uses the names (function: a plain function, or one made by `inline`, `strict_inline`,
+    `kernel` or `strict_kernel`)."""
     compiled = _is_compiled(function)
     plain = function.py_func if compiled else function
     new = {}
@@ -424,14 +407,12 @@ def rebound(function: Any, name: str, **parts: Any) -> Any:
 
 
 def bind(template: Callable[..., Any], name: str, **parts: Any) -> Callable[..., Any]:
-    """Make a kernel from a plain function by fixing some of its global names to compiled functions or numbers.
+    """Make a kernel from a plain function by fixing some of its global names to compiled functions or numbers (a name
+    unique among the copies of this template).
 
     numba does not cache closures over other compiled functions, but caches functions of globals. An engine is therefore
     written once as a plain function with global names for its parts, and every combination of parts is a copy of it
     with its own name. All functions that it calls get the parts as well.
-
-    Args:
-        name: a name unique among the copies of this template.
     """
     made: Callable[..., Any] = rebound(template, name, **parts)
     return kernel(made)

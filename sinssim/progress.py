@@ -25,9 +25,6 @@ def shown(progress: Progress | bool | None, stages: Mapping[str, str] | None = N
             none.
         stages: text of each stage, which then has a bar of its own, in order; one bar with the description if not
             given.
-
-    Raises:
-        InputError: it is something else.
     """
     if progress is not None and not callable(progress) and not isinstance(progress, bool):
         raise InputError(f"progress = {progress!r} must be a function of a text and a fraction, or True for bars.")

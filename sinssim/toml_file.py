@@ -23,11 +23,7 @@ _TOO_DEEP = f"tables or arrays are nested more than {_DEEPEST} deep; a scenario 
 
 
 def read_toml(file: Path) -> tuple[str, dict[str, Any]]:
-    """Read a TOML file.
-
-    Raises:
-        InputError: the file cannot be read or is not TOML; the message shows the line.
-    """
+    """Read a TOML file."""
     try:
         text = read_text(file, encoding="utf-8")
         if any(len(_DOTTED.findall(part)) > _MOST_DOTS for part in _ENDS.split(text.translate(_BLANKS))):
@@ -55,11 +51,7 @@ def read_toml(file: Path) -> tuple[str, dict[str, Any]]:
 def validate(
     model: type[Model], data: dict[str, Any], text: str, source: str, overridden: Collection[str] = ()
 ) -> Model:
-    """Check the contents of a TOML file.
-
-    Raises:
-        InputError: there are mistakes; the message lists them, each with its line, its key and the correct form.
-    """
+    """Check the contents of a TOML file."""
     _check_depth(data, source)
     try:
         return model.model_validate(data)

@@ -135,11 +135,7 @@ def _are(keys: list[str]) -> str:
 
 
 def once(what: str, by: Callable[[Any], Any] = lambda entry: entry) -> AfterValidator:
-    """Return the check of an array whose entries differ.
-
-    Args:
-        what: what differs, for example "algorithm".
-    """
+    """Return the check of an array whose entries differ (what differs, for example "algorithm")."""
 
     def check(entries: tuple[Any, ...]) -> tuple[Any, ...]:
         known = [by(entry) for entry in entries]

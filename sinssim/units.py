@@ -74,40 +74,19 @@ def fixed(name: str, size: float = 1.0) -> Scale:
 
 
 def suiting(scale: Scale, *values: Array) -> tuple[str, float]:
-    """Return the unit that suits the largest of some values.
-
-    Args:
-        values: arrays of any shapes, SI.
-
-    Returns:
-        The unit's name, and its size in SI; the largest unit if a value is infinite, or an array is NaN throughout.
-        Other NaN do not count.
-    """
+    """Return the unit that suits the largest of some values: the unit's name, and its size in SI; the largest unit if a
+    value is infinite, or an array is NaN throughout. Other NaN do not count (values: arrays of any shapes, SI)."""
     ends = [float(reduce(v, axis=None)) for v in values if v.size for reduce in (np.fmax.reduce, np.fmin.reduce)]
     largest = np.nan if np.isnan(ends).any() else max(map(abs, ends), default=0.0)
     return next(((name, size) for name, size, most in scale if largest <= most), scale[-1][:2])
 
 
 def time_unit(duration: float) -> tuple[str, float]:
-    """Return the unit suited to the times of a run.
-
-    Args:
-        duration: duration of the run, s.
-
-    Returns:
-        Its name, and its size in s.
-    """
+    """Return the unit suited to the times of a run: its name, and its size in s (duration of the run, s)."""
     return suiting(TIME_SCALE, np.array(duration))
 
 
 def duration_words(seconds: float) -> str:
-    """Return a duration in a suitable unit.
-
-    Args:
-        seconds: s.
-
-    Returns:
-        For example "66.4 min".
-    """
+    """Return a duration in a suitable unit: for example "66.4 min"."""
     unit, size = time_unit(seconds)
     return f"{seconds / size:.4g} {unit}"

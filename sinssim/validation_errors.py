@@ -112,13 +112,8 @@ def report(
     overridden: Collection[str],
     source: str,
 ) -> str:
-    """Return pydantic's errors as one message.
-
-    Args:
-        error: pydantic's error.
-        lines: as for `describe`.
-        overridden: as for `describe`.
-    """
+    """Return pydantic's errors as one message (error: pydantic's error; lines as for `describe`; overridden as for
+    `describe`)."""
     mistakes, others = describe(error.errors(include_url=False), model, lines, overridden)
     sentences = [text if text.endswith(("?", ".")) else text + "." for text in dict.fromkeys(mistakes)]
     if len(sentences) == 1:
@@ -136,15 +131,9 @@ def describe(
     lines: Mapping[tuple[str, ...], int],
     overridden: Collection[str],
 ) -> tuple[list[str], int]:
-    """Return pydantic's errors as sentences.
-
-    Args:
-        lines: line number of every key and table of the file by path, from `key_lines`.
-
-    Returns:
-        One sentence for each of the first two hundred mistakes, with its line, the key's path, what is wrong and the
-        correct form; and the number of further mistakes.
-    """
+    """Return pydantic's errors as sentences: one sentence for each of the first two hundred mistakes, with its line,
+    the key's path, what is wrong and the correct form; and the number of further mistakes (lines: line number of every
+    key and table of the file by path, from `key_lines`)."""
     # pydantic also reports an array with a bad entry as too short, a misspelt key as missing, and a number that may be
     # whole or not as both; of an array or a text, it names the mistakes of either.
     errors = [{**error, "loc": tuple(part for part in error["loc"] if part != ONE_OF_SEVERAL)} for error in errors]
@@ -334,11 +323,8 @@ def _show(value: object) -> str:
 
 
 def _walk(loc: tuple[int | str, ...], model: type[Table]) -> tuple[tuple[str, ...], list[type[Table]]]:
-    """Follow a location through the models.
-
-    Returns:
-        The path as written in the file, with array entries counted from 1, and the models that may hold its last key.
-    """
+    """Follow a location through the models; return the path as written in the file, with array entries counted from 1,
+    and the models that may hold its last key."""
     path: list[str] = []
     here: list[Any] = [model]
     holders = [model]
@@ -429,12 +415,10 @@ _KEY = re.compile(r"\s*([\w.\-\"']+(?:\s*\.\s*[\w\-\"']+)*)\s*=")
 
 
 def key_lines(text: str) -> dict[tuple[str, ...], int]:
-    """Find the lines of the keys and tables of a TOML text.
+    """Find the lines of the keys and tables of a TOML text: line number, from 1, by path; tables in an array are
+    counted from 1.
 
     Keys inside inline tables and arrays are not searched; the line of their table is used.
-
-    Returns:
-        Line number, from 1, by path; tables in an array are counted from 1.
     """
     found: dict[tuple[str, ...], int] = {}
     counts: dict[tuple[str, ...], int] = {}

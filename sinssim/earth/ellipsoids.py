@@ -151,12 +151,10 @@ def describe_ellipsoids() -> dict[str, str]:
 
 
 def in_reverse_time(name: str) -> str:
-    """Return the name by which `ellipsoid_by_name` knows an ellipsoid that turns the other way.
+    """Return the name by which `ellipsoid_by_name` knows an ellipsoid that turns the other way (name: one of
+    `ELLIPSOIDS`).
 
     Its gravity is the same, because gravity depends on the square of the rate.
-
-    Args:
-        name: one of `ELLIPSOIDS`.
     """
     return f"{name} in reverse time"
 

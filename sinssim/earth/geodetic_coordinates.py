@@ -209,17 +209,11 @@ def eci_to_ecef(r_i: ArrayLike, time: ArrayLike, ellipsoid: Ellipsoid = WGS84) -
 
 
 class Helmert(NamedTuple):
-    """Seven parameters of a transformation between Earth-fixed axes.
+    """Seven parameters of a transformation between Earth-fixed axes."""
 
-    Attributes:
-        shift: Δ, m.
-        rotation: ω, the rotation of the axes, rad.
-        scale: m.
-    """
-
-    shift: tuple[float, float, float]
-    rotation: tuple[float, float, float]
-    scale: float
+    shift: tuple[float, float, float]  # Δ, m
+    rotation: tuple[float, float, float]  # ω, the rotation of the axes, rad
+    scale: float  # m
 
 
 _MAS = 1e-3 * ARCSEC

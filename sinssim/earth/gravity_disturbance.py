@@ -40,21 +40,14 @@ _SMALL, _LARGE = 1e-280, 1e280
 
 
 class HarmonicTable(NamedTuple):
-    """Coefficients and factors of the recursion, order by order and within an order by degree.
+    """Coefficients and factors of the recursion, order by order and within an order by degree."""
 
-    Attributes:
-        gm: gravitational parameter, m³/s².
-        radius: reference radius, m.
-        first: position of degree m of order m, (N+2,), N the highest degree.
-        sectoral: Ā_mm times 10⁻²⁸⁰, (N+1,).
-        terms: factors of Ā_(n−1)m and Ā_(n−2)m, C̄_nm, S̄_nm, and C̄_n(m−1), S̄_n(m−1) times the factor k_n(m−1) of
-            dĀ_n(m−1)/dt = k_n(m−1) Ā_nm, (K, 6).
-    """
-
-    gm: float
-    radius: float
-    first: NDArray[np.intp]
-    sectoral: Array
+    gm: float  # gravitational parameter, m³/s²
+    radius: float  # reference radius, m
+    first: NDArray[np.intp]  # position of degree m of order m, (N+2,), N the highest degree
+    sectoral: Array  # Ā_mm times 10⁻²⁸⁰, (N+1,)
+    # factors of Ā_(n−1)m and Ā_(n−2)m, C̄_nm, S̄_nm, and C̄_n(m−1), S̄_n(m−1) times the factor k_n(m−1) of dĀ_n(m−1)/dt
+    # = k_n(m−1) Ā_nm, (K, 6)
     terms: Array
 
 
@@ -142,12 +135,9 @@ _ZONALS = 10
 
 
 def normal_zonals(ellipsoid: Ellipsoid) -> Array:
-    """Return the fully normalised zonal coefficients of an ellipsoid's normal field.
-
-    Returns:
-        C̄₀₀, C̄₂₀, C̄₄₀ … C̄₂₀₎₀ over its own GM and a, (11,): C̄_2n = −J_2n/√(4n + 1) with
-        J_2n = (−1)^(n+1) 3 e^2n/((2n + 1)(2n + 3)) (1 − n + 5 n J₂/e²) (Heiskanen and Moritz 2-92).
-    """
+    """Return the fully normalised zonal coefficients of an ellipsoid's normal field: C̄₀₀, C̄₂₀, C̄₄₀ … C̄₂₀₎₀ over its
+    own GM and a, (11,): C̄_2n = −J_2n/√(4n + 1) with J_2n = (−1)^(n+1) 3 e^2n/((2n + 1)(2n + 3)) (1 − n + 5 n J₂/e²)
+    (Heiskanen and Moritz 2-92)."""
     n = np.arange(_ZONALS + 1.0)
     e2 = ellipsoid.e2
     sign = (-1.0) ** (n + 1.0)
@@ -156,11 +146,8 @@ def normal_zonals(ellipsoid: Ellipsoid) -> Array:
 
 
 def normal_potential(ellipsoid: Ellipsoid) -> float:
-    """Return U₀, the potential of the ellipsoid's surface.
-
-    Returns:
-        U₀ = GM/E atan(E/b) + ω²a²/3, m²/s² (Heiskanen and Moritz 2-61).
-    """
+    """Return U₀, the potential of the ellipsoid's surface: U₀ = GM/E atan(E/b) + ω²a²/3, m²/s² (Heiskanen and Moritz
+    2-61)."""
     distance = ellipsoid.linear_eccentricity
     centrifugal = ellipsoid.omega**2 * ellipsoid.a**2 / 3.0
     return ellipsoid.gm / distance * math.atan(distance / ellipsoid.b) + centrifugal
@@ -182,23 +169,16 @@ def less_normal(model: Coefficients, ellipsoid: Ellipsoid) -> Coefficients:
 
 @dataclass(frozen=True)
 class Disturbance:
-    """What the gravity field has beyond the normal one, at points.
+    """What the gravity field has beyond the normal one, at points."""
 
-    Attributes:
-        gravity_ned: δg = ∇T, north, east, down, (..., 3) m/s².
-        xi, eta: deflection of the vertical, ξ = −δg_N/γ and η = −δg_E/γ, positive if the plumb line's upper end leans
-            to the north and to the east, (...) rad.
-        disturbance: gravity disturbance, the down component of δg, (...) m/s².
-        anomaly: gravity anomaly Δg = δg_D − 2T/r, (...) m/s² (Heiskanen and Moritz 2-154, spherical approximation).
-        potential: disturbing potential T, (...) m²/s².
-    """
-
-    gravity_ned: Array
+    gravity_ned: Array  # δg = ∇T, north, east, down, (..., 3) m/s²
+    # deflection of the vertical, ξ = −δg_N/γ and η = −δg_E/γ, positive if the plumb line's upper end leans to the north
+    # and to the east, (...) rad
     xi: Array
     eta: Array
-    disturbance: Array
-    anomaly: Array
-    potential: Array
+    disturbance: Array  # gravity disturbance, the down component of δg, (...) m/s²
+    anomaly: Array  # gravity anomaly Δg = δg_D − 2T/r, (...) m/s² (Heiskanen and Moritz 2-154, spherical approximation)
+    potential: Array  # disturbing potential T, (...) m²/s²
 
 
 class DisturbingField:
@@ -234,13 +214,10 @@ class DisturbingField:
         return self._coefficients.radius / self.degree
 
     def potential_and_gradient(self, r: ArrayLike) -> tuple[Array, Array]:
-        """Return the disturbing potential and its gradient in Earth-fixed axes.
+        """Return the disturbing potential and its gradient in Earth-fixed axes: T, (...) m²/s², and ∇T, (..., 3) m/s².
 
         Args:
             r: Earth-fixed positions, (..., 3) m.
-
-        Returns:
-            T, (...) m²/s², and ∇T, (..., 3) m/s².
         """
         shape, rows = as_vectors(r)
         out = np.empty((len(rows), 4))
@@ -267,16 +244,14 @@ class DisturbingField:
         return Disturbance(ned.reshape(*shape, 3), *(values.reshape(shape) for values in flat))
 
     def undulation(self, latitude: ArrayLike, longitude: ArrayLike) -> Array:
-        """Return the height of the geoid over the ellipsoid by Bruns' formula.
+        """Return the height of the geoid over the ellipsoid by Bruns' formula: N = (T − (W₀ − U₀))/γ on the ellipsoid,
+        (...) m (Heiskanen and Moritz 2-178).
 
         On land the model's potential is continued to the ellipsoid through the topography, which matters by decimetres
         in mountains; degrees beyond the model's are missing.
 
         Args:
             latitude, longitude: geodetic, (...) rad.
-
-        Returns:
-            N = (T − (W₀ − U₀))/γ on the ellipsoid, (...) m (Heiskanen and Moritz 2-178).
         """
         shape, (lat, lon) = as_columns(latitude, longitude)
         potential, _ = self.potential_and_gradient(geodetic_to_ecef(lat, lon, np.zeros_like(lat), self.ellipsoid))
@@ -295,21 +270,16 @@ _FEWEST = 8
 
 @dataclass(frozen=True, eq=False)
 class DisturbanceAlong:
-    """Disturbance of gravity as a function of time, a cubic spline over equal intervals.
+    """Disturbance of gravity as a function of time, a cubic spline over equal intervals."""
 
-    Attributes:
-        start, step: first knot and interval, s.
-        panels: coefficients by power of the time since the interval's knot, (K, 4, 3), Earth-fixed axes, m/s².
-        error: largest difference from the field between the knots of the spline before the last halving, m/s²; that of
-            this spline is about a sixteenth of it.
-        evaluations: number of points at which the field was evaluated.
-    """
-
+    # first knot and interval, s
     start: float
     step: float
-    panels: Array
+    panels: Array  # coefficients by power of the time since the interval's knot, (K, 4, 3), Earth-fixed axes, m/s²
+    # largest difference from the field between the knots of the spline before the last halving, m/s²; that of this
+    # spline is about a sixteenth of it
     error: float
-    evaluations: int
+    evaluations: int  # number of points at which the field was evaluated
 
     def at(self, t: Array) -> Array:
         """Return the disturbance in Earth-fixed axes.

@@ -42,18 +42,12 @@ class Coefficients:
 
     V = GM/r Σ (R/r)^n Σ P̄_nm(sin φ') (C̄_nm cos mλ + S̄_nm sin mλ), φ' the geocentric latitude, with the normalisation
     of geodesy: the mean square of every harmonic over the sphere is 1 (Heiskanen and Moritz, Physical Geodesy, 1967,
-    sec. 1-14).
+    sec. 1-14)."""
 
-    Attributes:
-        name: name of the model.
-        gm: its gravitational parameter, m³/s².
-        radius: its reference radius R, m.
-        c, s: C̄_nm and S̄_nm, (degree + 1, degree + 1), 0 for m > n.
-    """
-
-    name: str
-    gm: float
-    radius: float
+    name: str  # name of the model
+    gm: float  # its gravitational parameter, m³/s²
+    radius: float  # its reference radius R, m
+    # C̄_nm and S̄_nm, (degree + 1, degree + 1), 0 for m > n
     c: Array
     s: Array
 
@@ -63,11 +57,7 @@ class Coefficients:
         return len(self.c) - 1
 
     def to_degree(self, degree: int) -> Coefficients:
-        """Return the model cut off at a degree.
-
-        Raises:
-            InputError: the model does not have this degree; the message says which it has.
-        """
+        """Return the model cut off at a degree."""
         if not 2 <= degree <= self.degree:
             raise InputError(
                 f"degree = {degree}: {self.name} has coefficients to degree {self.degree}; give 2 to {self.degree}."
@@ -78,12 +68,9 @@ class Coefficients:
 
 @cache
 def shipped() -> Coefficients:
-    """Return EGM2008 to degree and order 120, the model that comes with the package.
-
-    Returns:
-        The model: tide-free, GM = 3.986004415e14 m³/s², R = 6378136.3 m (Pavlis, Holmes, Kenyon and Factor, The
-        development and evaluation of the Earth Gravitational Model 2008, JGR 117, B04406, 2012).
-    """
+    """Return EGM2008 to degree and order 120, the model that comes with the package: the model: tide-free, GM =
+    3.986004415e14 m³/s², R = 6378136.3 m (Pavlis, Holmes, Kenyon and Factor, The development and evaluation of the
+    Earth Gravitational Model 2008, JGR 117, B04406, 2012)."""
     with np.load(_FILE) as stored:
         degree = SHIPPED_DEGREE
         rows, columns = np.tril_indices(degree + 1)
@@ -101,15 +88,8 @@ MOST_DEGREE = 2190
 
 
 def read_icgem(path: str | os.PathLike[str], degree: int | None = None) -> Coefficients:
-    """Read the coefficients of a gravity model from an ICGEM file.
-
-    Args:
-        degree: highest degree that is wanted; by default all that the file holds.
-
-    Raises:
-        InputError: the file cannot be read, has another normalisation or a varying model, is cut short, or does not
-            hold the degree; the message names file, line and key.
-    """
+    """Read the coefficients of a gravity model from an ICGEM file (degree: highest degree that is wanted; by default
+    all that the file holds)."""
     file = Path(path)
     try:
         text = read_text(file, encoding="utf-8", errors="replace")
@@ -145,11 +125,7 @@ def read_icgem(path: str | os.PathLike[str], degree: int | None = None) -> Coeff
 
 
 def known_icgem(path: str, degree: int | None = None) -> Coefficients:
-    """Return `read_icgem`, from memory if the file is unchanged since.
-
-    Raises:
-        InputError: as for `read_icgem`.
-    """
+    """Return `read_icgem`, from memory if the file is unchanged since."""
     try:
         about = os.stat(path)
     except OSError:
@@ -221,26 +197,16 @@ _MOST = 40_000
 
 
 class Omission(NamedTuple):
-    """Size of the field beyond a degree.
+    """Size of the field beyond a degree."""
 
-    Attributes:
-        deflection: 1σ of each component of the deflection, rad.
-        anomaly: 1σ of the anomaly, m/s².
-        distance: distance at which the correlation of anomalies is 1/e, m.
-    """
-
-    deflection: float
-    anomaly: float
-    distance: float
+    deflection: float  # 1σ of each component of the deflection, rad
+    anomaly: float  # 1σ of the anomaly, m/s²
+    distance: float  # distance at which the correlation of anomalies is 1/e, m
 
 
 def degree_variances(degree: int, height: float = 0.0) -> tuple[Array, Array]:
-    """Return the variances of the gravity anomaly of the degrees beyond one.
-
-    Args:
-        degree: the last one left out, 2 or more.
-        height: above the ellipsoid, m; the variances fall with (R/(R + h))^(2n+4).
-    """
+    """Return the variances of the gravity anomaly of the degrees beyond one (degree: the last one left out, 2 or more;
+    height above the ellipsoid, m; the variances fall with (R/(R + h))^(2n+4))."""
     n = np.arange(max(degree, 2) + 1.0, _MOST + 1.0)
     fall = np.exp((n + 2.0) * (np.log(_S) - 2.0 * np.log1p(max(height, 0.0) / MEAN_RADIUS)))
     return n, _A * (n - 1.0) / ((n - 2.0) * (n + _B)) * fall * MGAL**2
@@ -248,16 +214,9 @@ def degree_variances(degree: int, height: float = 0.0) -> tuple[Array, Array]:
 
 @cache
 def omission(degree: int, height: float = 0.0) -> Omission:
-    """Return the size of the field beyond a degree.
-
-    Args:
-        degree: the highest degree that is known; 2 for normal gravity.
-        height: at which it is felt, above the ellipsoid, m.
-
-    Returns:
-        Standard deviations and correlation distance. The variance of deflections of degree n is
-        n(n + 1)/(n − 1)² c_n/γ², one half of it for each component.
-    """
+    """Return the size of the field beyond a degree: standard deviations and correlation distance. The variance of
+    deflections of degree n is n(n + 1)/(n − 1)² c_n/γ², one half of it for each component (degree: the highest degree
+    that is known; 2 for normal gravity; height at which it is felt, above the ellipsoid, m)."""
     from scipy.optimize import brentq
     from scipy.special import j0
 

@@ -32,14 +32,7 @@ _NANO = 1e-9
 
 
 def decimal_year(date: float | str) -> float:
-    """Return a date as a decimal year.
-
-    Args:
-        date: decimal year, or "YYYY-MM-DD".
-
-    Raises:
-        InputError: it is not a date, or no model is valid then.
-    """
+    """Return a date as a decimal year (date: decimal year, or "YYYY-MM-DD")."""
     if isinstance(date, str):
         try:
             day = datetime.date.fromisoformat(date)
@@ -58,18 +51,12 @@ def decimal_year(date: float | str) -> float:
 
 
 def magnetic_field(latitude: ArrayLike, longitude: ArrayLike, height: ArrayLike, year: float) -> Array:
-    """Return the main field at places.
+    """Return the main field at places: north, east, down, (..., 3) T.
 
     Args:
         latitude, longitude: geodetic, (...) rad.
         height: above the WGS-84 ellipsoid, (...) m.
         year: decimal year in `VALID`.
-
-    Returns:
-        North, east, down, (..., 3) T.
-
-    Raises:
-        InputError: no model is valid then.
     """
     from pygeomag import GeoMag
 
@@ -84,19 +71,9 @@ def magnetic_field(latitude: ArrayLike, longitude: ArrayLike, height: ArrayLike,
 
 
 def field_along(latitude: Array, longitude: Array, height: Array, year: float) -> Array:
-    """Return the main field along a path, evaluated every 200 m and interpolated in Earth-fixed axes between.
-
-    Args:
-        latitude, longitude: geodetic, of successive points, (M,) rad.
-        height: above the WGS-84 ellipsoid, (M,) m.
-        year: decimal year in `VALID`.
-
-    Returns:
-        North, east, down, (M, 3) T.
-
-    Raises:
-        InputError: no model is valid then.
-    """
+    """Return the main field along a path, evaluated every 200 m and interpolated in Earth-fixed axes between: north,
+    east, down, (M, 3) T (latitude, longitude: geodetic, of successive points, (M,) rad; height above the WGS-84
+    ellipsoid, (M,) m; year: decimal year in `VALID`)."""
     axes = _axes(latitude, longitude)
     gone = np.concatenate(
         ([0.0], np.cumsum(np.linalg.norm(np.diff(axes[:, 2] * (_RADIUS + height)[:, None], axis=0), axis=1)))

@@ -30,13 +30,10 @@ RADIUS = 6371e3
 
 
 def normal(latitude: ArrayLike, longitude: ArrayLike) -> Array:
-    """Return the ellipsoid's outward normal.
+    """Return the ellipsoid's outward normal: Earth-fixed unit vectors, (..., 3).
 
     Args:
         latitude, longitude: geodetic, (...) rad.
-
-    Returns:
-        Earth-fixed unit vectors, (..., 3).
     """
     c = np.cos(latitude)
     return np.stack([c * np.cos(longitude), c * np.sin(longitude), np.sin(latitude)], axis=-1)
@@ -45,19 +42,13 @@ def normal(latitude: ArrayLike, longitude: ArrayLike) -> Array:
 def route_pole(
     route: tuple[float, float, float, float] | None, latitude: float, longitude: float, velocity_ned: ArrayLike
 ) -> Array:
-    """Return the pole of the route's great circle, to the left of the route.
+    """Return the pole of the route's great circle, to the left of the route: Earth-fixed unit vector, (3,).
 
     Args:
         route: latitude and longitude of A and of B, rad; None for the great circle along the velocity, or to the east
             for a vehicle at rest.
         latitude, longitude: of the start, rad.
         velocity_ned: velocity at the start, (3,) m/s.
-
-    Returns:
-        Earth-fixed unit vector, (3,).
-
-    Raises:
-        InputError: the route is not four finite numbers, or the places determine no great circle.
     """
     if route is None:
         v = np.asarray(velocity_ned, dtype=np.float64)
@@ -78,57 +69,44 @@ def route_pole(
 
 
 def route_along(latitude: float, longitude: float, velocity_ned: ArrayLike) -> tuple[float, float, float, float]:
-    """Return a route on the great circle along the velocity, which is that of `route_pole` without a route.
-
-    Args:
-        latitude, longitude: of the start, rad.
-        velocity_ned: velocity at the start, (3,) m/s.
-
-    Returns:
-        Latitude and longitude of the start and of a place a quarter of the circle ahead, rad.
-    """
+    """Return a route on the great circle along the velocity, which is that of `route_pole` without a route: latitude
+    and longitude of the start and of a place a quarter of the circle ahead, rad (latitude, longitude of the start, rad;
+    velocity_ned: velocity at the start, (3,) m/s)."""
     ahead = np.cross(route_pole(None, latitude, longitude, velocity_ned), normal(latitude, longitude))
     return latitude, longitude, math.atan2(ahead[2], math.hypot(ahead[0], ahead[1])), math.atan2(ahead[1], ahead[0])
 
 
 def nearest_allowed(speed: ArrayLike, step: ArrayLike) -> Array:
-    """Return the least distance from its pole at which the frame can be used.
+    """Return the least distance from its pole at which the frame can be used, (...) m.
 
     Args:
         speed: horizontal, (...) m/s.
         step: the engine's step, (...) s.
-
-    Returns:
-        Distance, (...) m.
     """
     return np.maximum(np.multiply(speed, step) / TURN_LIMIT, NEAREST)
 
 
 def distance_from_pole(pole: Array, latitude: ArrayLike, longitude: ArrayLike) -> Array:
-    """Return the distance from a route's pole or from the point opposite it, whichever is nearer.
+    """Return the distance from a route's pole or from the point opposite it, whichever is nearer: distance over the
+    mean sphere, (...) m.
 
     Args:
         pole: Earth-fixed unit vector, (3,).
         latitude, longitude: (...) rad.
-
-    Returns:
-        Distance over the mean sphere, (...) m.
     """
     up = normal(latitude, longitude)
     return np.asarray(RADIUS * np.arctan2(np.linalg.norm(np.cross(up, pole), axis=-1), np.abs(up @ pole)))
 
 
 def too_near(pole: Array, time: Array, latitude: Array, longitude: Array, velocity: Array) -> tuple[int, str] | None:
-    """Find where a motion comes too near to the pole of its route.
+    """Find where a motion comes too near to the pole of its route: the first row that is too near, and a message; None
+    if there is no such row.
 
     Args:
         pole: Earth-fixed unit vector, (3,).
         time: times of the engine's steps, (N+1,) s.
         latitude, longitude: (N+1,) rad.
         velocity: north, east, down, (N+1, 3) m/s.
-
-    Returns:
-        The first row that is too near, and a message; None if there is no such row.
     """
     # only rows near the latitude of either pole can be near a pole: the others need no trigonometry
     fastest = math.sqrt(2.0) * float(np.nanmax(np.abs(velocity)))  # or less; NaN of a solution that ran away left aside

@@ -30,23 +30,14 @@ _HEIGHTS = 12  # heights of a climb at which it is judged
 
 @dataclass(frozen=True)
 class Finding:
-    """A part of a plan that the aircraft cannot fly, or not as it is written.
+    """A part of a plan that the aircraft cannot fly, or not as it is written."""
 
-    Attributes:
-        refused: whether it cannot be flown.
-        text: a sentence with leg, key, value and what is right.
-    """
-
-    refused: bool
-    text: str
+    refused: bool  # whether it cannot be flown
+    text: str  # a sentence with leg, key, value and what is right
 
 
 def check_limits(scenario: Tables) -> None:
-    """Raise for a flight plan beyond the limits of its aircraft, as far as its aircraft.toml gives them.
-
-    Raises:
-        InputError: the message lists all legs that cannot be flown, with what is right.
-    """
+    """Raise for a flight plan beyond the limits of its aircraft, as far as its aircraft.toml gives them."""
     refused = [finding.text for finding in findings(scenario) if finding.refused]
     if refused:
         raise InputError("\n".join(refused))
@@ -58,21 +49,15 @@ def limit_notes(scenario: Tables) -> Iterator[str]:
 
 
 def warn_of_limits(*scenarios: Tables) -> None:
-    """Warn of the legs that an aircraft cannot fly, or not as they are written, once for each sentence.
-
-    Args:
-        scenarios: scenarios that will be flown: one, or the cells of a study.
-    """
+    """Warn of the legs that an aircraft cannot fly, or not as they are written, once for each sentence (scenarios that
+    will be flown: one, or the cells of a study)."""
     for text in dict.fromkeys(finding.text for scenario in scenarios for finding in findings(scenario)):
         warn(text)
 
 
 def findings(scenario: Tables) -> Iterator[Finding]:
-    """Compare the legs of a flight with the aircraft's limits, in straight legs without turbulence.
-
-    Yields:
-        What exceeds them; nothing for another motion, or for an aircraft without [envelope].
-    """
+    """Compare the legs of a flight with the aircraft's limits, in straight legs without turbulence; return what exceeds
+    them; nothing for another motion, or for an aircraft without [envelope]."""
     flight = scenario.flight
     aircraft = None if flight is None else load_aircraft(flight.aircraft)
     if flight is None or aircraft is None or aircraft.envelope is None:

@@ -81,15 +81,8 @@ _NOT_VARIED = {
 
 
 def check_variation(scenario: Table, section: EnsembleSection, contents: dict[str, Any]) -> None:
-    """Check that the varied keys exist, are numbers, and may have the values of their distributions.
-
-    Args:
-        scenario: a scenario that is valid in everything else.
-        contents: its contents by key, without [ensemble], as a file gives them.
-
-    Raises:
-        ValueError: a key does not exist, is no number, or a value is not allowed; the message names it.
-    """
+    """Check that the varied keys exist, are numbers, and may have the values of their distributions (a scenario that is
+    valid in everything else; contents: its contents by key, without [ensemble], as a file gives them)."""
     for number, one in enumerate(section.vary, start=1):
         where = f"vary.{number}: key = {shortened(repr(one.key))}"
         whole = _check_key(scenario, one.key, where)
@@ -102,12 +95,8 @@ def check_variation(scenario: Table, section: EnsembleSection, contents: dict[st
 
 
 def with_values(contents: Mapping[str, Any], values: Mapping[str, Any]) -> dict[str, Any]:
-    """Return a scenario's contents with other values of some keys.
-
-    Args:
-        contents: contents by key; unchanged.
-        values: values by the path of their key; entries of arrays are counted from 1.
-    """
+    """Return a scenario's contents with other values of some keys (contents by key; unchanged; values by the path of
+    their key; entries of arrays are counted from 1)."""
     new = dict(contents)
     for path, value in values.items():
         *tables, key = path.split(".")

@@ -64,31 +64,17 @@ _TRIADS = {"gyro": "gyros", "accelerometer": "accelerometers"}
 
 
 class Weight(NamedTuple):
-    """Significance of one block.
+    """Significance of one block."""
 
-    Attributes:
-        block: its name.
-        ratio: d, its largest signal-to-noise ratio over the run; infinite without noise.
-        needed: whether a filter needs it.
-    """
-
-    block: str
-    ratio: float
-    needed: bool
+    block: str  # its name
+    ratio: float  # d, its largest signal-to-noise ratio over the run; infinite without noise
+    needed: bool  # whether a filter needs it
 
 
 def weights(scenario: Scenario, moved: Excitation | None = None) -> tuple[Weight, ...]:
-    """Return the significance of each block of the inertial sensors' errors in a scenario.
-
-    Args:
-        moved: rotation and acceleration of the motion if they are known; by default those of the plan.
-
-    Returns:
-        One entry for each block of `sinssim.scenario.filter_section.FILTER_STATES`.
-
-    Raises:
-        InputError: the aircraft's description is invalid.
-    """
+    """Return the significance of each block of the inertial sensors' errors in a scenario: one entry for each block of
+    `sinssim.scenario.filter_section.FILTER_STATES` (moved: rotation and acceleration of the motion if they are known;
+    by default those of the plan)."""
     motion, sigma = moved or excitation(scenario), inertial_sigma(scenario)
     model = error_model(sigma, imu=tuple(FILTER_STATES), duration=motion.duration)
     found = []
@@ -128,14 +114,8 @@ def states(scenario: Scenario, moved: Excitation | None = None) -> tuple[str, ..
 
 
 def with_states(scenario: Scenario, moved: Excitation | None = None) -> Scenario:
-    """Return a scenario with the states of its filter written out.
-
-    Args:
-        moved: as for `weights`.
-
-    Returns:
-        The scenario with the default of `filter.states` filled in; the same object if there is nothing to fill in.
-    """
+    """Return a scenario with the states of its filter written out: the scenario with the default of `filter.states`
+    filled in; the same object if there is nothing to fill in (moved as for `weights`)."""
     section = scenario.filter
     if section is None or section.states is not None:
         return scenario
@@ -143,14 +123,8 @@ def with_states(scenario: Scenario, moved: Excitation | None = None) -> Scenario
 
 
 def choice(scenario: Scenario, moved: Excitation | None = None) -> tuple[str, ...]:
-    """Explain which states a scenario's filter has by default.
-
-    Args:
-        moved: as for `weights`.
-
-    Returns:
-        Lines of text, one for each block; none if the scenario has no filter or names its states.
-    """
+    """Explain which states a scenario's filter has by default: lines of text, one for each block; none if the scenario
+    has no filter or names its states (moved as for `weights`)."""
     if scenario.filter is None or scenario.filter.states is not None:
         return ()
     motion = "planned" if moved is None else "recorded"
@@ -211,11 +185,8 @@ def _products(scenario: Scenario) -> Iterator[str]:
 
 
 def inertial_sigma(scenario: Scenario, factor: float | None = None) -> ImuErrors:
-    """Return the standard deviations of the inertial sensors' errors that a scenario's filter assumes.
-
-    Args:
-        factor: by which the noises are multiplied; by default the section's `inertial_noise_factor`.
-    """
+    """Return the standard deviations of the inertial sensors' errors that a scenario's filter assumes (factor: by which
+    the noises are multiplied; by default the section's `inertial_noise_factor`)."""
     from sinssim.alignment.alignment_budget import expected_errors
 
     assert scenario.filter is not None
@@ -250,14 +221,8 @@ _ROUNDING = 1e-12
 
 
 def of_combination(model: ErrorModel, scenario: Scenario) -> ErrorModel:
-    """Return an error model with the covariances between the axes of a redundant set.
-
-    Args:
-        model: the model, whose standard deviations are those of the combination.
-
-    Returns:
-        The model; the same if the set is not redundant.
-    """
+    """Return an error model with the covariances between the axes of a redundant set: the model; the same if the set is
+    not redundant (the model, whose standard deviations are those of the combination)."""
     section = scenario.imu.sensor_set
     if not isinstance(section, Redundant):
         return model
@@ -282,16 +247,9 @@ def of_combination(model: ErrorModel, scenario: Scenario) -> ErrorModel:
 def noise_of_combination(
     model: ErrorModel, scenario: Scenario, monitored: Sequence[Monitored], edges: Array
 ) -> AddedNoise | None:
-    """Return what the directions of a redundant set and its exclusions add to the noise of an error model.
-
-    Args:
-        model: the model, as `of_combination` returns it.
-        monitored: what the monitoring found; empty without monitoring.
-        edges: edges of the samples, (N+1,) s.
-
-    Returns:
-        The added noise; None if there is none.
-    """
+    """Return what the directions of a redundant set and its exclusions add to the noise of an error model: the added
+    noise; None if there is none (the model, as `of_combination` returns it; monitored: what the monitoring found; empty
+    without monitoring; edges of the samples, (N+1,) s)."""
     section = scenario.imu.sensor_set
     if not isinstance(section, Redundant):
         return None
@@ -366,16 +324,9 @@ class HasStates(Protocol):
 
 
 def filter_model(scenario: Scenario, duration: float = 3600.0, recorded: Sequence[HasStates] = ()) -> ErrorModel:
-    """Return the error model of a scenario's filter.
-
-    Args:
-        duration: of the run, s.
-        recorded: descriptions of recorded sensors, beside the emulated ones of [aiding].
-
-    Returns:
-        The model with the blocks of navigation, of the inertial sensors (those that the section names or that matter),
-        and of the aiding sensors.
-    """
+    """Return the error model of a scenario's filter: the model with the blocks of navigation, of the inertial sensors
+    (those that the section names or that matter), and of the aiding sensors (duration of the run, s; recorded:
+    descriptions of recorded sensors, beside the emulated ones of [aiding])."""
     f, start = scenario.filter, scenario.navigation.initial_error
     assert f is not None
     sensors = [*recorded, *(scenario.aiding.sensors().values() if scenario.aiding is not None else ())]
@@ -417,16 +368,12 @@ _BLOCK = "magnetometer bias"
 
 
 def with_declination(model: ErrorModel, scenario: Scenario, trajectory: Trajectory) -> ErrorModel:
-    """Return the error model with a compass whose declination is that of the start, and changes along the way.
+    """Return the error model with a compass whose declination is that of the start, and changes along the way: the
+    model; the same one where nothing changes, or where it has no state of the compass (the model of the scenario, from
+    `filter_model`).
 
     As for other drifts, the change is a random walk whose 1σ bounds it: K = R/√T for the largest change R over the
     duration T. At t < T its 1σ R √(t/T) is more than a steady change R t/T.
-
-    Args:
-        model: the model of the scenario, from `filter_model`.
-
-    Returns:
-        The model; the same one where nothing changes, or where it has no state of the compass.
     """
     compass = None if scenario.aiding is None else scenario.aiding.sensor(Magnetometer)
     change = 0.0 if compass is None or _BLOCK not in model.slices else compass.largest_change(trajectory)

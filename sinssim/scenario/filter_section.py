@@ -208,10 +208,7 @@ else:
 
 
 def describe_sensors() -> dict[str, str]:
-    """Return the tables of [aiding] with a description of each.
-
-    Returns:
-        The first line of each sensor's docstring by table; for an unusable sensor, the reason.
-    """
+    """Return the tables of [aiding] with a description of each: the first line of each sensor's docstring by table; for
+    an unusable sensor, the reason."""
     sentences = {name: (sensor.__doc__ or "").split("\n")[0] for name, sensor in CLASSES.items()}
     return sentences | {name: f"(cannot be used: {why})" for name, why in BROKEN.items()}

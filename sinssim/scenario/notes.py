@@ -25,11 +25,7 @@ FLICKER_SAMPLES = 2.5e6
 
 
 def keys_without_effect(imu: Imu, end: float) -> Iterator[str]:
-    """Yield notes on keys of a sensor block that have no effect.
-
-    Args:
-        end: end of the run, s.
-    """
+    """Yield notes on keys of a sensor block that have no effect (end of the run, s)."""
     if not (imu.temperature_start_c or imu.temperature_steady_c):
         warming = [key for term in TERMS if term.of_temperature for key in term.keys]
         by_temperature = [key for key in warming if _says(imu, key)]
@@ -78,11 +74,7 @@ def _says(imu: Imu, name: str) -> bool:
 
 
 def times_not_reached(scenario: Tables, end: float) -> Iterator[str]:
-    """Yield notes on outages, faults, stops and alignments beyond the end of the run.
-
-    Args:
-        end: end of the run, s.
-    """
+    """Yield notes on outages, faults, stops and alignments beyond the end of the run (end of the run, s)."""
     wanted = None if scenario.filter is None else scenario.filter.alignment_s
     if wanted is not None and wanted >= end:
         yield f"filter.alignment_s = {wanted:g}: the alignment takes longer than the run, which ends at {end:.0f} s."
@@ -168,11 +160,8 @@ def coarse_rates(imu: Imu) -> Iterator[str]:
 
 
 def defaults_taken(imu: Imu, duration: float) -> Iterator[str]:
-    """Yield notes on default correlation times, and on flicker in a run longer than its validity.
-
-    Args:
-        duration: duration of the run, s.
-    """
+    """Yield notes on default correlation times, and on flicker in a run longer than its validity (duration of the run,
+    s)."""
     for triad in ("gyro", "accel"):
         keys = {term.field: term.key for term in of_triad(triad)}
         instability = getattr(imu, keys["instability"])

@@ -43,15 +43,10 @@ from sinssim.truth.vehicles.surface_vehicles import SurfaceVehicle
 
 @dataclass(frozen=True)
 class OwnFile:
-    """A file outside the package on which the numbers of a run depend.
+    """A file outside the package on which the numbers of a run depend."""
 
-    Attributes:
-        item: what it brings.
-        contents: its bytes: of code as it was run, of others as they are.
-    """
-
-    item: Item
-    contents: bytes
+    item: Item  # what it brings
+    contents: bytes  # its bytes: of code as it was run, of others as they are
 
     @property
     def place(self) -> str:
@@ -67,11 +62,8 @@ class OwnFile:
 
 
 def own_files(scenario: Tables) -> list[OwnFile]:
-    """Return the files outside the package on which the numbers of a scenario depend.
-
-    Returns:
-        Those of its own algorithms, frame and aiding sensors, of its grades, and of its aircraft.
-    """
+    """Return the files outside the package on which the numbers of a scenario depend: those of its own algorithms,
+    frame and aiding sensors, of its grades, and of its aircraft."""
     items = scenario.own_items()
     master = getattr(scenario.aiding, "master", None)
     for grade in (scenario.imu.grade, getattr(master, "grade", None)):
@@ -86,21 +78,14 @@ def own_files(scenario: Tables) -> list[OwnFile]:
 
 
 def own_digests(scenario: Tables) -> dict[str, str]:
-    """Return the SHA-256 of the files of `own_files` by their place in a project folder.
-
-    Returns:
-        The digests; empty if no number depends on own content.
-    """
+    """Return the SHA-256 of the files of `own_files` by their place in a project folder: the digests; empty if no
+    number depends on own content."""
     return {file.place: file.to_json()["sha256"] for file in own_files(scenario)}
 
 
 # Long: one line for each table of the scenario, in the order of the console.
 def plan_lines(scenario: Tables) -> Iterator[str]:
-    """Summarise a scenario.
-
-    Raises:
-        InputError: the aircraft's description is invalid, or the sensors do not suit the run.
-    """
+    """Summarise a scenario."""
     check_times(scenario)
     if isinstance(scenario.source, OneComponent):
         yield from _plane_lines(scenario, scenario.source)
@@ -300,20 +285,13 @@ def given(section: BaseModel, *without: str) -> str:
 
 
 def leg_words(leg: BaseModel) -> str:
-    """Return the values of a leg of a flight plan that differ from the defaults, but not the places of a route.
-
-    Returns:
-        "key = value, …", "" if all are defaults.
-    """
+    """Return the values of a leg of a flight plan that differ from the defaults, but not the places of a route: "key =
+    value, …", "" if all are defaults."""
     return given(leg, "type", "timeout_s", "waypoints")
 
 
 def route_words(leg: BaseModel) -> list[str]:
-    """Return the places of a route in words.
-
-    Returns:
-        One entry per place; none for a leg without a route.
-    """
+    """Return the places of a route in words: one entry per place; none for a leg without a route."""
     if not isinstance(leg, WaypointLeg) or not leg.waypoints:
         return []
     found = []
@@ -325,11 +303,8 @@ def route_words(leg: BaseModel) -> list[str]:
 
 
 def named_places(scenario: Tables) -> list[tuple[str, float, float]]:
-    """Return the waypoints of a scenario that have a name.
-
-    Returns:
-        Name, latitude and longitude, rad, in the order of the plan.
-    """
+    """Return the waypoints of a scenario that have a name: name, latitude and longitude, rad, in the
+    order of the plan."""
     found: list[tuple[str | None, float, float]] = []
     for leg in scenario.flight.legs if scenario.flight is not None else ():
         if isinstance(leg, WaypointLeg):
@@ -341,11 +316,7 @@ def named_places(scenario: Tables) -> list[tuple[str, float, float]]:
 
 
 def values_of(section: BaseModel, *without: str) -> str:
-    """Return all values of a table, defaults included.
-
-    Returns:
-        "key = value, …".
-    """
+    """Return all values of a table, defaults included: "key = value, …"."""
     return _values(section.model_dump(exclude=set(without)))
 
 

@@ -28,10 +28,6 @@ def check_times(scenario: Tables) -> None:
     """Raise for a run that is too short or too long for its sensors, as far as this is known beforehand.
 
     The duration of a flight is an estimate, so up to twice the estimate plus ten minutes is accepted.
-
-    Raises:
-        InputError: a fault lies outside the run, the run is shorter than a sample, or the samples exceed this machine's
-            memory.
     """
     if isinstance(scenario.source, OneComponent):
         _check_plane(scenario.source)
@@ -85,14 +81,8 @@ def sample_bytes(scenario: Tables, first: float = _SAMPLE_BYTES) -> float:
 
 
 def expected_duration(scenario: Tables) -> float:
-    """Estimate the duration of a scenario's motion.
-
-    Returns:
-        Duration, s: exact except for a flight, for which it is an estimate.
-
-    Raises:
-        InputError: the aircraft's description or the track is invalid.
-    """
+    """Estimate the duration of a scenario's motion: duration, s: exact except for a flight, for which it is an
+    estimate."""
     source = scenario.source
     lasts = source.duration(scenario.truth) if isinstance(source, Motion) else source.known_duration
     if lasts is None:
@@ -107,17 +97,11 @@ _RADIUS = 6.371e6  # radius of the Earth, m
 
 
 class Excitation(NamedTuple):
-    """Rotation and acceleration that excite the errors of the inertial sensors.
+    """Rotation and acceleration that excite the errors of the inertial sensors."""
 
-    Attributes:
-        duration: duration of the run, s.
-        rate: ∫ω² dt over the run, rad²/s; ω is the rate relative to inertial space.
-        force: ∫f² dt over the run, m²/s³; at least the effect of gravity.
-    """
-
-    duration: float
-    rate: float
-    force: float
+    duration: float  # duration of the run, s
+    rate: float  # ∫ω² dt over the run, rad²/s; ω is the rate relative to inertial space
+    force: float  # ∫f² dt over the run, m²/s³; at least the effect of gravity
 
 
 def excitation(scenario: Tables) -> Excitation:
@@ -125,9 +109,6 @@ def excitation(scenario: Tables) -> Excitation:
 
     The estimate contains the Earth's rate and the transport rate, a flight's manoeuvres and turbulence or the rates of
     another motion, the turning of the block, angular vibration, and gravity. It is accurate to a factor of a few.
-
-    Raises:
-        InputError: the aircraft's description is not right.
     """
     lasts = expected_duration(scenario)
     rate, turning, source = OMEGA_IE, 0.0, scenario.source

@@ -56,13 +56,9 @@ def load_log(source: Scenario | str | Path, overrides: Overrides = ()) -> Record
 
 @dataclass(frozen=True)
 class RecordedOther:
-    """The errors of a sensor of [[log.others]].
+    """The errors of a sensor of [[log.others]]."""
 
-    Attributes:
-        section: its description.
-    """
-
-    section: LogOther
+    section: LogOther  # its description
 
     def states(self) -> Iterator[SensorState]:
         """Yield the states of its bias and its scale factor; of σ 0 if there is none."""

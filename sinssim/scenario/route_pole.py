@@ -46,9 +46,6 @@ def check_route(scenario: Tables) -> None:
     """Raise for a plan that comes too near to the pole of its route, as far as this is known before the flight.
 
     The place of a vehicle at rest and a great circle are known completely; of a flight, the start and the waypoints.
-
-    Raises:
-        InputError: the motion comes too near; the message says where, when and how near.
     """
     navigation = scenario.navigation
     if not FRAME_REGISTRY[navigation.frame].takes_route or navigation.route_deg is None:
@@ -64,14 +61,7 @@ def check_route(scenario: Tables) -> None:
 
 
 def check_route_flown(scenario: Tables, time: Array, truth: NavState) -> None:
-    """Raise for a true motion that comes too near to the pole of its route.
-
-    Args:
-        time: edges of the samples, (N+1,) s.
-
-    Raises:
-        InputError: the motion comes too near; the message says where, when and how near.
-    """
+    """Raise for a true motion that comes too near to the pole of its route (time: edges of the samples, (N+1,) s)."""
     navigation = scenario.navigation
     if not FRAME_REGISTRY[navigation.frame].takes_route:
         return

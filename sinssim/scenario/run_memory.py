@@ -42,23 +42,14 @@ _STRETCH_S, _STRETCH_MATRICES = 64.0, 8.0
 
 
 class Memory(NamedTuple):
-    """Memory that a run needs, bytes.
+    """Memory that a run needs, bytes."""
 
-    Attributes:
-        program: for the program.
-        samples: for true motion, inertial sensors and solutions, before the filter starts.
-        increments: for the part of it that the filter needs.
-        filter: for the filter's states at its epochs, and the matrices that it keeps.
-        readings: for the aiding sensors.
-        stretch: for what is linearised at once.
-    """
-
-    program: float
-    samples: float
-    increments: float
-    filter: float
-    readings: float
-    stretch: float
+    program: float  # for the program
+    samples: float  # for true motion, inertial sensors and solutions, before the filter starts
+    increments: float  # for the part of it that the filter needs
+    filter: float  # for the filter's states at its epochs, and the matrices that it keeps
+    readings: float  # for the aiding sensors
+    stretch: float  # for what is linearised at once
 
     @property
     def total(self) -> float:
@@ -67,14 +58,7 @@ class Memory(NamedTuple):
 
 
 def needed_memory(scenario: Scenario, *, recorded: bool = True) -> Memory:
-    """Estimate the peak memory of a run.
-
-    Args:
-        recorded: whether the run is written to a run directory.
-
-    Raises:
-        InputError: the aircraft's description is not right.
-    """
+    """Estimate the peak memory of a run (recorded: whether the run is written to a run directory)."""
     lasts = expected_duration(scenario)
     return _memory(scenario, filter_model(scenario, lasts).size, lasts, recorded)
 
@@ -112,15 +96,8 @@ def _divides(rate: float, grid: float) -> bool:
 
 
 def check_memory(scenario: Scenario, *, recorded: bool = True, of_log: Mapping[str, float] | None = None) -> None:
-    """Raise for a run whose filter needs more memory than this machine has.
-
-    Args:
-        recorded: whether the run is written to a run directory.
-        of_log: readings per second of recorded sensors, by name.
-
-    Raises:
-        InputError: the run needs more; the message names the largest part and what would fit.
-    """
+    """Raise for a run whose filter needs more memory than this machine has (recorded: whether the run is written to a
+    run directory; of_log: readings per second of recorded sensors, by name)."""
     section = scenario.filter
     if section is None:
         return

@@ -75,23 +75,14 @@ _TAGS = ("type", "on")
 
 @dataclass(frozen=True)
 class Key:
-    """A key of a table.
+    """A key of a table."""
 
-    Attributes:
-        name: the key.
-        field: its part of the JSON schema.
-        required: whether it has to be given.
-        default: what it is if it is left out; None for nothing.
-        limits: allowed values in words; "" if `about` says them.
-        about: what it is.
-    """
-
-    name: str
-    field: dict[str, Any]
-    required: bool
-    default: Any
-    limits: str
-    about: str
+    name: str  # the key
+    field: dict[str, Any]  # its part of the JSON schema
+    required: bool  # whether it has to be given
+    default: Any  # what it is if it is left out; None for nothing
+    limits: str  # allowed values in words; "" if `about` says them
+    about: str  # what it is
 
     @property
     def notes(self) -> str:
@@ -102,33 +93,20 @@ class Key:
 
 @dataclass(frozen=True)
 class KeyTable:
-    """One table, or one kind of a table that has several.
+    """One table, or one kind of a table that has several."""
 
-    Attributes:
-        path: its path, for example "flight.legs"; "" for the top level.
-        array: whether the file may have several of it, [[flight.legs]].
-        kind: number among the kinds of a table of which there can be one only.
-        model: name of its class.
-        tag: value of the key that says which kind it is; "" without one.
-        about: what it is.
-        keys: its keys, without the tables in it.
-    """
-
-    path: str
-    array: bool
-    kind: int
-    model: str
-    tag: str
-    about: str
-    keys: tuple[Key, ...]
+    path: str  # its path, for example "flight.legs"; "" for the top level
+    array: bool  # whether the file may have several of it, [[flight.legs]]
+    kind: int  # number among the kinds of a table of which there can be one only
+    model: str  # name of its class
+    tag: str  # value of the key that says which kind it is; "" without one
+    about: str  # what it is
+    keys: tuple[Key, ...]  # its keys, without the tables in it
 
 
 def key_tables(name: str = "") -> Iterator[KeyTable]:
-    """Yield the tables of a scenario, each before the tables in it.
-
-    Args:
-        name: a table of the top level; all tables, with the top level first, if empty.
-    """
+    """Yield the tables of a scenario, each before the tables in it (name: a table of the top level; all tables, with
+    the top level first, if empty)."""
 
     schema = Scenario.model_json_schema()
     if not name:
@@ -138,17 +116,9 @@ def key_tables(name: str = "") -> Iterator[KeyTable]:
 
 
 def keys_under(place: str) -> list[KeyTable]:
-    """Return the tables at or below a place, each with its keys.
-
-    Args:
-        place: path of a table ("imu", "flight.legs"), or of a key or its beginning in it ("imu.gyro_bias").
-
-    Returns:
-        The tables; of the table that holds a key, only the keys with this beginning.
-
-    Raises:
-        InputError: there is no such table or key.
-    """
+    """Return the tables at or below a place, each with its keys: the tables; of the table that holds a key, only the
+    keys with this beginning (place: path of a table ("imu", "flight.legs"), or of a key or its beginning in it
+    ("imu.gyro_bias"))."""
     tables = list(key_tables())
     below = [table for table in tables if f"{table.path}.".startswith(f"{place}.")]
     holder, _, begin = place.rpartition(".")
@@ -167,12 +137,9 @@ def keys_under(place: str) -> list[KeyTable]:
 def toml_lines(
     table: KeyTable, value_of: Callable[[Key], Any] | None = None, chosen: Collection[str] = ()
 ) -> Iterator[str]:
-    """Yield a table in the notation of TOML, each key with its meaning; one without a default is a comment.
-
-    Args:
-        value_of: returns the value of a key that is shown; its default if not given.
-        chosen: keys without a default that are no comments.
-    """
+    """Yield a table in the notation of TOML, each key with its meaning; one without a default is a comment (value_of:
+    returns the value of a key that is shown; its default if not given; chosen: keys without a default that are no
+    comments)."""
     rows = []
     for key in table.keys:
         value = key.default if value_of is None else value_of(key)
@@ -189,12 +156,8 @@ def toml_lines(
 
 
 def value_text(value: Any, field: dict[str, Any] | None = None) -> str:
-    """Return a value in the notation of TOML.
-
-    Args:
-        value: the value; None for zeros of the field's type.
-        field: the key's part of the schema.
-    """
+    """Return a value in the notation of TOML (the value; None for zeros of the field's type; field: the key's part of
+    the schema)."""
     field = field or {}
     if value is None:
         count = field.get("minItems", 0)

@@ -441,12 +441,9 @@ class Tables(Section):
         return dict(_without_none(found))
 
     def as_written(self) -> dict[str, Any]:
-        """Return the contents of the scenario's file with every default, as `model_dump`.
-
-        Returns:
-            Tables and values by key; without the tables of three dimensions for a run in a plane. `use` also has the
-            files of own content that the scenario names and that neither a path nor an installed package brings.
-        """
+        """Return the contents of the scenario's file with every default, as `model_dump`: tables and values by key;
+        without the tables of three dimensions for a run in a plane. `use` also has the files of own content that the
+        scenario names and that neither a path nor an installed package brings."""
         items = [item for item in self.own_items() if not item.package]
         brought = {item.file for path in self.use for item in items_of(Path(path))} if items else set()
         use = (*self.use, *(str(item.file) for item in items if item.file not in brought))

@@ -88,11 +88,7 @@ def true_motion(
 
 
 def mounting(scenario: Scenario) -> Mounting:
-    """Return the place of a scenario's sensor block in its vehicle: from [imu], the aircraft or zero, in this order.
-
-    Raises:
-        InputError: there is no such aircraft.
-    """
+    """Return the place of a scenario's sensor block in its vehicle: from [imu], the aircraft or zero, in this order."""
     arm, angles, source = scenario.imu.lever_arm_m, scenario.imu.mounting_deg, scenario.source
     if isinstance(source, Motion) and (arm is None or angles is None):
         own = source.mounting
@@ -101,21 +97,14 @@ def mounting(scenario: Scenario) -> Mounting:
 
 
 def known_field(scenario: Scenario) -> DisturbingField | None:
-    """Return the disturbing field that the navigator of a scenario knows.
-
-    Returns:
-        The field of navigation.gravity_degree; None if it knows normal gravity only.
-    """
+    """Return the disturbing field that the navigator of a scenario knows: the field of navigation.gravity_degree; None
+    if it knows normal gravity only."""
     degree, gravity = scenario.navigation.gravity_degree, scenario.gravity
     return None if degree is None or gravity is None else gravity.field(scenario.truth.figure, degree)
 
 
 def unknown_field(scenario: Scenario) -> DisturbingField | None:
-    """Return the part of the true field that the navigator does not know.
-
-    Returns:
-        The field; None if there is none.
-    """
+    """Return the part of the true field that the navigator does not know: the field; None if there is none."""
     gravity, known = scenario.gravity, scenario.navigation.gravity_degree
     return None if gravity is None else gravity.beyond(known, scenario.truth.figure)
 

@@ -39,28 +39,19 @@ MATTERS = 1.0
 
 
 class UnknownGravity(NamedTuple):
-    """Gravity that a filter does not know, along the plan of a run.
+    """Gravity that a filter does not know, along the plan of a run."""
 
-    Attributes:
-        rms: of its magnitude, m/s².
-        changing: rms of the part that changes along the way, m/s².
-        bias, noise: 1σ of the accelerometers' bias, m/s², and density of their noise, m/s/√s, as the filter assumes.
-        ratio: d of (1), for the plan.
-    """
-
-    rms: float
-    changing: float
+    rms: float  # of its magnitude, m/s²
+    changing: float  # rms of the part that changes along the way, m/s²
+    # 1σ of the accelerometers' bias, m/s², and density of their noise, m/s/√s, as the filter assumes
     bias: float
     noise: float
-    ratio: float
+    ratio: float  # d of (1), for the plan
 
 
 def unknown_gravity(scenario: Scenario) -> UnknownGravity | None:
-    """Return the gravity that a scenario's filter does not know.
-
-    Returns:
-        Its size along the planned path; None if the filter knows the true field. A recording has no true field.
-    """
+    """Return the gravity that a scenario's filter does not know: its size along the planned path; None if the filter
+    knows the true field. A recording has no true field."""
     if scenario.gravity is None or scenario.log is not None:
         return None
     field, remainder = unknown_field(scenario), scenario.gravity.remainder_model()

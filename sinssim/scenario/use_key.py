@@ -37,12 +37,9 @@ Use = Annotated[tuple[str, ...], AfterValidator(_registered)]
 
 
 def resolved_use(data: dict[str, Any], folder: Path, *, views: bool = True) -> None:
-    """Replace relative paths of `use` by absolute ones, and names of a project's grades and aircraft by their files.
-
-    Args:
-        data: contents of a scenario's file, changed in place.
-        views: whether the file has the key `views`, which the views of a project are added to.
-    """
+    """Replace relative paths of `use` by absolute ones, and names of a project's grades and aircraft by their files
+    (data: contents of a scenario's file, changed in place; views: whether the file has the key `views`, which the views
+    of a project are added to)."""
     paths = data.get("use")
     if not (isinstance(paths, list) and all(isinstance(path, str) for path in paths)):
         return

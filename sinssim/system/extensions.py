@@ -54,19 +54,12 @@ _NAME = re.compile(r"[A-Za-z][\w-]*", re.ASCII)
 
 @dataclass(frozen=True)
 class Item:
-    """One algorithm, frame, aiding sensor, leg, view, grade or aircraft outside the package.
+    """One algorithm, frame, aiding sensor, leg, view, grade or aircraft outside the package."""
 
-    Attributes:
-        kind: folder of a project that it belongs in, one of `SINGULAR`.
-        name: its name, that of the file without its ending, or that of an aircraft's folder.
-        file: its file; an aircraft's is its aircraft.toml.
-        package: the installed package that brings it, with its version; "" if no package does.
-    """
-
-    kind: str
-    name: str
-    file: Path
-    package: str = ""
+    kind: str  # folder of a project that it belongs in, one of `SINGULAR`
+    name: str  # its name, that of the file without its ending, or that of an aircraft's folder
+    file: Path  # its file; an aircraft's is its aircraft.toml
+    package: str = ""  # the installed package that brings it, with its version; "" if no package does
 
     @property
     def words(self) -> str:
@@ -76,21 +69,14 @@ class Item:
 
 @dataclass(frozen=True)
 class Outline:
-    """What a Python file says of itself without being executed.
+    """What a Python file says of itself without being executed."""
 
-    Attributes:
-        sentence: first line of its docstring.
-        names: names of functions, classes and values at its top level, imported ones included.
-        bases: names of the base classes of its classes.
-        constants: numbers, truth values and texts at its top level, by name.
-        problem: why it cannot be read as Python, "" if it can.
-    """
-
-    sentence: str = ""
+    sentence: str = ""  # first line of its docstring
+    # names of functions, classes and values at its top level, imported ones included
     names: frozenset[str] = frozenset()
-    bases: frozenset[str] = frozenset()
-    constants: tuple[tuple[str, Any], ...] = ()
-    problem: str = ""
+    bases: frozenset[str] = frozenset()  # names of the base classes of its classes
+    constants: tuple[tuple[str, Any], ...] = ()  # numbers, truth values and texts at its top level, by name
+    problem: str = ""  # why it cannot be read as Python, "" if it can
 
     def constant(self, name: str, otherwise: Any) -> Any:
         """Return the value of a constant of the file, or another one if it has none."""
@@ -98,11 +84,8 @@ class Outline:
 
 
 def outline(file: Path) -> Outline:
-    """Read what a Python file says of itself, without executing it.
-
-    Returns:
-        Its outline; of a file that cannot be read, the reason.
-    """
+    """Read what a Python file says of itself, without executing it: its outline; of a file that cannot be read, the
+    reason."""
     import ast
 
     try:
@@ -132,11 +115,7 @@ def outline(file: Path) -> Outline:
 
 
 def syntax_words(error: SyntaxError) -> str:
-    """Return a syntax error as words: "syntax error in line 3: invalid syntax, in:  x = = 2".
-
-    Args:
-        error: Python's error.
-    """
+    """Return a syntax error as words: "syntax error in line 3: invalid syntax, in: x = = 2" (error: Python's error)."""
     where = f" in line {error.lineno}" if error.lineno else ""
     shown = f", in:  {shortened(error.text.strip())}" if error.text else ""
     return f"syntax error{where}: {error.msg}{shown}"
@@ -148,9 +127,6 @@ def items_of(path: Path) -> list[Item]:
     Args:
         path: a file, the folder of an aircraft, or a project folder with some of the folders of `SINGULAR`. Names that
             begin with "_" or "." are left out.
-
-    Raises:
-        InputError: there is nothing at the path, or nothing that sinssim can use; the message says what would be.
     """
     if os.path.isfile(path):
         return [_item(_kind_of(path), path)]
@@ -230,14 +206,7 @@ _lock = threading.RLock()
 
 
 def file_digest(file: Path) -> str:
-    """Return the SHA-256 of a file.
-
-    Returns:
-        64 hexadecimal digits.
-
-    Raises:
-        InputError: the file cannot be read.
-    """
+    """Return the SHA-256 of a file: 64 hexadecimal digits."""
     try:
         return hashlib.sha256(read_bytes(file)).hexdigest()
     except OSError as error:
@@ -249,11 +218,7 @@ def _module_name(item: Item) -> str:
 
 
 def load_module(item: Item) -> ModuleType:
-    """Run the file of own content, once for each state of it.
-
-    Raises:
-        InputError: the file cannot be run; the message has the file, the line and the reason.
-    """
+    """Run the file of own content, once for each state of it."""
     with _lock:
         return _load(item, _module_name(item))
 
@@ -298,11 +263,8 @@ def class_in(module: ModuleType, base: type, wrong: str) -> Any:
 
 
 def source_of(item: Item) -> bytes:
-    """Return the text of own content as it was run, or as the file is now if it has not been run.
-
-    Returns:
-        The bytes of the file.
-    """
+    """Return the text of own content as it was run, or as the file is now if it has not been run: the bytes of the
+    file."""
     if (source := _sources.get(_module_name(item))) is not None:
         return source
     return read_bytes(item.file)
@@ -335,11 +297,8 @@ def explained(
 
 
 def failure(file: Path, error: BaseException) -> str:
-    """Return what went wrong in a file as words, with the line of the file.
-
-    Returns:
-        For example "/my/file.py, line 7: ZeroDivisionError: division by zero".
-    """
+    """Return what went wrong in a file as words, with the line of the file: for example "/my/file.py, line 7:
+    ZeroDivisionError: division by zero"."""
     if isinstance(error, SyntaxError) and error.filename == str(file):
         return f"{file}: {syntax_words(error)}"
     lines = [frame.lineno for frame in traceback.extract_tb(error.__traceback__) if frame.filename == str(file)]

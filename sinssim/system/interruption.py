@@ -21,18 +21,13 @@ _COMPILER = re.compile(r"[/\\](numba|llvmlite)[/\\]")
 
 @contextlib.contextmanager
 def interruptible(*signals: signal.Signals) -> Iterator[None]:
-    """Raise KeyboardInterrupt on any of the signals, so that clean-up runs as after Ctrl-C.
+    """Raise KeyboardInterrupt on any of the signals, so that clean-up runs as after Ctrl-C (*signals: the signals; main
+    thread only).
 
     Python's own handler raises anywhere. Inside the import system it can leave the import lock held, so that other
     importing threads wait forever. Inside the compiler of kernels it can leave an incomplete kernel, which causes other
     errors. Inside a finalizer the exception is printed and lost. Here the first two are postponed, and the last is
     raised again.
-
-    Args:
-        *signals: the signals; main thread only.
-
-    Raises:
-        KeyboardInterrupt: one of the signals arrived.
     """
     again: list[threading.Timer] = []
 
@@ -72,9 +67,6 @@ def aside(work: Callable[[], T]) -> T:
     Args:
         work: the work. It is done in the current thread if that is not the main thread, which alone receives signals,
             or if a module is being imported, for which the work might wait.
-
-    Raises:
-        KeyboardInterrupt: the work was interrupted.
     """
     if threading.current_thread() is not threading.main_thread() or _imports(sys._getframe()):
         return work()

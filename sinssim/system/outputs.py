@@ -53,12 +53,8 @@ def open_own(path: Path, *, make: bool = True) -> int:
 
 
 def try_lock(file: int) -> bool | None:
-    """Lock a file until its descriptor is closed, at the latest when the process ends.
-
-    Returns:
-        Whether this process has locked it, and not another one; None if the system has no such locks, as Windows or
-        some network drives.
-    """
+    """Lock a file until its descriptor is closed, at the latest when the process ends; return whether this process has
+    locked it, and not another one; None if the system has no such locks, as Windows or some network drives."""
     if sys.platform == "win32":
         return None
     try:
@@ -71,15 +67,8 @@ def try_lock(file: int) -> bool | None:
 
 
 def try_hold(folder: Path) -> int | None:
-    """Mark a folder as in use, unless another process has.
-
-    Returns:
-        Descriptor of the locked file; None if another process has locked it. Without locks, the folder is taken as
-        free.
-
-    Raises:
-        OSError: the file cannot be opened.
-    """
+    """Mark a folder as in use, unless another process has; return descriptor of the locked file; None if another
+    process has locked it. Without locks, the folder is taken as free."""
     file = open_own(folder / IN_USE)
     if try_lock(file) is False:
         os.close(file)
@@ -106,9 +95,6 @@ class Draft:
             parent: an existing folder; the system's folder for temporary files if not given.
             name: what the name of the folder begins with.
             mode: permissions of the folder, before those that the process withholds.
-
-        Raises:
-            OSError: the folder cannot be made.
         """
         if parent is None:
             parent, mode = Path(tempfile.gettempdir()), 0o700
@@ -125,11 +111,7 @@ class Draft:
             raise
 
     def move_to(self, place: Path) -> None:
-        """Rename the folder to its final name.
-
-        Raises:
-            OSError: it cannot be renamed.
-        """
+        """Rename the folder to its final name."""
         (self.path / IN_DRAFT).unlink()
         os.replace(self.path, place)
         self.close()
@@ -150,17 +132,8 @@ class Draft:
 
 @contextmanager
 def draft(path: Path) -> Iterator[Path]:
-    """Write a file under a temporary name, and rename it into place at the end of the block.
-
-    Args:
-        path: the file; a link there is replaced, not followed.
-
-    Yields:
-        The temporary name, in a hidden folder beside the place.
-
-    Raises:
-        OSError: the file cannot be written; nothing is left of it.
-    """
+    """Write a file under a temporary name, and rename it into place at the end of the block; return the temporary name,
+    in a hidden folder beside the place (path: the file; a link there is replaced, not followed)."""
     with Draft(path.parent, path.name) as folder:
         yield folder.path / path.name
         os.replace(folder.path / path.name, path)
@@ -208,11 +181,7 @@ MARK = ".sinssim.json"
 
 
 def write_text(path: Path, text: str) -> None:
-    """Write a text file to a temporary file and rename it into place.
-
-    Raises:
-        OSError: the file cannot be written.
-    """
+    """Write a text file to a temporary file and rename it into place."""
     with draft(path) as beside:
         beside.write_text(text, encoding="utf-8")
 
@@ -236,11 +205,7 @@ def written(place: Path) -> list[str] | None:
 
 
 def check_inside(place: Path, names: Iterable[str]) -> None:
-    """Refuse names in a directory that a link leads elsewhere, or at which there is a folder instead of a file.
-
-    Raises:
-        InputError: the directory has such a link or folder.
-    """
+    """Refuse names in a directory that a link leads elsewhere, or at which there is a folder instead of a file."""
     for name in names:
         path = place / name
         links = [p for p in (path, *path.parents) if place in p.parents and p.is_symlink()]
@@ -253,15 +218,8 @@ def check_inside(place: Path, names: Iterable[str]) -> None:
 
 
 def remove(place: Path, names: Iterable[str]) -> None:
-    """Remove files of sinssim in a directory, and the folders that are empty then; all others stay.
-
-    Args:
-        names: names of files in it, with slashes; missing ones are left out.
-
-    Raises:
-        InputError: a link leads elsewhere; nothing is removed.
-        OSError: a file cannot be removed.
-    """
+    """Remove files of sinssim in a directory, and the folders that are empty then; all others stay (names of files in
+    it, with slashes; missing ones are left out)."""
     names = list(names)
     check_inside(place, names)
     for name in names:
@@ -349,11 +307,7 @@ def is_taken(place: Path) -> bool:
 
 
 def check_place(place: Path, overwrite: bool) -> None:
-    """Raise unless a place is free or holds a run that may be replaced.
-
-    Raises:
-        InputError: the message says what is in the way.
-    """
+    """Raise unless a place is free or holds a run that may be replaced."""
     if not is_taken(place):
         return
     if not place.is_dir():
@@ -375,15 +329,8 @@ def check_place(place: Path, overwrite: bool) -> None:
 
 
 def check_directory(directory: Path | str | None, overwrite: bool) -> None:
-    """Raise before a computation unless its directory is free or may be replaced.
-
-    Args:
-        directory: the directory; None if nothing is written.
-        overwrite: whether a result in it may be replaced.
-
-    Raises:
-        InputError: the message says what is in the way, or that there is nothing to replace.
-    """
+    """Raise before a computation unless its directory is free or may be replaced (the directory; None if nothing is
+    written; overwrite: whether a result in it may be replaced)."""
     if directory is not None:
         check_place(Path(directory).resolve(), overwrite)
     elif overwrite:

@@ -33,15 +33,10 @@ REGISTRIES: dict[str, Registry[Any]] = {}
 
 
 class Entry(NamedTuple):
-    """An entry that is loaded when it is used.
+    """An entry that is loaded when it is used."""
 
-    Attributes:
-        home: where its object is, "module:NAME" below the package of its registry; "" for a file outside the package.
-        sentence: description.
-    """
-
-    home: str
-    sentence: str
+    home: str  # where its object is, "module:NAME" below the package of its registry; "" for a file outside the package
+    sentence: str  # description
 
 
 class Registry(Mapping[str, T]):
@@ -62,11 +57,8 @@ class Registry(Mapping[str, T]):
         of_file: Callable[[Item, Outline], T] | None = None,
         reserved: Iterable[str] = (),
     ) -> None:
-        """Take the package's own entries.
-
-        Args:
-            of_file: returns the entry of a file outside the package from what it says of itself, without running it.
-        """
+        """Take the package's own entries (of_file: returns the entry of a file outside the package from what it says of
+        itself, without running it)."""
         self.kind, self.word, self.shipped, self.reserved = kind, word, dict(shipped), frozenset(reserved)
         self._of_file, self._others = of_file, dict[str, T]()
         REGISTRIES[kind] = self
@@ -99,11 +91,7 @@ class Registry(Mapping[str, T]):
         self._others.pop(name, None)
 
     def check(self, name: str) -> T:
-        """Return an entry, which an installed package may bring.
-
-        Raises:
-            InputError: the name is unknown; the message gives the nearest ones. Or as for `use`.
-        """
+        """Return an entry, which an installed package may bring."""
         ensure(self.kind, name)
         check_name(self.word, name, self)
         return self[name]
@@ -144,12 +132,8 @@ class Sentences(Mapping[str, str], Generic[D]):
 
 
 def entries(kind: str, word: str, shipped: Mapping[str, tuple[str, str]]) -> Registry[Entry]:
-    """Return a registry of objects that are loaded when they are used.
-
-    Args:
-        kind, word: as for `Registry`.
-        shipped: place and description of the package's own entries by name.
-    """
+    """Return a registry of objects that are loaded when they are used (kind, word as for `Registry`; shipped: place and
+    description of the package's own entries by name)."""
     return Registry(
         kind,
         word,
@@ -159,14 +143,8 @@ def entries(kind: str, word: str, shipped: Mapping[str, tuple[str, str]]) -> Reg
 
 
 def load_entry(registry: Registry[Entry], name: str, package: str, needs: Iterable[str]) -> Any:
-    """Load what an entry stands for.
-
-    Returns:
-        The object; of a file outside the package, the file's names, whose failures are explained with the file.
-
-    Raises:
-        InputError: the name is unknown, or the file outside the package cannot be run or is incomplete.
-    """
+    """Load what an entry stands for; return the object; of a file outside the package, the file's names, whose failures
+    are explained with the file."""
     entry, item = registry.check(name), registered(registry.kind, name)
     if item is None:
         return resolve_name(f"{package}.{entry.home}")
@@ -198,11 +176,7 @@ def use(*paths: str | Path) -> list[str]:
 
 
 def register(items: Iterable[Item]) -> None:
-    """Register what is chosen by name among some items; others need no registration.
-
-    Raises:
-        InputError: as for `use`.
-    """
+    """Register what is chosen by name among some items; others need no registration."""
     with _lock:
         for item in items:
             if item.kind in NAMED:
@@ -259,20 +233,12 @@ def sentence_of(item: Item, found: Outline | None = None) -> str:
 
 
 def registered(kind: str, name: str) -> Item | None:
-    """Return own content by its name, None if there is none of that name.
-
-    Args:
-        kind: one of `NAMED`.
-    """
+    """Return own content by its name, None if there is none of that name (kind: one of `NAMED`)."""
     return _items.get((kind, name))
 
 
 def forget(*names: str) -> None:
-    """Remove own content again, as if it had never been registered.
-
-    Args:
-        *names: names; all by default.
-    """
+    """Remove own content again, as if it had never been registered (*names: names; all by default)."""
     with _lock:
         for kind, name in [key for key in _items if not names or key[1] in names]:
             drop_module(_items.pop((kind, name)))
@@ -284,15 +250,9 @@ def forget(*names: str) -> None:
 
 
 def ensure(kind: str, name: str) -> None:
-    """Register own content that a name may mean, from SINSSIM_CONTENT or an installed package.
-
-    Args:
-        kind: one of `NAMED`; of another kind, there is none.
-        name: a name that may be unknown; a pattern with "*" or "?" registers everything of its kind.
-
-    Raises:
-        InputError: as for `use`.
-    """
+    """Register own content that a name may mean, from SINSSIM_CONTENT or an installed package (kind: one of `NAMED`; of
+    another kind, there is none; a name that may be unknown; a pattern with "*" or "?" registers everything of its
+    kind)."""
     if kind not in NAMED or not isinstance(name, str) or name in _shipped(kind) or (kind, name) in _items:
         return
     from sinssim.content import offered, warn_once
@@ -306,14 +266,8 @@ def ensure(kind: str, name: str) -> None:
 
 
 def described(kind: str) -> dict[str, str]:
-    """Return the own content of a kind outside of scenarios with a description each, for lists.
-
-    Args:
-        kind: one of `NAMED`.
-
-    Returns:
-        Descriptions by name: of what SINSSIM_CONTENT and installed packages bring, and of what is registered.
-    """
+    """Return the own content of a kind outside of scenarios with a description each, for lists: descriptions by name:
+    of what SINSSIM_CONTENT and installed packages bring, and of what is registered (kind: one of `NAMED`)."""
     from sinssim.content import offered
 
     items = {**offered(kind), **{name: item for (of, name), item in _items.items() if of == kind}}

@@ -22,11 +22,8 @@ _NAME = re.compile(r"^    ((?:\w+, )*\w+): (.*)$")
 
 
 def short_repr(kind: C) -> C:
-    """Give a dataclass a short `repr`, and a table for notebooks with the meaning of each attribute.
-
-    Args:
-        kind: the dataclass; its docstring says what the attributes are.
-    """
+    """Give a dataclass a short `repr`, and a table for notebooks with the meaning of each attribute (kind: the
+    dataclass; its docstring says what the attributes are)."""
     for name, function in (("__repr__", _repr), ("_repr_html_", _html)):
         if name not in vars(kind) or name == "__repr__":
             setattr(kind, name, function)
@@ -34,11 +31,8 @@ def short_repr(kind: C) -> C:
 
 
 def described(value: Any) -> str:
-    """Return a value in a few words.
-
-    Returns:
-        For an array its shape and span, such as "1201 × 3 array, -0.5 … 2"; for a short one its numbers.
-    """
+    """Return a value in a few words: for an array its shape and span, such as "1201 × 3 array, -0.5 … 2"; for a short
+    one its numbers."""
     match value:
         case np.ndarray():
             return _array(value)

@@ -22,15 +22,8 @@ _KINDS = (
 
 
 def user_file(path: Path) -> Path:
-    """Return a path, for a library that opens it itself, if it can be read.
-
-    Args:
-        path: a file, or a folder for the formats that are folders.
-
-    Raises:
-        InputError: it is neither an ordinary file nor a folder, or larger than the memory.
-        OSError: it does not exist.
-    """
+    """Return a path, for a library that opens it itself, if it can be read (path: a file, or a folder for the formats
+    that are folders)."""
     found = path.stat()
     kind = next((words for test, words in _KINDS if test(found.st_mode)), None)
     if kind is not None:
@@ -46,46 +39,20 @@ def user_file(path: Path) -> Path:
 
 
 def open_file(path: Path) -> BufferedReader:
-    """Open a file for reading bytes.
-
-    Raises:
-        InputError, OSError: as for `user_file`.
-    """
+    """Open a file for reading bytes."""
     return user_file(path).open("rb")
 
 
 def open_text(path: Path, encoding: str, errors: str = "strict", newline: str | None = None) -> TextIO:
-    """Open a file for reading text.
-
-    Args:
-        encoding, errors, newline: as for `open`.
-
-    Raises:
-        InputError, OSError: as for `user_file`.
-    """
+    """Open a file for reading text (encoding, errors, newline as for `open`)."""
     return user_file(path).open(encoding=encoding, errors=errors, newline=newline)
 
 
 def read_bytes(path: Path) -> bytes:
-    """Return the contents of a file.
-
-    Returns:
-        Its bytes.
-
-    Raises:
-        InputError, OSError: as for `user_file`.
-    """
+    """Return the contents of a file: its bytes."""
     return user_file(path).read_bytes()
 
 
 def read_text(path: Path, encoding: str = "utf-8", errors: str = "strict") -> str:
-    """Return the contents of a text file.
-
-    Args:
-        encoding, errors: as for `open`.
-
-    Raises:
-        InputError, OSError: as for `user_file`.
-        UnicodeError: it is not in this encoding.
-    """
+    """Return the contents of a text file (encoding, errors as for `open`)."""
     return user_file(path).read_text(encoding=encoding, errors=errors)

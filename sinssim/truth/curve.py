@@ -84,16 +84,8 @@ def _join(time: Array, q: Array, a: Array, s: Array, panels: Array) -> None:
 
 
 def checked_knots(time: ArrayLike, position_ecef: ArrayLike, q_eb: ArrayLike) -> tuple[Array, Array, Array]:
-    """Return the knots of a curve as arrays, with unit quaternions of continuous sign.
-
-    Args:
-        time: the knots, increasing, (K,) s.
-        position_ecef: positions at the knots, (K, 3) m.
-        q_eb: attitude at the knots, v_e = C_eb v_b, (K, 4).
-
-    Raises:
-        InputError: the knots do not define a curve; the message names the knot.
-    """
+    """Return the knots of a curve as arrays, with unit quaternions of continuous sign (time: the knots, increasing,
+    (K,) s; position_ecef: positions at the knots, (K, 3) m; q_eb: attitude at the knots, v_e = C_eb v_b, (K, 4))."""
     t, r, q = numbers("time", time), numbers("position_ecef", position_ecef), numbers("q_eb", q_eb)
     if t.ndim != 1 or r.shape != (len(t), 3) or q.shape != (len(t), 4):
         raise InputError(
@@ -129,27 +121,16 @@ def checked_knots(time: ArrayLike, position_ecef: ArrayLike, q_eb: ArrayLike) ->
 
 
 class KnotDerivatives(NamedTuple):
-    """Derivatives at the knots, which determine the panels; they take longer to compute than the panels.
+    """Derivatives at the knots, which determine the panels; they take longer to compute than the panels."""
 
-    Attributes:
-        second: second derivatives of x, y, z, q0, q1, q2, q3, (K, 7).
-        fourth: fourth derivatives, (K, 7).
-        velocity: first derivative of x, y, z at the first knot, (3,) m/s.
-    """
-
-    second: Array
-    fourth: Array
-    velocity: Array
+    second: Array  # second derivatives of x, y, z, q0, q1, q2, q3, (K, 7)
+    fourth: Array  # fourth derivatives, (K, 7)
+    velocity: Array  # first derivative of x, y, z at the first knot, (3,) m/s
 
 
 def knot_derivatives(time: Array, position: Array, q: Array) -> KnotDerivatives:
-    """Return the derivatives of the splines through the knots.
-
-    Args:
-        time: the knots, (K,) s.
-        position: positions at the knots, (K, 3) m.
-        q: quaternions at the knots, of continuous sign, (K, 4).
-    """
+    """Return the derivatives of the splines through the knots (time: the knots, (K,) s; position: positions at the
+    knots, (K, 3) m; q: quaternions at the knots, of continuous sign, (K, 4))."""
     from scipy.interpolate import make_interp_spline
 
     spline = make_interp_spline(time, np.concatenate([position, q], axis=1), k=DEGREE)
@@ -163,16 +144,9 @@ def knot_derivatives(time: Array, position: Array, q: Array) -> KnotDerivatives:
 
 
 def panels_through(time: Array, position: Array, q: Array, derivatives: KnotDerivatives) -> Array:
-    """Return the polynomials between knots.
-
-    Args:
-        time: the knots, (K,) s.
-        position: positions at the knots, (K, 3) m.
-        q: quaternions at the knots, of continuous sign, (K, 4).
-
-    Returns:
-        (K-1, 6, 7) coefficients of x, y, z, q0, q1, q2, q3 by power of the time since the panel's first knot.
-    """
+    """Return the polynomials between knots: (K-1, 6, 7) coefficients of x, y, z, q0, q1, q2, q3 by power of the time
+    since the panel's first knot (time: the knots, (K,) s; position: positions at the knots, (K, 3) m; q: quaternions at
+    the knots, of continuous sign, (K, 4))."""
     a, s, v0 = derivatives
     panels = np.empty((len(time), 6, 7))  # a row more than panels, for the last knot
     _integrate(time, a, s, position[0], v0, panels)

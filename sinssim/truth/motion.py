@@ -43,16 +43,11 @@ NORMAL_EARTH = TrueEarth()
 
 
 class Mounting(Section):
-    """Place of the sensor block in its vehicle.
+    """Place of the sensor block in its vehicle."""
 
-    Attributes:
-        lever_arm_m: from the vehicle's reference point, in an aircraft the centre of gravity, to the block, forward,
-            right, down, m.
-        angles_deg: roll, pitch and yaw of the block's axes in the vehicle's, degrees.
-    """
-
+    # from the vehicle's reference point, in an aircraft the centre of gravity, to the block, forward, right, down, m
     lever_arm_m: Vector3
-    angles_deg: Vector3 = (0.0, 0.0, 0.0)
+    angles_deg: Vector3 = (0.0, 0.0, 0.0)  # roll, pitch and yaw of the block's axes in the vehicle's, degrees
 
     @property
     def q_bs(self) -> Array:
@@ -85,14 +80,8 @@ class Motion(Source):
         return 0.0
 
     def duration(self, earth: TrueEarth = NORMAL_EARTH) -> float:
-        """Return the duration before the motion is computed.
-
-        Returns:
-            Duration, s: exact except for a flight, for which it is an estimate.
-
-        Raises:
-            InputError: the motion is impossible; the message names the leg, the file or the key.
-        """
+        """Return the duration before the motion is computed: duration, s: exact except for a flight, for which it is an
+        estimate."""
         assert self.known_duration is not None  # others say how long they last
         return self.known_duration
 

@@ -31,57 +31,34 @@ _BLOCK = 16384  # pieces integrated together, so that no temporary is as long as
 
 @dataclass(frozen=True)
 class PlaneState:
-    """True motion in the vertical plane at N instants.
+    """True motion in the vertical plane at N instants."""
 
-    Attributes:
-        time: (N,) s.
-        velocity: V along the great circle, (N,) m/s.
-        height: H, (N,) m.
-        body_pitch: ϑ, (N,) rad.
-        pitch: α = ϑ + α_a0 of the accelerometer x, (N,) rad.
-        rate: ω in inertial space, (N,) rad/s.
-        horizontal: specific force a_ξ, (N,) m/s².
-        vertical: specific force a_η, (N,) m/s².
-    """
-
-    time: Array
-    velocity: Array
-    height: Array
-    body_pitch: Array
-    pitch: Array
-    rate: Array
-    horizontal: Array
-    vertical: Array
+    time: Array  # (N,) s
+    velocity: Array  # V along the great circle, (N,) m/s
+    height: Array  # H, (N,) m
+    body_pitch: Array  # ϑ, (N,) rad
+    pitch: Array  # α = ϑ + α_a0 of the accelerometer x, (N,) rad
+    rate: Array  # ω in inertial space, (N,) rad/s
+    horizontal: Array  # specific force a_ξ, (N,) m/s²
+    vertical: Array  # specific force a_η, (N,) m/s²
 
 
 @dataclass(frozen=True)
 class PlaneIncrements:
-    """Integrals of what ideal sensors read over N intervals.
+    """Integrals of what ideal sensors read over N intervals."""
 
-    Attributes:
-        time: edges of the intervals, (N+1,) s.
-        coordinate: y at the edges, (N+1,) rad.
-        dvel: of a_x and a_y, (N, 2) m/s.
-        dtheta: of ω, (N,) rad.
-        drate: of ω̇, (N,) rad/s.
-    """
-
-    time: Array
-    coordinate: Array
-    dvel: Array
-    dtheta: Array
-    drate: Array
+    time: Array  # edges of the intervals, (N+1,) s
+    coordinate: Array  # y at the edges, (N+1,) rad
+    dvel: Array  # of a_x and a_y, (N, 2) m/s
+    dtheta: Array  # of ω, (N,) rad
+    drate: Array  # of ω̇, (N,) rad/s
 
 
 class PlaneMotion:
     """The motion of a [one_component] table."""
 
     def __init__(self, system: OneComponent) -> None:
-        """Lay the curves through the rows.
-
-        Raises:
-            InputError: the rows give a motion that cannot be computed with.
-        """
+        """Lay the curves through the rows."""
         motion, self.duration = system.motion, system.duration_s
         self._radius, self._gravity = system.radius_m, system.gravity_mps2
         self._at_height = system.altitude_effects

@@ -32,18 +32,8 @@ _PART = 65536  # instants evaluated together, so that no temporary is as long as
 
 
 def sample_edges(start: float, end: float, rate_hz: float) -> Array:
-    """Return the edges of equal intervals that fit between two instants.
-
-    Args:
-        start: first edge, s.
-        end: no edge lies beyond it, s.
-
-    Returns:
-        start + k/rate_hz for k = 0...N, (N+1,) s.
-
-    Raises:
-        InputError: the rate is not positive and finite, or an interval is longer than the whole time.
-    """
+    """Return the edges of equal intervals that fit between two instants: start + k/rate_hz for k = 0...N, (N+1,) s
+    (start: first edge, s; end: no edge lies beyond it, s)."""
     rate_hz = number("rate_hz", rate_hz, "samples per second", low=POSITIVE)
     samples, most = (end - start + _SLACK) * rate_hz, machine_memory() / _BYTES
     if not samples <= most:
@@ -61,15 +51,8 @@ def sample_edges(start: float, end: float, rate_hz: float) -> Array:
 
 
 def checked_place(latitude: float, longitude: float, height: float) -> tuple[float, float, float]:
-    """Return the place of a motion as three numbers.
-
-    Args:
-        latitude, longitude: geodetic, rad.
-        height: above the ellipsoid, m.
-
-    Raises:
-        InputError: a value is not finite, the latitude is beyond a pole, or the height is not near the Earth.
-    """
+    """Return the place of a motion as three numbers (latitude, longitude: geodetic, rad; height above the ellipsoid,
+    m)."""
     found = number("latitude", latitude, "rad, north positive")
     if not abs(found) <= 0.5 * math.pi:
         raise InputError(f"latitude = {math.degrees(found):g}° must lie within ±90°; give radians.")
@@ -78,30 +61,13 @@ def checked_place(latitude: float, longitude: float, height: float) -> tuple[flo
 
 
 def checked_duration(duration: float) -> float:
-    """Check and return the duration of a motion.
-
-    Args:
-        duration: s.
-
-    Raises:
-        InputError: the duration is not positive and finite.
-    """
+    """Check and return the duration of a motion."""
     return number("duration", duration, "s", low=POSITIVE)
 
 
 def check_instants(t: ArrayLike, start: float, end: float) -> Array:
-    """Check that instants lie on the trajectory, and return them as an array.
-
-    Args:
-        t: instants, () or (N,) s.
-        start, end: first and last time of the trajectory, s.
-
-    Returns:
-        The same times, () or (N,).
-
-    Raises:
-        InputError: a time lies outside [start, end] or is not a number, or the array has more than one axis.
-    """
+    """Check that instants lie on the trajectory, and return them as an array: the same times, () or (N,) (t: instants,
+    () or (N,) s; start, end: first and last time of the trajectory, s)."""
     instants = numbers("t", t)
     if instants.ndim > 1:
         raise InputError(f"the times must be one number or one row of numbers, not an array of shape {instants.shape}.")
@@ -115,12 +81,8 @@ def check_instants(t: ArrayLike, start: float, end: float) -> Array:
 
 
 def part_by_part(state: Callable[[Array], NavState], instants: Array) -> NavState:
-    """Return the states of a motion, evaluated part by part to save memory.
-
-    Args:
-        state: returns the states at instants, of whose number none depends.
-        instants: () or (N,) s.
-    """
+    """Return the states of a motion, evaluated part by part to save memory (state: returns the states at instants, of
+    whose number none depends; instants: () or (N,) s)."""
     if instants.size <= _PART:
         return state(instants)
     found = NavState(*(np.empty((len(instants), *columns)) for columns in ((), (), (), (3,), (4,))))
@@ -191,7 +153,8 @@ def integrate_samples(
     *,
     points: int = _POINTS,
 ) -> Array:
-    """Return the integrals of a function over consecutive intervals by Gauss-Legendre quadrature.
+    """Return the integrals of a function over consecutive intervals by Gauss-Legendre quadrature: integrals, (N,
+    columns).
 
     Args:
         rates: function of instants (M,) s, returning (M, columns); smooth between `breaks`.
@@ -199,9 +162,6 @@ def integrate_samples(
         fastest: angular frequency beyond which the function has no significant content, rad/s.
         breaks: instants at which a derivative of the function may jump, (K,) s.
         points: number of points on a panel.
-
-    Returns:
-        Integrals, (N, columns).
     """
     inside = np.asarray(breaks, dtype=np.float64)
     inside = inside[(inside > edges[0]) & (inside < edges[-1])]

@@ -94,7 +94,8 @@ class Trajectory(Protocol):
             quaternion: ArrayLike | None = None,
             **options: Any,
         ) -> TrackCurve:
-            """Return the smooth exact motion along recorded samples.
+            """Return the smooth exact motion along recorded samples: the motion; time 0 is the first sample. Its
+            attribute `fit` says how far it passes from the samples.
 
             Args:
                 time: instants, increasing, (N,) s.
@@ -103,12 +104,6 @@ class Trajectory(Protocol):
                 quaternion: attitude q_nb, scalar first, v_n = C_nb v_b, (N, 4); it follows from the motion if not
                     given.
                 options: `vehicle`, `smoothing_s` and others, see `sinssim.truth.track.track_curve.from_samples`.
-
-            Returns:
-                The motion; time 0 is the first sample. Its attribute `fit` says how far it passes from the samples.
-
-            Raises:
-                InputError: the samples cannot be a motion; the message names the sample.
             """
             from sinssim.truth.track.track_curve import from_samples
 

@@ -80,17 +80,8 @@ class TrueGravity(Section):
         return self
 
     def coefficients(self, degree: int | None = None) -> Coefficients | None:
-        """Return the coefficients of the model.
-
-        Args:
-            degree: highest degree; by default that of the section.
-
-        Returns:
-            The coefficients; None for normal gravity.
-
-        Raises:
-            InputError: the file cannot be used, or the model does not have the degree.
-        """
+        """Return the coefficients of the model: the coefficients; None for normal gravity (degree: highest degree; by
+        default that of the section)."""
         if self.model == "normal":
             return None
         degree = self.degree if degree is None else degree
@@ -105,37 +96,22 @@ class TrueGravity(Section):
         return model if degree is None else model.to_degree(degree)
 
     def field(self, ellipsoid: Ellipsoid, degree: int | None = None) -> DisturbingField | None:
-        """Return the disturbing field.
-
-        Args:
-            degree: highest degree; by default that of the model.
-
-        Returns:
-            The field; None for normal gravity.
-        """
+        """Return the disturbing field: the field; None for normal gravity (degree: highest degree; by default that of
+        the model)."""
         model = self.coefficients(degree)
         return None if model is None else _field(model, ellipsoid)
 
     def beyond(self, degree: int | None, ellipsoid: Ellipsoid) -> DisturbingField | None:
-        """Return the part of the field that a navigator does not know.
-
-        Args:
-            degree: degree to which it knows the field; None: it knows normal gravity only.
-
-        Returns:
-            The field; None if there is none.
-        """
+        """Return the part of the field that a navigator does not know: the field; None if there is none (degree to
+        which it knows the field; None: it knows normal gravity only)."""
         field = self.field(ellipsoid)
         if field is None or degree == field.degree:
             return None
         return field if degree is None else field.beyond(degree)
 
     def remainder_model(self) -> RemainderModel | None:
-        """Return the statistics of the remainder.
-
-        Returns:
-            The statistics, with the sizes of `omission` where the table has none; None without a remainder.
-        """
+        """Return the statistics of the remainder: the statistics, with the sizes of `omission` where the table has
+        none; None without a remainder."""
         from sinssim.earth.harmonic_coefficients import omission
         from sinssim.truth.true_gravity_disturbance import RemainderModel
 

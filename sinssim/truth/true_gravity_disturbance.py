@@ -50,17 +50,11 @@ KNOTS_PER_DISTANCE = 40
 
 @dataclass(frozen=True)
 class RemainderModel:
-    """Statistics of the remainder.
+    """Statistics of the remainder."""
 
-    Attributes:
-        order: 2 or 3.
-        sigma: 1σ of ξ, rad, η, rad, and the anomaly, m/s².
-        distance: distance at which the correlation is 1/e, m.
-    """
-
-    order: int
-    sigma: tuple[float, float, float]
-    distance: float
+    order: int  # 2 or 3
+    sigma: tuple[float, float, float]  # 1σ of ξ, rad, η, rad, and the anomaly, m/s²
+    distance: float  # distance at which the correlation is 1/e, m
 
     @property
     def beta(self) -> float:
@@ -77,12 +71,8 @@ class RemainderModel:
         return np.asarray((1.0 + x + (x * x / 3.0 if self.order == 3 else 0.0)) * np.exp(-x))
 
     def dynamics(self) -> tuple[Array, Array]:
-        """Return the process of variance 1 as a linear system over the distance.
-
-        Returns:
-            F of dx/dd = F x + w, (order, order), x the value and its derivatives by the distance, and the stationary
-            covariance of x, (order, order).
-        """
+        """Return the process of variance 1 as a linear system over the distance: F of dx/dd = F x + w, (order, order),
+        x the value and its derivatives by the distance, and the stationary covariance of x, (order, order)."""
         b = self.beta
         if self.order == 2:
             return np.array([[0.0, 1.0], [-b * b, -2.0 * b]]), np.diag([1.0, b * b])
@@ -312,26 +302,12 @@ class Disturbed:
         return time[::2], np.concatenate([[0.0], np.cumsum(passed)])
 
     def distance(self, t: Array) -> Array:
-        """Return the horizontal distance travelled since the start.
-
-        Args:
-            t: instants, (N,) s.
-
-        Returns:
-            Distances, (N,) m.
-        """
+        """Return the horizontal distance travelled since the start, (N,) m (t: instants, (N,) s)."""
         return np.interp(t, *self._travelled)
 
     def disturbance_ned(self, t: ArrayLike, state: NavState | None = None) -> Array:
-        """Return the disturbance of gravity on the true path.
-
-        Args:
-            t: instants, () or (N,) s.
-            state: the states at those instants, if they are known.
-
-        Returns:
-            δg, north, east, down, (..., 3) m/s².
-        """
+        """Return the disturbance of gravity on the true path: δg, north, east, down, (..., 3) m/s² (t: instants, () or
+        (N,) s; state: the states at those instants, if they are known)."""
         instants = check_instants(t, self.start, self.end)
         time = np.atleast_1d(instants)
         s = self.base.state(time) if state is None else state
@@ -387,15 +363,8 @@ class Disturbed:
         return ImuData(own.time, own.dtheta, own.dvel - self.felt(own.time, own.dtheta))
 
     def felt(self, edges: Array, dtheta: Array) -> Array:
-        """Return the integrals of the disturbance in the block's axes over intervals.
-
-        Args:
-            edges: of the intervals, (N+1,) s.
-            dtheta: increments of angle over them, (N, 3) rad.
-
-        Returns:
-            ∫C_bn δg dt, (N, 3) m/s.
-        """
+        """Return the integrals of the disturbance in the block's axes over intervals, (N, 3) m/s (edges of the
+        intervals, (N+1,) s; dtheta: increments of angle over them, (N, 3) rad)."""
         interval = np.diff(edges)
         turn = max(float(np.abs(dtheta).sum(axis=1).max()), float(interval.max()) * self.fastest)
         parts = max(1, int(np.ceil(turn / _TURN)), int(np.ceil(_LEAST_STEPS / len(interval))))
@@ -417,24 +386,16 @@ STEP = 1.0
 
 @dataclass(frozen=True)
 class GravityValues:
-    """The true field along a motion, model and remainder together.
+    """The true field along a motion, model and remainder together."""
 
-    Attributes:
-        time: (K,) s.
-        xi, eta: deflection of the vertical to the north and to the east, (K,) rad.
-        disturbance: gravity disturbance, down, (K,) m/s².
-        anomaly: gravity anomaly, (K,) m/s².
-        undulation: height of the model's geoid above the ellipsoid, (K,) m; None without a model.
-        altitude_msl: height above it, (K,) m; None without a model.
-    """
-
-    time: Array
+    time: Array  # (K,) s
+    # deflection of the vertical to the north and to the east, (K,) rad
     xi: Array
     eta: Array
-    disturbance: Array
-    anomaly: Array
-    undulation: Array | None
-    altitude_msl: Array | None
+    disturbance: Array  # gravity disturbance, down, (K,) m/s²
+    anomaly: Array  # gravity anomaly, (K,) m/s²
+    undulation: Array | None  # height of the model's geoid above the ellipsoid, (K,) m; None without a model
+    altitude_msl: Array | None  # height above it, (K,) m; None without a model
 
 
 def gravity_values(motion: Disturbed) -> GravityValues:
@@ -459,11 +420,8 @@ def gravity_values(motion: Disturbed) -> GravityValues:
 
 
 def gravity_numbers(motion: Disturbed) -> dict[str, Any]:
-    """Return the numbers of the true field for a run's summary.
-
-    Returns:
-        Model and degree, root mean squares and largest values along the motion, and the error of the spline.
-    """
+    """Return the numbers of the true field for a run's summary: model and degree, root mean squares and largest values
+    along the motion, and the error of the spline."""
     v, along, field = gravity_values(motion), motion.along, motion.field
     found: dict[str, Any] = {"model": "normal" if field is None else field.name}
     if field is not None and along is not None:

@@ -21,68 +21,47 @@ from sinssim.truth.motion import Mounting
 
 
 class Performance(Section):
-    """Usual speeds, limits and settings of the type.
+    """Usual speeds, limits and settings of the type."""
 
-    Attributes:
-        cruise_kt: usual airspeed, calibrated, kt.
-        stall_alpha_deg: angle of attack above which the aircraft counts as stalled, degrees.
-        bank_deg: usual angle of bank, degrees.
-        max_load_factor_g, min_load_factor_g: limits of the load factor for the autopilot, g.
-        climb_mps, descent_mps: usual vertical speeds, m/s.
-        acceleration_mps2: rate of change of airspeed, m/s².
-        takeoff_kt: airspeed of rotation, kt.
-        takeoff_pitch_deg: pitch angle held from rotation, degrees.
-        initial_climb_kt: airspeed of the climb after take-off, kt.
-        takeoff_flaps: flap setting for take-off, as a fraction of full travel.
-        takeoff_throttle: throttle setting for take-off, as a fraction of full travel.
-        retractable_gear: whether the gear is retracted after take-off.
-        engine_start_s: usual time to start the engines, s.
-        taxi_mps: usual ground speed of taxiing, m/s.
-        approach_kt: airspeed of the approach, kt; None: the aircraft cannot land.
-        landing_flaps: flap setting of the approach, as a fraction of full travel.
-        standing_height_m: height of the centre of gravity above the ground of the standing aircraft, m.
-        braking: setting of the brakes of the roll-out, as a fraction of full travel.
-    """
-
-    cruise_kt: Positive
-    stall_alpha_deg: Positive
-    bank_deg: Positive
+    cruise_kt: Positive  # usual airspeed, calibrated, kt
+    stall_alpha_deg: Positive  # angle of attack above which the aircraft counts as stalled, degrees
+    bank_deg: Positive  # usual angle of bank, degrees
+    # limits of the load factor for the autopilot, g
     max_load_factor_g: Positive
     min_load_factor_g: float = Field(le=0.9)
+    # usual vertical speeds, m/s
     climb_mps: Positive
     descent_mps: Positive
-    acceleration_mps2: Positive
-    takeoff_kt: Positive
-    takeoff_pitch_deg: Positive
-    initial_climb_kt: Positive
-    takeoff_flaps: float = Field(ge=0.0, le=1.0)
+    acceleration_mps2: Positive  # rate of change of airspeed, m/s²
+    takeoff_kt: Positive  # airspeed of rotation, kt
+    takeoff_pitch_deg: Positive  # pitch angle held from rotation, degrees
+    initial_climb_kt: Positive  # airspeed of the climb after take-off, kt
+    takeoff_flaps: float = Field(ge=0.0, le=1.0)  # flap setting for take-off, as a fraction of full travel
+    # throttle setting for take-off, as a fraction of full travel
     takeoff_throttle: float = Field(default=1.0, gt=0.0, le=1.0)
-    retractable_gear: bool
-    engine_start_s: NotNegative = 30.0
-    taxi_mps: Positive = 6.0
-    approach_kt: Positive | None = None
+    retractable_gear: bool  # whether the gear is retracted after take-off
+    engine_start_s: NotNegative = 30.0  # usual time to start the engines, s
+    taxi_mps: Positive = 6.0  # usual ground speed of taxiing, m/s
+    approach_kt: Positive | None = None  # airspeed of the approach, kt; None: the aircraft cannot land
+    # flap setting of the approach, as a fraction of full travel
     landing_flaps: float = Field(default=0.0, ge=0.0, le=1.0)
-    standing_height_m: NotNegative = 1.5
+    standing_height_m: NotNegative = 1.5  # height of the centre of gravity above the ground of the standing aircraft, m
+    # setting of the brakes of the roll-out, as a fraction of full travel
     braking: float = Field(default=0.3, gt=0.0, le=1.0)
 
 
 class Envelope(Section):
-    """What the model can do in steady flight, by `sinssim.truth.flight.trim`.
+    """What the model can do in steady flight, by `sinssim.truth.flight.trim`."""
 
-    Attributes:
-        height_m: heights, m, increasing.
-        min_kt, max_kt: slowest and fastest level flight at each height, calibrated, kt; 0: none.
-        airspeed_kt: calibrated airspeeds, kt, increasing.
-        climb_mps: largest rate of climb at a constant calibrated airspeed, rows by height and columns by airspeed, m/s;
-            negative: level flight is not possible.
-        descent_mps: largest rate of descent with idle engines at a constant calibrated airspeed, m/s.
-    """
-
-    height_m: tuple[float, ...] = Field(min_length=2)
+    height_m: tuple[float, ...] = Field(min_length=2)  # heights, m, increasing
+    # slowest and fastest level flight at each height, calibrated, kt; 0: none
     min_kt: tuple[NotNegative, ...]
     max_kt: tuple[NotNegative, ...]
-    airspeed_kt: tuple[Positive, ...] = Field(min_length=2)
+    airspeed_kt: tuple[Positive, ...] = Field(min_length=2)  # calibrated airspeeds, kt, increasing
+    # largest rate of climb at a constant calibrated airspeed, rows by height and columns by airspeed, m/s; negative:
+    # level flight is not possible
     climb_mps: tuple[tuple[float, ...], ...]
+    # largest rate of descent with idle engines at a constant calibrated airspeed, m/s
     descent_mps: tuple[tuple[float, ...], ...]
 
     @model_validator(mode="after")
@@ -101,107 +80,69 @@ class Envelope(Section):
 
 
 class AutopilotGains(Section):
-    """Gains of our autopilot; control deflections as a fraction of full travel, angles in rad, rates in rad/s.
+    """Gains of our autopilot; control deflections as a fraction of full travel, angles in rad, rates in rad/s."""
 
-    Attributes:
-        reference_kt: airspeed at which the gains hold, kt.
-        airspeed_scheduled: whether feedback decreases with dynamic pressure and feedforward with airspeed (a
-            conventional control system); false: gains are the same at any airspeed (a control system that commands
-            rates).
-        roll_rate_max_deg_s, roll_acceleration_max_deg_s2: limits of the bank reference.
-        bank_rate: bank error to bank rate, of the reference, 1/s.
-        bank_gain: bank error against the reference to roll rate, 1/s.
-        roll_feedforward, roll_gain, roll_integral: roll rate, its error and the error's integral to aileron.
-        heading_time_s: time constant of a heading error.
-        height_rate: height error to vertical speed, 1/s.
-        path_gain: vertical-speed error to vertical acceleration, 1/s.
-        vertical_acceleration_mps2: limit of the vertical-speed reference.
-        load_time_s: time constant of the load-factor reference.
-        lift_time_s: lag of the lift behind the pitch rate at the reference airspeed at sea level.
-        pitch_feedforward, pitch_gain, pitch_integral: pitch rate, its error and its integral to elevator.
-        speed_gain, speed_integral: airspeed error (m/s) and its integral to throttle.
-        climb_throttle: climb angle to throttle.
-        throttle_rate: limit of the throttle's rate, 1/s.
-        yaw_feedforward: yaw rate of the coordinated turn to rudder, against a yaw damper that would resist it.
-        yaw_gain: yaw-rate error against the coordinated turn to rudder.
-        sideslip_gain, sideslip_integral: sideslip and its integral to rudder.
-        steering_gain: heading error on the ground to nose-wheel steering.
-    """
-
-    reference_kt: Positive
+    reference_kt: Positive  # airspeed at which the gains hold, kt
+    # whether feedback decreases with dynamic pressure and feedforward with airspeed (a conventional control system);
+    # false: gains are the same at any airspeed (a control system that commands rates)
     airspeed_scheduled: bool
+    # limits of the bank reference
     roll_rate_max_deg_s: Positive
     roll_acceleration_max_deg_s2: Positive
-    bank_rate: Positive
-    bank_gain: Positive
+    bank_rate: Positive  # bank error to bank rate, of the reference, 1/s
+    bank_gain: Positive  # bank error against the reference to roll rate, 1/s
+    # roll rate, its error and the error's integral to aileron
     roll_feedforward: NotNegative
     roll_gain: NotNegative
     roll_integral: NotNegative
-    heading_time_s: Positive
-    height_rate: Positive
-    path_gain: Positive
-    vertical_acceleration_mps2: Positive
-    load_time_s: Positive
-    lift_time_s: NotNegative
+    heading_time_s: Positive  # time constant of a heading error
+    height_rate: Positive  # height error to vertical speed, 1/s
+    path_gain: Positive  # vertical-speed error to vertical acceleration, 1/s
+    vertical_acceleration_mps2: Positive  # limit of the vertical-speed reference
+    load_time_s: Positive  # time constant of the load-factor reference
+    lift_time_s: NotNegative  # lag of the lift behind the pitch rate at the reference airspeed at sea level
+    # pitch rate, its error and its integral to elevator
     pitch_feedforward: NotNegative
     pitch_gain: NotNegative
     pitch_integral: NotNegative
+    # airspeed error (m/s) and its integral to throttle
     speed_gain: Positive
     speed_integral: NotNegative
-    climb_throttle: NotNegative
-    throttle_rate: Positive
+    climb_throttle: NotNegative  # climb angle to throttle
+    throttle_rate: Positive  # limit of the throttle's rate, 1/s
+    # yaw rate of the coordinated turn to rudder, against a yaw damper that would resist it
     yaw_feedforward: NotNegative
-    yaw_gain: NotNegative
+    yaw_gain: NotNegative  # yaw-rate error against the coordinated turn to rudder
+    # sideslip and its integral to rudder
     sideslip_gain: NotNegative
     sideslip_integral: NotNegative
-    steering_gain: NotNegative
+    steering_gain: NotNegative  # heading error on the ground to nose-wheel steering
 
 
 class Aircraft(Section):
-    """One aircraft: the contents of its aircraft.toml.
-
-    Attributes:
-        description: a sentence.
-        jsbsim_model: name of the flight dynamics model: one of JSBSim's own, or a folder beside aircraft.toml.
-        model_changes: new text for elements of the model's XML, by XPath, applied when the model is loaded; an element
-            with an empty new text is removed.
-        mounting: place of the sensor block.
-        performance: usual speeds, limits and settings of the type.
-        autopilot: gains of our autopilot.
-        envelope: what the model can do in steady flight; None: `sinssim check` does not know its limits.
-    """
+    """One aircraft: the contents of its aircraft.toml."""
 
     description: str
-    jsbsim_model: str
+    jsbsim_model: str  # the flight dynamics model: one of JSBSim's own, or a folder beside aircraft.toml
+    # new text for elements of the model's XML, by XPath, applied when the model is loaded; an element with an empty new
+    # text is removed
     model_changes: dict[str, str] = Field(default_factory=dict)
-    mounting: Mounting
-    performance: Performance
-    autopilot: AutopilotGains
+    mounting: Mounting  # place of the sensor block
+    performance: Performance  # usual speeds, limits and settings of the type
+    autopilot: AutopilotGains  # gains of our autopilot
+    # what the model can do in steady flight; None: `sinssim check` does not know its limits
     envelope: Envelope | None = None
 
 
 def aircraft_exists(name: str) -> str:
-    """Return the name of an aircraft if it exists.
-
-    Args:
-        name: name of the aircraft, or a path of its folder or its aircraft.toml.
-
-    Raises:
-        InputError: there is no such aircraft; the message lists the known ones.
-    """
+    """Return the name of an aircraft if it exists (name of the aircraft, or a path of its folder or its
+    aircraft.toml)."""
     find_content("aircraft", name)
     return name
 
 
 def load_aircraft(name: str) -> Aircraft:
-    """Read an aircraft's description.
-
-    Args:
-        name: name of the aircraft, or a path of its folder or its aircraft.toml.
-
-    Raises:
-        InputError: there is no such aircraft, or its aircraft.toml is invalid; the message names file, line and key.
-    """
+    """Read an aircraft's description (name of the aircraft, or a path of its folder or its aircraft.toml)."""
     file = find_content("aircraft", name)
     try:
         about = file.stat()
@@ -235,14 +176,7 @@ def _of_table(envelope: Envelope, table: Sequence[Sequence[float]], height: floa
 
 
 def climb_rate(envelope: Envelope, height: float, speed_kt: float) -> float:
-    """Return the largest steady rate of climb at a calibrated airspeed; negative above the ceiling.
-
-    Args:
-        height: m.
-
-    Returns:
-        Rate, m/s.
-    """
+    """Return the largest steady rate of climb at a calibrated airspeed, m/s; negative above the ceiling (height in m)."""
     return _of_table(envelope, envelope.climb_mps, height, speed_kt)
 
 
@@ -252,14 +186,8 @@ def descent_rate(envelope: Envelope, height: float, speed_kt: float) -> float:
 
 
 def speed_range(envelope: Envelope, height: float) -> tuple[float, float]:
-    """Return the slowest and the fastest level flight at a height.
-
-    Args:
-        height: m.
-
-    Returns:
-        Calibrated airspeeds, kt; both 0 where there is no level flight.
-    """
+    """Return the slowest and the fastest level flight at a height, kt; both 0 where there is no level flight (height in
+    m)."""
     row, up = _between(envelope.height_m, height)
     if not envelope.max_kt[row] or (up > 0.0 and not envelope.max_kt[row + 1]):
         row, up = (row, 0.0) if up < 0.5 else (row + 1, 0.0)
@@ -271,14 +199,8 @@ def speed_range(envelope: Envelope, height: float) -> tuple[float, float]:
 
 
 def ceiling(envelope: Envelope, speed_kt: float, rate: float = SERVICE_CLIMB) -> float:
-    """Return the height at which a rate of climb is left.
-
-    Args:
-        rate: m/s.
-
-    Returns:
-        Height, m; the envelope's largest if more is left there.
-    """
+    """Return the height at which a rate of climb is left, m; the envelope's largest if more is left there (rate in
+    m/s)."""
     low, high = envelope.height_m[0], envelope.height_m[-1]
     if climb_rate(envelope, high, speed_kt) >= rate:
         return high

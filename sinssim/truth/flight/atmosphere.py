@@ -29,17 +29,12 @@ WindVector = tuple[float, float, float]
 
 @dataclass(frozen=True)
 class Air:
-    """The air of a flight.
+    """The air of a flight."""
 
-    Attributes:
-        levels: heights above the ellipsoid with their wind, m and m/s, heights increasing.
-        isa_deviation: temperature less that of the standard atmosphere, K.
-        sea_level_pressure: pressure at height 0, Pa.
-    """
-
+    # heights above the ellipsoid with their wind, m and m/s, heights increasing
     levels: tuple[tuple[float, WindVector], ...] = ((0.0, (0.0, 0.0, 0.0)),)
-    isa_deviation: float = 0.0
-    sea_level_pressure: float = STANDARD_PRESSURE
+    isa_deviation: float = 0.0  # temperature less that of the standard atmosphere, K
+    sea_level_pressure: float = STANDARD_PRESSURE  # pressure at height 0, Pa
 
     @property
     def varies(self) -> bool:
@@ -75,40 +70,21 @@ class Air:
         )
 
     def temperature(self, height: float) -> float:
-        """Return the static temperature at a height.
-
-        Args:
-            height: height above the ellipsoid, m, at most 32 km.
-
-        Returns:
-            Temperature, K.
-        """
+        """Return the static temperature at a height, K (height above the ellipsoid, m, at most 32 km)."""
         geopotential = _geopotential(height)
         base, temperature, lapse = _layer(geopotential)
         return temperature + lapse * (geopotential - base) + self.isa_deviation
 
     def pressure(self, height: float) -> float:
-        """Return the static pressure at a height.
-
-        Args:
-            height: height above the ellipsoid, m, at most 32 km.
-
-        Returns:
-            Pressure, Pa.
-        """
+        """Return the static pressure at a height, Pa (height above the ellipsoid, m, at most 32 km)."""
         return self.sea_level_pressure * _ratio(_geopotential(height), self.isa_deviation)
 
     def pressure_altitude(self, height: float) -> float:
-        """Return what a barometric altimeter without errors, set to 1013.25 hPa, reads.
+        """Return what a barometric altimeter without errors, set to 1013.25 hPa, reads, m (height above the ellipsoid,
+        m, at most 32 km).
 
         It is the height at which the standard atmosphere has the pressure. In the troposphere, with the standard
         pressure at sea level, it is T0/(T0 + ΔT) times the height, apart from the change of gravity with height.
-
-        Args:
-            height: height above the ellipsoid, m, at most 32 km.
-
-        Returns:
-            Height, m.
         """
         if self.standard:
             return height
@@ -128,18 +104,12 @@ class Air:
         return _RADIUS * geopotential / (_RADIUS - geopotential)
 
     def true_airspeed(self, calibrated: float, height: float) -> float:
-        """Return the true airspeed of a calibrated airspeed, by compressible flow.
+        """Return the true airspeed of a calibrated airspeed, by compressible flow, m/s (calibrated airspeed, m/s;
+        height above the ellipsoid, m).
 
         Below the speed of sound the flow to the pitot tube is isentropic; above it a normal shock stands before the
         tube, and Rayleigh's pitot formula holds (W. Gracey, Measurement of Aircraft Speed and Altitude, NASA RP-1046,
         1980).
-
-        Args:
-            calibrated: calibrated airspeed, m/s.
-            height: height above the ellipsoid, m.
-
-        Returns:
-            True airspeed, m/s.
         """
         impact = _impact(calibrated / _SOUND)  # over the pressure of the standard
         ratio = impact * STANDARD_PRESSURE / self.pressure(height)
@@ -149,16 +119,8 @@ class Air:
         return sound * math.sqrt(5.0 * (math.pow(ratio + 1.0, 2.0 / 7.0) - 1.0))
 
     def ground_speed(self, calibrated: float, height: float, track: float) -> float:
-        """Return the speed made good along a track at a calibrated airspeed.
-
-        Args:
-            calibrated: calibrated airspeed, m/s.
-            height: height above the ellipsoid, m.
-            track: direction over the ground, rad.
-
-        Returns:
-            Ground speed, m/s; negative if the wind is too strong.
-        """
+        """Return the speed made good along a track at a calibrated airspeed, m/s; negative if the wind is too strong
+        (calibrated airspeed, m/s; height above the ellipsoid, m; track: direction over the ground, rad)."""
         north, east, _ = self.wind(height)
         along = north * math.cos(track) + east * math.sin(track)
         across = east * math.cos(track) - north * math.sin(track)
@@ -166,16 +128,9 @@ class Air:
 
 
 def wind_from(direction_deg: float, speed: float, down: float = 0.0) -> WindVector:
-    """Return the velocity of a wind that is given as people give it.
-
-    Args:
-        direction_deg: direction from which it blows, clockwise from true north, degrees.
-        speed: horizontal speed, m/s.
-        down: vertical component, m/s.
-
-    Returns:
-        Velocity north, east, down, m/s.
-    """
+    """Return the velocity of a wind that is given as people give it: velocity north, east, down, m/s (direction_deg:
+    direction from which it blows, clockwise from true north, degrees; speed: horizontal speed, m/s; down: vertical
+    component, m/s)."""
     direction = math.radians(direction_deg)
     return -speed * math.cos(direction), -speed * math.sin(direction), down
 

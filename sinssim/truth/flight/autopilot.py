@@ -94,11 +94,7 @@ class Autopilot:
     """
 
     def __init__(self, aircraft: Aircraft, interval: float) -> None:
-        """Make an autopilot at rest.
-
-        Args:
-            interval: time between steps, s.
-        """
+        """Make an autopilot at rest (interval: time between steps, s)."""
         gains, performance = aircraft.autopilot, aircraft.performance
         self._gains = gains
         self.bank_rate = gains.bank_rate
@@ -139,12 +135,8 @@ class Autopilot:
         self._speed_reference = self._throttle_integral = self._rudder_integral = 0.0
 
     def engage(self, state: AircraftState, *, elevator: float, aileron: float, rudder: float, throttle: float) -> None:
-        """Engage in trimmed flight, holding the current heading, height and airspeed.
-
-        Args:
-            state: the aircraft's state.
-            elevator, aileron, rudder, throttle: the trimmed settings, as fractions of full travel.
-        """
+        """Engage in trimmed flight, holding the current heading, height and airspeed (elevator, aileron, rudder,
+        throttle: the trimmed settings, as fractions of full travel)."""
         self.heading, self.height, self.airspeed = state.psi, state.height, state.cas
         self._bank_reference, self._roll_reference = state.phi, 0.0
         self._climb_reference = state.climb
@@ -155,11 +147,7 @@ class Autopilot:
         self.throttle, self._throttle_integral = throttle, throttle
 
     def resume(self, state: AircraftState) -> None:
-        """Set the references to the aircraft's state, after a manoeuvre that they did not follow.
-
-        Args:
-            state: the aircraft's state.
-        """
+        """Set the references to the aircraft's state, after a manoeuvre that they did not follow."""
         self._bank_reference, self._roll_reference = state.phi, state.p
         self._climb_reference, self._speed_reference = state.climb, state.cas
         self.lateral, self.vertical = HEADING, HEIGHT

@@ -51,10 +51,6 @@ def cached_flight(
     Args:
         progress: called while flying with the fraction flown, 0 … 1.
         meanwhile: called once while another process flies; not called if the flight is in the cache.
-
-    Raises:
-        InputError: there is no such aircraft or model, or the flight cannot be flown; the message names the leg.
-        RunError: JSBSim failed.
     """
     file = _file(flight, seed)
     log = _read(file)
@@ -76,11 +72,7 @@ def _sources() -> tuple[Path, ...]:
 
 
 def is_cached(flight: FlightPlan, seed: int = 0) -> bool:
-    """Return whether a flight is in the cache.
-
-    Returns:
-        Whether `cached_flight` would not need to fly it.
-    """
+    """Return whether a flight is in the cache: whether `cached_flight` would not need to fly it."""
     return _file(flight, seed).is_file()
 
 
@@ -89,14 +81,8 @@ def _file(flight: FlightPlan, seed: int) -> Path:
 
 
 def flight_key(flight: FlightPlan, seed: int) -> str:
-    """Return the digest of everything that determines a flight.
-
-    Args:
-        seed: seed of the turbulence; without turbulence it has no effect.
-
-    Returns:
-        SHA-256 over the versions, the aircraft's files, the plan, the seed and the code, in hexadecimal.
-    """
+    """Return the digest of everything that determines a flight: SHA-256 over the versions, the aircraft's files, the
+    plan, the seed and the code, in hexadecimal (seed of the turbulence; without turbulence it has no effect)."""
     import jsbsim
     import scipy
 

@@ -69,25 +69,16 @@ class FlightLog:
 
 @dataclass(frozen=True)
 class FlightRecord:
-    """The recording of a flight in JSBSim's units.
+    """The recording of a flight in JSBSim's units."""
 
-    Attributes:
-        poses: position in ECEF (ft) and roll, pitch, heading (rad) of every knot, one after another.
-        channels: values of the channels, one instant after another, JSBSim's units.
-        events: beginning and end of each leg.
-    """
-
-    poses: array[float]
-    channels: array[float]
-    events: tuple[FlightEvent, ...]
+    poses: array[float]  # position in ECEF (ft) and roll, pitch, heading (rad) of every knot, one after another
+    channels: array[float]  # values of the channels, one instant after another, JSBSim's units
+    events: tuple[FlightEvent, ...]  # beginning and end of each leg
 
 
 def flight_log(record: FlightRecord) -> FlightLog:
-    """Return a flight in SI units, with one attitude quaternion from body to ECEF.
-
-    Returns:
-        The centre of gravity's motion at 30 Hz and the other logged quantities.
-    """
+    """Return a flight in SI units, with one attitude quaternion from body to ECEF: the centre of gravity's motion at 30
+    Hz and the other logged quantities."""
     from sinssim.earth.geodetic_coordinates import ecef_to_geodetic, q_en
     from sinssim.rotation.quaternions import multiply, quaternion_from_euler
 
@@ -119,16 +110,13 @@ _MISSED = " did not reach its targets: at its end "
 def shortfall(
     name: str, leg: LegBase, pilot: Autopilot, state: AircraftState, *, turbulent: bool
 ) -> FlightEvent | None:
-    """Compare the end of a leg with what it ordered.
+    """Compare the end of a leg with what it ordered; return a sentence with what is achieved and ordered; None where
+    both agree.
 
     Args:
         name: of the leg, for example "leg 3 (climb)".
         leg: the leg, which has ended in the air.
-        state: the aircraft's state.
         turbulent: whether there is turbulence, which moves the aircraft at any instant.
-
-    Returns:
-        A sentence with what is achieved and ordered; None where both agree.
     """
     found, more = [], _TURBULENT if turbulent else 1.0
     if "height" in leg.holds and pilot.vertical == HEIGHT and abs(state.height - pilot.height) > more * _HEIGHT:

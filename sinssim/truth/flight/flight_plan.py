@@ -46,13 +46,7 @@ _Kt = Annotated[float, Field(ge=0.0, le=194.0)]
 
 
 class Gust(Section):
-    """One gust with a (1 - cos) rise, a steady part and a (1 - cos) fall.
-
-    Attributes:
-        start_s: flight time at which the gust begins, s.
-        rise_s, steady_s, fall_s: durations of its three parts, s.
-        velocity_ned_mps: change of the wind at full strength, north, east, down, m/s.
-    """
+    """One gust with a (1 - cos) rise, a steady part and a (1 - cos) fall."""
 
     start_s: Moment = Field(description="flight time at which the gust begins")
     rise_s: _Gradual = Field(default=2.0, description="duration of the rise")
@@ -73,13 +67,7 @@ def _speed_words(mps: float | None, kt: float | None) -> str:
 
 
 class WindLevel(Section):
-    """The wind at a height. Its north and east components change linearly between two heights.
-
-    Attributes:
-        height_m: height above the ellipsoid, m.
-        from_deg: direction from which the wind blows, clockwise from true north, degrees.
-        speed_mps, speed_kt: horizontal speed, m/s or kt; exactly one of them.
-    """
+    """The wind at a height. Its north and east components change linearly between two heights."""
 
     exactly_one = (Keys(("speed_mps", "speed_kt"), "a wind has a speed, speed_mps or speed_kt"),)
 
@@ -96,16 +84,7 @@ class WindLevel(Section):
 class Wind(Section):
     """Wind and gusts: from_deg with a speed, or a profile over height, or the components north_mps and east_mps. The
     components give the direction *towards* which the air moves; from_deg gives the direction *from* which the wind
-    blows.
-
-    Attributes:
-        from_deg: direction from which the wind blows, clockwise from true north, degrees.
-        speed_mps, speed_kt: horizontal speed, m/s or kt.
-        north_mps, east_mps: steady wind towards north and east, m/s.
-        down_mps: steady wind downwards, with any of the forms, m/s.
-        profile: wind at heights, instead of the other forms.
-        gusts: gusts, added to the wind.
-    """
+    blows."""
 
     rules = (
         (lambda s: s._given_twice(),
@@ -167,12 +146,7 @@ class Wind(Section):
 
 
 class Atmosphere(Section):
-    """Temperature and pressure of the air. A barometer measures the pressure altitude in this air.
-
-    Attributes:
-        isa_deviation_k: temperature less that of the standard atmosphere, the same at all heights, K.
-        sea_level_pressure_hpa: pressure at sea level, hPa.
-    """
+    """Temperature and pressure of the air. A barometer measures the pressure altitude in this air."""
 
     isa_deviation_k: float = Field(
         default=0.0, ge=-60.0, le=60.0, description="temperature above that of the standard atmosphere, at all heights"
@@ -225,14 +199,7 @@ _SCALE, _SPAN = 533.0, 20.0  # scale of turbulence above 2000 ft (MIL-F-8785C), 
 
 
 class AirStart(Section):
-    """The flight begins in the air, in trimmed straight and level flight.
-
-    Attributes:
-        latitude_deg, longitude_deg: place, degrees.
-        altitude_m: height above the ellipsoid, m.
-        heading_deg: heading, degrees.
-        airspeed_kt: calibrated airspeed, kt; None: the aircraft's cruise airspeed.
-    """
+    """The flight begins in the air, in trimmed straight and level flight."""
 
     on: Literal["air"]
     latitude_deg: Latitude = Field(description="latitude of the start")
@@ -245,14 +212,7 @@ class AirStart(Section):
 
 
 class RunwayStart(Section):
-    """The flight begins at rest on a runway or at a gate, brakes set.
-
-    Attributes:
-        latitude_deg, longitude_deg: place, degrees.
-        altitude_m: height of the runway above the ellipsoid, m.
-        heading_deg: heading of the runway, degrees.
-        engines: whether the engines run; `taxi` and `take_off` start them if they do not.
-    """
+    """The flight begins at rest on a runway or at a gate, brakes set."""
 
     on: Literal["runway"]
     latitude_deg: Latitude = Field(description="latitude of the start")
@@ -271,14 +231,7 @@ Start = Annotated[AirStart | RunwayStart, Field(discriminator="on")]
 
 
 class Turbulence(Section):
-    """Dryden turbulence according to MIL-F-8785C, with the scenario's seed.
-
-    Attributes:
-        severity: row of the specification's table, which determines the strength above 2000 ft: 2 is weak (0.3 m/s at 3
-            km), 3 light (1.8 m/s), 4 moderate (2.9 m/s), 6 severe (7 m/s).
-        wind_at_6m_mps: wind speed 20 ft above the ground, which determines the strength below 1000 ft, m/s; light 7.7,
-            moderate 15.4, severe 23.
-    """
+    """Dryden turbulence according to MIL-F-8785C, with the scenario's seed."""
 
     severity: int = Field(default=3, ge=1, le=7, description="2 weak, 3 light, 4 moderate, 6 severe")
     wind_at_6m_mps: NotNegative = Field(default=7.7, le=100.0, description="wind speed 6 m above the ground")
@@ -292,16 +245,7 @@ class Turbulence(Section):
 
 
 class FlightPlan(Motion):
-    """A flight: aircraft, start, legs, wind, atmosphere and turbulence.
-
-    Attributes:
-        aircraft: name of the aircraft, a folder with an aircraft.toml.
-        start: where and how the flight begins.
-        legs: the legs, in order.
-        wind: wind and gusts.
-        atmosphere: temperature and pressure of the air; None: the standard atmosphere.
-        turbulence: turbulence; None: calm air.
-    """
+    """A flight: aircraft, start, legs, wind, atmosphere and turbulence."""
 
     table: ClassVar[str] = "flight"
     travels: ClassVar[bool] = True
@@ -309,11 +253,11 @@ class FlightPlan(Motion):
     aircraft: Annotated[str, BeforeValidator(_name), AfterValidator(aircraft_exists)] = Field(
         description="see `sinssim list aircraft`"
     )
-    start: Start
+    start: Start  # where and how the flight begins
     legs: tuple[Leg, ...] = Field(description="the legs, in order")
-    wind: Wind = Field(default=Wind())
-    atmosphere: Atmosphere | None = None
-    turbulence: Turbulence | None = None
+    wind: Wind = Field(default=Wind())  # wind and gusts
+    atmosphere: Atmosphere | None = None  # temperature and pressure of the air; None: the standard atmosphere
+    turbulence: Turbulence | None = None  # turbulence; None: calm air
 
     def user_items(self) -> list[Item]:
         """Return the files of its legs outside the package."""
@@ -335,19 +279,11 @@ class FlightPlan(Motion):
 
     @property
     def mounting(self) -> Mounting:
-        """The place of the sensor block in the aircraft.
-
-        Raises:
-            InputError: there is no such aircraft.
-        """
+        """The place of the sensor block in the aircraft."""
         return load_aircraft(self.aircraft).mounting
 
     def at_start(self) -> DeadReckoning:
-        """Return the dead reckoning of the plan at the beginning of its first leg.
-
-        Raises:
-            InputError: the aircraft's description is invalid.
-        """
+        """Return the dead reckoning of the plan at the beginning of its first leg."""
         aircraft, start = load_aircraft(self.aircraft), self.start
         check_landing(self.legs, self.aircraft, aircraft.performance)
         airspeed = 0.0 if start.on == "runway" else start.airspeed_kt or aircraft.performance.cruise_kt
@@ -364,14 +300,8 @@ class FlightPlan(Motion):
         )
 
     def reckoned(self) -> Iterator[tuple[LegBase, float, DeadReckoning]]:
-        """Follow the legs by dead reckoning.
-
-        Yields:
-            Each leg, its estimated duration in s, and the state at its end, which the next leg updates in place.
-
-        Raises:
-            InputError: the aircraft's description is invalid.
-        """
+        """Follow the legs by dead reckoning; return each leg, its estimated duration in s, and the state at its end,
+        which the next leg updates in place."""
         plan = self.at_start()
         for leg in self.legs:
             seconds = leg.reckon(plan)
@@ -379,11 +309,7 @@ class FlightPlan(Motion):
             yield leg, seconds, plan
 
     def leg_durations(self) -> list[float]:
-        """Estimate the duration of each leg, s, neglecting transitions and gusts; see `dead_reckoning`.
-
-        Raises:
-            InputError: the aircraft's description is invalid, or the wind makes a waypoint unreachable.
-        """
+        """Estimate the duration of each leg, s, neglecting transitions and gusts; see `dead_reckoning`."""
         durations = []
         for number, (leg, seconds, plan) in enumerate(self.reckoned(), start=1):
             durations.append(seconds)
@@ -443,33 +369,22 @@ def _plan(kind: type[FlightPlan], items: list[Item], contents: dict[str, Any]) -
 
 @dataclass(frozen=True)
 class PlannedPath:
-    """A planned motion.
+    """A planned motion."""
 
-    Attributes:
-        time: instants of the points, s.
-        latitude, longitude: rad.
-        height: above the ellipsoid, m.
-        speed: over the ground, m/s.
-        legs: number and type of each leg with its beginning and end, s.
-        ceiling: ceiling of the aircraft at the airspeed of each point, m; empty if it is unknown.
-    """
-
-    time: list[float]
+    time: list[float]  # instants of the points, s
+    # rad
     latitude: list[float]
     longitude: list[float]
-    height: list[float]
-    speed: list[float]
-    legs: list[tuple[str, float, float]]
-    ceiling: list[float]
+    height: list[float]  # above the ellipsoid, m
+    speed: list[float]  # over the ground, m/s
+    legs: list[tuple[str, float, float]]  # number and type of each leg with its beginning and end, s
+    ceiling: list[float]  # ceiling of the aircraft at the airspeed of each point, m; empty if it is unknown
 
 
 def planned_path(flight: FlightPlan) -> PlannedPath:
     """Follow a flight plan by dead reckoning.
 
     Within a leg time is shared out by the way over the ground.
-
-    Raises:
-        InputError: the aircraft's description is invalid.
     """
     envelope = load_aircraft(flight.aircraft).envelope
     plan = flight.at_start()

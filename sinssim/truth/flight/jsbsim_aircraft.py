@@ -225,14 +225,7 @@ class Monitor:
         self._against_stall = ", ".join(causes[:-1]) + f" or {causes[-1]}"
 
     def watch(self, leg: LegBase, pilot: Autopilot, state: AircraftState) -> None:
-        """Raise if a leg cannot be flown on; called ten times a second in the air.
-
-        Args:
-            state: the aircraft's state.
-
-        Raises:
-            LegError: the reason and a remedy.
-        """
+        """Raise if a leg cannot be flown on; called ten times a second in the air."""
         if not pilot.may_touch and (state.height_above_ground < 0.0 or any(touch() for touch in self._contacts)):
             raise LegError("the aircraft hit the ground", "a greater height")
         self._stalled = self._stalled + 1 if state.alpha > self._stall else 0

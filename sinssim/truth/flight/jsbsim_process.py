@@ -38,18 +38,8 @@ def fly_apart(
     progress: Callable[[float], None] | None = None,
     meanwhile: Callable[[], None] | None = None,
 ) -> FlightLog:
-    """Fly a flight plan in a separate process.
-
-    Args:
-        progress: called from time to time with the fraction flown, 0 … 1.
-
-    Returns:
-        The flight, bit for bit the same as in this process.
-
-    Raises:
-        InputError: as for `fly_plan`.
-        RunError: the process failed.
-    """
+    """Fly a flight plan in a separate process; return the flight, bit for bit the same as in this process (progress:
+    called from time to time with the fraction flown, 0 … 1)."""
     program = (
         f"import sys; sys.path[:] = {sys.path!r}; from sinssim.truth.flight.jsbsim_process import _serve; _serve()"
     )

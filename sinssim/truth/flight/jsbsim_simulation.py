@@ -44,11 +44,7 @@ _LEAST_DURATION = 1.0  # least duration for a smooth curve [s]
 
 @contextmanager
 def quiet() -> Iterator[list[str]]:
-    """Collect JSBSim's messages instead of printing them.
-
-    Yields:
-        The messages, at most 200.
-    """
+    """Collect JSBSim's messages instead of printing them; return the messages, at most 200."""
     import jsbsim
 
     messages: list[str] = []
@@ -78,14 +74,8 @@ def quiet() -> Iterator[list[str]]:
 
 
 def model_folder(name: str, model: str) -> Path:
-    """Return the folder of an aircraft's flight dynamics model.
-
-    Returns:
-        A folder of that name beside aircraft.toml, otherwise that of JSBSim's own aircraft.
-
-    Raises:
-        InputError: there is no such model.
-    """
+    """Return the folder of an aircraft's flight dynamics model: a folder of that name beside aircraft.toml, otherwise
+    that of JSBSim's own aircraft."""
     import jsbsim
 
     file = find_content("aircraft", name)
@@ -133,17 +123,8 @@ def _load(model: Path, folder: str, changes: dict[str, str]) -> Any:
 
 
 def loaded_model(name: str, aircraft: Aircraft, folder: str) -> Any:
-    """Load an aircraft's flight dynamics model.
-
-    Args:
-        folder: empty folder for a copy of the model.
-
-    Returns:
-        JSBSim's executive.
-
-    Raises:
-        InputError: there is no such model, or it cannot be loaded.
-    """
+    """Load an aircraft's flight dynamics model; return JSBSim's executive (folder: empty folder for a copy of the
+    model)."""
     return _load(model_folder(name, aircraft.jsbsim_model), folder, aircraft.model_changes)
 
 
@@ -285,19 +266,8 @@ def _blow(executive: Any, gust: Gust) -> None:
 
 
 def fly_plan(flight: FlightPlan, seed: int = 0, progress: Progress | None = None) -> FlightRecord:
-    """Fly a flight plan in JSBSim.
-
-    Args:
-        progress: called from time to time with the fraction flown, 0 … 1.
-
-    Returns:
-        The recording, for `flight_log`.
-
-    Raises:
-        InputError: a leg cannot be flown (stall, ground contact, timeout), the model diverges or cannot be loaded or
-            trimmed (the message names the leg, the time and the aircraft's state), or there is no such aircraft or
-            model.
-    """
+    """Fly a flight plan in JSBSim; return the recording, for `flight_log` (progress: called from time to time with the
+    fraction flown, 0 … 1)."""
     import jsbsim
 
     if progress is not None:

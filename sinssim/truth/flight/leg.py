@@ -34,33 +34,21 @@ _STEPS = 20  # steps of a climb through air that changes with height in other wa
 
 @dataclass
 class DeadReckoning:
-    """State of the plan at the end of a leg, which is the beginning of the next leg.
-
-    Attributes:
-        performance: performance of the aircraft.
-        roll_rate: largest roll rate of the autopilot, rad/s.
-        airspeed: calibrated, m/s.
-        altitude: m.
-        heading: clockwise from north, rad.
-        latitude, longitude: rad.
-        air: the air: wind over height, temperature and pressure.
-        elapsed: since the start of the flight, s.
-        turning: ∫ω² dt of the manoeuvres so far, rad²/s; changes of pitch are small and neglected.
-        engines: whether the engines run.
-        trace: latitude and longitude, rad, and height, m, along the legs, for a picture of the plan; None: not kept.
-    """
+    """State of the plan at the end of a leg, which is the beginning of the next leg."""
 
     performance: Performance
-    roll_rate: float
-    airspeed: float
-    altitude: float
-    heading: float
+    roll_rate: float  # largest roll rate of the autopilot, rad/s
+    airspeed: float  # calibrated, m/s
+    altitude: float  # m
+    heading: float  # clockwise from north, rad
+    # rad
     latitude: float
     longitude: float
-    air: Air = field(default_factory=Air)
-    elapsed: float = 0.0
-    turning: float = 0.0
-    engines: bool = True
+    air: Air = field(default_factory=Air)  # the air: wind over height, temperature and pressure
+    elapsed: float = 0.0  # since the start of the flight, s
+    turning: float = 0.0  # ∫ω² dt of the manoeuvres so far, rad²/s; changes of pitch are small and neglected
+    engines: bool = True  # whether the engines run
+    # latitude and longitude, rad, and height, m, along the legs, for a picture of the plan; None: not kept
     trace: list[tuple[float, float, float]] | None = None
 
     @property
@@ -74,11 +62,8 @@ class DeadReckoning:
         return self.air.true_airspeed(self.airspeed, self.altitude)
 
     def move(self, north: float, east: float) -> None:
-        """Move the place by a distance on a constant course, as on a rhumb line.
-
-        Args:
-            north, east: components of the way over the ground, m.
-        """
+        """Move the place by a distance on a constant course, as on a rhumb line (north, east: components of the way
+        over the ground, m)."""
         before = self.latitude
         self.latitude = max(-0.5 * math.pi, min(0.5 * math.pi, before + north / _EARTH_RADIUS))
         self.longitude += east / (_EARTH_RADIUS * max(math.cos(0.5 * (before + self.latitude)), 1e-3))
@@ -90,38 +75,20 @@ class DeadReckoning:
             self.trace.append((self.latitude, self.longitude, self.altitude))
 
     def ahead(self, way: float) -> None:
-        """Move the place straight ahead, for example on the runway.
-
-        Args:
-            way: distance over the ground, m.
-        """
+        """Move the place straight ahead, for example on the runway (way: distance over the ground, m)."""
         self.move(way * math.cos(self.heading), way * math.sin(self.heading))
 
     def straight(self, seconds: float, share: float = 1.0) -> float:
-        """Keep the heading for a time, in the wind.
-
-        Args:
-            seconds: duration, s.
-            share: mean speed ahead through the air, as a fraction of the true airspeed.
-
-        Returns:
-            The duration, s.
-        """
+        """Keep the heading for a time, in the wind; return the duration, s (seconds: duration, s; share: mean speed
+        ahead through the air, as a fraction of the true airspeed)."""
         ahead = share * self.true_airspeed() * seconds
         north, east = self.wind
         self.move(ahead * math.cos(self.heading) + north * seconds, ahead * math.sin(self.heading) + east * seconds)
         return seconds
 
     def climb(self, altitude: float, rate: float) -> float:
-        """Climb or descend straight ahead at a steady vertical speed.
-
-        Args:
-            altitude: height to reach, m.
-            rate: magnitude of the vertical speed, m/s.
-
-        Returns:
-            The duration, s.
-        """
+        """Climb or descend straight ahead at a steady vertical speed; return the duration, s (altitude: height to
+        reach, m; rate: magnitude of the vertical speed, m/s)."""
         steps = _STEPS if self.air.varies else 1
         whole, step = abs(altitude - self.altitude) / rate, (altitude - self.altitude) / steps
         for number in range(steps):
@@ -132,40 +99,19 @@ class DeadReckoning:
         return whole
 
     def turn_rate(self, bank_deg: float | None) -> float:
-        """Return the rate of a level turn, g tan(bank)/V, rad/s.
-
-        Args:
-            bank_deg: angle of bank, degrees; None: the aircraft's usual angle.
-
-        Returns:
-            Rate, rad/s.
-        """
+        """Return the rate of a level turn, g tan(bank)/V, rad/s (bank_deg: angle of bank, degrees; None: the aircraft's
+        usual angle)."""
         return GRAVITY * math.tan(math.radians(bank_deg or self.performance.bank_deg)) / self.true_airspeed()
 
     def turning_of(self, angle: float, seconds: float, bank_deg: float | None) -> float:
-        """Return ∫ω² dt of a turn, including rolling in and out.
-
-        Args:
-            angle: angle of the turn, rad.
-            seconds: its duration, s.
-            bank_deg: angle of bank, degrees; None: the aircraft's usual angle.
-
-        Returns:
-            The integral, rad²/s.
-        """
+        """Return ∫ω² dt of a turn, including rolling in and out, rad²/s (angle of the turn, rad; seconds: its duration,
+        s; bank_deg: angle of bank, degrees; None: the aircraft's usual angle)."""
         bank = math.radians(bank_deg or self.performance.bank_deg)
         return angle**2 / seconds + 2.0 * bank * self.roll_rate if seconds > 0.0 else 0.0
 
     def turn(self, angle: float, bank_deg: float | None) -> float:
-        """Turn at a steady rate, in the wind.
-
-        Args:
-            angle: right positive, rad.
-            bank_deg: angle of bank, degrees; None: the aircraft's usual angle.
-
-        Returns:
-            The duration, s.
-        """
+        """Turn at a steady rate, in the wind; return the duration, s (angle: right positive, rad; bank_deg: angle of
+        bank, degrees; None: the aircraft's usual angle)."""
         seconds = abs(angle) / self.turn_rate(bank_deg)
         self.turning += self.turning_of(angle, seconds, bank_deg)
         radius, start, end = self.true_airspeed() / self.turn_rate(bank_deg), self.heading, self.heading + angle
@@ -190,14 +136,8 @@ class DeadReckoning:
             self.latitude, self.longitude = begin
 
     def heading_along(self, track: float) -> float | None:
-        """Return the heading that makes good a track in the wind.
-
-        Args:
-            track: direction over the ground, rad.
-
-        Returns:
-            Heading, rad; None if the wind is too strong.
-        """
+        """Return the heading that makes good a track in the wind, rad; None if the wind is too strong (track: direction
+        over the ground, rad)."""
         across = self.wind[1] * math.cos(track) - self.wind[0] * math.sin(track)
         speed = self.true_airspeed()
         if abs(across) >= speed or self.ground_speed(track) <= 0.0:
@@ -205,42 +145,21 @@ class DeadReckoning:
         return (track - math.asin(across / speed)) % (2.0 * math.pi)
 
     def ground_speed(self, track: float) -> float:
-        """Return the speed made good along a track.
-
-        Args:
-            track: direction over the ground, rad.
-
-        Returns:
-            Ground speed, m/s.
-        """
+        """Return the speed made good along a track, m/s (track: direction over the ground, rad)."""
         return self.air.ground_speed(self.airspeed, self.altitude, track)
 
 
 def distance(latitude: float, longitude: float, latitude_to: float, longitude_to: float) -> float:
-    """Return the distance between two places on the mean sphere, by the haversine formula.
-
-    Args:
-        latitude, longitude: of one place, rad.
-        latitude_to, longitude_to: of the other, rad.
-
-    Returns:
-        Distance, m.
-    """
+    """Return the distance between two places on the mean sphere, by the haversine formula, m (latitude, longitude of
+    one place, rad; latitude_to, longitude_to of the other, rad)."""
     sine = math.sin((latitude_to - latitude) / 2.0) ** 2
     sine += math.cos(latitude) * math.cos(latitude_to) * math.sin((longitude_to - longitude) / 2.0) ** 2
     return 2.0 * _EARTH_RADIUS * math.asin(min(1.0, math.sqrt(sine)))
 
 
 def bearing(latitude: float, longitude: float, latitude_to: float, longitude_to: float) -> float:
-    """Return the bearing of the great circle from one place to another, at the first.
-
-    Args:
-        latitude, longitude: of the first place, rad.
-        latitude_to, longitude_to: of the second, rad.
-
-    Returns:
-        Bearing, clockwise from north, rad.
-    """
+    """Return the bearing of the great circle from one place to another, at the first: bearing, clockwise from north,
+    rad (latitude, longitude of the first place, rad; latitude_to, longitude_to of the second, rad)."""
     apart = longitude_to - longitude
     east = math.sin(apart) * math.cos(latitude_to)
     north = math.cos(latitude) * math.sin(latitude_to) - math.sin(latitude) * math.cos(latitude_to) * math.cos(apart)
@@ -282,29 +201,22 @@ _Class: TypeAlias = "type[LegBase]"  # the class has a field of the name type
 class LegBase(Section):
     """One leg of a flight plan.
 
-    A subclass adds its keys, among them `type: Literal[...]`, by which a scenario selects it.
+    A subclass adds its keys, among them `type: Literal[...]`, by which a scenario selects it."""
 
-    Attributes:
-        timeout_s: time within which the leg must be flown, s.
-        type: the leg's name in a scenario.
-        example: keys of a valid leg without `type`, for the reference of the scenario file.
-        begins, ends: whether the aircraft is on the runway or in the air at the beginning and the end.
-        stands_still: whether the leg may hold the aircraft still (`Autopilot.standing`); its model is then not stepped.
-        lands: whether the aircraft needs what a landing takes, see `Performance.approach_kt`.
-        holds: what the aircraft has at the end of the leg: "height", "airspeed" and "heading" of the autopilot.
-    """
-
-    example: ClassVar[dict[str, Any]] = {}
+    example: ClassVar[dict[str, Any]] = {}  # keys of a valid leg without `type`, for the reference of the scenario file
+    # whether the aircraft is on the runway or in the air at the beginning and the end
     begins: ClassVar[Literal["runway", "air"]] = "air"
     ends: ClassVar[Literal["runway", "air"]] = "air"
+    # whether the leg may hold the aircraft still (`Autopilot.standing`); its model is then not stepped
     stands_still: ClassVar[bool] = False
-    lands: ClassVar[bool] = False
+    lands: ClassVar[bool] = False  # whether the aircraft needs what a landing takes, see `Performance.approach_kt`
+    # what the aircraft has at the end of the leg: "height", "airspeed" and "heading" of the autopilot
     holds: ClassVar[frozenset[str]] = frozenset({"height", "airspeed", "heading"})
     item: ClassVar[Item | None] = None
     """The file of a leg outside the package."""
 
     timeout_s: Timeout = Field(default=1800.0, description="the leg fails if it takes longer")
-    type: str
+    type: str  # the leg's name in a scenario
 
     @classmethod
     def own_table(cls, name: str) -> _Class | None:
@@ -312,29 +224,15 @@ class LegBase(Section):
         return user_leg(name)
 
     def end_height(self, height: float) -> float:
-        """Return the height at the end of the leg, for the check of a plan before flying.
-
-        Args:
-            height: height above the ellipsoid at the beginning, m.
-
-        Returns:
-            Height above the ellipsoid, m; by default the same.
-
-        Raises:
-            ValueError: the leg cannot begin at that height; the message continues "leg 3 (climb) ...".
-        """
+        """Return the height at the end of the leg, for the check of a plan before flying, m; by default the same
+        (height above the ellipsoid at the beginning, m)."""
         return height
 
     @abstractmethod
     def reckon(self, plan: DeadReckoning) -> float:
-        """Advance the dead reckoning of a plan to the end of the leg.
-
-        Args:
-            plan: state at the beginning of the leg; updated in place, except for the time.
-
-        Returns:
-            Estimated duration, s; infinite if the wind makes the end of the leg unreachable.
-        """
+        """Advance the dead reckoning of a plan to the end of the leg; return estimated duration, s; infinite if the
+        wind makes the end of the leg unreachable (plan: state at the beginning of the leg; updated in place, except for
+        the time)."""
 
     @abstractmethod
     def fly(self, pilot: Autopilot, state: AircraftState, performance: Performance) -> Iterator[None]:
@@ -355,11 +253,7 @@ class LegBase(Section):
 
 
 def user_leg(name: Any) -> type[LegBase] | None:
-    """Return the class of a leg outside the package by its name in a scenario, None if there is none of that name.
-
-    Raises:
-        InputError: its file cannot be run, or has no class that can be used.
-    """
+    """Return the class of a leg outside the package by its name in a scenario, None if there is none of that name."""
     ensure("legs", name)
     item = registered("legs", name) if isinstance(name, str) else None
     if item is None:
@@ -394,26 +288,15 @@ def _explained_flight(item: Item, fly: Callable[..., Iterator[None]]) -> Callabl
 
 
 def wait(state: AircraftState, until: float) -> Iterator[None]:
-    """Let the autopilot hold its targets until an instant of the flight.
-
-    Args:
-        state: the aircraft's state.
-        until: time since the start of the flight, s.
-
-    Yields:
-        None, once per step.
-    """
+    """Let the autopilot hold its targets until an instant of the flight (until: time since the start of
+    the flight, s)."""
     until -= HALF_STEP
     while state.time < until:
         yield
 
 
 def check_landing(legs: Sequence[LegBase], aircraft: str, performance: Performance) -> None:
-    """Raise for a landing of an aircraft whose description does not say how it lands.
-
-    Raises:
-        InputError: a leg lands, and the aircraft has no approach_kt.
-    """
+    """Raise for a landing of an aircraft whose description does not say how it lands."""
     for number, leg in enumerate(legs, start=1):
         if leg.lands and performance.approach_kt is None:
             raise InputError(

@@ -26,18 +26,9 @@ _SLOWEST, _FASTEST = 0.7, 1.4  # speeds up to which the ends of level flight are
 
 
 def trimmed_envelope(aircraft: str, heights: list[float], speeds: list[float], steepest_deg: float = 30.0) -> Envelope:
-    """Compute the envelope of an aircraft from its model.
-
-    Args:
-        heights: heights above sea level, m, increasing.
-        steepest_deg: angle of climb or descent up to which the steepest is looked for, degrees.
-
-    Returns:
-        The envelope; a rate at a speed that cannot be trimmed is that of the nearest speed.
-
-    Raises:
-        InputError: there is no such aircraft or model, or no flight can be trimmed at a height.
-    """
+    """Compute the envelope of an aircraft from its model: the envelope; a rate at a speed that cannot be trimmed is
+    that of the nearest speed (heights above sea level, m, increasing; steepest_deg: angle of climb or descent up to
+    which the steepest is looked for, degrees)."""
     with quiet(), _Model(aircraft, steepest_deg) as model:
         slowest = [model.end_of_level_flight(height, speeds, slow=True) for height in heights]
         fastest = [model.end_of_level_flight(height, speeds, slow=False) for height in heights]

@@ -106,27 +106,13 @@ class AnalyticMotion(Protocol):
 
 
 def no_displacement(t: Array) -> tuple[Array, Array, Array]:
-    """Return position, velocity and acceleration of a motion without translation.
-
-    Args:
-        t: instants, (N,) s.
-
-    Returns:
-        Three arrays of zeros, (N, 3).
-    """
+    """Return position, velocity and acceleration of a motion without translation: three arrays of zeros, (N, 3) (t:
+    instants, (N,) s)."""
     return np.zeros((len(t), 3)), np.zeros((len(t), 3)), np.zeros((len(t), 3))
 
 
 def inertial_increments(motion: AnalyticMotion, rate_hz: float, duration: float) -> ImuData:
-    """Return a motion's increments in inertial space without gravity, in closed form.
-
-    Args:
-        motion: the motion, from time 0.
-        duration: s.
-
-    Raises:
-        InputError: the rate or duration is not positive, or an interval is longer than the duration.
-    """
+    """Return a motion's increments in inertial space without gravity, in closed form (the motion, from time 0)."""
     _check_motion(motion)
     edges = sample_edges(0.0, checked_duration(duration), rate_hz)
     return ImuData(edges, motion.turn(edges[:-1], edges[1:]), motion.push(edges[:-1], edges[1:]))

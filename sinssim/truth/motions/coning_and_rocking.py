@@ -88,15 +88,8 @@ class SpinCone:
 
 
 def classical_cone(half_angle: float, frequency: float) -> SpinCone:
-    """Return the classical coning motion about the frame's x axis.
-
-    Args:
-        half_angle: half-angle of the cone of the forward axis, rad.
-        frequency: Ω, rad/s.
-
-    Returns:
-        The motion; its rotation vector from the frame m is (0, α cos Ωt, α sin Ωt).
-    """
+    """Return the classical coning motion about the frame's x axis: the motion; its rotation vector from the frame m is
+    (0, α cos Ωt, α sin Ωt) (half_angle: half-angle of the cone of the forward axis, rad; frequency: Ω, rad/s)."""
     return SpinCone(half_angle, frequency, -frequency)
 
 

@@ -120,21 +120,9 @@ class GreatCircle(ClosedForm):
         gravity: str = "normal",
         ellipsoid: Ellipsoid = WGS84,
     ) -> Self:
-        """Return the flight from one place to another along the shorter arc.
-
-        Args:
-            start, end: geodetic latitude and longitude, rad.
-            height: above the ellipsoid, m.
-            speed: ground speed, m/s.
-            gravity: one of `sinssim.GRAVITY_MODELS`.
-
-        Returns:
-            The flight; it ends at `end`.
-
-        Raises:
-            InputError: the places coincide or are antipodal, so that no circle is defined, or the speed is not
-                positive.
-        """
+        """Return the flight from one place to another along the shorter arc: the flight; it ends at `end` (start, end:
+        geodetic latitude and longitude, rad; height above the ellipsoid, m; speed: ground speed, m/s; gravity: one of
+        `sinssim.GRAVITY_MODELS`)."""
         a, b = _vertical(*start), _vertical(*end)
         across = np.cross(a, b)
         if np.linalg.norm(across) < 1e-9:

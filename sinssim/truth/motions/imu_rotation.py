@@ -68,21 +68,13 @@ Piece = tuple[str, float, float, float]
 
 @dataclass(frozen=True)
 class Profile:
-    """The angle of one axis over time: pieces in which the rate goes smoothly from one value to another.
+    """The angle of one axis over time: pieces in which the rate goes smoothly from one value to another."""
 
-    Attributes:
-        begin: begin of each piece, increasing, (K,) s.
-        lasts: duration of each piece, (K,) s.
-        angle: at the begin of each piece, (K,) rad.
-        rate: at the begin of each piece, (K,) rad/s.
-        gain: change of the rate within each piece, (K,) rad/s.
-    """
-
-    begin: Array
-    lasts: Array
-    angle: Array
-    rate: Array
-    gain: Array
+    begin: Array  # begin of each piece, increasing, (K,) s
+    lasts: Array  # duration of each piece, (K,) s
+    angle: Array  # at the begin of each piece, (K,) rad
+    rate: Array  # at the begin of each piece, (K,) rad/s
+    gain: Array  # change of the rate within each piece, (K,) rad/s
 
     def at(self, t: Array) -> tuple[Array, Array]:
         """Return angle and rate.
@@ -123,28 +115,18 @@ class Profile:
 
 @dataclass(frozen=True)
 class Turning:
-    """The rotation of a block in its vehicle.
+    """The rotation of a block in its vehicle."""
 
-    Attributes:
-        outer: unit vector of the outer axis in the vehicle, (3,).
-        inner: unit vector of the inner axis in the block, (3,).
-        outer_profile, inner_profile: angles of the two axes.
-        wobble: ε, rad.
-        cycles: n.
-        phase: χ, rad.
-        breaks: instants at which a derivative of the rates jumps, (K,) s.
-        fastest: angular frequency beyond which the attitude has no significant content, rad/s.
-    """
-
-    outer: Array
-    inner: Array
+    outer: Array  # unit vector of the outer axis in the vehicle, (3,)
+    inner: Array  # unit vector of the inner axis in the block, (3,)
+    # angles of the two axes
     outer_profile: Profile
     inner_profile: Profile
-    wobble: float
-    cycles: int
-    phase: float
-    breaks: Array
-    fastest: float
+    wobble: float  # ε, rad
+    cycles: int  # n
+    phase: float  # χ, rad
+    breaks: Array  # instants at which a derivative of the rates jumps, (K,) s
+    fastest: float  # angular frequency beyond which the attitude has no significant content, rad/s
 
     @property
     def two_axes(self) -> bool:
@@ -160,14 +142,8 @@ class Turning:
         return found
 
     def without_wobble(self, angles: Array) -> Array:
-        """Return the attitude that angles of the two axes mean, as a navigator takes it from its encoders.
-
-        Args:
-            angles: α and β, (N, 2) rad.
-
-        Returns:
-            q_vb, (N, 4).
-        """
+        """Return the attitude that angles of the two axes mean, as a navigator takes it from its encoders: q_vb, (N, 4)
+        (angles: α and β, (N, 2) rad)."""
         outer = rotation.quaternion_from_rotation_vector(angles[:, :1] * self.outer)
         return rotation.multiply(outer, rotation.quaternion_from_rotation_vector(angles[:, 1:] * self.inner))
 
@@ -307,11 +283,8 @@ class _OnAxes(Section):
         raise NotImplementedError
 
     def turning(self, start: float, end: float) -> Turning:
-        """Return the rotation of the block during a run.
-
-        Args:
-            start, end: first and last instant of the run, s; both angles are 0 at the start.
-        """
+        """Return the rotation of the block during a run (start, end: first and last instant of the run, s; both angles
+        are 0 at the start)."""
         outer_profile, inner_profile, breaks = self._profiles(start, end)
         outer, inner = (np.array(axis, dtype=np.float64) for axis in (self.outer, self.inner_axis))
         return Turning(

@@ -40,18 +40,13 @@ _X, _Y, _Z = (1.0, 0.0, 0.0), (0.0, 1.0, 0.0), (0.0, 0.0, 1.0)
 
 @dataclass(frozen=True)
 class PositionSequence:
-    """A sequence of positions.
+    """A sequence of positions."""
 
-    Attributes:
-        about: one sentence.
-        source: where it is published.
-        turns: axis in the block's axes, and angle, degrees, of the turn before each position but the first.
-        roll_deg, pitch_deg: attitude of the first position.
-    """
-
-    about: str
-    source: str
+    about: str  # one sentence
+    source: str  # where it is published
+    # axis in the block's axes, and angle, degrees, of the turn before each position but the first
     turns: tuple[tuple[tuple[float, float, float], float], ...]
+    # attitude of the first position
     roll_deg: float = 0.0
     pitch_deg: float = 0.0
 
@@ -108,32 +103,20 @@ PROFILES = {
 
 @dataclass(frozen=True)
 class Dwell:
-    """The table is at rest.
-
-    Attributes:
-        duration: s.
-    """
+    """The table is at rest."""
 
     duration: float
 
 
 @dataclass(frozen=True)
 class Turn:
-    """The table turns about an axis of the block.
+    """The table turns about an axis of the block."""
 
-    Attributes:
-        axis: axis in the block's axes, of any non-zero length.
-        angle: angle, right-handed about the axis, rad.
-        rate: the full rate, rad/s, positive.
-        ramp: duration of the rise of the rate, and also of its fall, s, positive.
-        profile: one of `PROFILES`.
-    """
-
-    axis: tuple[float, float, float]
-    angle: float
-    rate: float
-    ramp: float = 1.0
-    profile: str = "smooth"
+    axis: tuple[float, float, float]  # axis in the block's axes, of any non-zero length
+    angle: float  # angle, right-handed about the axis, rad
+    rate: float  # the full rate, rad/s, positive
+    ramp: float = 1.0  # duration of the rise of the rate, and also of its fall, s, positive
+    profile: str = "smooth"  # one of `PROFILES`
 
 
 @dataclass(frozen=True)
@@ -345,17 +328,11 @@ _SETTLING = 0.4
 
 @dataclass(frozen=True)
 class TableErrors:
-    """The errors of a table in one run.
+    """The errors of a table in one run."""
 
-    Attributes:
-        tilt: τ, (3,) rad.
-        position: ε_p of each position, (P, 3) rad.
-        axis: η of each turn, (P − 1, 3) rad.
-    """
-
-    tilt: Array
-    position: Array
-    axis: Array
+    tilt: Array  # τ, (3,) rad
+    position: Array  # ε_p of each position, (P, 3) rad
+    axis: Array  # η of each turn, (P − 1, 3) rad
 
 
 class TableTurn(Section):
@@ -471,11 +448,7 @@ class Turntable(PlacedMotion):
         return attitude(*self.start_deg)
 
     def draw_errors(self, seed: int) -> TableErrors:
-        """Return the errors of the table in one run.
-
-        Args:
-            seed: the run's seed.
-        """
+        """Return the errors of the table in one run (seed: the run's seed)."""
         from sinssim.statistics.random_numbers import normals  # needs the compiler
 
         turns = self.all_turns
@@ -532,16 +505,14 @@ class Turntable(PlacedMotion):
 
 
 def settling(nominal: Array, axis: Array, angle: float, before: Array, after: Array) -> Array:
-    """Return the rotation from where a turn leads into the position after it.
+    """Return the rotation from where a turn leads into the position after it: s of e^[s×] = e^[−θn'×] e^[−ε_p×] e^[θn×]
+    e^[ε_{p+1}×], (3,) rad.
 
     Args:
         nominal: nominal axis of the turn, a unit vector, (3,).
         axis: its true axis, a unit vector, (3,).
         angle: angle, rad.
         before, after: errors ε of the positions before and after the turn, (3,) rad.
-
-    Returns:
-        s of e^[s×] = e^[−θn'×] e^[−ε_p×] e^[θn×] e^[ε_{p+1}×], (3,) rad.
     """
     exp, multiply = rotation.quaternion_from_rotation_vector, rotation.multiply
     left = multiply(exp(-angle * axis), exp(-before))

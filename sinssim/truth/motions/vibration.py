@@ -45,19 +45,12 @@ _MOST_ARCSEC, _MOST_MM, _MOST_G = 648_000.0, 1e6, 1e5
 
 @dataclass(frozen=True)
 class Tone:
-    """One sinusoid of one coordinate: amplitude · sin(2π frequency t + phase).
+    """One sinusoid of one coordinate: amplitude · sin(2π frequency t + phase)."""
 
-    Attributes:
-        coordinate: one of `COORDINATES`; the three rotations are components of one rotation vector.
-        amplitude: rad or m.
-        frequency_hz: Hz.
-        phase: rad.
-    """
-
-    coordinate: str
-    amplitude: float
+    coordinate: str  # one of `COORDINATES`; the three rotations are components of one rotation vector
+    amplitude: float  # rad or m
     frequency_hz: float
-    phase: float = 0.0
+    phase: float = 0.0  # rad
 
 
 def band_noise(
@@ -82,9 +75,6 @@ def band_noise(
         seed: seed of the random numbers; each coordinate has its own generator.
         of_acceleration: whether the flat spectrum and the root mean square are those of the second derivative, rad/s²
             or m/s².
-
-    Raises:
-        InputError: the coordinate is unknown, the band is empty or begins below zero, or the rms is negative.
     """
     if coordinate not in COORDINATE_NUMBER:
         raise unknown_name("coordinate of the vibration", coordinate, COORDINATES)
@@ -147,11 +137,7 @@ class Vibration(Section):
     )
 
     def tones(self, seed: int) -> tuple[Tone, ...]:
-        """Return the sinusoids of the vibration.
-
-        Args:
-            seed: seed of the random numbers of a noise.
-        """
+        """Return the sinusoids of the vibration (seed of the random numbers of a noise)."""
         of_acceleration = self.rms_g is not None
         rms = (self.rms_arcsec or 0.0) * ARCSEC + (self.rms_mm or 0.0) * 1e-3 + (self.rms_g or 0.0) * G0
         if self.high_hz is None:
@@ -184,14 +170,8 @@ class Mount:
             )
 
     def transfer(self, frequency_hz: ArrayLike) -> NDArray[np.complex128]:
-        """Return the transmissibility (1).
-
-        Args:
-            frequency_hz: (...) Hz.
-
-        Returns:
-            H, (...); its absolute value is the gain, its argument the phase lead, rad.
-        """
+        """Return the transmissibility (1): H, (...); its absolute value is the gain, its argument the
+        phase lead, rad."""
         ratio = np.asarray(frequency_hz, dtype=np.float64) / self.natural_hz
         damper = 2j * self.damping * ratio
         return np.asarray((1.0 + damper) / (1.0 - ratio**2 + damper))  # (1)

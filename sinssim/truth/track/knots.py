@@ -30,34 +30,22 @@ _TURN = float(np.cos(np.pi / 8.0))
 
 @dataclass(frozen=True)
 class TrackOptions:
-    """How a track becomes a curve.
+    """How a track becomes a curve."""
 
-    Attributes:
-        vehicle: "aircraft", "land" or "sea".
-        chosen: where `smoothing` is from, in words.
-        smoothing: τ of the position, s; 0 passes through the samples; None: see `sigma`.
-        height_smoothing: the same for the height, s; None: as `smoothing`.
-        attitude_smoothing: the same for a recorded attitude, s; None: by cross-validation.
-        sigma: rms distance from the samples, horizontal, m, that determines τ; None: τ by cross-validation.
-        height_sigma: the same for the height, m; None: as `sigma`.
-        gap: interval between samples that counts as a gap, s; None: ten seconds and five median intervals.
-        pitch: "slope" or "flat"; None: that of the vehicle.
-        standstill: speed of standstill, m/s; None: that of the vehicle.
-        heading: heading of a vehicle that never moves, rad.
-        point: from the vehicle's reference point to the recorded point, body axes, (3,) m.
-    """
-
-    vehicle: VehicleName = "land"
-    chosen: str = "as given"
-    smoothing: float | None = None
-    height_smoothing: float | None = None
-    attitude_smoothing: float | None = None
+    vehicle: VehicleName = "land"  # "aircraft", "land" or "sea"
+    chosen: str = "as given"  # where `smoothing` is from, in words
+    smoothing: float | None = None  # τ of the position, s; 0 passes through the samples; None: see `sigma`
+    height_smoothing: float | None = None  # the same for the height, s; None: as `smoothing`
+    attitude_smoothing: float | None = None  # the same for a recorded attitude, s; None: by cross-validation
+    # rms distance from the samples, horizontal, m, that determines τ; None: τ by cross-validation
     sigma: float | None = None
-    height_sigma: float | None = None
+    height_sigma: float | None = None  # the same for the height, m; None: as `sigma`
+    # interval between samples that counts as a gap, s; None: ten seconds and five median intervals
     gap: float | None = None
-    pitch: Pitch | None = None
-    standstill: float | None = None
-    heading: float = 0.0
+    pitch: Pitch | None = None  # "slope" or "flat"; None: that of the vehicle
+    standstill: float | None = None  # speed of standstill, m/s; None: that of the vehicle
+    heading: float = 0.0  # heading of a vehicle that never moves, rad
+    # from the vehicle's reference point to the recorded point, body axes, (3,) m
     point: tuple[float, float, float] = (0.0, 0.0, 0.0)
 
     @property
@@ -68,41 +56,23 @@ class TrackOptions:
 
 @dataclass(frozen=True)
 class Knots:
-    """The knots of a track's curve.
+    """The knots of a track's curve."""
 
-    Attributes:
-        time: (K,) s.
-        position: of the vehicle's reference point, Earth-fixed, (K, 3) m.
-        q_eb: attitude, (K, 4).
-        velocity, acceleration: of the recorded point relative to the Earth, in its axes, (K, 3).
-        held: whether the heading is that of a standstill, (K,).
-        tau: smoothing of the horizontal position, the height and the attitude, s; the last is NaN if it was not
-            recorded.
-        notes: sentences on gaps.
-    """
-
-    time: Array
-    position: Array
-    q_eb: Array
+    time: Array  # (K,) s
+    position: Array  # of the vehicle's reference point, Earth-fixed, (K, 3) m
+    q_eb: Array  # attitude, (K, 4)
+    # of the recorded point relative to the Earth, in its axes, (K, 3)
     velocity: Array
     acceleration: Array
-    held: Array
+    held: Array  # whether the heading is that of a standstill, (K,)
+    # smoothing of the horizontal position, the height and the attitude, s; the last is NaN if it was not recorded
     tau: tuple[float, float, float]
-    notes: tuple[str, ...] = ()
+    notes: tuple[str, ...] = ()  # sentences on gaps
 
 
 def knots_of_samples(samples: TrackSamples, options: TrackOptions, gravity: str, ellipsoid: Ellipsoid) -> Knots:
-    """Return the knots of the curve of a track.
-
-    Args:
-        gravity: model of the truth, for the roll of a coordinated turn.
-
-    Returns:
-        The knots; time 0 is the first sample.
-
-    Raises:
-        InputError: the track is too long for its spacing, or turns by more than 45° between two knots.
-    """
+    """Return the knots of the curve of a track: the knots; time 0 is the first sample (gravity: model of the truth, for
+    the roll of a coordinated turn)."""
     time = samples.time - samples.time[0]
     wide = _gaps(time, options.gap)
     gaps = _about_gaps(samples, time, wide)
@@ -137,15 +107,8 @@ def knots_of_samples(samples: TrackSamples, options: TrackOptions, gravity: str,
 
 
 def knots_of_path(time: Array, position: Array, options: TrackOptions, gravity: str, ellipsoid: Ellipsoid) -> Knots:
-    """Return the knots of a path that is known exactly, with the attitude that follows from its motion.
-
-    Args:
-        time: instants, (K,) s.
-        position: Earth-fixed, (K, 3) m.
-
-    Raises:
-        InputError: the path turns by more than 45° between two knots.
-    """
+    """Return the knots of a path that is known exactly, with the attitude that follows from its motion (time: instants,
+    (K,) s; position: Earth-fixed, (K, 3) m)."""
     origin = position[0]
     return _with_attitude(time, position - origin, origin, None, options, gravity, ellipsoid, (0.0, 0.0, np.nan), ())
 

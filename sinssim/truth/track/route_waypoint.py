@@ -66,17 +66,11 @@ def integrated_step7(x: Array) -> Array:
 
 @dataclass(frozen=True)
 class Corner:
-    """A corner that turns by an angle.
+    """A corner that turns by an angle."""
 
-    Attributes:
-        angle: turn, right positive, |angle| < π, rad.
-        radius: least radius, m.
-        ramp: length of each ramp, m; shorter where the whole turn is.
-    """
-
-    angle: float
-    radius: float
-    ramp: float
+    angle: float  # turn, right positive, |angle| < π, rad
+    radius: float  # least radius, m
+    ramp: float  # length of each ramp, m; shorter where the whole turn is
 
     @cached_property
     def ramp_length(self) -> float:

@@ -108,17 +108,8 @@ def smooth_spline(time: Array, values: Array, tau: float, weight: Array) -> Any:
 
 
 def tau_by_cross_validation(time: Array, values: Array, weight: Array, misfit: Misfit | None = None) -> float:
-    """Return τ by generalised cross-validation; 0 if the samples are best interpolated.
-
-    Args:
-        time: (n,) s.
-        values: (n, m).
-        weight: (n,).
-        misfit: components that count; all if not given.
-
-    Returns:
-        τ, s.
-    """
+    """Return τ by generalised cross-validation, s; 0 if the samples are best interpolated (time in (n,) s; values: (n,
+    m); weight: (n,); misfit: components that count; all if not given)."""
     first = max(0, (len(time) - _ROWS) // 2)
     rows = slice(first, first + _ROWS)
     t, y, w = time[rows], values[rows], weight[rows]
@@ -137,18 +128,9 @@ def tau_by_cross_validation(time: Array, values: Array, weight: Array, misfit: M
 
 
 def tau_by_distance(time: Array, values: Array, weight: Array, rms: float, misfit: Misfit | None = None) -> float:
-    """Return the τ whose curve passes the samples at a given rms distance; 0 if even the least does not reach it.
-
-    Args:
-        time: (n,) s.
-        values: (n, m).
-        weight: (n,).
-        rms: the distance, in the unit of the values.
-        misfit: components that count; all if not given.
-
-    Returns:
-        τ, s; the largest that is tried if no curve is as far as that from the samples.
-    """
+    """Return the τ whose curve passes the samples at a given rms distance, s; 0 if even the least does not reach it;
+    the largest that is tried if no curve is as far as that from the samples (time in (n,) s; values: (n, m); weight:
+    (n,); rms: the distance, in the unit of the values; misfit: components that count; all if not given)."""
 
     def distance(tau: float) -> float:
         fitted = SmoothingSpline(time, tau, weight).fitted(values)

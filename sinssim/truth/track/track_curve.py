@@ -43,17 +43,11 @@ _FAR = 100.0
 
 @dataclass(frozen=True)
 class Distance:
-    """How far a curve passes from samples.
+    """How far a curve passes from samples."""
 
-    Attributes:
-        rms: root mean square.
-        largest: largest absolute value.
-        at: instant of the largest, s.
-    """
-
-    rms: float
-    largest: float
-    at: float
+    rms: float  # root mean square
+    largest: float  # largest absolute value
+    at: float  # instant of the largest, s
 
     @classmethod
     def of(cls, time: Array, values: Array) -> Distance:
@@ -64,61 +58,37 @@ class Distance:
 
 @dataclass(frozen=True)
 class TrackFit:
-    """A track's curve in numbers.
+    """A track's curve in numbers."""
 
-    Attributes:
-        source: file or origin of the samples.
-        samples: number of samples, or of waypoints of a planned route.
-        noun: what one of them is called.
-        interval: median interval of the samples, s; 0 for a planned route.
-        duration: s.
-        distance: distance over ground, m.
-        horizontal, vertical: distance from the samples, m; None for a planned route.
-        attitude: angle from the recorded attitudes, rad; None without them.
-        tau: smoothing of horizontal position, height and attitude, s.
-        speed, acceleration, turn: largest speed relative to the Earth, m/s, acceleration, m/s², angular rate, rad/s.
-        pitch: largest pitch, rad.
-        turning: ∫ω² dt of the rotation relative to the Earth, rad²/s.
-        standing: part of the time with a held heading.
-        attitude_words: where the attitude is from.
-        smoothing_words: how the curve was smoothed.
-        notes: sentences on the samples.
-        warnings: sentences on doubtful numbers.
-    """
-
-    source: str
-    samples: int
-    noun: str
-    interval: float
+    source: str  # file or origin of the samples
+    samples: int  # number of samples, or of waypoints of a planned route
+    noun: str  # what one of them is called
+    interval: float  # median interval of the samples, s; 0 for a planned route
     duration: float
-    distance: float
+    distance: float  # distance over ground, m
+    # distance from the samples, m; None for a planned route
     horizontal: Distance | None
     vertical: Distance | None
-    attitude: Distance | None
-    tau: tuple[float, float, float]
+    attitude: Distance | None  # angle from the recorded attitudes, rad; None without them
+    tau: tuple[float, float, float]  # smoothing of horizontal position, height and attitude, s
+    # largest speed relative to the Earth, m/s, acceleration, m/s², angular rate, rad/s
     speed: Distance
     acceleration: Distance
     turn: Distance
-    pitch: Distance
-    turning: float
-    standing: float
-    attitude_words: str
-    smoothing_words: str
-    notes: tuple[str, ...] = ()
-    warnings: tuple[str, ...] = ()
+    pitch: Distance  # largest pitch, rad
+    turning: float  # ∫ω² dt of the rotation relative to the Earth, rad²/s
+    standing: float  # part of the time with a held heading
+    attitude_words: str  # where the attitude is from
+    smoothing_words: str  # how the curve was smoothed
+    notes: tuple[str, ...] = ()  # sentences on the samples
+    warnings: tuple[str, ...] = ()  # sentences on doubtful numbers
 
 
 def assess(
     curve: Curve, knots: Knots, samples: TrackSamples, options: TrackOptions, ellipsoid: Ellipsoid, *, planned: bool
 ) -> tuple[TrackFit, dict[str, Channel]]:
-    """Return the numbers of a curve, and its distances from the samples as channels of a trajectory.
-
-    Args:
-        samples: the samples that it was made from; for a planned route, its waypoints.
-
-    Returns:
-        The numbers, and the channels; a planned route has none.
-    """
+    """Return the numbers of a curve, and its distances from the samples as channels of a trajectory: the numbers, and
+    the channels; a planned route has none (the samples that it was made from; for a planned route, its waypoints)."""
     speed = np.linalg.norm(knots.velocity, axis=1)
     rate = np.linalg.norm(_turn_rates(curve, knots, ellipsoid), axis=1)
     fastest = Distance.of(knots.time, speed)
@@ -350,13 +320,9 @@ def metres(value: float) -> str:
 
 
 class TrackCurve(Curve):
-    """The true motion of a sensor block along a recorded or planned track.
+    """The true motion of a sensor block along a recorded or planned track."""
 
-    Attributes:
-        fit: how far the curve passes from the samples, largest speed, acceleration and turn rate, assumptions.
-    """
-
-    fit: TrackFit
+    fit: TrackFit  # how far the curve passes from the samples, largest speed, acceleration and turn rate, assumptions
 
 
 def track_curve(
@@ -378,14 +344,8 @@ def track_curve(
 def fitted(
     samples: TrackSamples, options: TrackOptions, gravity: str, ellipsoid: Ellipsoid
 ) -> tuple[Knots, TrackFit, dict[str, Channel]]:
-    """Return the knots of the curve of a track, how well it fits, and its distances from the samples.
-
-    Args:
-        gravity: one of `sinssim.GRAVITY_MODELS`.
-
-    Raises:
-        InputError: the samples do not define a curve.
-    """
+    """Return the knots of the curve of a track, how well it fits, and its distances from the samples (gravity: one of
+    `sinssim.GRAVITY_MODELS`)."""
     knots = knots_of_samples(samples, options, gravity, ellipsoid)
     recorded = Curve(knots.time, knots.position, knots.q_eb, options.point, gravity=gravity, ellipsoid=ellipsoid)
     return knots, *assess(recorded, knots, samples, options, ellipsoid, planned=False)
@@ -416,7 +376,8 @@ def from_samples(
     gravity: str = "normal",
     ellipsoid: Ellipsoid = WGS84,
 ) -> TrackCurve:
-    """Return the smooth exact motion along recorded samples.
+    """Return the smooth exact motion along recorded samples: the motion; its attribute `fit` says how far it passes
+    from the samples.
 
     The curve starts at the time of the first sample, counted as 0. Without attitude, heading, pitch and roll follow
     from the motion, see `sinssim.truth.track.vehicle_attitude`; noise is smoothed as
@@ -441,12 +402,6 @@ def from_samples(
         lever_arm_m: from the reference point to the sensor block, body axes, (3,) m.
         q_bs: mounting of the block, v_b = C_bs v_s, (4,).
         gravity: one of `sinssim.GRAVITY_MODELS`.
-
-    Returns:
-        The motion; its attribute `fit` says how far it passes from the samples.
-
-    Raises:
-        InputError: the samples cannot be a motion; the message names the sample.
     """
     check_name("vehicle", vehicle, get_args(VehicleName))
     if pitch is not None:

@@ -26,31 +26,21 @@ _HALF_TURN_COSINE = float(np.cos(np.pi / 8))
 
 @dataclass(frozen=True)
 class TrackSamples:
-    """Timed positions, with or without attitude.
+    """Timed positions, with or without attitude."""
 
-    Attributes:
-        source: where they are from, for messages: a file, or "the samples".
-        noun: a sample in messages: "row", "point", "fix".
-        time: (N,) s.
-        latitude, longitude: (N,) rad.
-        height: above the ellipsoid, (N,) m.
-        q_nb: attitude, (N, 4); None if unknown.
-        sigma: 1σ of the horizontal position and of the height, (N, 2) m, from which relative weights follow; None if
-            unknown.
-        rows: number of each sample in its source, from 1, (N,).
-        notes: sentences on what was done with them.
-    """
-
-    source: str
-    noun: str
-    time: Array
+    source: str  # where they are from, for messages: a file, or "the samples"
+    noun: str  # a sample in messages: "row", "point", "fix"
+    time: Array  # (N,) s
+    # (N,) rad
     latitude: Array
     longitude: Array
-    height: Array
-    q_nb: Array | None = None
+    height: Array  # above the ellipsoid, (N,) m
+    q_nb: Array | None = None  # attitude, (N, 4); None if unknown
+    # 1σ of the horizontal position and of the height, (N, 2) m, from which relative weights follow; None if unknown
     sigma: Array | None = None
+    # number of each sample in its source, from 1, (N,)
     rows: NDArray[np.int64] = field(default_factory=lambda: np.empty(0, np.int64))
-    notes: tuple[str, ...] = ()
+    notes: tuple[str, ...] = ()  # sentences on what was done with them
 
     def __post_init__(self) -> None:
         if len(self.rows) != len(self.time):
@@ -87,15 +77,8 @@ class TrackSamples:
 
 
 def checked_samples(samples: TrackSamples, vehicle: Vehicle, most_speed: float | None = None) -> TrackSamples:
-    """Return the samples without repetitions, if they can be a motion.
-
-    Args:
-        most_speed: speed between two samples beyond which they are refused, m/s; that of the vehicle if not given.
-
-    Raises:
-        InputError: a number is not finite, a place is not on the Earth, time does not advance, the vehicle jumps, or
-            there are too few samples; the message names source and sample.
-    """
+    """Return the samples without repetitions, if they can be a motion (most_speed: speed between two samples beyond
+    which they are refused, m/s; that of the vehicle if not given)."""
     check_numbers(samples)
     samples = _filled_heights(samples)
     samples = _without_repetitions(samples)
@@ -117,11 +100,7 @@ def checked_samples(samples: TrackSamples, vehicle: Vehicle, most_speed: float |
 
 
 def check_numbers(samples: TrackSamples) -> None:
-    """Raise for samples without a finite time or a place on the Earth.
-
-    Raises:
-        InputError: the message names the sample.
-    """
+    """Raise for samples without a finite time or a place on the Earth."""
     if not len(samples):
         raise InputError(f"{samples.source} has no {samples.noun} with a position.")
     columns = [("time", samples.time), ("latitude", samples.latitude), ("longitude", samples.longitude)]

@@ -33,37 +33,21 @@ Pitch = Literal["slope", "flat"]
 
 @dataclass(frozen=True)
 class Vehicle:
-    """Assumptions about a kind of vehicle.
+    """Assumptions about a kind of vehicle."""
 
-    Attributes:
-        name: name in scenario files.
-        pitch: "slope": the nose points along the path in the vertical plane; "flat": it stays level.
-        banks: whether it rolls so that the lateral specific force is zero; otherwise it does not roll.
-        standstill: ground speed below which the course is no heading, m/s.
-        spot_turn: largest rate at which the heading goes over from one held at a standstill to a new course, rad/s.
-        knots: largest spacing of the knots of a curve whose attitude follows from its motion, s.
-        most_speed: mean speed between two samples that is refused as a jump, m/s.
-        odd_acceleration: acceleration of which a person is warned, m/s².
-        odd_turn: angular rate of which a person is warned, rad/s.
-        odd_pitch: pitch from climb of which a person is warned, rad.
-        acceleration: default acceleration along a planned route, m/s².
-        ramp: time in which the curvature of a planned route's corner is built up, s.
-        lateral: lateral acceleration in a planned route's corner by default, m/s².
-    """
-
-    name: VehicleName
-    pitch: Pitch
-    banks: bool
-    standstill: float
-    spot_turn: float
-    knots: float
-    most_speed: float
-    odd_acceleration: float
-    odd_turn: float
-    odd_pitch: float
-    acceleration: float
-    ramp: float
-    lateral: float
+    name: VehicleName  # name in scenario files
+    pitch: Pitch  # "slope": the nose points along the path in the vertical plane; "flat": it stays level
+    banks: bool  # whether it rolls so that the lateral specific force is zero; otherwise it does not roll
+    standstill: float  # ground speed below which the course is no heading, m/s
+    spot_turn: float  # largest rate at which the heading goes over from one held at a standstill to a new course, rad/s
+    knots: float  # largest spacing of the knots of a curve whose attitude follows from its motion, s
+    most_speed: float  # mean speed between two samples that is refused as a jump, m/s
+    odd_acceleration: float  # acceleration of which a person is warned, m/s²
+    odd_turn: float  # angular rate of which a person is warned, rad/s
+    odd_pitch: float  # pitch from climb of which a person is warned, rad
+    acceleration: float  # default acceleration along a planned route, m/s²
+    ramp: float  # time in which the curvature of a planned route's corner is built up, s
+    lateral: float  # lateral acceleration in a planned route's corner by default, m/s²
 
 
 VEHICLES: dict[str, Vehicle] = {
@@ -103,15 +87,10 @@ class _Span(NamedTuple):
 
 
 class Attitude(NamedTuple):
-    """Attitude from motion.
+    """Attitude from motion."""
 
-    Attributes:
-        q_eb: attitude, v_e = C_eb v_b, (K, 4).
-        held: whether the heading at a knot is held or goes over, (K,).
-    """
-
-    q_eb: Array
-    held: Array
+    q_eb: Array  # attitude, v_e = C_eb v_b, (K, 4)
+    held: Array  # whether the heading at a knot is held or goes over, (K,)
 
 
 def attitude_from_motion(

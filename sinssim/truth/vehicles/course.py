@@ -70,40 +70,33 @@ _LEAST_RAMP_S = 2.0
 
 @dataclass(frozen=True)
 class Piece:
-    """A piece of the motion: the speed changes, or the rate of turn, or neither.
+    """A piece of the motion: the speed changes, or the rate of turn, or neither."""
 
-    Attributes:
-        start, lasting: s.
-        speed, change: speed at the beginning, and its change, m/s.
-        rate, rate_change: rate of turn at the beginning, and its change, rad/s.
-        way, heading: way and heading at the beginning, m and rad.
-    """
-
+    # s
     start: float
     lasting: float
+    # speed at the beginning, and its change, m/s
     speed: float
     change: float
+    # rate of turn at the beginning, and its change, rad/s
     rate: float
     rate_change: float
+    # way and heading at the beginning, m and rad
     way: float
     heading: float
 
 
 @dataclass(frozen=True)
 class Course:
-    """A vehicle's motion along its course.
+    """A vehicle's motion along its course."""
 
-    Attributes:
-        speed, acceleration: m/s and m/s², (K,).
-        heading, rate: rad and rad/s, (K,).
-        way: m, (K,).
-    """
-
+    # m/s and m/s², (K,)
     speed: Array
     acceleration: Array
+    # rad and rad/s, (K,)
     heading: Array
     rate: Array
-    way: Array
+    way: Array  # m, (K,)
 
 
 class Profile:
@@ -119,9 +112,6 @@ class Profile:
             heading: heading at the start, rad.
             acceleration: mean acceleration of changes of speed, m/s².
             lateral: lateral acceleration in turns for which no rate is given, m/s².
-
-        Raises:
-            InputError: a leg cannot be; the message names it.
         """
         self._pieces: list[Piece] = []
         self._at = (0.0, 0.0, 0.0, heading)  # time, speed, way, heading

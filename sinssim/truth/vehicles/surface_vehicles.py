@@ -67,11 +67,7 @@ class SurfaceVehicle(PlacedMotion):
 
     @property
     def profile(self) -> Profile:
-        """Speed and heading along the legs.
-
-        Raises:
-            InputError: a leg is impossible; the message names it.
-        """
+        """Speed and heading along the legs."""
         heading = np.radians(self.heading_deg)
         return Profile(self.table, self.legs, heading, self.acceleration_mps2, self.lateral_mps2)
 
@@ -84,15 +80,8 @@ class SurfaceVehicle(PlacedMotion):
         return self.profile.turning
 
     def body(self, course: Course, time: Array, north: Array, east: Array, seed: int) -> tuple[Body, Array]:
-        """Return the motion of the body on its course.
-
-        Args:
-            time: s, (K,).
-            north, east: way along the course since the start, m, (K,).
-
-        Returns:
-            The body's motion, and the height of what carries it, m, (K,).
-        """
+        """Return the motion of the body on its course: the body's motion, and the height of what carries it, m, (K,)
+        (time: s, (K,); north, east: way along the course since the start, m, (K,))."""
         raise NotImplementedError
 
     def trajectory(
@@ -153,17 +142,10 @@ def _running(values: Array, step: float) -> Array:
 
 
 def respond(u: Array, interval: float, frequency_hz: float, damping: float, *, on_carrier: bool) -> Array:
-    """Return the motion of the body, which begins at rest on a carrier at rest.
+    """Return the motion of the body, which begins at rest on a carrier at rest: z, (K,) (u: motion of the carrier,
+    (K,); interval: time between samples, s; frequency_hz: natural frequency, Hz).
 
     The carrier moves on straight lines between its samples, for which the solution is exact (first-order hold).
-
-    Args:
-        u: motion of the carrier, (K,).
-        interval: time between samples, s.
-        frequency_hz: natural frequency, Hz.
-
-    Returns:
-        z, (K,).
     """
     from scipy.signal import cont2discrete, lfilter
 

@@ -33,11 +33,7 @@ _BRAKE, _SLACK = 0.15, 0.3  # excess of the ground speed to brakes [s/m], beyond
 
 
 def on_wheels(pilot: Autopilot, state: AircraftState) -> None:
-    """Set the autopilot for rolling: surfaces neutral, the nose wheel steers to the heading.
-
-    Args:
-        state: the aircraft's state.
-    """
+    """Set the autopilot for rolling: surfaces neutral, the nose wheel steers to the heading."""
     pilot.steering = True
     pilot.heading = state.psi
     pilot.lateral, pilot.bank = BANK, 0.0
@@ -50,17 +46,7 @@ def _run(state: AircraftState) -> bool:
 
 
 def start_engines(pilot: Autopilot, state: AircraftState) -> Iterator[None]:
-    """Start the engines if they are off, with the brakes set.
-
-    Args:
-        state: the aircraft's state.
-
-    Yields:
-        None, once per step.
-
-    Raises:
-        LegError: they do not start.
-    """
+    """Start the engines if they are off, with the brakes set."""
     if _run(state):
         pilot.engines = True
         return
@@ -87,22 +73,14 @@ class Rolling:
     """
 
     def __init__(self, pilot: Autopilot, state: AircraftState) -> None:
-        """Begin at the present speed.
-
-        Args:
-            state: the aircraft's state.
-        """
+        """Begin at the present speed."""
         self._pilot, self._state = pilot, state
         self._reference, self._integral = state.ground_speed, pilot.throttle
         self._held = 0.0
         self.way = 0.0
 
     def step(self, speed: float) -> None:
-        """Set throttle and brakes for the next interval.
-
-        Args:
-            speed: ground speed to reach, m/s.
-        """
+        """Set throttle and brakes for the next interval (speed: ground speed to reach, m/s)."""
         pilot, state = self._pilot, self._state
         self.way += state.ground_speed * INTERVAL
         most = _SPEED_CHANGE * INTERVAL
@@ -117,31 +95,15 @@ class Rolling:
 
 
 def turn_onto(pilot: Autopilot, state: AircraftState, heading: float, radius: float) -> None:
-    """Turn the heading to steer towards a heading, as far as a turn of a radius goes in a step.
-
-    Args:
-        pilot: the autopilot; its `heading` is turned.
-        state: the aircraft's state.
-        heading: heading to reach, rad.
-        radius: radius of the turn, m.
-    """
+    """Turn the heading to steer towards a heading, as far as a turn of a radius goes in a step (pilot: the autopilot;
+    its `heading` is turned; heading to reach, rad; radius of the turn, m)."""
     left = remainder(heading - pilot.heading, 2.0 * pi)
     most = state.ground_speed / radius * INTERVAL
     pilot.heading += max(-most, min(most, left))
 
 
 def come_to_rest(pilot: Autopilot, state: AircraftState) -> Iterator[None]:
-    """Brake to a standstill, until the gear has come to rest.
-
-    Args:
-        state: the aircraft's state.
-
-    Yields:
-        None, once per step.
-
-    Raises:
-        LegError: the brakes do not hold the aircraft.
-    """
+    """Brake to a standstill, until the gear has come to rest."""
     rolling = Rolling(pilot, state)
     limit = state.time + 60.0 + 2.0 * state.ground_speed / _SPEED_CHANGE
     while state.ground_speed > 0.3:
@@ -171,14 +133,7 @@ _AT_THE_END = 10.0 * DEG  # largest error of the heading at the end of the way [
 
 class TaxiLeg(LegBase):
     """Roll over a distance on the ground: first turn onto a heading, then straight ahead. Engines that are off are
-    started first. The aircraft still rolls at the end; `park` stops it.
-
-    Attributes:
-        distance_m: way over the ground including the turn, m.
-        heading_deg: heading to turn onto, degrees; None: straight ahead.
-        speed_mps: ground speed, m/s; None: the aircraft's usual one.
-        radius_m: radius of the turn, m.
-    """
+    started first. The aircraft still rolls at the end; `park` stops it."""
 
     example: ClassVar[dict[str, Any]] = {"distance_m": 500.0}
     begins: ClassVar[Literal["runway", "air"]] = "runway"
@@ -242,12 +197,7 @@ _ROLL = 0.25 * GRAVITY  # acceleration of the take-off run in dead reckoning [m/
 
 
 class TakeoffLeg(LegBase):
-    """From the runway to a height above it, straight ahead; starts the engines first if they are off.
-
-    Attributes:
-        height_m: height above the runway at which the leg ends, m.
-        runway_m: length of the runway left, m; None: as long as needed.
-    """
+    """From the runway to a height above it, straight ahead; starts the engines first if they are off."""
 
     begins: ClassVar[Literal["runway", "air"]] = "runway"
 
@@ -319,12 +269,7 @@ _SHUT_DOWN_S = 90.0  # time in which the engines stop, and the aircraft comes to
 
 
 class ParkedLeg(LegBase):
-    """At rest on the ground with the brakes set. A rolling aircraft first brakes to a standstill.
-
-    Attributes:
-        duration_s: duration of the standstill, s.
-        engines: state of the engines from the beginning of the standstill on; None: as they are.
-    """
+    """At rest on the ground with the brakes set. A rolling aircraft first brakes to a standstill."""
 
     example: ClassVar[dict[str, Any]] = {"duration_s": 600.0}
     begins: ClassVar[Literal["runway", "air"]] = "runway"

@@ -32,16 +32,7 @@ class LandLeg(LegBase):
     """Approach a runway on its glide path, flare, touch down and brake. The leg can begin at any place before the glide
     path, at a height at which the aircraft meets the path from below. The aircraft turns onto the extended centreline,
     slows down, extends flaps and gear, follows the glide path to the flare, and brakes on the runway to the exit speed,
-    at which the leg ends.
-
-    Attributes:
-        latitude_deg, longitude_deg: threshold of the runway, degrees.
-        altitude_m: height of the runway above the ellipsoid, m.
-        heading_deg: heading of the runway, degrees.
-        length_m: length of the runway from the threshold, m.
-        glide_deg: angle of the glide path, degrees.
-        exit_mps: ground speed at the end of the roll-out, m/s.
-    """
+    at which the leg ends."""
 
     example: ClassVar[dict[str, Any]] = {
         "latitude_deg": 51.4775, "longitude_deg": -0.4850, "heading_deg": 90.0, "altitude_m": 70.0

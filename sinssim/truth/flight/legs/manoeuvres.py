@@ -17,12 +17,7 @@ from sinssim.units import DEG
 
 
 class LoopLeg(LegBase):
-    """A full vertical loop from level flight to level flight on the same heading.
-
-    Attributes:
-        load_factor_g: constant load factor of the loop, g.
-        recovery_s: level flight afterwards, s.
-    """
+    """A full vertical loop from level flight to level flight on the same heading."""
 
     holds: ClassVar[frozenset[str]] = frozenset()
 
@@ -67,14 +62,7 @@ class LoopLeg(LegBase):
 
 
 class BarrelRollLeg(LegBase):
-    """A full roll around a helix with positive load factor that ends in level flight.
-
-    Attributes:
-        direction: direction of the roll.
-        duration_s: duration of the roll itself, s.
-        load_factor_g: constant load factor of the roll, g.
-        recovery_s: level flight afterwards, s.
-    """
+    """A full roll around a helix with positive load factor that ends in level flight."""
 
     holds: ClassVar[frozenset[str]] = frozenset()
 
@@ -115,15 +103,7 @@ class BarrelRollLeg(LegBase):
 
 class DoubletLeg(LegBase):
     """A doublet (a deflection in one direction, then in the other) or a step of one control. The autopilot of that axis
-    is off during the deflection.
-
-    Attributes:
-        control: the control.
-        amplitude: size, as a fraction of the control's full travel; positive is stick back, stick right, right pedal.
-        duration_s: duration of the step, or of each half of the doublet, s.
-        shape: doublet or step.
-        recovery_s: straight and level flight afterwards, s.
-    """
+    is off during the deflection."""
 
     example: ClassVar[dict[str, Any]] = {"control": "elevator", "amplitude": 0.2}
 

@@ -16,12 +16,7 @@ from sinssim.units import KNOT
 
 
 class HoldLeg(LegBase):
-    """Straight and level flight with constant heading, height and airspeed, for a duration or until a given time.
-
-    Attributes:
-        duration_s: duration, s.
-        until_s: time since the start of the flight at which the leg ends, s.
-    """
+    """Straight and level flight with constant heading, height and airspeed, for a duration or until a given time."""
 
     example: ClassVar[dict[str, Any]] = {"duration_s": 600.0}
     exactly_one = (Keys(("duration_s", "until_s"), "a hold ends after duration_s or at until_s (flight time)"),)
@@ -52,12 +47,7 @@ _STOP = 0.8  # share of the largest vertical acceleration that a climb or descen
 
 
 class AltitudeLeg(LegBase):
-    """Climb or descend to a height at constant airspeed.
-
-    Attributes:
-        altitude_m: target height above the ellipsoid, m.
-        vertical_speed_mps: rate of climb or descent, without sign, m/s; None: the aircraft's usual rate.
-    """
+    """Climb or descend to a height at constant airspeed."""
 
     example: ClassVar[dict[str, Any]] = {"altitude_m": 3000.0}
 
@@ -101,11 +91,7 @@ class AltitudeLeg(LegBase):
 
 
 class SpeedLeg(LegBase):
-    """Accelerate or decelerate to an airspeed in straight and level flight.
-
-    Attributes:
-        airspeed_kt: target calibrated airspeed, kt.
-    """
+    """Accelerate or decelerate to an airspeed in straight and level flight."""
 
     example: ClassVar[dict[str, Any]] = {"airspeed_kt": 250.0}
     holds: ClassVar[frozenset[str]] = frozenset({"airspeed", "heading"})

@@ -19,14 +19,7 @@ _SAME = 1e-9  # difference by which headings are the same, so that rounding does
 
 
 class TurnLeg(LegBase):
-    """Level turn to a heading or by an angle.
-
-    Attributes:
-        heading_deg: target heading, degrees.
-        angle_deg: angle of the turn, degrees; more than 360 is more than a circle.
-        direction: direction of the turn; None: the shorter way (only with heading_deg).
-        bank_deg: angle of bank, degrees; None: the aircraft's usual angle.
-    """
+    """Level turn to a heading or by an angle."""
 
     example: ClassVar[dict[str, Any]] = {"heading_deg": 90.0}
     exactly_one = (Keys(("heading_deg", "angle_deg"), "a turn needs heading_deg or angle_deg"),)
@@ -67,16 +60,8 @@ class TurnLeg(LegBase):
 
 
 def turn_by(angle: float, bank: float, pilot: Autopilot, state: AircraftState) -> Iterator[None]:
-    """Turn by an angle; the heading held afterwards differs by exactly that angle from the previous one.
-
-    Args:
-        angle: right positive, rad.
-        bank: angle of bank, rad.
-        state: the aircraft's state.
-
-    Yields:
-        None, once per step.
-    """
+    """Turn by an angle; the heading held afterwards differs by exactly that angle from the previous one (angle: right
+    positive, rad; bank: angle of bank, rad)."""
     side = 1.0 if angle > 0.0 else -1.0
     target = pilot.heading + angle
     remaining = angle + remainder(pilot.heading - state.psi, 2.0 * pi)
@@ -95,15 +80,7 @@ def turn_by(angle: float, bank: float, pilot: Autopilot, state: AircraftState) -
 
 
 class RacetrackLeg(LegBase):
-    """Two straight legs joined by two half circles, flown a given number of times; the first leg is straight ahead.
-
-    Attributes:
-        leg_duration_s: duration of a straight leg, s.
-        leg_length_m: length of a straight leg over the ground, m.
-        direction: direction of the turns.
-        bank_deg: angle of bank, degrees; None: the aircraft's usual angle.
-        laps: number of laps.
-    """
+    """Two straight legs joined by two half circles, flown a given number of times; the first leg is straight ahead."""
 
     example: ClassVar[dict[str, Any]] = {"leg_duration_s": 120.0}
     exactly_one = (Keys(("leg_duration_s", "leg_length_m"), "a racetrack needs leg_duration_s or leg_length_m"),)
@@ -144,15 +121,7 @@ class RacetrackLeg(LegBase):
 
 
 class STurnsLeg(LegBase):
-    """S-turns about the current heading: to one side, to the other side, and back; useful for alignment in motion.
-
-    Attributes:
-        swing_deg: heading swing to each side, degrees.
-        bank_deg: angle of bank, degrees; None: the aircraft's usual angle.
-        turns: number of swings.
-        duration_s: duration of the swings, s.
-        first: side of the first swing.
-    """
+    """S-turns about the current heading: to one side, to the other side, and back; useful for alignment in motion."""
 
     example: ClassVar[dict[str, Any]] = {"turns": 4}
     exactly_one = (Keys(("turns", "duration_s"), "S-turns end after turns or after duration_s"),)

@@ -29,23 +29,17 @@ _ACCELERATIONS = (VERTICAL_ACCELERATION, 0.6, 1.2, 2.4)
 
 @dataclass(frozen=True)
 class HeightPath:
-    """Height over the distance that is left to a waypoint.
+    """Height over the distance that is left to a waypoint."""
 
-    Attributes:
-        begin, end: distance left where the change of height begins and ends, m.
-        height: at the beginning, m.
-        slope: of the straight part, height over way, positive up.
-        slope_before, slope_after: before the beginning and after the end.
-        curvature: of the parabolas, 1/m.
-    """
-
+    # distance left where the change of height begins and ends, m
     begin: float
     end: float
-    height: float
-    slope: float
+    height: float  # at the beginning, m
+    slope: float  # of the straight part, height over way, positive up
+    # before the beginning and after the end
     slope_before: float
     slope_after: float
-    curvature: float
+    curvature: float  # of the parabolas, 1/m
 
     def at(self, left: float) -> tuple[float, float]:
         """Return height and slope at a distance.
@@ -79,7 +73,8 @@ class HeightPath:
 def single_slope(
     height: float, target: float, left: float, speed: float, slope_before: float = 0.0, slope_after: float = 0.0
 ) -> HeightPath | None:
-    """Return a path of one slope from here to the waypoint.
+    """Return a path of one slope from here to the waypoint: the path; None if the way is too short for the change of
+    height.
 
     With the slopes m₀ before, m between and m₁ after, and the curvature κ, the parabolas are |m − m₀|/κ and |m − m₁|/κ
     long, and the path rises by mL − sgn(m − m₀)(m − m₀)²/2κ − sgn(m − m₁)(m − m₁)²/2κ over its length L. The rise grows
@@ -90,9 +85,6 @@ def single_slope(
         target: at the waypoint, m.
         left: distance to the waypoint, m.
         speed: ground speed, m/s, with which the vertical acceleration gives the curvature.
-
-    Returns:
-        The path; None if the way is too short for the change of height.
     """
     for acceleration in _ACCELERATIONS if left > 0.0 else ():
         curvature = acceleration / speed**2
@@ -138,15 +130,8 @@ def at_a_slope(height: float, target: float, left: float, speed: float, slope: f
 
 
 def length_at_a_slope(height: float, target: float, speed: float, slope: float) -> float:
-    """Return the way of `at_a_slope`, m.
-
-    Args:
-        height, target: at the beginning and at the end, m.
-        speed: ground speed in the middle of the change, m/s.
-
-    Returns:
-        Distance, m.
-    """
+    """Return the way of `at_a_slope`, m (height, target at the beginning and at the end, m; speed: ground speed in the
+    middle of the change, m/s)."""
     change = abs(target - height)
     return change / slope + slope * speed**2 / VERTICAL_ACCELERATION
 
@@ -177,15 +162,7 @@ _RATE = "mean vertical speed of the climb or descent, positive, instead of path_
 
 
 class Waypoint(Section):
-    """A waypoint of a route.
-
-    Attributes:
-        name: its name; None: its number.
-        latitude_deg, longitude_deg: place, degrees.
-        height_m: height above the ellipsoid at the waypoint, m; None: the height is held.
-        path_deg: angle of the climb or descent, without sign, degrees.
-        vertical_speed_mps: mean vertical speed of the climb or descent, without sign, m/s.
-    """
+    """A waypoint of a route."""
 
     at_most_one = (Keys(("path_deg", "vertical_speed_mps"), "the slope of the climb or descent"),)
     rules = (
@@ -210,17 +187,7 @@ class Waypoint(Section):
 class WaypointLeg(LegBase):
     """Fly straight to a waypoint at constant airspeed, or along a route of waypoints. If a waypoint has a height, the
     aircraft reaches this height when it comes within capture_radius_m. Without path_deg and vertical_speed_mps, the
-    path to the waypoint has a constant slope.
-
-    Attributes:
-        name: name of the place.
-        latitude_deg: latitude, degrees.
-        longitude_deg: longitude, degrees.
-        height_m, path_deg, vertical_speed_mps: as for `Waypoint`.
-        waypoints: places of a route, instead of one place.
-        capture_radius_m: distance from a place at which it is reached and the next one begins, m.
-        bank_deg: largest angle of bank, degrees; None: the aircraft's usual angle.
-    """
+    path to the waypoint has a constant slope."""
 
     example: ClassVar[dict[str, Any]] = {"latitude_deg": 51.47, "longitude_deg": -0.45}
     holds: ClassVar[frozenset[str]] = frozenset({"height", "airspeed"})
@@ -267,12 +234,8 @@ class WaypointLeg(LegBase):
         return height
 
     def slopes_at(self, height: float, latitude: float, longitude: float) -> list[float]:
-        """Return the slope with which each place is passed: level, or on through a route that goes on up or down.
-
-        Args:
-            height: at the beginning, m.
-            latitude, longitude: of the beginning, rad.
-        """
+        """Return the slope with which each place is passed: level, or on through a route that goes on up or down
+        (height at the beginning, m; latitude, longitude of the beginning, rad)."""
         means: list[float | None] = []
         for place in self.places():
             target = place.latitude_deg * DEG, place.longitude_deg * DEG
@@ -291,7 +254,7 @@ class WaypointLeg(LegBase):
     def height_path(
         self, number: int, height: float, left: float, speed: float, slopes: list[float]
     ) -> HeightPath | None:
-        """Return the path of the height to a place.
+        """Return the path of the height to a place: the path; None if the way is too short.
 
         Args:
             number: number of the place, from 0.
@@ -299,9 +262,6 @@ class WaypointLeg(LegBase):
             left: distance to the capture of the place, m.
             speed: mean ground speed on the way, m/s.
             slopes: from `slopes_at`.
-
-        Returns:
-            The path; None if the way is too short.
         """
         place = self.places()[number]
         to = height if place.height_m is None else place.height_m
@@ -455,12 +415,8 @@ class _Heights:
         self._before = self._left = math.inf
 
     def follow(self, measured: float, ahead: float) -> None:
-        """Set the height for the next step.
-
-        Args:
-            measured: distance to the capture of the place, m, as known since the last slow update.
-            ahead: bearing of the place, rad.
-        """
+        """Set the height for the next step (measured: distance to the capture of the place, m, as known since the last
+        slow update; ahead: bearing of the place, rad)."""
         pilot, state = self._pilot, self._state
         closing = state.ground_speed * cos(remainder(state.track - ahead, 2.0 * pi))
         if measured != self._before:
