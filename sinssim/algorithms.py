@@ -170,15 +170,15 @@ _NO_ALGORITHM = {
 }
 
 
-def _of_file(item: Item, found: Outline) -> Algorithm:
+def _of_file(item: Item, content: Outline) -> Algorithm:
     """Return the entry of an algorithm outside the package."""
-    of_interval = {key: value for key in ("SAMPLES", "PREVIOUS") if (value := found.constant(key, None)) is not None}
+    of_interval = {key: value for key in ("SAMPLES", "PREVIOUS") if (value := content.constant(key, None)) is not None}
     return Algorithm(
         item.name,
-        sentence_of(item, found),
+        sentence_of(item, content),
         item.file.stem,
-        of_interval if "turn_k" in found.names else {},
-        windowed="engine" in found.names,
+        of_interval if "turn_k" in content.names else {},
+        windowed="engine" in content.names,
         path=str(item.file),
     )
 
@@ -209,15 +209,15 @@ def three_rates(rates_hz: Iterable[float]) -> tuple[float, float, float]:
     """Return the fast, medium and slow rate of a list of three rates or of two, Hz (rates_hz: fast, medium and slow
     rate; or the rate of attitude, and that of velocity and position)."""
     try:
-        found = tuple(float(rate) for rate in rates_hz)
+        rates = tuple(float(rate) for rate in rates_hz)
     except (TypeError, ValueError, OverflowError):
-        found = ()
-    if isinstance(rates_hz, str | bytes) or len(found) not in (2, 3) or not all(map(math.isfinite, found)):
+        rates = ()
+    if isinstance(rates_hz, str | bytes) or len(rates) not in (2, 3) or not all(map(math.isfinite, rates)):
         raise InputError(
             f"rates_hz = {shortened(str(rates_hz))} must be three finite numbers, Hz: the rates of the fast, medium "
             "and slow part; or two: the rate of attitude, and that of velocity and position."
         )
-    return found[0], found[1], found[-1]
+    return rates[0], rates[1], rates[-1]
 
 
 def schedule(rates_hz: tuple[float, float, float], data_hz: float) -> tuple[int, int, int]:

@@ -329,8 +329,8 @@ class Chart:
         ends = [np.array([end]) for end in (axis.low, axis.high) if end is not None]
         if axis.units is TIME_SCALE and not axis.log and not upright:  # as long as the run is
             known = [extremes(v) for v in (ends or self.values(upright))]
-            together = np.concatenate([*known, np.zeros(0 if any(len(v) for v in known) else 1)])
-            return suiting(TIME_SCALE, np.ptp(together, keepdims=True))
+            all_times = np.concatenate([*known, np.zeros(0 if any(len(v) for v in known) else 1)])
+            return suiting(TIME_SCALE, np.ptp(all_times, keepdims=True))
         if len(ends) == 2 and not self.equal:
             return suiting(axis.units, *ends)
         if self.equal:

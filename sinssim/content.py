@@ -39,15 +39,15 @@ VARIABLE = "SINSSIM_CONTENT"
 def named_paths() -> list[Path]:
     """Return the files and folders that the environment variable names: absolute paths; one that is not absolute, or
     does not exist, is left out with a warning."""
-    found = []
+    paths = []
     for name in os.environ.get(VARIABLE, "").split(os.pathsep):
         path = Path(name).expanduser()
         if name and path.is_absolute() and path.exists():
-            found.append(path)
+            paths.append(path)
         elif name:
             what = "does not exist" if path.is_absolute() else "is not an absolute path"
             warn_once(f"{VARIABLE} names {path}, which {what}: it is ignored.")
-    return found
+    return paths
 
 
 @cache
@@ -61,7 +61,7 @@ def _of_packages() -> tuple[Item, ...]:
     """Return the content of the installed packages; one that cannot be used costs its own content only."""
     from importlib.metadata import entry_points
 
-    found: list[Item] = []
+    items: list[Item] = []
     for entry in sorted(entry_points(group=GROUP), key=lambda entry: entry.name):
         package = f"{entry.dist.name} {entry.dist.version}" if entry.dist else entry.name
         try:
@@ -69,14 +69,14 @@ def _of_packages() -> tuple[Item, ...]:
             places = list(spec.submodule_search_locations or ()) if spec else []
             if not places:
                 raise InputError(f"there is no package {entry.value}")
-            found += [replace(item, package=package) for place in places for item in items_of(Path(place))]
+            items += [replace(item, package=package) for place in places for item in items_of(Path(place))]
         except Exception as error:  # whatever importing the package's parent raises
-            said = str(error).rstrip(".")
+            reason = str(error).rstrip(".")
             warn_once(
                 f"The installed package {package} provides content ({entry.name} = {entry.value!r} in the entry points "
-                f"{GROUP}) that cannot be used: {type(error).__name__}: {said}. It is left out."
+                f"{GROUP}) that cannot be used: {type(error).__name__}: {reason}. It is left out."
             )
-    return tuple(found)
+    return tuple(items)
 
 
 def _all(packages: bool) -> Iterator[Item]:
@@ -93,14 +93,14 @@ def offered(kind: str, *, packages: bool = True) -> dict[str, Item]:
     """Return the content of one kind from the environment variable and from installed packages: the items by name. If
     two have the same name, the first one counts: of the environment variable, then of the packages by the name of their
     entry point; a warning names the other (kind: one of `sinssim.system.extensions.SINGULAR`)."""
-    found: dict[str, Item] = {}
+    items: dict[str, Item] = {}
     for item in _all(packages):
         if item.kind != kind:
             continue
-        first = found.setdefault(item.name, item)
+        first = items.setdefault(item.name, item)
         if first.file != item.file:
             warn_once(f"Two files define the {item.words}: {first.file} is used, {item.file} is ignored.")
-    return found
+    return items
 
 
 logger = logging.getLogger(__name__)
@@ -187,7 +187,7 @@ def list_content(kind: Kind, *, packages: bool = True) -> dict[str, Path]:
         File by name, sorted by name: a scenario's or study's TOML file, a view's Python file, an aircraft's
         aircraft.toml.
     """
-    found: dict[str, Path] = {}
+    files: dict[str, Path] = {}
     offers = offered(_OWN[kind], packages=packages) if kind in _OWN else {}
     for folder in (package_content(kind), *_own_folders(kind)):
         pattern = _entry(folder, kind, "*").relative_to(folder).as_posix()
@@ -195,13 +195,13 @@ def list_content(kind: Kind, *, packages: bool = True) -> dict[str, Path]:
             name = file.parent.name if kind == "aircraft" else file.stem
             if name.startswith(("_", ".")):
                 continue
-            if name in found and package_content(kind) not in found[name].parents:
-                warn_of_two(_SINGULAR[kind], name, file, found[name])
-            found[name] = file
+            if name in files and package_content(kind) not in files[name].parents:
+                warn_of_two(_SINGULAR[kind], name, file, files[name])
+            files[name] = file
     for name, item in offers.items():
-        if name not in found or package_content(kind) in found[name].parents:
-            found[name] = item.file
-    return dict(sorted(found.items()))
+        if name not in files or package_content(kind) in files[name].parents:
+            files[name] = item.file
+    return dict(sorted(files.items()))
 
 
 def _is_file(path: Path) -> bool:

@@ -31,7 +31,7 @@ _SYNONYMS = {
     "": "per",
 }
 """Words that people use for one another in names of keys, sensors and units; the first one is that of sinssim."""
-_CANONICAL = {word: own for own, words in _SYNONYMS.items() for word in words.split()}
+_CANONICAL = {word: term for term, words in _SYNONYMS.items() for word in words.split()}
 _COMPARED = 200  # number of characters compared with the known names
 
 
@@ -41,7 +41,7 @@ class SinssimError(Exception):
     exit_code = 1
 
     def __init__(self, *arguments: object) -> None:
-        super().__init__(*(printable(one) if isinstance(one, str) else one for one in arguments))
+        super().__init__(*(printable(argument) if isinstance(argument, str) else argument for argument in arguments))
 
 
 class InputError(SinssimError, ValueError):
@@ -106,12 +106,12 @@ def nearest(name: str, known: Iterable[str]) -> str | None:
     """Return the known name that is meant: the name of the same words, letters and digits; or else the one with the
     most similar spelling; None if there is none."""
     names = sorted(known)
-    own = respelled(name)
-    plain = own.replace("_", "")
-    same = [one for one in names if plain and respelled(one).replace("_", "") == plain]
+    words = respelled(name)
+    plain = words.replace("_", "")
+    same = [candidate for candidate in names if plain and respelled(candidate).replace("_", "") == plain]
     near = same or difflib.get_close_matches(name[:_COMPARED], names, n=1)
     if not near:
-        near = difflib.get_close_matches(own, names, n=1)
+        near = difflib.get_close_matches(words, names, n=1)
     return near[0] if near else None
 
 

@@ -61,12 +61,12 @@ class Table:
         """Return what a medium shows: the columns, their heads and units, and the texts of the rows. Columns of one
         quantity have one unit."""
         places = [k for k, column in enumerate(self.columns) if medium in column.on]
-        found: dict[int, list[float]] = {}
+        values_of: dict[int, list[float]] = {}
         for k in places:
             values = [row[k] for row in self.rows if not isinstance(row[k], str)]
-            found.setdefault(id(self.columns[k].units), []).extend(v for v in values if math.isfinite(v))  # type: ignore[misc,arg-type]
+            values_of.setdefault(id(self.columns[k].units), []).extend(v for v in values if math.isfinite(v))  # type: ignore[misc,arg-type]
         chosen = {
-            k: ("", 1.0) if (units := self.columns[k].units) is None else suiting(units, np.array(found[id(units)]))
+            k: ("", 1.0) if (units := self.columns[k].units) is None else suiting(units, np.array(values_of[id(units)]))
             for k in places
         }
         texts = [[_text(row[k], chosen[k][1], self.columns[k].digits) for k in places] for row in self.rows]

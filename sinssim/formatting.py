@@ -37,9 +37,9 @@ def duration_text(seconds: float) -> str:
 
 def size_text(size: float) -> str:
     """Return a size with a suitable unit: for example "248 MB" (size in bytes)."""
-    for unit, one in (("GB", 1e9), ("MB", 1e6), ("kB", 1e3)):
-        if size >= one:
-            return f"{size / one:.3g} {unit}"
+    for unit, factor in (("GB", 1e9), ("MB", 1e6), ("kB", 1e3)):
+        if size >= factor:
+            return f"{size / factor:.3g} {unit}"
     return f"{size:.0f} B"
 
 

@@ -80,11 +80,12 @@ _SHIPPED = {
 """The navigation frames of the package."""
 
 
-def _of_file(item: Item, found: Outline) -> Frame:
+def _of_file(item: Item, content: Outline) -> Frame:
     """Return the entry of a frame outside the package."""
-    truths = {one.name: found.constant(one.name.upper(), one.default) for one in fields(Frame) if one.type == "bool"}
-    truths["has_three_rates"] = "solve_three_rates" in found.names
-    return Frame(sentence_of(item, found), item.file.stem, **truths, path=str(item.file))
+    flags = [field for field in fields(Frame) if field.type == "bool"]
+    truths = {flag.name: content.constant(flag.name.upper(), flag.default) for flag in flags}
+    truths["has_three_rates"] = "solve_three_rates" in content.names
+    return Frame(sentence_of(item, content), item.file.stem, **truths, path=str(item.file))
 
 
 FRAME_REGISTRY: Registry[Frame] = Registry("frames", "frame", _SHIPPED, _of_file)

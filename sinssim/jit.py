@@ -64,13 +64,13 @@ def kernel_folder() -> Path:
 @cache
 def make_room() -> None:
     """Remove the least recently used kernels if the total size is too large; once per process."""
-    kept: dict[str, list[tuple[Path, os.stat_result]]] = {}  # files by kernel
+    stored: dict[str, list[tuple[Path, os.stat_result]]] = {}  # files by kernel
     for path in kernel_folder().iterdir():
         with contextlib.suppress(OSError):  # another process removes it
             stat = path.stat()
-            kept.setdefault(path.name.split(".")[0], []).append((path, stat))
-    total = sum(stat.st_size for files in kept.values() for _, stat in files)
-    for files in sorted(kept.values(), key=lambda files: max(stat.st_mtime for _, stat in files)):
+            stored.setdefault(path.name.split(".")[0], []).append((path, stat))
+    total = sum(stat.st_size for files in stored.values() for _, stat in files)
+    for files in sorted(stored.values(), key=lambda files: max(stat.st_mtime for _, stat in files)):
         if total <= _MOST:
             break
         for path, stat in files:
@@ -138,8 +138,8 @@ class CheckedFiles(IndexDataCacheFile):  # type: ignore[misc]
             DamagedKernelError: a file is not what was written.
             OSError: the folder cannot be read.
         """
-        found = super().load(key)
-        return found[1] if found is not None and found[0] == key else None
+        entry = super().load(key)
+        return entry[1] if entry is not None and entry[0] == key else None
 
     def _read(self, path: str) -> Any:
         with open(path, "rb") as file:
@@ -163,9 +163,9 @@ class CheckedFiles(IndexDataCacheFile):  # type: ignore[misc]
         self._write(self._index_path, overloads)
 
     def _load_data(self, name: str) -> Any:
-        found = self._read(self._data_path(name))
+        data = self._read(self._data_path(name))
         _cache_log("[cache] data loaded from %r", self._data_path(name))
-        return found
+        return data
 
     def _save_data(self, name: str, data: Any) -> None:
         self._write(self._data_path(name), data)
@@ -199,17 +199,17 @@ def _key(value: Any, above: tuple[int, ...] = ()) -> str:
     whose text differs between processes gives a key that is never found again (above: the plain functions through which
     the value was reached)."""
     if isinstance(value, Dispatcher):
-        kept = getattr(value, "_cache", None)
-        return kept.key if isinstance(kept, _KernelCache) else _key(value.py_func, above)
+        cached = getattr(value, "_cache", None)
+        return cached.key if isinstance(cached, _KernelCache) else _key(value.py_func, above)
     if isinstance(value, types.FunctionType):
         if id(value) in above:
             return "recursive"
         above = (*above, id(value))
         code, names = _code(value.__code__), _names(value.__code__)
-        found = [(name, value.__globals__[name]) for name in names if name in value.__globals__]
+        used = [(name, value.__globals__[name]) for name in names if name in value.__globals__]
         inside = [cell.cell_contents for cell in value.__closure__ or ()]
         parts = [f"{n} {_of_module(v, names, above) if isinstance(v, types.ModuleType) else _key(v, above)}"
-                 for n, v in found]  # fmt: skip
+                 for n, v in used]  # fmt: skip
         return _digest("function", code, _key(value.__defaults__, above), *(_key(v, above) for v in inside), *parts)
     if isinstance(value, np.ndarray):
         return _digest("array", str(value.dtype), str(value.shape), str(value.strides), value.tobytes().hex())

@@ -22,8 +22,8 @@ def on_first_use(package: str) -> tuple[Callable[[str], Any], Callable[[], list[
     Returns:
         The two functions, and the names.
     """
-    own = vars(sys.modules[package])
-    tree = ast.parse(Path(own["__file__"]).read_text(encoding="utf-8"))
+    namespace = vars(sys.modules[package])
+    tree = ast.parse(Path(namespace["__file__"]).read_text(encoding="utf-8"))
     block = next(node for node in tree.body if isinstance(node, ast.If))
     home = {
         alias.name: str(node.module) for node in block.body if isinstance(node, ast.ImportFrom) for alias in node.names
@@ -32,7 +32,7 @@ def on_first_use(package: str) -> tuple[Callable[[str], Any], Callable[[], list[
     def load(name: str) -> Any:
         if name not in home:
             raise AttributeError(f"module {package!r} has no attribute {name!r}")
-        own[name] = value = getattr(importlib.import_module(home[name]), name)
+        namespace[name] = value = getattr(importlib.import_module(home[name]), name)
         return value
 
-    return load, lambda: sorted({*own, *home}), sorted(home)
+    return load, lambda: sorted({*namespace, *home}), sorted(home)

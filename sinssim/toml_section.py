@@ -45,7 +45,7 @@ class Section(Table):
     """Keys of which one is given, and not another."""
     at_most_one: ClassVar[tuple[Keys, ...]] = ()
     """Keys that exclude each other."""
-    together: ClassVar[tuple[tuple[str, str], ...]] = ()
+    paired: ClassVar[tuple[tuple[str, str], ...]] = ()
     """Pairs of keys of which neither has a meaning without the other."""
     rules: ClassVar[Rules] = ()
     """Other keys that need or exclude each other, in the order in which mistakes are reported: a function that returns
@@ -98,12 +98,12 @@ class Section(Table):
     @classmethod
     def _own_key(cls, key: Any, data: dict[Any, Any]) -> Any:
         """Return the key that a table has for a given one: height_m is also the altitude_m of tables that have it."""
-        own = f"altitude_{key.removeprefix('height_')}" if isinstance(key, str) and key.startswith("height_") else key
-        if own == key or key in cls.model_fields or own not in cls.model_fields:
+        field = f"altitude_{key.removeprefix('height_')}" if isinstance(key, str) and key.startswith("height_") else key
+        if field == key or key in cls.model_fields or field not in cls.model_fields:
             return key
-        if own in data:
-            raise ValueError(f"{key} and {own} are one quantity: keep one of them")
-        return own
+        if field in data:
+            raise ValueError(f"{key} and {field} are one quantity: keep one of them")
+        return field
 
     def model_post_init(self, context: Any, /) -> None:
         """Raise for keys that do not fit together."""
@@ -117,7 +117,7 @@ class Section(Table):
         for keys, what in self.at_most_one:
             if len(here := given(keys)) > 1:
                 raise ValueError(f"{listed(here)} both give {what}: remove one of them")
-        for keys in self.together:
+        for keys in self.paired:
             if len(here := given(keys)) == 1:
                 raise ValueError(f"{listed(keys)} belong together: give both or neither; here {_are(here)}")
         for wrong, message in self.rules:
@@ -139,9 +139,9 @@ def once(what: str, by: Callable[[Any], Any] = lambda entry: entry) -> AfterVali
 
     def check(entries: tuple[Any, ...]) -> tuple[Any, ...]:
         known = [by(entry) for entry in entries]
-        for one in known:
-            if (count := known.count(one)) > 1:
-                raise ValueError(f"{one!r} stands {count} times; give each {what} once")
+        for value in known:
+            if (count := known.count(value)) > 1:
+                raise ValueError(f"{value!r} stands {count} times; give each {what} once")
         return entries
 
     return AfterValidator(check)

@@ -143,18 +143,18 @@ def describe(
         for error in errors[:_DESCRIBED]
         if error["type"] == "extra_forbidden" and (key := _nearest(*_walk(error["loc"], model)))
     }
-    found = {error["loc"] for error in errors}
-    arrays = {loc[:-1] for loc in {*parents, *found} if loc and str(loc[-1]).startswith("tuple[")}
-    kept = [
+    places = {error["loc"] for error in errors}
+    arrays = {loc[:-1] for loc in {*parents, *places} if loc and str(loc[-1]).startswith("tuple[")}
+    mistakes = [
         error
         for error in errors
         if not (error["type"] == "too_short" and error["loc"] in parents)
         and not (error["type"] == "missing" and error["loc"] in meant)
         and not (error["type"] == "no_table" and any(key in meant for key in error["ctx"]["tables"]))
-        and not (error["loc"][-1:] == ("int",) and (*error["loc"][:-1], "float") in found)
+        and not (error["loc"][-1:] == ("int",) and (*error["loc"][:-1], "float") in places)
         and not (error["loc"][-1:] == ("str",) and error["loc"][:-1] in arrays)
     ]
-    return [_place(error, model, lines, overridden) for error in kept[:_DESCRIBED]], len(kept[_DESCRIBED:])
+    return [_place(error, model, lines, overridden) for error in mistakes[:_DESCRIBED]], len(mistakes[_DESCRIBED:])
 
 
 def _place(
@@ -260,10 +260,10 @@ def _unknown_key(path: tuple[str, ...], value: object, holders: list[type[Table]
     differs = not _same_quantity(path[-1], meant)
     if differs and (words := next(filter(None, (holder.in_words(path[-1]) for holder in holders)), None)):
         return f"unknown key '{name}' (= {_show(value)}): {words}"
-    own = respelled(path[-1])
+    word = respelled(path[-1])
     with suppress(InputError):
-        if own != path[-1] and any(holder.key_for(own) for holder in holders):
-            return f"unknown key '{name}'. Did you mean '{'.'.join((*path[:-1], own))}'?"
+        if word != path[-1] and any(holder.key_for(word) for holder in holders):
+            return f"unknown key '{name}'. Did you mean '{'.'.join((*path[:-1], word))}'?"
     try:
         for holder in holders:
             holder.key_for(path[-1])
@@ -362,7 +362,7 @@ def _below(here: list[Any], part: int | str) -> list[Any]:
         return [entry for kind in here for entry in _entries(kind)]
     models = _models(here)
     fields = [keys[part].annotation for kind in models if part in (keys := kind.file_keys())]
-    fields += [own for kind in models if (own := kind.own_table(part)) is not None]
+    fields += [table for kind in models if (table := kind.own_table(part)) is not None]
     fields += [get_args(kind)[1] for kind in here if get_origin(kind) is dict]
     return [option for field in fields for option in _options(field)] or [k for k in models if part in _tags(k)]
 
@@ -420,7 +420,7 @@ def key_lines(text: str) -> dict[tuple[str, ...], int]:
 
     Keys inside inline tables and arrays are not searched; the line of their table is used.
     """
-    found: dict[tuple[str, ...], int] = {}
+    numbers: dict[tuple[str, ...], int] = {}
     counts: dict[tuple[str, ...], int] = {}
     table: tuple[str, ...] = ()
     inside = ""  # the quotes of the current multi-line string
@@ -435,12 +435,12 @@ def key_lines(text: str) -> dict[tuple[str, ...], int]:
                         counts[table] = counts.get(table, 0) + 1
                     if table in counts:
                         table += (str(counts[table]),)
-                found.setdefault(table, number)
+                numbers.setdefault(table, number)
             elif key := _KEY.match(line):
-                found.setdefault(table + _names(key[1]), number)
+                numbers.setdefault(table + _names(key[1]), number)
         for quotes in re.findall(r'"""|\'\'\'', line):
             inside = "" if inside == quotes else inside or quotes
-    return found
+    return numbers
 
 
 def _names(dotted: str) -> tuple[str, ...]:

@@ -63,9 +63,9 @@ def harmonic_table(model: Coefficients) -> HarmonicTable:
         n = np.arange(m, degree + 1, dtype=np.float64)
         rows = terms[first[m] : first[m + 1]]
         with np.errstate(divide="ignore", invalid="ignore"):
-            one = np.sqrt((2.0 * n + 1.0) * (2.0 * n - 1.0) / ((n - m) * (n + m)))
-            two = np.sqrt((2.0 * n + 1.0) * (n - m - 1.0) * (n + m - 1.0) / ((2.0 * n - 3.0) * (n + m) * (n - m)))
-        rows[1:, 0], rows[2:, 1] = one[1:], two[2:]
+            factor_1 = np.sqrt((2.0 * n + 1.0) * (2.0 * n - 1.0) / ((n - m) * (n + m)))
+            second = np.sqrt((2.0 * n + 1.0) * (n - m - 1.0) * (n + m - 1.0) / ((2.0 * n - 3.0) * (n + m) * (n - m)))
+        rows[1:, 0], rows[2:, 1] = factor_1[1:], second[2:]
         rows[:, 2], rows[:, 3] = model.c[m:, m], model.s[m:, m]
         if m:
             k = np.sqrt((n - m + 1.0) * (n + m) * (0.5 if m == 1 else 1.0))
@@ -321,10 +321,10 @@ def disturbance_along(
     while True:
         before = DisturbanceAlong(start, (end - start) / count, _panels(time, values), 0.0, 0)
         between = 0.5 * (time[1:] + time[:-1])
-        found = field.potential_and_gradient(path(between))[1]
-        error = float(np.abs(before.at(between) - found).max())
+        between_values = field.potential_and_gradient(path(between))[1]
+        error = float(np.abs(before.at(between) - between_values).max())
         both = np.empty((2 * count + 1, 3))
-        both[::2], both[1::2] = values, found
+        both[::2], both[1::2] = values, between_values
         count *= 2
         time, values = np.linspace(start, end, count + 1), both
         if error <= tolerance or (end - start) / count < _FINEST:

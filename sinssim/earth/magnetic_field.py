@@ -65,8 +65,8 @@ def magnetic_field(latitude: ArrayLike, longitude: ArrayLike, height: ArrayLike,
     lat, lon, h = np.broadcast_arrays(np.degrees(latitude), np.degrees(longitude), height)
     out = np.empty((lat.size, 3))
     for i, (phi, lam, z) in enumerate(zip(lat.flat, lon.flat, h.flat, strict=True)):
-        found = model.calculate(float(phi), math.remainder(lam, 360.0), 1e-3 * float(z), year)
-        out[i] = found.x, found.y, found.z
+        field = model.calculate(float(phi), math.remainder(lam, 360.0), 1e-3 * float(z), year)
+        out[i] = field.x, field.y, field.z
     return _NANO * out.reshape(*lat.shape, 3)
 
 

@@ -19,7 +19,7 @@ _REGULAR = re.compile(rf"{_NUMBER}/{_NUMBER}(?:@({_NUMBER}(?:,{_NUMBER})*))?")
 class Outages(Section):
     """Injected GNSS outages, which show the performance of the system without GNSS."""
 
-    together = (("length_s", "every_s"),)
+    paired = (("length_s", "every_s"),)
     rules = (
         (lambda s: not s.at_s and s.length_s is None, "give at_s, or length_s and every_s"),
         (lambda s: isinstance(s.first_s, tuple) and s.length_s is None,

@@ -233,7 +233,7 @@ class LogOther(LogFile):
 class LogStart(Section):
     """The initial state of navigation. Quantities that are not given are determined from the data."""
 
-    together = (("latitude_deg", "longitude_deg"), ("roll_deg", "pitch_deg"))
+    paired = (("latitude_deg", "longitude_deg"), ("roll_deg", "pitch_deg"))
 
     latitude_deg: Latitude | None = Field(default=None, description="default: the first position")
     longitude_deg: Longitude | None = Field(default=None, description="default: the first position")

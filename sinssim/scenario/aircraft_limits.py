@@ -182,13 +182,13 @@ class _Judge:
         """Judge a height to climb to."""
         if climb_rate(self.envelope, height, speed) > 0.0:
             return
-        own = ceiling(self.envelope, speed)
+        reached = ceiling(self.envelope, speed)
         top, best = best_ceiling(self.envelope)
-        better = f", or fly at {best:.0f} kt, where it is about {top:.0f} m" if top > own + 200.0 else ""
+        better = f", or fly at {best:.0f} kt, where it is about {top:.0f} m" if top > reached + 200.0 else ""
         yield Finding(
             climb_rate(self.envelope, height / _SLACK, speed) <= 0.0,
             f"{name} = {height:g} is above the ceiling of the {self.flight.aircraft} at {speed:.0f} kt, about "
-            f"{own:.0f} m: give a lower height{better}.",
+            f"{reached:.0f} m: give a lower height{better}.",
         )
 
     def circling(

@@ -103,7 +103,7 @@ def _too_short(s: Tables) -> float | None:
 
 def _coordinates(s: Tables) -> str:
     for name in s.output.coordinates or ():
-        able = [other for other, own in OF_FRAME.items() if name in own]
+        able = [other for other, coordinates in OF_FRAME.items() if name in coordinates]
         if name in ("frame", "conditional") and s.navigation.frame not in able:
             return f'"{name}" needs the frame {listed(able, "or")}'
     return ""
@@ -111,8 +111,8 @@ def _coordinates(s: Tables) -> str:
 
 def _torquer(s: Tables) -> str:
     """Return a key of the torquers of a platform."""
-    own, keys = s.imu.sensor_set, ("torquer_scale_ppm", "torquer_scale_sigma_ppm")
-    return next((key for key in keys if isinstance(own, Platform) and getattr(own, key) is not None), "")
+    platform, keys = s.imu.sensor_set, ("torquer_scale_ppm", "torquer_scale_sigma_ppm")
+    return next((key for key in keys if isinstance(platform, Platform) and getattr(platform, key) is not None), "")
 
 
 def _of_turns(s: Tables) -> Iterator[str]:

@@ -68,7 +68,7 @@ class EnsembleSection(Section):
         description='solution whose errors are kept: one of navigation.algorithms, or "aided"; default: "aided" with '
         "[filter], else the first of the algorithms",
     )
-    vary: Annotated[tuple[Variation, ...], once("key", lambda one: one.key)] = Field(
+    vary: Annotated[tuple[Variation, ...], once("key", lambda variation: variation.key)] = Field(
         default=(),
         description="keys that differ from run to run, in addition to the random numbers that depend on the seed",
     )
@@ -83,12 +83,12 @@ _NOT_VARIED = {
 def check_variation(scenario: Table, section: EnsembleSection, contents: dict[str, Any]) -> None:
     """Check that the varied keys exist, are numbers, and may have the values of their distributions (a scenario that is
     valid in everything else; contents: its contents by key, without [ensemble], as a file gives them)."""
-    for number, one in enumerate(section.vary, start=1):
-        where = f"vary.{number}: key = {shortened(repr(one.key))}"
-        whole = _check_key(scenario, one.key, where)
-        for name, value in _extremes(one, where, whole):
+    for number, variation in enumerate(section.vary, start=1):
+        where = f"vary.{number}: key = {shortened(repr(variation.key))}"
+        whole = _check_key(scenario, variation.key, where)
+        for name, value in _extremes(variation, where, whole):
             try:
-                type(scenario).model_validate(with_values(contents, {one.key: value}))
+                type(scenario).model_validate(with_values(contents, {variation.key: value}))
             except ValidationError as error:
                 mistakes, _ = describe(error.errors(include_url=False), type(scenario), {}, ())
                 raise ValueError(f"{where} cannot have the value {name} = {value:g}: {mistakes[0]}") from error
@@ -113,18 +113,18 @@ def _copy(table: Any) -> Any:
     return dict(table) if isinstance(table, Mapping) else list(table)
 
 
-def _extremes(one: Normal | Uniform | Choice, where: str, whole: bool) -> Iterator[tuple[str, float]]:
+def _extremes(variation: Normal | Uniform | Choice, where: str, whole: bool) -> Iterator[tuple[str, float]]:
     """Yield the values of a distribution that must be allowed, with the key that gives each."""
-    if whole and not (isinstance(one, Choice) and all(isinstance(value, int) for value in one.values)):
+    if whole and not (isinstance(variation, Choice) and all(isinstance(value, int) for value in variation.values)):
         raise ValueError(f'{where} is a whole number: use type = "choice" with whole numbers, for example [1, 2, 3]')
-    match one:
+    match variation:
         case Normal():
-            yield "mean", one.mean
+            yield "mean", variation.mean
         case Uniform():
-            yield "low", one.low
-            yield "high", one.high
+            yield "low", variation.low
+            yield "high", variation.high
         case Choice():
-            for number, value in enumerate(one.values, start=1):
+            for number, value in enumerate(variation.values, start=1):
                 yield f"values.{number}", value
 
 

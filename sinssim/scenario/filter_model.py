@@ -77,7 +77,7 @@ def weights(scenario: Scenario, moved: Excitation | None = None) -> tuple[Weight
     by default those of the plan)."""
     motion, sigma = moved or excitation(scenario), inertial_sigma(scenario)
     model = error_model(sigma, imu=tuple(FILTER_STATES), duration=motion.duration)
-    found = []
+    result = []
     for block in model.blocks:
         if block.name not in FILTER_STATES:
             continue
@@ -85,8 +85,8 @@ def weights(scenario: Scenario, moved: Excitation | None = None) -> tuple[Weight
         size = float(np.max(np.square(block.sigma) + np.square(block.density) * motion.duration))
         noise = model.gyro_noise if triad == "gyro" else model.accel_noise
         squared = _ratio_squared(size * block.size / 3.0 * _input(motion, triad, what), noise)
-        found.append(Weight(block.name, math.sqrt(squared), squared > (0.0 if what == "bias" else LEFT_OUT)))
-    return tuple(found)
+        result.append(Weight(block.name, math.sqrt(squared), squared > (0.0 if what == "bias" else LEFT_OUT)))
+    return tuple(result)
 
 
 def _input(motion: Excitation, triad: str, what: str) -> float:
@@ -141,8 +141,8 @@ def _times(ratio: float) -> str:
 
 def hints(scenario: Scenario) -> Iterator[str]:
     """Explain an inconsistent filter by states that it lacks."""
-    own, every = states(scenario), weights(scenario)
-    missing = [weight for weight in every if weight.needed and weight.block not in own]
+    given, every = states(scenario), weights(scenario)
+    missing = [weight for weight in every if weight.needed and weight.block not in given]
     if missing:
         which = ", ".join(f"{w.block} ({_times(w.ratio)} times the noise over the run)" for w in missing)
         yield (
@@ -191,10 +191,10 @@ def inertial_sigma(scenario: Scenario, factor: float | None = None) -> ImuErrors
 
     assert scenario.filter is not None
     imu, calibrated = scenario.imu, scenario.compensation
-    noise = kept = expected_errors(imu)
+    noise = left = expected_errors(imu)
     single = imu.sensor_set.type == "redundant"  # each sensor is compensated by itself
     if single:
-        kept = noise if calibrated is None else expected_errors(calibrated.left(imu))
+        left = noise if calibrated is None else expected_errors(calibrated.left(imu))
         imu = imu.model_copy(update={"faults": ()})  # the monitoring excludes a faulty sensor
     factor = scenario.filter.inertial_noise_factor if factor is None else factor
 
@@ -202,13 +202,13 @@ def inertial_sigma(scenario: Scenario, factor: float | None = None) -> ImuErrors
         """Return fixed and random part together, after the calibration."""
         if calibrated is not None and term.calibrated and not single:
             return term.si(getattr(calibrated, term.sigma_key))
-        of = kept if term.calibrated else noise
-        return np.asarray(np.hypot(*(getattr(getattr(one, term.triad), term.field) for one in (of.mean, of.sigma))))
+        of = left if term.calibrated else noise
+        return np.asarray(np.hypot(*(getattr(getattr(item, term.triad), term.field) for item in (of.mean, of.sigma))))
 
     def triad(name: Literal["gyro", "accel"]) -> TriadErrors:
-        own: TriadErrors = getattr(noise.sigma, name)
+        given: TriadErrors = getattr(noise.sigma, name)
         drawn: dict[str, Any] = {term.field: size(term) for term in of_triad(name) if term.drawn}
-        return replace(own, **drawn, random_walk=factor * own.random_walk, instability=factor * own.instability)
+        return replace(given, **drawn, random_walk=factor * given.random_walk, instability=factor * given.instability)
 
     sigma = imu.with_triads(triad("gyro"), triad("accel"))
     return sigma if calibrated is None else replace(sigma, arms=np.zeros((3, 3)), delay=0.0)
@@ -226,12 +226,12 @@ def of_combination(model: ErrorModel, scenario: Scenario) -> ErrorModel:
     section = scenario.imu.sensor_set
     if not isinstance(section, Redundant):
         return model
-    p, found = spread(section.axes), []
+    p, added = spread(section.axes), []
     for kind, triad in _TRIAD_OF_KIND.items():
         for block in _like_bias(model, triad):
-            found.append((block.name, block.name, _of_one(block.sigma, p) * p))
+            added.append((block.name, block.name, _of_one(block.sigma, p) * p))
         matrix = _of_matrix(scenario, kind, maps(section.axes))
-        found += [
+        added += [
             (f"{triad} {row}", f"{triad} {column}", matrix[np.ix_(_MATRIX[row], _MATRIX[column])])
             for row, column in (("scale", "scale"), ("misalignment", "misalignment"), ("scale", "misalignment"))
         ]
@@ -240,7 +240,7 @@ def of_combination(model: ErrorModel, scenario: Scenario) -> ErrorModel:
         model,
         gyro_noise=least * model.gyro_noise,
         accel_noise=least * model.accel_noise,
-        correlations=(*model.correlations, *found),
+        correlations=(*model.correlations, *added),
     )
 
 
@@ -255,7 +255,7 @@ def noise_of_combination(
         return None
     axes, whole = section.axes, spread(section.axes)
     least, most = np.linalg.eigvalsh(whole)[[0, 2]]
-    used = {one.kind: one.used for one in monitored}
+    used = {item.kind: item.used for item in monitored}
     cuts = {kind: np.flatnonzero(np.any(np.diff(rows, axis=0), axis=1)) + 1 for kind, rows in used.items()}
     if most - least < _ROUNDING * most and not any(map(len, cuts.values())):
         return None
@@ -264,7 +264,7 @@ def noise_of_combination(
     changes: list[Change] = []
     for kind, noise in zip(_TRIAD_OF_KIND, (model.gyro_noise, model.accel_noise), strict=True):
         spreads = [spread(axes, used[kind][k] if used else None) for k in times]
-        roots.append(noise / np.sqrt(least) * np.array([_root_above(least, one) for one in spreads]))
+        roots.append(noise / np.sqrt(least) * np.array([_root_above(least, item) for item in spreads]))
         for k in cuts.get(kind, ()):
             both = used[kind][k - 1], used[kind][k]
             changes += _changes(model, scenario, kind, both, float(edges[k]), float(edges[k] - edges[0]))
@@ -278,12 +278,12 @@ def _changes(
     section = scenario.imu.sensor_set
     assert isinstance(section, Redundant)
     axes, none = section.axes, np.zeros((1, 1))
-    whole, before, after = spread(axes), *(spread(axes, one) for one in used)
+    whole, before, after = spread(axes), *(spread(axes, item) for item in used)
     for block in _like_bias(model, _TRIAD_OF_KIND[kind]):
         walk = _of_one(block.density, whole)
         gathered = _of_one(block.sigma, whole) + (since * walk if np.isinf(block.correlation_time) else 0.0)
         yield Change(time, block.name, gathered * (after - before), walk * (after - before))
-    maps_before, maps_after = (maps(axes, one) for one in used)
+    maps_before, maps_after = (maps(axes, item) for item in used)
     matrix = _of_matrix(scenario, kind, {field: maps_after[field] - maps_before[field] for field in _MATRIX})
     for field, rows in _MATRIX.items():
         yield Change(time, f"{_TRIAD_OF_KIND[kind]} {field}", matrix[np.ix_(rows, rows)], none)

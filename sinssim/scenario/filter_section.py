@@ -143,9 +143,9 @@ def _own_item(name: str) -> Item | None:
 
 
 @cache
-def _with_own(base: type[_Tables], own: tuple[tuple[str, type[AidingSensor]], ...]) -> type[_Tables]:
+def _with_own(base: type[_Tables], sensors: tuple[tuple[str, type[AidingSensor]], ...]) -> type[_Tables]:
     """Return the tables of [aiding] with those of further sensors."""
-    fields: Any = {name: (one | None, None) for name, one in own}
+    fields: Any = {name: (sensor | None, None) for name, sensor in sensors}
     made: type[_Tables] = create_model("AidingSection", __base__=base, __module__=__name__, **fields)
     return made
 
@@ -156,12 +156,12 @@ class _Tables(Section):
     @model_validator(mode="wrap")
     @classmethod
     def _own_sensors_too(cls, data: Any, handler: ModelWrapValidatorHandler[Self]) -> Self:
-        own = {
+        sensors = {
             name: sensor_class(item)
             for name in (data if isinstance(data, dict) else ())
             if name not in cls.model_fields and (item := _own_item(name)) is not None
         }
-        return cast(Self, _with_own(cls, tuple(own.items())).model_validate(data)) if own else handler(data)
+        return cast(Self, _with_own(cls, tuple(sensors.items())).model_validate(data)) if sensors else handler(data)
 
     rules = ((lambda s: not s.sensors() and ", ".join(type(s).model_fields),
               "it has no sensor; give one or more of the tables {it}"),)  # fmt: skip

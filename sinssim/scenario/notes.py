@@ -54,13 +54,13 @@ def keys_without_effect(imu: Imu, end: float) -> Iterator[str]:
 
 def _windows_without_effect(imu: Imu, end: float) -> Iterator[str]:
     """Yield notes on given windows of a redundant set's monitoring that are never tested."""
-    own = imu.sensor_set
-    if not (isinstance(own, Redundant) and "windows_s" in own.model_fields_set):
+    sensor_set = imu.sensor_set
+    if not (isinstance(sensor_set, Redundant) and "windows_s" in sensor_set.model_fields_set):
         return
-    if own.mode == "none":
+    if sensor_set.mode == "none":
         yield 'imu.sensor_set.windows_s has no effect: there is no test with monitoring = "none".'
         return
-    for number, window in enumerate(own.windows_s, start=1):
+    for number, window in enumerate(sensor_set.windows_s, start=1):
         if window > end:
             yield (
                 f"imu.sensor_set.windows_s.{number} = {window:g} has no effect: the window is longer than the run, "
@@ -96,11 +96,11 @@ def times_not_reached(scenario: Tables, end: float) -> Iterator[str]:
 
 def earth_of_the_navigator(scenario: Tables) -> Iterator[str]:
     """Yield a note if the navigator has other constants of the Earth than the truth."""
-    own, true = scenario.navigation.ellipsoid, scenario.truth.ellipsoid
-    if own not in (OF_TRUTH, true):
+    assumed, true = scenario.navigation.ellipsoid, scenario.truth.ellipsoid
+    if assumed not in (OF_TRUTH, true):
         yield (
-            f'navigation.ellipsoid = "{own}" differs from truth.ellipsoid = "{true}": the start has the same latitude, '
-            "longitude and height on both, and the position error is the difference of these coordinates."
+            f'navigation.ellipsoid = "{assumed}" differs from truth.ellipsoid = "{true}": the start has the same '
+            "latitude, longitude and height on both, and the position error is the difference of these coordinates."
         )
 
 
@@ -127,10 +127,10 @@ def barometer_of_the_day(scenario: Tables) -> Iterator[str]:
 
 def torquer_taken(scenario: Tables) -> Iterator[str]:
     """Yield a note on the default torquing scale factor of a platform."""
-    imu, own = scenario.imu, scenario.imu.sensor_set
-    if not isinstance(own, Platform) or scenario.navigation.frame == "inertial":
+    imu, sensor_set = scenario.imu, scenario.imu.sensor_set
+    if not isinstance(sensor_set, Platform) or scenario.navigation.frame == "inertial":
         return
-    if own.torquer_scale_ppm is not None or own.torquer_scale_sigma_ppm is not None:
+    if sensor_set.torquer_scale_ppm is not None or sensor_set.torquer_scale_sigma_ppm is not None:
         return
     sigma = imu.gyro_scale_sigma_ppm
     if sigma is None:
@@ -193,10 +193,10 @@ def height_words(scenario: Tables) -> str:
         )
     if navigation.vertical == "truth":
         return "the true height: the height has no error and does not affect the horizontal solution"
-    held = (
+    channel = (
         f"stabilised by a baro loop with a time constant of {navigation.baro_time_constant_s:g} s, which prevents a "
         f"growing height error from degrading the horizontal solution"
     )
     if aiding is not None and aiding.sensor(Barometer) is not None:
-        return f"{held}; its error is that of [aiding.baro]"
-    return f"{held}; without [aiding.baro], its reference is a perfect altimeter (the true height)"
+        return f"{channel}; its error is that of [aiding.baro]"
+    return f"{channel}; without [aiding.baro], its reference is a perfect altimeter (the true height)"

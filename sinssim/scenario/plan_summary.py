@@ -51,8 +51,8 @@ class OwnFile:
     @property
     def place(self) -> str:
         """Its place in a project folder, for example "algorithms/midpoint.py"."""
-        own = f"{self.item.name}/" if self.item.kind == "aircraft" else ""
-        return f"{self.item.kind}/{own}{self.item.file.name}"
+        file = f"{self.item.name}/" if self.item.kind == "aircraft" else ""
+        return f"{self.item.kind}/{file}{self.item.file.name}"
 
     def to_json(self) -> dict[str, str]:
         """Return its entry in a summary."""
@@ -73,8 +73,8 @@ def own_files(scenario: Tables) -> list[OwnFile]:
         file = find_content("aircraft", scenario.flight.aircraft)
         items.append(Item("aircraft", file.parent.name, file))
     shipped = [package_content(kind).resolve() for kind in ("grades", "aircraft")]
-    own = [item for item in items if not any(folder in item.file.resolve().parents for folder in shipped)]
-    return [OwnFile(item, source_of(item)) for item in dict.fromkeys(own)]
+    items_outside = [item for item in items if not any(folder in item.file.resolve().parents for folder in shipped)]
+    return [OwnFile(item, source_of(item)) for item in dict.fromkeys(items_outside)]
 
 
 def own_digests(scenario: Tables) -> dict[str, str]:
@@ -121,11 +121,11 @@ def plan_lines(scenario: Tables) -> Iterator[str]:
     if scenario.ensemble is not None:
         others = given(scenario.ensemble, "vary", "runs")
         yield f"ensemble    runs = {scenario.ensemble.runs}{', ' if others else ''}{others}"
-        for one in scenario.ensemble.vary:
-            yield f"  varied    {one.key}: {one.type}, {values_of(one, 'type', 'key')}"
+        for variation in scenario.ensemble.vary:
+            yield f"  varied    {variation.key}: {variation.type}, {values_of(variation, 'type', 'key')}"
     yield f"seed        {scenario.seed}"
-    for own in own_files(scenario):
-        yield f"own         {own.item.words}, {own.item.file}"
+    for file in own_files(scenario):
+        yield f"own         {file.item.words}, {file.item.file}"
     for sentence in (
         *earth_of_the_navigator(scenario),
         *torquer_taken(scenario),
@@ -294,25 +294,25 @@ def route_words(leg: BaseModel) -> list[str]:
     """Return the places of a route in words: one entry per place; none for a leg without a route."""
     if not isinstance(leg, WaypointLeg) or not leg.waypoints:
         return []
-    found = []
+    places = []
     for number, place in enumerate(leg.waypoints):
         more = given(place, "name", "latitude_deg", "longitude_deg")
         where = f"{place.latitude_deg:g}°, {place.longitude_deg:g}°"
-        found.append(f"{leg.label(number)} at {where}{', ' if more else ''}{more}")
-    return found
+        places.append(f"{leg.label(number)} at {where}{', ' if more else ''}{more}")
+    return places
 
 
 def named_places(scenario: Tables) -> list[tuple[str, float, float]]:
     """Return the waypoints of a scenario that have a name: name, latitude and longitude, rad, in the
     order of the plan."""
-    found: list[tuple[str | None, float, float]] = []
+    waypoints: list[tuple[str | None, float, float]] = []
     for leg in scenario.flight.legs if scenario.flight is not None else ():
         if isinstance(leg, WaypointLeg):
             places = enumerate(leg.places())
-            found += [(leg.label(number), place.latitude_deg, place.longitude_deg) for number, place in places]
+            waypoints += [(leg.label(number), place.latitude_deg, place.longitude_deg) for number, place in places]
     if scenario.track is not None:
-        found += [(place.name, place.latitude_deg, place.longitude_deg) for place in scenario.track.waypoints]
-    return [(name, math.radians(lat), math.radians(lon)) for name, lat, lon in found if name is not None]
+        waypoints += [(place.name, place.latitude_deg, place.longitude_deg) for place in scenario.track.waypoints]
+    return [(name, math.radians(lat), math.radians(lon)) for name, lat, lon in waypoints if name is not None]
 
 
 def values_of(section: BaseModel, *without: str) -> str:

@@ -75,16 +75,16 @@ def _memory(
     beside = sum(rate for rate in sensors.values() if not _divides(rate, grid))
     often = max((1.0, *sensors.values()))
     rows = (often + sum(r for r in sensors.values() if not _divides(r, often))) * lasts
-    kept = _SMOOTHED_ROW * rows if section.smooth else _ROW * min(rows, ROWS)
+    matrices = _SMOOTHED_ROW * rows if section.smooth else _ROW * min(rows, ROWS)
     epochs, samples = (grid + beside) * lasts, scenario.imu.rate_hz * lasts
     ways = 2.0 if section.backward else 1.0  # the backward run has increments, readings and epochs of its own
-    kept += min(rows, ROWS) * (ways - 1.0)
+    matrices += min(rows, ROWS) * (ways - 1.0)
     readings = sum(rate * (2.0 if name in ("gnss", "master") else 1.0) for name, rate in sensors.items()) * lasts
     return Memory(
         _PROGRAM + _RECORDER * recorded,
         sample_bytes(scenario, _BEFORE_RECORDED if recorded else _BEFORE) * samples,
         _SAMPLE * samples * ways,
-        epochs * (_EPOCH + _STATE * n + _PARAMETER * (n - CORE)) * ways + matrix * kept,
+        epochs * (_EPOCH + _STATE * n + _PARAMETER * (n - CORE)) * ways + matrix * matrices,
         readings * _READING * ways,
         matrix * _STRETCH_MATRICES * (grid + beside) * min(_STRETCH_S, lasts),
     )

@@ -183,11 +183,11 @@ def _resolve(schema: dict[str, Any], definitions: dict[str, Any]) -> dict[str, A
 def _about(docstring: str) -> tuple[str, dict[str, str]]:
     """Split a docstring into what stands before its attributes, and the attributes' explanations."""
     text, _, attributes = docstring.partition("Attributes:")
-    found = {}
+    explanations = {}
     for names, explanation in re.findall(r"^    ([\w*, ]+): (.*(?:\n {8}.*)*)", attributes, re.MULTILINE):
         for name in names.split(", "):
-            found[name] = " ".join(explanation.split()).rstrip(".").replace("None: ", "default: ")
-    return " ".join(text.split()), found
+            explanations[name] = " ".join(explanation.split()).rstrip(".").replace("None: ", "default: ")
+    return " ".join(text.split()), explanations
 
 
 def _limits(schema: dict[str, Any]) -> str:

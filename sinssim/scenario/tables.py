@@ -71,9 +71,9 @@ def _the_only_one(given: tuple[Given, ...]) -> Given:
         "{error}",
         {
             "tables": [(name,) for name in TABLES],
-            "given": [(one.table,) for one in given],
+            "given": [(name,) for name, _ in given],
             "error": f"exactly one of {', '.join(names[:-1])} and {names[-1]} must give the motion; here "
-            + (f"there are {' and '.join(f'[{one.table}]' for one in given)}" if given else "all of them are missing"),
+            + (f"there are {' and '.join(f'[{name}]' for name, _ in given)}" if given else "all of them are missing"),
         },
     )
 
@@ -91,7 +91,7 @@ AnySource = Annotated[
     | Annotated[Turntable, _Contents, Tag("turntable")]
     | Annotated[Log, _Contents, Tag("log")]
     | Annotated[OneComponent, _Contents, Tag("one_component")],
-    Discriminator(lambda one: getattr(one, "table", None)),
+    Discriminator(lambda given: getattr(given, "table", None)),
     BeforeValidator(_the_only_one),
 ]
 """One of these tables."""
@@ -103,9 +103,9 @@ TABLES = {
 """The keys of these tables in a file."""
 
 TRAVELLING = [
-    one.__metadata__[-1].tag
-    for one in get_args(get_args(AnySource)[0])
-    if (get_args(one.__origin__) or (one.__origin__,))[0].travels
+    option.__metadata__[-1].tag
+    for option in get_args(get_args(AnySource)[0])
+    if (get_args(option.__origin__) or (option.__origin__,))[0].travels
 ]
 """Those of vehicles that leave their place."""
 
@@ -334,19 +334,19 @@ class Tables(Section):
         fields = dict(cls.model_fields)
         del fields["sequence"]  # which is [turntable]
         beside = {"turntable": {"calibration": fields.pop("calibration")}}
-        found: dict[str, FieldInfo] = {}
+        keys: dict[str, FieldInfo] = {}
         for key, field in fields.items():
             for name, table in TABLES.items() if key == "source" else ((key, field),):
-                found |= {name: table, **beside.get(name, {})}
-        return found
+                keys |= {name: table, **beside.get(name, {})}
+        return keys
 
     @model_serializer(mode="wrap")
     def _as_in_a_file(self, dumped: SerializerFunctionWrapHandler) -> dict[str, Any]:
         """Give the source and the sequence the names of their tables."""
-        found = dumped(self)
-        tables = {"turntable": found.pop("sequence", None), self.source.table: found.pop("source", None)}
-        found = {**dict.fromkeys(TABLES), **found, **tables}
-        return {key: found[key] for key in self.file_keys() if key in found}
+        contents = dumped(self)
+        tables = {"turntable": contents.pop("sequence", None), self.source.table: contents.pop("source", None)}
+        contents = {**dict.fromkeys(TABLES), **contents, **tables}
+        return {key: contents[key] for key in self.file_keys() if key in contents}
 
     @classmethod
     def __get_pydantic_json_schema__(cls, core: CoreSchema, handler: GetJsonSchemaHandler) -> JsonSchemaValue:
@@ -424,8 +424,8 @@ class Tables(Section):
             "legs": [leg.type for leg in self.flight.legs] if self.flight else (),
             "formats": [file.format for _, file in self.log.files() if file.format] if self.log else (),
         }
-        found = dict.fromkeys(registered(kind, name) for kind, chosen in names.items() for name in chosen)
-        return [item for item in found if item is not None]
+        items = dict.fromkeys(registered(kind, name) for kind, chosen in names.items() for name in chosen)
+        return [item for item in items if item is not None]
 
     def __reduce__(self) -> Any:
         """Return how another process makes the scenario: from its contents if it names own content."""
@@ -437,8 +437,8 @@ class Tables(Section):
         Returns:
             Tables, arrays and values by key; `Scenario.model_validate` makes an equal scenario of them.
         """
-        found = {key: value for key, value in self.as_written().items() if key not in set(without)}
-        return dict(_without_none(found))
+        contents = {key: value for key, value in self.as_written().items() if key not in set(without)}
+        return dict(_without_none(contents))
 
     def as_written(self) -> dict[str, Any]:
         """Return the contents of the scenario's file with every default, as `model_dump`: tables and values by key;

@@ -91,8 +91,8 @@ def mounting(scenario: Scenario) -> Mounting:
     """Return the place of a scenario's sensor block in its vehicle: from [imu], the aircraft or zero, in this order."""
     arm, angles, source = scenario.imu.lever_arm_m, scenario.imu.mounting_deg, scenario.source
     if isinstance(source, Motion) and (arm is None or angles is None):
-        own = source.mounting
-        arm, angles = own.lever_arm_m if arm is None else arm, own.angles_deg if angles is None else angles
+        usual = source.mounting
+        arm, angles = usual.lever_arm_m if arm is None else arm, usual.angles_deg if angles is None else angles
     return Mounting(lever_arm_m=arm or (0.0, 0.0, 0.0), angles_deg=angles or (0.0, 0.0, 0.0))
 
 

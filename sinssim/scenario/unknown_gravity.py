@@ -95,17 +95,17 @@ def _path(scenario: Scenario) -> tuple[Array, Array, Array]:
 
 def gravity_notes(scenario: Scenario) -> Iterator[str]:
     """Report gravity that a scenario's filter does not know and that its readings show."""
-    found = unknown_gravity(scenario)
-    if found is None or found.ratio < MATTERS:
+    size = unknown_gravity(scenario)
+    if size is None or size.ratio < MATTERS:
         return
     model = None if scenario.gravity is None else scenario.gravity.coefficients()
-    cure = "Use" if model is None else f"Set navigation.gravity_degree = {model.degree}, or use"
-    changing = f"; {found.changing / MGAL:.2g} mGal of it change along the way" if found.changing > 0.01 * MGAL else ""
+    remedy = "Use" if model is None else f"Set navigation.gravity_degree = {model.degree}, or use"
+    changing = f"; {size.changing / MGAL:.2g} mGal of it change along the way" if size.changing > 0.01 * MGAL else ""
     yield (
         "The filter does not know the true gravity ([gravity]), which differs from the known one by "
-        f"{found.rms / MGAL:.3g} mGal (rms along the plan, {found.rms / UG:.3g} µg){changing}. The filter assumes a "
-        f"bias of {found.bias / UG:.3g} µg (1σ) and a noise of {found.noise / UG:.3g} µg/√Hz of the accelerometers. "
-        f"Over the run the disturbance is up to {number_text(found.ratio, 2)} times the noise: tilts and biases take "
+        f"{size.rms / MGAL:.3g} mGal (rms along the plan, {size.rms / UG:.3g} µg){changing}. The filter assumes a "
+        f"bias of {size.bias / UG:.3g} µg (1σ) and a noise of {size.noise / UG:.3g} µg/√Hz of the accelerometers. "
+        f"Over the run the disturbance is up to {number_text(size.ratio, 2)} times the noise: tilts and biases take "
         "it up and are wrong by it, beyond the 1σ of their sum, and the filter is then not consistent. "
-        f"{cure} a larger filter.inertial_noise_factor."
+        f"{remedy} a larger filter.inertial_noise_factor."
     )

@@ -134,13 +134,13 @@ def items_of(path: Path) -> list[Item]:
         raise InputError(f"there is no file or folder {shortened(str(path), 200)!r}")
     if (path / "aircraft.toml").is_file():
         return [_item("aircraft", path / "aircraft.toml")]
-    found = [item for kind in SINGULAR for item in _in_folder(path / kind, kind)]
-    if not found:
+    items = [item for kind in SINGULAR for item in _in_folder(path / kind, kind)]
+    if not items:
         raise InputError(
             f"the folder {shortened(str(path), 200)!r} has none of the folders {listed(SINGULAR, 'or')} with a file in "
             f"it{_misspelt(path)}"
         )
-    return found
+    return items
 
 
 def _misspelt(path: Path) -> str:
@@ -156,8 +156,8 @@ def _misspelt(path: Path) -> str:
 def _in_folder(folder: Path, kind: str) -> Iterator[Item]:
     pattern = {"aircraft": "*/aircraft.toml", "grades": "*.toml"}.get(kind, "*.py")
     for file in sorted(folder.glob(pattern)):
-        own = file.parent.name if kind == "aircraft" else file.stem
-        if not own.startswith(("_", ".")):
+        name = file.parent.name if kind == "aircraft" else file.stem
+        if not name.startswith(("_", ".")):
             yield _item(kind, file)
 
 
@@ -181,14 +181,14 @@ def _kind_of(file: Path) -> str:
         raise InputError(f"{file} is not a Python file (.py), nor the TOML file of a grade or of an aircraft")
     if file.parent.name in CODE:
         return file.parent.name
-    found = outline(file)
-    if found.problem:
-        raise InputError(f"{file} cannot be read: {found.problem}")
+    content = outline(file)
+    if content.problem:
+        raise InputError(f"{file} cannot be read: {content.problem}")
     for base, kind in (("AidingSensor", "aiding"), ("LegBase", "legs")):
-        if base in found.bases:
+        if base in content.bases:
             return kind
     for kind, marks in _MARKS.items():
-        if marks & found.names:
+        if marks & content.names:
             return kind
     raise InputError(
         f"{file} is nothing that sinssim can use: an attitude algorithm has functions start_k, dcm_k, step_k and "
@@ -303,5 +303,5 @@ def failure(file: Path, error: BaseException) -> str:
         return f"{file}: {syntax_words(error)}"
     lines = [frame.lineno for frame in traceback.extract_tb(error.__traceback__) if frame.filename == str(file)]
     where = f", line {lines[-1]}" if lines else ""
-    said = " ".join(str(error).split()).rstrip(".")
-    return f"{file}{where}: {type(error).__name__}: {shortened(said, 300)}"
+    text = " ".join(str(error).split()).rstrip(".")
+    return f"{file}{where}: {type(error).__name__}: {shortened(text, 300)}"

@@ -227,7 +227,7 @@ def remove(place: Path, names: Iterable[str]) -> None:
     _remove_emptied(place, names)
 
 
-def publish(source: Draft, place: Path, kept: Iterable[str] = ()) -> list[str]:
+def publish(source: Draft, place: Path, staying: Iterable[str] = ()) -> list[str]:
     """Move a draft to its place, or replace what sinssim wrote there, file by file; all other files stay.
 
     Args:
@@ -242,13 +242,13 @@ def publish(source: Draft, place: Path, kept: Iterable[str] = ()) -> list[str]:
             changed.
         OSError: a file cannot be moved; nothing is changed.
     """
-    new, kept = _files(source.path), list(kept)
+    new, staying = _files(source.path), list(staying)
     if not os.path.lexists(place):
         _write_mark(source.path, new)
         source.move_to(place)
         return new
-    ours = [name for name in written(place) or () if name not in kept]
-    check_inside(place, [MARK, *new, *ours, *kept])
+    ours = [name for name in written(place) or () if name not in staying]
+    check_inside(place, [MARK, *new, *ours, *staying])
     old = [name for name in ours if (place / name).is_file()]
     for name in new:
         if name not in old and os.path.lexists(place / name):
@@ -263,12 +263,12 @@ def publish(source: Draft, place: Path, kept: Iterable[str] = ()) -> list[str]:
 
     with Draft(source.path, "replaced") as replaced:
         try:
-            _write_mark(place, {*ours, *new, *kept})  # whoever is killed now leaves no file that is not marked
+            _write_mark(place, {*ours, *new, *staying})  # whoever is killed now leaves no file that is not marked
             for name in old:
                 move(place / name, replaced.path / name)
             for name in new:
                 move(source.path / name, place / name)
-            _write_mark(place, {*new, *kept})
+            _write_mark(place, {*new, *staying})
         except BaseException:
             for here, there in reversed(moved):
                 os.replace(there, here)
@@ -289,8 +289,8 @@ def _write_mark(place: Path, names: Iterable[str]) -> None:
 
 def _files(folder: Path) -> list[str]:
     """Return the files of a directory being written, relative to its folder, with slashes."""
-    found = (path.relative_to(folder).as_posix() for path in folder.rglob("*") if not path.is_dir())
-    return sorted(name for name in found if name not in (MARK, IN_DRAFT))
+    names = (path.relative_to(folder).as_posix() for path in folder.rglob("*") if not path.is_dir())
+    return sorted(name for name in names if name not in (MARK, IN_DRAFT))
 
 
 def _remove_emptied(place: Path, names: Iterable[str]) -> None:

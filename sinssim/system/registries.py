@@ -115,8 +115,8 @@ class Sentences(Mapping[str, str], Generic[D]):
         self._registry, self._further = registry, further or {}
 
     def _now(self) -> dict[str, str]:
-        found = {name: one.sentence for name, one in self._registry.shipped.items()} | dict(self._further)
-        return found | {name: one.sentence for name, one in self._registry.items() if name not in found}
+        shipped = {name: entry.sentence for name, entry in self._registry.shipped.items()} | dict(self._further)
+        return shipped | {name: entry.sentence for name, entry in self._registry.items() if name not in shipped}
 
     def __getitem__(self, name: str) -> str:
         return self._now()[name]
@@ -219,7 +219,7 @@ def _shipped(kind: str) -> Iterable[str]:
     return () if registry is None else {*registry.shipped, *registry.reserved}
 
 
-def sentence_of(item: Item, found: Outline | None = None) -> str:
+def sentence_of(item: Item, content: Outline | None = None) -> str:
     """Return the description of own content for lists: the first line of its file's docstring.
 
     Args:
@@ -228,8 +228,8 @@ def sentence_of(item: Item, found: Outline | None = None) -> str:
     Returns:
         The sentence; of a file that is not Python, the reason why it cannot be used.
     """
-    found = found or outline(item.file)
-    return f"(cannot be used: {found.problem})" if found.problem else found.sentence or f"own, {item.file.name}"
+    content = content or outline(item.file)
+    return f"(cannot be used: {content.problem})" if content.problem else content.sentence or f"own, {item.file.name}"
 
 
 def registered(kind: str, name: str) -> Item | None:

@@ -44,9 +44,9 @@ def map_large_arrays() -> None:
 def shared(array: T, known: list[T]) -> T:
     """Return the array among the known ones that has the same elements, so that the memory of one of them is freed
     (array: any; it becomes known if no other is equal)."""
-    for one in known:
-        if one.dtype == array.dtype and np.array_equal(one, array):
-            return one
+    for other in known:
+        if other.dtype == array.dtype and np.array_equal(other, array):
+            return other
     known.append(array)
     return array
 

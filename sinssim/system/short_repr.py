@@ -45,10 +45,10 @@ def described(value: Any) -> str:
         case Mapping():
             return f"{{{_items([repr(key) for key in value])}}}"
         case tuple() | list():
-            if any(dataclasses.is_dataclass(one) or hasattr(type(one), "model_fields") for one in value):
-                kinds = sorted({type(one).__name__ for one in value})
+            if any(dataclasses.is_dataclass(item) or hasattr(type(item), "model_fields") for item in value):
+                kinds = sorted({type(item).__name__ for item in value})
                 return f"{len(value)} × {' or '.join(kinds)}"
-            return f"({_items([described(one) for one in value])})"
+            return f"({_items([described(item) for item in value])})"
     name = type(value).__name__
     plain = inspect.getattr_static(value, "__repr__", None) is object.__repr__
     if dataclasses.is_dataclass(value) or hasattr(type(value), "model_fields") or plain:
@@ -64,7 +64,7 @@ def html_table(title: str, rows: Sequence[tuple[str, ...]], heads: tuple[str, ..
         return f"<tr>{''.join(shown)}</tr>"
 
     lines = [row(heads, "th")] if heads else []
-    return f"<b>{html.escape(title)}</b><table>{''.join([*lines, *(row(one, 'td') for one in rows)])}</table>"
+    return f"<b>{html.escape(title)}</b><table>{''.join([*lines, *(row(item, 'td') for item in rows)])}</table>"
 
 
 def html_lines(lines: Iterable[str]) -> str:
@@ -75,7 +75,7 @@ def html_lines(lines: Iterable[str]) -> str:
 def _array(value: Any) -> str:
     if value.ndim <= 1 and value.size <= _FEW:
         return (
-            f"[{', '.join(described(one) for one in np.atleast_1d(value).tolist())}]"
+            f"[{', '.join(described(item) for item in np.atleast_1d(value).tolist())}]"
             if value.ndim
             else described(value.item())
         )
@@ -94,10 +94,10 @@ def _items(texts: list[str]) -> str:
     return ", ".join([*texts[:_FEW], *([f"… {len(texts)} in all"] if len(texts) > _FEW else [])])
 
 
-def _fields(one: Any) -> Iterator[tuple[str, str]]:
-    for field in dataclasses.fields(one):
+def _fields(item: Any) -> Iterator[tuple[str, str]]:
+    for field in dataclasses.fields(item):
         if field.repr and not field.name.startswith("_"):
-            yield field.name, described(getattr(one, field.name))
+            yield field.name, described(getattr(item, field.name))
 
 
 def _repr(self: Any) -> str:
@@ -115,15 +115,15 @@ def _html(self: Any) -> str:
 
 def _meanings(kind: type) -> dict[str, str]:
     """Return what the attributes of a class are, from its docstring."""
-    found: dict[str, str] = {}
+    texts: dict[str, str] = {}
     names: list[str] = []
     _, _, attributes = (inspect.getdoc(kind) or "").partition("Attributes:\n")
     for line in attributes.splitlines():
         if match := _NAME.match(line):
             names = match[1].split(", ")
-            found |= dict.fromkeys(names, match[2])
+            texts |= dict.fromkeys(names, match[2])
         elif not line.strip():
             break
         else:
-            found |= {name: f"{found[name]} {line.strip()}" for name in names}
-    return found
+            texts |= {name: f"{texts[name]} {line.strip()}" for name in names}
+    return texts

@@ -24,15 +24,15 @@ _KINDS = (
 def user_file(path: Path) -> Path:
     """Return a path, for a library that opens it itself, if it can be read (path: a file, or a folder for the formats
     that are folders)."""
-    found = path.stat()
-    kind = next((words for test, words in _KINDS if test(found.st_mode)), None)
+    stat = path.stat()
+    kind = next((words for test, words in _KINDS if test(stat.st_mode)), None)
     if kind is not None:
         raise InputError(f"{path} is {kind}, not an ordinary file. Copy its contents to a file, and give that.")
     from sinssim.system.resources import machine_memory  # which loads numpy
 
-    if found.st_size > machine_memory():
+    if stat.st_size > machine_memory():
         raise InputError(
-            f"{path} has {size_text(found.st_size)}, and this machine's memory {size_text(machine_memory())}. Split it "
+            f"{path} has {size_text(stat.st_size)}, and this machine's memory {size_text(machine_memory())}. Split it "
             "into parts."
         )
     return path

@@ -53,11 +53,11 @@ def sample_edges(start: float, end: float, rate_hz: float) -> Array:
 def checked_place(latitude: float, longitude: float, height: float) -> tuple[float, float, float]:
     """Return the place of a motion as three numbers (latitude, longitude: geodetic, rad; height above the ellipsoid,
     m)."""
-    found = number("latitude", latitude, "rad, north positive")
-    if not abs(found) <= 0.5 * math.pi:
-        raise InputError(f"latitude = {math.degrees(found):g}° must lie within ±90°; give radians.")
+    angle = number("latitude", latitude, "rad, north positive")
+    if not abs(angle) <= 0.5 * math.pi:
+        raise InputError(f"latitude = {math.degrees(angle):g}° must lie within ±90°; give radians.")
     # from the sphere outside which geodetic latitude is defined to the limit of the gravity models
-    return found, number("longitude", longitude, "rad"), number("height", height, "m", low=-5e6, high=1e9)
+    return angle, number("longitude", longitude, "rad"), number("height", height, "m", low=-5e6, high=1e9)
 
 
 def checked_duration(duration: float) -> float:
@@ -85,12 +85,12 @@ def part_by_part(state: Callable[[Array], NavState], instants: Array) -> NavStat
     whose number none depends; instants: () or (N,) s)."""
     if instants.size <= _PART:
         return state(instants)
-    found = NavState(*(np.empty((len(instants), *columns)) for columns in ((), (), (), (3,), (4,))))
+    states = NavState(*(np.empty((len(instants), *columns)) for columns in ((), (), (), (3,), (4,))))
     for start in range(0, len(instants), _PART):
         part = slice(start, start + _PART)
         for name, values in vars(state(instants[part])).items():
-            getattr(found, name)[part] = values
-    return found
+            getattr(states, name)[part] = values
+    return states
 
 
 def in_blocks(count: int, work: Callable[[int, int], None]) -> None:

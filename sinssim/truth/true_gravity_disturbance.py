@@ -337,8 +337,8 @@ class Disturbed:
     def state(self, t: ArrayLike) -> NavState:
         """Return position, velocity and attitude of the sensor block; see `Trajectory.state`."""
         if self._known is not None and self._known[0] is t:  # a run asks for those of its samples once
-            found, self._known = self._known[1], None
-            return found
+            entries, self._known = self._known[1], None
+            return entries
         return self.base.state(t)
 
     def _in_body(self, time: Array) -> Array:
@@ -359,8 +359,8 @@ class Disturbed:
 
     def increments(self, rate_hz: float) -> ImuData:
         """Return exact increments less the integral of the disturbance; see `Trajectory.increments`."""
-        own = self.base.increments(rate_hz)
-        return ImuData(own.time, own.dtheta, own.dvel - self.felt(own.time, own.dtheta))
+        base = self.base.increments(rate_hz)
+        return ImuData(base.time, base.dtheta, base.dvel - self.felt(base.time, base.dtheta))
 
     def felt(self, edges: Array, dtheta: Array) -> Array:
         """Return the integrals of the disturbance in the block's axes over intervals, (N, 3) m/s (edges of the
@@ -423,13 +423,13 @@ def gravity_numbers(motion: Disturbed) -> dict[str, Any]:
     """Return the numbers of the true field for a run's summary: model and degree, root mean squares and largest values
     along the motion, and the error of the spline."""
     v, along, field = gravity_values(motion), motion.along, motion.field
-    found: dict[str, Any] = {"model": "normal" if field is None else field.name}
+    entries: dict[str, Any] = {"model": "normal" if field is None else field.name}
     if field is not None and along is not None:
-        found |= {"degree": field.degree, "evaluations": along.evaluations}
-        found["interpolation_error_mgal"] = along.error / MGAL
+        entries |= {"degree": field.degree, "evaluations": along.evaluations}
+        entries["interpolation_error_mgal"] = along.error / MGAL
     for name, values, unit in (
         ("xi_arcsec", v.xi, ARCSEC), ("eta_arcsec", v.eta, ARCSEC), ("disturbance_mgal", v.disturbance, MGAL),
     ):  # fmt: skip
-        found[f"rms_{name}"] = float(np.sqrt(np.mean(values**2))) / unit
-        found[f"max_{name}"] = float(np.abs(values).max()) / unit
-    return found
+        entries[f"rms_{name}"] = float(np.sqrt(np.mean(values**2))) / unit
+        entries[f"max_{name}"] = float(np.abs(values).max()) / unit
+    return entries

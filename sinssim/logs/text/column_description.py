@@ -239,7 +239,7 @@ class FixColumns(TextLayout):
     """The columns of a file with positions of a receiver or of a reference."""
 
     at_most_one = (Keys(("speed", "velocity"), "the velocity"),)
-    together = (("speed", "course"),)
+    paired = (("speed", "course"),)
 
     time: Column = Field(default="time_s", description="column with the times of validity")
     time_unit: str | None = Field(

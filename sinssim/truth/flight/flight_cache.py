@@ -67,8 +67,8 @@ def cached_flight(
 @cache
 def _sources() -> tuple[Path, ...]:
     """Return the source files of `_SOURCES`, sorted."""
-    found = [path for pattern in _SOURCES for path in _PACKAGE.glob(pattern)]
-    return tuple(sorted({file for path in found for file in (path.rglob("*.py") if path.is_dir() else (path,))}))
+    paths = [path for pattern in _SOURCES for path in _PACKAGE.glob(pattern)]
+    return tuple(sorted({file for path in paths for file in (path.rglob("*.py") if path.is_dir() else (path,))}))
 
 
 def is_cached(flight: FlightPlan, seed: int = 0) -> bool:
@@ -155,21 +155,21 @@ def _read(file: Path) -> FlightLog | None:
         return None
     # A file that passes the check was written by the same code, whose source is part of the file's name.
     end = payload.index(b"\n") + 1
-    text, kept = json.loads(payload[:end]), {}
+    text, arrays = json.loads(payload[:end]), {}
     for name, shape in text["shapes"].items():
         count = math.prod(shape)
-        kept[name] = np.frombuffer(payload, np.float64, count, end).reshape(shape)
+        arrays[name] = np.frombuffer(payload, np.float64, count, end).reshape(shape)
         end += 8 * count
     log = FlightLog(
-        time=kept["time"],
-        position_ecef=kept["position_ecef"],
-        q_eb=kept["q_eb"],
+        time=arrays["time"],
+        position_ecef=arrays["position_ecef"],
+        q_eb=arrays["q_eb"],
         channels={
-            name: Channel(kept[f"channel_time_{name}"], kept[f"channel_{name}"], unit)
+            name: Channel(arrays[f"channel_time_{name}"], arrays[f"channel_{name}"], unit)
             for name, unit in text["units"].items()
         },
         events=tuple(FlightEvent(time, event) for time, event in text["events"]),
-        derivatives=KnotDerivatives(*(kept[f"derivatives_{name}"] for name in KnotDerivatives._fields)),
+        derivatives=KnotDerivatives(*(arrays[f"derivatives_{name}"] for name in KnotDerivatives._fields)),
     )
     with contextlib.suppress(OSError):  # a read-only cache can be read
         file.touch()  # the least recently used are removed first

@@ -118,15 +118,15 @@ def shortfall(
         leg: the leg, which has ended in the air.
         turbulent: whether there is turbulence, which moves the aircraft at any instant.
     """
-    found, more = [], _TURBULENT if turbulent else 1.0
+    misses, more = [], _TURBULENT if turbulent else 1.0
     if "height" in leg.holds and pilot.vertical == HEIGHT and abs(state.height - pilot.height) > more * _HEIGHT:
-        found.append(f"the height is {state.height:.0f} m instead of {pilot.height:.0f} m")
+        misses.append(f"the height is {state.height:.0f} m instead of {pilot.height:.0f} m")
     off = abs(state.cas - pilot.airspeed)
     if "airspeed" in leg.holds and off > more * max(_SPEED, _SPEED_SHARE * pilot.airspeed):
-        found.append(f"the airspeed is {state.cas / KNOT:.0f} kt instead of {pilot.airspeed / KNOT:.0f} kt")
+        misses.append(f"the airspeed is {state.cas / KNOT:.0f} kt instead of {pilot.airspeed / KNOT:.0f} kt")
     if "heading" in leg.holds and abs(remainder(state.psi - pilot.heading, 2.0 * pi)) > more * _HEADING:
-        found.append(f"the heading is {state.psi / DEG % 360.0:.0f}° instead of {pilot.heading / DEG % 360.0:.0f}°")
-    return FlightEvent(state.time, f"{name}{_MISSED}{', '.join(found)}") if found else None
+        misses.append(f"the heading is {state.psi / DEG % 360.0:.0f}° instead of {pilot.heading / DEG % 360.0:.0f}°")
+    return FlightEvent(state.time, f"{name}{_MISSED}{', '.join(misses)}") if misses else None
 
 
 def not_attained(events: Iterable[FlightEvent]) -> list[str]:

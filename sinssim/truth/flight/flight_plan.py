@@ -128,21 +128,21 @@ class Wind(Section):
 
     def words(self) -> str:
         """Return the wind in words, "none" for calm air without gusts."""
-        said = []
+        parts = []
         if self.profile:
-            said.append("; ".join(level.words() for level in self.profile))
+            parts.append("; ".join(level.words() for level in self.profile))
         elif self.from_deg is not None:
-            said.append(f"from {self.from_deg:g}°, {_speed_words(self.speed_mps, self.speed_kt)}")
-        said += [
+            parts.append(f"from {self.from_deg:g}°, {_speed_words(self.speed_mps, self.speed_kt)}")
+        parts += [
             f"{key} = {getattr(self, key):g}" for key in ("north_mps", "east_mps", "down_mps") if getattr(self, key)
         ]
         for gust in self.gusts:
             north, east, down = gust.velocity_ned_mps
-            said.append(
+            parts.append(
                 f"gust at {gust.start_s:g} s of [{north:g}, {east:g}, {down:g}] m/s north, east, down over "
                 f"{gust.rise_s:g} + {gust.steady_s:g} + {gust.fall_s:g} s"
             )
-        return ", ".join(said) or "none"
+        return ", ".join(parts) or "none"
 
 
 class Atmosphere(Section):

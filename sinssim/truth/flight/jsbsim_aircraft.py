@@ -93,7 +93,7 @@ def _trim_in_the_air(executive: Any, start: AirStart, aircraft: Aircraft, wind: 
     if not any(wind):
         return
     commands = [name for name in _TRIMMED if executive.get_property_manager().hasNode(name)]
-    kept = {name: executive[name] for name in commands}
+    settings = {name: executive[name] for name in commands}
     attitude = {axis: executive[f"attitude/{axis}-rad"] for axis in ("phi", "theta", "psi")}
     through_air = {axis: executive[f"velocities/v-{axis}-fps"] for axis in ("north", "east", "down")}
     _set_wind(executive, wind)
@@ -105,7 +105,7 @@ def _trim_in_the_air(executive: Any, start: AirStart, aircraft: Aircraft, wind: 
     executive["ic/vd-fps"] = through_air["down"] + wind[2] / FOOT
     executive.run_ic()
     executive["atmosphere/wind-down-fps"] = wind[2] / FOOT
-    for name, value in kept.items():
+    for name, value in settings.items():
         executive[name] = value
     executive["propulsion/set-running"] = -1
 

@@ -79,13 +79,13 @@ def model_folder(name: str, model: str) -> Path:
     import jsbsim
 
     file = find_content("aircraft", name)
-    own = Path(jsbsim.get_default_root_dir()) / "aircraft"
-    for folder in (file.parent / model, own / model):
+    shipped = Path(jsbsim.get_default_root_dir()) / "aircraft"
+    for folder in (file.parent / model, shipped / model):
         if (folder / f"{model}.xml").is_file():
             return folder
     raise InputError(
         f"{file}, key jsbsim_model: there is no model {model!r}, neither in a folder {model} with {model}.xml beside "
-        f"this file nor among JSBSim's own models in {own}."
+        f"this file nor among JSBSim's own models in {shipped}."
     )
 
 
@@ -105,10 +105,10 @@ def _load(model: Path, folder: str, changes: dict[str, str]) -> Any:
         for element in tree.getroot().findall(tag):
             tree.getroot().remove(element)
     for path, text in changes.items():
-        found = tree.getroot().findall(path)
-        if not found:
+        elements = tree.getroot().findall(path)
+        if not elements:
             raise InputError(f"model_changes of {model.name}: {model.name}.xml has no element {path!r}.")
-        for element in found:
+        for element in elements:
             element.text = text
             if not text:
                 parent = next(parent for parent in tree.getroot().iter() if element in parent)
@@ -279,11 +279,11 @@ def fly_plan(flight: FlightPlan, seed: int = 0, progress: Progress | None = None
             executive = loaded_model(flight.aircraft, aircraft, str(own_folder.path))
             bring_to_start(executive, flight, aircraft, seed)
         except jsbsim.BaseError as error:
-            said = " ".join(" ".join(messages[1:]).split())
-            said = "" if said in " ".join(str(error).split()) else said
+            output = " ".join(" ".join(messages[1:]).split())
+            output = "" if output in " ".join(str(error).split()) else output
             raise InputError(
                 f"JSBSim cannot trim the {flight.aircraft} at the start of the flight ({_start_words(flight)}): "
-                f"{' '.join(str(error).split())}{'; its output: ' + said if said else ''}. {_start_remedy(flight)}"
+                f"{' '.join(str(error).split())}{'; its output: ' + output if output else ''}. {_start_remedy(flight)}"
             ) from error
         return _Flight(executive, flight, aircraft, progress).fly()
 

@@ -264,7 +264,7 @@ def user_leg(name: Any) -> type[LegBase] | None:
         if get_args(leg.model_fields["type"].annotation) != (name,):
             raise InputError(f'{wrong}: {leg.__name__} needs type: Literal["{name}"], the name of the file.')
         if missing := sorted(getattr(leg, "__abstractmethods__", ())):
-            raise InputError(f"{wrong}: {leg.__name__} needs the {listed([f'method {one}' for one in missing])}.")
+            raise InputError(f"{wrong}: {leg.__name__} needs the {listed([f'method {method}' for method in missing])}.")
         leg.item = item
         methods: Any = leg
         methods.end_height = explained(item, leg.end_height, passed=ValueError)  # a plan that cannot be flown

@@ -95,16 +95,16 @@ class Profile:
     @classmethod
     def constant(cls, rate: float, start: float, end: float) -> Self:
         """Return the profile of a constant rate, with the angle 0 at the start."""
-        one = np.ones(1)
-        return cls(start * one, (end - start) * one, 0.0 * one, rate * one, 0.0 * one)
+        ones = np.ones(1)
+        return cls(start * ones, (end - start) * ones, 0.0 * ones, rate * ones, 0.0 * ones)
 
     @classmethod
     def repeated(cls, cycle: Sequence[Piece], axis: str, start: float, end: float) -> Self:
         """Return the profile of one axis along a cycle that is repeated to the end."""
         lasts = np.array([piece[1] for piece in cycle])
         count = int(np.ceil((end - start) / lasts.sum())) + 1
-        own = np.array([piece[0] == axis for piece in cycle])
-        before, after = (np.where(own, [piece[k] for piece in cycle], 0.0) for k in (2, 3))
+        turning = np.array([piece[0] == axis for piece in cycle])
+        before, after = (np.where(turning, [piece[k] for piece in cycle], 0.0) for k in (2, 3))
         turns = 0.5 * (before + after) * lasts
         number = np.arange(count)[:, None]
         begin = start + number * lasts.sum() + (np.cumsum(lasts) - lasts)
@@ -135,11 +135,11 @@ class Turning:
 
     def angles(self, t: Array) -> Array:
         """Return the angles α and β, (N, 2) rad, at instants (N,) s."""
-        found = np.empty((len(t), 2))
+        angles = np.empty((len(t), 2))
         for first in range(0, len(t), PART):
             part = slice(first, first + PART)
-            found[part, 0], found[part, 1] = self.outer_profile.at(t[part])[0], self.inner_profile.at(t[part])[0]
-        return found
+            angles[part, 0], angles[part, 1] = self.outer_profile.at(t[part])[0], self.inner_profile.at(t[part])[0]
+        return angles
 
     def without_wobble(self, angles: Array) -> Array:
         """Return the attitude that angles of the two axes mean, as a navigator takes it from its encoders: q_vb, (N, 4)
@@ -521,8 +521,8 @@ class TurningBlock:
 
     def increments(self, rate_hz: float) -> ImuData:
         """Return the increments of the rotating IMU's sensors (1); see `Trajectory.increments`."""
-        own = self.base.increments(rate_hz)
-        edges = own.time
+        base = self.base.increments(rate_hz)
+        edges = base.time
         middle = 0.5 * (edges[1:] + edges[:-1])
         q_bv = rotation.conjugate(self.turns.attitude(middle))
 
@@ -543,6 +543,6 @@ class TurningBlock:
         change = integrate_samples(turned, edges, self.fastest, self.breaks, points=points)
         return ImuData(
             edges,
-            rotation.rotate(q_bv, own.dtheta) + change[:, :3],
-            rotation.rotate(q_bv, own.dvel) + change[:, 3:],
+            rotation.rotate(q_bv, base.dtheta) + change[:, :3],
+            rotation.rotate(q_bv, base.dvel) + change[:, 3:],
         )

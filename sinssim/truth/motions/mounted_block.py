@@ -212,15 +212,15 @@ class Vibrating:
     def increments(self, rate_hz: float) -> ImuData:
         """Return exact increments by Gauss-Legendre quadrature; see `Trajectory.increments`."""
         edges = sample_edges(self.start, self.end, rate_hz)
-        own = self.base.increments(rate_hz)
+        base = self.base.increments(rate_hz)
         change = integrate_samples(self._change, edges, self.fastest, self.breaks)
         q_vb, _, p, _, _ = self._vibration(edges)
         arm = rotation.rotate(q_vb, np.cross(self.base.rates(edges)[0], p))
         q_sb = rotation.conjugate(self._q_bs)
         return ImuData(
             edges,
-            rotation.rotate(q_sb, own.dtheta + change[:, :3]),
-            rotation.rotate(q_sb, own.dvel + change[:, 3:] + np.diff(arm, axis=0)),
+            rotation.rotate(q_sb, base.dtheta + change[:, :3]),
+            rotation.rotate(q_sb, base.dvel + change[:, 3:] + np.diff(arm, axis=0)),
         )
 
 

@@ -406,8 +406,8 @@ class Turntable(PlacedMotion):
     @property
     def all_turns(self) -> tuple[TableTurn, ...]:
         """The turns, given or of the ready sequence."""
-        own = self.ready
-        return self.turns if own is None else tuple(TableTurn(axis=axis, angle_deg=a) for axis, a in own.turns)
+        ready = self.ready
+        return self.turns if ready is None else tuple(TableTurn(axis=axis, angle_deg=a) for axis, a in ready.turns)
 
     @property
     def ready(self) -> PositionSequence | None:
@@ -417,21 +417,21 @@ class Turntable(PlacedMotion):
     @property
     def start_deg(self) -> tuple[float, float, float]:
         """Roll, pitch and heading of the first position."""
-        own = self.ready
-        roll = self.roll_deg if self.roll_deg is not None else own.roll_deg if own else 0.0
-        pitch = self.pitch_deg if self.pitch_deg is not None else own.pitch_deg if own else 0.0
+        ready = self.ready
+        roll = self.roll_deg if self.roll_deg is not None else ready.roll_deg if ready else 0.0
+        pitch = self.pitch_deg if self.pitch_deg is not None else ready.pitch_deg if ready else 0.0
         return roll, pitch, self.heading_deg
 
     @property
     def dwells(self) -> tuple[tuple[float, float], ...]:
         """Beginning and end of the dwell in each position, s."""
         first = self.first_dwell_s or self.dwell_s
-        found, time = [(0.0, first)], first
+        dwells, time = [(0.0, first)], first
         for turn in self.all_turns:
             time += self.turn_duration(turn)
-            found.append((time, time + (turn.dwell_s or self.dwell_s)))
-            time = found[-1][1]
-        return tuple(found)
+            dwells.append((time, time + (turn.dwell_s or self.dwell_s)))
+            time = dwells[-1][1]
+        return tuple(dwells)
 
     def turn_duration(self, turn: TableTurn) -> float:
         """Return the duration of a turn with its settling, s."""

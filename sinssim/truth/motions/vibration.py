@@ -83,8 +83,8 @@ def band_noise(
             f"vibration noise on {coordinate} of {rms!r} between {low_hz!r} Hz and {high_hz!r} Hz: the band must begin "
             "at 0 Hz or above and end above its beginning, and the amplitude must not be negative."
         )
-    own = np.random.SeedSequence(seed, spawn_key=(COORDINATE_NUMBER[coordinate],))
-    generator = np.random.Generator(np.random.SFC64(own))
+    sequence = np.random.SeedSequence(seed, spawn_key=(COORDINATE_NUMBER[coordinate],))
+    generator = np.random.Generator(np.random.SFC64(sequence))
     width = (high_hz - low_hz) / count
     frequency = low_hz + width * (np.arange(count) + generator.random(count))
     phase = 2.0 * np.pi * generator.random(count)

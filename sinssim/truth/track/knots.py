@@ -126,13 +126,13 @@ def _with_attitude(
 ) -> Knots:
     path = smoothing_spline.interpolating_spline(at, relative)
     velocity, acceleration = path(at, 1), path(at, 2)
-    held = np.zeros(len(at), bool)
+    standing = np.zeros(len(at), bool)
     if attitude is not None:
         q = np.asarray(attitude(at))
         q = q / np.linalg.norm(q, axis=1)[:, None]
     else:
         there = verticals(*ecef_to_geodetic(relative + origin, ellipsoid)[:2])
-        q, held = attitude_from_motion(
+        q, standing = attitude_from_motion(
             at,
             relative + origin,
             velocity,
@@ -156,7 +156,7 @@ def _with_attitude(
                 "track.standstill_mps, below which the heading is held."
             )
     position = relative + origin - rotation.rotate(q, np.broadcast_to(options.point, relative.shape))
-    return Knots(at, position, q, velocity, acceleration, held, tau, notes)
+    return Knots(at, position, q, velocity, acceleration, standing, tau, notes)
 
 
 def _along(vectors: Array, up: Array) -> Array:

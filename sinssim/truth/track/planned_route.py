@@ -141,9 +141,9 @@ class Route:
         piece = np.clip(np.searchsorted(begins, distance, side="right") - 1, 0, len(begins) - 1)
         normal = np.empty((len(distance), 3))
         for number in np.unique(piece):
-            rows, own = piece == number, self._pieces[number]
-            inside = np.clip(self._inverses[number][1](distance[rows]) - own.begin, 0.0, own.length)
-            normal[rows] = own.normals(inside)[0]
+            rows, part = piece == number, self._pieces[number]
+            inside = np.clip(self._inverses[number][1](distance[rows]) - part.begin, 0.0, part.length)
+            normal[rows] = part.normals(inside)[0]
         latitude = np.arctan2(normal[:, 2], np.hypot(normal[:, 0], normal[:, 1]))
         longitude = np.arctan2(normal[:, 1], normal[:, 0])
         return geodetic_to_ecef(latitude, longitude, self._heights(distance), self._ellipsoid)
@@ -155,12 +155,12 @@ class Route:
         """
         from scipy.interpolate import make_interp_spline
 
-        found = []
+        inverses = []
         for piece in self._pieces:
             rows = (self._nominal >= piece.begin - 1e-7) & (self._nominal <= piece.begin + piece.length + 1e-7)
             ground = self._ground[rows]
-            found.append((float(ground[0]), make_interp_spline(ground, self._nominal[rows], k=5)))
-        return found
+            inverses.append((float(ground[0]), make_interp_spline(ground, self._nominal[rows], k=5)))
+        return inverses
 
     def _leg_angles(self) -> Array:
         a, b = self._normals[:-1], self._normals[1:]
@@ -271,8 +271,8 @@ class Route:
         begins = np.array([piece.begin for piece in self._pieces])
         piece = np.clip(np.searchsorted(begins, nominal, side="right") - 1, 0, len(begins) - 1)
         for number in np.unique(piece):
-            rows, own = piece == number, self._pieces[number]
-            normal[rows], slope[rows] = own.normals(nominal[rows] - own.begin)
+            rows, part = piece == number, self._pieces[number]
+            normal[rows], slope[rows] = part.normals(nominal[rows] - part.begin)
         return normal, slope
 
     def _stretch(self, nominal: Array) -> Array:

@@ -172,10 +172,10 @@ def _thinned(time: Array, spacing: float) -> Array:
     if float(np.min(np.diff(time))) >= spacing:
         return time
     cells = np.floor((time - time[0]) / spacing)
-    kept = time[np.concatenate([[True], np.diff(cells) > 0])]
-    far = np.concatenate([[True], np.diff(kept) >= 0.5 * spacing])
-    kept = kept[far]
-    return np.append(kept[kept < time[-1] - 0.5 * spacing], time[-1])
+    instants = time[np.concatenate([[True], np.diff(cells) > 0])]
+    far = np.concatenate([[True], np.diff(instants) >= 0.5 * spacing])
+    instants = instants[far]
+    return np.append(instants[instants < time[-1] - 0.5 * spacing], time[-1])
 
 
 def _third_derivatives(knots: Array, inner: Array) -> tuple[Any, Array]:

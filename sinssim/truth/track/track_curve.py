@@ -195,12 +195,12 @@ def _distances(curve: Curve, samples: TrackSamples, ellipsoid: Ellipsoid) -> dic
     up = verticals(latitude, longitude)
     vertical = np.einsum("ij,ij->i", apart, up)
     horizontal = np.linalg.norm(apart - vertical[:, None] * up, axis=1)
-    found = {HORIZONTAL: Channel(time, horizontal, "m"), VERTICAL: Channel(time, vertical, "m")}
+    channels = {HORIZONTAL: Channel(time, horizontal, "m"), VERTICAL: Channel(time, vertical, "m")}
     if samples.q_nb is not None:
         turned = rotation.multiply(rotation.conjugate(rotation.normalize(samples.q_nb)), state.q_nb)
         angle = 2.0 * np.arctan2(np.linalg.norm(turned[:, 1:], axis=1), np.abs(turned[:, 0]))
-        found[ANGLE] = Channel(time, angle, "rad")
-    return found
+        channels[ANGLE] = Channel(time, angle, "rad")
+    return channels
 
 
 def _attitude_words(samples: TrackSamples, options: TrackOptions) -> str:
@@ -210,8 +210,8 @@ def _attitude_words(samples: TrackSamples, options: TrackOptions) -> str:
     pitch = "pitch from climb" if (options.pitch or kind.pitch) == "slope" else "no pitch"
     roll = "roll of a coordinated turn" if kind.banks else "no roll"
     limit = kind.standstill if options.standstill is None else options.standstill
-    held = f"heading held from below {0.5 * limit:g} m/s until {limit:g} m/s"
-    return f"assumed: heading along the track, {pitch}, {roll}; {held}"
+    standstill = f"heading held from below {0.5 * limit:g} m/s until {limit:g} m/s"
+    return f"assumed: heading along the track, {pitch}, {roll}; {standstill}"
 
 
 def _smoothing_words(tau: tuple[float, float, float], options: TrackOptions) -> str:
@@ -261,8 +261,8 @@ def fit_lines(fit: TrackFit) -> Iterator[tuple[str, str]]:
         f"{fit.acceleration.largest / G0:.3g} g at {fit.acceleration.at:.6g} s, turn rate "
         f"{fit.turn.largest / DEG:.3g} °/s at {fit.turn.at:.6g} s{pitch}",
     )
-    held = f", {fit.standing:.0%} of the time" if fit.standing else ""
-    yield "attitude", f"{fit.attitude_words}{held}"
+    standstill = f", {fit.standing:.0%} of the time" if fit.standing else ""
+    yield "attitude", f"{fit.attitude_words}{standstill}"
 
 
 def _apart(distance: Distance) -> str:

@@ -176,9 +176,9 @@ def _without_repetitions(samples: TrackSamples) -> TrackSamples:
                 f"{samples.at(row + 1)}: it has the same time as {samples.noun} {samples.rows[row]}, but lies "
                 f"{apart:.3g} m from it: remove one of them."
             )
-    kept = np.ones(len(samples), bool)
-    kept[late + 1] = False
-    return samples.part(kept).noting(
+    regular = np.ones(len(samples), bool)
+    regular[late + 1] = False
+    return samples.part(regular).noting(
         f"{len(late)} {_plural(samples.noun, len(late))} with the time of the previous one left out, the first of them "
         f"{samples.noun} {samples.rows[late[0] + 1]}."
     )

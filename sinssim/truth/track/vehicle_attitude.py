@@ -142,9 +142,9 @@ def attitude_from_motion(
     nose = slope.copy()
     for span in _standstills(speed, _SLOPE * limit) if sloping else ():
         _hold_pitch(time, nose, climb, speed, span)
-    held = np.zeros(len(time), bool)
+    standing = np.zeros(len(time), bool)
     for first, last in spans:
-        held[first:last] = True
+        standing[first:last] = True
     forward = ahead * np.cos(nose)[:, None] + up * np.sin(nose)[:, None]
     right = np.cross(ahead, up)
     down = np.cross(forward, right)
@@ -155,7 +155,7 @@ def attitude_from_motion(
         )
         roll = (roll * _rising(time, spans))[:, None]
         right, down = right * np.cos(roll) + down * np.sin(roll), down * np.cos(roll) - right * np.sin(roll)
-    return Attitude(rotation.quaternion_from_dcm(np.stack([forward, right, down], axis=2)), held)
+    return Attitude(rotation.quaternion_from_dcm(np.stack([forward, right, down], axis=2)), standing)
 
 
 def _reversals(course: Array) -> NDArray[np.bool_]:
@@ -182,14 +182,14 @@ def _wanders(time: Array, up: Array, limit: float) -> NDArray[np.bool_]:
         within = np.linalg.norm(size, axis=0) < 0.5 * limit * length
         within[:half] = within[len(grid) - half :] = False
         still |= maximum_filter1d(within, 2 * half + 1)
-    found = np.zeros(len(time), bool)
+    selected = np.zeros(len(time), bool)
     edges = np.flatnonzero(np.diff(np.concatenate([[0], still, [0]])))
     longest = round(_WINDOWS[-1] / _GRID)
     for first, last in zip(edges[::2], edges[1::2], strict=True):
         begin = _inside(place[:, first : min(last, first + longest)])[0] if first else 0
         end = _inside(place[:, max(first, last - longest) : last][:, ::-1])[0] if last < len(grid) else 0
-        found |= (time >= grid[first + begin]) & (time <= (grid[last - 1 - end] if last < len(grid) else time[-1]))
-    return found
+        selected |= (time >= grid[first + begin]) & (time <= (grid[last - 1 - end] if last < len(grid) else time[-1]))
+    return selected
 
 
 def _inside(place: Array) -> NDArray[np.intp]:
@@ -200,14 +200,14 @@ def _inside(place: Array) -> NDArray[np.intp]:
 
 def _mean_courses(time: Array, velocity: Array, course: Array, up: Array, span: _Span) -> tuple[float, float]:
     """Return the angles from the course at both edges of a standstill to the mean course beyond it, rad."""
-    found = []
+    selected = []
     for edge, rows in (
         (span.first - 1, slice(int(np.searchsorted(time, time[max(span.first - 1, 0)] - _MEAN)), span.first)),
         (span.last, slice(span.last, int(np.searchsorted(time, time[min(span.last, len(time) - 1)] + _MEAN)) + 1)),
     ):
         inside = 0 <= edge < len(time)
-        found.append(_turn(course[edge], velocity[rows].mean(axis=0), up[edge]) if inside else 0.0)
-    return found[0], found[1]
+        selected.append(_turn(course[edge], velocity[rows].mean(axis=0), up[edge]) if inside else 0.0)
+    return selected[0], selected[1]
 
 
 def _standstills(speed: Array, limit: float, still: NDArray[np.bool_] | None = None) -> list[_Span]:

@@ -247,8 +247,8 @@ class WaypointLeg(LegBase):
             height = to
         after = [*means[1:], None]
         return [
-            0.0 if one is None or two is None else passing_slope(one, two)
-            for one, two in zip(means, after, strict=True)
+            0.0 if first is None or second is None else passing_slope(first, second)
+            for first, second in zip(means, after, strict=True)
         ]
 
     def height_path(
