@@ -176,7 +176,7 @@ def _of_table(envelope: Envelope, table: Sequence[Sequence[float]], height: floa
 
 
 def climb_rate(envelope: Envelope, height: float, speed_kt: float) -> float:
-    """Return the largest steady rate of climb at a calibrated airspeed, m/s; height in m; negative above the ceiling."""
+    """Return the largest steady rate of climb, m/s, at an airspeed and a height; negative above the ceiling."""
     return _of_table(envelope, envelope.climb_mps, height, speed_kt)
 
 
