@@ -67,7 +67,7 @@ def main() -> None:
 
 
 @strict_kernel
-def _sums(active, time, dtheta, dvel, c, p, key_0, key_1, kinds, spans, amounts):
+def _sums(active, time, dtheta, dvel, c, p, key_0, key_1, faults):
     """Return the sums of the measured increments of every run, (R, 6)."""
     runs = len(key_0)
     s, z, sums = np.empty((runs, 6, STATES)), np.empty((4, 6, runs)), np.zeros((runs, 6))
@@ -79,7 +79,7 @@ def _sums(active, time, dtheta, dvel, c, p, key_0, key_1, kinds, spans, amounts)
         draw_sample(active, z, k, key_0, key_1)
         u[:3], u[3:] = dtheta[k], dvel[k]
         for run in range(runs):
-            measure(active, u, y, flags, c, p, s, run, z, run, kinds, spans, amounts)
+            measure(active, u, y, flags, c, p, s, run, z, run, faults)
             sums[run] += y
     return sums
 
@@ -93,7 +93,7 @@ def ensemble(ideal: ImuData) -> None:
     def run(samples: int) -> None:
         time, dtheta, dvel = ideal.time[: samples + 1], ideal.dtheta[:samples], ideal.dvel[:samples]
         _sums(packed.active, time, dtheta, dvel, packed.conditions.copy(), packed.parameters, keys[0], keys[1],
-              packed.kinds, packed.spans, packed.amounts)  # fmt: skip
+              packed.faults)  # fmt: skip
 
     run(1)
     before, start = resource.getrusage(resource.RUSAGE_SELF).ru_maxrss, time.process_time()

@@ -94,6 +94,7 @@ def stages() -> dict[str, float]:
     packed = pack([draw(section, seed) for seed in range(lanes)], float(ideal.time[0]))
     kernel: Any = engine("quaternion", 0, 1, "exact", packed.active)
     parts = kernel.py_func.__globals__
+    parts = {**parts, **parts["_navigate_lane"].py_func.__globals__}
     w, x = np.zeros(batch_layout.SENSOR_ROWS * lanes), np.zeros(batch_layout.NAVIGATION_ROWS * lanes)
     y, keys = np.zeros((5, 6 * lanes)), np.array([key(seed) for seed in range(lanes)], dtype=np.uint64).T.copy()
     lane_keys, c = np.empty_like(keys), packed.conditions.copy()
@@ -106,7 +107,7 @@ def stages() -> dict[str, float]:
     c[2], c[3] = 0.01, 0.1  # length of the interval and its root
     for k in range(5):
         parts["_draw_lane"](w, lane_keys[0], lane_keys[1], k + 1)
-        parts["_measure_lane"](w, u, c, packed.kinds, packed.spans, packed.amounts)
+        parts["_measure_lane"](w, u, c, packed.faults)
         y[k] = w[batch_layout.READING * lanes : (batch_layout.READING + 6) * lanes]
     draw_lane, measure_lane, step_lane = (parts[name] for name in ("_draw_lane", "_measure_lane", "_step_lane"))
 
@@ -118,20 +119,20 @@ def stages() -> dict[str, float]:
             draw_lane(w, one, two, n)
 
     @strict_kernel
-    def measuring(times, w, u, c, kinds, spans, amounts):
+    def measuring(times, w, u, c, faults):
         for _ in range(times):
-            measure_lane(w, u, c, kinds, spans, amounts)
+            measure_lane(w, u, c, faults)
 
     @strict_kernel
-    def stepping(times, x, y, weights, slots, earth, gain1, gain3, height):
+    def stepping(times, x, y, weights, slots, earth, gains, height):
         for _ in range(times):
-            step_lane(x, y, weights, 2, 2, slots, earth, gain1, gain3, 0.01, height, 0.0)
+            step_lane(x, y, weights, 2, 2, slots, earth, gains, 0.01, (height, 0.0))
 
     calls: dict[str, Callable[[int], None]] = {
         "random numbers, 12 of two noises": lambda n: drawing(n, w, lane_keys[0], lane_keys[1]),
-        "errors of six channels": lambda n: measuring(n, w, u, c, packed.kinds, packed.spans, packed.amounts),
+        "errors of six channels": lambda n: measuring(n, w, u, c, packed.faults),
         "increments, attitude and navigation": lambda n: stepping(
-            n, x, y, weights, slots, earth, *gains, float(height[0])
+            n, x, y, weights, slots, earth, gains, float(height[0])
         ),
     }
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from sinssim.data import Array
 from sinssim.jit import inline
 from sinssim.rotation.quaternions import Matrix, Vector
 
@@ -75,3 +76,15 @@ def resolved(c: Matrix, a: Vector) -> Vector:
 def turned(a: Vector, r: Vector) -> Vector:
     """A vector fixed in space, in axes that turn by the small rotation vector r: exp(−[r×]) a to the third order."""
     return sub_cross(a, r, sub_cross(a, mul(0.5, r), a))
+
+
+@inline
+def column(y: Array, row: int, j: int) -> Vector:
+    """Three rows of a column of an array, from `row` on."""
+    return y[row, j], y[row + 1, j], y[row + 2, j]
+
+
+@inline
+def keep_column(y: Array, row: int, j: int, a: Vector) -> None:
+    """Store a vector in three rows of a column."""
+    y[row, j], y[row + 1, j], y[row + 2, j] = a

@@ -50,7 +50,7 @@ from sinssim.errors import InputError, RunError
 from sinssim.jit import bind, inline
 from sinssim.rotation.quaternions import Quaternion, Vector, multiply_k, quaternion_from_rotation_vector_k, rotate_k
 from sinssim.rotation.vectors import add, along, cross, mul, simpson, sub
-from sinssim.sensors.imu.error_kernel import FAULTY, LIMITED, STATES, advance, begin, draw_block, measure
+from sinssim.sensors.imu.error_kernel import FAULTY, LIMITED, STATES, Packed, advance, begin, draw_block, measure
 from sinssim.sensors.imu.imu_errors import ImuErrors
 from sinssim.sensors.sets.gimballed_sensors import PlatformErrors, without_errors_of_turns
 from sinssim.strapdown.frames.azimuth import (
@@ -78,19 +78,6 @@ from sinssim.system.short_repr import short_repr
 
 _BLOCK = 256  # number of samples whose random numbers are drawn together
 _ZERO = (0.0, 0.0, 0.0)
-
-
-class Sensors(NamedTuple):
-    """Errors of the gyros and accelerometers, as in `measure_all`."""
-
-    active: int
-    conditions: Array
-    parameters: Array
-    key_0: np.uint64
-    key_1: np.uint64
-    kinds: NDArray[np.int64]
-    spans: Array
-    amounts: Array
 
 
 class Platform(NamedTuple):
@@ -145,8 +132,8 @@ def _keep_k(out: Array, k: int, a: Vector) -> None:
 
 # `bind` gives it the form of the radii of curvature.
 def simulate(
-    time: Array, of: Models, channel: Channel, rows: Rows, rule: int, axis: Array, of_x: Array, sensors: Sensors,
-    platform: Platform,
+    time: Array, of: Models, channel: Channel, rows: Rows, rule: int, axis: Array, of_x: Array,
+    sensors: Packed, key_0: np.uint64, key_1: np.uint64, platform: Platform,
 ) -> None:  # fmt: skip
     """Run the loop.
 
@@ -158,7 +145,7 @@ def simulate(
     c, p, count = sensors, platform, time.shape[0] - 1
     z, s = np.empty((4, 6, _BLOCK)), np.empty((1, 6, STATES))
     u, y, f = np.zeros(6), np.zeros(6), np.zeros(6, np.uint8)
-    begin(c.active, s, 0, c.key_0, c.key_1)
+    begin(c.active, s, 0, key_0, key_1)
     x, of_x[0], _, _ = start_azimuth_k(of, rule, axis, of_x[0], rows, start_loop_k(channel, rows.height[0]))
     gains = loop_gains_k(channel.time_constant, x.x.down, x.x.k2)
     ip = (p.q_ip[0, 0], p.q_ip[0, 1], p.q_ip[0, 2], p.q_ip[0, 3])
@@ -178,11 +165,9 @@ def simulate(
         # the platform: its accelerometers, its gyros' drift, its turn
         u[3], u[4], u[5] = _felt_k(p.push, k, ip, sub(turn, drift))
         if k % _BLOCK == 0:
-            draw_block(c.active, z, k, min(_BLOCK, count - k), c.key_0, c.key_1)
+            draw_block(c.active, z, k, min(_BLOCK, count - k), key_0, key_1)
         advance(c.active, c.conditions, time[k], time[k + 1])
-        measure(
-            c.active, u, y, f, c.conditions, c.parameters, s, 0, z, k % _BLOCK, c.kinds, c.spans, c.amounts
-        )  # fmt: skip
+        measure(c.active, u, y, f, c.conditions, c.parameters, s, 0, z, k % _BLOCK, c.faults)
         drift, d = (y[0], y[1], y[2]), (y[3], y[4], y[5])
         ip = multiply_k(*ip, *quaternion_from_rotation_vector_k(*sub(turn, drift)))
         p.q_ip[k + 1, 0], p.q_ip[k + 1, 1], p.q_ip[k + 1, 2], p.q_ip[k + 1, 3] = ip
@@ -367,8 +352,7 @@ def navigate_platform(
         Models(earth.parameters(body), earth.gravity_number(of.gravity), of.curvature == "simplified"),
         Channel(NUMBERS[of.vertical], reference, climb, of.baro_time_constant),
         Rows(latitude, longitude, altitude, velocity, q_nb, no_defect), rule, pole, of_x,
-        Sensors(packed.active, packed.conditions, packed.parameters, key_0, key_1, packed.kinds, packed.spans,
-                packed.amounts),
+        packed, key_0, key_1,
         Platform(forces.push, torqued, own.torquer_scale, q_ip, q_wp, commanded, readings, drift, flags),
     )  # fmt: skip
     _check(frame, pole, time, latitude, longitude, altitude, velocity, q_ip)

@@ -23,7 +23,7 @@ from sinssim.rotation.quaternions import (
     quaternion_from_rotation_vector_k,
     rotate_k,
 )
-from sinssim.rotation.vectors import resolved, sub
+from sinssim.rotation.vectors import column, keep_column, resolved, sub
 from sinssim.strapdown.frames.vertical_channel import HELD
 
 Long = NDArray[np.longdouble]
@@ -196,24 +196,12 @@ def height_at_nodes_k(
 
 
 @inline
-def vector_k(y: Array, row: int, j: int) -> Vector:
-    """Values of the rows `row` … row + 2 at a node."""
-    return y[row, j], y[row + 1, j], y[row + 2, j]
-
-
-@inline
-def keep_vector_k(y: Array, row: int, j: int, a: Vector) -> None:
-    """Store values of the rows `row` … row + 2 at a node."""
-    y[row, j], y[row + 1, j], y[row + 2, j] = a
-
-
-@inline
 def integrate_rows_k(matrix: Array, rate: Array, start: Array, out: Array) -> float:
     """Integrate all rows from their values at the start; return the largest change of the first three at the end."""
-    before = vector_k(out, 0, NODES - 1)
+    before = column(out, 0, NODES - 1)
     for row in range(rate.shape[0]):
         integrate_k(matrix, rate, row, start[row], out)
-    x, y, z = sub(vector_k(out, 0, NODES - 1), before)
+    x, y, z = sub(column(out, 0, NODES - 1), before)
     return max(max(abs(x), abs(y)), abs(z))
 
 
@@ -223,7 +211,7 @@ def resolve_force_k(q: Quaternion, force: Array) -> None:
     scale = 1.5 - 0.5 * (q[0] * q[0] + q[1] * q[1] + q[2] * q[2] + q[3] * q[3])
     c = dcm_from_quaternion_k(scale * q[0], scale * q[1], scale * q[2], scale * q[3])
     for j in range(NODES):
-        keep_vector_k(force, 0, j, resolved(c, vector_k(force, 0, j)))
+        keep_column(force, 0, j, resolved(c, column(force, 0, j)))
 
 
 @inline

@@ -20,274 +20,259 @@ are U_v d + white noise of known covariance, and the result is that of a Kalman 
 from __future__ import annotations
 
 import math
+from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
 from sinssim import rotation
 from sinssim.analyses.calibration.least_squares import Solution, nuisances, solve
-from sinssim.analyses.calibration.separate_method import _matrix
 from sinssim.analyses.calibration.turntable_data import Estimate, Task
 from sinssim.data import Array, ImuData
 from sinssim.errors import RunError
-from sinssim.jit import kernel
-from sinssim.rotation.quaternions import multiply_k
+from sinssim.jit import inline, kernel
+from sinssim.rotation.quaternions import (
+    Matrix,
+    Quaternion,
+    Vector,
+    dcm_from_quaternion_k,
+    multiply_k,
+    quaternion_from_rotation_vector_k,
+    rotate_k,
+)
+from sinssim.rotation.vectors import add, along, column, cross, keep_column, mul, resolved
 from sinssim.units import DEG, DEG_H
-
-# Longer than others, as a kernel: one loop over the samples of a sequence.
-
 
 BIAS, SCALE, TILT, ARM = range(4)
 STATES = 12  # attitude, velocity, instabilities of gyros and accelerometers
 Codes = NDArray[np.int64]
 
 
-@kernel
-def _spin(x: float, y: float, z: float, q: Array) -> None:
-    """Turn a quaternion by a rotation vector in the block's axes."""
-    size = math.sqrt(x * x + y * y + z * z)
-    s = math.sin(0.5 * size) / size if size > 1e-12 else 0.5
-    q[0], q[1], q[2], q[3] = multiply_k(q[0], q[1], q[2], q[3], math.cos(0.5 * size), s * x, s * y, s * z)
+class Sequence(NamedTuple):
+    """Compensated readings of a sequence, and the steps of the filter.
+
+    time: edges, (N+1,) s.
+    dtheta, dvel: increments, (N, 3) rad and m/s.
+    arm_pull: what a metre in each coordinate of each accelerometer's place adds to its increment, (N, 3, 3) 1/s; empty
+        without places.
+    ends, observed: first sample after each step, and whether the velocity is observed at its end, (K,).
+    """
+
+    time: Array
+    dtheta: Array
+    dvel: Array
+    arm_pull: Array
+    ends: Codes
+    observed: NDArray[np.bool_]
+
+
+class Assumed(NamedTuple):
+    """What the filter assumes.
+
+    codes: kind, triad, row and column of each parameter, (p, 4).
+    earth, gravity: the Earth's rate, rad/s, and gravity, m/s², north-east-down.
+    walk, instability, correlation_time: of gyros and accelerometers, SI.
+    velocity_variance: of an observation, m²/s².
+    """
+
+    codes: Codes
+    earth: Vector
+    gravity: Vector
+    walk: tuple[float, float]
+    instability: tuple[float, float]
+    correlation_time: tuple[float, float]
+    velocity_variance: float
+
+
+class Nominal(NamedTuple):
+    """The navigated state: q_nb, velocity, m/s, and the instabilities, rad/s and m/s²."""
+
+    q: Quaternion
+    v: Vector
+    gyro: Vector
+    accel: Vector
+
+
+@inline
+def _navigated(of: Assumed, data: Sequence, k: int, x: Nominal) -> tuple[Nominal, Matrix, Vector]:
+    """Navigate over an interval; return also C in its middle and the velocity increment in navigation axes."""
+    dt = data.time[k + 1] - data.time[k]
+    turn = along((data.dtheta[k, 0], data.dtheta[k, 1], data.dtheta[k, 2]), -dt, x.gyro)
+    push = along((data.dvel[k, 0], data.dvel[k, 1], data.dvel[k, 2]), -dt, x.accel)
+    # rotation φ during the interval, relative to the Earth. A force that is constant in space gives Δv = Γ f T,
+    # Γ⁻¹ = I + ½[φ×] + 1/12 [φ×]² at a constant rate; at a rate that grows by ω̇, the mean angle is ½φ − ω̇T²/12
+    phi = along(turn, -dt, rotate_k(x.q[0], -x.q[1], -x.q[2], -x.q[3], *of.earth))
+    mean_phi = phi
+    if 0 < k < data.dtheta.shape[0] - 1:
+        before, after = data.dtheta[k - 1], data.dtheta[k + 1]
+        mean_phi = along(phi, -1.0 / 12.0, (after[0] - before[0], after[1] - before[1], after[2] - before[2]))
+    bend = cross(mean_phi, push)
+    f = rotate_k(*x.q, *along(along(push, 0.5, bend), 1.0 / 12.0, cross(phi, bend)))
+    v = along(add(x.v, f), dt, along(of.gravity, -2.0, cross(of.earth, x.v)))  # g − 2 ω_ie × v
+    earth, half = quaternion_from_rotation_vector_k(*mul(-0.5 * dt, of.earth)), mul(0.5, turn)
+    q = multiply_k(*multiply_k(*earth, *x.q), *quaternion_from_rotation_vector_k(*half))
+    c = dcm_from_quaternion_k(*q)
+    q = multiply_k(*earth, *multiply_k(*q, *quaternion_from_rotation_vector_k(*half)))
+    return Nominal(q, v, x.gyro, x.accel), c, f
+
+
+@inline
+def _axis(c: Matrix, i: int) -> Vector:
+    """A body axis in navigation axes."""
+    return c[i], c[3 + i], c[6 + i]
+
+
+@inline
+def _turn_effects(of: Assumed, data: Sequence, k: int, c: Matrix, u: Array) -> None:
+    """Add −½ C δω T of the gyros' parameters to the attitude: half before and half after its effect on the velocity."""
+    dt = data.time[k + 1] - data.time[k]
+    for n in range(of.codes.shape[0]):
+        kind, triad, i, j = of.codes[n, 0], of.codes[n, 1], of.codes[n, 2], of.codes[n, 3]
+        if triad == 0:
+            reading = dt if kind == BIAS else data.dtheta[k, j]
+            keep_column(u, 0, n, along(column(u, 0, n), -0.5 * reading, _axis(c, i)))
+
+
+@inline
+def _push_effects(of: Assumed, data: Sequence, k: int, c: Matrix, u: Array) -> None:
+    """Add −C δf T of the accelerometers' parameters to the velocity."""
+    dt = data.time[k + 1] - data.time[k]
+    for n in range(of.codes.shape[0]):
+        kind, triad, i, j = of.codes[n, 0], of.codes[n, 1], of.codes[n, 2], of.codes[n, 3]
+        if triad == 1:
+            reading = dt if kind == BIAS else data.arm_pull[k, i, j] if kind == ARM else data.dvel[k, j]
+            keep_column(u, 3, n, along(column(u, 3, n), -reading, _axis(c, i)))
+
+
+@inline
+def _carry(of: Assumed, dt: float, c: Matrix, f: Vector, u: Array) -> None:
+    """Carry the effects over an interval, by the equations of φ and δv."""
+    unstable = of.instability[0] > 0.0 or of.instability[1] > 0.0
+    for n in range(u.shape[1]):
+        phi, v = column(u, 0, n), column(u, 3, n)
+        if unstable:
+            phi, v = (
+                along(phi, -dt, resolved(c, column(u, 6, n))),
+                along(v, -dt, resolved(c, column(u, 9, n))),
+            )
+        keep_column(u, 3, n, along(add(v, cross(phi, f)), -2.0 * dt, cross(of.earth, v)))
+        keep_column(u, 0, n, along(phi, -dt, cross(of.earth, phi)))
 
 
 @kernel
-def _correct(q: Array, x: float, y: float, z: float) -> None:
-    """Apply an attitude error in the navigation axes: C ← e^[φ×] C."""
-    size = math.sqrt(x * x + y * y + z * z)
-    s = math.sin(0.5 * size) / size if size > 1e-12 else 0.5
-    q[0], q[1], q[2], q[3] = multiply_k(math.cos(0.5 * size), s * x, s * y, s * z, q[0], q[1], q[2], q[3])
+def _navigate_step(
+    of: Assumed, data: Sequence, first: int, end: int, x: Nominal, u: Array, turned: Array
+) -> tuple[Nominal, Vector]:
+    """Navigate over a step and carry the effects along; write ∫C dt and return ∫C f dt."""
+    turned[:, :] = 0.0
+    force = (0.0, 0.0, 0.0)
+    for k in range(first, end):
+        dt = data.time[k + 1] - data.time[k]
+        x, c, f = _navigated(of, data, k, x)
+        for i in range(3):
+            for j in range(3):
+                turned[i, j] += dt * c[3 * i + j]
+        force = add(force, f)
+        _turn_effects(of, data, k, c, u)
+        _push_effects(of, data, k, c, u)
+        _carry(of, dt, c, f, u)
+        _turn_effects(of, data, k, c, u)
+    return x, force
 
 
 @kernel
-def _propagate(passage: Array, cov: Array, work: Array) -> None:
-    """Replace a covariance by A P Aᵀ."""
-    for i in range(STATES):
-        for j in range(STATES):
-            total = 0.0
-            for k in range(STATES):
-                total += passage[i, k] * cov[k, j]
-            work[i, j] = total
-    for i in range(STATES):
-        for j in range(STATES):
-            total = 0.0
-            for k in range(STATES):
-                total += work[i, k] * passage[j, k]
-            cov[i, j] = total
-
-
-@kernel
-def run_filter(
-    time: Array,
-    dtheta: Array,
-    dvel: Array,
-    arm_pull: Array,
-    ends: Codes,
-    observed: NDArray[np.bool_],
-    codes: Codes,
-    q: Array,
-    earth: Array,
-    gravity: Array,
-    noise: Array,
-    velocity_variance: float,
-    white: Array,
-    design: Array,
-    attitude: Array,
-) -> None:
-    """Navigate and filter a sequence.
+def _observe(of: Assumed, x: Nominal, u: Array, cov: Array, white: Array, design: Array) -> Nominal:
+    """Update by a velocity of zero, one component after the other: their noise is independent.
 
     Args:
-        time: edges, (N+1,) s.
-        dtheta, dvel: compensated increments, (N, 3) rad and m/s.
-        arm_pull: what a metre in each coordinate of each accelerometer's place adds to its increment, (N, 3, 3) 1/s;
-            (0, 3, 3) without places.
-        ends: first sample after each step, (K,).
-        observed: whether the velocity is observed at the end of a step, (K,).
-        codes: kind, triad, row and column of each parameter, (p, 4).
-        q: attitude at the start, q_nb, (4,); changed.
-        earth, gravity: the Earth's rate, rad/s, and gravity, m/s², north-east-down, (3,).
-        noise: random walks of gyros and accelerometers, their instabilities and correlation times, (6,) SI.
+        white, design: the three rows of the whitened innovations and of their derivatives, written.
+    """
+    for i in range(3):
+        variance = cov[3 + i, 3 + i] + of.velocity_variance
+        innovation = -x.v[i]
+        effect, gain = u[3 + i].copy(), cov[3 + i] / variance
+        white[i], design[i] = innovation / math.sqrt(variance), effect / math.sqrt(variance)
+        step = gain * innovation
+        q = multiply_k(*quaternion_from_rotation_vector_k(step[0], step[1], step[2]), *x.q)  # C ← e^[φ×] C
+        x = Nominal(
+            q, add(x.v, (step[3], step[4], step[5])), add(x.gyro, (step[6], step[7], step[8])),
+            add(x.accel, (step[9], step[10], step[11])),
+        )  # fmt: skip
+        u -= np.outer(gain, effect)
+        cov -= variance * np.outer(gain, gain)
+    return x
+
+
+@kernel
+def run_filter(of: Assumed, data: Sequence, q: Quaternion, white: Array, design: Array, attitude: Array) -> None:
+    """Navigate and filter a sequence from the attitude q_nb.
+
+    Args:
         white: whitened innovations, (3M,), written.
         design: their derivatives to the parameters and to the attitude at the start, (3M, p + 3), written.
         attitude: attitude after each step, (K, 4), written.
     """
-    count, p = len(ends), len(codes)
-    m = p + 3
-    u = np.zeros((STATES, m))
+    p = of.codes.shape[0]
+    u, cov, turned = np.zeros((STATES, p + 3)), np.zeros((STATES, STATES)), np.empty((3, 3))
     for i in range(3):
         u[i, p + i] = 1.0
-    cov = np.zeros((STATES, STATES))
-    for i in range(3):
-        cov[3 + i, 3 + i] = velocity_variance
-        cov[6 + i, 6 + i], cov[9 + i, 9 + i] = noise[2] ** 2, noise[3] ** 2
-    v, wander = np.zeros(3), np.zeros(6)
-    c, turned, force = np.empty((3, 3)), np.empty((3, 3)), np.empty(3)
-    passage, work = np.empty((STATES, STATES)), np.empty((STATES, STATES))
-    gain, own = np.empty(STATES), np.empty(m)
-    wanders = noise[2] > 0.0 or noise[3] > 0.0
+        cov[3 + i, 3 + i] = of.velocity_variance
+        cov[6 + i, 6 + i], cov[9 + i, 9 + i] = of.instability[0] ** 2, of.instability[1] ** 2
+    x = Nominal(q, (0.0, 0.0, 0.0), (0.0, 0.0, 0.0), (0.0, 0.0, 0.0))
     first, row = 0, 0
-    for step in range(count):
-        turned[:, :] = 0.0
-        force[:] = 0.0
-        for k in range(first, ends[step]):
-            interval = time[k + 1] - time[k]
-            _matrix(q[0], q[1], q[2], q[3], c)
-            x = dtheta[k, 0] - interval * wander[0]
-            y = dtheta[k, 1] - interval * wander[1]
-            z = dtheta[k, 2] - interval * wander[2]
-            a0 = dvel[k, 0] - interval * wander[3]
-            a1 = dvel[k, 1] - interval * wander[4]
-            a2 = dvel[k, 2] - interval * wander[5]
-            # rotation φ during the interval, relative to the Earth. A force that is constant in space gives Δv = Γ f T,
-            # Γ⁻¹ = I + ½[φ×] + 1/12 [φ×]² at a constant rate; at a rate that grows by ω̇, the mean angle is ½φ − ω̇T²/12
-            rx = x - interval * (c[0, 0] * earth[0] + c[1, 0] * earth[1] + c[2, 0] * earth[2])
-            ry = y - interval * (c[0, 1] * earth[0] + c[1, 1] * earth[1] + c[2, 1] * earth[2])
-            rz = z - interval * (c[0, 2] * earth[0] + c[1, 2] * earth[1] + c[2, 2] * earth[2])
-            g0, g1, g2 = rx, ry, rz
-            if 0 < k < len(dtheta) - 1:
-                g0 -= (dtheta[k + 1, 0] - dtheta[k - 1, 0]) / 12.0
-                g1 -= (dtheta[k + 1, 1] - dtheta[k - 1, 1]) / 12.0
-                g2 -= (dtheta[k + 1, 2] - dtheta[k - 1, 2]) / 12.0
-            b0, b1, b2 = g1 * a2 - g2 * a1, g2 * a0 - g0 * a2, g0 * a1 - g1 * a0
-            d0, d1, d2 = ry * b2 - rz * b1, rz * b0 - rx * b2, rx * b1 - ry * b0
-            a0, a1, a2 = a0 + 0.5 * b0 + d0 / 12.0, a1 + 0.5 * b1 + d1 / 12.0, a2 + 0.5 * b2 + d2 / 12.0
-            f0 = c[0, 0] * a0 + c[0, 1] * a1 + c[0, 2] * a2
-            f1 = c[1, 0] * a0 + c[1, 1] * a1 + c[1, 2] * a2
-            f2 = c[2, 0] * a0 + c[2, 1] * a1 + c[2, 2] * a2
-            w0 = v[0] + f0 + interval * (gravity[0] - 2.0 * (earth[1] * v[2] - earth[2] * v[1]))
-            w1 = v[1] + f1 + interval * (gravity[1] - 2.0 * (earth[2] * v[0] - earth[0] * v[2]))
-            w2 = v[2] + f2 + interval * (gravity[2] - 2.0 * (earth[0] * v[1] - earth[1] * v[0]))
-            v[0], v[1], v[2] = w0, w1, w2
-            half = -0.5 * interval
-            _correct(q, half * earth[0], half * earth[1], half * earth[2])
-            _spin(0.5 * x, 0.5 * y, 0.5 * z, q)
-            _matrix(q[0], q[1], q[2], q[3], c)  # in the middle of the interval
-            for i in range(3):
-                for j in range(3):
-                    turned[i, j] += interval * c[i, j]
-            force[0] += f0
-            force[1] += f1
-            force[2] += f2
-            for n in range(p):  # C δω of each parameter: half before and half after its effect on the velocity
-                kind, triad, i, j = codes[n, 0], codes[n, 1], codes[n, 2], codes[n, 3]
-                if triad == 0:
-                    reading = interval if kind == BIAS else dtheta[k, j]
-                    for axis in range(3):
-                        u[axis, n] -= 0.5 * c[axis, i] * reading
-                else:
-                    reading = interval
-                    if kind == ARM:
-                        reading = arm_pull[k, i, j]
-                    elif kind != BIAS:
-                        reading = dvel[k, j]
-                    for axis in range(3):
-                        u[3 + axis, n] -= c[axis, i] * reading
-            if wanders:
-                for n in range(m):
-                    for axis in range(3):
-                        for j in range(3):
-                            u[axis, n] -= interval * c[axis, j] * u[6 + j, n]
-                            u[3 + axis, n] -= interval * c[axis, j] * u[9 + j, n]
-            for n in range(m):
-                p0, p1, p2 = u[0, n], u[1, n], u[2, n]
-                v0, v1, v2 = u[3, n], u[4, n], u[5, n]
-                u[3, n] = v0 + p1 * f2 - p2 * f1 - 2.0 * interval * (earth[1] * v2 - earth[2] * v1)
-                u[4, n] = v1 + p2 * f0 - p0 * f2 - 2.0 * interval * (earth[2] * v0 - earth[0] * v2)
-                u[5, n] = v2 + p0 * f1 - p1 * f0 - 2.0 * interval * (earth[0] * v1 - earth[1] * v0)
-                u[0, n] = p0 - interval * (earth[1] * p2 - earth[2] * p1)
-                u[1, n] = p1 - interval * (earth[2] * p0 - earth[0] * p2)
-                u[2, n] = p2 - interval * (earth[0] * p1 - earth[1] * p0)
-            for n in range(p):
-                if codes[n, 1] == 0:
-                    i, j = codes[n, 2], codes[n, 3]
-                    reading = interval if codes[n, 0] == BIAS else dtheta[k, j]
-                    for axis in range(3):
-                        u[axis, n] -= 0.5 * c[axis, i] * reading
-            _spin(0.5 * x, 0.5 * y, 0.5 * z, q)
-            _correct(q, half * earth[0], half * earth[1], half * earth[2])
-        length = time[ends[step]] - time[first]
-        first = ends[step]
-        _transition(passage, turned, force, earth, length, noise)
-        for i in range(6):
-            wander[i] *= passage[6 + i, 6 + i]
-            for n in range(m):
-                u[6 + i, n] *= passage[6 + i, 6 + i]
-        _propagate(passage, cov, work)
-        _add_noise(cov, force, length, noise)
-        if observed[step]:
-            for i in range(3):  # one component after the other: their noise is independent
-                variance = cov[3 + i, 3 + i] + velocity_variance
-                root = math.sqrt(variance)
-                innovation = -v[i]
-                white[row] = innovation / root
-                for n in range(m):
-                    own[n] = u[3 + i, n]
-                    design[row, n] = own[n] / root
-                row += 1
-                for j in range(STATES):
-                    gain[j] = cov[3 + i, j] / variance
-                _correct(q, gain[0] * innovation, gain[1] * innovation, gain[2] * innovation)
-                for j in range(3):
-                    v[j] += gain[3 + j] * innovation
-                for j in range(6):
-                    wander[j] += gain[6 + j] * innovation
-                for j in range(STATES):
-                    for n in range(m):
-                        u[j, n] -= gain[j] * own[n]
-                    for n in range(STATES):
-                        cov[j, n] -= gain[j] * gain[n] * variance
-        for i in range(4):
-            attitude[step, i] = q[i]
+    for step in range(len(data.ends)):
+        end = data.ends[step]
+        x, force = _navigate_step(of, data, first, end, x, u, turned)
+        passage = _transition(of, turned, force, data.time[end] - data.time[first])
+        u[6:] *= np.diag(passage)[6:].reshape(6, 1)
+        x = Nominal(x.q, x.v, mul(passage[6, 6], x.gyro), mul(passage[9, 9], x.accel))
+        cov[:, :] = passage @ cov @ passage.T
+        _add_noise(of, cov, force, data.time[end] - data.time[first])
+        if data.observed[step]:
+            x = _observe(of, x, u, cov, white[row : row + 3], design[row : row + 3])
+            row += 3
+        first = end
+        attitude[step, 0], attitude[step, 1], attitude[step, 2], attitude[step, 3] = x.q
 
 
 @kernel
-def _transition(out: Array, turned: Array, force: Array, earth: Array, length: float, noise: Array) -> None:
-    """Write the transition of the states over a step."""
-    out[:, :] = 0.0
-    for i in range(STATES):
-        out[i, i] = 1.0
-    # −[ω×] T of attitude and −2[ω×] T of velocity, [φ ×] f = −[f×] φ
-    for block in range(2):
-        at, s = 3 * block, length * (1.0 + block)
-        out[at, at + 1], out[at, at + 2] = s * earth[2], -s * earth[1]
-        out[at + 1, at], out[at + 1, at + 2] = -s * earth[2], s * earth[0]
-        out[at + 2, at], out[at + 2, at + 1] = s * earth[1], -s * earth[0]
-    out[3, 1], out[3, 2] = force[2], -force[1]
-    out[4, 0], out[4, 2] = -force[2], force[0]
-    out[5, 0], out[5, 1] = force[1], -force[0]
-    half = 0.5
-    for j in range(3):
-        t0, t1, t2 = turned[0, j], turned[1, j], turned[2, j]
-        for i in range(3):
-            out[i, 6 + j] = -turned[i, j]
-            out[3 + i, 9 + j] = -turned[i, j]
-        out[3, 6 + j] = -half * (t1 * force[2] - t2 * force[1])
-        out[4, 6 + j] = -half * (t2 * force[0] - t0 * force[2])
-        out[5, 6 + j] = -half * (t0 * force[1] - t1 * force[0])
-        out[6 + j, 6 + j] = math.exp(-length / noise[4])
-        out[9 + j, 9 + j] = math.exp(-length / noise[5])
+def _skew(a: Vector) -> Array:
+    """[a×]."""
+    return np.array([[0.0, -a[2], a[1]], [a[2], 0.0, -a[0]], [-a[1], a[0], 0.0]])
 
 
 @kernel
-def _add_noise(cov: Array, force: Array, length: float, noise: Array) -> None:
+def _transition(of: Assumed, turned: Array, force: Vector, length: float) -> Array:
+    """Return the transition of the states over a step, from ∫C dt and ∫C f dt."""
+    out = np.eye(STATES)
+    earth, pull = length * _skew(of.earth), _skew(force)
+    out[0:3, 0:3] -= earth
+    out[3:6, 3:6] -= 2.0 * earth
+    out[3:6, 0:3] = -pull  # φ × f = −[f×] φ
+    out[0:3, 6:9] = -turned
+    out[3:6, 6:9] = 0.5 * (pull @ turned)
+    out[3:6, 9:12] = -turned
+    for i in range(3):
+        out[6 + i, 6 + i] = math.exp(-length / of.correlation_time[0])
+        out[9 + i, 9 + i] = math.exp(-length / of.correlation_time[1])
+    return out
+
+
+@kernel
+def _add_noise(of: Assumed, cov: Array, force: Vector, length: float) -> None:
     """Add the noise of a step: random walks with their effect on the velocity, and the instabilities' own."""
-    angle, speed = noise[0] ** 2 * length, noise[1] ** 2 * length
-    f0, f1, f2 = force[0], force[1], force[2]  # m/s over the step
-    square = f0 * f0 + f1 * f1 + f2 * f2
-    f = (f0, f1, f2)
+    angle, speed = of.walk[0] ** 2 * length, of.walk[1] ** 2 * length
+    pull = _skew(force)  # m/s over the step
+    cov[3:6, 3:6] += angle / 3.0 * (pull @ pull.T)
+    half = 0.5 * angle * pull  # ½ N² T (−[f×]): velocity against attitude
+    cov[3:6, 0:3] -= half
+    cov[0:3, 3:6] -= half.T
     for i in range(3):
         cov[i, i] += angle
-        for j in range(3):
-            cov[3 + i, 3 + j] += angle / 3.0 * ((square if i == j else 0.0) - f[i] * f[j])
         cov[3 + i, 3 + i] += speed
-        cov[6 + i, 6 + i] += noise[2] ** 2 * (1.0 - math.exp(-2.0 * length / noise[4]))
-        cov[9 + i, 9 + i] += noise[3] ** 2 * (1.0 - math.exp(-2.0 * length / noise[5]))
-    h = 0.5 * angle
-    # ½ N² T (−[f×]): velocity against attitude
-    for i, j, value in (
-        (0, 1, f2), (0, 2, -f1), (1, 0, -f2), (1, 2, f0), (2, 0, f1), (2, 1, -f0),
-    ):  # fmt: skip
-        cov[3 + i, j] += h * value
-        cov[j, 3 + i] += h * value
+        for at, n in ((6 + i, 0), (9 + i, 1)):
+            lost = 1.0 - math.exp(-2.0 * length / of.correlation_time[n])
+            cov[at, at] += of.instability[n] ** 2 * lost
 
 
 Rows = NDArray[np.int64]
@@ -361,29 +346,26 @@ def linearise(task: Task, imu: ImuData, q: Array, ends: Rows, observed: Mask) ->
     The derivatives are (3M, p + 3); the attitude after each step follows, (K, 4).
     """
     first = int(task.dwells.rows[0, 0])
-    codes = np.array(
-        [
-            [_kind(parameter.field), int(parameter.triad == "accel"), parameter.row, parameter.column]
-            for parameter in task.known
-        ]
-    )
+    codes = np.array([[_kind(p.field), int(p.triad == "accel"), p.row, p.column] for p in task.known])
     arms = any(parameter.field == "arm" for parameter in task.known)
-    noise = np.array(
-        [
-            task.gyro.white, task.accel.white, task.gyro.instability, task.accel.instability,
-            task.gyro.correlation_time, task.accel.correlation_time,
-        ]
-    )  # fmt: skip
     variance = (task.section.velocity_sigma_mm_s * 1e-3) ** 2 + task.accel.quantum**2 / 12.0
     size = 3 * int(np.count_nonzero(observed))
     white, design = np.empty(size), np.empty((size, len(codes) + 3))
     attitude = np.empty((len(ends), 4))
-    run_filter(
-        np.ascontiguousarray(imu.time[first:]), np.ascontiguousarray(imu.dtheta[first:]),
-        np.ascontiguousarray(imu.dvel[first:]), arm_pull(imu)[first:] if arms else np.empty((0, 3, 3)),
-        ends - first, observed, codes, q.copy(), task.earth_rate, -task.force, noise, variance, white, design, attitude,
+    gyro, accel = task.gyro, task.accel
+    of = Assumed(
+        codes, _vector(task.earth_rate), _vector(-task.force), (gyro.white, accel.white),
+        (gyro.instability, accel.instability), (gyro.correlation_time, accel.correlation_time), variance,
     )  # fmt: skip
+    time, dtheta, dvel = (np.ascontiguousarray(rows[first:]) for rows in (imu.time, imu.dtheta, imu.dvel))
+    pull = arm_pull(imu)[first:] if arms else np.empty((0, 3, 3))
+    start = float(q[0]), float(q[1]), float(q[2]), float(q[3])
+    run_filter(of, Sequence(time, dtheta, dvel, pull, ends - first, observed), start, white, design, attitude)
     return white, design, attitude
+
+
+def _vector(a: Array) -> Vector:
+    return float(a[0]), float(a[1]), float(a[2])
 
 
 def _kind(field: str) -> int:

@@ -11,10 +11,11 @@ local level and of the Earth within one step, 1e-4 of the result, is left to the
 
 from __future__ import annotations
 
+import math
 from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import cached_property
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -24,7 +25,9 @@ from sinssim.data import Array, ImuData, NavState
 from sinssim.estimation.error_dynamics import NominalMotion, dynamics
 from sinssim.estimation.nominal_motion import motion
 from sinssim.estimation.state_model import Block, ErrorModel
-from sinssim.jit import strict_kernel
+from sinssim.jit import inline, strict_kernel
+from sinssim.rotation.quaternions import Matrix, Vector, dcm_from_quaternion_k
+from sinssim.rotation.vectors import add, along, column, cross, keep_column, mul, resolved
 from sinssim.sensors.imu.compensation import MeanGyroRates
 from sinssim.sensors.imu.imu_errors import ImuErrors, WarmUp
 from sinssim.sensors.measurement_kind import CORE, PHI, R, V, skew
@@ -33,107 +36,103 @@ from sinssim.truth.trajectory import Trajectory
 Ints = NDArray[np.int64]
 
 
+class StepMotion(NamedTuple):
+    """The true motion over K steps.
+
+    edges, part: sample that contains each boundary of the steps, and its fraction before the boundary, (K+1,).
+    time: edges of the samples, (N+1,) s.
+    dvel: true velocity increments, (N, 3) m/s.
+    q: true attitude at the edges, (N+1, 4).
+    """
+
+    edges: Ints
+    part: Array
+    time: Array
+    dvel: Array
+    q: Array
+
+
+class UnitErrors(NamedTuple):
+    """The m constant errors whose effects are integrated.
+
+    columns: triad (0 gyro, 1 accelerometer), series (−1 for none) and row of `inputs` of each, (m, 3).
+    directions: in which one without a series adds its input to the increments of its triad, (m, 3).
+    inputs: integrals of the inputs over the samples from the first boundary on, (r, n).
+    theta, vel: reading errors of each series, (s, N, 3) rad and m/s.
+    """
+
+    columns: Ints
+    directions: Array
+    inputs: Array
+    theta: Array
+    vel: Array
+
+
+@inline
+def _share(of: StepMotion, k: int, n: int) -> float:
+    """The fraction of sample n in step k."""
+    share = 1.0
+    if n == of.edges[k]:
+        share -= of.part[k]
+    if n == of.edges[k + 1]:
+        share -= 1.0 - of.part[k + 1]
+    return share
+
+
+@inline
+def _mean_matrix(q: Array, n: int) -> Matrix:
+    """C_nb in the middle of sample n, from the mean of the quaternions at its edges."""
+    a, b = (q[n, 0], q[n, 1], q[n, 2], q[n, 3]), (q[n + 1, 0], q[n + 1, 1], q[n + 1, 2], q[n + 1, 3])
+    sign = 1.0 if a[0] * b[0] + a[1] * b[1] + a[2] * b[2] + a[3] * b[3] > 0.0 else -1.0
+    q0, q1, q2, q3 = a[0] + sign * b[0], a[1] + sign * b[1], a[2] + sign * b[2], a[3] + sign * b[3]
+    unit = 1.0 / math.sqrt(q0 * q0 + q1 * q1 + q2 * q2 + q3 * q3)
+    return dcm_from_quaternion_k(unit * q0, unit * q1, unit * q2, unit * q3)
+
+
+@inline
+def _reading_errors(errors: UnitErrors, m: int, n: int, first: int, share: float) -> tuple[Vector, Vector]:
+    """Errors of gyros and accelerometers by column m in a share of sample n; `first` is the sample of `inputs`."""
+    i = errors.columns[m, 1]
+    if i >= 0:
+        g, a = errors.theta[i, n], errors.vel[i, n]
+        return mul(share, (g[0], g[1], g[2])), mul(share, (a[0], a[1], a[2]))
+    d = errors.directions[m, 0], errors.directions[m, 1], errors.directions[m, 2]
+    u = mul(share * errors.inputs[errors.columns[m, 2], n - first], d)
+    return (u, (0.0, 0.0, 0.0)) if errors.columns[m, 0] == 0 else ((0.0, 0.0, 0.0), u)
+
+
 @strict_kernel
-def step_responses(
-    edges: Ints, part: Array, time: Array, dvel: Array, q: Array, columns: Ints, directions: Array, inputs: Array,
-    series_theta: Array, series_vel: Array, out: Array, means: Array,
-) -> None:  # fmt: skip
+def step_responses(of: StepMotion, errors: UnitErrors, out: Array, means: Array) -> None:
     """Compute the responses over all steps.
 
     Args:
-        edges: sample that contains each boundary of the steps, (K+1,).
-        part: fraction of that sample before the boundary, (K+1,).
-        time: edges of the samples, (N+1,) s.
-        dvel: true velocity increments, (N, 3) m/s.
-        q: true attitude at the edges, (N+1, 4).
-        columns: triad (0 gyro, 1 accelerometer), series (−1 for none) and row of `inputs` of each column, (m, 3).
-        directions: in which a column without a series adds its input to the increments of its triad, (m, 3).
-        inputs: integrals of the inputs over the samples from the first boundary on, (r, n).
-        series_theta, series_vel: reading errors of each series, (s, N, 3) rad and m/s.
         out: position, velocity, attitude at the end of each step, (K, 9, m), written.
         means: mean of u over each step in body axes, gyros first, (K, 6, m), written.
     """
-    count = columns.shape[0]
-    c = np.empty((3, 3))
-    for k in range(len(edges) - 1):
-        for row in range(9):
-            for m in range(count):
-                out[k, row, m] = 0.0
-        for row in range(6):
-            for m in range(count):
-                means[k, row, m] = 0.0
-        length = 0.0
-        for n in range(edges[k], min(edges[k + 1] + 1, len(dvel))):
-            share = 1.0
-            if n == edges[k]:
-                share -= part[k]
-            if n == edges[k + 1]:
-                share -= 1.0 - part[k + 1]
+    out[:, :, :], means[:, :, :] = 0.0, 0.0
+    for k in range(len(of.edges) - 1):
+        length, x, u = 0.0, out[k], means[k]
+        for n in range(of.edges[k], min(of.edges[k + 1] + 1, len(of.dvel))):
+            share = _share(of, k, n)
             if share <= 0.0:
                 continue
-            sample = time[n + 1] - time[n]
-            t = share * sample
+            t = share * (of.time[n + 1] - of.time[n])
             length += t
-            a0, a1, a2, a3 = q[n, 0], q[n, 1], q[n, 2], q[n, 3]
-            sign = 1.0 if a0 * q[n + 1, 0] + a1 * q[n + 1, 1] + a2 * q[n + 1, 2] + a3 * q[n + 1, 3] > 0.0 else -1.0
-            a0, a1, a2, a3 = (
-                a0 + sign * q[n + 1, 0], a1 + sign * q[n + 1, 1], a2 + sign * q[n + 1, 2], a3 + sign * q[n + 1, 3]
-            )  # fmt: skip
-            s = 2.0 / (a0 * a0 + a1 * a1 + a2 * a2 + a3 * a3)
-            c[0, 0], c[0, 1], c[0, 2] = 1.0 - s * (a2 * a2 + a3 * a3), s * (a1 * a2 - a0 * a3), s * (a1 * a3 + a0 * a2)
-            c[1, 0], c[1, 1], c[1, 2] = s * (a1 * a2 + a0 * a3), 1.0 - s * (a1 * a1 + a3 * a3), s * (a2 * a3 - a0 * a1)
-            c[2, 0], c[2, 1], c[2, 2] = s * (a1 * a3 - a0 * a2), s * (a2 * a3 + a0 * a1), 1.0 - s * (a1 * a1 + a2 * a2)
-            wx, wy, wz = share * dvel[n, 0], share * dvel[n, 1], share * dvel[n, 2]
-            fx = c[0, 0] * wx + c[0, 1] * wy + c[0, 2] * wz
-            fy = c[1, 0] * wx + c[1, 1] * wy + c[1, 2] * wz
-            fz = c[2, 0] * wx + c[2, 1] * wy + c[2, 2] * wz
-            for m in range(count):
-                gx = gy = gz = ax = ay = az = 0.0
-                i = columns[m, 1]
-                if i >= 0:
-                    gx, gy, gz = (
-                        share * series_theta[i, n, 0],
-                        share * series_theta[i, n, 1],
-                        share * series_theta[i, n, 2],
-                    )
-                    ax, ay, az = share * series_vel[i, n, 0], share * series_vel[i, n, 1], share * series_vel[i, n, 2]
-                    means[k, 0, m] += gx
-                    means[k, 1, m] += gy
-                    means[k, 2, m] += gz
-                    means[k, 3, m] += ax
-                    means[k, 4, m] += ay
-                    means[k, 5, m] += az
-                else:
-                    u = share * inputs[columns[m, 2], n - edges[0]]
-                    ux, uy, uz = u * directions[m, 0], u * directions[m, 1], u * directions[m, 2]
-                    if columns[m, 0] == 0:
-                        gx, gy, gz = ux, uy, uz
-                    else:
-                        ax, ay, az = ux, uy, uz
-                    first = 3 * columns[m, 0]
-                    means[k, first, m] += ux
-                    means[k, first + 1, m] += uy
-                    means[k, first + 2, m] += uz
-                px = -(c[0, 0] * gx + c[0, 1] * gy + c[0, 2] * gz)
-                py = -(c[1, 0] * gx + c[1, 1] * gy + c[1, 2] * gz)
-                pz = -(c[2, 0] * gx + c[2, 1] * gy + c[2, 2] * gz)
-                hx, hy, hz = out[k, 6, m] + 0.5 * px, out[k, 7, m] + 0.5 * py, out[k, 8, m] + 0.5 * pz
-                vx = fy * hz - fz * hy + c[0, 0] * ax + c[0, 1] * ay + c[0, 2] * az  # (1)
-                vy = fz * hx - fx * hz + c[1, 0] * ax + c[1, 1] * ay + c[1, 2] * az
-                vz = fx * hy - fy * hx + c[2, 0] * ax + c[2, 1] * ay + c[2, 2] * az
-                out[k, 0, m] += t * (out[k, 3, m] + 0.5 * vx)
-                out[k, 1, m] += t * (out[k, 4, m] + 0.5 * vy)
-                out[k, 2, m] += t * (out[k, 5, m] + 0.5 * vz)
-                out[k, 3, m] += vx
-                out[k, 4, m] += vy
-                out[k, 5, m] += vz
-                out[k, 6, m] += px
-                out[k, 7, m] += py
-                out[k, 8, m] += pz
+            c = _mean_matrix(of.q, n)
+            f = resolved(c, mul(share, (of.dvel[n, 0], of.dvel[n, 1], of.dvel[n, 2])))
+            for m in range(len(errors.columns)):
+                gyro, accel = _reading_errors(errors, m, n, of.edges[0], share)
+                keep_column(u, 0, m, add(column(u, 0, m), gyro))
+                keep_column(u, 3, m, add(column(u, 3, m), accel))
+                phi, v, turn = column(x, 6, m), column(x, 3, m), mul(-1.0, resolved(c, gyro))
+                push = add(cross(f, along(phi, 0.5, turn)), resolved(c, accel))  # (1)
+                keep_column(x, 0, m, along(column(x, 0, m), t, along(v, 0.5, push)))
+                keep_column(x, 3, m, add(v, push))
+                keep_column(x, 6, m, add(phi, turn))
         if length > 0.0:
             for row in range(6):
-                for m in range(count):
-                    means[k, row, m] /= length
+                for m in range(len(errors.columns)):
+                    u[row, m] /= length
 
 
 NAVIGATION_MODEL = ErrorModel((Block("position", 1.0), Block("velocity", 1.0), Block("attitude", 1.0)), 1.0, 1.0)
@@ -204,10 +203,11 @@ class TrueMotion:
         directions = np.array([np.zeros(3) if isinstance(c, int) else c.direction for c in columns])
         inputs, rows = self._inputs(columns, slice(int(sample[0]), int(sample[-1]) + 1))
         codes = [(0, c, 0) if isinstance(c, int) else (c.triad, -1, row) for c, row in zip(columns, rows, strict=True)]
-        step_responses(
-            sample, part, edges, np.ascontiguousarray(self.ideal.dvel), np.ascontiguousarray(self.state.q_nb),
-            np.array(codes, dtype=np.int64).reshape(-1, 3), directions.reshape(-1, 3), inputs, theta, vel, out, mean,
-        )  # fmt: skip
+        motion = StepMotion(
+            sample, part, edges, np.ascontiguousarray(self.ideal.dvel), np.ascontiguousarray(self.state.q_nb)
+        )
+        numbered = np.array(codes, dtype=np.int64).reshape(-1, 3)
+        step_responses(motion, UnitErrors(numbered, directions.reshape(-1, 3), inputs, theta, vel), out, mean)
         return Responses(out, mean)
 
     def _inputs(self, columns: Sequence[Column | int], samples: slice) -> tuple[Array, list[int]]:

@@ -39,14 +39,23 @@ from sinssim.experiments.ensembles.batch_layout import four_k as attitude_k
 from sinssim.experiments.ensembles.batch_layout import keep_four_k as keep_attitude_k
 from sinssim.jit import inline, kernel, rebound, strict_inline, strict_kernel, wide_vectors
 from sinssim.rotation.quaternions import SERIES, Vector, small_half_angle_series_k
-from sinssim.sensors.imu.error_kernel import NOISES, PARAMETERS, TERM_NUMBERS, Counts, advance, begin, channel_k
+from sinssim.sensors.imu.error_kernel import (
+    NOISES,
+    PARAMETERS,
+    TERM_NUMBERS,
+    FaultTable,
+    Packed,
+    advance,
+    begin,
+    channel_k,
+)
 from sinssim.statistics.random_numbers import Words, normal_pair
 from sinssim.strapdown.attitude.quaternion import dcm_k, quaternion_k, start_k, step_k
 from sinssim.strapdown.coning_sculling import WINDOW, Weights, fitted_k, small_turn_k
 from sinssim.strapdown.engine_assembly import algorithm_file, guarded, parts
 from sinssim.strapdown.frames.level import EXACT_EVERY, refreshed_k, start_level_k, step_level_k
-from sinssim.strapdown.frames.navigation_problem import FORMS, Models, forces_k
-from sinssim.strapdown.frames.vertical_channel import BARO_LOOP, FREE, HELD, Loop, error_after_k, loop_gains_k
+from sinssim.strapdown.frames.navigation_problem import FORMS, Increments, Models, forces_k
+from sinssim.strapdown.frames.vertical_channel import BARO_LOOP, FREE, HELD, Channel, Loop, error_after_k, loop_gains_k
 from sinssim.strapdown.polar_axes import POLAR_LIMIT
 from sinssim.system.registries import on_change
 
@@ -116,19 +125,19 @@ def _draw_lane(w: Array, key_0: Words, key_1: Words, number: int) -> None:
 
 
 @strict_kernel
-def _measure_lane(w: Array, u: Array, c: Array, kinds: Counts, spans: Array, amounts: Array) -> None:
+def _measure_lane(w: Array, u: Array, c: Array, faults: FaultTable) -> None:
     """Convert an ideal sample to the readings of all runs."""
     wide_vectors()
     for i in range(6):
         for j in range(LANES):
-            y, _ = channel_k(ACTIVE, u, i, c, w, w, j, w, j, kinds, spans, amounts)
+            y, _ = channel_k(ACTIVE, u, i, c, w, w, j, w, j, faults)
             w[(READING + i) * LANES + j] = y
 
 
 @kernel
 def _step_lane(
     x: Array, y: Array, weights: Array, row: int, place: int, slots: NDArray[np.int64],
-    p: EarthParameters, gain1: float, gain3: float, dt: float, reference: tuple[float, float],
+    p: EarthParameters, gains: tuple[float, float], dt: float, reference: tuple[float, float],
 ) -> None:  # fmt: skip
     """Advance all runs over the interval whose sample is number `place` of the window in `slots`."""
     wide_vectors()
@@ -150,10 +159,11 @@ def _step_lane(
             (m0[1], m1[1], m2[1], m3[1], m4[1], m5[1]),
             (m0[2], m1[2], m2[2], m3[2], m4[2], m5[2]),
         )
-        lon0, gain2, attitude = x[(START + 1) * LANES + j], x[(START + 2) * LANES + j], attitude_k(x, ATTITUDE, j)
-        state, frame = step_level_k(
-            of, VERTICAL, (gain1, gain2, gain3), dt, lon0, reference, forces_k(dcm_k(attitude), turn), level_k(x, j)
-        )
+        lon0, gain2 = x[(START + 1) * LANES + j], x[(START + 2) * LANES + j]
+        attitude = attitude_k(x, ATTITUDE, j)
+        gains_of_run = gains[0], gain2, gains[1]
+        forces, run = forces_k(dcm_k(attitude), turn), level_k(x, j)
+        state, frame = step_level_k(of, VERTICAL, gains_of_run, dt, lon0, reference, forces, run)
         keep_level_k(x, j, state)
         keep_attitude_k(x, ATTITUDE, j, step_k(attitude, turn, frame))
         inside = _inside_k(angle2, dt, state.h, state.v, state.at.i)
@@ -213,73 +223,77 @@ def _prepare_lane(w: Array, parameters: Array, keys: Words, lane_keys: Words, fi
         begin(ACTIVE, w, j, keys[0, run], keys[1, run])
 
 
-# Long: the loop over the samples, with the stages of each.
 @kernel
 def navigate_lanes(
-    time: Array, dtheta: Array, dvel: Array, weights: Array, uniform: bool,
-    p: EarthParameters, height_reference: Array, climb_reference: Array, time_constant: float,
-    conditions: Array, parameters: Array, keys: Words, kinds: Counts, spans: Array, amounts: Array,
-    initial: Array, epochs: NDArray[np.int64], first_run: int, last_run: int, out: Array, left: Array,
+    data: Increments, p: EarthParameters, channel: Channel, sensors: Packed, keys: Words, initial: Array,
+    epochs: NDArray[np.int64], first_run: int, last_run: int, out: Array, left: Array,
 ) -> None:  # fmt: skip
     """Measure and navigate the runs first_run … last_run − 1, lane by lane.
 
     Args:
-        time: edges of the intervals, (N+1,) s, N ≥ WINDOW.
-        dtheta, dvel: ideal increments at the sensors, (N, 3) rad and m/s.
-        weights, uniform: of the fit, see `increments.fit.weight_table`.
-        height_reference, climb_reference, time_constant: of the vertical channel, see `frames.vertical`.
-        conditions, parameters, kinds, spans, amounts: of the sensors, see `sensors.imu.pack`.
+        data: ideal increments at the sensors, N ≥ WINDOW.
         keys: keys of the runs' seeds, (2, R).
         initial: initial states, (QUANTITIES, R).
         epochs: numbers of the edges at which states are stored, in order, (E,).
         out: states at the epochs, (QUANTITIES, E, R), written.
         left: 1 for runs that left the range of the kernel, whose states are not valid, (R,), written.
     """
-    count, number = len(dtheta), len(epochs)
     w, x, y = np.empty(SENSOR_ROWS * LANES), np.empty(NAVIGATION_ROWS * LANES), np.empty((WINDOW, 6 * LANES))
-    lane_keys = np.empty((2, LANES), np.uint64)
-    u, c, slots = np.empty(6), np.empty(len(conditions)), np.empty(WINDOW, np.int64)
+    lane_keys, c = np.empty((2, LANES), np.uint64), np.empty(len(sensors.conditions))
     for first in range(first_run, last_run, LANES):
         last = min(first + LANES, last_run)
-        _prepare_lane(w, parameters, keys, lane_keys, first, last)
-        reference = height_reference[0] if VERTICAL != FREE else 0.0
-        gain1, gain3 = _begin_lane(x, initial, p, reference, time_constant, first, last)
-        c[:] = conditions
-        epoch = 0
-        while epoch < number and epochs[epoch] == 0:
-            out[:, epoch, first:last] = initial[:, first:last]
-            epoch += 1
-        k = 0
-        for t in range(count):
-            if epoch == number:
-                break
-            advance(ACTIVE, c, time[t], time[t + 1])
-            _draw_lane(w, lane_keys[0], lane_keys[1], t + 1)
-            u[0], u[1], u[2] = dtheta[t, 0], dtheta[t, 1], dtheta[t, 2]
-            u[3], u[4], u[5] = dvel[t, 0], dvel[t, 1], dvel[t, 2]
-            _measure_lane(w, u, c, kinds, spans, amounts)
-            y[t % WINDOW] = w[READING * LANES : (READING + 6) * LANES]
-            if t < WINDOW - 1:
-                continue
-            while k <= t - _HALF or (t == count - 1 and k < count):
-                start = min(max(k - _HALF, 0), count - WINDOW)
-                for m in range(WINDOW):
-                    slots[m] = (start + m) % WINDOW
-                if k % EXACT_EVERY == 0:
-                    _refresh_lane(x)
-                if VERTICAL != FREE:
-                    reference = height_reference[k + 1]
-                climb = climb_reference[k + 1] if VERTICAL == HELD else 0.0
-                _step_lane(
-                    x, y, weights, k - start if uniform else k, k - start, slots,
-                    p, gain1, gain3, time[k + 1] - time[k], (reference, climb),
-                )  # fmt: skip
-                k += 1
-                while epoch < number and epochs[epoch] == k:
-                    _keep_lane(x, out, epoch, first, last)
-                    epoch += 1
+        _prepare_lane(w, sensors.parameters, keys, lane_keys, first, last)
+        c[:] = sensors.conditions
+        reference = channel.height[0] if VERTICAL != FREE else 0.0
+        gains = _begin_lane(x, initial, p, reference, channel.time_constant, first, last)
+        _navigate_lane(
+            data, p, channel, sensors.faults, gains, initial, epochs, first, last, out, (w, x, y, c), lane_keys
+        )
         for j in range(last - first):
             left[first + j] = x[LEFT * LANES + j]
+
+
+@kernel
+def _navigate_lane(
+    data: Increments, p: EarthParameters, channel: Channel, faults: FaultTable, gains: tuple[float, float],
+    initial: Array, epochs: NDArray[np.int64], first: int, last: int, out: Array, work: tuple[Array, ...],
+    lane_keys: Words,
+) -> None:  # fmt: skip
+    """Measure and navigate a lane from its start, sample by sample, until the last epoch."""
+    count, number = len(data.dtheta), len(epochs)
+    w, x, y, c = work
+    u, slots = np.empty(6), np.empty(WINDOW, np.int64)
+    k, epoch = 0, 0
+    while epoch < number and epochs[epoch] == 0:
+        out[:, epoch, first:last] = initial[:, first:last]
+        epoch += 1
+    for t in range(count):
+        if epoch == number:
+            break
+        advance(ACTIVE, c, data.time[t], data.time[t + 1])
+        _draw_lane(w, lane_keys[0], lane_keys[1], t + 1)
+        u[0], u[1], u[2] = data.dtheta[t, 0], data.dtheta[t, 1], data.dtheta[t, 2]
+        u[3], u[4], u[5] = data.dvel[t, 0], data.dvel[t, 1], data.dvel[t, 2]
+        _measure_lane(w, u, c, faults)
+        y[t % WINDOW] = w[READING * LANES : (READING + 6) * LANES]
+        if t < WINDOW - 1:
+            continue
+        while k <= t - _HALF or (t == count - 1 and k < count):
+            start = min(max(k - _HALF, 0), count - WINDOW)
+            for m in range(WINDOW):
+                slots[m] = (start + m) % WINDOW
+            if k % EXACT_EVERY == 0:
+                _refresh_lane(x)
+            reference = channel.height[k + 1] if VERTICAL != FREE else 0.0
+            climb = channel.climb[k + 1] if VERTICAL == HELD else 0.0
+            _step_lane(
+                x, y, data.weights, k - start if data.uniform else k, k - start, slots,
+                p, gains, data.time[k + 1] - data.time[k], (reference, climb),
+            )  # fmt: skip
+            k += 1
+            while epoch < number and epochs[epoch] == k:
+                _keep_lane(x, out, epoch, first, last)
+                epoch += 1
 
 
 _VARIABLES = {
@@ -314,7 +328,7 @@ def variables_of(algorithm: str) -> int | None:
 
 @cache
 def engine(algorithm: str, gravity: int, vertical: int, curvature: str, active: int) -> Callable[..., None]:
-    """Return the compiled kernel; see `lanes.navigate_lanes`.
+    """Return the compiled kernel; see `navigate_lanes`.
 
     Args:
         algorithm: one of `sinssim.ALGORITHMS` that `served` admits.

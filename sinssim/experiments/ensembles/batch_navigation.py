@@ -33,7 +33,8 @@ from sinssim.sensors.sets.sensor_set import Gyros
 from sinssim.simulation.navigation_stage import by_one
 from sinssim.statistics.random_numbers import key
 from sinssim.strapdown.coning_sculling import WINDOW, is_uniform, weight_table
-from sinssim.strapdown.frames.vertical_channel import NUMBERS, height_reference
+from sinssim.strapdown.frames.navigation_problem import Increments
+from sinssim.strapdown.frames.vertical_channel import NUMBERS, Channel, height_reference
 from sinssim.strapdown.mechanization import Mechanization, Options, chosen
 from sinssim.strapdown.navigate import navigate
 from sinssim.strapdown.navigation_error import navigation_error
@@ -204,16 +205,13 @@ def navigate_batch(
     uniform = is_uniform(ideal.time)
     kernel = engine(of.algorithm, gravity_number(of.gravity), NUMBERS[of.vertical], of.curvature, packed.active)
     out, left = np.empty((10, len(edges), runs)), np.zeros(runs)
-    data = (
-        *(np.ascontiguousarray(a, dtype=np.float64) for a in (ideal.time, felt.dtheta, felt.dvel)),
-        weight_table(ideal.time, uniform), uniform, parameters(of.earth),
-        reference, climb, of.baro_time_constant, packed.conditions, packed.parameters, keys,
-        packed.kinds, packed.spans, packed.amounts, start, edges,
-    )  # fmt: skip
+    time, dtheta, dvel = (np.ascontiguousarray(a, dtype=np.float64) for a in (ideal.time, felt.dtheta, felt.dvel))
+    data = Increments(time, dtheta, dvel, weight_table(ideal.time, uniform), uniform, 0)
+    earth, channel = parameters(of.earth), Channel(NUMBERS[of.vertical], reference, climb, of.baro_time_constant)
 
     def lane(first: int) -> None:
         last = min(first + batch_layout.LANES, runs)
-        kernel(*data, first, last, out, left)
+        kernel(data, earth, channel, packed, keys, start, edges, first, last, out, left)
         if progress is not None:
             progress(last - first)
 
@@ -221,22 +219,26 @@ def navigate_batch(
         for _ in pool.map(lane, range(0, runs, batch_layout.LANES)):
             pass
 
-    failures: dict[int, RunError] = {}
     alone = tuple(int(run) for run in np.flatnonzero(left))
+    failures: dict[int, RunError] = {}
     for run in alone:
-        own = initial if isinstance(initial, NavState) else initial[run]
+        start_of_run = initial if isinstance(initial, NavState) else initial[run]
         try:
             imu = emulate(ideal, errors[run], int(seeds[run]), rounded=True)
-            solution = navigate(imu, own, of, height=height)
+            out[:, :, run] = _rows_of(navigate(imu, start_of_run, of, height=height), edges)
         except RunError as error:
             failures[run] = error
             out[:, :, run] = np.nan
-            continue
-        out[:3, :, run] = solution.latitude[edges], solution.longitude[edges], solution.height[edges]
-        out[3:6, :, run], out[6:, :, run] = solution.velocity_ned[edges].T, solution.q_nb[edges].T
     return BatchSolution(
         ideal.time[edges], out[0].T, out[1].T, out[2].T, out[3:6].T, out[6:].T, failures, alone
     )  # fmt: skip
+
+
+def _rows_of(solution: NavSolution, edges: NDArray[np.int64]) -> Array:
+    """Return the rows of the result of a run that is navigated alone, (10, E)."""
+    s = solution
+    position = s.latitude[edges], s.longitude[edges], s.height[edges]
+    return np.stack([*position, *s.velocity_ned[edges].T, *s.q_nb[edges].T])
 
 
 def _checked_epochs(epochs: ArrayLike, count: int) -> NDArray[np.int64]:

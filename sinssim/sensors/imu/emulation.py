@@ -147,10 +147,7 @@ def _measured(felt: ImuData, packed: Packed, seed: int) -> ImuData:
     gyro, accel = np.empty_like(dtheta), np.empty_like(dvel)
     flagged = bool(packed.active & (kernel.LIMITED | kernel.FAULTY))
     flags = np.zeros((len(dtheta) if flagged else 0, 6), dtype=np.uint8)
-    kernel.measure_all(
-        packed.active, felt.time, dtheta, dvel, packed.conditions, packed.parameters, key_0, key_1,
-        packed.kinds, packed.spans, packed.amounts, gyro, accel, flags,
-    )  # fmt: skip
+    kernel.measure_all(packed, key_0, key_1, felt.time, dtheta, dvel, gyro, accel, flags)
     return ImuData(felt.time, gyro, accel, flags if flagged else None)
 
 

@@ -70,15 +70,41 @@ _WHITE, _WANDERING, _RATE_WALKING, _FLICKERING, _START = range(5)
 # K²T, which a (1 − a, a) pair of weights on successive normal numbers gives if a(1 − a) = 1/6.
 _MEAN_OF_WALK = 0.5 * (1.0 + 1.0 / math.sqrt(3.0))
 
+_NEXT_AXIS, _OTHER_AXIS = (1, 2, 0), (2, 0, 1)  # the axes after x, y, z
 _NEXT, _OTHER = (1, 2, 0, 4, 5, 3), (2, 0, 1, 5, 3, 4)  # the axes after each channel's own
 
 # Faults
 STEP, SPIKE, NARROW, DROP, FREEZE = range(5)
+_KINDS = {"bias-step": STEP, "spike": SPIKE, "saturation": NARROW, "dropout": DROP, "freeze": FREEZE}
 
 _KEPT = tuple(1.0 - rate for rate in RATES)
 _FLICKERS = len(RATES)
 
 Counts = NDArray[np.int64]
+
+
+class FaultTable(NamedTuple):
+    """Kinds of F faults, (F,), their first and last instants, (F, 2) s, and their effects on each channel, (F, 6)."""
+
+    kinds: Counts
+    spans: Array
+    amounts: Array
+
+
+class Packed(NamedTuple):
+    """The errors of R runs.
+
+    nothing: whether no run has any error.
+    active: the stages that at least one run needs.
+    parameters: (R, 6, PARAMETERS).
+    conditions: the conditions common to all runs at the start, (CONDITIONS,).
+    """
+
+    nothing: bool
+    active: int
+    parameters: Array
+    conditions: Array
+    faults: FaultTable
 
 
 @strict_inline
@@ -299,20 +325,12 @@ def _sensed(active: int, u: Array, i: int, c: Array, p: Array, s: Array, run: in
 
 @strict_inline
 def _delivered(
-    active: int,
-    y: float,
-    i: int,
-    c: Array,
-    p: Array,
-    s: Array,
-    run: int,
-    kinds: Counts,
-    spans: Array,
-    amounts: Array,
+    active: int, y: float, i: int, c: Array, p: Array, s: Array, run: int, faults: FaultTable
 ) -> tuple[float, int]:
     """Return the output of channel i for its increment, stages 5 (faults) to 8, and its flags."""
     flags = 0
     limit = parameter_k(p, run, i, LIMIT) if parameter_k(p, run, i, LIMIT) > 0.0 else math.inf
+    kinds, spans, amounts = faults
     if active & FAULTY:
         for n in range(len(kinds)):
             if spans[n, 0] < c[TO] and spans[n, 1] > c[FROM]:
@@ -347,32 +365,20 @@ def _delivered(
 
 @strict_inline
 def channel_k(
-    active: int, u: Array, i: int, c: Array, p: Array, s: Array, run: int, z: Array, j: int,
-    kinds: Counts, spans: Array, amounts: Array,
-) -> tuple[float, int]:  # fmt: skip
+    active: int, u: Array, i: int, c: Array, p: Array, s: Array, run: int, z: Array, j: int, faults: FaultTable
+) -> tuple[float, int]:
     """Return channel i's output for one sample, and its flags; the arguments are those of `measure`."""
     y = _sensed(active, u, i, c, p, s, run, z, j)
     if active & (FAULTY | LIMITED | QUANTISED):
-        return _delivered(active, y, i, c, p, s, run, kinds, spans, amounts)
+        return _delivered(active, y, i, c, p, s, run, faults)
     return y, 0
 
 
 @strict_inline
 def measure(
-    active: int,
-    u: Array,
-    y: Array,
-    flags: NDArray[np.uint8],
-    c: Array,
-    p: Array,
-    s: Array,
-    run: int,
-    z: Array,
-    j: int,
-    kinds: Counts,
-    spans: Array,
-    amounts: Array,
-) -> None:
+    active: int, u: Array, y: Array, flags: NDArray[np.uint8], c: Array, p: Array, s: Array, run: int, z: Array, j: int,
+    faults: FaultTable,
+) -> None:  # fmt: skip
     """Convert one ideal sample to the output of a run's sensors.
 
     Args:
@@ -383,12 +389,9 @@ def measure(
         p: parameters, (R, 6, PARAMETERS).
         s: states, (R, 6, STATES), updated.
         z: normal numbers, (4, 6, J).
-        kinds: kinds of the faults, (F,).
-        spans: their first and last instants, (F, 2) s.
-        amounts: their effects on each channel, (F, 6).
     """
     for i in range(6):
-        y[i], flag = channel_k(active, u, i, c, p, s, run, z, j, kinds, spans, amounts)
+        y[i], flag = channel_k(active, u, i, c, p, s, run, z, j, faults)
         if active & (FAULTY | LIMITED):
             flags[i] = flag
 
@@ -412,33 +415,19 @@ def draw_block(active: int, z: Array, first: int, size: int, key_0: np.uint64, k
 
 @strict_kernel
 def measure_all(
-    active: int,
-    time: Array,
-    dtheta: Array,
-    dvel: Array,
-    c: Array,
-    p: Array,
-    key_0: np.uint64,
-    key_1: np.uint64,
-    kinds: Counts,
-    spans: Array,
-    amounts: Array,
-    gyro: Array,
-    accel: Array,
-    flags: NDArray[np.uint8],
-) -> None:
-    """Convert all samples of one run to the output of its sensors.
+    of: Packed, key_0: np.uint64, key_1: np.uint64, time: Array, dtheta: Array, dvel: Array,
+    gyro: Array, accel: Array, flags: NDArray[np.uint8],
+) -> None:  # fmt: skip
+    """Convert all samples of one run to the output of its sensors; the conditions are advanced.
 
     Args:
+        key_0, key_1: key of the run's seed.
         time: edges of the intervals, (N+1,) s.
         dtheta, dvel: ideal increments, (N, 3) rad and m/s.
-        c: conditions at the start, (CONDITIONS,).
-        p: parameters, (1, 6, PARAMETERS).
-        key_0, key_1: key of the run's seed.
-        kinds, spans, amounts: faults, as in `measure`.
         gyro, accel: measured increments, (N, 3), written.
         flags: flags of the channels, (N, 6), written if the sensors can set any; else (0, 6).
     """
+    active, c, p = of.active, of.conditions, of.parameters
     count = len(dtheta)
     z = np.empty((4, 6, _BLOCK))
     s = np.empty((1, 6, STATES))
@@ -452,45 +441,12 @@ def measure_all(
             advance(active, c, time[k], time[k + 1])
             u[0], u[1], u[2] = dtheta[k, 0], dtheta[k, 1], dtheta[k, 2]
             u[3], u[4], u[5] = dvel[k, 0], dvel[k, 1], dvel[k, 2]
-            measure(active, u, y, f, c, p, s, 0, z, j, kinds, spans, amounts)
+            measure(active, u, y, f, c, p, s, 0, z, j, of.faults)
             gyro[k, 0], gyro[k, 1], gyro[k, 2] = y[0], y[1], y[2]
             accel[k, 0], accel[k, 1], accel[k, 2] = y[3], y[4], y[5]
             if active & (FAULTY | LIMITED):
                 for i in range(6):
                     flags[k, i] = f[i]
-
-
-_NEXT_AXIS, _OTHER_AXIS = (1, 2, 0), (2, 0, 1)  # the axes after x, y, z
-
-_KINDS = {
-    "bias-step": STEP,
-    "spike": SPIKE,
-    "saturation": NARROW,
-    "dropout": DROP,
-    "freeze": FREEZE,
-}
-
-
-class Packed(NamedTuple):
-    """The errors of R runs.
-
-    Attributes:
-        nothing: whether no run has any error.
-        active: the stages that at least one run needs.
-        parameters: (R, 6, PARAMETERS).
-        conditions: the conditions common to all runs at the start, (CONDITIONS,).
-        kinds: kinds of the faults, (F,).
-        spans: their beginnings and ends, (F, 2) s.
-        amounts: their effects on each channel, (F, 6).
-    """
-
-    nothing: bool
-    active: int
-    parameters: Array
-    conditions: Array
-    kinds: NDArray[np.int64]
-    spans: Array
-    amounts: Array
 
 
 def pack(runs: Sequence[ImuErrors], start: float, *, rounded: bool = False) -> Packed:
@@ -527,7 +483,7 @@ def pack(runs: Sequence[ImuErrors], start: float, *, rounded: bool = False) -> P
     conditions[STEADY], conditions[WARM_UP] = one.warm_up.steady, one.warm_up.time_constant
     conditions[EXCESS] = one.warm_up.start - one.warm_up.steady
     conditions[GYRO_TIME], conditions[ACCEL_TIME] = one.gyro.correlation_time, one.accel.correlation_time
-    return Packed(nothing, active + (FAULTY if faults else 0), parameters, conditions, *_fault_arrays(faults))
+    return Packed(nothing, active + (FAULTY if faults else 0), parameters, conditions, _fault_table(faults))
 
 
 def _parameter_columns(value: Any, term: ErrorTerm) -> Iterable[Any]:
@@ -539,8 +495,8 @@ def _parameter_columns(value: Any, term: ErrorTerm) -> Iterable[Any]:
     return (value,) if term.slots is None else ()
 
 
-def _fault_arrays(faults: Sequence[Fault]) -> tuple[NDArray[np.int64], Array, Array]:
-    return (
+def _fault_table(faults: Sequence[Fault]) -> FaultTable:
+    return FaultTable(
         np.array([_KINDS[fault.kind] for fault in faults], dtype=np.int64),
         np.array([(fault.start, fault.end) for fault in faults]).reshape(-1, 2),
         np.array([fault.amount for fault in faults]).reshape(-1, 6),

@@ -32,7 +32,7 @@ from sinssim.formatting import listed
 from sinssim.frames import FRAME_REGISTRY, frames_that
 from sinssim.jit import bind, inline, kernel
 from sinssim.rotation.quaternions import Quaternion, Vector, multiply_k, quaternion_from_rotation_vector_k
-from sinssim.rotation.vectors import add, along, cross, mul, turned
+from sinssim.rotation.vectors import add, along, column, cross, keep_column, mul, turned
 from sinssim.strapdown.frames.azimuth import (
     TRANSVERSE,
     AzimuthState,
@@ -66,11 +66,9 @@ from sinssim.strapdown.iteration_windows import (
     integrate_rows_k,
     interpolate_k,
     interpolate_vector_k,
-    keep_vector_k,
     resolve_force_k,
     turned_on_k,
     unit_k,
-    vector_k,
     windows,
     work_space,
 )
@@ -106,23 +104,23 @@ def _iterate_level_k(
     w.start[_H], w.start[_LOOP] = start.h, loop.sum
     y, rate = w.y, w.rate
     for j in range(NODES):  # initial values: gravity and Coriolis of the start, position on a straight line
-        dv, rho, zeta = _node_k(of, rule, start, length, v, start.h, _ZERO, _ZERO, vector_k(w.force, 0, j))
-        keep_vector_k(rate, _V, j, dv)
-        keep_vector_k(rate, _RHO, j, rho)
-        keep_vector_k(rate, _ZETA, j, zeta)
+        dv, rho, zeta = _node_k(of, rule, start, length, v, start.h, _ZERO, _ZERO, column(w.force, 0, j))
+        keep_column(rate, _V, j, dv)
+        keep_column(rate, _RHO, j, rho)
+        keep_column(rate, _ZETA, j, zeta)
         rate[_H, j] = -length * v[2]
     integrate_rows_k(integral, rate, w.start, y)
     for _ in range(MOST_ITERATIONS):
         for j in range(NODES):
-            v, h = vector_k(y, _V, j), y[_H, j]
+            v, h = column(y, _V, j), y[_H, j]
             if channel.number == HELD:
                 v, h = (v[0], v[1], w.climb[j]), w.reference[j]
             dv, rho, zeta = _node_k(
-                of, rule, start, length, v, h, vector_k(y, _RHO, j), vector_k(y, _ZETA, j), vector_k(w.force, 0, j)
+                of, rule, start, length, v, h, column(y, _RHO, j), column(y, _ZETA, j), column(w.force, 0, j)
             )
-            keep_vector_k(rate, _V, j, dv)
-            keep_vector_k(rate, _RHO, j, rho)
-            keep_vector_k(rate, _ZETA, j, zeta)
+            keep_column(rate, _V, j, dv)
+            keep_column(rate, _RHO, j, rho)
+            keep_column(rate, _ZETA, j, zeta)
             rate[_H, j] = -length * v[2]
             if channel.number == BARO_LOOP:
                 e = loop.error if by_readings else h - w.reference[j]
@@ -220,12 +218,12 @@ def _iterate_inertial_k(
     y, rate, p = w.y, w.rate, of.earth
     g = gravitation_ecef_k(p, of.gravity, *x.r)
     for j in range(NODES):  # initial values: gravitation of the start, position on a straight line
-        keep_vector_k(rate, _V_I, j, along(vector_k(w.force, 0, j), length, g))
-        keep_vector_k(rate, _R_I, j, mul(length, x.v))
+        keep_column(rate, _V_I, j, along(column(w.force, 0, j), length, g))
+        keep_column(rate, _R_I, j, mul(length, x.v))
     integrate_rows_k(integral, rate, w.start, y)
     for _ in range(MOST_ITERATIONS):
         for j in range(NODES):
-            v, r, pushed = vector_k(y, _V_I, j), vector_k(y, _R_I, j), (0.0, 0.0, 0.0)
+            v, r, pushed = column(y, _V_I, j), column(y, _R_I, j), (0.0, 0.0, 0.0)
             if channel.number != FREE:
                 # the Earth's angle is as if it stood still: its direction up and height are the same
                 up = geodetic_k(p, (1.0, 0.0), r, v)
@@ -243,8 +241,8 @@ def _iterate_inertial_k(
                     pushed = add(mul(rise, n), (-p.omega * lift * n[1], p.omega * lift * n[0], 0.0))
                     rate[_LOOP_I, j] = length * gains[2] * e
             g = add(gravitation_ecef_k(p, of.gravity, *r), pushed)
-            keep_vector_k(rate, _V_I, j, along(vector_k(w.force, 0, j), length, g))
-            keep_vector_k(rate, _R_I, j, mul(length, v))
+            keep_column(rate, _V_I, j, along(column(w.force, 0, j), length, g))
+            keep_column(rate, _R_I, j, mul(length, v))
         # the next change is smaller by the change of gravitation in the window, 1e-5 or less
         if integrate_rows_k(integral, rate, w.start, y) < 1e-10:
             break

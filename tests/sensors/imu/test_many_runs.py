@@ -20,7 +20,7 @@ MIX = np.uint64(0x9E3779B97F4A7C15)
 
 
 @strict_kernel
-def run_all(active, time, dtheta, dvel, c, p, key_0, key_1, kinds, spans, amounts):
+def run_all(active, time, dtheta, dvel, c, p, key_0, key_1, faults):
     """Return a number of every run into which every bit of every sample of every channel went, and the flags' sum."""
     runs = len(key_0)
     s, z = np.empty((runs, 6, STATES)), np.empty((4, 6, runs))
@@ -33,7 +33,7 @@ def run_all(active, time, dtheta, dvel, c, p, key_0, key_1, kinds, spans, amount
         draw_sample(active, z, k, key_0, key_1)
         u[:3], u[3:] = dtheta[k], dvel[k]
         for run in range(runs):
-            measure(active, u, y, flags, c, p, s, run, z, run, kinds, spans, amounts)
+            measure(active, u, y, flags, c, p, s, run, z, run, faults)
             for i in range(6):
                 mixed[run] = (mixed[run] ^ np.uint64(np.float64(y[i]).view(np.int64))) * MIX
                 flagged[run] += flags[i]
@@ -89,7 +89,7 @@ def _packed(runs: list[ImuErrors], ideal: ImuData, seeds: list[int]) -> tuple[Ar
     packed = pack(runs, float(ideal.time[0]))
     keys = np.array([key(seed) for seed in seeds], dtype=np.uint64).T.copy()
     arguments = (packed.active, ideal.time, ideal.dtheta, ideal.dvel, packed.conditions, packed.parameters)
-    return *arguments, keys[0], keys[1], packed.kinds, packed.spans, packed.amounts
+    return *arguments, keys[0], keys[1], packed.faults
 
 
 @pytest.mark.parametrize("name", SECTIONS)
