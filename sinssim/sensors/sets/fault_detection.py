@@ -364,7 +364,7 @@ def _whiten(factor: Array, a: int, total: float, z: Array) -> float:
     """Return element a of z = L⁻¹ x from x_a, `total`, and the elements before it."""
     for c in range(a):
         total -= factor[a, c] * z[c]
-    return total / factor[a, a]
+    return float(total / factor[a, a])
 
 
 # By hand, at every epoch and window: numpy takes 6 to 19 times as long for one to five rows (0.4 to 0.9 µs).
