@@ -53,7 +53,7 @@ def sentence(error: Any) -> str:
     parameter = getattr(error, "param", None)
     name = "" if parameter is None else next((o for o in parameter.opts if o.startswith("--")), "") or parameter.metavar
     if "Missing" in type(error).__name__:
-        text = f"{name} is missing" if name else error.format_message().rstrip(".")
+        text = f"{name} is missing" if name else " ".join(error.format_message().split()).rstrip(".")
     elif name:
         given, kind = _given(error), next((kind for word, kind in _KINDS if f"valid {word}" in text), None)
         text = f"{name} = {given}: {text}" if kind is None else f"{name} = {given} must be {kind}"

@@ -18,6 +18,7 @@ from sinssim.cli import main
         (["budget", "parked", "--at=noon"], "--at = 'noon' must be a number. See `sinssim budget --help`."),
         (["ensemble", "parked", "--rnus", "3"], "--rnus. Did you mean --runs? See `sinssim ensemble --help`."),
         (["ensemble"], "SCENARIO is missing. See `sinssim ensemble --help`."),
+        (["list"], "Missing argument 'kind'. Choose from: aircraft, scenarios, studies, algorithms, frames, "),
         (["ensembel", "parked"], "Did you mean 'ensemble'? See `sinssim --help`."),
         (["ensemble", "parked", "--runs"], "'--runs' requires an argument. See `sinssim --help`."),
         (["--vers"], "--vers. Did you mean --version? See `sinssim --help`."),
