@@ -295,11 +295,7 @@ class ErrorStatistics(NamedTuple):
 
 
 def coefficients(
-    attitude: Attitude,
-    latitude: ArrayLike,
-    *,
-    earth_rate: float = OMEGA_IE,
-    gravity: ArrayLike | None = None,
+    attitude: Attitude, latitude: ArrayLike, *, earth_rate: float = OMEGA_IE, gravity: ArrayLike | None = None
 ) -> Coefficients:
     """Return the coefficients m, n, q, l, p, r of eqs. (7)-(10).
 
@@ -388,10 +384,7 @@ def linear(c: Coefficients, d_rate: Array, d_force: Array) -> Angles:
         return np.asarray(np.einsum("...i,...i->...", *np.broadcast_arrays(coefficient, value)))
 
     return Angles(
-        dot(c.m, d_rate) + dot(c.n, d_force),
-        dot(c.q, d_force),
-        dot(c.l, d_force),
-        dot(c.p, d_rate) + dot(c.r, d_force),
+        dot(c.m, d_rate) + dot(c.n, d_force), dot(c.q, d_force), dot(c.l, d_force), dot(c.p, d_rate) + dot(c.r, d_force)
     )
 
 

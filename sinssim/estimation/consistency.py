@@ -73,8 +73,8 @@ class ChiSquare:
 
     name: str  # what is tested
     value: float  # the statistic over its degrees of freedom; 1 is expected of a sound filter
-    lower: float
-    upper: float  # lower, upper: its 95 % band
+    lower: float  # of its 95 % band
+    upper: float
     probability: float  # two-sided probability of a value at least as unlikely, for a sound filter
 
 
@@ -90,10 +90,7 @@ class SensorConsistency:
     autocorrelation: Array  # ρ of the lags 1 …, (m,); its 1σ is 1/√(Nk)
     autocorrelation_sigma: float  # that 1σ
     verdict: str
-    """"consistent", "optimistic" (the noise is larger than the filter assumes), "pessimistic" (smaller), "outliers"
-    (more rejected than expected, while the accepted ones are closer than assumed), "coloured" (NIS right,
-    innovations not white), or "unknown" (too few readings).
-    """
+    """One of `MEANING`, "consistent", or "unknown" with too few readings."""
 
 
 @dataclass(frozen=True)
@@ -190,12 +187,13 @@ def sensor_consistency(innovations: Innovations, level: float = FALSE_ALARM) -> 
     )  # fmt: skip
 
 
-_MEANING = {
-    "optimistic": "the noise is larger than the filter assumes",
-    "pessimistic": "the noise is smaller than the filter assumes",
-    "outliers": "more measurements are rejected than noise explains, while the others are closer than assumed",
-    "coloured": "the innovations are not white: the model lacks an error that is in them",
+MEANING = {
+    "optimistic": "the noise is larger than assumed",
+    "pessimistic": "the noise is smaller than assumed",
+    "outliers": "single measurements have large errors, and the others have smaller errors than assumed",
+    "coloured": "innovations that are not white",
 }
+"""Verdicts on a sensor's innovations that speak against a filter, and their meaning."""
 
 
 def consistency(estimate: Estimate) -> Consistency:
@@ -204,11 +202,11 @@ def consistency(estimate: Estimate) -> Consistency:
     sensors = tuple(sensor_consistency(i, level) for i in estimate.innovations)
     sentences = []
     for s in sensors:
-        if s.verdict not in _MEANING:
+        if s.verdict not in MEANING:
             continue
         numbers = ", ".join(f"{t.name} {t.value:.3g} (95 % band {t.lower:.3g} … {t.upper:.3g})" for t in s.tests)
         gate = f"{s.rejected} of {s.count} measurements rejected where {s.expected:.2g} are expected"
-        sentences.append(f"{s.sensor}: {s.verdict}, {_MEANING[s.verdict]}: {numbers or 'none accepted'}; {gate}.")
+        sentences.append(f"{s.sensor}: {s.verdict}, {MEANING[s.verdict]}: {numbers or 'none accepted'}; {gate}.")
     if estimate.divergence is not None:
         sentences.append(f"The filter diverged at t = {estimate.divergence.time:.2f} s: {estimate.divergence.reason}.")
     return Consistency(sensors, not sentences, tuple(sentences))

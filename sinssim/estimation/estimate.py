@@ -163,11 +163,8 @@ def _estimate(
     except RunError as error:
         failure = [f"The pure inertial solution failed: {error}"]
     readings, epochs = take_in(measurements, model, engine.time, how.rate_hz)
-    axes = how.axes
-    if axes is None:
-        latitudes += [r.data.value[r.usable, 0] for r in readings if r.data.kind == "gnss-position"]
-        axes = axes_of(mechanization.frame, *latitudes)
-    model = replace(model, axes=axes)
+    latitudes += [r.data.value[r.usable, 0] for r in readings if r.data.kind == "gnss-position"]
+    model = replace(model, axes=how.axes or axes_of(mechanization.frame, *latitudes))
     del latitudes
     give_back_memory()  # what was in between is as large as a quarter of the filter's record
     around = Surroundings(

@@ -102,9 +102,7 @@ def _of_sensors(innovations: Sequence[Innovations]) -> Iterator[Block]:
 
 
 def walks(model: ErrorModel, innovations: Sequence[Innovations], interval: float) -> Iterator[tuple[str, Block, float]]:
-    """Yield the constant biases that may walk randomly instead: triad or sensor, block, density of its readings' white
-    noise.
-    """
+    """Yield the constant biases that may walk instead: triad or sensor, block, density of its readings' white noise."""
     present = {block.name: block for block in model.blocks}
     for triad, noise in (("gyro", model.gyro_noise), ("accelerometer", model.accel_noise)):
         name = f"{triad} bias"

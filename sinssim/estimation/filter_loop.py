@@ -17,9 +17,9 @@ from sinssim.errors import InputError, RunError
 from sinssim.estimation.error_dynamics import turn_of_axes
 from sinssim.estimation.filter_result import Divergence, History, corrected
 from sinssim.estimation.innovation_gate import InnovationGate
-from sinssim.estimation.kalman_filter import Branches, Diverged, check_covariance
+from sinssim.estimation.kalman_filter import Branch, Diverged, check_covariance
 from sinssim.estimation.linearisation import Linearisation, Observed, Surroundings, linearise
-from sinssim.estimation.measurement_epochs import Epochs
+from sinssim.estimation.measurement_epochs import Branches, Epochs
 from sinssim.estimation.nominal_motion import rows_of, solution_of
 from sinssim.estimation.state_model import INERTIAL, NAVIGATION, ErrorModel
 from sinssim.sensors.aiding_registry import measurement_kind
@@ -44,12 +44,7 @@ class HistoryRow:
 
 
 class _Rows:
-    """Arrays of one shape, gathered one by one in one block of memory.
-
-    Args:
-        shape: shape of one array.
-        expected: expected number of arrays.
-    """
+    """Arrays of one shape, gathered one by one in one block of memory, whose number is roughly expected."""
 
     def __init__(self, shape: tuple[int, ...], expected: int) -> None:
         self._all, self.count = np.empty((expected, *shape)), 0
@@ -68,15 +63,7 @@ class _Rows:
 
 
 class Record:
-    """The record of the estimate at all epochs, and of the covariance at some.
-
-    Args:
-        model: the error model.
-        epochs: epochs of the filter.
-        ellipsoid: reference ellipsoid.
-        expected: expected number of stored rows.
-        history: whether the rows have a history.
-    """
+    """The record of the estimate at all epochs, and of the covariance, with a history on request, at some rows."""
 
     def __init__(
         self, model: ErrorModel, epochs: Epochs, ellipsoid: Ellipsoid, expected: int, *, history: bool
@@ -205,17 +192,11 @@ class Loop:
     """One pass of the filter through the data."""
 
     def __init__(
-        self,
-        around: Surroundings,
-        engine: Segments,
-        covariance: Array,
-        gate: float | None,
-        history: bool,
-        row_s: float,
+        self, around: Surroundings, engine: Segments, covariance: Array, gate: float | None, history: bool, row_s: float
     ) -> None:
         self.around, self.engine = around, engine
         zero_rate = {s for s, r in enumerate(around.readings) if measurement_kind(r.data.kind).mean_rate}
-        self.branches = Branches(covariance, zero_rate)
+        self.branches = Branches(Branch.start(covariance, zero_rate))
         self.filter = self.branches.main.filter
         self.gates = [InnovationGate(readings, gate) for readings in around.readings]
         rows = self._expected_rows(row_s)
@@ -310,7 +291,7 @@ class Loop:
             observed = line.observed.get(epoch, ())
             for reading in observed:
                 self._update(reading, epoch)
-            known = self.branches.known(now)
+            known = self.branches.known(now).filter
             self.record.note(known.x, known.covariance)
             self.done = epoch + 1
             if closed and observed and np.any(np.abs(self.filter.x) > self._largest):
@@ -398,8 +379,8 @@ class Loop:
         arrival = float(data.arrival[reading.row])
         if arrival > now + 1e-6:
             self.branches.wait(arrival)
-        for branch in self.branches.waiting:  # each branch by its own estimate
-            if branch.holds(arrival) and gate.admits(branch.innovation(reading, r, interval)):
+        for branch in self.branches.holding(arrival):  # each branch by its own estimate
+            if gate.admits(branch.innovation(reading, r, interval)):
                 branch.take(reading, r, interval)
         if not gate.passes(reading.row, innovation):
             return

@@ -31,8 +31,8 @@ class Refusals:
     """Consecutive refused readings of one sensor, more than chance explains."""
 
     sensor: str
-    start: float
-    end: float  # start, end: instants of the first and of the last one, s
+    start: float  # instant of the first one, s
+    end: float  # instant of the last one, s
     count: int  # number of them
     mean: tuple[float, ...] = ()
     """Mean of the readings less their predictions, in the axes and the unit of the kind of measurement."""
@@ -61,8 +61,8 @@ class Diagnosis:
     refusals: tuple[Refusals, ...]  # spans of refused readings
     sizes: Mapping[str, float]  # factor by which the innovations of each sensor are larger than assumed
     hypotheses: tuple[Hypothesis, ...]  # all that were tried, the one with the largest gain first
-    runs: int = 0  # number of runs of the filter that the search took, and `seconds`, their duration, s
-    seconds: float = 0.0
+    runs: int = 0  # number of runs of the filter that the search took
+    seconds: float = 0.0  # their duration
     cut: bool = False  # whether the search ended at its limit, with hypotheses untried
 
     @property
@@ -91,11 +91,7 @@ Rows = slice | NDArray[np.integer[Any]]
 class Reasons(Sequence[str]):
     """Why readings were not used: one sentence per reading, "" for a reading that was used.
 
-    Only the sentences that are not empty take memory.
-
-    Args:
-        count: number of readings.
-        told: the sentences that are not empty, by the number of the reading.
+    Only the sentences that are not empty take memory; they are given by the number of the reading.
     """
 
     def __init__(self, count: int, sentences: Mapping[int, str]) -> None:
@@ -346,9 +342,8 @@ def nominal_errors(
         (R, n), as for `state_errors`.
     """
     n = history.navigation
-    solution = NavSolution(
-        history.time, n.latitude, n.longitude, n.height, n.velocity_ned, n.q_nb, np.zeros(len(history.time)), ""
-    )
+    unused = np.zeros(len(history.time))
+    solution = NavSolution(history.time, n.latitude, n.longitude, n.height, n.velocity_ned, n.q_nb, unused, "")
     blocks = model.blocks[len(NAVIGATION) :]
     compensated = {block.name: history.compensated[:, model.slices[block.name]] for block in blocks}
     return _errors(model, solution, compensated, truth, parameters, ellipsoid)

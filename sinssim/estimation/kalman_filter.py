@@ -98,10 +98,6 @@ class ErrorFilter:
             self._filter.update_correlated(residual, H=h)
 
 
-_SAME = 1e-6
-"""Arrivals closer together than this count as simultaneous, s."""
-
-
 @dataclass
 class Branch:
     """The estimate from the readings that arrive before an instant."""
@@ -113,6 +109,11 @@ class Branch:
     zero-rate sensor.
     """
 
+    @classmethod
+    def start(cls, covariance: Array, zero_rate: set[int]) -> Branch:
+        """Return the estimate from all readings at the start, with the numbers of the zero-rate sensors."""
+        return cls(np.inf, ErrorFilter(covariance), {sensor: np.zeros((len(covariance), 3)) for sensor in zero_rate})
+
     def fork(self, until: float) -> Branch:
         """Return a copy of the estimate that continues with the readings that arrive before an instant, s."""
         copied = ErrorFilter(self.filter.covariance)
@@ -123,10 +124,6 @@ class Branch:
         """Refer the estimate to other axes, by the matrix from the present ones, (n, n)."""
         self.filter.turn(matrix)
         self.cross = {sensor: matrix @ noise for sensor, noise in self.cross.items()}
-
-    def holds(self, arrival: float) -> bool:
-        """Return whether a reading with this arrival time belongs to the branch."""
-        return arrival < self.until - _SAME
 
     def predict(self, phi: Array, q: Array, came: dict[int, Array]) -> None:
         """Predict over one interval; `came` is the increase of `cross` by the gyros' noise in it, by sensor."""
@@ -148,50 +145,13 @@ class Branch:
         return self.cross[reading.sensor] / interval if reading.sensor in self.cross else None
 
 
-class Branches:
-    """The estimate from all readings, and one for each instant at which a late reading has yet to arrive.
-
-    Args:
-        covariance: P at the start, (n, n).
-        zero_rate: numbers of the zero-rate sensors.
-    """
-
-    def __init__(self, covariance: Array, zero_rate: set[int]) -> None:
-        cross = {sensor: np.zeros((len(covariance), 3)) for sensor in zero_rate}
-        self.main = Branch(np.inf, ErrorFilter(covariance), cross)
-        self.waiting: list[Branch] = []  # in the order of their arrivals
-
-    def every(self) -> list[Branch]:
-        """Return all branches; the one with all readings is last."""
-        return [*self.waiting, self.main]
-
-    def wait(self, arrival: float) -> None:
-        """Open a branch that lacks the readings arriving at an instant, until that instant."""
-        branches = self.every()
-        k = next(k for k, branch in enumerate(branches) if branch.until > arrival - _SAME)
-        if branches[k].until > arrival + _SAME:
-            self.waiting.insert(k, branches[k].fork(arrival))
-
-    def known(self, now: float) -> ErrorFilter:
-        """Return the estimate from the readings that have arrived, and drop branches that are no longer needed."""
-        while self.waiting and self.waiting[0].until <= now + _SAME:
-            self.waiting.pop(0)
-        return (self.waiting[0] if self.waiting else self.main).filter
-
-
 _ROUNDING = 1e-10
 """Eigenvalue of a correlation matrix that may be negative by rounding. States that depend linearly on each other, such
 as the tilts and the velocity of a vehicle at rest with sensors without errors, have an eigenvalue of zero."""
 
 
 class Diverged(Exception):  # noqa: N818 - not an error of the user: the run ends there and keeps its results
-    """Signals that the filter cannot continue.
-
-    Args:
-        time: s.
-        measurement: the reading at which this was found.
-        reason: one sentence without its full stop.
-    """
+    """Signals that the filter cannot continue: when, s, at which reading, and why, without a full stop."""
 
     def __init__(self, time: float, measurement: str, reason: str) -> None:
         super().__init__(reason)

@@ -190,10 +190,8 @@ def linearise(
 
 
 def added_noise(phi: Array, c_nb: Array, turn: Array | None, roots: Array, interval: Array) -> Array:
-    """Return the covariance by added noise of the inertial sensors, which enters in the middle of each interval, (K, n,
+    """Return the covariance by noise of densities with `roots`, (K, 2, 3, 3), in the middle of each interval, (K, n,
     n).
-
-    The roots of its spectral densities, of gyros and accelerometers, are (K, 2, 3, 3).
     """
     whole, parts = np.eye(phi.shape[1]), []
     for k, where in enumerate((PHI, V)):

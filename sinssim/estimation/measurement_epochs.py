@@ -7,9 +7,10 @@ skipped, each with a reason.
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
+from typing import Generic, Protocol, Self, TypeVar
 
 import numpy as np
 from numpy.typing import NDArray
@@ -270,3 +271,44 @@ def _reasons(data: Measurements, imu_time: Array) -> Reasons:
         if reason:
             reasons[k] = reason
     return Reasons(len(data), reasons)
+
+
+class Waiting(Protocol):
+    """An estimate from the readings that arrive before an instant, s; infinity for the one from all readings."""
+
+    until: float
+
+    def fork(self, until: float) -> Self:
+        """Return a copy that continues with the readings that arrive before an instant, s."""
+
+
+B = TypeVar("B", bound=Waiting)
+
+
+class Branches(Generic[B]):
+    """The estimate from all readings, and one for each instant at which a late reading has yet to arrive."""
+
+    def __init__(self, main: B) -> None:
+        self.main = main
+        self.waiting: list[B] = []  # in the order of their arrivals
+
+    def every(self) -> list[B]:
+        """Return all branches; the one with all readings is last."""
+        return [*self.waiting, self.main]
+
+    def wait(self, arrival: float) -> None:
+        """Open a branch that lacks the readings arriving at an instant, until that instant."""
+        branches = self.every()
+        k = next(k for k, branch in enumerate(branches) if branch.until > arrival - _SAME)
+        if branches[k].until > arrival + _SAME:
+            self.waiting.insert(k, branches[k].fork(arrival))
+
+    def holding(self, arrival: float) -> Iterator[B]:
+        """Yield the waiting branches that hold a reading with this arrival time."""
+        return (branch for branch in self.waiting if arrival < branch.until - _SAME)
+
+    def known(self, now: float) -> B:
+        """Return the estimate from the readings that have arrived, and drop branches that are no longer needed."""
+        while self.waiting and self.waiting[0].until <= now + _SAME:
+            self.waiting.pop(0)
+        return self.waiting[0] if self.waiting else self.main

@@ -72,9 +72,7 @@ def near(
     ellipsoid: Ellipsoid,
     axes: str = "north",
 ) -> NavState:
-    """Interpolate a solution at (K,) s, and extrapolate it a little beyond its ends with constant acceleration and
-    rate.
-    """
+    """Interpolate a solution at (K,) s, or extrapolate it a little with constant acceleration and rate."""
     inside = np.clip(time, solution.time[0], solution.time[-1])
     last = len(solution.time) - 1
     edge = np.clip(np.searchsorted(solution.time, inside, side="right") - 1, 0, max(last - 1, 0))

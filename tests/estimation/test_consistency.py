@@ -184,7 +184,7 @@ def test_a_report_names_what_is_wrong_and_nothing_else() -> None:
     of_run: Any = SimpleNamespace(innovations=(innovations(white), replace(refused, sensor="baro")), divergence=None)
     (sentence,) = consistency(of_run).sentences
     assert sentence == (
-        "baro: optimistic, the noise is larger than the filter assumes: none accepted; 5 of 5 measurements rejected "
+        "baro: optimistic, the noise is larger than assumed: none accepted; 5 of 5 measurements rejected "
         "where 0.005 are expected."
     )
     # each sensor has half of a hundredth, shared with the others
@@ -202,7 +202,7 @@ def test_a_report_names_what_is_wrong_and_nothing_else() -> None:
         assert len(sensor_consistency(loud).tests) == 3
         assert found == (
             [
-                f"gnss: optimistic, the noise is larger than the filter assumes: {tests}; 0 of 500 measurements "
+                f"gnss: optimistic, the noise is larger than assumed: {tests}; 0 of 500 measurements "
                 "rejected where 0 are expected."
             ]
             if said

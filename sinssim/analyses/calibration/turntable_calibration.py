@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
 from dataclasses import replace
 from pathlib import Path
 
@@ -75,7 +74,7 @@ def calibrate(
         imu, dwells, notes = _readings(scenario, section)
         report("Calibrating", 0.5)
         task = make_task(scenario, section, imu, dwells)
-        estimate = _METHODS[section.method](task)
+        estimate = _estimate(task)
         report("Calibrating", 1.0)
     truth = _truth(scenario, section.method, task.known) if scenario.log is None else None
     result = CalibrationResult(
@@ -85,19 +84,13 @@ def calibrate(
     return result if directory is None else replace(result, directory=result.save(directory, overwrite=overwrite))
 
 
-def _separate(task: Task) -> Estimate:
-    from sinssim.analyses.calibration.separate_method import separate
-
-    return separate(task)
-
-
-def _systematic(task: Task) -> Estimate:
-    from sinssim.analyses.calibration.systematic_method import systematic
-
-    return systematic(task)
-
-
-_METHODS: dict[str, Callable[[Task], Estimate]] = {"separate": _separate, "systematic": _systematic}
+def _estimate(task: Task) -> Estimate:
+    """Estimate by the method of the section, whose module is loaded only here, with its compiled kernels."""
+    if task.section.method == "separate":
+        from sinssim.analyses.calibration.separate_method import separate as method
+    else:
+        from sinssim.analyses.calibration.systematic_method import systematic as method
+    return method(task)
 
 
 def _readings(scenario: Scenario, section: CalibrationSection) -> tuple[ImuData, Dwells, list[str]]:

@@ -88,9 +88,7 @@ def exhibits_of(result: BudgetResult, answers: Sequence[Answer] = (), times: Seq
 
 
 def units_of_budget(result: BudgetResult) -> tuple[tuple[str, float], tuple[str, float], tuple[str, float]]:
-    """Return one unit each, with its size in SI, for the lengths, velocities and angles in all tables and charts of a
-    budget.
-    """
+    """Return one unit each, with its size in SI, for the lengths, the velocities and the angles of a budget."""
     errors = result.root_mean_square()
     return (
         suiting(LENGTH_SCALE, errors[:, :3], result.cep, result.r95),

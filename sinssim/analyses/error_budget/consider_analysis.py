@@ -38,7 +38,7 @@ from sinssim.analyses.error_budget.source_shares import (
     snapshot,
     step_effects,
 )
-from sinssim.data import Array, Measurements, NavSolution
+from sinssim.data import Array, Measurements
 from sinssim.estimation.error_dynamics import driving_noise
 from sinssim.estimation.linearisation import (
     Linearisation,
@@ -49,8 +49,8 @@ from sinssim.estimation.linearisation import (
     observe,
     of_vehicle,
 )
-from sinssim.estimation.measurement_epochs import CheckedMeasurements, take_in
-from sinssim.estimation.nominal_motion import rows_of
+from sinssim.estimation.measurement_epochs import Branches, CheckedMeasurements, take_in
+from sinssim.estimation.nominal_motion import rows_of, solution_of
 from sinssim.estimation.state_model import Block, ErrorModel
 from sinssim.sensors.aiding_registry import measurement_kind
 from sinssim.sensors.imu.encoder import encoders_of
@@ -113,7 +113,7 @@ class Consider:
         """Prepare the epochs and the truth's model of the readings, from 1σ of the aiding sensors' true errors by
         block.
         """
-        self._motion, self._shares, self._series, self._told = motion, shares, series, filter_run
+        self._motion, self._shares, self._series, self._filter = motion, shares, series, filter_run
         time = motion.ideal.time[filter_run.start :]
         self._readings, self._epochs = take_in(filter_run.measurements, filter_run.model, time, filter_run.rate_hz)
         self._begins = self._beginnings()
@@ -149,14 +149,10 @@ class Consider:
     @property
     def core(self) -> int:
         """Number of core states."""
-        return self._told.model.size
+        return self._filter.model.size
 
     def run(
-        self,
-        propagation: Propagation,
-        outputs: Array,
-        progress: Callable[[float], None],
-        marks: Marks | None = None,
+        self, propagation: Propagation, outputs: Array, progress: Callable[[float], None], marks: Marks | None = None
     ) -> list[FilterSnapshot]:
         """Propagate all sources from their shares at the filter's start, with the core states of (1).
 
@@ -168,8 +164,8 @@ class Consider:
         if marks is not None:
             marks.start([propagation], float(epochs[0]))
         wanted = set(np.searchsorted(epochs, outputs - 1e-7).tolist())
-        main = _Branch(np.inf, self._told.covariance.copy(), propagation, np.zeros((self.core, 3)))
-        branches: list[_Branch] = [main]
+        main = _Branch(np.inf, self._filter.covariance.copy(), propagation, np.zeros((self.core, 3)))
+        branches = Branches(main)
         snapshots: list[FilterSnapshot] = []
         first = 0
         while first < len(epochs):
@@ -188,12 +184,8 @@ class Consider:
         time = self._motion.ideal.time
         begin, end = self._epochs.time[max(first - 1, 0)], self._epochs.time[last]
         rows = slice(max(int(np.searchsorted(time, begin)) - 2, 0), int(np.searchsorted(time, end)) + 3)
-        s = rows_of(self._motion.state, rows)
-        times = time[rows]
-        nominal = NavSolution(
-            times, s.latitude, s.longitude, s.height, s.velocity_ned, s.q_nb, np.zeros(len(times)), "quaternion"
-        )
-        zero = {b.name: np.zeros(b.size) for b in self._told.model.blocks}
+        nominal = solution_of(time[rows], rows_of(self._motion.state, rows), "quaternion")
+        zero = {b.name: np.zeros(b.size) for b in self._filter.model.blocks}
         return linearise(self._around, first, last, nominal, ImuErrors(), zero)
 
     def _segment(
@@ -201,7 +193,7 @@ class Consider:
         line: Linearisation,
         events: list[int],
         wanted: set[int],
-        branches: list[_Branch],
+        branches: Branches[_Branch],
         snapshots: list[FilterSnapshot],
     ) -> None:
         """Go through the epochs of one segment; between readings, steps are combined."""
@@ -215,23 +207,22 @@ class Consider:
             phi, q, came = self._combined(line, done - first, event - first + 1)
             done = event + 1
             now = float(epochs[event])
-            while len(branches) > 1 and branches[0].until <= now + _SAME:
-                branches.pop(0)
+            branches.known(now)  # drops those that are no longer needed
             if event > begin and steps is not None:
-                self._advance(phi, q, came, steps, number, branches)
+                self._advance(phi, q, came, steps, number, branches.every())
                 number += 1
             self._take(line.observed.get(event, ()), true, now, branches)
             if event in self._begins:
-                for branch in branches:
+                for branch in branches.every():
                     branch.cross = np.zeros_like(branch.cross)
                     branch.propagation.reset(_GYRO_NOISE)
             if event in wanted:
-                published = branches[0]
+                published = branches.known(now)
                 seen = snapshot(published.propagation, self._shares, rounded=now > self._motion.ideal.time[0])
                 self._turn_out(seen, now)
                 snapshots.append(FilterSnapshot(seen, published.covariance[:CORE, :CORE]))
                 if self._marks is not None:
-                    self._marks.pass_by(published.propagation, [branch.propagation for branch in branches], now)
+                    self._marks.pass_by(published.propagation, [branch.propagation for branch in branches.every()], now)
 
     def _turn_out(self, seen: Snapshot, now: float) -> None:
         """Add the errors of the angles to the attitude, which is that of the vehicle."""
@@ -253,7 +244,7 @@ class Consider:
 
     def _combined(self, line: Linearisation, begin: int, end: int) -> tuple[Array, Array, Array]:
         """Return Φ, Q and the increase of `cross` over some epochs of a segment."""
-        n, variance = self.core, self._told.model.gyro_noise**2
+        n, variance = self.core, self._filter.model.gyro_noise**2
         phi, q, came = np.eye(n), np.zeros((n, n)), np.zeros((n, 3))
         for k in range(begin, end):
             if line.interval[k]:
@@ -281,19 +272,16 @@ class Consider:
         observed: Sequence[Observed],
         true: Mapping[tuple[int, int], Array],
         now: float,
-        branches: list[_Branch],
+        branches: Branches[_Branch],
     ) -> None:
         """Correct by the readings of an event, in the order of their arrival."""
         for reading in observed:
             data = self._readings[reading.sensor].data
             arrival = float(data.arrival[reading.row])
             if arrival > now + _SAME:
-                k = next(k for k, branch in enumerate(branches) if branch.until > arrival - _SAME)
-                if branches[k].until > arrival + _SAME:
-                    branches.insert(k, branches[k].fork(arrival))
-            for branch in branches:
-                if arrival < branch.until - _SAME or branch.until == np.inf:
-                    self._correct(branch, reading, true[reading.sensor, reading.row], data)
+                branches.wait(arrival)
+            for branch in (*branches.holding(arrival), branches.main):
+                self._correct(branch, reading, true[reading.sensor, reading.row], data)
 
     def _correct(self, branch: _Branch, reading: Observed, h_true: Array, data: Measurements) -> None:
         p, h = branch.covariance, reading.h

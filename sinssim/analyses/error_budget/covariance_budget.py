@@ -3,15 +3,16 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Iterable, Sequence
-from dataclasses import replace
+from dataclasses import dataclass, replace
 from pathlib import Path
-from typing import TYPE_CHECKING, NamedTuple, Protocol
+from typing import TYPE_CHECKING, Protocol
 
 import numpy as np
 
 from sinssim.analyses.error_budget import budget_exhibits  # noqa: F401  (it gives the results their media)
 from sinssim.analyses.error_budget.aiding_sources import AidingSources, aiding_sources
 from sinssim.analyses.error_budget.aligned_start import align, begin_aligned, samples_of_alignment
+from sinssim.analyses.error_budget.allowances import times_of
 from sinssim.analyses.error_budget.budget_result import Added, BudgetResult
 from sinssim.analyses.error_budget.consider_analysis import Consider, FilterRun
 from sinssim.analyses.error_budget.deterministic_sources import (
@@ -33,14 +34,7 @@ from sinssim.analyses.error_budget.error_sources import (
     initial_errors,
     of_turning,
 )
-from sinssim.analyses.error_budget.source_shares import (
-    Marks,
-    SensorAngle,
-    SensorGiven,
-    SensorSource,
-    Shares,
-    Snapshot,
-)
+from sinssim.analyses.error_budget.source_shares import Marks, SensorAngle, SensorGiven, SensorSource, Shares, Snapshot
 from sinssim.analyses.error_budget.unaided_budget import STATES, HeightErrors, Vertical, propagate
 from sinssim.data import Array, ImuData, NavSolution, NavState
 from sinssim.errors import InputError
@@ -156,12 +150,26 @@ class KnownTruth(Protocol):
         """True states of the vehicle at the edges of the increments."""
 
 
-class _InertialErrors(NamedTuple):
-    """Errors of the inertial sensors that are no noise: constants, sources of one run, and the series of both."""
+@dataclass(frozen=True)
+class _Task:
+    """A budget to compute: the motion, the errors, and the instants of the results."""
 
+    scenario: Scenario
+    motion: TrueMotion
     constants: Constants
-    named: list[Source]
-    series: tuple[Array, Array]
+    one_run: list[Source]  # sources of one run
+    series: tuple[Array, Array]  # their reading errors
+    initial: InitialErrors
+    aiding: AidingSources | None
+    outputs: Array
+    marks: Marks | None
+    progress: Callable[[float], None]
+
+    def shares(self, sensors: list[SensorSource], *, summed: bool = False) -> Shares:
+        """Return all sources with those of the aiding sensors; `summed` as for `inertial_noises`."""
+        noises = inertial_noises(self.scenario, summed=summed)
+        noises += remainder_noise(self.scenario, self.motion.state)
+        return Shares(self.constants, noises, self.one_run, self.initial, sensors)
 
 
 def budget(
@@ -248,32 +256,22 @@ def _budget(
             f"east, down axes, which turn too fast within {90.0 - np.degrees(_HIGHEST):g} deg of a pole. Use an "
             "ensemble."
         )
-    aiding = None if scenario.aiding is None else aiding_sources(scenario, trajectory)
-    fixed = constants(scenario)
-    named, *of_one_run = given_readings(scenario, ideal)
+    one_run, *given = given_readings(scenario, ideal)
     of_field, *by_field = field_readings(scenario, block, ideal)
-    named = [*named, *of_field]
-    theta, velocity = (np.concatenate(parts) for parts in zip(of_one_run, by_field, strict=True))
-    inertial = _InertialErrors(fixed, named, (theta, velocity))
-    marked = Marks(_instants(ideal.time, marks, 0)) if marks else None
-    outputs = _instants(
-        ideal.time, (*times, *marks, *(requirement.time for requirement in wanted if requirement.when == "at"))
+    theta, velocity = (np.concatenate(parts) for parts in zip(given, by_field, strict=True))
+    task = _Task(
+        scenario,
+        motion,
+        constants(scenario),
+        [*one_run, *of_field],
+        (theta, velocity),
+        initial_errors(scenario, _given_start(scenario, trajectory)),
+        None if scenario.aiding is None else aiding_sources(scenario, trajectory),
+        _instants(ideal.time, (*times, *marks, *times_of(wanted))),
+        Marks(_instants(ideal.time, marks, 0)) if marks else None,
+        lambda fraction: say("budget", fraction),
     )
-    initial = initial_errors(scenario, _given_start(scenario, trajectory))
-    if kind == "inertial":
-        results = _inertial(scenario, motion, inertial, initial, aiding, outputs, marked, lambda f: say("budget", f))
-        result = _result(scenario, kind, ideal.time[0], *results, None)
-        result = replace(result, added=_added(results[1], marked, ideal.time[0]))
-        result = _with_algorithm(result, of_algorithm(normal, motion, results[0]))
-        sources, covariance, mean = of_turning(scenario, block, results[0])
-        return replace(
-            result,
-            sources=(*result.sources, *sources),
-            covariance={**result.covariance, **covariance},
-            mean={**result.mean, **mean},
-        )
-    assert aiding is not None
-    return _aided(scenario, motion, inertial, initial, aiding, outputs, marked, lambda f: say("budget", f))
+    return _aided(task) if kind == "filter" else _inertial(task, normal)
 
 
 def _instants(edges: Array, times: Iterable[float], epochs: int = EPOCHS + 1) -> Array:
@@ -307,60 +305,50 @@ def _given_start(scenario: Scenario, trajectory: Trajectory) -> Array:
     return np.concatenate([error.position_ned[0], error.velocity_ned[0], error.attitude[0]])
 
 
-def _inertial(
-    scenario: Scenario,
-    motion: TrueMotion,
-    inertial: _InertialErrors,
-    initial: InitialErrors,
-    aiding: AidingSources | None,
-    outputs: Array,
-    marks: Marks | None,
-    progress: Callable[[float], None],
-) -> tuple[Array, Shares, list[Snapshot]]:
-    section, readings = scenario.navigation, None
-    sensors: list[SensorSource] = []
+def _inertial(task: _Task, normal: Scenario) -> BudgetResult:
+    """Return the budget without a filter; `normal` is the scenario without its gravity field."""
+    scenario, motion, marks = task.scenario, task.motion, task.marks
+    section, time = scenario.navigation, motion.ideal.time
+    readings, sensors = None, list[SensorSource]()
     if section.vertical == "baro-loop" and scenario.aiding is not None:
         altimeter = scenario.aiding.sensor(Barometer)
-        if altimeter is not None and aiding is not None:
-            m = next(m for m in aiding.measurements if m.label == "baro")
-            sensors = [s for s in aiding.sources if s.source.group == "baro"]
-            at_arrival = motion.trajectory.state(np.minimum(m.arrival, motion.ideal.time[-1])).height
+        if altimeter is not None and task.aiding is not None:
+            m = next(m for m in task.aiding.measurements if m.label == "baro")
+            sensors = [s for s in task.aiding.sources if s.source.group == "baro"]
+            at_arrival = motion.trajectory.state(np.minimum(m.arrival, time[-1])).height
             read = m.value[:, 0]
             readings = HeightErrors(m.arrival, read, read - at_arrival, 1.0 / altimeter.rate_hz, "baro")
-    noises = [*inertial_noises(scenario), *remainder_noise(scenario, motion.state)]
-    shares = Shares(inertial.constants, noises, inertial.named, initial, sensors)
+    shares = task.shares(sensors)
     vertical = Vertical(section.vertical, section.baro_time_constant_s, readings)
-    begun = None
+    outputs, begun = task.outputs, None
     if count := samples_of_alignment(scenario, motion):
-        begun = count, begin_aligned(scenario, motion, shares, inertial.series, count, STATES)
-        outputs = np.union1d(motion.ideal.time[count], outputs[outputs > motion.ideal.time[count] + 1e-9])
-    return outputs, shares, propagate(motion, shares, inertial.series, vertical, outputs, progress, begun, marks)
+        begun = count, begin_aligned(scenario, motion, shares, task.series, count, STATES)
+        outputs = np.union1d(time[count], outputs[outputs > time[count] + 1e-9])
+    snapshots = propagate(motion, shares, task.series, vertical, outputs, task.progress, begun, marks)
+    result = _result(scenario, "inertial", time[0], outputs, shares, snapshots, None)
+    result = replace(result, added=_added(shares, marks, time[0]))
+    result = _with_algorithm(result, of_algorithm(normal, motion, outputs))
+    sources, covariance, mean = of_turning(scenario, motion.trajectory, outputs)
+    return replace(
+        result,
+        sources=(*result.sources, *sources),
+        covariance={**result.covariance, **covariance},
+        mean={**result.mean, **mean},
+    )
 
 
-def _aided(
-    scenario: Scenario,
-    motion: TrueMotion,
-    inertial: _InertialErrors,
-    initial: InitialErrors,
-    aiding: AidingSources,
-    outputs: Array,
-    marks: Marks | None,
-    progress: Callable[[float], None],
-) -> BudgetResult:
+def _aided(task: _Task) -> BudgetResult:
+    """Return the budget with the filter."""
     from sinssim.estimation.filter_start import at_rest
     from sinssim.scenario.filter_model import filter_model, inertial_sigma, with_declination
 
-    section, ideal = scenario.filter, motion.ideal
+    scenario, motion, aiding, marks = task.scenario, task.motion, task.aiding, task.marks
+    section, ideal, time = scenario.filter, motion.ideal, motion.ideal.time
     assert section is not None
-    time = ideal.time
+    assert aiding is not None
     model = with_declination(filter_model(scenario, float(time[-1] - time[0])), scenario, motion.trajectory)
-    shares = Shares(
-        inertial.constants,
-        [*inertial_noises(scenario, summed="zero_rate" in aiding.tables), *remainder_noise(scenario, motion.state)],
-        inertial.named,
-        initial,
-        [*aiding.sources, *(SensorAngle(error.source, error) for error in angle_errors(scenario, motion.trajectory))],
-    )
+    angles = [SensorAngle(error.source, error) for error in angle_errors(scenario, motion.trajectory)]
+    shares = task.shares([*aiding.sources, *angles], summed="zero_rate" in aiding.tables)
     covariance, start = model.covariance, 0
     propagation = shares.begin(model.size)
     if section.alignment_s is not None:
@@ -372,7 +360,7 @@ def _aided(
         )  # fmt: skip
         if aligned.covariance is not None:
             covariance = aligned.covariance
-        align(motion, shares, inertial.series, start, propagation)
+        align(motion, shares, task.series, start, propagation)
     factor = section.measurement_noise_factor
     measurements = [
         replace(m, time=m.time[late], arrival=m.arrival[late], value=m.value[late], sigma=factor * m.sigma[late])
@@ -380,15 +368,19 @@ def _aided(
         for late in [m.time > time[start] + 1e-9]
     ]
     filter_run = FilterRun(model, covariance, measurements, section.rate_hz, start)
-    consider = Consider(motion, shares, inertial.series, filter_run, aiding.blocks)
+    consider = Consider(motion, shares, task.series, filter_run, aiding.blocks)
     epochs = consider.on_edge
-    after = outputs[outputs >= time[start] - 1e-9]
-    nearest = epochs[np.unique(np.clip(np.searchsorted(epochs, after - 1e-7), 0, len(epochs) - 1))]
+
+    def nearest(instants: Array) -> Array:
+        return np.asarray(epochs[np.unique(np.clip(np.searchsorted(epochs, instants - 1e-7), 0, len(epochs) - 1))])
+
+    outputs = nearest(task.outputs[task.outputs >= time[start] - 1e-9])
     if marks is not None:  # the filter's epochs are the nearest
-        marks.time = epochs[np.unique(np.clip(np.searchsorted(epochs, marks.time - 1e-7), 0, len(epochs) - 1))]
-    results = consider.run(propagation, nearest, progress, marks)
-    by_filter = np.array([snapshot.covariance for snapshot in results])
-    result = _result(scenario, "filter", time[0], nearest, shares, [snapshot.shares for snapshot in results], by_filter)
+        marks.time = nearest(marks.time)
+    snapshots = consider.run(propagation, outputs, task.progress, marks)
+    by_filter = np.array([snapshot.covariance for snapshot in snapshots])
+    at_outputs = [snapshot.shares for snapshot in snapshots]
+    result = _result(scenario, "filter", time[0], outputs, shares, at_outputs, by_filter)
     return replace(result, added=_added(shares, marks, time[0]))
 
 

@@ -107,9 +107,7 @@ def remaining(scenario: Scenario, term: ErrorTerm) -> tuple[Array, Array]:
 
 
 def constants(scenario: Scenario) -> Constants:
-    """Return the constant errors of a scenario's inertial sensors that are not zero; a varied given value is two
-    sources.
-    """
+    """Return the constant errors of the inertial sensors; one that varies about a given value is two sources."""
     result = Constants([], [], {})
     sensors, axes = scenario.imu.sensor_set, np.eye(3)
     for term in TERMS:

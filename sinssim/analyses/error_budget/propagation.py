@@ -25,7 +25,7 @@ import math
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 from functools import lru_cache
-from typing import NamedTuple
+from typing import ClassVar, NamedTuple
 
 import numpy as np
 
@@ -44,21 +44,17 @@ class Step(NamedTuple):
     mean_of_fresh: Array  # d, (q,)
 
 
+# A process has the covariance of its states at the start, the weights of the states in its value, and its steps.
+
+
 @dataclass(frozen=True)
 class GaussMarkov:
     """A stationary first-order process of variance 1."""
 
     correlation_time: float  # τ, s
 
-    @property
-    def start(self) -> Array:
-        """Covariance of the state at the start, (1, 1)."""
-        return np.ones((1, 1))
-
-    @property
-    def value(self) -> Array:
-        """Weights of the states in the process's value, (1,)."""
-        return np.ones(1)
+    start: ClassVar[Array] = np.ones((1, 1))
+    value: ClassVar[Array] = np.ones(1)
 
     def step(self, interval: float) -> Step:
         """Return the step over an interval [s]; `mean_step` has the formula."""
@@ -70,15 +66,8 @@ class GaussMarkov:
 class Walk:
     """A random walk of density 1, zero at the start."""
 
-    @property
-    def start(self) -> Array:
-        """Covariance of the state at the start, (1, 1)."""
-        return np.zeros((1, 1))
-
-    @property
-    def value(self) -> Array:
-        """Weights of the states in the process's value, (1,)."""
-        return np.ones(1)
+    start: ClassVar[Array] = np.zeros((1, 1))
+    value: ClassVar[Array] = np.ones(1)
 
     def step(self, interval: float) -> Step:
         """Return the step over an interval [s]."""
@@ -91,15 +80,8 @@ class Walk:
 class Sum:
     """White noise of density 1 with its own integral as the state, which readings of a mean rate contain."""
 
-    @property
-    def start(self) -> Array:
-        """Covariance of the state at the start, (1, 1)."""
-        return np.zeros((1, 1))
-
-    @property
-    def value(self) -> Array:
-        """Weights of the state in the integral, (1,)."""
-        return np.ones(1)
+    start: ClassVar[Array] = np.zeros((1, 1))
+    value: ClassVar[Array] = np.ones(1)
 
     def step(self, interval: float) -> Step:
         """Return the step over an interval [s]: the mean of white noise is its integral over the interval."""
@@ -113,15 +95,8 @@ class Flicker:
 
     sample: float  # sampling interval, s
 
-    @property
-    def start(self) -> Array:
-        """Covariance of the states at the start, (10, 10)."""
-        return np.asarray(STATIONARY @ STATIONARY.T)
-
-    @property
-    def value(self) -> Array:
-        """Weights of the states in the process's value, (10,)."""
-        return np.array(WEIGHTS)
+    start: ClassVar[Array] = np.asarray(STATIONARY @ STATIONARY.T)
+    value: ClassVar[Array] = np.array(WEIGHTS)
 
     def step(self, interval: float) -> Step:
         """Return the step over an interval [s], rounded to whole samples."""
@@ -356,8 +331,8 @@ class Propagation:
         self.marked = count
 
     def changes(self) -> tuple[Array, dict[str, Array]]:
-        """Return the changes of the kept states since they were marked: sensitivity, (c, m), covariances by source, (c,
-        c).
+        """Return sensitivity, (c, m), and covariances, (c, c) by source, of the changes of the marked states since
+        then.
         """
         n, c = len(self.sensitivity), self.marked
         less = np.eye(c, n)

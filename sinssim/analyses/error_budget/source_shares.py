@@ -190,9 +190,7 @@ def snapshot(propagation: Propagation, shares: Shares, *, rounded: bool = True) 
 
 
 def add_rounding(covariances: Mapping[str, Array], shares: Shares) -> None:
-    """Add the rounding of the last pulse, Q²/12 on each axis, to attitude and velocity, (9, 9) by source, which are
-    changed.
-    """
+    """Add the rounding of the last pulse, Q²/12 on each axis, to the attitude's and the velocity's (9, 9) by source."""
     for noise in shares.noises:
         if noise.what == "quantum":
             rows = slice(6, 9) if noise.triad == 0 else slice(3, 6)

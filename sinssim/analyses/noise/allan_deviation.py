@@ -247,20 +247,14 @@ def allan_deviation(
 
 
 def averaging_samples(count: int) -> NDArray[np.int64]:
-    """Return averaging times in intervals, evenly spaced on a logarithmic scale from 1 to a third of `count`
-    increments.
-    """
+    """Return averaging times in intervals, spaced evenly in the logarithm from 1 to a third of `count` increments."""
     longest = max(1, count // 3)
     steps = int(np.ceil(PER_DECADE * np.log10(longest))) + 1
     return np.unique(np.rint(np.geomspace(1.0, longest, max(steps, 1))).astype(np.int64))
 
 
 def degrees_of_freedom(
-    count: int,
-    interval: float,
-    samples: NDArray[np.int64],
-    terms: Sequence[tuple[NoiseTerm, float]],
-    ramp: float = 0.0,
+    count: int, interval: float, samples: NDArray[np.int64], terms: Sequence[tuple[NoiseTerm, float]], ramp: float = 0.0
 ) -> Array:
     """Return the equivalent degrees of freedom ν of overlapping Allan variances, (M,); infinite without noise.
 

@@ -96,9 +96,7 @@ def units_of(unit: str) -> Units:
 
 
 def four_digits(value: float) -> str:
-    """Write a number with four significant digits, without an exponent for moderate sizes: "0.1500", "1234",
-    "2.100e-06".
-    """
+    """Write a number with four significant digits, without an exponent for moderate sizes, such as "0.1500"."""
     if value == 0.0:
         return "0"
     if not 1e-4 <= abs(value) < 1e7:

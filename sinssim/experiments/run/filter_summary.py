@@ -16,6 +16,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from sinssim import units
+from sinssim.estimation.consistency import MEANING
 from sinssim.experiments.run.filter_diagnosis import diagnosis_numbers
 from sinssim.formatting import number_text, signed
 from sinssim.recording.stream_columns import error_stream, nav_stream
@@ -204,14 +205,6 @@ _ESTIMATE_UNITS = (
 
 _IN_A_ROW = 30
 """Number of consecutive readings rejected or accepted that is not by chance."""
-
-_INCONSISTENT = {
-    "optimistic": "the noise is larger than assumed",
-    "pessimistic": "the noise is smaller than assumed",
-    "outliers": "single measurements have large errors, and the others have smaller errors than assumed",
-    "coloured": "innovations that are not white",
-}
-"""Verdicts on a sensor's innovations that speak against a filter, and their meaning."""
 
 
 def filter_numbers(aided: Aided, scenario: Scenario) -> dict[str, Any]:
@@ -413,7 +406,7 @@ def fault_sentences(numbers: Mapping[str, Any]) -> Iterator[str]:
                     "could not detect the fault."
                 )
         else:
-            inconsistent = any(s["verdict"] in _INCONSISTENT for s in numbers["sensors"].values())
+            inconsistent = any(s["verdict"] in MEANING for s in numbers["sensors"].values())
             seen = ", but the tests of the innovations fail" if inconsistent else ", and the innovations do not show it"
             yield f"{what} was not detected by the gate: {how}{far}{seen}."
 
@@ -444,7 +437,7 @@ def sentences(numbers: Mapping[str, Any]) -> Iterator[str]:
         from sinssim.estimation.consistency import FALSE_ALARM
 
         bad = []
-        for verdict, meaning in _INCONSISTENT.items():
+        for verdict, meaning in MEANING.items():
             sensors = [name for name, s in numbers["sensors"].items() if s["verdict"] == verdict]
             bad += [f"{verdict} ({meaning}) by {', '.join(sensors)}"] if sensors else []
         large = [name for name, test in numbers["nees"].items() if test["verdict"] != "consistent"]

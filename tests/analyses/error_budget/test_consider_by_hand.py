@@ -158,7 +158,7 @@ def test_steps_of_a_segment_are_combined() -> None:
     phi, q, c_nb = RNG.normal(size=(4, 11, 11)), RNG.normal(size=(4, 11, 11)), RNG.normal(size=(4, 3, 3))
     line: Any = SimpleNamespace(interval=np.array([0.0, 0.5, 0.25, 2.0]), phi=phi, q=q, c_nb=c_nb)
     one = consider()
-    one._told = SimpleNamespace(model=SimpleNamespace(size=11, gyro_noise=0.3))  # type: ignore[assignment]
+    one._filter = SimpleNamespace(model=SimpleNamespace(size=11, gyro_noise=0.3))  # type: ignore[assignment]
     one._begins = {5}
     found = one._combined(line, 0, 3)
     np.testing.assert_allclose(found[0], phi[2] @ phi[1], rtol=1e-12, atol=1e-13)
