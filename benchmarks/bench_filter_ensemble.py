@@ -22,7 +22,7 @@ import sinssim
 from sinssim.experiments.ensembles.ensemble_plan import TruthCache, member
 from sinssim.scenario import Scenario
 from sinssim.scenario.filter_model import with_states
-from sinssim.scenario.initial_error import initial_state_with_errors
+from sinssim.scenario.navigation_section import initial_state_with_errors
 from sinssim.sensors.imu.compensation import compensate
 from sinssim.sensors.sets.sensor_readings import draw_true_errors, read
 from sinssim.simulation.aided_run import aid_run

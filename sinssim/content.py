@@ -27,7 +27,7 @@ import sinssim
 from sinssim.errors import InputError, shortened, unknown_name
 from sinssim.system.extensions import Item, items_of
 
-installed_logger = logging.getLogger(__name__)
+logger = logging.getLogger(__name__)
 
 GROUP = "sinssim.content"
 """Group of entry points: the value of each is a package with the folders of a project."""
@@ -53,7 +53,7 @@ def named_paths() -> list[Path]:
 @cache
 def warn_once(text: str) -> None:
     """Warn of something once in a process."""
-    installed_logger.warning("%s", text)
+    logger.warning("%s", text)
 
 
 @cache
@@ -103,8 +103,6 @@ def offered(kind: str, *, packages: bool = True) -> dict[str, Item]:
     return items
 
 
-logger = logging.getLogger(__name__)
-
 Kind = Literal["aircraft", "scenarios", "studies", "grades", "viz"]
 
 _FOLDERS: dict[Kind, str] = {
@@ -152,20 +150,9 @@ def _own_folders(kind: Kind) -> list[Path]:
     named = [Path(name).expanduser() for name in os.environ.get("SINSSIM_VIEWS", "").split(os.pathsep) if name]
     for folder in named:
         if not (folder.is_absolute() and folder.is_dir()):
-            _warn_once(folder)
+            what = "does not exist" if folder.is_absolute() else "is not an absolute path"
+            warn_once(f"SINSSIM_VIEWS names the folder {folder}, which {what}: the folder is ignored.")
     return [folder for folder in reversed(named) if folder.is_absolute()]  # the first folder takes precedence
-
-
-@cache
-def _warn_once(folder: Path) -> None:
-    what = "does not exist" if folder.is_absolute() else "is not an absolute path"
-    logger.warning("SINSSIM_VIEWS names the folder %s, which %s: the folder is ignored.", folder, what)
-
-
-@cache
-def warn_of_two(what: str, name: str, used: Path, left_out: Path) -> None:
-    """Warn once that two of the user's own files have the same name (what: kind of content, for example "view")."""
-    logger.warning("There are two %ss named %s: %s is used, %s is ignored.", what, name, used, left_out)
 
 
 _OWN: dict[Kind, str] = {"aircraft": "aircraft", "grades": "grades", "viz": "views"}
@@ -196,7 +183,7 @@ def list_content(kind: Kind, *, packages: bool = True) -> dict[str, Path]:
             if name.startswith(("_", ".")):
                 continue
             if name in files and package_content(kind) not in files[name].parents:
-                warn_of_two(_SINGULAR[kind], name, file, files[name])
+                warn_once(f"There are two {_SINGULAR[kind]}s named {name}: {file} is used, {files[name]} is ignored.")
             files[name] = file
     for name, item in offers.items():
         if name not in files or package_content(kind) in files[name].parents:

@@ -37,7 +37,7 @@ from numba.extending import intrinsic
 
 from sinssim.system.interruption import aside
 
-kernel_logger = logging.getLogger(__name__)
+logger = logging.getLogger(__name__)
 
 _MOST = 2**28
 """Maximum size of the stored kernels, bytes: ten times that of all the kernels of one version."""
@@ -82,7 +82,7 @@ def make_room() -> None:
 @cache
 def warn_once() -> None:
     """Warn that kernels cannot be stored; once per process."""
-    kernel_logger.warning(
+    logger.warning(
         "the compiled kernels cannot be stored in %s: every start compiles them anew, which takes many seconds. Set "
         "SINSSIM_CACHE to a writeable folder.",
         kernel_folder(),
@@ -176,8 +176,6 @@ def content_digest(path: str, content: bytes) -> bytes:
     """Return the digest with which a file begins: `DIGEST_BYTES` bytes."""
     return hashlib.blake2b(content, digest_size=DIGEST_BYTES, key=os.path.basename(path).encode()[-64:]).digest()
 
-
-logger = logging.getLogger(__name__)
 
 F = TypeVar("F", bound=Callable[..., Any])
 

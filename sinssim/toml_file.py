@@ -12,7 +12,7 @@ from pydantic import ValidationError
 
 from sinssim.errors import InputError, shortened
 from sinssim.system.user_file import read_text
-from sinssim.validation_errors import Table, key_lines, report
+from sinssim.validation_errors import Table, key_parts, report
 
 Model = TypeVar("Model", bound=Table)
 
@@ -68,3 +68,36 @@ def _check_depth(data: dict[str, Any], source: str) -> None:
         if not here:
             return
     raise InputError(f"{source}: {_TOO_DEEP}")
+
+
+_HEADER = re.compile(r"\s*(\[\[?)\s*([\w.\-\s\"']+?)\s*\]\]?\s*(?:#.*)?$")
+_KEY = re.compile(r"\s*([\w.\-\"']+(?:\s*\.\s*[\w\-\"']+)*)\s*=")
+
+
+def key_lines(text: str) -> dict[tuple[str, ...], int]:
+    """Find the lines of the keys and tables of a TOML text: line number, from 1, by path; tables in an array are
+    counted from 1.
+
+    Keys inside inline tables and arrays are not searched; the line of their table is used.
+    """
+    numbers: dict[tuple[str, ...], int] = {}
+    counts: dict[tuple[str, ...], int] = {}
+    table: tuple[str, ...] = ()
+    inside = ""  # the quotes of the current multi-line string
+    for number, line in enumerate(text.splitlines(), start=1):
+        if not inside:
+            if header := _HEADER.match(line):
+                table = ()
+                names = key_parts(header[2])
+                for index, name in enumerate(names, start=1):
+                    table += (name,)
+                    if header[1] == "[[" and index == len(names):
+                        counts[table] = counts.get(table, 0) + 1
+                    if table in counts:
+                        table += (str(counts[table]),)
+                numbers.setdefault(table, number)
+            elif key := _KEY.match(line):
+                numbers.setdefault(table + key_parts(key[1]), number)
+        for quotes in re.findall(r'"""|\'\'\'', line):
+            inside = "" if inside == quotes else inside or quotes
+    return numbers

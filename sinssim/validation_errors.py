@@ -167,7 +167,7 @@ def _place(
     text = _sentence(error, model, path, holders)
     if error["type"] == "value_error":  # of a table, about the key that it begins with
         name = re.match(r"[\w.]+", str(error["ctx"]["error"]))
-        key = (*path, *_names(name[0])) if name else path
+        key = (*path, *key_parts(name[0])) if name else path
         if key != path and (key in lines or ".".join(key) in overridden):
             text, path = text.replace(": ", ".", 1) if path else text, key
             holders = _models(_types(error["loc"], model))
@@ -410,38 +410,6 @@ def _tags(model: type[Table]) -> list[str]:
     return [tag for field in fields if get_origin(field.annotation) is Literal for tag in get_args(field.annotation)]
 
 
-_HEADER = re.compile(r"\s*(\[\[?)\s*([\w.\-\s\"']+?)\s*\]\]?\s*(?:#.*)?$")
-_KEY = re.compile(r"\s*([\w.\-\"']+(?:\s*\.\s*[\w\-\"']+)*)\s*=")
-
-
-def key_lines(text: str) -> dict[tuple[str, ...], int]:
-    """Find the lines of the keys and tables of a TOML text: line number, from 1, by path; tables in an array are
-    counted from 1.
-
-    Keys inside inline tables and arrays are not searched; the line of their table is used.
-    """
-    numbers: dict[tuple[str, ...], int] = {}
-    counts: dict[tuple[str, ...], int] = {}
-    table: tuple[str, ...] = ()
-    inside = ""  # the quotes of the current multi-line string
-    for number, line in enumerate(text.splitlines(), start=1):
-        if not inside:
-            if header := _HEADER.match(line):
-                table = ()
-                names = _names(header[2])
-                for index, name in enumerate(names, start=1):
-                    table += (name,)
-                    if header[1] == "[[" and index == len(names):
-                        counts[table] = counts.get(table, 0) + 1
-                    if table in counts:
-                        table += (str(counts[table]),)
-                numbers.setdefault(table, number)
-            elif key := _KEY.match(line):
-                numbers.setdefault(table + _names(key[1]), number)
-        for quotes in re.findall(r'"""|\'\'\'', line):
-            inside = "" if inside == quotes else inside or quotes
-    return numbers
-
-
-def _names(dotted: str) -> tuple[str, ...]:
+def key_parts(dotted: str) -> tuple[str, ...]:
+    """Return the parts of a dotted key of a TOML file, without quotes."""
     return tuple(part.strip().strip("\"'") for part in dotted.split("."))

@@ -1,4 +1,4 @@
-"""The table [navigation] of a scenario: algorithms, frame, vertical channel, rates, and the initial errors.
+"""The table [navigation] of a scenario: algorithms, frame, vertical channel, rates, and initial errors of the state.
 
 The named choices (ellipsoid, frame, radii, vertical channel) are shared with other tables.
 """
@@ -11,16 +11,20 @@ from collections.abc import Callable
 from dataclasses import replace
 from typing import Annotated, Any, Literal, Self
 
+import numpy as np
 from pydantic import AfterValidator, BeforeValidator, Field, ValidationInfo, field_validator, model_validator
 
+from sinssim import earth, rotation
 from sinssim.algorithms import MEASURED_ATTITUDE, SCENARIO_ALGORITHMS
-from sinssim.earth.ellipsoids import ELLIPSOIDS
+from sinssim.data import Array, NavState
+from sinssim.earth.ellipsoids import ELLIPSOIDS, Ellipsoid
 from sinssim.errors import InputError
 from sinssim.frames import BARO_TIME_CONSTANT, CURVATURES, FRAMES, OF_TRUTH, SLOW_QUANTITIES, VERTICALS
 from sinssim.strapdown.mechanization import Mechanization
 from sinssim.system.registries import ensure
 from sinssim.toml_section import Latitude, Longitude, Offset, Rate, Section, Speed, Spread, Velocity, known_name, once
 from sinssim.truth.motion import Gravity
+from sinssim.units import ARCMIN
 
 
 def _own_too(kind: str) -> Callable[[str], str]:
@@ -232,3 +236,53 @@ class NavigationSection(Section):
         if 1.0 - abs(cosine) < 1e-12:
             raise ValueError("A and B of the route coincide or are antipodal, so they do not determine a great circle")
         return route
+
+
+def initial_state_with_errors(
+    truth: NavState, error: InitialErrorSection, ellipsoid: Ellipsoid, seed: int = 0, axes: str = "north"
+) -> NavState:
+    """Return the initial state of navigation: the true state with errors added.
+
+    Args:
+        error: the errors; if all are zero, the true state is returned bit for bit.
+        seed: the run's seed, for random errors.
+        axes: axes in which the run's errors are compared, see `sinssim.frames.AXES`.
+    """
+    from sinssim.earth.geodetic_coordinates import radii  # these need the compiler
+    from sinssim.statistics.random_numbers import normals
+    from sinssim.strapdown.polar_axes import carried
+
+    def draw(term: str, *sigma: float) -> Array:
+        return np.array([s * normals(seed, f"initial {term}", i, 1)[0] if s else 0.0 for i, s in enumerate(sigma)])
+
+    position = np.array([error.north_m, error.east_m, error.height_m])
+    position += draw("position", error.position_sigma_m, error.position_sigma_m, error.height_sigma_m)
+    velocity = np.array([error.velocity_north_mps, error.velocity_east_mps, error.velocity_down_mps])
+    velocity += draw("velocity", *[error.velocity_sigma_mps] * 3)
+    r1, r2 = radii(truth.latitude, ellipsoid)
+    longitude = truth.longitude
+    if position[1] and axes == "north":
+        longitude = longitude + position[1] / ((r2 + truth.height) * np.cos(truth.latitude))
+    q_nb = truth.q_nb
+    turn = np.array([error.roll_arcmin, error.pitch_arcmin, error.heading_arcmin]) * ARCMIN
+    if turn.any():
+        roll, pitch, heading = rotation.euler_from_quaternion(q_nb)
+        q_nb = rotation.quaternion_from_euler(roll + turn[0], pitch + turn[1], heading + turn[2])
+    phi = ARCMIN * draw("attitude", error.tilt_sigma_arcmin, error.tilt_sigma_arcmin, error.heading_sigma_arcmin)
+    if phi.any():
+        q_nb = rotation.multiply(rotation.quaternion_from_rotation_vector(-phi), q_nb)  # q_true = q(φ) ⊗ q_solution
+    if axes == "transported" and (position.any() or velocity.any() or phi.any()):
+        row = NavState(
+            truth.latitude[None], truth.longitude[None], truth.height[None],
+            (truth.velocity_ned + velocity)[None], q_nb[None],
+        )  # fmt: skip
+        place = earth.displaced(row.latitude, row.longitude, row.height, position[:1], position[1:2], ellipsoid)
+        moved = carried(row, *place, row.height + position[2])
+        return NavState(*(part[0] for part in vars(moved).values()))
+    return NavState(
+        truth.latitude + position[0] / (r1 + truth.height),
+        longitude,
+        truth.height + position[2],
+        truth.velocity_ned + velocity,
+        q_nb,
+    )

@@ -17,10 +17,9 @@ from sinssim.errors import InputError, shortened
 from sinssim.logs.log_settings import Log
 from sinssim.logs.track_motion import Track
 from sinssim.scenario.dependencies import DEPENDENCIES
-from sinssim.scenario.tables import Tables
+from sinssim.scenario.tables import AnyClosedForm, Tables
 from sinssim.system.short_repr import html_lines
 from sinssim.truth.flight.flight import Flight
-from sinssim.truth.motions.coning_and_rocking import AnyClosedForm
 from sinssim.truth.motions.great_circle import GreatCircleFlight
 from sinssim.truth.motions.parked import ParkedVehicle
 from sinssim.truth.motions.turntable import Turntable

@@ -44,10 +44,10 @@ from sinssim.toml_section import Moment, Name, Section, Sentence, known_name
 from sinssim.truth.flight.flight import Flight
 from sinssim.truth.motion import TrueEarth
 from sinssim.truth.motions.analytic import ClosedFormMotion
-from sinssim.truth.motions.coning_and_rocking import AnyClosedForm
+from sinssim.truth.motions.coning_and_rocking import ConingMotion, ScullingMotion, SpinConeMotion, SpinRockMotion
 from sinssim.truth.motions.great_circle import GreatCircleFlight
 from sinssim.truth.motions.parked import ParkedVehicle
-from sinssim.truth.motions.turntable import Turntable
+from sinssim.truth.motions.turntable import RotationTableMotion, Turntable
 from sinssim.truth.motions.vibration import Isolator, Vibration
 from sinssim.truth.one_component_configuration import OneComponent
 from sinssim.truth.true_gravity import TrueGravity
@@ -77,6 +77,11 @@ def _the_only_one(given: tuple[Given, ...]) -> Given:
         },
     )
 
+
+AnyClosedForm = Annotated[
+    ConingMotion | ScullingMotion | SpinConeMotion | SpinRockMotion | RotationTableMotion, Field(discriminator="type")
+]
+"""The table [motion], by its key `type`."""
 
 _Contents = BeforeValidator(lambda given: given.contents if isinstance(given, Given) else given)
 

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from sinssim.progress import Progress, silent
-from sinssim.scenario.initial_error import initial_state_with_errors
+from sinssim.scenario.navigation_section import initial_state_with_errors
 from sinssim.simulation.truth_stage import RecordedMotion, Truth
 
 if TYPE_CHECKING:

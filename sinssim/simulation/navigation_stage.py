@@ -22,7 +22,7 @@ from sinssim.data import Array, ImuData, NavSolution
 from sinssim.earth.ellipsoids import Ellipsoid, ellipsoid_by_name
 from sinssim.errors import InputError, RunError, SinssimError
 from sinssim.frames import BARO_TIME_CONSTANT
-from sinssim.scenario.initial_error import initial_state_with_errors
+from sinssim.scenario.navigation_section import initial_state_with_errors
 from sinssim.sensors.sets.sensor_readings import Readings
 from sinssim.simulation.truth_stage import RecordedMotion, Truth
 from sinssim.strapdown.navigation_error import diverged

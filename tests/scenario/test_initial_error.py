@@ -8,8 +8,7 @@ import pytest
 from sinssim import rotation
 from sinssim.data import NavState
 from sinssim.earth.ellipsoids import WGS84
-from sinssim.scenario.initial_error import initial_state_with_errors
-from sinssim.scenario.navigation_section import InitialErrorSection
+from sinssim.scenario.navigation_section import InitialErrorSection, initial_state_with_errors
 
 A, E2 = 6378137.0, 6.69437999014e-3
 LATITUDE, HEIGHT = np.radians(60.0), 5000.0

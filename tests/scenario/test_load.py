@@ -11,9 +11,8 @@ import pytest
 
 from sinssim.errors import InputError
 from sinssim.scenario import Scenario, list_content, load_scenario
-from sinssim.toml_file import validate
+from sinssim.toml_file import key_lines, validate
 from sinssim.truth.flight.legs import REGISTRY
-from sinssim.validation_errors import key_lines
 from tests.scenario.examples import FLIGHT, PARKED
 
 

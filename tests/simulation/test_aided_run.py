@@ -14,7 +14,7 @@ from sinssim.estimation.consistency import nees
 from sinssim.experiments.run.filter_summary import filter_numbers, sentences
 from sinssim.scenario import Scenario, load_scenario
 from sinssim.scenario.filter_model import filter_model, inertial_sigma, states
-from sinssim.scenario.initial_error import initial_state_with_errors
+from sinssim.scenario.navigation_section import initial_state_with_errors
 from sinssim.scenario.true_motion import fly
 from sinssim.sensors.imu.emulation import emulate
 from sinssim.sensors.imu.imu import draw

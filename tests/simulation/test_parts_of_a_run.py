@@ -16,8 +16,7 @@ from sinssim.earth.ellipsoids import WGS84
 from sinssim.errors import InputError, RunError
 from sinssim.experiments.run.parts.phases import add_sources, budgets_of_phases
 from sinssim.scenario import Scenario
-from sinssim.scenario.initial_error import initial_state_with_errors
-from sinssim.scenario.navigation_section import InitialErrorSection
+from sinssim.scenario.navigation_section import InitialErrorSection, initial_state_with_errors
 from sinssim.simulation import navigation_stage, stages
 from sinssim.simulation.navigation_stage import solve
 from sinssim.simulation.sensed_stage import Sensed

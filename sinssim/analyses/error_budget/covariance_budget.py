@@ -288,7 +288,7 @@ def _instants(edges: Array, times: Iterable[float], epochs: int = EPOCHS + 1) ->
 
 def _given_start(scenario: Scenario, trajectory: Trajectory) -> Array:
     """Return the errors at the start by the given initial errors alone, (9,)."""
-    from sinssim.scenario.initial_error import initial_state_with_errors
+    from sinssim.scenario.navigation_section import initial_state_with_errors
 
     section: InitialErrorSection = scenario.navigation.initial_error
     given = section.model_copy(update={name: 0.0 for name, _ in section if "sigma" in name})

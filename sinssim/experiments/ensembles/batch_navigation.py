@@ -23,7 +23,7 @@ from sinssim.experiments.ensembles.batch_kernel import engine
 from sinssim.experiments.ensembles.ensemble_errors import OnRun, RunErrors, check_finite, rows_at, store_errors
 from sinssim.experiments.ensembles.ensemble_plan import truth_key
 from sinssim.scenario.ensemble_section import EnsembleSection
-from sinssim.scenario.initial_error import initial_state_with_errors
+from sinssim.scenario.navigation_section import initial_state_with_errors
 from sinssim.sensors.aiding.baro import Barometer
 from sinssim.sensors.imu.emulation import at_the_sensors, emulate
 from sinssim.sensors.imu.error_kernel import pack

@@ -113,7 +113,7 @@ _DEPENDENT = 1e-9
 def compute_filtered(plan: Plan, sensed: Sensed, errors: RunErrors, row: int) -> None:
     """Run the filter of a run, and fill in its row."""
     from sinssim.scenario.filter_model import with_states
-    from sinssim.scenario.initial_error import initial_state_with_errors
+    from sinssim.scenario.navigation_section import initial_state_with_errors
     from sinssim.simulation.aided_run import aid_run
 
     truth, scenario = sensed.truth, with_states(sensed.scenario)

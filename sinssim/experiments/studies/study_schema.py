@@ -20,7 +20,7 @@ from sinssim.errors import InputError, unknown_name
 from sinssim.formatting import listed
 from sinssim.frames import CURVATURES, FRAME_REGISTRY, OF_TRUTH, frames_that
 from sinssim.scenario.navigation_section import Curvature, Frame, OwnEllipsoid, Schedule, Vertical
-from sinssim.scenario.tables import COORDINATES, Coordinates
+from sinssim.scenario.tables import COORDINATES, AnyClosedForm, Coordinates
 from sinssim.scenario.use_key import Use
 from sinssim.sensors.imu.grades import GRADES
 from sinssim.sensors.imu.imu import Imu
@@ -28,7 +28,6 @@ from sinssim.sensors.sets.sensor_set import AttitudeSensor, Gyros, SensorSet, Si
 from sinssim.system.registries import ensure
 from sinssim.toml_section import Duration, Keys, Name, Rate, Section, Sentence, known_name
 from sinssim.truth.motion import Gravity
-from sinssim.truth.motions.coning_and_rocking import AnyClosedForm
 from sinssim.truth.motions.great_circle import GreatCircleFlight
 from sinssim.truth.motions.parked import ParkedVehicle
 from sinssim.truth.motions.vibration import Vibration

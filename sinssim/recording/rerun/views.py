@@ -8,12 +8,11 @@ import logging
 import math
 from collections.abc import Mapping, Sequence
 from dataclasses import asdict, dataclass, field
-from functools import cache
 from pathlib import Path
 from types import ModuleType
 from typing import TYPE_CHECKING, Any
 
-from sinssim.content import find_content, list_content, package_content, warn_of_two
+from sinssim.content import find_content, list_content, package_content, warn_once
 from sinssim.errors import InputError, unknown_name
 from sinssim.system.outputs import Draft
 
@@ -200,14 +199,9 @@ def _by_name(views: Sequence[str]) -> dict[str, Path]:
     files: dict[str, Path] = {}
     for file in map(Path, views):
         if file.stem in files and files[file.stem] != file:
-            warn_of_two("view", file.stem, file, files[file.stem])
+            warn_once(f"There are two views named {file.stem}: {file} is used, {files[file.stem]} is ignored.")
         files[file.stem] = file
     return files
-
-
-@cache
-def _warn_once(text: str) -> None:
-    logger.warning("%s It is left out.", text)
 
 
 def all_views(run: RunInfo, active: str | None = None, *, menu: bool = True) -> Any:
@@ -248,7 +242,7 @@ def all_views(run: RunInfo, active: str | None = None, *, menu: bool = True) -> 
         except InputError as error:
             if name == front:
                 raise
-            _warn_once(str(error))
+            warn_once(f"{error} It is left out.")
     if front is not None and front not in tabs:
         raise unknown_name("view", front, tabs)
     return rrb.Blueprint(

@@ -25,7 +25,7 @@ Savage's SPIN-ROCK-SIZE motion (Strapdown Analytics, 2000, sec. 11.2). Angle, ra
 from __future__ import annotations
 
 import math
-from typing import Annotated, Literal
+from typing import Literal
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -36,7 +36,6 @@ from sinssim.data import Array
 from sinssim.errors import InputError
 from sinssim.toml_section import Axis, Duration, Frequency, Positive, Turn, TurnRate
 from sinssim.truth.motions.analytic import ClosedFormMotion, no_displacement
-from sinssim.truth.motions.turntable import RotationTableMotion
 from sinssim.units import DEG
 
 
@@ -308,9 +307,3 @@ class SpinRockMotion(ClosedFormMotion):
     def rms_rate(self) -> float:
         """The spin and the sinusoid; see `ClosedFormMotion.rms_rate`."""
         return math.hypot(self.spin_deg_s, math.sqrt(2.0) * math.pi * self.frequency_hz * self.angle_deg) * DEG
-
-
-AnyClosedForm = Annotated[
-    ConingMotion | ScullingMotion | SpinConeMotion | SpinRockMotion | RotationTableMotion,
-    Field(discriminator="type"),
-]

@@ -520,7 +520,7 @@ class TurningBlock:
         return omega.reshape(*instants.shape, 3), rotation.rotate(q_bv, force).reshape(*instants.shape, 3)
 
     def increments(self, rate_hz: float) -> ImuData:
-        """Return the increments of the rotating IMU's sensors (1); see `Trajectory.increments`."""
+        """Return the increments of the rotating IMU's sensors (4); see `Trajectory.increments`."""
         base = self.base.increments(rate_hz)
         edges = base.time
         middle = 0.5 * (edges[1:] + edges[:-1])

@@ -83,7 +83,7 @@ def test_a_filter_that_diverges_fails_its_run(monkeypatch: pytest.MonkeyPatch) -
     monkeypatch.setattr("sinssim.simulation.aided_run.aid_run",
                         lambda *_, row_s, **more: asked.append(row_s) or aided)  # fmt: skip
     truth = Truth(SimpleNamespace(ellipsoid=None, state=lambda t: t), None, 1.0, np.array([20.0]))  # type: ignore[arg-type]
-    monkeypatch.setattr("sinssim.scenario.initial_error.initial_state_with_errors", lambda *_: "initial")
+    monkeypatch.setattr("sinssim.scenario.navigation_section.initial_state_with_errors", lambda *_: "initial")
     readings = SimpleNamespace(monitored=(), imu=None, compensated=None)
     run = Sensed(scenario(AIDED), truth, readings, "errors")  # type: ignore[arg-type]
     plan: Any = SimpleNamespace(epochs=np.array([20.0, 21.0]), sensors=())

@@ -115,7 +115,7 @@ def test_two_views_of_one_name_are_named_with_their_paths(recording, tmp_path, m
 
 
 def test_no_code_is_run_from_the_folder_that_one_stands_in(recording, tmp_path, monkeypatch, caplog):
-    content._warn_once.cache_clear()
+    content.warn_once.cache_clear()
     info = find_run_info(recording)
     for folder in (tmp_path, tmp_path / "viz"):
         own_view(folder, "plot", MARKED + VIEW)
