@@ -56,7 +56,9 @@ def second_half() -> None:
         run(plan)
     budget(_PARKED)
     in_space = [plan for plan in plans if plan.one_component is None]
-    in_space.sort(key=lambda one: (one.navigation.frame == "level", "platform" not in one.navigation.algorithms))
+    in_space.sort(
+        key=lambda scenario: (scenario.navigation.frame == "level", "platform" not in scenario.navigation.algorithms)
+    )
     for plan in in_space:
         rehearse(plan if plan.filter is None else filter_model.with_states(plan), recorded=False)
     redundant = Redundant(type="redundant", windows_s=(1.0,))  # faults lie outside the rehearsal of their scenario

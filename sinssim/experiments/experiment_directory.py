@@ -190,9 +190,9 @@ class Store(ABC):
         Raises:
             InputError: they cannot be written, or a file of others has the name of a result; nothing is changed.
         """
-        kept = f" All {self.KIND.parts} are kept; --resume writes it."
+        remains = f" All {self.KIND.parts} are kept; --resume writes it."
         with (
-            self.writing(f"the report of the {self.KIND.noun} could not be written to", kept),
+            self.writing(f"the report of the {self.KIND.noun} could not be written to", remains),
             Draft(self.path, "results") as place,
         ):
             write(place.path)

@@ -110,12 +110,8 @@ def work_through(
 ) -> None:
     """Compute tasks by an executor, which is stopped at the end; a task whose worker dies is begun again.
 
-    Args:
-        on_done: called in this thread with a task and its result.
-        on_part: called in this thread with a task and what it has finished so far.
-
-    Raises:
-        BaseException: the first error of a task, or an interruption; the other tasks are abandoned.
+    A task and its result go to `on_done`, in this thread; what it has finished so far goes to `on_part`. The first
+    error of a task, or an interruption, is raised; the other tasks are abandoned.
     """
     answers, deaths = queue.SimpleQueue[tuple[int, Any]](), Counter[int]()
 
@@ -171,7 +167,7 @@ def check_limit(limit_minutes: float) -> None:
 
 
 def check_duration(
-    name: str, what: str, seconds: float, limit_minutes: float, cure: str, say: Callable[[str], None]
+    name: str, what: str, seconds: float, limit_minutes: float, remedy: str, say: Callable[[str], None]
 ) -> None:
     """Announce a study that takes long, or raise TooLongError.
 
@@ -180,7 +176,7 @@ def check_duration(
     text = f"{what}, about {duration_text(max(seconds, 1.0))}"
     if seconds > 60.0 * limit_minutes:
         raise TooLongError(
-            f"the study {name} would take too long: {text}, more than the limit of {limit_minutes:g} min. {cure}, or "
+            f"the study {name} would take too long: {text}, more than the limit of {limit_minutes:g} min. {remedy}, or "
             f"raise the limit with --limit-minutes {math.ceil(seconds / 60.0 * 1.2)}."
         )
     if seconds > LONG_SECONDS:
@@ -257,5 +253,5 @@ class Watch:
             return
         self._announced = True
         total = each * left + self._flights + time.perf_counter() - self._begin
-        cure = "Give fewer values or fewer runs"
-        check_duration(self._name, self._what, total, self._limit, cure, self._say)
+        remedy = "Give fewer values or fewer runs"
+        check_duration(self._name, self._what, total, self._limit, remedy, self._say)

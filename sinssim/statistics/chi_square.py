@@ -90,16 +90,10 @@ class Extreme:
 
 
 def extreme(values: Any, freedom: Any, two_sided: Any, level: float) -> Extreme | None:
-    """Return the least probable of several mean normalised squares per degree of freedom.
+    """Return the least probable of several mean normalised squares per degree of freedom, (K,); None if none counts.
 
-    Args:
-        values: (K,), whether they depend on each other or not; NaN does not count.
-        freedom: degrees of freedom of each, (K,).
-        two_sided: whether a small value of each is unlikely, too, (K,).
-        level: probability that a correct filter exceeds the limit in any of them.
-
-    Returns:
-        The value with the least probability; None if none counts.
+    They may depend on each other; NaN does not count. A small value of those that are `two_sided` is unlikely, too. A
+    correct filter exceeds the limit in any of them with the probability `level`.
     """
     from scipy.stats import chi2
 

@@ -84,10 +84,10 @@ def circle_radius(covariance: Any, share: float) -> Array:
     left = np.flatnonzero(large > 0.0)
     for _ in range(_ITERATIONS):
         r, below, above = radius[left], low[left], high[left]
-        held, slope = _share(r, large[left], small[left])
-        below, above = np.where(held < share, r, below), np.where(held < share, above, r)
+        enclosed, slope = _share(r, large[left], small[left])
+        below, above = np.where(enclosed < share, r, below), np.where(enclosed < share, above, r)
         with np.errstate(invalid="ignore", divide="ignore"):
-            newton = r - (held - share) / slope
+            newton = r - (enclosed - share) / slope
         last = np.abs(newton - r) <= _LAST_STEP * above  # the next step would be of the size of this one's square
         inside = (newton >= below) & (newton <= above)
         radius[left] = np.where(inside | last, np.clip(newton, below, above), 0.5 * (below + above))
@@ -147,26 +147,17 @@ def _inside(radius: Array, mean: Array, sigma: Array) -> Array:
 
 
 def share_inside(radius: Array, covariance: Array, mean: Array) -> Array:
-    """Return the probability that a circle about zero holds of a normal distribution in the plane.
-
-    Args:
-        radius: (N,), positive.
-        covariance: (N, 2, 2).
-        mean: (N, 2).
-
-    Returns:
-        Probabilities, (N,).
-    """
+    """Return the probability, (N,), that a circle about zero holds of a normal distribution with a mean, (N, 2)."""
     off = np.hypot(mean[:, 0], mean[:, 1])
     largest = np.sqrt(np.maximum(np.trace(covariance, axis1=-2, axis2=-1), 0.0))
-    found = (off <= radius).astype(np.float64)  # without spread
+    shares = (off <= radius).astype(np.float64)  # without spread
     central = (off == 0.0) & (largest > 0.0)
-    found[central] = share_in_circle(covariance[central], radius[central])
+    shares[central] = share_in_circle(covariance[central], radius[central])
     rows = np.flatnonzero((off > 0.0) & (largest > _NO_SPREAD * off))
     if len(rows):
         along, sigma = _along_axes(covariance[rows], mean[rows])
-        found[rows] = _inside(radius[rows], along, sigma)
-    return found
+        shares[rows] = _inside(radius[rows], along, sigma)
+    return shares
 
 
 def _along_axes(covariance: Array, mean: Array) -> tuple[Array, Array]:
@@ -177,43 +168,38 @@ def _along_axes(covariance: Array, mean: Array) -> tuple[Array, Array]:
 
 
 def radius_about_mean(covariance: Array, mean: Array, share: float) -> Array:
-    """Return the radius of the circle about zero that contains a share of a normal distribution in the plane.
+    """Return the radius, (N,), of the circle about zero with a share of a normal distribution with a mean, (N, 2).
 
-    Args:
-        covariance: (N, 2, 2).
-        mean: (N, 2).
-
-    Returns:
-        Radii, (N,). With the mean zero they come from `circle_radius`; else from the integral over one axis of the
-        distribution, to 1e-12 of the share.
+    With the mean zero it comes from `circle_radius`; else from the integral over one axis of the distribution, to 1e-12
+    of the share.
     """
-    found = circle_radius(covariance, share)
+    radii = circle_radius(covariance, share)
     off = np.hypot(mean[:, 0], mean[:, 1])
     largest = np.sqrt(np.maximum(np.trace(covariance, axis1=-2, axis2=-1), 0.0))
     fixed = (off > 0.0) & (largest <= _NO_SPREAD * off)
-    found = np.where(fixed, off, found)
+    radii = np.where(fixed, off, radii)
     rows = np.flatnonzero((off > 0.0) & ~fixed)
     if not len(rows):
-        return found
+        return radii
     along, sigma = _along_axes(covariance[rows], mean[rows])
-    found[rows] = _root(along, sigma, share, off[rows] + found[rows])
-    return found
+    radii[rows] = _root(along, sigma, share, off[rows] + radii[rows])
+    return radii
 
 
 def _root(along: Array, sigma: Array, share: float, most: Array) -> Array:
     """Return the radii by the Illinois method, regula falsi that halves the value of an end that stays twice."""
     low, high = np.zeros_like(most), most.copy()
     below, above = np.full_like(most, -share), _inside(most, along, sigma) - share
-    kept = np.zeros(len(most))
+    side = np.zeros(len(most))
     for _ in range(_STEPS):
         middle = (low * above - high * below) / (above - below)
         value = _inside(np.maximum(middle, 1e-300), along, sigma) - share
         under = value < 0.0
-        above = np.where(under & (kept == -1.0), 0.5 * above, above)
-        below = np.where(~under & (kept == 1.0), 0.5 * below, below)
+        above = np.where(under & (side == -1.0), 0.5 * above, above)
+        below = np.where(~under & (side == 1.0), 0.5 * below, below)
         low, below = np.where(under, middle, low), np.where(under, value, below)
         high, above = np.where(under, high, middle), np.where(under, above, value)
-        kept = np.where(under, -1.0, 1.0)
+        side = np.where(under, -1.0, 1.0)
         if (np.abs(value) < _CONVERGED).all():
             break
     return np.asarray(np.where(np.abs(below) < np.abs(above), low, high))

@@ -76,12 +76,12 @@ def percentile(values: Any, share: float, confidence: float = 0.95) -> Percentil
     share, confidence = _share("share", share), _share("confidence", confidence)
     columns = np.sort(array.reshape(len(array), -1), axis=0)  # NaN comes last
     counts = len(columns) - np.isnan(columns).sum(axis=0)
-    found = np.empty((3, columns.shape[1]))
+    estimates = np.empty((3, columns.shape[1]))
     for n in np.unique(counts):
         there = counts == n
-        found[:, there] = _of_sorted(columns[:n, there], share, confidence)
+        estimates[:, there] = _of_sorted(columns[:n, there], share, confidence)
     shape = array.shape[1:]
-    value, low, high = (row.reshape(shape) for row in found)
+    value, low, high = (row.reshape(shape) for row in estimates)
     return Percentile(share, value, low, high, confidence, counts.astype(np.float64).reshape(shape))
 
 
@@ -159,8 +159,8 @@ def _between(rows: Array, place: float) -> Array:
     below, above = rows[whole], rows[whole + 1]
     with np.errstate(invalid="ignore"):  # infinite errors
         value = below + (place - whole) * (above - below)
-    found: Array = np.where(np.isinf(above), above, np.where(np.isinf(below), below, value))
-    return found
+    values: Array = np.where(np.isinf(above), above, np.where(np.isinf(below), below, value))
+    return values
 
 
 @lru_cache(maxsize=1024)

@@ -60,26 +60,21 @@ class ComparedSystems:
     def identified(self) -> NDArray[np.int64]:
         """Number of the system that majority finds faulty, −1 for none, (T, E)."""
         systems = 1 + max(max(pair) for pair in self.pairs)
-        found = np.full(self.detected.shape, -1)
+        faulty = np.full(self.detected.shape, -1)
         if systems < 3:
-            return found
+            return faulty
         alarms = self.alarms
-        for one in range(systems):
-            own = np.array([one in pair for pair in self.pairs])
-            found[alarms[:, own].all(axis=1) & ~alarms[:, ~own].any(axis=1)] = one
-        return found
+        for system in range(systems):
+            involved = np.array([system in pair for pair in self.pairs])
+            faulty[alarms[:, involved].all(axis=1) & ~alarms[:, ~involved].any(axis=1)] = system
+        return faulty
 
 
 def compare_systems(outputs: Any, covariance: Any, false_alarm: float) -> ComparedSystems:
     """Compare the systems of teams with each other.
 
-    Args:
-        outputs: of n ≥ 2 systems in T teams at E instants, of k components, or their errors, (T, n, E, k).
-        covariance: of the errors of one system without a fault, (E, k, k).
-        false_alarm: probability that a test of two systems finds a fault although there is none.
-
-    Raises:
-        InputError: the shapes do not fit, or the probability is not between 0 and 1.
+    The outputs of n ≥ 2 systems in T teams at E instants have k components, (T, n, E, k); their errors would do. The
+    covariance is that of one system without a fault, (E, k, k); `false_alarm` is the probability of one test.
     """
     values = doubles("outputs", outputs)
     if values.ndim != 4 or values.shape[1] < 2:
@@ -95,18 +90,9 @@ def compare_systems(outputs: Any, covariance: Any, false_alarm: float) -> Compar
 
 
 def detection_probability(effect: Any, covariance: Any, false_alarm: float) -> Array:
-    """Return the probability that a test of two systems finds a fault of one of them at each instant.
+    """Return P{χ²(λ) > threshold} with λ of (2), (E,): that a test of two systems finds a fault of one of them.
 
-    Args:
-        effect: error of its output by the fault alone, (E, k).
-        covariance: of the errors of one system without a fault, (E, k, k).
-        false_alarm: probability of false alarm.
-
-    Returns:
-        P{χ²(λ) > threshold} with λ of (2), (E,); the probability of false alarm without an effect.
-
-    Raises:
-        InputError: as of `compare_systems`.
+    The effect is the error of its output by the fault alone, (E, k); the covariance as for `compare_systems`.
     """
     from scipy.special import chndtr
 
@@ -119,14 +105,7 @@ def detection_probability(effect: Any, covariance: Any, false_alarm: float) -> A
 
 
 def mid_value(outputs: Any) -> Array:
-    """Return the mid-value of three or more systems, component by component.
-
-    Args:
-        outputs: of n systems in T teams at E instants, of k components, (T, n, E, k).
-
-    Returns:
-        The median, (T, E, k).
-    """
+    """Return the median of three or more systems by component, (T, E, k), from outputs as for `compare_systems`."""
     return np.asarray(np.median(doubles("outputs", outputs), axis=1))
 
 
@@ -144,10 +123,10 @@ def _inverse(covariance: Any, shape: tuple[int, ...]) -> Array:
     matrix = doubles("covariance", covariance)
     if matrix.shape != (*shape, shape[-1]):
         raise InputError(f"covariance has the shape {matrix.shape}; the outputs need {(*shape, shape[-1])}.")
-    found = np.zeros_like(matrix)
+    inverse = np.zeros_like(matrix)
     regular = np.linalg.cond(matrix) < _SINGULAR
-    found[regular] = np.linalg.inv(2.0 * matrix[regular])
-    return found
+    inverse[regular] = np.linalg.inv(2.0 * matrix[regular])
+    return inverse
 
 
 _SINGULAR = 1e12

@@ -69,16 +69,11 @@ NEVER = {"exceeded_from_s": None, "after_fixes_end_s": None}
 def first_exceeded(
     requirement: Requirement, time: Array, values: Array, outages: Sequence[tuple[float, float]] = ()
 ) -> Exceeded | None:
-    """Return since when a requirement over the whole run is exceeded.
+    """Return since when a requirement over the whole run is exceeded; None if it is not, or holds at one time only.
 
-    Args:
-        time: instants, (E,) s since the start.
-        values: its quantity at these instants, (E,) SI; NaN where it is unknown.
-        outages: beginning and end of each interval without fixes, s since the start; they may overlap.
-
-    Returns:
-        The first time, on the straight line between two instants; None if the limit is not exceeded, or holds at one
-        time only.
+    Values at the instants `time`, (E,) s since the start, are in SI, NaN where unknown; the first time is on the
+    straight line between two instants. Outages without fixes have beginning and end, s since the start, and may
+    overlap.
     """
     above = np.flatnonzero(values > requirement.limit)
     if requirement.when != "run" or not len(above):
@@ -175,23 +170,12 @@ class Verdict:
 
 
 def columns_of(requirement: Requirement) -> tuple[int, ...]:
-    """Return which errors a requirement concerns.
-
-    Returns:
-        Their places among position, velocity (north, east, down) and attitude: 0 and 1 for a circle, else one.
-    """
+    """Return the places of the errors that a requirement concerns: 0 and 1 for a circle, else one of `COMPONENTS`."""
     return (0, 1) if requirement.quantity in SHARES else (COMPONENTS.index(requirement.quantity),)
 
 
 def errors_of(errors: Sequence[Array]) -> Array:
-    """Return the errors that a requirement judges.
-
-    Args:
-        errors: those of `columns_of`, (N, E) SI each.
-
-    Returns:
-        The horizontal distance, or the component, (N, E).
-    """
+    """Return the horizontal distance, or the component, (N, E), of the errors of `columns_of`, (N, E) SI each."""
     return np.asarray(np.hypot(*errors) if len(errors) > 1 else errors[0])
 
 
@@ -213,13 +197,9 @@ class Tally:
 
 
 def joined(tallies: Sequence[Tally]) -> Tally:
-    """Return the tally of the instants of several ones, of the same runs.
-
-    Args:
-        tallies: at least one, in the order of the instants.
-    """
+    """Return the tally of all instants of several ones, of the same runs, in the order of the instants."""
     value, count, inside = (
-        np.concatenate([getattr(one, name) for one in tallies]) for name in ("value", "count", "inside")
+        np.concatenate([getattr(part, name) for part in tallies]) for name in ("value", "count", "inside")
     )
     return Tally(value, count, inside, tallies[0].runs)
 
@@ -227,22 +207,17 @@ def joined(tallies: Sequence[Tally]) -> Tally:
 def tally(requirement: Requirement, time: Array, errors: Array, counts: NDArray[np.bool_] | None = None) -> Tally:
     """Count how the errors of an ensemble lie to a requirement.
 
-    Args:
-        time: instants, (E,) s since the start.
-        errors: of each run at these instants, SI: horizontal distance for cep, r95 and rate, else the component; NaN or
-            infinite for a failed run, which counts as infinitely far off; (N, E).
-        counts: whether a run counts at an instant, (N, E); by default each does. A shorter run does not after its end.
-
-    Raises:
-        InputError: the shapes do not fit, or there is no run.
+    They are of each run at the instants `time`, (E,) s since the start, in SI, (N, E): the horizontal distance for cep,
+    r95 and rate, else the component; NaN or infinite for a failed run, which counts as infinitely far off. A run need
+    not count at each instant, (N, E): a shorter one does not after its end.
     """
-    instants, found = np.asarray(time, dtype=np.float64), np.asarray(errors, dtype=np.float64)
-    if found.ndim != 2 or found.shape[1:] != instants.shape or not len(found) or not len(instants):
+    instants, values = np.asarray(time, dtype=np.float64), np.asarray(errors, dtype=np.float64)
+    if values.ndim != 2 or values.shape[1:] != instants.shape or not len(values) or not len(instants):
         raise InputError(
-            f"errors have the shape {found.shape}; N runs at {len(instants)} times need (N, {len(instants)})."
+            f"errors have the shape {values.shape}; N runs at {len(instants)} times need (N, {len(instants)})."
         )
-    counted = np.ones(found.shape, np.bool_) if counts is None else counts
-    distance = np.where(np.isfinite(found), np.abs(found), np.inf)
+    counted = np.ones(values.shape, np.bool_) if counts is None else counts
+    distance = np.where(np.isfinite(values), np.abs(values), np.inf)
     distance[~counted] = np.nan
     if requirement.quantity == "rate":
         distance = distance / instants
@@ -253,7 +228,7 @@ def tally(requirement: Requirement, time: Array, errors: Array, counts: NDArray[
         value[some] = percentile(distance[:, some], SHARES[requirement.quantity]).value
     else:
         value[some] = np.sqrt(np.nanmean(distance[:, some] ** 2, axis=0))
-    return Tally(value, count, inside, len(found))
+    return Tally(value, count, inside, len(values))
 
 
 def verdict(
@@ -263,26 +238,20 @@ def verdict(
     counts: NDArray[np.bool_] | None = None,
     error: float = 1.0 - CONFIDENCE,
 ) -> Verdict:
-    """Judge a requirement by the errors of an ensemble of runs.
+    """Judge a requirement by the errors of an ensemble of runs, as for `tally`.
 
-    Args:
-        time: instants, (E,) s since the start.
-        errors, counts: as for `tally`.
-        error: probability of error, 5 %, or less if several looks share it.
-
-    Returns:
-        The verdict at a confidence of 1 - error. Instants at which no run counts are left out; if none is left, it is
-        undecided, and the value is NaN.
+    The probability of error is 5 %, or less if several looks share it. Instants at which no run counts are left out; if
+    none is left, it is undecided, and the value is NaN.
 
     Raises:
         InputError: the shapes do not fit, there is no run, or the time of the requirement is not among the instants.
     """
-    instants, found = np.asarray(time, dtype=np.float64), np.asarray(errors, dtype=np.float64)
-    if found.ndim == 2 and found.shape[1:] == instants.shape and len(instants):
+    instants, values = np.asarray(time, dtype=np.float64), np.asarray(errors, dtype=np.float64)
+    if values.ndim == 2 and values.shape[1:] == instants.shape and len(instants):
         columns = _columns(requirement, instants)
-        instants, found = instants[columns], found[:, columns]
+        instants, values = instants[columns], values[:, columns]
         counts = None if counts is None else counts[:, columns]
-    return verdict_of(requirement, instants, tally(requirement, instants, found, counts), error)
+    return verdict_of(requirement, instants, tally(requirement, instants, values, counts), error)
 
 
 def verdict_of(
@@ -292,13 +261,7 @@ def verdict_of(
     error: float = 1.0 - CONFIDENCE,
     outages: Sequence[tuple[float, float]] = (),
 ) -> Verdict:
-    """Judge a requirement by the tally of an ensemble of runs.
-
-    Args:
-        time: instants that it concerns, (E,) s since the start.
-        error: as for `verdict`.
-        outages: beginning and end of each interval without fixes, s since the start.
-    """
+    """Judge a requirement by a tally at the instants `time`, (E,) s since the start, with outages."""
     there = tallied.count > 0
     time, runs = time[there], tallied.runs
     if not len(time):

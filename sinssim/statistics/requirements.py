@@ -90,14 +90,7 @@ class Requirement:
         return f"{what}, {self.instant}, at most {self.limit / self.unit_size:g} {self.unit}"
 
     def check_within(self, duration: float) -> None:
-        """Raise if the time of the requirement lies outside a run.
-
-        Args:
-            duration: of the run, s.
-
-        Raises:
-            InputError: it does.
-        """
+        """Raise InputError if the time of the requirement lies outside a run of a duration, s."""
         if self.when == "at" and self.time > duration + 1e-6:
             raise InputError(
                 f"requirement {self.text!r}: {self.time:g} s lies outside the run, which lasts {duration:g} s; give a "
@@ -106,68 +99,48 @@ class Requirement:
 
 
 def parse_requirement(text: str) -> Requirement:
-    """Read a requirement.
-
-    Args:
-        text: for example "r95(3600 s) <= 1852 m" or "heading(end) <= 0.05 deg".
-
-    Returns:
-        The requirement, SI.
+    """Read a requirement such as "r95(3600 s) <= 1852 m" or "heading(end) <= 0.05 deg".
 
     Raises:
         InputError: it cannot be read, the quantity or the unit is unknown, or the unit is of another kind.
     """
-    found = _PATTERN.fullmatch(text) if isinstance(text, str) else None
-    if found is None:
+    match = _PATTERN.fullmatch(text) if isinstance(text, str) else None
+    if match is None:
         raise InputError(f"the requirement {shortened(repr(text))} cannot be read; {_FORM}.")
-    name, unit, about = found["name"].lower(), (found["unit"] or "").strip(), f"requirement {shortened(repr(text))}"
+    name, unit, about = match["name"].lower(), (match["unit"] or "").strip(), f"requirement {shortened(repr(text))}"
     if name not in QUANTITIES:
         raise unknown_name("quantity of a requirement", name, QUANTITIES)
-    if found["sign"] not in ("<=", "<", "≤"):
-        raise InputError(f"{about}: {found['sign']} is not a limit of an error; {_FORM}.")
+    if match["sign"] not in ("<=", "<", "≤"):
+        raise InputError(f"{about}: {match['sign']} is not a limit of an error; {_FORM}.")
     try:
-        number = float(found["number"])
+        number = float(match["number"])
     except ValueError as error:
-        raise InputError(f"{about}: {found['number']!r} is not a number; {_FORM}.") from error
+        raise InputError(f"{about}: {match['number']!r} is not a number; {_FORM}.") from error
     if not (math.isfinite(number) and number > 0.0):
-        raise InputError(f"{about}: the limit {found['number']} must be a positive number.")
+        raise InputError(f"{about}: the limit {match['number']} must be a positive number.")
     dimension = QUANTITIES[name][0]
     known = _UNITS[dimension]
     if unit not in known:
         other = next((kind for kind, units in _UNITS.items() if unit in units), None)
-        what = f"no unit follows the number {found['number']}" if not unit else f"{unit!r} is not a known unit"
+        what = f"no unit follows the number {match['number']}" if not unit else f"{unit!r} is not a known unit"
         what = f"{unit!r} is a unit of {other}" if other else what
         article = "an" if dimension == "angle" else "a"
         raise InputError(f"{about}: {what}; {name} is {article} {dimension}. Known units: {', '.join(known)}.")
-    when, time = parse_when(found["when"], name, about)
+    when, time = parse_when(match["when"], name, about)
     return Requirement(text.strip(), name, when, time, number * known[unit], unit)
 
 
 def parse_requirements(require: str | Requirement | Iterable[str | Requirement]) -> tuple[Requirement, ...]:
-    """Read requirements.
-
-    Args:
-        require: texts, see `parse_requirement`, or requirements; or one of them.
-
-    Raises:
-        InputError: one of them cannot be read.
-    """
+    """Read requirements, or one of them, see `parse_requirement`."""
     several = (require,) if isinstance(require, str | Requirement) else require
-    return tuple(one if isinstance(one, Requirement) else parse_requirement(one) for one in several)
+    return tuple(
+        requirement if isinstance(requirement, Requirement) else parse_requirement(requirement)
+        for requirement in several
+    )
 
 
 def parse_when(text: str | None, name: str, about: str) -> tuple[When, float]:
-    """Read when a quantity counts.
-
-    Args:
-        text: what stands in the parentheses; None without them.
-
-    Returns:
-        "at", "end" or "run", and the time for "at", s; NaN for the others.
-
-    Raises:
-        InputError: it cannot be read.
-    """
+    """Read what stands in the parentheses of a quantity: "at", "end" or "run", and the time for "at", s, else NaN."""
     word = (text or "").strip().lower()
     if not word and text is None:
         return ("end" if name == "rate" else "run"), math.nan
@@ -178,16 +151,16 @@ def parse_when(text: str | None, name: str, about: str) -> tuple[When, float]:
             raise InputError(f"{about}: a rate is not limited over the whole run, as it has none at the start; give a "
                              "time or end.")  # fmt: skip
         return "run", math.nan
-    found = re.fullmatch(r"([-+.\deE]+)\s*([a-z]*)", word)
+    match = re.fullmatch(r"([-+.\deE]+)\s*([a-z]*)", word)
     try:
-        if found is None:
+        if match is None:
             raise ValueError
-        number = float(found[1])
+        number = float(match[1])
     except ValueError as error:
         raise InputError(f"{about}: ({text}) is not a time, end or run; {_FORM}.") from error
-    if found[2] not in TIMES:
+    if match[2] not in TIMES:
         raise InputError(f"{about}: ({text}) needs a unit of time, one of {', '.join(TIMES)}; {_FORM}.")
-    time = number * TIMES[found[2]]
+    time = number * TIMES[match[2]]
     if not (math.isfinite(time) and time >= 0.0) or (name == "rate" and time == 0.0):
         least = "a positive time" if name == "rate" else "a time from the start on"
         raise InputError(f"{about}: ({text}) must be {least}.")
@@ -241,25 +214,20 @@ def quantity_of(requirement: Requirement) -> Quantity:
 
 
 def parse_quantity(text: str) -> Quantity:
-    """Read a quantity.
-
-    Args:
-        text: for example "r95(3600 s)", "cep(end)" or "heading(run)"; without parentheses it is that at the end.
-
-    Raises:
-        InputError: it cannot be read, or there is no such quantity.
+    """Read a quantity such as "r95(3600 s)", "cep(end)" or "heading(run)"; without parentheses
+    it is that at the end.
     """
-    found = _QUANTITY_PATTERN.fullmatch(text) if isinstance(text, str) else None
-    if found is None:
+    match = _QUANTITY_PATTERN.fullmatch(text) if isinstance(text, str) else None
+    if match is None:
         raise InputError(
             f'the quantity {shortened(repr(text))} cannot be read; write it like "r95(3600 s)" or "heading(end)".'
         )
-    name = found["name"].lower()
+    name = match["name"].lower()
     if name not in QUANTITIES:
         raise unknown_name("quantity", name, QUANTITIES)
-    if found["when"] is None:
+    if match["when"] is None:
         return Quantity(name, "end")
-    when, time = parse_when(found["when"], name, f"quantity {shortened(repr(text))}")
+    when, time = parse_when(match["when"], name, f"quantity {shortened(repr(text))}")
     return Quantity(name, when, 0.0 if math.isnan(time) else time)
 
 
@@ -271,19 +239,18 @@ Judged = Sequence[tuple[Requirement, str]]
 
 
 def limits_of(judged: Judged, quantities: Iterable[str], end: float) -> list[Limit]:
-    """Return the limits of the requirements on some quantities.
+    """Return a mark for each requirement on the quantities that a chart shows, of a run until `end`, s since its start.
 
-    Args:
-        quantities: names of the quantities that a chart shows.
-        end: end of the run, s since its start.
-
-    Returns:
-        One mark for each; the limit of a rate is the length that it allows at its time.
+    The limit of a rate is the length that it allows at its time.
     """
-    chosen, found = set(quantities), []
-    for one, verdict in judged:
-        if one.quantity in chosen:
-            at = one.time if one.when == "at" else end
-            height = one.limit * at if one.quantity == "rate" else one.limit
-            found.append(Limit(text=one.text, verdict=verdict, height=height, at=None if one.when == "run" else at))
-    return found
+    chosen, limits = set(quantities), []
+    for requirement, verdict in judged:
+        if requirement.quantity in chosen:
+            at = requirement.time if requirement.when == "at" else end
+            height = requirement.limit * at if requirement.quantity == "rate" else requirement.limit
+            limits.append(
+                Limit(
+                    text=requirement.text, verdict=verdict, height=height, at=None if requirement.when == "run" else at
+                )
+            )
+    return limits

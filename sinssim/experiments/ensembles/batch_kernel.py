@@ -101,9 +101,9 @@ def _draw_noise(w: Array, key_0: Words, key_1: Words, number: int) -> None:
     wide_vectors()
     for axis in range(3):
         for j in range(LANES):
-            one, two = normal_pair(key_0[j], key_1[j], np.int64(number), TERM_NUMBERS[NOISE], np.uint64(axis))
-            keep_noise_k(w, NOISE, axis, j, one)
-            keep_noise_k(w, NOISE, axis + 3, j, two)
+            z0, z1 = normal_pair(key_0[j], key_1[j], np.int64(number), TERM_NUMBERS[NOISE], np.uint64(axis))
+            keep_noise_k(w, NOISE, axis, j, z0)
+            keep_noise_k(w, NOISE, axis + 3, j, z1)
 
 
 _draw_white, _draw_wander, _draw_rate_walk, _draw_flicker = (
@@ -143,16 +143,16 @@ def _step_lane(
     wide_vectors()
     a = (weights[row, 0], weights[row, 1], weights[row, 2], weights[row, 3], weights[row, 4])
     b = (weights[row, 5], weights[row, 6], weights[row, 7], weights[row, 8], weights[row, 9])
-    y0, y1, y2, y3, y4, own = y[slots[0]], y[slots[1]], y[slots[2]], y[slots[3]], y[slots[4]], y[slots[place]]
+    y0, y1, y2, y3, y4, sample = y[slots[0]], y[slots[1]], y[slots[2]], y[slots[3]], y[slots[4]], y[slots[place]]
     of = Models(p, GRAVITY, SIMPLIFIED)
     for j in range(LANES):
         m0, m1, m2, m3, m4, m5 = (
-            _moments_k(j, own, y0, y1, y2, y3, y4, a, b),
-            _moments_k(LANES + j, own, y0, y1, y2, y3, y4, a, b),
-            _moments_k(2 * LANES + j, own, y0, y1, y2, y3, y4, a, b),
-            _moments_k(3 * LANES + j, own, y0, y1, y2, y3, y4, a, b),
-            _moments_k(4 * LANES + j, own, y0, y1, y2, y3, y4, a, b),
-            _moments_k(5 * LANES + j, own, y0, y1, y2, y3, y4, a, b),
+            _moments_k(j, sample, y0, y1, y2, y3, y4, a, b),
+            _moments_k(LANES + j, sample, y0, y1, y2, y3, y4, a, b),
+            _moments_k(2 * LANES + j, sample, y0, y1, y2, y3, y4, a, b),
+            _moments_k(3 * LANES + j, sample, y0, y1, y2, y3, y4, a, b),
+            _moments_k(4 * LANES + j, sample, y0, y1, y2, y3, y4, a, b),
+            _moments_k(5 * LANES + j, sample, y0, y1, y2, y3, y4, a, b),
         )
         turn, angle2 = small_turn_k(
             (m0[0], m1[0], m2[0], m3[0], m4[0], m5[0]),
@@ -314,26 +314,14 @@ def low_gravity_k(
 
 
 def variables_of(algorithm: str) -> int | None:
-    """Return the number of an algorithm's attitude variables.
-
-    Args:
-        algorithm: one of `sinssim.ALGORITHMS`.
-
-    Returns:
-        The number; None if they are not numbers of one kind.
-    """
+    """Return the number of an algorithm's attitude variables; None if they are not numbers of one kind."""
     kinds = get_args(getattr(algorithm_file(algorithm), "Attitude", None))
     return len(kinds) if len(kinds) in _VARIABLES and set(kinds) == {float} else None
 
 
 @cache
 def engine(algorithm: str, gravity: int, vertical: int, curvature: str, active: int) -> Callable[..., None]:
-    """Return the compiled kernel; see `navigate_lanes`.
-
-    Args:
-        algorithm: one of `sinssim.ALGORITHMS` that `served` admits.
-        curvature: one of `sinssim.frames.CURVATURES`.
-    """
+    """Return the compiled kernel `navigate_lanes` of an algorithm that `why_algorithm_unsupported` admits."""
     suffix = algorithm.replace("-", "_")
     of_algorithm = {
         name: rebound(parts(algorithm)[name], f"{name}_{suffix}_in_range", **_IN_RANGE)

@@ -52,14 +52,7 @@ FRAME = "level"
 
 
 def why_algorithm_unsupported(algorithm: str) -> str | None:
-    """Return why the batch does not serve an attitude algorithm.
-
-    Args:
-        algorithm: one of `sinssim.ALGORITHMS`.
-
-    Returns:
-        A reason as a clause without a full stop; None if it serves it.
-    """
+    """Return why the batch does not support an attitude algorithm, as a clause; None if it does."""
     from sinssim.experiments.ensembles.batch_kernel import variables_of
     from sinssim.strapdown.engine_assembly import algorithm_file
 
@@ -75,11 +68,7 @@ def why_algorithm_unsupported(algorithm: str) -> str | None:
 
 
 def why_unsupported(scenario: Scenario) -> str | None:
-    """Return why the batch does not serve a scenario.
-
-    Returns:
-        The first reason as a clause without a full stop, for example "it has a filter"; None if the batch serves it.
-    """
+    """Return the first reason why the batch does not support a scenario, as a clause; None if it does."""
     navigation, imu = scenario.navigation, scenario.imu
     if scenario.one_component is not None:
         return "it has one component"
@@ -137,11 +126,7 @@ class BatchSolution:
     alone: tuple[int, ...] = ()
 
     def state(self, run: int) -> NavState:
-        """Return the states of one run at the epochs.
-
-        Returns:
-            The states, (E,).
-        """
+        """Return the states of one run at the epochs, (E,)."""
         return NavState(
             self.latitude[run], self.longitude[run], self.height[run], self.velocity_ned[run], self.q_nb[run]
         )
@@ -256,17 +241,17 @@ def _check_errors(errors: Sequence[ImuErrors], seeds: Sequence[int]) -> None:
     """Raise for errors that must be the same in all runs and are not."""
     if not errors or len(errors) != len(seeds):
         raise InputError(f"a batch needs errors and a seed for each run; there are {len(errors)} and {len(seeds)}.")
-    one = errors[0]
-    for run, other in enumerate(errors):
-        if other.faults:
+    first = errors[0]
+    for run, of_run in enumerate(errors):
+        if of_run.faults:
             raise InputError(f"run {run} has faults, which a batch does not support.")
         same = {
-            "gyro.correlation_time": one.gyro.correlation_time == other.gyro.correlation_time,
-            "accel.correlation_time": one.accel.correlation_time == other.accel.correlation_time,
-            "arms": np.array_equal(one.arms, other.arms),
-            "delay": one.delay == other.delay,
-            "warm_up": one.warm_up == other.warm_up,
-            "null_shift": one.null_shift == other.null_shift,
+            "gyro.correlation_time": first.gyro.correlation_time == of_run.gyro.correlation_time,
+            "accel.correlation_time": first.accel.correlation_time == of_run.accel.correlation_time,
+            "arms": np.array_equal(first.arms, of_run.arms),
+            "delay": first.delay == of_run.delay,
+            "warm_up": first.warm_up == of_run.warm_up,
+            "null_shift": first.null_shift == of_run.null_shift,
         }
         if not all(same.values()):
             names = ", ".join(name for name, equal in same.items() if not equal)
@@ -291,11 +276,7 @@ _BEGIN = 7000
 
 
 def why_not_batch(plan: Plan, truths: TruthCache) -> str | None:
-    """Return why the runs of an ensemble are computed one by one.
-
-    Returns:
-        A clause without a full stop, for example "it has a filter"; None if they are computed together.
-    """
+    """Return why the runs of an ensemble are computed one by one, as a clause; None if they are computed at once."""
     if plan.filtered:
         return "it has a filter"
     if plan.keys:
@@ -315,9 +296,9 @@ def why_not_batch(plan: Plan, truths: TruthCache) -> str | None:
 def compute_as_batch(
     plan: Plan, members: Sequence[Member], truths: TruthCache, errors: RunErrors, on_run: OnRun | None
 ) -> list[int]:
-    """Compute runs of a plan that `alone_because` admits together, and fill in the rows of those that can be finished.
+    """Compute runs of a plan that `why_not_batch` admits, and store those that can be finished.
 
-    Rows of the others are returned: runs that leave the range of the batch, and those that fail.
+    The rows of the others are returned: runs that leave the range of the batch, and those that fail.
     """
     truth = truths.of(plan.scenario)
     epochs, rows = rows_at(plan.epochs, truth.time)
@@ -330,12 +311,12 @@ def compute_as_batch(
         if row in solution.alone:
             left.append(row)
             continue
-        own = solution.state(row)
-        kept = NavSolution(
-            truth.time[rows], own.latitude[where], own.longitude[where], own.height[where], own.velocity_ned[where],
-            own.q_nb[where], np.zeros(len(rows)), plan.solution,
+        state = solution.state(row)
+        reduced = NavSolution(
+            truth.time[rows], state.latitude[where], state.longitude[where], state.height[where],
+            state.velocity_ned[where], state.q_nb[where], np.zeros(len(rows)), plan.solution,
         )  # fmt: skip
-        error = navigation_error(there, kept, truth.trajectory.ellipsoid, axes)
+        error = navigation_error(there, reduced, truth.trajectory.ellipsoid, axes)
         try:
             check_finite(error)
         except RunError:
@@ -355,14 +336,14 @@ def _navigate(plan: Plan, members: Sequence[Member], truth: Truth, edges: NDArra
     axes = axes_along(navigation.frame, trajectory.state, trajectory.start, trajectory.end)
     start: NavState = trajectory.state(truth.time[0])
     initial = [
-        initial_state_with_errors(start, navigation.initial_error, trajectory.ellipsoid, one.seed, axes)
-        for one in members
+        initial_state_with_errors(start, navigation.initial_error, trajectory.ellipsoid, run.seed, axes)
+        for run in members
     ]
     return navigate_batch(
         truth.ideal,
         initial,
-        [draw_true_errors(scenario.imu, one.seed).imu for one in members],
-        [one.seed for one in members],
+        [draw_true_errors(scenario.imu, run.seed).imu for run in members],
+        [run.seed for run in members],
         edges,
         navigation.mechanization(plan.solution, trajectory.ellipsoid.name),
         height=None if navigation.vertical == "free" else truth.state.height,

@@ -42,11 +42,7 @@ class DamagedChunkError(RunError):
 
 
 def chunk_name(runs: range) -> str:
-    """Return the file name of a group of runs.
-
-    Returns:
-        For example "0000064-0000127.parquet".
-    """
+    """Return the file name of a group of runs, for example "0000064-0000127.parquet"."""
     return f"{runs.start:07d}-{runs.stop - 1:07d}.parquet"
 
 
@@ -219,7 +215,7 @@ class EnsembleDirectory(Store):
 
     def finished(self, say: Callable[[str], None] | None = None) -> list[range]:
         """Return the runs that are finished, in order; a damaged file is named and removed."""
-        found = []
+        finished = []
         files = ((path, runs_of(path)) for path in self.folder.glob("*.parquet"))
         end = 0
         for path, runs in sorted(((p, r) for p, r in files if r is not None), key=lambda item: item[1].start):
@@ -227,22 +223,17 @@ class EnsembleDirectory(Store):
                 continue  # runs of two files, which two processes wrote without a lock
             try:
                 read_chunk(path, self.plan)
-                found.append(runs)
+                finished.append(runs)
                 end = runs.stop
             except DamagedChunkError as damage:
                 with suppress(OSError):
                     path.unlink()
                 if say is not None:
                     say(f"{damage} Its runs {runs.start} to {runs.stop - 1} are computed again.")
-        return found
+        return finished
 
     def load(self, groups: Sequence[range]) -> Errors:
-        """Return the errors of finished runs; many are kept in a file without a name in the directory.
-
-        Raises:
-            DamagedChunkError: a file has changed since it was checked.
-            InputError: there is no space for the file without a name.
-        """
+        """Return the errors of finished runs; many are kept in a file without a name in the directory."""
         plan, count = self.plan, sum(map(len, groups))
         failed, then = f"the errors of {count} runs could not be combined in", " All runs are kept; --resume continues."
         with self.writing(failed, then):
@@ -255,17 +246,13 @@ class EnsembleDirectory(Store):
 
 
 def kept_epochs(path: Path) -> list[float] | None:
-    """Return the epochs that requirements have added to an ensemble.
-
-    Returns:
-        Times, s; None if the directory holds no ensemble.
-    """
+    """Return the epochs that requirements have added to an ensemble, s; None if the directory holds no ensemble."""
     try:
-        found = read_manifest(path, EnsembleDirectory.KIND)
+        manifest = read_manifest(path, EnsembleDirectory.KIND)
     except InputError:
         return None
-    kept = found.get("epochs_of_requirements_s", [])
-    return [float(t) for t in kept if isinstance(t, float | int)] if isinstance(kept, list) else []
+    epochs = manifest.get("epochs_of_requirements_s", [])
+    return [float(t) for t in epochs if isinstance(t, float | int)] if isinstance(epochs, list) else []
 
 
 def missing(finished: list[range], runs: int, chunk: int) -> list[range]:

@@ -282,15 +282,15 @@ class StoredErrors(KeptErrors):
         """
         first, last, _ = runs.indices(len(self))
         begin, end, _ = epochs.indices(self._epochs)
-        found = self._room(last - first, end - begin)
+        values = self._room(last - first, end - begin)
         for span in self._spans:
             low, high = max(span.start, begin), min(span.stop, end)
             if low >= high or last <= first:
                 continue
             rows = np.empty((last - first, span.stop - span.start))
             self._read(rows, self._offset(name, span, first))
-            found[:, low - begin : high - begin] = rows[:, low - span.start : high - span.start]
-        return found
+            values[:, low - begin : high - begin] = rows[:, low - span.start : high - span.start]
+        return values
 
     @property
     def position_ned(self) -> Array:

@@ -44,9 +44,9 @@ def errors_of_runs(plan: Plan, runs: range, truths: TruthCache, on_run: OnRun | 
     """
     errors = empty(len(runs), len(plan.epochs), plan.keys, tuple(plan.blocks), plan.sensors)
     members = [member(plan.scenario, number) for number in runs]
-    for row, (number, one) in enumerate(zip(runs, members, strict=True)):
-        errors.number[row], errors.seed[row] = number, one.seed
-        for key, value in one.values.items():
+    for row, (number, run) in enumerate(zip(runs, members, strict=True)):
+        errors.number[row], errors.seed[row] = number, run.seed
+        for key, value in run.values.items():
             errors.values[key][row] = value
     left = list(range(len(runs)))
     if why_not_batch(plan, truths) is None:
@@ -65,12 +65,12 @@ def errors_of_runs(plan: Plan, runs: range, truths: TruthCache, on_run: OnRun | 
     return errors
 
 
-def errors_of_run(plan: Plan, one: Member, truths: TruthCache, errors: RunErrors, row: int) -> None:
+def errors_of_run(plan: Plan, run: Member, truths: TruthCache, errors: RunErrors, row: int) -> None:
     """Compute one run, and fill in its row."""
     from sinssim.scenario.route_pole import check_route, check_route_flown
 
-    scenario = one.scenario
-    if one.values:
+    scenario = run.scenario
+    if run.values:
         check_route(scenario)
     truth = truths.of(scenario)
     check_route_flown(scenario, truth.time, truth.state)
@@ -158,17 +158,10 @@ def _store_nees(aided: Aided, errors: RunErrors, row: int, epochs: NDArray[np.in
 
 
 def normalised(errors: Array, covariance: Array) -> tuple[Array, Array]:
-    """Return normalised squared errors and their degrees of freedom.
+    """Return normalised squared errors xᵀP⁻¹x of errors, (K, n), and the rank of their covariance P, (K,) each.
 
     States that are known exactly, and combinations of states that depend on others, do not count: an alignment at rest
-    leaves a tilt and an accelerometer bias that are one error, not two.
-
-    Args:
-        errors: (K, n).
-        covariance: P, (K, n, n).
-
-    Returns:
-        xᵀP⁻¹x and the rank of P, (K,) each; NaN where P has no positive variance.
+    leaves a tilt and an accelerometer bias that are one error, not two. NaN where P has no positive variance.
     """
     scale = np.sqrt(np.maximum(np.einsum("kii->ki", covariance), 0.0))
     scale[scale == 0.0] = np.inf

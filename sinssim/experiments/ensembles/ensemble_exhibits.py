@@ -267,7 +267,7 @@ def _rates(result: EnsembleResult) -> Charts:
 
 
 def _judged(result: EnsembleResult) -> Sequence[Any]:
-    return [(one.requirement, one.verdict) for one in result.verdicts]
+    return [(verdict.requirement, verdict.verdict) for verdict in result.verdicts]
 
 
 def _components(result: EnsembleResult, scales: Sequence[Scale], predicted: Array | None) -> Charts:
@@ -371,19 +371,23 @@ def _consistency(result: EnsembleResult, numbers: EnsembleNumbers) -> Section:
 def _squares(result: EnsembleResult, key: str, squares: Mapping[str, MeanSquare], title: str) -> Iterator[Charts]:
     """Yield a chart for each block or sensor, and one of all of them together for the recording."""
     time, charts, y = result.elapsed, [], Axis(label=title, low=0.0)
-    for one in squares.values():
-        low, high = (np.broadcast_to(end, one.value.shape) for end in (one.band.low, one.band.high))
-        there = np.isfinite(one.value)
+    for square in squares.values():
+        low, high = (np.broadcast_to(end, square.value.shape) for end in (square.band.low, square.band.high))
+        there = np.isfinite(square.value)
         marks = (
             Band(x=time[there], low=low[there], high=high[there], color="bound"),
-            Line(x=time[there], y=one.value[there], color=one.name, weight="thin"),
+            Line(x=time[there], y=square.value[there], color=square.name, weight="thin"),
             Rule(at=1.0, weight="hair"),
         )
-        charts.append(Chart(key=f"{key}/{one.name}", title=one.name, y=y, marks=marks))
+        charts.append(Chart(key=f"{key}/{square.name}", title=square.name, y=y, marks=marks))
     if charts:
         rows = tuple(tuple(charts[k : k + 2]) for k in range(0, len(charts), 2))
         yield Charts(f"{key}s", rows, (5.2 * len(rows[0]), 0.5 + 1.9 * len(rows)), share="x", on=("page",))
-    lines = tuple(Line(label=one.name, x=time, y=one.value) for one in squares.values() if np.isfinite(one.value).any())
+    lines = tuple(
+        Line(label=square.name, x=time, y=square.value)
+        for square in squares.values()
+        if np.isfinite(square.value).any()
+    )
     yield Charts(key, ((Chart(key=key, y=y, marks=lines),),), (8.0, 3.0), on=("recording",))
 
 

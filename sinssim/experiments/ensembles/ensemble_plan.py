@@ -96,31 +96,27 @@ class Member:
 
 
 def member(scenario: Scenario, number: int) -> Member:
-    """Return a run of an ensemble.
-
-    Args:
-        number: number of the run, from 0.
-    """
+    """Return a run of an ensemble by its number, from 0."""
     seed = run_seed(scenario.seed, number)
     vary = () if scenario.ensemble is None else scenario.ensemble.vary
-    return Member(number, seed, {one.key: _drawn(one, seed) for one in vary}, scenario)
+    return Member(number, seed, {variation.key: _drawn(variation, seed) for variation in vary}, scenario)
 
 
-def _drawn(one: Normal | Uniform | Choice, seed: int) -> Any:
+def _drawn(variation: Normal | Uniform | Choice, seed: int) -> Any:
     """Return the value of a varied key in the run of a seed."""
     from scipy.special import ndtr
 
     from sinssim.statistics.random_numbers import normals
 
-    normal = float(normals(seed, f"vary {one.key}", 0, 1)[0])
+    normal = float(normals(seed, f"vary {variation.key}", 0, 1)[0])
     uniform = float(ndtr(normal))
-    match one:
+    match variation:
         case Normal():
-            return one.mean + one.sigma * normal
+            return variation.mean + variation.sigma * normal
         case Uniform():
-            return one.low + (one.high - one.low) * uniform
+            return variation.low + (variation.high - variation.low) * uniform
         case Choice():
-            return one.values[min(int(uniform * len(one.values)), len(one.values) - 1)]
+            return variation.values[min(int(uniform * len(variation.values)), len(variation.values) - 1)]
 
 
 _TABLES = (
@@ -135,9 +131,8 @@ _KEPT = 2
 def truth_key(scenario: Scenario) -> str:
     """Return a text that is equal for scenarios with the same true motion and increments.
 
-    Returns:
-        The tables and keys that determine them, with the seed if turbulence, vibration, road, sea, gravity's remainder
-        or the errors of a turntable are drawn from it.
+    It has the tables and keys that determine them, with the seed if turbulence, vibration, road, sea, gravity's
+    remainder or the errors of a turntable are drawn from it.
     """
     flight, table = scenario.flight, scenario.turntable
     drawn = (
@@ -181,26 +176,21 @@ class TruthCache:
             self._drop_old()
 
     def of(self, scenario: Scenario) -> Truth:
-        """Return the true motion of a scenario, the same bits as those of `sinssim run`.
-
-        Raises:
-            InputError: the scenario's motion cannot be used.
-            RunError: JSBSim failed.
-        """
+        """Return the true motion of a scenario, the same bits as those of `sinssim run`."""
         key = truth_key(scenario)
         with self._lock:
-            own = self._each.setdefault(key, threading.Lock())
-        with own:  # threads that want the same motion wait for the first of them
+            lock = self._each.setdefault(key, threading.Lock())
+        with lock:  # threads that want the same motion wait for the first of them
             with self._lock:
                 if key in self._kept:
                     self._kept.move_to_end(key)
                     return self._kept[key]
             again = has_remainder(scenario) and scenario.imu.rotation is None
-            found = self._in_drawn_gravity(scenario) if again else _truth(scenario)
+            truth = self._in_drawn_gravity(scenario) if again else _truth(scenario)
             with self._lock:
-                self._kept[key] = found
+                self._kept[key] = truth
                 self._drop_old()
-        return found
+        return truth
 
     def _drop_old(self) -> None:
         while len(self._kept) > _KEPT:
@@ -217,9 +207,9 @@ class TruthCache:
         known = self._unrounded
         if known is None or known[0] is not base:
             known = self._unrounded = base, base.block.increments(scenario.imu.rate_hz)
-        own = known[1]
-        dvel = own.dvel - trajectory.felt(own.time, own.dtheta)
-        ideal = digital(ImuData(own.time, own.dtheta, dvel))
+        increments = known[1]
+        dvel = increments.dvel - trajectory.felt(increments.time, increments.dtheta)
+        ideal = digital(ImuData(increments.time, increments.dtheta, dvel))
         return Truth.along(trajectory, trajectory, base.rate_hz, ideal, base.state)
 
 
@@ -287,7 +277,7 @@ class Plan:
     @property
     def keys(self) -> tuple[str, ...]:
         """The varied keys."""
-        return tuple(one.key for one in self.scenario.ensemble.vary) if self.scenario.ensemble else ()
+        return tuple(variation.key for variation in self.scenario.ensemble.vary) if self.scenario.ensemble else ()
 
     @cached_property
     def regular(self) -> NDArray[np.bool_]:
@@ -300,7 +290,7 @@ class Plan:
         contents = self.scenario.contents(without=(*_WITHOUT_EFFECT, "seed", "ensemble", "use"))
         if files := own_digests(self.scenario):
             contents["own_content"] = files
-        vary = [one.model_dump() for one in self.scenario.ensemble.vary] if self.scenario.ensemble else []
+        vary = [variation.model_dump() for variation in self.scenario.ensemble.vary] if self.scenario.ensemble else []
         return {**contents, "ensemble": {"solution": self.solution, "vary": json.loads(json.dumps(vary))}}
 
     @cached_property
@@ -316,17 +306,13 @@ def make_plan(
     scenario: Scenario,
     truths: TruthCache | None = None,
     require: Iterable[Requirement] = (),
-    kept: Iterable[float] | None = None,
+    stored: Iterable[float] | None = None,
     times: Iterable[float] = (),
 ) -> Plan:
-    """Plan an ensemble; its flight is flown if it is not in the cache.
+    """Plan an ensemble; its flight is flown if it is not in the cache, and its true motion is put into `truths`.
 
     Times of requirements and further `times`, s, are epochs, too; but requirements of an ensemble that is continued add
-    none to those that it has `kept`. The true motion for the runs is put into `truths`.
-
-    Raises:
-        InputError: the scenario cannot be used for an ensemble, or not be run at all.
-        RunError: JSBSim failed.
+    none to those that it has `stored`.
     """
     from sinssim.scenario.planned_motion import check_times
     from sinssim.scenario.route_pole import check_route
@@ -350,9 +336,11 @@ def make_plan(
     check_route(scenario)
     truth = (truths or TruthCache()).of(scenario)
     sensors = _sensors(scenario, truth) if solution == AIDED else ()
-    wanted = [(one.time, f"requirement {one.text!r}") for one in require if one.when == "at"]
+    wanted = [
+        (requirement.time, f"requirement {requirement.text!r}") for requirement in require if requirement.when == "at"
+    ]
     wanted += [(time, "times (times_s, --at)") for time in times]
-    epochs, extra = _with_times(truth, _epochs(truth, section.epoch_s if section else None), wanted, kept)
+    epochs, extra = _with_times(truth, _epochs(truth, section.epoch_s if section else None), wanted, stored)
     chunk = LONG_CHUNK if solution == AIDED or motions_differ(scenario) else _CHUNK
     north, east, _ = (float(v) for v in truth.state.velocity_ned[-1])
     course = math.atan2(east, north) if math.hypot(north, east) > _MOVES else math.nan
@@ -425,13 +413,13 @@ def _epochs(truth: Truth, step: float | None) -> Array:
 
 
 def _with_times(
-    truth: Truth, epochs: Array, asked: Iterable[tuple[float, str]], kept: Iterable[float] | None
+    truth: Truth, epochs: Array, requested: Iterable[tuple[float, str]], stored: Iterable[float] | None
 ) -> tuple[Array, tuple[float, ...]]:
     """Return the epochs with times since the start, or those of an ensemble that is continued, and the new ones."""
     edges, start = truth.time, float(truth.time[0])
-    wanted = [] if kept is None else [t for t in kept if np.isin(t, edges)]
+    wanted = [] if stored is None else [t for t in stored if np.isin(t, edges)]
     lasts = float(edges[-1]) - start
-    for time, who in asked:
+    for time, who in requested:
         if not 0.0 <= time <= lasts + 1e-6:
             raise InputError(f"{who}: {time:g} s lies outside the run, which lasts {lasts:g} s.")
         row = int(np.argmin(np.abs(edges - start - time)))
@@ -440,7 +428,7 @@ def _with_times(
                 f"{who}: {time:g} s is between two samples of the run, which are {float(edges[1]) - start:g} s apart; "
                 f"the nearest one is at {float(edges[row]) - start:.10g} s."
             )
-        if kept is None:
+        if stored is None:
             wanted.append(float(edges[row]))
     extra = tuple(sorted({t for t in wanted if not np.isin(t, epochs)}))
     return np.unique(np.append(epochs, extra)), extra

@@ -78,11 +78,11 @@ class EnsembleResult(Result):
         return f"EnsembleResult({self.plan.scenario.name}: {len(self)} runs, {failed} failed, {len(self.time)} epochs)"
 
     def _repr_html_(self) -> str:
-        def text(one: Percentile) -> str:
-            return f"{one.value[-1]:.4g} ({one.low[-1]:.4g} … {one.high[-1]:.4g})"
+        def text(estimate: Percentile) -> str:
+            return f"{estimate.value[-1]:.4g} ({estimate.low[-1]:.4g} … {estimate.high[-1]:.4g})"
 
         rows: list[tuple[str, ...]] = [("CEP at the end, m", text(self.cep)), ("R95 at the end, m", text(self.r95))]
-        rows += [(one.requirement.text, one.verdict) for one in self.verdicts]
+        rows += [(verdict.requirement.text, verdict.verdict) for verdict in self.verdicts]
         return html_table(repr(self), rows, ("", "value (95 % band)"))
 
     @property
@@ -148,7 +148,7 @@ class EnsembleResult(Result):
 
         def joined(several: Sequence[Percentile]) -> Percentile:
             value, low, high, runs = (
-                np.concatenate([getattr(one, name) for one in several]) for name in ("value", "low", "high", "runs")
+                np.concatenate([getattr(part, name) for part in several]) for name in ("value", "low", "high", "runs")
             )
             return Percentile(several[0].share, value, low, high, confidence, runs)
 
@@ -202,12 +202,12 @@ class EnsembleResult(Result):
         return self._spreads[quantity]
 
     def _spread(self, number: int) -> Spread:
-        found = np.empty((4, len(self.time), 3))
+        values = np.empty((4, len(self.time), 3))
         for axis, name in enumerate(COMPONENTS[3 * number : 3 * number + 3]):
             for epochs in self.errors.spans():
-                one = spread(self.errors.column(name, epochs))
-                found[:, epochs, axis] = one.mean, one.sigma, one.standard_error, one.runs
-        return Spread(*found)
+                part = spread(self.errors.column(name, epochs))
+                values[:, epochs, axis] = part.mean, part.sigma, part.standard_error, part.runs
+        return Spread(*values)
 
     @cached_property
     def _spreads(self) -> dict[str, Spread]:
@@ -224,15 +224,15 @@ class EnsembleResult(Result):
         """
         if f"sigma_{COMPONENTS[0]}" not in self.errors.names:
             return None
-        number, found = VECTORS.index(quantity), np.empty((len(self.time), 3))
+        number, values = VECTORS.index(quantity), np.empty((len(self.time), 3))
         for axis, name in enumerate(COMPONENTS[3 * number : 3 * number + 3]):
             for epochs in self.errors.spans():
                 sigma = self.errors.column(f"sigma_{name}", epochs)
                 there = np.isfinite(sigma)
                 with np.errstate(invalid="ignore", divide="ignore"):
                     mean = (np.where(there, sigma, 0.0) ** 2).sum(axis=0) / there.sum(axis=0)
-                found[epochs, axis] = np.sqrt(mean)
-        return found
+                values[epochs, axis] = np.sqrt(mean)
+        return values
 
     def mean_squares_of_runs(self, component: str) -> tuple[Array, Array]:
         """Return the sum of an error's squares over the epochs without those of requirements, and their number.
@@ -322,7 +322,7 @@ class EnsembleResult(Result):
 
 
 def _mean_squares(errors: Errors, kind: str) -> dict[str, MeanSquare]:
-    found = {}
+    squares = {}
     for name in (text.partition(" ")[2] for text in errors.names if text.startswith(f"{kind} ")):
         parts = []
         for epochs in errors.spans():
@@ -332,5 +332,5 @@ def _mean_squares(errors: Errors, kind: str) -> dict[str, MeanSquare]:
         freedom, total = (np.concatenate(rows) for rows in zip(*parts, strict=True))
         with np.errstate(invalid="ignore", divide="ignore"):
             value = np.where(freedom > 0.0, total / freedom, np.nan)
-        found[name] = MeanSquare(name, value, mean_square_band(freedom), freedom)
-    return found
+        squares[name] = MeanSquare(name, value, mean_square_band(freedom), freedom)
+    return squares

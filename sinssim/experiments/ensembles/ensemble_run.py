@@ -97,8 +97,8 @@ def memory_needed(plan: Plan, runs: int, epochs: int | None = None) -> float:
     epochs = epochs or len(plan.epochs)
     whole = _bytes(plan, runs, epochs)
     part = 8.0 * min(max(AT_ONCE, 3 * runs), runs * epochs)
-    kept = whole if whole <= IN_MEMORY else 0.0
-    return kept + _COPIES * part + _RUN_BYTES * runs + _OF_FILE * _bytes(plan, min(plan.chunk, runs), epochs)
+    arrays = whole if whole <= IN_MEMORY else 0.0
+    return arrays + _COPIES * part + _RUN_BYTES * runs + _OF_FILE * _bytes(plan, min(plan.chunk, runs), epochs)
 
 
 def disk_needed(plan: Plan, runs: int, finished: int) -> float:
@@ -195,9 +195,9 @@ def ensemble(
     with shown(progress) as report, _spare(scenario, count, threads, later=later) as spare:
         report("Flying", 0.0)
         how = _How(TruthCache(), spare, threads, workers, scheduler, tuple(float(time) for time in times))
-        kept = kept_epochs(Path(directory)) if resume and directory is not None else None
+        stored = kept_epochs(Path(directory)) if resume and directory is not None else None
         warn_of_limits(scenario)
-        plan = with_runs(make_plan(scenario, how.truths, wanted, kept, how.times), count)
+        plan = with_runs(make_plan(scenario, how.truths, wanted, stored, how.times), count)
         check_memory(plan, count)
         looks = Looks(wanted, count, until_decided)
         if directory is None:
@@ -321,7 +321,7 @@ def _judged(
             break
     return replace(
         result, computed=computed, seconds=seconds, notes=notes, looks=tuple(looks.done) if looks.several else (),
-        verdicts=tuple(one for one in looks.verdicts if one is not None),
+        verdicts=tuple(verdict for verdict in looks.verdicts if verdict is not None),
     )  # fmt: skip
 
 

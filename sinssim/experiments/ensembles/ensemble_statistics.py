@@ -370,9 +370,9 @@ def consistency(result: EnsembleResult) -> Consistency | None:
     for name, square in result.nis.items():
         tests.append(("NIS", name, None, _square(square).mean, float(square.freedom.sum())))
     values, freedom, two_sided = (
-        [one[3] for one in tests],
-        [one[4] for one in tests],
-        [one[0] == "NIS" for one in tests],
+        [test[3] for test in tests],
+        [test[4] for test in tests],
+        [test[0] == "NIS" for test in tests],
     )
     least = extreme(values, freedom, two_sided, FALSE_ALARM)
     diverged = sum(text.startswith(DIVERGED) for text in result.failures.values())

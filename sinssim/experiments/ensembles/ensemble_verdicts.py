@@ -49,7 +49,9 @@ def looks_of(runs: int) -> tuple[int, ...]:
 def check_kept(plan: Plan, require: Iterable[Requirement], times: Iterable[float] = ()) -> None:
     """Raise InputError if a time that is asked for, s, is not among the epochs of an ensemble that is continued."""
     elapsed = plan.epochs - plan.start
-    wanted = [(f"requirement {one.text!r}", one.time) for one in require if one.when == "at"]
+    wanted = [
+        (f"requirement {requirement.text!r}", requirement.time) for requirement in require if requirement.when == "at"
+    ]
     for who, time in (*wanted, *((f"times (--at): {time:g} s", time) for time in times)):
         if np.abs(elapsed - time).min() > 1e-6:
             after = int(np.searchsorted(elapsed, time))
@@ -110,14 +112,14 @@ class Looks:
     @property
     def decided(self) -> bool:
         """Whether all requirements are met or not met."""
-        return all(one is not None and one.verdict != "undecided" for one in self.verdicts)
+        return all(verdict is not None and verdict.verdict != "undecided" for verdict in self.verdicts)
 
     def so_far(self, result: EnsembleResult) -> tuple[Verdict, ...]:
         """Return the verdicts that had been reached before an ensemble stopped early, and else those of its runs."""
         error = (1.0 - CONFIDENCE) / (LOOKS if self.several else 1)
         return tuple(
-            judge(result, one, None, error) if before is None or before.verdict == "undecided" else before
-            for one, before in zip(self._require, self.verdicts, strict=True)
+            judge(result, requirement, None, error) if before is None or before.verdict == "undecided" else before
+            for requirement, before in zip(self._require, self.verdicts, strict=True)
         )
 
     def look(self, result: EnsembleResult, runs: int) -> None:
@@ -128,9 +130,9 @@ class Looks:
         """
         error = (1.0 - CONFIDENCE) / (LOOKS if self.several else 1)
         self.done.append(runs if self.several else len(result))
-        for place, (one, before) in enumerate(zip(self._require, self.verdicts, strict=True)):
+        for place, (requirement, before) in enumerate(zip(self._require, self.verdicts, strict=True)):
             if before is None or before.verdict == "undecided":
-                self.verdicts[place] = judge(result, one, runs if self.several else None, error)
+                self.verdicts[place] = judge(result, requirement, runs if self.several else None, error)
 
 
 _WORDS = {"met": "met, with 95 % confidence", "not met": "NOT MET, with 95 % confidence", "undecided": "undecided"}
@@ -161,7 +163,7 @@ def looks_text(result: EnsembleResult) -> str:
     *first, last = map(str, result.looks)
     numbers = f"{', '.join(first)} and {last}" if first else last
     limit = ""
-    if any(one.verdict == "undecided" for one in result.verdicts):
+    if any(verdict.verdict == "undecided" for verdict in result.verdicts):
         limit = (
             f" {last} runs are the most for this --runs; a further series of tests has its own probability of error of "
             "5 %."
@@ -174,7 +176,9 @@ def looks_text(result: EnsembleResult) -> str:
 
 def requirement_lines(result: EnsembleResult) -> list[str]:
     """Return the verdicts as lines for the console."""
-    lines = [f"{one.requirement.text}: {_WORDS[one.verdict]}. {verdict_text(one)}" for one in result.verdicts]
+    lines = [
+        f"{verdict.requirement.text}: {_WORDS[verdict.verdict]}. {verdict_text(verdict)}" for verdict in result.verdicts
+    ]
     return [*lines, *filter(None, [looks_text(result)])]
 
 

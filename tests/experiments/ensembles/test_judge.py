@@ -168,7 +168,7 @@ def test_times_without_a_sample_are_refused(text: str, words: str) -> None:
 
 def test_an_ensemble_that_is_continued_keeps_its_epochs() -> None:
     base, other = scenario(ensemble={"epoch_s": 7.0}), parse_requirements("r95(11 s) <= 1 m")
-    plan = make_plan(base, None, other, kept=[10.0])
+    plan = make_plan(base, None, other, stored=[10.0])
     assert plan.extra == (10.0,)
     with pytest.raises(sinssim.InputError, match=r"no errors at 11 s, .* nearest epochs are 10 s and 14 s"):
         check_kept(plan, other)
