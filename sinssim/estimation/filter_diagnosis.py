@@ -369,7 +369,7 @@ class _Search:
     """The search for the size of a noise that explains the innovations best."""
 
     run: Run  # runs the filter
-    own: Estimate  # the filter's estimate
+    base: Estimate  # the filter's estimate
     name: str
     kind: Kind  # name, kind: of the hypothesis
     model_of: Callable[[float], ErrorModel]  # model with a noise of a size
@@ -389,7 +389,7 @@ class _Search:
 
     def _judge(self, size: float) -> float:
         there = _try(self.run, self.model_of(size), {})
-        self.tried[size] = -math.inf if there is None else gain(self.own.innovations, there.innovations)
+        self.tried[size] = -math.inf if there is None else gain(self.base.innovations, there.innovations)
         return self.tried[size]
 
     def by_decades(self) -> None:

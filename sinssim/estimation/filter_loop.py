@@ -17,7 +17,7 @@ from sinssim.errors import InputError, RunError
 from sinssim.estimation.error_dynamics import turn_of_axes
 from sinssim.estimation.filter_result import Divergence, History, corrected
 from sinssim.estimation.innovation_gate import InnovationGate
-from sinssim.estimation.kalman_filter import Branch, Diverged, check_covariance
+from sinssim.estimation.kalman_filter import Branch, Diverged, ErrorFilter, check_covariance
 from sinssim.estimation.linearisation import Linearisation, Observed, Surroundings, linearise
 from sinssim.estimation.measurement_epochs import Branches, Epochs
 from sinssim.estimation.nominal_motion import rows_of, solution_of
@@ -32,15 +32,23 @@ from sinssim.strapdown.navigate import Segments
 
 @dataclass
 class HistoryRow:
-    """The filter at one epoch after all of its readings, late ones included; see `History`."""
+    """The filter from one stored row to the next; see `History`."""
 
-    covariance: Array
-    state: Array
     transition: Array
     noise: Array
     information: Array
     decay: Array
     fed_back: Array
+
+    @classmethod
+    def begin(cls, n: int) -> HistoryRow:
+        """Return the row before the first step from the last one."""
+        return cls(np.eye(n), np.zeros((n, n)), np.zeros((n, n)), np.eye(n), np.zeros(n))
+
+    def predict(self, phi: Array, q: Array) -> None:
+        """Advance by Φ and Q, (n, n)."""
+        self.transition, self.decay, self.fed_back = phi @ self.transition, phi @ self.decay, phi @ self.fed_back
+        self.noise = phi @ self.noise @ phi.T + q
 
 
 class _Rows:
@@ -86,17 +94,17 @@ class Record:
         """Record the estimate at the next epoch of the segment; the arrays must not change afterwards."""
         self._stretch.append((x, covariance.diagonal()))
 
-    def keep(self, epoch: int, covariance: Array, row: HistoryRow | None) -> None:
-        """Keep the covariance at an epoch, and the row of the history."""
+    def keep(self, epoch: int, covariance: Array, main: ErrorFilter, row: HistoryRow | None) -> None:
+        """Keep the covariance at an epoch, and in a history the estimate from all readings, late ones included."""
         if row is not None:
-            if self._complete is self._covariance and row.covariance is not covariance:
+            if self._complete is self._covariance and main.covariance is not covariance:
                 self._complete = _Rows(covariance.shape, self._expected)
                 for earlier in self._covariance.first(len(self._rows)):
                     self._complete.append(earlier)
             if self._complete is not self._covariance:
-                self._complete.append(row.covariance)
-            for name in ("transition", "noise", "information", "decay", "state", "fed_back"):
-                self._history[name].append(getattr(row, name))
+                self._complete.append(main.covariance)
+            for name, value in (*vars(row).items(), ("state", main.x)):
+                self._history[name].append(value)
         self._rows.append(epoch)
         self._covariance.append(covariance)
 
@@ -206,7 +214,7 @@ class Loop:
         self._compensated = np.zeros(around.model.size)
         self._largest = around.model.largest
         self._history, self._row_s, self._row_at = history, row_s, -np.inf
-        self._begin_row(around.model.size)
+        self._row = HistoryRow.begin(around.model.size)
         self._restart = {s: self._begins(s) for s in zero_rate}
         self._varying = np.flatnonzero((covariance.diagonal() > 0.0) | (around.density > 0.0))
 
@@ -220,11 +228,6 @@ class Loop:
         if row_s:
             rows = min(rows, int(float(epochs.time[-1] - epochs.time[0]) / row_s) + 1)
         return rows + 1
-
-    def _begin_row(self, n: int) -> None:
-        """Reset the sums over the interval from this row to the next."""
-        self._transition, self._decay, self._fed = np.eye(n), np.eye(n), np.zeros(n)
-        self._noise, self._information = np.zeros((n, n)), np.zeros((n, n))
 
     def _begins(self, sensor: int) -> set[int]:
         """Return the epochs at which an interval of a zero-rate sensor begins."""
@@ -317,13 +320,12 @@ class Loop:
             branch.filter.x = branch.filter.x - fed
         inside = self._row_at < around.epochs.time[self.done - 1]  # of the interval between two rows
         if inside:
-            self._fed = self._fed + fed
+            self._row.fed_back = self._row.fed_back + fed
         if turn is not None:
             for branch in self.branches.every():
                 branch.turn(turn)
             if inside:
-                self._transition, self._decay, self._fed = turn @ self._transition, turn @ self._decay, turn @ self._fed
-                self._noise = turn @ self._noise @ turn.T
+                self._row.predict(turn, np.zeros_like(turn))  # into the new axes
         return NavState(*(part[0] for part in vars(end).values()))
 
     def _parameters(self) -> dict[str, Array]:
@@ -345,10 +347,7 @@ class Loop:
     def _predict(self, line: Linearisation, k: int, interval: float) -> None:
         phi, q = line.phi[k], line.q[k]
         if self._history:
-            self._transition = phi @ self._transition
-            self._noise = phi @ self._noise @ phi.T + q
-            self._decay = phi @ self._decay
-            self._fed = phi @ self._fed
+            self._row.predict(phi, q)
         if not self._restart and not self.branches.waiting:  # by far the most frequent case
             self.filter.predict(phi, q)
             return
@@ -387,20 +386,14 @@ class Loop:
         main.take(reading, r, interval)
         self._taken = name
         if self._history:
-            seen = reading.h @ self._transition
-            self._information += seen.T @ (
+            seen = reading.h @ self._row.transition
+            self._row.information += seen.T @ (
                 seen / reading.variance[:, None] if data.correlation is None else np.linalg.solve(r, seen)
             )
-            self._decay = self._decay - self.filter.gain @ (reading.h @ self._decay)
+            self._row.decay = self._row.decay - self.filter.gain @ (reading.h @ self._row.decay)
         check_covariance(self.filter.covariance, self._varying, now, name)
 
     def _keep(self, epoch: int, known: Array) -> None:
-        row = None
-        if self._history:
-            row = HistoryRow(
-                self.filter.covariance, self.filter.x, self._transition, self._noise, self._information,
-                self._decay, self._fed,
-            )  # fmt: skip
-            self._begin_row(self.around.model.size)
         self._row_at = float(self.around.epochs.time[epoch])
-        self.record.keep(epoch, known, row)
+        self.record.keep(epoch, known, self.filter, self._row if self._history else None)
+        self._row = HistoryRow.begin(self.around.model.size) if self._history else self._row

@@ -95,7 +95,7 @@ class _Table:
         turns = count - 1
         tilt, position = task.tilt_sigma, task.position_sigma
         self.sigma = np.concatenate([np.full(3, tilt), np.full(3 * count, position), np.full(3 * turns, position)])
-        self.kept = self.sigma > 0.0
+        self.uncertain = self.sigma > 0.0
         self.values = np.zeros(len(self.sigma))  # rad
         self.positions = count
 
@@ -134,13 +134,13 @@ def separate(task: Task) -> Estimate:
         r = np.concatenate([_whitened(w, x) for w, x in zip(white, residual, strict=True)])
         a = np.concatenate([_whitened(w, x) for w, x in zip(white, design, strict=True)])
         b = np.concatenate([_whitened(w, x) for w, x in zip(white, of_table, strict=True)])
-        b = (b * table.sigma)[:, table.kept]
-        prior = -(table.values / np.where(table.kept, table.sigma, 1.0))[table.kept]
+        b = (b * table.sigma)[:, table.uncertain]
+        prior = -(table.values / np.where(table.uncertain, table.sigma, 1.0))[table.uncertain]
         r, a, b = trust * r, trust * a, trust * b
         solution = solve(r, a, b, prior, task.size, values, final)
         step = nuisances(r - a @ solution.correction, b, prior)
         values = values + solution.correction
-        table.values[table.kept] += table.sigma[table.kept] * step
+        table.values[table.uncertain] += table.sigma[table.uncertain] * step
         sigma = np.sqrt(np.diag(solution.covariance))
         if final:
             left = r - a @ solution.correction - b @ step
