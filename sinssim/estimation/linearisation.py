@@ -5,7 +5,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, replace
 from typing import NamedTuple
 
@@ -127,12 +127,16 @@ class Surroundings:
     """Of a block that turns in the vehicle, whose readings are those of the vehicle; None for another."""
 
 
-class Before(NamedTuple):
-    """What a reading is compared with whose validity lies before the instant that is stated."""
+class Segment(NamedTuple):
+    """Inertial navigation over consecutive epochs, which readings are compared with."""
 
-    nominal: NavSolution  # inertial navigation over the segment
-    interval: Array
-    phi: Array  # interval, phi: of the linearisation
+    first: int  # number of the first epoch
+    nominal: NavSolution
+    state: NavState  # of the nominal motion at the epochs, K rows
+    interval: Array  # of the linearisation
+    phi: Array  # likewise
+    calibration: ImuErrors  # compensated errors of the inertial sensors
+    parameters: Mapping[str, Array]  # compensated parameters of the aiding sensors, by block
 
 
 def linearise(
@@ -172,18 +176,9 @@ def linearise(
             skipped += [(sensor, row) for row in rows[polar].tolist()]
             rows = rows[~polar]
         if len(rows):
-            _observe(
-                around,
-                sensor,
-                readings,
-                rows,
-                first,
-                here,
-                calibration,
-                parameters,
-                observed,
-                Before(nominal, interval, phi),
-            )
+            segment = Segment(first, nominal, here, interval, phi, calibration, parameters)
+            for epoch, reading in _observe(around, segment, sensor, rows):
+                observed.setdefault(epoch, []).append(reading)
     for at_once in observed.values():
         at_once.sort(key=lambda o: float(around.readings[o.sensor].data.arrival[o.row]))
     return Linearisation(first, here, interval, phi, q, c_nb, turn, added, observed, skipped)
@@ -238,18 +233,10 @@ def _at(nominal: NavSolution, time: Array, around: Surroundings, calibration: Im
 
 
 def _observe(
-    around: Surroundings,
-    sensor: int,
-    readings: CheckedMeasurements,
-    rows: NDArray[np.intp],
-    first: int,
-    here: NavState,
-    calibration: ImuErrors,
-    parameters: Mapping[str, Array],
-    observed: dict[int, list[Observed]],
-    before: Before,
-) -> None:
-    """Add some of one sensor's readings; the first row of `here` is the epoch `first`."""
+    around: Surroundings, segment: Segment, sensor: int, rows: NDArray[np.intp]
+) -> Iterator[tuple[int, Observed]]:
+    """Yield some of one sensor's readings, each with its epoch."""
+    readings, calibration, parameters = around.readings[sensor], segment.calibration, segment.parameters
     data, epoch, kind = readings.data, readings.epoch[rows].astype(np.intp), measurement_kind(readings.data.kind)
     time = around.epochs.time[epoch]
     some = Measurements(data.kind, time, time, data.value[rows], data.sigma[rows], data.lever_arm, data.name)
@@ -272,21 +259,21 @@ def _observe(
 
         def shifted(by: float) -> tuple[Array, Array]:
             instant = time + by
-            state = near(before.nominal, instant, around.gyros, calibration, around.ellipsoid, around.model.axes)
+            state = near(segment.nominal, instant, around.gyros, calibration, around.ellipsoid, around.model.axes)
             return compared(instant, state)
 
         residual, h = shifted(-delay)
         sooner, later = shifted(-delay - _SLOPE)[0], shifted(-delay + _SLOPE)[0]
-        h = _carried_back(h, delay, before, epoch - first)
+        h = _carried_back(h, delay, segment, epoch - segment.first)
         for name in late:  # the quantity changes by its rate times the delay
             h[:, :, around.model.slices[name]] += ((later - sooner) / (2.0 * _SLOPE))[:, :, None]
     else:
-        residual, h = compared(time, rows_of(here, epoch - first))
+        residual, h = compared(time, rows_of(segment.state, epoch - segment.first))
     variance, interval = readings.variance(rows, around.model), readings.interval[rows]
     if around.added is not None and kind.mean_rate:
         variance = variance + np.sum(around.added.roots(time - interval)[:, 0] ** 2, axis=2) / interval[:, None]
     for at_epoch, *parts in zip(epoch.tolist(), rows.tolist(), residual, h, variance, interval.tolist(), strict=True):
-        observed.setdefault(at_epoch, []).append(Observed(sensor, *parts))
+        yield at_epoch, Observed(sensor, *parts)
 
 
 def of_vehicle(block: Prediction, encoders: Encoders, time: Array) -> Prediction:
@@ -302,12 +289,12 @@ _SLOPE = 0.05
 vibration, whose accelerations would count as a signal, and short beside the time in which a vehicle turns."""
 
 
-def _carried_back(h: Array, delay: float, before: Before, row: NDArray[np.intp]) -> Array:
+def _carried_back(h: Array, delay: float, segment: Segment, row: NDArray[np.intp]) -> Array:
     """Return H for the errors at the stated instants, from H for those a delay, s, earlier, (M, k, n).
 
     The errors change by F x over a second, and Φ = 1 + F T of the interval before an epoch gives F. `row` is the epoch
     of each reading, (M,).
     """
-    row = np.where(before.interval[row] > 0.0, row, row + 1)  # the run's first epoch has no interval before it
-    part = delay / before.interval[row]
-    return np.asarray(h - part[:, None, None] * (h @ before.phi[row] - h))
+    row = np.where(segment.interval[row] > 0.0, row, row + 1)  # the run's first epoch has no interval before it
+    part = delay / segment.interval[row]
+    return np.asarray(h - part[:, None, None] * (h @ segment.phi[row] - h))
