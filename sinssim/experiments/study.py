@@ -248,12 +248,12 @@ def _checked_scenario(scenario: str) -> str:
 
 def _values(written: str, axis: str) -> list[Any]:
     """Return the values of an axis."""
-    found: list[Any] = []
+    values: list[Any] = []
     for item in _split(written):
         if not item:
             raise InputError(f"--vary {axis}: a value is missing beside a comma. {FORM}")
         if match := _RANGE.fullmatch(item):
-            found += _range(match, axis)
+            values += _range(match, axis)
         elif re.fullmatch(r"[^\s\[\"'{:]*:[^\"'\[{]*", item):
             raise InputError(f"--vary {axis}: {shortened(item)!r} is not a range of numbers. {FORM}")
         elif unit := re.fullmatch(rf"{_NUMBER}\s*([A-Za-zµ°%/][^\s]*)", item):
@@ -262,10 +262,10 @@ def _values(written: str, axis: str) -> list[Any]:
                 "Write the number alone."
             )
         else:
-            found.append(parse_value(item, f"--vary {axis}"))
-        if len(found) > MOST_CELLS:
+            values.append(parse_value(item, f"--vary {axis}"))
+        if len(values) > MOST_CELLS:
             break
-    return found
+    return values
 
 
 def _split(written: str) -> list[str]:

@@ -80,12 +80,10 @@ def test_a_calibration(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
 
 
 def test_a_study(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(study, "versions", lambda: {"sinssim": "1.2"})
-    monkeypatch.setattr(study, "processor", lambda: "fast")
-    monkeypatch.setattr(study.platform, "python_version", lambda: "3.x")
     monkeypatch.setattr(study, "results", lambda comparison: {"°": 1})
-    monkeypatch.setattr(study, "html_report", lambda comparison, about: f"report {about}")
-    monkeypatch.setattr("sinssim.experiments.studies.study_files.record_study", writes("recording"))
+    monkeypatch.setattr(study, "exhibits_of", lambda comparison: "exhibits")
+    monkeypatch.setattr("sinssim.recording.report.exhibit_page.page_of", lambda exhibits: f"page of {exhibits}")
+    monkeypatch.setattr("sinssim.recording.rerun.exhibit_recording.record", writes("recording of"))
     contents = {"name": "all", "none": None, "parts": ({"title": "one", "rates_hz": (1.0, 2.0), "text": None},)}
     case = Case("one", "cone", "gyros", "ideal", "euler", "level", "normal", "exact", 50.0, (50.0, 12.5, 2.0), "hold")
     error = CoordinateError(case, "ecef", "x_m", 3.5, 1.25)
@@ -97,9 +95,8 @@ def test_a_study(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
         'name = "all"\n\n[[parts]]\ntitle = "one"\nrates_hz = [\n    1.0,\n    2.0,\n]\n'
     )
     assert (tmp_path / "results.json").read_text(encoding="utf-8") == '{\n  "°": 1\n}\n'
-    about = {"sinssim": "1.2", "Python": "3.x", "processor": "fast"}
-    assert (tmp_path / "report.html").read_text() == f"report {about}"
-    assert (tmp_path / "recording.rrd").read_text() == "recording"
+    assert (tmp_path / "report.html").read_text() == "page of exhibits"
+    assert (tmp_path / "recording.rrd").read_text() == "recording of exhibits"
     (row,) = pq.read_table(tmp_path / "coordinates.parquet").to_pylist()
     assert row == {
         "part": "one", "motion": "cone", "variant": "gyros", "sensors": "ideal", "algorithm": "euler", "frame": "level",

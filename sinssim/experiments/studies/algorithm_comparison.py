@@ -93,14 +93,14 @@ def drifts(error: NavError, rows: Rows) -> dict[str, float]:
     Lines through the origin are fitted to the evenly spread `rows`; slopes do not depend on the duration of the motion.
     """
     time = error.time[rows] - error.time[0]
-    found = {}
+    slopes = {}
     for name, unit, values, scale in (
         ("velocity_drift", "ug", error.speed, UG),
         ("attitude_drift", "arcsec_h", error.angle, ARCSEC / 3600.0),
     ):
-        found[f"{name}_{unit}"] = float(mean_rate(time, values[rows])) / scale
-        found[f"{name}_uncertainty_{unit}"] = float(rate_uncertainty(time, values[rows])) / scale
-    return found
+        slopes[f"{name}_{unit}"] = float(mean_rate(time, values[rows])) / scale
+        slopes[f"{name}_uncertainty_{unit}"] = float(rate_uncertainty(time, values[rows])) / scale
+    return slopes
 
 
 def _spread(count: int, most: int) -> Rows:
@@ -124,24 +124,24 @@ def coordinate_errors(
         return []
     begin = (float(truth.latitude[0]), float(truth.longitude[0]))
     pole = route_pole(None, *begin, truth.velocity_ned[0])
-    own = ellipsoid if case.ellipsoid == OF_TRUTH else ellipsoid_by_name(case.ellipsoid)
+    engine_ellipsoid = ellipsoid if case.ellipsoid == OF_TRUTH else ellipsoid_by_name(case.ellipsoid)
     names = ("latitude", "longitude", "height", "velocity_ned", "q_nb")
     true = replace(solution, **{name: getattr(truth, name) for name in names})  # with the solution's azimuth
-    found = []
+    differences = []
     for kind in kinds:
         values = [
             CoordinateStreams((kind,), None, of, pole, begin, float(solution.time[0])).of("", solution.time, motion)
-            for of, motion in ((ellipsoid, true), (own, solution))
+            for of, motion in ((ellipsoid, true), (engine_ellipsoid, solution))
         ]
         for right, computed in zip(*values, strict=True):
             for vector, other in zip(right.vectors, computed.vectors, strict=True):
                 every = slice(0, len(solution.time))
                 errors = _errors(vector.columns, vector.values[every], other.values[every])
-                found += [
+                differences += [
                     CoordinateError(case, kind, column, float(np.abs(error).max()), float(error[-1]))
                     for column, error in errors
                 ]
-    return found
+    return differences
 
 
 def _errors(columns: tuple[str, ...], true: Array, computed: Array) -> Iterator[tuple[str, Array]]:
@@ -228,7 +228,8 @@ def _navigations(comparison: StudyResult) -> str:
 
 def _finish(comparison: StudyResult, folder: RunDirectory | None, beside: str = "") -> Path:
     """Fit, decide, write, and move the directory into its place."""
-    from sinssim.experiments.studies.claims import decide, picks
+    from sinssim.experiments.studies.claims import decide
+    from sinssim.experiments.studies.recommended_engines import picks
     from sinssim.experiments.studies.study_files import write_study  # which also gives the result its media
 
     comparison.orders = [
@@ -275,8 +276,8 @@ def _run(comparison: StudyResult, limit_minutes: float, progress: Progress, say:
         expected[id(b.motion)] * rate * b.part.cases / len(b.part.pace) for b in plan for rate, *_ in b.part.pace
     )
     navigations = "1 navigation" if cases == 1 else f"{cases} navigations"
-    what, cure = f"{navigations} of {steps / 1e6:.3g} million samples", "Compare fewer rates, algorithms or motions"
-    check_duration(study.name, what, total, limit_minutes, cure, say)
+    what, remedy = f"{navigations} of {steps / 1e6:.3g} million samples", "Compare fewer rates, algorithms or motions"
+    check_duration(study.name, what, total, limit_minutes, remedy, say)
     largest = max(plan, key=lambda block: expected[id(block.motion)] * block.part.highest_hz)
     samples = expected[id(largest.motion)] * largest.part.highest_hz
     if samples * _SAMPLE_BYTES > machine_memory():

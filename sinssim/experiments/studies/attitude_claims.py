@@ -64,18 +64,14 @@ _LEAST_DRIFT = 1e-5 * ARCSEC  # total drift; a smaller one contains rounding
 
 
 def coning_drift(evidence: Evidence) -> Outcome:
-    """Compare the drift after whole turns of a cone with the law and with the exact theory.
-
-    Returns:
-        The outcome, with a verdict on each cone and number of samples.
-    """
+    """Compare the drift after whole turns of a cone with the law and with the exact theory."""
     numbers: dict[str, float] = {}
-    said = []
-    kept: list[tuple[str, float]] = []
+    points = []
+    lawful: list[tuple[str, float]] = []
     farthest = 0.0
-    for motion, found in by(evidence.rows, of_motion).items():
+    for motion, rows in by(evidence.rows, of_motion).items():
         cone = evidence.facts[motion].cone
-        for algorithm, at_rates in by(found, lambda row: row.algorithm).items():
+        for algorithm, at_rates in by(rows, lambda row: row.algorithm).items():
             name = algorithm.removeprefix("rotation-vector-")
             if cone is None or name not in _SAMPLES:
                 continue
@@ -92,15 +88,15 @@ def coning_drift(evidence: Evidence) -> Outcome:
                 apart = max(apart, abs(measured / exact - 1.0))
                 holds = abs(exact / law - 1.0) < LAW_HOLDS
                 if holds:
-                    kept.append((name, measured / law))
+                    lawful.append((name, measured / law))
                 words.append(f"{measured / law:.3f}{'' if holds else f' [{exact / law:.3f}]'} at {x:.3f}")
             farthest = max(farthest, apart)
             if words:
                 text = f"{motion}, n = {'1 and the one before' if name == '1p' else name}: {', '.join(words)}"
-                said.append(Point(text, "confirmed" if apart < LAW_HOLDS else "refuted"))
-    if {name for name, _ in kept} != set(_SAMPLES):
+                points.append(Point(text, "confirmed" if apart < LAW_HOLDS else "refuted"))
+    if {name for name, _ in lawful} != set(_SAMPLES):
         return undecided("for each number of samples a cone and a rate at which the law holds")
-    worst = max((ratio for _, ratio in kept), key=lambda ratio: abs(ratio - 1.0))
+    worst = max((ratio for _, ratio in lawful), key=lambda ratio: abs(ratio - 1.0))
     good = abs(worst - 1.0) < LAW_HOLDS and farthest < LAW_HOLDS
     reason = (
         f"The law is the leading term. Where it is within {100.0 * LAW_HOLDS:g} % of the exact drift, measured drifts "
@@ -109,7 +105,7 @@ def coning_drift(evidence: Evidence) -> Outcome:
         "drift over the law, at Ωh:"
     )
     shown, expected = f"{worst:.3f} of the law", f"1 ± {LAW_HOLDS:g}"
-    return Outcome("confirmed" if good else "refuted", reason, tuple(said), numbers, shown, expected)
+    return Outcome("confirmed" if good else "refuted", reason, tuple(points), numbers, shown, expected)
 
 
 def euler_heading(evidence: Evidence) -> Outcome:
@@ -117,9 +113,6 @@ def euler_heading(evidence: Evidence) -> Outcome:
 
     The verdict is that of the integrated heading, at the highest rate of each motion: it must be right and must not
     jump. The other forms are judged modulo 360°, beside it: a heading of 10° is that of 370°.
-
-    Returns:
-        The outcome, with a verdict on each motion and form.
     """
     turned = [heading for heading in evidence.headings if abs(heading.turns) > 1.0]
     if not turned:
@@ -169,11 +162,7 @@ def _heading_error_text(heading: Heading) -> str:
 
 
 def euler_limit(evidence: Evidence) -> Outcome:
-    """Decide on the errors of Euler angles and of quaternions at ±90° of pitch.
-
-    Returns:
-        The outcome, with a verdict on each motion and rate.
-    """
+    """Decide on the errors of Euler angles and of quaternions at ±90° of pitch."""
     rows = evidence.rows
     passed = [row for row in rows if row.algorithm == EULER and row.passages]
     if not passed:
@@ -192,8 +181,8 @@ def euler_limit(evidence: Evidence) -> Outcome:
         )
     points = [
         Point(f"{motion} at {row.pace} Hz: {number_text(row.max_damage_arcsec)}″", _of_damage(row))
-        for motion, found in by(passed, of_motion).items()
-        for row in found
+        for motion, passages in by(passed, of_motion).items()
+        for row in passages
     ]
     text += ". It is a limit where a passage costs more than 0.3′. Damage by the worst passage:"
     measured = f"{number_text(worst.max_damage_arcsec)}″ by a passage at {worst.pace} Hz"
@@ -210,11 +199,7 @@ KEPT = 1e-9
 
 
 def orthogonality(evidence: Evidence) -> Outcome:
-    """Decide on the norm that the two quaternions lose.
-
-    Returns:
-        The outcome, with a verdict on each motion.
-    """
+    """Decide on the norm that the two quaternions lose."""
     rows = evidence.rows
     two = [row for row in rows if row.algorithm == "two-quaternions"]
     if not two:
@@ -234,11 +219,11 @@ def orthogonality(evidence: Evidence) -> Outcome:
         text += f", where Poisson's equation of second order loses {matrices[0].max_defect:.2g} of orthogonality"
     text += "."
     points = []
-    for motion, found in by(two, of_motion).items():
-        ends = [max(found, key=lambda r: r.max_defect), min(found, key=lambda r: r.max_defect)]
+    for motion, at_motion in by(two, of_motion).items():
+        ends = [max(at_motion, key=lambda r: r.max_defect), min(at_motion, key=lambda r: r.max_defect)]
         shown = " to ".join(f"{r.max_defect:.2g} at {r.pace} Hz" for r in dict.fromkeys(ends))
-        kept = [row.max_defect < KEPT for row in found]
-        verdict = "confirmed" if all(kept) else "partly"
+        preserved = [row.max_defect < KEPT for row in at_motion]
+        verdict = "confirmed" if all(preserved) else "partly"
         points.append(Point(f"{motion}: norm in error by {shown}", verdict))
     if worst.max_defect >= KEPT:
         ppm = 2.0 * worst.max_defect * 1e6
@@ -352,9 +337,9 @@ def _follow(
 
 @cache
 def _loop(algorithm: str) -> Callable[..., None]:
-    own = parts(algorithm)
+    functions = parts(algorithm)
     read = _variable_k if algorithm == "euler" else _ratio_k
-    return bind(_follow, f"heading_of_{algorithm}", **{**own, "read_k": read})
+    return bind(_follow, f"heading_of_{algorithm}", **{**functions, "read_k": read})
 
 
 def headings(trajectory: Trajectory, imu: ImuData, truth: Array) -> dict[str, Array]:
@@ -368,19 +353,19 @@ def headings(trajectory: Trajectory, imu: ImuData, truth: Array) -> dict[str, Ar
     at_edges, step = _frame_rate(trajectory, edges), np.diff(edges)[:, None]
     turns = (step * at_edges[:-1], step * _frame_rate(trajectory, middle), step * at_edges[1:])
     start = np.ascontiguousarray(trajectory.state(edges[0]).q_nb)
-    found = {}
+    solutions = {}
     for algorithm in ("euler", "quaternion"):
         out = np.empty((len(edges), 2))
         _loop(algorithm)(imu.dtheta, imu.dvel, weights, uniform, start, *turns, out)
-        found[algorithm] = out
-    c21, c11 = found["quaternion"].T
-    integrated = found["euler"][:, 0]
+        solutions[algorithm] = out
+    c21, c11 = solutions["quaternion"].T
+    integrated = solutions["euler"][:, 0]
     with np.errstate(divide="ignore"):
-        one = np.arctan(c21 / c11)
+        single = np.arctan(c21 / c11)
     two = np.arctan2(c21, c11)
     unwrapped = np.unwrap(two)
     first = 2.0 * np.pi * np.round((truth[0] - np.array([integrated[0], unwrapped[0]])) / (2.0 * np.pi))
-    return dict(zip(FORMS, (integrated + first[0], one, two, unwrapped + first[1]), strict=True))
+    return dict(zip(FORMS, (integrated + first[0], single, two, unwrapped + first[1]), strict=True))
 
 
 def _frame_rate(trajectory: Trajectory, time: Array) -> Array:
@@ -408,7 +393,7 @@ def compare_headings(
     if np.abs(pitch).max() > STEEPEST:
         return []
     truth = np.unwrap(heading)
-    found = []
+    results = []
     for rate, ratio in ratios.items():
         count = len(ideal) // ratio
         rows = slice(0, count * ratio + 1, ratio)
@@ -417,11 +402,11 @@ def compare_headings(
             *(x[: count * ratio].reshape(count, ratio, 3).sum(axis=1) for x in (ideal.dtheta, ideal.dvel)),
         )
         true = truth[rows]
-        for form, own in headings(trajectory, imu, true).items():
-            apart = own - true
+        for form, computed in headings(trajectory, imu, true).items():
+            apart = computed - true
             error = np.mod(apart + np.pi, 2.0 * np.pi) - np.pi  # a heading of 370° is one of 10°
             shown = np.unique(np.linspace(0, count, min(count + 1, _KEPT)).round().astype(np.intp))
-            found.append(
+            results.append(
                 Heading(
                     part, motion, form, rate,
                     turns=float(true[-1] - true[0]) / (2.0 * np.pi),
@@ -430,10 +415,10 @@ def compare_headings(
                     jumps=int(np.count_nonzero(np.abs(np.diff(apart)) > _JUMP)),
                     wrong=float(np.mean(np.abs(error) > _WRONG)),
                     least_hz=_least_rate(true, rate) if form == FORMS[-1] else 0.0,
-                    time=imu.time[shown], heading=own[shown], truth=true[shown],
+                    time=imu.time[shown], heading=computed[shown], truth=true[shown],
                 )
             )  # fmt: skip
-    return found
+    return results
 
 
 def _least_rate(truth: Array, rate_hz: float) -> float:

@@ -21,7 +21,7 @@ import numpy as np
 
 from sinssim.algorithms import REGISTRY
 from sinssim.data import Array
-from sinssim.experiments.studies.step_cost import Operations, count, least_time, timed_data
+from sinssim.experiments.studies.step_cost import KINDS, Operations, count, least_time, timed_data
 from sinssim.jit import bind, inline, kernel
 from sinssim.rotation import quaternion_from_euler
 from sinssim.rotation.quaternions import Matrix, dcm_from_quaternion_k
@@ -138,13 +138,13 @@ def matrix_costs() -> tuple[MatrixCost, MatrixCost]:
     """
     angles = np.random.default_rng(1).uniform(-1.5, 1.5, (_BULK, 3))
     quaternions = quaternion_from_euler(*angles.T)
-    found = []
+    costs = []
     for loop, attitudes in ((_matrices_from_quaternions, quaternions), (_matrices_from_angles, angles)):
         matrices = np.empty((_BULK, 9))
         ns = least_time(partial(loop, attitudes, matrices)) / _BULK
         few = np.ascontiguousarray(attitudes[:4])
-        found.append(MatrixCost(count(loop, (few, np.empty((4, 9))), 4, needed=True)[0], ns))
-    return found[0], found[1]
+        costs.append(MatrixCost(count(loop, (few, np.empty((4, 9))), 4, needed=True)[0], ns))
+    return costs[0], costs[1]
 
 
 # A compiled loop over updates: attitude in a frame that turns at a constant rate, and B into one of several rows.
@@ -166,11 +166,11 @@ def _attitude(
 
 @cache
 def _loop(algorithm: str, by_functions: bool) -> Callable[..., None]:
-    own = parts(algorithm)
+    functions = parts(algorithm)
     if by_functions:
-        own = {**own, "dcm_k": _dcm_by_functions_k}
+        functions = {**functions, "dcm_k": _dcm_by_functions_k}
     name = f"attitude_{algorithm.replace('-', '_')}{'_by_functions' if by_functions else ''}"
-    return bind(_attitude, name, **own)
+    return bind(_attitude, name, **functions)
 
 
 def attitude_costs(algorithm: str) -> list[AttitudeCost]:
@@ -207,11 +207,10 @@ def count_attitude(algorithm: str, by_functions: bool = False) -> tuple[Operatio
     updates = samples // REGISTRY[algorithm].samples
     loop = _loop(algorithm, by_functions)
     arguments = _arguments(imu.time[: samples + 1], imu.dtheta[:samples], imu.dvel[:samples])
-    found = []
+    counts = []
     for rows in (updates, 1):  # B of every update, and of the last one alone
-        found.append(count(loop, (*arguments, updates, np.empty((rows, 9))), samples, needed=True)[0])
-    whole, last = found
-    kinds = ("add", "multiply", "divide", "root", "function")
+        counts.append(count(loop, (*arguments, updates, np.empty((rows, 9))), samples, needed=True)[0])
+    whole, last = counts
     share = updates / (updates - 1)
-    matrix = Operations(*(share * (getattr(whole, kind) - getattr(last, kind)) for kind in kinds))
+    matrix = Operations(*(share * (getattr(whole, kind) - getattr(last, kind)) for kind in KINDS))
     return whole, matrix

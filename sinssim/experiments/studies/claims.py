@@ -1,20 +1,13 @@
-"""Decides the textbook chapter's claims, and further laws, from the numbers of a study.
+"""Decides the textbook chapter's claims, and further laws, from the numbers of a study; the rules for rates and cost.
 
-The rules for rates and cost; the recommended engine.
-
-A part of a study names the claims that it has the numbers for; the study names those that need no navigation. The
-recommended engine is the cheapest of those that are accurate enough on every motion of a part: its errors are
-negligible beside those of good sensors, or hardly larger than those of the best engine. On every motion the largest
-horizontal error must be at most a tenth of a nautical mile per hour, or 1.1 of the least, and the drift of the
-attitude, as for the claims, at most 0.3′ per hour, or 1.1 of the least. With ideal sensors the first limit usually
-decides. With real sensors, whose errors are common to all engines, it is mostly the second.
+A part of a study names the claims that it has the numbers for; the study names those that need no navigation.
 """
 
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Sequence
-from dataclasses import dataclass, replace
+from collections.abc import Callable
+from dataclasses import replace
 
 from sinssim.algorithms import family
 from sinssim.experiments.studies.attitude_claims import coning_drift, euler_heading, euler_limit, orthogonality
@@ -29,16 +22,13 @@ from sinssim.experiments.studies.position_claims import (
     simplified_radii,
 )
 from sinssim.experiments.studies.step_cost import OF_FUNCTION
-from sinssim.experiments.studies.study_charts import varying
 from sinssim.experiments.studies.study_results import (
-    ALLOWED_ARCSEC_H,
     EULER,
     LOOKS_AHEAD,
     LOW_ORDER,
     PLAIN,
     Evidence,
     Outcome,
-    Pick,
     Point,
     Row,
     StudyResult,
@@ -51,10 +41,10 @@ from sinssim.experiments.studies.study_results import (
     overall,
     undecided,
 )
-from sinssim.experiments.studies.study_schema import CLAIMS, Part
+from sinssim.experiments.studies.study_schema import CLAIMS
 from sinssim.formatting import number_text
 from sinssim.sensors.imu.grades import GRADE_TABLE
-from sinssim.units import NAUTICAL_MILE, UG
+from sinssim.units import UG
 
 NEGLIGIBLE = 0.1
 """A rate is sufficient if its error is less than this fraction of the error of sensors of the 1 nmi/h grade."""
@@ -70,16 +60,13 @@ def velocity_rate(evidence: Evidence) -> Outcome:
 
     Both act as an error of the acceleration: the drift of the velocity in perfect navigation with slow rates, and the
     bias of the accelerometers. So the comparison depends neither on a draw nor on the duration.
-
-    Returns:
-        The outcome, with a verdict on each motion.
     """
     numbers: dict[str, float] = {}
-    said = []
+    points = []
     limit = NEGLIGIBLE * SENSORS_UG
     worst: dict[float, tuple[float, str]] = {}
-    for motion, found in by(evidence.rows, of_motion).items():
-        slow = {r.schedule_hz[1]: r for r in found if r.schedule_hz and r.schedule_hz[1] == r.schedule_hz[2]}
+    for motion, rows in by(evidence.rows, of_motion).items():
+        slow = {r.schedule_hz[1]: r for r in rows if r.schedule_hz and r.schedule_hz[1] == r.schedule_hz[2]}
         if _ENOUGH_HZ not in slow:
             return undecided("velocity and position at 20 Hz with perfect sensors")
         for rate, row in slow.items():
@@ -92,14 +79,14 @@ def velocity_rate(evidence: Evidence) -> Outcome:
             f"{number_text(row.velocity_drift_uncertainty_ug, 1)} µg"
             for rate, row in sorted(slow.items(), reverse=True)
         )
-        said.append(Point(f"{motion}: {drifts}", "confirmed" if enough else "refuted"))
-    if not said:
+        points.append(Point(f"{motion}: {drifts}", "confirmed" if enough else "refuted"))
+    if not points:
         return undecided("any result")
     loads = {r.pace: r.operations_per_step for r in evidence.rows if r.schedule_hz and r.operations_per_step > 0.0}
     numbers |= {f"{pace}: operations per step": load for pace, load in loads.items()}
     if loads:
         shown = ", ".join(f"{pace} {load:.0f}" for pace, load in loads.items())
-        said.append(Point(f"operations per fast step: {shown}"))
+        points.append(Point(f"operations per fast step: {shown}"))
     numbers |= {f"{rate:g} Hz, part of the sensors' error": drift / SENSORS_UG for rate, (drift, _) in worst.items()}
     insufficient = [
         f"{rate:g} Hz costs {100.0 * drift / SENSORS_UG:.2g} % on {motion}"
@@ -116,20 +103,16 @@ def velocity_rate(evidence: Evidence) -> Outcome:
         + ":"
     )
     measured = f"{number_text(drift, 2)} µg at {_ENOUGH_HZ:g} Hz ({motion})"
-    return Outcome(overall(said), reason, tuple(said), numbers, measured, f"below {limit:.3g} µg")
+    return Outcome(overall(points), reason, tuple(points), numbers, measured, f"below {limit:.3g} µg")
 
 
 def attitude_rate(evidence: Evidence) -> Outcome:
-    """Find the lowest rate that keeps attitude within a few tenths of a minute of arc in an hour, motion by motion.
-
-    Returns:
-        The outcome, with a verdict on each motion.
-    """
+    """Find the lowest rate that keeps attitude within a few tenths of a minute of arc in an hour, motion by motion."""
     numbers: dict[str, float] = {}
-    said: list[Point] = []
+    points: list[Point] = []
     high: dict[str, Row] = {}
-    for motion, found in by(evidence.rows, of_motion).items():
-        rows = list(needed(found).values())
+    for motion, at_motion in by(evidence.rows, of_motion).items():
+        rows = list(needed(at_motion).values())
         good = [r for r in rows if base(r.algorithm) not in (*LOW_ORDER, *PLAIN)]
         if not good:
             return Outcome("refuted", f"On {motion} no algorithm of high order drifts by less than 0.3′/h at any rate.")
@@ -145,13 +128,13 @@ def attitude_rate(evidence: Evidence) -> Outcome:
         if causal:
             numbers[f"{motion}: high order without later samples, Hz"] = _least(causal).rate_hz
         slower = [r for r in rows if base(r.algorithm) in LOW_ORDER]
-        text += ", " + _low_order(motion, found, slower, numbers)
+        text += ", " + _low_order(motion, at_motion, slower, numbers)
         uncompensated = [r.rate_hz for r in rows if base(r.algorithm) in PLAIN]
         if uncompensated:
             text += f", high order without coning compensation from {min(uncompensated):g} Hz"
             numbers[f"{motion}: high order without coning compensation, Hz"] = min(uncompensated)
-        said.append(Point(text, _of_attitude(best.rate_hz, _least(slower).rate_hz if slower else math.inf)))
-    if not said:
+        points.append(Point(text, _of_attitude(best.rate_hz, _least(slower).rate_hz if slower else math.inf)))
+    if not points:
         return undecided("any result")
     worst = max(high, key=lambda motion: high[motion].rate_hz)
     reason = (
@@ -162,7 +145,7 @@ def attitude_rate(evidence: Evidence) -> Outcome:
         f"enough on every motion, and necessary on {worst}:"
     )
     measured = f"high order from {high[worst].rate_hz:g} Hz ({worst})"
-    return Outcome(overall(said), reason, tuple(said), numbers, measured, "50–80 Hz (0.3′ in an hour)")
+    return Outcome(overall(points), reason, tuple(points), numbers, measured, "50–80 Hz (0.3′ in an hour)")
 
 
 def _shown(row: Row) -> str:
@@ -179,13 +162,13 @@ def _of_attitude(high: float, low: float) -> str:
     return "confirmed" if _LEAST_HZ <= high <= _MOST_HZ else "partly" if high < _LEAST_HZ < low else "refuted"
 
 
-def _low_order(motion: str, found: list[Row], slower: list[Row], numbers: dict[str, float]) -> str:
+def _low_order(motion: str, rows: list[Row], slower: list[Row], numbers: dict[str, float]) -> str:
     """Return the words on first and second order; their drifts at 100 Hz and at the highest rate if none is enough."""
     if slower:
         numbers[f"{motion}: low order, Hz"] = _least(slower).rate_hz
         return f"first and second order from {_least(slower).rate_hz:g} Hz"
-    rates = sorted({100.0, max(row.rate_hz for row in found)} & {row.rate_hz for row in found})
-    drifts = {rate: drift_at(found, LOW_ORDER, rate) for rate in rates}
+    rates = sorted({100.0, max(row.rate_hz for row in rows)} & {row.rate_hz for row in rows})
+    drifts = {rate: drift_at(rows, LOW_ORDER, rate) for rate in rates}
     numbers |= {f"{motion}: low order at {rate:g} Hz, arcsec/h": drift for rate, drift in drifts.items()}
     shown = ", ".join(f"{number_text(drift)} ″/h at {rate:g} Hz" for rate, drift in drifts.items())
     return f"first and second order at no rate (at best {shown})"
@@ -207,16 +190,13 @@ def cheapest(evidence: Evidence) -> Outcome:
 
     The chapter's algorithms, which make a step of every sample, decide; rotation vectors of several samples per step
     are listed beside them. The whole navigation decides; the attitude alone is compared, too.
-
-    Returns:
-        The outcome, with a verdict on each motion.
     """
     numbers: dict[str, float] = {}
-    said = []
+    points = []
     won, margins, alone = [], [], []
-    for motion, found in by(evidence.rows, of_motion).items():
+    for motion, rows in by(evidence.rows, of_motion).items():
         best: dict[str, Row] = {}
-        for row in needed(found).values():
+        for row in needed(rows).values():
             group = _FAMILIES.get(family(row.algorithm))
             if group and (group not in best or _load(row) < _load(best[group])):
                 best[group] = row
@@ -225,7 +205,7 @@ def cheapest(evidence: Evidence) -> Outcome:
             return undecided("quaternions and another of the chapter's families within 0.3′/h")
         won.append(chapter[0] == "quaternions")
         margins.append(min(_load(best[f]) for f in chapter if f != "quaternions") / _load(best["quaternions"]) - 1.0)
-        attitude = _attitude_loads(found)
+        attitude = _attitude_loads(rows)
         others = [load for group, load in attitude.items() if group in _OTHERS]
         if "quaternions" in attitude and others:
             alone.append(min(others) / attitude["quaternions"] - 1.0)
@@ -239,8 +219,8 @@ def cheapest(evidence: Evidence) -> Outcome:
             + (", uses later samples)" if base(row.algorithm) in LOOKS_AHEAD else ")")
             for group, row in ((f, best[f]) for f in (*chapter, *(f for f in best if f not in chapter)))
         ]
-        said.append(Point(f"{motion}: {', '.join(words)}", "confirmed" if won[-1] else "refuted"))
-    if not said:
+        points.append(Point(f"{motion}: {', '.join(words)}", "confirmed" if won[-1] else "refuted"))
+    if not points:
         return undecided("any result")
     reason = (
         f"Quaternions need the fewest operations on {sum(won)} of {len(won)} motions; the best of the others "
@@ -250,15 +230,11 @@ def cheapest(evidence: Evidence) -> Outcome:
         f"{OF_FUNCTION:g}:"
     )
     measured = f"best of the others: {100.0 * min(margins):+.1f} %"
-    return Outcome(overall(said), reason, tuple(said), numbers, measured, "more than 0 %")
+    return Outcome(overall(points), reason, tuple(points), numbers, measured, "more than 0 %")
 
 
 def trigonometric_matrix() -> Outcome:
-    """Compare B by sines and cosines of three angles with B from a quaternion: operations, and time in bulk.
-
-    Returns:
-        The outcome. A sine counts as the additions and multiplications of which it consists.
-    """
+    """Compare B by sines and cosines of three angles with B from a quaternion: operations, and time in bulk."""
     by_products, by_functions = matrix_costs()
     ratio = by_functions.operations.total / by_products.operations.total
     slower = by_functions.ns / by_products.ns
@@ -326,9 +302,7 @@ _COMPUTED: dict[str, Callable[[], Outcome]] = {
 def decide(comparison: StudyResult) -> list[Verdict]:
     """Decide the claims that a study's parts have numbers for.
 
-    Returns:
-        A verdict for each claim, in the order of the chapter; "undecided" if the study ended early or lacks numbers
-        that the claim needs.
+    The verdicts are in the order of the chapter; "undecided" if the study ended early or lacks numbers.
     """
     verdicts = []
     for claim, sentence in CLAIMS.items():
@@ -362,152 +336,3 @@ def _evidence(comparison: StudyResult, titles: list[str]) -> Evidence:
         comparison.history_or_none,
         [heading for heading in comparison.headings if heading.part in titles],
     )
-
-
-ALLOWED_MILES_PER_HOUR = 0.1
-"""A tenth of the error of sensors of the 1 nmi/h grade."""
-HARDLY_WORSE = 1.1
-
-_ENGINE = ("algorithm", "frame", "gravity", "curvature", "ellipsoid")
-
-
-@dataclass(frozen=True)
-class _Candidate:
-    """An engine at one rate or schedule, on all motions of its part."""
-
-    name: str
-    rows: tuple[Row, ...]
-    worst: tuple[Row, str]  # the case nearest to the limit or farthest beyond it, and its kind of error
-    excess: float  # its error over the limit in this case
-    error: float  # largest ratio of its error to the least of any engine, over all motions and both errors
-
-    @property
-    def cost(self) -> tuple[float, float]:
-        """Processor time per second of motion, µs; then, for schedules with equal time, the sum of their slower
-        rates."""
-        row = self.rows[0]
-        return row.ns_per_step * row.rate_hz * 1e-3, sum(row.schedule_hz[1:])
-
-    @property
-    def horizontal(self) -> float:
-        return max(row.max_horizontal_error_m for row in self.rows)
-
-    @property
-    def drift(self) -> float:
-        return max(row.attitude_drift_arcsec_h for row in self.rows)
-
-
-def picks(comparison: StudyResult) -> list[Pick]:
-    """Return the recommended engine of every part that compares engines.
-
-    Returns:
-        One pick for each part and each of its sensor sets; none for a part with a single engine at a single rate.
-    """
-    found = []
-    for part in comparison.study.parts:
-        if len(part.engines) * len(part.pace) < 2:
-            continue
-        rows = comparison.of_part(part.title)
-        for sensors in part.sensors:
-            for variant in part.variants:
-                own = [row for row in rows if (row.sensors, row.variant) == (sensors, variant)]
-                found.append(_pick(part, sensors, variant, own))
-    return found
-
-
-def _pick(part: Part, sensors: str, variant: str, rows: Sequence[Row]) -> Pick:
-    count = len(part.engines) * len(part.pace)
-    planned = count * len(part.motions)
-    if len(rows) < planned:
-        missing = f"{planned - len(rows)} of its {planned} navigations were not reached"
-        return Pick(part.title, sensors, variant, "", f"Undecided: {missing}.")
-    candidates = _candidates(rows)
-    failed = count - len(candidates)
-    without = f" {failed} of {count} failed on some motion." if failed else ""
-    if not candidates:
-        return Pick(part.title, sensors, variant, "", f"None: every engine failed on some motion.{without}")
-    best = min(candidates, key=lambda one: one.error)
-    enough = [one for one in candidates if one.excess <= 1.0]
-    # costs that agree to one percent count as equal, because times are measured
-    least = min((one.cost[0] for one in enough), default=0.0)
-    chosen = min(
-        (one for one in enough if one.cost[0] <= 1.01 * least), key=lambda one: (one.cost[1], one.error), default=best
-    )
-    numbers = {
-        "max_horizontal_error_m": chosen.horizontal,
-        "attitude_drift_arcsec_h": chosen.drift,
-        "us_per_second": chosen.cost[0],
-        "candidates": float(count),
-        "accurate_enough": float(len(enough)),
-        "best_max_horizontal_error_m": best.horizontal,
-        "best_attitude_drift_arcsec_h": best.drift,
-        "best_us_per_second": best.cost[0],
-    }
-    return Pick(part.title, sensors, variant, chosen.name, _reason(chosen, best, enough, candidates) + without, numbers)
-
-
-def _candidates(rows: Sequence[Row]) -> list[_Candidate]:
-    """Collect the results of each engine at each rate or schedule, without those that failed on some motion."""
-    done = [row for row in rows if row.status == "done"]
-    least: dict[str, tuple[float, float]] = {}
-    for motion in dict.fromkeys(row.motion for row in done):
-        here = [row for row in done if row.motion == motion]
-        least[motion] = (
-            min(row.max_horizontal_error_m for row in here),
-            min(row.attitude_drift_arcsec_h for row in here),
-        )
-    groups: dict[tuple[str, ...], list[Row]] = {}
-    for row in rows:
-        groups.setdefault((*(getattr(row, name) for name in _ENGINE), row.pace), []).append(row)
-    dimensions = [name for name in varying(rows) if name in _ENGINE]
-    paces = len({row.pace for row in rows}) > 1
-    found = []
-    for own in groups.values():
-        if any(row.status != "done" for row in own):
-            continue
-        judged = []
-        for row in own:
-            metres, drift = least[row.motion]
-            allowed = ALLOWED_MILES_PER_HOUR * NAUTICAL_MILE * row.duration_s / 3600.0
-            judged += [
-                (row, " m", row.max_horizontal_error_m, metres, max(allowed, HARDLY_WORSE * metres)),
-                (row, " ″/h", row.attitude_drift_arcsec_h, drift, max(ALLOWED_ARCSEC_H, HARDLY_WORSE * drift)),
-            ]
-        row, unit, error, _, allowed = max(judged, key=lambda one: one[2] / one[4])
-        words = " · ".join([str(getattr(own[0], name)) for name in dimensions] or [own[0].algorithm])
-        found.append(
-            _Candidate(
-                f"{words} at {own[0].pace} Hz" if paces else words,
-                tuple(own),
-                (row, unit),
-                error / allowed,
-                max(error / max(low, 1e-12) for _, _, error, low, _ in judged),
-            )
-        )
-    return found
-
-
-def _reason(
-    chosen: _Candidate, best: _Candidate, enough: Sequence[_Candidate], candidates: Sequence[_Candidate]
-) -> str:
-    def said(one: _Candidate) -> str:
-        return (
-            f"{number_text(one.horizontal)} m and {number_text(one.drift)} ″/h at most, {number_text(one.cost[0])} µs "
-            "of processor time per second of motion"
-        )
-
-    text = f"{chosen.name}: {said(chosen)}."
-    allowed = f"{ALLOWED_MILES_PER_HOUR:g} nmi/h and {ALLOWED_ARCSEC_H / 60.0:g}′/h"
-    bars = f"{allowed}, or within 10 % of the least error, on every motion"
-    if not enough:
-        return f"{text} It has the smallest errors; none of {len(candidates)} stays below {bars}."
-    text += f" {len(enough)} of {len(candidates)} stay below {bars}; of these it needs the least computation."
-    cheaper = [one for one in candidates if one.excess > 1.0 and one.cost < chosen.cost]
-    if cheaper:
-        out = min(cheaper, key=lambda one: one.excess)
-        row, unit = out.worst
-        error = row.max_horizontal_error_m if unit == " m" else row.attitude_drift_arcsec_h
-        text += f" Cheaper, but in error by {number_text(error)}{unit} on {row.motion}: {out.name}."
-    if best is not chosen:
-        text += f" {best.name} has the smallest errors: {said(best)}."
-    return text

@@ -55,9 +55,6 @@ def gravity_series(ceiling: float = CEILING) -> Outcome:
 
     Args:
         ceiling: greatest height, m.
-
-    Returns:
-        The outcome, with a verdict on each series.
     """
     latitude, height = np.linspace(-90.0, 90.0, 361)[:, None] * DEG, np.linspace(0.0, ceiling, 41)
     exact = gravity_ned(latitude, height)
@@ -89,11 +86,7 @@ _STEPS = 1200  # per Schuler period: the error of the fourth-order integration i
 
 
 def accelerometer_term(periods: int = PERIODS) -> Outcome:
-    """Simulate the largest error of the coordinate by a constant accelerometer error, which is 2Δa/g by (8.13).
-
-    Returns:
-        The outcome, with a verdict on each size of the error.
-    """
+    """Simulate the largest error of the coordinate by a constant accelerometer error, which is 2Δa/g by (8.13)."""
 
     def figures(size: float) -> tuple[float, float]:
         _, coordinate = _simulated(periods, bias=size)
@@ -108,11 +101,7 @@ def accelerometer_term(periods: int = PERIODS) -> Outcome:
 
 
 def gyro_term(periods: int = PERIODS) -> Outcome:
-    """Simulate the error of the coordinate by a constant gyro error, which is Δω₀ t after whole periods by (8.15).
-
-    Returns:
-        The outcome, with a verdict on each size of the error.
-    """
+    """Simulate the error of the coordinate by a constant gyro error, which is Δω₀ t after whole periods by (8.15)."""
 
     def figures(size: float) -> tuple[float, float]:
         time, coordinate = _simulated(periods, drift=size)
@@ -259,16 +248,13 @@ def simplified_radii(evidence: Evidence) -> Outcome:
     The error by the radii is bounded and reaches its largest value within one Schuler period, while that of a gyro
     grows without bound. So the comparison depends on its duration, and one Schuler period is the shortest that shows
     both.
-
-    Returns:
-        The outcome, with a verdict on each motion and form.
     """
     numbers: dict[str, float] = {}
-    said = []
+    points = []
     worst: dict[str, float] = {}
-    for motion, found in by(evidence.rows, of_motion).items():
-        forms = [r for r in found if r.curvature != "exact" and r.sensors == "ideal"]
-        biased = [r for r in found if r.curvature == "exact" and r.sensors == BIASED]
+    for motion, rows in by(evidence.rows, of_motion).items():
+        forms = [r for r in rows if r.curvature != "exact" and r.sensors == "ideal"]
+        biased = [r for r in rows if r.curvature == "exact" and r.sensors == BIASED]
         if not forms or not biased:
             return undecided(f"simplified radii with perfect sensors, and exact radii with the block {BIASED}")
         by_bias = _in_a_period(biased[0], evidence)
@@ -282,8 +268,8 @@ def simplified_radii(evidence: Evidence) -> Outcome:
             numbers[f"{motion}: {row.curvature}, m"] = error
             numbers[f"{motion}: {row.curvature}, equivalent gyro bias, deg/h"] = equivalent
             text = f"{motion}, {row.curvature}: {number_text(error)} m, as much as {number_text(equivalent, 2)} deg/h"
-            said.append(Point(text, "confirmed" if equivalent >= GOOD_GYRO_DEG_H else "refuted"))
-    if not said:
+            points.append(Point(text, "confirmed" if equivalent >= GOOD_GYRO_DEG_H else "refuted"))
+    if not points:
         return undecided("any result")
     costly = [value >= GOOD_GYRO_DEG_H for value in worst.values()]
     verdict = "confirmed" if all(costly) else "partly" if any(costly) else "refuted"
@@ -299,7 +285,7 @@ def simplified_radii(evidence: Evidence) -> Outcome:
         "and the gyro bias with the same error:"
     )
     measured = f"by form {' to '.join(number_text(of(worst.values()), 2) for of in (min, max))} deg/h"
-    return Outcome(verdict, reason, tuple(said), numbers, measured, f"at least {GOOD_GYRO_DEG_H:g} deg/h")
+    return Outcome(verdict, reason, tuple(points), numbers, measured, f"at least {GOOD_GYRO_DEG_H:g} deg/h")
 
 
 def _in_a_period(row: Row, evidence: Evidence) -> float | None:
@@ -333,22 +319,21 @@ def latitude_rate(evidence: Evidence) -> Outcome:
 def computer_errors(evidence: Evidence) -> Outcome:
     """Compare the errors of the algorithm, with perfect sensors, with those that the sensors cause.
 
-    Returns:
-        The outcome, with a verdict on each motion. On a motion at rest the closed form (8.15) is beside the errors.
+    On a motion at rest the closed form (8.15) is beside the errors.
     """
     numbers: dict[str, float] = {}
     points: list[Point] = []
     worst = 0.0
-    for motion, found in by(evidence.rows, of_motion).items():
-        ideal = [row for row in found if row.sensors == "ideal"]
-        biased = [row for row in found if row.sensors == LEVEL_BIASED]
+    for motion, rows in by(evidence.rows, of_motion).items():
+        ideal = [row for row in rows if row.sensors == "ideal"]
+        biased = [row for row in rows if row.sensors == LEVEL_BIASED]
         if not ideal or not biased:
             return undecided(f"perfect sensors and the block {LEVEL_BIASED} on the same motions")
-        own, sensors = ideal[0].max_horizontal_error_m, biased[0].max_horizontal_error_m
-        share = own / sensors
+        computer, sensors = ideal[0].max_horizontal_error_m, biased[0].max_horizontal_error_m
+        share = computer / sensors
         worst = max(worst, share)
-        numbers |= {f"{motion}: computer, m": own, f"{motion}: sensors, m": sensors}
-        text = f"{motion}: computer {number_text(own, 2)} m, gyro {number_text(sensors, 4)} m"
+        numbers |= {f"{motion}: computer, m": computer, f"{motion}: sensors, m": sensors}
+        text = f"{motion}: computer {number_text(computer, 2)} m, gyro {number_text(sensors, 4)} m"
         verdict = "confirmed" if share <= COMPUTER_SHARE else "refuted"
         if evidence.facts[motion].distance_m < 1.0:
             closed = MEAN_RADIUS * float(gyro_error(biased[0].duration_s, 0.01 * DEG_H))
@@ -375,15 +360,11 @@ _FORM = "power {measured:.2f} {band} (closed form {closed:.2f})"
 
 
 def gyro_free(evidence: Evidence) -> Outcome:
-    """Find the power of time with which six accelerometers drift, below 1000 s and beyond a Schuler period.
-
-    Returns:
-        The outcome, with a verdict on each block and band while its tilt is small.
-    """
+    """Find the power of time with which six accelerometers drift, below 1000 s and beyond a Schuler period."""
     numbers: dict[str, float] = {}
     points: list[Point] = []
     bands = {f"below {EARLY:g} s": (0.0, EARLY), "beyond a Schuler period": (SCHULER_PERIOD, math.inf)}
-    found: dict[str, list[tuple[float, float]]] = {band: [] for band in bands}
+    fits: dict[str, list[tuple[float, float]]] = {band: [] for band in bands}
     for row in evidence.rows:
         growth = evidence.growth(row)
         if not row.variant.startswith(_BLOCK) or row.sensors == "ideal" or growth is None:
@@ -395,7 +376,7 @@ def gyro_free(evidence: Evidence) -> Outcome:
         for band, (start, end) in bands.items():
             measured, closed = fitted_power(time, error, start, end)
             if math.isfinite(measured):
-                found[band].append((measured, closed))
+                fits[band].append((measured, closed))
                 numbers[f"{name}, power of time {band}"] = measured
                 verdict = "confirmed" if abs(measured - SQUARE) <= POWER_WITHIN else "refuted"
                 points.append(Point(f"{name}: {_FORM.format(measured=measured, band=band, closed=closed)}", verdict))
@@ -405,7 +386,7 @@ def gyro_free(evidence: Evidence) -> Outcome:
                 f"{number_text(row.max_attitude_error_arcsec / 3600.0)}°"
             )
         )
-    if not all(found.values()):
+    if not all(fits.values()):
         return undecided(
             f"a block of six accelerometers with errors, tilted by less than {SMALL_TILT_DEG:g}° for more than one "
             "and a half Schuler periods"
@@ -417,5 +398,5 @@ def gyro_free(evidence: Evidence) -> Outcome:
         f"({SCHULER_PERIOD:.0f} s) the computed vertical follows the tilt, and the error grows with the square, "
         f"which is the chapter's. While the tilt is below {SMALL_TILT_DEG:g}°:"
     )
-    shown = ", then ".join(f"t^{max(fits)[0]:.2f}" for fits in found.values())
+    shown = ", then ".join(f"t^{max(fits)[0]:.2f}" for fits in fits.values())
     return Outcome(overall(points), reason, tuple(points), numbers, shown, "t² (theory: t⁴, then t²)")

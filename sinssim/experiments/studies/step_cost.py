@@ -30,7 +30,7 @@ if TYPE_CHECKING:
     from sinssim.data import ImuData, NavSolution, NavState
 
 
-_KINDS = ("add", "multiply", "divide", "root", "function")
+KINDS = ("add", "multiply", "divide", "root", "function")
 
 OF_FUNCTION = 24.0
 """Additions and multiplications of a sine to rounding, `attitude_cost.sine_k`: a function is not one operation."""
@@ -213,7 +213,7 @@ def _needed(results: Iterable[Any]) -> Counter[str]:
             seen.add(id(number))
             if number.kind:
                 tally[number.kind] += number.times
-            open_ += [one for one in number.made_of if type(one) is _Number]
+            open_ += [part for part in number.made_of if type(part) is _Number]
     return tally
 
 
@@ -258,7 +258,7 @@ def count(
         _Number.tally = _needed(number for _, numbers in arrays for number in numbers.ravel())
     for array, numbers in arrays:
         array[...] = np.array([_value(x) for x in numbers.ravel()], dtype=np.float64).reshape(array.shape)
-    operations = Operations(**{kind: _Number.tally[kind] / samples for kind in _KINDS})
+    operations = Operations(**{kind: _Number.tally[kind] / samples for kind in KINDS})
     return operations, tuple(map(_value, result)) if isinstance(result, tuple) else _value(result)
 
 
@@ -378,7 +378,7 @@ def _counted(algorithm: str, frame: str, ratios: tuple[int, ...] = ()) -> tuple[
     from sinssim.strapdown.navigate import navigate
 
     imu, initial = _data(_whole_rows(ratios))
-    found: list[Operations] = []
+    counts: list[Operations] = []
 
     def counting(thing: Any) -> Any:
         """Return a counting replacement of a kernel, a module with an engine, or a function that calls kernels."""
@@ -386,7 +386,7 @@ def _counted(algorithm: str, frame: str, ratios: tuple[int, ...] = ()) -> tuple[
 
             def kernel(*arguments: Any) -> Any:
                 operations, result = count(thing, arguments, len(imu), apart=_OUTPUT)
-                found.append(operations)
+                counts.append(operations)
                 return result
 
             return kernel
@@ -405,5 +405,8 @@ def _counted(algorithm: str, frame: str, ratios: tuple[int, ...] = ()) -> tuple[
         return thing
 
     solution = counting(navigate)(imu, initial, algorithm=algorithm, frame=frame, **_options(ratios))
-    sums = [sum(getattr(one, kind) for one in found) for kind in ("add", "multiply", "divide", "root", "function")]
+    sums = [
+        sum(getattr(operations, kind) for operations in counts)
+        for kind in ("add", "multiply", "divide", "root", "function")
+    ]
     return Operations(*sums), solution

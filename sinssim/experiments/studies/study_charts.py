@@ -155,8 +155,8 @@ def _beyond(values: Sequence[float]) -> dict[str, Any]:
     values = [value for value in values if 0.0 < value < np.inf]
     if not values:
         return {}
-    room = max((max(values) / min(values)) ** _ROOM, 1.05)
-    return {"low": min(values) / room, "high": max(values) * room}
+    margin = max((max(values) / min(values)) ** _ROOM, 1.05)
+    return {"low": min(values) / margin, "high": max(values) * margin}
 
 
 def _in_rows(charts: Sequence[Chart]) -> list[tuple[Chart, ...]]:
@@ -199,9 +199,9 @@ def _lines(
         for column, motion in enumerate(motions):
             marks: list[Mark] = []
             for name in names:
-                found = [row for row in done if row.motion == motion and label(row) == name]
-                at = [row.rate_hz * (row.ns_per_step * 1e-9 if key == "cost" else 1.0) for row in found]
-                y = np.array([max(getattr(row, quantity), _FLOOR) * size for row in found])
+                line = [row for row in done if row.motion == motion and label(row) == name]
+                at = [row.rate_hz * (row.ns_per_step * 1e-9 if key == "cost" else 1.0) for row in line]
+                y = np.array([max(getattr(row, quantity), _FLOOR) * size for row in line])
                 marks.append(Line(label=name, x=np.array(at), y=y, **_look(name, paint[name])))
             if compared:
                 marks.append(Rule(at=_LIMIT, dash=":", text="" if column else "0.3′"))
@@ -305,9 +305,9 @@ def orders(fits: Sequence[Order]) -> Charts:
     marks = []
     for number, motion in enumerate(motions):
         here = [order for order in fits if order.motion == motion]
-        places, found, apart = np.array([(names.index(o.algorithm), o.order, o.uncertainty) for o in here]).T
+        places, slopes, apart = np.array([(names.index(o.algorithm), o.order, o.uncertainty) for o in here]).T
         marks.append(Dots(
-            label=motion if len(motions) > 1 else "", x=found, y=places, error=apart, size=5.8,
+            label=motion if len(motions) > 1 else "", x=slopes, y=places, error=apart, size=5.8,
             color=colors_of([order.algorithm for order in here]), marker=_SHAPES[number % len(_SHAPES)],
         ))  # fmt: skip
     top = max((order.order for order in fits), default=4.0)
@@ -317,15 +317,15 @@ def orders(fits: Sequence[Order]) -> Charts:
     return Charts("orders", ((chart,),), (7.5, 1.1 + 0.24 * len(names)))
 
 
-def turning(found: Sequence[Heading]) -> Charts:
+def turning(headings: Sequence[Heading]) -> Charts:
     """Return the heading in each form over time, and its error, a column for each motion.
 
     Args:
         found: headings of one part, each motion at one rate.
     """
     rows: tuple[list[Chart], list[Chart]] = ([], [])
-    for column, motion in enumerate(dict.fromkeys(heading.motion for heading in found)):
-        here = [heading for heading in found if heading.motion == motion]
+    for column, motion in enumerate(dict.fromkeys(heading.motion for heading in headings)):
+        here = [heading for heading in headings if heading.motion == motion]
         marks: tuple[list[Mark], list[Mark]] = ([], [])
         for heading, (name, broad, narrow) in zip(here, _FORMS, strict=True):
             time, unwrapped = heading.time - heading.time[0], heading.form.endswith("unwrapped")

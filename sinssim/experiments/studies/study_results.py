@@ -355,8 +355,8 @@ def fit_orders(rows: list[Row]) -> list[Order]:
             best = 0.0 if quantity == DEFECT else min(getattr(row, quantity) for row in here)
             floor = max(_FLOORS[quantity], _ABOVE_BEST * best)
             for key in dict.fromkeys(_engine(row) for row in here):
-                found = [(r.rate_hz, getattr(r, quantity)) for r in here if _engine(r) == key]
-                usable = sorted((rate, error) for rate, error in found if error > floor)[-_FITTED:]
+                errors = [(r.rate_hz, getattr(r, quantity)) for r in here if _engine(r) == key]
+                usable = sorted((rate, error) for rate, error in errors if error > floor)[-_FITTED:]
                 if len(usable) < 3:
                     continue
                 x = -np.log([rate for rate, _ in usable])
@@ -484,16 +484,16 @@ def needed(rows: Sequence[Row]) -> dict[str, Row]:
     Returns:
         The row of that rate, by algorithm; none for an algorithm that exceeds the limit at its highest rate.
     """
-    found = {}
-    for algorithm, own in by(rows, lambda row: row.algorithm).items():
+    lowest = {}
+    for algorithm, tested in by(rows, lambda row: row.algorithm).items():
         enough = None
-        for row in sorted(own, key=lambda row: -row.rate_hz):
+        for row in sorted(tested, key=lambda row: -row.rate_hz):
             if not row.attitude_drift_arcsec_h <= ALLOWED_ARCSEC_H:
                 break
             enough = row
         if enough is not None:
-            found[algorithm] = enough
-    return found
+            lowest[algorithm] = enough
+    return lowest
 
 
 def drift_at(rows: Sequence[Row], algorithms: Sequence[str], rate_hz: float) -> float:
@@ -502,5 +502,5 @@ def drift_at(rows: Sequence[Row], algorithms: Sequence[str], rate_hz: float) -> 
     Returns:
         Arcsec/h; NaN if there is none.
     """
-    own = [r for r in rows if base(r.algorithm) in algorithms and r.rate_hz == rate_hz]
-    return min((row.attitude_drift_arcsec_h for row in own), default=NAN)
+    tested = [r for r in rows if base(r.algorithm) in algorithms and r.rate_hz == rate_hz]
+    return min((row.attitude_drift_arcsec_h for row in tested), default=NAN)

@@ -129,22 +129,22 @@ class GridOf:
 
 def grid_of(result: TradeResult, quantity: Quantity) -> GridOf:
     """Return a quantity of a study, ready to be drawn."""
-    study, kept = result.study, min(len(result.axes), 2)
+    study, inner = result.study, min(len(result.axes), 2)
     value, (low, high) = result.values(quantity), result.band(quantity)
     limits = tuple(
-        one for one in study.requirements
-        if (one.quantity, one.when) == (quantity.quantity, quantity.when)
-        and (one.when != "at" or one.time == quantity.time)
+        requirement for requirement in study.requirements
+        if (requirement.quantity, requirement.when) == (quantity.quantity, quantity.when)
+        and (requirement.when != "at" or requirement.time == quantity.time)
     )  # fmt: skip
     met = np.full(study.shape, bool(limits))
-    for one in limits:
-        met &= result.verdicts(one.text) == "met"
+    for requirement in limits:
+        met &= result.verdicts(requirement.text) == "met"
     panels = []
-    for place in itertools.product(*map(range, study.shape[:-kept])):
+    for place in itertools.product(*map(range, study.shape[:-inner])):
         title = ", ".join(f"{axis.title} {axis.name_of(k)} {axis.unit}".rstrip()
                           for axis, k in zip(study.axes, place, strict=False))  # fmt: skip
         panels.append(Panel(title, value[place], low[place], high[place], met[place]))
-    return GridOf(quantity, unit_for(result, quantity), study.axes[-kept:], tuple(panels[:MOST_PANELS]), limits)
+    return GridOf(quantity, unit_for(result, quantity), study.axes[-inner:], tuple(panels[:MOST_PANELS]), limits)
 
 
 def families(axes: Sequence[GridAxis]) -> int:
@@ -256,12 +256,12 @@ def _choices(grid: GridOf, along: GridAxis, row: Row, name: str, color: Color, o
 def _limits(grid: GridOf, ends: Array) -> Iterator[Mark]:
     """Yield the lines of requirements on the quantity; one that is far away is named alone."""
     there = grid.finite
-    for one in grid.limits:
-        limit = grid.limit(one)
+    for requirement in grid.limits:
+        limit = grid.limit(requirement)
         near = not len(there) or there.min() / _FAR <= limit <= _FAR * there.max()
         where = "" if near else f" ({'above' if limit > there.max() else 'below'} the plot)"
         x, y = (ends, np.full(2, limit)) if near else (np.empty(0), np.empty(0))
-        yield Line(label=f"{one.text}{where}", x=x, y=y, color="limit", dash="--", weight="thin")
+        yield Line(label=f"{requirement.text}{where}", x=x, y=y, color="limit", dash="--", weight="thin")
 
 
 def _band_note(grid: GridOf) -> str:
@@ -293,14 +293,14 @@ def heat_map(result: TradeResult, quantity: Quantity) -> Charts:
         min(max(0.85 * len(across.values) * len(rows[0]) + 2.4, 5.5), 14.0),
         max((0.42 * len(down.values) + 0.75) * len(rows) + 0.8, 2.4),
     )
-    met = " and ".join(one.text for one in grid.limits)
+    met = " and ".join(requirement.text for requirement in grid.limits)
     return Charts(f"{grid.key}_map", rows, size, title=f"{grid.label} [{grid.unit.name}], cell by cell",
                   note=f"framed: meets {met}" if met else "", share="xy",)  # fmt: skip
 
 
 def shown_cells(result: TradeResult) -> list[tuple[CellResult, CellNumbers]]:
     """Return the cells whose growth is shown, in order: all, or some from the least to the largest R95."""
-    there = [(one, one.numbers) for one in result.cells if one.numbers is not None and len(one.numbers.time) > 1]
+    there = [(cell, cell.numbers) for cell in result.cells if cell.numbers is not None and len(cell.numbers.time) > 1]
     if len(there) <= _LINES:
         return there
     ranked = sorted(range(len(there)), key=lambda k: (np.nan_to_num(there[k][1].r95[-1], nan=np.inf), k))
@@ -316,12 +316,12 @@ def growth(result: TradeResult) -> Iterator[Charts]:
     unit = unit_for(result, Quantity("r95", "end"), Quantity("cep", "end"))
     last = np.array([numbers.r95[-1] for _, numbers in shown])
     log, low = is_wide(last), 0.1 * float(last.min())
-    colors = _colors(result, [one.cell.number for one, _ in shown])
-    whole = len(shown) == sum(one.numbers is not None and len(one.numbers.time) > 1 for one in result.cells)
+    colors = _colors(result, [cell.number for cell, _ in shown])
+    whole = len(shown) == sum(cell.numbers is not None and len(cell.numbers.time) > 1 for cell in result.cells)
     for key, title in (("r95", "Growth of R95 in each cell" if whole else ""), ("cep", "")):
         marks = tuple(
-            Line(label=short_name(result, one), x=numbers.time, y=np.where(np.isfinite(v), v, np.nan), color=color)
-            for (one, numbers), color in zip(shown, colors, strict=True)
+            Line(label=short_name(result, cell), x=numbers.time, y=np.where(np.isfinite(v), v, np.nan), color=color)
+            for (cell, numbers), color in zip(shown, colors, strict=True)
             for v in (numbers.r95 if key == "r95" else numbers.cep,)
         )
         y = Axis(label=key.upper(), units=fixed(unit.name, unit.size), log=log, low=low if log else 0.0)
@@ -339,9 +339,9 @@ def _colors(result: TradeResult, numbers: Sequence[int]) -> list[style.Rgb]:
     return choice_colors(len(numbers))
 
 
-def short_name(result: TradeResult, one: CellResult) -> str:
+def short_name(result: TradeResult, cell: CellResult) -> str:
     """Return the values of a cell with their units, without the names of the axes: "tactical, 0.01 deg/h"."""
-    pairs = zip(result.axes, one.cell.place, strict=True)
+    pairs = zip(result.axes, cell.place, strict=True)
     return ", ".join(f"{axis.name_of(k)} {axis.unit}".rstrip() for axis, k in pairs)
 
 
@@ -367,7 +367,7 @@ def exhibits_of(result: TradeResult) -> Exhibits:
         *([Section("Requirements", sentences, on=_PAGE)] if judged else []),
         *_grids(result),
         Section("Trade-offs", [*_panels_left(result), *drawn], on=_PAGE),
-        Section("Cells", [one for when in (None, *instants(result)) for one in _cells(result, when)]),
+        Section("Cells", [item for when in (None, *instants(result)) for item in _cells(result, when)]),
         *(Sentence(line, on=("console",)) for line in judged),
         *([Section("Failed cells", [*map(Sentence, failure_lines(result))])] if result.failures else []),
         *(Sentence(f"{name}: {text}.", on=("console",)) for name, text in definitions(result).items()),
@@ -376,24 +376,24 @@ def exhibits_of(result: TradeResult) -> Exhibits:
         Section("How it was computed", [*_method(result)], on=_PAGE),
     ]  # fmt: skip
     ends = [float(numbers.time[-1]) for _, numbers in shown]
-    own = [one for one in drawn if one.title]
-    shots = json.dumps([(f"trade/figures/{one.key}", one.title) for one in own])
+    titled = [item for item in drawn if item.title]
+    shots = json.dumps([(f"trade/figures/{item.key}", item.title) for item in titled])
     labels = {"shown": str(len(shown)), "cells": str(len(result)), "pictures": shots}
     return Exhibits(
         f"{study.name}: a trade study", items, f"{study.name}: {headline(result)}", name=study.name, kind="trade",
-        root="trade", span=(0.0, max(ends, default=1.0)), labels=labels, pictures=tuple(one.key for one in own),
+        root="trade", span=(0.0, max(ends, default=1.0)), labels=labels, pictures=tuple(item.key for item in titled),
     )  # fmt: skip
 
 
 def _grids(result: TradeResult) -> Iterator[Item]:
     """Yield a quantity over the last two axes as tables; on the console a few that are not too wide."""
     if len(result.axes) > 1:
-        found = [grid for quantity in result.study.drawn for grid in grids(result, quantity)]
-        room = _MOST_GRIDS if len(result.axes[-1].values) <= _MOST_ACROSS else 0
-        for number, one in enumerate(found):
-            columns = (Column(one.corner, words=True), *map(Column, one.across))
-            on: Any = ("console", "recording") if number < room else ("recording",)
-            yield Table(columns, one.rows, one.title, on=on)
+        tables = [grid for quantity in result.study.drawn for grid in grids(result, quantity)]
+        most = _MOST_GRIDS if len(result.axes[-1].values) <= _MOST_ACROSS else 0
+        for number, grid in enumerate(tables):
+            columns = (Column(grid.corner, words=True), *map(Column, grid.across))
+            on: Any = ("console", "recording") if number < most else ("recording",)
+            yield Table(columns, grid.rows, grid.title, on=on)
 
 
 def _panels_left(result: TradeResult) -> Iterator[Item]:
@@ -431,7 +431,7 @@ def _method(result: TradeResult) -> Iterator[Item]:
         "Every cell has the numbers of its separate command, bit for bit. Cells on the same true motion share it. "
         f"{result.computed} cells were computed in {result.seconds:.1f} s by this call."
     )
-    yield Verbatim("Commands of the cells", "\n".join(result.command(one.cell.number) for one in result.cells))
+    yield Verbatim("Commands of the cells", "\n".join(result.command(cell.number) for cell in result.cells))
     yield Sentence(software(), "note")
 
 
@@ -469,19 +469,19 @@ def to_json(result: TradeResult) -> dict[str, Any]:
     """
     study = result.study
     cells = []
-    for one in result.cells:
-        pairs = [pair for axis, k in zip(study.axes, one.cell.place, strict=True) for pair in axis.settings(k)]
-        numbers = one.numbers
+    for cell in result.cells:
+        pairs = [pair for axis, k in zip(study.axes, cell.place, strict=True) for pair in axis.settings(k)]
+        numbers = cell.numbers
         cells.append(
             {
-                "cell": one.cell.number,
+                "cell": cell.number,
                 "settings": dict(pairs),
-                "status": one.status,
-                "failure": one.failure,
+                "status": cell.status,
+                "failure": cell.failure,
                 "values": {} if numbers is None else numbers.values,
                 "requirements": [] if numbers is None else [vars(verdict) for verdict in numbers.verdicts],
-                "digest": result.digest(one.cell.number),
-                "command": result.command(one.cell.number),
+                "digest": result.digest(cell.number),
+                "command": result.command(cell.number),
             }
         )
     axes = [

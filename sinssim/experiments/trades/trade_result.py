@@ -53,6 +53,16 @@ class CellResult:
         """ "finished", "failed", or "open" if it was not reached."""
         return "failed" if self.failure else "open" if self.numbers is None else "finished"
 
+    @property
+    def number(self) -> int:
+        """Its number, from 1, the last axis changing fastest."""
+        return self.cell.number
+
+    @property
+    def place(self) -> tuple[int, ...]:
+        """Place of its value on each axis, from 0."""
+        return self.cell.place
+
     def value(self, column: str) -> float:
         """Return a number of the cell, NaN without one."""
         return float("nan") if self.numbers is None else self.numbers.values.get(column, float("nan"))
@@ -94,8 +104,8 @@ class TradeResult(Result):
 
     def _repr_html_(self) -> str:
         rows = [
-            (self.name(one.cell.number), one.status, *(f"{one.value(q.column):.4g}" for q in self.study.drawn))
-            for one in self.cells
+            (self.name(cell.number), cell.status, *(f"{cell.value(q.column):.4g}" for q in self.study.drawn))
+            for cell in self.cells
         ]
         return html_table(repr(self), rows, ("cell", "status", *(q.column for q in self.study.drawn)))
 
@@ -112,12 +122,12 @@ class TradeResult(Result):
     @property
     def failures(self) -> dict[int, str]:
         """Why cells failed, by their number from 1."""
-        return {one.cell.number: one.failure for one in self.cells if one.failure}
+        return {cell.number: cell.failure for cell in self.cells if cell.failure}
 
     @property
     def finished(self) -> int:
         """Number of cells with numbers."""
-        return sum(one.status == "finished" for one in self.cells)
+        return sum(cell.status == "finished" for cell in self.cells)
 
     def values(self, quantity: str | Quantity) -> Array:
         """Return a quantity over the grid.
@@ -149,7 +159,7 @@ class TradeResult(Result):
         return self._grid(f"{column}_low"), self._grid(f"{column}_high")
 
     def _grid(self, column: str) -> Array:
-        return np.array([one.value(column) for one in self.cells]).reshape(self.shape)
+        return np.array([cell.value(column) for cell in self.cells]).reshape(self.shape)
 
     def _column(self, quantity: str | Quantity) -> str:
         if isinstance(quantity, Quantity):
@@ -159,7 +169,7 @@ class TradeResult(Result):
             return quantity
         column = parse_quantity(quantity).column
         if column not in columns:
-            known = [one.text for one in self.study.quantities]
+            known = [quantity.text for quantity in self.study.quantities]
             raise InputError(
                 f"the study {self.study.name} does not have {shortened(repr(quantity))}: give its time in times_s, or "
                 f"the quantity in draw. It has {', '.join(known)}."
@@ -169,10 +179,10 @@ class TradeResult(Result):
     @property
     def columns(self) -> list[str]:
         """Names of the numbers of the cells."""
-        found: dict[str, None] = {one.column: None for one in self.study.quantities}
-        for one in self.cells:
-            found |= dict.fromkeys(one.numbers.values if one.numbers is not None else ())
-        return list(found)
+        names: dict[str, None] = {cell.column: None for cell in self.study.quantities}
+        for cell in self.cells:
+            names |= dict.fromkeys(cell.numbers.values if cell.numbers is not None else ())
+        return list(names)
 
     def verdicts(self, requirement: str | None = None) -> NDArray[np.str_]:
         """Return verdicts over the grid.
@@ -186,32 +196,32 @@ class TradeResult(Result):
         Raises:
             InputError: the study does not have the requirement.
         """
-        texts = [one.text for one in self.study.requirements]
+        texts = [cell.text for cell in self.study.requirements]
         if requirement is not None and requirement not in texts:
             raise unknown_name("requirement", requirement, texts)
         wanted = texts if requirement is None else [requirement]
         words = []
-        for one in self.cells:
-            found = [v.verdict for text in wanted if (v := one.verdict(text)) is not None]
-            words.append(next((w for w in ("not met", "undecided", "met") if w in found), ""))
+        for cell in self.cells:
+            verdict = [v.verdict for text in wanted if (v := cell.verdict(text)) is not None]
+            words.append(next((w for w in ("not met", "undecided", "met") if w in verdict), ""))
         return np.array(words).reshape(self.shape)
 
     @property
     def rows(self) -> list[dict[str, Any]]:
         """A row for each cell: values of the axes by their keys, status, numbers by column, verdicts, failure."""
         columns, rows = self.columns, []
-        for one in self.cells:
-            row: dict[str, Any] = {"cell": one.cell.number}
-            for axis, k in zip(self.study.axes, one.cell.place, strict=True):
+        for cell in self.cells:
+            row: dict[str, Any] = {"cell": cell.number}
+            for axis, k in zip(self.study.axes, cell.place, strict=True):
                 row |= dict(axis.settings(k))
                 if axis.labels:
                     row[axis.title] = axis.labels[k]
-            row |= {"status": one.status}
-            row |= {column: one.value(column) for column in columns}
+            row |= {"status": cell.status}
+            row |= {column: cell.value(column) for column in columns}
             for text in self.study.require:
-                found = one.verdict(text.strip())
-                row[text] = None if found is None else found.verdict
-            rows.append(row | {"failure": one.failure})
+                verdict = cell.verdict(text.strip())
+                row[text] = None if verdict is None else verdict.verdict
+            rows.append(row | {"failure": cell.failure})
         return rows
 
     def name(self, number: int) -> str:
@@ -330,8 +340,8 @@ _OF_KIND = {
 
 def definitions(result: TradeResult) -> dict[str, str]:
     """Return what each number of a study means, by its name."""
-    found = {**DEFINITIONS, **_OF_KIND[result.study.cell]}
-    return found if "nees_mean" in result.columns else {k: v for k, v in found.items() if k != "NEES"}
+    texts = {**DEFINITIONS, **_OF_KIND[result.study.cell]}
+    return texts if "nees_mean" in result.columns else {k: v for k, v in texts.items() if k != "NEES"}
 
 
 def headline(result: TradeResult) -> str:
@@ -339,7 +349,7 @@ def headline(result: TradeResult) -> str:
     study, count = result.study, len(result)
     what = "covariance budget" if study.cell == "budget" else "ensemble"
     grid = " × ".join(f"{len(axis.values)} values of {axis.title}" for axis in study.axes)
-    runs = sorted({int(v) for one in result.cells if math.isfinite(v := one.value("runs"))})
+    runs = sorted({int(v) for cell in result.cells if math.isfinite(v := cell.value("runs"))})
     of_runs = f" of {' to '.join(dict.fromkeys((str(runs[0]), str(runs[-1]))))} runs" if runs else ""
     parts = [f"{count} {what}{'s' if count > 1 else ''}{of_runs} of {study.scenario.rpartition('/')[2]}: {grid}."]
     if study.set:
@@ -376,10 +386,14 @@ def unit_for(result: TradeResult, *quantities: Quantity) -> Unit:
     if first.quantity == "rate":
         return Unit("nmi/h", 1.0)
     if len(quantities) == 1:
-        for one in result.study.requirements:
-            if one.quantity == first.quantity and first.when == one.when and one.unit in ("m", "nmi", "deg", "arcmin"):
-                return Unit(one.unit, one.unit_size)
-    values = np.concatenate([result.values(one).ravel() for one in quantities])
+        for requirement in result.study.requirements:
+            if (
+                requirement.quantity == first.quantity
+                and first.when == requirement.when
+                and requirement.unit in ("m", "nmi", "deg", "arcmin")
+            ):
+                return Unit(requirement.unit, requirement.unit_size)
+    values = np.concatenate([result.values(requirement).ravel() for requirement in quantities])
     return Unit(*suiting(_SCALES[first.dimension], values[np.isfinite(values)]))
 
 
@@ -409,47 +423,47 @@ def cell_table(
     units = {q: unit_for(result, *kind) if len(kind) > 1 else unit_for(result, q) for kind in kinds for q in kind}
     units |= {q: unit_for(result, q) for q in shown if q not in units}
     nees = "nees_mean" in result.columns and when is None
-    judged = [one for one in study.requirements if when is None]
+    judged = [cell for cell in study.requirements if when is None]
     heads = ["cell", *(axis.heading for axis in study.axes), *(f"{SHORT[q.quantity]}, {units[q].name}" for q in shown)]
     heads += ["NEES / n", "in band"] if nees else []
-    heads += [one.text for one in judged]
+    heads += [cell.text for cell in judged]
     rows = []
-    for one in result.cells:
-        row = [str(one.cell.number), *names(result, one)]
-        if one.numbers is None:
-            row += [one.status, *[""] * (len(heads) - len(row) - 1)]
+    for cell in result.cells:
+        row = [str(cell.number), *names(result, cell)]
+        if cell.numbers is None:
+            row += [cell.status, *[""] * (len(heads) - len(row) - 1)]
             rows.append(row)
             continue
-        row += [_value(one, q, units[q], bands and q.quantity in SHARES) for q in shown]
+        row += [_value(cell, q, units[q], bands and q.quantity in SHARES) for q in shown]
         if nees:
-            row += [number_text(one.value("nees_mean")), _percent(one.value("nees_share_in_band"))]
-        rows.append(row + [verdict_text(one, requirement) for requirement in judged])
+            row += [number_text(cell.value("nees_mean")), _percent(cell.value("nees_share_in_band"))]
+        rows.append(row + [verdict_text(cell, requirement) for requirement in judged])
     return heads, rows, 1 + len(study.axes)
 
 
-def names(result: TradeResult, one: CellResult) -> list[str]:
+def names(result: TradeResult, cell: CellResult) -> list[str]:
     """Return the names of the values of a cell, one for each axis."""
-    return [axis.name_of(k) for axis, k in zip(result.study.axes, one.cell.place, strict=True)]
+    return [axis.name_of(k) for axis, k in zip(result.study.axes, cell.place, strict=True)]
 
 
-def _value(one: CellResult, quantity: Quantity, unit: Unit, band: bool) -> str:
-    text, column = unit.text(one.value(quantity.column)), quantity.column
-    if not band or math.isnan(one.value(f"{column}_low")):
+def _value(cell: CellResult, quantity: Quantity, unit: Unit, band: bool) -> str:
+    text, column = unit.text(cell.value(quantity.column)), quantity.column
+    if not band or math.isnan(cell.value(f"{column}_low")):
         return text
-    return f"{text} ({unit.text(one.value(f'{column}_low'))} … {unit.text(one.value(f'{column}_high'))})"
+    return f"{text} ({unit.text(cell.value(f'{column}_low'))} … {unit.text(cell.value(f'{column}_high'))})"
 
 
 def _percent(value: float) -> str:
     return "–" if math.isnan(value) else f"{100.0 * value:.0f} %"
 
 
-def verdict_text(one: CellResult, requirement: Requirement) -> str:
+def verdict_text(cell: CellResult, requirement: Requirement) -> str:
     """Return the verdict of a cell on a requirement, and its value if no column shows it; "" without one."""
-    found = one.verdict(requirement.text)
-    if found is None:
+    verdict = cell.verdict(requirement.text)
+    if verdict is None:
         return ""
     shown = requirement.when == "end" and requirement.quantity in _SHOWN
-    return MARKS[found.verdict] + (f": {found.text}" if found.text and not shown else "")
+    return MARKS[verdict.verdict] + (f": {verdict.text}" if verdict.text and not shown else "")
 
 
 @dataclass(frozen=True)
@@ -486,9 +500,9 @@ def grids(result: TradeResult, quantity: Quantity) -> Iterator[Grid]:
         for i in range(len(down.values)):
             row = [down.name_of(i)]
             for k in range(len(across.values)):
-                one = result.cells[int(np.ravel_multi_index((*place, i, k), study.shape))]
-                met = bool(judged) and all((v := one.verdict(r.text)) and v.verdict == "met" for r in judged)
-                text = unit.text(one.value(quantity.column)) if one.status == "finished" else one.status
+                cell = result.cells[int(np.ravel_multi_index((*place, i, k), study.shape))]
+                met = bool(judged) and all((v := cell.verdict(r.text)) and v.verdict == "met" for r in judged)
+                text = unit.text(cell.value(quantity.column)) if cell.status == "finished" else cell.status
                 row.append(f"{text} *" if met else text)
             rows.append(row)
         star = "; * meets " + " and ".join(r.text for r in judged) if judged else ""
@@ -506,8 +520,8 @@ def requirement_lines(result: TradeResult) -> list[str]:
     """
     study = result.study
     lines = []
-    for one in study.requirements:
-        lines.append(f"{one.text}: {_met(result, [one])}")
+    for requirement in study.requirements:
+        lines.append(f"{requirement.text}: {_met(result, [requirement])}")
     if len(lines) > 1:
         lines.append(f"All {len(lines)} requirements together: {_met(result, study.requirements)}")
     return lines
@@ -516,19 +530,19 @@ def requirement_lines(result: TradeResult) -> list[str]:
 def _met(result: TradeResult, requirements: Sequence[Requirement]) -> str:
     """Return how many cells meet some requirements, and which."""
     word: dict[str, list[CellResult]] = {"met": [], "not met": [], "undecided": []}
-    for one in result.cells:
-        found = [v.verdict for r in requirements if (v := one.verdict(r.text)) is not None]
-        if found:
-            word["not met" if "not met" in found else "undecided" if "undecided" in found else "met"].append(one)
+    for cell in result.cells:
+        verdicts = [v.verdict for r in requirements if (v := cell.verdict(r.text)) is not None]
+        if verdicts:
+            word["not met" if "not met" in verdicts else "undecided" if "undecided" in verdicts else "met"].append(cell)
     judged = sum(map(len, word.values()))
     met, undecided = word["met"], word["undecided"]
     sure = " with 95 % confidence" if result.study.cell == "ensemble" else ""
     text = f"met{sure} in {len(met)} of {judged} cells"
     if met and len(met) < judged:
-        numbers = [one.cell.number for one in met]
+        numbers = [cell.number for cell in met]
         text += f" ({'; '.join(map(result.name, numbers)) if len(met) <= _NAMED else _ranges(numbers)})"
     if undecided:
-        more = [v.more_runs for one in undecided for r in requirements if (v := one.verdict(r.text)) and v.more_runs]
+        more = [v.more_runs for cell in undecided for r in requirements if (v := cell.verdict(r.text)) and v.more_runs]
         hint = f"; about {_rounded(max(more))} more runs would decide them" if more and len(requirements) == 1 else ""
         text += f", undecided in {len(undecided)}{hint}"
     return text + "."

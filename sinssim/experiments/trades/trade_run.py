@@ -109,10 +109,10 @@ class TradeDirectory(Store):
         if not file.exists():
             return None
         try:
-            found = json.loads(file.read_text(encoding="utf-8"))
-            if found["contents"] != _digest(found["numbers"]) or found["digest"] != digest:
+            contents = json.loads(file.read_text(encoding="utf-8"))
+            if contents["contents"] != _digest(contents["numbers"]) or contents["digest"] != digest:
                 raise ValueError("its contents are not those that were written")
-            return _numbers(found["numbers"])
+            return _numbers(contents["numbers"])
         except (OSError, ValueError, KeyError, TypeError) as error:
             say(f"{file} is damaged ({error}). Its cell is computed again.")
             with suppress(OSError):
@@ -146,7 +146,7 @@ def _contents(numbers: CellNumbers) -> dict[str, Any]:
     """Return numbers as JSON holds them; doubles keep every bit."""
     return {
         "values": plain(numbers.values),
-        "verdicts": plain([asdict(one) for one in numbers.verdicts]),
+        "verdicts": plain([asdict(verdict) for verdict in numbers.verdicts]),
         "time": plain(numbers.time.tolist()),
         "cep": plain(numbers.cep.tolist()),
         "r95": plain(numbers.r95.tolist()),
@@ -249,9 +249,9 @@ def write_result(result: TradeResult, directory: Path, *, overwrite: bool) -> Pa
     """
     folder = TradeDirectory(directory, result.study, resume=False, overwrite=overwrite)
     try:
-        for one in result.cells:
-            if one.numbers is not None and result.study.cell == "budget":
-                folder.write(result.digest(one.cell.number), one.numbers)
+        for cell in result.cells:
+            if cell.numbers is not None and result.study.cell == "budget":
+                folder.write(result.digest(cell.number), cell.numbers)
         _write(folder, result)
         return folder.path
     finally:
@@ -296,83 +296,83 @@ class _Work:
             runs = f" of {_runs(todo[0].cell, study)} runs" if todo and study.cell == "ensemble" else ""
             what = f"{len(todo)} {study.cell}{'s' if len(todo) != 1 else ''}{runs}"
             watch = Watch(study.name, what, max(len(todo), 1), limit_minutes, self._report, self._say_on)
-            flown = {one.motion: one.cell.scenario for one in todo}
+            flown = {missing.motion: missing.cell.scenario for missing in todo}
             warn_of_limits(*(scenario for scenario in flown.values() if scenario is not None))
             truths, unflown = TruthCache(), _flights(todo)
-            for one in todo:
-                self._compute(one, truths, watch, unflown)
+            for missing in todo:
+                self._compute(missing, truths, watch, unflown)
         finally:
             self._seconds = time.perf_counter() - begin
 
     def _read_kept(self) -> None:
         """Read the budgets in the directory whose numbers are not known."""
         for digest in dict.fromkeys(self._digests.values()) if self.study.cell == "budget" else ():
-            if digest not in self._numbers and (found := self._folder.read(digest, self.say)) is not None:
-                self._numbers[digest] = found
+            if digest not in self._numbers and (numbers := self._folder.read(digest, self.say)) is not None:
+                self._numbers[digest] = numbers
 
     def _missing(self) -> list[_Missing]:
         """Return the cells that have no numbers, one for each digest, ordered by their true motions."""
-        found: dict[str, _Missing] = {}
+        missing: dict[str, _Missing] = {}
         for cell in self.cells:
             digest = self._digests.get(cell.number)
-            if digest is not None and digest not in self._numbers and digest not in found:
+            if digest is not None and digest not in self._numbers and digest not in missing:
                 assert cell.scenario is not None
-                found[digest] = _Missing(cell, digest, truth_key(cell.scenario))
-        motions = list(dict.fromkeys(one.motion for one in found.values()))
-        return sorted(found.values(), key=lambda one: motions.index(one.motion))
+                missing[digest] = _Missing(cell, digest, truth_key(cell.scenario))
+        motions = list(dict.fromkeys(entry.motion for entry in missing.values()))
+        return sorted(missing.values(), key=lambda entry: motions.index(entry.motion))
 
-    def _compute(self, one: _Missing, truths: TruthCache, watch: Watch, unflown: dict[str, float]) -> None:
+    def _compute(self, missing: _Missing, truths: TruthCache, watch: Watch, unflown: dict[str, float]) -> None:
         """Compute a cell; what goes wrong in it is its result."""
-        scenario = one.cell.scenario
+        scenario = missing.cell.scenario
         assert scenario is not None
         try:
             watch.flying(sum(unflown.values()))
             check_times(scenario)
             truth = truths.of(scenario)
-            unflown.pop(one.motion, None)
+            unflown.pop(missing.motion, None)
             watch.begin()
             if self.study.cell == "budget":
                 from sinssim.analyses.error_budget.covariance_budget import budget
 
-                found = budget(
+                by_budget = budget(
                     scenario, times=self.study.instants, solution="inertial" if self.study.inertial else None,
                     truth=truth, progress=lambda stage, part: watch.inside(part if stage == "budget" else 0.0),
                 )  # fmt: skip
-                numbers = of_budget(self.study, found)
+                numbers = of_budget(self.study, by_budget)
                 with self._folder.writing("the cells of the study could not be written to"):
-                    self._folder.write(one.digest, numbers)
+                    self._folder.write(missing.digest, numbers)
             else:
                 result = stored_runs(
-                    scenario, self.study.runs, self._folder.ensemble(one.digest, self.say), times=self.study.instants,
-                    truths=truths, threads=self._threads, say=self.say,
+                    scenario, self.study.runs, self._folder.ensemble(missing.digest, self.say),
+                    times=self.study.instants, truths=truths, threads=self._threads, say=self.say,
                     progress=lambda text, part: watch.inside(part, text.split(",")[0]),
                 )  # fmt: skip
                 numbers = of_ensemble(self.study, result)
                 if result.failed.all():
                     raise RunError(f"all {len(result)} runs failed; the first one: {result.errors.failure[0]}")
-            self._numbers[one.digest] = numbers
+            self._numbers[missing.digest] = numbers
             self._computed += 1
         except MemoryError:  # no property of the cell
             raise
         except SinssimError as error:
             if isinstance(error, TooLongError) or isinstance(error.__cause__, OSError):
                 raise
-            self._failures[one.digest] = str(error) or type(error).__name__
+            self._failures[missing.digest] = str(error) or type(error).__name__
             self.runs_failed |= not isinstance(error, InputError)
         except Exception as error:  # whatever went wrong in one of many cells is a result to report
-            self._failures[one.digest] = f"{type(error).__name__}: {error}"
+            self._failures[missing.digest] = f"{type(error).__name__}: {error}"
             self.runs_failed = True
-        watch.finish(failed=one.digest in self._failures)
+        watch.finish(failed=missing.digest in self._failures)
 
     def fill_in(self, result: TradeResult, status: str) -> None:
         """Fill in what has become of the cells."""
         self._read_kept()  # Ctrl-C may have come right after a cell was written
-        found = []
+        results = []
         for cell in self.cells:
             digest = self._digests.get(cell.number, "")
             failure = cell.mistake or self._failures.get(digest, "")
-            found.append(CellResult(cell, self._numbers.get(digest), failure))
-        result.cells, result.status, result.notes = tuple(found), status, self._notes
+            results.append(CellResult(cell, self._numbers.get(digest), failure))
+        result.cells, result.status, result.notes = tuple(results), status, self._notes
         result.seconds, result.computed = self._seconds, self._computed
 
 
@@ -386,13 +386,17 @@ def _flights(todo: list[_Missing]) -> dict[str, float]:
     """Return how long the flights of some cells take that are not in the cache, s, by their motion."""
     from sinssim.truth.flight.flight_cache import is_cached
 
-    found = {}
-    for one in todo:
-        scenario = one.cell.scenario
+    seconds = {}
+    for missing in todo:
+        scenario = missing.cell.scenario
         assert scenario is not None
-        if one.motion not in found and scenario.flight is not None and not is_cached(scenario.flight, scenario.seed):
-            found[one.motion] = expected_duration(scenario) / FLIGHT_SPEED
-    return found
+        if (
+            missing.motion not in seconds
+            and scenario.flight is not None
+            and not is_cached(scenario.flight, scenario.seed)
+        ):
+            seconds[missing.motion] = expected_duration(scenario) / FLIGHT_SPEED
+    return seconds
 
 
 def _leave(folder: TradeDirectory, result: TradeResult, stop: BaseException) -> None:

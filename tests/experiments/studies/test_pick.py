@@ -7,11 +7,12 @@ from typing import Any
 import pytest
 from rich.console import Console
 
-from sinssim.experiments.studies.claims import picks
+from sinssim.experiments.studies.recommended_engines import picks
 from sinssim.experiments.studies.study_charts import one_draw
-from sinssim.experiments.studies.study_exhibits import show
+from sinssim.experiments.studies.study_exhibits import exhibits_of
 from sinssim.experiments.studies.study_results import Row, StudyResult, needed
 from sinssim.experiments.studies.study_schema import Study
+from sinssim.recording.console import show
 
 PARKED = {"name": "a", "parked": {"latitude_deg": 50.0, "duration_s": 3600.0}}
 FLOWN = {"name": "b", "parked": {"latitude_deg": 60.0, "duration_s": 3600.0}}
@@ -144,8 +145,8 @@ def test_sensors_on_one_draw_say_so() -> None:
     said = one_draw(several.parts[0], several)
     assert said.startswith("The sensors are compared on one draw of their errors (seed 7)")
     console = Console(record=True, width=400)
-    show(StudyResult(several), console)
-    assert f"p: {said}" in console.export_text()
+    show(exhibits_of(StudyResult(several)), console)
+    assert "p:\n" + said.replace("`", "") in console.export_text()
     ideal = study()
     assert one_draw(ideal.parts[0], ideal) == ""
     alone = study(sensors=["tactical"])
