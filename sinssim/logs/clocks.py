@@ -92,7 +92,7 @@ def file_clock(clock: Clock, first: float, first_row: Instant | None) -> FileClo
     return FileClock(clock, zero)
 
 
-def offset(own: FileClock, other: FileClock, name: str, first: float) -> float:
+def offset(clock: FileClock, other: FileClock, name: str, first: float) -> float:
     """Return what is added to the times of another file so that they are on the clock of one's own.
 
     Args:
@@ -105,15 +105,15 @@ def offset(own: FileClock, other: FileClock, name: str, first: float) -> float:
     Raises:
         InputError: one clock has a date and the other has none.
     """
-    if own.zero is not None and other.zero is not None:
-        return other.zero.seconds - own.zero.seconds + (other.zero.fraction - own.zero.fraction)
-    if own.zero is None and other.zero is None:
+    if clock.zero is not None and other.zero is not None:
+        return other.zero.seconds - clock.zero.seconds + (other.zero.fraction - clock.zero.fraction)
+    if clock.zero is None and other.zero is None:
         return 0.0  # both count from the same unknown instant
-    without, key = ("log.imu", own) if own.zero is None else (name, other)
+    without, key = ("log.imu", clock) if clock.zero is None else (name, other)
     if key.clock.kind == "gps":  # seconds of the week: the week is that of the other clock
-        known = other.zero if own.zero is None else own.zero
+        known = other.zero if clock.zero is None else clock.zero
         assert known is not None
-        if own.zero is None:
+        if clock.zero is None:
             return float(known.seconds % WEEK) + known.fraction
         weeks = round((known.seconds + known.fraction - first) / WEEK)
         return float(weeks * WEEK - known.seconds) - known.fraction
@@ -176,10 +176,10 @@ def match_clock(clock: Clock, time: Array, start_gps_s: float, span: tuple[float
             return choice
     begin, end = (f"{date_from_gps(start_gps_s + t):%Y-%m-%dT%H:%M:%SZ}" for t in span)
     if clock.origin_gps_s is not None:
-        own = " to ".join(f"{date_from_gps(clock.origin_gps_s + t):%Y-%m-%dT%H:%M:%SZ}" for t in (first, last))
+        utc = " to ".join(f"{date_from_gps(clock.origin_gps_s + t):%Y-%m-%dT%H:%M:%SZ}" for t in (first, last))
     else:
-        own = f"{first:.3f} s to {last:.3f} s on a clock without a date"
+        utc = f"{first:.3f} s to {last:.3f} s on a clock without a date"
     raise InputError(
-        f"{name} does not overlap the run: it lasts from {own}; the run from {begin} to {end} (seconds {span[0]:g} to "
+        f"{name} does not overlap the run: it lasts from {utc}; the run from {begin} to {end} (seconds {span[0]:g} to "
         f"{span[1]:g}). Give the date with which the run was exported (--start)."
     )

@@ -59,8 +59,8 @@ class Outages(Section):
         """
         if isinstance(self.first_s, tuple):
             return ()
-        found = [span for span in self.at_s if span[0] < end and span[1] > start]
-        return tuple(sorted((*found, *self._regular_spans(self.first_s, start, end))))
+        inside = [span for span in self.at_s if span[0] < end and span[1] > start]
+        return tuple(sorted((*inside, *self._regular_spans(self.first_s, start, end))))
 
     def passes(self, start: float, end: float) -> tuple[tuple[tuple[float, float], ...], ...]:
         """Return the outages of each further pass of the filter.
@@ -104,7 +104,7 @@ def outage_settings(written: Sequence[str]) -> list[str]:
     if regular is not None:
         settings += [f"log.outages.length_s={float(regular[1])}", f"log.outages.every_s={float(regular[2])}"]
         if regular[3]:
-            first = [float(one) for one in regular[3].split(",")]
+            first = [float(word) for word in regular[3].split(",")]
             settings.append(f"log.outages.first_s={first if len(first) > 1 else first[0]}")
     return settings
 
@@ -130,28 +130,28 @@ def outage_spans(written: Sequence[str], start: float, end: float) -> tuple[tupl
         keys |= {"length_s": float(regular[1]), "every_s": float(regular[2])}
         keys |= {"first_s": float(regular[3])} if regular[3] else {}
     try:
-        found = Outages.model_validate(keys).spans(start, end)
+        within = Outages.model_validate(keys).spans(start, end)
     except ValidationError as error:
-        said = error.errors()[0]["msg"].removeprefix("Value error, ")
-        raise InputError(f"--outage {' '.join(written)}: {said}.") from error
-    if not found:
+        why = error.errors()[0]["msg"].removeprefix("Value error, ")
+        raise InputError(f"--outage {' '.join(written)}: {why}.") from error
+    if not within:
         raise InputError(f"--outage {' '.join(written)}: no outage lies within the run, {start:g} to {end:g} s.")
-    return found
+    return within
 
 
 def _parsed(written: Sequence[str]) -> tuple[list[tuple[float, float]], re.Match[str] | None]:
     """Return single outages, and the regular ones as their parts."""
     spans: list[tuple[float, float]] = []
     regular = None
-    for one in written:
-        if found := _SPAN.fullmatch(one):
-            spans.append((float(found[1]), float(found[2])))
-        elif (found := _REGULAR.fullmatch(one)) and regular is None:
-            regular = found
+    for text in written:
+        if parts := _SPAN.fullmatch(text):
+            spans.append((float(parts[1]), float(parts[2])))
+        elif (parts := _REGULAR.fullmatch(text)) and regular is None:
+            regular = parts
         else:
-            why = "regular outages are already given" if regular and _REGULAR.fullmatch(one) else "it is not an outage"
+            why = "regular outages are already given" if regular and _REGULAR.fullmatch(text) else "it is not an outage"
             raise InputError(
-                f"--outage {shortened(one)}: {why}. Write 40:55 for an outage from 40 s to 55 s. Write 15/45, only "
+                f"--outage {shortened(text)}: {why}. Write 40:55 for an outage from 40 s to 55 s. Write 15/45, only "
                 "once, for outages of 15 s every 45 s, 15/45@60 if the first begins at 60 s, or 15/45@30,45,60 for "
                 "one pass with each of these first times."
             )

@@ -177,11 +177,11 @@ def gps_seconds(text: str) -> tuple[float, bool]:
     Raises:
         InputError: the text is no such time.
     """
-    found = _ISO.fullmatch(text.strip())
-    if found is None:
+    parts = _ISO.fullmatch(text.strip())
+    if parts is None:
         raise InputError(f"{shortened(text)!r} is not a time; 2024-05-01T12:00:00Z would be one.")
-    year, month, day, hour, minute, second = (int(part or 0) for part in found.groups()[:6])
-    fraction, zone = float((found[7] or "0").replace(",", ".")), found[8]
+    year, month, day, hour, minute, second = (int(part or 0) for part in parts.groups()[:6])
+    fraction, zone = float((parts[7] or "0").replace(",", ".")), parts[8]
     extra, second = (1, 59) if second == 60 else (0, second)  # a leap second
     try:
         moment = datetime(year, month, day, hour, minute, second, tzinfo=UTC)
@@ -226,10 +226,10 @@ def date_seconds(texts: Sequence[str | None]) -> tuple[Array, Clock | None]:
     days: dict[tuple[str, str, str], int] = {}
     zoned = dated = False
     for k, text in enumerate(texts):
-        found = None if text is None else _DATE.fullmatch(text.strip())
-        if found is None:
+        match = None if text is None else _DATE.fullmatch(text.strip())
+        if match is None:
             continue
-        year, month, day, hour, minute, second, part, zone = found.groups()
+        year, month, day, hour, minute, second, part, zone = match.groups()
         at = 3600 * int(hour) + 60 * int(minute) + int(second)
         if year is not None:
             dated = True

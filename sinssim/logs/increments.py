@@ -209,13 +209,13 @@ def _intervals(stream: InertialStream, usual: float) -> ImuData:
         rows.append(sums[begin:k])
         if k == count:
             break
-        own = min(float(covered[k].max()), float(steps[k]))
-        more = max(round(float(steps[k] - own) / usual), 1)
-        bridge = (steps[k] - own) / more
-        edges.append(time[k] - own - bridge * np.arange(more - 1, -1, -1.0))
+        length = min(float(covered[k].max()), float(steps[k]))
+        more = max(round(float(steps[k] - length) / usual), 1)
+        bridge = (steps[k] - length) / more
+        edges.append(time[k] - length - bridge * np.arange(more - 1, -1, -1.0))
         rows.append(np.tile(0.5 * (rates[k - 1] + rates[k]) * bridge, (more, 1)))
         edges.append(time[k : k + 1])
-        rows.append(rates[k : k + 1] * own)
+        rows.append(rates[k : k + 1] * length)
         begin = k + 1
     values = np.vstack(rows)
     return ImuData(np.concatenate(edges), np.ascontiguousarray(values[:, :3]), np.ascontiguousarray(values[:, 3:]))
@@ -244,8 +244,8 @@ def bridge_noise(imu: ImuData, gaps: Array) -> AddedNoise | None:
         change = np.mean((rates[lag:] - rates[:-lag]) ** 2, axis=0)
         times += [begin, begin + length + usual]
         density += [np.sqrt(change * length / 12.0), np.zeros(6)]
-    found = np.array(density)
-    return AddedNoise(np.array(times), found[:, :3], found[:, 3:])
+    variance = np.array(density)
+    return AddedNoise(np.array(times), variance[:, :3], variance[:, 3:])
 
 
 def gap_words(gaps: Array) -> Sequence[str]:

@@ -46,12 +46,12 @@ def inertial_stream(unit: LogImu) -> tuple[InertialStream, Clock, tuple[str, ...
         InputError: the file cannot be read, holds no inertial unit, or has another kind than described.
     """
     path = Path(unit.file)
-    found = _formatted(unit, described=_describes(unit, LogDescription, ("axes",)))
-    if found is not None:
-        stream = _one(found.inertial, unit, found, "inertial unit")
+    streams = _formatted(unit, described=_describes(unit, LogDescription, ("axes",)))
+    if streams is not None:
+        stream = _stream_of(streams.inertial, unit, streams, "inertial unit")
         axes = unit.axes if "axes" in unit.model_fields_set or stream.axes is None else stream.axes
         matrix = LogDescription.model_validate({"axes": axes}).matrix
-        return _turned(replace(stream, axes=axes), matrix), found.clock, found.notes
+        return _turned(replace(stream, axes=axes), matrix), streams.clock, streams.notes
     apart = [name for name in TRIADS if (triad := unit.triad(name)) is not None and triad.apart]
     if len(apart) == len(TRIADS):
         raise InputError(
@@ -98,9 +98,9 @@ def fix_stream(source: LogFile) -> tuple[FixStream, Clock, tuple[str, ...]]:
         InputError: the file cannot be read or holds no fixes.
     """
     assert isinstance(source, FixColumns)
-    found = _formatted(source, described=_describes(source, FixColumns))
-    if found is not None:
-        return _one(found.fixes, source, found, "fixes"), found.clock, found.notes
+    streams = _formatted(source, described=_describes(source, FixColumns))
+    if streams is not None:
+        return _stream_of(streams.fixes, source, streams, "fixes"), streams.clock, streams.notes
     table = _table(source)
     stream, _, clock = _fixes_of_columns(table, source)
     return stream, clock, table.notes
@@ -137,12 +137,12 @@ def solution_stream(source: LogFile) -> tuple[SolutionStream | FixStream, Clock,
         InputError: the file cannot be read or holds neither.
     """
     assert isinstance(source, SolutionColumns)
-    found = _formatted(source, described=_describes(source, SolutionColumns))
-    if found is not None:
-        both: dict[str, SolutionStream | FixStream] = {**found.fixes, **found.solutions}
-        if source.stream is None and found.solutions:
-            return _one(found.solutions, source, found, "solution"), found.clock, found.notes
-        return _one(both, source, found, "solution"), found.clock, found.notes
+    streams = _formatted(source, described=_describes(source, SolutionColumns))
+    if streams is not None:
+        both: dict[str, SolutionStream | FixStream] = {**streams.fixes, **streams.solutions}
+        if source.stream is None and streams.solutions:
+            return _stream_of(streams.solutions, source, streams, "solution"), streams.clock, streams.notes
+        return _stream_of(both, source, streams, "solution"), streams.clock, streams.notes
     table, c = _table(source), source
     if (c.heading or c.quaternion) and not (c.latitude or c.longitude or c.height):
         time, clock = _times(table, source)  # attitude alone
@@ -224,23 +224,23 @@ def _formatted(source: LogFile, described: list[str]) -> Streams | None:
             f"{path}: no format recognises this file. Known are {', '.join(FORMATS)}, and text in columns "
             f"({', '.join(SUFFIXES)})."
         )
-    found = read_file(path, source.format)
+    streams = read_file(path, source.format)
     if described:
         raise InputError(
-            f"{path} is read in the format {found.format}, which defines its columns: remove {', '.join(described)}."
+            f"{path} is read in the format {streams.format}, which defines its columns: remove {', '.join(described)}."
         )
-    return found
+    return streams
 
 
-def _one(streams: dict[str, _Stream], source: LogFile, found: Streams, what: str) -> _Stream:
+def _stream_of(streams: dict[str, _Stream], source: LogFile, contents: Streams, what: str) -> _Stream:
     """Return the stream that a source names, or the only one."""
     if source.stream is not None:
         if source.stream not in streams:
-            raise unknown_name(f"stream of {found.path}", source.stream, streams)
+            raise unknown_name(f"stream of {contents.path}", source.stream, streams)
         return streams[source.stream]
     if len(streams) != 1:
         raise InputError(
-            f"{found.path} ({found.format}) has "
+            f"{contents.path} ({contents.format}) has "
             + (f"several streams, {', '.join(streams)}: choose one with stream." if streams else f"no {what}.")
         )
     return next(iter(streams.values()))
@@ -276,8 +276,8 @@ def _fresh(table: Table, stream: FixStream, columns: FixColumns) -> NDArray[np.i
     if stream.velocity_ned is not None:
         known |= np.isfinite(stream.velocity_ned[:, :2]).all(axis=1) & ~nowhere
     if columns.held:
-        held = np.column_stack([stream.latitude, stream.longitude, stream.height])
-        known &= np.append(True, (np.diff(held, axis=0) != 0.0).any(axis=1))
+        repeated = np.column_stack([stream.latitude, stream.longitude, stream.height])
+        known &= np.append(True, (np.diff(repeated, axis=0) != 0.0).any(axis=1))
     time, rows = stream.time[known], np.flatnonzero(known)
     same = np.append(False, np.diff(time) == 0.0)
     if same.any():  # a row written twice says nothing new

@@ -29,20 +29,20 @@ def quality_factor(fixes: FixStream, keys: LogGnss | LogReference) -> Array:
     Without factors a fix counts as its own σ says, unless its code says that there is none.
     """
     if keys.quality_factors is None:
-        found = np.ones(len(fixes))
+        factors = np.ones(len(fixes))
         for number, word in fixes.quality_words.items():
             if fixes.quality is not None and word in _NO_FIX:
-                found[fixes.quality == number] = np.nan
-        return found
+                factors[fixes.quality == number] = np.nan
+        return factors
     if fixes.quality is None:
         raise InputError(
             f"{keys.file} has no codes of quality, but quality_factors are given: describe the column of the codes "
             "(quality), or remove quality_factors."
         )
-    found = np.full(len(fixes), np.nan)
+    factors = np.full(len(fixes), np.nan)
     for code, factor in keys.quality_factors.items():
-        found[fixes.quality == int(code)] = factor
-    return found
+        factors[fixes.quality == int(code)] = factor
+    return factors
 
 
 def quality_words(fixes: FixStream, keys: LogGnss | LogReference) -> Iterator[str]:
@@ -62,10 +62,10 @@ def quality_words(fixes: FixStream, keys: LogGnss | LogReference) -> Iterator[st
             what += ", refused" if factor is None else f", σ times {factor:g}" if factor != 1.0 else ""
         parts.append(what)
     yield f"The quality of the fixes: {'; '.join(parts)}."
-    own = fixes.position_sigma if keys.position_sigma_m is None else None
+    sigma = fixes.position_sigma if keys.position_sigma_m is None else None
     floats = [code for code in codes.tolist() if fixes.quality_words.get(code) == "float"]
-    if factors is None and floats and own is not None:
-        claimed = float(np.nanmedian(own[np.isin(fixes.quality, floats)][:, :2]))
+    if factors is None and floats and sigma is not None:
+        claimed = float(np.nanmedian(sigma[np.isin(fixes.quality, floats)][:, :2]))
         if claimed < _CLAIM:
             codes_text = ", ".join(f'"{code}" = 10.0' for code in floats)
             yield (
@@ -88,7 +88,7 @@ def gnss_readings(fixes: FixStream, gnss: LogGnss, outages: Spans) -> list[Aidin
         InputError: 1σ of positions or velocities is not known, or no quality is accepted.
     """
     factor = quality_factor(fixes, gnss)
-    found = []
+    readings = []
     if "position" in gnss.use:
         sigma = _sigma(
             fixes.position_sigma, gnss.position_sigma_m, len(fixes), gnss.file, "position_sigma_m = [2, 2, 4]"
@@ -96,7 +96,7 @@ def gnss_readings(fixes: FixStream, gnss: LogGnss, outages: Spans) -> list[Aidin
         sigma = np.maximum(sigma * gnss.sigma_factor, max(gnss.least_sigma_m, 1e-9)) * factor[:, None]
         value = np.column_stack((fixes.latitude, fixes.longitude, fixes.height))
         correlation = None if gnss.position_sigma_m is not None else _correlation(fixes.covariance)
-        found.append(_readings("gnss-position", fixes.time, value, sigma, gnss, outages, correlation))
+        readings.append(_readings("gnss-position", fixes.time, value, sigma, gnss, outages, correlation))
     if "velocity" in gnss.use and fixes.velocity_ned is not None:
         sigma = _sigma(
             fixes.velocity_sigma, gnss.velocity_sigma_mps, len(fixes), gnss.file,
@@ -109,18 +109,18 @@ def gnss_readings(fixes: FixStream, gnss: LogGnss, outages: Spans) -> list[Aidin
         if level.any():  # speed and course
             velocity = np.where(level[:, None] & ~np.isfinite(velocity), 0.0, velocity)
             sigma = np.where(level[:, None] * np.array((False, False, True)), _UNKNOWN_CLIMB, sigma)
-        found.append(_readings("gnss-velocity", time, velocity, sigma, gnss, outages))
-    if not found:
+        readings.append(_readings("gnss-velocity", time, velocity, sigma, gnss, outages))
+    if not readings:
         raise InputError(f"{gnss.file} has no velocities, and use = {list(gnss.use)} takes nothing else.")
-    return found
+    return readings
 
 
-def _sigma(own: Array | None, given: tuple[float, float, float] | None, count: int, file: str, key: str) -> Array:
+def _sigma(of_file: Array | None, given: tuple[float, float, float] | None, count: int, file: str, key: str) -> Array:
     if given is not None:
         return np.tile(given, (count, 1))
-    if own is None:
+    if of_file is None:
         raise InputError(f"{file} gives no 1σ for this: state it, for example {key}.")
-    return own
+    return of_file
 
 
 _UNKNOWN_CLIMB = 100.0
@@ -135,14 +135,14 @@ def _correlation(covariance: Array | None) -> Array | None:
         return None
     variance = np.einsum("mii->mi", covariance)
     known = np.isfinite(covariance).all(axis=(1, 2)) & (variance > 0.0).all(axis=1)
-    found = np.tile(np.eye(3), (len(covariance), 1, 1))
+    correlation = np.tile(np.eye(3), (len(covariance), 1, 1))
     sigma = np.sqrt(variance[known])
-    own = np.clip(covariance[known] / (sigma[:, :, None] * sigma[:, None, :]), -_MOST, _MOST)
-    own[:, range(3), range(3)] = 1.0
-    own = 0.5 * (own + np.swapaxes(own, 1, 2))
-    sound = np.linalg.eigvalsh(own).min(axis=1) > 1.0 - _MOST if len(own) else np.zeros(0, dtype=bool)
-    found[np.flatnonzero(known)[sound]] = own[sound]
-    return found
+    known_part = np.clip(covariance[known] / (sigma[:, :, None] * sigma[:, None, :]), -_MOST, _MOST)
+    known_part[:, range(3), range(3)] = 1.0
+    known_part = 0.5 * (known_part + np.swapaxes(known_part, 1, 2))
+    sound = np.linalg.eigvalsh(known_part).min(axis=1) > 1.0 - _MOST if len(known_part) else np.zeros(0, dtype=bool)
+    correlation[np.flatnonzero(known)[sound]] = known_part[sound]
+    return correlation
 
 
 def _readings(
@@ -156,13 +156,13 @@ def _readings(
 ) -> AidingReadings:
     sound = np.isfinite(value).all(axis=1) & np.isfinite(sigma).all(axis=1)
     time, value, sigma = time[sound], value[sound], sigma[sound]
-    kept = ~withheld(time, outages)
+    used = ~withheld(time, outages)
     if correlation is not None:
-        correlation = np.ascontiguousarray(correlation[sound][kept])
+        correlation = np.ascontiguousarray(correlation[sound][used])
     arrival = time + gnss.latency_s + (gnss.velocity_delay_s if kind == "gnss-velocity" else 0.0)
     arm = np.array(gnss.lever_arm_m)
     given = Measurements(
-        kind, time[kept], np.maximum(arrival, time)[kept], value[kept], np.ascontiguousarray(sigma[kept]), arm, kind,
+        kind, time[used], np.maximum(arrival, time)[used], value[used], np.ascontiguousarray(sigma[used]), arm, kind,
         correlation,
     )  # fmt: skip
     return AidingReadings(given, time, {})

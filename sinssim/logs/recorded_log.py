@@ -73,7 +73,7 @@ class RecordedLog:
     def rates(self) -> dict[str, float]:
         """Readings per second of each sensor on average, by its name."""
         lasts = float(self.imu.time[-1] - self.imu.time[0])
-        return {one.measurements.label: len(one.time) / lasts for one in self.sensed if len(one.time)}
+        return {sensor.measurements.label: len(sensor.time) / lasts for sensor in self.sensed if len(sensor.time)}
 
 
 def recorded_log(log: Log, mounting_deg: Vector3 | None = None) -> RecordedLog:
@@ -89,7 +89,7 @@ def recorded_log(log: Log, mounting_deg: Vector3 | None = None) -> RecordedLog:
         InputError: a file cannot be read, samples are missing, or the files do not overlap in time.
     """
     stream, clock, notes = inertial_stream(log.imu)
-    own = _clock(log.imu, clock, stream.time)
+    imu_clock = _clock(log.imu, clock, stream.time)
     zero = float(stream.time[0] + log.imu.time_offset_s)
     stream = replace(stream, time=(stream.time - stream.time[0]) / (1.0 + 1e-6 * log.imu.clock_drift_ppm))
     whole = (0.0, float(stream.time[-1]))
@@ -106,37 +106,37 @@ def recorded_log(log: Log, mounting_deg: Vector3 | None = None) -> RecordedLog:
     span = (float(imu.time[0]), float(imu.time[-1]))
     outages = () if log.outages is None else log.outages.spans(*span)
     passes = () if log.outages is None else log.outages.passes(*span)
-    found = [*notes, *gap_words(made.gaps), *_clock_words(own, zero)]
+    words_of_log = [*notes, *gap_words(made.gaps), *_clock_words(imu_clock, zero)]
     sensed: list[AidingReadings] = []
     fixes = reference = None
     if log.gnss is not None:
-        fixes, words = _fixes(log.gnss, own, zero, span, whole)
+        fixes, words = _fixes(log.gnss, imu_clock, zero, span, whole)
         sensed += gnss_readings(fixes, log.gnss, outages)
-        found += [*words, *quality_words(fixes, log.gnss)]
+        words_of_log += [*words, *quality_words(fixes, log.gnss)]
     for number, other in enumerate(log.others, start=1):
         readings, other_clock, words = other_stream(other)
-        found += words
-        at = _run_time(other, f"log.others.{number}", own, zero, other_clock, readings.time)
-        kept = _within(at, span, whole, other.file, f"log.others.{number}")
+        words_of_log += words
+        at = _run_time(other, f"log.others.{number}", imu_clock, zero, other_clock, readings.time)
+        inside = _within(at, span, whole, other.file, f"log.others.{number}")
         sensed.append(
             other_readings(
                 replace(
                     readings,
-                    time=at[kept],
-                    value=readings.value[kept],
-                    sigma=None if readings.sigma is None else readings.sigma[kept],
+                    time=at[inside],
+                    value=readings.value[inside],
+                    sigma=None if readings.sigma is None else readings.sigma[inside],
                 ),
                 other,
             )
         )
     if log.reference is not None:
-        reference, words = _reference(log.reference, own, zero, span, whole, mounting_deg)
-        found += words
+        reference, words = _reference(log.reference, imu_clock, zero, span, whole, mounting_deg)
+        words_of_log += words
     rate = 1.0 / float(np.median(np.diff(imu.time)))
-    start = None if own.zero is None else Instant(own.zero.seconds, own.zero.fraction + zero)
+    start = None if imu_clock.zero is None else Instant(imu_clock.zero.seconds, imu_clock.zero.fraction + zero)
     return RecordedLog(
-        imu, rate, tuple(sensed), fixes, reference, outages, passes, start, tuple(found), bridge_noise(imu, made.gaps),
-        stream.axes,
+        imu, rate, tuple(sensed), fixes, reference, outages, passes, start, tuple(words_of_log),
+        bridge_noise(imu, made.gaps), stream.axes,
     )  # fmt: skip
 
 
@@ -165,10 +165,10 @@ def _clock(source: LogFile, clock: Clock, time: Array) -> FileClock:
     return file_clock(clock, float(time[0]), row)
 
 
-def _run_time(source: LogFile, name: str, own: FileClock, zero: float, clock: Clock, time: Array) -> Array:
+def _run_time(source: LogFile, name: str, imu_clock: FileClock, zero: float, clock: Clock, time: Array) -> Array:
     """Return the times of another file in the run's time; `zero` is the unit's first stamp with its offset."""
     theirs = _clock(source, clock, time)
-    return time + (offset(own, theirs, name, float(time[0])) + source.time_offset_s - zero)
+    return time + (offset(imu_clock, theirs, name, float(time[0])) + source.time_offset_s - zero)
 
 
 def _between(stream: InertialStream, begin: float | None, end: float | None, file: str) -> InertialStream:
@@ -203,10 +203,10 @@ def _within(
 
 
 def _fixes(
-    gnss: LogGnss, own: FileClock, zero: float, span: tuple[float, float], whole: tuple[float, float]
+    gnss: LogGnss, imu_clock: FileClock, zero: float, span: tuple[float, float], whole: tuple[float, float]
 ) -> tuple[FixStream, tuple[str, ...]]:
     stream, clock, notes = fix_stream(gnss)
-    at = _run_time(gnss, "log.gnss", own, zero, clock, stream.time)
+    at = _run_time(gnss, "log.gnss", imu_clock, zero, clock, stream.time)
     rows = _within(at, span, whole, gnss.file, "log.gnss")
     words = list(notes)
     if stream.datum == "mean sea level" and not gnss.geoid_height_m:
@@ -224,14 +224,14 @@ def _picked(stream: FixStream, at: Array, rows: Rows, geoid_height: float) -> Fi
 
 def _reference(
     source: LogReference,
-    own: FileClock,
+    imu_clock: FileClock,
     zero: float,
     span: tuple[float, float],
     whole: tuple[float, float],
     mounting_deg: Vector3 | None,
 ) -> tuple[Reference, tuple[str, ...]]:
     stream, clock, notes = solution_stream(source)
-    at = _run_time(source, "log.reference", own, zero, clock, stream.time)
+    at = _run_time(source, "log.reference", imu_clock, zero, clock, stream.time)
     rows = _within(at, span, whole, source.file, "log.reference", _MARGIN)
     sound = np.isfinite(stream.latitude) & np.isfinite(stream.longitude) & np.isfinite(stream.height)
     if isinstance(stream, FixStream):
@@ -269,7 +269,7 @@ def _reference(
     return reference, notes
 
 
-def _clock_words(own: FileClock, first: float) -> Iterator[str]:
-    if own.zero is not None:
-        at = date_of(Instant(own.zero.seconds, own.zero.fraction + first))
+def _clock_words(imu_clock: FileClock, first: float) -> Iterator[str]:
+    if imu_clock.zero is not None:
+        at = date_of(Instant(imu_clock.zero.seconds, imu_clock.zero.fraction + first))
         yield f"The run's time 0 is {at}, the instant of the inertial unit's first row."

@@ -72,8 +72,8 @@ class Reference:
     @property
     def knows(self) -> tuple[str, ...]:
         """What it has: "position", "velocity", "attitude"."""
-        found = ("position", self.time), ("velocity", self.velocity_ned), ("attitude", self.q_nb)
-        return tuple(name for name, values in found if values is not None)
+        quantities = ("position", self.time), ("velocity", self.velocity_ned), ("attitude", self.q_nb)
+        return tuple(name for name, values in quantities if values is not None)
 
     def known(self, time: Array) -> NDArray[np.bool_]:
         """Return at which instants its position is known, (N,)."""
@@ -96,9 +96,13 @@ class Reference:
             wide.velocity_ned, wide.q_nb, np.zeros(len(order)),
         )  # fmt: skip
         back = _at_point(rows, _turning(rows), -np.array(self.lever_arm), self.ellipsoid)
-        own = np.searchsorted(around[order], time)
+        columns = np.searchsorted(around[order], time)
         return NavState(
-            back.latitude[own], back.longitude[own], back.height[own], back.velocity_ned[own], back.q_nb[own]
+            back.latitude[columns],
+            back.longitude[columns],
+            back.height[columns],
+            back.velocity_ned[columns],
+            back.q_nb[columns],
         )
 
     def error_of(self, solution: NavSolution) -> NavError:
@@ -111,27 +115,33 @@ class Reference:
             Solution minus reference, N rows, at the reference's point if the reference has no attitude.
         """
         count = len(solution.time)
-        found = NavError(solution.time, *(np.full((count, 3), np.nan) for _ in range(3)))
+        difference = NavError(solution.time, *(np.full((count, 3), np.nan) for _ in range(3)))
         rows = np.flatnonzero(self.known(solution.time))
         if not len(rows):
-            return found
-        own = _rows(solution, rows)
+            return difference
+        solved = _rows(solution, rows)
         if any(self.lever_arm) and self.q_nb is None:
-            own = _at_point(own, _turning(solution)[rows], np.array(self.lever_arm), self.ellipsoid)
-        there, moving, turned = self._at(own.time)
+            solved = _at_point(solved, _turning(solution)[rows], np.array(self.lever_arm), self.ellipsoid)
+        there, moving, turned = self._at(solved.time)
         if any(self.lever_arm) and self.q_nb is not None:
             # the block's own attitude is known: the reference is taken to the block
             back = NavSolution(
-                own.time, there.latitude, there.longitude, there.height, there.velocity_ned, there.q_nb, own.defect
+                solved.time,
+                there.latitude,
+                there.longitude,
+                there.height,
+                there.velocity_ned,
+                there.q_nb,
+                solved.defect,
             )
             turns = _turning(back)
             back = _at_point(back, turns, -np.array(self.lever_arm), self.ellipsoid)
             there = NavState(back.latitude, back.longitude, back.height, back.velocity_ned, back.q_nb)
-        error = navigation_error(there, own, self.ellipsoid)
-        found.position_ned[rows] = error.position_ned
-        found.velocity_ned[rows[moving]] = error.velocity_ned[moving]
-        found.attitude[rows[turned]] = error.attitude[turned]
-        return found
+        error = navigation_error(there, solved, self.ellipsoid)
+        difference.position_ned[rows] = error.position_ned
+        difference.velocity_ned[rows[moving]] = error.velocity_ned[moving]
+        difference.attitude[rows[turned]] = error.attitude[turned]
+        return difference
 
     def _at(self, time: Array) -> tuple[NavState, NDArray[np.bool_], NDArray[np.bool_]]:
         """Return states at known instants, and at which of them velocity and attitude are known."""
@@ -179,15 +189,15 @@ class Reference:
         return sigma
 
 
-def _known(own: Array, time: Array, gap: float | None) -> NDArray[np.bool_]:
-    if len(own) < 2:
+def _known(nodes: Array, time: Array, gap: float | None) -> NDArray[np.bool_]:
+    if len(nodes) < 2:
         return np.zeros(len(time), dtype=bool)
-    usual = float(np.median(np.diff(own)))
+    usual = float(np.median(np.diff(nodes)))
     longest = _GAPS * usual if gap is None else gap
-    after = np.searchsorted(own, time).clip(1, len(own) - 1)
-    near = np.minimum(np.abs(own[after] - time), np.abs(time - own[after - 1])) <= min(_NEAR_ROW, 0.5 * usual)
-    covered = (time >= own[0] - _SAME) & (time <= own[-1] + _SAME)
-    return np.asarray(covered & (near if usual > _DENSE else near | (own[after] - own[after - 1] <= longest)))
+    after = np.searchsorted(nodes, time).clip(1, len(nodes) - 1)
+    near = np.minimum(np.abs(nodes[after] - time), np.abs(time - nodes[after - 1])) <= min(_NEAR_ROW, 0.5 * usual)
+    covered = (time >= nodes[0] - _SAME) & (time <= nodes[-1] + _SAME)
+    return np.asarray(covered & (near if usual > _DENSE else near | (nodes[after] - nodes[after - 1] <= longest)))
 
 
 def _spline(time: Array, values: Array, gap: float | None) -> Callable[[Array], Array]:
@@ -224,12 +234,12 @@ def _in_parts(
     def at(t: Array) -> Array:
         # an instant in a gap belongs to the nearer part
         which = np.searchsorted(0.5 * (time[cuts - 1] + time[cuts]), t)
-        found = np.empty((len(t), values.shape[1]))
+        interpolated = np.empty((len(t), values.shape[1]))
         for number, part in enumerate(parts):
             rows = which == number
             if rows.any():
-                found[rows] = values[begins[number]] if part is None else part(t[rows])
-        return found
+                interpolated[rows] = values[begins[number]] if part is None else part(t[rows])
+        return interpolated
 
     return at
 
@@ -406,12 +416,12 @@ class TruthAt:
 
 def _weights(nodes: Array, time: Array) -> Array:
     """Return Lagrange's weights of four nodes, (M, 4)."""
-    found = np.ones_like(nodes)
+    weights = np.ones_like(nodes)
     for i in range(4):
         for j in range(4):
             if i != j:
-                found[:, i] *= (time - nodes[:, j]) / (nodes[:, i] - nodes[:, j])
-    return found
+                weights[:, i] *= (time - nodes[:, j]) / (nodes[:, i] - nodes[:, j])
+    return weights
 
 
 def interpolation_error(truth: SolutionStream, ellipsoid: Ellipsoid = WGS84) -> tuple[float, float]:
@@ -425,18 +435,18 @@ def interpolation_error(truth: SolutionStream, ellipsoid: Ellipsoid = WGS84) -> 
     if count < 9 or truth.velocity_ned is None or truth.q_nb is None:
         return float("nan"), float("nan")
     rows = np.arange(0, count, max(2, 2 * (count // 40000)))
-    kept = slice(0, count, 2)
+    even = slice(0, count, 2)
     half = SolutionStream(
-        truth.time[kept], truth.latitude[kept], truth.longitude[kept], truth.height[kept], truth.datum,
-        truth.velocity_ned[kept], truth.q_nb[kept],
+        truth.time[even], truth.latitude[even], truth.longitude[even], truth.height[even], truth.datum,
+        truth.velocity_ned[even], truth.q_nb[even],
     )  # fmt: skip
     left_out = rows[rows < count - 1] + 1
-    found = TruthAt(half, ellipsoid).state(truth.time[left_out])
-    difference = geodetic_to_ecef(found.latitude, found.longitude, found.height, ellipsoid) - geodetic_to_ecef(
+    state = TruthAt(half, ellipsoid).state(truth.time[left_out])
+    difference = geodetic_to_ecef(state.latitude, state.longitude, state.height, ellipsoid) - geodetic_to_ecef(
         truth.latitude[left_out], truth.longitude[left_out], truth.height[left_out], ellipsoid
     )
     angle = rotation.rotation_vector_from_quaternion(
-        rotation.multiply(truth.q_nb[left_out], rotation.conjugate(found.q_nb))
+        rotation.multiply(truth.q_nb[left_out], rotation.conjugate(state.q_nb))
     )
     sizes = np.linalg.norm(difference, axis=1).max(), np.linalg.norm(angle, axis=1).max()
     return float(sizes[0]) / 16.0, float(sizes[1]) / 16.0

@@ -25,12 +25,12 @@ def version_of(run: Path) -> str:
 
 def _read(file: Path, *path: str) -> Any:
     try:
-        found = json.loads(file.read_text(encoding="utf-8"))
+        summary = json.loads(file.read_text(encoding="utf-8"))
         for key in (*path, "sinssim"):
-            found = found[key]
+            summary = summary[key]
     except (OSError, ValueError, KeyError, TypeError):
         return None
-    return found
+    return summary
 
 
 def is_of_another(run: Path) -> bool:

@@ -128,7 +128,7 @@ class Judge:
             InputError: the file cannot be read, holds no solution, or does not overlap the run.
         """
         streams = read_file(path, format_name)
-        stream, said = _solution_in(streams)
+        stream, about_format = _solution_in(streams)
         stream, placed = self._on_earth(stream)
         match = match_clock(streams.clock, stream.time, self.start_gps_s, self.span, str(path))
         time = stream.time + match.offset
@@ -151,7 +151,7 @@ class Judge:
             error = navigation_error(truth, solution, self.ellipsoid, self.axes)
         solution, error = _without(known, solution, error)
         sentences = [
-            *said, match.sentence, *placed, *self._about_rows(stream, rows, time), *_lacking(known),
+            *about_format, match.sentence, *placed, *self._about_rows(stream, rows, time), *_lacking(known),
             *self._about_comparison(error, antenna),
             *streams.notes,
         ]  # fmt: skip
@@ -189,7 +189,7 @@ class Judge:
             return [f"It is compared with the truth of {place}."]
         rows = np.asarray(np.isfinite(error.position_ned).all(axis=1))
         missing = [what for what in ("velocity", "attitude") if what not in reference.knows]
-        said = [
+        sentences = [
             f"It is compared with the reference {reference.name}"
             + (f", which has no {' and no '.join(missing)}" if missing else "")
             + f". The reference is interpolated, and known at {int(rows.sum())} of {len(rows)} rows."
@@ -197,8 +197,10 @@ class Judge:
         sigma = reference.sigma_at(error.time[rows])
         if sigma is not None and len(sigma):
             level = float(np.sqrt(np.nanmean(np.sum(sigma[:, :2] ** 2, axis=1))))
-            said.append(f"The reference's own σ is {level:.2g} m horizontally (rms); smaller errors are insignificant.")
-        return said
+            sentences.append(
+                f"The reference's own σ is {level:.2g} m horizontally (rms); smaller errors are insignificant."
+            )
+        return sentences
 
     def _truth_at(self, time: Array, antenna: str | None) -> NavState:
         if antenna is None:
@@ -214,31 +216,31 @@ class Judge:
         t = self._samples
         origin = float(t.latitude[0]), float(t.longitude[0]), float(t.height[0])
         latitude, longitude, height = geodetic_about(origin, stream.local_enu)
-        said = "Its positions are east, north, up from the run's true start, the origin of sinssim's own exports."
+        sentence = "Its positions are east, north, up from the run's true start, the origin of sinssim's own exports."
         # axes of the origin's level to those of the place's
         turn = rotation.multiply(rotation.conjugate(q_en(latitude, longitude)), q_en(*origin[:2]))
         velocity = None if stream.velocity_ned is None else rotation.rotate(turn, stream.velocity_ned)
         q_nb = None if stream.q_nb is None else rotation.multiply(turn, stream.q_nb)
         place = replace(stream, latitude=latitude, longitude=longitude, height=height, datum="ellipsoid")
-        return replace(place, velocity_ned=velocity, q_nb=q_nb), [said]
+        return replace(place, velocity_ned=velocity, q_nb=q_nb), [sentence]
 
     def _about_rows(self, stream: SolutionStream, rows: Rows, time: Array) -> list[str]:
         """Say how many rows are used, and how exact the truth is at them."""
         left = len(stream) - len(rows)
         outside = f"; {left} outside the run or without a position are left out" if left else ""
-        said = [f"{len(rows)} rows, from {time[0]:.3f} s to {time[-1]:.3f} s{outside}."]
+        sentences = [f"{len(rows)} rows, from {time[0]:.3f} s to {time[-1]:.3f} s{outside}."]
         if self.reference is not None:
-            return said
+            return sentences
         exact = int(self.truth.at_samples(time).sum())
         if exact == len(time):
-            said.append("All rows are at samples of the truth.")
+            sentences.append("All rows are at samples of the truth.")
         else:
             position, angle = self.interpolation
-            said.append(
+            sentences.append(
                 f"{exact} rows are at samples of the truth; between them it is interpolated, to about {position:.1g} m "
                 f"and {np.degrees(angle) * 3600.0:.1g} arcsec."
             )
-        return said
+        return sentences
 
     def run_errors(self, span: tuple[float, float]) -> dict[str, NavError]:
         """Return the errors of the run's own algorithms within a span.
@@ -246,26 +248,28 @@ class Judge:
         Args:
             span: first and last time, s.
         """
-        found = {}
+        errors = {}
         for name in self.run.algorithms:
             rows = self.run.errors(name)
             part = rows[:, (rows[0] >= span[0] - _EDGE) & (rows[0] <= span[1] + _EDGE)]
             if part.shape[1]:
-                found[name] = NavError(part[0], part[1:4].T.copy(), part[4:7].T.copy(), part[7:10].T.copy())
-        return found
+                errors[name] = NavError(part[0], part[1:4].T.copy(), part[4:7].T.copy(), part[7:10].T.copy())
+        return errors
 
 
 def _solution_in(streams: Streams) -> tuple[SolutionStream, list[str]]:
     """Return the solution of a file, or its fixes as one."""
-    found = {**{n: solution_of(f) for n, f in streams.fixes.items()}, **streams.solutions}
-    if not found:
+    solutions = {**{n: solution_of(f) for n, f in streams.fixes.items()}, **streams.solutions}
+    if not solutions:
         raise InputError(
             f"{streams.path} ({streams.format}) holds no positions that could be scored; a solution has time and "
             "position."
         )
-    name, stream = list(found.items())[-1]
-    said = [f"Format {streams.format}" + (f", stream {name!r} of {', '.join(found)}." if len(found) > 1 else ".")]
-    said.append(
+    name, stream = list(solutions.items())[-1]
+    sentences = [
+        f"Format {streams.format}" + (f", stream {name!r} of {', '.join(solutions)}." if len(solutions) > 1 else ".")
+    ]
+    sentences.append(
         {
             "ellipsoid": "Heights are above the ellipsoid.",
             "mean sea level": "Heights are above mean sea level: the height error contains the geoid's undulation.",
@@ -273,21 +277,21 @@ def _solution_in(streams: Streams) -> tuple[SolutionStream, list[str]]:
         }[stream.datum]
     )
     if stream.q_nb is not None:
-        said.append("The attitude is that of forward-right-down axes to north-east-down.")
-    return stream, said
+        sentences.append("The attitude is that of forward-right-down axes to north-east-down.")
+    return stream, sentences
 
 
 def _sigma(stream: SolutionStream, rows: Rows) -> Array | None:
     """Return what `Score.sigma` holds. The σ of roll and pitch are about body axes, and are left out."""
     if stream.position_sigma is None and stream.velocity_sigma is None and stream.attitude_sigma is None:
         return None
-    found = np.full((len(rows), 9), np.nan)
+    sigma = np.full((len(rows), 9), np.nan)
     for columns, given in ((slice(0, 3), stream.position_sigma), (slice(3, 6), stream.velocity_sigma)):
         if given is not None:
-            found[:, columns] = given[rows]
+            sigma[:, columns] = given[rows]
     if stream.attitude_sigma is not None:
-        found[:, 8] = stream.attitude_sigma[rows, 2]
-    return found
+        sigma[:, 8] = stream.attitude_sigma[rows, 2]
+    return sigma
 
 
 def _nothing(count: int) -> NavState:
@@ -346,10 +350,10 @@ def _lacking(known: _Known) -> list[str]:
         name for name, has in (("height", known.height), ("velocity", known.velocity), ("attitude", known.attitude))
         if not has
     ]  # fmt: skip
-    said = [f"It has no {' and no '.join(missing)}; it is scored by what it has."] if missing else []
+    sentences = [f"It has no {' and no '.join(missing)}; it is scored by what it has."] if missing else []
     if known.velocity and not known.vertical_velocity:
-        said.append("It has no vertical velocity; its velocity error is the horizontal one.")
-    return said
+        sentences.append("It has no vertical velocity; its velocity error is the horizontal one.")
+    return sentences
 
 
 def common_span(scores: list[Score]) -> tuple[float, float]:

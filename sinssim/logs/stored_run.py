@@ -55,13 +55,13 @@ class ErrorRule:
         return {_KEY: json.dumps({"version": _VERSION, "against": "truth", **named})}
 
     @classmethod
-    def of_metadata(cls, found: Mapping[bytes, bytes], file: Path) -> Self | None:
+    def of_metadata(cls, metadata: Mapping[bytes, bytes], file: Path) -> Self | None:
         """Return the rule in the metadata of a file, None if there is none.
 
         Raises:
             InputError: the rule is that of another version.
         """
-        text = found.get(_KEY.encode())
+        text = metadata.get(_KEY.encode())
         if text is None:
             return None
         rule = json.loads(text)
@@ -73,20 +73,20 @@ class ErrorRule:
         return cls(float(rule["a_m"]), float(rule["f"]), str(rule["axes"]))
 
 
-def errors_by(rule: ErrorRule, truth: list[Array], own: list[Array]) -> list[Array]:
+def errors_by(rule: ErrorRule, truth: list[Array], solved: list[Array]) -> list[Array]:
     """Return the errors of a solution.
 
     Args:
         truth: `time_s` and `STATE_COLUMNS` of the truth, (N,) each.
-        own: the same of the solution, at the same times.
+        solved: the same of the solution, at the same times.
 
     Returns:
         By `ERROR_COLUMNS`, (N,) each.
     """
     ellipsoid = replace(WGS84, name="of the run", a=rule.semi_major_axis, f=rule.flattening)
     state = NavState(truth[1], truth[2], truth[3], np.stack(truth[4:7], 1), np.stack(truth[7:11], 1))
-    velocity, q_nb = np.stack(own[4:7], 1), np.stack(own[7:11], 1)
-    solution = NavSolution(own[0], own[1], own[2], own[3], velocity, q_nb, np.zeros(len(own[0])))
+    velocity, q_nb = np.stack(solved[4:7], 1), np.stack(solved[7:11], 1)
+    solution = NavSolution(solved[0], solved[1], solved[2], solved[3], velocity, q_nb, np.zeros(len(solved[0])))
     error = navigation_error(state, solution, ellipsoid, rule.axes)
     return [error.time, *error.position_ned.T, *error.velocity_ned.T, *error.attitude.T]
 
@@ -150,8 +150,8 @@ class StoredStreams:
         """
         if self.is_stored(name) or name not in self.names:
             return self._stored(name, columns)
-        found = dict(zip(ERROR_COLUMNS, self._errors(name.removeprefix("error_")), strict=True))
-        return [found[column] for column in columns]
+        errors = dict(zip(ERROR_COLUMNS, self._errors(name.removeprefix("error_")), strict=True))
+        return [errors[column] for column in columns]
 
     def _stored(self, name: str, columns: tuple[str, ...] | list[str]) -> list[Array]:
         from pyarrow import parquet
@@ -166,23 +166,23 @@ class StoredStreams:
         if self.is_stored(f"error_{solution}") or not self.is_stored("truth"):
             return None
         try:
-            found = parquet.read_schema(self.path(f"nav_{solution}")).metadata
+            metadata = parquet.read_schema(self.path(f"nav_{solution}")).metadata
         except (OSError, ArrowException):
             return None
-        return ErrorRule.of_metadata(found or {}, self.path(f"nav_{solution}"))
+        return ErrorRule.of_metadata(metadata or {}, self.path(f"nav_{solution}"))
 
     def _errors(self, solution: str) -> list[Array]:
         """Return the errors of a solution, by `ERROR_COLUMNS`."""
         rule = self._rule(solution)
         assert rule is not None
         truth = self._stored("truth", ("time_s", *STATE_COLUMNS))
-        own = self._stored(f"nav_{solution}", ("time_s", *STATE_COLUMNS))
-        if not np.array_equal(truth[0], own[0]):
+        solved = self._stored(f"nav_{solution}", ("time_s", *STATE_COLUMNS))
+        if not np.array_equal(truth[0], solved[0]):
             raise InputError(
                 f"{self.path(f'nav_{solution}')} and {self.path('truth')} have different times: one of them was "
                 "changed after the run. Run its scenario.toml again."
             )
-        return errors_by(rule, truth, own)
+        return errors_by(rule, truth, solved)
 
 
 def first_line(error: Exception) -> str:
@@ -232,12 +232,12 @@ class RecordedRun:
     def summary(self) -> dict[str, Any]:
         """Contents of summary.json."""
         try:
-            found = json.loads((self.path / "summary.json").read_text(encoding="utf-8"))
+            summary = json.loads((self.path / "summary.json").read_text(encoding="utf-8"))
         except (OSError, ValueError) as error:
             raise InputError(f"{self.path / 'summary.json'} cannot be read: {error}.") from error
-        if not isinstance(found, dict):
+        if not isinstance(summary, dict):
             raise InputError(f"{self.path / 'summary.json'} is not the summary of a run.")
-        return found
+        return summary
 
     @cached_property
     def _stored(self) -> StoredStreams:
@@ -256,8 +256,8 @@ class RecordedRun:
         the best solution."""
         if not self.of_log:
             return "truth"
-        found = self.solutions
-        return next((name for name in ("reference", "smoothed", "aided") if name in found), found[0])
+        solutions = self.solutions
+        return next((name for name in ("reference", "smoothed", "aided") if name in solutions), solutions[0])
 
     @property
     def start_gps_s(self) -> float | None:
@@ -285,8 +285,8 @@ class RecordedRun:
         Args:
             begin: for example "nav_".
         """
-        found = (name for name in self._stored.names if name.startswith(begin))
-        return [name.removeprefix(begin) for name in found]
+        names = (name for name in self._stored.names if name.startswith(begin))
+        return [name.removeprefix(begin) for name in names]
 
     @property
     def solutions(self) -> list[str]:
@@ -296,9 +296,9 @@ class RecordedRun:
     @property
     def algorithms(self) -> list[str]:
         """Names of the computed solutions, in the order of the summary."""
-        found = self.streams("nav_")
+        solutions = self.streams("nav_")
         order = [*self.summary.get("algorithms", {}), "aided", "backward", "smoothed"]
-        return sorted(found, key=lambda name: (order.index(name) if name in order else len(order), name))
+        return sorted(solutions, key=lambda name: (order.index(name) if name in order else len(order), name))
 
     @cached_property
     def _whole_reference(self) -> bool:
@@ -334,9 +334,9 @@ class RecordedRun:
         """
         if name not in self.solutions:
             raise unknown_name(f"solution of {self.path}", name, self.solutions)
-        own = name in ("truth", "reference") and name not in self.streams("nav_")
-        rows = self._table(name if own else f"nav_{name}", ("time_s", *STATE_COLUMNS))
-        if own and name == "reference":
+        derived = name in ("truth", "reference") and name not in self.streams("nav_")
+        rows = self._table(name if derived else f"nav_{name}", ("time_s", *STATE_COLUMNS))
+        if derived and name == "reference":
             whole = np.isfinite(rows[1:]).all(axis=0)  # velocities have instants of their own, and end before
             rows = [values[whole] for values in rows]
         return SolutionStream(
@@ -393,9 +393,9 @@ class RecordedRun:
         velocity = velocity_sigma = None
         if f"{name}_velocity" in self.streams("aiding_"):
             names = [f"{what}_{axis}_mps" for what in ("velocity", "sigma") for axis in "ned"]
-            own = self._table(f"aiding_{name}_velocity", ("time_s", *names))
-            if np.array_equal(own[0], rows[0]):
-                velocity, velocity_sigma = np.stack(own[1:4], 1), np.stack(own[4:7], 1)
+            measured = self._table(f"aiding_{name}_velocity", ("time_s", *names))
+            if np.array_equal(measured[0], rows[0]):
+                velocity, velocity_sigma = np.stack(measured[1:4], 1), np.stack(measured[4:7], 1)
         return FixStream(
             rows[0], rows[1], rows[2], rows[3], "ellipsoid", np.stack(rows[4:7], 1), velocity, velocity_sigma
         )

@@ -159,13 +159,13 @@ def _cut(samples: TrackSamples, start: float | None, end: float | None) -> Track
     if start is None and end is None:
         return samples
     since = samples.time - samples.time[0]
-    kept = (since >= (start or 0.0)) & (since <= (np.inf if end is None else end))
-    if not kept.any():
+    inside = (since >= (start or 0.0)) & (since <= (np.inf if end is None else end))
+    if not inside.any():
         raise InputError(
             f"track.start_s = {start or 0.0:g} and track.end_s = {since[-1] if end is None else end:g} leave no "
             f"{samples.noun} of {samples.source}, which lasts {since[-1]:.6g} s."
         )
-    return samples.part(kept)
+    return samples.part(inside)
 
 
 _MOST_KNOTS = 5_000_000

@@ -102,9 +102,9 @@ def coarse_offset(time: Array, rate: Array, fixes: Seen) -> Coarse | None:
     direction = fixes.relative / np.maximum(fixes.speed, 1e-3)[:, None]
     turn = np.linalg.norm(np.gradient(direction, fixes.time, axis=0), axis=1) * (fixes.speed > _COURSE * fixes.sigma)
     course = np.interp(grid, fixes.time, np.minimum(turn, 2.0))
-    own = np.arange(time[0], time[-1], step)
+    grid_of_unit = np.arange(time[0], time[-1], step)
     angle = np.concatenate([[np.zeros(3)], np.cumsum(0.5 * (rate[1:] + rate[:-1]) * np.diff(time)[:, None], axis=0)])
-    size = np.linalg.norm(np.diff([np.interp(own, time, a) for a in angle.T], axis=1), axis=0) / step
+    size = np.linalg.norm(np.diff([np.interp(grid_of_unit, time, a) for a in angle.T], axis=1), axis=0) / step
     if not (len(size) and len(course)):
         return None
     a, b = size - np.mean(size), course - np.mean(course)
@@ -117,11 +117,11 @@ def coarse_offset(time: Array, rate: Array, fixes: Seen) -> Coarse | None:
     best = int(np.argmax(product))
     lag = int(lags[best])
     common = slice(max(lag, 0), min(lag + len(b), len(a)))
-    one, other = a[common], b[common.start - lag : common.stop - lag]
-    if not one.std() or not other.std():
+    size_in_common, course_in_common = a[common], b[common.start - lag : common.stop - lag]
+    if not size_in_common.std() or not course_in_common.std():
         return None
-    alike = float(np.corrcoef(one, other)[0, 1])
-    return Coarse(float(own[0] - grid[0] + lags[best] * step), alike) if alike >= _TURNS_ALIKE else None
+    alike = float(np.corrcoef(size_in_common, course_in_common)[0, 1])
+    return Coarse(float(grid_of_unit[0] - grid[0] + lags[best] * step), alike) if alike >= _TURNS_ALIKE else None
 
 
 def _correlate(a: Array, b: Array) -> Array:
@@ -141,7 +141,7 @@ def fine_offset(curve: Pushed, fixes: Seen, about: float) -> Offset | None:
     """
     from scipy.optimize import minimize_scalar
 
-    found: list[Offset] = []
+    offsets: list[Offset] = []
     least = FIXES_IN_WINDOW * float(np.median(np.diff(fixes.time)))
     for window in (max(each, least * each / WINDOWS[0]) for each in WINDOWS):
         first = match(curve, fixes, about, window=window)
@@ -156,17 +156,26 @@ def fine_offset(curve: Pushed, fixes: Seen, about: float) -> Offset | None:
         best = int(np.argmin(costs))
         around = (grid[max(best - 1, 0)], grid[min(best + 1, len(grid) - 1)])
         value = float(minimize_scalar(cost, bounds=around, method="bounded", options={"xatol": 5e-4}).x)
-        own = match(curve, fixes, value, window=window)
+        fit = match(curve, fixes, value, window=window)
         inside = 0 < best < len(grid) - 1 and min(costs[0], costs[-1]) > _RISES * costs[best]
-        found.append(Offset(value, _offset_sigma(curve, fixes, value, own), own, inside))
-    return min(found, key=lambda one: (not one.inside, np.isnan(one.sigma), one.sigma), default=None)
+        offsets.append(Offset(value, _offset_sigma(curve, fixes, value, fit), fit, inside))
+    return min(
+        offsets,
+        key=lambda offset_of_window: (
+            not offset_of_window.inside,
+            np.isnan(offset_of_window.sigma),
+            offset_of_window.sigma,
+        ),
+        default=None,
+    )
 
 
-def _offset_sigma(curve: Pushed, fixes: Seen, value: float, own: Match) -> float:
+def _offset_sigma(curve: Pushed, fixes: Seen, value: float, at_least: Match) -> float:
     """Return the 1σ of the offset, s."""
     h = 0.05
     low, middle, high = (
-        match(curve, fixes, value + d, window=own.window, bias=own.bias, rounds=0).each ** 2 for d in (-h, 0.0, h)
+        match(curve, fixes, value + d, window=at_least.window, bias=at_least.bias, rounds=0).each ** 2
+        for d in (-h, 0.0, h)
     )
     return _scatter(low, middle, high, h) if len(low) == len(middle) == len(high) else float("nan")
 
@@ -237,10 +246,10 @@ def velocity_delay(fixes: FixStream) -> Delay | None:
     # The same mean over two intervals of the velocities, and of both what changes within seconds.
     mean = 0.25 * velocity[:-2, :2] + 0.5 * velocity[1:-1, :2] + 0.25 * velocity[2:, :2]
     width = 2 * max(round(_CHANGES / step), 1) + 1
-    fast, own = _without_slow(moved, width), _without_slow(mean, width)
-    if len(fast) < 2 * width or float(np.std(own)) < _LEAST_CHANGE:
+    fast, fast_mean = _without_slow(moved, width), _without_slow(mean, width)
+    if len(fast) < 2 * width or float(np.std(fast_mean)) < _LEAST_CHANGE:
         return None
-    curve = CubicSpline(time[middle], own)
+    curve = CubicSpline(time[middle], fast_mean)
     inside = slice(3, -5)  # the delays of the grid stay inside
     regular = np.diff(time[middle], prepend=time[0]) < 1.5 * step
     at, to = time[middle][inside], fast[inside] * regular[inside][:, None]
@@ -342,11 +351,11 @@ def clock_drift(readings: tuple[Array, Array, Array], fixes: Seen, offset: Offse
         at = at + change
         if np.abs(change).max() < _NEAR:
             break
-    found = tried(at)
-    if found.residual > good or len(found.each) < _LEAST_WINDOWS or abs(at[1]) < _LEAST:
+    fit = tried(at)
+    if fit.residual > good or len(fit.each) < _LEAST_WINDOWS or abs(at[1]) < _LEAST:
         return None
     sigma = _sigma(tried, at)
-    if not abs(at[1]) > float(student.ppf(1.0 - 0.5 * _CHANCE, len(found.each) - 2)) * sigma:
+    if not abs(at[1]) > float(student.ppf(1.0 - 0.5 * _CHANCE, len(fit.each) - 2)) * sigma:
         return None
     return Drift(float(at[1]) / length, sigma / length)
 
@@ -443,7 +452,7 @@ def agreement(
     leap = 0.0
     if receiver.origin_gps_s is not None and unit.origin_gps_s is not None:
         leap = float(leap_seconds(unix_from_gps(receiver.origin_gps_s + fixes.time[0])))
-    found: list[Finding] = []
+    findings: list[Finding] = []
     gyro = accel = np.eye(3)
     for _ in range(_AGREEMENT_ROUNDS):
         turned = time, rate @ gyro.T, force @ accel.T
@@ -457,14 +466,14 @@ def agreement(
             # a wrong reading hides the offset
             at_turns = judge_reading(*turned, fixes, coarse.value, coarse.value, offset.match.window, axes, kind)
             reading = at_turns if at_turns.gyro is not None else reading
-        found += reading.findings
+        findings += reading.findings
         if reading.gyro is None or reading.accel is None:
-            return Agreement(offset, stated, about, coarse, tuple(found), gyro, accel)
+            return Agreement(offset, stated, about, coarse, tuple(findings), gyro, accel)
         gyro, accel = reading.gyro @ gyro, reading.accel @ accel
     else:
         best = _best((time, rate @ gyro.T, force @ accel.T), fixes, stated, leap, coarse)
     near, last = (stated, None) if best is None else best
-    return Agreement(last, stated, near, coarse, tuple(found), gyro, accel)
+    return Agreement(last, stated, near, coarse, tuple(findings), gyro, accel)
 
 
 def _best(
@@ -501,15 +510,17 @@ def _best(
 _FAR_OFFSET = (-9.0, -6.0, -3.0, 3.0, 6.0, 9.0)  # s
 
 
-def _stands_out(curve: Pushed, fixes: Seen, found: Offset) -> bool:
+def _stands_out(curve: Pushed, fixes: Seen, candidate: Offset) -> bool:
     """Return whether an offset explains the velocities clearly better than offsets some seconds away."""
-    at = found.match
-    far = [match(curve, fixes, found.value + d, window=at.window, bias=at.bias, rounds=0).residual for d in _FAR_OFFSET]
+    at = candidate.match
+    far = [
+        match(curve, fixes, candidate.value + d, window=at.window, bias=at.bias, rounds=0).residual for d in _FAR_OFFSET
+    ]
     known = [residual for residual in far if np.isfinite(residual)]
     return bool(known) and float(np.median(known)) > _BETTER * at.residual
 
 
-def offset_finding(found: Agreement, value: float, unit: Clock, receiver: Clock) -> Finding:
+def offset_finding(agreed: Agreement, value: float, unit: Clock, receiver: Clock) -> Finding:
     """Return the finding on the clocks.
 
     Args:
@@ -519,7 +530,7 @@ def offset_finding(found: Agreement, value: float, unit: Clock, receiver: Clock)
         A fact if the files state it; a doubt with what to describe if the data show another offset, and a question if
         they suggest one without enough evidence.
     """
-    offset, stated = found.offset, found.stated
+    offset, stated = agreed.offset, agreed.stated
     assert offset is not None
     sigma = f" ± {1e3 * offset.sigma:.0f} ms" if np.isfinite(offset.sigma) else ""
     numbers = {

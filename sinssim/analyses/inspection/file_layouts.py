@@ -79,20 +79,20 @@ def whole_unit(table: TextTable) -> Layout:
     Raises:
         InputError: as for `guess_layout`.
     """
-    own = gravity_in(table)
-    if own is None:
+    gravity = gravity_in(table)
+    if gravity is None:
         return guess_layout(table)
     try:
         layout = guess_layout(table)
-        if layout.accel is not None and contains(table, layout.accel, (table, own)):
+        if layout.accel is not None and contains(table, layout.accel, (table, gravity)):
             return layout
     except InputError:
-        if not _accelerations(table, own):
+        if not _accelerations(table, gravity):
             raise
-    three = next(iter(_accelerations(table, own)), None)
+    three = next(iter(_accelerations(table, gravity)), None)
     if three is None:
         return guess_layout(table)
-    return replace(guess_layout(table, (three, _unit(table, three, own))), gravity=(table, own))
+    return replace(guess_layout(table, (three, _unit(table, three, gravity))), gravity=(table, gravity))
 
 
 def part_of_unit(table: TextTable, gravity: Part | None) -> Layout | None:
@@ -117,20 +117,22 @@ def part_of_unit(table: TextTable, gravity: Part | None) -> Layout | None:
             return part
     except InputError as error:
         why = error
-    at, own = gravity
-    three = next((t for t in _accelerations(table, own if at is table else None) if _overlap(table, gravity)), None)
+    at, of_gravity = gravity
+    three = next(
+        (t for t in _accelerations(table, of_gravity if at is table else None) if _overlap(table, gravity)), None
+    )
     if three is None:
         if why is not None:
             raise why
         return part
     time, unit, _ = time_column(table)
-    names = (table.label(time), at.label(own.time))
+    names = (table.label(time), at.label(of_gravity.time))
     if names[0] != names[1] or (table.delimiter, table.skip_lines) != (at.delimiter, at.skip_lines):
         raise InputError(
             f"{table.path} and {at.path}: their times are in the columns {names[0]!r} and {names[1]!r}, but both files "
             "must have the same layout. Rewrite one of them."
         )
-    return Layout("rates", time, unit, None, three, "rad/s", _unit(table, three, own), True, gravity=gravity)
+    return Layout("rates", time, unit, None, three, "rad/s", _unit(table, three, of_gravity), True, gravity=gravity)
 
 
 def contains(table: TextTable, three: Three, gravity: Part) -> bool:
@@ -149,8 +151,8 @@ def _direction(table: TextTable, gravity: Part) -> Array:
     values = at.values[:, list(layout.accel or ())]
     if at is not table:
         known = np.isfinite(values).all(axis=1)
-        own, time = at.values[known, layout.time], table.values[:, time_column(table)[0]]
-        values = np.stack([np.interp(time, own, axis, np.nan, np.nan) for axis in values[known].T], axis=1)
+        known_time, time = at.values[known, layout.time], table.values[:, time_column(table)[0]]
+        values = np.stack([np.interp(time, known_time, axis, np.nan, np.nan) for axis in values[known].T], axis=1)
     return np.asarray(values / np.linalg.norm(values, axis=1, keepdims=True))
 
 
@@ -158,11 +160,11 @@ def _overlap(table: TextTable, gravity: Part) -> bool:
     return bool(np.isfinite(_direction(table, gravity)).any())
 
 
-def _accelerations(table: TextTable, own: Layout | None) -> list[Three]:
+def _accelerations(table: TextTable, gravity: Layout | None) -> list[Three]:
     """Return the triads of accelerations that may lack gravity, those whose names say so first."""
-    found = [t for t in triads(table.words) if (own is None or t != own.accel) and varies(table, t)]
-    found = [t for t in found if quantity_of(table, t) == "accel"]
-    return sorted(found, key=lambda t: not says(str(table.label(t[0])), _BARE))
+    candidates = [t for t in triads(table.words) if (gravity is None or t != gravity.accel) and varies(table, t)]
+    candidates = [t for t in candidates if quantity_of(table, t) == "accel"]
+    return sorted(candidates, key=lambda t: not says(str(table.label(t[0])), _BARE))
 
 
 def _unit(table: TextTable, three: Three, gravity: Layout) -> str:
@@ -206,15 +208,17 @@ class Guessed:
 
     def streams(self) -> list[Streams]:
         """Return the streams of the files, as a run reads them."""
-        found = []
+        streams = []
         if self.unit is not None:
             stream, clock = self.unit[1].stream(self.unit[0])
-            found.append(Streams(self.unit[0].path, "text", clock, inertial={"imu": stream}, notes=self.unit[0].notes))
+            streams.append(
+                Streams(self.unit[0].path, "text", clock, inertial={"imu": stream}, notes=self.unit[0].notes)
+            )
         for table, layout in self.fixes:
             keys = {"file": str(table.path.resolve()), "format": "text", **layout.description(table)}
             fixes, clock, notes = fix_stream(LogGnss.model_validate(keys))
-            found.append(Streams(table.path, "text", clock, fixes={"gnss": fixes}, notes=notes))
-        return found
+            streams.append(Streams(table.path, "text", clock, fixes={"gnss": fixes}, notes=notes))
+        return streams
 
 
 def guess_files(tables: list[TextTable], *, unit_known: bool = False, lasts: float | None = None) -> Guessed:
@@ -232,7 +236,7 @@ def guess_files(tables: list[TextTable], *, unit_known: bool = False, lasts: flo
     parts: list[tuple[TextTable, Layout]] = []
     neither: list[InputError] = []
     lacking: list[InputError] = []
-    gravity = next(((table, own) for table in tables if (own := gravity_in(table)) is not None), None)
+    gravity = next(((table, of_gravity) for table in tables if (of_gravity := gravity_in(table)) is not None), None)
     alone = None if gravity is None or not _is_gravity_alone(gravity[0]) else gravity[0]
     for table in tables:
         if table is alone:
@@ -265,7 +269,7 @@ def guess_files(tables: list[TextTable], *, unit_known: bool = False, lasts: flo
     if not whole and {layout.gyro is None for _, layout in parts} == {True, False}:
         chosen = _chosen(parts)
         units.append(joined(chosen))
-        parts = [part for part in parts if not any(part is one for one in chosen)]
+        parts = [part for part in parts if not any(part is chosen_part for chosen_part in chosen)]
     left = [*beside, *(f"{_place(table)} contains only one triad and is not used." for table, _ in parts)]
     if alone is not None and not any(layout.gravity is not None for _, layout in units):
         left.append(f"{_place(alone)} contains only gravity and is not used.")
@@ -277,6 +281,12 @@ def guess_files(tables: list[TextTable], *, unit_known: bool = False, lasts: flo
         names = " and ".join(str(table.path) for table, _ in units)
         raise InputError(f"{names} each contain the data of an IMU: inspect one of them at a time.")
     unit = units[0] if units else None
+    left += [f"{error} The file is not used." for error in neither]
+    return Guessed(unit, tuple(_fixes_beside(unit, tables)), tuple(left))
+
+
+def _fixes_beside(unit: tuple[TextTable, Layout] | None, tables: list[TextTable]) -> list[tuple[TextTable, FixLayout]]:
+    """Return the fixes, on the clock of the unit if their file has several times."""
     near = None
     if unit is not None:
         table, layout = unit
@@ -284,21 +294,23 @@ def guess_files(tables: list[TextTable], *, unit_known: bool = False, lasts: flo
         if layout.time in table.dates:
             scale = 1.0
         near = table.label(layout.time), layout.time_unit, float(column[0]) * scale, float(column[-1]) * scale
-    fixes = [(table, found) for table in tables if (found := guess_fixes(table, near)) is not None]
+    fixes = [(table, of_fixes) for table in tables if (of_fixes := guess_fixes(table, near)) is not None]
     if unit is not None and len(fixes) == 1 and fixes[0][0] is unit[0]:
-        fixes = [(unit[0], replace(fixes[0][1], time=unit[1].time, time_unit=unit[1].time_unit))]
-    return Guessed(unit, tuple(fixes), (*left, *(f"{error} The file is not used." for error in neither)))
+        return [(unit[0], replace(fixes[0][1], time=unit[1].time, time_unit=unit[1].time_unit))]
+    return fixes
 
 
 def _longest_fixes(tables: list[TextTable]) -> float | None:
     """Return how long the fixes of files without inertial data last, s; None if there are no such files."""
-    found = [0.0]
+    durations = [0.0]
     for table in tables:
         fixes = None if triads(table.words) else guess_fixes(table)
         if fixes is not None and not fixes.held:
             scale = 1.0 if fixes.time in table.dates else TIME_UNITS[fixes.time_unit]
-            found.append(float(np.nanmax(table.values[:, fixes.time]) - np.nanmin(table.values[:, fixes.time])) * scale)
-    return max(found) or None
+            durations.append(
+                float(np.nanmax(table.values[:, fixes.time]) - np.nanmin(table.values[:, fixes.time])) * scale
+            )
+    return max(durations) or None
 
 
 def _named(table: TextTable, what: str) -> bool:
@@ -313,18 +325,18 @@ def _is_gravity_alone(table: TextTable) -> bool:
 
 def _split(tables: list[TextTable]) -> tuple[list[TextTable], list[str]]:
     """Return the parts of the files, and sentences on what is left out of them."""
-    found: list[TextTable] = []
+    all_parts: list[TextTable] = []
     left: list[str] = []
     for table in tables:
         parts, sentences = split_kinds(table)
-        found, left = [*found, *parts], [*left, *sentences]
-    return found, left
+        all_parts, left = [*all_parts, *parts], [*left, *sentences]
+    return all_parts, left
 
 
 def _place(table: TextTable) -> str:
     """Return the file, and the rows in it."""
-    said = ", ".join(f"{name} = {value}" for name, value in table.rows.items())
-    return f"{table.path}{f' ({said})' if said else ''}"
+    chosen = ", ".join(f"{name} = {value}" for name, value in table.rows.items())
+    return f"{table.path}{f' ({chosen})' if chosen else ''}"
 
 
 def _chosen(parts: list[tuple[TextTable, Layout]]) -> list[tuple[TextTable, Layout]]:
@@ -382,8 +394,8 @@ def relative_sign(table: TextTable, layout: Layout) -> int:
     pushed = _mean(edges, time, added)
     slopes = []
     for pull, u in zip(np.array_split(turned, _PARTS), np.array_split(pushed, _PARTS), strict=True):
-        own = u - u.mean(axis=0)
-        slopes.append(float(np.sum(pull * own) / max(float(np.sum(own * own)), 1e-300)))
+        varying = u - u.mean(axis=0)
+        slopes.append(float(np.sum(pull * varying) / max(float(np.sum(varying * varying)), 1e-300)))
     mean, sigma = float(np.mean(slopes)), float(np.std(slopes, ddof=1)) / np.sqrt(_PARTS)
     return int(np.sign(mean)) if abs(mean) > _SURE * sigma else 0
 

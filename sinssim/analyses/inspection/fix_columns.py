@@ -108,10 +108,10 @@ def guess_fixes(table: TextTable, near: tuple[str | int, str, float, float] | No
     same = (steps == 0.0).all(axis=1)
     of_unit = {quantity((table.words or ())[three[0]]) for three in triads(table.words)} & {"gyro", "accel"}
     rows_of_unit = table.words is None or bool(of_unit)
-    held = bool(same.mean() > 0.6 and (rows_of_unit or float(np.median(np.diff(at))) < 0.08))
-    fresh = np.append(True, ~same) if held else np.ones(len(rows), dtype=bool)
-    found = _Roles(table, place, at[fresh], rows[fresh], named)
-    return FixLayout(k, unit, "unix" if unix else "gps", found.quantities(), held)
+    repeated = bool(same.mean() > 0.6 and (rows_of_unit or float(np.median(np.diff(at))) < 0.08))
+    fresh = np.append(True, ~same) if repeated else np.ones(len(rows), dtype=bool)
+    roles = _Roles(table, place, at[fresh], rows[fresh], named)
+    return FixLayout(k, unit, "unix" if unix else "gps", roles.quantities(), repeated)
 
 
 def _find(table: TextTable, role: str, *, uncertain: bool = False) -> int | None:
@@ -235,7 +235,7 @@ class _Roles:
     def quantities(self) -> dict[str, Any]:
         """Return the description of all quantities."""
         latitude, longitude, height = self.place
-        found: dict[str, Any] = {}
+        description: dict[str, Any] = {}
         velocity = self._velocity()
         sigma = self._sigma(velocity)
         quality = _find(self.table, "quality")
@@ -243,9 +243,9 @@ class _Roles:
             codes = self.rows[:, quality]
             codes = codes[np.isfinite(codes)]
             if len(codes) and (codes == np.rint(codes)).all() and np.abs(codes).max() < 1000:
-                found["quality"] = quality
+                description["quality"] = quality
         return {
-            **found,
+            **description,
             "latitude": {"column": latitude, "unit": self.angle},
             "longitude": {"column": longitude, "unit": self.angle},
             "height": {"column": height, "unit": self.height},
@@ -281,11 +281,11 @@ class _Roles:
             return named
         if self.moved is None:
             return "m/s"
-        own = np.hypot(self.moved[:, 0], self.moved[:, 1]) if component is None else self.moved[:, component]
+        by_position = np.hypot(self.moved[:, 0], self.moved[:, 1]) if component is None else self.moved[:, component]
         values = self.rows[:, column]
-        good = np.isfinite(values) & np.isfinite(own)
-        size = float(np.sum(own[good] * values[good])) / max(float(np.sum(values[good] ** 2)), 1e-30)
-        if not size > 0.0 or float(np.std(own[good])) < 0.3:
+        good = np.isfinite(values) & np.isfinite(by_position)
+        size = float(np.sum(by_position[good] * values[good])) / max(float(np.sum(values[good] ** 2)), 1e-30)
+        if not size > 0.0 or float(np.std(by_position[good])) < 0.3:
             return "m/s"
         return min(units, key=lambda u: abs(np.log(units[u] / size)))
 
@@ -310,15 +310,15 @@ class _Roles:
 
     def _alike(self, column: int, component: int) -> float:
         assert self.moved is not None
-        values, own = self.rows[:, column], self.moved[:, component]
-        good = np.isfinite(values) & np.isfinite(own)
-        if int(good.sum()) < 5 or not values[good].std() or not own[good].std():
+        values, by_position = self.rows[:, column], self.moved[:, component]
+        good = np.isfinite(values) & np.isfinite(by_position)
+        if int(good.sum()) < 5 or not values[good].std() or not by_position[good].std():
             return 0.0
-        return float(np.corrcoef(values[good], own[good])[0, 1])
+        return float(np.corrcoef(values[good], by_position[good])[0, 1])
 
     def _sigma(self, velocity: dict[str, Any]) -> dict[str, Any]:
         """Return 1σ of position and velocity."""
-        found: dict[str, Any] = {}
+        description: dict[str, Any] = {}
 
         def positive(role: str) -> int | None:
             k = _find(self.table, role, uncertain=True)
@@ -329,13 +329,13 @@ class _Roles:
         each = [positive(role) for role in ("sigma_n", "sigma_e", "sigma_d")]
         across, vertical, speed = positive("sigma_h"), positive("sigma_v"), positive("sigma_s")
         if None not in each:
-            found["position_sigma"] = {"columns": each, "unit": "m"}
+            description["position_sigma"] = {"columns": each, "unit": "m"}
         elif across is not None:
             each = [across, across, across if vertical is None else vertical]
             unit = unit_of(self._word(across), ("mm", "cm", "m")) or ("mm" if self.height == "mm" else "m")
-            found["position_sigma"] = {"columns": each, "unit": unit}
+            description["position_sigma"] = {"columns": each, "unit": unit}
         if speed is not None:
             small = velocity.get("velocity", velocity.get("speed", {})).get("unit") == "mm/s"
             unit = unit_of(self._word(speed), ("m/s",)) or ("mm/s" if small else "m/s")
-            found["velocity_sigma"] = {"columns": [speed, speed, speed], "unit": unit}
-        return found
+            description["velocity_sigma"] = {"columns": [speed, speed, speed], "unit": unit}
+        return description

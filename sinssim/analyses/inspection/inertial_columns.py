@@ -53,8 +53,8 @@ def named_quantity(table: TextTable, three: Three) -> str | None:
     """Return what the names of three columns say: "gyro", "accel", "other" or nothing."""
     if table.words is None:
         return None
-    said = {quantity(table.words[k]) for k in three}
-    return said.pop() if len(said) == 1 else None
+    quantities = {quantity(table.words[k]) for k in three}
+    return quantities.pop() if len(quantities) == 1 else None
 
 
 def accelerometers(table: TextTable, three: Three, time: int, interval: float) -> tuple[float, Three, Kind, str]:
@@ -67,15 +67,15 @@ def accelerometers(table: TextTable, three: Three, time: int, interval: float) -
         How badly they fit gravity, infinite if not at all; the columns; and kind and unit of the best fit.
     """
     best: tuple[float, Three, Kind, str] = (np.inf, three, "rates", "")
-    said = named_quantity(table, three)
-    if not varies(table, three) or said == "gyro":
+    quantities = named_quantity(table, three)
+    if not varies(table, three) or quantities == "gyro":
         return best
     values = table.values[:, list(three)]
     values = values[np.isfinite(values).all(axis=1)]
     interval *= len(table.values) / max(len(values), 1)
     size = float(np.median(np.linalg.norm(values, axis=1))) if len(values) else 0.0
     word = None if table.words is None else table.words[three[0]]
-    trusted = said == "accel" and not says_no_gravity(table, word)
+    trusted = quantities == "accel" and not says_no_gravity(table, word)
     unit_named = trusted and unit_of(word, tuple(UNITS["accel", "rates"])) is not None
     if not size:
         return best
@@ -84,8 +84,8 @@ def accelerometers(table: TextTable, three: Three, time: int, interval: float) -
         return best
     # neighbours of z have gravity in them, too, but not its noise; then a whole number of triads before them counts
     before = [k for k in range(min(three)) if k != time and table.values[:, k].std() > 0.0]
-    bonus = 2.0 * (said == "accel") + 0.05 * (len(before) % 3 == 0)
-    bonus -= (0.3 * uneven(values) + 0.3 * min(spread(values), 1.0) + 0.3 * repeats(values)) * (said is None)
+    bonus = 2.0 * (quantities == "accel") + 0.05 * (len(before) % 3 == 0)
+    bonus -= (0.3 * uneven(values) + 0.3 * min(spread(values), 1.0) + 0.3 * repeats(values)) * (quantities is None)
     readings: list[tuple[Kind, float]] = [("rates", 1.0), ("increments", 1.0 / interval)]
     for kind, per_second in readings:
         units = UNITS["accel", kind]
@@ -151,9 +151,9 @@ class Layout:
 
     def columns(self, table: TextTable, name: str) -> tuple[TextTable, Three]:
         """Return the table and the columns of a triad, "gyro" or "accel"."""
-        own: Three | None = getattr(self, name)
-        if own is not None:
-            return table, own
+        of_triad: Three | None = getattr(self, name)
+        if of_triad is not None:
+            return table, of_triad
         assert self.other is not None
         three: Three | None = getattr(self.other[1], name)
         assert three is not None
@@ -203,7 +203,7 @@ class Layout:
 
     def stream(self, table: TextTable) -> tuple[InertialStream, Clock]:
         """Return the readings in SI units, and the clock of their times."""
-        found = {}
+        values_of = {}
         time, clock = self._time_of(table, self.time, self.time_unit)
         inside = np.ones(len(time), dtype=bool)
         for name, unit, signs in (
@@ -216,15 +216,15 @@ class Layout:
                 assert self.other is not None
                 values, within = self._at(time, clock, (of, self.other[1]), values)
                 inside &= within
-            found[name] = values
+            values_of[name] = values
         if self.gravity is not None:
             of, layout = self.gravity
             size = UNITS["accel", "rates"][layout.accel_unit] * np.array(layout.accel_signs, dtype=np.float64)
             gravity, within = self._at(time, clock, self.gravity, of.values[:, list(layout.accel or ())] * size)
-            found["accel"] = found["accel"] + gravity
+            values_of["accel"] = values_of["accel"] + gravity
             inside &= within
-        inside &= with_readings(found["gyro"], found["accel"])
-        return InertialStream(time[inside], found["gyro"][inside], found["accel"][inside], self.kind), clock
+        inside &= with_readings(values_of["gyro"], values_of["accel"])
+        return InertialStream(time[inside], values_of["gyro"][inside], values_of["accel"][inside], self.kind), clock
 
     def _at(self, time: Array, clock: Clock, part: tuple[TextTable, Layout], values: Array) -> tuple[Array, Array]:
         """Return values of another file or of other rows at some times, (N, 3), and which times are within, (N,)."""
@@ -238,12 +238,12 @@ class Layout:
     @staticmethod
     def _time_of(table: TextTable, column: int, unit: str) -> tuple[Array, Clock]:
         """Return the times, s, and their clock."""
-        own = Clock("machine", None, "times without a date")
+        clock = Clock("machine", None, "times without a date")
         if column in table.dates:
-            return table.values[:, column], table.clocks.get(column) or own
+            return table.values[:, column], table.clocks.get(column) or clock
         time = table.values[:, column] * TIME_UNITS[unit]
         if not is_unix(table, column, time):
-            return time, own
+            return time, clock
         first = np.floor(time[0])
         return time - first, Clock("utc", int(gps_from_unix(first)), "Unix time")
 

@@ -80,13 +80,13 @@ def inspect(paths: Sequence[Path | str], folder: Path | str = ".", *, land: bool
     if not paths:
         raise InputError("inspect needs at least one file.")
     files: list[Streams] = []
-    said = Described()
+    of_scenario = Described()
     scenario: Scenario | None = None
     tables: list[TextTable] = []
     unread: list[InputError] = []
     for path in _whole_folders([Path(path) for path in paths]):
         if path.suffix == ".toml":
-            scenario, described, said = _described(path)
+            scenario, described, of_scenario = _described(path)
             files += described
             source = path
         elif [name for name in candidates(path) if name != "track-csv"]:  # a track of any names is read as fixes
@@ -96,15 +96,15 @@ def inspect(paths: Sequence[Path | str], folder: Path | str = ".", *, land: bool
                 tables.append(read_table(path))
             except InputError as error:
                 unread.append(error)
-    spans = [float(np.ptp(fixes.time)) for one in files for fixes in one.fixes.values()]
-    guessed = guess_files(tables, unit_known=any(one.inertial for one in files), lasts=max(spans, default=None))
+    spans = [float(np.ptp(fixes.time)) for file in files for fixes in file.fixes.values()]
+    guessed = guess_files(tables, unit_known=any(file.inertial for file in files), lasts=max(spans, default=None))
     files += guessed.streams()
-    if unread and not any(one.inertial for one in files):
+    if unread and not any(file.inertial for file in files):
         raise unread[0]
     if guessed.unit is not None and guessed.unit[1].gravity is not None:
         result, guessed = _of_sum(files, guessed)
     else:
-        result = inspect_streams(_with_fixes(files), said)
+        result = inspect_streams(_with_fixes(files), of_scenario)
     if guessed.unit is not None:
         if guessed.unit[1].gravity is None:
             _decided(result, guessed.unit[1])
@@ -112,7 +112,7 @@ def inspect(paths: Sequence[Path | str], folder: Path | str = ".", *, land: bool
         result.findings += _uneven(*guessed.unit)
     for table, layout in guessed.fixes:
         result.findings.insert(1, fact(str(table.path), f"The columns of the fixes are: {fix_words(table, layout)}."))
-    if land and scenario is None and any(one.inertial for one in files) and result.mounting is None:
+    if land and scenario is None and any(file.inertial for file in files) and result.mounting is None:
         text = (
             "--vehicle land has no effect: the constraint of wheels needs the mounting of the unit, which is not known."
         )
@@ -129,7 +129,7 @@ def _corrected(
 ) -> tuple[str | None, str]:
     """Return the text of a described scenario with what was found, and a sentence on it; None without a change."""
     unit = next(f.clock for f in files if f.inertial)
-    found, cannot = changes(result, scenario, (unit, next((f.clock for f in files if f.fixes), None)))
+    corrections, cannot = changes(result, scenario, (unit, next((f.clock for f in files if f.fixes), None)))
     if land and getattr(scenario.aiding, "land_vehicle", None) is None:
         result.findings.append(
             doubt(
@@ -144,34 +144,34 @@ def _corrected(
     if cannot or beyond:
         why = " ".join([*cannot, *(f.sentence for f in beyond)])
         return None, f"There is no corrected scenario. {why}"
-    if not found:
+    if not corrections:
         return None, f"{path.name} needs no correction."
-    return corrected_scenario(path, folder, found), ""
+    return corrected_scenario(path, folder, corrections), ""
 
 
 def _whole_folders(paths: Sequence[Path]) -> list[Path]:
     """Return the paths, with the folder in place of the files of a format that is a folder."""
-    found: list[Path] = []
+    whole_paths: list[Path] = []
     for path in paths:
         whole = (folder_of(path) if path.is_file() else None) or path
-        if whole not in found:
-            found.append(whole)
-    return found
+        if whole not in whole_paths:
+            whole_paths.append(whole)
+    return whole_paths
 
 
 def _with_fixes(files: list[Streams]) -> list[Streams]:
     """Return files in which, if none has fixes, the positions of a solution stand for them."""
-    if any(one.fixes for one in files) or not any(one.inertial for one in files):
+    if any(file.fixes for file in files) or not any(file.inertial for file in files):
         return files
-    for k, one in enumerate(files):
-        for name, s in one.solutions.items():
+    for k, file in enumerate(files):
+        for name, s in file.solutions.items():
             if np.isfinite(s.latitude).any():
                 fixes = FixStream(
                     s.time, s.latitude, s.longitude, s.height, s.datum, s.position_sigma, s.velocity_ned,
                     s.velocity_sigma,
                 )  # fmt: skip
-                note = f"There are no fixes; the comparison uses the {name} of {one.path.name} instead."
-                other = replace(one, fixes={name: fixes}, notes=(*one.notes, note))
+                note = f"There are no fixes; the comparison uses the {name} of {file.path.name} instead."
+                other = replace(file, fixes={name: fixes}, notes=(*file.notes, note))
                 return [*files[:k], other, *files[k + 1 :]]
     return files
 
@@ -185,18 +185,18 @@ def _described(path: Path) -> tuple[Scenario, list[Streams], Described]:
     if log is None:
         raise InputError(f"{path} has no table [log]: inspect recorded files, or a scenario that describes them.")
     stream, clock, notes = inertial_stream(log.imu)
-    own = even_times(stream.time, 1e-6 * log.imu.clock_drift_ppm)
-    clock, stream = _on_described_clock(log.imu, clock, replace(stream, time=own))
-    found = [Streams(Path(log.imu.file), "text", clock, inertial={"imu": stream}, notes=notes)]
+    even = even_times(stream.time, 1e-6 * log.imu.clock_drift_ppm)
+    clock, stream = _on_described_clock(log.imu, clock, replace(stream, time=even))
+    streams = [Streams(Path(log.imu.file), "text", clock, inertial={"imu": stream}, notes=notes)]
     if log.gnss is not None:
         fixes, clock, notes = fix_stream(log.gnss)
         clock, fixes = _on_described_clock(log.gnss, clock, fixes)
         fixes = fixes.rows(np.isfinite(quality_factor(fixes, log.gnss)))
-        found.append(Streams(Path(log.gnss.file), "text", clock, fixes={"gnss": fixes}, notes=notes))
+        streams.append(Streams(Path(log.gnss.file), "text", clock, fixes={"gnss": fixes}, notes=notes))
     delay = 0.0 if log.gnss is None else log.gnss.velocity_delay_s
     return (
         scenario,
-        found,
+        streams,
         Described(delay, log.imu.matrix, None if log.reference is None else _reference(log.reference, scenario)),
     )
 
@@ -217,14 +217,14 @@ def _on_described_clock(section: LogFile, clock: Clock, stream: _Stream) -> tupl
     zero = file_clock(clock, float(stream.time[0]), first).zero
     if zero is None:
         return clock, replace(stream, time=stream.time + section.time_offset_s)
-    own = Clock(clock.kind if first is None else "gps", zero.seconds, clock.note)
-    return own, replace(stream, time=stream.time + (zero.fraction + section.time_offset_s))
+    described = Clock(clock.kind if first is None else "gps", zero.seconds, clock.note)
+    return described, replace(stream, time=stream.time + (zero.fraction + section.time_offset_s))
 
 
 def _decided(result: Inspection, layout: Layout) -> None:
     """Say of the readings of columns that nobody described what the scenario corrects, and what it assumes."""
-    own = [f for f in result.findings if f.subject == "units and axes"]
-    for finding in own:
+    of_reading = [f for f in result.findings if f.subject == "units and axes"]
+    for finding in of_reading:
         if finding.grade == "wrong":
             text = (
                 f"In the unchanged file, {finding.numbers['best_other']}: {finding.text[0].lower()}{finding.text[1:]}"
@@ -235,7 +235,7 @@ def _decided(result: Inspection, layout: Layout) -> None:
                     finding, grade="fact", text=f"By the fixes, {finding.text[0].lower()}{finding.text[1:]}", fix=""
                 )
             result.findings[result.findings.index(finding)] = corrected
-    if not layout.gyro_unit_sure and not any(f.grade != "doubt" for f in own):
+    if not layout.gyro_unit_sure and not any(f.grade != "doubt" for f in of_reading):
         text = f"Neither names nor fixes give the unit of the gyros. Is it {layout.gyro_unit}, as their size suggests?"
         result.findings.append(doubt("units and axes", text, "See the manual of the IMU."))
 
@@ -247,12 +247,12 @@ def _of_sum(files: list[Streams], guessed: Guessed) -> tuple[Inspection, Guessed
     sign = relative_sign(table, layout)
     first = opposite(layout) if sign < 0 else layout
     tried = []
-    for one in (first, *other_units(table, first)):
-        changed = replace(guessed, unit=(table, one))
+    for candidate in (first, *other_units(table, first)):
+        changed = replace(guessed, unit=(table, candidate))
         streams = [s for s in files if s.path not in guessed.paths] + changed.streams()
-        own = inspect_streams(_with_fixes(streams))
-        _decided(own, one)
-        tried.append((own, changed, streams))
+        inspection = inspect_streams(_with_fixes(streams))
+        _decided(inspection, candidate)
+        tried.append((inspection, changed, streams))
         if any(f.subject == "units and axes" and f.grade == "fact" for f in tried[-1][0].findings):
             break  # another unit is tried only if this one does not fit the fixes
     else:
@@ -279,7 +279,7 @@ _SHOWN = 5  # lines named one by one
 def _uneven(table: TextTable, layout: Layout) -> Iterator[Finding]:
     """Yield what is wrong with files of a unit in which rows have another width, which a run does not read."""
     others = (other[0] for other in (layout.other, layout.gravity) if other is not None)
-    for path, of in {one.path: one for one in (table, *others)}.items():
+    for path, of in {part.path: part for part in (table, *others)}.items():
         if of.uneven and not of.rows:  # a run that selects rows does not see the others
             lines, count = [str(line) for line in of.uneven[:_SHOWN]], len(of.uneven)
             named = ", ".join(lines) + (f" and {count - _SHOWN} more" if count > _SHOWN else "")
@@ -333,7 +333,9 @@ def _scenario(result: Inspection, files: list[Streams], guessed: Guessed, folder
             {"format": receiver.format, **_stream_key(receiver.fixes), **of_fixes},
             receiver.clock,
         )
-    solution = next((f for f in files if any(np.isfinite(one.latitude).any() for one in f.solutions.values())), None)
+    solution = next(
+        (f for f in files if any(np.isfinite(track.latitude).any() for track in f.solutions.values())), None
+    )
     reference = None if solution is None else (solution.path, solution.format, solution.clock)
     return suggested_scenario(result, (unit.path, keys, unit.clock), of_receiver, folder, reference, land=land)
 
@@ -400,20 +402,22 @@ def suggest(paths: Sequence[Path]) -> Suggestion:
         streams = read_file(paths[0])
         if not streams.inertial:
             return Suggestion(_track(paths[0], streams.format))
-    found = inspect(paths, Path("/nowhere"))
-    wrong = [one.sentence for one in found.inspection.findings if one.grade == "wrong"]
+    inspected = inspect(paths, Path("/nowhere"))
+    wrong = [finding.sentence for finding in inspected.inspection.findings if finding.grade == "wrong"]
     if wrong:
         raise InputError(
             f"the files cannot be used as they are: {' '.join(wrong)} `sinssim inspect {' '.join(map(str, paths))}` "
             "tells all findings."
         )
-    if found.scenario is None:
+    if inspected.scenario is None:
         named = ", ".join(map(str, paths))
         raise InputError(
             f"{named}: there are no inertial data. A single file of fixes or of a solution is run as a track "
             "(sinssim run drive.gpx); a table needs the names time_s, latitude_deg, longitude_deg and height_m."
         )
-    return Suggestion(found.scenario, tuple(f.sentence for f in found.inspection.findings if f.grade == "doubt"))
+    return Suggestion(
+        inspected.scenario, tuple(f.sentence for f in inspected.inspection.findings if f.grade == "doubt")
+    )
 
 
 def _track(path: Path, name: str) -> str:

@@ -75,24 +75,24 @@ def description_of(
     Returns:
         The right ones; None if no unit, order and signs of columns express it.
     """
-    kinds, found = set(), {}
+    kinds, right = set(), {}
     for name, keys in triads.items():
         of = "gyro" if name == "gyro" else "accel"
-        own = reread(matrices[of])
-        unit = None if own is None else own.unit(of, kind, keys["unit"], interval)
-        if own is None or unit is None:
+        right_triad = reread(matrices[of])
+        unit = None if right_triad is None else right_triad.unit(of, kind, keys["unit"], interval)
+        if right_triad is None or unit is None:
             return None
         kinds.add(unit[0])
-        found[name] = {**keys, "unit": unit[1]}
+        right[name] = {**keys, "unit": unit[1]}
         stated: Sequence[int] = keys.get("signs", (1, 1, 1))
-        signs = [sign * stated[j] for sign, j in zip(own.signs, own.source, strict=True)]
-        if isinstance(keys["columns"], str) and own.source != (0, 1, 2):
+        signs = [sign * stated[j] for sign, j in zip(right_triad.signs, right_triad.source, strict=True)]
+        if isinstance(keys["columns"], str) and right_triad.source != (0, 1, 2):
             return None  # one array of three columns has a fixed order
-        if own.source != (0, 1, 2):
-            found[name]["columns"] = [keys["columns"][j] for j in own.source]
+        if right_triad.source != (0, 1, 2):
+            right[name]["columns"] = [keys["columns"][j] for j in right_triad.source]
         if signs != [1, 1, 1] or "signs" in keys:
-            found[name]["signs"] = signs
-    return (kinds.pop(), found) if len(kinds) == 1 else None
+            right[name]["signs"] = signs
+    return (kinds.pop(), right) if len(kinds) == 1 else None
 
 
 _EPOCH = datetime(1980, 1, 6)
@@ -119,10 +119,10 @@ def corrected_columns(inspection: Inspection, keys: dict[str, Any], axes: Array 
     gyro, accel = (turn.T @ matrix @ turn for matrix in inspection.reading)
     triads = {name: keys[name] for name in ("gyro", "accel", "gravity") if keys.get(name) is not None}
     interval = float(np.median(np.diff(inspection.inertial.time)))
-    found = description_of(keys["kind"], triads, {"gyro": gyro, "accel": accel}, interval)
-    if found is None or "gyro" not in triads or "accel" not in triads:
+    description = description_of(keys["kind"], triads, {"gyro": gyro, "accel": accel}, interval)
+    if description is None or "gyro" not in triads or "accel" not in triads:
         return None
-    kind, right = found
+    kind, right = description
     changed: dict[str, Any] = {name: table for name, table in right.items() if table != triads[name]}
     return changed if kind == keys["kind"] else {"kind": kind, **changed}
 
@@ -228,7 +228,7 @@ def changes(
     log = scenario.log
     assert log is not None
     assert inspection.inertial is not None
-    found: list[Change] = []
+    changed: list[Change] = []
     cannot: list[str] = []
     imu = ("log", "imu")
     of_columns = _columns(inspection, log.imu)
@@ -248,26 +248,26 @@ def changes(
         gravity = "the specific force at rest is gravity in this unit"
         for key, value in of_columns.items():
             if not isinstance(value, dict):
-                found.append(((*imu, key), value, ", ".join(others) or gravity))
+                changed.append(((*imu, key), value, ", ".join(others) or gravity))
                 continue
             stated = _lists(getattr(log.imu, key).model_dump(exclude_none=True))
             for inner, item in value.items():
                 if stated.get(inner) != item:
                     why = gravity if key != "gyro" and inner == "unit" else ", ".join(others)
-                    found.append(((*imu, key, inner), item, why))
-    found += _placed(inspection, scenario)
-    found += _of_clocks(inspection, log, clocks)
+                    changed.append(((*imu, key, inner), item, why))
+    changed += _placed(inspection, scenario)
+    changed += _of_clocks(inspection, log, clocks)
     time = inspection.inertial.time
     bridge, span = bridges(time, log.imu.max_gap_s)
     if bridge is not None:
-        found.append(((*imu, "max_gap_s"), bridge, "the longest gap in the inertial data, which is bridged"))
+        changed.append(((*imu, "max_gap_s"), bridge, "the longest gap in the inertial data, which is bridged"))
     if span is not None and (span[0] > (log.from_s or 0.0) or span[1] < (log.to_s or np.inf)):
         why = f"the longest part without a gap of more than {LONGEST_BRIDGE:g} s"
-        found.append((("log", "from_s"), round(max(span[0], log.from_s or 0.0), 3), why))
-        found.append((("log", "to_s"), round(min(span[1], log.to_s or np.inf), 3), why))
+        changed.append((("log", "from_s"), round(max(span[0], log.from_s or 0.0), 3), why))
+        changed.append((("log", "to_s"), round(min(span[1], log.to_s or np.inf), 3), why))
     if log.imu.stamps == "as-given" and (np.diff(time) == 0.0).any():
-        found.append(((*imu, "stamps"), "even", "stamps repeat"))
-    return found, cannot
+        changed.append(((*imu, "stamps"), "even", "stamps repeat"))
+    return changed, cannot
 
 
 def _columns(inspection: Inspection, section: LogImu) -> dict[str, Any] | None:
@@ -289,11 +289,11 @@ def _lists(value: Any) -> Any:
 
 def _placed(inspection: Inspection, scenario: Scenario) -> Iterator[Change]:
     """Yield the mounting if the scenario has none and the motion shows it."""
-    found = inspection.mounting
-    if found is None or scenario.imu.mounting_deg is not None:
+    mounting = inspection.mounting
+    if mounting is None or scenario.imu.mounting_deg is not None:
         return
     assert scenario.log is not None
-    rows = [DIRECTIONS[name] for name in found.axes]
+    rows = [DIRECTIONS[name] for name in mounting.axes]
     named = np.zeros((3, 3))
     for column, (row, sign) in enumerate(rows):
         named[row, column] = sign
@@ -323,12 +323,12 @@ def _of_clocks(inspection: Inspection, log: Log, clocks: tuple[Clock, Clock | No
             yield ("log", "gnss", "quality_factors"), left, "steps contradict the σ of the other codes"
 
 
-def corrected_scenario(path: Path, folder: Path, found: list[Change]) -> str:
+def corrected_scenario(path: Path, folder: Path, corrections: list[Change]) -> str:
     """Return the text of a scenario with changes.
 
     Args:
         folder: where the new one will be; the paths of recorded files are relative to it.
-        found: the changes; each is listed with its reason before the first line.
+        corrections: the changes; each is listed with its reason before the first line.
 
     Returns:
         The text; what is not changed stays as it is, comments included.
@@ -336,7 +336,7 @@ def corrected_scenario(path: Path, folder: Path, found: list[Change]) -> str:
     import tomlkit
 
     document = tomlkit.parse(read_text(path))
-    for keys, value, _ in found:
+    for keys, value, _ in corrections:
         table: Any = document
         for key in keys[:-1]:
             if key not in table:
@@ -346,7 +346,7 @@ def corrected_scenario(path: Path, folder: Path, found: list[Change]) -> str:
     if folder.resolve() != path.resolve().parent:
         _moved(document["log"], path.resolve().parent, folder)
     lines = [f"# Corrected from {path.name} by sinssim inspect:"]
-    lines += [f"#   {'.'.join(keys)} = {tomlkit.item(value).as_string()}: {why}" for keys, value, why in found]
+    lines += [f"#   {'.'.join(keys)} = {tomlkit.item(value).as_string()}: {why}" for keys, value, why in corrections]
     return "\n".join(lines) + "\n" + tomlkit.dumps(document)
 
 

@@ -5,6 +5,7 @@ The fixes show whether the vehicle moves.
 
 from __future__ import annotations
 
+from collections.abc import Iterator
 from dataclasses import dataclass
 
 import numpy as np
@@ -312,50 +313,46 @@ def rest_findings(quiet: AtRest | None, moves: Moves | None = None) -> list[Find
         left = (
             f" Another {quiet.in_motion:.4g} s are as quiet, but the fixes move there by {moves.limit:.2g} m/s or more."
         )
-    found = [
+    gyro, accel = quiet.gyro_density / DEG, 1e6 * quiet.accel_density / G0
+    return [
         fact("standing", f"Quiet spans, {lasting:.5g} s in all: {shown}{more}.{left}", spans_s=quiet.spans),
         fact(
             "noise",
-            "White noise there: gyros "
-            + ", ".join(f"{d / DEG:.3g}" for d in quiet.gyro_density)
-            + " °/s/√Hz, accelerometers "
-            + ", ".join(f"{1e6 * d / G0:.4g}" for d in quiet.accel_density)
-            + " µg/√Hz.",
-            gyro_deg_s_sqrt_hz=[float(d / DEG) for d in quiet.gyro_density],
-            accel_ug_sqrt_hz=[float(1e6 * d / G0) for d in quiet.accel_density],
+            f"White noise there: gyros {', '.join(f'{d:.3g}' for d in gyro)} °/s/√Hz, accelerometers "
+            f"{', '.join(f'{d:.4g}' for d in accel)} µg/√Hz.",
+            gyro_deg_s_sqrt_hz=gyro.tolist(),
+            accel_ug_sqrt_hz=accel.tolist(),
         ),
+        *_hidden_noise("gyros", quiet.hidden[0] / DEG, "°/s"),
+        *_hidden_noise("accelerometers", quiet.hidden[1] / G0, "g"),
+        _mean_rate(quiet.rate, float(np.linalg.norm(quiet.gyro_density / np.sqrt(lasting)))),
     ]
-    for subject, unit, scale, hidden in (
-        ("gyros", "°/s", DEG, quiet.hidden[0]),
-        ("accelerometers", "g", G0, quiet.hidden[1]),
-    ):
-        if hidden.any():
-            axes = ", ".join(f"{name} {h / scale:.2g} {unit}" for name, h in zip("xyz", hidden, strict=True) if h)
-            found.append(
-                doubt(
-                    subject,
-                    f"Most samples of the {subject} are equal at rest: a dead band or a coarse resolution, which may "
-                    f"hide a noise of {axes}.",
-                    "The noise at rest is not known: see the data sheet.",
-                )
-            )
-    rate, noise = quiet.rate, quiet.gyro_density / np.sqrt(lasting)
+
+
+def _hidden_noise(subject: str, hidden: Array, unit: str) -> Iterator[Finding]:
+    """Yield the doubt on a noise that a dead band may hide, (3,) in that unit."""
+    if hidden.any():
+        axes = ", ".join(f"{name} {h:.2g} {unit}" for name, h in zip("xyz", hidden, strict=True) if h)
+        text = (
+            f"Most samples of the {subject} are equal at rest: a dead band or a coarse resolution, which may hide a "
+            f"noise of {axes}."
+        )
+        yield doubt(subject, text, "The noise at rest is not known: see the data sheet.")
+
+
+def _mean_rate(rate: Array, uncertain: float) -> Finding:
+    """Return the finding on the mean rate at rest, (3,) rad/s, whose noise is uncertain, rad/s."""
     size = float(np.linalg.norm(rate))
-    uncertain = float(np.linalg.norm(noise))
     text = f"The gyros read {size / DEG_H:.4g} °/h in the quiet spans (noise of this mean {uncertain / DEG_H:.2g} °/h"
     numbers = {"rate_deg_h": size / DEG_H, "noise_deg_h": uncertain / DEG_H}
     if abs(size - OMEGA_IE) < 0.1 * OMEGA_IE and uncertain < 0.1 * OMEGA_IE:
-        found.append(fact("gyros", f"{text}); the Earth turns by 15.04 °/h: they sense it.", **numbers))
-    else:
-        biases = ", ".join(f"{r / DEG:.3g}" for r in rate)
-        if float(np.max(np.abs(rate))) > _LARGEST_BIAS:
-            text = f"{text}): {biases} °/s about x, y, z. Is that a bias? Data sheets have 20 °/s at most."
-            fix = "See the unit and the columns of the gyros, and whether the vehicle turns there."
-            return [*found, doubt("gyros", text, fix, **numbers)]
-        found.append(
-            fact("gyros", f"{text}; the Earth's rate is 15.04 °/h): biases of x, y, z of {biases} °/s.", **numbers)
-        )
-    return found
+        return fact("gyros", f"{text}); the Earth turns by 15.04 °/h: they sense it.", **numbers)
+    biases = ", ".join(f"{r / DEG:.3g}" for r in rate)
+    if float(np.max(np.abs(rate))) > _LARGEST_BIAS:
+        text = f"{text}): {biases} °/s about x, y, z. Is that a bias? Data sheets have 20 °/s at most."
+        fix = "See the unit and the columns of the gyros, and whether the vehicle turns there."
+        return doubt("gyros", text, fix, **numbers)
+    return fact("gyros", f"{text}; the Earth's rate is 15.04 °/h): biases of x, y, z of {biases} °/s.", **numbers)
 
 
 def fast_noise(time: Array, values: Array, rows: NDArray[np.bool_]) -> Array:

@@ -83,10 +83,10 @@ def channel_findings(subject: str, values: Array, unit: str, scale: float = 1.0)
         values: (N, 3), SI.
         scale: one of that unit, SI.
     """
-    found: list[Finding] = []
+    findings: list[Finding] = []
     bad = ~np.isfinite(values).all(axis=1)
     if bad.any():
-        found.append(
+        findings.append(
             wrong(
                 subject,
                 f"{int(bad.sum())} rows of the {subject} have missing or infinite numbers, first row "
@@ -97,14 +97,14 @@ def channel_findings(subject: str, values: Array, unit: str, scale: float = 1.0)
         )
         values = values[~bad]
     if len(values) < 2:
-        return found
+        return findings
     quanta = [_quantum(axis) for axis in values.T]
     if min(quanta) > 0.0:
         text = ", ".join(f"{q / scale:.3g}" for q in quanta)
-        found.append(fact(subject, f"Resolution of x, y, z: {text} {unit}.", resolution_si=quanta))
+        findings.append(fact(subject, f"Resolution of x, y, z: {text} {unit}.", resolution_si=quanta))
     for name, axis, quantum in zip("xyz", values.T, quanta, strict=True):
-        found += _of_axis(subject, name, axis, quantum, unit, scale)
-    return found
+        findings += _of_axis(subject, name, axis, quantum, unit, scale)
+    return findings
 
 
 def _quantum(axis: Array) -> float:
@@ -121,11 +121,11 @@ def _of_axis(subject: str, name: str, axis: Array, quantum: float, unit: str, sc
     if float(np.ptp(axis)) == 0.0:
         text = f"The {name} channel of the {subject} never changes ({axis[0] / scale:.6g} {unit})."
         return [wrong(subject, text, "The column is wrong, or the sensor is dead.")]
-    found = []
+    findings = []
     spread = float(np.std(np.diff(axis)))
     longest, start = _longest_run(axis)
     if longest >= _LEAST_FROZEN and not _usual(axis, start, longest) and _frozen(axis, start, longest, quantum):
-        found.append(
+        findings.append(
             doubt(
                 subject,
                 f"The {name} channel of the {subject} gives the same number {longest} times in a row, from row "
@@ -141,7 +141,7 @@ def _of_axis(subject: str, name: str, axis: Array, quantum: float, unit: str, sc
         expected = _longest_run(np.where(at, np.arange(len(axis)) + 2.0, axis))[0]  # a resolution repeats any value
         beyond = abs(extreme - np.median(axis)) > 4.0 * max(spread, quantum)
         if runs >= _SATURATED and runs > expected and at[first] and beyond:
-            found.append(
+            findings.append(
                 doubt(
                     subject,
                     f"The {name} channel of the {subject} stays at its {word} value, {extreme / scale:.5g} {unit}, "
@@ -151,7 +151,7 @@ def _of_axis(subject: str, name: str, axis: Array, quantum: float, unit: str, sc
                     saturated=int(at.sum()),
                 )
             )
-    return found
+    return findings
 
 
 def _frozen(axis: Array, start: int, length: int, quantum: float) -> bool:
@@ -216,7 +216,7 @@ def time_findings(subject: str, time: Array, unit: str = "samples") -> list[Find
         return [wrong(subject, f"No time of {subject} follows the preceding one.", "The time column may be wrong.")]
     interval = float(np.median(forward))
     low, high = np.percentile(forward[forward < GAP * interval], (1.0, 99.0))
-    found = [
+    findings = [
         fact(
             subject,
             f"{count} {unit} from {time[0]:.6g} s to {time[-1]:.6g} s ({time[-1] - time[0]:.6g} s), "
@@ -229,13 +229,13 @@ def time_findings(subject: str, time: Array, unit: str = "samples") -> list[Find
             interval_99_percent_s=float(high),
         )
     ]
-    found += _not_forward(subject, time, steps)
+    findings += _not_forward(subject, time, steps)
     gaps = np.flatnonzero(steps > GAP * interval)
     if len(gaps):
         missing = float(np.sum(np.rint(steps[gaps] / interval) - 1.0))
         where = ", ".join(f"{time[k]:.6g} s ({steps[k]:.3g} s)" for k in gaps[:_SHOWN_TIMES])
         more = f" and {len(gaps) - _SHOWN_TIMES} more" if len(gaps) > _SHOWN_TIMES else ""
-        found.append(
+        findings.append(
             doubt(
                 subject,
                 f"{len(gaps)} gap{'s' * (len(gaps) > 1)} with about {missing:.0f} missing {unit}, the longest "
@@ -246,15 +246,15 @@ def time_findings(subject: str, time: Array, unit: str = "samples") -> list[Find
                 longest_gap_s=float(steps.max()),
             )
         )
-    return found
+    return findings
 
 
 def _not_forward(subject: str, time: Array, steps: Array) -> list[Finding]:
     """Return findings on times that repeat or go back."""
-    found = []
+    findings = []
     same, back = np.flatnonzero(steps == 0.0), np.flatnonzero(steps < 0.0)
     if len(same):
-        found.append(
+        findings.append(
             doubt(
                 subject,
                 f"{len(same)} time{'s' * (len(same) > 1)} of {subject} repeat the preceding one, first in row "
@@ -265,7 +265,7 @@ def _not_forward(subject: str, time: Array, steps: Array) -> list[Finding]:
         )
     if len(back):
         k = int(back[0])
-        found.append(
+        findings.append(
             wrong(
                 subject,
                 f"The time of {subject} goes back {len(back)} time{'s' * (len(back) > 1)}, first in row {k + 2}: from "
@@ -275,7 +275,7 @@ def _not_forward(subject: str, time: Array, steps: Array) -> list[Finding]:
                 row=k + 2,
             )
         )
-    return found
+    return findings
 
 
 Mask = NDArray[np.bool_]
@@ -293,7 +293,7 @@ def fix_findings(fixes: FixStream, delay: float) -> list[Finding]:
     Args:
         delay: age of the velocities at their stamps, s.
     """
-    found = _place(fixes)
+    findings = _place(fixes)
     if fixes.quality is not None:
         codes, counts = np.unique(fixes.quality, return_counts=True)
         words = [
@@ -301,9 +301,9 @@ def fix_findings(fixes: FixStream, delay: float) -> list[Finding]:
             for c, n in zip(codes, counts, strict=True)
         ]
         of_code = {int(c): int(n) for c, n in zip(codes, counts, strict=True)}
-        found.append(fact("fixes", f"Quality: {', '.join(words)}.", codes=of_code))
+        findings.append(fact("fixes", f"Quality: {', '.join(words)}.", codes=of_code))
     if fixes.datum != "ellipsoid":
-        found.append(
+        findings.append(
             doubt(
                 "fixes",
                 f"The heights refer to {'an unknown surface' if fixes.datum == 'unknown' else 'mean sea level'}.",
@@ -312,33 +312,33 @@ def fix_findings(fixes: FixStream, delay: float) -> list[Finding]:
             )
         )
     if fixes.position_sigma is None and fixes.covariance is None:
-        found.append(
+        findings.append(
             doubt(
                 "fixes", "The fixes have no standard deviations.", "Give the filter those of the receiver's datasheet."
             )
         )
-    return found + _steps(fixes, delay)
+    return findings + _steps(fixes, delay)
 
 
 def _place(fixes: FixStream) -> list[Finding]:
     """Return findings on latitude and longitude as such."""
     latitude, longitude = fixes.latitude, fixes.longitude
     missing = ~(np.isfinite(latitude) & np.isfinite(longitude) & np.isfinite(fixes.height))
-    found = []
+    findings = []
     if missing.any():
-        found.append(fact("fixes", f"{int(missing.sum())} of {len(fixes)} fixes have no position."))
+        findings.append(fact("fixes", f"{int(missing.sum())} of {len(fixes)} fixes have no position."))
         latitude, longitude = latitude[~missing], longitude[~missing]
     if not len(latitude):
         return [wrong("fixes", "No fix has a position.", "Give another file.")]
     if float(np.max(np.abs(latitude))) > 0.5 * np.pi + 1e-9:
         k = int(np.argmax(np.abs(latitude)))
         text = f"The latitude reaches {np.degrees(latitude[k]):.6g}° (row {k + 1})."
-        return [*found, wrong("fixes", text, "Latitude and longitude are swapped, or in another unit.")]
+        return [*findings, wrong("fixes", text, "Latitude and longitude are swapped, or in another unit.")]
     if float(np.max(np.abs(latitude))) + float(np.max(np.abs(longitude))) < 1e-3:
         text = "All fixes are within 6 km of latitude 0, longitude 0."
-        return [*found, doubt("fixes", text, "The numbers may be in another unit, or the receiver had no fix.")]
+        return [*findings, doubt("fixes", text, "The numbers may be in another unit, or the receiver had no fix.")]
     span = f"latitude {_range(latitude)}, longitude {_range(longitude)}, height {np.nanmin(fixes.height):.5g} to "
-    return [*found, fact("fixes", f"Place: {span}{np.nanmax(fixes.height):.5g} m.")]
+    return [*findings, fact("fixes", f"Place: {span}{np.nanmax(fixes.height):.5g} m.")]
 
 
 def _range(angle: Array) -> str:
@@ -362,15 +362,15 @@ def _steps(fixes: FixStream, delay: float) -> list[Finding]:
     mean = np.stack([np.interp(middle, time, axis) for axis in velocity.T], axis=1)
     short = length < 1.5 * float(np.median(length))
     fast = np.linalg.norm(moved, axis=1) / length
-    found: list[Finding] = []
+    findings: list[Finding] = []
     if float(np.max(fast)) > _FASTEST:
         k = int(np.argmax(fast))
         text = f"Between {time[k]:.6g} s and {time[k + 1]:.6g} s the position moves at {fast[k]:.4g} m/s."
-        found.append(doubt("fixes", text, "One of the two fixes is wrong, or the times are.", time_s=float(time[k])))
+        findings.append(doubt("fixes", text, "One of the two fixes is wrong, or the times are.", time_s=float(time[k])))
     misfit = (moved - mean * length[:, None])[short, :2]
     size = np.linalg.norm(misfit, axis=1)
     usual = 1.4826 * float(np.median(np.abs(misfit)))
-    found.append(
+    findings.append(
         fact(
             "fixes",
             f"Steps of the horizontal position agree with the velocities to {1e3 * usual:.3g} mm (1σ per component).",
@@ -378,7 +378,7 @@ def _steps(fixes: FixStream, delay: float) -> list[Finding]:
         )
     )
     if fixes.position_sigma is None:
-        return found
+        return findings
     claimed = fixes.position_sigma[good][:, :2]
     both = np.sqrt(claimed[1:] ** 2 + claimed[:-1] ** 2)[short]
     limit = _SIGMAS * np.maximum(np.linalg.norm(both, axis=1) / np.sqrt(2.0), usual)
@@ -388,7 +388,7 @@ def _steps(fixes: FixStream, delay: float) -> list[Finding]:
         codes = _doubtful_codes(fixes, good, short, beyond)
         of_codes = f" They are at fixes of quality {', '.join(map(str, codes))}." if codes else ""
         named = ", ".join(f"{100.0 * size[k]:.3g} cm at {at[k]:.6g} s" for k in sorted(beyond[order]))
-        found.append(
+        findings.append(
             doubt(
                 "fixes",
                 f"{len(beyond)} step{'s' * (len(beyond) > 1)} of the position contradict{'s' * (len(beyond) == 1)} the "
@@ -398,7 +398,7 @@ def _steps(fixes: FixStream, delay: float) -> list[Finding]:
                 doubtful_codes=codes,
             )
         )
-    return found
+    return findings
 
 
 def _doubtful_codes(fixes: FixStream, good: Mask, short: Mask, beyond: NDArray[np.intp]) -> list[int]:

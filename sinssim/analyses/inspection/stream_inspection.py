@@ -134,7 +134,7 @@ def inspect_streams(files: Sequence[Streams], described: Described | None = None
     Raises:
         InputError: no file has inertial readings or fixes.
     """
-    result, said = Inspection(), described or Described()
+    result, description = Inspection(), described or Described()
     for streams in files:
         result.findings += _of_file(streams)
     inertial = [(s, name, i) for s in files for name, i in s.inertial.items()]
@@ -147,7 +147,7 @@ def inspect_streams(files: Sequence[Streams], described: Described | None = None
         result.findings += time_findings(fixes[0][1], result.fixes.time, "fixes")
         delay = velocity_delay(result.fixes)
         result.velocity_delay = delay.value if delay is not None and _delayed(delay, _step(result.fixes)) else None
-        result.findings += _delay_findings(result.fixes, delay, said.delay)
+        result.findings += _delay_findings(result.fixes, delay, description.delay)
         result.findings += fix_findings(result.fixes, result.velocity_delay or 0.0)
     if not inertial:
         return result
@@ -158,7 +158,7 @@ def inspect_streams(files: Sequence[Streams], described: Described | None = None
         return result
     moves = None
     if fixes:
-        readings, moves = _inspect_together(result, readings, inertial[0][0], fixes[0][0], said)
+        readings, moves = _inspect_together(result, readings, inertial[0][0], fixes[0][0], description)
     result.quiet = at_rest(*readings, moves)
     every = np.ones(len(readings[0]), dtype=bool)
     result.fast = fast_noise(readings[0], readings[1], every), fast_noise(readings[0], readings[2], every)
@@ -169,9 +169,9 @@ def inspect_streams(files: Sequence[Streams], described: Described | None = None
 
 def _of_file(streams: Streams) -> Iterable[Finding]:
     """Yield findings on a file as such."""
-    held = [*streams.inertial, *streams.fixes, *streams.solutions, *(o.name for o in streams.others)]
+    contents = [*streams.inertial, *streams.fixes, *streams.solutions, *(o.name for o in streams.others)]
     name = str(streams.path)
-    yield fact(name, f"Format {streams.format}: {', '.join(held) or 'nothing usable'}. {_clock(streams)}")
+    yield fact(name, f"Format {streams.format}: {', '.join(contents) or 'nothing usable'}. {_clock(streams)}")
     for note in streams.notes:
         yield fact(name, note)
 
@@ -182,11 +182,11 @@ def _clock(streams: Streams) -> str:
     return f"Clock: {words}{f', {clock.note}' if clock.note else ''}."
 
 
-def _delay_findings(fixes: FixStream, found: Delay | None, described: float) -> list[Finding]:
+def _delay_findings(fixes: FixStream, delay_of_velocities: Delay | None, described: float) -> list[Finding]:
     """Return the finding on the delay of the velocities, which a description may give already."""
-    if found is None:
+    if delay_of_velocities is None:
         return []
-    delay, sigma = found.value, found.sigma
+    delay, sigma = delay_of_velocities.value, delay_of_velocities.sigma
     step = _step(fixes)
     numbers = {"velocity_delay_s": delay, "sigma_s": sigma if np.isfinite(sigma) else None}
     if not sigma < _SHOWN_DELAY * step:
@@ -197,7 +197,7 @@ def _delay_findings(fixes: FixStream, found: Delay | None, described: float) -> 
         return [fact("fixes", f"{text}; {1e3 * described:.0f} ms are described.", **numbers)]
     if described:
         text += f"; {1e3 * described:.0f} ms are described"
-    elif not _delayed(found, step):
+    elif not _delayed(delay_of_velocities, step):
         return [fact("fixes", f"{text}: no delay is described.", **numbers)]
     why = " (half an interval: they are means over it)" if abs(delay / step - 0.5) < 0.15 else ""
     return [doubt("fixes", f"{text}{why}.", f"Describe a velocity delay of {delay:.3f} s.", **numbers)]
@@ -207,9 +207,9 @@ _SHOWN_DELAY = 1.0 / 6.0
 """Largest 1σ of a delay that the data show, in intervals of the fixes: half an interval is then 3σ."""
 
 
-def _delayed(found: Delay, step: float) -> bool:
+def _delayed(delay: Delay, step: float) -> bool:
     """Return whether the data show that velocities are older, by a tenth of the interval of the fixes or more."""
-    return found.sigma < _SHOWN_DELAY * step and abs(found.value) >= max(0.1 * step, 3.0 * found.sigma)
+    return delay.sigma < _SHOWN_DELAY * step and abs(delay.value) >= max(0.1 * step, 3.0 * delay.sigma)
 
 
 def _step(fixes: FixStream) -> float:
@@ -242,11 +242,11 @@ def _inspect_readings(result: Inspection) -> Readings | None:
         if known.any():
             place = float(np.median(fixes.latitude[known])), float(np.median(fixes.height[known]))
             gravity = float(np.linalg.norm(earth.gravity_ned(*place)))
-    found = scale_finding(stream, at_rest(time, rate, force), gravity)
-    result.findings.append(found)
-    if found.grade != "wrong":
+    of_scale = scale_finding(stream, at_rest(time, rate, force), gravity)
+    result.findings.append(of_scale)
+    if of_scale.grade != "wrong":
         return time, rate, force
-    factor = found.numbers.get("of_right_unit")
+    factor = of_scale.numbers.get("of_right_unit")
     if factor is None:
         return None
     result.reading = np.eye(3), np.eye(3) / factor
@@ -277,32 +277,32 @@ def _inspect_together(
         return readings, None
     time, rate, force = readings
     clocks = of_unit.clock, of_receiver.clock
-    found = agreement(readings, fixes, *clocks, described.axes, result.inertial.kind)
-    result.findings += found.readings
-    rate, force = rate @ found.gyro.T, force @ found.accel.T
+    agreed = agreement(readings, fixes, *clocks, described.axes, result.inertial.kind)
+    result.findings += agreed.readings
+    rate, force = rate @ agreed.gyro.T, force @ agreed.accel.T
     before = (np.eye(3), np.eye(3)) if result.reading is None else result.reading
-    if any(finding.grade == "wrong" for finding in found.readings) or result.reading is not None:
-        result.reading = found.gyro @ before[0], found.accel @ before[1]
-    if found.offset is None:
-        result.findings.append(_apart(time, fixes, found.stated))
-        moves = None if found.stated is None else motion_of(fixes, found.stated)
+    if any(finding.grade == "wrong" for finding in agreed.readings) or result.reading is not None:
+        result.reading = agreed.gyro @ before[0], agreed.accel @ before[1]
+    if agreed.offset is None:
+        result.findings.append(_apart(time, fixes, agreed.stated))
+        moves = None if agreed.stated is None else motion_of(fixes, agreed.stated)
         return (time, rate, force), moves
-    offset = found.offset
+    offset = agreed.offset
     if offset.shown:
         time, offset = _without_drift(result, (time, rate, force), fixes, offset)
     delay = result.velocity_delay or 0.0
-    shown = replace(found, offset=offset)
+    shown = replace(agreed, offset=offset)
     result.findings.append(offset_finding(shown, offset.value + delay, *clocks))
     if offset.shown:
         result.offset = offset.value + delay
         if result.findings[-1].grade == "doubt":
-            result.late = result.offset - (found.stated or 0.0)
-    elif found.stated is None:
+            result.late = result.offset - (agreed.stated or 0.0)
+    elif agreed.stated is None:
         return (time, rate, force), None
-    at = offset.value if offset.shown or found.stated is None else found.stated
-    if any(f.grade == "fact" for f in found.readings):
+    at = offset.value if offset.shown or agreed.stated is None else agreed.stated
+    if any(f.grade == "fact" for f in agreed.readings):
         result.residual = offset.match.residual
-    elif found.readings and found.readings[-1].numbers.get("turns_agree"):
+    elif agreed.readings and agreed.readings[-1].numbers.get("turns_agree"):
         # only the turns of the course show the reading: the velocities have errors that last, which no mean removes
         result.residual, result.lasting = float(offset.match.each.max()), True
     if result.residual is not None:
@@ -319,9 +319,9 @@ def _inspect_together(
         clock, given = reference
         origins = clock.origin_gps_s, clocks[0].origin_gps_s
         shift = origins[0] - origins[1] if origins[0] is not None and origins[1] is not None else 0
-        said = attitude_finding(curve, fixes, offset.match, offset.value, given.time + shift, reference[1].q_nb)
-        result.findings += [] if said is None else [said]
-    confirmed = offset.shown or result.mounting is not None or any(f.grade == "fact" for f in found.readings)
+        of_attitude = attitude_finding(curve, fixes, offset.match, offset.value, given.time + shift, reference[1].q_nb)
+        result.findings += [] if of_attitude is None else [of_attitude]
+    confirmed = offset.shown or result.mounting is not None or any(f.grade == "fact" for f in agreed.readings)
     if result.residual is not None and not confirmed:
         result.findings.append(_UNCONFIRMED)
     return (readings[0], rate, force), motion_of(fixes, at)
@@ -357,16 +357,16 @@ def _without_drift(
 ) -> tuple[Array, Offset]:
     """Return times that run as fast as those of the receiver, with the offset of these times; add the finding."""
     time = readings[0]
-    found = clock_drift(readings, fixes, offset, GOOD * fixes.sigma)
-    if found is None:
+    drift = clock_drift(readings, fixes, offset, GOOD * fixes.sigma)
+    if drift is None:
         return time, offset
-    even = even_times(time, found.value)
-    late = found.value * float(time[-1] - time[0])
+    even = even_times(time, drift.value)
+    late = drift.value * float(time[-1] - time[0])
     better = fine_offset(pushed(even, *readings[1:]), fixes, offset.value - 0.5 * late)
     if better is None or better.match.residual > offset.match.residual:
         return time, offset
-    result.drift = found.value
-    ppm, sigma = 1e6 * found.value, 1e6 * found.sigma
+    result.drift = drift.value
+    ppm, sigma = 1e6 * drift.value, 1e6 * drift.sigma
     text = (
         f"The unit's clock runs {'fast' if ppm > 0.0 else 'slow'} by {abs(ppm):.0f} ± {sigma:.0f} ppm relative to that "
         f"of the fixes: {abs(late):.3f} s over the log."
@@ -376,17 +376,17 @@ def _without_drift(
     return even, better
 
 
-def _mounting_finding(found: Mounting) -> Finding:
+def _mounting_finding(mount: Mounting) -> Finding:
     """Return the finding on the mounting."""
-    roll, pitch, yaw = np.degrees(found.angles)
-    sigma = np.degrees(found.sigma)
+    roll, pitch, yaw = np.degrees(mount.angles)
+    sigma = np.degrees(mount.sigma)
     text = (
-        f"If the vehicle moves where it points, x, y, z of the unit point {', '.join(found.axes)}, turned by roll "
-        f"{roll:.2f}°, pitch {pitch:.2f} ± {sigma[0]:.2f}°, yaw {yaw:.2f} ± {sigma[1]:.2f}° (from {found.windows} "
+        f"If the vehicle moves where it points, x, y, z of the unit point {', '.join(mount.axes)}, turned by roll "
+        f"{roll:.2f}°, pitch {pitch:.2f} ± {sigma[0]:.2f}°, yaw {yaw:.2f} ± {sigma[1]:.2f}° (from {mount.windows} "
         "windows)."
     )
-    numbers = {"axes": list(found.axes), "mounting_deg": [float(roll), float(pitch), float(yaw)]}
-    if not found.known:
+    numbers = {"axes": list(mount.axes), "mounting_deg": [float(roll), float(pitch), float(yaw)]}
+    if not mount.known:
         return doubt(
             "mounting", f"Is this the mounting? {text}", "The motion hardly shows it: see how it is.", **numbers
         )

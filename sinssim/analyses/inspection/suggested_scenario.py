@@ -74,12 +74,7 @@ def suggested_scenario(
         lines.append("check_scale = false  # the specific force is far from gravity: is that the motion?")
     lines += list(_tables("log.imu", keys))
     if fixes is not None:
-        lines += ["", "[log.gnss]", f"file = {_text(relative(fixes[0], folder))}", *_file_keys(fixes[1])]
-        if inspection.velocity_delay is not None and abs(inspection.velocity_delay) > 1e-3:
-            lines.append(f"velocity_delay_s = {inspection.velocity_delay:.3f}  # velocities are older than positions")
-        if inspection.fixes is not None and inspection.fixes.datum != "ellipsoid":
-            lines.append("# geoid_height_m = 0.0  # the geoid's height there, if the heights are above mean sea level")
-        lines += [*_sigmas(inspection), *_quality(inspection), *_tables("log.gnss", fixes[1])]
+        lines += _gnss(inspection, relative(fixes[0], folder), fixes[1])
     if reference is not None:
         lines += [
             "",
@@ -97,6 +92,16 @@ def suggested_scenario(
     if fixes is None and reference is not None and inspection.mounting is not None:
         lines += ["", "[aiding.gnss]  # simulated from the reference: the files contain no fixes"]
     return "\n".join(lines) + "\n"
+
+
+def _gnss(inspection: Inspection, file: str, keys: dict[str, Any]) -> Iterator[str]:
+    """Yield the table [log.gnss]."""
+    yield from ("", "[log.gnss]", f"file = {_text(file)}", *_file_keys(keys))
+    if inspection.velocity_delay is not None and abs(inspection.velocity_delay) > 1e-3:
+        yield f"velocity_delay_s = {inspection.velocity_delay:.3f}  # velocities are older than positions"
+    if inspection.fixes is not None and inspection.fixes.datum != "ellipsoid":
+        yield "# geoid_height_m = 0.0  # the geoid's height there, if the heights are above mean sea level"
+    yield from (*_sigmas(inspection), *_quality(inspection), *_tables("log.gnss", keys))
 
 
 def _begin(inspection: Inspection, *, of_reference: bool) -> Iterator[str]:
@@ -141,10 +146,10 @@ def _course(inspection: Inspection, curve: Seen) -> tuple[float, float] | None:
     sigma = np.full(len(curve.time), size)
     north = np.sum(curve.relative * curve.north, axis=1)
     east = np.sum(curve.relative * np.cross(curve.north, curve.up), axis=1)
-    found = first_course(curve.time[later], np.column_stack([north, east])[later], sigma[later])
-    if found is None:
+    first = first_course(curve.time[later], np.column_stack([north, east])[later], sigma[later])
+    if first is None:
         return None
-    k = int(np.flatnonzero(later)[found[0]])
+    k = int(np.flatnonzero(later)[first[0]])
     return float(curve.time[k]) + (inspection.offset or 0.0), float(np.arctan2(east[k], north[k]))
 
 
@@ -154,12 +159,12 @@ def _sideways(inspection: Inspection) -> bool:
     course = None if curve is None else _course(inspection, curve)
     if course is None or inspection.attitude is None or inspection.mounting is None:
         return False
-    found = inspection.attitude(course[0])
-    if found is None:
+    matched = inspection.attitude(course[0])
+    if matched is None:
         return False
-    heading = inspection.mounting.of_vehicle(found[0])[2]
+    heading = inspection.mounting.of_vehicle(matched[0])[2]
     off = abs((heading - course[1] + np.pi) % (2.0 * np.pi) - np.pi)
-    return bool(off > 3.0 * np.hypot(found[1], WORST))
+    return bool(off > 3.0 * np.hypot(matched[1], WORST))
 
 
 def _start(inspection: Inspection) -> list[str]:
@@ -171,14 +176,14 @@ def _start(inspection: Inspection) -> list[str]:
     unit = inspection.inertial
     assert unit is not None
     lines, named = ["", "[log.start]"], unit.axes is not None or inspection.mounting is not None
-    found = None
+    matched = None
     sideways = unit.axes is None and _sideways(inspection)
     if inspection.attitude is not None and (sideways or not named):
-        found = inspection.attitude(float(unit.time[0]) + starts(inspection))
-    if found is not None:
+        matched = inspection.attitude(float(unit.time[0]) + starts(inspection))
+    if matched is not None:
         placed = inspection.mounting
-        roll, pitch, heading = np.degrees(found[0] if placed is None else placed.of_vehicle(found[0]))
-        why = f"by the match with the fixes, ± {np.degrees(found[1]):.1f}°: the "
+        roll, pitch, heading = np.degrees(matched[0] if placed is None else placed.of_vehicle(matched[0]))
+        why = f"by the match with the fixes, ± {np.degrees(matched[1]):.1f}°: the "
         why += "mounting is not known" if placed is None else "vehicle does not point along its first course"
         return [
             *lines,
@@ -401,5 +406,5 @@ def _grade(noise: float) -> str:
 
 
 def _gravity(inspection: Inspection) -> float:
-    found = next((f.numbers for f in inspection.findings if "of_gravity" in f.numbers), None)
-    return found["specific_force_mps2"] / found["of_gravity"] if found else G0
+    of_scale = next((f.numbers for f in inspection.findings if "of_gravity" in f.numbers), None)
+    return of_scale["specific_force_mps2"] / of_scale["of_gravity"] if of_scale else G0

@@ -361,8 +361,8 @@ def time_column(table: TextTable) -> tuple[int, str, float]:
         units = sorted(_units(table, k, middle), reverse=True)
         if units:
             sure = units[0][0] == np.inf or len(units) == 1
-            own = says(word, r"header\W*stamp")  # of ROS: that of the sensor, not that of the recording
-            best = min(best, (spread - 10.0 * says_time(word) - 5.0 * sure - 1.0 * own, k, units))
+            of_sensor = says(word, r"header\W*stamp")  # of ROS: that of the sensor, not that of the recording
+            best = min(best, (spread - 10.0 * says_time(word) - 5.0 * sure - 1.0 * of_sensor, k, units))
     _, k, units = best
     if k < 0:
         counts = [str(word) for word in table.words or () if means(word, "count") and not says_time(word)]
@@ -448,9 +448,9 @@ def uneven(values: Array) -> float:
     return float(np.log10(max(noise.max(), 1e-30) / max(noise.min(), 1e-30)))
 
 
-def copies(table: TextTable, one: Three, other: Three) -> bool:
+def copies(table: TextTable, first: Three, other: Three) -> bool:
     """Return whether three columns are those of another triad in another unit."""
-    pairs = table.values[:, [*one, *other]]
+    pairs = table.values[:, [*first, *other]]
     pairs = pairs[np.isfinite(pairs).all(axis=1)]
     return bool(len(pairs) > 3 and all(abs(np.corrcoef(pairs[:, k], pairs[:, k + 3])[0, 1]) > _COPY for k in range(3)))
 

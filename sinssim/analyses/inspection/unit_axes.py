@@ -14,7 +14,7 @@ from __future__ import annotations
 from collections.abc import Iterator
 from dataclasses import dataclass
 from itertools import permutations, product
-from typing import Any, Literal
+from typing import Any, Literal, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -48,37 +48,42 @@ _AXIS_SET_NAMES = {"°/s": "deg/s", "rad/s": "rad/s"}
 
 def _others(interval: float, kind: Literal["rates", "increments"]) -> Iterator[tuple[str, str, Array, Array]]:
     """Yield what another reading is, what would be right, and the matrices of gyros and accelerometers."""
-    one = np.eye(3)
+    identity = np.eye(3)
     for right, stated, key, ratio in _RATIOS:
-        yield f"the rates are in {right} and were taken for {stated}", f'the unit "{key}"', one * ratio, one
+        yield f"the rates are in {right} and were taken for {stated}", f'the unit "{key}"', identity * ratio, identity
         yield (
             f"the rates are in {stated} and were taken for {right}",
             f'the unit "{_AXIS_SET_NAMES[stated]}"',
-            one / ratio,
-            one,
+            identity / ratio,
+            identity,
         )
     if kind == "rates":
-        yield "the gyros give increments, not rates", 'kind = "increments"', one / interval, one
+        yield "the gyros give increments, not rates", 'kind = "increments"', identity / interval, identity
     else:
-        yield "the gyros give rates, not increments", 'kind = "rates"', one * interval, one
-    yield "the gyros' signs are opposite to those of right-handed axes", "all gyros with the other sign", -one, one
-    yield "the accelerometers give gravity's direction (down at rest)", "them with the other sign", one, -one
+        yield "the gyros give rates, not increments", 'kind = "rates"', identity * interval, identity
+    yield (
+        "the gyros' signs are opposite to those of right-handed axes",
+        "all gyros with the other sign",
+        -identity,
+        identity,
+    )
+    yield "the accelerometers give gravity's direction (down at rest)", "them with the other sign", identity, -identity
     mirror = np.diag((1.0, -1.0, 1.0))
     yield "gyros and accelerometers have left-handed axes", "one axis of both with the other sign", mirror, mirror
     for k, name in enumerate("xyz"):
         sign = np.diag([-1.0 if j == k else 1.0 for j in range(3)])
-        yield f"the {name} gyro has the opposite sign", f"the {name} gyro with the other sign", sign, one
+        yield f"the {name} gyro has the opposite sign", f"the {name} gyro with the other sign", sign, identity
         both = -sign
         rest = " and ".join(n for n in "xyz" if n != name)
-        yield f"the {rest} gyros have the opposite sign", "these gyros with the other sign", both, one
+        yield f"the {rest} gyros have the opposite sign", "these gyros with the other sign", both, identity
     for order in permutations(range(3)):
         if order != (0, 1, 2):
             names = ", ".join("xyz"[k] for k in order)
             yield (
                 f"the gyros' columns are in another order: {names}",
                 "the columns in that order",
-                one[list(order)],
-                one,
+                identity[list(order)],
+                identity,
             )
 
 
@@ -123,8 +128,8 @@ def judge_reading(
         A fact if the stated reading fits best, an error with the right reading if another one fits clearly better, a
         doubt if the motion does not tell.
     """
-    own = match(pushed(time, rate, force, _RATE), fixes, offset, most=_WINDOWS, window=window)
-    if not len(own.each):
+    stated = match(pushed(time, rate, force, _RATE), fixes, offset, most=_WINDOWS, window=window)
+    if not len(stated.each):
         return Reading([])
     largest = float(np.ptp(fixes.relative, axis=0).max())
     if largest < _MANOEUVRES * fixes.sigma:
@@ -132,8 +137,7 @@ def judge_reading(
         return Reading([doubt("units and axes", text, "Inspect a part of the log with manoeuvres.")])
     interval = float(np.median(np.diff(time)))
     # a wrong reading spoils the offset as well: others are then tried over its whole range
-    offsets = [offset] if own.residual < _GOOD * fixes.sigma else [offset, *(about + np.arange(-0.9, 1.0, 0.3))]
-    best: tuple[float, str, str, Array, Array] = (np.inf, "", "", np.eye(3), np.eye(3))
+    offsets = [offset] if stated.residual < _GOOD * fixes.sigma else [offset, *(about + np.arange(-0.9, 1.0, 0.3))]
 
     def least(gyro: Array, accel: Array) -> float:
         curve = pushed(time, rate @ gyro.T, force @ accel.T, _RATE)
@@ -143,62 +147,77 @@ def judge_reading(
         return turns_apart(time, rate @ gyro.T, force @ accel.T, fixes, offset)
 
     without_turns = least(np.zeros((3, 3)), np.eye(3))
-    stated_turns, by_turns, refuted = turned(np.eye(3), np.eye(3)), None, False
+    stated_turns, refuted = turned(np.eye(3), np.eye(3)), False
+    best, by_turns = _Other(), _Other()
     for meaning, right, *of_columns in _others(interval, kind):
         gyro, accel = (axes @ matrix @ axes.T for matrix in of_columns)
-        size = float(np.percentile(np.linalg.norm(rate @ gyro.T, axis=1), 90.0))
-        if size > 100.0:  # rad/s, beyond any vehicle
+        if float(np.percentile(np.linalg.norm(rate @ gyro.T, axis=1), 90.0)) > 100.0:  # rad/s, beyond any vehicle
             continue
-        residual = least(gyro, accel)
+        other = _Other(least(gyro, accel), meaning, right, gyro, accel)
         scaled = not np.isclose(abs(np.linalg.det(gyro)), 1.0)
-        if scaled and CLEARLY * residual > without_turns:  # any unit in which the rates are tiny fits straight motion
+        if scaled and CLEARLY * other.residual > without_turns:  # any unit with tiny rates fits straight motion
             continue
-        one = (residual, meaning, right, gyro, accel)
-        if own.residual / CLEARLY < residual < CLEARLY * own.residual:  # the turns of the course may decide
+        if stated.residual / CLEARLY < other.residual < CLEARLY * stated.residual:  # the turns may decide
             apart = turned(gyro, accel)
-            if (
-                stated_turns > CLEARLY * apart
-                and residual <= own.residual
-                and (by_turns is None or residual < by_turns[0])
-            ):
-                by_turns = one
+            if stated_turns > CLEARLY * apart and other.residual <= stated.residual:
+                by_turns = min(by_turns, other, key=lambda each: each.residual)
             if apart > CLEARLY * stated_turns:
                 refuted = True
                 continue
-        if residual < best[0]:
-            best = one
-    explained = own.residual <= _EXPLAINED * own.moved
+        best = min(best, other, key=lambda each: each.residual)
+    return _judged(stated, best, by_turns, window, refuted=refuted)
+
+
+class _Other(NamedTuple):
+    """Another reading: residual [m/s], what it is, what would be right, and matrices to the right readings, (3, 3)."""
+
+    residual: float = np.inf
+    meaning: str = ""
+    right: str = ""
+    gyro: Array = np.eye(3)
+    accel: Array = np.eye(3)
+
+
+def _judged(stated: Match, best: _Other, by_turns: _Other, window: float, *, refuted: bool) -> Reading:
+    """Return the reading that the fixes show.
+
+    Args:
+        best: the best other one by the velocities.
+        by_turns: the best one that also explains the turns of the course, which the stated one does not.
+        refuted: whether the turns refute another one.
+    """
+    explained = stated.residual <= _EXPLAINED * stated.moved
     numbers: dict[str, Any] = {
-        "residual_mps": own.residual,
-        "residual_of_best_other_mps": best[0],
-        "best_other": best[1],
+        "residual_mps": stated.residual,
+        "residual_of_best_other_mps": best.residual,
+        "best_other": best.meaning,
     }
     numbers |= {"turns_agree": True} if refuted and explained else {}
     text = (
-        f"In windows of {window:.3g} s the data agree with the velocities of the fixes to {own.residual:.3g} m/s rms"
+        f"In windows of {window:.3g} s the data agree with the velocities of the fixes to {stated.residual:.3g} m/s rms"
         f"{', and in their turns with the course' if refuted else ''}; the best alternative interpretation, that "
-        f"{best[1]}, agrees to {best[0]:.3g} m/s."
+        f"{best.meaning}, agrees to {best.residual:.3g} m/s."
     )
-    if own.residual > CLEARLY * best[0]:
-        found = wrong("units and axes", text, f"Describe the log with {best[2]}.", **numbers)
-        return Reading([found], best[3], best[4])
-    if by_turns is not None:
-        found = wrong(
+    if stated.residual > CLEARLY * best.residual:
+        finding = wrong("units and axes", text, f"Describe the log with {best.right}.", **numbers)
+        return Reading([finding], best.gyro, best.accel)
+    if by_turns.meaning:
+        finding = wrong(
             "units and axes",
-            f"The gyros turn about the vertical otherwise than the course of the fixes, unless {by_turns[1]}: then the "
-            f"data also agree with the velocities in windows of {window:.3g} s to {by_turns[0]:.3g} m/s rms instead of "
-            f"{own.residual:.3g} m/s.",
-            f"Describe the log with {by_turns[2]}.",
-            **{**numbers, "best_other": by_turns[1]},
+            f"The gyros turn about the vertical otherwise than the course of the fixes, unless {by_turns.meaning}: "
+            f"then the data also agree with the velocities in windows of {window:.3g} s to {by_turns.residual:.3g} m/s "
+            f"rms instead of {stated.residual:.3g} m/s.",
+            f"Describe the log with {by_turns.right}.",
+            **{**numbers, "best_other": by_turns.meaning},
         )
-        return Reading([found], by_turns[3], by_turns[4])
-    if best[0] > CLEARLY * own.residual:
+        return Reading([finding], by_turns.gyro, by_turns.accel)
+    if best.residual > CLEARLY * stated.residual:
         return Reading([fact("units and axes", f"{text} Units, signs and handedness are correct.", **numbers)])
     fix = "The motion does not distinguish the two: verify the description."
     if not explained:
         text = (
-            f"In windows of {window:.3g} s the velocity of the fixes changes by {own.moved:.3g} m/s rms, and the data "
-            f"explain it to {own.residual:.3g} m/s only; so does every other interpretation of the columns."
+            f"In windows of {window:.3g} s the velocity of the fixes changes by {stated.moved:.3g} m/s rms, and the "
+            f"data explain it to {stated.residual:.3g} m/s only; so does every other interpretation of the columns."
         )
         fix = (  # probably: so it was in seven of eight public logs whose suggested scenario was run
             "Navigation with these inertial data is probably worse than the fixes alone. Likely causes: the unit moves "
@@ -333,14 +352,14 @@ def attitude_finding(
     error = rotation.rotation_vector_from_quaternion(rotation.quaternion_from_dcm(other @ np.swapaxes(c_nb, -1, -2)))
     off = np.degrees(np.sqrt(np.mean(np.square(error), axis=0)))
     tilt, heading, count = float(np.hypot(off[0], off[1])), float(off[2]), len(np.unique(window[used]))
-    own = float(np.sqrt(np.mean(uncertain[window[used]] ** 2)))
+    uncertainty = float(np.sqrt(np.mean(uncertain[window[used]] ** 2)))
     text = (
         f"The attitude of the reference differs from that of inertial data and fixes without a filter by "
         f"{tilt:.2f}° in tilt and {heading:.2f}° in heading (rms over {count} windows of {agreement.window:g} s, "
-        f"uncertain by about {own:.2g}°)."
+        f"uncertain by about {uncertainty:.2g}°)."
     )
-    numbers = {"tilt_deg": tilt, "heading_deg": heading, "uncertain_deg": own, "windows": count}
-    if max(tilt, heading) < max(_AGREES, 3.0 * own):
+    numbers = {"tilt_deg": tilt, "heading_deg": heading, "uncertain_deg": uncertainty, "windows": count}
+    if max(tilt, heading) < max(_AGREES, 3.0 * uncertainty):
         return fact("reference", text, **numbers)
     fix = "Its axes or its clock differ from the description, or it is wrong: do not judge attitudes by it."
     return doubt("reference", text, fix, **numbers)

@@ -212,15 +212,15 @@ def match(
         [curve.alpha, *(m.reshape(-1, 9) for m in (curve.by_gyro_bias, curve.by_accel_bias))], axis=1
     )
     values = np.stack([np.interp(at, curve.time, column) for column in table.T], axis=1)
-    own = [_Window(fixes.beta[r], values[r]) for r in rows]
-    found = np.zeros(6) if bias is None else bias
+    pieces = [_Window(fixes.beta[r], values[r]) for r in rows]
+    biases = np.zeros(6) if bias is None else bias
     for _ in range(rounds):
-        normal, right = np.diag((fixes.sigma / _BIAS_SIGMA) ** 2), -found * (fixes.sigma / _BIAS_SIGMA) ** 2
-        for one in own:
-            squares, product = one.of_biases(found)
+        normal, right = np.diag((fixes.sigma / _BIAS_SIGMA) ** 2), -biases * (fixes.sigma / _BIAS_SIGMA) ** 2
+        for piece in pieces:
+            squares, product = piece.of_biases(biases)
             normal, right = normal + squares, right + product
-        found = found + np.linalg.solve(normal, right)
-    fits = [one.fit(found) for one in own]
+        biases = biases + np.linalg.solve(normal, right)
+    fits = [piece.fit(biases) for piece in pieces]
     each = np.array([np.sqrt(np.mean(error * error)) for error, _, _, _ in fits])
     return Match(
         float(np.sqrt(np.mean(np.square(each)))),
@@ -228,7 +228,7 @@ def match(
         np.array([float(fixes.time[r[len(r) // 2]]) for r in rows]),
         rotation.quaternion_from_dcm(np.array([c for _, c, _, _ in fits])),
         np.array([strength for _, _, strength, _ in fits]),
-        found,
+        biases,
         window,
         float(np.sqrt(np.mean([np.var(fixes.relative[r], axis=0).mean() for r in rows]))),
     )

@@ -59,19 +59,21 @@ def read(path: Path) -> Streams:
     data = read_bytes(path)
     notes: list[str] = []
     if data.startswith(_SYNC):
-        found = _binary(path, data, notes)
+        messages = _binary(path, data, notes)
     else:
-        found = _text(path, data, notes)
-    found = {name: _present_names(name, message) for name, message in found.items()}
-    inertial = _inertial(found)
-    fixes, origin = _fixes(found)
+        messages = _text(path, data, notes)
+    messages = {name: _present_names(name, message) for name, message in messages.items()}
+    inertial = _inertial(messages)
+    fixes, origin = _fixes(messages)
     if not (inertial or fixes):
         raise InputError(
-            f"{path} holds neither IMU messages with a time nor GPS messages with a fix: {_held(found) or 'none'}."
+            f"{path} holds neither IMU messages with a time nor GPS messages with a fix: {_listed(messages) or 'none'}."
         )
-    untimed = [name for name, message in found.items() if "TimeUS" not in message]
+    untimed = [name for name, message in messages.items() if "TimeUS" not in message]
     if untimed:
-        notes.append(f"Messages without a time of the autopilot are left out: {_held({k: found[k] for k in untimed})}.")
+        notes.append(
+            f"Messages without a time of the autopilot are left out: {_listed({k: messages[k] for k in untimed})}."
+        )
     if len(inertial) > 1:
         notes.append(f"There are {len(inertial)} IMUs: {', '.join(inertial)}.")
     note = "time since the start of the autopilot" + ("" if origin is None else ", by the receiver's GPS time")
@@ -87,9 +89,9 @@ def _present_names(name: str, message: dict[str, Array]) -> dict[str, Array]:
     return {new: message[key] * factor for key, (new, factor) in given.items()}
 
 
-def _held(found: Messages) -> str:
+def _listed(messages: Messages) -> str:
     """Return what messages hold."""
-    return "; ".join(f"{len(next(iter(m.values())))} {name} with {', '.join(m)}" for name, m in found.items())
+    return "; ".join(f"{len(next(iter(m.values())))} {name} with {', '.join(m)}" for name, m in messages.items())
 
 
 def _binary(path: Path, data: bytes, notes: list[str]) -> Messages:
@@ -109,16 +111,16 @@ def _binary(path: Path, data: bytes, notes: list[str]) -> Messages:
             continue
         kind = data[at + 2]
         if kind == _FMT:
-            own, length, name, letters, columns = struct.unpack("<BB4s16s64s", data[at + 3 : at + _FMT_SIZE])
+            number_of_kind, length, name, letters, columns = struct.unpack("<BB4s16s64s", data[at + 3 : at + _FMT_SIZE])
             texts = [part.split(b"\0")[0].decode("latin-1") for part in (name, letters, columns)]
-            layouts[own] = texts[0], texts[1], texts[2].split(",")
-            sizes[own] = length
+            layouts[number_of_kind] = texts[0], texts[1], texts[2].split(",")
+            sizes[number_of_kind] = length
         elif kind in layouts and _WANTED.match(layouts[kind][0]):
             bodies.setdefault(kind, []).append(data[at + 3 : at + size])
         at += size
     if skipped:
         notes.append(f"{skipped} bytes that are no message are left out, the first at byte {first}.")
-    found: Messages = {}
+    messages: Messages = {}
     for kind, parts in bodies.items():
         name, letters, columns = layouts[kind]
         odd = len(letters) != len(set(columns)) or len(columns) != len(letters) or not all(columns)
@@ -130,12 +132,12 @@ def _binary(path: Path, data: bytes, notes: list[str]) -> Messages:
                 f"{path}: the message {name} has {len(parts[0])} bytes; its format needs {dtype.itemsize}."
             )
         rows = np.frombuffer(b"".join(parts), dtype=dtype)
-        found[name] = {
+        messages[name] = {
             column: rows[column].astype(np.float64) * _SCALES.get(letter, 1.0)
             for column, letter in zip(columns, letters, strict=True)
             if letter not in "nNZa"
         }
-    return found
+    return messages
 
 
 def _text(path: Path, data: bytes, notes: list[str]) -> Messages:
@@ -177,29 +179,29 @@ def _text(path: Path, data: bytes, notes: list[str]) -> Messages:
     }
 
 
-def _inertial(found: Messages) -> dict[str, InertialStream]:
+def _inertial(messages: Messages) -> dict[str, InertialStream]:
     """Return the readings of each unit, forward, right, down."""
     streams: dict[str, InertialStream] = {}
     keys = [*("GyrX", "GyrY", "GyrZ"), *("AccX", "AccY", "AccZ")]
     for name in ("IMU", "IMU2", "IMU3"):
-        message = found.get(name)
+        message = messages.get(name)
         if message is None or not {"TimeUS", *keys} <= set(message):
             continue
         rows = np.column_stack([message["TimeUS"] * 1e-6, *(message[key] for key in keys)])
         units = message.get("I", np.full(len(rows), float(name[3:] or 1) - 1.0))
         for unit in np.unique(units):
-            own = rows[units == unit]
+            of_unit = rows[units == unit]
             axes = "forward", "right", "down"
-            streams[f"imu{int(unit)}"] = InertialStream(own[:, 0], own[:, 1:4], own[:, 4:], axes=axes)
+            streams[f"imu{int(unit)}"] = InertialStream(of_unit[:, 0], of_unit[:, 1:4], of_unit[:, 4:], axes=axes)
     return streams
 
 
-def _fixes(found: Messages) -> tuple[dict[str, FixStream], int | None]:
+def _fixes(messages: Messages) -> tuple[dict[str, FixStream], int | None]:
     """Return the fixes of each receiver, and the GPS time of the start of the autopilot."""
     streams: dict[str, FixStream] = {}
     origin: int | None = None
     for name in ("GPS", "GPS2"):
-        message = found.get(name)
+        message = messages.get(name)
         if message is None or not {"TimeUS", "Status", "Lat", "Lng", "Alt", "Spd", "GCrs", "GMS", "GWk"} <= set(
             message
         ):
@@ -210,33 +212,33 @@ def _fixes(found: Messages) -> tuple[dict[str, FixStream], int | None]:
             chosen &= np.append(True, np.diff(message["GMS"]) != 0.0) | ("I" in message)
             if not chosen.any():
                 continue
-            own = {key: values[chosen] for key, values in message.items()}
-            received = own["TimeUS"] * 1e-6
-            measured = own["GWk"] * WEEK + own["GMS"] * 1e-3
+            of_receiver = {key: values[chosen] for key, values in message.items()}
+            received = of_receiver["TimeUS"] * 1e-6
+            measured = of_receiver["GWk"] * WEEK + of_receiver["GMS"] * 1e-3
             start = float(np.max(measured - received))  # the fix that arrived soonest
             origin = round(start) if origin is None else origin
-            streams[f"gps{int(unit)}"] = _stream(own, measured - origin, found.get("GPA"), unit)
+            streams[f"gps{int(unit)}"] = _stream(of_receiver, measured - origin, messages.get("GPA"), unit)
     return streams, origin
 
 
-def _stream(own: dict[str, Array], time: Array, accuracy: dict[str, Array] | None, unit: float) -> FixStream:
-    speed, course = own["Spd"], own["GCrs"] * DEG
-    down = own.get("VZ", np.full(len(speed), np.nan))
+def _stream(gps: dict[str, Array], time: Array, accuracy: dict[str, Array] | None, unit: float) -> FixStream:
+    speed, course = gps["Spd"], gps["GCrs"] * DEG
+    down = gps.get("VZ", np.full(len(speed), np.nan))
     sigma = velocity_sigma = None
     if accuracy is not None and {"HAcc", "VAcc", "SAcc"} <= set(accuracy):
         of = accuracy["I"] == unit if "I" in accuracy else np.ones(len(accuracy["TimeUS"]), dtype=bool)
-        row = np.searchsorted(accuracy["TimeUS"][of], own["TimeUS"]) if of.any() else None
+        row = np.searchsorted(accuracy["TimeUS"][of], gps["TimeUS"]) if of.any() else None
         if row is not None:
             row = np.minimum(row, int(of.sum()) - 1)
             across, vertical, fast = (accuracy[key][of][row] for key in ("HAcc", "VAcc", "SAcc"))
             sigma = np.column_stack([across, across, vertical])
             velocity_sigma = np.column_stack([fast, fast, fast])
-    quality = own["Status"].astype(np.int64)
+    quality = gps["Status"].astype(np.int64)
     return FixStream(
         time,
-        own["Lat"] * DEG,
-        own["Lng"] * DEG,
-        own["Alt"],
+        gps["Lat"] * DEG,
+        gps["Lng"] * DEG,
+        gps["Alt"],
         "mean sea level",
         sigma,
         np.column_stack([speed * np.cos(course), speed * np.sin(course), down]),

@@ -178,7 +178,9 @@ def _track_column(table: NamedTable, quantity: str, notes: list[str]) -> Array |
     if not given or given[0][1] or quantity == "height":
         return table.column(quantity)
     bare = [table.table.column(name, gaps=True) for of in _ATTITUDE for name, unit in table.find(of) if not unit]
-    if quantity in _ATTITUDE and not any(float(np.nanmax(np.abs(own), initial=0.0)) > 2.0 * np.pi for own in bare):
+    if quantity in _ATTITUDE and not any(
+        float(np.nanmax(np.abs(angles), initial=0.0)) > 2.0 * np.pi for angles in bare
+    ):
         name = given[0][0]
         notes.append(
             f"The column {name} has no unit, and its numbers may be degrees or radians: name it {name}_deg or "
@@ -225,7 +227,7 @@ def write_csv(content: Content, place: Path) -> list[str]:
     """Write one file for each stream."""
     name = f"{content.solution_name}.csv"
     _write_csv_solution(content.solution, place / name)
-    said = [
+    sentences = [
         f"{name}: {content.solution_name}; latitude, longitude in degrees, height above the ellipsoid, velocity "
         "north-east-down, quaternion (scalar first) and roll, pitch, heading of forward-right-down axes."
     ]
@@ -234,12 +236,14 @@ def write_csv(content: Content, place: Path) -> list[str]:
         names = [f"dtheta_{axis}_rad" for axis in "xyz"] + [f"dvel_{axis}_mps" for axis in "xyz"]
         columns = columns_of(imu.time, imu.gyro, imu.accel)
         write_columns(place / "imu.csv", columns, header=_csv_header(["time_s", *names]), delimiter=",")
-        said.append(f"imu.csv: {content.imu_name} data, increments over the interval that ends at the time.")
+        sentences.append(f"imu.csv: {content.imu_name} data, increments over the interval that ends at the time.")
     for receiver, fixes in content.fixes.items():
         _write_csv_fixes(fixes, place / f"{receiver}.csv")
         arm = ", ".join(f"{value:g}" for value in content.run.lever_arm(receiver))
-        said.append(f"{receiver}.csv: fixes of the antenna, which is at {arm} m (forward, right, down) of the IMU.")
-    return [*said, "time_s is the run's own time."]
+        sentences.append(
+            f"{receiver}.csv: fixes of the antenna, which is at {arm} m (forward, right, down) of the IMU."
+        )
+    return [*sentences, "time_s is the run's own time."]
 
 
 def _csv_header(names: list[str]) -> str:
@@ -312,18 +316,20 @@ def write_mat(content: Content, place: Path) -> list[str]:
     from scipy.io import savemat
 
     week, seconds = week_and_seconds(content.start_gps_s)
-    found: dict[str, Any] = {"start": {"gps_week": float(week), "gps_seconds_of_week": float(seconds)}}
+    variables: dict[str, Any] = {"start": {"gps_week": float(week), "gps_seconds_of_week": float(seconds)}}
     for name in content.run.solutions:
-        found[_mat_name(name)] = _mat_solution(content.run.solution(name))
+        variables[_mat_name(name)] = _mat_solution(content.run.solution(name))
     if content.imu_name is not None:
-        found["imu"] = _mat_imu(content.imu)
+        variables["imu"] = _mat_imu(content.imu)
     for name, fixes in content.fixes.items():
-        found[_mat_name(name)] = {**_mat_fixes(fixes), "lever_arm_m": np.array(content.run.lever_arm(name))}
-    largest = max(value.nbytes for part in found.values() for value in part.values() if isinstance(value, np.ndarray))
+        variables[_mat_name(name)] = {**_mat_fixes(fixes), "lever_arm_m": np.array(content.run.lever_arm(name))}
+    largest = max(
+        value.nbytes for part in variables.values() for value in part.values() if isinstance(value, np.ndarray)
+    )
     if largest > _MAT_LARGEST:
         raise InputError(f"a column of this run has {largest / 1e9:.1f} GB; a .mat file of version 5 holds 2 GB each.")
-    savemat(place, found, oned_as="column", do_compression=True)
-    names = ", ".join(found)
+    savemat(place, variables, oned_as="column", do_compression=True)
+    names = ", ".join(variables)
     return [
         f"Structures: {names}. Angles in rad, heights above the ellipsoid, velocity north-east-down, quaternions "
         "scalar first, body axes forward-right-down.",
@@ -340,15 +346,15 @@ def _mat_name(name: str) -> str:
 
 
 def _mat_solution(s: SolutionStream) -> dict[str, Any]:
-    found: dict[str, Any] = {
+    fields: dict[str, Any] = {
         "time_s": s.time, "latitude_rad": s.latitude, "longitude_rad": s.longitude, "height_m": s.height,
     }  # fmt: skip
     if s.velocity_ned is not None:
-        found["velocity_ned_mps"] = s.velocity_ned
+        fields["velocity_ned_mps"] = s.velocity_ned
     if s.q_nb is not None:
         roll, pitch, heading = rotation.euler_from_quaternion(s.q_nb)
-        found |= {"q_nb": s.q_nb, "roll_rad": roll, "pitch_rad": pitch, "heading_rad": heading}
-    return found
+        fields |= {"q_nb": s.q_nb, "roll_rad": roll, "pitch_rad": pitch, "heading_rad": heading}
+    return fields
 
 
 def _mat_imu(imu: InertialStream) -> dict[str, Any]:
@@ -356,7 +362,7 @@ def _mat_imu(imu: InertialStream) -> dict[str, Any]:
 
 
 def _mat_fixes(f: FixStream) -> dict[str, Any]:
-    found: dict[str, Any] = {
+    fields: dict[str, Any] = {
         "time_s": f.time, "latitude_rad": f.latitude, "longitude_rad": f.longitude, "height_m": f.height,
     }  # fmt: skip
     more = {
@@ -364,7 +370,7 @@ def _mat_fixes(f: FixStream) -> dict[str, Any]:
         "velocity_ned_mps": f.velocity_ned,
         "velocity_sigma_ned_mps": f.velocity_sigma,
     }
-    return found | {name: value for name, value in more.items() if value is not None}
+    return fields | {name: value for name, value in more.items() if value is not None}
 
 
 CSV = Format(recognises_csv, read_csv)

@@ -79,25 +79,25 @@ def split_first(path: Path, delimiter: str = WHITESPACE, skip: int = 0) -> NDArr
     Raises:
         InputError: a stamp is no decimal number.
     """
-    found: list[int] = []
+    stamps: list[int] = []
     for number, fields in text_rows(path, delimiter, skip, cut_rows(path, delimiter, skip)):
         word = fields[0]
         whole, point, decimals = word.partition(".")
         try:
             if not point and len(whole.lstrip("+-0")) >= 16:
-                found.append(int(whole))
+                stamps.append(int(whole))
             elif "e" in word.lower():
-                found.append(round(float(word) * 1e9))
+                stamps.append(round(float(word) * 1e9))
             else:
                 part = int((decimals + "000000000")[:9]) if decimals.isdigit() or not decimals else None
                 if part is None:
                     raise ValueError
-                found.append(int(whole or "0") * NS + (-part if whole.startswith("-") else part))
+                stamps.append(int(whole or "0") * NS + (-part if whole.startswith("-") else part))
         except (ValueError, OverflowError) as error:
             raise InputError(f"{path}, line {number}: {word[:40]!r} is not a stamp.") from error
-        if not -(2**62) < found[-1] < 2**62:
+        if not -(2**62) < stamps[-1] < 2**62:
             raise InputError(f"{path}, line {number}: the stamp {word[:40]} is out of range.")
-    return np.array(found, dtype=np.int64)
+    return np.array(stamps, dtype=np.int64)
 
 
 def recognises_tum(path: Path, head: bytes) -> bool:
@@ -195,11 +195,11 @@ def read_euroc(path: Path) -> Streams:
             raise InputError(f"{file}, line 1: it does not begin with EuRoC's names, #timestamp, w_RS_S_x or p_RS_R_x.")
         rows = read_numbers(file, (7,) if kind == "imu" else (8, 11, 17), notes, delimiter=",")
         check_finite(file, rows[:, :11], "number")
-        own, time = clock_of(split_first(file, ","), "nanoseconds")
+        file_clock, time = clock_of(split_first(file, ","), "nanoseconds")
         if clock is None:
-            clock = own
-        elif clock.origin_gps_s is not None and own.origin_gps_s is not None:
-            time = time + (own.origin_gps_s - clock.origin_gps_s)
+            clock = file_clock
+        elif clock.origin_gps_s is not None and file_clock.origin_gps_s is not None:
+            time = time + (file_clock.origin_gps_s - clock.origin_gps_s)
         if kind == "imu":
             inertial["imu"] = InertialStream(time, rows[:, 1:4], rows[:, 4:7])
         else:
@@ -225,8 +225,8 @@ def recognises_kitti(path: Path, head: bytes) -> bool:
 
 def files_of_kitti(folder: Path) -> list[Path]:
     """Return the files of this format in a folder."""
-    own = _kitti_folder(folder)
-    return [own / "timestamps.txt", *(own / "data").glob("*.txt")]
+    oxts = _kitti_folder(folder)
+    return [oxts / "timestamps.txt", *(oxts / "data").glob("*.txt")]
 
 
 def read_kitti(path: Path) -> Streams:
@@ -276,12 +276,12 @@ def _kitti_numbers(file: Path) -> list[float]:
     if len(words) != _KITTI_FIELDS:
         raise InputError(f"{file}, line 1: it has {len(words)} numbers; {_KITTI_FIELDS} are needed.")
     try:
-        found = [float(word) for word in words]
+        numbers = [float(word) for word in words]
     except ValueError as error:
         raise InputError(f"{file}, line 1: {error}.") from error
-    if not all(map(math.isfinite, found)):
+    if not all(map(math.isfinite, numbers)):
         raise InputError(f"{file}, line 1: a number is not finite.")
-    return found
+    return numbers
 
 
 LOCAL = (

@@ -96,7 +96,7 @@ def write(content: Content, place: Path) -> list[str]:
     _write_table(place / "gyro-0.csv", [f"gyro_{a} (deg/s)" for a in _XYZ], gyro)
     _write_table(place / "accel-0.csv", [f"accel_{a} (m/s^2)" for a in _XYZ], accel)
     _write_truth(truth, rows, place)
-    said = [
+    sentences = [
         f"gyro-0.csv, accel-0.csv: {content.imu_name} data as mean rates over the interval that begins at time.csv.",
         "ref_pos.csv, ref_vel.csv (north-east-down), ref_att_euler.csv (yaw, pitch, roll): the truth at time.csv.",
     ]
@@ -111,8 +111,8 @@ def write(content: Content, place: Path) -> list[str]:
         )
     for receiver, fixes in list(content.fixes.items())[:1]:
         _write_fixes(fixes, place)
-        said.append(f"gps-0.csv, gps_time.csv: fixes of {receiver}, of its antenna.")
-    return [*said, "Body axes forward-right-down, as its default frame. Times are the run's own."]
+        sentences.append(f"gps-0.csv, gps_time.csv: fixes of {receiver}, of its antenna.")
+    return [*sentences, "Body axes forward-right-down, as its default frame. Times are the run's own."]
 
 
 def _write_table(path: Path, heads: list[str] | tuple[str, ...], *parts: Array) -> None:

@@ -82,17 +82,17 @@ def _android_table(path: Path, kind: str, names: dict[str, list[str]], rows: lis
     """Return utcTimeMillis, elapsedRealtimeNanos and x, y, z of a sensor, (N, 5); nothing for fixes."""
     if kind == "Fix":
         return np.empty((0, 5))
-    found = []
+    numbers = []
     for number, fields in rows:
         try:
-            found.append([float(field) for field in fields[1:6]])
+            numbers.append([float(field) for field in fields[1:6]])
         except ValueError as error:
             raise InputError(f"{path}, line {number}: {kind}: {error}.") from error
-        if len(found[-1]) < 5 or not np.isfinite(found[-1]).all():
+        if len(numbers[-1]) < 5 or not np.isfinite(numbers[-1]).all():
             raise InputError(f"{path}, line {number}: {kind} needs two times and three finite numbers.")
     if names[kind][1:3] != ["utcTimeMillis", "elapsedRealtimeNanos"]:
         raise InputError(f"{path}: {kind} has the columns {', '.join(names[kind])}; the two times come first.")
-    table = np.array(found)
+    table = np.array(numbers)
     return np.asarray(table[np.append(True, np.diff(table[:, 1]) > 0.0)])
 
 
@@ -101,7 +101,7 @@ def _android_fixes(
 ) -> tuple[FixStream | None, int | None]:
     """Return the fixes of the satellites, and the Unix time of the start of the phone, whole seconds."""
     sources = {fields[1].lower() for _, fields in rows if len(fields) > 1}
-    source = next((one for one in _ANDROID_PROVIDERS if one in sources), None)
+    source = next((provider for provider in _ANDROID_PROVIDERS if provider in sources), None)
     rows = [(number, fields) for number, fields in rows if len(fields) > 1 and fields[1].lower() == source]
     sensors = [table for table in tables.values() if len(table)]
     if not rows or ("UnixTimeMillis" not in names and "(UTC)TimeInMs" not in names):
@@ -193,8 +193,8 @@ def read_flysight(path: Path) -> Streams:
         return Streams(path, "flysight", clock, fixes={"gnss": fixes}, notes=cut.notes)
     if "IMU" not in rows:
         raise InputError(f"{path} has neither rows $GNSS nor rows $IMU.")
-    own = np.column_stack([of("IMU", name) for name in _FLYSIGHT_IMU])
-    clock, time = Clock("machine", None, "seconds since the start of the device"), own[:, 0]
+    readings = np.column_stack([of("IMU", name) for name in _FLYSIGHT_IMU])
+    clock, time = Clock("machine", None, "seconds since the start of the device"), readings[:, 0]
     if "TIME" in rows:
         ahead = float(np.median(of("TIME", "week") * WEEK + of("TIME", "tow") - of("TIME", "time")))
         origin = int(np.floor(ahead + time[0]))
@@ -203,7 +203,11 @@ def read_flysight(path: Path) -> Streams:
             time + (ahead - origin),
         )
     return Streams(
-        path, "flysight", clock, inertial={"imu": InertialStream(time, own[:, 1:4], own[:, 4:])}, notes=cut.notes
+        path,
+        "flysight",
+        clock,
+        inertial={"imu": InertialStream(time, readings[:, 1:4], readings[:, 4:])},
+        notes=cut.notes,
     )
 
 

@@ -103,8 +103,8 @@ def read_gpx(path: Path) -> Streams:
             + ": record a track, or travel a route with track.speed_mps."
         )
     place = np.array([_gpx_place(path, number, point) for number, point in enumerate(points, start=1)])
-    found = [_gpx_time(path, number, point) for number, point in enumerate(points, start=1)]
-    missing = [number for number, moment in enumerate(found, start=1) if moment is None]
+    moments = [_gpx_time(path, number, point) for number, point in enumerate(points, start=1)]
+    missing = [number for number, moment in enumerate(moments, start=1) if moment is None]
     if missing:
         few = (
             "no point has a time" if len(missing) == len(points) else f"point {missing[0]} of {len(points)}: no <time>"
@@ -113,12 +113,12 @@ def read_gpx(path: Path) -> Streams:
             f"{path}: {few}; a recorded track needs the time of every point. A track without times is "
             "travelled at a constant speed with track.speed_mps."
         )
-    time = np.array([moment for moment, _ in filter(None, found)])
+    time = np.array([moment for moment, _ in filter(None, moments)])
     origin = int(np.floor(time[0]))
     notes = []
     if len(segments) > 1:
         notes.append(f"{len(segments)} segments of {' + '.join(str(len(s)) for s in segments[:8])} points are joined.")
-    if not all(zone for _, zone in filter(None, found)):
+    if not all(zone for _, zone in filter(None, moments)):
         notes.append("Times without a time zone are taken as UTC.")
     height = np.array([_gpx_number(point.findtext("ele")) for point in points])
     fixes = FixStream(time - origin, place[:, 0] * DEG, place[:, 1] * DEG, height, "mean sea level")
@@ -308,8 +308,8 @@ def dates(content: Content, time: Array) -> list[str]:
     unix = unix_from_gps(content.start_gps_s + time)
     start = datetime(1970, 1, 1, tzinfo=UTC)
     ms = np.round(unix * 1e3).astype(np.int64)
-    found = (start + timedelta(milliseconds=value) for value in ms.tolist())
-    return [f"{date:%Y-%m-%dT%H:%M:%S}.{date.microsecond // 1000:03d}Z" for date in found]
+    moments = (start + timedelta(milliseconds=value) for value in ms.tolist())
+    return [f"{date:%Y-%m-%dT%H:%M:%S}.{date.microsecond // 1000:03d}Z" for date in moments]
 
 
 HEIGHTS = (

@@ -32,7 +32,7 @@ _UNITS = re.compile(r"\([^)]*\)")
 def recognises(path: Path, head: bytes) -> bool:
     """Return whether a line names time, latitude and height as these programs do, with units below it."""
     lines = head.decode("latin-1").splitlines()
-    return any(_is_heading(one, two) for one, two in pairwise(lines))
+    return any(_is_heading(names, units) for names, units in pairwise(lines))
 
 
 def _is_heading(names: str, units: str) -> bool:

@@ -253,16 +253,16 @@ def noise_of(run: RecordedRun) -> tuple[Noise, Noise] | None:
     factor = float(run.scenario.get("filter", {}).get("inertial_noise_factor", 1.0))
     try:
         section = Imu.model_validate(given)
-        found = []
+        noises = []
         for triad in ("gyro", "accel"):
             size: dict[str, Any] = {term.field: np.hypot(*section.stated(term)) for term in of_triad(triad)}
             driven = float(factor * size["instability"]) ** 2 * 2.0 / float(size["correlation_time"])
             walk = math.sqrt(driven + float(size["rate_walk"]) ** 2)
             bias = np.hypot(size["bias"], factor * size["instability"])
-            found.append(Noise(factor * float(size["random_walk"]), bias, walk, np.asarray(size["scale"])))
+            noises.append(Noise(factor * float(size["random_walk"]), bias, walk, np.asarray(size["scale"])))
     except (InputError, ValueError):
         return None
-    return found[0], found[1]
+    return noises[0], noises[1]
 
 
 def start_of(content: Content) -> tuple[float, NavState]:
@@ -296,11 +296,11 @@ def initial_sigma(content: Content, time: float) -> tuple[Array, Array, Array]:
         `TYPICAL_START`.
     """
     if content.solution_name != "truth" and "filter" in content.run.streams(""):
-        own = content.run.table("filter")
-        row = int(np.searchsorted(own["time_s"], time - _EDGE).clip(max=len(own["time_s"]) - 1))
-        found = tuple(np.array([own[name][row] for name in names]) for names in _OWN)
-        if all(np.isfinite(part).all() and (part > 0.0).all() for part in found):
-            return found[0], found[1], found[2]
+        table = content.run.table("filter")
+        row = int(np.searchsorted(table["time_s"], time - _EDGE).clip(max=len(table["time_s"]) - 1))
+        sigma = tuple(np.array([table[name][row] for name in names]) for names in _OWN)
+        if all(np.isfinite(part).all() and (part > 0.0).all() for part in sigma):
+            return sigma[0], sigma[1], sigma[2]
     return TYPICAL_START
 
 
@@ -379,20 +379,22 @@ def write(content: Content, place: Path) -> list[str]:
             "which KF-GINS does not read. Choose an earlier date with --start."
         )
     write_columns(place / "imu.txt", columns_of(rounded(start + imu.time), imu.gyro, imu.accel))
-    said = [f"imu.txt: {content.imu_name} increments; seconds of week, Δθ [rad], Δv [m/s], forward-right-down."]
+    sentences = [f"imu.txt: {content.imu_name} increments; seconds of week, Δθ [rad], Δv [m/s], forward-right-down."]
     for name, fixes in content.fixes.items():
         _write_gnss(fixes, start, place / f"{name}.txt")
-        said.append(f"{name}.txt: fixes of the antenna; seconds of week, latitude, longitude [°], height [m], σ [m].")
+        sentences.append(
+            f"{name}.txt: fixes of the antenna; seconds of week, latitude, longitude [°], height [m], σ [m]."
+        )
     file = "truth.nav" if content.solution_name == "truth" else f"{content.solution_name}.nav"
     _write_solution(content.solution, week, start, place / file)
-    said.append(f"{file}: week, seconds, latitude, longitude [°], height [m], velocity, roll, pitch, heading [°].")
+    sentences.append(f"{file}: week, seconds, latitude, longitude [°], height [m], velocity, roll, pitch, heading [°].")
     if np.abs(np.diff(content.motion.longitude)).max() > np.pi:
-        said.append("The run crosses the antimeridian, where KF-GINS fails because it subtracts longitudes.")
+        sentences.append("The run crosses the antimeridian, where KF-GINS fails because it subtracts longitudes.")
     known = noise_of(content.run) is not None
     noise = "and the noise of the run's sensors" if known else "and the noise of a MEMS IMU; set that of your sensors"
     (place / "kf-gins.yaml").write_text(configuration(content, start), encoding="utf-8")
     return [
-        *said,
+        *sentences,
         f"kf-gins.yaml: initial state of {content.solution_name}, lever arm of the antenna, {noise}.",
         f"Times are seconds of the GPS week {week}; the time 0 of the run is {start}.",
     ]

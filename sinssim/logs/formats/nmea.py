@@ -63,14 +63,14 @@ def read(path: Path) -> Streams:
             except Exception as error:  # pynmeagps raises various errors for a damaged sentence
                 bad.append(number)
                 first = first or str(error).rstrip(".")[:120]
-    kept = epochs.kept()
-    if not kept:
+    rows = epochs.placed()
+    if not rows:
         why = f" Line {bad[0]}: {first}." if bad else ""
         raise InputError(f"{path} holds no position: GGA, GNS or RMC sentences with a fix are needed.{why}")
     notes = [f"{len(bad)} damaged sentences were left out, the first in line {bad[0]}: {first}."] if bad else []
-    clock, time = _times(kept)
-    fields = {name: np.array([one[name] for one in kept]) for name in _FIELDS if name != "day"}
-    stream, more = _fixes(time, fields, separated=all(one["separated"] for one in kept))
+    clock, time = _times(rows)
+    fields = {name: np.array([row[name] for row in rows]) for name in _FIELDS if name != "day"}
+    stream, more = _fixes(time, fields, separated=all(row["separated"] for row in rows))
     if not clock.note.startswith("UTC"):
         notes.append("No sentence gives the date.")
     return Streams(path, "nmea", clock, fixes={"gnss": stream}, notes=(*notes, *more))
@@ -86,9 +86,9 @@ class _Epochs:
         """Take the numbers of a sentence."""
         _READERS[kind](self, message)
 
-    def kept(self) -> list[dict[str, Any]]:
+    def placed(self) -> list[dict[str, Any]]:
         """Return the instants with a position."""
-        return [one for one in self._all if math.isfinite(one["latitude"]) and math.isfinite(one["longitude"])]
+        return [epoch for epoch in self._all if math.isfinite(epoch["latitude"]) and math.isfinite(epoch["longitude"])]
 
     def _at(self, time: Any) -> dict[str, Any]:
         """Return the record of an instant; a new one if the time changed."""
@@ -96,50 +96,50 @@ class _Epochs:
             raise ValueError("the time is missing")
         seconds = time.hour * 3600 + time.minute * 60 + time.second + 1e-6 * time.microsecond
         if not self._all or self._all[-1]["seconds"] != seconds:
-            one: dict[str, Any] = dict.fromkeys(_FIELDS, math.nan)
-            self._all.append({**one, "seconds": seconds, "separated": True, "quality": -1})
+            epoch: dict[str, Any] = dict.fromkeys(_FIELDS, math.nan)
+            self._all.append({**epoch, "seconds": seconds, "separated": True, "quality": -1})
         return self._all[-1]
 
     def _position(self, m: Any) -> dict[str, Any]:
-        one = self._at(m.time)
-        one["latitude"], one["longitude"] = _number(m.lat), _number(m.lon)
-        return one
+        epoch = self._at(m.time)
+        epoch["latitude"], epoch["longitude"] = _number(m.lat), _number(m.lon)
+        return epoch
 
     def gga(self, m: Any) -> None:
         quality = int(m.quality)
         if not 1 <= quality <= 9:  # 0 is no fix; it is one digit, and anything else is damaged
             return
-        one = self._position(m)
-        self._height(one, m)
-        one["quality"] = quality
+        epoch = self._position(m)
+        self._height(epoch, m)
+        epoch["quality"] = quality
 
     def gns(self, m: Any) -> None:
         if not str(m.posMode).strip("N"):
             return
         self._height(self._position(m), m)
 
-    def _height(self, one: dict[str, Any], m: Any) -> None:
+    def _height(self, epoch: dict[str, Any], m: Any) -> None:
         above, separation = _number(m.alt), _number(m.sep)
-        one["separated"] = math.isfinite(separation)
-        one["height"] = above + (separation if math.isfinite(separation) else 0.0)
+        epoch["separated"] = math.isfinite(separation)
+        epoch["height"] = above + (separation if math.isfinite(separation) else 0.0)
 
     def rmc(self, m: Any) -> None:
         if m.status != "A":
             return
-        one = self._at(m.time)
-        if not math.isfinite(one["latitude"]):
-            one["latitude"], one["longitude"] = _number(m.lat), _number(m.lon)
-        one["speed"], one["course"] = _number(m.spd) * KNOT, _number(m.cog)
+        epoch = self._at(m.time)
+        if not math.isfinite(epoch["latitude"]):
+            epoch["latitude"], epoch["longitude"] = _number(m.lat), _number(m.lon)
+        epoch["speed"], epoch["course"] = _number(m.spd) * KNOT, _number(m.cog)
         if isinstance(m.date, dt.date):
-            one["day"] = m.date.toordinal()
+            epoch["day"] = m.date.toordinal()
 
     def vtg(self, m: Any) -> None:
         if self._all and not math.isfinite(self._all[-1]["speed"]):
             self._all[-1]["speed"], self._all[-1]["course"] = _number(m.sogn) * KNOT, _number(m.cogt)
 
     def gst(self, m: Any) -> None:
-        one = self._at(m.time)
-        one["s_n"], one["s_e"], one["s_d"] = _number(m.stdLat), _number(m.stdLong), _number(m.stdAlt)
+        epoch = self._at(m.time)
+        epoch["s_n"], epoch["s_e"], epoch["s_d"] = _number(m.stdLat), _number(m.stdLong), _number(m.stdAlt)
 
     def zda(self, m: Any) -> None:
         self._at(m.time)["day"] = dt.date(int(m.year), int(m.month), int(m.day)).toordinal()
@@ -159,16 +159,16 @@ def _number(value: Any) -> float:
     return math.nan if value is None or value == "" else float(value)
 
 
-def _times(kept: list[dict[str, Any]]) -> tuple[Clock, Array]:
+def _times(rows: list[dict[str, Any]]) -> tuple[Clock, Array]:
     """Return the clock, and the times of the instants."""
-    seconds = np.array([one["seconds"] for one in kept])
+    seconds = np.array([row["seconds"] for row in rows])
     counted = unrolled(seconds, DAY)
-    days = np.array([one["day"] for one in kept])
+    days = np.array([row["day"] for row in rows])
     known = np.flatnonzero(np.isfinite(days))
     if not len(known):
         return Clock("utc", None, "seconds of a day in UTC; the file does not give the day"), counted
     # An instant without a date has the day of the nearest dated instant before it, or of the first one after it.
-    before = known[np.clip(np.searchsorted(known, np.arange(len(kept)), side="right") - 1, 0, None)]
+    before = known[np.clip(np.searchsorted(known, np.arange(len(rows)), side="right") - 1, 0, None)]
     turns = np.round((counted - seconds) / DAY)
     midnight = (days[before] - dt.date(1970, 1, 1).toordinal() + turns - turns[before]) * DAY
     leap = gps_from_unix(midnight + seconds) - (midnight + seconds)

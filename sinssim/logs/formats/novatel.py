@@ -82,12 +82,12 @@ def read_ascii(path: Path) -> Streams:
     Raises:
         InputError: the file cannot be read, or holds no log that can be used; the message names the line.
     """
-    found, notes = _logs(path)
-    imu = [(name, found[name]) for name in ("RAWIMUSX", "RAWIMUX", "RAWIMUS", "RAWIMU") if name in found]
-    positions = next((found[n] for n in ("BESTGNSSPOS", "BESTPOS", "BESTNAV") if n in found), [])
-    velocities = [row for n in ("BESTGNSSVEL", "BESTVEL") for row in found.get(n, ())]
-    solutions = next(((n, found[n]) for n in ("INSPVAX", "INSPVAS", "INSPVA", "INSPVASX") if n in found), None)
-    rows = [row for many in found.values() for row in many]
+    logs, notes = _logs(path)
+    imu = [(name, logs[name]) for name in ("RAWIMUSX", "RAWIMUX", "RAWIMUS", "RAWIMU") if name in logs]
+    positions = next((logs[n] for n in ("BESTGNSSPOS", "BESTPOS", "BESTNAV") if n in logs), [])
+    velocities = [row for n in ("BESTGNSSVEL", "BESTVEL") for row in logs.get(n, ())]
+    solutions = next(((n, logs[n]) for n in ("INSPVAX", "INSPVAS", "INSPVA", "INSPVASX") if n in logs), None)
+    rows = [row for many in logs.values() for row in many]
     weeks = [row[0] for row in rows if row[0]]
     week = min(weeks, default=0)
     try:
@@ -108,7 +108,7 @@ class _WrongLineError(Exception):
 
 def _logs(path: Path) -> tuple[dict[str, list[Row]], list[str]]:
     """Return the logs by name, without the A of ASCII, and notes on damaged lines."""
-    found: dict[str, list[Row]] = {}
+    rows_of: dict[str, list[Row]] = {}
     damaged: list[int] = []
     lines = read_text(path, encoding="latin-1").splitlines()
     for number, line in enumerate(lines, start=1):
@@ -128,11 +128,11 @@ def _logs(path: Path) -> tuple[dict[str, list[Row]], list[str]]:
         except (ValueError, IndexError):
             damaged.append(number)
             continue
-        found.setdefault(fields[0].removesuffix("A"), []).append(row)
+        rows_of.setdefault(fields[0].removesuffix("A"), []).append(row)
     notes = []
     if damaged:
         notes.append(f"{len(damaged)} damaged lines are left out, first line {damaged[0]}: their checksums are wrong.")
-    return found, notes
+    return rows_of, notes
 
 
 def _right(text: str, check: str) -> bool:
@@ -209,8 +209,8 @@ def _fixes_of_rows(positions: list[Row], velocities: list[Row], week: int) -> di
     }
     velocity = np.full((len(positions), 3), math.nan)
     for k, row in enumerate(positions):
-        own = next((j for j in range(10, len(row[3])) if row[3][j] == "SOL_COMPUTED"), None)  # BESTNAV has both
-        given = _numbers(row, own + 4, 3) if own is not None else speeds.get((row[0], row[1]))
+        status = next((j for j in range(10, len(row[3])) if row[3][j] == "SOL_COMPUTED"), None)  # BESTNAV has both
+        given = _numbers(row, status + 4, 3) if status is not None else speeds.get((row[0], row[1]))
         if given is not None:
             north, east = given[0] * math.cos(given[1] * DEG), given[0] * math.sin(given[1] * DEG)
             velocity[k] = north, east, -given[2]
@@ -272,24 +272,24 @@ def read(path: Path) -> Streams:
         if is_ascii(file.read(4096)):
             return read_ascii(path)
     oem = library("novatel_edie.oem", "novatel-edie", str(path))
-    found: dict[str, list[Any]] = {name: [] for name in _WANTED}
+    decoded: dict[str, list[Any]] = {name: [] for name in _WANTED}
     with warnings.catch_warnings():
         warnings.simplefilter("ignore")
         try:
             for message in _messages(oem, path):
                 name = message.name.removesuffix("A").removesuffix("B")
-                if name in found:
-                    found[name].append((message.header, message))
+                if name in decoded:
+                    decoded[name].append((message.header, message))
         except Exception as error:  # the library raises various errors for damaged files
             raise refused(path, "NovAtel OEM7 logs", error) from error
-    if not (found["RAWIMUSX"] or found["BESTPOS"] or found["INSPVAX"]):
+    if not (decoded["RAWIMUSX"] or decoded["BESTPOS"] or decoded["INSPVAX"]):
         raise InputError(f"{path} holds none of RAWIMUSX, BESTPOS and INSPVAX.")
-    weeks = [h.week for messages in found.values() for h, _ in messages if h.week]
+    weeks = [h.week for messages in decoded.values() for h, _ in messages if h.week]
     week = min(weeks, default=0)
     notes: list[str] = []
-    inertial = _inertial(found["RAWIMUSX"], week, notes)
-    fixes = _fixes(found["BESTPOS"], found["BESTVEL"], week)
-    solutions = _solutions(found["INSPVAX"], week)
+    inertial = _inertial(decoded["RAWIMUSX"], week, notes)
+    fixes = _fixes(decoded["BESTPOS"], decoded["BESTVEL"], week)
+    solutions = _solutions(decoded["INSPVAX"], week)
     if not (inertial or fixes or solutions):
         raise InputError(f"{path} contains no usable measurement. {' '.join(notes)}".rstrip())
     clock = Clock("gps", week * WEEK if week else None, f"seconds of the GPS week {week}")

@@ -107,7 +107,7 @@ def write(content: Content, place: Path) -> list[str]:
     _write_imu(content.imu, start, place / "imu.imu")
     name = f"{content.solution_name}.avp"
     _write_avp(content.solution, place / name)
-    said = [
+    sentences = [
         f"imu.imu: {content.imu_name} data in counts of {_GYRO_ARCSEC:g} arcsec and {_ACCEL_UG_S:g} µg s, "
         "right-front-up. The sums of the counts are those of the readings, less than one count off.",
         f"{name}: pitch, roll, yaw (counter-clockwise from north) [°], velocity east, north, up, latitude, longitude "
@@ -116,8 +116,8 @@ def write(content: Content, place: Path) -> list[str]:
     for receiver in content.fixes:
         stream = replace(content, solution_name=receiver, rate_hz=None).solution
         _write_avp(stream, place / f"{receiver}.avp")
-        said.append(f"{receiver}.avp: fixes of the antenna.")
-    return [*said, "Times are the run's own."]
+        sentences.append(f"{receiver}.avp: fixes of the antenna.")
+    return [*sentences, "Times are the run's own."]
 
 
 def _header(kind: str, lines: list[str]) -> str:

@@ -62,21 +62,21 @@ class _OnlyForward(io.BufferedReader):
 def read(path: Path) -> Streams:
     """Read inertial readings, fixes, and the estimator's solution."""
     module = library("pyulog", "pyulog", str(path))
-    said = io.StringIO()  # pyulog prints what it finds damaged
+    printed = io.StringIO()  # pyulog prints what it finds damaged
     try:
-        with contextlib.redirect_stdout(said), user_file(path).open("rb", buffering=0) as raw:
+        with contextlib.redirect_stdout(printed), user_file(path).open("rb", buffering=0) as raw:
             log = module.ULog(_OnlyForward(raw), _TOPICS)
     except Exception as error:  # pyulog raises various errors for a damaged file
         raise refused(path, "a PX4 ULog", error) from error
     topics: dict[str, list[dict[str, Any]]] = {}
-    for data in sorted(log.data_list, key=lambda one: int(one.multi_id)):
+    for data in sorted(log.data_list, key=lambda topic: int(topic.multi_id)):
         if len(data.data.get("timestamp", ())):
             topics.setdefault(data.name, []).append(data.data)
     try:
         inertial = _inertial(topics)
         fixes = {
-            "gnss" if k == 0 else f"gnss_{k}": _fixes(one)
-            for k, one in enumerate(topics.get("sensor_gps") or topics.get("vehicle_gps_position") or [])
+            "gnss" if k == 0 else f"gnss_{k}": _fixes(topic)
+            for k, topic in enumerate(topics.get("sensor_gps") or topics.get("vehicle_gps_position") or [])
         }
         solutions = _solution(topics)
     except KeyError as error:
@@ -88,11 +88,11 @@ def read(path: Path) -> Streams:
         raise InputError(f"{path} holds neither vehicle_imu, sensor_combined nor sensor_gps; it has {names}.")
     clock, shift = _clock(topics)
     for streams in (inertial, fixes, solutions):
-        for one in streams.values():
-            one.time[:] += shift
+        for topic in streams.values():
+            topic.time[:] += shift
     dropped = sum(int(d.duration) for d in getattr(log, "dropouts", []))
     notes = [f"The logger dropped messages for {dropped} ms."] if dropped else []
-    if "corrupt" in said.getvalue():
+    if "corrupt" in printed.getvalue():
         notes.append("The file is damaged; what could be read was read.")
     return Streams(path, "ulog", clock, inertial, fixes, solutions, notes=tuple(notes))
 
@@ -111,20 +111,20 @@ def _vector(topic: dict[str, Any], name: str, count: int = 3) -> Array:
 
 def _inertial(topics: dict[str, list[dict[str, Any]]]) -> dict[str, InertialStream]:
     """Return increments of vehicle_imu, or rates of sensor_combined."""
-    found = {}
-    for k, one in enumerate(topics.get("vehicle_imu", [])):
-        dt = [np.asarray(one[f"delta_{what}_dt"], dtype=np.float64) for what in ("angle", "velocity")]
+    streams = {}
+    for k, topic in enumerate(topics.get("vehicle_imu", [])):
+        dt = [np.asarray(topic[f"delta_{what}_dt"], dtype=np.float64) for what in ("angle", "velocity")]
         size = 1e-6 if np.median(dt[0]) > 1.0 else 1.0  # older logs have seconds
-        found["imu" if k == 0 else f"imu_{k}"] = InertialStream(
-            _seconds(one), _vector(one, "delta_angle"), _vector(one, "delta_velocity"), "increments",
+        streams["imu" if k == 0 else f"imu_{k}"] = InertialStream(
+            _seconds(topic), _vector(topic, "delta_angle"), _vector(topic, "delta_velocity"), "increments",
             np.column_stack(dt) * size, AXES,
         )  # fmt: skip
-    if not found:
-        for k, one in enumerate(topics.get("sensor_combined", [])):
-            found["imu" if k == 0 else f"imu_{k}"] = InertialStream(
-                _seconds(one), _vector(one, "gyro_rad"), _vector(one, "accelerometer_m_s2"), "rates", axes=AXES
+    if not streams:
+        for k, topic in enumerate(topics.get("sensor_combined", [])):
+            streams["imu" if k == 0 else f"imu_{k}"] = InertialStream(
+                _seconds(topic), _vector(topic, "gyro_rad"), _vector(topic, "accelerometer_m_s2"), "rates", axes=AXES
             )
-    return found
+    return streams
 
 
 def _fixes(gps: dict[str, Any]) -> FixStream:
@@ -154,16 +154,16 @@ def _solution(topics: dict[str, list[dict[str, Any]]]) -> dict[str, SolutionStre
     """Return the estimator's position and velocity, with its attitude at the same instants."""
     if "vehicle_local_position" not in topics:
         return {}
-    one = topics["vehicle_local_position"][0]
+    topic = topics["vehicle_local_position"][0]
     x, y, z, ref_lat, ref_lon, ref_alt = (
-        np.asarray(one[name], dtype=np.float64) for name in ("x", "y", "z", "ref_lat", "ref_lon", "ref_alt")
+        np.asarray(topic[name], dtype=np.float64) for name in ("x", "y", "z", "ref_lat", "ref_lon", "ref_alt")
     )
-    known = np.isfinite(ref_lat) & np.isfinite(ref_lon) & (np.asarray(one["xy_global"]) > 0) & np.isfinite(x + y)
+    known = np.isfinite(ref_lat) & np.isfinite(ref_lon) & (np.asarray(topic["xy_global"]) > 0) & np.isfinite(x + y)
     if not known.any():
         return {}
     latitude, longitude = _unprojected(x[known], y[known], ref_lat[known] * DEG, ref_lon[known] * DEG)
-    time = _seconds(one)[known]
-    velocity = np.column_stack([np.asarray(one[f"v{axis}"], dtype=np.float64)[known] for axis in "xyz"])
+    time = _seconds(topic)[known]
+    velocity = np.column_stack([np.asarray(topic[f"v{axis}"], dtype=np.float64)[known] for axis in "xyz"])
     q_nb = None
     if "vehicle_attitude" in topics:
         attitude = topics["vehicle_attitude"][0]
@@ -203,8 +203,8 @@ def _clock(topics: dict[str, list[dict[str, Any]]]) -> tuple[Clock, float]:
         utc = np.asarray(gps.get("time_utc_usec", ()), dtype=np.float64) * 1e-6
         dated = utc > 1e9
         if dated.any():
-            own = np.asarray(gps["timestamp"], dtype=np.float64)[dated] * 1e-6
-            offset = float(np.median(gps_from_unix(utc[dated]) - own))
+            seconds = np.asarray(gps["timestamp"], dtype=np.float64)[dated] * 1e-6
+            offset = float(np.median(gps_from_unix(utc[dated]) - seconds))
             origin = int(np.floor(offset))
             note = "the autopilot's clock, set to GPS time by the receiver's UTC (median)"
             return Clock("machine", origin, note), offset - origin

@@ -149,8 +149,8 @@ def candidates(path: Path) -> list[str]:
             raise InputError(f"{path} cannot be read: {error.strerror or error}.") from error
         if not head.strip():
             raise InputError(f"{path} is empty{' but for blanks' if head else ''}; it contains no data.")
-    if found := [name for name in FORMATS if format_of(name).recognises(path, head)]:
-        return found
+    if names := [name for name in FORMATS if format_of(name).recognises(path, head)]:
+        return names
     known = list(FORMATS)
     ensure("formats", "*")  # those of installed packages, whose list takes a while to read
     return [name for name in FORMATS if name not in known and format_of(name).recognises(path, head)]
@@ -177,16 +177,16 @@ def detect(path: Path) -> str:
     Raises:
         InputError: no format fits, or several do.
     """
-    found = candidates(path)
-    if len(found) == 1:
-        return found[0]
-    if not found:
+    names = candidates(path)
+    if len(names) == 1:
+        return names[0]
+    if not names:
         raise InputError(
             f"{path} has none of the known formats: {', '.join(FORMATS)}. If it has one of them, give its name "
             "(--format NAME)."
         )
     raise InputError(
-        f"{path} may be {', '.join(found[:-1])} or {found[-1]}: their numbers look alike. Give the format "
+        f"{path} may be {', '.join(names[:-1])} or {names[-1]}: their numbers look alike. Give the format "
         "(--format NAME)."
     )
 
@@ -212,15 +212,15 @@ def read_file(path: Path | str, format_name: str | None = None) -> Streams:
 
     try:
         with np.errstate(all="ignore"):  # damaged numbers overflow; they are judged below
-            found = format_of(name).read(path)
+            streams = format_of(name).read(path)
     except OSError as error:
         raise InputError(f"{path} cannot be read: {error.strerror or error}.") from error
     except csv.Error as error:
         raise InputError(f"{path} cannot be read as a table: {error}.") from error
     except MemoryError as error:
         raise InputError(f"{path} does not fit into memory. Split it into parts.") from error
-    _check(found)
-    return found
+    _check(streams)
+    return streams
 
 
 def _check(streams: Streams) -> None:

@@ -63,7 +63,7 @@ def read(path: Path) -> Streams:
     """Read the messages of the known kinds, one stream for each topic."""
     highlevel = library("rosbags.highlevel", "rosbags", str(path))
     typesys = library("rosbags.typesys", "rosbags", str(path))
-    found: dict[str, dict[str, list[Any]]] = {kind: {} for kind in _KINDS.values()}
+    messages: dict[str, dict[str, list[Any]]] = {kind: {} for kind in _KINDS.values()}
     try:
         store = typesys.get_typestore(typesys.Stores.ROS2_HUMBLE)
         with highlevel.AnyReader([user_file(path)], default_typestore=store) as reader:
@@ -71,24 +71,24 @@ def read(path: Path) -> Streams:
             if wanted:
                 for connection, _, raw in reader.messages(connections=wanted):
                     message = reader.deserialize(raw, connection.msgtype)
-                    found[_KINDS[connection.msgtype]].setdefault(connection.topic, []).append(message)
+                    messages[_KINDS[connection.msgtype]].setdefault(connection.topic, []).append(message)
             kinds = sorted({c.msgtype for c in reader.connections})
     except Exception as error:  # rosbags raises various errors for a damaged file
         raise refused(path, "a ROS bag or MCAP file", error) from error
-    if not any(found[kind] for kind in ("imu", "fix", "odometry")):
+    if not any(messages[kind] for kind in ("imu", "fix", "odometry")):
         raise InputError(
             f"{path} holds none of sensor_msgs/Imu, NavSatFix and nav_msgs/Odometry; it has "
             f"{', '.join(kinds) or 'nothing'}."
         )
     try:
-        return _streams(path, found)
+        return _streams(path, messages)
     except (ValueError, OverflowError, AttributeError, TypeError, IndexError) as error:  # a damaged definition
         raise refused(path, "a ROS bag or MCAP file", error) from error
 
 
-def _streams(path: Path, found: dict[str, dict[str, list[Any]]]) -> Streams:
+def _streams(path: Path, by_topic: dict[str, dict[str, list[Any]]]) -> Streams:
     """Return the streams of the messages."""
-    every = [m for topics in found.values() for messages in topics.values() for m in messages]
+    every = [m for topics in by_topic.values() for messages in topics.values() for m in messages]
     first = min(m.header.stamp.sec for m in every)
     clock, _ = clock_of(np.array([first * NS], dtype=np.int64), "stamps of the messages")
 
@@ -97,18 +97,18 @@ def _streams(path: Path, found: dict[str, dict[str, list[Any]]]) -> Streams:
         return np.array([m.header.stamp.sec - start + m.header.stamp.nanosec * 1e-9 for m in messages])
 
     notes = ["Axes taken as those of ROS: forward-left-up, east-north-up."]
-    inertial = {topic: _read_imu(messages, times(messages)) for topic, messages in found["imu"].items()}
-    speeds = {t: v for m in found["twist"].values() for t, v in zip(times(m).tolist(), _twists(m), strict=True)}
+    inertial = {topic: _read_imu(messages, times(messages)) for topic, messages in by_topic["imu"].items()}
+    speeds = {t: v for m in by_topic["twist"].values() for t, v in zip(times(m).tolist(), _twists(m), strict=True)}
     fixes: dict[str, FixStream] = {}
-    for topic, messages in found["fix"].items():
+    for topic, messages in by_topic["fix"].items():
         good = [m for m in messages if m.status.status >= 0 and math.isfinite(m.latitude + m.longitude)]
         if good:
             fixes[topic] = _read_fixes(good, times(good), speeds)
         if len(good) < len(messages):
             notes.append(f"{len(messages) - len(good)} messages of {topic} without a fix were left out.")
-    if found["twist"] and not any(fix.velocity_ned is not None for fix in fixes.values()):
+    if by_topic["twist"] and not any(fix.velocity_ned is not None for fix in fixes.values()):
         notes.append("TwistStamped was left out: no fix has the same stamps.")
-    solutions = {topic: _read_odometry(messages, times(messages)) for topic, messages in found["odometry"].items()}
+    solutions = {topic: _read_odometry(messages, times(messages)) for topic, messages in by_topic["odometry"].items()}
     return Streams(path, "ros", clock, _named(inertial, "imu"), _named(fixes, "gnss"), _named(solutions, "solution"),
                    notes=tuple(notes))  # fmt: skip
 
@@ -202,20 +202,20 @@ def write(content: Content, place: Path) -> list[str]:
     """Write the file."""
     types = _Types()
     writer_module = library("mcap.writer", "mcap", "--to mcap")
-    said = []
+    sentences = []
     streams = []
     if content.imu_name is not None:
         streams.append(_imu_messages(content, types))
-        said.append(f"/imu, sensor_msgs/Imu: {content.imu_name} data, mean rates over the last interval, "
+        sentences.append(f"/imu, sensor_msgs/Imu: {content.imu_name} data, mean rates over the last interval, "
                     "forward-left-up.")  # fmt: skip
     for name, fixes in content.fixes.items():
         streams += _fix_messages(content, types, name, fixes)
-        said.append(
+        sentences.append(
             f"/{name}/fix, sensor_msgs/NavSatFix, and /{name}/velocity, TwistStamped east-north-up: the antenna."
         )
     if content.solution.q_nb is not None and content.solution.velocity_ned is not None:
         streams.append(_odometry_messages(content, types))
-        said.append(f"/{content.solution_name}, nav_msgs/Odometry. {LOCAL} {origin_words(content)}")
+        sentences.append(f"/{content.solution_name}, nav_msgs/Odometry. {LOCAL} {origin_words(content)}")
     with place.open("wb") as file:
         writer = writer_module.Writer(file)
         writer.start(profile="ros2", library="sinssim")
@@ -226,7 +226,7 @@ def write(content: Content, place: Path) -> list[str]:
                 raw = bytes(types.store.serialize_cdr(message, name))
                 writer.add_message(channel_id=channel, log_time=ns, publish_time=ns, data=raw)
         writer.finish()
-    return [*said, "Stamps are Unix time."]
+    return [*sentences, "Stamps are Unix time."]
 
 
 _Messages = tuple[str, str, NDArray[np.int64], Iterator[Any]]

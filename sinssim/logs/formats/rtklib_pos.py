@@ -125,8 +125,8 @@ def _degrees(fields: list[str]) -> float:
 def _geodetic(rows: Array) -> Array:
     """Return rows of Earth-fixed positions as rows of geodetic ones, with σ and velocities along north, east, up."""
     latitude, longitude, height = earth.ecef_to_geodetic(rows[:, :3])
-    found = rows.copy()
-    found[:, :3] = np.column_stack([latitude / DEG, longitude / DEG, height])
+    geodetic = rows.copy()
+    geodetic[:, :3] = np.column_stack([latitude / DEG, longitude / DEG, height])
     c_en = rotation.dcm_from_quaternion(earth.q_en(latitude, longitude)) * np.array([1.0, 1.0, -1.0])
     for at in (5, 16):
         if rows.shape[1] < at + 6:
@@ -135,10 +135,10 @@ def _geodetic(rows: Array) -> Array:
         squares = np.sign(sd) * sd**2
         whole = squares[:, [[0, 3, 5], [3, 1, 4], [5, 4, 2]]]
         local = np.einsum("nji,njk,nkl->nil", c_en, whole, c_en)[:, [0, 1, 2, 0, 1, 2], [0, 1, 2, 1, 2, 0]]
-        found[:, at : at + 6] = np.sign(local) * np.sqrt(np.abs(local))
+        geodetic[:, at : at + 6] = np.sign(local) * np.sqrt(np.abs(local))
     if rows.shape[1] >= _WITH_VELOCITY - 2:
-        found[:, 13:16] = np.einsum("nji,nj->ni", c_en, rows[:, 13:16])
-    return found
+        geodetic[:, 13:16] = np.einsum("nji,nj->ni", c_en, rows[:, 13:16])
+    return geodetic
 
 
 def _time(first: str, second: str, utc: bool) -> tuple[int, float]:
@@ -171,11 +171,11 @@ def _covariance(sd: Array) -> Array | None:
     cross = np.sign(sd[:, 3:]) * sd[:, 3:] ** 2
     if not cross.any():
         return None
-    found = np.zeros((len(sd), 3, 3))
-    found[:, range(3), range(3)] = sd[:, :3] ** 2
+    covariance = np.zeros((len(sd), 3, 3))
+    covariance[:, range(3), range(3)] = sd[:, :3] ** 2
     for (i, j), values in zip(((0, 1), (1, 2), (2, 0)), (cross[:, 0], -cross[:, 1], -cross[:, 2]), strict=True):
-        found[:, i, j] = found[:, j, i] = values
-    return found
+        covariance[:, i, j] = covariance[:, j, i] = values
+    return covariance
 
 
 _HEAD = (

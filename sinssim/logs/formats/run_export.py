@@ -275,16 +275,18 @@ def date_of_run(run: RecordedRun, start: str | None) -> float:
 def _of_all(content: Content) -> list[str]:
     """Return sentences that hold for every format."""
     date = f"{date_from_gps(content.start_gps_s):%Y-%m-%dT%H:%M:%SZ}"
-    said = [f"The run's time 0 is {date} (--start)."]
+    sentences = [f"The run's time 0 is {date} (--start)."]
     if content.run.of_log:
         part = f"{content.start_gps_s % 1.0:.3f}"[1:]
-        said = [f"The run's time 0 is {date[:-1]}{part}Z, the first row of the log." if part != ".000" else said[0]]
-        said.append(
+        sentences = [
+            f"The run's time 0 is {date[:-1]}{part}Z, the first row of the log." if part != ".000" else sentences[0]
+        ]
+        sentences.append(
             f"It is a run on recorded sensors without a true motion: {content.solution_name} stands for it."
             if content.solution_name == content.run.motion
             else "It is a run on recorded sensors."
         )
-        said += [
+        sentences += [
             f"The velocities of {name} have other times than its positions, and are left out."
             for name, fixes in content.fixes.items()
             if fixes.velocity_ned is None and f"{name}_velocity" in content.run.streams("aiding_")
@@ -294,10 +296,10 @@ def _of_all(content: Content) -> list[str]:
         count = ", ".join(
             f"{len(content.run.fix(name)) - len(fixes)} of {name}" for name, fixes in content.fixes.items()
         )
-        said.append(f"The fixes in {spans} are withheld (--outage): {count}.")
+        sentences.append(f"The fixes in {spans} are withheld (--outage): {count}.")
     if content.run.ellipsoid != "wgs84":
-        said.append(f"Its coordinates are on the ellipsoid {content.run.ellipsoid}, and are written as they are.")
-    return said
+        sentences.append(f"Its coordinates are on the ellipsoid {content.run.ellipsoid}, and are written as they are.")
+    return sentences
 
 
 def _default_place(run: RecordedRun, to: str, suffix: str) -> Path:

@@ -132,19 +132,19 @@ def write(content: Content, place: Path) -> list[str]:
     rows[:, 1], rows[:, 2], rows[:, 3] = s.latitude, s.longitude, s.height
     rows[:, 4:7] = s.velocity_ned
     rows[:, 7:10] = np.column_stack(rotation.euler_from_quaternion(s.q_nb))
-    said = ["Accelerations and angular rates (records 12 to 17) are 0."]
+    sentences = ["Accelerations and angular rates (records 12 to 17) are 0."]
     if content.imu_name is not None:
         imu = content.imu
         assert imu.interval is not None
         at = np.searchsorted(imu.time, s.time - 1e-9).clip(max=len(imu) - 1)
         rows[:, 11:14] = imu.accel[at] / imu.interval[at, 1:]
         rows[:, 14:17] = imu.gyro[at] / imu.interval[at, :1]
-        said = [f"Specific force and inertial rate are the {content.imu_name} data, means over the last interval."]
+        sentences = [f"Specific force and inertial rate are the {content.imu_name} data, means over the last interval."]
     place.write_bytes(rows.tobytes())
     return [
         f"{content.solution_name}: latitude, longitude [rad], height above the ellipsoid, velocity north, east, down "
         "(wander angle 0), roll, pitch, heading [rad] of forward-right-down axes.",
-        *said,
+        *sentences,
         f"Times are seconds of the GPS week {week}; the run's time 0 is {start}.",
     ]
 

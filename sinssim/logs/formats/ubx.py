@@ -48,15 +48,15 @@ def _checksum(frame: bytes) -> bytes:
 def read(path: Path) -> Streams:
     """Read the fixes, one for each NAV-PVT."""
     module = library("pyubx2", "pyubx2", str(path))
-    found: dict[str, dict[int, Any]] = {kind: {} for kind in _KINDS}
+    messages: dict[str, dict[int, Any]] = {kind: {} for kind in _KINDS}
     bad = 0
 
-    def told(error: Exception) -> None:
+    def note(error: Exception) -> None:
         nonlocal bad
         bad += "checksum" in str(error)  # other errors are stray bytes, which are no message
 
     with open_file(path) as file:
-        reader = module.UBXReader(file, protfilter=2, quitonerror=1, errorhandler=told)
+        reader = module.UBXReader(file, protfilter=2, quitonerror=1, errorhandler=note)
         while True:
             try:
                 raw, message = reader.read()
@@ -67,16 +67,16 @@ def read(path: Path) -> Streams:
                 continue
             if raw is None:
                 break
-            if message is not None and message.identity in found:
-                found[message.identity][len(found[message.identity])] = message
-    fixes = [m for m in found["NAV-PVT"].values() if m.fixType in (1, 2, 3, 4) and not getattr(m, "invalidLlh", 0)]
+            if message is not None and message.identity in messages:
+                messages[message.identity][len(messages[message.identity])] = message
+    fixes = [m for m in messages["NAV-PVT"].values() if m.fixType in (1, 2, 3, 4) and not getattr(m, "invalidLlh", 0)]
     if not fixes:
-        count = len(found["NAV-PVT"])
+        count = len(messages["NAV-PVT"])
         raise InputError(
             f"{path} holds no position: it has {count} NAV-PVT messages{', none with a fix' if count else ''}, "
             f"{bad} damaged messages."
         )
-    others = {k: {m.iTOW: m for m in found[k].values()} for k in _KINDS[1:]}
+    others = {k: {m.iTOW: m for m in messages[k].values()} for k in _KINDS[1:]}
     clock, time = _times(path, fixes)
     stream = _stream(fixes, time, others)
     notes = ["σ are the receiver's hAcc, vAcc and sAcc, the same for north and east."]

@@ -182,11 +182,11 @@ class LogDescription(TextLayout):
 
     def used(self, triads: tuple[TriadName, ...]) -> tuple[Column, ...]:
         """Return the columns that are read for given triads."""
-        found: list[Column] = [] if self.time is None or self.rate_hz is not None else [self.time]
+        columns: list[Column] = [] if self.time is None or self.rate_hz is not None else [self.time]
         for name in triads:
             if (triad := self.triad(name)) is not None:
-                found += triad.columns if isinstance(triad.columns, tuple) else (triad.columns,)
-        return tuple(found)
+                columns += triad.columns if isinstance(triad.columns, tuple) else (triad.columns,)
+        return tuple(columns)
 
     @property
     def numbered(self) -> bool:
@@ -283,14 +283,14 @@ class FixColumns(TextLayout):
     @property
     def used(self) -> tuple[Column, ...]:
         """The columns that are read."""
-        found: list[Column] = [self.time]
+        columns: list[Column] = [self.time]
         for _, _, quantity in self.quantities():
             if isinstance(quantity, Triple):
-                found += quantity.columns or ()
+                columns += quantity.columns or ()
             elif quantity.column is not None:
-                found.append(quantity.column)
-        found += () if self.quality is None else (self.quality,)
-        return (*found, *(getattr(self, "quaternion", None) or ()))
+                columns.append(quantity.column)
+        columns += () if self.quality is None else (self.quality,)
+        return (*columns, *(getattr(self, "quaternion", None) or ()))
 
     @property
     def numbered(self) -> bool:

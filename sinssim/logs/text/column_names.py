@@ -209,8 +209,8 @@ def usual_name(quantity: str) -> str:
 def quantity(name: str) -> str | None:
     """Return what a column of an inertial unit holds by its name: "gyro", "accel", "other"; None if it does not say."""
     low = name.lower()
-    said = next((what for what in ("other", "gyro", "accel") if means(low, what)), None)
-    return said or ("gyro" if unit_of(name, ("rad/s", "deg/s")) else "accel" if unit_of(name, ("m/s^2",)) else None)
+    named = next((what for what in ("other", "gyro", "accel") if means(low, what)), None)
+    return named or ("gyro" if unit_of(name, ("rad/s", "deg/s")) else "accel" if unit_of(name, ("m/s^2",)) else None)
 
 
 def axis(name: str) -> tuple[str, int] | None:
@@ -220,9 +220,9 @@ def axis(name: str) -> tuple[str, int] | None:
     if about is not None and quantity(plain) == "gyro":
         number = ("roll", "pitch", "yaw").index(about[0].lower())
         return plain[: about.start()].lower() + "*" + plain[about.end() :].lower(), number
-    found = [*_AXIS.finditer(plain)]
+    matches = [*_AXIS.finditer(plain)]
     camel = re.search(r"(?<=[a-z0-9])([XYZ])$", plain) or re.search(r"(?:^|[\W_]|^[a-zA-Z]{1,4})([xyzXYZ])$", plain)
-    match = found[-1] if found else camel
+    match = matches[-1] if matches else camel
     if match is None:
         return None
     letter = next(g for g in match.groups() if g is not None).lower()
@@ -239,9 +239,9 @@ def triads(names: Sequence[str] | None) -> list[tuple[int, int, int]]:
     """
     groups: dict[str, dict[int, int]] = {}
     for k, name in enumerate(names or ()):
-        found = axis(name)
-        if found is not None:
-            groups.setdefault(found[0], {}).setdefault(found[1], k)
+        parts = axis(name)
+        if parts is not None:
+            groups.setdefault(parts[0], {}).setdefault(parts[1], k)
     return [(g[0], g[1], g[2]) for g in groups.values() if len(g) == 3]
 
 
@@ -257,10 +257,10 @@ def unit_of(name: str | None, units: Sequence[str]) -> str | None:
 
 def unit_in_name(column: str | int | None) -> str | None:
     """Return the unit of time at the end of a column's name, None if there is none, as in those of speeds (m_s)."""
-    found = _UNIT_IN_NAME.search(column) if isinstance(column, str) else None
-    if found is None or _PER.search(str(column)[: found.start(1)].rstrip(" _")):
+    tail = _UNIT_IN_NAME.search(column) if isinstance(column, str) else None
+    if tail is None or _PER.search(str(column)[: tail.start(1)].rstrip(" _")):
         return None
-    return found[1].lower().replace("µ", "u").replace("μ", "u").removesuffix("ec")
+    return tail[1].lower().replace("µ", "u").replace("μ", "u").removesuffix("ec")
 
 
 def epoch_unit(column: Array, interval: float) -> str | None:

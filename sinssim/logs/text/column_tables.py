@@ -260,7 +260,7 @@ def _npz(path: Path, wanted: frozenset[Column]) -> Columns:
         names: list[Column] = [name.removesuffix(".npy") for name in archive.namelist()]
         members = [info for info in archive.infolist() if info.filename.removesuffix(".npy") in wanted]
         _fits(path, sum(info.file_size for info in members))
-        found: dict[Column, NDArray[Any]] = {}
+        arrays: dict[Column, NDArray[Any]] = {}
         for info in members:
             with archive.open(info) as file:
                 shape, _, kind = _header(file)
@@ -268,8 +268,8 @@ def _npz(path: Path, wanted: frozenset[Column]) -> Columns:
                 if np.prod(shape, dtype=float) * kind.itemsize > info.file_size:
                     raise ValueError(f"the array {info.filename} of shape {shape} is incomplete")
             with archive.open(info) as file:
-                found[info.filename.removesuffix(".npy")] = np.lib.format.read_array(file, allow_pickle=False)
-    return names, {name: values for name, values in found.items() if names.count(name) == 1}
+                arrays[info.filename.removesuffix(".npy")] = np.lib.format.read_array(file, allow_pickle=False)
+    return names, {name: values for name, values in arrays.items() if names.count(name) == 1}
 
 
 def _header(file: Any) -> tuple[tuple[int, ...], bool, np.dtype[Any]]:
@@ -419,8 +419,8 @@ class NamedTable:
 
     def find(self, quantity: str) -> list[tuple[str, str]]:
         """Return name and unit of the columns of a quantity, "" for a name without a unit."""
-        found = ((name, meaning_of(name)) for name in self.names)
-        return [(name, meaning[1]) for name, meaning in found if meaning is not None and meaning[0] == quantity]
+        meanings = ((name, meaning_of(name)) for name in self.names)
+        return [(name, meaning[1]) for name, meaning in meanings if meaning is not None and meaning[0] == quantity]
 
     def numbers(self, name: str) -> Array:
         """Return a column as it is, NaN for empty fields, (N,)."""

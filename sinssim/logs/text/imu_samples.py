@@ -358,11 +358,11 @@ def with_gravity(
     assert triad is not None
     layout = unit.model_copy(update={"accel": triad, "gravity": None})
     both, gravity, notes = _at(unit, layout, triad, "accel", (time, clock))
-    found = {key: value[both] for key, value in triads.items()}
-    found["accel"] = found["accel"] + gravity
+    common = {key: value[both] for key, value in triads.items()}
+    common["accel"] = common["accel"] + gravity
     columns = triad.columns if isinstance(triad.columns, str) else ", ".join(map(str, triad.columns))
     note = f"The specific force is the sum of the accelerations and the gravity of {_place(unit, triad)} ({columns})."
-    return time[both], found, (*notes, note)
+    return time[both], common, (*notes, note)
 
 
 def _place(unit: LogImu, triad: TriadColumns) -> str:

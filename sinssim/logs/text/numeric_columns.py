@@ -190,10 +190,10 @@ def read_numbers(
         raise
     except Exception as error:  # pyarrow raises various errors for a row that is not as the others
         raise bad_row(path, text_rows(path, delimiter, skip, cut), widths, delimiter, error, numbers=True) from error
-    found = np.empty((width, table.num_rows))  # columns are contiguous
-    for column, read in zip(found, table.columns, strict=True):
+    numbers = np.empty((width, table.num_rows))  # columns are contiguous
+    for column, read in zip(numbers, table.columns, strict=True):
         column[:] = read.to_numpy()
-    return found.T
+    return numbers.T
 
 
 def bad_row(
@@ -234,21 +234,21 @@ def head_numbers(head: bytes, rows: int = 5) -> Array | None:
     lines = head.splitlines()
     if len(head) >= 4096 and lines:
         lines = lines[:-1]
-    found: list[list[float]] = []
+    numbers: list[list[float]] = []
     for line in lines:
         if not line.strip() or line.lstrip()[:1].decode("latin-1") in COMMENTS:
             continue
         try:
-            found.append([float(field) for field in line.split()])
+            numbers.append([float(field) for field in line.split()])
         except ValueError:
             return None
-        if len(found) == rows:
+        if len(numbers) == rows:
             break
-    if len(found) > 2 and len(found[0]) < len(found[1]):  # cut short
-        del found[0]
-    if not found or any(len(row) != len(found[0]) for row in found):
+    if len(numbers) > 2 and len(numbers[0]) < len(numbers[1]):  # cut short
+        del numbers[0]
+    if not numbers or any(len(row) != len(numbers[0]) for row in numbers):
         return None
-    return np.array(found)
+    return np.array(numbers)
 
 
 def check_finite(path: Path, values: Array, what: str) -> None:

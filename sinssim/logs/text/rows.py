@@ -108,15 +108,15 @@ def numbers_of(path: Path, rows: Iterable[Row], width: int, delimiter: str = WHI
     Raises:
         InputError: a row has another number of fields, or anything but numbers.
     """
-    found: list[list[float]] = []
+    numbers: list[list[float]] = []
     for line, fields in rows:
         if len(fields) != width:
             raise uneven(path, line, len(fields), str(width), delimiter)
         try:
-            found.append([float(field or "nan") for field in fields])
+            numbers.append([float(field or "nan") for field in fields])
         except ValueError as error:
             raise not_a_number(path, line, fields) from error
-    return np.array(found).reshape(-1, width)
+    return np.array(numbers).reshape(-1, width)
 
 
 def uneven(path: Path, line: int, count: int, wanted: str, delimiter: str, hint: str = "") -> InputError:
@@ -195,11 +195,11 @@ def cut_rows(path: Path, delimiter: str, skip: int, width: int | None = None) ->
     whole = end[k].endswith((b"\n", b"\r")) or not _numeric(rows[-2][1][-1]) or _numeric(fields[-1])
     if len(fields) > width or (len(fields) == width and whole):
         return CutRows(size, first, None, tuple(notes))
-    kept = size - sum(map(len, end[k:]))
-    last = _lines(path, kept) + 1
-    said = f"{path.name}, line {last}: the last line is no row of numbers and is left out."
-    notes.append(said if remark else cut_row(path.name, last, "last", len(fields), width))
-    return CutRows(kept, first, last, tuple(notes))
+    whole_bytes = size - sum(map(len, end[k:]))
+    last = _lines(path, whole_bytes) + 1
+    note = f"{path.name}, line {last}: the last line is no row of numbers and is left out."
+    notes.append(note if remark else cut_row(path.name, last, "last", len(fields), width))
+    return CutRows(whole_bytes, first, last, tuple(notes))
 
 
 def _fields(line: bytes, delimiter: str) -> list[str]:
@@ -213,7 +213,7 @@ def _fields(line: bytes, delimiter: str) -> list[str]:
 def _alike(some: list[str], row: list[str]) -> bool:
     """Return whether fields are numbers where those of a whole row are; of the last one, a part may be left."""
     *whole, part = some
-    alike = all(_numeric(one) == _numeric(other) for one, other in zip(whole, row, strict=False))
+    alike = all(_numeric(field) == _numeric(other) for field, other in zip(whole, row, strict=False))
     return alike and _PART.fullmatch(part) is not None
 
 
@@ -265,22 +265,22 @@ def selected_text(path: Path, layout: RowLayout) -> bytes:
     writer = csv.writer(text, delimiter=delimiter, lineterminator="\n")
     rows = list(read_rows(path, layout))[not layout.numbered :]
     if not rows:
-        said = ", ".join(f"{name} = {value}" for name, value in (layout.rows or {}).items())
-        raise InputError(f"{path} has no row with {said}; see the key rows.")
+        chosen = ", ".join(f"{name} = {value}" for name, value in (layout.rows or {}).items())
+        raise InputError(f"{path} has no row with {chosen}; see the key rows.")
     writer.writerows(fields for _, fields in rows)
     return text.getvalue().encode("utf-8", "surrogateescape")
 
 
 def _wanted(path: Path, rows: dict[str, str], names: Sequence[str] | None) -> list[tuple[int, str]]:
     """Return the columns that select rows, from 0, and their texts."""
-    found = []
+    wanted = []
     for name, text in rows.items():
         if names is not None and name in names:
-            found.append((names.index(name), text))
+            wanted.append((names.index(name), text))
         elif names is not None:
             raise InputError(f"{path}: rows: {unknown_name('column', name, names)}")
         elif name.isdecimal() and int(name) >= 1:
-            found.append((int(name) - 1, text))
+            wanted.append((int(name) - 1, text))
         else:
             raise InputError(f"{path}: rows: {name!r} is no number of a column, from 1; the columns have no names.")
-    return found
+    return wanted
