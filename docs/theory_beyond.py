@@ -38,7 +38,7 @@ BEYOND = (
     Row(
         "",
         "Functional iteration: Chebyshev fit of the increments, attitude, velocity and position iterated together",
-        ("strapdown.attitude.functional_iteration.solve_level",),
+        ("strapdown.attitude.functional_iteration.solve_level", "strapdown.navigate.navigate"),
         (_ALGORITHMS + "functional_iteration_of_the_attitude", _ALGORITHMS + "order_of_convergence"),
     ),
     Row(

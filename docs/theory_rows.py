@@ -338,7 +338,7 @@ CHAPTER = (
         "(8.20)-(8.28)",
         "Three rates: attitude at the fast rate, velocity at the medium rate, position, radii, Ω, ω and gravity at "
         "the slow rate, held or extrapolated",
-        ("strapdown.frames.level.solve_three_rates", "strapdown.frames.azimuth.solve_three_rates"),
+        ("strapdown.frames.three_rate_schedule.three_rate_engines", "strapdown.frames.level.solve_three_rates"),
         (
             "strapdown/frames/test_three_rates.py::test_second_order_in_the_medium_interval",
             "strapdown/frames/test_three_rates.py::test_order_in_the_slow_interval",

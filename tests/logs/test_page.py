@@ -31,7 +31,7 @@ def folder(tmp_path: Path) -> Path:
     more = np.tile((0.02, 1.0), (len(at), 1))
     fixes = (1e3 * at + 261906.0, np.degrees(s.latitude), np.degrees(s.longitude), s.height, v, more)
     write_csv(tmp_path / "gnss.csv", "t_ms,lat,lon,alt,vn,ve,vu,acc,fix", np.column_stack(fixes))
-    scenario, _ = re.findall(r"```toml\n(.*?)```", PAGE, re.DOTALL)  # the other is a flight that is not here
+    (scenario,) = re.findall(r"```toml\n(.*?)```", PAGE, re.DOTALL)
     (tmp_path / "drive.toml").write_text(scenario.replace("[0.0, 0.0, -0.3]", "[0.0, 0.0, 0.0]"))
     return tmp_path
 
