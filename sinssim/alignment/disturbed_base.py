@@ -142,8 +142,7 @@ def _check_stayed(fit: ConeFit, imu: ImuData, velocity: Array) -> None:
 
 
 def inertial_curve(imu: ImuData) -> tuple[Array, Array]:
-    """Return the block's attitude in the inertial frame of its first instant, and the integral of the specific force
-    there.
+    """Return attitude and integral of the specific force in the inertial frame of the block's first instant.
 
     The quaternions ib0 from b are (N+1, 4), the velocities (N+1, 3) m/s.
     """

@@ -167,9 +167,7 @@ def ideal_readings(
 
 
 def local_gravity(latitude: Array, gravity: ArrayLike | None) -> Array:
-    """Return g, (...) m/s²: the given value, which must be positive, or normal gravity on the ellipsoid at the
-    latitude.
-    """
+    """Return g, (...) m/s²: a given positive value, or normal gravity on the ellipsoid at the latitude."""
     if gravity is None:
         from sinssim.earth.gravity import surface_gravity
 

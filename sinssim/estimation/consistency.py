@@ -213,8 +213,7 @@ def consistency(estimate: Estimate) -> Consistency:
 
 
 def nees(errors: Array, covariance: Array, states: slice | None = None) -> Array:
-    """Return the normalised squared errors xᵀP⁻¹x of an estimate, (...), from actual errors, (..., n), of some or all
-    states.
+    """Return the normalised squared errors xᵀP⁻¹x, (...), from actual errors, (..., n), of some or all states.
 
     States of zero variance and linearly dependent states do not count.
     """

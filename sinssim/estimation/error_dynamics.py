@@ -250,9 +250,7 @@ def earth_dynamics(
 
 
 def local_from_earth(state: NavState, ellipsoid: Ellipsoid) -> tuple[Array, Array]:
-    """Return the matrices of (4), from errors in Earth-fixed axes to those in transported local axes, and back, (K, 9,
-    9).
-    """
+    """Return the matrices of (4), (K, 9, 9), from errors in Earth-fixed axes to transported local axes, and back."""
     c_en = earth_from_ned(state.latitude, state.longitude)
     c_ne = c_en.transpose(0, 2, 1)
     r1, r2 = earth.radii(state.latitude, ellipsoid)
@@ -262,7 +260,7 @@ def local_from_earth(state: NavState, ellipsoid: Ellipsoid) -> tuple[Array, Arra
     to, back = np.zeros((2, len(c_en), CORE, CORE))
     for part in (R, V, PHI):
         to[:, part, part], back[:, part, part] = c_ne, c_en
-    to[:, V, R], to[:, PHI, R] = across @ c_ne, tilt @ c_ne
+    to[:, V, R], to[:, PHI, R] = across @ c_ne, tilt @ c_ne  # (4)
     back[:, V, R], back[:, PHI, R] = -c_en @ across, -c_en @ tilt
     return to, back
 
@@ -286,9 +284,7 @@ def transported_transition(
 
 
 def turn_of_axes(before: NavState, after: NavState, size: int) -> Array:
-    """Return the matrix, (n, n), that refers a state to the axes of a corrected solution, which are its own north and
-    east.
-    """
+    """Return the matrix, (n, n), that refers a state to a corrected solution's own north and east."""
     psi = turn_of_north(before.latitude, before.longitude, after.latitude, after.longitude)[0]
     c, s = np.cos(psi), np.sin(psi)
     out = np.eye(size)
@@ -302,5 +298,5 @@ def refer_to_transported(h: Array, state: NavState, ellipsoid: Ellipsoid) -> Non
     r2 = earth.radii(state.latitude, ellipsoid)[1]
     turn = np.tan(state.latitude) / (r2 + state.height)  # ψ/δr_E
     north, east, _ = state.velocity_ned.T[:, :, None]
-    change = h[:, :, V.start + 1] * north - h[:, :, V.start] * east - h[:, :, PHI.start + 2]
+    change = h[:, :, V.start + 1] * north - h[:, :, V.start] * east - h[:, :, PHI.start + 2]  # (5)
     h[:, :, R.start + 1] += turn[:, None] * change

@@ -185,9 +185,7 @@ def linearise(
 
 
 def added_noise(phi: Array, c_nb: Array, turn: Array | None, roots: Array, interval: Array) -> Array:
-    """Return the covariance by noise of densities with `roots`, (K, 2, 3, 3), in the middle of each interval, (K, n,
-    n).
-    """
+    """Return the covariance, (K, n, n), by noise with `roots`, (K, 2, 3, 3), in the middle of each interval."""
     whole, parts = np.eye(phi.shape[1]), []
     for k, where in enumerate((PHI, V)):
         at_start = phi[:, :, where] if turn is None else phi[:, :, where] @ turn

@@ -56,9 +56,7 @@ class CheckedMeasurements:
         return np.arange(begin, end) if isinstance(self.usable, slice) else self.usable[begin:end]
 
     def variance(self, rows: NDArray[np.intp], model: ErrorModel) -> Array:
-        """Return the diagonal of R for some readings, (R, k): their variance, and that of inertial noise that no state
-        describes.
-        """
+        """Return the diagonal of R for some readings, (R, k), with inertial noise that no state describes."""
         noise = measurement_kind(self.data.kind).noise(model, np.maximum(self.interval[rows], _SAME))
         return np.asarray(self.data.sigma[rows] ** 2 + noise[:, None])
 
@@ -212,8 +210,7 @@ def _checked(m: Measurements, imu_time: Array) -> CheckedMeasurements:
 
 
 def averaging_intervals(time: Array, start: float) -> Array:
-    """Return the time over which the gyros are averaged for each zero-rate reading: that since the previous one, (M,)
-    s.
+    """Return the time since the previous zero-rate reading, over which the gyros are averaged, (M,) s.
 
     After a pause, or at the time of a reading that is not used, it is the usual interval.
     """

@@ -143,8 +143,7 @@ def motion(
     ellipsoid: Ellipsoid,
     axes: str = "north",
 ) -> NominalMotion:
-    """Return the mean motion over the intervals between K+1 epochs, with the states half-way and the mean rate of the
-    body.
+    """Return the mean motion over the intervals between K+1 epochs, with the states half-way between them.
 
     In "transported" axes the velocities at both ends are carried to the middle. The specific force is the change of
     velocity less gravity and the Coriolis acceleration.

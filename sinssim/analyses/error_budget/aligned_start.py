@@ -47,8 +47,7 @@ _STEPS = np.repeat((1e-9, 1e-5), 3)
 
 
 def by_mean_readings(motion: TrueMotion, count: int) -> Array:
-    """Return the derivative of the aligned attitude's error φ with respect to the mean readings of `count` samples at
-    rest.
+    """Return the derivative of the aligned attitude's error φ to the mean readings of `count` samples at rest.
 
     By gyros and accelerometers, (3, 6) s and s²/m, from central differences of the determination itself.
     """

@@ -110,9 +110,7 @@ class Consider:
         filter_run: FilterRun,
         blocks: Mapping[str, Array],
     ) -> None:
-        """Prepare the epochs and the truth's model of the readings, from 1σ of the aiding sensors' true errors by
-        block.
-        """
+        """Prepare the epochs and the truth's model of the readings; `blocks` are 1σ of the aiding sensors' errors."""
         self._motion, self._shares, self._series, self._filter = motion, shares, series, filter_run
         time = motion.ideal.time[filter_run.start :]
         self._readings, self._epochs = take_in(filter_run.measurements, filter_run.model, time, filter_run.rate_hz)

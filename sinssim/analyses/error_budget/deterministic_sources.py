@@ -116,9 +116,7 @@ def field_readings(scenario: Scenario, trajectory: Trajectory, ideal: ImuData) -
 
 
 def remainder_noise(scenario: Scenario, state: NavState) -> list[InertialNoise]:
-    """Return the random remainder of gravity as a process, with normal gravity at the true states; none without the
-    table.
-    """
+    """Return the random remainder of gravity, if there is one, as a process, with normal gravity at the true states."""
     model = None if scenario.gravity is None else scenario.gravity.remainder_model()
     if model is None or not any(model.sigma):
         return []

@@ -189,8 +189,7 @@ class TrueMotion:
         return dynamics(NAVIGATION_MODEL, nominal, self.gravity, self.trajectory.ellipsoid)
 
     def responses(self, time: Array, columns: Sequence[Column | int], theta: Array, vel: Array) -> Responses:
-        """Return the effects over the steps between K+1 instants of constant errors, or by number of given reading
-        errors.
+        """Return the effects of constant errors, or by number of given ones, over the steps between K+1 instants.
 
         The given reading errors `theta` and `vel` are (s, N, 3) rad and m/s.
         """
@@ -258,8 +257,7 @@ def noise_inputs(nominal: NominalMotion) -> dict[tuple[int, str], Array]:
 
 
 def gravity_input(phi: Array, interval: float) -> Array:
-    """Return the effect of a unit disturbance of gravity, north, east, down, over a step of `interval` s with Φ, (n,
-    3).
+    """Return the effect of a unit disturbance of gravity, north, east, down, over a step with Φ, (n, 3).
 
     It is ∫Φ(t) dt of the velocity's columns by the trapezoidal rule.
     """
@@ -284,9 +282,7 @@ _NODES, _WEIGHTS = np.polynomial.legendre.leggauss(3)
 
 
 def white_covariance(f: Array, inputs: Array, interval: Array) -> Array:
-    """Return ∫ Φ(t) G Gᵀ Φ(t)ᵀ dt over steps of (K,) s by Gauss-Legendre quadrature, (K, n, n); `inputs` are G, (K, n,
-    3).
-    """
+    """Return ∫ Φ(t) G Gᵀ Φ(t)ᵀ dt over steps, (K, n, n), by Gauss-Legendre quadrature; G, (K, n, 3), are `inputs`."""
     total = np.zeros_like(f)
     for node, weight in zip(0.5 * (_NODES + 1.0), 0.5 * _WEIGHTS, strict=True):
         moved = exponential(f, node * interval) @ inputs

@@ -331,9 +331,7 @@ class Propagation:
         self.marked = count
 
     def changes(self) -> tuple[Array, dict[str, Array]]:
-        """Return sensitivity, (c, m), and covariances, (c, c) by source, of the changes of the marked states since
-        then.
-        """
+        """Return sensitivity, (c, m), and covariances, (c, c) by source, of the changes since the last mark."""
         n, c = len(self.sensitivity), self.marked
         less = np.eye(c, n)
         less[:, n - c :] -= np.eye(c)

@@ -123,8 +123,7 @@ RATE_WALK = NoiseTerm(
 
 
 def gauss_markov_term(correlation_time: float) -> NoiseTerm:
-    """Return the term of a stationary first-order Gauss-Markov bias with the correlation time τ_b, s, and coefficient
-    σ_b.
+    """Return the term of a stationary first-order Gauss-Markov bias with τ_b, s; its coefficient is σ_b.
 
     Its Allan variance is σ_b² (2τ_b/τ) [1 − (τ_b/2τ)(3 − 4 exp(−τ/τ_b) + exp(−2τ/τ_b))] (IEEE Std 952, annex C,
     exponentially correlated noise): a rate random walk K = σ_b √(2/τ_b) far below τ_b, 0.617 σ_b at its top τ = 1.89
@@ -160,9 +159,7 @@ def gauss_markov_term(correlation_time: float) -> NoiseTerm:
 
 
 def ramp_coefficients(count: int, interval: float) -> Array:
-    """Return the cosine coefficients of n increments of a ramp with R = 1, (n,) s², zero at k = 0, the mean, and at
-    even k.
-    """
+    """Return the cosine coefficients of n increments of a ramp with R = 1, (n,) s²; those of even k are zero."""
     k = np.arange(1, count, 2)
     half = 0.5 * np.pi * k / count
     coefficients = np.zeros(count)
@@ -172,8 +169,7 @@ def ramp_coefficients(count: int, interval: float) -> Array:
 
 
 def end_effects(count: int) -> Array:
-    """Return the cosine coefficients of the difference, or the sum, of unit steps of the angle at the first and last
-    edge.
+    """Return the cosine coefficients of unit steps of the angle at the first and the last edge.
 
     The rounding errors of the accumulated angle at the two ends of a record add to the spectrum of quantisation: two
     numbers that look like white noise. The even coefficients of (n,) belong to their difference, the odd ones to their
@@ -298,8 +294,7 @@ def degrees_of_freedom(
 
 
 def _lags(m: int, last: int) -> tuple[Array, Array]:
-    """Return lags 0 … last and the weights of a sum over both signs; for a long sum only some, by the trapezoid
-    rule."""
+    """Return lags 0 … last and the weights of a sum over both signs, a long one of some by the trapezoid rule."""
     if last <= _LAGS:
         weights = np.full(last + 1, 2.0)
         weights[0] = 1.0

@@ -229,8 +229,7 @@ def clock(samples: Samples, source: str) -> Clock:
 
 
 def even_increments(samples: Samples, channel: LogChannel, timing: Clock) -> Array:
-    """Return one channel's increments over equal intervals, (N,) rad or m/s, or the unit of another quantity times
-    seconds.
+    """Return one channel's increments over equal intervals, (N,) rad, m/s, or another unit times seconds.
 
     A reading is assumed to hold over the interval before its time. At uneven times the accumulated readings are taken
     at the sample nearest to each edge. Interpolation would smooth the noise, whereas this keeps white noise white.
