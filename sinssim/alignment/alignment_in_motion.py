@@ -283,7 +283,6 @@ class ByCourse:
     course_time: float  # instant of the fix whose course was taken, s
 
 
-# Long: the arguments, and the two cases.
 def align_by_course(
     imu: ImuData,
     position: Measurements,

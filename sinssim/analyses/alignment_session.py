@@ -20,7 +20,6 @@ from sinssim.system.outputs import check_directory
 from sinssim.units import DEG
 
 
-# Long: every option is a parameter.
 def align(
     source: Scenario | str | Path,
     directory: Path | str | None = None,

@@ -63,7 +63,6 @@ def at(
     )
 
 
-# Long: the arguments.
 def near(
     solution: NavSolution,
     time: Array,

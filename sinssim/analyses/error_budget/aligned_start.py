@@ -197,7 +197,7 @@ def _disturbed(
     propagation.map(only_position)
     interval = np.diff(session.edges)
     f = np.zeros((len(interval), CORE, CORE))
-    f[:, V, PHI] = skew(session.gained / interval[:, None])
+    f[:, V, PHI] = skew(session.gained / interval[:, None])  # (1)
     phi = exponential(f, interval)
     drive = np.zeros((2, len(interval), CORE, 3))  # by gyros and accelerometers; the noise has no direction
     drive[0, :, PHI], drive[1, :, V] = -np.eye(3), np.eye(3)
@@ -234,7 +234,7 @@ def _end(scenario: Scenario, motion: TrueMotion, session: _Session, count: int, 
     c = rotation.dcm_from_quaternion(rotation.multiply(q_nb, rotation.conjugate(q_ib)))
     matrix = np.zeros((core, CORE + _FITTED))
     matrix[R, R] = np.eye(3)
-    matrix[V, V], matrix[PHI, PHI] = c, c
+    matrix[V, V], matrix[PHI, PHI] = c, c  # (2)
     place = rows_of(motion.state, slice(0, 1))
     starts = [_aligned(scenario, motion, session, place, step) for step in (-_ANGLE, 0.0, _ANGLE)]
     turn = skew(np.asarray(starts[1].velocity_ned)[None])[0] @ c

@@ -223,7 +223,6 @@ class NoiseFit:
         return np.asarray(np.sqrt(parts[symbol] if symbol is not None else sum(parts.values())))
 
 
-# Long: the terms are fitted, found and dropped in this order.
 def fit_noise(increments: Array, interval: float, correlation_time: float | None = None) -> NoiseFit:
     """Identify the noise of one channel of a sensor at rest.
 

@@ -203,7 +203,6 @@ class NoiseReport:
         }
 
 
-# Long: the options are checked by name, then the channels are identified in turn.
 def noise_report(
     log: Path,
     *,
