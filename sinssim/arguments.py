@@ -20,18 +20,8 @@ _WRITEABLE, _BROADCAST = 0x400, 1 << 31  # NPY_ARRAY_WRITEABLE and NPY_ARRAY_WAR
 
 
 def numbers(name: str, values: Any) -> Array:
-    """Convert an argument to an array of doubles of any shape.
-
-    Args:
-        values: a number, a list, a tuple or an array of numbers.
-
-    Returns:
-        The array, contiguous and writeable; the argument itself if it already is.
-
-    Raises:
-        InputError: the argument is not an array of numbers, but for example None, text, ragged lists, masked or complex
-            numbers, or dates.
-    """
+    """Convert an argument to an array of doubles of any shape; return the array, contiguous and writeable; the argument
+    itself if it already is (values: a number, a list, a tuple or an array of numbers)."""
     if isinstance(values, np.ma.MaskedArray):
         if np.ma.is_masked(values):
             raise InputError(f"{name} is a masked array with values masked out; fill them or leave them out.")
@@ -83,14 +73,7 @@ POSITIVE = 5e-324
 
 
 def vector(name: str, values: Any, size: int, unit: str = "") -> Array:
-    """Convert an argument to a vector of finite numbers.
-
-    Returns:
-        (size,).
-
-    Raises:
-        InputError: the argument is not such a vector.
-    """
+    """Convert an argument to a vector of finite numbers; return (size,)."""
     array = numbers(name, values)
     if array.shape != (size,) or not np.all(np.isfinite(array)):
         shown = shortened(str(array.tolist()), 60)
@@ -99,14 +82,7 @@ def vector(name: str, values: Any, size: int, unit: str = "") -> Array:
 
 
 def quaternion(name: str, values: Any) -> Array:
-    """Convert an argument to a quaternion that can be normalised.
-
-    Returns:
-        (4,), not normalised.
-
-    Raises:
-        InputError: the argument is not four finite numbers, or all are zero.
-    """
+    """Convert an argument to a quaternion that can be normalised; return (4,), not normalised."""
     array = vector(name, values, 4, "scalar first")
     if not 1e-6 < float(np.linalg.norm(array)) < 1e6:
         raise InputError(f"{name} = {array.tolist()} must be a quaternion of unit norm, scalar first.")
@@ -121,11 +97,7 @@ def check_kind(name: str, value: object, kind: type, like: str = "") -> None:
 
 
 def names(name: str, kind: str, values: Iterable[str], known: Collection[str]) -> list[str]:
-    """Convert an argument to a list of known names.
-
-    Raises:
-        InputError: the argument is not a list of names, or a name is unknown.
-    """
+    """Convert an argument to a list of known names."""
     if not isinstance(values, list | tuple):
         raise InputError(f"{name} = {shortened(repr(values), 40)} must be a list of names: {', '.join(known)}.")
     for value in values:
@@ -251,3 +223,23 @@ def not_finite_in(height: Array, velocity: Array, q_nb: Array) -> tuple[str, int
         if row is not None:
             return name, row
     return None
+
+
+def as_columns(*values: Any) -> tuple[tuple[int, ...], list[Array]]:
+    """Return the common shape of arrays that are broadcast against each other, and each as a new array of one axis."""
+    given = [numbers("the array", value) for value in values]
+    try:
+        arrays = np.broadcast_arrays(*given)
+    except ValueError as error:
+        shapes = ", ".join(str(value.shape) for value in given)
+        raise InputError(f"arrays of the shapes {shapes} do not fit together.") from error
+    # copies, because numpy warns if numba asks whether a broadcast view of one element is writeable
+    return arrays[0].shape, [array.copy().reshape(-1) for array in arrays]
+
+
+def as_vectors(r: Any) -> tuple[tuple[int, ...], Array]:
+    """Return the shape of an array of vectors without their axis, and the vectors, (N, 3)."""
+    array = numbers("the array of vectors", r)
+    if array.shape[-1:] != (3,):
+        raise InputError(f"expected vectors of 3 components in the last axis, got an array of shape {array.shape}.")
+    return array.shape[:-1], np.ascontiguousarray(array).reshape(-1, 3)

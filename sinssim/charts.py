@@ -48,11 +48,7 @@ PAIR, WIDE = (11.4, 3.0), (11.4, 3.6)
 
 
 def over(span: tuple[float, float]) -> Axis:
-    """Return the axis of the times of a run.
-
-    Args:
-        span: its first and last instant, s.
-    """
+    """Return the axis of the times of a run (span: its first and last instant, s)."""
     return Axis(label="time", units=TIME_SCALE, low=span[0], high=span[1])
 
 
@@ -320,11 +316,7 @@ class Chart:
         return (low / widen if axis.low is None else low), (high * widen if axis.high is None else high)
 
     def unit(self, upright: bool) -> tuple[str, float]:
-        """Return the unit of an axis.
-
-        Returns:
-            Its name, and its size in SI.
-        """
+        """Return the unit of an axis: its name, and its size in SI."""
         axis = self.y if upright else self.x
         ends = [np.array([end]) for end in (axis.low, axis.high) if end is not None]
         if axis.units is TIME_SCALE and not axis.log and not upright:  # as long as the run is

@@ -132,12 +132,7 @@ class CheckedFiles(IndexDataCacheFile):  # type: ignore[misc]
         super().save(key, (key, data))
 
     def load(self, key: Any) -> Any:
-        """Return the code of a signature; None if there is none.
-
-        Raises:
-            DamagedKernelError: a file is not what was written.
-            OSError: the folder cannot be read.
-        """
+        """Return the code of a signature; None if there is none."""
         entry = super().load(key)
         return entry[1] if entry is not None and entry[0] == key else None
 

@@ -11,16 +11,11 @@ from typing import Any
 
 
 def on_first_use(package: str) -> tuple[Callable[[str], Any], Callable[[], list[str]], list[str]]:
-    """Return the `__getattr__`, `__dir__` and `__all__` of a package whose names are in modules below it.
+    """Return the `__getattr__`, `__dir__` and `__all__` of a package whose names are in modules below it: the two
+    functions, and the names (package: full name of the package).
 
     The names are those that its `__init__.py` imports under `if TYPE_CHECKING:`, where editors and type checkers see
     them; the form `from module import name as name` offers them to users.
-
-    Args:
-        package: full name of the package.
-
-    Returns:
-        The two functions, and the names.
     """
     namespace = vars(sys.modules[package])
     tree = ast.parse(Path(namespace["__file__"]).read_text(encoding="utf-8"))

@@ -64,12 +64,7 @@ TIME_SCALE: Scale = (("s", 1.0, 600.0), ("min", 60.0, 4.0 * 3600.0), ("h", 3600.
 
 
 def fixed(name: str, size: float = 1.0) -> Scale:
-    """Return a kind of quantity with one unit.
-
-    Args:
-        name: the unit's name.
-        size: in SI.
-    """
+    """Return a kind of quantity with one unit (name: the unit's name; size in SI)."""
     return ((name, size, np.inf),)
 
 

@@ -18,7 +18,7 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import ArrayLike
 
-from sinssim.arguments import numbers
+from sinssim.arguments import as_columns, as_vectors, numbers
 from sinssim.data import Array
 from sinssim.earth.ellipsoid_kernels import (
     EarthParameters,
@@ -32,24 +32,6 @@ from sinssim.earth.ellipsoids import WGS84, Ellipsoid
 from sinssim.errors import InputError, check_name
 from sinssim.jit import kernel
 from sinssim.units import ARCSEC
-
-
-def as_columns(*values: ArrayLike) -> tuple[tuple[int, ...], list[Array]]:
-    given = [numbers("the array", value) for value in values]
-    try:
-        arrays = np.broadcast_arrays(*given)
-    except ValueError as error:
-        shapes = ", ".join(str(value.shape) for value in given)
-        raise InputError(f"arrays of the shapes {shapes} do not fit together.") from error
-    # copies, because numpy warns if numba asks whether a broadcast view of one element is writeable
-    return arrays[0].shape, [array.copy().reshape(-1) for array in arrays]
-
-
-def as_vectors(r: ArrayLike) -> tuple[tuple[int, ...], Array]:
-    array = numbers("the array of vectors", r)
-    if array.shape[-1:] != (3,):
-        raise InputError(f"expected vectors of 3 components in the last axis, got an array of shape {array.shape}.")
-    return array.shape[:-1], np.ascontiguousarray(array).reshape(-1, 3)
 
 
 @kernel

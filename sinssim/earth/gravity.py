@@ -7,6 +7,7 @@ from math import cos, sin, sqrt
 import numpy as np
 from numpy.typing import ArrayLike
 
+from sinssim.arguments import as_columns, as_vectors
 from sinssim.data import Array
 from sinssim.earth.ellipsoid_kernels import (
     GRAVITY_NUMBERS,
@@ -16,7 +17,6 @@ from sinssim.earth.ellipsoid_kernels import (
     parameters,
 )
 from sinssim.earth.ellipsoids import GRAVITY_MODELS, WGS84, Ellipsoid
-from sinssim.earth.geodetic_coordinates import as_columns, as_vectors
 from sinssim.errors import check_name
 from sinssim.jit import kernel
 

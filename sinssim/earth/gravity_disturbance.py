@@ -29,9 +29,10 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from sinssim import rotation
+from sinssim.arguments import as_columns, as_vectors
 from sinssim.data import Array
 from sinssim.earth.ellipsoids import WGS84, Ellipsoid
-from sinssim.earth.geodetic_coordinates import as_columns, as_vectors, geodetic_to_ecef, q_en
+from sinssim.earth.geodetic_coordinates import geodetic_to_ecef, q_en
 from sinssim.earth.gravity import gravity_ned
 from sinssim.earth.harmonic_coefficients import Coefficients
 from sinssim.jit import inline, kernel
@@ -225,14 +226,12 @@ class DisturbingField:
         return out[:, 0].reshape(shape), out[:, 1:].reshape(*shape, 3)
 
     def at(self, latitude: ArrayLike, longitude: ArrayLike, height: ArrayLike) -> Disturbance:
-        """Return deflections, disturbance and anomaly at points.
+        """Return deflections, disturbance and anomaly at points: the disturbance at those points, broadcast against
+        each other.
 
         Args:
             latitude, longitude: geodetic, (...) rad.
             height: above the ellipsoid, (...) m.
-
-        Returns:
-            The disturbance at those points, broadcast against each other.
         """
         shape, (lat, lon, h) = as_columns(latitude, longitude, height)
         r = geodetic_to_ecef(lat, lon, h, self.ellipsoid)
@@ -282,14 +281,7 @@ class DisturbanceAlong:
     evaluations: int  # number of points at which the field was evaluated
 
     def at(self, t: Array) -> Array:
-        """Return the disturbance in Earth-fixed axes.
-
-        Args:
-            t: instants, (N,) s.
-
-        Returns:
-            δg, (N, 3) m/s².
-        """
+        """Return the disturbance in Earth-fixed axes, (N, 3) m/s² (t: instants, (N,) s)."""
         panel = np.clip(((t - self.start) / self.step).astype(np.intp), 0, len(self.panels) - 1)
         u = (t - self.start - panel * self.step)[:, None]
         c = self.panels[panel]

@@ -127,14 +127,8 @@ def too_near(pole: Array, time: Array, latitude: Array, longitude: Array, veloci
 
 
 def sentence(pole: Array, distance: float, speed: float, step: float, when: str) -> str:
-    """Return the message that a motion comes too near to the pole of its route.
-
-    Args:
-        pole: the nearer pole of the route, Earth-fixed unit vector, (3,).
-        distance: distance from the pole, m.
-        speed: horizontal, m/s.
-        step: the engine's step, s.
-    """
+    """Return the message that a motion comes too near to the pole of its route (pole: the nearer pole of the route,
+    Earth-fixed unit vector, (3,); distance from the pole, m; speed: horizontal, m/s; step: the engine's step, s)."""
     allowed, shown = float(nearest_allowed(speed, step)), float(f"{distance:.4g}")
     angles = math.asin(max(-1.0, min(1.0, pole[2]))), math.atan2(pole[1], pole[0])
     latitude, longitude = (round(math.degrees(angle), 4) + 0.0 for angle in angles)  # no negative zero

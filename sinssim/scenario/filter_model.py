@@ -102,11 +102,7 @@ def _ratio_squared(signal: float, noise: float) -> float:
 
 
 def states(scenario: Scenario, moved: Excitation | None = None) -> tuple[str, ...]:
-    """Return the blocks of the inertial sensors' errors that a scenario's filter has.
-
-    Args:
-        moved: as for `weights`.
-    """
+    """Return the blocks of the inertial sensors' errors that a scenario's filter has (moved as for `weights`)."""
     assert scenario.filter is not None
     if scenario.filter.states is not None:
         return scenario.filter.states

@@ -125,11 +125,7 @@ def override(data: dict[str, Any], setting: str) -> str:
 
 
 def with_settings(text: str, settings: Sequence[str]) -> str:
-    """Return the text of a scenario's file with settings "key.path=value" written into it; its comments stay.
-
-    Raises:
-        InputError: as for `override`.
-    """
+    """Return the text of a scenario's file with settings "key.path=value" written into it; its comments stay."""
     import tomlkit
 
     if not settings:

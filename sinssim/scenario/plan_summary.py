@@ -276,11 +276,7 @@ def field_words(scenario: Tables) -> str:
 
 
 def given(section: BaseModel, *without: str) -> str:
-    """Return the values of a table that differ from the defaults.
-
-    Returns:
-        "key = value, …", "" if all are defaults.
-    """
+    """Return the values of a table that differ from the defaults: "key = value, …", "" if all are defaults."""
     return _values({key: value for key, value in _other_than_defaults(section).items() if key not in without})
 
 

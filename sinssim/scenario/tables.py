@@ -9,11 +9,12 @@ from __future__ import annotations
 import os
 from collections.abc import Iterable, Mapping
 from pathlib import Path
-from typing import Annotated, Any, Literal, NamedTuple, Self, get_args
+from typing import Annotated, Any, Generic, Literal, NamedTuple, Self, TypeVar, get_args
 
 from pydantic import (
     AfterValidator,
     BeforeValidator,
+    ConfigDict,
     Discriminator,
     Field,
     GetJsonSchemaHandler,
@@ -53,6 +54,8 @@ from sinssim.truth.one_component_configuration import OneComponent
 from sinssim.truth.true_gravity import TrueGravity
 from sinssim.truth.vehicles.surface_vehicles import Drive, Voyage
 from sinssim.validation_errors import ONE_OF_SEVERAL
+
+S = TypeVar("S")
 
 
 class Given(NamedTuple):
@@ -270,6 +273,17 @@ def _view(path: str) -> str:
     return path
 
 
+class _SourceOf(Generic[S]):
+    """The source of a scenario if it is of a kind, else None."""
+
+    def __init__(self, kind: type[S]) -> None:
+        self._kind = kind
+
+    def __get__(self, scenario: Any, owner: Any) -> S | None:
+        source = None if scenario is None else scenario.source
+        return source if isinstance(source, self._kind) else None
+
+
 class Tables(Section):
     """The contents of a scenario file."""
 
@@ -327,6 +341,18 @@ class Tables(Section):
             usual["algorithms"] = (PLATFORM, "quaternion")  # the platform itself, and strapdown navigation
         return {**data, "navigation": {**usual, **navigation}} if usual else data
 
+    model_config = ConfigDict(ignored_types=(_SourceOf,))
+
+    flight = _SourceOf(Flight)
+    parked = _SourceOf(ParkedVehicle)
+    great_circle = _SourceOf(GreatCircleFlight)
+    motion = _SourceOf(ClosedFormMotion)
+    track = _SourceOf(Track)
+    drive = _SourceOf(Drive)
+    voyage = _SourceOf(Voyage)
+    log = _SourceOf(Log)
+    one_component = _SourceOf(OneComponent)
+
     @property
     def coordinates(self) -> tuple[str, ...]:
         """The coordinates to record, given or those of the frame."""
@@ -371,54 +397,9 @@ class Tables(Section):
         return super().model_copy(update=inner, deep=deep)
 
     @property
-    def flight(self) -> Flight | None:
-        """The table [flight]."""
-        return self.source if isinstance(self.source, Flight) else None
-
-    @property
-    def parked(self) -> ParkedVehicle | None:
-        """The table [parked]."""
-        return self.source if isinstance(self.source, ParkedVehicle) else None
-
-    @property
-    def great_circle(self) -> GreatCircleFlight | None:
-        """The table [great_circle]."""
-        return self.source if isinstance(self.source, GreatCircleFlight) else None
-
-    @property
-    def motion(self) -> AnyClosedForm | None:
-        """The table [motion]."""
-        return self.source if isinstance(self.source, ClosedFormMotion) else None
-
-    @property
-    def track(self) -> Track | None:
-        """The table [track]."""
-        return self.source if isinstance(self.source, Track) else None
-
-    @property
-    def drive(self) -> Drive | None:
-        """The table [drive]."""
-        return self.source if isinstance(self.source, Drive) else None
-
-    @property
-    def voyage(self) -> Voyage | None:
-        """The table [voyage]."""
-        return self.source if isinstance(self.source, Voyage) else None
-
-    @property
     def turntable(self) -> Turntable | None:
         """The table [turntable]: the motion, or the sequence of a recorded calibration."""
         return self.source if isinstance(self.source, Turntable) else self.sequence
-
-    @property
-    def log(self) -> Log | None:
-        """The table [log]."""
-        return self.source if isinstance(self.source, Log) else None
-
-    @property
-    def one_component(self) -> OneComponent | None:
-        """The table [one_component]."""
-        return self.source if isinstance(self.source, OneComponent) else None
 
     def own_items(self) -> list[Item]:
         """Return the content outside the package that the scenario chooses by name, in its order."""
@@ -437,11 +418,8 @@ class Tables(Section):
         return (type(self).model_validate, (self.contents(),)) if self.own_items() else super().__reduce__()
 
     def contents(self, without: Iterable[str] = ()) -> dict[str, Any]:
-        """Return the contents of the scenario's file with every default, as TOML can hold them.
-
-        Returns:
-            Tables, arrays and values by key; `Scenario.model_validate` makes an equal scenario of them.
-        """
+        """Return the contents of the scenario's file with every default, as TOML can hold them: tables, arrays and
+        values by key; `Scenario.model_validate` makes an equal scenario of them."""
         contents = {key: value for key, value in self.as_written().items() if key not in set(without)}
         return dict(_without_none(contents))
 

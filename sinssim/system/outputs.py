@@ -187,11 +187,8 @@ def write_text(path: Path, text: str) -> None:
 
 
 def written(place: Path) -> list[str] | None:
-    """Return the files that sinssim wrote in a directory.
-
-    Returns:
-        Their names in it, with slashes, by its mark; None without a mark that could be one.
-    """
+    """Return the files that sinssim wrote in a directory: their names in it, with slashes, by its mark; None without a
+    mark that could be one."""
     mark = place / MARK
     if mark.is_symlink() or not mark.is_file():
         return None

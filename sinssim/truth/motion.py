@@ -103,10 +103,6 @@ class Motion(Source):
             seed: seed of what is random in the motion.
             progress: called with the fraction of a flight flown, 0…1.
             meanwhile: called once while another process flies; not called if there is nothing to fly.
-
-        Raises:
-            InputError: the motion is impossible; the message names the leg, the file or the key.
-            RunError: JSBSim failed.
         """
         raise NotImplementedError
 

@@ -115,14 +115,8 @@ class Remainder:
             self.values[:, axis], self.slopes[:, axis] = sigma * x[:, 0], sigma * scale[1] * x[:, 1]
 
     def at(self, distance: Array) -> Array:
-        """Return ξ, η and the anomaly at distances travelled.
-
-        Args:
-            distance: from the start, (N,) m.
-
-        Returns:
-            ξ and η, rad, and the anomaly, m/s², (N, 3).
-        """
+        """Return ξ, η and the anomaly at distances travelled: ξ and η, rad, and the anomaly, m/s², (N, 3) (distance
+        from the start, (N,) m)."""
         out = np.empty((len(distance), 3))
         _hermite_rows(np.ascontiguousarray(distance), self.spacing, self.values, self.slopes, out)
         return out

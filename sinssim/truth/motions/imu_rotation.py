@@ -77,14 +77,7 @@ class Profile:
     gain: Array  # change of the rate within each piece, (K,) rad/s
 
     def at(self, t: Array) -> tuple[Array, Array]:
-        """Return angle and rate.
-
-        Args:
-            t: instants, (N,) s.
-
-        Returns:
-            (N,) rad and (N,) rad/s.
-        """
+        """Return angle and rate: (N,) rad and (N,) rad/s (t: instants, (N,) s)."""
         k = np.clip(np.searchsorted(self.begin, t, side="right") - 1, 0, len(self.begin) - 1)
         since, lasts = t - self.begin[k], self.lasts[k]
         x = since / lasts
@@ -156,14 +149,7 @@ class Turning:
         return nu, self.wobble * self.cycles * (w * np.cos(at) - u * np.sin(at))
 
     def attitude(self, t: Array) -> Array:
-        """Return the true attitude of the block.
-
-        Args:
-            t: instants, (N,) s.
-
-        Returns:
-            q_vb, v_v = C_vb v_b, (N, 4).
-        """
+        """Return the true attitude of the block: q_vb, v_v = C_vb v_b, (N, 4) (t: instants, (N,) s)."""
         angles = self.angles(t)
         q_vb = self.without_wobble(angles)
         if not self.wobble:
@@ -172,14 +158,8 @@ class Turning:
         return rotation.multiply(rotation.quaternion_from_rotation_vector(nu), q_vb)  # (1)
 
     def rate(self, t: Array) -> Array:
-        """Return the rate of the block relative to the vehicle.
-
-        Args:
-            t: instants, (N,) s.
-
-        Returns:
-            ω_vb in the block's axes, (N, 3) rad/s.
-        """
+        """Return the rate of the block relative to the vehicle: ω_vb in the block's axes, (N, 3) rad/s (t: instants,
+        (N,) s)."""
         alpha, alpha_rate = self.outer_profile.at(t)
         beta, beta_rate = self.inner_profile.at(t)
         omega = alpha_rate[:, None] * self.outer

@@ -467,11 +467,8 @@ class Turntable(PlacedMotion):
         )
 
     def motion(self, errors: TableErrors) -> tuple[Array, RotationTable]:
-        """Return the motion of a block on the table.
-
-        Returns:
-            Attitude q_nb in the first position, (4,), and the motion from it.
-        """
+        """Return the motion of a block on the table: attitude q_nb in the first position, (4,), and the
+        motion from it."""
         exp = rotation.quaternion_from_rotation_vector
         q_first = rotation.multiply(exp(errors.tilt), rotation.multiply(self.start_attitude, exp(errors.position[0])))
         steps: list[Dwell | Turn] = [Dwell(self.first_dwell_s or self.dwell_s)]

@@ -189,11 +189,8 @@ class Profile:
         self._add(ramp, rate=rate, rate_change=-rate)
 
     def at(self, time: Array) -> Course:
-        """Return the motion at instants.
-
-        Args:
-            time: s, (K,); before 0 and after the end, the vehicle moves on at its speed.
-        """
+        """Return the motion at instants (time: s, (K,); before 0 and after the end, the vehicle moves on
+        at its speed)."""
         starts = np.array([piece.start for piece in self._pieces])
         number = np.clip(np.searchsorted(starts, time, side="right") - 1, 0, len(starts) - 1)
         names = ("start", "lasting", "speed", "change", "rate", "rate_change", "way", "heading")

@@ -42,14 +42,8 @@ class HeightPath:
     curvature: float  # of the parabolas, 1/m
 
     def at(self, left: float) -> tuple[float, float]:
-        """Return height and slope at a distance.
-
-        Args:
-            left: distance left, m.
-
-        Returns:
-            Height, m, and slope; before the beginning the height is constant.
-        """
+        """Return height and slope at a distance: height, m, and slope; before the beginning the height is constant
+        (left: distance left, m)."""
         way, length = self.begin - left, self.begin - self.end
         if way <= 0.0:
             return self.height, 0.0
