@@ -18,7 +18,7 @@ from sinssim.data import Array
 from sinssim.units import TIME_SCALE, Scale, fixed, suiting
 
 Color = str | tuple[int, int, int]
-Weight = Literal["wide", "bold", "line", "thin", "hair"]
+Weight = Literal["broad", "wide", "bold", "line", "thin", "hair"]
 Dash = Literal["", "--", ":", "-."]
 NUMBER: Scale = fixed("")
 
@@ -205,11 +205,21 @@ class Limit:
 
 @dataclass(frozen=True, kw_only=True)
 class Remark:
-    """Words beside a point: `text` at `x`, `y`, SI."""
+    """Words beside a point.
+
+    Attributes:
+        x, y: the point, SI.
+        text: the words.
+        left, below: whether they are to the left of it, and below it, instead of to the right and above.
+        soft: whether they are small and pale.
+    """
 
     x: float
     y: float
     text: str
+    left: bool = False
+    below: bool = False
+    soft: bool = False
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)

@@ -7,6 +7,7 @@ the unit that suits them.
 from __future__ import annotations
 
 import math
+import re
 from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import dataclass, field
 from typing import Literal
@@ -41,6 +42,7 @@ class Column:
     words: bool = False  # whether it holds words, which begin at the left
     digits: int = 0  # significant digits of its numbers; 0 for `four_digits`
     on: tuple[Medium, ...] = EVERYWHERE  # the media that show it
+    group: str = ""  # a head that it shares with its neighbours of the same group, above its own
 
 
 @dataclass(frozen=True)
@@ -48,7 +50,7 @@ class Table:
     """A table."""
 
     columns: tuple[Column, ...]
-    rows: Sequence[Sequence[str | float]]  # a text, or a number in SI in a column with units, for each column
+    rows: Sequence[Sequence[str | float]]  # a text, perhaps of several lines, or a number in SI for each column
     title: str = ""  # above it; the console takes that of the section if it is empty
     note: str = ""  # below it
     colors: Sequence[Color] = ()  # of the rows, shown by a square before each; empty for none
@@ -77,7 +79,8 @@ class Table:
 def _text(cell: str | float, size: float, digits: int) -> str:
     if isinstance(cell, str):
         return cell
-    return number_text(float(cell) / size, digits) if digits else four_digits(float(cell) / size)
+    text = number_text(float(cell) / size, digits) if digits else four_digits(float(cell) / size)
+    return re.sub("^-", "−", text)
 
 
 def four_digits(value: float) -> str:
@@ -115,6 +118,14 @@ class Diagram:
 
 
 @dataclass(frozen=True)
+class Picture:
+    """A drawing that is no chart, such as a block diagram."""
+
+    svg: str  # an SVG element
+    on: tuple[Medium, ...] = ("page",)  # the media that show it
+
+
+@dataclass(frozen=True)
 class Beside:
     """Exhibits side by side where there is room."""
 
@@ -134,7 +145,7 @@ class Section:
     on: tuple[Medium, ...] = EVERYWHERE  # the media that show it
 
 
-Item = Sentence | Table | Verbatim | Points | Diagram | Charts | Cloud | Beside | Section
+Item = Sentence | Table | Verbatim | Points | Diagram | Picture | Charts | Cloud | Beside | Section
 
 
 @dataclass(frozen=True)
@@ -143,6 +154,7 @@ class Exhibits:
 
     title: str  # of the page
     items: Sequence[Item]  # what it contains, in this order
+    heading: str = ""  # above the page; the title if empty
     plain: str = ""  # the title on the console; that of the page if empty
     name: str = ""  # of the recording, for which the viewer keeps a layout
     kind: str = ""  # of the recording, which chooses its views

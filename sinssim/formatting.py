@@ -6,9 +6,9 @@ import math
 from collections.abc import Iterable
 
 
-def number_text(value: float, digits: int = 3) -> str:
+def number_text(value: float | None, digits: int = 3) -> str:
     """Write a number with a few significant digits; return "0.0123", "1.2e-09", or "–" for an unknown number."""
-    if not math.isfinite(value):
+    if value is None or not math.isfinite(value):
         return "–"
     if value == 0.0:
         return "0"

@@ -21,7 +21,6 @@ def blueprint(run: RunInfo) -> rrb.Blueprint:
     Returns:
         The layout.
     """
-    of = run.label("parameters", "errors [σ]")
 
     def plot(
         name: str,
@@ -31,7 +30,7 @@ def blueprint(run: RunInfo) -> rrb.Blueprint:
         axis: tuple[float, float] | None = None,
     ) -> rrb.TimeSeriesView:
         """A plot; `legend` is the width of the legend relative to that of the lines."""
-        entities = [entity for entity in run.ranges if entity.startswith(f"filter/{key}/")]
+        entities = [e for e in run.ranges if e == f"filter/{key}" or e.startswith(f"filter/{key}/")]
         return rrb.TimeSeriesView(
             origin=f"/filter/{key}",
             name=name,
@@ -41,14 +40,11 @@ def blueprint(run: RunInfo) -> rrb.Blueprint:
         )
 
     def band(name: str, key: str, legend: float = 0.0) -> rrb.TimeSeriesView:
-        half = (
-            max(map(abs, run.range_of(f"filter/{key}/aided", f"filter/{key}/smoothed", f"filter/{key}/backward")))
-            or 1.0
-        )
+        half = max(map(abs, run.range_of(f"filter/{key}"))) or 1.0
         power = 10.0 ** math.floor(math.log10(half))
         # the viewer writes numbers at powers of ten, and not too many of them
         half = 1.05 * (10.0 * power if half > 4.7 * power else half)
-        return plot(f"{name} [{run.label(f'filter_{key}', 'm')}]", key, legend=legend, axis=(-half, half))
+        return plot(f"{name} [{run.label(f'filter/{key}', 'm')}]", key, legend=legend, axis=(-half, half))
 
     return rrb.Blueprint(
         rrb.Vertical(
@@ -68,8 +64,8 @@ def blueprint(run: RunInfo) -> rrb.Blueprint:
                 grid_columns=4,
             ),
             rrb.Horizontal(
-                plot(f"Gyros: {of}", "gyro"),
-                plot(f"Accelerometers: {of}", "accelerometer"),
+                plot(run.label("filter/gyro title", "Gyros") + " [σ]", "gyro"),
+                plot(run.label("filter/accelerometer title", "Accelerometers") + " [σ]", "accelerometer"),
                 plot("Largest σ of each block, relative to its start [decades]", "shrinking", legend=0.75),
                 rrb.TextDocumentView(origin="/about/filter", name="Consistency"),
                 column_shares=[2, 2, 3.5, 3],

@@ -72,7 +72,7 @@ def blueprint(run: RunInfo) -> rrb.Blueprint:
             rrb.Grid(
                 plot("height", "Height above the ellipsoid [m]"),
                 plot("roll_pitch", "Roll and pitch [deg]", legend=True),
-                plot("ground_speed", "Ground speed [m/s]"),
+                plot("speed", "Speed [m/s]", legend=True),
                 plot("heading", "Heading [deg]"),
                 plot("vertical_speed", "Vertical speed, up [m/s]"),
                 words,

@@ -16,35 +16,32 @@ def blueprint(run: RunInfo) -> rrb.Blueprint:
     Returns:
         The layout.
     """
-    position, velocity = run.label("position", "m"), run.label("velocity", "m/s")
-    tilt, azimuth = run.label("tilt", "arcmin"), run.label("azimuth", "arcmin")
 
-    def plot(key: str, name: str, *further: str, legend: bool = False) -> rrb.TimeSeriesView:
-        entities = [f"navigation/{k}" for k in (key, *further)]
+    def plot(key: str, name: str, legend: bool = False) -> rrb.TimeSeriesView:
+        entity = f"navigation/{key}"
         return rrb.TimeSeriesView(
-            origin="/navigation",
-            contents=[f"/{entity}" for entity in entities],
-            name=name,
+            origin=f"/{entity}",
+            name=f"{name} [{run.label(entity, 'm')}]",
             axis_x=run.axis_x(),
-            axis_y=run.axis_y(*entities),
-            plot_legend=rrb.PlotLegend(visible=legend, corner=run.corner(*entities)),
+            axis_y=run.axis_y(entity),
+            plot_legend=rrb.PlotLegend(visible=legend, corner=run.corner(entity)),
         )
 
     return rrb.Blueprint(
         rrb.Grid(
-            plot("position_north", f"North position error [{position}]", legend=True),
-            plot("position_east", f"East position error [{position}]"),
-            plot("height", f"Height error [{run.label('height', 'm')}]"),
-            plot("horizontal", f"Horizontal error [{position}]", "one_mile_an_hour", legend=True),
-            plot("velocity_north", f"North velocity error [{velocity}]"),
-            plot("velocity_east", f"East velocity error [{velocity}]"),
-            plot("velocity_down", f"Down velocity error [{velocity}]"),
-            plot("apart", f"Distance from the {run.algorithms[0]} solution [{run.label('apart', 'm')}]", legend=True)
+            plot("position_north", "North position error", legend=True),
+            plot("position_east", "East position error"),
+            plot("height", "Height error"),
+            plot("horizontal", "Horizontal error", legend=True),
+            plot("velocity_north", "North velocity error"),
+            plot("velocity_east", "East velocity error"),
+            plot("velocity_down", "Down velocity error"),
+            plot("apart", f"Distance from the {run.algorithms[0]} solution", legend=True)
             if len(run.algorithms) > 1
-            else plot("speed", f"Velocity error, magnitude [{velocity}]"),
-            plot("tilt_north", f"Tilt about north, φN [{tilt}]"),
-            plot("tilt_east", f"Tilt about east, φE [{tilt}]"),
-            plot("azimuth", f"Azimuth misalignment, φD [{azimuth}]"),
+            else plot("speed", "Velocity error, magnitude"),
+            plot("tilt_north", "Tilt about north, φN"),
+            plot("tilt_east", "Tilt about east, φE"),
+            plot("azimuth", "Azimuth misalignment, φD"),
             rrb.TextDocumentView(origin="/about/summary", name="Summary"),
             grid_columns=4,
         ),

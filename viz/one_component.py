@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-import json
-
 import rerun.blueprint as rrb
 
 from sinssim.recording.rerun.views import RunInfo
@@ -21,17 +19,17 @@ def blueprint(run: RunInfo) -> rrb.Blueprint:
         The layout.
     """
 
-    def plot(key: str, name: str, legend: bool = False) -> rrb.TimeSeriesView:
+    def plot(key: str, legend: bool = False) -> rrb.TimeSeriesView:
         entity = f"one_component/{key}"
         return rrb.TimeSeriesView(
             origin=f"/{entity}",
-            name=name,
+            name=f"{run.label(f'{key} title')} [{run.label(key)}]",
             axis_x=run.axis_x(),
             axis_y=run.axis_y(entity),
             plot_legend=rrb.PlotLegend(visible=legend, corner=run.corner(entity)),
         )
 
-    sources = [plot(key, title) for key, title in json.loads(run.label("sources", "[]"))]
+    sources = [plot(key) for key in run.labels if key.startswith("source_") and " " not in key]
     return rrb.Blueprint(
         rrb.Horizontal(
             rrb.Vertical(
@@ -42,19 +40,19 @@ def blueprint(run: RunInfo) -> rrb.Blueprint:
                 row_shares=[3, 2],
             ),
             rrb.Vertical(
-                plot("coordinate", "Error Δy of the coordinate [arcmin ≈ nmi]", True),
+                plot("coordinate", True),
                 *sources,
             ),
             rrb.Vertical(
-                plot("difference", f"Δy: equation minus simulation [{run.label('difference', 'arcsec')}]", True),
-                plot("velocity_error", f"Velocity error ΔV [{run.label('velocity', 'm/s')}]"),
-                plot("pitch_error", f"Pitch error Δα [{run.label('pitch', 'arcmin')}]"),
+                plot("difference", True),
+                plot("velocity_error"),
+                plot("pitch_error"),
             ),
             rrb.Vertical(
-                plot("velocity", "Velocity V [m/s]"),
-                plot("height", "Height H [m]"),
-                plot("body_pitch", "Pitch ϑ [°]"),
-                plot("force", "Specific force [m/s²]", True),
+                plot("velocity"),
+                plot("height"),
+                plot("body_pitch"),
+                plot("force", True),
             ),
             column_shares=[4, 4, 4, 3],
         ),

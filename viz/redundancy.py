@@ -30,18 +30,16 @@ def blueprint(run: RunInfo) -> rrb.Blueprint:
             plot_legend=rrb.PlotLegend(visible=legend, corner=rrb.Corner2D.LeftTop),
         )
 
-    def column(kind: str, name: str, unit: str) -> rrb.Vertical:
-        window, of = run.label("sensor_window", "1 s"), f"redundancy/{kind}"
+    def column(kind: str, name: str) -> rrb.Vertical:
+        of, error = f"redundancy/{kind}", f"sensors/single_{kind}/error"
         return rrb.Vertical(
             plot(f"{name}: test statistic by window, and threshold", f"{of}/statistic", fixed=True),
             plot(f"{name} in use", f"{of}/used", fixed=True, legend=False),
-            plot(f"{name}: error, mean over {window} [{unit}]", f"sensors/single_{kind}/error"),
+            plot(f"{run.label(f'{error} title')} [{run.label(error)}]", error),
             row_shares=[3, 2, 3],
         )  # fmt: skip
 
-    rows: list[rrb.Horizontal] = [
-        rrb.Horizontal(column("gyro", "Gyros", "deg/h"), column("accel", "Accelerometers", "µg"))
-    ]
+    rows: list[rrb.Horizontal] = [rrb.Horizontal(column("gyro", "Gyros"), column("accel", "Accelerometers"))]
     if length := run.label("redundancy/horizontal"):
         angle = run.label("redundancy/attitude")
         rows.append(

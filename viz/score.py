@@ -18,42 +18,33 @@ def blueprint(run: RunInfo) -> rrb.Blueprint:
     Returns:
         The layout.
     """
-    position, height = run.label("position", "m"), run.label("height", "m")
-    velocity, angle = run.label("velocity", "m/s"), run.label("attitude", "arcmin")
 
-    def plots(*keys: tuple[str, str]) -> list[rrb.TimeSeriesView]:
+    def plots(*keys: str) -> list[rrb.TimeSeriesView]:
         shown = []
-        for key, name in keys:
-            entities = [entity for entity in run.ranges if entity.startswith(f"score/{key}/")]
-            if entities:  # no solution may have an attitude, for example
-                title = f"{name}, ±3σ" if any("sigma" in entity for entity in entities) else name
-                legend = rrb.PlotLegend(visible=key == "horizontal", corner=run.corner(*entities))
+        for key in keys:
+            entity = f"score/{key}"
+            if entity in run.ranges:  # no solution may have an attitude, for example
+                legend = rrb.PlotLegend(visible=key == "horizontal", corner=run.corner(entity))
                 shown.append(
                     rrb.TimeSeriesView(
-                        origin=f"/score/{key}",
-                        name=title,
+                        origin=f"/{entity}",
+                        name=f"{run.label(f'{entity} title')} [{run.label(entity)}]",
                         axis_x=run.axis_x(),
-                        axis_y=run.axis_y(*entities),
+                        axis_y=run.axis_y(entity),
                         plot_legend=legend,
                     )
                 )
         return shown
 
+    parts = ("north", "east")
     errors = plots(
-        ("position_north", f"North position [{position}]"),
-        ("position_east", f"East position [{position}]"),
-        ("height", f"Height [{height}]"),
-        ("velocity_north", f"North velocity [{velocity}]"),
-        ("velocity_east", f"East velocity [{velocity}]"),
-        ("velocity_down", f"Down velocity [{velocity}]"),
-        ("tilt_north", f"Tilt φN [{angle}]"),
-        ("tilt_east", f"Tilt φE [{angle}]"),
-        ("azimuth", f"Azimuth misalignment φD [{angle}]"),
-    )
+        *(f"position_{axis}" for axis in parts), "height", *(f"velocity_{axis}" for axis in (*parts, "down")),
+        *(f"tilt_{axis}" for axis in parts), "azimuth",
+    )  # fmt: skip
     return rrb.Blueprint(
         rrb.Horizontal(
             rrb.Vertical(
-                *plots(("horizontal", f"Horizontal error [{position}]")),
+                *plots("horizontal"),
                 rrb.Tabs(
                     rrb.TextDocumentView(origin="/about/ranking", name="Ranking"),
                     rrb.TextDocumentView(origin="/about/scored", name="What was scored"),

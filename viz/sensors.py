@@ -6,12 +6,6 @@ import rerun.blueprint as rrb
 
 from sinssim.recording.rerun.views import RunInfo
 
-READINGS = {
-    "single": "Specific force along each axis [m/s²]",
-    "gyro": "Inertial angular rate [deg/s]",
-    "accel": "Specific force [m/s²]",
-}
-
 
 def blueprint(run: RunInfo) -> rrb.Blueprint:
     """Return the view.
@@ -22,42 +16,24 @@ def blueprint(run: RunInfo) -> rrb.Blueprint:
     Returns:
         The layout: a column for each kind of sensor.
     """
-    window = run.label("sensor_window", "1 s")
 
-    def plot(name: str, *keys: str, legend: bool = True) -> rrb.TimeSeriesView:
-        entities = [f"sensors/{key}" for key in keys]
+    def plot(key: str, how: str = "") -> rrb.TimeSeriesView:
+        entity = f"sensors/{key}"
         return rrb.TimeSeriesView(
-            origin="/sensors",
-            contents=[f"/{entity}" for entity in entities],
-            name=name,
+            origin=f"/{entity}",
+            name=f"{run.label(f'{entity} title')} [{run.label(entity)}]{how}",
             axis_x=run.axis_x(),
-            axis_y=run.axis_y(*entities),
-            plot_legend=rrb.PlotLegend(visible=legend, corner=run.corner(*entities)),
+            axis_y=run.axis_y(entity),
+            plot_legend=rrb.PlotLegend(visible=not how, corner=run.corner(entity)),
         )
 
-    def column(key: str) -> rrb.Vertical:
-        title, total = run.label(f"{key}_title"), run.label(f"{key}_sum")
-        unit = "deg/h" if key == "gyro" else "µg"
-        if run.label("sensors") == "recorded":
-            return rrb.Vertical(plot(f"{READINGS[key]}, recorded", f"{key}/measured"))
-        plots = []
-        if key in READINGS:
-            name = f"{READINGS[key]}, measured (thin) and ideal (wide)"
-            plots.append(plot(name, f"{key}/ideal", f"{key}/measured", legend=False))
-        if key == "attitude":
-            plots.append(plot(f"{title}: error of each measurement [{total}]", f"{key}/sum"))
-            plots.append(plot(f"{title}: error, mean over {window} [{total}]", f"{key}/error"))
-        elif left := run.label(f"{key}_left"):
-            how = "compensated (thin) and measured (wide)"
-            name = f"{title}: error, mean over {window} [{unit}], {how}"
-            plots.append(plot(name, f"{key}/error", f"{key}/error_compensated", legend=False))
-            name = f"{title}: error, accumulated [{total}], {how}"
-            plots.append(plot(name, f"{key}/sum", f"{key}/sum_compensated", legend=False))
-            plots.append(plot(f"{title}: error after compensation, accumulated [{left}]", f"{key}/left"))
-        else:
-            plots.append(plot(f"{title}: error, mean over {window} [{unit}]", f"{key}/error"))
-            plots.append(plot(f"{title}: error, accumulated [{total}]", f"{key}/sum"))
-        return rrb.Vertical(*plots)
+    def column(kind: str) -> rrb.Vertical:
+        compensated = ", compensated (thin) and measured (wide)" if run.label(f"sensors/{kind}/left") else ""
+        simulated = ", measured (thin) and ideal (wide)" if run.label(f"sensors/{kind}/sum") else ""
+        hows = {"reading": simulated, "error": compensated, "sum": compensated, "left": ""}
+        shown = {part: how for part, how in hows.items() if run.label(f"sensors/{kind}/{part}")}
+        return rrb.Vertical(*(plot(f"{kind}/{part}", how) for part, how in shown.items()))
 
-    keys = [key for key in ("single", "attitude", "gyro", "accel") if run.label(f"{key}_title")]
+    known = {label.split("/")[1] for label in run.labels if label.startswith("sensors/")}
+    keys = [key for key in ("single", "attitude", "gyro", "accel") if key in known]
     return rrb.Blueprint(rrb.Horizontal(*map(column, keys or ["gyro", "accel"])), collapse_panels=True)

@@ -90,10 +90,17 @@ def table_of(table: Table) -> rich_table.Table:
     from rich.text import Text
 
     columns, heads, rows = table.shown("console")
+    group, grouped = "", any(column.group for column in columns)
     drawn = RichTable(box=box.SIMPLE_HEAD, padding=(0, 1, 0, 0))
     for place, (column, (head, unit)) in enumerate(zip(columns, heads, strict=True)):
         lines = [*filter(None, (*re.sub(r" (<=?|≤) ", r"\n\1 ", head).split("\n"), unit))]
-        own, widest = max(map(len, lines), default=0), max((len(row[place]) for row in rows), default=0)
+        if grouped:
+            lines = ["" if column.group == group else column.group, ", ".join(filter(None, (head, unit)))]
+        group = column.group
+        own, widest = (
+            max(map(len, lines), default=0),
+            max((len(line) for row in rows for line in row[place].split("\n")), default=0),
+        )
         # words of a cell are broken into lines if they are long; a head that is longer than its numbers, too
         whole = widest < _LONG if column.words else own <= widest
         word = max((len(word) for line in lines for word in line.split()), default=0)

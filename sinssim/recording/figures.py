@@ -172,6 +172,7 @@ def to_png(figure: Figure) -> bytes:
 
 
 _WIDTHS = {
+    "broad": 6.0 * style.LINE,
     "wide": 3.5 * style.LINE,
     "bold": 2.0 * style.LINE,
     "line": style.LINE,
@@ -302,8 +303,9 @@ def _draw(axes: Axes, mark: Mark, color: Any, x: float, y: float) -> None:
                 axes.annotate(mark.text, at, xycoords=coords, color=style.SOFT, xytext=(0, 2),
                               textcoords="offset points", ha=ha)  # fmt: skip
         case Remark():
-            axes.annotate(mark.text, (mark.x / x, mark.y / y), (6.0, 6.0), textcoords="offset points",
-                          fontsize=style.SMALL)  # fmt: skip
+            apart, side = (-6.0 if mark.left else 6.0, -12.0 if mark.below else 6.0), "right" if mark.left else "left"
+            axes.annotate(mark.text, (mark.x / x, mark.y / y), apart, textcoords="offset points", ha=side,
+                          fontsize=style.SMALL, color=style.SOFT if mark.soft else style.INK)  # fmt: skip
         case Cells():
             _cells(axes, mark)
         case Limit():

@@ -239,23 +239,3 @@ def processor() -> str:
     except OSError:
         names = []
     return (names or [platform.processor() or platform.machine()])[0]
-
-
-def markdown_table(numbers: Mapping[str, Mapping[str, float]]) -> str:
-    """Return the errors as a table.
-
-    Args:
-        numbers: results of `error_numbers` by algorithm.
-    """
-    lines = ["| error | " + " | ".join(numbers) + " |", "|---|" + "---|" * len(numbers)]
-    for quantity, key in (
-        ("horizontal [m]", "horizontal_error_m"),
-        ("height [m]", "height_error_m"),
-        ("velocity [m/s]", "velocity_error_mps"),
-        ("attitude [arcsec]", "attitude_error_arcsec"),
-    ):
-        for kind in ("final", "max"):
-            found = (n[f"{kind}_{key}"] for n in numbers.values())
-            values = " | ".join(f"{value:.4g}" if math.isfinite(value) else "–" for value in found)
-            lines.append(f"| {kind} {quantity} | {values} |")
-    return "\n".join(lines)

@@ -9,21 +9,23 @@ without its yellow, so that every line is legible on a dark and on a light backg
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
+from dataclasses import replace
 from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
 from sinssim.algorithms import ORDER, family
-from sinssim.charts import Color, Mark
+from sinssim.charts import Chart, Charts, Color, Line, Mark
 from sinssim.data import Array
+from sinssim.exhibits import Beside, Item, Section
 from sinssim.units import time_unit
 
 Rgb = tuple[int, int, int]
 
-INK, SOFT, GRID = "#1c1c1c", "#555555", "#e4e4e4"
-"""CSS colours on a light background: titles and legends; the axes, their numbers and labels; the grid."""
+INK, SOFT, FAINT, GRID = "#1c1c1c", "#555555", "#cccccc", "#e4e4e4"
+"""CSS colours on a light background: titles and legends; axes, their numbers and labels; meridians; the grid."""
 ON_DARK, ON_LIGHT = "#fefefe", "#1d1d1d"
 """Numbers on cells of a map, which keep their colours on a dark page; other than white and `INK`, which do not."""
 PALE = "#f3f8fc"
@@ -218,7 +220,7 @@ def rgb_of(color: Color) -> Rgb:
     return int(text[1:3], 16), int(text[3:5], 16), int(text[5:7], 16)
 
 
-_TEXTS = {"ink": INK, "soft": SOFT, "grid": GRID}
+_TEXTS = {"ink": INK, "soft": SOFT, "faint": FAINT, "grid": GRID}
 
 
 def of_marks(marks: Sequence[Mark]) -> list[Any]:
@@ -277,6 +279,35 @@ def envelope(time: Array, values: Array, start: float, end: float, columns: int)
         np.column_stack((time[first], time[last])).ravel(),
         np.column_stack((np.where(rising, low, high), np.where(rising, high, low))).ravel(),
     )
+
+
+_SEEN = 2280
+"""Columns in which a line keeps its extremes: two for each pixel of a page."""
+
+
+def as_seen(items: Iterable[Item]) -> list[Item]:
+    """Return exhibits whose lines have as many points as a page shows, so that long runs can free their samples."""
+    seen: list[Item] = []
+    for item in items:
+        if isinstance(item, Charts):
+            rows = tuple(tuple(_chart_as_seen(chart) for chart in row) for row in item.rows)
+            seen += [replace(item, rows=rows)] if "page" in item.on else []
+        elif isinstance(item, Section | Beside):
+            seen.append(replace(item, items=as_seen(item.items)))
+        else:
+            seen.append(item)
+    return seen
+
+
+def _chart_as_seen(chart: Chart) -> Chart:
+    return replace(chart, marks=tuple(_line_as_seen(m) if isinstance(m, Line) else m for m in chart.marks))
+
+
+def _line_as_seen(line: Line) -> Line:
+    if len(line.x) <= 2 * _SEEN or not np.isfinite(line.y.sum()) or (np.diff(line.x) < 0.0).any():
+        return replace(line, x=line.x.copy(), y=line.y.copy())
+    x, y = envelope(line.x, line.y, float(line.x[0]), float(line.x[-1]) + 1e-9, _SEEN)
+    return replace(line, x=x, y=y)
 
 
 def gaps(angles: Array, turn: float) -> Array:

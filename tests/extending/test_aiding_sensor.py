@@ -9,11 +9,11 @@ from tests.extending.pages import Copy, read_page
 
 MORE = """
 from sinssim.experiments.run.filter_summary import filter_streams
-from sinssim.experiments.run.run_report import run_report
+from sinssim.recording.report.exhibit_page import page_of
 columns = {stream.name: [c for v in stream.vectors for c in v.columns] for stream in filter_streams(result.aided)}
 print("aiding_radar_altimeter" in columns, "height_m" in columns["aiding_radar_altimeter"])
 print("sigma_radar_altimeter_bias_m" in columns["filter"], abs(result.aided.error.position_ned[-1, 2]))
-print("radar-altimeter" in run_report(result, result.summary))
+print("radar-altimeter" in page_of(result.exhibits))
 """
 
 

@@ -21,6 +21,7 @@ from sinssim.alignment.parked_theory import Attitude
 from sinssim.errors import InputError
 from sinssim.scenario.filter_model import filter_model
 from sinssim.experiments.run.sensor_exhibits import sensor_errors
+from sinssim.recording.report.exhibit_page import parts_of
 from sinssim.scenario.schema import Scenario
 from sinssim.sensors import ImuErrors, TriadErrors
 from sinssim.sensors.error_propagation import expect
@@ -51,7 +52,7 @@ scenario = Scenario.model_validate(
     {"name": "page", "parked": parked, "imu": {"grade": "tactical", "gyro_g2_sensitivity_sigma_deg_h_per_g2": 0.5},
      "aiding": {"gnss": {}}, "filter": {}}
 )
-found["report"] = "".join(sensor_errors(scenario, draw_true_errors(scenario.imu, scenario.seed), ()))
+found["report"] = "".join(parts_of(sensor_errors(scenario, draw_true_errors(scenario.imu, scenario.seed), ()), 3))
 found["filter"] = filter_model(scenario).untold
 for name, key in (("term", "gyro_g2_sensitivity_sigma_deg_h_per_g2"), ("bias", "gyro_bias_sigma_deg_h")):
     plan = Scenario.model_validate(

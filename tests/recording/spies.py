@@ -4,50 +4,82 @@ from __future__ import annotations
 
 import re
 from collections.abc import Iterable, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
-import pytest
 
-from sinssim.charts import Rule
+from sinssim.charts import Chart, Dots, Line, Rule
 from sinssim.exhibits import Item, charts_in
 from sinssim.recording import style
 from sinssim.recording.report.exhibit_page import parts_of
-from sinssim.recording.report.svg_plot import Line
 from sinssim.recording.rerun.exhibit_recording import record_charts
 
 
 @dataclass
 class Plot:
-    """One call of `plot.plot`."""
+    """A chart of a page."""
 
-    title: str
-    unit: str
-    lines: list[Line]
-    span: tuple[float, float]
-    options: dict[str, Any]
+    chart: Chart
+
+    @property
+    def title(self) -> str:
+        return self.chart.title
+
+    @property
+    def unit(self) -> str:
+        return self.chart.unit(True)[0]
+
+    @property
+    def lines(self) -> list[Line | Dots]:
+        """Its lines and dots, each with its colour in CSS."""
+        marks = zip(self.chart.marks, style.of_marks(self.chart.marks), strict=True)
+        return [replace(m, color=style.css_of(c)) for m, c in marks if isinstance(m, Line | Dots)]
+
+    @property
+    def span(self) -> tuple[float | None, float | None]:
+        """Ends of its horizontal axis."""
+        return self.chart.x.low, self.chart.x.high
 
     @property
     def marks(self) -> list[tuple[float, str, bool]]:
         """Times, texts and faintness of its vertical lines."""
-        return [(mark.time, mark.text, mark.faint) for mark in self.options.get("marks", ())]
+        rules = [mark for mark in self.chart.marks if isinstance(mark, Rule) and mark.upright]
+        return [(rule.at, rule.text, rule.color == "grid") for rule in rules]
 
-    def shows(self, title: str, unit: str, *curves: tuple[str, str, Sequence[float], Sequence[float]]) -> None:
+    @property
+    def levels(self) -> list[tuple[float, str]]:
+        """Values and labels of its horizontal lines."""
+        rules = [mark for mark in self.chart.marks if isinstance(mark, Rule) and not mark.upright]
+        return [(rule.at, rule.label) for rule in rules]
+
+    def shows(self, title: str, unit: str, *curves: tuple[str, str, Any, Any]) -> None:
         """Assert title, unit and curves: label, colour, times and values in the plot's unit."""
         assert (self.title, self.unit) == (title, unit)
         assert [(line.label, line.color) for line in self.lines] == [curve[:2] for curve in curves]
         for line, (label, _, time, values) in zip(self.lines, curves, strict=True):
-            np.testing.assert_allclose(line.time, time, rtol=1e-12, err_msg=label)
-            np.testing.assert_allclose(line.values / line.size, values, rtol=1e-9, atol=1e-12, err_msg=label)
+            np.testing.assert_allclose(line.x, time, rtol=1e-12, err_msg=label)
+            size = self.chart.unit(True)[1]
+            np.testing.assert_allclose(line.y / size, values, rtol=1e-9, atol=1e-12, err_msg=label)
 
 
-class Plots(list[Plot]):
-    """Stands in for `plot.plot`; a page shows "plot K" where the K-th plot is."""
+def plots(items: Iterable[Item]) -> list[Plot]:
+    """Return the charts that a page shows of some exhibits."""
+    return [Plot(chart) for charts in charts_in(items) if "page" in charts.on for chart in charts]
 
-    def __call__(self, title: str, unit: str, lines: Sequence[Line], span: tuple[float, float], **options: Any) -> str:
-        self.append(Plot(title, unit, list(lines), span, options))
-        return f"plot {len(self) - 1}"
+
+def html(*items: Item) -> str:
+    """Return exhibits as a page has them."""
+    return "".join(parts_of(items, 3))
+
+
+def record(items: Iterable[Item]) -> Any:
+    """Return what a recording shows of some exhibits, with its labels."""
+    drawn: Any = Drawn()
+    drawn.labels = {}
+    for charts in charts_in(items):
+        drawn.labels |= record_charts(drawn, charts)
+    return drawn
 
 
 class Drawn:
@@ -138,13 +170,3 @@ def cells(html: str) -> list[list[str]]:
 def read(html: str) -> str:
     """Return the text of a page."""
     return " ".join(re.sub("<[^>]*>", " ", html).split())
-
-
-@pytest.fixture
-def plots(monkeypatch: pytest.MonkeyPatch) -> Plots:
-    """The plots that a report draws, which are not rendered."""
-    from sinssim.recording.report import svg_plot as plot
-
-    found = Plots()
-    monkeypatch.setattr(plot, "plot", found)
-    return found

@@ -10,8 +10,8 @@ from typing import Any
 import numpy as np
 import pytest
 
-from sinssim.experiments.run import error_exhibits as run
 from sinssim.experiments.run import run_comparison as runs
+from sinssim.experiments.run import run_report as run
 from sinssim.experiments.run import run_scores as score
 from sinssim.experiments.run.finished_runs import Entry
 from sinssim.experiments.run.parts import PARTS
@@ -32,7 +32,8 @@ def numbers(size: float) -> dict[str, float | None]:
                     strict=True))  # fmt: skip
 
 
-ROW = "1.000 2.000 3.000 6.000 9.000 1.500"
+PASSAGE = {"start_s": 1.0, "end_s": 2.0, "damage_arcsec": 3.0, "text": "euler: pitch went through 90°"}
+ROW = "1 2 3 6 9 1.5"
 """The cells of the errors of size 1: horizontal final, rms and max, then the largest of the others; 90″ are 1.5′."""
 
 
@@ -51,23 +52,29 @@ def finished(found: dict[str, Any]) -> Any:
     return SimpleNamespace(scenario=fake_run.scenario(), summary=found, parts=parts)
 
 
+def of_run(found: dict[str, Any]) -> list[str]:
+    """Return the lines that a run with a summary prints."""
+    of: Any = {"status": "finished", **found}
+    return printed(lambda console: show_items(run.brief(finished(found), of), console))
+
+
 def test_the_errors_of_a_run() -> None:
     scenario = fake_run.scenario()
-    lines = printed(lambda console: run.show(finished(summary()), console))
+    lines = of_run(summary())
     assert lines[:5] == ["fake: errors against the truth", HEADS[0], "algorithm " + HEADS[1], f"quaternion {ROW}",
-                         "euler 2.000 4.000 6.000 12.00 18.00 3.000"]  # fmt: skip
+                         "euler 2 4 6 12 18 3"]  # fmt: skip
     assert lines[-1] == "Time: sensors 1.25 s, navigation 0.50 s"
     of_filter = {name: numbers(size) for name, size in (("smoothed", 3.0), ("aided", 4.0))} | {"backward": None}
     failed = summary(
         failures={"euler": {"text": "it stopped."}}, filter=of_filter, flagged_samples={"saturated": 1200, "late": 0},
-        singularities={"euler": [{"text": "euler: pitch went through 90°"}]}, not_attained=["Leg 3 was cut."],
+        singularities={"euler": [PASSAGE]}, not_attained=["Leg 3 was cut."],
     )  # fmt: skip
     with pytest.MonkeyPatch.context() as patch:
         patch.setattr(run, "sentences", lambda found: [f"sentences of {sorted(found)}"])
-        lines = printed(lambda console: run.show(finished(failed), console))
-    assert lines[3:7] == [f"quaternion {ROW}", "euler 2.000 4.000 6.000 12.00 18.00 –",
-                          "aided 4.000 8.000 12.00 24.00 36.00 6.000",
-                          "smoothed 3.000 6.000 9.000 18.00 27.00 4.500"]  # fmt: skip
+        lines = of_run(failed)
+    assert lines[3:7] == [f"quaternion {ROW}", "euler 2 4 6 12 18 3",
+                          "aided 4 8 12 24 36 6",
+                          "smoothed 3 6 9 18 27 4.5"]  # fmt: skip
     assert lines[7] == "Leg 3 was cut."
     samples = round(20.0 * scenario.imu.rate_hz)
     assert f"Flagged by the sensors, of {samples:,} samples: 1,200 saturated." in lines
@@ -86,7 +93,7 @@ def test_the_errors_of_a_run() -> None:
 )
 def test_the_title_of_a_log(about: dict[str, Any], title: str) -> None:
     found = summary(log=about | {"notes": ["Read."], "knows": ["velocity"]})
-    lines = printed(lambda console: run.show(finished(found), console))
+    lines = of_run(found)
     assert lines[0] == f"fake: {title}"
     assert "Read." in lines
     assert not any(line.startswith("Height of the inertial solutions") for line in lines)
@@ -106,7 +113,7 @@ def test_outages_and_phases_of_a_run() -> None:
         "tilt_error_arcsec": 4.25, "tilt_added_arcsec": -6.75,
     }  # fmt: skip
     found = summary(outages=outages, phases={"aided": [{"phase": "taxi", "from_s": 120.4, "to_s": 300.6, **phases}]})
-    lines = printed(lambda console: run.show(finished(found), console))
+    lines = of_run(found)
     assert lines[5:19] == [
         "aided: what each phase added",
         "from … to horizontal added velocity added heading added tilt added",
@@ -125,7 +132,7 @@ def test_outages_and_phases_of_a_run() -> None:
     assert ("2 outages of 30 s: horizontal error at the end 3.00 m (median), 4.20 m (90 %); smoothed, at most 0.438 m "
             "and 0.688 m within the outage. The errors at the end are 1.23 of their 1σ (rms).") in lines  # fmt: skip
     many = found | {"outages": outages | {"each": each * 8}}
-    lines = printed(lambda console: run.show(finished(many), console))
+    lines = of_run(many)
     assert "16 outages: errors at the end, against the truth" in lines
     assert not any(line.startswith("100 …") for line in lines)
 
@@ -144,7 +151,7 @@ def test_the_sources_of_the_phases() -> None:
             for what in ("error", "added"))  # fmt: skip
     row = dict.fromkeys(keys, 1.5) | {"phase": "taxi", "from_s": 0.0, "to_s": 60.0}
     found = summary(phases={"aided": [row | {"sources": sources}], "euler": [row | {"no_sources": "It has a gap."}]})
-    lines = printed(lambda console: run.show(finished(found), console))
+    lines = of_run(found)
     start = lines.index("aided: sources of what each phase added, 1σ of all runs")
     assert lines[start + 1 : start + 3] == [
         "phase horizontal heading tilt", "taxi 12.3 m: gyros 62 %, accels 25 % 0.567 arcmin: walk 95 % 0",
@@ -161,39 +168,35 @@ def test_finished_runs(tmp_path: Path) -> None:
         Entry(Path("b"), "run", "drive", "failed", "", None, 98_765, date, "It is broken.", "0.1"),
         Entry(Path("c"), "study", "", "", "", None, 432, date),
     ]
-    assert printed(lambda console: runs.show_list(entries, Path("here"), console)) == [
-        "horizontal", "directory kind scenario rms, m of size date",
+    assert printed(lambda console: show_items(runs.list_exhibits(entries, Path("here")), console)) == [
+        "horizontal rms", "directory kind scenario m of size date",
         "a/one run flight 1.235 aided 1.23 MB 2024-05-06 07:08",
         "b run, failed drive 98.8 kB 2024-05-06 07:08",
         "c study 432 B 2024-05-06 07:08",
         "3 in here, 1.33 MB.",
         "Not read: It is broken.",
     ]  # fmt: skip
-    compared = SimpleNamespace(
-        span=(5.0, 13.5), numbers={"one": numbers(1.0), "two": numbers(2.0) | {"max_attitude_error_arcsec": None}},
-        solutions={"one": "aided", "two": "euler"},
-        runs={"one": SimpleNamespace(status="finished"),
-              "two": SimpleNamespace(status="failed", summary={"message": "no fuel."})},
-    )  # fmt: skip
-    assert printed(lambda console: runs.show_comparison(compared, console)) == [
-        "errors from 5 s to 13.5 s, which all runs have", HEADS[0], "run solution " + HEADS[1], f"one aided {ROW}",
-        "two euler 2.000 4.000 6.000 12.00 18.00 –", "two failed: no fuel.",
-    ]  # fmt: skip
 
 
-def test_scores() -> None:
+def test_scores(monkeypatch: pytest.MonkeyPatch) -> None:
     """By the rms of the horizontal error; a solution without one is last."""
     found = {"own": numbers(2.0), "theirs": numbers(1.0), "none": dict.fromkeys(numbers(1.0))}
+    monkeypatch.setattr(score, "known_numbers", lambda error, span: found[error])
+    monkeypatch.setattr(score, "error_exhibits", lambda *_, **__: [])
+    monkeypatch.setattr(score, "schuler_period", lambda *_: 5000.0)
     scored = SimpleNamespace(name="theirs", path=Path("x.csv"), seconds=12.5, sentences=("Late.", "North."))
     other = SimpleNamespace(name="none", path=Path("y.csv"), seconds=None, sentences=("Empty.",))
-    assert printed(
-        lambda console: score.show_scores("run", "the truth", found, [scored, other], (1.5, 90.0), console)
-    ) == [
+    run_ = SimpleNamespace(name="run")
+    judge: Any = SimpleNamespace(run=run_, against="the truth", axes="north", ellipsoid=None)
+    of: Any = score.Scored(judge, [scored, other], {name: name for name in found}, (1.5, 90.0))  # type: ignore[list-item, misc]
+    vars(of)["motion"] = None
+    lines = printed(lambda console: show(score.score_exhibits(of), console))
+    assert lines == [
         "run: errors against the truth, 1.5 s to 90 s, by the rms horizontal error",
         HEADS[0],
-        f"algorithm {HEADS[1]} time, s",
-        f"1 theirs * {ROW} 12.50",
-        "2 own 2.000 4.000 6.000 12.00 18.00 3.000",
+        f"rank algorithm {HEADS[1]} time, s",
+        f"1 theirs * {ROW} 12.5",
+        "2 own 2 4 6 12 18 3",
         "3 none * – – – – – –",
         "* theirs (x.csv): Late. North.",
         "* none (y.csv): Empty.",

@@ -11,8 +11,9 @@ import pytest
 
 from sinssim.analyses.error_budget.allowances import Allowance, Answer
 from sinssim.analyses.error_budget.budget_exhibits import lines_of
-from sinssim.experiments.run.filter_diagnosis import with_sigma
-from sinssim.experiments.run.sensor_exhibits import expectation_numbers, platform_errors
+from sinssim.experiments.run.filter_remedies import with_sigma
+from sinssim.experiments.run.grade_expectation import expectation_numbers
+from sinssim.experiments.run.sensor_exhibits import platform_errors
 from sinssim.experiments.studies.step_cost import Cost, Operations
 from sinssim.experiments.studies.study_exhibits import _costs
 from sinssim.recording.report.exhibit_page import parts_of
@@ -21,11 +22,12 @@ from sinssim.sensors.imu.imu import Imu
 from sinssim.sensors.sets.gimballed_sensors import PlatformErrors
 from sinssim.statistics.requirements import parse_requirement
 from sinssim.units import ARCMIN, ARCSEC, DEG, DEG_H, PPM
+from tests.recording.spies import html
 
 
-def cells(html: str) -> list[list[str]]:
+def cells(page: str) -> list[list[str]]:
     """Return the texts of the cells of the rows of a table."""
-    rows = re.findall(r"<tr>(.*?)</tr>", html, re.S)
+    rows = re.findall(r"<tr>(.*?)</tr>", page, re.S)
     return [
         [re.sub("<[^>]*>", "", cell) for cell in re.findall(r"<t[dh][^>]*>(.*?)</t[dh]>", row, re.S)] for row in rows
     ]
@@ -56,7 +58,7 @@ def test_the_errors_of_a_platform_in_their_units() -> None:
         sensor_set={"type": "platform", "torquer_scale_sigma_ppm": 50.0, "pickoff_sigma_arcsec": 4.0},
     )
     errors = PlatformErrors(np.array([20.0, -30.0, 40.0]) * PPM, np.array([1.0, 2.0, -3.0]) * ARCSEC, 0.0)
-    _, torquers, gimbals = cells(platform_errors(section, errors, "level"))
+    _, torquers, gimbals = cells(html(*platform_errors(section, errors, "level")))
     assert torquers[0].startswith("torquing scale factor")
     assert torquers[1:] == ["ppm", "20.00", "−30.00", "40.00", "50"]
     assert gimbals[1:] == ["arcsec", "1.000", "2.000", "−3.000", "4"]

@@ -160,22 +160,6 @@ def test_numbers_that_json_can_hold() -> None:
     assert run_directory.plain(given) == {"a": None, "b": [1.5, None, [None, "x"]], "c": {"d": None, "e": 3, "f": True}}
 
 
-def test_the_table_of_errors() -> None:
-    other = {**NUMBERS, "max_height_error_m": nan, "final_height_error_m": 12345.678}
-    assert run_directory.markdown_table({"quaternion": NUMBERS, "euler": other}).splitlines() == [
-        "| error | quaternion | euler |",
-        "|---|---|---|",
-        "| final horizontal [m] | 1 | 1 |",
-        "| max horizontal [m] | 17 | 17 |",
-        "| final height [m] | -4 | 1.235e+04 |",
-        "| max height [m] | 7 | – |",
-        "| final velocity [m/s] | 9 | 9 |",
-        "| max velocity [m/s] | 9 | 9 |",
-        "| final attitude [arcsec] | 5 | 5 |",
-        "| max attitude [arcsec] | 14 | 14 |",
-    ]
-
-
 def test_versions_are_those_of_the_packages() -> None:
     import numba
     import pyarrow

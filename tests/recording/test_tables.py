@@ -8,6 +8,7 @@ from dataclasses import dataclass, fields
 from math import nan
 from pathlib import Path
 from types import SimpleNamespace
+from typing import Any
 
 import numpy as np
 import pyarrow as pa
@@ -17,6 +18,7 @@ import pytest
 from sinssim.data import ImuData
 from sinssim.errors import InputError
 from sinssim.experiments.run import run_scores as score
+from sinssim.experiments.run import score_recording
 from sinssim.experiments.run.run_result import PlaneRun
 from sinssim.experiments.run.run_streams import streams_of_run
 from sinssim.experiments.studies import study_files as study
@@ -246,15 +248,18 @@ def test_a_library_that_is_not_installed() -> None:
         stream_tables._needed("no_such_library")
 
 
-def test_scores_beside_a_run(tmp_path: Path) -> None:
+def test_scores_beside_a_run(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     """RUN/scores has the report, the recording, and a folder of each solution; the run's files stay."""
     folder = tmp_path / "run"
     folder.mkdir()
     (folder / "summary.json").write_text("{}")
     (folder / ".sinssim.json").write_text('{"files": ["summary.json"]}')
-    judge = SimpleNamespace(run=SimpleNamespace(path=folder, solutions={}))
+    judge: Any = SimpleNamespace(run=SimpleNamespace(path=folder, solutions={}))
     one = Score("mine", Path("m.csv"), "csv", motion(40.0, "x"), error(50.0), 2.5, ())
-    found = score.write_scores(judge, [one], (5.0, 6.0), "<p>page</p>", lambda path: path.write_text("recording"))
+    monkeypatch.setattr(score, "page_of", lambda exhibits: f"<p>{exhibits}</p>")
+    monkeypatch.setattr(score, "score_exhibits", lambda scored: "page")
+    monkeypatch.setattr(score_recording, "record_scores", lambda scored, path: path.write_text("recording"))
+    found = score.write_scores(score.Scored(judge, [one], {}, (5.0, 6.0)))
     assert found == folder / "scores/report.html"
     held = sorted(path.relative_to(folder).as_posix() for path in folder.rglob("*") if path.is_file())
     assert held == [

@@ -9,13 +9,18 @@ from typing import Any
 import pytest
 
 from sinssim.analyses.inspection import inspection_table as inspection
+from sinssim.experiments.run import grade_expectation as expectation
 from sinssim.experiments.run import one_component_exhibits as one_component
-from sinssim.experiments.run import sensor_exhibits as expectation
+from sinssim.recording.console import show_items
 from sinssim.sensors.error_propagation import Contribution, Expectation, Term
 from sinssim.sensors.imu.imu import Imu
 from tests.recording.by_hand import printed
 
 DEG, DEG_H, UG = pi / 180.0, pi / 648_000.0, 9.80665e-6
+
+
+def shown(of: Expectation) -> list[str]:
+    return printed(lambda console: show_items(expectation.expectation_exhibits(of), console))
 
 
 def test_the_expectation_of_a_grade() -> None:
@@ -24,16 +29,13 @@ def test_the_expectation_of_a_grade() -> None:
              Term("x", 0.0123456, "ppm", 1.23456e-8, "1", "scale"))  # fmt: skip
     contributions = (Contribution("walk", "turning 90°", 4000.0), Contribution("bias", "at rest", 3000.0))
     section = Imu(grade="ideal")
-    lines = printed(lambda console: expectation.show_expectation(
-        Expectation(section, 45.5 * DEG, 7200.0, terms, contributions),
-                                                     console))  # fmt: skip
+    lines = shown(Expectation(section, 45.5 * DEG, 7200.0, terms, contributions))
     assert lines[2:] == [
         "Value (1σ)",
         "term value SI is",
         "gyro_walk 12346 deg/√h 3.59 /√s noise",
         "x 0.01235 ppm 1.235e-08 scale",
-        "Horizontal position error that each",
-        "alone causes in 2 h, latitude 45.5°",
+        "Horizontal position error that each alone causes in 2 h, latitude 45.5°",
         "m (1σ) nmi from vehicle",
         "4,000 2.16 walk turning 90°",
         "3,000 1.62 bias at rest",
@@ -53,7 +55,7 @@ def test_the_expectation_of_a_grade() -> None:
                                  "si_unit": "1/√s", "meaning": "noise"}  # fmt: skip
     assert found["linear"]
     lost = Expectation(section, 0.5, 3600.0, terms, (Contribution("bias", "at rest", 6e5),))
-    found = printed(lambda console: expectation.show_expectation(lost, console))
+    found = shown(lost)
     assert "> 500,000 > 270 bias at rest" in found
     assert "> 500,000 > 270 total" in found
     assert not expectation.expectation_numbers(lost)["linear"]
@@ -62,13 +64,11 @@ def test_the_expectation_of_a_grade() -> None:
     # b (cosh(√2 ω t) − 1)/(2 ω²) with ω t = 0.745: 0.5 b t² (1 + (ω t)²/6 + …)
     w2 = 9.806 / 6.378e6 * 600.0**2
     height = 0.5 * 50.0 * UG * 600.0**2 * (1.0 + w2 / 6.0 + w2**2 / 90.0)
-    shown = printed(lambda console: expectation.show_expectation(bias, console))[-1]
-    assert shown.startswith("Height is not included: unaided, its error grows to ")
-    assert shown.endswith(" m in 0.166667 h for the bias of the down accelerometer alone.")
-    assert float(shown.split(" grows to ")[1].split(" m in ")[0]) == pytest.approx(height, rel=2e-3)
-    assert printed(lambda console: expectation.show_expectation(Expectation(section, 0.5, 60.0, (), ()), console))[
-        -1
-    ] == ("The sensors have no errors.")
+    last = shown(bias)[-1]
+    assert last.startswith("Height is not included: unaided, its error grows to ")
+    assert last.endswith(" m in 0.166667 h for the bias of the down accelerometer alone.")
+    assert float(last.split(" grows to ")[1].split(" m in ")[0]) == pytest.approx(height, rel=2e-3)
+    assert shown(Expectation(section, 0.5, 60.0, (), ()))[-1] == "The sensors have no errors."
 
 
 def test_the_findings_of_an_inspection() -> None:
@@ -96,14 +96,14 @@ def test_a_run_of_one_component() -> None:
     }  # fmt: skip
     summary = {"one_component": found, "timing": {"truth_s": 0.125, "navigation_s": 2.5, "recording_s": 0.0}}
     scenario = SimpleNamespace(name="plane", description="It moves.")
-    run: Any = SimpleNamespace(scenario=scenario, summary=summary)
-    assert printed(lambda console: one_component.show(run, console)) == [
+    plane: Any = (scenario, summary)
+    assert printed(lambda console: show_items(one_component.plane_brief(*plane), console)) == [
         "It moves.",
         "plane: errors against the truth",
         "position velocity pitch difference",
         "final, m rms, m max, m max, m/s max, arcmin max, m relative",
-        "simulation -3.500 2.250 4.750 0.1250 1.500",
-        "equation (8.11) -7.000 4.500 9.500 0.2500 – 0.06250 1.3e-02",
+        "simulation −3.5 2.25 4.75 0.125 1.5",
+        "equation (8.11) −7 4.5 9.5 0.25 – 0.0625 1.3e-02",
         "Variant “one-integral”: pitch by one integral of a gyro's rate. Schuler period 84.40 min.",
         "Difference: from the simulated error minus that with perfect sensors; relative: its ratio to the largest "
         "value of that error.",

@@ -42,13 +42,13 @@ def command(
 
     compared = compare_runs(runs, solution)
     target = out or Path("runs") / ("compare-" + "-".join(run.name for run in compared.runs.values()))[:120]
-    from sinssim.experiments.run.run_comparison import compare_runs_report
 
-    contents, place = write_comparison(compared, compare_runs_report(compared), target, overwrite=overwrite)
+    contents, place = write_comparison(compared, target, overwrite=overwrite)
     if as_json:
         print_json(contents)
     elif not quiet:
-        from sinssim.experiments.run.run_comparison import show_comparison
+        from sinssim.experiments.run.run_comparison import comparison_exhibits
+        from sinssim.recording.console import show
 
-        show_comparison(compared, console(least_width=110))
+        show(comparison_exhibits(compared), console(least_width=110))
         print(f"Report: {place / 'report.html'}    (in any browser)")

@@ -207,11 +207,12 @@ def _check_view(plan: Scenario, view: str | None) -> None:
 
 def _show(result: Any, plan: Scenario, directory: Path, suggestion: Suggestion | None, files: list[str]) -> None:
     """Print the tables and sentences of a run, where its files are, and what is doubtful about recorded files."""
-    from sinssim.experiments.run import error_exhibits as run_table
-    from sinssim.experiments.run import one_component_exhibits as one_component_table
+    from sinssim.experiments.run.one_component_exhibits import plane_brief
+    from sinssim.experiments.run.run_report import brief
+    from sinssim.recording.console import show_items
 
-    show = run_table.show if plan.source.in_space else one_component_table.show
-    show(result, console(least_width=120))
+    shown = brief(result, result.summary) if plan.source.in_space else plane_brief(plan, result.summary)
+    show_items(shown, console(least_width=120))
     if suggestion is not None:
         place = _suggested(directory)
         print(f"Scenario: {place}    (suggested by `inspect`; {program_name()} run {place} -o DIR repeats the run)")

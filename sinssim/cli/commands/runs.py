@@ -37,6 +37,7 @@ def command(
             ]
         )
         return
-    from sinssim.experiments.run.run_comparison import show_list
+    from sinssim.experiments.run.run_comparison import list_exhibits
+    from sinssim.recording.console import show_items
 
-    show_list(entries, folder, console(least_width=110))
+    show_items(list_exhibits(entries, folder), console(least_width=110))

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
 
@@ -88,22 +87,18 @@ def command(
 
 def _write(judge: Judge, scores: list[Score], *, quiet: bool, as_json: bool) -> None:
     """Write the scores beside the run, and print them."""
-    import numpy as np
-
-    from sinssim.experiments.run import run_scores as files
-    from sinssim.experiments.run.error_exhibits import Compared
+    from sinssim.experiments.run.run_scores import Scored, score_exhibits, to_json, write_scores
     from sinssim.logs.solution_score import common_span
 
     span = common_span(scores)
     errors = {**judge.run_errors(span), **{score.name: score.error for score in scores}}
-    numbers = {name: files.known_numbers(error, span) for name, error in errors.items()}
-    compared = Compared(np.array(span), errors, judge.axes)
-    report = files.score_report(judge, scores, compared, numbers)
-    record = partial(files.record_scores, judge, scores, compared, numbers)
-    place = files.write_scores(judge, scores, span, report, record)
+    scored = Scored(judge, scores, errors, span)
+    place = write_scores(scored)
     if as_json:
-        rows = [files.to_json(score, span) for score in scores]
-        print_json({"errors": numbers, "scores": rows, "report": str(place)})
+        numbers = {name: scored.numbers[name] for name in errors}
+        print_json({"errors": numbers, "scores": [to_json(score, span) for score in scores], "report": str(place)})
     elif not quiet:
-        files.show_scores(judge.run.name, judge.against, numbers, scores, span, console(least_width=110))
+        from sinssim.recording.console import show
+
+        show(score_exhibits(scored), console(least_width=110))
         print(f"Report: {place}\nCurves and map: sinssim view {place.parent}")

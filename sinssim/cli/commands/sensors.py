@@ -49,12 +49,12 @@ def command(
     data: dict[str, object] = {"grade": grade}
     overridden = {override(data, setting.removeprefix("imu.")) for setting in settings or ()}
     section = validate(Imu, data, "", f"sensors {grade}", overridden)
-    from sinssim.experiments.run.sensor_exhibits import expectation_numbers as to_json
-    from sinssim.experiments.run.sensor_exhibits import show_expectation as show
+    from sinssim.experiments.run.grade_expectation import expectation_exhibits, expectation_numbers
+    from sinssim.recording.console import show_items
     from sinssim.sensors.error_propagation import expect
 
     expectation = expect(section, math.radians(latitude))
     if as_json:
-        print_json(to_json(expectation))
+        print_json(expectation_numbers(expectation))
     else:
-        show(expectation, console())
+        show_items(expectation_exhibits(expectation), console())

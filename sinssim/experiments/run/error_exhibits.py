@@ -1,7 +1,6 @@
 """The errors of a run's solutions.
 
-Tables, plots, singular attitudes, the console's table, and whether an aided solution is less accurate than an
-inertial one.
+Their table and plots, singular attitudes, and whether an aided solution is less accurate than an inertial one.
 """
 
 from __future__ import annotations
@@ -9,45 +8,32 @@ from __future__ import annotations
 import math
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
-from typing import TYPE_CHECKING, Any, Literal, Protocol
+from typing import TYPE_CHECKING, Literal, Protocol
 
 import numpy as np
-from rich import box
-from rich.table import Table as RichTable
 
 from sinssim import units
 from sinssim.charts import PAIR, WIDE, Axis, Chart, Charts, Dash, Line, Rule, over
-from sinssim.data import Array
+from sinssim.data import Array, NavState
+from sinssim.earth.ellipsoids import Ellipsoid
+from sinssim.earth.geodetic_coordinates import radii
+from sinssim.earth.gravity import gravity_ned
 from sinssim.errors import InputError
-from sinssim.exhibits import Item, Sentence, Table
-from sinssim.experiments.run.filter_summary import sentences
-from sinssim.formatting import capital, number_text, signed
+from sinssim.exhibits import EVERYWHERE, Column, Item, Sentence, Table
+from sinssim.formatting import capital, number_text
 from sinssim.recording import style
-from sinssim.recording.console import show_items
-from sinssim.recording.report import page
-from sinssim.recording.report.exhibit_page import parts_of
-from sinssim.recording.report.page import table, words
-from sinssim.recording.run_directory import flagged_words
-from sinssim.scenario.notes import (
-    coarse_rates,
-    defaults_taken,
-    earth_of_the_navigator,
-    height_words,
-    keys_without_effect,
-    torquer_taken,
-)
 from sinssim.strapdown.navigation_error import NavError
 from sinssim.units import ANGLE_SCALE, HEIGHT_SCALE, LENGTH_SCALE, SPEED_SCALE, Scale, fixed, suiting
 
 if TYPE_CHECKING:
-    from rich.console import Console
-
     from sinssim.experiments.run.run_result import Run
+    from sinssim.experiments.run.summary_types import ErrorNumbers, FailureNumbers, LogNumbers, PassageNumbers
     from sinssim.simulation.truth_comparison import Aided
 
 
 _KINDS = ("final", "rms", "max")
-_DIGITS = 4
+_ON_CONSOLE = {*((kind, "horizontal") for kind in _KINDS), ("max", "height"), ("max", "velocity"), ("max", "attitude")}
+"""Columns that the console shows."""
 _MOST_MARKS, _MARKS_WITH_HALF = 12, 5
 """Largest number of marks at multiples of Schuler's period, and of periods in a run that has one at the half, too."""
 _COLUMNS: tuple[tuple[str, str, Scale, float], ...] = (
@@ -74,55 +60,47 @@ class Compared:
     axes: str
 
 
-def failure(failed: tuple[str, Mapping[str, Any]]) -> str:
-    """Return the line about an algorithm without a result.
+def failure_exhibits(failures: Mapping[str, FailureNumbers]) -> Iterator[Item]:
+    """Yield why algorithms have no result."""
+    for name, why in failures.items():
+        yield Sentence(f"{name} has no result: {why['text']}", on=("console",))
+        yield Sentence(f"**{name} has no result.** {capital(why['text'])}", "warning", on=("page", "recording"))
+
+
+def error_table(numbers: Mapping[str, ErrorNumbers], title: str = "", head: str = "algorithm") -> Table:
+    """Return the errors of solutions.
 
     Args:
-        failed: name of the algorithm, and its entry in `summary.json`.
+        numbers: errors by solution, as in `summary.json`.
+        title: on the console, which shows some of the columns.
+        head: what the solutions are of.
     """
-    name, why = failed
-    return f'<p class="broken"><strong>{words(name)} has no result.</strong> {words(capital(why["text"]))}</p>'
+    columns = [Column(head, words=True)]
+    columns += [
+        Column(kind, scale, on=EVERYWHERE if (kind, name) in _ON_CONSOLE else ("page", "recording"), group=name)
+        for name, _, scale, _ in _COLUMNS for kind in _KINDS
+    ]  # fmt: skip
+    rows: list[list[str | float]] = [
+        [name, *(_si(errors[f"{kind}_{key}"], size) for _, key, _, size in _COLUMNS for kind in _KINDS)]
+        for name, errors in numbers.items()
+    ]
+    return Table(tuple(columns), rows, title=title, colors=style.colors(list(numbers)))
 
 
-def error_tables(
-    numbers: Mapping[str, Mapping[str, float | None]],
-    where: str = "summary.json; all samples: sinssim.load_streams, or sinssim export --to parquet",
+def _si(value: float | None, size: float) -> float:
+    return math.nan if value is None else value * size
+
+
+def note_on_errors(
     against: str = "truth",
-) -> Iterator[str]:
-    """Yield the tables of the errors.
-
-    Args:
-        numbers: errors by algorithm, as in `summary.json`.
-    """
-    colors = dict(zip(numbers, map(style.css, style.colors(list(numbers))), strict=True))
-    groups = [(title, key, *_unit(numbers.values(), key, scale, si)) for title, key, scale, si in _COLUMNS]
-    heads = [f'<th class="group first" colspan="3">{title} [{unit}]</th>' for title, _, unit, _ in groups]
-    lines = []
-    for name, found in numbers.items():
-        cells = [
-            f"<td{' class=first' if kind == 'final' else ''}>{_in_unit(found[f'{kind}_{key}'], size)}</td>"
-            for _, key, _, size in groups
-            for kind in _KINDS
-        ]
-        lines.append((page.swatch(colors[name]) + words(name), *cells))
-    yield '<div class="errors">'
-    yield table(("algorithm", *_KINDS * len(groups)), lines, 1, f"<tr><th></th>{''.join(heads)}</tr>")
-    yield (
-        f'</div><p class="note">Solution minus {against}, in the local level of the latter. The final '
-        "height error has a sign (positive: too high); all others are magnitudes. Attitude is the angle of the single "
-        f"rotation between computed and true attitude. Full precision: {where}.</p>"
-    )
-
-
-def _unit(numbers: Iterable[Mapping[str, float | None]], key: str, scale: Scale, si: float) -> tuple[str, float]:
-    """Return the unit of a column, which is that of its plot, and its size in the summary's unit."""
-    largest = [found[f"max_{key}"] for found in numbers]
-    unit, size = suiting(scale, np.array([value * si for value in largest if value is not None]))
-    return unit, size / si
-
-
-def _in_unit(value: float | None, size: float) -> str:
-    return "–" if value is None else signed(value / size, _DIGITS)
+    where: str = "summary.json; all samples: sinssim.load_streams, or sinssim export --to parquet",
+) -> Sentence:
+    """Return what the table of errors contains, and which files have all digits."""
+    return Sentence(
+        f"Solution minus {against}, in the local level of the latter. The final height error has a sign (positive: too "
+        "high); all others are magnitudes. Attitude is the angle of the single rotation between computed and true "
+        f"attitude. Full precision: {where}.", "note", on=("page",),
+    )  # fmt: skip
 
 
 class WithErrors(Protocol):
@@ -159,42 +137,53 @@ _PLOTS: tuple[_Plot, ...] = (
     ("attitude", "Attitude error, angle", ANGLE_SCALE, "attitude", lambda e: e.angle),
 )
 """The plots two by two: key, title, units, the plot whose unit it has, and the values."""
+_DOWN: _Plot = ("velocity_down", "Down velocity error", SPEED_SCALE, "speed", lambda e: e.velocity_ned[:, 2])
+"""Only in the recording."""
 _MAGNITUDES = ("horizontal", "speed", "attitude")
 
 
 def error_exhibits(run: WithErrors, period: float, *, apart: bool = True) -> Iterator[Item]:
+    """Yield the errors over time, with marks at multiples of Schuler's period, s; see `error_charts`."""
+    span, marks = _schuler_marks(float(run.time[0]), float(run.time[-1]), period)
+    yield from _explanation(period, span[1] - span[0])
+    if run.axes == "transported":
+        yield Sentence(_NEAR_A_POLE, "note")
+    yield from error_charts(run, span, marks, apart=apart)
+
+
+def error_charts(
+    run: WithErrors, span: tuple[float, float], marks: Sequence[Rule] = (), *, apart: bool = True
+) -> Iterator[Charts]:
     """Yield the errors over time.
 
     Args:
         run: whose errors they are; quantities that are not known are NaN.
-        period: Schuler's, s.
+        span: first and last instant of the axis, s.
         apart: whether the distance of the solutions from the first one is drawn, too.
     """
-    span, marks = _schuler_marks(float(run.time[0]), float(run.time[-1]), period)
     dashes = dict(zip(run.errors, _DASHES, strict=False)) if len(run.errors) <= len(_DASHES) else {}
     paint = _paint(run.errors)
     lines: dict[str, tuple[Line, ...]] = {}
-    for key, *_, of in (_HORIZONTAL, *_PLOTS):
-        found = ((name, error, of(error)) for name, error in run.errors.items())
+    for key, *_, of in (_HORIZONTAL, *_PLOTS, _DOWN):
+        values = ((name, error, of(error)) for name, error in run.errors.items())
         lines[key] = tuple(
             Line(label=name, x=error.time, y=rows, color=paint[name], dash=dashes.get(name, ""))
-            for name, error, rows in found if not np.isnan(rows[0]) or not np.isnan(rows).all()
+            for name, error, rows in values if not np.isnan(rows[0]) or not np.isnan(rows).all()
         )  # fmt: skip
 
     def chart(key: str, title: str, units: Scale, like: str, _: object = None) -> Chart:
         same = (like,) if like in _MAGNITUDES else (like, key)
-        unit = suiting(units, *(line.upright for one in same for line in lines[one]))
+        unit = suiting(units, *(line.upright for plot in same for line in lines[plot]))
         mile = [_mile_an_hour(span)] if key == "horizontal" and unit[0] != "mm" else []
         y = Axis(units=fixed(*unit), low=0.0 if key in _MAGNITUDES else None)
         return Chart(key=f"navigation/{key}", title=title, x=over(span), y=y, marks=(*mile, *lines[key], *marks))
 
-    yield from _explanation(period, span[1] - span[0])
-    if run.axes == "transported":
-        yield Sentence(_NEAR_A_POLE, "note")
     yield Charts("horizontal", ((chart(*_HORIZONTAL),),), WIDE)
-    charts = [chart(*one) for one in _PLOTS if lines[one[0]]]
+    charts = [chart(*plot) for plot in _PLOTS if lines[plot[0]]]
     rows = tuple(tuple(charts[k : k + 2]) for k in range(0, len(charts), 2))
     yield Charts("errors", rows, (PAIR[0], PAIR[1] * len(rows)))
+    if lines[_DOWN[0]]:
+        yield Charts("down", ((chart(*_DOWN),),), PAIR, on=("recording",))
     if apart and len(run.errors) > 1:
         yield Charts("apart", ((_apart(run.errors, dashes, span, marks),),), WIDE)
 
@@ -205,14 +194,19 @@ def _paint(names: Iterable[str]) -> dict[str, style.Rgb]:
     return dict(zip(known, style.colors(known), strict=True))
 
 
-def error_plots(run: WithErrors, period: float, *, apart: bool = True) -> Iterator[str]:
-    """Yield `error_exhibits` as HTML.
+def schuler_period(truth: NavState, ellipsoid: Ellipsoid) -> float:
+    """Return the period of the Schuler oscillation at the place of a run.
 
     Args:
-        period: Schuler's, s.
-        apart: whether the distance of the solutions from the first one is drawn, too.
+        truth: true states, N rows.
+
+    Returns:
+        2π √(R/g) with the mean radius of curvature at the mean latitude and normal gravity at the mean height, s.
     """
-    yield from parts_of(error_exhibits(run, period, apart=apart), 3)
+    latitude, height = float(truth.latitude.mean()), float(truth.height.mean())
+    r1, r2 = radii(latitude, ellipsoid)
+    gravity = gravity_ned(latitude, height, "normal", ellipsoid)[2]
+    return float(2.0 * np.pi * np.sqrt((np.sqrt(r1 * r2) + height) / gravity))
 
 
 _NEAR_A_POLE = (
@@ -331,110 +325,34 @@ _FAR = 20.0
 _IN_FIGURE: tuple[Dash, ...] = ("", "--", "-.", ":")
 
 
-def singularity_table(found: Mapping[str, Sequence[Mapping[str, Any]]]) -> str:
-    """Return the table of the passages through a singular attitude.
-
-    Args:
-        found: passages by algorithm, as in `summary.json`.
-    """
-    if not found:
-        return "<p>No algorithm passed through a singular attitude.</p>"
-    lines = [
-        (
-            words(name),
-            f"{event['start_s']:.2f}",
-            f"{event['end_s']:.2f}",
-            _in_unit(event["damage_arcsec"], 60.0),
-            f'<td class="text">{words(event["text"].removeprefix(f"{name}: "))}</td>',
-        )
-        for name, events in found.items()
-        for event in events
-    ]
-    heads = ("algorithm", "from [s]", "to [s]", "damage [arcmin]", "")
-    return table(heads, lines) + (
-        '<p class="note">Damage: angle between the attitude of the algorithm after the passage and that of a '
-        "singularity-free algorithm with the same increments.</p>"
-    )
+def singularity_exhibits(passages: Mapping[str, Sequence[PassageNumbers]]) -> Iterator[Item]:
+    """Yield the passages through a singular attitude, by algorithm."""
+    if not passages:
+        yield Sentence("No algorithm passed through a singular attitude.", on=("page",))
+        return
+    rows = [
+        (name, f"{event['start_s']:.2f}", f"{event['end_s']:.2f}", _si(event["damage_arcsec"], units.ARCSEC),
+         event["text"].removeprefix(f"{name}: "))
+        for name, events in passages.items() for event in events
+    ]  # fmt: skip
+    seconds = fixed("s")
+    columns = (Column("algorithm", words=True), Column("from", seconds), Column("to", seconds),
+               Column("damage", fixed("arcmin", units.ARCMIN)), Column("", words=True))  # fmt: skip
+    yield Table(
+        columns, rows, on=("page",),
+        note="Damage: angle between the attitude of the algorithm after the passage and that of a singularity-free "
+        "algorithm with the same increments.",
+    )  # fmt: skip
+    yield from (Sentence(event["text"], on=("console",)) for events in passages.values() for event in events)
 
 
-_HEADINGS = (
-    "horizontal\nfinal, m",
-    "\nrms, m",
-    "\nmax, m",
-    "height\nmax, m",
-    "velocity\nmax, m/s",
-    "attitude\nmax, arcmin",
-)
-
-
-def show(run: Run, console: Console) -> None:
-    """Print each algorithm's errors, what only some runs have, remarks, and the time of each stage."""
-    scenario, summary = run.scenario, run.summary
-    failures, of_filter = summary["failures"], summary.get("filter", {})
-    aided = {name: of_filter[name] for name in ("aided", "backward", "smoothed") if of_filter.get(name)}
-    table = RichTable(
-        title=f"{scenario.name}: {_title(summary)}",
-        title_justify="left",
-        box=box.SIMPLE_HEAD,
-        padding=(0, 1, 0, 0),
-    )
-    table.add_column("algorithm", no_wrap=True)
-    for heading in _HEADINGS:
-        table.add_column(heading, justify="right", no_wrap=True)
-    for name, errors in {**summary["algorithms"], **aided}.items():
-        table.add_row(name, *_cells(errors, failed=name in failures))
-    numbers = {name: errors for name, errors in summary["algorithms"].items() if name not in failures}
-    of_parts = [item for part in run.parts.values() for item in part.brief(numbers)]
-    of_log = summary.get("log")
-    lines = [
-        *summary.get("not_attained", ()),
-        *([] if of_log is not None else [f"Height of the inertial solutions: {height_words(scenario)}."]),
-        *earth_of_the_navigator(scenario),
-        *torquer_taken(scenario),
-        *coarse_rates(scenario.imu),
-    ]
-    samples = round((summary["end_s"] - summary["start_s"]) * scenario.imu.rate_hz)
-    if flags := flagged_words(summary["flagged_samples"], samples):
-        lines.append(flags)
-    if of_log is None:
-        lines += keys_without_effect(scenario.imu, summary["end_s"])
-    lines += defaults_taken(scenario.imu, summary["end_s"])
-    lines += [f"{name} has no result: {failure['text']}" for name, failure in failures.items()]
-    lines += [event["text"] for events in summary["singularities"].values() for event in events]
-    if of_filter:
-        lines += sentences(of_filter)
-    timing = {stage.removesuffix("_s"): seconds for stage, seconds in summary["timing"].items()}
-    lines.append("Time: " + ", ".join(f"{stage} {seconds:.2f} s" for stage, seconds in timing.items() if seconds))
-    if scenario.description:
-        console.print(f"{scenario.description}\n", markup=False)
-    console.print(table)
-    show_items((item for item in of_parts if isinstance(item, Table)), console)
-    show_items((item for item in of_parts if not isinstance(item, Table)), console)
-    for line in lines:
-        console.print(line, markup=False)
-
-
-def _title(summary: Mapping[str, Any]) -> str:
-    """Return what the table shows."""
-    about = summary.get("log")
-    if about is None:
+def title_of_errors(log: LogNumbers | None) -> str:
+    """Return what the table of errors shows."""
+    if log is None:
         return "errors against the truth"
-    if about["reference_file"] is not None:
-        return f"errors against the reference {about['reference_file']}"
-    return f"differences from {about['compared_with']}" if about["compared_with"] else "one solution, no reference"
-
-
-def _cells(errors: Mapping[str, float | None], failed: bool) -> tuple[str, ...]:
-    """Return the cells of one algorithm; if it failed, its numbers end at the failure."""
-    angle = errors["max_attitude_error_arcsec"]
-    return (
-        error_text(errors["final_horizontal_error_m"]),
-        error_text(errors["rms_horizontal_error_m"]),
-        error_text(errors["max_horizontal_error_m"]),
-        error_text(errors["max_height_error_m"]),
-        error_text(errors["max_velocity_error_mps"]),
-        "–" if failed or angle is None else error_text(angle / 60.0),
-    )
+    if log["reference_file"] is not None:
+        return f"errors against the reference {log['reference_file']}"
+    return f"differences from {log['compared_with']}" if log["compared_with"] else "one solution, no reference"
 
 
 def error_text(value: float | None) -> str:

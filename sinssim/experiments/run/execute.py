@@ -6,44 +6,42 @@ run has.
 
 from __future__ import annotations
 
-import json
-from collections.abc import Callable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterator
 from contextlib import ExitStack, suppress
 from dataclasses import replace
 from functools import partial
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, cast
 
 import numpy as np
 
 from sinssim.data import Array, NavState
 from sinssim.earth.geodetic_coordinates import geodetic_to_ecef
 from sinssim.errors import RunError, SinssimError
-from sinssim.experiments.run.error_exhibits import horizontal_of, worse_than_inertial
-from sinssim.experiments.run.filter_summary import filter_markdown, filter_numbers
+from sinssim.experiments.run.error_exhibits import error_table, horizontal_of, worse_than_inertial
+from sinssim.experiments.run.filter_exhibits import filter_exhibits
+from sinssim.experiments.run.filter_summary import filter_numbers
 from sinssim.experiments.run.parts import parts_of
 from sinssim.experiments.run.parts.recorded_sensors import best_solution
-from sinssim.experiments.run.run_report import draw_sections, log_report, run_report
+from sinssim.experiments.run.run_files import about, keep
+from sinssim.experiments.run.run_report import first_sections, run_exhibits
 from sinssim.experiments.run.run_result import PlaneRun, Reached, Run
-from sinssim.experiments.run.sensor_exhibits import SensorComparison, sensor_comparisons
+from sinssim.experiments.run.sensor_comparison import SensorComparison, sensor_comparisons
 from sinssim.logs.stored_run import ErrorRule
 from sinssim.progress import Progress, shown
+from sinssim.recording.report.exhibit_page import page_of
 from sinssim.recording.result import Media, Result
 from sinssim.recording.run_directory import (
     RunDirectory,
     failures,
     flagged,
-    markdown_table,
     plain,
     singularities,
-    versions,
 )
 from sinssim.recording.stream_tables import Stream
 from sinssim.scenario.load import Overrides, as_scenario
-from sinssim.scenario.plan_summary import own_files
 from sinssim.scenario.planned_motion import check_times
 from sinssim.scenario.route_pole import check_route, check_route_flown
-from sinssim.scenario.use_key import FOLDER
 from sinssim.simulation.aiding_stage import aid, best_reference
 from sinssim.simulation.navigation_stage import Navigated, before_navigation, navigate
 from sinssim.simulation.sensed_stage import planned, sense, sense_recorded
@@ -51,116 +49,18 @@ from sinssim.simulation.stages import STAGES, Stages
 from sinssim.simulation.truth_stage import RecordedMotion, Truth, truth_along
 from sinssim.strapdown.engine_assembly import check_own_files
 from sinssim.strapdown.navigation_error import NO_NUMBERS, error_numbers_of, known_error_numbers_of
-from sinssim.system.outputs import write_text
 from sinssim.system.resources import give_back_memory, map_large_arrays
 from sinssim.truth.flight.flight_log import not_attained
 from sinssim.truth.trajectory import Trajectory
 
 if TYPE_CHECKING:
     from sinssim.earth.ellipsoids import Ellipsoid
-    from sinssim.experiments.run.run_report import Sections
+    from sinssim.exhibits import Exhibits, Item
+    from sinssim.experiments.run.run_report import FirstSections
     from sinssim.experiments.run.run_streams import RunWriter
+    from sinssim.experiments.run.summary_types import RunSummary
     from sinssim.scenario import Scenario
     from sinssim.truth.sampling import FlightEvent
-
-
-def about(scenario: Scenario, stages: Stages, status: str, message: str = "") -> dict[str, Any]:
-    """Return the part of a summary that does not depend on the success of the run.
-
-    Args:
-        status: "finished", "failed" or "interrupted".
-
-    Returns:
-        Entries of `summary.json`.
-    """
-    plane = scenario.one_component
-    return {
-        "scenario": scenario.name,
-        "status": status,
-        **({"message": message} if message else {}),
-        "seed": scenario.seed,
-        "rate_hz": scenario.imu.rate_hz if plane is None else plane.rate_hz,
-        "timing": stages.timing(),
-        "versions": versions(),
-        **({"own_content": own} if (own := [file.to_json() for file in own_files(scenario)]) else {}),
-    }
-
-
-def keep(
-    folder: RunDirectory,
-    scenario: Scenario,
-    about_filter: Sequence[str],
-    summary: Mapping[str, Any],
-    report: str | None,
-    *,
-    beside: str = "",
-) -> Path:
-    """Complete the run directory and move it into its place.
-
-    Args:
-        about_filter: lines that explain the filter's default states.
-        summary: contents of `summary.json`.
-        report: the report's page, if there is one.
-        beside: as for `RunDirectory.keep`.
-
-    Raises:
-        InputError: it cannot be written, or files of others are in the way.
-    """
-    with folder.writing():
-        write_text(folder.path / "scenario.toml", scenario.to_toml(about_filter))
-        for file in own_files(scenario):  # in the layout of a project folder, from which the run can be repeated
-            place = folder.path / FOLDER / file.place
-            place.parent.mkdir(parents=True, exist_ok=True)
-            place.write_bytes(file.contents)
-        if report is not None:
-            write_text(folder.path / "report.html", report)
-        write_text(folder.path / "summary.json", json.dumps(summary, indent=2, allow_nan=False) + "\n")
-        return folder.keep(beside=beside)
-
-
-def compute_one_component(scenario: Scenario, folder: RunDirectory | None, stages: Stages) -> PlaneRun:
-    """Compute a one-component run and record it.
-
-    Args:
-        folder: run directory to write; nothing is written if None.
-
-    Raises:
-        InputError: the scenario or the directory cannot be used.
-    """
-    assert scenario.one_component is not None  # the caller asks for such a run only
-    check_times(scenario)
-    with stages("navigate"):
-        from sinssim.experiments.run.one_component_exhibits import numbers, one_component_streams
-        from sinssim.simulation.one_component_run import compute
-
-        result = compute(scenario.one_component, scenario.seed)
-        found = numbers(result)
-    kept = scenario.recording
-    if folder is not None and kept.has_streams:
-        with stages("record"), folder.writing():
-            from sinssim.recording.stream_tables import write_stream
-
-            (folder.path / "streams").mkdir()
-            streams = one_component_streams(result)
-            for stream in streams:
-                write_stream(stream, folder.path / "streams")
-            if kept.has_recording:
-                from sinssim.experiments.run.one_component_recording import record
-
-                record(folder.path / "recording.rrd", scenario, result, found, streams)
-    summary = {
-        **about(scenario, stages, "finished"),
-        "start_s": float(result.truth.time[0]),
-        "end_s": float(result.truth.time[-1]),
-        "one_component": found,
-    }
-    directory = None
-    if folder is not None:
-        from sinssim.experiments.run.one_component_exhibits import one_component_report
-
-        report = one_component_report(scenario, result, summary) if kept.has_report else None
-        directory = keep(folder, scenario, (), summary, report)
-    return PlaneRun(scenario, result, summary, directory)
 
 
 class RunMedia(Media[Run]):
@@ -173,6 +73,13 @@ class RunMedia(Media[Run]):
         from sinssim.experiments.run.run_streams import streams_of_run
 
         yield from streams_of_run(result)
+
+    def exhibits(self, result: Run | PlaneRun) -> Exhibits:
+        if isinstance(result, Run):
+            return run_exhibits(result, cast("RunSummary", result.summary))
+        from sinssim.experiments.run.one_component_exhibits import plane_exhibits
+
+        return plane_exhibits(result.scenario, result.one_component, cast("RunSummary", result.summary))
 
     def figure(self, result: Run, quantity: str | None = None) -> Any:
         from sinssim.experiments.run.error_exhibits import figure_charts
@@ -233,6 +140,8 @@ def _run(scenario: Scenario, directory: Path | str | None, overwrite: bool, cloc
     execution = Execution(scenario, folder, clock)
     try:
         if scenario.one_component is not None:
+            from sinssim.experiments.run.one_component_execution import compute_one_component
+
             return compute_one_component(scenario, folder, clock)
         return execution.run()
     except BaseException as error:
@@ -261,7 +170,7 @@ class Execution:
         self._stack = ExitStack()
         self._writer: RunWriter | None = None
         self._kinds: tuple[SensorComparison, ...] = ()
-        self._drawn: Sections | None = None
+        self._drawn: FirstSections | None = None
         self._inertial: dict[str, tuple[Array, Array]] = {}  # horizontal errors beside the filter's
         self._numbers: dict[str, dict[str, float]] = {}
         self._found: dict[str, Any] = {}  # entries of the summary
@@ -421,7 +330,7 @@ class Execution:
         """Draw the sections of a simulation's report that need every sample, once."""
         if self._report and self._drawn is None and isinstance(self.reached.truth, Truth):
             with self._clock("record"):
-                self._drawn = draw_sections(self.reached, self._kinds)
+                self._drawn = first_sections(self.reached, self._kinds)
 
     def _filter(self) -> None:
         """Run the filter."""
@@ -435,7 +344,14 @@ class Execution:
         give_back_memory()
         if self._writer is not None:
             with self._clock("record"):
-                self._writer.filtered(aided, filter_markdown(self._found["filter"]))
+                self._writer.filtered(aided, self._of_filter())
+
+    def _of_filter(self) -> list[Item]:
+        """Return what the filter has to show."""
+        time = self._navigated.truth.time
+        assert self.reached.aided is not None  # the filter has run
+        span = (float(time[0]), float(time[-1]))
+        return list(filter_exhibits(self.reached.aided, self._found["filter"], plain(self._numbers), span))
 
     def _aid_parts(self) -> None:
         """Compute what the filter changes in what only some runs have."""
@@ -462,7 +378,7 @@ class Execution:
         if self._writer is not None:
             with self._clock("record"):
                 self._writer.finish(
-                    markdown_table(self._numbers), lambda fraction: self._clock.report("record", 0.99 * fraction)
+                    [error_table(plain(self._numbers))], lambda fraction: self._clock.report("record", 0.99 * fraction)
                 )
 
     def _write_recorded(self, motion: RecordedMotion) -> None:
@@ -472,32 +388,28 @@ class Execution:
         shown = NavState(s.latitude, s.longitude, s.height, s.velocity_ned, s.q_nb)
         log, sensed = motion.prepared.log, navigated.sensed
         writer = self._open(s.time, shown, motion.events, motion.ellipsoid)
-        writer.recorded(sensed.measured, sensed.readings.compensated, log.reference)
+        writer.recorded(shown, sensed.measured, sensed.readings.compensated, log.reference)
         writer.without_satellites(s.time, shown, log.outages)
         writer.navigated(navigated, self.reached.parts, None)
         if aided is not None:
-            writer.filtered(aided, filter_markdown(self._found["filter"]))
+            writer.filtered(aided, self._of_filter())
 
     def _finished(self) -> Run:
         """Return the run with its summary, and complete its directory."""
         reached, navigated = self.reached, self._navigated
         time = navigated.truth.time
-        summary = {
+        entries = {
             **about(self._scenario, self._clock, "finished"),
             "start_s": float(time[0]),
             "end_s": float(time[-1]),
             **self._entries(),
         }
         give_back_memory()
-        directory = None
+        summary, directory = cast("RunSummary", entries), None
         if self._folder is not None:
-            report = None
-            if self._report and isinstance(navigated.truth, Truth):
-                report = run_report(reached, summary, self._drawn)
-            elif self._report:
-                report = log_report(reached, summary)
+            report = page_of(run_exhibits(reached, summary, self._drawn)) if self._report else None
             directory = keep(self._folder, self._scenario, reached.about_filter, summary, report)
-        return Run(self._scenario, navigated, reached.aided, reached.parts, summary, directory, reached.about_filter)
+        return Run(self._scenario, navigated, reached.aided, reached.parts, entries, directory, reached.about_filter)
 
     def _entries(self) -> dict[str, Any]:
         """Return the entries of the summary that follow from the stages, in order."""
@@ -545,10 +457,10 @@ def _leave(folder: RunDirectory, reached: Reached, clock: Stages, error: BaseExc
         return
     status = "interrupted" if isinstance(error, KeyboardInterrupt) else "failed"
     message = str(error) if isinstance(error, SinssimError) else f"{type(error).__name__} {error}".rstrip()
-    summary = about(scenario, clock, status, message)
+    summary = cast("RunSummary", about(scenario, clock, status, message))
     try:
         simulated = scenario.one_component is None and scenario.log is None
-        report = run_report(reached, summary) if simulated and kept.has_report else None
+        report = page_of(run_exhibits(reached, summary)) if simulated and kept.has_report else None
     except Exception:  # the report itself may have failed: its error is the one being raised
         report = None
     place = keep(folder, scenario, reached.about_filter, summary, report, beside=status)

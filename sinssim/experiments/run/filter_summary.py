@@ -1,161 +1,50 @@
-"""Summary and streams of a filter.
+"""The numbers of a filter for `summary.json`, and what they mean in sentences.
 
-States with their standard deviations, accepted, rejected and unused readings, consistency, estimated sensor errors.
+Consistency, errors of the solutions, accepted, rejected and unused readings, faults, and the states with their 1σ.
 """
 
 from __future__ import annotations
 
 import math
 from collections import Counter
-from collections.abc import Callable, Iterator, Mapping
-from functools import partial
+from collections.abc import Iterator, Mapping
 from itertools import pairwise
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
-from numpy.typing import ArrayLike
 
 from sinssim import units
 from sinssim.estimation.consistency import MEANING
 from sinssim.experiments.run.filter_diagnosis import diagnosis_numbers
-from sinssim.formatting import number_text, signed
-from sinssim.recording.stream_columns import error_stream, nav_stream
-from sinssim.recording.stream_tables import Computed, Stream, Vector
+from sinssim.experiments.run.filter_streams import state_columns
+from sinssim.experiments.run.summary_types import (
+    AlignmentNumbers,
+    FaultNumbers,
+    FilterNumbers,
+    HeadingNumbers,
+    SensorNumbers,
+    SensorUse,
+    StateNumbers,
+    Test,
+)
+from sinssim.formatting import number_text
 from sinssim.scenario.filter_model import hints
 from sinssim.scenario.notes import times_not_reached
 from sinssim.sensors.aiding.gnss import Gnss, Jump, Ramp
-from sinssim.sensors.aiding_registry import measurement_kind
 from sinssim.strapdown.navigation_error import error_numbers_of, known_error_numbers_of
 
 if TYPE_CHECKING:
-    from sinssim.data import Array, Measurements
-    from sinssim.estimation import Block, Estimate, Innovations
+    from sinssim.estimation import Estimate, Innovations
     from sinssim.estimation.consistency import ActualConsistency, ChiSquare
-    from sinssim.estimation.filter_result import Rows
     from sinssim.scenario import Scenario
     from sinssim.simulation.truth_comparison import Aided
-
-
-_AXES = {"north": "n", "east": "e", "forward": "x", "right": "y"}
-_STREAM_UNITS = {"m": "m", "m/s": "mps", "rad": "rad", "rad/s": "radps", "m/s²": "mps2", "s": "s", "": ""}
-
-
-def filter_streams(aided: Aided) -> list[Stream]:
-    """Return all streams of an aided solution.
-
-    Returns:
-        `nav_aided`, `error_aided`, the same for the smoothed and the backward solution if there are any, `filter` with
-        1σ of all states, estimates of the sensors' parameters and their errors, and `aiding_<sensor>` with every
-        reading and the decision on it.
-    """
-    estimate = aided.estimate
-    solution = estimate.solution
-    streams = [
-        nav_stream("aided", solution),
-        error_stream("aided", aided.error_at, solution.time),
-        _state_stream(aided),
-    ]
-    if estimate.smoothed is not None and aided.smoothed_error is not None:
-        solution = estimate.smoothed.solution
-        streams += [nav_stream("smoothed", solution), error_stream("smoothed", aided.smoothed_error.at, solution.time)]
-    if estimate.backward is not None and aided.backward_error is not None:
-        solution = estimate.backward.solution
-        streams += [nav_stream("backward", solution), error_stream("backward", aided.backward_error.at, solution.time)]
-    innovations = {i.sensor: i for i in estimate.innovations}
-    streams += [_readings(s.measurements, innovations.get(s.measurements.label)) for s in aided.sensed]
-    return streams
-
-
-def state_columns(block: Block, kinds: dict[str, str]) -> tuple[str, ...]:
-    """Return the column names of a block's states, each with its unit.
-
-    Args:
-        kinds: kind of measurement of each aiding sensor, by its label.
-
-    Returns:
-        Names such as "gyro_bias_x_radps"; "phi_n_rad", … for the attitude.
-    """
-    stem = "phi" if block.name == "attitude" else block.name.replace(" ", "_").replace("-", "_")
-    sensor = next((label for label in kinds if block.name.startswith(f"{label} ")), "")
-    what = block.name.removeprefix(f"{sensor} ")
-    kind = measurement_kind(kinds[sensor]) if sensor else None
-    unit = _STREAM_UNITS[block.unit]
-    if kind is not None and what == "bias":
-        axes, unit = kind.axes, kind.unit
-    elif kind is not None and what in kind.own_errors:
-        axes, unit = kind.own_errors[what]
-    elif kind is not None and what == "delay":
-        axes, unit = ("",), "s"
-    elif block.size == 1:
-        axes = ("",)
-    else:
-        names = [state.rsplit(" ", 1)[1] for state in block.states]
-        axes = tuple(_AXES.get(name, ("d" if "north" in names else "z") if name == "down" else name) for name in names)
-    return tuple("_".join(part for part in (stem, axis, unit) if part) for axis in axes)
-
-
-def _state_stream(aided: Aided) -> Stream:
-    """Return the stream `filter`."""
-    estimate = aided.estimate
-    kinds = {s.measurements.label: s.measurements.kind for s in aided.sensed}
-    vectors = []
-    for block in estimate.model.blocks:
-        columns, rows = state_columns(block, kinds), estimate.model.slices[block.name]
-        name = block.name.replace(" ", "_").replace("-", "_")
-        if block.name in estimate.parameters:
-            vectors.append(Vector(name, columns, estimate.parameters[block.name]))
-            errors = tuple(f"error_{column}" for column in columns)
-            if aided.true_parameters_known:
-                vectors.append(Vector(f"error_{name}", errors, Computed(partial(aided.block_error, block.name))))
-        vectors.append(Vector(f"sigma_{name}", tuple(f"sigma_{column}" for column in columns), estimate.sigma[:, rows]))
-    return Stream("filter", estimate.time, tuple(vectors))
-
-
-def _readings(measurements: Measurements, innovations: Innovations | None) -> Stream:
-    """Return the stream of one aiding sensor."""
-    m, kind = measurements, measurement_kind(measurements.kind)
-    ends = [f"_{axis}_{kind.unit}" if axis else f"_{kind.unit}" for axis in kind.axes]
-
-    def named(stem: str) -> tuple[str, ...]:
-        return tuple(stem + end for end in ends)
-
-    vectors = [
-        Vector("reading", kind.columns, m.value),
-        Vector("sigma", named("sigma"), m.sigma),
-        Vector("arrival", ("arrival_s",), m.arrival[:, np.newaxis]),
-    ]
-    if innovations is not None:
-        i, before = innovations, len(m.time) - len(innovations.time)  # the filter may start after the first readings
-
-        def gate(rows: Rows) -> Array:
-            return np.column_stack((i.nis[rows], i.accepted[rows].astype(np.float64)))
-
-        vectors += [
-            Vector("innovation", named("innovation"), _later(before, len(m.time), np.nan, lambda rows: i.value[rows])),
-            Vector("innovation_sigma", named("innovation_sigma"), _later(before, len(m.time), np.nan, i.sigma_at)),
-            Vector("gate", ("nis", "accepted"), _later(before, len(m.time), (np.nan, 0.0), gate)),
-        ]
-    return Stream(f"aiding_{m.label.replace('-', '_')}", m.time, tuple(vectors))
-
-
-def _later(before: int, count: int, without: ArrayLike, at: Callable[[Rows], Array]) -> Computed:
-    """Return rows that follow some without values, from a function of their numbers."""
-    if not before:
-        return Computed(at)
-
-    def rows_of(rows: slice) -> Array:
-        number = np.arange(-before, count - before)[rows]
-        known = at(number[number >= 0])
-        return np.concatenate((np.broadcast_to(without, (len(number) - len(known), known.shape[1])), known))
-
-    return Computed(rows_of)
 
 
 BEFORE, AFTER, REJECTED = "before the start of the filter", "after the end of the filter", "rejected by the gate"
 """Reasons for which a reading is not used, beside those of `sinssim.estimation.measurement_epochs`."""
 
 
-def use_of_readings(aided: Aided) -> dict[str, dict[str, Any]]:
+def use_of_readings(aided: Aided) -> dict[str, SensorUse]:
     """Return what became of the readings of each sensor.
 
     Returns:
@@ -166,7 +55,7 @@ def use_of_readings(aided: Aided) -> dict[str, dict[str, Any]]:
     return {i.sensor: _of_sensor(i, total.get(i.sensor, len(i.time))) for i in aided.estimate.innovations}
 
 
-def _of_sensor(i: Innovations, total: int) -> dict[str, Any]:
+def _of_sensor(i: Innovations, total: int) -> SensorUse:
     unused = Counter({BEFORE: total - len(i.time)})
     for row in np.flatnonzero(~i.accepted).tolist():
         unused[REJECTED if np.isfinite(i.nis[row]) else i.reason[row] or AFTER] += 1
@@ -177,7 +66,7 @@ def _of_sensor(i: Innovations, total: int) -> dict[str, Any]:
     }
 
 
-def unused_sentences(sensors: Mapping[str, Any]) -> Iterator[str]:
+def unused_sentences(sensors: Mapping[str, SensorUse]) -> Iterator[str]:
     """Report readings outside of the time of the filter; its own remarks report those within.
 
     Args:
@@ -207,7 +96,7 @@ _IN_A_ROW = 30
 """Number of consecutive readings rejected or accepted that is not by chance."""
 
 
-def filter_numbers(aided: Aided, scenario: Scenario) -> dict[str, Any]:
+def filter_numbers(aided: Aided, scenario: Scenario) -> FilterNumbers:
     """Return the entry of a filter in `summary.json`.
 
     Args:
@@ -227,37 +116,31 @@ def filter_numbers(aided: Aided, scenario: Scenario) -> dict[str, Any]:
 
     estimate = aided.estimate
     judged, truly = consistency(estimate), _actual(aided)
-    findings = [*judged.sentences, *truly.sentences]
-    known = aided.true_parameters_known
-    smoothed, backward = aided.smoothed_error, aided.backward_error
+    findings, known = [*judged.sentences, *truly.sentences], aided.true_parameters_known
     numbers_of = error_numbers_of if known else known_error_numbers_of
     end, used = estimate.divergence, use_of_readings(aided)
-    return {
+    sensors: dict[str, SensorNumbers] = {
+        i.sensor: {
+            "kind": i.kind,
+            **used[i.sensor],
+            "refused": s.rejected,
+            "refused_expected": s.expected,
+            "first_refused_s": _first(i.time, ~i.accepted & np.isfinite(i.nis)),
+            "verdict": s.verdict,
+            "tests": {t.name: _test_numbers(t) for t in s.tests},
+        }
+        for i, s in zip(estimate.innovations, judged.sensors, strict=True)
+    }
+    numbers: FilterNumbers = {
         "divergence": None
         if end is None
         else {"time_s": end.time, "measurement": end.measurement, "reason": end.reason},
         "remarks": [*estimate.remarks, *times_not_reached(scenario, aided.end)],
         "consistent": not findings,
         "findings": findings,
-        **({} if known else {"recorded": True}),
         "hints": [*gravity_notes(scenario), *hints(scenario)] if findings and known else [],
         "aided": numbers_of(aided.error_blocks) if len(estimate.time) else None,
-        **({} if smoothed is None else {"smoothed": numbers_of(lambda: [smoothed])}),
-        **({} if backward is None else {"backward": numbers_of(lambda: [backward])}),
-        **_alignment(aided, scenario),
-        **diagnosis_numbers(estimate, scenario),
-        "sensors": {
-            i.sensor: {
-                "kind": i.kind,
-                **used[i.sensor],
-                "refused": s.rejected,
-                "refused_expected": s.expected,
-                "first_refused_s": _first(i.time, ~i.accepted & np.isfinite(i.nis)),
-                "verdict": s.verdict,
-                "tests": {t.name: _test_numbers(t) for t in s.tests},
-            }
-            for i, s in zip(estimate.innovations, judged.sensors, strict=True)
-        },
+        "sensors": sensors,
         "faults": list(_faults(aided, scenario)),
         "nees": {
             name: {"states": _uncertain(estimate, name), "verdict": verdict, **_test_numbers(test)}
@@ -266,39 +149,50 @@ def filter_numbers(aided: Aided, scenario: Scenario) -> dict[str, Any]:
         "noise": {n: {"verdict": verdict, **_test_numbers(test)} for n, (test, verdict) in truly.noise.items()},
         "states": dict(_state_numbers(aided)),
     }
+    if not known:
+        numbers["recorded"] = True
+    if (smoothed := aided.smoothed_error) is not None:
+        numbers["smoothed"] = numbers_of(lambda: [smoothed])
+    if (backward := aided.backward_error) is not None:
+        numbers["backward"] = numbers_of(lambda: [backward])
+    if (alignment := _alignment(aided, scenario)) is not None:
+        numbers["alignment"] = alignment
+    if (diagnosis := diagnosis_numbers(estimate, scenario)) is not None:
+        numbers["diagnosis"] = diagnosis
+    return numbers
 
 
-def _alignment(aided: Aided, scenario: Scenario) -> dict[str, Any]:
-    """Return the result of an alignment for the heading: coarse and fine, or transfer alignment."""
-    found, section, aiding = aided.estimate, scenario.filter, scenario.aiding
-    masters = [i.time[-1] for i in found.innovations if i.sensor.startswith("master-") and len(i.time)]
-    if not len(found.time) or section is None or aiding is None or not aided.true_parameters_known:
-        return {}
+def _alignment(aided: Aided, scenario: Scenario) -> AlignmentNumbers | None:
+    """Return the result of an alignment for the heading, coarse and fine or transfer; None without one."""
+    estimate, section, aiding = aided.estimate, scenario.filter, scenario.aiding
+    masters = [i.time[-1] for i in estimate.innovations if i.sensor.startswith("master-") and len(i.time)]
+    if not len(estimate.time) or section is None or aiding is None or not aided.true_parameters_known:
+        return None
     method: str = section.alignment
     if section.alignment_s is not None:
-        at = len(found.time) - 1
+        at = len(estimate.time) - 1
     elif masters:
-        method, at = "transfer", int(np.searchsorted(found.time, max(masters) + 1e-6)) - 1
+        method, at = "transfer", int(np.searchsorted(estimate.time, max(masters) + 1e-6)) - 1
     else:
-        return {}
-    heading = found.model.slices["attitude"].stop - 1
+        return None
+    heading = estimate.model.slices["attitude"].stop - 1
 
-    def row(k: int) -> dict[str, float]:
-        sigma, error = float(found.sigma[k, heading]), float(aided.block_error("attitude", slice(k, k + 1))[0, 2])
+    def row(k: int) -> HeadingNumbers:
+        sigma, error = float(estimate.sigma[k, heading]), float(aided.block_error("attitude", slice(k, k + 1))[0, 2])
         return {
-            "time_s": float(found.time[k]),
+            "time_s": float(estimate.time[k]),
             "heading_sigma_arcmin": sigma / units.ARCMIN,
             "heading_error_arcmin": error / units.ARCMIN,
         }
 
-    return {"alignment": {"method": method, "coarse_s": section.alignment_s, "begin": row(0), "end": row(at)}}
+    return {"method": method, "coarse_s": section.alignment_s, "begin": row(0), "end": row(at)}
 
 
-def _alignment_sentence(alignment: Mapping[str, Any]) -> str:
+def _alignment_sentence(alignment: AlignmentNumbers) -> str:
     """Describe the accuracy of an alignment."""
     begin, end = alignment["begin"], alignment["end"]
 
-    def known(at: Mapping[str, float]) -> str:
+    def known(at: HeadingNumbers) -> str:
         size, unit = _angle_unit(at["heading_sigma_arcmin"])  # one unit for both, for comparison
         error, sigma = abs(at["heading_error_arcmin"]) / size, at["heading_sigma_arcmin"] / size
         return f"{error:.3g} {unit} (1σ {sigma:.3g} {unit})"
@@ -326,7 +220,7 @@ def _first(time: np.ndarray[Any, Any], which: np.ndarray[Any, Any]) -> float | N
     return float(time[np.argmax(which)]) if which.any() else None
 
 
-def _faults(aided: Aided, scenario: Scenario) -> Iterator[dict[str, Any]]:
+def _faults(aided: Aided, scenario: Scenario) -> Iterator[FaultNumbers]:
     """Yield the filter's response to every jump and ramp of the satellite receiver."""
     gnss = None if scenario.aiding is None else scenario.aiding.sensor(Gnss)
     time = aided.estimate.time
@@ -386,7 +280,7 @@ def _believed_again(time: np.ndarray[Any, Any], accepted: np.ndarray[Any, Any]) 
     return None
 
 
-def fault_sentences(numbers: Mapping[str, Any]) -> Iterator[str]:
+def fault_sentences(numbers: FilterNumbers) -> Iterator[str]:
     """Report for every jump and ramp whether the gate caught it.
 
     Args:
@@ -397,7 +291,7 @@ def fault_sentences(numbers: Mapping[str, Any]) -> Iterator[str]:
         what = f"The GNSS {fault['kind']} from {begin:g} s to {fault['to_s']:g} s"
         how = f"it rejected {fault['refused']} of {fault['readings']} measurements"
         far = "" if error is None else f", and the error of the solution reached {number_text(error)} m"
-        if fault["caught"]:
+        if fault["caught"] and first is not None:
             yield f"{what} was detected by the gate: {how}, the first {first - begin:.0f} s after its start{far}."
             if (again := fault["believed_again_s"]) is not None:
                 yield (
@@ -411,11 +305,11 @@ def fault_sentences(numbers: Mapping[str, Any]) -> Iterator[str]:
             yield f"{what} was not detected by the gate: {how}{far}{seen}."
 
 
-def sentences(numbers: Mapping[str, Any]) -> Iterator[str]:
+def sentences(numbers: FilterNumbers, *, diagnosed: bool = True) -> Iterator[str]:
     """Summarise a filter in sentences.
 
     Args:
-        numbers: result of `filter_numbers`.
+        diagnosed: whether they include what the diagnosis says to try.
 
     Yields:
         Whole sentences, the most important first; verdicts without the underlying tests.
@@ -449,7 +343,8 @@ def sentences(numbers: Mapping[str, Any]) -> Iterator[str]:
         yield f"{the} filter is not consistent{': ' if bad else ''}{'; '.join(bad)}."
         if bad:
             yield f"A correct filter fails any of these tests in at most {100.0 * FALSE_ALARM:g} % of runs."
-        yield from numbers.get("diagnosis", {}).get("what_to_try", ())
+        if diagnosed and "diagnosis" in numbers:
+            yield from numbers["diagnosis"]["what_to_try"]
     yield from numbers["remarks"]
     yield from unused_sentences(numbers["sensors"])
 
@@ -464,9 +359,8 @@ def _actual(aided: Aided) -> ActualConsistency:
     return actual_consistency(aided.estimate.model, history, aided.nominal_errors)
 
 
-def _test_numbers(test: ChiSquare) -> dict[str, float]:
-    numbers = {"value": test.value, "lower_95": test.lower, "upper_95": test.upper}
-    return {**numbers, "probability": test.probability}
+def _test_numbers(test: ChiSquare) -> Test:
+    return {"value": test.value, "lower_95": test.lower, "upper_95": test.upper, "probability": test.probability}
 
 
 def _uncertain(estimate: Estimate, name: str) -> int:
@@ -475,7 +369,7 @@ def _uncertain(estimate: Estimate, name: str) -> int:
     return int(np.count_nonzero(estimate.sigma[-1, part] > 0.0))
 
 
-def _state_numbers(aided: Aided) -> Iterator[tuple[str, dict[str, Any]]]:
+def _state_numbers(aided: Aided) -> Iterator[tuple[str, StateNumbers]]:
     from sinssim.estimation.observability import observability
 
     estimate = aided.estimate
@@ -490,17 +384,17 @@ def _state_numbers(aided: Aided) -> Iterator[tuple[str, dict[str, Any]]]:
     estimates = np.empty(0) if known else np.concatenate([np.full(9, math.nan), *own.values()])
     for i, column in enumerate(columns):
         begin, end = float(estimate.sigma[0, i]), float(estimate.sigma[-1, i])
-        yield (
-            column,
-            {
-                "sigma_start": begin,
-                "sigma_end": end,
-                "error_end": float(errors[i]),
-                **({} if known else {"estimate_end": float(estimates[i])}),
-                "reduction": begin / end if end > 0.0 else None,
-                **({} if seen is None else {"observable": bool(seen.observable[i]) and 2.0 * end <= begin}),
-            },
-        )
+        numbers: StateNumbers = {
+            "sigma_start": begin,
+            "sigma_end": end,
+            "error_end": float(errors[i]),
+            "reduction": begin / end if end > 0.0 else None,
+        }
+        if not known:
+            numbers["estimate_end"] = float(estimates[i])
+        if seen is not None:
+            numbers["observable"] = bool(seen.observable[i]) and 2.0 * end <= begin
+        yield column, numbers
 
 
 def for_people(column: str, *values: float | None) -> tuple[str, str, list[float]]:
@@ -517,33 +411,3 @@ def for_people(column: str, *values: float | None) -> tuple[str, str, list[float
         unit, size = "arcsec", units.ARCSEC
     stem = column.removesuffix(ending).replace("_", " ")
     return stem, unit, [float("nan") if v is None else v / size for v in values]
-
-
-def filter_markdown(numbers: Mapping[str, Any]) -> str:
-    """Return the summary of a filter for a panel of the view.
-
-    Args:
-        numbers: result of `filter_numbers`.
-    """
-    first, *others = sentences(numbers)
-    lines = [f"**{first}**", "", *(f"- {sentence}" for sentence in others)]
-    lines += ["", "| sensor | accepted | rejected | NIS | verdict |", "|---|---|---|---|---|"]
-    for name, s in numbers["sensors"].items():
-        nis = s["tests"].get("NIS")
-        band = "–" if nis is None else f"{nis['value']:.3g} ({nis['lower_95']:.3g} … {nis['upper_95']:.3g})"
-        lines.append(f"| {name} | {s['taken']} | {s['refused']} | {band} | {s['verdict']} |")
-    for head, what in (("states | NEES", "nees"), ("noise | variance / assumed variance", "noise")):
-        if not numbers[what]:
-            continue
-        lines += ["", f"| {head} | 95 % band |", "|---|---|---|"]
-        lines += [
-            f"| {n} | {v['value']:.3g} | {v['lower_95']:.3g} … {v['upper_95']:.3g} |" for n, v in numbers[what].items()
-        ]
-    last = "estimate" if numbers.get("recorded") else "error"
-    lines += ["", f"| state | σ at the start | at the end | {last} |", "|---|---|---|---|"]
-    for column, s in numbers["states"].items():
-        name, unit, values = for_people(column, s["sigma_start"], s["sigma_end"], s[f"{last}_end"])
-        mark = "" if s.get("observable", True) else ", not observable"
-        lines.append(f"| {name} [{unit}]{mark} | " + " | ".join(signed(v) for v in values) + " |")
-    lines += ["", *(f"- {finding}" for finding in numbers["findings"])]
-    return "\n".join(lines)

@@ -6,17 +6,17 @@ start, with the run's own angles.
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Iterator, Mapping
 from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 
 from sinssim.algorithms import MEASURED_ATTITUDE, PLATFORM
 from sinssim.data import Array
+from sinssim.exhibits import Item, Picture, Sentence
 from sinssim.frames import FRAME_REGISTRY, FRAMES
 from sinssim.recording import style
-from sinssim.recording.report.page import words
-from sinssim.recording.report.svg_plot import Drawing, Point
+from sinssim.recording.report.svg import Drawing, Point
 from sinssim.rotation import dcm_from_quaternion, euler_from_quaternion, shown_heading
 from sinssim.sensors.aiding.baro import Barometer
 from sinssim.sensors.sets.sensor_set import AttitudeSensor, Redundant, SixAccelerometers
@@ -223,7 +223,7 @@ def _rates(d: Drawing, scenario: Scenario) -> None:
 
 
 def scheme_words(scenario: Scenario) -> str:
-    """Return the sentences below the scheme, HTML."""
+    """Return the sentences below the scheme."""
     navigation = scenario.navigation
     text = f"Navigation frame “{navigation.frame}”: {FRAMES[navigation.frame]}."
     if PLATFORM in navigation.algorithms:
@@ -233,7 +233,7 @@ def scheme_words(scenario: Scenario) -> str:
         )
     elif len(navigation.algorithms) > 1:
         text += " Each attitude algorithm computes a separate solution from the same data."
-    return f"<p class=note>{words(text)}</p>"
+    return text
 
 
 LEVEL = POSITION
@@ -248,14 +248,11 @@ _NEAR = np.radians(12.0)
 """Angle below which an arc has no room, or two axes are drawn one over the other."""
 
 
-def axes_drawing(scenario: Scenario, truth: NavState, solutions: Mapping[str, NavSolution]) -> str:
-    """Draw the axes at the start of a run.
+def axes_exhibits(scenario: Scenario, truth: NavState, solutions: Mapping[str, NavSolution]) -> Iterator[Item]:
+    """Yield a drawing of the axes at the start of a run, and its angles.
 
     Args:
         truth: true states, N rows.
-
-    Returns:
-        HTML: a drawing and the sentences below it.
     """
     q = truth.q_nb[0]
     roll, pitch, heading = (float(angle) for angle in euler_from_quaternion(q))
@@ -274,13 +271,13 @@ def axes_drawing(scenario: Scenario, truth: NavState, solutions: Mapping[str, Na
     if azimuth is not None:
         first, last = azimuth
         text += (
-            f" The axis x_w of the frame “{frame}” points {first / DEG:.2f}° from north, clockwise, at the start and "
-            f"{last / DEG:.2f}° at the end."
+            f" The axis x_{{w}} of the frame “{frame}” points {first / DEG:.2f}° from north, clockwise, at the start "
+            f"and {last / DEG:.2f}° at the end."
         )
     elif frame == "inertial":
         text += " The inertial axes are the Earth’s at the start: Z along its axis, X in the meridian of Greenwich."
-    note = words(text.replace(" -", " −")).replace("x_w", "x<sub>w</sub>")
-    return f"{d.svg()}\n<p class=note>{note}</p>"
+    yield Picture(d.svg())
+    yield Sentence(text.replace(" -", " −"), "note")
 
 
 def _azimuth(scenario: Scenario, solutions: Mapping[str, NavSolution]) -> tuple[float, float] | None:

@@ -1,38 +1,30 @@
-"""The one-component run (chapter (8.10) to (8.13), (8.15)).
+"""A run in a vertical plane, of one component (chapter (8.10) to (8.13), (8.15)).
 
-Its streams and numbers, names and colours of its errors, table, and report.
+Its streams, its numbers, and what it has to show.
 """
 
 from __future__ import annotations
 
-import math
-from collections.abc import Iterator, Mapping, Sequence
-from typing import TYPE_CHECKING, Any
+from collections.abc import Iterator, Sequence
+from typing import TYPE_CHECKING
 
 import numpy as np
-from rich import box
-from rich.table import Table
 
+from sinssim.charts import PAIR, WIDE, Axis, Chart, Charts, Color, Line, Rule, Weight, over
 from sinssim.data import Array
-from sinssim.experiments.run.error_exhibits import error_text
+from sinssim.exhibits import Column, Diagram, Exhibits, Item, Medium, Section, Sentence, Table, Verbatim, charts_in
+from sinssim.experiments.run.run_report import computed_with
+from sinssim.experiments.run.summary_types import PlaneNumbers
 from sinssim.formatting import number_text, signed
-from sinssim.recording import style
-from sinssim.recording.diagrams import one_component_axes, one_component_scheme, schuler_loop
-from sinssim.recording.figures import to_svg
-from sinssim.recording.report import page, svg_plot
-from sinssim.recording.report.page import table, words
-from sinssim.recording.report.svg_plot import Line, Mark
-from sinssim.recording.run_directory import plain, processor
+from sinssim.recording.run_directory import plain
 from sinssim.recording.stream_tables import Stream, Vector
 from sinssim.recording.style import COLORS, Rgb
 from sinssim.strapdown.one_component_system import PlaneErrors, projections
 from sinssim.truth.one_component_configuration import WAYS
-from sinssim.units import ANGLE_SCALE, ARCMIN, ARCSEC, DEG, SPEED_SCALE, Scale, duration_words, suiting
+from sinssim.units import ANGLE_SCALE, ARCMIN, ARCSEC, DEG, SPEED_SCALE, Scale, duration_words, fixed
 
 if TYPE_CHECKING:
-    from rich.console import Console
-
-    from sinssim.experiments.run.run_result import PlaneRun
+    from sinssim.experiments.run.summary_types import RunSummary
     from sinssim.scenario import Scenario
     from sinssim.sensors.sets.one_component_sensors import PlaneReadings
     from sinssim.simulation.one_component_run import OneComponentResult
@@ -59,7 +51,6 @@ EQUATION_COLORS: dict[str, Rgb] = {
 
 ROW_NAMES = {"simulation": "simulation", "perfect_sensors": "perfect sensors", **EQUATION_NAMES}
 """Names of the rows of the table of errors."""
-
 
 EQUATIONS = {
     "equation_8_10": "along_motion",
@@ -130,7 +121,7 @@ def _errors(name: str, error: PlaneErrors) -> Stream:
     return Stream(f"error_{name}", error.time, (Vector("error", _ERROR_COLUMNS, values),))
 
 
-def numbers(result: OneComponentResult) -> dict[str, Any]:
+def numbers(result: OneComponentResult) -> PlaneNumbers:
     """Return the numbers of a one-component run for `summary.json`.
 
     Args:
@@ -151,7 +142,7 @@ def numbers(result: OneComponentResult) -> dict[str, Any]:
         key: {"max_m": most * radius, "relative": most / largest if largest else None} for key, most in apart.items()
     }
     sources = {source.name.replace(" ", "_"): _statistics(source.simulated, radius) for source in result.by_source}
-    found: dict[str, Any] = plain(
+    plane: PlaneNumbers = plain(
         {
             "variant": section.variant,
             "schuler_period_s": float(2.0 * np.pi * np.sqrt(radius / section.gravity_mps2)),
@@ -160,7 +151,7 @@ def numbers(result: OneComponentResult) -> dict[str, Any]:
             "differences": differences,
         }
     )
-    return found
+    return plane
 
 
 def _statistics(error: PlaneErrors, radius: float) -> dict[str, float]:
@@ -169,299 +160,217 @@ def _statistics(error: PlaneErrors, radius: float) -> dict[str, float]:
         "velocity_error_mps": error.velocity,
         "pitch_error_arcsec": error.pitch / ARCSEC,
     }
-    found = {}
+    statistics = {}
     with np.errstate(over="ignore", invalid="ignore"):
         for name, values in columns.items():
-            found[f"final_{name}"] = float(values[-1])
-            found[f"rms_{name}"] = float(np.sqrt(np.mean(values * values)))
-            found[f"max_{name}"] = float(np.abs(values).max())
-    return found
+            statistics[f"final_{name}"] = float(values[-1])
+            statistics[f"rms_{name}"] = float(np.sqrt(np.mean(values * values)))
+            statistics[f"max_{name}"] = float(np.abs(values).max())
+    return statistics
 
 
-def markdown(found: Mapping[str, Any]) -> str:
-    """Return the errors as a table.
-
-    Args:
-        found: result of `numbers`.
-
-    Returns:
-        Markdown: a row for the simulation and for each equation.
-    """
-    lines = ["| | R Δy max [m] | ΔV max [m/s] | difference, relative |", "|---|---|---|---|"]
-    for key, errors in found["errors"].items():
-        apart = found["differences"].get(key, {}).get("relative")
-        values = (number_text(math.nan if errors[name] is None else errors[name], 4)
-                  for name in ("max_position_error_m", "max_velocity_error_mps"))  # fmt: skip
-        lines.append(f"| {ROW_NAMES[key]} | {' | '.join(values)} | {'' if apart is None else f'{apart:.1e}'} |")
-    return "\n".join(lines)
+_PAGE: tuple[Medium, ...] = ("page",)
+_FORMULAS = (
+    "(8.10) Δα̇ = Δω + ΔV/R, ΔV̇ = Δa_{x} cos α − Δa_{y} sin α − a_{η} Δα",
+    "(8.11) Δÿ + (a_{η}/R) Δy = (Δa_{x} cos α − Δa_{y} sin α)/R − (a_{η}/R) Δα_{g}, "
+    "Δα_{g} = Δα − Δy = Δα_{g}(0) + ∫Δω dt",
+    "(8.12) Δÿ + (g/R) Δy = (Δa_{x} − α Δa_{y})/R − (g/R) Δα_{g}, first order in α, with a_{η} = g",
+    "closed form Δy = (Δa/g − Δα_{g}(0))(1 − cos ω_{s}t) − Δω (t − sin ω_{s}t/ω_{s}) − "
+    "Δω̇ (t²/2 − (1 − cos ω_{s}t)/ω_{s}²) + Δy(0) cos ω_{s}t + ΔV(0) sin ω_{s}t/(ω_{s}R): (8.13), (8.15) and initial "
+    "errors, of a body at rest",
+)
+_FINE: Scale = (("mas", ANGLE_SCALE[0][1] * 1e-3, ANGLE_SCALE[0][1]), *ANGLE_SCALE)
+_MILES = fixed("arcmin ≈ nmi", ARCMIN)
+_STACK: tuple[Weight, ...] = ("broad", "wide", "bold", "line")
+"""Weights of lines of which each is thinner than the one under it."""
 
 
-_STYLE = f"""{svg_plot.STYLE}
-.pair {{ display: grid; grid-template-columns: repeat(2, minmax(0, 1fr)); gap: 1.2rem 1.4rem; align-items: start; }}
-@media screen and (max-width: 820px) {{ .pair {{ grid-template-columns: minmax(0, 1fr); }} }}
-.formulas {{ margin: .4rem 0 .8rem 1.5rem; line-height: 1.7; }}
-pre {{ background: var(--head); padding: .8rem 1rem; font-size: .78rem; line-height: 1.45; columns: 3 19rem;
-  white-space: pre-wrap; overflow-wrap: anywhere; }}
-"""
-
-_FORMULAS = """<div class="formulas">
-(8.10)&ensp; Δα̇ = Δω + ΔV/R,&ensp; ΔV̇ = Δa<sub>x</sub> cos α − Δa<sub>y</sub> sin α − a<sub>η</sub> Δα<br>
-(8.11)&ensp; Δÿ + (a<sub>η</sub>/R) Δy = (Δa<sub>x</sub> cos α − Δa<sub>y</sub> sin α)/R − (a<sub>η</sub>/R)
-Δα<sub>g</sub>,&ensp; Δα<sub>g</sub> = Δα − Δy = Δα<sub>g</sub>(0) + ∫Δω dt<br>
-(8.12)&ensp; Δÿ + (g/R) Δy = (Δa<sub>x</sub> − α Δa<sub>y</sub>)/R − (g/R) Δα<sub>g</sub>, first order in α, with
-a<sub>η</sub> = g<br>
-closed form&ensp; Δy = (Δa/g − Δα<sub>g</sub>(0))(1 − cos ω<sub>s</sub>t) − Δω (t − sin ω<sub>s</sub>t/ω<sub>s</sub>) −
-Δω̇ (t²/2 − (1 − cos ω<sub>s</sub>t)/ω<sub>s</sub>²) + Δy(0) cos ω<sub>s</sub>t + ΔV(0)
-sin ω<sub>s</sub>t/(ω<sub>s</sub>R): (8.13), (8.15) and initial errors, of a body at rest
-</div>"""
-
-
-def one_component_report(scenario: Scenario, result: OneComponentResult, summary: Mapping[str, Any]) -> str:
-    """Return the report of a one-component run.
-
-    Args:
-        summary: contents of `summary.json`.
-    """
-    found = summary["one_component"]
-    body = [f"<h1>{words(scenario.name)}</h1>", f'<p class="lead">{words(scenario.description)}</p>']
-    body += [f"<p>{sentence}</p>" for sentence in _in_short(result, found)]
-    body += [to_svg(one_component_axes(), "axes"), to_svg(one_component_scheme(), "scheme")]
-    body += ["<h2>Errors</h2>", _table(found), *_error_plots(result, found)]
+def plane_exhibits(scenario: Scenario, result: OneComponentResult, summary: RunSummary) -> Exhibits:
+    """Return what a run in a vertical plane has to show."""
+    numbers = summary["one_component"]
+    items: list[Item] = [*plane_brief(scenario, summary), *_in_short(result, numbers)]
+    items += [Diagram("one_component_axes", "axes"), Diagram("one_component_scheme", "scheme")]
+    items.append(Section("Errors", [error_table(numbers), _note(), *_errors_over_time(result)], on=_PAGE))
     if len(result.by_source) > 1:
-        body += ["<h2>Each error source alone</h2>", *_by_source(result, found)]
-    body += ["<h2>Error equations</h2>", _FORMULAS, to_svg(schuler_loop(), "loop"), *_differences(result, found)]
-    body += ["<h2>Motion</h2>", *_motion(result)]
-    body += ["<h2>How the run was computed</h2>", _made(summary)]
-    body += ["<h2>Scenario</h2>", f"<pre>{page.verbatim(scenario.to_toml().strip())}</pre>"]
-    return page.page(f"{scenario.name}: run", body, _STYLE)
+        items.append(Section("Each error source alone", list(_by_source(result)), on=_PAGE))
+    loop = Diagram("schuler_loop", "loop")
+    items.append(Section("Error equations", [*map(Sentence, _FORMULAS), loop, *_differences(result)], on=_PAGE))
+    items.append(Section("Motion", list(_motion(result)), on=_PAGE))
+    items.append(Section("How the run was computed", [computed_with(scenario, summary)], on=_PAGE))
+    items.append(Section("Scenario", [Verbatim("", scenario.to_toml().strip())], on=_PAGE))
+    return Exhibits(f"{scenario.name}: run", items, heading=scenario.name)
 
 
-def _in_short(result: OneComponentResult, found: Mapping[str, Any]) -> Iterator[str]:
+def plane_charts(result: OneComponentResult) -> Iterator[Charts]:
+    """Yield all that changes over time."""
+    further = _by_source(result) if len(result.by_source) > 1 else ()
+    yield from charts_in([*_errors_over_time(result), *further, *_differences(result), *_motion(result)])
+
+
+def plane_brief(scenario: Scenario, summary: RunSummary) -> Iterator[Item]:
+    """Yield what the console shows."""
+    console: tuple[Medium, ...] = ("console",)
+    numbers = summary["one_component"]
+    if scenario.description:
+        yield Sentence(f"{scenario.description}\n", "lead")
+    yield Section("", [error_table(numbers, f"{scenario.name}: errors against the truth")], on=console)
+    yield Sentence(
+        f"Variant “{numbers['variant']}”: {WAYS[numbers['variant']]}. Schuler period "
+        f"{numbers['schuler_period_s'] / 60.0:.2f} min.", on=console,
+    )  # fmt: skip
+    yield Sentence(
+        "Difference: from the simulated error minus that with perfect sensors; relative: its ratio to the largest "
+        "value of that error.", on=console,
+    )  # fmt: skip
+    times = ", ".join(f"{name.removesuffix('_s')} {s:.2f} s" for name, s in summary["timing"].items() if s)
+    yield Sentence(f"Time: {times}", on=console)
+
+
+def _in_short(result: OneComponentResult, numbers: PlaneNumbers) -> Iterator[Sentence]:
     section, time = result.section, result.truth.time
-    yield words(
+    yield Sentence(
         f"One component, variant “{section.variant}”: {WAYS[section.variant]}. {section.rate_hz:g} samples per second "
         f"for {duration_words(float(time[-1] - time[0]))}; R = {section.radius_m / 1e3:g} km, g = "
-        f"{section.gravity_mps2:g} m/s², Schuler period {found['schuler_period_s'] / 60.0:.2f} min."
-    )
-    errors, apart = found["errors"]["simulation"], found["differences"]["equation_8_11"]["relative"]
+        f"{section.gravity_mps2:g} m/s², Schuler period {numbers['schuler_period_s'] / 60.0:.2f} min.", on=_PAGE,
+    )  # fmt: skip
+    errors, apart = numbers["errors"]["simulation"], numbers["differences"]["equation_8_11"]["relative"]
     most, end = errors["max_position_error_m"], errors["final_position_error_m"]
-    if most is None:
-        yield "The solution diverged: its errors are not finite."
+    if most is None or end is None:
+        yield Sentence("The solution diverged: its errors are not finite.", on=_PAGE)
         return
     agreement = "" if apart is None else f" Relative difference of equation (8.11) from the simulation: {apart:.1e}."
-    yield words(f"Position error: {signed(end, 4)} m at the end, {number_text(most, 4)} m at most.{agreement}")
+    text = f"Position error: {signed(end, 4)} m at the end, {number_text(most, 4)} m at most.{agreement}"
+    yield Sentence(text, on=_PAGE)
 
 
-def _table(found: Mapping[str, Any]) -> str:
-    heads = ("", "position final [m]", "rms [m]", "max [m]", "velocity max [m/s]", "pitch max [arcmin]",
-             "difference max [m]", "relative")  # fmt: skip
+def error_table(numbers: PlaneNumbers, title: str = "") -> Table:
+    """Return the errors of the simulation, of perfect sensors and of the error equations."""
     colors = {"simulation": SIMULATION_COLOR, **EQUATION_COLORS}
-    lines = []
-    for name, errors in found["errors"].items():
-        apart = found["differences"].get(name, {})
-        cells = (
-            *((errors[f"{kind}_position_error_m"], 1.0) for kind in ("final", "rms", "max")),
-            (errors["max_velocity_error_mps"], 1.0),
-            (errors["max_pitch_error_arcsec"], 60.0),
-            (apart.get("max_m"), 1.0),
-        )
-        label = (page.swatch(style.css(colors[name])) if name in colors else "") + words(ROW_NAMES[name])
-        values = ["–" if value is None else signed(value / size, 4) for value, size in cells]
-        if not apart:
-            values[-1] = ""
-        relative = apart.get("relative")
-        lines.append((label, *values, "" if relative is None else f"{relative:.1e}"))
-    return table(heads, lines) + (
-        '<p class="note">Computed minus true; position is R Δy. “Perfect sensors” is the error of the same computation '
-        "without any error of sensors and initial values; it is due to the method and the sampling. “Difference” "
-        "is the largest difference of Δy from that of the simulation minus that with perfect sensors; “relative” is "
-        "its ratio to the largest value of that error. All samples: streams/error_*.parquet.</p>"
-    )
-
-
-def _error_plots(result: OneComponentResult, found: Mapping[str, Any]) -> Iterator[str]:
-    span, marks = _span(result, found)
-    time = result.truth.time
-    keys = ("closed_form", "equation_8_12", "equation_8_11")
-    lines = _stacked(
-        time,
-        [*((EQUATION_NAMES[key], getattr(result, EQUATIONS[key]).coordinate, EQUATION_COLORS[key]) for key in keys),
-         ("simulation", result.error.coordinate, SIMULATION_COLOR)],
-        ARCMIN,
+    metres = fixed("m")
+    columns = (
+        Column("", words=True),
+        *(Column(kind, metres, group="position") for kind in ("final", "rms", "max")),
+        Column("max", fixed("m/s"), group="velocity"), Column("max", fixed("arcmin"), group="pitch"),
+        Column("max", metres, group="difference"), Column("relative", group="difference"),
     )  # fmt: skip
-    yield svg_plot.plot("Error Δy of the coordinate", "arcmin ≈ nmi", lines, span, marks=marks, width=1140, height=280)
-    yield '<div class="pair">'
-    for title, key, scale in (("Velocity error ΔV", "velocity", SPEED_SCALE), ("Pitch error Δα", "pitch", ANGLE_SCALE)):
-        values = getattr(result.error, key)
-        unit, size = suiting(scale, values)
-        equation = (EQUATION_NAMES["equation_8_11"], getattr(result.pendulum, key), EQUATION_COLORS["equation_8_11"])
-        pair = _stacked(time, [equation, ("simulation", values, SIMULATION_COLOR)], size)
-        yield svg_plot.plot(title, unit, pair, span, marks=marks)
-    yield "</div>"
+    rows: list[list[str | float]] = []
+    for name, errors in numbers["errors"].items():
+        apart = numbers["differences"].get(name)
+        sizes = (*((f"{kind}_position_error_m", 1.0) for kind in ("final", "rms", "max")),
+                 ("max_velocity_error_mps", 1.0), ("max_pitch_error_arcsec", 60.0))  # fmt: skip
+        cells = [np.nan if (v := errors[key]) is None else v / size for key, size in sizes]
+        difference: list[str | float] = ["", ""]
+        if apart is not None:
+            most, relative = apart["max_m"], apart["relative"]
+            difference = [np.nan if most is None else most, "–" if relative is None else f"{relative:.1e}"]
+        rows.append([ROW_NAMES[name], *cells, *difference])
+    return Table(columns, rows, title=title, colors=[colors.get(name, "reference") for name in numbers["errors"]])
 
 
-def _by_source(result: OneComponentResult, found: Mapping[str, Any]) -> Iterator[str]:
+def _note() -> Sentence:
+    return Sentence(
+        "Computed minus true; position is R Δy. “Perfect sensors” is the error of the same computation without any "
+        "error of sensors and initial values; it is due to the method and the sampling. “Difference” is the largest "
+        "difference of Δy from that of the simulation minus that with perfect sensors; “relative” is its ratio to the "
+        "largest value of that error. All samples: streams/error_*.parquet.", "note",
+    )  # fmt: skip
+
+
+def _chart(
+    result: OneComponentResult,
+    key: str,
+    title: str,
+    units: Scale,
+    lines: Sequence[tuple[str, Array, Color]],
+    least: float = 0.0,
+    periods: bool = True,
+) -> Chart:
+    """Return lines over time of which each is thinner than the one under it, with marks at Schuler's periods."""
+    time = result.truth.time
+    marks = tuple(
+        Line(label=name, x=time, y=values, color=color, weight=weight)
+        for (name, values, color), weight in zip(lines, _STACK[-len(lines) :], strict=True)
+    )
+    rules = schuler_marks(result) if periods else ()
+    span = over((float(time[0]), float(time[-1])))
+    return Chart(key=key, title=title, x=span, y=Axis(units=units, least=least), marks=(*rules, *marks))
+
+
+def schuler_marks(result: OneComponentResult) -> tuple[Rule, ...]:
+    """Return marks at the first Schuler periods, at most twelve."""
+    section, time = result.section, result.truth.time
+    period = float(2.0 * np.pi * np.sqrt(section.radius_m / section.gravity_mps2))
+    count = min(12, int((time[-1] - time[0]) / period))
+    texts = [f"T = {period / 60.0:.1f} min" if k == 1 else f"{k} T" for k in range(1, count + 1)]
+    return tuple(Rule(at=float(time[0]) + k * period, upright=True, text=text, dash=":")
+                 for k, text in enumerate(texts, start=1))  # fmt: skip
+
+
+def _errors_over_time(result: OneComponentResult) -> Iterator[Charts]:
+    keys = ("closed_form", "equation_8_12", "equation_8_11")  # (8.10) is the same line as (8.11)
+    lines = [_equation(result, key) for key in keys] + [("simulation", result.error.coordinate, SIMULATION_COLOR)]
+    yield Charts("coordinate", ((_chart(result, "coordinate", "Error Δy of the coordinate", _MILES, lines),),), WIDE)
+    charts = []
+    for key, title, scale in (("velocity", "Velocity error ΔV", SPEED_SCALE), ("pitch", "Pitch error Δα", ANGLE_SCALE)):
+        name, color = EQUATION_NAMES["equation_8_11"], EQUATION_COLORS["equation_8_11"]
+        simulated = ("simulation", getattr(result.error, key), SIMULATION_COLOR)
+        both = [(name, getattr(result.pendulum, key), color), simulated]
+        charts.append(_chart(result, f"{key}_error", title, scale, both))
+    yield Charts("components", (tuple(charts),), PAIR)
+
+
+def _equation(result: OneComponentResult, key: str) -> tuple[str, Array, Rgb]:
+    return EQUATION_NAMES[key], getattr(result, EQUATIONS[key]).coordinate, EQUATION_COLORS[key]
+
+
+def _by_source(result: OneComponentResult) -> Iterator[Item]:
     """Yield figure 8.4 for the errors of the run: one plot for each group of sources."""
-    span, marks = _span(result, found)
-    yield (
-        "<p>Figure 8.4 of chapter 8 for the errors of this run. The simulation follows the motion; the closed form is "
-        "that of a body at rest.</p>"
+    yield Sentence(
+        "Figure 8.4 of chapter 8 for the errors of this run. The simulation follows the motion; the closed form is "
+        "that of a body at rest."
     )
-    yield '<div class="pair">'
-    for source in result.by_source:
-        lines = _stacked(
-            result.truth.time,
-            [(EQUATION_NAMES["closed_form"], source.closed.coordinate, EQUATION_COLORS["closed_form"]),
-             ("simulation", source.simulated.coordinate, SIMULATION_COLOR)],
-            ARCMIN,
-        )  # fmt: skip
-        yield svg_plot.plot(f"Δy due to the {source.name} alone", "arcmin ≈ nmi", lines, span, marks=marks)
-    yield "</div>"
-
-
-def _differences(result: OneComponentResult, found: Mapping[str, Any]) -> Iterator[str]:
-    span, marks = _span(result, found)
-    apart = [
-        (
-            EQUATION_NAMES[key],
-            getattr(result, EQUATIONS[key]).coordinate - result.caused.coordinate,
-            EQUATION_COLORS[key],
+    name, color = EQUATION_NAMES["closed_form"], EQUATION_COLORS["closed_form"]
+    charts = [
+        _chart(
+            result, f"source_{number}", f"Δy due to the {source.name} alone", _MILES,
+            [(name, source.closed.coordinate, color), ("simulation", source.simulated.coordinate, SIMULATION_COLOR)],
         )
-        for key in ("equation_8_10", "equation_8_11")
-    ]
-    unit, size = suiting(_FINE, *(values for _, values, _ in apart))
-    yield "<p>R and g are those of the table; a<sub>η</sub> and α are true. Rates and angles are positive nose-up.</p>"
-    lines = _stacked(result.truth.time, apart, size)
-    yield svg_plot.plot("Δy: equation minus simulation", unit, lines, span, marks=marks, width=1140)
-    yield (
-        '<p class="note">The remaining differences are products of errors, mainly Δa<sub>y</sub> Δα, which the '
-        "equations neglect. "
-        "(8.10) and (8.11) are the same equation in other variables.</p>"
-    )
+        for number, source in enumerate(result.by_source, start=1)
+    ]  # fmt: skip
+    rows = tuple(tuple(charts[k : k + 2]) for k in range(0, len(charts), 2))
+    yield Charts("sources", rows, (PAIR[0], len(rows) * PAIR[1]))
 
 
-_FINE: Scale = (("mas", ANGLE_SCALE[0][1] * 1e-3, ANGLE_SCALE[0][1]), *ANGLE_SCALE)
+def _differences(result: OneComponentResult) -> Iterator[Item]:
+    caused = result.caused.coordinate
+    equations = [_equation(result, key) for key in ("equation_8_10", "equation_8_11")]
+    apart = [(name, values - caused, color) for name, values, color in equations]
+    yield Sentence("R and g are those of the table; a_{η} and α are true. Rates and angles are positive nose-up.")
+    chart = _chart(result, "difference", "Δy: equation minus simulation", _FINE, apart)
+    yield Charts("difference", ((chart,),), (WIDE[0], PAIR[1]))
+    yield Sentence(
+        "The remaining differences are products of errors, mainly Δa_{y} Δα, which the equations neglect. (8.10) and "
+        "(8.11) are the same equation in other variables.", "note",
+    )  # fmt: skip
 
 
-def _motion(result: OneComponentResult) -> Iterator[str]:
+def _motion(result: OneComponentResult) -> Iterator[Item]:
     truth, gravity = result.truth, result.section.gravity_mps2
-    span = (float(truth.time[0]), float(truth.time[-1]))
-    green, blue, orange = (style.css(color) for color in style.colors(["y", "z", "x"]))
-    if np.ptp(truth.velocity) == 0.0 and np.ptp(truth.height) == 0.0 and np.ptp(truth.body_pitch) == 0.0:
-        yield (
-            f"<p>Steady: V = {truth.velocity[0]:g} m/s, H = {truth.height[0]:g} m, pitch ϑ = "
-            f"{truth.body_pitch[0] / DEG:g}°; a<sub>η</sub> = {truth.vertical[0]:.6g} m/s².</p>"
+    steady = all(np.ptp(values) == 0.0 for values in (truth.velocity, truth.height, truth.body_pitch))
+    if steady:
+        yield Sentence(
+            f"Steady: V = {truth.velocity[0]:g} m/s, H = {truth.height[0]:g} m, pitch ϑ = "
+            f"{truth.body_pitch[0] / DEG:g}°; a_{{η}} = {truth.vertical[0]:.6g} m/s²."
         )
-        return
-    yield '<div class="pair">'
-    for title, unit, values, color in (
-        ("Velocity V", "m/s", truth.velocity, green),
-        ("Height H", "m", truth.height, blue),
-        ("Pitch ϑ of the body", "°", truth.body_pitch / DEG, orange),
-    ):
-        yield svg_plot.plot(title, unit, [Line("", truth.time, values, color)], span, least=1e-9)
-    forces = [
-        Line("horizontal aξ", truth.time, truth.horizontal, orange),
-        Line("vertical aη − g", truth.time, truth.vertical - gravity, blue),
+    forces = [("horizontal aξ", truth.horizontal, "x"), ("vertical aη − g", truth.vertical - gravity, "z")]
+    charts = [
+        _chart(result, key, title, units, lines, 1e-9, periods=False)
+        for key, title, units, lines in (
+            ("velocity", "Velocity V", fixed("m/s"), [("velocity", truth.velocity, "y")]),
+            ("height", "Height H", fixed("m"), [("height", truth.height, "z")]),
+            ("body_pitch", "Pitch ϑ of the body", fixed("°", DEG), [("pitch", truth.body_pitch, "x")]),
+            ("force", "Specific force", fixed("m/s²"), forces),
+        )
     ]
-    yield svg_plot.plot("Specific force", "m/s²", forces, span, least=1e-9) + "</div>"
-
-
-def _stacked(time: Array, lines: Sequence[tuple[str, Array, style.Rgb]], size: float) -> list[Line]:
-    """Return lines of which each is thinner than the one under it."""
-    widths = (7.0, 4.6, 3.0, 1.4)[-len(lines) :]
-    return [
-        Line(name, time, values, style.css(color), width, size=size)
-        for (name, values, color), width in zip(lines, widths, strict=True)
-    ]
-
-
-def _span(result: OneComponentResult, found: Mapping[str, Any]) -> tuple[tuple[float, float], list[Mark]]:
-    """Return the time axis, and marks at the first Schuler periods."""
-    start, end = float(result.truth.time[0]), float(result.truth.time[-1])
-    period = found["schuler_period_s"]
-    count = min(12, int((end - start) / period))
-    marks = [
-        Mark(start + k * period, f"T = {period / 60.0:.1f} min" if k == 1 else f"{k} T") for k in range(1, count + 1)
-    ]
-    return (start, end), marks
-
-
-def _made(summary: Mapping[str, Any]) -> str:
-    stages = {name.removesuffix("_s"): seconds for name, seconds in summary["timing"].items()}
-    times = [(words(name), f"{s:.2f}") for name, s in stages.items() if s or name == "total"]
-    facts = {"seed": str(summary["seed"]), **summary["versions"], "processor": processor()}
-    made = [(words(name), words(value)) for name, value in facts.items()]
-    left, right = table(("stage", "time [s]"), times), table(("computed with", ""), made, 2)
-    return f'<div class="pair"><div>{left}</div><div>{right}</div></div>'
-
-
-_HEADINGS = (
-    "position\nfinal, m",
-    "\nrms, m",
-    "\nmax, m",
-    "velocity\nmax, m/s",
-    "pitch\nmax, arcmin",
-    "difference\nmax, m",
-    "\nrelative",
-)
-
-
-def show(run: PlaneRun, console: Console) -> None:
-    """Print the errors of the simulation and of the error equations, and the time of each stage.
-
-    Args:
-        run: the finished run.
-        console: the console to print on.
-    """
-    scenario, summary = run.scenario, run.summary
-    found = summary["one_component"]
-    table = Table(
-        title=f"{scenario.name}: errors against the truth",
-        title_justify="left",
-        box=box.SIMPLE_HEAD,
-        padding=(0, 1, 0, 0),
-    )
-    table.add_column("", no_wrap=True)
-    for heading in _HEADINGS:
-        table.add_column(heading, justify="right", no_wrap=True)
-    for name, errors in found["errors"].items():
-        table.add_row(ROW_NAMES[name], *_cells(errors, found["differences"].get(name)))
-    if scenario.description:
-        console.print(f"{scenario.description}\n", markup=False)
-    console.print(table)
-    for line in sentences(found):
-        console.print(line, markup=False)
-    timing = {stage.removesuffix("_s"): seconds for stage, seconds in summary["timing"].items()}
-    times = ", ".join(f"{stage} {seconds:.2f} s" for stage, seconds in timing.items() if seconds)
-    console.print(f"Time: {times}", markup=False)
-
-
-def sentences(found: Mapping[str, Any]) -> list[str]:
-    """Return what the table's rows mean.
-
-    Args:
-        found: entry `one_component` of `summary.json`.
-    """
-    return [
-        f"Variant “{found['variant']}”: {WAYS[found['variant']]}. Schuler period "
-        f"{found['schuler_period_s'] / 60.0:.2f} min.",
-        "Difference: from the simulated error minus that with perfect sensors; relative: its ratio to the largest "
-        "value of that error.",
-    ]
-
-
-def _cells(errors: Mapping[str, float | None], difference: Mapping[str, float | None] | None) -> tuple[str, ...]:
-    angle = errors["max_pitch_error_arcsec"]
-    return (
-        error_text(errors["final_position_error_m"]),
-        error_text(errors["rms_position_error_m"]),
-        error_text(errors["max_position_error_m"]),
-        error_text(errors["max_velocity_error_mps"]),
-        "–" if angle is None else error_text(angle / 60.0),
-        *(("", "") if difference is None else (error_text(difference["max_m"]), _relative(difference["relative"]))),
-    )
-
-
-def _relative(value: float | None) -> str:
-    return "–" if value is None else f"{value:.1e}"
+    rows = (tuple(charts[:2]), tuple(charts[2:]))
+    yield Charts("motion", rows, (PAIR[0], 2.0 * PAIR[1]), on=("recording",) if steady else ("page", "recording"))

@@ -1,130 +1,65 @@
-"""The Rerun recording of a one-component run: pendulum, errors beside the equations, motion, streams."""
+"""The Rerun recording of a run in a vertical plane: its charts, the Schuler pendulum, and its streams."""
 
 from __future__ import annotations
 
-import json
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Iterable
 from dataclasses import replace
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 import numpy as np
 import rerun as rr
 
-from sinssim.data import Array
-from sinssim.experiments.run.one_component_exhibits import (
-    EQUATION_COLORS,
-    EQUATION_NAMES,
-    EQUATIONS,
-    SIMULATION_COLOR,
-    markdown,
-)
+from sinssim.experiments.run.one_component_exhibits import EQUATION_COLORS, SIMULATION_COLOR, error_table
 from sinssim.recording import style
+from sinssim.recording.rerun.exhibit_recording import markdown_of, record_charts
 from sinssim.recording.rerun.rrd import Recording
 from sinssim.recording.rerun.viewer import RUN_ENTITY
 from sinssim.recording.rerun.views import RunInfo, all_views
 from sinssim.recording.stream_tables import Stream
 from sinssim.recording.style import thinned
-from sinssim.units import ANGLE_SCALE, ARCMIN, DEG, SPEED_SCALE, Scale, suiting
+from sinssim.units import DEG
 
 if TYPE_CHECKING:
+    from sinssim.charts import Charts
+    from sinssim.experiments.run.summary_types import PlaneNumbers
     from sinssim.scenario import Scenario
     from sinssim.simulation.one_component_run import OneComponentResult
 
 _FRAMES = 2000  # positions of the pendulum
-_ROWS = 8192  # rows of each stream, four for each column of pixels of a wide screen
 _LARGEST = 35.0 * DEG  # largest angle at which it is drawn
-_FINE: Scale = (("mas", ANGLE_SCALE[0][1] * 1e-3, ANGLE_SCALE[0][1]), *ANGLE_SCALE)
 
 
 def record(
-    path: Path, scenario: Scenario, result: OneComponentResult, found: Mapping[str, Any], streams: Iterable[Stream]
+    path: Path,
+    scenario: Scenario,
+    result: OneComponentResult,
+    numbers: PlaneNumbers,
+    shown: Iterable[Charts],
+    streams: Iterable[Stream],
 ) -> None:
     """Write the recording.
 
     Args:
-        found: its numbers, as in `summary.json`.
+        shown: what changes over time.
 
     Raises:
         OSError: the file cannot be written.
     """
-    time = result.truth.time
-    run = RunInfo(
-        scenario.name,
-        float(time[0]),
-        float(time[-1]),
-        (result.section.variant,),
-        labels={"kind": "one-component"},
-        views=scenario.views,
-    )
+    time, variant = result.truth.time, result.section.variant
+    span = (float(time[0]), float(time[-1]))
+    run = RunInfo(scenario.name, *span, (variant,), labels={"kind": "one-component"}, views=scenario.views)
     with Recording(path, run.application, all_views(run)) as recording:
-        labels = _draw_errors(recording, result) | _draw_pendulum(recording, result)
-        _draw_motion(recording, result)
+        labels = {**run.labels, **_draw_pendulum(recording, result)}
+        for charts in shown:
+            labels |= record_charts(recording, charts, "one_component/")
         recording.document("about/scenario", f"```toml\n{scenario.to_toml()}\n```")
-        recording.document("about/summary", markdown(found))
+        recording.document("about/summary", markdown_of([error_table(numbers)]))
         for stream in streams:
             recording.stream(stream, thin=scenario.recording.detail == "light")
-        run = replace(run, labels={**run.labels, **labels}, ranges=dict(recording.ranges))
+        run = replace(run, labels=labels, ranges=dict(recording.ranges))
         recording.document(RUN_ENTITY, run.to_json())
         recording.blueprint(all_views(run))
-
-
-def _draw_errors(recording: Recording, result: OneComponentResult) -> dict[str, str]:
-    """Record the errors below `one_component/`, and return units and panels for the view."""
-    k = thinned(len(result.truth.time), _ROWS)
-    t, caused = result.truth.time[k], result.caused
-    keys = ("closed_form", "equation_8_12", "equation_8_11")  # (8.10) is the same line as (8.11)
-    values = [getattr(result, EQUATIONS[key]).coordinate[k] / ARCMIN for key in keys]
-    values.append(result.error.coordinate[k] / ARCMIN)
-    names, colors = [EQUATION_NAMES[key] for key in keys], [EQUATION_COLORS[key] for key in keys]
-    _lines(recording, "coordinate", t, values, [*names, "simulation"], [*colors, SIMULATION_COLOR])
-    both = ("equation_8_10", "equation_8_11")
-    apart = [getattr(result, EQUATIONS[key]).coordinate - caused.coordinate for key in both]
-    unit, size = suiting(_FINE, *apart)
-    _lines(recording, "difference", t, [a[k] / size for a in apart], [EQUATION_NAMES[key] for key in both],
-           [EQUATION_COLORS[key] for key in both])  # fmt: skip
-    panels = []
-    for number, source in enumerate(result.by_source, start=1):
-        entity = f"source_{number}"
-        lines = [source.closed.coordinate[k] / ARCMIN, source.simulated.coordinate[k] / ARCMIN]
-        _lines(recording, entity, t, lines, [EQUATION_NAMES["closed_form"], "simulation"],
-               [EQUATION_COLORS["closed_form"], SIMULATION_COLOR])  # fmt: skip
-        panels.append((entity, f"Δy due to the {source.name} alone [arcmin]"))
-    of_speed, of_pitch = suiting(SPEED_SCALE, result.error.velocity), suiting(ANGLE_SCALE, result.error.pitch)
-    for entity, error, equation, (_, scale) in (
-        ("velocity_error", result.error.velocity, result.pendulum.velocity, of_speed),
-        ("pitch_error", result.error.pitch, result.pendulum.pitch, of_pitch),
-    ):
-        _lines(recording, entity, t, [equation[k] / scale, error[k] / scale],
-               [EQUATION_NAMES["equation_8_11"], "simulation"],
-               [EQUATION_COLORS["equation_8_11"], SIMULATION_COLOR])  # fmt: skip
-    return {
-        "sources": json.dumps(panels if len(panels) > 1 else []),
-        "difference": unit,
-        "velocity": of_speed[0],
-        "pitch": of_pitch[0],
-    }
-
-
-def _lines(
-    recording: Recording, entity: str, time: Array, values: Sequence[Array], names: list[str], colors: list[style.Rgb]
-) -> None:
-    """Record lines below `one_component/`, each drawn thinner than the one under it."""
-    entity, widths = f"one_component/{entity}", [6.0, 4.0, 2.7, 1.4][-len(names) :]
-    recording.series(entity, time, np.stack(values, axis=1), names, colors=colors, widths=widths)
-
-
-def _draw_motion(recording: Recording, result: OneComponentResult) -> None:
-    truth, k = result.truth, thinned(len(result.truth.time), _ROWS)
-    blue, green, orange = style.colors(["z", "y", "x"])
-    for entity, values, color in (
-        ("velocity", truth.velocity, green),
-        ("height", truth.height, blue),
-        ("body_pitch", truth.body_pitch / DEG, orange),
-    ):
-        _lines(recording, entity, truth.time[k], [values[k]], [entity.replace("body_", "")], [color])
-    force = [truth.horizontal[k], truth.vertical[k] - result.section.gravity_mps2]
-    _lines(recording, "force", truth.time[k], force, ["a_ξ", "a_η − g"], [orange, blue])
 
 
 def _draw_pendulum(recording: Recording, result: OneComponentResult) -> dict[str, str]:

@@ -13,29 +13,25 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
-from rich import box
-from rich.table import Table
 
 from sinssim.data import Array, NavState
 from sinssim.earth.ellipsoids import ellipsoid_by_name
 from sinssim.errors import InputError
-from sinssim.experiments.run.error_exhibits import error_plots, error_tables, error_text
+from sinssim.exhibits import Column, Exhibits, Item, Medium, Section, Sentence, Table
+from sinssim.experiments.run.error_exhibits import error_exhibits, error_table, note_on_errors, schuler_period
 from sinssim.experiments.run.finished_runs import Entry, FinishedRun
-from sinssim.experiments.run.run_report import STYLE, schuler_period
 from sinssim.experiments.run.run_scores import known_numbers
 from sinssim.formatting import size_text
 from sinssim.logs.run_version import is_of_another, warn_of_version
 from sinssim.recording import style
-from sinssim.recording.report import page, svg_plot
-from sinssim.recording.report.page import swatch, table, words
+from sinssim.recording.report.exhibit_page import page_of
 from sinssim.recording.run_directory import RunDirectory
 from sinssim.strapdown.navigation_error import NavError
 from sinssim.system.outputs import write_text
-from sinssim.units import duration_words
+from sinssim.units import duration_words, fixed
 
 if TYPE_CHECKING:
-    from rich.console import Console
-
+    from sinssim.experiments.run.summary_types import ErrorNumbers
 
 _NOT_COMPARED = ("name", "description", "views", "recording")
 _LEAST_SPAN = 1.0
@@ -65,7 +61,7 @@ class ComparedRuns:
         return np.array(self.span)
 
     @cached_property
-    def numbers(self) -> dict[str, dict[str, float | None]]:
+    def numbers(self) -> dict[str, ErrorNumbers]:
         """Error statistics over the span in common, by label."""
         return {label: known_numbers(error, self.span) for label, error in self.errors.items()}
 
@@ -145,40 +141,42 @@ def _text(value: Any) -> str:
 _MOST_KEYS = 60
 
 
-def compare_runs_report(compared: ComparedRuns) -> str:
-    """Return the report."""
+def comparison_exhibits(compared: ComparedRuns) -> Exhibits:
+    """Return what finished runs beside each other have to show."""
     start, end = compared.span
-    title = "Comparison of " + ", ".join(compared.runs)
-    body = [f"<h1>{words(title)}</h1>"]
-    note = " A run that is longer is cut to it." if compared.is_cut else ""
-    body.append(
-        f"<p>Errors from {start:g} s to {end:g} s ({duration_words(end - start)}), which all runs have.{note}</p>"
-    )
-    body += ["<h2>Runs</h2>", _runs(compared), "<h2>Errors</h2>"]
-    body += error_tables(compared.numbers, "comparison.json; all samples: sinssim.load_streams of each run")
-    body += ["<h2>Errors over time</h2>", *error_plots(compared, _period(compared), apart=False)]
-    body += ["<h2>What differs in the scenarios</h2>", *_differences(compared)]
-    return page.page(title, body, STYLE + svg_plot.STYLE)
+    page: tuple[Medium, ...] = ("page",)
+    title = f"errors from {start:g} s to {end:g} s, which all runs have"
+    cut = " A run that is longer is cut to it." if compared.is_cut else ""
+    span = f"Errors from {start:g} s to {end:g} s ({duration_words(end - start)}), which all runs have.{cut}"
+    where = "comparison.json; all samples: sinssim.load_streams of each run"
+    errors = error_table(compared.numbers, title, "run")
+    unfinished = {label: run for label, run in compared.runs.items() if run.status != "finished"}
+    items: list[Item] = [
+        Sentence(span, on=page),
+        Section("Runs", [_runs(compared)]),
+        errors,
+        note_on_errors(where=where),
+        *(Sentence(f"{label} {run.status}: {run.summary.get('message', '')}", on=("console",))
+          for label, run in unfinished.items()),
+        Section("Errors over time", list(error_exhibits(compared, _period(compared), apart=False)), on=page),
+        Section("What differs in the scenarios", list(_differences(compared)), on=page),
+    ]  # fmt: skip
+    return Exhibits("Comparison of " + ", ".join(compared.runs), items)
 
 
-def _runs(compared: ComparedRuns) -> str:
-    """Return the table of the runs: scenario, solution, times, date."""
-    colors = dict(zip(compared.runs, map(style.css, style.colors(list(compared.runs))), strict=True))
-    lines = []
+def _runs(compared: ComparedRuns) -> Table:
+    """Return the runs: scenario, solution, times, date."""
+    heads = ("scenario", "solution", "status", "date", "seed", "time [s]")
+    rows = []
     for label, run in compared.runs.items():
         time = compared.errors[label].time
-        cells = (words(str(run.summary["scenario"])), words(compared.solutions[label]))
-        lines.append(
-            (
-                swatch(colors[label]) + words(label),
-                *cells,
-                words(run.status),
-                f"{run.date:%Y-%m-%d %H:%M}",
-                str(run.summary.get("seed", "–")),
-                f"{time[0]:g} … {time[-1]:g}",
-            )
-        )
-    return table(("run", "scenario", "solution", "status", "date", "seed", "time [s]"), lines, 5)
+        rows.append(
+            (label, str(run.summary["scenario"]), compared.solutions[label], run.status, f"{run.date:%Y-%m-%d %H:%M}",
+             str(run.summary.get("seed", "–")), f"{time[0]:g} … {time[-1]:g}")
+        )  # fmt: skip
+    first = Column("run", words=True)
+    paint = style.colors(list(compared.runs))
+    return Table((first, *(Column(head, words=head not in ("seed", "time [s]")) for head in heads)), rows, colors=paint)
 
 
 def _period(compared: ComparedRuns) -> float:
@@ -190,28 +188,20 @@ def _period(compared: ComparedRuns) -> float:
     return schuler_period(state, ellipsoid_by_name(ellipsoid))
 
 
-def _differences(compared: ComparedRuns) -> Iterator[str]:
-    """Yield the table of the keys that differ."""
+def _differences(compared: ComparedRuns) -> Iterator[Item]:
+    """Yield the keys that differ."""
     rows = compared.differences
     if not rows:
-        yield "<p>The scenarios are the same.</p>"
+        yield Sentence("The scenarios are the same.")
         return
-    lines = [
-        (words(key), *(f'<td class="text">{words(value)}</td>' for value in values))
-        for key, values in list(rows.items())[:_MOST_KEYS]
-    ]
-    yield table(("key", *(f'<th class="name">{words(label)}</th>' for label in compared.runs)), lines)
+    heads = (Column("key", words=True), *(Column(label, words=True) for label in compared.runs))
+    yield Table(heads, [(key, *values) for key, values in list(rows.items())[:_MOST_KEYS]])
     if len(rows) > _MOST_KEYS:
-        yield f'<p class="note">And {len(rows) - _MOST_KEYS} more; comparison.json has all of them.</p>'
+        yield Sentence(f"And {len(rows) - _MOST_KEYS} more; comparison.json has all of them.", "note")
 
 
-def write_comparison(
-    compared: ComparedRuns, report: str, target: Path, *, overwrite: bool = False
-) -> tuple[dict[str, Any], Path]:
+def write_comparison(compared: ComparedRuns, target: Path, *, overwrite: bool = False) -> tuple[dict[str, Any], Path]:
     """Write `comparison.json` and `report.html`.
-
-    Args:
-        report: the report's page.
 
     Returns:
         Contents of `comparison.json`, and the directory.
@@ -236,72 +226,36 @@ def write_comparison(
     }
     folder = RunDirectory(target, overwrite=overwrite)
     with folder.writing():
-        write_text(folder.path / "report.html", report)
+        write_text(folder.path / "report.html", page_of(comparison_exhibits(compared)))
         text = json.dumps(contents, indent=2, ensure_ascii=False, allow_nan=False)
         write_text(folder.path / "comparison.json", text + "\n")
         return contents, folder.keep()
 
 
-_ERRORS = (
-    ("horizontal\nfinal, m", "final_horizontal_error_m", 1.0),
-    ("\nrms, m", "rms_horizontal_error_m", 1.0),
-    ("\nmax, m", "max_horizontal_error_m", 1.0),
-    ("height\nmax, m", "max_height_error_m", 1.0),
-    ("velocity\nmax, m/s", "max_velocity_error_mps", 1.0),
-    ("attitude\nmax, arcmin", "max_attitude_error_arcsec", 60.0),
-)
-
-
-def show_list(entries: Sequence[Entry], folder: Path, console: Console) -> None:
-    """Print the runs in a folder."""
+def list_exhibits(entries: Sequence[Entry], folder: Path) -> Iterator[Item]:
+    """Yield the runs in a folder."""
     if not entries:
-        console.print(
+        yield Sentence(
             f"No runs in {folder}. `sinssim run SCENARIO` writes one to runs/SCENARIO, or to the folder given with -o; "
-            "`sinssim runs DIR` lists those in another folder.",
-            markup=False,
-            highlight=False,
+            "`sinssim runs DIR` lists those in another folder."
         )
         return
-    table = Table(box=box.SIMPLE_HEAD, padding=(0, 1, 0, 0))
-    for heading, side in (
-        ("directory", "left"), ("kind", "left"), ("scenario", "left"), ("horizontal\nrms, m", "right"),
-        ("\nof", "left"), ("\nsize", "right"), ("\ndate", "left"),
-    ):  # fmt: skip
-        table.add_column(heading, justify=side, no_wrap=heading != "directory", overflow="fold")  # type: ignore[arg-type]
-    for entry in entries:
-        kind = entry.kind if entry.status in ("", "finished") else f"{entry.kind}, {entry.status}"
-        value = "" if entry.rms_horizontal_error_m is None else error_text(entry.rms_horizontal_error_m)
-        table.add_row(
-            str(entry.path), kind, entry.scenario, value, entry.solution, size_text(entry.size_bytes),
-            f"{entry.date:%Y-%m-%d %H:%M}",
-        )  # fmt: skip
-    console.print(table)
-    total = sum(entry.size_bytes for entry in entries)
-    console.print(f"{len(entries)} in {folder}, {size_text(total)}.", markup=False, highlight=False)
+    columns = (
+        *(Column(head, words=True) for head in ("directory", "kind", "scenario")), Column("horizontal rms", fixed("m")),
+        Column("of", words=True), Column("size"), Column("date", words=True),
+    )  # fmt: skip
+    rows = [
+        (
+            str(entry.path), entry.kind if entry.status in ("", "finished") else f"{entry.kind}, {entry.status}",
+            entry.scenario, "" if (rms := entry.rms_horizontal_error_m) is None else rms, entry.solution,
+            size_text(entry.size_bytes), f"{entry.date:%Y-%m-%d %H:%M}",
+        )
+        for entry in entries
+    ]  # fmt: skip
+    yield Table(columns, rows)
+    yield Sentence(f"{len(entries)} in {folder}, {size_text(sum(entry.size_bytes for entry in entries))}.")
     for entry in entries:
         if is_of_another(entry.path):
-            console.print(f"{entry.path} was written by sinssim {entry.sinssim}.", markup=False, highlight=False)
+            yield Sentence(f"{entry.path} was written by sinssim {entry.sinssim}.")
         if entry.problem:
-            console.print(f"Not read: {entry.problem}", markup=False, highlight=False)
-
-
-def show_comparison(compared: ComparedRuns, console: Console) -> None:
-    """Print the errors of finished runs beside each other."""
-    start, end = compared.span
-    table = Table(
-        title=f"errors from {start:g} s to {end:g} s, which all runs have",
-        title_justify="left",
-        box=box.SIMPLE_HEAD,
-        padding=(0, 1, 0, 0),
-    )
-    for heading in ("run", "solution"):
-        table.add_column(heading, no_wrap=True)
-    for heading, _, _ in _ERRORS:
-        table.add_column(heading, justify="right", no_wrap=True)
-    for label, numbers in compared.numbers.items():
-        cells = [error_text(None if (v := numbers[key]) is None else v / size) for _, key, size in _ERRORS]
-        table.add_row(label, compared.solutions[label], *cells)
-    console.print(table)
-    for label, run in compared.runs.items():
-        if run.status != "finished":
-            console.print(f"{label} {run.status}: {run.summary.get('message', '')}", markup=False)
+            yield Sentence(f"Not read: {entry.problem}")

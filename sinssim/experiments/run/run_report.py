@@ -1,251 +1,271 @@
-"""The report of a run, on simulated or on recorded sensors.
-
-A self-contained HTML page with its drawings, for any browser and for print.
-"""
+"""What a run has to show, on simulated or on recorded sensors: for the console, its page and its recording."""
 
 from __future__ import annotations
 
 import platform
-from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
-from dataclasses import dataclass, replace
-from typing import TYPE_CHECKING, Any
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import dataclass
+from typing import TYPE_CHECKING
 
 import numpy as np
 
-from sinssim import rotation, units
-from sinssim.data import Array, NavSolution, NavState
-from sinssim.earth.ellipsoids import WGS84, Ellipsoid
-from sinssim.earth.geodetic_coordinates import radii
-from sinssim.earth.gravity import gravity_ned
-from sinssim.exhibits import Item, Section, Sentence
-from sinssim.experiments.run.error_exhibits import Compared, error_plots, error_tables, failure, singularity_table
-from sinssim.experiments.run.filter_exhibits import STYLE as FILTER_STYLE
-from sinssim.experiments.run.filter_exhibits import filter_section
-from sinssim.experiments.run.flight_map import (
-    MAP,
-    Track,
-    between_text,
-    draw_map,
-    flight_section,
-    map_of,
-    motion_plots,
-    place_text,
+from sinssim.exhibits import Beside, Column, Exhibits, Item, Medium, Picture, Section, Sentence, Table, Verbatim
+from sinssim.experiments.run.error_exhibits import (
+    error_exhibits,
+    error_table,
+    failure_exhibits,
+    note_on_errors,
+    schuler_period,
+    singularity_exhibits,
+    title_of_errors,
 )
-from sinssim.experiments.run.flight_map import STYLE as TRACK_STYLE
-from sinssim.experiments.run.navigation_scheme import axes_drawing, scheme, scheme_words
-from sinssim.experiments.run.parts.recorded_sensors import best_solution
-from sinssim.experiments.run.sensor_exhibits import SensorComparison, sensor_comparisons, sensor_errors
+from sinssim.experiments.run.filter_exhibits import filter_exhibits
+from sinssim.experiments.run.filter_summary import sentences
+from sinssim.experiments.run.motion_exhibits import motion_exhibits, motion_facts, motion_map, solution_tracks
+from sinssim.experiments.run.navigation_scheme import axes_exhibits, scheme, scheme_words
+from sinssim.experiments.run.parts.recorded_sensors import after_filter, recorded_errors
+from sinssim.experiments.run.sensor_comparison import SensorComparison, sensor_comparisons
+from sinssim.experiments.run.sensor_exhibits import sensor_errors
+from sinssim.experiments.run.track_map import Track
 from sinssim.formatting import number_text
-from sinssim.recording import style
-from sinssim.recording.report import page, svg_plot
-from sinssim.recording.report.exhibit_page import parts_of
-from sinssim.recording.report.page import table, words
-from sinssim.recording.report.svg_chart import STYLE as CHART_STYLE
-from sinssim.recording.report.svg_plot import Line, Mark
 from sinssim.recording.run_directory import flagged_words, processor
-from sinssim.recording.style import thinned
-from sinssim.scenario.notes import earth_of_the_navigator, height_words
+from sinssim.recording.style import as_seen
+from sinssim.scenario.notes import (
+    coarse_rates,
+    defaults_taken,
+    earth_of_the_navigator,
+    height_words,
+    keys_without_effect,
+    torquer_taken,
+)
 from sinssim.scenario.plan_summary import sensor_words
 from sinssim.sensors.imu.grades import grade_name
 from sinssim.sensors.sets.sensor_readings import draw_true_errors
 from sinssim.simulation.truth_stage import RecordedMotion, Truth
-from sinssim.strapdown.navigation_error import NavError
-from sinssim.units import LENGTH_SCALE, duration_words, suiting
+from sinssim.units import LENGTH_SCALE, duration_words, fixed, suiting
 
 if TYPE_CHECKING:
-    from sinssim.estimation import Estimate
-    from sinssim.experiments.run.run_result import Part, Reached, Run
-    from sinssim.logs.recorded_log import RecordedLog
+    from sinssim.experiments.run.run_result import Reached, Run
+    from sinssim.experiments.run.summary_types import ErrorNumbers, RunSummary
     from sinssim.scenario import Scenario
-    from sinssim.simulation.navigation_stage import Navigated
-    from sinssim.simulation.truth_comparison import Aided
 
 
-STYLE = f"""{CHART_STYLE}{svg_plot.DIAGRAM_STYLE}{TRACK_STYLE}{FILTER_STYLE}
-pre {{ background: var(--head); padding: .8rem 1rem; font-size: .78rem; line-height: 1.45; columns: 3 19rem;
-  white-space: pre-wrap; overflow-wrap: anywhere; }}
-th.group {{ text-align: center; }} .first {{ border-left: 1px solid var(--line); }}
-@media print {{ .errors table, .events table {{ font-size: 7.5pt; }} .errors th, .errors td {{ padding: .1rem .3rem; }}
-  pre {{ font-size: 7pt; columns: 2; }} }}
-"""
+_PAGE: tuple[Medium, ...] = ("page",)
+_CONSOLE: tuple[Medium, ...] = ("console",)
 
 
 @dataclass(frozen=True)
-class Sections:
-    """The sections of a report that draw every sample of a run: HTML, empty for a stage that has not run.
+class FirstSections:
+    """The sections of a simulated run that need every sample, with as many points as a page shows.
 
-    The map in `flight` is missing; `chart` draws it.
+    Attributes:
+        motion: plots, legs and events of the true motion.
+        facts: its numbers, None for a run that did not fly.
+        track: its track.
+        tracks: those of the inertial solutions.
+        sensors: the errors of the sensors.
+        parts: what only some runs have of their sensors.
+        errors: the errors of the inertial solutions.
+        axes: the axes at the start.
     """
 
-    flight: str
-    chart: Callable[[Mapping[str, Track]], str] | None
-    sensors: str
-    parts: str
-    errors: str
-    axes: str
+    motion: Sequence[Item] = ()
+    facts: Table | None = None
+    track: Track | None = None
+    tracks: Sequence[Track] = ()
+    sensors: Sequence[Item] = ()
+    parts: Sequence[Item] = ()
+    errors: Sequence[Item] = ()
+    axes: Sequence[Item] = ()
 
 
-def draw_sections(run: Reached | Run, kinds: Sequence[SensorComparison] | None = None) -> Sections:
-    """Draw the sections that need every sample of a run.
+def first_sections(run: Reached | Run, kinds: Sequence[SensorComparison] | None = None) -> FirstSections:
+    """Return the sections of a simulated run that need every sample, which may then be freed.
 
     Args:
         run: the run; one that failed lacks the results of its later stages.
         kinds: its readings by kind of sensor, if they have been compared.
-
-    Returns:
-        The sections, for `run_report`. The samples may be freed before the report is put together.
     """
-    flight = errors = axes = ""
-    chart, scenario, truth, navigated = None, run.scenario, run.truth, run.navigated
+    scenario, truth, navigated = run.scenario, run.truth, run.navigated
+    motion, errors, axes, tracks = list[Item](), list[Item](), list[Item](), list[Track]()
+    facts = track = None
     if isinstance(truth, Truth):
-        flight = "".join(flight_section(scenario, truth, sections(run, "motion")))
-        chart = map_of(scenario, truth, {} if navigated is None else navigated.solutions)
+        motion = as_seen(motion_exhibits(scenario, truth, of_parts(run, "motion")))
+        facts, track = motion_facts(scenario, truth), Track.of("truth", truth.time, truth.state)
+        if navigated is not None:
+            tracks = solution_tracks(navigated.solutions)
+            errors = as_seen(error_exhibits(navigated, schuler_period(truth.state, truth.ellipsoid)))
+            axes = list(axes_exhibits(scenario, truth.state, navigated.solutions))
     true = None if run.sensed is None else run.sensed.errors
     if true is None:
         true = draw_true_errors(scenario.imu, scenario.seed, scenario.compensation)
-    sensors = "".join(sensor_errors(scenario, true, sensor_comparisons(run.sensed) if kinds is None else kinds))
-    parts = "".join(sections(run, "sensors"))
-    if isinstance(truth, Truth) and navigated is not None:
-        errors = "".join(error_plots(navigated, schuler_period(truth.state, truth.ellipsoid)))
-        axes = axes_drawing(scenario, truth.state, navigated.solutions)
-    return Sections(flight, chart, sensors, parts, errors, axes)
+    compared = sensor_comparisons(run.sensed) if kinds is None else kinds
+    sensors = as_seen(sensor_errors(scenario, true, compared))
+    return FirstSections(motion, facts, track, tracks, sensors, as_seen(of_parts(run, "sensors")), errors, axes)
 
 
-def sections(run: Reached | Run, place: str) -> Iterator[str]:
-    """Yield the sections on what only some runs have.
+def of_parts(run: Reached | Run, place: str) -> list[Item]:
+    """Return the sections on what only some runs have.
 
     Args:
         place: which of them, `Part.place`.
     """
-    for part in run.parts.values():
-        if part.place == place and (items := list(part.exhibits())):
-            yield from parts_of([Section(part.title, items)], 2 if part.title else 1)
+    shown = [(part.title, list(part.exhibits())) for part in run.parts.values() if part.place == place]
+    return [Section(title, items, on=_PAGE) for title, items in shown if items]
 
 
-def run_report(run: Reached | Run, summary: Mapping[str, Any], drawn: Sections | None = None) -> str:
-    """Return the report of a run.
+def run_exhibits(run: Reached | Run, summary: RunSummary, first: FirstSections | None = None) -> Exhibits:
+    """Return what a run has to show.
 
     Args:
         run: the run; one that failed lacks the results of its later stages.
         summary: contents of `summary.json`.
-        drawn: result of `draw_sections`, if they have been drawn.
+        first: result of `first_sections`, if they are known.
     """
-    scenario = run.scenario
-    body = [f"<h1>{words(scenario.name)}</h1>", f'<p class="lead">{words(scenario.description)}</p>']
+    scenario, truth = run.scenario, run.truth
+    items = list(brief(run, summary))
+    if isinstance(truth, RecordedMotion):
+        assert run.navigated is not None  # it is finished
+        items += [*of_parts(run, "motion"), *recorded_errors(run.navigated, run.aided, summary)]
+    else:
+        first = first_sections(run) if first is None else first
+        items += _simulated(run, summary, first)
+    if run.aided is not None and truth is not None and "filter" in summary:
+        span = (float(truth.time[0]), float(truth.time[-1]))
+        shown = list(filter_exhibits(run.aided, summary["filter"], summary["algorithms"], span))
+        if isinstance(truth, RecordedMotion):
+            shown += after_filter(truth, run.aided, span)
+        items += [Section("The aided solution", shown, on=_PAGE), *of_parts(run, "filter")]
+    items.append(Section("How the run was computed", [computed_with(scenario, summary)], on=_PAGE))
+    if first is not None:
+        drawn = [Picture(scheme(scenario)), Sentence(scheme_words(scenario), "note"), *first.axes]
+        items.append(Section("Scheme of the navigation, and its axes", drawn, on=_PAGE, fold="closed"))
+    text = Verbatim("", scenario.to_toml(run.about_filter).strip())
+    items.append(Section("Scenario", [text], on=_PAGE))
+    return Exhibits(f"{scenario.name}: run", items, name=scenario.name, heading=scenario.name)
+
+
+def _simulated(run: Reached | Run, summary: RunSummary, first: FirstSections) -> Iterator[Item]:
+    """Yield the sections of a run on simulated sensors before the filter."""
+    scenario, truth = run.scenario, run.truth
+    if isinstance(truth, Truth) and first.track is not None and first.facts is not None:
+        title = "Track" if scenario.track is not None else "Flight" if scenario.flight is not None else "Motion"
+        tracks = list(first.tracks)
+        if run.aided is not None:
+            solution = run.aided.estimate.solution
+            tracks.append(Track.of("aided", solution.time, solution, "aided"))
+        chart = motion_map(scenario, truth.ellipsoid, first.track, tracks)
+        yield Section(title, [Beside([chart, first.facts]), *first.motion], on=_PAGE)
+    yield Section("Sensor errors of this run", first.sensors, on=_PAGE)
+    yield from first.parts
+    if "algorithms" in summary and first.errors:
+        shown = [*failure_exhibits(summary["failures"]), error_table(summary["algorithms"]), note_on_errors()]
+        yield Section("Navigation errors", [*shown, *first.errors], on=_PAGE)
+        yield from of_parts(run, "errors")
+        yield Section("Singular attitudes", list(singularity_exhibits(summary["singularities"])), on=_PAGE)
+
+
+def brief(run: Reached | Run, summary: RunSummary) -> Iterator[Item]:
+    """Yield what the console shows, and the sentences that a page begins with."""
+    scenario, log = run.scenario, summary.get("log")
+    if scenario.description:
+        yield Sentence(f"{scenario.description}\n", "lead")
     if summary["status"] != "finished":
-        body.append(f'<p class="broken"><strong>The run {ended(summary)}</strong> {words(summary["message"])}</p>')
-    body.append("".join(f"<p>{words(sentence)}</p>" for sentence in _in_short(scenario, summary, run.parts)))
-    drawn = draw_sections(run) if drawn is None else drawn
-    if drawn.flight and drawn.chart is not None:
-        aided = {} if run.aided is None else {"aided": run.aided.estimate.solution}
-        what = "Track" if scenario.track is not None else "Flight" if scenario.flight is not None else "Motion"
-        body.append(f"<h2>{what}</h2>")
-        body.append(drawn.flight.replace(MAP, drawn.chart(aided)))
-    body += ["<h2>Sensor errors of this run</h2>", drawn.sensors]
-    body.append(drawn.parts)
-    if "algorithms" in summary and drawn.errors:
-        body += ["<h2>Navigation errors</h2>", *map(failure, summary["failures"].items())]
-        body += error_tables(summary["algorithms"])
-        body.append(drawn.errors)
-        body += sections(run, "errors")
-        body += ["<h2>Singular attitudes</h2>", singularity_table(summary["singularities"])]
-    if run.aided is not None and run.truth is not None and "filter" in summary:
-        span = (float(run.truth.time[0]), float(run.truth.time[-1]))
-        body += ["<h2>The aided solution</h2>", *filter_section(run.aided, summary, span)]
-        body += sections(run, "filter")
-    body += ["<h2>How the run was computed</h2>", *made(scenario, summary)]
-    body += ["<details><summary>Scheme of the navigation, and its axes</summary>", scheme(scenario)]
-    body += [scheme_words(scenario), drawn.axes, "</details>"]
-    body += ["<h2>Scenario</h2>", f"<pre>{page.verbatim(scenario.to_toml(run.about_filter).strip())}</pre>"]
-    return page.page(f"{scenario.name}: run", body, STYLE)
-
-
-def sentences(items: Iterable[Item]) -> Iterator[str]:
-    """Yield the sentences with which a report begins."""
-    yield from (one.text for one in items if isinstance(one, Sentence) and "page" in one.on)
-
-
-def schuler_period(truth: NavState, ellipsoid: Ellipsoid) -> float:
-    """Return the period of the Schuler oscillation at the place of a run.
-
-    Args:
-        truth: true states, N rows.
-
-    Returns:
-        2π √(R/g) with the mean radius of curvature at the mean latitude and normal gravity at the mean height, s.
-    """
-    latitude, height = float(truth.latitude.mean()), float(truth.height.mean())
-    r1, r2 = radii(latitude, ellipsoid)
-    gravity = gravity_ned(latitude, height, "normal", ellipsoid)[2]
-    return float(2.0 * np.pi * np.sqrt((np.sqrt(r1 * r2) + height) / gravity))
-
-
-def ended(summary: Mapping[str, Any]) -> str:
-    """Return how a run ended that did not finish."""
-    return (
-        "was interrupted; this report shows the results up to that time."
-        if summary["status"] == "interrupted"
-        else "failed."
-    )
-
-
-def _in_short(scenario: Scenario, summary: Mapping[str, Any], parts: Mapping[str, Part]) -> Iterator[str]:
-    """Yield the main results in a few sentences."""
+        yield Sentence(f"**The run {ended(summary['status'])}** {summary['message']}", "warning")
     if not summary.get("algorithms"):
         return
     numbers = {name: n for name, n in summary["algorithms"].items() if name not in summary["failures"]}
-    duration, navigation = summary["end_s"] - summary["start_s"], scenario.navigation
-    yield (
-        f"IMU {grade_name(scenario.imu.grade)} ({sensor_words(scenario.imu)}), "
-        f"{scenario.imu.rate_hz:g} Hz, seed {scenario.seed}; navigation for "
-        f"{duration_words(duration)} in the frame “{navigation.frame}”."
-    )
-    yield f"Height of the inertial solutions: {height_words(scenario)}."
-    yield from earth_of_the_navigator(scenario)
-    if flags := flagged_words(summary["flagged_samples"], round(duration * scenario.imu.rate_hz)):
-        yield flags
-    for part in parts.values():
-        yield from sentences(part.brief(numbers))
-    if any(part.compares == len(numbers) for part in parts.values()):  # the sentences have the errors of all
-        return
+    filtered = summary.get("filter")
+    solutions = dict(summary["algorithms"])
+    if filtered is not None:
+        further = ((name, filtered.get(name)) for name in ("aided", "backward", "smoothed"))
+        solutions |= {name: errors for name, errors in further if errors}  # type: ignore[misc]
+    table = error_table(solutions, f"{scenario.name}: {title_of_errors(log)}")
+    of_run = [item for part in run.parts.values() for item in part.brief(numbers)]
+    tables = [item for item in of_run if isinstance(item, Table)]
+    notes = [item for item in of_run if isinstance(item, Sentence) and item.on == _CONSOLE]
+    yield Section("", [table, *tables, *notes], on=_CONSOLE)
+    yield from _remarks(scenario, summary)
+    yield from (item for item in of_run if item not in tables and item not in notes)
+    if log is None and not any(part.compares == len(numbers) for part in run.parts.values()):
+        yield from _errors_in_short(summary, numbers)
+    yield Section("", list(failure_exhibits(summary["failures"])), on=_CONSOLE)
+    if summary["singularities"]:
+        yield Section("", list(singularity_exhibits(summary["singularities"])), on=_CONSOLE)
+    if filtered is not None:
+        yield Section("", list(map(Sentence, sentences(filtered))), on=_CONSOLE)
+    timing = ", ".join(f"{stage} {seconds:.2f} s" for stage, seconds in _timing(summary) if seconds)
+    yield Sentence(f"Time: {timing}", on=_CONSOLE)
+
+
+def _remarks(scenario: Scenario, summary: RunSummary) -> Iterator[Sentence]:
+    """Yield what the run was computed with."""
+    duration, rate, frame = summary["end_s"] - summary["start_s"], scenario.imu.rate_hz, scenario.navigation.frame
+    simulated = "log" not in summary
+    if simulated:
+        yield Sentence(
+            f"IMU {grade_name(scenario.imu.grade)} ({sensor_words(scenario.imu)}), {rate:g} Hz, seed {scenario.seed}; "
+            f"navigation for {duration_words(duration)} in the frame “{frame}”.", on=_PAGE,
+        )  # fmt: skip
+        yield from (Sentence(text, on=_CONSOLE) for text in summary.get("not_attained", ()))
+        yield Sentence(f"Height of the inertial solutions: {height_words(scenario)}.")
+    else:
+        yield Sentence(
+            f"Recorded sensors, {duration_words(duration)} at {rate:g} Hz; the filter assumes the grade "
+            f"{grade_name(scenario.imu.grade)} with the changes in [imu]. Navigation in the frame “{frame}”.", on=_PAGE,
+        )  # fmt: skip
+    yield from map(Sentence, earth_of_the_navigator(scenario))
+    further = [*torquer_taken(scenario), *coarse_rates(scenario.imu)]
+    if flags := flagged_words(summary["flagged_samples"], round(duration * rate)):
+        yield Sentence(flags)
+    further += keys_without_effect(scenario.imu, summary["end_s"]) if simulated else []
+    yield from (Sentence(text, on=_CONSOLE) for text in (*further, *defaults_taken(scenario.imu, summary["end_s"])))
+
+
+def ended(status: str) -> str:
+    """Return how a run ended that did not finish."""
+    interrupted = "was interrupted; this report shows the results up to that time."
+    return interrupted if status == "interrupted" else "failed."
+
+
+def _errors_in_short(summary: RunSummary, numbers: Mapping[str, ErrorNumbers]) -> Iterator[Sentence]:
+    """Yield the horizontal errors of the algorithms and of the filter, for the page."""
     if summary["failures"]:
-        yield f"No result from {', '.join(summary['failures'])}; the section on navigation errors gives the reason."
+        names = ", ".join(summary["failures"])
+        yield Sentence(f"No result from {names}; the section on navigation errors gives the reason.", on=_PAGE)
     if not numbers:
         return
-    finals = [n["final_horizontal_error_m"] for n in numbers.values()]
-    greatest = [n["max_horizontal_error_m"] for n in numbers.values()]
-    if len(numbers) == 1:
-        end, most = (length_text(v, greatest[0]) for v in (finals[0], greatest[0]))
-        yield f"Horizontal error: {end} at the end, {most} at most."
-        yield from _with_filter(summary)
-        return
-    alike = all(max(values) - min(values) < 5e-4 * max(values) for values in (finals, greatest))
-    if alike:
-        whose = "all algorithms"
-        end, most = (length_text(v, greatest[0]) for v in (finals[0], greatest[0]))
+    pairs = {name: _end_and_most(errors) for name, errors in numbers.items()}
+    finals, greatest = ([pair[k] for pair in pairs.values()] for k in range(2))
+    if len(pairs) == 1:
+        yield Sentence(f"Horizontal error: {_pair_text(finals[0], greatest[0])}.", on=_PAGE)
     else:
-        order = np.argsort(greatest)
-        names = list(numbers)
-        whose = f"{names[order[0]]} (smallest) to {names[order[-1]]} (largest)"
-        end, most = (
-            f"{length_text(v[order[0]], max(greatest))} to {length_text(v[order[-1]], max(greatest))}"
-            for v in (finals, greatest)
+        least, largest = min(pairs, key=lambda name: pairs[name][1]), max(pairs, key=lambda name: pairs[name][1])
+        if all(max(values) - min(values) < 5e-4 * max(values) for values in (finals, greatest)):
+            whose, size = "all algorithms", _pair_text(finals[0], greatest[0])
+        else:
+            whose = f"{least} (smallest) to {largest} (largest)"
+            end, most = (
+                f"{length_text(pairs[least][k], max(greatest))} to {length_text(pairs[largest][k], max(greatest))}"
+                for k in range(2)
+            )
+            size = f"{end} at the end, {most} at most"
+        apart = length_text(max(finals) - min(finals))
+        yield Sentence(
+            f"Horizontal error of {whose}: {size}. The algorithms’ errors at the end differ by up to {apart}.", on=_PAGE
         )
-    apart = length_text(max(finals) - min(finals))
-    yield (
-        f"Horizontal error of {whose}: {end} at the end, {most} at most. The algorithms’ errors at the end differ by "
-        f"up to {apart}."
-    )
-    yield from _with_filter(summary)
+    if "filter" in summary and (aided := summary["filter"]["aided"]) is not None:
+        yield Sentence(f"With the aiding sensors and the filter: {_pair_text(*_end_and_most(aided))}.", on=_PAGE)
 
 
-def _with_filter(summary: Mapping[str, Any]) -> Iterator[str]:
-    """Yield the horizontal error of the aided solution."""
-    aided = summary.get("filter", {}).get("aided")
-    if aided is not None:
-        final, largest = (aided[f"{when}_horizontal_error_m"] for when in ("final", "max"))
-        end, most = (length_text(v, largest) for v in (final, largest))
-        yield f"With the aiding sensors and the filter: {end} at the end, {most} at most."
+def _end_and_most(errors: ErrorNumbers) -> tuple[float, float]:
+    """Return the horizontal error at the end, and the largest, m."""
+    end, most = (errors[f"{when}_horizontal_error_m"] for when in ("final", "max"))
+    return float("nan") if end is None else end, float("nan") if most is None else most
+
+
+def _pair_text(end: float, most: float) -> str:
+    return f"{length_text(end, most)} at the end, {length_text(most, most)} at most"
 
 
 def length_text(metres: float, largest: float | None = None) -> str:
@@ -256,225 +276,30 @@ def length_text(metres: float, largest: float | None = None) -> str:
     return f"{number_text(metres / size, 4)} {unit}"
 
 
-def made(scenario: Scenario, summary: Mapping[str, Any]) -> Iterator[str]:
-    """Yield how a run was computed: times, versions, processor."""
-    timing = {name.removesuffix("_s"): seconds for name, seconds in summary["timing"].items()}
+def _timing(summary: RunSummary) -> list[tuple[str, float]]:
+    return [(name.removesuffix("_s"), seconds) for name, seconds in summary["timing"].items()]
+
+
+def computed_with(scenario: Scenario, summary: RunSummary) -> Item:
+    """Return how a run was computed: times, versions, processor."""
     cached = {True: "from the cache", False: "flown now", None: ""}[summary.get("flight_cached")]
     times = [
-        (words(name), f"{seconds:.2f}", f'<td class="name">{cached if name == "flight" else ""}</td>')
-        for name, seconds in timing.items()
+        (name, f"{seconds:.2f}", cached if name == "flight" else "")
+        for name, seconds in _timing(summary)
         if seconds or name == "total"
     ]
-    versions = {**summary["versions"], "Python": platform.python_version()}
+    rate = scenario.imu.rate_hz if scenario.one_component is None else scenario.one_component.rate_hz
     facts = [
         ("seed", str(scenario.seed)),
-        ("IMU rate", f"{scenario.imu.rate_hz:g} Hz"),
-        *((name, words(value)) for name, value in versions.items()),
-        ("processor", words(processor())),
+        ("IMU rate", f"{rate:g} Hz"),
+        *summary["versions"].items(),
+        ("Python", platform.python_version()),
+        ("processor", processor()),
         *(
-            (words(f"own {own['kind']}"), words(f"{own['name']}, SHA-256 {own['sha256'][:12]}…, {own['file']}"))
-            for own in summary.get("own_content", ())
+            (f"own {file['kind']}", f"{file['name']}, SHA-256 {file['sha256'][:12]}…, {file['file']}")
+            for file in summary.get("own_content", ())
         ),
     ]
-    yield f'<div class="pair"><div>{table(("stage", "time [s]", ""), times)}</div>'
-    yield f"<div>{table(('computed with', ''), [(words(k), v) for k, v in facts], 2)}</div></div>"
-
-
-_WIDTH, _HEIGHT = 376, 150
-_AXES = ("x", "y", "z")
-_NAMED_OUTAGES = 4
-"""Number of outages up to which each is named at the top of a plot."""
-
-
-def log_report(reached: Reached | Run, summary: Mapping[str, Any]) -> str:
-    """Return the report of a run on recorded sensors.
-
-    Args:
-        summary: contents of `summary.json`.
-    """
-    scenario, run, aided = reached.scenario, reached.navigated, reached.aided
-    assert run is not None  # it is finished
-    span = (float(run.time[0]), float(run.time[-1]))
-    body = [f"<h1>{words(scenario.name)}</h1>", f'<p class="lead">{words(scenario.description)}</p>']
-    if summary["status"] != "finished":
-        body.append(f'<p class="broken"><strong>The run {ended(summary)}</strong> {words(summary["message"])}</p>')
-    body += [f"<p>{words(sentence)}</p>" for sentence in _recorded_in_short(scenario, summary, reached.parts)]
-    body += ["<h2>The recording</h2>", *_recording(run, aided, span)]
-    about = summary["log"]
-    against = about["compared_with"] or "nothing"
-    what = "Navigation errors" if about["reference_file"] is not None else "Differences of the solutions"
-    body += [f"<h2>{what}</h2>", *map(failure, summary["failures"].items())]
-    if about["compared_with"] is not None:
-        body += error_tables(summary["algorithms"], against=against)
-        if summary["failures"].keys() != summary["algorithms"].keys():
-            body += error_plots(Compared(run.time, _known(run.errors), "north"), _schuler(run, aided))
-    body += ["<h2>Singular attitudes</h2>", singularity_table(summary["singularities"])]
-    if aided is not None and "filter" in summary:
-        body += ["<h2>The aided solution</h2>", *filter_section(aided, summary, span)]
-        body += _uncertainty_of_reference(_log(run), aided, span)
-        body += _estimates(aided.estimate, span)
-        body += sections(reached, "filter")
-    body += ["<h2>How the run was computed</h2>", *made(scenario, summary)]
-    body += ["<h2>Scenario</h2>", f"<pre>{page.verbatim(scenario.to_toml(reached.about_filter).strip())}</pre>"]
-    return page.page(f"{scenario.name}: run", body, STYLE)
-
-
-def _recorded_in_short(scenario: Scenario, summary: Mapping[str, Any], parts: Mapping[str, Part]) -> Iterator[str]:
-    """Yield the main results in a few sentences."""
-    duration = summary["end_s"] - summary["start_s"]
-    yield (
-        f"Recorded sensors, {duration_words(duration)} at {scenario.imu.rate_hz:g} Hz; the filter assumes the "
-        f"grade {grade_name(scenario.imu.grade)} with the changes in [imu]. Navigation in the frame "
-        f"“{scenario.navigation.frame}”."
-    )
-    for part in parts.values():
-        yield from sentences(part.brief(summary["algorithms"]))
-
-
-def _known(errors: Mapping[str, NavError]) -> dict[str, NavError]:
-    """Return errors at the rows at which the position is known."""
-    found = {}
-    for name, error in errors.items():
-        rows = np.flatnonzero(np.isfinite(error.position_ned).all(axis=1))
-        if len(rows) > 1:
-            found[name] = NavError(
-                error.time[rows], error.position_ned[rows], error.velocity_ned[rows], error.attitude[rows]
-            )
-    return found
-
-
-def _state(solution: NavSolution) -> NavState:
-    s = solution
-    return NavState(s.latitude, s.longitude, s.height, s.velocity_ned, s.q_nb)
-
-
-def _schuler(run: Navigated, aided: Aided | None) -> float:
-    return schuler_period(_state(best_solution(run, aided)[1]), WGS84)
-
-
-def _log(run: Navigated) -> RecordedLog:
-    """Return the recording of a run on recorded sensors."""
-    assert isinstance(run.truth, RecordedMotion)
-    return run.truth.prepared.log
-
-
-def _recording(run: Navigated, aided: Aided | None, span: tuple[float, float]) -> Iterator[str]:
-    """Yield map, facts and plots of the recorded motion, as the best solution has it."""
-    name, best = best_solution(run, aided)
-    state, log = _state(best), _log(run)
-    tracks: dict[str, NavSolution] = {}
-    if (reference := log.reference) is not None:
-        nothing = np.zeros(len(reference.time))
-        tracks["reference"] = NavSolution(
-            reference.time, reference.latitude, reference.longitude, reference.height,
-            np.zeros((len(nothing), 3)), np.tile((1.0, 0.0, 0.0, 0.0), (len(nothing), 1)), nothing,
-        )  # fmt: skip
-    colors = [
-        style.css(style.tint(style.COLORS.get(name, style.COLORS["quaternion"]))),
-        style.css(style.COLORS["truth"]),
-    ]
-    colors = colors[: 1 + len(tracks)]
-    chart = draw_map(best.time, state, tracks, colors, WGS84, name=name, outages=log.outages)
-    roll, pitch, _ = (angle / units.DEG for angle in rotation.euler_from_quaternion(state.q_nb))
-    speed = np.hypot(state.velocity_ned[:, 0], state.velocity_ned[:, 1])
-    distance = float(np.sum(0.5 * (speed[1:] + speed[:-1]) * np.diff(best.time)))
-    facts = [
-        ("duration", duration_words(span[1] - span[0])),
-        ("distance over ground (∫ ground speed dt)", f"{distance / 1e3:.3f} km"),
-        ("start", place_text(state, 0)),
-        ("end", place_text(state, -1)),
-        ("height", between_text(state.height, 1, "m")),
-        ("ground speed", between_text(speed, 1, "m/s")),
-        ("roll of the IMU", between_text(roll, 1, "°")),
-        ("pitch of the IMU", between_text(pitch, 1, "°")),
-        *((f"recorded, {m.label}", f"{len(m)} measurements") for m in (one.measurements for one in log.sensed)),
-    ]
-    listed = table((f"the {name} solution", ""), [(words(k), f'<td class="text">{words(v)}</td>') for k, v in facts])
-    yield (
-        f'<div class="pair"><div>{chart}<p class="note">Azimuthal equidistant projection about the middle of '
-        "the track, where the axes point east and north. Dotted: meridians and parallels.</p></div>"
-        f"<div>{listed}</div></div>"
-    )
-    marks = _outage_marks(log)
-    yield from motion_plots(best.time, state, marks, run.scenario.output.angles)
-    yield "<h3>Inertial data</h3>" + '<div class="pair">'
-    yield from _readings(run, span, marks)
-    yield "</div>"
-
-
-def _outage_marks(log: RecordedLog) -> list[Mark]:
-    outages = log.outages
-    if len(outages) > _NAMED_OUTAGES:
-        return [Mark(begin, "", faint=True) for begin, _ in outages]
-    return [Mark(begin, "outage") for begin, _ in outages]
-
-
-def _readings(run: Navigated, span: tuple[float, float], marks: list[Mark]) -> Iterator[str]:
-    interval = np.diff(run.time)[:, None]
-    colors = [style.css(color) for color in style.colors(_AXES)]
-    for title, unit, rows in (
-        ("Inertial angular rate", "deg/s", run.sensed.measured.dtheta / interval / units.DEG),
-        ("Specific force", "m/s²", run.sensed.measured.dvel / interval),
-    ):
-        lines = [Line(axis, run.time[1:], rows[:, i], colors[i], 0.8) for i, axis in enumerate(_AXES)]
-        yield svg_plot.plot(title, unit, lines, span, marks=marks)
-
-
-def _uncertainty_of_reference(log: RecordedLog, aided: Aided, span: tuple[float, float]) -> Iterator[str]:
-    """Draw the horizontal difference from the reference with the reference's own 1σ and the filter's."""
-    reference = log.reference
-    if reference is None or reference.position_sigma is None:
-        return
-    rows = thinned(len(aided.estimate.time))
-    time = aided.estimate.time[rows]
-    error, own = aided.error_at(rows).horizontal, reference.sigma_at(time)
-    assert own is not None
-    of_filter = np.hypot(aided.estimate.sigma[rows, 0], aided.estimate.sigma[rows, 1])
-    of_reference = np.hypot(own[:, 0], own[:, 1])
-    unit, size = suiting(LENGTH_SCALE, error)
-    yield "<h3>Difference from the reference, and the uncertainty of both</h3>"
-    lines = [
-        Line("aided minus reference, horizontal", time, error, style.css(style.COLORS["aided"]), 1.2, "", size),
-        Line("1σ of the filter", time, of_filter, style.css(style.COLORS["bound"]), 1.4, "", size),
-        Line("1σ that the reference states", time, of_reference, style.css(style.COLORS["truth"]), 1.4, "6 4", size),
-    ]
-    yield svg_plot.plot(
-        "Horizontal", unit, lines, span, marks=_outage_marks(log), width=1140, height=220, from_zero=True
-    )
-
-
-_ESTIMATES = {
-    "gyro bias": ("Gyro bias", "deg/s", units.DEG),
-    "accelerometer bias": ("Accelerometer bias", "mg", 1e3 * units.UG),
-    "gyro scale": ("Gyro scale factor", "%", 1e-2),
-    "accelerometer scale": ("Accelerometer scale factor", "%", 1e-2),
-    "gyro instability": ("Gyro instability", "deg/s", units.DEG),
-    "accelerometer instability": ("Accelerometer instability", "mg", 1e3 * units.UG),
-}
-
-
-def _estimates(estimate: Estimate, span: tuple[float, float]) -> Iterator[str]:
-    """Draw the estimated errors of the inertial sensors with their bands."""
-    own = [name for name in _ESTIMATES if name in estimate.parameters]
-    if not own or not len(estimate.time):
-        return
-    rows = thinned(len(estimate.time))
-    colors = [style.css(color) for color in style.colors(_AXES)]
-    pale = [style.css(style.tint(color)) for color in style.colors(_AXES)]
-    yield '<h3>Estimated errors of the IMU, with ±1σ</h3><div class="three">'
-    for name in own:
-        title, unit, size = _ESTIMATES[name]
-        values, sigma = estimate.parameters[name][rows], estimate.sigma[rows][:, estimate.model.slices[name]]
-        if not sigma.any():
-            continue
-        time, lines = estimate.time[rows], []
-        for i, axis in enumerate(_AXES[: values.shape[1]]):
-            lines += _band(time, values[:, i], sigma[:, i], pale[i], size)
-            lines.append(Line(axis, time, values[:, i], colors[i], 1.3, "", size))
-        yield svg_plot.plot(title, unit, lines, span, width=_WIDTH, height=_HEIGHT)
-    yield "</div>"
-
-
-def _band(time: Array, values: Array, sigma: Array, color: str, size: float) -> list[Line]:
-    one = Line("", time, values + sigma, color, 0.8, "", size, reference=True)
-    return [one, replace(one, values=values - sigma)]
+    stages = (Column("stage", words=True), Column("time", fixed("s")), Column("", words=True))
+    made = (Column("computed with", words=True), Column("", words=True))
+    return Beside([Table(stages, times), Table(made, facts)])

@@ -23,6 +23,7 @@ from sinssim.units import ANGLE_SCALE, LENGTH_SCALE
 if TYPE_CHECKING:
     from sinssim.data import NavSolution
     from sinssim.exhibits import Item
+    from sinssim.experiments.run.summary_types import ErrorNumbers
     from sinssim.recording.stream_tables import Stream
     from sinssim.scenario import Scenario
     from sinssim.simulation.one_component_run import OneComponentResult
@@ -245,7 +246,7 @@ class Part:
         """Return the part of the same run after a further stage."""
         return replace(self, run=run, aided=aided)
 
-    def brief(self, algorithms: Mapping[str, Mapping[str, Any]]) -> Iterator[Item]:
+    def brief(self, algorithms: Mapping[str, ErrorNumbers]) -> Iterator[Item]:
         """Yield what the console shows, and the sentences that a report begins with.
 
         Args:

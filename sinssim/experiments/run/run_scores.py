@@ -1,45 +1,44 @@
-"""Scores of other programs' solutions beside a run.
-
-RUN/scores/NAME with streams and numbers, ranked table, report and recording.
-"""
+"""Scores of other programs' solutions beside a run: RUN/scores/NAME with streams and numbers, ranking, report."""
 
 from __future__ import annotations
 
 import json
 import re
-from collections.abc import Callable, Iterator, Mapping, Sequence
-from dataclasses import replace
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import dataclass, replace
+from functools import cached_property
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
-import rerun as rr
-from rich import box
-from rich.table import Table
 
 from sinssim import units
+from sinssim.charts import PAIR, Axis, Chart, Charts, Line, over
 from sinssim.data import Array, NavState
 from sinssim.errors import InputError
-from sinssim.experiments.run.error_exhibits import Compared, error_plots, error_tables, error_text
-from sinssim.experiments.run.run_report import STYLE, schuler_period
+from sinssim.exhibits import Column, Exhibits, Item, Medium, Section, Sentence, Table
+from sinssim.experiments.run.error_exhibits import (
+    Compared,
+    error_exhibits,
+    error_table,
+    error_text,
+    note_on_errors,
+    schuler_period,
+)
+from sinssim.experiments.run.filter_exhibits import NAVIGATION
 from sinssim.logs.solution_score import Judge, Score
 from sinssim.recording import style
-from sinssim.recording.report import page, svg_plot
-from sinssim.recording.report.page import table, words
-from sinssim.recording.rerun.rrd import Recording, whole_recording
-from sinssim.recording.rerun.scene import map_zoom, some_rows
-from sinssim.recording.rerun.viewer import RUN_ENTITY
-from sinssim.recording.rerun.views import RunInfo, all_views
+from sinssim.recording.report.exhibit_page import page_of
 from sinssim.recording.run_directory import plain, versions
 from sinssim.recording.stream_columns import error_stream, nav_stream
 from sinssim.recording.stream_tables import write_stream
 from sinssim.recording.style import thinned
 from sinssim.strapdown.navigation_error import NavError
 from sinssim.system.outputs import Draft, publish, write_text, written
-from sinssim.units import ANGLE_SCALE, DEG, HEIGHT_SCALE, LENGTH_SCALE, SPEED_SCALE, suiting
+from sinssim.units import Scale, fixed, suiting
 
 if TYPE_CHECKING:
-    from rich.console import Console
+    from sinssim.experiments.run.summary_types import ErrorNumbers
 
 
 FOLDER = "scores"
@@ -48,7 +47,7 @@ RECORDING = "recording.rrd"
 """Name of the recording in that folder."""
 
 
-def known_numbers(error: NavError, span: tuple[float, float]) -> dict[str, float | None]:
+def known_numbers(error: NavError, span: tuple[float, float]) -> ErrorNumbers:
     """Return the error statistics within a span, of what is known.
 
     Args:
@@ -59,7 +58,7 @@ def known_numbers(error: NavError, span: tuple[float, float]) -> dict[str, float
         As `sinssim.strapdown.navigation_error.error_numbers`, with None for quantities without a value.
     """
     rows = (error.time >= span[0] - 1e-6) & (error.time <= span[1] + 1e-6)
-    found: dict[str, float | None] = {}
+    numbers: dict[str, float | None] = {}
     for name, values in (
         ("horizontal_error_m", error.horizontal),
         ("height_error_m", error.height),
@@ -68,13 +67,13 @@ def known_numbers(error: NavError, span: tuple[float, float]) -> dict[str, float
     ):
         part: Array = values[rows]
         part = part[np.isfinite(part)]
-        found[f"final_{name}"] = float(part[-1]) if len(part) else None
-        found[f"rms_{name}"] = float(np.sqrt(np.mean(part * part))) if len(part) else None
-        found[f"max_{name}"] = float(np.abs(part).max()) if len(part) else None
-    return found
+        numbers[f"final_{name}"] = float(part[-1]) if len(part) else None
+        numbers[f"rms_{name}"] = float(np.sqrt(np.mean(part * part))) if len(part) else None
+        numbers[f"max_{name}"] = float(np.abs(part).max()) if len(part) else None
+    return numbers
 
 
-def ranking(numbers: Mapping[str, Mapping[str, float | None]]) -> list[str]:
+def ranking(numbers: Mapping[str, ErrorNumbers]) -> list[str]:
     """Return the algorithms from the smallest to the largest rms of the horizontal error.
 
     Args:
@@ -106,32 +105,87 @@ def check_names(judge: Judge, names: Sequence[str]) -> None:
             raise InputError(f"two solutions have the name {name!r}; give each one with --name.")
 
 
-def write_scores(
-    judge: Judge, scores: Sequence[Score], span: tuple[float, float], report: str, record: Callable[[Path], None]
-) -> Path:
+_FAR = 10.0
+"""Factor of the largest rms of a scored solution beyond which an algorithm of the run is not drawn."""
+
+
+@dataclass(frozen=True)
+class Scored:
+    """Scored solutions beside the algorithms of the run.
+
+    Attributes:
+        judge: the run that they are compared with.
+        scores: the solutions.
+        errors: errors of the run's algorithms and of the scored solutions.
+        span: time over which they are compared, s.
+    """
+
+    judge: Judge
+    scores: Sequence[Score]
+    errors: Mapping[str, NavError]
+    span: tuple[float, float]
+
+    @cached_property
+    def numbers(self) -> dict[str, ErrorNumbers]:
+        """Errors within the span, from the smallest to the largest rms of the horizontal error."""
+        numbers = {name: known_numbers(error, self.span) for name, error in self.errors.items()}
+        return {name: numbers[name] for name in ranking(numbers)}
+
+    @cached_property
+    def theirs(self) -> dict[str, Score]:
+        """The scored solutions by name."""
+        return {score.name: score for score in self.scores}
+
+    @property
+    def far(self) -> list[str]:
+        """The run's algorithms whose errors would hide those of the scored solutions."""
+        rms = {name: numbers["rms_horizontal_error_m"] or 0.0 for name, numbers in self.numbers.items()}
+        most = max((rms[name] for name in self.theirs), default=0.0)
+        return [name for name, size in rms.items() if name not in self.theirs and size > _FAR * most]
+
+    @property
+    def drawn(self) -> Compared:
+        """The errors that are drawn, in the order of the ranking."""
+        errors = {name: self.errors[name] for name in self.numbers if name not in self.far}
+        return Compared(np.array(self.span), errors, self.judge.axes)
+
+    @cached_property
+    def motion(self) -> NavState:
+        """The motion that the solutions are compared with."""
+        samples = self.judge.run.solution(self.judge.run.motion)
+        assert samples.velocity_ned is not None
+        assert samples.q_nb is not None
+        return NavState(samples.latitude, samples.longitude, samples.height, samples.velocity_ned, samples.q_nb)
+
+
+def write_scores(scored: Scored) -> Path:
     """Write the scores beside the run; the run's own files stay as they are.
 
-    Args:
-        span: time over which they are compared, s.
+    Returns:
+        The report.
 
     Raises:
         InputError: nothing can be written there.
+        RunError: the recording cannot be written.
     """
-    folder = judge.run.path / FOLDER
+    from sinssim.experiments.run.score_recording import record_scores
+
+    run = scored.judge.run
+    folder = run.path / FOLDER
     try:
-        with Draft(judge.run.path, FOLDER) as beside:
+        with Draft(run.path, FOLDER) as beside:
             top = beside.path / FOLDER
-            for score in scores:
+            for score in scored.scores:
                 place = top / score.name
                 place.mkdir(parents=True)
                 write_stream(nav_stream(score.name, score.solution), place)
                 write_stream(error_stream(score.name, score.error.at, score.solution.time), place)
-                text = json.dumps(to_json(score, span), indent=2, ensure_ascii=False)
+                text = json.dumps(to_json(score, scored.span), indent=2, ensure_ascii=False)
                 write_text(place / "score.json", text + "\n")
-            write_text(top / "report.html", report)
-            record(top / RECORDING)
+            write_text(top / "report.html", page_of(score_exhibits(scored)))
+            record_scores(scored, top / RECORDING)
             new = {path.relative_to(beside.path).as_posix() for path in top.rglob("*")}
-            publish(beside, judge.run.path, [name for name in written(judge.run.path) or () if name not in new])
+            publish(beside, run.path, [name for name in written(run.path) or () if name not in new])
     except OSError as error:
         raise InputError(f"{folder} cannot be written: {error.strerror or error}.") from error
     return folder / "report.html"
@@ -143,341 +197,168 @@ def to_json(score: Score, span: tuple[float, float]) -> dict[str, Any]:
     Args:
         span: time over which it is compared, s.
     """
-    own = (float(score.error.time[0]), float(score.error.time[-1]))
-    found = {
+    whole = (float(score.error.time[0]), float(score.error.time[-1]))
+    numbers = {
         "name": score.name,
         "file": str(score.path),
         "format": score.format,
-        "start_s": own[0],
-        "end_s": own[1],
+        "start_s": whole[0],
+        "end_s": whole[1],
         "rows": len(score.error.time),
         "compute_s": score.seconds,
-        "errors": known_numbers(score.error, own),
+        "errors": known_numbers(score.error, whole),
         "compared_from_s": span[0],
         "compared_to_s": span[1],
         "errors_compared": known_numbers(score.error, span),
         "notes": list(score.sentences),
         "versions": versions(),
     }
-    return {key: plain(value) for key, value in found.items()}
+    return {key: plain(value) for key, value in numbers.items()}
 
 
-_FAR = 10.0
-"""Factor of the largest rms of a scored solution beyond which an algorithm of the run is not drawn."""
-
-
-def score_report(
-    judge: Judge,
-    scores: Sequence[Score],
-    compared: Compared,
-    numbers: Mapping[str, Mapping[str, float | None]],
-) -> str:
-    """Return the report.
-
-    Args:
-        compared: errors of the run's algorithms and of the scored solutions.
-    """
-    run = judge.run
-    span = float(compared.time[0]), float(compared.time[-1])
-    order = ranking(numbers)
-    theirs = {score.name for score in scores}
-    body = [f"<h1>{words(run.name)}: scored solutions</h1>", "".join(_in_short(numbers, order, theirs, span))]
-    ranked = {name: numbers[name] for name in order}
-    body += [
-        "<h2>Ranking</h2>",
-        _ranks(ranked, theirs),
-        "<h2>Errors</h2>",
-        *error_tables(ranked, "NAME/score.json; all samples: NAME/error_NAME.parquet"),
+def score_exhibits(scored: Scored) -> Exhibits:
+    """Return what scored solutions have to show."""
+    page: tuple[Medium, ...] = ("page",)
+    name, (start, end) = scored.judge.run.name, scored.span
+    items: list[Item] = [
+        Sentence(
+            f"Compared from {start:g} s to {end:g} s, which every scored solution covers. {_best(scored)}", on=page
+        ),
+        Section("Ranking", list(_ranks(scored)), on=page),
+        Section("Errors", [ranked_table(scored), note_on_errors(where="NAME/score.json; all samples: "
+                                                                "NAME/error_NAME.parquet")]),
+        *(Sentence(f"* {score.name} ({score.path}): {' '.join(score.sentences)}", on=("console",))
+          for score in scored.scores),
+    ]  # fmt: skip
+    period = schuler_period(scored.motion, scored.judge.ellipsoid)
+    over_time: list[Item] = list(error_exhibits(scored.drawn, period, apart=False))
+    if scored.far:
+        text = f"Not plotted, because the errors are much larger: {', '.join(scored.far)}. The report of the run "
+        over_time.insert(0, Sentence(f"{text}shows them."))
+    items.append(Section("Errors over time", over_time, on=page))
+    about: list[Item] = [
+        Section(score.name, [Sentence(str(score.path), "note"), *map(Sentence, score.sentences)])
+        for score in scored.scores
     ]
-    samples = run.solution(run.motion)
-    assert samples.velocity_ned is not None
-    assert samples.q_nb is not None
-    truth = NavState(samples.latitude, samples.longitude, samples.height, samples.velocity_ned, samples.q_nb)
-    in_order = Compared(compared.time, {name: compared.errors[name] for name in order}, compared.axes)  # same colours
-    drawn, far = near_the_scored(in_order, numbers, theirs)
-    body.append("<h2>Errors over time</h2>")
-    if far:
-        body.append(
-            f"<p>Not plotted, because the errors are much larger: {words(', '.join(far))}. The report of the "
-            f"run shows them.</p>"
-        )
-    body += error_plots(drawn, schuler_period(truth, judge.ellipsoid), apart=False)
-    body.append("<h2>What was scored</h2>")
-    for score in scores:
-        body.append(f"<h3>{words(score.name)}</h3><p class='note'>{words(str(score.path))}</p><ul>")
-        body += [f"<li>{words(sentence)}</li>" for sentence in score.sentences]
-        body.append("</ul>")
-    return page.page(f"{run.name}: scores", body, STYLE + svg_plot.STYLE)
+    items.append(Section("What was scored", about, on=page))
+    return Exhibits(f"{name}: scores", items, heading=f"{name}: scored solutions")
 
 
-def near_the_scored(
-    compared: Compared, numbers: Mapping[str, Mapping[str, float | None]], theirs: set[str]
-) -> tuple[Compared, list[str]]:
-    """Return what is drawn, and the names of the run's algorithms whose errors would hide those of the scored ones.
-
-    Returns:
-        The errors to draw; the names of those left out.
-    """
-    most = max((numbers[name]["rms_horizontal_error_m"] or 0.0 for name in theirs), default=0.0)
-    far = [
-        name for name, n in numbers.items() if name not in theirs and (n["rms_horizontal_error_m"] or 0.0) > _FAR * most
-    ]
-    kept = {name: error for name, error in compared.errors.items() if name not in far}
-    return Compared(compared.time, kept, compared.axes), far
+def _best(scored: Scored) -> str:
+    best = next(iter(scored.numbers))
+    whose = "scored" if best in scored.theirs else "the run’s own"
+    rms = error_text(scored.numbers[best]["rms_horizontal_error_m"])
+    return f"{best} ({whose}) has the smallest rms horizontal error: {rms} m."
 
 
-def _in_short(
-    numbers: Mapping[str, Mapping[str, float | None]], order: Sequence[str], theirs: set[str], span: tuple[float, float]
-) -> Iterator[str]:
-    yield f"<p>Compared from {span[0]:g} s to {span[1]:g} s, which every scored solution covers. "
-    best = order[0]
-    rms = error_text(numbers[best]["rms_horizontal_error_m"])
-    whose = "scored" if best in theirs else "the run’s own"
-    yield f"{words(best)} ({whose}) has the smallest rms horizontal error: {rms} m.</p>"
+def ranked_table(scored: Scored) -> Table:
+    """Return the errors of all solutions, ranked; the scored ones have a star."""
+    (start, end), judge = scored.span, scored.judge
+    title = f"{judge.run.name}: errors against {judge.against}, {start:g} s to {end:g} s, by the rms horizontal error"
+    table = error_table(scored.numbers, title)
+    rows = []
+    for place, (name, *numbers) in enumerate(table.rows, start=1):
+        score = scored.theirs.get(str(name))
+        seconds = None if score is None else score.seconds
+        rows.append([str(place), name if score is None else f"{name} *", *numbers, "" if seconds is None else seconds])
+    return replace(table, columns=(Column("rank"), *table.columns, Column("time", fixed("s"))), rows=rows)
 
 
-def _ranks(ranked: Mapping[str, Mapping[str, float | None]], theirs: set[str]) -> str:
-    """Return the rank of each algorithm by each quantity."""
-    kinds = ("horizontal_error_m", "height_error_m", "velocity_error_mps", "attitude_error_arcsec")
-    places: dict[str, dict[str, str]] = {name: {} for name in ranked}
-    for kind in kinds:
-        known = [(value, name) for name, n in ranked.items() if (value := n[f"rms_{kind}"]) is not None]
+def _ranks(scored: Scored) -> Iterator[Item]:
+    """Yield the rank of each algorithm by each quantity."""
+    kinds = ("horizontal", "height", "velocity", "attitude")
+    keys = ("horizontal_error_m", "height_error_m", "velocity_error_mps", "attitude_error_arcsec")
+    places: dict[str, dict[str, str]] = {name: {} for name in scored.numbers}
+    for key in keys:
+        known = [(value, name) for name, n in scored.numbers.items() if (value := n[f"rms_{key}"]) is not None]
         for place, (_, name) in enumerate(sorted(known), start=1):
-            places[name][kind] = str(place)
-    lines = [
-        (words(name), "scored" if name in theirs else "run", *(places[name].get(kind, "–") for kind in kinds))
-        for name in ranked
+            places[name][key] = str(place)
+    rows = [
+        (name, "scored" if name in scored.theirs else "run", *(places[name].get(key, "–") for key in keys))
+        for name in scored.numbers
     ]
-    return table(("algorithm", "from", "horizontal", "height", "velocity", "attitude"), lines, 2) + (
-        '<p class="note">Rank by the rms error; 1 is the smallest. – : the solution lacks the quantity.</p>'
-    )
+    heads = (Column("algorithm", words=True), Column("from", words=True), *map(Column, kinds))
+    yield Table(heads, rows, note="Rank by the rms error; 1 is the smallest. –: the solution lacks the quantity.")
 
 
-_PLOTS = (
-    ("position_north", "position"), ("position_east", "position"), ("height", "height"),
-    ("velocity_north", "velocity"), ("velocity_east", "velocity"), ("velocity_down", "velocity"),
-    ("tilt_north", "attitude"), ("tilt_east", "attitude"), ("azimuth", "attitude"),
-)  # fmt: skip
-"""Nine components: key of the plot, and what its unit is chosen for."""
-_SCALES = {"position": LENGTH_SCALE, "height": HEIGHT_SCALE, "velocity": SPEED_SCALE, "attitude": ANGLE_SCALE}
 _WITHIN = 3.0
 """Factor of the σ that is drawn, as in the view of a filter."""
-_WIDE, _THIN = 2.7, 1.5
-"""Widths of the lines of the run's own algorithms, and of the scored solutions, points."""
 _OWN_SIGMA = [f"sigma_{what}" for what in ("position_{}_m", "velocity_{}_mps", "phi_{}_rad")]
 
 
-def record_scores(
-    judge: Judge,
-    scores: Sequence[Score],
-    compared: Compared,
-    numbers: Mapping[str, Mapping[str, float | None]],
-    path: Path,
-) -> None:
-    """Write the recording.
+def score_charts(scored: Scored) -> Charts:
+    """Return the errors of each solution by component with ±3σ where it is given, for the recording."""
+    colors = dict(zip(scored.numbers, style.colors(list(scored.numbers)), strict=True))  # those of the report
+    drawn = scored.drawn.errors
+    errors = {name: drawn[name] for name in _drawing_order(scored) if name in drawn}
+    rows = {name: thinned(len(error.time)) for name, error in errors.items()}
+    sigmas = {name: sigma for name in errors if (sigma := _sigma(scored, name)) is not None}
+    components = {name: _components(error)[rows[name]] for name, error in errors.items()}
+    charts = []
 
-    Args:
-        compared: errors of the run's algorithms and of the scored solutions.
+    def lines(values: Mapping[str, Array]) -> list[Line]:
+        return [
+            Line(label=name, x=errors[name].time[rows[name]], y=values[name], color=colors[name],
+                 weight="line" if name in scored.theirs else "bold")
+            for name in errors if np.isfinite(values[name]).any()
+        ]  # fmt: skip
 
-    Raises:
-        RunError: it cannot be written.
-    """
-    order = ranking(numbers)
-    colors = dict(zip(order, style.colors(order), strict=True))  # those of the report
-    theirs = {score.name: score for score in scores}
-    drawn, far = near_the_scored(compared, numbers, set(theirs))
-    errors = {name: drawn.errors[name] for name in _drawing_order(numbers, set(theirs)) if name in drawn.errors}
-    sigmas = {score.name: (score.error.time, score.sigma) for score in scores if score.sigma is not None}
-    if "aided" in errors and (judge.run.path / "streams" / "filter.parquet").is_file():
-        sigmas["aided"] = _own_sigma(judge)
-    span = float(compared.time[0]), float(compared.time[-1])
-    info = RunInfo(f"{judge.run.name} scores", *span, tuple(errors), labels={"kind": "score"})
-    with whole_recording(path, info.application) as recording:
-        labels = {"kind": "score"} | _draw_errors(recording, errors, colors, set(theirs))
-        for name, (time, sigma) in sigmas.items():
-            within = (time >= span[0] - 1e-6) & (time <= span[1] + 1e-6)
-            _draw_sigma(recording, list(errors).index(name), name, time[within], sigma[within], labels, colors[name])
-        zoom = _draw_map(recording, judge, {name: theirs.get(name) for name in errors}, colors)
-        recording.document("about/ranking", _ranking_text(judge, numbers, theirs, far, span))
-        recording.document("about/scored", _about(scores))
-        labels["against"] = judge.against
-        info = replace(info, labels=labels, ranges=dict(recording.ranges), map_zoom=zoom)
-        recording.document(RUN_ENTITY, info.to_json())
-        recording.blueprint(all_views(info))
+    x, units_of = over(scored.span), dict[str, Scale]()
+    for number, (block, scale, parts, _) in enumerate(NAVIGATION):
+        for i, (key, title) in enumerate(parts):
+            column = 3 * number + i
+            alike = (
+                slice(2, 3) if key == "height" else slice(3 * number, 3 * number + (2 if block == "position" else 3))
+            )
+            values = (rows_of[:, alike] for rows_of in components.values())
+            units_of[key] = fixed(*suiting(scale, *(v[np.isfinite(v)] for v in values)))
+            bands = [line for name, sigma in sigmas.items() for line in _band(name, sigma, column, colors[name])]
+            curves = lines({name: rows_of[:, column] for name, rows_of in components.items()})
+            y, marks = Axis(units=units_of[key]), (*bands, *curves)
+            charts += [Chart(key=f"score/{key}", title=title, x=x, y=y, marks=marks)] if curves else []
+    horizontal = lines({name: error.horizontal[rows[name]] for name, error in errors.items()})
+    y = Axis(units=units_of["position_north"], low=0.0)
+    charts.append(Chart(key="score/horizontal", title="Horizontal error", x=x, y=y, marks=tuple(horizontal)))
+    return Charts("score", tuple((chart,) for chart in charts), (PAIR[0], len(charts) * PAIR[1]), on=("recording",))
 
 
-def _drawing_order(numbers: Mapping[str, Mapping[str, float | None]], theirs: set[str]) -> list[str]:
+def _band(name: str, sigma: tuple[Array, Array], column: int, color: style.Rgb) -> Iterator[Line]:
+    time, values = sigma
+    if not np.isfinite(values[:, column]).any():
+        return
+    for side, label in ((_WITHIN, f"{name}, ±3σ"), (-_WITHIN, "")):
+        yield Line(label=label, x=time, y=side * values[:, column], color=style.tint(color), weight="hair")
+
+
+def _drawing_order(scored: Scored) -> list[str]:
     """Return the algorithms as they are drawn: smaller errors above larger ones, and of two that are alike to about a
     quarter, so that their lines may coincide, the wide line of the run's own below the thin one of the scored."""
 
     def place(name: str) -> tuple[float, bool]:
-        rms = numbers[name]["rms_horizontal_error_m"]
-        return -round(10.0 * np.log10(max(rms, 1e-12))) if rms is not None else 0.0, name in theirs
+        rms = scored.numbers[name]["rms_horizontal_error_m"]
+        return -round(10.0 * np.log10(max(rms, 1e-12))) if rms is not None else 0.0, name in scored.theirs
 
-    return sorted(numbers, key=place)
+    return sorted(scored.numbers, key=place)
 
 
-def _own_sigma(judge: Judge) -> tuple[Array, Array]:
-    """Return the σ that the run's own filter states: instants, and (N, 9) as of the components of the plots."""
-    columns = judge.run.table("filter")
-    return columns["time_s"], np.column_stack([columns[stem.format(axis)] for stem in _OWN_SIGMA for axis in "ned"])
+def _sigma(scored: Scored, name: str) -> tuple[Array, Array] | None:
+    """Return the σ that a solution states, or the run's own filter: instants within the span, and (N, 9)."""
+    score, run = scored.theirs.get(name), scored.judge.run
+    if score is not None and score.sigma is not None:
+        time, sigma = score.error.time, score.sigma
+    elif name == "aided" and (run.path / "streams" / "filter.parquet").is_file():
+        columns = run.table("filter")
+        time = columns["time_s"]
+        sigma = np.column_stack([columns[stem.format(axis)] for stem in _OWN_SIGMA for axis in "ned"])
+    else:
+        return None
+    within = np.flatnonzero((time >= scored.span[0] - 1e-6) & (time <= scored.span[1] + 1e-6))
+    within = within[thinned(len(within))] if len(within) else within
+    return time[within], sigma[within]
 
 
 def _components(error: NavError) -> Array:
     """Return the errors of the plots, (N, 9) in SI: position with the height upwards, velocity, attitude."""
-    found = np.concatenate((error.position_ned, error.velocity_ned, error.attitude), axis=1)
-    found[:, 2] = error.height
-    return found
-
-
-def _draw_errors(
-    recording: Recording, errors: Mapping[str, NavError], colors: Mapping[str, style.Rgb], theirs: set[str]
-) -> dict[str, str]:
-    """Record the errors of each solution at its own instants, in entities of its own; return the units."""
-    components = {name: _components(error) for name, error in errors.items()}
-    units = {}
-    for kind, scale in _SCALES.items():
-        rows = [
-            values[:, i][np.isfinite(values[:, i])]
-            for values in components.values()
-            for i, (_, own) in enumerate(_PLOTS)
-            if own == kind
-        ]
-        units[kind] = suiting(scale, *(row for row in rows if len(row)))
-    for number, name in enumerate(errors):
-        rows_shown = thinned(len(errors[name].time))
-        time, paint = errors[name].time[rows_shown], [colors[name]]
-        lines = [(key, kind, components[name][rows_shown, i]) for i, (key, kind) in enumerate(_PLOTS)]
-        lines.append(("horizontal", "position", errors[name].horizontal[rows_shown]))
-        for key, kind, column in lines:
-            values = column[:, np.newaxis] / units[kind][1]
-            recording.series(
-                f"score/{key}/{number}", time, values, [name], colors=paint, widths=_THIN if name in theirs else _WIDE
-            )
-    return {kind: unit for kind, (unit, _) in units.items()}
-
-
-def _draw_sigma(
-    recording: Recording, number: int, name: str, time: Array, sigma: Array, labels: dict[str, str], color: style.Rgb
-) -> None:
-    """Record ±3σ of one solution, where it is given."""
-    rows = thinned(len(time))
-    paint = [style.tint(color)] * 2
-    for i, (key, kind) in enumerate(_PLOTS):
-        size = next(size for unit, size, _ in _SCALES[kind] if unit == labels[kind])
-        bound = _WITHIN * sigma[rows, i] / size
-        names = [f"{name}, ±3σ", ""]
-        recording.series(
-            f"score/{key}/{number}_sigma", time[rows], np.stack((bound, -bound), 1), names, colors=paint, widths=0.8
-        )
-
-
-def _draw_map(
-    recording: Recording, judge: Judge, shown: Mapping[str, Score | None], colors: Mapping[str, style.Rgb]
-) -> float:
-    """Record the motion and the solutions on the map; return its zoom."""
-    truth = judge.run.solution(judge.run.motion)
-    assert truth.velocity_ned is not None
-    assert truth.q_nb is not None
-    _draw_track(recording, "map/motion", truth.latitude, truth.longitude, style.COLORS["truth"], 2.5)
-    tracks = [NavState(truth.latitude, truth.longitude, truth.height, truth.velocity_ned, truth.q_nb)]
-    for number, (name, score) in enumerate(shown.items()):
-        own = judge.run.solution(name) if score is None else score.solution
-        _draw_track(recording, f"map/{number}", own.latitude, own.longitude, colors[name], 1.2)
-    return map_zoom([some_rows(track) for track in tracks])
-
-
-def _draw_track(
-    recording: Recording, entity: str, latitude: Array, longitude: Array, color: style.Rgb, width: float
-) -> None:
-    rows = thinned(len(latitude), 4096)
-    lat_lon = np.column_stack((latitude[rows], longitude[rows])) / DEG
-    lat_lon = lat_lon[np.isfinite(lat_lon).all(axis=1)]
-    radius = rr.Radius.ui_points(width)
-    recording.static(entity, rr.GeoLineStrings(lat_lon=[lat_lon], radii=radius, colors=color))
-
-
-def _ranking_text(
-    judge: Judge,
-    numbers: Mapping[str, Mapping[str, float | None]],
-    theirs: Mapping[str, Score],
-    far: Sequence[str],
-    span: tuple[float, float],
-) -> str:
-    """Return the ranking, Markdown."""
-    lines = [
-        f"# {judge.run.name}: scored solutions", "",
-        f"Errors against {judge.against}, rms from {span[0]:g} s to {span[1]:g} s. Scored solutions are in bold.", "",
-        "| | | horizontal, m | height, m | velocity, m/s | attitude, arcmin |", "|---|---|---|---|---|---|",
-    ]  # fmt: skip
-    for place, name in enumerate(ranking(numbers), start=1):
-        own, angle = numbers[name], numbers[name]["rms_attitude_error_arcsec"]
-        cells = [
-            *(
-                error_text(own[f"rms_{kind}"])
-                for kind in ("horizontal_error_m", "height_error_m", "velocity_error_mps")
-            ),
-            error_text(None if angle is None else angle / 60.0),
-        ]
-        called = f"**{name}**" if name in theirs else name
-        lines.append(f"| {place} | {called} | " + " | ".join(cells) + " |")
-    if far:
-        lines += ["", f"Not plotted, because the errors are much larger: {', '.join(far)}."]
-    return "\n".join(lines)
-
-
-def _about(scores: Sequence[Score]) -> str:
-    """Return what is known of the scored solutions, Markdown."""
-    lines: list[str] = []
-    for score in scores:
-        lines += [f"# {score.name}", "", f"`{score.path}`", "", *(f"- {sentence}" for sentence in score.sentences), ""]
-    return "\n".join(lines)
-
-
-_HEADINGS = (
-    "horizontal\nfinal, m", "\nrms, m", "\nmax, m", "height\nmax, m", "velocity\nmax, m/s", "attitude\nmax, arcmin",
-)  # fmt: skip
-
-
-def show_scores(
-    title: str,
-    against: str,
-    numbers: Mapping[str, Mapping[str, float | None]],
-    scores: Sequence[Score],
-    span: tuple[float, float],
-    console: Console,
-) -> None:
-    """Print the errors of all solutions, ranked, and what is known of the scored ones.
-
-    Args:
-        numbers: results of `known_numbers` by algorithm.
-        span: time over which they are compared, s.
-    """
-    table = Table(
-        title=f"{title}: errors against {against}, {span[0]:g} s to {span[1]:g} s, by the rms horizontal error",
-        title_justify="left",
-        box=box.SIMPLE_HEAD,
-        padding=(0, 1, 0, 0),
-    )
-    table.add_column("", justify="right", no_wrap=True)
-    table.add_column("algorithm", no_wrap=True)
-    for heading in _HEADINGS:
-        table.add_column(heading, justify="right", no_wrap=True)
-    table.add_column("time, s", justify="right", no_wrap=True)
-    theirs = {score.name: score for score in scores}
-    for place, name in enumerate(ranking(numbers), start=1):
-        n = numbers[name]
-        angle = n["max_attitude_error_arcsec"]
-        seconds = theirs[name].seconds if name in theirs else None
-        table.add_row(
-            str(place),
-            f"{name} *" if name in theirs else name,
-            *(error_text(n[f"{kind}_horizontal_error_m"]) for kind in ("final", "rms", "max")),
-            error_text(n["max_height_error_m"]),
-            error_text(n["max_velocity_error_mps"]),
-            error_text(None if angle is None else angle / 60.0),
-            "" if seconds is None else error_text(seconds),
-        )
-    console.print(table)
-    for score in scores:
-        console.print(f"* {score.name} ({score.path}): {' '.join(score.sentences)}", markup=False)
+    components = np.concatenate((error.position_ned, error.velocity_ned, error.attitude), axis=1)
+    components[:, 2] = error.height
+    return components

@@ -20,12 +20,13 @@ from sinssim import earth, rotation
 from sinssim.data import Array, ImuData, NavSolution, NavState
 from sinssim.earth.ellipsoids import Ellipsoid, ellipsoid_by_name
 from sinssim.earth.transverse_route import route_pole
-from sinssim.exhibits import charts_in
+from sinssim.exhibits import Item, charts_in
 from sinssim.experiments.run import run_recording as pictures
-from sinssim.experiments.run.filter_exhibits import draw_filter
-from sinssim.experiments.run.filter_summary import filter_streams
+from sinssim.experiments.run.error_exhibits import error_charts
+from sinssim.experiments.run.filter_streams import filter_streams
+from sinssim.experiments.run.motion_exhibits import motion_charts
 from sinssim.experiments.run.run_recording import PATHS, draw_coordinates, kind_of
-from sinssim.experiments.run.sensor_exhibits import SensorComparison
+from sinssim.experiments.run.sensor_comparison import SensorComparison, comparison_charts, recorded_readings
 from sinssim.recording import stream_tables, style
 from sinssim.recording.rerun.scene import Scene, drifted, map_zoom, some_rows
 from sinssim.recording.rerun.viewer import RUN_ENTITY
@@ -42,7 +43,6 @@ from sinssim.recording.stream_columns import (
 from sinssim.recording.stream_tables import Computed, Stream, Vector
 from sinssim.simulation.truth_stage import Truth
 from sinssim.strapdown.frames import solution_coordinates
-from sinssim.strapdown.navigation_error import NavError
 from sinssim.truth.sampling import FlightEvent
 
 if TYPE_CHECKING:
@@ -184,9 +184,6 @@ def _stream(name: str, time: Array, columns: dict[str, tuple[str, ...]], parts: 
     return Stream(name, time, tuple(Vector(key, names, one(i)) for i, (key, names) in enumerate(columns.items())))
 
 
-_PATH_WIDTH = 2.0
-
-
 class RunWriter:
     """Writes `recording.rrd` and `streams/*.parquet`; as a context manager it leaves both valid however it ends."""
 
@@ -237,7 +234,8 @@ class RunWriter:
         try:
             toml = f"```toml\n{scenario.to_toml()}\n```"
             self._draw(lambda: self._recording.document("about/scenario", toml))
-            self._draw(self._draw_flight, time, motion, events, scenario.output.angles, kind)
+            self._draw(lambda: pictures.draw_flight(self._recording, time, motion, self._scene, events, kind))
+            self._angles = scenario.output.angles
             own = ellipsoid_by_name(scenario.navigation.ellipsoid_over(ellipsoid.name))
             self._coordinates = _coordinate_streams(scenario, own, motion, float(time[0]))
         except BaseException:
@@ -251,6 +249,8 @@ class RunWriter:
             outages: spans without satellites, s.
         """
         self.without_satellites(truth.time, truth.state, outages)
+        airspeed = truth.trajectory.channels.get("airspeed_mps")
+        self._chart(lambda: motion_charts(truth.time, truth.state, (), self._angles, airspeed))
         for stream in (truth_stream(truth.time, truth.state), imu_stream("ideal", truth.ideal)):
             self._stream(stream)
         own = replace(self._coordinates, ellipsoid=truth.ellipsoid)
@@ -287,6 +287,18 @@ class RunWriter:
         if self._kept.has_recording:
             self._submit(self._to_rerun, work, *arguments)
 
+    def _chart(self, charts: Callable[[], Iterable[Item]]) -> None:
+        """Record what some charts show over time."""
+        self._draw(self._draw_charts, charts)
+
+    def _draw_charts(self, items: Callable[[], Iterable[Item]]) -> None:
+        from sinssim.recording.rerun.exhibit_recording import record_charts
+
+        labels: dict[str, str] = {}
+        for charts in charts_in(items()):
+            labels |= record_charts(self._recording, charts)
+        self._learn(labels)
+
     def _show(self, stream: Stream, events: Sequence[float]) -> None:
         self._recording.stream(stream, thin=self._kept.detail == "light", events=events)
 
@@ -304,7 +316,7 @@ class RunWriter:
             kinds: the readings by kind of sensor, to be drawn.
         """
         readings = sensed.readings
-        self._draw(self._draw_sensors, kinds)
+        self._chart(lambda: comparison_charts(kinds))
         self._events += events
         for kind, found in (("ideal", sensed.perfect), ("measured", readings)):
             for stream in set_streams(kind, found):
@@ -313,14 +325,18 @@ class RunWriter:
         if readings.compensated is not None:
             self._stream(imu_stream("compensated", readings.compensated))
 
-    def recorded(self, imu: ImuData, compensated: ImuData | None, reference: Reference | None) -> None:
-        """Write recorded sensors and the reference.
+    def recorded(
+        self, motion: NavState, imu: ImuData, compensated: ImuData | None, reference: Reference | None
+    ) -> None:
+        """Write recorded sensors and the reference, and the motion that they show.
 
         Args:
+            motion: states at the times of the writer.
             compensated: the compensated increments, if there is a calibration.
             reference: the reference solution, if there is one.
         """
-        self._draw(self._draw_recorded, imu)
+        self._chart(lambda: motion_charts(self._time, motion, (), self._angles))
+        self._chart(lambda: recorded_readings(imu))
         self._stream(imu_stream("measured", imu))
         if compensated is not None:
             self._stream(imu_stream("compensated", compensated))
@@ -348,7 +364,8 @@ class RunWriter:
             self._events.append(FlightEvent(self._run.end if error.time is None else error.time, f"{name}: {error}"))
         for solution in solutions.values():
             self._events += [FlightEvent(event.start, event.text) for event in solution.events]
-        self._draw(self._draw_navigation, solutions, errors)
+        self._chart(lambda: error_charts(run, (self._run.start, self._run.end)))
+        self._draw(self._draw_navigation, solutions)
         for name, solution in solutions.items():
             stream, of_errors = nav_stream(name, solution), error_stream(name, errors[name].at, solution.time)
             if rule is not None and np.array_equal(solution.time, self._time):
@@ -370,14 +387,9 @@ class RunWriter:
                 self._stream(stream)
             self._draw(self._draw_part, part)
 
-    def filtered(self, aided: Aided, about: str) -> None:
-        """Write the estimate of a filter and its readings.
-
-        Args:
-            about: text on the filter's consistency, Markdown.
-        """
-        self._draw(lambda: self._recording.document("about/filter", about))
-        self._draw(self._draw_filter, aided)
+    def filtered(self, aided: Aided, items: Sequence[Item]) -> None:
+        """Write the estimate of a filter and its readings, and what they show."""
+        self._draw(self._draw_filter, aided, items)
         self._draw(stream_tables.give_back_memory)
         for stream in filter_streams(aided):
             self._stream(stream)
@@ -388,17 +400,14 @@ class RunWriter:
         if (end := aided.estimate.divergence) is not None:
             self._events.append(FlightEvent(end.time, f"the filter diverged: {end.reason}"))
 
-    def finish(self, summary: str, progress: Callable[[float], None]) -> None:
-        """Write the remaining data, and wait until everything is written.
-
-        Args:
-            summary: the summary's table, Markdown.
+    def finish(self, summary: Sequence[Item], progress: Callable[[float], None]) -> None:
+        """Write the remaining data and the table of errors, and wait until everything is written.
 
         Raises:
             OSError: data could not be written.
         """
         self._events.sort(key=lambda event: event.time)
-        self._draw(lambda: self._recording.document("about/summary", summary))
+        self._draw(self._document, "about/summary", summary)
         self._draw(self._draw_events)
         self._draw(self._lay_out)
         self._submit(self._to_parquet, stream_tables.write_events, self._events, self._streams)
@@ -410,43 +419,34 @@ class RunWriter:
             progress(1.0 - len(left) / len(self._tasks))
         self._close()
 
-    def _draw_flight(
-        self, time: Array, truth: NavState, events: Sequence[FlightEvent], angles: str | None, kind: str
-    ) -> None:
-        pictures.draw_flight(self._recording, time, truth, self._scene, events, angles, kind)
-        self._learn({})
+    def _document(self, entity: str, items: Sequence[Item]) -> None:
+        from sinssim.recording.rerun.exhibit_recording import markdown_of
 
-    def _draw_sensors(self, kinds: Sequence[SensorComparison]) -> None:
-        self._learn(pictures.draw_sensors(self._recording, kinds))
+        self._recording.document(entity, markdown_of(items))
 
-    def _draw_recorded(self, imu: ImuData) -> None:
-        self._learn(pictures.draw_recorded_sensors(self._recording, imu))
-
-    def _draw_navigation(self, solutions: dict[str, NavSolution], errors: dict[str, NavError]) -> None:
-        labels = pictures.draw_navigation(self._recording, self._scene, solutions, errors)
+    def _draw_navigation(self, solutions: Mapping[str, NavSolution]) -> None:
+        paint, widths = style.colors(list(solutions)), style.stacked_widths(len(solutions))
+        for (name, solution), color, width in zip(solutions.items(), paint, widths, strict=True):
+            pictures.draw_path(self._recording, self._scene, name, solution, color, width)
         # recorded small sensors alone drift so far that the map would show nothing else: it is centred on what it shows
         hidden = drifted(self._track, solutions) if self._recorded else []
         zoom = map_zoom([self._track, *(solution for name, solution in solutions.items() if name not in hidden)])
         self._run = replace(self._run, algorithms=tuple(solutions), map_zoom=zoom)
-        self._learn({"not_on_map": " ".join(hidden)})
         first, solution = next(iter(solutions.items()))
-        labels |= draw_coordinates(self._recording, self._coordinates.of(first, solution.time, solution))
-        self._learn(labels)
+        labels = draw_coordinates(self._recording, self._coordinates.of(first, solution.time, solution))
+        self._learn({"not_on_map": " ".join(hidden), **labels})
 
-    def _draw_filter(self, aided: Aided) -> None:
-        labels = draw_filter(self._recording, aided)
-        pictures.draw_path(
-            self._recording, self._scene, "aided", aided.estimate.solution, style.COLORS["aided"], _PATH_WIDTH
-        )
-        self._learn(labels)
+    def _draw_filter(self, aided: Aided, items: Sequence[Item]) -> None:
+        self._document("about/filter", items)
+        self._draw_charts(lambda: items)
+        pictures.draw_path(self._recording, self._scene, "aided", aided.estimate.solution, style.COLORS["aided"])
+        self._learn({"filter": "yes"})
 
     def _draw_part(self, part: Part) -> None:
-        from sinssim.recording.rerun.exhibit_recording import record_charts
-
-        labels: dict[str, str] = {}
-        for charts in charts_in(part.exhibits()):
-            labels |= record_charts(self._recording, charts)
-        self._learn({**labels, part.name: "yes"} if labels else {})
+        known = len(self._run.labels)
+        self._draw_charts(part.exhibits)
+        if len(self._run.labels) > known:
+            self._learn({part.name: "yes"})
 
     def _draw_events(self) -> None:
         self._recording.events(self._events)

@@ -5,9 +5,10 @@ from __future__ import annotations
 import math
 import re
 from collections.abc import Iterable, Iterator
+from itertools import groupby
 
 from sinssim.charts import Charts
-from sinssim.exhibits import Beside, Diagram, Exhibits, Item, Points, Section, Sentence, Table, Verbatim
+from sinssim.exhibits import Beside, Diagram, Exhibits, Item, Picture, Points, Section, Sentence, Table, Verbatim
 from sinssim.recording.report import page
 from sinssim.recording.report.page import swatch, verbatim, words
 from sinssim.recording.report.svg_chart import STYLE, html_of
@@ -29,7 +30,7 @@ def page_of(exhibits: Exhibits) -> str:
     Returns:
         HTML; it refers to nothing outside itself.
     """
-    body = [f"<h1>{words(exhibits.title)}</h1>", *parts_of(exhibits.items, 2)]
+    body = [f"<h1>{words(exhibits.heading or exhibits.title)}</h1>", *parts_of(exhibits.items, 2)]
     return page.page(exhibits.title, body, STYLE)
 
 
@@ -50,7 +51,10 @@ def parts_of(items: Iterable[Item], level: int) -> Iterator[str]:
             case Table():
                 yield _table(item)
             case Verbatim():
-                yield f"<details><summary>{words(item.title)}</summary><pre>{verbatim(item.text)}</pre></details>"
+                text = f"<pre>{verbatim(item.text)}</pre>"
+                yield f"<details><summary>{words(item.title)}</summary>{text}</details>" if item.title else text
+            case Picture():
+                yield item.svg
             case Points():
                 yield f"<ul>{''.join(f'<li>{_marked(text)}</li>' for text in item.texts)}</ul>"
             case Diagram():
@@ -77,7 +81,9 @@ def _sentence(item: Sentence) -> str:
 
 
 def _marked(text: str) -> str:
-    """Return a text as HTML, with its bold parts, commands and subscripts, `x_{n}`."""
+    """Return a text as HTML, with its lines, bold parts, commands and subscripts, `x_{n}`."""
+    if "\n" in text:
+        return "<br>".join(map(_marked, text.split("\n")))
     word, colon, rest = text.partition(": ")
     if kind := _MARKS.get(word.lower()):
         return f'<span class="{kind}">{word.lower()}</span>{colon}{_marked(rest)}'
@@ -86,23 +92,27 @@ def _marked(text: str) -> str:
 
 
 def _table(item: Table) -> str:
-    columns, heads, rows = item.shown("page")
+    columns, _, rows = item.shown("page")
+    names, above, begins = _heads(item)
 
-    def cell(tag: str, text: str, left: bool) -> str:
-        kind = " class=text" if left and len(text) > _LONG else " class=name" if left else ""
-        return f"<{tag}{kind}>{_marked(text)}</{tag}>"
+    def cell(tag: str, text: str, number: int, color: str = "") -> str:
+        column = columns[number]
+        long = column.words and max(map(len, text.split("\n"))) > _LONG
+        kinds = ["text" if long else "name"] if column.words else []
+        kinds += ["first"] if number in begins else []
+        kind = "" if not kinds else f" class={kinds[0]}" if len(kinds) == 1 else f' class="{" ".join(kinds)}"'
+        return f"<{tag}{kind}>{swatch(color) if color else ''}{_marked(text)}</{tag}>"
 
-    names = [
-        cell("th", ", ".join(filter(None, head)), column.words) for column, head in zip(columns, heads, strict=True)
+    paint = [css_of(color) for color in item.colors] or [""] * len(rows)
+    lines = [
+        [cell("td", text, k, "" if k else color) for k, text in enumerate(row)]
+        for row, color in zip(rows, paint, strict=True)
     ]
-    lines = [[cell("td", text, column.words) for column, text in zip(columns, row, strict=True)] for row in rows]
-    for line, color in zip(lines, item.colors, strict=False):
-        line[0] = line[0].replace(">", f">{swatch(css_of(color))}", 1)
     if item.shaded:
         _shade(lines, rows, item)
     title = f"<p class=note>{words(item.title)}</p>" if item.title else ""
     note = f'<p class="note">{_marked(item.note)}</p>' if item.note else ""
-    return title + page.table(names, lines) + note
+    return title + page.table([cell("th", name, k) for k, name in enumerate(names)], lines, above=above) + note
 
 
 def _shade(lines: list[list[str]], rows: list[list[str]], item: Table) -> None:
@@ -114,3 +124,19 @@ def _shade(lines: list[list[str]], rows: list[list[str]], item: Table) -> None:
     for (i, j), value in numbers.items():
         depth = 0.45 * (1.0 - (math.log10(value) - low) / max(high - low, 1e-9))
         lines[i][j] = f'<td style="background:rgba(0,158,115,{depth:.2f})">{rows[i][j]}</td>'
+
+
+def _heads(item: Table) -> tuple[list[str], str, set[int]]:
+    """Return the heads of the columns, the row of common heads above them, and the first columns of groups."""
+    columns, heads, _ = item.shown("page")
+    names: list[str] = []
+    above, begins = "", set[int]()
+    for group, pairs in groupby(zip(columns, heads, strict=True), lambda pair: pair[0].group):
+        within = [head for _, head in pairs]
+        common = {unit for _, unit in within} if group else set()
+        shared = f"{group} [{unit}]" if len(common) == 1 and (unit := common.pop()) else group
+        begins |= {len(names)} if group else set()
+        kind = ' class="group first"' if group else ""
+        above += f"<th{kind}{f' colspan={len(within)}' if len(within) > 1 else ''}>{words(shared)}</th>"
+        names += [head if shared != group else ", ".join(filter(None, (head, unit))) for head, unit in within]
+    return names, f"<tr>{above}</tr>" if begins else "", begins

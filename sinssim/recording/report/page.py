@@ -24,6 +24,8 @@ body { font: 15px/1.5 system-ui, -apple-system, "Segoe UI", "Liberation Sans", A
   background: var(--paper); max-width: 1180px; margin: 2rem auto 5rem; padding: 0 1.2rem; }
 h1 { font-size: 1.7rem; margin-bottom: .2rem; } h2 { margin-top: 3rem; border-bottom: 1px solid var(--line); }
 h3 { margin: 1.8rem 0 .4rem; font-size: 1.02rem; }
+pre { background: var(--head); padding: .8rem 1rem; font-size: .78rem; line-height: 1.45; columns: 3 19rem;
+  white-space: pre-wrap; overflow-wrap: anywhere; }
 summary { margin: 1rem 0 .2rem; font-weight: 600; cursor: pointer; }
 p { max-width: 52rem; } .lead { font-size: 1.08rem; } .note { color: var(--soft); font-size: .9rem; }
 table { border-collapse: collapse; font-size: .82rem; margin: .6rem 0 1.2rem; font-variant-numeric: tabular-nums; }
@@ -37,6 +39,7 @@ code { font-family: ui-monospace, "Liberation Mono", monospace; font-size: .92em
 .pair > div td.text { min-width: 9rem; }
 @media screen and (max-width: 820px) { .pair { grid-template-columns: minmax(0, 1fr); } }
 .broken { border-left: 5px solid #b03a00; padding: .4rem 1rem; max-width: none; background: var(--head); }
+th.group { text-align: center; } .first { border-left: 1px solid var(--line); }
 .wide { overflow-x: auto; } svg { max-width: 100%; height: auto; display: block; }
 svg text { font-family: system-ui, "Segoe UI", "Liberation Sans", Arial, sans-serif !important; }
 .met { color: var(--good); font-weight: 600; } .missed { color: var(--bad); font-weight: 600; }
@@ -46,7 +49,8 @@ ul { max-width: 60rem; margin: .3rem 0; } li { margin: .15rem 0; }
   print-color-adjust: exact; -webkit-print-color-adjust: exact; }
 @page { margin: 14mm; }
 @media print { body { max-width: none; margin: 0; padding: 0; font-size: 10pt; } h2 { margin-top: 1.6rem; }
-  .wide { overflow: visible; } h2, h3 { break-after: avoid; } svg, tr { break-inside: avoid; } }
+  pre { font-size: 7pt; columns: 2; } .wide { overflow: visible; } h2, h3 { break-after: avoid; }
+  svg, tr { break-inside: avoid; } }
 """
     + "".join(
         f'svg [style*="{paint}: {color}"] {{ {paint}: var(--{name}) !important; }}\n'

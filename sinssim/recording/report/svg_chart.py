@@ -4,44 +4,39 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, replace
-from typing import Any
+from typing import NamedTuple
 
 import numpy as np
 
 from sinssim.charts import (
     Axis,
-    Band,
-    Bars,
-    Cells,
     Chart,
     Charts,
     Dots,
-    Histogram,
     Limit,
     Line,
     Mark,
-    Remark,
     Rule,
     Shares,
 )
-from sinssim.data import Array
 from sinssim.recording import style
 from sinssim.recording.report.page import words
-from sinssim.recording.report.svg_plot import STYLE as OF_PLOTS
-from sinssim.recording.report.svg_plot import dots as dots_of
-from sinssim.recording.report.svg_plot import element, path, points, segments, text
-from sinssim.recording.style import envelope, log_numbers, tick_label, ticks, time_ticks
+from sinssim.recording.report.svg import STYLE as OF_ELEMENTS
+from sinssim.recording.report.svg import element, path, segments, text
+from sinssim.recording.report.svg_marks import DASHES, WIDTHS, PixelScale, marks_of, shapes_of
+from sinssim.recording.style import log_numbers, tick_label, ticks, time_ticks
 from sinssim.units import TIME_SCALE
 
 STYLE = (
-    OF_PLOTS
+    OF_ELEMENTS
     + """
 .charts { display: flex; flex-wrap: wrap; gap: .8rem 1.2rem; margin: .6rem 0 1.2rem; }
 .charts h4 { flex-basis: 100%; margin: .4rem 0 0; }
 """
     # lines in the colours of words are those of a dark page, too
     + f'svg [stroke="{style.INK}"] {{ stroke: var(--ink); }} svg [stroke="{style.SOFT}"] {{ stroke: var(--soft); }}\n'
-    + "svg .block { fill: var(--paper); }\n"
+    + f'svg [stroke="{style.FAINT}"] {{ stroke: var(--line); }}\n'
+    + f'svg [stroke="{style.GRID}"] {{ stroke: var(--hair); }} svg [fill="{style.INK}"] {{ fill: var(--ink); }}\n'
 )
 
 _PAGE, _GAP, _INCH = 1130, 19, 92
@@ -50,11 +45,6 @@ _LETTER = 6.4
 _SMALL = style.SMALL / style.POINTS_PER_PIXEL
 _SAME = 0.5
 """Distance up to which lines coincide, px."""
-_WIDTHS = {"wide": 4.5, "bold": 2.4, "line": 1.5, "thin": 1.07, "hair": 1.0}
-_DASHES = {"": "", "--": "6 4", ":": "1.5 3", "-.": "7 3 1.5 3"}
-_SHAPES = {"s": "M-3-3h6v6h-6z", "^": "M0-4l4 7h-8z", "D": "M0-4l4 4l-4 4l-4-4z", "v": "M0 4l4-7h-8z",
-           "P": "M-1.5-4h3v2.5h2.5v3h-2.5v2.5h-3v-2.5h-2.5v-3h2.5z", "*": "M0-5l1.4 3.4 3.6.3-2.8 2.3.9 3.6-3.1-2-3.1 "
-           "2 .9-3.6-2.8-2.3 3.6-.3z"}  # fmt: skip
 
 
 def html_of(charts: Charts) -> str:
@@ -102,28 +92,10 @@ class _Frame:
     names: bool = True
 
 
-@dataclass(frozen=True)
-class _Way:
-    """A scale: from values in SI to pixels."""
-
-    low: float
-    high: float
-    start: float
-    end: float
-    log: bool
-
-    def __call__(self, values: Any) -> Any:
-        v, low, high = np.asarray(values, dtype=np.float64), self.low, self.high
-        if self.log:
-            with np.errstate(divide="ignore", invalid="ignore"):
-                v, low, high = np.log(np.maximum(v, 1e-300)), np.log(low), np.log(high)
-        return self.start + (v - low) * (self.end - self.start) / (high - low)
-
-
 def _ranges(chart: Chart) -> tuple[tuple[float, float], tuple[float, float]]:
     """Return the ends of both axes, SI."""
     found = [_range(chart, upright) for upright in (False, True)]
-    if chart.equal:
+    if chart.equal and None in (chart.x.low, chart.x.high, chart.y.low, chart.y.high):
         reach = max(abs(end) for ends in found for end in ends)
         found = [(-reach, reach)] * 2 if all(low < 0.0 < high for low, high in found) else found
     return found[0], found[1]
@@ -207,24 +179,28 @@ def svg_of(chart: Chart, width: float, height: float, frame: _Frame | None = Non
     inner = width - left - right
     texts = [mark for mark in chart.marks if isinstance(mark, Rule) and mark.upright and mark.text]
     top += 11 if texts else 0
-    tall = inner if chart.equal else max(height - 86.0, 90.0)
-    if chart.equal and inner > height:
-        inner = tall = max(height - 60.0, 240.0)
+    tall = max(height - 86.0, 90.0)
+    if chart.equal:
+        ratio = (upright[1] - upright[0]) / (across[1] - across[0])
+        tall = inner * ratio
+        if tall > height:
+            tall = max(height - 60.0, 240.0)
+            inner = tall / ratio
     top += 8
     bottom = top + tall
-    x, y = _Way(*across, left, left + inner, chart.x.log), _Way(*upright, bottom, top, chart.y.log)
+    x, y = PixelScale(*across, left, left + inner, chart.x.log), PixelScale(*upright, bottom, top, chart.y.log)
     body += _axes(chart, x, y, inner, top, bottom, names=frame.names)
-    curves, words_over = _marks(chart, x, y)
+    curves, words_over = marks_of(chart, x, y)
     words_over += _tops(texts, x, top, width - 4.0)
     # An inner element clips the marks at the axes.
     box = f"{left:g} {top:g} {inner:g} {tall:g}"
     body.append(f'<svg x="{left:g}" y="{top:g}" width="{inner:g}" height="{tall:g}" viewBox="{box}">')
     body += [*curves, "</svg>", *words_over]
     if aside:
-        for number, (label, color, kind, dash) in enumerate(names):
+        for number, name in enumerate(names):
             at = top + 12.0 + 17.0 * number
-            body.append(_sample(left + inner + 10.0, at, color, kind, dash))
-            body.append(text(left + inner + 42.0, at + 4.0, label, kind="soft"))
+            body.append(_sample(left + inner + 10.0, at, name))
+            body.append(text(left + inner + 42.0, at + 4.0, name.label, kind="soft"))
         bottom = max(bottom, top + 17.0 * len(names) - 40.0)
     body.append(text(left + inner, bottom + 34, _axis_words(chart, across), "end", "soft"))
     about = f"{chart.title}: {chart.heading(True)} over {chart.heading(False)}".strip(": ")
@@ -250,7 +226,9 @@ def _heads(chart: Chart, left: float, *, labelled: bool) -> tuple[list[str], int
     return [*body, *words_over], 22 + 17 * len(body)
 
 
-def _axes(chart: Chart, x: _Way, y: _Way, inner: float, top: float, bottom: float, *, names: bool) -> Iterator[str]:
+def _axes(
+    chart: Chart, x: PixelScale, y: PixelScale, inner: float, top: float, bottom: float, *, names: bool
+) -> Iterator[str]:
     """Yield grid, axes and their numbers, and the names of places."""
     left, right = x.start, x.end
     for axis, way, unit, ends in (
@@ -274,7 +252,8 @@ def _axes(chart: Chart, x: _Way, y: _Way, inner: float, top: float, bottom: floa
             yield from (text(left - 6, p + 4, label, "end", "soft") for p, label in at)
         else:
             yield from _spread(at, bottom, turned=bool(axis.names) and sum(len(t) for _, t in at) * _LETTER > inner)
-    zero = [float(y(0.0))] if not y.log and y.low < 0.0 < y.high and not chart.y.names else []
+    plane = chart.equal and chart.y.low is not None  # a map has no zero
+    zero = [float(y(0.0))] if not (y.log or plane or chart.y.names) and y.low < 0.0 < y.high else []
     yield segments([left] * (1 + len(zero)), [bottom, *zero], [right] * (1 + len(zero)), [bottom, *zero], "axis")
     yield segments([left], [top], [left], [bottom], "axis")
 
@@ -293,7 +272,7 @@ def _spread(at: Sequence[tuple[float, str]], bottom: float, *, turned: bool) -> 
             free = place + half + 4.0
 
 
-def _tops(marks: Sequence[Rule], x: _Way, top: float, right: float) -> Iterator[str]:
+def _tops(marks: Sequence[Rule], x: PixelScale, top: float, right: float) -> Iterator[str]:
     """Yield the texts of upright lines above the chart, without those that would touch their neighbours."""
     free = -np.inf
     for mark in marks:
@@ -309,7 +288,7 @@ def _told_apart(chart: Chart, ends: tuple[float, float], height: float) -> list[
     least = _SAME * (ends[1] - ends[0]) / height
     found: list[Mark] = []
     for mark, color in zip(chart.marks, style.of_marks(chart.marks), strict=True):
-        if isinstance(mark, Line) and mark.label and not chart.y.log:
+        if isinstance(mark, Line) and mark.label and not (chart.y.log or chart.equal):
             own = [one for one in found if isinstance(one, Line) and one.label]
             same = next((one.label.partition(" (same as ")[0] for one in own if _coincide(one, mark, least)), None)
             mark = replace(mark, label=mark.label if same is None else f"{mark.label} (same as {same})", color=color)
@@ -331,8 +310,14 @@ def _coincide(one: Line, other: Line, least: float) -> bool:
     return bool(np.abs(values - other.y).max() <= least)
 
 
-Named = tuple[str, str, str, str]
-"""Label, CSS colour, kind and dashes of an entry of a legend."""
+class Named(NamedTuple):
+    """An entry of a legend: label, CSS colour, kind, dashes, and width of a line, px."""
+
+    label: str
+    color: str
+    kind: str
+    dash: str = ""
+    width: float = 1.6
 
 
 def _named(marks: Sequence[Mark], most: float) -> list[Named]:
@@ -341,7 +326,7 @@ def _named(marks: Sequence[Mark], most: float) -> list[Named]:
     for mark, color in zip(marks, style.of_marks(marks), strict=True):
         if isinstance(mark, Shares):
             pairs = zip(mark.labels, mark.colors, strict=True)
-            found += [(label, style.css_of(one), "area", "") for label, one in pairs][::-1]
+            found += [Named(label, style.css_of(one), "area") for label, one in pairs][::-1]
         elif label := mark.name if isinstance(mark, Line) else getattr(mark, "label", ""):
             shape = getattr(mark, "marker", "")
             kind = shape if isinstance(mark, Dots) else f"line{shape}" if isinstance(mark, Line) else "area"
@@ -352,27 +337,29 @@ def _named(marks: Sequence[Mark], most: float) -> list[Named]:
                 label += " (above the plot)" if mark.height > Limit.FAR * most else ""
             dash = "--" if isinstance(mark, Limit) else getattr(mark, "dash", "")
             one = color if isinstance(color, str) or isinstance(color[0], int) else color[0]
-            found.append((label, style.css_of(one), kind, _DASHES[dash]))
+            width = WIDTHS[mark.weight] if isinstance(mark, Line) else 1.6
+            found.append(Named(label, style.css_of(one), kind, DASHES[dash], width))
     return list(dict.fromkeys(found))
 
 
-def _sample(x: float, y: float, color: str, kind: str, dash: str) -> str:
+def _sample(x: float, y: float, name: Named) -> str:
     """Return the sample of a mark in a legend."""
+    _, color, kind, dash, width = name
     if kind == "area":
         return f'<rect x="{x:.1f}" y="{y - 5:.1f}" width="26" height="10" fill="{color}" opacity="0.8"/>'
-    line = path(np.array([x, x + 26.0]), np.array([y, y]), color, 1.6, dash) if kind.startswith("line") else ""
+    line = path(np.array([x, x + 26.0]), np.array([y, y]), color, width, dash) if kind.startswith("line") else ""
     shape = kind.removeprefix("line")
-    return line + (_shapes(np.array([x + 13.0]), np.array([y]), [color], shape, 6.0) if shape else "")
+    return line + (shapes_of(np.array([x + 13.0]), np.array([y]), [color], shape, 6.0) if shape else "")
 
 
 def _legend(names: Sequence[Named], left: float, top: float, width: float) -> tuple[str, int]:
     """Return a legend in rows, and the ordinate of its end."""
     parts, x, y = [], left, top + 10.0
-    for label, color, kind, dash in names:
-        long = 44.0 + _LETTER * len(label)
+    for name in names:
+        long = 44.0 + _LETTER * len(name.label)
         if x > left and x + long > width:
             x, y = left, y + 16.0
-        parts += [_sample(x, y - 4.0, color, kind, dash), text(x + 31.0, y, label, kind="soft")]
+        parts += [_sample(x, y - 4.0, name), text(x + 31.0, y, name.label, kind="soft")]
         x += long
     return "".join(parts), round(y + 4.0)
 
@@ -391,193 +378,3 @@ def _common_legend(charts: Charts) -> str:
     drawn, bottom = _legend(names, 12.0 + _LETTER * len(charts.named) if about else 4.0, 4.0, width)
     drawn = about + drawn
     return element(width, bottom + 4, "legend", drawn)
-
-
-def _marks(chart: Chart, x: _Way, y: _Way) -> tuple[list[str], list[str]]:
-    """Return the marks of a chart, and words that lie over them."""
-    body: list[str] = []
-    over: list[str] = []
-    for mark, color in zip(chart.marks, style.of_marks(chart.marks), strict=True):
-        match mark:
-            case Line():
-                body += _line(mark, style.css_of(color), x, y, timed=chart.x.units is TIME_SCALE)
-            case Band():
-                body.append(_area(x(mark.x), y(mark.low), y(mark.high), style.css_of(color), 0.25))
-            case Dots():
-                if len(mark.error):
-                    left, right, level = x(mark.x - mark.error), x(mark.x + mark.error), y(mark.y)
-                    body.append(segments(left, level, right, level, "mark"))
-                several = not (isinstance(color, str) or isinstance(color[0], int))
-                paints = [style.css_of(one) for one in color] if several else [style.css_of(color)] * len(mark.x)
-                body.append(_shapes(x(mark.x), y(mark.y), paints, mark.marker, mark.size / 0.75))
-            case Bars():
-                drawn, named = _bars(mark, color, x, y)
-                body += drawn
-                over += named
-            case Shares():
-                sums = np.vstack((np.zeros(len(mark.x)), np.cumsum(mark.parts, axis=0)))
-                body += [
-                    _area(x(mark.x), y(low), y(high), style.css_of(one), 1.0)
-                    for low, high, one in zip(sums[:-1], sums[1:], mark.colors, strict=True)
-                ]
-            case Histogram():
-                edges, counts = mark.counted
-                fill = style.css_of(color)
-                body += [
-                    _box(float(x(a)), float(y(0.0)), float(x(b)) - 1.0, float(y(n)), fill)
-                    for a, b, n in zip(edges[:-1], edges[1:], counts, strict=True)
-                ]
-            case Rule():
-                body += _rule(mark, style.css_of(color), x, y)
-                if mark.text and not mark.upright:
-                    over.append(text(x.end - 4.0, float(y(mark.at)) - 3.0, mark.text, "end", "soft"))
-            case Cells():
-                over += _cells(mark, x, y)
-            case Limit():
-                body += _limit(mark, chart.most, x, y)
-            case Remark():
-                over.append(text(float(x(mark.x)) + 7.0, float(y(mark.y)) - 6.0, mark.text, kind="over"))
-    return body, over
-
-
-def _line(mark: Line, color: str, x: _Way, y: _Way, *, timed: bool) -> Iterator[str]:
-    """Yield the pieces of a line between its gaps and jumps; of one over time, what its columns of pixels show."""
-    for at, values in _pieces(mark):
-        columns = max(2, round(abs(float(x(at[-1]) - x(at[0])))))
-        long = not (x.log or mark.marker) and len(at) > 2 * columns
-        if long and (timed or bool(np.all(np.diff(at) > 0.0))):
-            at, values = envelope(at, values, float(at[0]), float(at[-1]) + 1e-9, columns)
-        px, py = np.asarray(x(at)), np.asarray(y(values))
-        if not mark.marker:
-            px, py = _settled(px, py)
-        yield path(px, py, color, _WIDTHS[mark.weight], _DASHES[mark.dash])
-        if mark.marker:
-            fill = "hollow" if mark.hollow else color
-            yield _shapes(px, py, [fill] * len(at), mark.marker, 6.0, edge=color)
-
-
-def _pieces(mark: Line) -> Iterator[tuple[Array, Array]]:
-    """Yield the parts of a line between gaps and jumps."""
-    whole = len(mark.x) > 0 and bool(np.isfinite(mark.x[[0, -1]]).all() and np.isfinite(mark.y.sum()))
-    if whole and not mark.turn:
-        yield mark.x, mark.y
-        return
-    there = np.isfinite(mark.x) & np.isfinite(mark.y)
-    cuts = np.flatnonzero(~there)
-    if mark.turn:
-        with np.errstate(invalid="ignore"):
-            cuts = np.union1d(cuts, np.flatnonzero(np.abs(np.diff(mark.y)) > 0.5 * mark.turn) + 1)
-    for rows in np.split(np.arange(len(mark.x)), cuts):
-        rows = rows[there[rows]]
-        if len(rows):
-            yield mark.x[rows], mark.y[rows]
-
-
-def _settled(x: Array, y: Array) -> tuple[Array, Array]:
-    """Replace a column's least and greatest value by their mean where they lie within a pixel."""
-    pairs = len(x) // 2
-    if pairs < 100 or len(x) % 2:
-        return x, y
-    left, right, low, high = x[0::2], x[1::2], y[0::2], y[1::2]
-    smooth = (np.abs(high - low) < 1.0) & (right - left < 1.5)
-    middle = 0.5 * (low + high)
-    low, high = np.where(smooth, middle, low), np.where(smooth, middle, high)
-    keep = np.column_stack((np.ones(pairs, bool), ~smooth)).ravel()
-    keep[-1] = True
-    return np.column_stack((left, right)).ravel()[keep], np.column_stack((low, high)).ravel()[keep]
-
-
-def _shapes(x: Array, y: Array, colors: Sequence[str], marker: str, size: float, edge: str = "") -> str:
-    """Return marks on points."""
-    if marker in ("", "o", ".") and len(set(colors)) == 1 and "hollow" not in colors:
-        return dots_of(x, y, colors[0], size)
-    drawn = []
-    for a, b, color in zip(x, y, colors, strict=True):
-        if not (np.isfinite(a) and np.isfinite(b)):
-            continue
-        stroke = f' stroke="{edge}" stroke-width="1.2"' if edge else ""
-        fill = 'class="block" fill="#fff"' if color == "hollow" else f'fill="{color}"'
-        if marker in _SHAPES:
-            drawn.append(f'<path d="{_SHAPES[marker]}" transform="translate({a:.1f} {b:.1f})" {fill}{stroke}/>')
-        else:
-            drawn.append(f'<circle cx="{a:.1f}" cy="{b:.1f}" r="{0.5 * size:.1f}" {fill}{stroke}/>')
-    return "".join(drawn)
-
-
-def _area(x: Any, low: Any, high: Any, color: str, opacity: float) -> str:
-    there = np.isfinite(x) & np.isfinite(low) & np.isfinite(high)
-    if there.sum() < 2:
-        return ""
-    keep = np.flatnonzero(there)
-    keep = keep[np.unique(np.linspace(0, len(keep) - 1, min(len(keep), 1200)).astype(np.intp))]
-    around = points(np.concatenate((x[keep], x[keep][::-1])), np.concatenate((low[keep], high[keep][::-1])))
-    return f'<polygon points="{around}" fill="{color}" fill-opacity="{opacity:g}"/>'
-
-
-def _box(x1: float, y1: float, x2: float, y2: float, color: str) -> str:
-    return (
-        f'<rect x="{min(x1, x2):.1f}" y="{min(y1, y2):.1f}" width="{abs(x2 - x1):.1f}" height="{abs(y2 - y1):.1f}" '
-        f'fill="{color}"/>'
-    )
-
-
-def _bars(mark: Bars, color: Any, x: _Way, y: _Way) -> tuple[list[str], list[str]]:
-    """Return bars, and the texts at their ends."""
-    several = not (isinstance(color, str) or isinstance(color[0], int))
-    paints = [style.css_of(one) for one in color] if several else [style.css_of(color)] * len(mark.values)
-    along, places = (x, y) if mark.across else (y, x)
-    foot = along.start if along.log else float(along(0.0))
-    body, over = [], []
-    tops = np.fmax(mark.values, mark.high) if len(mark.high) else mark.values
-    for number, (place, value, paint) in enumerate(zip(mark.places, mark.values, paints, strict=True)):
-        if not np.isfinite(value):
-            continue
-        a, b = float(places(place - 0.5 * mark.width)), float(places(place + 0.5 * mark.width))
-        tip, end = float(along(value)), float(along(max(float(tops[number]), 0.0)))
-        middle = 0.5 * (a + b)
-        body.append(_box(foot, a, tip, b, paint) if mark.across else _box(a, foot, b, tip, paint))
-        if len(mark.low) and np.isfinite(mark.low[number]) and np.isfinite(mark.high[number]):
-            ends = [float(along(mark.low[number])), float(along(mark.high[number]))]
-            across = ([ends[0]], [middle], [ends[1]], [middle]), ([middle], [ends[0]], [middle], [ends[1]])
-            body.append(segments(*across[0 if mark.across else 1], "mark"))
-        if number < len(mark.texts):
-            over.append(
-                text(end + 5.0, middle + 4.0, mark.texts[number])
-                if mark.across else text(middle, end - 5.0, mark.texts[number], "middle")
-            )  # fmt: skip
-    return body, over
-
-
-def _cells(mark: Cells, x: _Way, y: _Way) -> Iterator[str]:
-    for (i, k), fraction in np.ndenumerate(mark.shades):
-        fill, ink = style.shade(float(fraction))
-        left, right, top, bottom = (float(v) for v in (x(k - 0.5), x(k + 0.5), y(i - 0.5), y(i + 0.5)))
-        yield _box(left + 1.0, top + 1.0, right - 1.0, bottom - 1.0, fill)
-        if mark.framed[i, k]:
-            frame = f' fill-opacity="0" stroke="{style.css_of("truth")}" stroke-width="2"/>'
-            yield _box(left + 3.0, top + 3.0, right - 3.0, bottom - 3.0, fill).replace("/>", frame)
-        middle = text(0.5 * (left + right), 0.5 * (top + bottom) + 4.0, mark.texts[i][k], "middle")
-        yield middle.replace("<text", f'<text style="fill:{ink}"', 1)
-
-
-def _rule(mark: Rule, color: str, x: _Way, y: _Way) -> Iterator[str]:
-    way, other = (x, y) if mark.upright else (y, x)
-    if mark.low is not None and mark.high is not None:
-        least, most = sorted((way.start, way.end))
-        a, b = (min(max(float(way(end)), least), most) for end in (mark.low, mark.high))
-        box = (a, other.start, b, other.end) if mark.upright else (other.start, a, other.end, b)
-        yield _box(*box, color).replace("/>", ' fill-opacity="0.25"/>')
-    at = np.full(2, float(way(mark.at)))
-    ends = np.array([other.start, other.end])
-    across, along = (at, ends) if mark.upright else (ends, at)
-    yield path(across, along, color, _WIDTHS[mark.weight], _DASHES[mark.dash])
-
-
-def _limit(mark: Limit, most: float, x: _Way, y: _Way) -> Iterator[str]:
-    if mark.height > Limit.FAR * most:
-        return
-    color, height = style.css_of(mark.color), float(y(mark.height))
-    if mark.at is None:
-        yield path(np.array([x.start, x.end]), np.full(2, height), color, 1.1, _DASHES["--"])
-    else:
-        yield _shapes(np.array([float(x(mark.at))]), np.array([height - 3.0]), [color], "v", 8.0)

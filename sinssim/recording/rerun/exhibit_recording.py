@@ -11,8 +11,19 @@ import numpy as np
 import rerun as rr
 import rerun.blueprint as rrb
 
-from sinssim.charts import Band, Chart, Charts, Cloud, Limit, Line, Shares
-from sinssim.exhibits import Beside, Diagram, Exhibits, Item, Points, Section, Sentence, Table, Verbatim
+from sinssim.charts import Band, Chart, Charts, Cloud, Dots, Limit, Line, Rule, Shares
+from sinssim.exhibits import (
+    Beside,
+    Diagram,
+    Exhibits,
+    Item,
+    Picture,
+    Points,
+    Section,
+    Sentence,
+    Table,
+    Verbatim,
+)
 from sinssim.formatting import capital
 from sinssim.recording import style
 from sinssim.recording.figures import figure_of, to_png
@@ -22,7 +33,7 @@ from sinssim.recording.rerun.views import RunInfo, all_views
 from sinssim.recording.style import gaps
 from sinssim.units import TIME_SCALE, suiting
 
-_WIDTHS = {"wide": 4.0, "bold": 2.2, "line": 1.5, "thin": 1.0, "hair": 0.8}
+_WIDTHS = {"broad": 7.0, "wide": 4.0, "bold": 2.2, "line": 1.5, "thin": 1.0, "hair": 0.8}
 
 
 def record(exhibits: Exhibits, path: Path) -> None:
@@ -97,38 +108,22 @@ def _is_over_time(chart: Chart) -> bool:
 
 
 def record_chart(recording: Recording, entity: str, chart: Chart, start: float) -> None:
-    """Record the lines of a chart over time, and the limits of requirements.
+    """Record the lines and dots of a chart over time, its horizontal rules and the limits of requirements.
 
     Args:
         entity: path of its entity; lines at other instants than the first are below it.
         start: added to its times, s.
     """
     size = chart.unit(True)[1]
-    colors = style.of_marks(chart.marks)
-    lines: list[tuple[Line, style.Rgb]] = []
-    for mark, color in zip(chart.marks, colors, strict=True):
-        match mark:
-            case Line():
-                lines.append((mark, style.rgb_of(color)))
-            case Band():
-                pale = style.tint(style.rgb_of(color))
-                name = mark.label or _line_of(chart, mark)
-                for end, values in (("low", mark.low), ("high", mark.high)):
-                    lines.append((Line(label=f"{name}, {end}", x=mark.x, y=values, weight="hair"), pale))
-            case Shares():
-                for label, part, one in zip(mark.labels, mark.parts, mark.colors, strict=True):
-                    lines.append((Line(label=label, x=mark.x, y=part), style.rgb_of(one)))
-            case _:
-                pass
-    groups: list[list[tuple[Line, style.Rgb]]] = []
-    for line, paint in lines:
-        same = (group for group in groups if group[0][0].x is line.x or np.array_equal(group[0][0].x, line.x))
+    groups: list[list[tuple[Line, style.Rgb, float]]] = []
+    for line in _lines_of(chart):
+        same = (group for group in groups if group[0][0].x is line[0].x or np.array_equal(group[0][0].x, line[0].x))
         group = next(same, [])
         groups += [] if group else [group]
-        group.append((line, paint))
+        group.append(line)
     for number, group in enumerate(groups):
         time = group[0][0].x
-        values = np.column_stack([gaps(line.y, line.turn) if line.turn else line.y for line, _ in group])
+        values = np.column_stack([gaps(line.y, line.turn) if line.turn else line.y for line, *_ in group])
         if is_long(len(time)):
             rows = screen_rows(time, values, float(time[0]), float(time[-1]))
             time, values = time[rows], values[rows]
@@ -137,15 +132,60 @@ def record_chart(recording: Recording, entity: str, chart: Chart, start: float) 
             values = np.log10(np.where(values > 0.0, values, np.nan))
         recording.series(
             f"{entity}/{number}" if number else entity, start + time,
-            np.where(np.isfinite(values), values, np.nan), [line.label for line, _ in group],
-            colors=[paint for _, paint in group], widths=[_WIDTHS[line.weight] for line, _ in group],
+            np.where(np.isfinite(values), values, np.nan), [line.label for line, *_ in group],
+            colors=[paint for _, paint, _ in group], widths=[width for *_, width in group],
+        )  # fmt: skip
+    dots = [(m, c) for m, c in zip(chart.marks, style.of_marks(chart.marks), strict=True) if isinstance(m, Dots)]
+    for number, (mark, color) in enumerate(dots):
+        recording.points(
+            f"{entity}/dots_{number}", len(mark.x), start + mark.x, mark.y[:, np.newaxis] / size, [mark.label],
+            style.rgb_of(color), marker="circle", size=mark.size,
         )  # fmt: skip
     below = [ends for place, ends in recording.ranges.items() if place == entity or place.startswith(f"{entity}/")]
     if below:
-        recording.ranges[entity] = (min(low for low, _ in below), max(high for _, high in below))
+        recording.ranges[entity] = _ends(chart, below)
         _limits(recording, entity, chart, start)
-        if chart.y.low is not None and chart.y.high is not None:
-            recording.ranges[entity] = (chart.y.low / size, chart.y.high / size)
+
+
+def _lines_of(chart: Chart) -> Iterator[tuple[Line, style.Rgb, float]]:
+    """Yield what a chart draws as lines, with colour and width; of lines with dashes each is under the next."""
+    marks = list(zip(chart.marks, style.of_marks(chart.marks), strict=True))
+    dashed = [mark for mark, _ in marks if isinstance(mark, Line) and mark.counts]
+    apart = iter(style.stacked_widths(len(dashed)) if any(line.dash for line in dashed) else ())
+    for mark, color in marks:
+        match mark:
+            case Line():
+                width = next(apart, _WIDTHS[mark.weight]) if mark.counts else _WIDTHS[mark.weight]
+                yield mark, style.rgb_of(color), width
+            case Band():
+                name = mark.label or _line_of(chart, mark)
+                for end, values in (("low", mark.low), ("high", mark.high)):
+                    line = Line(label=f"{name}, {end}", x=mark.x, y=values)
+                    yield line, style.tint(style.rgb_of(color)), _WIDTHS["hair"]
+            case Shares():
+                for label, part, paint in zip(mark.labels, mark.parts, mark.colors, strict=True):
+                    yield Line(label=label, x=mark.x, y=part), style.rgb_of(paint), _WIDTHS["line"]
+            case Rule() if not mark.upright and not chart.y.log:
+                times = [t for t in chart.values(upright=False) if len(t)]
+                ends = [chart.x.low, chart.x.high]
+                if None in ends and times:
+                    ends = [min(float(t.min()) for t in times), max(float(t.max()) for t in times)]
+                if None not in ends:
+                    level = Line(label=mark.label or mark.text, x=np.array(ends), y=np.full(2, mark.at))
+                    yield level, style.rgb_of(color), _WIDTHS[mark.weight]
+            case _:
+                pass
+
+
+def _ends(chart: Chart, below: Sequence[tuple[float, float]]) -> tuple[float, float]:
+    """Return the ends of the vertical axis of a chart in a recording, from those of its lines and dots."""
+    size, axis = chart.unit(True)[1], chart.y
+    low, high = min(low for low, _ in below), max(high for _, high in below)
+    if axis.low is not None and axis.high is not None and not axis.ticks:
+        return axis.low / size, axis.high / size
+    if high - low < axis.least / size:  # no more than rounding
+        low, high = low - 0.5, high + 0.5
+    return low, high
 
 
 def record_cloud(recording: Recording, entity: str, cloud: Cloud, start: float) -> None:
@@ -190,7 +230,7 @@ def _limits(recording: Recording, entity: str, chart: Chart, start: float) -> No
     """Record the limits of requirements below the entity of a plot; far ones are left out."""
     size, most = chart.unit(True)[1], chart.most
     low, high = recording.ranges[entity]
-    end = max(float(x.max()) for x in chart.values(upright=False) if len(x))
+    end = max((float(x.max()) for x in chart.values(upright=False) if len(x)), default=0.0)
     limits = [mark for mark in chart.marks if isinstance(mark, Limit)]
     for number, limit in enumerate(limits, start=1):
         if limit.height > Limit.FAR * most:
@@ -210,12 +250,17 @@ def _limits(recording: Recording, entity: str, chart: Chart, start: float) -> No
 
 def markdown(exhibits: Exhibits) -> str:
     """Return the tables and sentences of a result as text."""
-    return "\n".join([f"# {exhibits.title}", "", *_lines(exhibits.items, 2)])
+    return "\n".join([f"# {exhibits.title}", "", markdown_of(exhibits.items)])
+
+
+def markdown_of(items: Sequence[Item]) -> str:
+    """Return tables and sentences as text."""
+    return "\n".join(_lines(items, 2))
 
 
 def _lines(items: Sequence[Item], level: int) -> Iterator[str]:
     for item in items:
-        if isinstance(item, Charts | Cloud | Diagram) or "recording" not in item.on:
+        if isinstance(item, Charts | Cloud | Diagram | Picture) or "recording" not in item.on:
             continue
         match item:
             case Sentence():
@@ -223,7 +268,9 @@ def _lines(items: Sequence[Item], level: int) -> Iterator[str]:
             case Table():
                 columns, heads, rows = item.shown("recording")
                 yield from ([f"**{_escaped(item.title)}**", ""] if item.title else [])
-                yield "| " + " | ".join(_escaped(", ".join(filter(None, head))) for head in heads) + " |"
+                named = zip(columns, heads, strict=True)
+                texts = (", ".join(filter(None, (column.group, *head))) for column, head in named)
+                yield "| " + " | ".join(map(_escaped, texts)) + " |"
                 yield "|" + "".join("---|" if column.words else "---:|" for column in columns)
                 yield from ("| " + " | ".join(map(_escaped, row)) + " |" for row in rows)
                 yield from ("", *([item.note, ""] if item.note else []))
@@ -242,4 +289,4 @@ def _lines(items: Sequence[Item], level: int) -> Iterator[str]:
 
 def _escaped(text: str) -> str:
     """Return a text in which bars and single asterisks stand for themselves."""
-    return re.sub(r"\||(?<!\*)\*(?!\*)", r"\\\g<0>", text)
+    return re.sub(r"\||(?<!\*)\*(?!\*)", r"\\\g<0>", text).replace("\n", " ")

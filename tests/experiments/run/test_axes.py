@@ -10,8 +10,9 @@ from typing import Any
 import numpy as np
 import pytest
 
-from sinssim.experiments.run.navigation_scheme import axes_drawing, seen
+from sinssim.experiments.run.navigation_scheme import axes_exhibits, seen
 from sinssim.rotation import quaternion_from_euler
+from tests.recording.spies import html
 
 SVG = "{http://www.w3.org/2000/svg}"
 
@@ -28,11 +29,11 @@ def drawn(
     )
     solution = SimpleNamespace(azimuth=None if azimuth is None else np.radians(azimuth))
     scenario = SimpleNamespace(navigation=SimpleNamespace(frame=frame), output=SimpleNamespace(angles=headings))
-    return axes_drawing(scenario, truth, {"quaternion": solution})  # type: ignore[arg-type, dict-item]
+    return html(*axes_exhibits(scenario, truth, {"quaternion": solution}))  # type: ignore[arg-type, dict-item]
 
 
-def labels(html: str) -> dict[str, np.ndarray]:
-    svg = html[: html.index("</svg>") + 6]
+def labels(page: str) -> dict[str, np.ndarray]:
+    svg = page[: page.index("</svg>") + 6]
     return {
         "".join(text.itertext()).replace("\u200b", ""): np.array([float(text.get("x", 0)), float(text.get("y", 0))])
         for text in ET.fromstring(svg).iter(f"{SVG}text")

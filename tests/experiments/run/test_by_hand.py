@@ -19,7 +19,8 @@ import sinssim
 from sinssim.errors import InputError
 from sinssim.experiments.run import run_comparison
 from sinssim.experiments.run.finished_runs import Entry, FinishedRun, is_marked, kind_of, load_streams, runs_in, size_of
-from sinssim.experiments.run.run_comparison import compare_runs, compare_runs_report, write_comparison
+from sinssim.experiments.run.run_comparison import compare_runs, comparison_exhibits, write_comparison
+from sinssim.recording.report.exhibit_page import page_of
 from sinssim.system.outputs import MARK
 
 COLUMNS = (
@@ -113,8 +114,8 @@ def test_the_keys_that_differ(pair: list[Path]) -> None:
 
 def test_the_file_of_a_comparison(pair: list[Path], tmp_path: Path) -> None:
     compared = compare_runs(pair)
-    contents, folder = write_comparison(compared, "the page", tmp_path / "both")
-    assert (folder / "report.html").read_text() == "the page"
+    contents, folder = write_comparison(compared, tmp_path / "both")
+    assert (folder / "report.html").read_text().startswith("<!DOCTYPE html>")
     assert json.loads((folder / "comparison.json").read_text()) == contents
     assert contents["from_s"] == 5.0
     assert contents["to_s"] == 13.0
@@ -143,7 +144,7 @@ def schuler_minutes(latitude: float, height: float) -> float:
 
 
 def test_the_report_of_a_comparison(pair: list[Path]) -> None:
-    page = compare_runs_report(compare_runs(pair))
+    page = page_of(comparison_exhibits(compare_runs(pair)))
     words = " ".join(re.sub("<[^>]*>", " ", page).split())
     assert "Comparison of early, late" in words
     assert "Errors from 5 s to 13 s (8 s), which all runs have. A run that is longer is cut to it." in words
@@ -175,7 +176,7 @@ def test_the_period_is_that_of_the_first_run_on_its_ellipsoid(
 
 def test_the_report_of_runs_of_one_scenario(tmp_path: Path) -> None:
     folders = [write(tmp_path / name / "run", EARLY) for name in "ab"]
-    page = compare_runs_report(compare_runs(folders))
+    page = page_of(comparison_exhibits(compare_runs(folders)))
     assert "Errors from 3 s to 13 s (10 s), which all runs have.</p>" in page
     assert "<p>The scenarios are the same.</p>" in page
 
@@ -183,7 +184,7 @@ def test_the_report_of_runs_of_one_scenario(tmp_path: Path) -> None:
 def test_many_keys_are_counted(tmp_path: Path) -> None:
     tables = ["[imu]\n" + "".join(f"key_{k} = {k + size}\n" for k in range(67)) for size in (1, 2)]
     folders = [write(tmp_path / name, EARLY, more=more) for name, more in zip("ab", tables, strict=True)]
-    page = compare_runs_report(compare_runs(folders))
+    page = page_of(comparison_exhibits(compare_runs(folders)))
     assert "And 7 more; comparison.json has all of them." in page
     assert texts(page)[-1] == ["imu.key_59", "60", "61"]
 

@@ -16,7 +16,8 @@ from sinssim.cli import process as cli
 from sinssim.errors import InputError
 from sinssim.experiments.run.execute import run
 from sinssim.experiments.run.finished_runs import FinishedRun, load_streams, runs_in
-from sinssim.experiments.run.run_comparison import compare_runs, compare_runs_report
+from sinssim.experiments.run.run_comparison import compare_runs, comparison_exhibits
+from sinssim.recording.report.exhibit_page import page_of
 from sinssim.scenario.schema import Scenario
 from tests.recording import fake_run
 
@@ -82,7 +83,7 @@ def test_numbers_are_those_of_the_time_in_common(made: Path) -> None:
 
 
 def test_the_report_draws_each_run_in_one_colour(made: Path) -> None:
-    page = compare_runs_report(compare_runs([made / "long", made / "deep" / "short"], "quaternion"))
+    page = page_of(comparison_exhibits(compare_runs([made / "long", made / "deep" / "short"], "quaternion")))
     assert "A run that is longer is cut to it" in page
     assert page.count("<svg") >= 9
     first = page.split('class="swatch" style="background:')[1][:7]

@@ -12,15 +12,8 @@ import pytest
 
 from sinssim.estimation.filter_result import Diagnosis, Hypothesis, Refusals
 from sinssim.experiments.run import filter_diagnosis
-from sinssim.experiments.run.filter_diagnosis import (
-    _cause_and_remedy,
-    _explained,
-    _refused,
-    diagnosis_numbers,
-    planted,
-    short,
-    wide,
-)
+from sinssim.experiments.run.filter_diagnosis import _explained, _refused, diagnosis_numbers, planted
+from sinssim.experiments.run.filter_remedies import cause_and_remedy, short, wide
 from sinssim.scenario.schema import Scenario
 
 DEG, MINUTE, SECOND, MICRO_G = pi / 180.0, pi / 10_800.0, pi / 648_000.0, 9.80665e-6
@@ -114,7 +107,7 @@ ESTIMATES = "log.gnss.{} = {}, with which the filter estimates it"
     ],
 )  # fmt: skip
 def test_a_cause_of_a_recorded_run(log: Scenario, own: Hypothesis, what: str, keys: str) -> None:
-    assert _cause_and_remedy(own, log) == (what, keys)
+    assert cause_and_remedy(own, log) == (what, keys)
 
 
 @pytest.mark.parametrize(
@@ -143,7 +136,7 @@ def test_a_cause_of_a_recorded_run(log: Scenario, own: Hypothesis, what: str, ke
     ],
 )  # fmt: skip
 def test_a_cause_of_a_simulated_run(simulated: Scenario, own: Hypothesis, what: str, keys: str) -> None:
-    assert _cause_and_remedy(own, simulated) == (what, keys)
+    assert cause_and_remedy(own, simulated) == (what, keys)
 
 
 @pytest.mark.parametrize(
@@ -170,9 +163,9 @@ def test_an_error_of_an_aiding_sensor(simulated: Scenario, name: str, unit: floa
     table = keys.partition(".")[0]
     aiding = {"gnss": {}, table: {"attitude": True} if table == "master" else {}}
     scenario = Scenario.model_validate({**simulated.contents(), "aiding": aiding})
-    found = _cause_and_remedy(cause(name, "state", (-5.0 * unit,), (0.5 * unit,)), scenario)
+    found = cause_and_remedy(cause(name, "state", (-5.0 * unit,), (0.5 * unit,)), scenario)
     assert found == (f"the {told}", f"aiding.{keys} = 15")
-    other = _cause_and_remedy(cause("radar time offset", "state", (0.25,), (0.5,)), simulated)
+    other = cause_and_remedy(cause("radar time offset", "state", (0.25,), (0.5,)), simulated)
     state = 'a state "radar time offset" in the method states() of the sensor'
     assert other == ("the time offset of radar is 0.25 ± 0.5 in SI units", state)
 

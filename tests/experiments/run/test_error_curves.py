@@ -12,12 +12,13 @@ from sinssim.charts import Line
 from sinssim.experiments.run.error_exhibits import (
     _explanation,
     error_exhibits,
-    error_tables,
-    failure,
-    singularity_table,
+    error_table,
+    failure_exhibits,
+    note_on_errors,
+    singularity_exhibits,
 )
 from sinssim.strapdown.navigation_error import NavError
-from tests.recording.spies import Shown, cells, read
+from tests.recording.spies import Shown, cells, html, read
 
 BLUE, ORANGE, GREY = "#56b4e9", "#e69f00", "#8c8c8c"
 ARCSEC, ARCMIN = np.pi / 648_000.0, np.pi / 10_800.0
@@ -38,7 +39,7 @@ def run(*errors: NavError, axes: str = "north") -> Any:
 def test_every_component_has_its_plot_and_unit() -> None:
     """√(3² + 4²) = 5 …; √(0.02² + 0.03² + 0.06²) = 0.07 …; 7″, √(4² + 8² + 80²) = 80.498447″ …"""
     shown = Shown(error_exhibits(run(FIRST, OTHER), 5000.0))
-    html, plots = shown.html, list(shown.charts.values())
+    page, plots = shown.html, list(shown.charts.values())
     a, b = ("quaternion", BLUE, TIME), ("poisson", ORANGE, TIME[::2])
     angle = np.array([7.0, np.sqrt(6480.0), np.sqrt(27600.0)]) / 60.0
     expected = [
@@ -54,7 +55,11 @@ def test_every_component_has_its_plot_and_unit() -> None:
         ("Velocity error, magnitude", "m/s", [0.07, 0.7, 1.4], [0.21, 4.2]),
         ("Attitude error, angle", "arcmin", angle, 0.5 * angle[::2]),
     ]
-    assert len(plots) == 12
+    assert len(plots) == 13
+    down = plots.pop(11)  # only in the recording
+    shown.curves(
+        down.key, "Down velocity error", "m/s", (*a, [0.06, -0.6, 1.2]), (*b, [0.18, 3.6]),
+    )  # fmt: skip
     for found, (title, unit, one, two) in zip(plots, expected, strict=False):
         # 1 nmi/h from the beginning of the run: two hours are 3704 m
         mile = [("1 nmi/h", GREY, [100.0, 7300.0], [0.0, 3704.0])] if title.startswith("Horizontal") else []
@@ -68,8 +73,8 @@ def test_every_component_has_its_plot_and_unit() -> None:
     shown.curves(apart.key, "Distance of poisson from quaternion", "m", (*b, np.sqrt([74.0, 1692025.0])))
     assert apart.y.low == 0.0
     assert apart.marks[0].dash == "--"  # type: ignore[union-attr]
-    assert "is 83.33 min here; dotted lines mark it and its half." in html
-    assert "within 1° of a pole" not in html
+    assert "is 83.33 min here; dotted lines mark it and its half." in page
+    assert "within 1° of a pole" not in page
 
 
 def test_one_solution_of_millimetres_near_a_pole() -> None:
@@ -79,7 +84,7 @@ def test_one_solution_of_millimetres_near_a_pole() -> None:
     assert [(found.title, found.unit(True)[0]) for found in shown.charts.values()] == [
         ("Horizontal position error", "mm"), ("North position error", "mm"), ("East position error", "mm"),
         ("North velocity error", "mm/s"), ("East velocity error", "mm/s"), ("Height error (positive: too high)", "mm"),
-        ("Velocity error, magnitude", "mm/s"),
+        ("Velocity error, magnitude", "mm/s"), ("Down velocity error", "mm/s"),
     ]  # fmt: skip
     shown.curves(
         "navigation/horizontal", "Horizontal position error", "mm", ("quaternion", BLUE, TIME, [0.5, 10.0, 130.0])
@@ -113,35 +118,36 @@ def test_the_table_of_errors_is_in_the_units_of_its_plots() -> None:
                               (30.0, 60.0, 7200.0)),
         "quaternion": statistics((1.0, 2.0, 3.0), (0.1, 0.2, 0.45), (None,) * 3, (6.0, 12.0, 18.0)),
     }  # fmt: skip
-    html = "".join(error_tables(numbers, "x.json", "reference"))
-    heads, kinds, *rows = cells(html)
+    page = html(error_table(numbers), note_on_errors("reference", "x.json"))
+    heads, kinds, *rows = cells(page)
     assert heads == ["", "horizontal [km]", "height [mm]", "velocity [mm/s]", "attitude [arcmin]"]
     assert kinds == ["algorithm", *["final", "rms", "max"] * 4]
     assert rows == [
-        ["poisson", "90.00", "60.00", "150.0", "−20.00", "30.00", "50.00", "11.00", "12.00", "13.00", "0.5000", "1.000",
-         "120.0"],
-        ["quaternion", "0.001000", "0.002000", "0.003000", "100.0", "200.0", "450.0", "–", "–", "–", "0.1000", "0.2000",
-         "0.3000"],
+        ["poisson", "90", "60", "150", "−20", "30", "50", "11", "12", "13", "0.5", "1", "120"],
+        ["quaternion", "0.001", "0.002", "0.003", "100", "200", "450", "–", "–", "–", "0.1", "0.2", "0.3"],
     ]  # fmt: skip
-    assert html.index(ORANGE) < html.index("poisson") < html.index(BLUE) < html.index("quaternion")
-    text = read(html)
+    assert page.index(ORANGE) < page.index("poisson") < page.index(BLUE) < page.index("quaternion")
+    text = read(page)
     assert "Solution minus reference, in the local level of the latter." in text
     assert text.endswith("Full precision: x.json.")
 
 
 def test_passages_and_failures() -> None:
-    found = {
+    found: Any = {
         "euler": [
             {"start_s": 1.234, "end_s": 5.678, "damage_arcsec": 90.0, "text": "euler: pitch went through 90°"},
             {"start_s": 61.0, "end_s": 62.5, "damage_arcsec": None, "text": "once <more>"},
         ],
         "other": [{"start_s": 7.0, "end_s": 8.0, "damage_arcsec": 3.0, "text": "other: too"}],
     }
-    assert cells(singularity_table(found)) == [
-        ["algorithm", "from [s]", "to [s]", "damage [arcmin]", ""],
-        ["euler", "1.23", "5.68", "1.500", "pitch went through 90°"],
+    assert cells(html(*singularity_exhibits(found))) == [
+        ["algorithm", "from, s", "to, s", "damage, arcmin", ""],
+        ["euler", "1.23", "5.68", "1.5", "pitch went through 90°"],
         ["euler", "61.00", "62.50", "–", "once &lt;more&gt;"],
-        ["other", "7.00", "8.00", "0.05000", "too"],
+        ["other", "7.00", "8.00", "0.05", "too"],
     ]
-    assert "No algorithm passed" in singularity_table({})
-    assert read(failure(("a<b", {"text": "its errors grew."}))) == "a&lt;b has no result. Its errors grew."
+    assert "No algorithm passed" in html(*singularity_exhibits({}))
+    assert (
+        read(html(*failure_exhibits({"a<b": {"time_s": None, "text": "its errors grew."}})))
+        == "a&lt;b has no result. Its errors grew."
+    )

@@ -10,67 +10,65 @@ import pytest
 
 from sinssim.experiments.run import filter_exhibits as report
 from tests.recording.made_filter import aided
-from tests.recording.spies import Plots, cells, read
+from tests.recording.spies import Plot, cells, html, plots
 
 AIDED, SMOOTHED, BACKWARD, BOUND, REFUSED = "#0072b2", "#cc79a7", "#d55e00", "#969696", "#e11e6e"
 ARCSEC, ARCMIN = np.pi / 648_000.0, np.pi / 10_800.0
 
 
-def band(kind: str, label: str, paint: tuple[str, str], time: Any, error: Any, sigma: Any, rows: slice) -> Any:
-    """Return the expected curves of one solution: each is split where the filter has settled."""
-    time, found = np.array(time), []
-    three = ((label, 3.0 * np.array(sigma), paint[0]), ("", -3.0 * np.array(sigma), paint[0]),
-             (kind, np.array(error), paint[1]))  # fmt: skip
-    for name, values, color in three:
-        before, after = slice(0, rows.start), slice(rows.stop, None) if rows.stop else slice(0, 0)
-        found += [("", color, time[part], values[part]) for part in (before, after)]
-        found.append((name, color, time[rows], values[rows]))
-    return found
+def band(kind: str, label: str, paint: tuple[str, str], time: Any, error: Any, sigma: Any) -> Any:
+    """Return the expected curves of one solution."""
+    return [(label, paint[0], time, 3.0 * np.array(sigma)), ("", paint[0], time, -3.0 * np.array(sigma)),
+            (kind, paint[1], time, np.array(error))]  # fmt: skip
 
 
-def test_every_error_lies_in_its_band(plots: Plots) -> None:
+def bands(found: Any, marks: Any = ()) -> list[Plot]:
+    return [Plot(chart) for row in report.band_charts(found, (20.0, 420.0), marks) for chart in row]
+
+
+def test_every_error_lies_in_its_band() -> None:
     """Of the height, up is positive; the axis fits what comes after a twentieth of the run, 20 s."""
-    list(report._bands(aided(), (20.0, 420.0), []))
     # 3σ after the filter has settled: 30 · 0.002 m/s is more than 0.05 m/s
     sizes = [("m", 2.0), ("m", 3.0), ("m", -5.0), ("m/s", 0.002), ("m/s", 0.003), ("m/s", 0.005),
              ("arcsec", 1e-6 / ARCSEC), ("arcsec", 2e-6 / ARCSEC), ("arcmin", 4e-4 / ARCMIN)]  # fmt: skip
     titles = ["North position error", "East position error", "Height error", "North velocity error",
               "East velocity error", "Down velocity error", "Tilt about north, φN", "Tilt about east, φE",
               "Azimuth misalignment, φD"]  # fmt: skip
-    for found, title, (unit, size) in zip(plots, titles, sizes, strict=True):
+    for found, title, (unit, size) in zip(bands(aided()), titles, sizes, strict=True):
         own = abs(size)
         curves = [
             *band("aided", "±3σ, aided", (BOUND, AIDED), [20.0, 30.0, 40.0, 220.0, 420.0],
-                  size * np.array([-50.0, 30.0, -12.0, 7.0, 5.0]), own * np.array([100.0, 40.0, 10.0, 6.0, 4.0]),
-                  slice(2, None)),
+                  size * np.array([-50.0, 30.0, -12.0, 7.0, 5.0]), own * np.array([100.0, 40.0, 10.0, 6.0, 4.0])),
             *band("smoothed", "±3σ, smoothed", ("#ab8a9c", SMOOTHED), [20.0, 50.0, 420.0],
-                  size * np.array([8.0, -3.0, 2.0]), own * np.array([9.0, 2.5, 3.5]), slice(1, None)),
+                  size * np.array([8.0, -3.0, 2.0]), own * np.array([9.0, 2.5, 3.5])),
             *band("backward", "±3σ, backward", ("#af7f5a", BACKWARD), [30.0, 400.0, 410.0],
-                  size * np.array([1.0, -4.0, 60.0]), own * np.array([1.5, 5.0, 80.0]), slice(0, 2)),
+                  size * np.array([1.0, -4.0, 60.0]), own * np.array([1.5, 5.0, 80.0])),
         ]  # fmt: skip
         found.shows(title, unit, *curves)
         assert found.span == (20.0, 420.0)
-        assert {line.reference for line in found.lines[2::3]} == {False}
-        assert {line.reference for k, line in enumerate(found.lines) if k % 3 < 2} == {True}
+        # 3 · 10 of the aided solution at 40 s is the largest that is fitted, with a twentieth of room
+        high = found.chart.y.high
+        assert high is not None
+        assert found.chart.y.low == -high
+        assert high / found.chart.unit(True)[1] == pytest.approx(1.05 * 30.0 * own)
 
 
-def test_the_aided_solution_alone(plots: Plots) -> None:
-    list(report._bands(aided(others=False), (20.0, 420.0), []))
-    assert [line.label for line in plots[0].lines] == ["", "", "±3σ", "", "", "", "", "", "aided"]
+def test_the_aided_solution_alone() -> None:
+    assert [line.label for line in bands(aided(others=False))[0].lines] == ["±3σ", "", "aided"]
 
 
-def test_innovations_over_their_sigma(plots: Plots) -> None:
+def test_innovations_over_their_sigma() -> None:
     """3/2 and −8/4, 1/2 and 1/5; the rejected −40/4 is drawn at the edge, 10/2 is not; a skipped one is not drawn."""
-    list(report._innovation_plots(aided(), (20.0, 420.0)))
-    (found,) = plots
+    (found,) = plots(report.innovation_charts(aided().estimate.innovations, (20.0, 420.0)))
+    paint = found.lines[0].color
     found.shows(
         "gnss innovations", "σ",
-        ("±3σ", BOUND, [20.0, 420.0], [3.0, 3.0]), ("", BOUND, [20.0, 420.0], [-3.0, -3.0]),
-        ("accepted", AIDED, [21.0, 21.0, 23.0, 23.0], [1.5, -2.0, 0.5, 0.2]),
-        ("rejected", REFUSED, [24.0, 24.0], [-6.0, 5.0]),
+        ("accepted", paint, [21.0, 23.0], [1.5, 0.5]), ("", paint, [21.0, 23.0], [-2.0, 0.2]),
+        ("rejected", REFUSED, [24.0], [-6.0]), ("", REFUSED, [24.0], [5.0]),
     )  # fmt: skip
-    assert found.options["axis"] == (-6.0, 6.0, 2.0)
-    assert [line.dots for line in found.lines] == [0.0, 0.0, 1.6, 2.6]
+    assert found.levels == [(3.0, "±3σ"), (-3.0, "")]
+    assert found.chart.y.ticks == (-6.0, -4.0, -2.0, 0.0, 2.0, 4.0, 6.0)
+    assert [line.size for line in found.lines] == [1.2, 1.2, 2.6, 2.6]
 
 
 def errors(*values: float | None) -> dict[str, float | None]:
@@ -87,16 +85,16 @@ def test_solutions_side_by_side() -> None:
         },
         "algorithms": {"poisson": errors(1234.0, 2345.0, 3456.0, 45.6, 5.67, 678.0)},
     }  # fmt: skip
-    html = report._solutions(summary)
-    assert cells(html) == [
-        ["solution", "horizontal, final [m]", "rms", "max", "height, max [m]", "velocity, max [m/s]",
-         "attitude, final [arcmin]"],
+    page = html(report._solutions(summary["filter"], summary["algorithms"]))
+    assert cells(page) == [
+        ["solution", "horizontal, final, m", "rms", "max", "height, max, m", "velocity, max, m/s",
+         "attitude, final, arcmin"],
         ["aided", "1.50", "2.25", "3.75", "4.50", "0.125", "1.50"],
         ["smoothed", "0.500", "0.600", "0.700", "–", "0.800", "0.100"],
         ["inertial, poisson", "1234", "2345", "3456", "45.6", "5.67", "11.3"],
     ]  # fmt: skip
     colors = ["#0072b2", "#cc79a7", "#e69f00"]
-    assert [html.index(color) for color in colors] == sorted(html.index(color) for color in colors)
+    assert [page.index(color) for color in colors] == sorted(page.index(color) for color in colors)
 
 
 def test_tests_of_the_innovations_and_of_the_errors() -> None:
@@ -107,17 +105,18 @@ def test_tests_of_the_innovations_and_of_the_errors() -> None:
         "verdict": "optimistic", "taken": 118, "refused": 7, "refused_expected": 0.125,
         "tests": {"NIS": above, "slow part, 64 readings": below, "whiteness": inside},
     }  # fmt: skip
-    html = "".join(report._tests({"sensors": {"gnss <1>": sensor}}))
-    assert cells(html) == [
+    numbers: Any = {"sensors": {"gnss <1>": sensor}}
+    page = html(report._tests(numbers))
+    assert cells(page) == [
         ["sensor", "verdict", "accepted", "rejected (expected)", "NIS", "whiteness", "sums of 16", "of 64", "of 256"],
         ["gnss &lt;1&gt;", "optimistic", "118", "7 (0.12)", "1.23(0.987 … 1.01)", "1.05(0.900 … 1.10)", "–",
          "0.500(0.600 … 1.40)", "–"],
     ]  # fmt: skip
-    assert html.count("<strong>") == 2
-    assert "<strong>1.23</strong><br>(0.987" in html
+    assert page.count("<strong>") == 2
+    assert "<strong>1.23</strong><br>(0.987" in page
     numbers = {"nees": {"attitude": {**below, "states": 3}}, "noise": {"velocity": inside}}
-    html = "".join(report._against_truth(numbers))
-    assert cells(html) == [
+    page = html(*report._against_truth(numbers))
+    assert cells(page) == [
         ["states", "number", "NEES per state"], ["attitude", "3", "0.500 (0.600 … 1.40)"],
         ["noise", "variance / assumed variance"], ["velocity", "1.05 (0.900 … 1.10)"],
     ]  # fmt: skip
@@ -132,7 +131,7 @@ def state(start: float, end: float, error: float | None, reduction: float | None
 def test_uncertainty_of_the_states_in_the_units_of_people() -> None:
     """4.8481368e-6 rad/s are 1 deg/h; in two tables, the first of which is the longer one."""
     rate = ARCSEC
-    numbers = {
+    numbers: Any = {
         "recorded": False, "nees": {}, "noise": {},
         "states": {
             "gyro_bias_forward_radps": state(3.0 * rate, 1.5 * rate, -0.75 * rate, 2.0, False),
@@ -140,9 +139,9 @@ def test_uncertainty_of_the_states_in_the_units_of_people() -> None:
             "position_north_m": state(4.0, 8.0, 6.0, 0.5, False),
         },
     }  # fmt: skip
-    html = "".join(report._learned(numbers))
+    page = html(*report._uncertainty(numbers))
     heads = ["state", "σ, start", "σ, end", "error, end", "σ reduced by"]
-    found = [row for row in cells(html) if len(row) == 5]
+    found = [row for row in cells(page) if len(row) == 5]
     assert found[0] == found[3] == heads
     assert [row[0].partition(" [")[0] for row in (found[1], found[2], found[4])] == [
         "gyro bias forward", "accel. bias down", "position north",
@@ -150,11 +149,10 @@ def test_uncertainty_of_the_states_in_the_units_of_people() -> None:
     assert found[1][1:] == ["3.00", "1.50", "−0.750", "2.00 ×"]
     assert found[2][1:] == ["1000", "10.0", "–", "100 ×"]
     assert found[4][1:] == ["4.00", "8.00", "6.00", "2.00 × larger"]
-    assert html.count("<strong>") == 1
-    assert "<strong>100 ×</strong>" in html
-    recorded = "".join(report._learned({**numbers, "recorded": True}))
+    assert page.count("<strong>") == 1
+    assert "<strong>100 ×</strong>" in page
+    recorded = html(*report._uncertainty({**numbers, "recorded": True}))
     assert "estimate, end" in recorded
-    assert "Errors against their covariance" not in recorded
     assert "−1.50" in recorded
 
 
@@ -174,30 +172,32 @@ def test_marks_of_gaps_and_of_faults() -> None:
         ]
     )
     marks: Any = found
-    assert [(m.time, m.text, m.faint) for m in report.outage_marks(marks)] == [
+    assert [(m.at, m.text, m.color == "grid") for m in report.outage_marks(marks)] == [
         (109.0, "no baro", False), (120.0, "baro again", False), (120.0, "no baro", False),
         (139.0, "no GNSS", False), (140.0, "baro again", False), (179.5, "GNSS again", False),
         (179.5, "no GNSS", False), (230.0, "GNSS again", False),
     ]  # fmt: skip
-    faults = {"faults": [{"from_s": 30.0, "to_s": 60.5, "kind": "jump"}, {"from_s": 5.0, "to_s": 99.5, "kind": "ramp"}]}
-    assert [(m.time, m.text) for m in report.fault_marks(faults, 100.0)] == [
+    faults: Any = {
+        "faults": [{"from_s": 30.0, "to_s": 60.5, "kind": "jump"}, {"from_s": 5.0, "to_s": 99.5, "kind": "ramp"}]
+    }
+    assert [(m.at, m.text) for m in report.fault_marks(faults, 100.0)] == [
         (30.0, "jump"), (60.5, "jump ends"), (5.0, "ramp"),
     ]  # fmt: skip
 
 
 @pytest.mark.parametrize(("divergence", "broken"), [(None, False), ({"time_s": 3.0}, True)])
 def test_the_first_sentence_is_marked_if_it_diverged(
-    monkeypatch: pytest.MonkeyPatch, plots: Plots, divergence: Any, broken: bool
+    monkeypatch: pytest.MonkeyPatch, divergence: Any, broken: bool
 ) -> None:
-    monkeypatch.setattr(report, "sentences", lambda numbers: ["First & best.", "Second."])
-    summary = {
-        "algorithms": {},
-        "filter": {"divergence": divergence, "faults": [], "sensors": {}, "nees": {}, "noise": {}, "states": {}},
-    }
-    html = "".join(report.filter_section(aided(), summary, (20.0, 420.0)))
-    assert html.startswith(
+    monkeypatch.setattr(report, "sentences", lambda numbers, diagnosed: ["First & best.", "Second."])
+    of_filter: Any = {"divergence": divergence, "faults": [], "sensors": {}, "nees": {}, "noise": {}, "states": {},
+                      "aided": None, "findings": []}  # fmt: skip
+    items = list(report.filter_exhibits(aided(), of_filter, {}, (20.0, 420.0)))
+    page = html(*items)
+    assert page.startswith(
         f"<p{' class=' + chr(34) + 'broken' + chr(34) if broken else ''}><strong>First &amp; best.</strong></p>"
         "<p>Second.</p>"
     )
-    assert len(plots) == 10
-    assert read(html).index("plot 8") < read(html).index("Innovations") < read(html).index("plot 9")
+    assert len(plots(items)) == 10
+    order = [page.index(text) for text in ("Azimuth misalignment", ">Innovations<", "gnss innovations")]
+    assert order == sorted(order)

@@ -15,17 +15,19 @@ from sinssim.estimation import consistency as against_truth
 from sinssim.estimation.consistency import ChiSquare
 from sinssim.estimation.filter_result import Innovations, Reasons
 from sinssim.experiments.run import filter_summary
+from sinssim.experiments.run.filter_exhibits import filter_exhibits
 from sinssim.experiments.run.filter_summary import (
     _alignment_sentence,
-    filter_markdown,
     filter_numbers,
     for_people,
     sentences,
     unused_sentences,
 )
+from sinssim.recording.rerun.exhibit_recording import markdown_of
 from sinssim.scenario import Scenario
 from sinssim.strapdown.navigation_error import NavError
 from tests.experiments.run.test_filter_streams import MODEL
+from tests.recording.made_filter import aided as aided_of_recording
 from tests.recording.test_motion_streams import rows
 from tests.recording.test_summary import ERROR, NUMBERS
 
@@ -93,7 +95,7 @@ def judged(monkeypatch: pytest.MonkeyPatch) -> None:
     one, two = (TEST, "optimistic"), (ChiSquare("n", 0.9, 0.8, 1.2, 0.6), "consistent")
     actual = against_truth.ActualConsistency({"all states": one, "gyro bias": two}, {"gyro noise": two}, ("Two.",))
     monkeypatch.setattr(filter_summary, "_actual", lambda aided: actual)
-    monkeypatch.setattr(filter_summary, "diagnosis_numbers", lambda estimate, scenario: {"diagnosis": "d"})
+    monkeypatch.setattr(filter_summary, "diagnosis_numbers", lambda estimate, scenario: "d")
     monkeypatch.setattr(filter_summary, "hints", lambda scenario: ["A hint."])
 
 
@@ -371,31 +373,54 @@ def test_the_panel_of_a_filter() -> None:
         "sigma_end": 0.25 * MINUTE,
         "error_end": -0.5 * MINUTE,
         "estimate_end": 7.0 * MINUTE,
+        "reduction": 12.0,
+        "observable": True,
     }
-    sensor = {"verdict": "optimistic", "taken": 7, "refused": 2, "unused": {}, "readings": 9, "tests": {"NIS": CHI}}
+    sensor = {
+        "verdict": "optimistic",
+        "taken": 7,
+        "refused": 2,
+        "refused_expected": 0.125,
+        "unused": {},
+        "readings": 9,
+        "tests": {"NIS": CHI},
+    }
     own = numbers(
         sensors={"gnss": sensor, "baro": {**sensor, "tests": {}, "verdict": "unknown", "taken": 4, "refused": 3}},
-        nees={"all states": CHI}, noise={"gyro noise": {"value": 0.9, "lower_95": 0.8, "upper_95": 1.25}},
+        nees={"all states": {**CHI, "states": 9}},
+        noise={"gyro noise": {"value": 0.9, "lower_95": 0.8, "upper_95": 1.25}},
+        aided=None,
         states={"phi_n_rad": state, "phi_e_rad": {**state, "observable": False}}, findings=["Found."], remarks=["R."],
     )  # fmt: skip
-    found = filter_markdown(own).splitlines()
+    found = panel(own)
     right = "The filter is consistent: its innovations and its errors agree with its covariance."
-    table = [
-        "", "| sensor | accepted | rejected | NIS | verdict |", "|---|---|---|---|---|",
-        "| gnss | 7 | 2 | 1.23 (0.77 … 1.41) | optimistic |", "| baro | 4 | 3 | – | unknown |",
-        "", "| states | NEES | 95 % band |", "|---|---|---|", "| all states | 1.23 | 0.77 … 1.41 |",
-        "", "| noise | variance / assumed variance | 95 % band |", "|---|---|---|", "| gyro noise | 0.9 | 0.8 … 1.25 |",
-        "",
+    assert found[0] == f"**{right}**"
+    assert "R." in found
+    assert found[-1] == "- Found."
+    rows = [line for line in found if line.startswith("| ") and not line.startswith("| **")]
+    assert rows[0] == (
+        "| sensor | verdict | accepted | rejected (expected) | NIS | whiteness | sums of 16 | of 64 | of 256 |"
+    )
+    assert rows[1].startswith("| gnss | optimistic | 7 | 2 (0.12) | 1.23 (0.770 … 1.41) | – |")
+    assert rows[2].startswith("| baro | unknown | 4 | 3 (0.12) | – | – |")
+    assert rows[3:7] == [
+        "| states | number | NEES per state |", "| all states | 9 | 1.23 (0.770 … 1.41) |",
+        "| noise | variance / assumed variance |", "| gyro noise | 0.900 (0.800 … 1.25) |",
     ]  # fmt: skip
-    assert found == [
-        f"**{right}**", "", "- R.", *table, "| state | σ at the start | at the end | error |", "|---|---|---|---|",
-        "| phi n [arcmin] | 3.00 | 0.250 | −0.500 |", "| phi e [arcmin], not observable | 3.00 | 0.250 | −0.500 |",
-        "", "- Found.",
+    assert rows[7:] == [
+        "| state | σ, start | σ, end | error, end | σ reduced by |",
+        "| phi n [arcmin] | 3.00 | 0.250 | −0.500 | **12.0 ×** |",
+        "| phi e [arcmin] | 3.00 | 0.250 | −0.500 | 12.0 × |",
     ]  # fmt: skip
-    recorded = filter_markdown({**own, "recorded": True, "nees": {}, "noise": {}}).splitlines()
-    assert "| state | σ at the start | at the end | estimate |" in recorded
-    assert "| phi n [arcmin] | 3.00 | 0.250 | 7.00 |" in recorded
+    recorded = panel({**own, "recorded": True, "nees": {}, "noise": {}})
+    assert "| state | σ, start | σ, end | estimate, end | σ reduced by |" in recorded
+    assert "| phi n [arcmin] | 3.00 | 0.250 | 7.00 | **12.0 ×** |" in recorded
     assert not any("NEES" in line or "assumed variance" in line for line in recorded)
+
+
+def panel(of: Any) -> list[str]:
+    """Return the lines that the panel of a recording has of a filter."""
+    return markdown_of(list(filter_exhibits(aided_of_recording(), of, {}, (20.0, 420.0)))).splitlines()
 
 
 def test_a_ramp_grows_from_its_start() -> None:

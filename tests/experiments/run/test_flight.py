@@ -11,10 +11,11 @@ from scipy.spatial.transform import Rotation
 
 from sinssim.data import NavState
 from sinssim.earth import WGS84
-from sinssim.experiments.run import flight_map as report
+from sinssim.experiments.run import motion_exhibits as report
+from sinssim.experiments.run.track_map import Track
 from sinssim.scenario import Scenario
 from sinssim.truth.sampling import Channel, FlightEvent
-from tests.recording.spies import Plots, cells
+from tests.recording.spies import Plot, cells, html, plots
 
 ORANGE, GREEN, BLUE = "#d55e00", "#009e73", "#56b4e9"
 TIME = np.array([10.0, 20.0, 60.0, 70.0])
@@ -34,9 +35,8 @@ def test_facts_in_numbers(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(report, "_source", lambda scenario: [("wind", "5 m/s < 6")])
     trajectory = SimpleNamespace(gravity="normal", ellipsoid=WGS84)
     truth: Any = SimpleNamespace(time=TIME, state=motion(), trajectory=trajectory)
-    html = report._map_and_facts(None, truth)  # type: ignore[arg-type]
-    assert report.MAP in html
-    assert cells(html) == [
+    page = html(report.motion_facts(None, truth))  # type: ignore[arg-type]
+    assert cells(page) == [
         ["true motion of the sensor block", ""],
         ["duration", "60 s"],
         ["distance over ground (∫ ground speed dt)", "0.800 km"],
@@ -62,32 +62,41 @@ def test_facts_in_numbers(monkeypatch: pytest.MonkeyPatch) -> None:
         ("continuous", [350.0, 365.0, 460.0, 560.0], 0.0, None),
     ],
 )
-def test_height_speed_and_attitude(plots: Plots, angles: Any, heading: Any, turn: float, axis: Any) -> None:
+def test_height_speed_and_attitude(angles: Any, heading: Any, turn: float, axis: Any) -> None:
     air = Channel(np.array([10.0, 40.0, 70.0]), np.array([11.0, 17.0, 23.0]), "m/s")
-    marks = [report.Mark(20.0, "1", faint=True)]
-    list(report.motion_plots(TIME, motion(), marks, angles, air))
-    height, speed, attitude, turning = plots
+    marks = [report.mark_of_many(20.0, "1")]
+    charts = list(report.motion_charts(TIME, motion(), marks, angles, air))
+    height, speed, attitude, turning = plots(charts)
     height.shows("Height above the ellipsoid", "m", ("height", GREEN, TIME, [120.0, 340.0, 90.5, 260.25]))
     speed.shows("Speed", "m/s", ("ground speed", GREEN, TIME, [5.0, 13.0, 13.0, 25.0]),
                 ("true airspeed", ORANGE, air.time, [11.0, 17.0, 23.0]))  # fmt: skip
     attitude.shows("Roll and pitch", "deg", ("roll", ORANGE, TIME, ROLL), ("pitch", BLUE, TIME, PITCH))
     turning.shows("Heading", "deg", ("heading", GREEN, TIME, heading))
-    assert [line.turn for line in attitude.lines] == [360.0, 0.0]
-    assert (turning.lines[0].turn, turning.options["axis"]) == (turn, axis)
-    assert attitude.options["axis"] is None
-    for found in plots:
+    assert [np.degrees(line.turn) for line in attitude.lines] == [360.0, 0.0]
+    y = turning.chart.y
+    assert np.degrees(turning.lines[0].turn) == turn
+    if axis is None:
+        assert (y.low, y.high) == (None, None)
+    else:
+        low, high, step = axis
+        assert np.degrees([y.low, y.high]) == pytest.approx([low, high])
+        assert np.diff(np.degrees(y.ticks)) == pytest.approx(np.full(4, step))
+    assert (attitude.chart.y.low, attitude.chart.y.high) == (None, None)
+    for found in (height, speed, attitude, turning):
         assert found.span == (10.0, 70.0)
         assert found.marks == [(20.0, "1", True)]
-        assert found.options["least"] == 1e-3
+    assert [found.chart.y.least for found in (height, speed)] == [1e-3] * 2
+    (climb,) = charts[1]
+    Plot(climb).shows("Vertical speed, up", "m/s", ("vertical speed", BLUE, TIME, [-1.0, 2.0, -0.04, 6.5]))
 
 
-def test_rolling_over_has_the_whole_circle(plots: Plots) -> None:
-    list(report.motion_plots(TIME, motion([2.0, -121.0, 45.0, 4.0]), [], None))
-    assert plots[2].options["axis"] == (-180.0, 180.0, 90.0)
-    assert [line.label for line in plots[1].lines] == ["ground speed"]
+def test_rolling_over_has_the_whole_circle() -> None:
+    found = plots(report.motion_charts(TIME, motion([2.0, -121.0, 45.0, 4.0]), [], None))
+    assert (found[2].chart.y.low, found[2].chart.y.high) == (-np.pi, np.pi)
+    assert [line.label for line in found[1].lines] == ["ground speed"]
 
 
-def test_legs_as_flown_and_other_events(plots: Plots, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_legs_as_flown_and_other_events() -> None:
     """A leg that did not begin has no row; one that did not end has no end."""
     legs = [
         {"type": "straight", "distance_m": 700.0}, {"type": "turn", "angle_deg": -90.0},
@@ -107,48 +116,39 @@ def test_legs_as_flown_and_other_events(plots: Plots, monkeypatch: pytest.Monkey
     found, others = report._legs(scenario, trajectory)
     assert [(name, begin, end) for name, _, begin, end in found] == [("straight", 12.34, 33.36), ("turn", 33.36, None)]
     assert others == [(20.0, "a <bump>"), (70.0, "end")]
-    html = "".join(report.flight_section(scenario, truth))
-    rows = cells(html)
-    at = rows.index(["leg", "", "", "from [s]", "to [s]"])
+    items = list(report.motion_exhibits(scenario, truth))
+    page = html(*items)
+    rows = cells(page)
+    at = rows.index(["leg", "", "", "from, s", "to, s"])
     first, second = rows[at + 1], rows[at + 2]
     assert (first[:2], first[3:]) == (["1", "straight"], ["12.3", "33.4"])
     assert (second[:2], second[3:]) == (["2", "turn"], ["33.4", "–"])
     assert "distance_m = 700" in first[2]
     assert "angle_deg = -90" in second[2]
-    assert rows[at + 3 :] == [["time [s]", ""], ["20.0", "a &lt;bump&gt;"], ["70.0", "end"]]
-    assert "<h3>Legs</h3>" in html
-    assert plots[0].marks == [(12.34, "1", True), (33.36, "2", True)]
+    assert rows[at + 3 :] == [["time, s", ""], ["20.0", "a &lt;bump&gt;"], ["70.0", "end"]]
+    assert "<h3>Legs</h3>" in page
+    assert plots(items)[0].marks == [(12.34, "1", True), (33.36, "2", True)]
     (kind, words), *_ = [one for one in report._source(scenario) if one[0] == "drive"]
     assert kind == "drive"
     assert words.startswith("3 legs, see below; ")
 
 
 def test_the_map_has_every_track(monkeypatch: pytest.MonkeyPatch) -> None:
-    """The true track is pale below others, and pure alone; further tracks follow the run's own."""
+    """The true track is pale below others, and pure alone."""
     seen: list[Any] = []
-    monkeypatch.setattr(report, "draw_map", lambda *what, **more: seen.append((what, more)) or "map")
-    scenario: Any = SimpleNamespace(
-        aiding=SimpleNamespace(outages=((1.0, 2.0),)), flight=None, track=None,
-    )  # fmt: skip
-    truth = motion()
-    flown: Any = SimpleNamespace(time=TIME, state=truth, ellipsoid=WGS84)
-    own = report.Places(TIME[:3], truth.latitude[:3] + 1e-4, truth.longitude[:3] - 1e-4)
-    further = report.Places(TIME[1:], truth.latitude[1:] + 2e-4, truth.longitude[1:])
-    chart = report.map_of(scenario, flown, {"poisson": own})
-    assert chart({"aided": further}) == "map"
-    (time, state, tracks, colors, ellipsoid), more = seen[0]
-    np.testing.assert_array_equal(time, TIME)
-    np.testing.assert_array_equal(state.latitude, truth.latitude)
-    np.testing.assert_array_equal(state.longitude, truth.longitude)
-    assert list(tracks) == ["poisson", "aided"]
-    for name, one in (("poisson", own), ("aided", further)):
-        np.testing.assert_array_equal(tracks[name].time, one.time)
-        np.testing.assert_array_equal(tracks[name].latitude, one.latitude)
-        np.testing.assert_array_equal(tracks[name].longitude, one.longitude)
-    assert colors == ["#5a9988", "#e69f00", "#0072b2"]
+    monkeypatch.setattr(report, "track_map", lambda *what, **more: seen.append((what, more)))
+    scenario: Any = SimpleNamespace(aiding=SimpleNamespace(outages=((1.0, 2.0),)), flight=None, track=None)
+    truth = Track.of("truth", TIME, motion())
+    own = Track.of("poisson", TIME[:3], motion().__class__(*(v[:3] for v in vars(motion()).values())), "poisson")
+    report.motion_map(scenario, WGS84, truth, [own])
+    (tracks, ellipsoid), more = seen[0]
+    assert [track.name for track in tracks] == ["truth", "poisson"]
+    np.testing.assert_array_equal(tracks[0].latitude, motion().latitude)
+    np.testing.assert_array_equal(tracks[1].longitude, motion().longitude[:3])
+    assert tracks[0].color == (90, 153, 136)
     assert ellipsoid is WGS84
-    assert more == {"outages": ((1.0, 2.0),), "places": []}
+    assert (more["outages"], more["places"]) == (((1.0, 2.0),), [])
     scenario.aiding = None
-    report.map_of(scenario, flown, {})({})
-    assert seen[1][0][2:4] == ({}, [GREEN])
-    assert seen[1][1] == {"outages": (), "places": []}
+    report.motion_map(scenario, WGS84, truth, [])
+    assert [track.color for track in seen[1][0][0]] == ["truth"]
+    assert seen[1][1]["outages"] == ()

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from types import SimpleNamespace
 from typing import Any
 
 import numpy as np
@@ -10,10 +11,14 @@ from scipy.spatial.transform import Rotation
 
 from sinssim.data import ImuData, NavSolution, NavState
 from sinssim.experiments.run import run_recording as view
+from sinssim.experiments.run.error_exhibits import error_charts
+from sinssim.experiments.run.motion_exhibits import motion_charts
+from sinssim.experiments.run.sensor_comparison import recorded_readings
 from sinssim.recording.rerun.scene import Scene
+from sinssim.recording.style import COLORS
 from sinssim.strapdown.navigation_error import NavError
 from sinssim.truth.sampling import FlightEvent
-from tests.recording.spies import Drawn, values_of
+from tests.recording.spies import Drawn, record, values_of
 
 X, Y, Z, GREY, TRUTH = (213, 94, 0), (0, 158, 115), (86, 180, 233), (120, 120, 120), (0, 158, 115)
 TIME = np.array([10.0, 20.0, 60.0, 70.0])
@@ -27,24 +32,24 @@ TRUTH_STATE = NavState(np.radians(LATITUDE), np.radians(LONGITUDE), HEIGHT, VELO
 LAT_LON = np.column_stack((LATITUDE, LONGITUDE))
 
 
-@pytest.mark.parametrize(
-    ("angles", "heading"),
-    [(None, [np.nan, 5.0, 100.0, 200.0]), ("-90..270", [-10.0, 5.0, 100.0, 200.0]),
-     ("continuous", [350.0, 365.0, 460.0, 560.0])],
-)  # fmt: skip
-def test_the_motion(angles: str | None, heading: list[float]) -> None:
+def test_the_motion_over_time() -> None:
     """Speed √(v_N² + v_E²); up is positive; no line where an angle jumps by a turn."""
-    drawn: Any = Drawn()
-    events = [FlightEvent(19.0, "<turns>"), FlightEvent(60.0, "climbs"), FlightEvent(99.0, "ends")]
-    scene = Scene.around(TRUTH_STATE)
-    view.draw_flight(drawn, TIME, TRUTH_STATE, scene, events, angles, "land")
+    drawn = record(motion_charts(TIME, TRUTH_STATE, (), None))
     leaning = np.column_stack((ROLL, PITCH))
     leaning[1, 0] = np.nan
     drawn.shows("flight/roll_pitch", ["roll", "pitch"], TIME, leaning, [X, Z])
-    drawn.shows("flight/heading", ["heading"], TIME, np.array(heading)[:, None], [Y])
+    drawn.shows("flight/heading", ["heading"], TIME, [[np.nan], [5.0], [100.0], [200.0]], [Y])
     drawn.shows("flight/height", ["height"], TIME, HEIGHT[:, None], [Y])
-    drawn.shows("flight/ground_speed", ["ground speed"], TIME, [[5.0], [13.0], [13.0], [25.0]], [Y])
+    drawn.shows("flight/speed", ["ground speed"], TIME, [[5.0], [13.0], [13.0], [25.0]], [Y])
     drawn.shows("flight/vertical_speed", ["vertical speed"], TIME, [[-1.0], [2.0], [-0.04], [6.5]], [Z])
+    assert drawn.ranges["flight/height"] == (90.5, 340.0)
+
+
+def test_the_motion() -> None:
+    drawn: Any = Drawn()
+    events = [FlightEvent(19.0, "<turns>"), FlightEvent(60.0, "climbs"), FlightEvent(99.0, "ends")]
+    scene = Scene.around(TRUTH_STATE)
+    view.draw_flight(drawn, TIME, TRUTH_STATE, scene, events, "land")
     np.testing.assert_allclose(values_of(drawn.fixed["map/truth"].line_strings), [LAT_LON])
     time, places = drawn.moving["map/vehicle"]
     np.testing.assert_array_equal(time, TIME)
@@ -101,13 +106,11 @@ def test_recorded_sensors_as_mean_rates() -> None:
     time = np.array([100.0, 102.0, 106.0, 110.0])
     dtheta = np.radians([[2.0, -4.0, 6.0], [4.0, 12.0, -20.0], [-8.0, 16.0, 28.0]])
     imu = ImuData(time, dtheta, np.array([[1.0, 3.0, -19.0], [2.0, 5.0, -40.0], [8.0, -4.0, -36.0]]))
-    drawn: Any = Drawn()
-    labels = view.draw_recorded_sensors(drawn, imu)
-    assert labels == {"sensors": "recorded", "gyro_title": "Gyros", "accel_title": "Accelerometers"}
+    drawn = record(recorded_readings(imu))
     rates = [[1.0, -2.0, 3.0], [1.0, 3.0, -5.0], [-2.0, 4.0, 7.0]]
     forces = [[0.5, 1.5, -9.5], [0.5, 1.25, -10.0], [2.0, -1.0, -9.0]]
-    drawn.shows("sensors/gyro/measured", ["x", "y", "z"], time[1:], rates)
-    drawn.shows("sensors/accel/measured", ["x", "y", "z"], time[1:], forces)
+    drawn.shows("sensors/gyro/reading", ["x", "y", "z"], time[1:], rates)
+    drawn.shows("sensors/accel/reading", ["x", "y", "z"], time[1:], forces)
 
 
 def solution(size: float, rows: Any = slice(None)) -> NavSolution:
@@ -117,7 +120,7 @@ def solution(size: float, rows: Any = slice(None)) -> NavSolution:
 
 
 def test_errors_of_the_solutions() -> None:
-    """Every component in the unit of its magnitude; the second solution has fewer rows; 1 nmi/h from the begin."""
+    """Every component in the unit of its magnitude; the second solution has fewer rows; 1 nmi/h from the beginning."""
     arcsec = np.pi / 648_000.0
     place = np.array([[3.0, -4.0, 7.0], [-60.0, 80.0, -30.0], [500.0, 1200.0, 45.0], [8.0, 15.0, 1.0]])
     speed = np.array([[0.02, -0.03, 0.06], [0.2, 0.3, -0.6], [-0.4, 0.6, 1.2], [0.1, 0.2, -0.2]])
@@ -127,39 +130,47 @@ def test_errors_of_the_solutions() -> None:
         "poisson": NavError(TIME, place, speed, tilt * arcsec),
         "euler": NavError(TIME[rows], 2.0 * place[rows], 3.0 * speed[rows], 0.5 * tilt[rows] * arcsec),
     }
-    solutions = {"poisson": solution(0.001), "euler": solution(0.002, rows)}
-    drawn: Any = Drawn()
-    labels = view.draw_navigation(drawn, Scene.around(TRUTH_STATE), solutions, errors)
-    assert labels == {"position": "m", "height": "m", "velocity": "m/s", "tilt": "arcsec", "azimuth": "arcmin",
-                      "defect": "", "apart": "m"}  # fmt: skip
-    next_one = [0, 2, 2, 3]  # at 20 s, the row of 60 s is the next one
-
-    def both(first: Any, factor: float) -> np.ndarray:
-        first = np.asarray(first)
-        return np.column_stack((first, factor * first[next_one]))
-
-    names = ["poisson", "euler"]
-    expected = {
-        "horizontal": both([5.0, 100.0, 1300.0, 17.0], 2.0), "position_north": both(place[:, 0], 2.0),
-        "position_east": both(place[:, 1], 2.0), "height": both(-place[:, 2], 2.0),
-        "speed": both([0.07, 0.7, 1.4, 0.3], 3.0), "velocity_north": both(speed[:, 0], 3.0),
-        "velocity_east": both(speed[:, 1], 3.0), "velocity_down": both(speed[:, 2], 3.0),
-        "tilt_north": both(tilt[:, 0], 0.5), "tilt_east": both(tilt[:, 1], 0.5),
-        "azimuth": both(tilt[:, 2] / 60.0, 0.5), "defect": both([0.001, 0.002, 0.003, 0.004], 2.0),
+    run: Any = SimpleNamespace(time=TIME, axes="north", errors=errors)
+    drawn = record(error_charts(run, (10.0, 70.0)))
+    units = {key.removeprefix("navigation/"): unit for key, unit in drawn.labels.items() if "title" not in key}
+    assert units == {
+        "horizontal": "m", "position_north": "m", "position_east": "m", "height": "m", "velocity_north": "m/s",
+        "velocity_east": "m/s", "velocity_down": "m/s", "speed": "m/s", "tilt_north": "arcsec", "tilt_east": "arcsec",
+        "azimuth": "arcmin", "attitude": "arcmin", "apart": "m",
     }  # fmt: skip
-    for key, values in expected.items():
-        drawn.shows(f"navigation/{key}", names, TIME, values)
-    apart = np.linalg.norm(2.0 * place[next_one] - place, axis=1)[:, None]
-    drawn.shows("navigation/apart", ["euler"], TIME, apart)
-    drawn.shows("navigation/one_mile_an_hour", ["1 nmi/h"], [10.0, 70.0], [[0.0], [1852.0 / 60.0]], [(140, 140, 140)])
+    expected = {
+        "position_north": (place[:, 0], 2.0), "position_east": (place[:, 1], 2.0), "height": (-place[:, 2], 2.0),
+        "speed": ([0.07, 0.7, 1.4, 0.3], 3.0), "velocity_north": (speed[:, 0], 3.0),
+        "velocity_east": (speed[:, 1], 3.0), "velocity_down": (speed[:, 2], 3.0), "tilt_north": (tilt[:, 0], 0.5),
+        "tilt_east": (tilt[:, 1], 0.5), "azimuth": (tilt[:, 2] / 60.0, 0.5),
+    }  # fmt: skip
+    for key, (values, factor) in expected.items():
+        first = np.asarray(values)[:, None]
+        drawn.shows(f"navigation/{key}", ["poisson"], TIME, first)
+        drawn.shows(f"navigation/{key}/1", ["euler"], TIME[rows], factor * first[rows])
+    drawn.shows("navigation/horizontal", ["1 nmi/h"], [10.0, 70.0], [[0.0], [1852.0 / 60.0]], [(140, 140, 140)])
+    drawn.shows("navigation/horizontal/1", ["poisson"], TIME, [[5.0], [100.0], [1300.0], [17.0]])
+    apart = np.linalg.norm(place[rows], axis=1)[:, None]
+    drawn.shows("navigation/apart", ["euler"], TIME[rows], apart)
+    wide, thin = (drawn.lines[f"navigation/height{end}"][4][0] for end in ("", "/1"))
+    assert wide > thin
+    small: Any = SimpleNamespace(
+        time=TIME, axes="north", errors={"poisson": NavError(TIME, 1e-6 * place, speed, tilt * arcsec)}
+    )
+    alone = record(error_charts(small, (10.0, 70.0)))
+    assert alone.labels["navigation/horizontal"] == "mm"
+    assert alone.lines["navigation/horizontal"][2] == ["poisson"]
+    assert "navigation/apart" not in alone.lines
+
+
+def test_paths_of_solutions() -> None:
+    drawn: Any = Drawn()
+    scene = Scene.around(TRUTH_STATE)
+    solutions = {"poisson": solution(0.001), "euler": solution(0.002, np.array([0, 2, 3]))}
     for name, one in solutions.items():
+        view.draw_path(drawn, scene, name, one, COLORS[name])
         path = np.degrees(np.column_stack((one.latitude, one.longitude)))
         np.testing.assert_allclose(values_of(drawn.fixed[f"map/{name}"].line_strings), [path])
-        points = Scene.around(TRUTH_STATE).points(one.latitude, one.longitude, one.height)
+        points = scene.points(one.latitude, one.longitude, one.height)
         np.testing.assert_allclose(values_of(drawn.fixed[f"world/nav/{name}"].strips), [points], rtol=1e-5, atol=1e-3)
     assert values_of(drawn.fixed["map/euler"].colors) == [0xCC79A7FF]
-    small = {"poisson": NavError(TIME, 1e-6 * place, speed, tilt * arcsec)}
-    alone: Any = Drawn()
-    labels = view.draw_navigation(alone, Scene.around(TRUTH_STATE), solutions, small)
-    assert labels["position"] == "mm"
-    assert not {"navigation/one_mile_an_hour", "navigation/apart"} & alone.lines.keys()

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import colorsys
 import itertools
+from typing import Any
 
 import numpy as np
 import pytest
@@ -11,29 +12,22 @@ import rerun.blueprint as rrb
 from scipy.spatial.transform import Rotation
 
 from sinssim.data import ImuData, NavState
-from sinssim.experiments.run import run_recording as pictures
 from sinssim.experiments.run.run_recording import PATHS, kind_of, vehicle_mesh
-from sinssim.experiments.run.sensor_exhibits import SensorComparison, compare_sensors
+from sinssim.experiments.run.sensor_comparison import SensorComparison, compare_sensors, comparison_charts
 from sinssim.recording import style
 from sinssim.recording.rerun.scene import Scene, drifted, map_zoom
 from sinssim.recording.rerun.views import RunInfo, load_view
+from sinssim.recording.style import gaps
 from sinssim.scenario import load_scenario
 from sinssim.sensors.sets.sensor_readings import Readings
 from sinssim.units import ANGLE_SCALE, LENGTH_SCALE, suiting
 from tests.recording.rerun.test_views import views
+from tests.recording.spies import record
 
 
-class Drawn:
-    """Stands in for a recording and keeps what is drawn."""
-
-    def __init__(self):
-        self.lines = {}
-        self.looks = {}
-
-    def series(self, entity, time, values, names, **look):
-        assert values.shape == (len(time), len(names))
-        self.lines[entity] = (time, values, list(names))
-        self.looks[entity] = look
+def drawn_of(kinds: Any) -> Any:
+    """Return what a recording shows of the readings of sensors."""
+    return record(comparison_charts(list(kinds)))
 
 
 def test_sensor_errors_come_in_the_units_that_people_know():
@@ -42,10 +36,10 @@ def test_sensor_errors_come_in_the_units_that_people_know():
     ideal = ImuData(time, np.full(shape, 1e-4), np.full(shape, -0.0980665))
     bias, accel = np.array([0.01, -0.02, 0.0]), np.array([50.0, 0.0, -100.0])  # deg/h, µg
     measured = ImuData(time, ideal.dtheta + np.radians(bias / 3600.0) * 0.01, ideal.dvel + accel * 9.80665e-6 * 0.01)
-    drawn = Drawn()
-    labels = pictures.draw_sensors(drawn, compare_sensors(Readings(measured), Readings(ideal), ideal, None))
-    units = {"sensor_window": "5 s", "gyro_sum": "arcsec", "accel_sum": "m/s"}
-    assert labels == {**units, "gyro_title": "Gyros", "accel_title": "Accelerometers"}
+    drawn = drawn_of(compare_sensors(Readings(measured), Readings(ideal), ideal, None))
+    labels = drawn.labels
+    assert (labels["sensors/gyro/sum"], labels["sensors/accel/sum"]) == ("arcsec", "m/s")
+    assert labels["sensors/gyro/error title"] == "Gyros: error, mean over 5 s"
     np.testing.assert_allclose(drawn.lines["sensors/gyro/error"][1], np.tile(bias, (120, 1)), rtol=0, atol=1e-10)
     np.testing.assert_allclose(drawn.lines["sensors/accel/error"][1], np.tile(accel, (120, 1)), rtol=0, atol=1e-6)
     np.testing.assert_allclose(
@@ -53,9 +47,9 @@ def test_sensor_errors_come_in_the_units_that_people_know():
     )  # arcsec in 600 s
     np.testing.assert_allclose(drawn.lines["sensors/accel/sum"][1][-1], accel * 9.80665e-6 * 600.0, rtol=0, atol=1e-9)
     np.testing.assert_allclose(
-        drawn.lines["sensors/gyro/ideal"][1], np.degrees(1e-2), rtol=1e-11
+        drawn.lines["sensors/gyro/reading"][1][:, :3], np.degrees(1e-2), rtol=1e-11
     )  # edges of 600 s round
-    np.testing.assert_allclose(drawn.lines["sensors/accel/ideal"][1], -9.80665, rtol=1e-11)
+    np.testing.assert_allclose(drawn.lines["sensors/accel/reading"][1][:, :3], -9.80665, rtol=1e-11)
 
 
 def test_what_a_compensation_took_away_is_seen():
@@ -66,21 +60,19 @@ def test_what_a_compensation_took_away_is_seen():
     bias = np.radians(np.array([10.0, -20.0, 5.0]) / 3600.0)  # rad/s
     measured = ImuData(time, ideal.dtheta + bias * 0.01, ideal.dvel + 1e-5)
     freed = ImuData(time, ideal.dtheta + 1e-3 * bias * 0.01, ideal.dvel + 1e-8)
-    drawn = Drawn()
-    labels = pictures.draw_sensors(drawn, compare_sensors(Readings(measured), Readings(ideal), ideal, freed))
-    assert (labels["gyro_sum"], labels["gyro_left"]) == ("deg", "arcsec")
-    before, after, left = (drawn.lines[f"sensors/gyro/{key}"] for key in ("sum", "sum_compensated", "left"))
-    assert before[2] == ["x measured", "y measured", "z measured"]
-    assert after[2] == ["x compensated", "y compensated", "z compensated"]
-    np.testing.assert_allclose(before[1][-1], np.degrees(bias * 600.0), rtol=1e-9)
-    np.testing.assert_allclose(after[1][-1], 1e-3 * np.degrees(bias * 600.0), rtol=1e-9)
+    drawn = drawn_of(compare_sensors(Readings(measured), Readings(ideal), ideal, freed))
+    labels = drawn.labels
+    assert (labels["sensors/gyro/sum"], labels["sensors/gyro/left"]) == ("deg", "arcsec")
+    both, left = (drawn.lines[f"sensors/gyro/{key}"] for key in ("sum", "left"))
+    assert both[2] == ["x measured", "y measured", "z measured", "x compensated", "y compensated", "z compensated"]
+    np.testing.assert_allclose(both[1][-1, :3], np.degrees(bias * 600.0), rtol=1e-9)
+    np.testing.assert_allclose(both[1][-1, 3:], 1e-3 * np.degrees(bias * 600.0), rtol=1e-9)
     np.testing.assert_allclose(left[1][-1], 3.6 * np.degrees(bias * 600.0), rtol=1e-9)
-    means = drawn.lines["sensors/gyro/error_compensated"][1]
-    np.testing.assert_allclose(means, np.tile([0.01, -0.02, 0.005], (120, 1)), rtol=0, atol=1e-9)
-    wide, thin = (drawn.looks[f"sensors/gyro/error{suffix}"] for suffix in ("", "_compensated"))
-    assert wide["widths"] > 2.0 * thin["widths"]
-    assert thin["colors"] == style.colors(["x", "y", "z"])
-    assert wide["colors"] == [style.tint(color) for color in thin["colors"]]
+    _, means, _, colors, widths = drawn.lines["sensors/gyro/error"]
+    np.testing.assert_allclose(means[:, 3:], np.tile([0.01, -0.02, 0.005], (120, 1)), rtol=0, atol=1e-9)
+    assert min(widths[:3]) > 2.0 * max(widths[3:])
+    assert colors[3:] == style.colors(["x", "y", "z"])
+    assert colors[:3] == [style.tint(color) for color in colors[3:]]
 
 
 @pytest.mark.parametrize("duration", [0.01, 10.1, 0.7, 20.3])
@@ -106,13 +98,13 @@ def test_an_attitude_sensors_error_is_averaged_not_differenced():
     nothing = ImuData(time, np.zeros((1000, 3)), np.zeros((1000, 3)))
     quaternions = [r.as_quat(scalar_first=True) for r in (read, true)]
     readings, perfect = (Readings(nothing, q) for q in quaternions)
-    drawn = Drawn()
-    labels = pictures.draw_sensors(drawn, compare_sensors(readings, perfect, nothing, None))
-    assert labels["attitude_sum"] == "arcmin"
+    drawn = drawn_of(compare_sensors(readings, perfect, nothing, None))
+    labels = drawn.labels
+    assert labels["sensors/attitude/sum"] == "arcmin"
     assert "sensors/gyro/error" not in drawn.lines
     np.testing.assert_allclose(drawn.lines["sensors/attitude/sum"][1], off / arcsec / 60.0, rtol=0, atol=1e-9)
-    ends, means, _ = drawn.lines["sensors/attitude/error"]
-    assert labels["sensor_window"] == "0.5 s"
+    ends, means, *_ = drawn.lines["sensors/attitude/error"]
+    assert labels["sensors/attitude/error title"].endswith("mean over 0.5 s")
     np.testing.assert_allclose(ends, 0.5 * np.arange(1, 201), rtol=0, atol=1e-9)
     # five readings a window, the first at its begin: 0, 0.1, … 0.4 s into it
     expected = (3.0 + ends - 0.3) / 60.0
@@ -124,12 +116,11 @@ def test_mean_rates_lose_no_increment():
     rng = np.random.default_rng(2)
     time = np.cumsum(rng.uniform(0.005, 0.02, 50_001))
     imu = ImuData(time, rng.standard_normal((50_000, 3)), rng.standard_normal((50_000, 3)))
-    drawn = Drawn()
-    pictures.draw_sensors(drawn, compare_sensors(Readings(imu), Readings(imu), imu, None))
-    ends, rates, _ = drawn.lines["sensors/gyro/ideal"]
+    drawn = drawn_of(compare_sensors(Readings(imu), Readings(imu), imu, None))
+    ends, rates, *_ = drawn.lines["sensors/gyro/reading"]
     total = np.degrees(imu.dtheta.sum(axis=0))
     widths = np.diff(np.concatenate(([time[0]], ends)))
-    np.testing.assert_allclose((rates * widths[:, None]).sum(axis=0), total, rtol=1e-10)
+    np.testing.assert_allclose((rates[:, :3] * widths[:, None]).sum(axis=0), total, rtol=1e-10)
 
 
 @pytest.mark.parametrize(
@@ -141,7 +132,7 @@ def test_lengths_come_in_the_unit_that_suits_them(value, unit):
 
 def test_a_jump_of_a_whole_turn_is_a_gap_and_nothing_else_is():
     heading = np.array([350.0, 359.0, 1.0, 5.0, 90.0])
-    out = pictures.gaps(heading, 360.0)
+    out = gaps(heading, 360.0)
     assert np.isnan(out[1])
     np.testing.assert_array_equal(out[[0, 2, 3, 4]], heading[[0, 2, 3, 4]])
 

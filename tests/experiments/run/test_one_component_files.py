@@ -8,7 +8,8 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 
-from sinssim.experiments.run.one_component_exhibits import markdown, numbers, one_component_streams
+from sinssim.experiments.run.one_component_exhibits import error_table, numbers, one_component_streams
+from sinssim.recording.rerun.exhibit_recording import markdown_of
 from sinssim.sensors.sets.one_component_sensors import PlaneReadings
 from sinssim.strapdown.one_component_system import PlaneErrors
 from tests.recording.test_motion_streams import columns, rows
@@ -130,13 +131,15 @@ def test_the_numbers() -> None:
 def test_the_table() -> None:
     found = numbers(result())
     found["errors"]["equation_8_12"]["max_velocity_error_mps"] = None
-    assert markdown(found).splitlines() == [
-        "| | R Δy max [m] | ΔV max [m/s] | difference, relative |",
-        "|---|---|---|---|",
-        "| simulation | 19.20 | 2.000 |  |",
-        "| perfect sensors | 38.40 | 4.000 |  |",
-        "| equation (8.10) | 57.60 | 6.000 | 2.0e-01 |",
-        "| equation (8.11) | 76.80 | 8.000 | 6.0e-01 |",
-        "| first order (8.12) | 96.00 | – | 1.0e+00 |",
-        "| closed form at rest | 115.2 | 12.00 | 1.4e+00 |",
-    ]
+    assert markdown_of([error_table(found)]).splitlines()[:8] == [
+        "|  | position, final, m | position, rms, m | position, max, m | velocity, max, m/s | pitch, max, arcmin | "
+        "difference, max, m | difference, relative |",
+        "|---|---:|---:|---:|---:|---:|---:|---:|",
+        *(f"| {name} | {cells} |" for name, cells in (
+            ("simulation", "19.2 | 13.58 | 19.2 | 2 | 10 |  | "), ("perfect sensors", "38.4 | 27.15 | 38.4 | 4 | 20 |  | "),
+            ("equation (8.10)", "57.6 | 40.73 | 57.6 | 6 | 30 | 9.6 | 2.0e-01"),
+            ("equation (8.11)", "76.8 | 54.31 | 76.8 | 8 | 40 | 28.8 | 6.0e-01"),
+            ("first order (8.12)", "96 | 67.88 | 96 | – | 50 | 48 | 1.0e+00"),
+            ("closed form at rest", "115.2 | 81.46 | 115.2 | 12 | 60 | 67.2 | 1.4e+00"),
+        )),
+    ]  # fmt: skip

@@ -2,14 +2,14 @@
 
 from __future__ import annotations
 
-import json
 from typing import Any
 
 import numpy as np
 
+from sinssim.experiments.run import one_component_exhibits as shown
 from sinssim.experiments.run import one_component_recording as view
 from tests.recording.made_one_component import ARCMIN, COORDINATE, TIME, result
-from tests.recording.spies import Drawn, values_of
+from tests.recording.spies import Drawn, record, values_of
 
 SIMULATION, CLOSED, FIRST, PENDULUM, ALONG = (
     (0, 114, 178),
@@ -26,42 +26,37 @@ def beside(*factors: float) -> Any:
 
 
 def test_errors_and_panels() -> None:
-    drawn: Any = Drawn()
-    labels = view._draw_errors(drawn, result())
-    panels = [
-        ["source_1", "Δy due to the gyro bias alone [arcmin]"],
-        ["source_2", "Δy due to the tilt <0> alone [arcmin]"],
-    ]
-    assert json.loads(labels.pop("sources")) == panels
-    assert labels == {"difference": "arcsec", "velocity": "mm/s", "pitch": "arcmin"}
-    where = "one_component"
+    drawn = record(shown.plane_charts(result()))
+    assert drawn.labels["source_1 title"] == "Δy due to the gyro bias alone"
+    assert drawn.labels["source_2 title"] == "Δy due to the tilt <0> alone"
+    units = {key: drawn.labels[key] for key in ("source_1", "difference", "velocity_error", "pitch_error")}
+    assert units == {"source_1": "arcmin ≈ nmi", "difference": "arcsec", "velocity_error": "mm/s",
+                     "pitch_error": "arcmin"}  # fmt: skip
     names = ["closed form at rest", "first order (8.12)", "equation (8.11)", "simulation"]
     colors = [CLOSED, FIRST, PENDULUM, SIMULATION]
-    drawn.shows(f"{where}/coordinate", names, TIME, beside(2.5, 1.5, 1.02, 1.0), colors)
-    drawn.shows(
-        f"{where}/difference", ["equation (8.10)", "equation (8.11)"], TIME, beside(1.2, 1.8), [ALONG, PENDULUM]
-    )
+    drawn.shows("coordinate", names, TIME, beside(2.5, 1.5, 1.02, 1.0), colors)
+    drawn.shows("difference", ["equation (8.10)", "equation (8.11)"], TIME, beside(1.2, 1.8), [ALONG, PENDULUM])
     both, colors = ["closed form at rest", "simulation"], [CLOSED, SIMULATION]
-    drawn.shows(f"{where}/source_1", both, TIME, beside(0.75, 0.5), colors)
-    drawn.shows(f"{where}/source_2", both, TIME, beside(3.5, 3.0), colors)
+    drawn.shows("source_1", both, TIME, beside(0.75, 0.5), colors)
+    drawn.shows("source_2", both, TIME, beside(3.5, 3.0), colors)
     pair, paint = ["equation (8.11)", "simulation"], [PENDULUM, SIMULATION]
-    drawn.shows(f"{where}/velocity_error", pair, TIME, np.outer([10.0, 20.0, -40.0, 30.0], (1.02, 1.0)), paint)
-    drawn.shows(f"{where}/pitch_error", pair, TIME, np.outer([3.0, 6.0, 12.0, -24.0], (1.02, 1.0)), paint)
-    assert drawn.lines[f"{where}/coordinate"][4] == [6.0, 4.0, 2.7, 1.4]
+    drawn.shows("velocity_error", pair, TIME, np.outer([10.0, 20.0, -40.0, 30.0], (1.02, 1.0)), paint)
+    drawn.shows("pitch_error", pair, TIME, np.outer([3.0, 6.0, 12.0, -24.0], (1.02, 1.0)), paint)
+    widths = drawn.lines["coordinate"][4]
+    assert widths == sorted(widths, reverse=True)
+    assert len(set(widths)) == 4
     single: Any = result()
     single.by_source = single.by_source[:1]
-    assert view._draw_errors(drawn, single)["sources"] == "[]"
+    assert "source_1" not in record(shown.plane_charts(single)).lines
 
 
 def test_the_motion() -> None:
-    drawn: Any = Drawn()
-    view._draw_motion(drawn, result())
-    where = "one_component"
-    drawn.shows(f"{where}/velocity", ["velocity"], TIME, [[200.0], [210.0], [230.0], [195.0]], [GREEN])
-    drawn.shows(f"{where}/height", ["height"], TIME, [[900.0], [950.0], [920.0], [970.0]], [BLUE])
-    drawn.shows(f"{where}/body_pitch", ["pitch"], TIME, [[5.0], [7.0], [1.0], [6.0]], [ORANGE])
+    drawn = record(shown.plane_charts(result()))
+    drawn.shows("velocity", ["velocity"], TIME, [[200.0], [210.0], [230.0], [195.0]], [GREEN])
+    drawn.shows("height", ["height"], TIME, [[900.0], [950.0], [920.0], [970.0]], [BLUE])
+    drawn.shows("body_pitch", ["pitch"], TIME, [[5.0], [7.0], [1.0], [6.0]], [ORANGE])
     force = [[0.25, -0.3], [0.5, -0.05], [-0.75, 0.7], [0.125, 0.075]]
-    drawn.shows(f"{where}/force", ["a_ξ", "a_η − g"], TIME, force, [ORANGE, BLUE])
+    drawn.shows("force", ["horizontal aξ", "vertical aη − g"], TIME, force, [ORANGE, BLUE])
 
 
 def test_the_pendulum_is_enlarged_by_a_round_number() -> None:

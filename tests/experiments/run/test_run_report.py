@@ -6,6 +6,7 @@ import json
 import re
 import xml.etree.ElementTree as ET
 from html.parser import HTMLParser
+from typing import Any
 
 import numpy as np
 import pyarrow.parquet as pq
@@ -14,11 +15,13 @@ import pytest
 from sinssim.data import NavState
 from sinssim.earth import WGS84
 from sinssim.errors import RunError
+from sinssim.experiments.run.error_exhibits import schuler_period
 from sinssim.experiments.run.execute import run
-from sinssim.experiments.run.flight_map import _source
-from sinssim.experiments.run.run_report import run_report, schuler_period
+from sinssim.experiments.run.motion_exhibits import _source
+from sinssim.experiments.run.run_report import run_exhibits
 from sinssim.experiments.run.run_result import Reached
 from sinssim.recording import style
+from sinssim.recording.report.exhibit_page import page_of
 from sinssim.scenario import Scenario
 from sinssim.sensors.imu.imu import draw
 from sinssim.sensors.sets.gimballed_sensors import draw_attitude_sensor
@@ -96,6 +99,10 @@ def value(cell: str) -> float:
 
 def scenario(**tables) -> Scenario:
     return Scenario.model_validate({"name": "short", "seed": 4, **tables})
+
+
+def report_of(reached: Reached, summary: Any) -> str:
+    return page_of(run_exhibits(reached, summary))
 
 
 @pytest.fixture(scope="module")
@@ -206,7 +213,7 @@ def test_sensor_errors_stand_in_the_units_that_people_know(tmp_path):
         "accel_scale_sigma_ppm": 7.0,
         "gyro_arw_deg_sqrt_h": 0.02,
     }
-    told = run_report(
+    told = report_of(
         Reached(scenario(parked=PARKED, imu=fixed)),
         {"status": "failed", "message": "no", "timing": {}, "versions": {}},
     )
@@ -219,7 +226,7 @@ def test_sensor_errors_stand_in_the_units_that_people_know(tmp_path):
     assert gyros[2][-1] == "150"  # 1σ of the grade, ppm
     assert accelerometers[1] == ["bias", "µg", "10.00", "20.00", "−30.00", "given"]
     both = fixed | {"accel_bias_sigma_ug": 5.0}
-    told = run_report(
+    told = report_of(
         Reached(scenario(parked=PARKED, imu=both)), {"status": "failed", "message": "no", "timing": {}, "versions": {}}
     )
     _, accelerometers = (t for t in Tables(told).tables if "x (forward)" in t[0])
@@ -342,7 +349,7 @@ def test_the_air_is_told_whether_or_not_it_is_the_default():
 
 
 def test_a_run_that_broke_off_says_so_and_shows_what_there_was():
-    told = run_report(
+    told = report_of(
         Reached(scenario(parked=PARKED)),
         {"status": "failed", "message": "the <engine> broke", "timing": {"total_s": 1.0}, "versions": {"numpy": "2"}},
     )
@@ -357,7 +364,7 @@ def test_an_algorithm_that_diverged_does_not_spoil_the_report(tmp_path, monkeypa
     fake = fake_run.install(300, monkeypatch.setattr)
     fake.solutions["euler"].latitude[200:] = np.nan
     result = run(fake_run.scenario())
-    page = run_report(result, result.summary)
+    page = page_of(result.exhibits)
     for drawing in drawings(page):
         assert "nan" not in ET.tostring(drawing, "unicode").lower()
     assert "–" in Tables(page).with_errors()[-1]

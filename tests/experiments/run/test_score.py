@@ -2,8 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import pytest
@@ -11,8 +11,8 @@ import rerun.blueprint as rrb
 from rerun.chunk import RrdReader
 
 from sinssim.data import Array
-from sinssim.experiments.run.error_exhibits import Compared
-from sinssim.experiments.run.run_scores import known_numbers, record_scores
+from sinssim.experiments.run.run_scores import Scored
+from sinssim.experiments.run.score_recording import record_scores
 from sinssim.logs.formats.registry import DEFAULT_START
 from sinssim.logs.gps_time import parse_date
 from sinssim.logs.solution_score import Judge, common_span
@@ -41,44 +41,41 @@ def recording(tmp_path_factory: pytest.TempPathFactory) -> Path:
     scores = [judge.score(folder / "high.csv", name="too high")]
     span = common_span(scores)
     errors = {**judge.run_errors(span), "too high": scores[0].error}
-    numbers = {name: known_numbers(error, span) for name, error in errors.items()}
-    record_scores(judge, scores, Compared(np.array(span), errors, judge.axes), numbers, folder / "recording.rrd")
+    record_scores(Scored(judge, scores, errors, span), folder / "recording.rrd")
     return folder / "recording.rrd"
 
 
-@pytest.fixture(scope="module")
-def values_of(recording: Path) -> Callable[[str], Array]:
-    """Return the recorded numbers of an entity."""
-
-    def found(entity: str) -> Array:
-        rows = []
-        for chunk in RrdReader(recording).stream().filter(content=f"/{entity}"):
-            batch = chunk.to_record_batch()
-            for name in batch.schema.names:
-                if name.endswith("Scalars:scalars"):
-                    rows += batch.column(name).to_pylist()
-        return np.array(rows)
-
-    return found
-
-
-def number_of(recording: Path, name: str) -> int:
-    """Return the number of a solution in the entities."""
-    return find_run_info(recording).algorithms.index(name)
+def line_of(recording: Path, key: str, name: str) -> Array:
+    """Return the recorded numbers of a line of a plot, in the plot's unit."""
+    names: dict[str, list[str]] = {}
+    rows: dict[str, list[Any]] = {}
+    for chunk in RrdReader(recording).stream().filter(content=f"/score/{key}/**"):
+        batch = chunk.to_record_batch()
+        for column in batch.schema.names:
+            if column.endswith("SeriesLines:names"):
+                names[chunk.entity_path] = batch.column(column).to_pylist()[0]
+            if column.endswith("Scalars:scalars"):
+                rows.setdefault(chunk.entity_path, []).extend(batch.column(column).to_pylist())
+    for entity, several in names.items():
+        if name in several:
+            return np.array(rows[entity])[:, several.index(name)]
+    return np.empty(0)
 
 
-def test_the_lines_are_the_errors_and_the_given_sigma(recording: Path, values_of: Callable[[str], Array]) -> None:
-    info, number = find_run_info(recording), number_of(recording, "too high")
-    assert info.label("height") == "m"
-    np.testing.assert_allclose(values_of(f"score/height/{number}"), OFFSET, atol=1e-8)
-    np.testing.assert_allclose(values_of(f"score/height/{number}_sigma"), [[3 * SIGMA, -3 * SIGMA]] * 201, rtol=1e-12)
-    assert not len(values_of(f"score/velocity_north/{number}_sigma")), "the file has no σ of the velocity"
-    assert not len(values_of(f"score/azimuth/{number}")), "it has no attitude"
+def test_the_lines_are_the_errors_and_the_given_sigma(recording: Path) -> None:
+    info = find_run_info(recording)
+    assert info.label("score/height") == "m"
+    np.testing.assert_allclose(line_of(recording, "height", "too high"), OFFSET, atol=1e-8)
+    bound = line_of(recording, "height", "too high, ±3σ")
+    np.testing.assert_allclose(bound, [3 * SIGMA] * 201, rtol=1e-12)
+    assert not len(line_of(recording, "velocity_north", "too high, ±3σ")), "the file has no σ of the velocity"
+    assert not len(line_of(recording, "azimuth", "too high")), "it has no attitude"
     own = RecordedRun(short_run())
-    aided, unit = number_of(recording, "aided"), {"mm": 1e-3, "cm": 1e-2, "m": 1.0}[info.label("position")]
-    np.testing.assert_allclose(values_of(f"score/position_east/{aided}")[-1, 0] * unit, own.errors("aided")[2, -1])
-    bound = values_of(f"score/position_east/{aided}_sigma")[-1, 0] * unit
-    np.testing.assert_allclose(bound, 3.0 * own.table("filter")["sigma_position_e_m"][-1])
+    unit = {"mm": 1e-3, "cm": 1e-2, "m": 1.0}[info.label("score/position_east")]
+    aided = line_of(recording, "position_east", "aided")
+    np.testing.assert_allclose(aided[-1] * unit, own.errors("aided")[2, -1])
+    bound = line_of(recording, "position_east", "aided, ±3σ")
+    np.testing.assert_allclose(bound[-1] * unit, 3.0 * own.table("filter")["sigma_position_e_m"][-1])
 
 
 def test_the_view_shows_what_is_recorded(recording: Path) -> None:
@@ -90,7 +87,7 @@ def test_the_view_shows_what_is_recorded(recording: Path) -> None:
         assert any(entity.startswith(str(view.origin)) for entity in entities), view.origin
     plots = [str(view.name) for view in shown if isinstance(view, rrb.TimeSeriesView)]
     assert len(plots) == 10
-    assert "Height [m], ±3σ" in plots
+    assert "Height error [m]" in plots
     assert sum(isinstance(view, rrb.MapView) for view in shown) == 1
 
 

@@ -11,7 +11,7 @@ import pytest
 from sinssim.exhibits import Sentence
 from sinssim.experiments.run import run_report as report
 from sinssim.scenario import Scenario
-from tests.recording.spies import cells, read
+from tests.recording.spies import cells, html, read
 
 SCENARIO = Scenario.model_validate(
     {
@@ -36,7 +36,11 @@ def sentences(
 ) -> list[str]:
     monkeypatch.setattr(report, "flagged_words", lambda flagged, samples: f"{samples} samples.")
     found = {str(k): part for k, part in enumerate(parts)}
-    return list(report._in_short(SCENARIO, summary(algorithms, **more), found))
+    run: Any = SimpleNamespace(scenario=SCENARIO, parts=found)
+    monkeypatch.setattr(report, "error_table", lambda *_: Sentence("(table)"))
+    monkeypatch.setattr(report, "sentences", lambda numbers: ["(filter)"])
+    of: Any = {"status": "finished", "timing": {}, "singularities": {}, **summary(algorithms, **more)}
+    return [item.text for item in report.brief(run, of) if isinstance(item, Sentence) and "page" in item.on]
 
 
 def test_what_was_run(monkeypatch: pytest.MonkeyPatch) -> None:
@@ -72,10 +76,10 @@ def test_alike_are_those_that_differ_by_less_than_half_a_thousandth(monkeypatch:
 
 def test_failures_and_a_platform(monkeypatch: pytest.MonkeyPatch) -> None:
     own = {"a": errors(500.0, 700.0), "b": {"final_horizontal_error_m": None}}
-    *_, gone, said = sentences(monkeypatch, own, failures={"b": {}})
+    *_, gone, said = sentences(monkeypatch, own, failures={"b": {"text": "it fell."}})
     assert gone == "No result from b; the section on navigation errors gives the reason."
     assert said == "Horizontal error: 500.0 m at the end, 700.0 m at most."
-    none = sentences(monkeypatch, {"b": {}}, failures={"b": {}})
+    none = sentences(monkeypatch, {"b": {}}, failures={"b": {"text": "it fell."}})
     assert none[-1].startswith("No result from b;")
     both = {"platform": errors(1.0, 2.0), "quaternion": errors(3.0, 4.0)}
     told = [Sentence("Of the platform."), Sentence("For the console.", on=("console",))]
@@ -96,22 +100,21 @@ def test_lengths(metres: float, largest: float | None, text: str) -> None:
 
 
 def test_how_it_ended() -> None:
-    assert report.ended({"status": "failed"}) == "failed."
-    assert report.ended({"status": "interrupted"}).startswith("was interrupted; this report shows the results up to")
+    assert report.ended("failed") == "failed."
+    assert report.ended("interrupted").startswith("was interrupted; this report shows the results up to")
 
 
 def test_how_it_was_computed(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(report, "processor", lambda: "a <fast> one")
     own = {"kind": "algorithm", "name": "cayley", "sha256": "0123456789abcdef", "file": "/x/cayley.py"}
-    found = {
+    found: Any = {
         "timing": {"flight_s": 1.236, "imu_s": 0.0, "filter_s": 2.5, "total_s": 0.0}, "flight_cached": True,
         "versions": {"sinssim": "9.8", "numpy": "7.6"}, "own_content": [own],
     }  # fmt: skip
-    html = "".join(report.made(SCENARIO, found))
-    assert cells(html) == [
-        ["stage", "time [s]", ""], ["flight", "1.24", "from the cache"], ["filter", "2.50", ""], ["total", "0.00", ""],
+    assert cells(html(report.computed_with(SCENARIO, found))) == [
+        ["stage", "time, s", ""], ["flight", "1.24", "from the cache"], ["filter", "2.50", ""], ["total", "0.00", ""],
         ["computed with", ""], ["seed", "41"], ["IMU rate", "250 Hz"], ["sinssim", "9.8"], ["numpy", "7.6"],
         ["Python", platform.python_version()], ["processor", "a &lt;fast&gt; one"],
         ["own algorithm", "cayley, SHA-256 0123456789ab…, /x/cayley.py"],
     ]  # fmt: skip
-    assert "flown now" in read("".join(report.made(SCENARIO, found | {"flight_cached": False})))
+    assert "flown now" in read(html(report.computed_with(SCENARIO, found | {"flight_cached": False})))

@@ -10,7 +10,9 @@ import pytest
 
 from sinssim.exhibits import Sentence
 from sinssim.experiments.run import run_report
-from sinssim.experiments.run.parts.recorded_sensors import Log, Outages
+from sinssim.experiments.run.parts import recorded_sensors
+from sinssim.experiments.run.parts.outages import Outages
+from sinssim.experiments.run.parts.recorded_sensors import Log
 from sinssim.experiments.studies import study_exhibits
 from sinssim.experiments.studies.step_cost import Cost, Operations
 from sinssim.experiments.studies.study_results import ErrorGrowth, Order, Pick, Row
@@ -35,6 +37,18 @@ def stand_ins(monkeypatch: pytest.MonkeyPatch, module: Any, *names: str) -> None
         monkeypatch.setattr(module, name, said)
 
 
+def stand_in_items(monkeypatch: pytest.MonkeyPatch, module: Any, *names: str) -> None:
+    """Replace functions by those that return a sentence with their name and arguments that are texts or tuples."""
+    for name in names:
+
+        def said(*given: Any, own: str = name, **further: Any) -> Any:
+            plain = [one for one in (*given, *further.values()) if isinstance(one, str | float | tuple)]
+            text = Sentence(f"({own.strip('_')}{''.join(f' {one}' for one in plain)})")
+            return text if own in ("error_table", "note_on_errors", "computed_with") else [text]
+
+        monkeypatch.setattr(module, name, said)
+
+
 class Bridged(Outages):
     """Outages with chosen words."""
 
@@ -45,6 +59,13 @@ class Bridged(Outages):
         yield Sentence("(outage_section)")
 
 
+class Recorded(Log):
+    """A recording with chosen words."""
+
+    def exhibits(self) -> Any:
+        yield Sentence("(recording)")
+
+
 def log_run(aided: Any) -> Any:
     scenario = SimpleNamespace(
         name="drive <1>", description="From A\n to B.", imu=SimpleNamespace(rate_hz=200.0, grade="x/own unit.toml"),
@@ -53,60 +74,76 @@ def log_run(aided: Any) -> Any:
     prepared = SimpleNamespace(log=None)
     navigated: Any = SimpleNamespace(time=np.array([50.0, 60.0, 650.0]), errors={},
                                      truth=RecordedMotion(prepared, None))  # type: ignore[arg-type]  # fmt: skip
-    parts: dict[str, Any] = {"log": Log(navigated, entry=LOG)}
+    parts: dict[str, Any] = {"log": Recorded(navigated, entry=LOG)}
     if aided is not None:
         parts["outages"] = Bridged(navigated)
-    return SimpleNamespace(scenario=scenario, navigated=navigated, aided=aided, parts=parts, about_filter="about")
+    motion: Any = Motion(prepared, None)  # type: ignore[arg-type]
+    return SimpleNamespace(scenario=scenario, navigated=navigated, truth=motion, aided=aided, parts=parts,
+                           about_filter="about")  # type: ignore[arg-type]  # fmt: skip
 
 
+class Motion(RecordedMotion):
+    """A recorded motion with chosen instants."""
+
+    time = np.array([50.0, 60.0, 650.0])  # type: ignore[assignment]
+
+
+FELL = {"time_s": None, "text": "it fell."}
 LOG = {"compared_with": "ref.csv", "reference_file": "ref.csv", "knows": ["velocity"], "notes": ["Read <it>."]}
-LOG_PARTS = ("_recording", "error_tables", "error_plots", "_schuler", "singularity_table", "filter_section",
-             "_uncertainty_of_reference", "_estimates", "made", "failure", "_known", "Compared")  # fmt: skip
 
 
-def log_summary(**more: Any) -> dict[str, Any]:
-    return {"status": "finished", "start_s": 50.0, "end_s": 650.0, "log": LOG, "failures": {"euler": "It fell."},
-            "algorithms": {"euler": {}, "poisson": {}}, "singularities": [], "filter": {}, **more}  # fmt: skip
+def log_summary(**more: Any) -> Any:
+    return {"status": "finished", "start_s": 50.0, "end_s": 650.0, "log": LOG, "failures": {"euler": FELL},
+            "algorithms": {"euler": {}, "poisson": {}}, "singularities": {}, "filter": {}, "flagged_samples": {},
+            "timing": {}, **more}  # fmt: skip
+
+
+def log_page(monkeypatch: pytest.MonkeyPatch, run: Any, of: Any) -> list[str]:
+    for name in ("earth_of_the_navigator", "torquer_taken", "coarse_rates", "defaults_taken"):
+        monkeypatch.setattr(run_report, name, lambda *_: ())
+    monkeypatch.setattr(run_report, "sentences", lambda numbers: ())
+    stand_in_items(monkeypatch, run_report, "error_table", "filter_exhibits", "after_filter", "computed_with")
+    stand_in_items(monkeypatch, recorded_sensors, "error_table", "error_exhibits", "note_on_errors")
+    monkeypatch.setattr(recorded_sensors, "best_solution", lambda *_: ("poisson", None))
+    monkeypatch.setattr(recorded_sensors, "_state", lambda _: None)
+    monkeypatch.setattr(recorded_sensors, "schuler_period", lambda *_: None)
+    return body(page_of(run_report.run_exhibits(run, of)))
 
 
 def test_a_run_on_recorded_sensors(monkeypatch: pytest.MonkeyPatch) -> None:
-    stand_ins(monkeypatch, run_report, *LOG_PARTS)
-    monkeypatch.setattr(run_report, "failure", lambda item: f"({item[0]}: {item[1]})")
-    monkeypatch.setattr(run_report, "singularity_table", lambda events: f"({len(events)} events)")
-    page = run_report.log_report(log_run(SimpleNamespace(estimate=None)), log_summary(outages={}))
-    assert "<title>drive &lt;1&gt;: run</title>" in page
+    page = log_page(monkeypatch, log_run(SimpleNamespace(estimate=None)), log_summary(outages={}))
     said = [
-        "<h1>drive &lt;1&gt;</h1>", '<p class="lead">From A to B.</p>',
+        "<h1>drive &lt;1&gt;</h1>", '<p class="lead">From A<br>to B.<br></p>',
         "<p>Recorded sensors, 600 s at 200 Hz; the filter assumes the grade own unit with the changes in [imu]. "
         "Navigation in the frame “wander”.</p>",
         "<p>Read &lt;it&gt;.</p>",
         "<p>Errors are differences from the reference ref.csv; it has no attitude.</p>",
         "<p>(outage_sentence)</p>",
-        "<h2>The recording</h2>", "(recording (50.0, 650.0))",
-        "<h2>Navigation errors</h2>", "(euler: It fell.)", "(error_tables ref.csv)", "(error_plots)",
-        "<h2>Singular attitudes</h2>", "(0 events)",
-        "<h2>The aided solution</h2>", "(filter_section (50.0, 650.0))",
-        "(uncertainty_of_reference (50.0, 650.0))", "(estimates (50.0, 650.0))",
+        "<h2>The recording</h2>", "<p>(recording)</p>",
+        "<h2>Navigation errors</h2>", '<p class="broken"><strong>euler has no result.</strong> It fell.</p>',
+        "<p>(error_table)</p>", "<p>(note_on_errors ref.csv)</p>", "<p>(error_exhibits)</p>",
+        "<h2>Singular attitudes</h2>", "<p>No algorithm passed through a singular attitude.</p>",
+        "<h2>The aided solution</h2>", "<p>(filter_exhibits (50.0, 650.0))</p>", "<p>(after_filter (50.0, 650.0))</p>",
         "<h2>Outages</h2>", "<p>(outage_section)</p>",
-        "<h2>How the run was computed</h2>", "(made)",
+        "<h2>How the run was computed</h2>", "<p>(computed_with)</p>",
         "<h2>Scenario</h2>", "<pre>about = 1 &lt; 2</pre>",
     ]  # fmt: skip
-    assert body(page) == said
+    assert page == said
     # Without a filter, and with every solution failed: neither its section nor plots; without outages no section.
-    page = run_report.log_report(log_run(None), log_summary(failures={"euler": "a", "poisson": "b"}))
-    left = [*said[:5], *said[6:9], "(euler: a)", "(poisson: b)", said[10], *said[12:14], *said[20:]]
-    assert body(page) == left
+    both = {name: {"text": "it fell."} for name in ("euler", "poisson")}
+    page = log_page(monkeypatch, log_run(None), log_summary(failures=both))
+    failed = [said[9], said[9].replace("euler", "poisson")]
+    assert page == [*said[:5], *said[6:9], *failed, *said[10:12], *said[13:15], *said[20:]]
     own = {"compared_with": "poisson", "reference_file": None, "knows": [], "notes": []}
     other = log_run(None)
     other.parts["log"].enter(own)
-    page = run_report.log_report(other, log_summary(log=own, failures={}, status="failed", message="No <fuel>."))
-    assert body(page)[2] == '<p class="broken"><strong>The run failed.</strong> No &lt;fuel&gt;.</p>'
-    assert body(page)[6:10] == ["(recording (50.0, 650.0))", "<h2>Differences of the solutions</h2>",
-                                "(error_tables poisson)", "(error_plots)"]  # fmt: skip
+    page = log_page(monkeypatch, other, log_summary(log=own, failures={}, status="failed", message="No <fuel>."))
+    assert page[2] == '<p class="broken"><strong>The run failed.</strong> No &lt;fuel&gt;.</p>'
+    assert page[7:11] == ["<h2>Differences of the solutions</h2>", "<p>(error_table)</p>",
+                          "<p>(note_on_errors poisson)</p>", "<p>(error_exhibits)</p>"]  # fmt: skip
     other.parts["log"].enter(own | {"compared_with": None})
-    page = run_report.log_report(other, log_summary(log=own | {"compared_with": None}, failures={}))
-    assert body(page)[5:8] == ["(recording (50.0, 650.0))", "<h2>Differences of the solutions</h2>",
-                               "<h2>Singular attitudes</h2>"]  # fmt: skip
+    page = log_page(monkeypatch, other, log_summary(log=own | {"compared_with": None}, failures={}))
+    assert page[6:8] == ["<h2>Differences of the solutions</h2>", "<h2>Singular attitudes</h2>"]
 
 
 def row(algorithm: str, rate: float = 10.0, status: str = "done", part: str = "one", **more: Any) -> Row:

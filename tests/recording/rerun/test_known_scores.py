@@ -2,14 +2,16 @@
 
 from __future__ import annotations
 
+from types import SimpleNamespace
 from typing import Any
 
 import numpy as np
+import pytest
 
 from sinssim.experiments.run import run_scores
 from sinssim.recording.rerun.views import RunInfo
 from sinssim.strapdown.navigation_error import NavError
-from tests.recording.spies import Drawn
+from tests.recording.spies import record
 
 ARCSEC = np.pi / 648_000.0
 TIME = np.array([5.0, 6.0, 8.0])
@@ -20,33 +22,37 @@ KEYS = ("position_north", "position_east", "height", "velocity_north", "velocity
         "tilt_east", "azimuth")  # fmt: skip
 
 
-def test_errors_and_sigmas_of_scored_solutions() -> None:
+def test_errors_and_sigmas_of_scored_solutions(monkeypatch: pytest.MonkeyPatch) -> None:
     """Height upwards; m, mm/s and arcsec; ±3σ in the same units."""
     error = NavError(TIME, PLACE, SPEED, TILT * ARCSEC)
-    drawn: Any = Drawn()
-    colors = {"mine": (1, 2, 3), "run": (4, 5, 6)}
-    labels = run_scores._draw_errors(drawn, {"mine": error, "run": error}, colors, {"mine"})
-    assert labels == {"position": "m", "height": "m", "velocity": "mm/s", "attitude": "arcsec"}
-    values = np.column_stack((PLACE[:, :2], -PLACE[:, 2], 1e3 * SPEED, TILT))
-    for number, name in enumerate(("mine", "run")):
-        for k, key in enumerate(KEYS):
-            drawn.shows(f"score/{key}/{number}", [name], TIME, values[:, k : k + 1], [colors[name]])
-        drawn.shows(f"score/horizontal/{number}", [name], TIME, [[5.0], [10.0], [13.0]], [colors[name]])
-    assert [drawn.lines[f"score/height/{n}"][4] for n in (0, 1)] == [1.5, 2.7]
     sigma = np.abs(np.column_stack((PLACE, SPEED, TILT * ARCSEC)))
-    run_scores._draw_sigma(drawn, 1, "run", TIME, sigma, labels, (0, 100, 200))
+    monkeypatch.setattr(run_scores, "_drawing_order", lambda of: ["mine", "run"])
+    monkeypatch.setattr(run_scores, "_sigma", lambda of, name: (TIME, sigma) if name == "run" else None)
+    monkeypatch.setattr(run_scores.style, "colors", lambda names: [{"mine": (1, 2, 3), "run": (0, 100, 200)}[n]
+                                                                   for n in names])  # fmt: skip
+    drawn: Any = SimpleNamespace(errors={"mine": error, "run": error})
+    of: Any = SimpleNamespace(numbers=["run", "mine"], theirs={"mine": None}, drawn=drawn, span=(5.0, 8.0))
+    found = record([run_scores.score_charts(of)])
+    units = {key: found.labels[f"score/{key}"] for key in KEYS}
+    assert [units[key] for key in KEYS] == ["m"] * 3 + ["mm/s"] * 3 + ["arcsec"] * 3
+    values = np.column_stack((PLACE[:, :2], -PLACE[:, 2], 1e3 * SPEED, TILT))
     size = [1.0, 1.0, 1.0, 1e3, 1e3, 1e3, *[1.0 / ARCSEC] * 3]
+    pale, colors = (90, 130, 170), [(1, 2, 3), (0, 100, 200)]
     for k, key in enumerate(KEYS):
         bound = 3.0 * sigma[:, k] * size[k]
-        names = ["run, ±3σ", ""]
-        drawn.shows(f"score/{key}/1_sigma", names, TIME, np.stack((bound, -bound), 1), [(90, 130, 170)] * 2)
+        both = np.stack((bound, -bound, values[:, k], values[:, k]), 1)
+        found.shows(f"score/{key}", ["run, ±3σ", "", "mine", "run"], TIME, both, [pale, pale, *colors])
+    horizontal = np.array([[5.0], [10.0], [13.0]]) * [1.0, 1.0]
+    found.shows("score/horizontal", ["mine", "run"], TIME, horizontal, colors)
+    assert found.lines["score/height"][4][2] < found.lines["score/height"][4][3]
 
 
 def test_the_order_of_drawing() -> None:
     """The largest error lies below; of two that are alike, the run's own."""
     numbers: Any = {name: {"rms_horizontal_error_m": rms} for name, rms in
                     (("a", 10.0), ("theirs", 100.0), ("own", 101.0), ("b", 5000.0))}  # fmt: skip
-    assert run_scores._drawing_order(numbers, {"theirs"}) == ["b", "own", "theirs", "a"]
+    of: Any = SimpleNamespace(numbers=numbers, theirs={"theirs": None})
+    assert run_scores._drawing_order(of) == ["b", "own", "theirs", "a"]
 
 
 def test_axes_of_views() -> None:

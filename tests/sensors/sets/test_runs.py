@@ -21,6 +21,7 @@ from sinssim.sensors.sets.sensor_readings import draw_true_errors
 from sinssim.sensors.sets.sensor_set import AttitudeSensor
 from sinssim.sensors.sets.single_sensors import draw_accelerometers
 from sinssim.units import ARCSEC, DEG_H, UG
+from tests.recording.spies import html
 
 FLIGHT = {"latitude_deg": 50.0, "course_deg": 40.0, "speed_mps": 200.0, "altitude_m": 5000.0, "duration_s": 60.0}
 LEVEL = {"latitude_deg": 50.0, "duration_s": 60.0}
@@ -201,7 +202,7 @@ def test_a_report_calls_no_set_without_gyros_by_its_gyros() -> None:
     """A grade's description is that of a unit with gyros."""
     grade = {"grade": "laser-standard"}
     texts = {
-        kind: "".join(sensor_errors(given := scenario(sensor_set, navigation, grade), draw_true_errors(given.imu), ()))
+        kind: html(*sensor_errors(given := scenario(sensor_set, navigation, grade), draw_true_errors(given.imu), ()))
         for kind, sensor_set, navigation in (
             ("gyros", {"type": "gyros"}, {}),
             ("six", SIX, {}),

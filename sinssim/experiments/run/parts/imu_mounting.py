@@ -28,6 +28,7 @@ from sinssim.strapdown.platform_errors import ACCELEROMETERS, GYROS, START, TORQ
 from sinssim.units import ANGLE_SCALE, DEG, LENGTH_SCALE, fixed
 
 if TYPE_CHECKING:
+    from sinssim.experiments.run.summary_types import ErrorNumbers
     from sinssim.sensors.imu.encoder import Encoders
     from sinssim.sensors.sets.gimballed_sensors import PlatformErrors
     from sinssim.strapdown.gimballed_platform import PlatformSolution
@@ -146,7 +147,7 @@ class OnPlatform(Part):
         if self.without_errors_of_turns is not None:
             yield other_error_stream("error_without_errors_of_turns", self.without_errors_of_turns)
 
-    def brief(self, algorithms: Mapping[str, Mapping[str, Any]]) -> Iterator[Item]:
+    def brief(self, algorithms: Mapping[str, ErrorNumbers]) -> Iterator[Item]:
         """Yield the rates, and the errors of the same sensors on the platform and strapped down."""
         entry = self.entry
         most, turned = number_text(entry["max_commanded_rate_deg_h"], 3), entry["max_commanded_rate_deg_h"] > 0.0
@@ -380,7 +381,7 @@ class Rotation(Part):
         if self.without_rotation is not None:
             yield other_error_stream("error_without_rotation", self.without_rotation)
 
-    def brief(self, algorithms: Mapping[str, Mapping[str, Any]]) -> Iterator[Item]:
+    def brief(self, algorithms: Mapping[str, ErrorNumbers]) -> Iterator[Item]:
         """Yield the effect of the rotation on the first algorithm with a solution."""
         still = self.entry["without_rotation"]["max_horizontal_error_m"]
         if still is not None and algorithms:

@@ -25,6 +25,7 @@ from sinssim.units import fixed
 
 if TYPE_CHECKING:
     from sinssim.analyses.error_budget.budget_result import BudgetResult
+    from sinssim.experiments.run.summary_types import ErrorNumbers
 
 _LEG = re.compile(r"leg (\d+) \((\w+)\) (begins|ends)")
 _REACHED = re.compile(r"(.+) reached: \d+ m away, height .*")
@@ -235,7 +236,7 @@ class Phases(Part):
             add_sources(rows, self.budgets["filter"], float(self.run.truth.time[0]))
         return {**numbers, "aided": rows}
 
-    def brief(self, algorithms: Mapping[str, Mapping[str, Any]]) -> Iterator[Item]:
+    def brief(self, algorithms: Mapping[str, ErrorNumbers]) -> Iterator[Item]:
         """Yield the tables for the console."""
         yield from tables(self.entry, "console")
 

@@ -1,53 +1,67 @@
-"""Recorded sensors, [log].
-
-What their solutions are compared with, and injected GNSS outages, those of the run or of further passes of its
-filter.
-"""
+"""Recorded sensors, [log]: the motion, what the solutions are compared with, and what the filter estimates."""
 
 from __future__ import annotations
 
-import math
-from collections.abc import Iterator, Mapping, Sequence
-from dataclasses import dataclass, replace
-from functools import cached_property
-from typing import TYPE_CHECKING, Any
+from collections.abc import Iterator, Mapping
+from dataclasses import dataclass
+from typing import TYPE_CHECKING
 
 import numpy as np
 
-from sinssim import earth
-from sinssim.charts import PAIR, Axis, Chart, Charts, Dots, Line, over
-from sinssim.data import Array
-from sinssim.exhibits import Beside, Column, Item, Sentence, Table
+from sinssim import rotation
+from sinssim.charts import WIDE, Axis, Chart, Charts, Line, Rule, over
+from sinssim.data import NavState
+from sinssim.earth.ellipsoids import WGS84
+from sinssim.exhibits import Beside, Item, Section, Sentence, Table
+from sinssim.experiments.run.error_exhibits import (
+    Compared,
+    error_exhibits,
+    error_table,
+    failure_exhibits,
+    note_on_errors,
+    schuler_period,
+    singularity_exhibits,
+)
+from sinssim.experiments.run.filter_exhibits import THREE, mark_at
+from sinssim.experiments.run.motion_exhibits import (
+    between_text,
+    distance_text,
+    facts_table,
+    ground_speed,
+    mark_of_many,
+    motion_charts,
+    place_text,
+)
 from sinssim.experiments.run.run_result import Part
-from sinssim.formatting import number_text, signed
-from sinssim.simulation.aiding_stage import recorded_start
+from sinssim.experiments.run.sensor_comparison import recorded_readings
+from sinssim.experiments.run.track_map import NOTE, Track, track_map
+from sinssim.recording import style
+from sinssim.recording.style import thinned
 from sinssim.simulation.navigation_stage import Navigated
-from sinssim.simulation.sensed_stage import Sensed
 from sinssim.simulation.truth_stage import RecordedMotion
-from sinssim.strapdown.navigation_error import NavError
-from sinssim.units import fixed
+from sinssim.units import DEG, LENGTH_SCALE, UG, Scale, duration_words, fixed, suiting
 
 if TYPE_CHECKING:
     from sinssim.data import NavSolution
     from sinssim.estimation import Estimate
-    from sinssim.logs.recorded_streams import FixStream
-    from sinssim.logs.reference_solution import Reference
-    from sinssim.simulation.recorded_filter_run import Prepared
+    from sinssim.experiments.run.summary_types import ErrorNumbers, LogNumbers, RunSummary
+    from sinssim.logs.recorded_log import RecordedLog
     from sinssim.simulation.truth_comparison import Aided
+    from sinssim.strapdown.navigation_error import NavError
 
 
 @dataclass(frozen=True)
 class Log(Part):
     """The recording of a run on recorded sensors."""
 
-    name = "log"
+    name, title, place = "log", "The recording", "motion"
 
     @classmethod
     def belongs_to(cls, run: Navigated) -> bool:
         """Return whether the sensors are recorded."""
         return isinstance(run.truth, RecordedMotion)
 
-    def numbers(self) -> Mapping[str, Any]:
+    def numbers(self) -> LogNumbers:
         """Return what is known of the recording, for `summary.json`."""
         motion = self.run.truth
         assert isinstance(motion, RecordedMotion)
@@ -60,10 +74,42 @@ class Log(Part):
             "time_0_gps_s": None if log.zero is None else round(log.zero.seconds + log.zero.fraction, 6),
         }
 
-    def brief(self, algorithms: Mapping[str, Mapping[str, Any]]) -> Iterator[Item]:
+    def brief(self, algorithms: Mapping[str, ErrorNumbers]) -> Iterator[Item]:
         """Yield remarks on the recording, and what the solutions are compared with."""
         yield from map(Sentence, self.entry["notes"])
         yield Sentence(compared_words(self.entry))
+
+    def exhibits(self) -> Iterator[Item]:
+        """Yield map, facts and plots of the recorded motion, as the best solution has it, and the inertial data."""
+        run, log = self.run, _log(self.run)
+        name, best = best_solution(run, self.aided)
+        state = _state(best)
+        color = style.COLORS.get(name, style.COLORS["quaternion"])
+        tracks = [Track.of(name, best.time, best, style.tint(color) if log.reference is not None else color)]
+        if (reference := log.reference) is not None:
+            tracks.append(Track.of("reference", reference.time, reference, "truth"))
+        yield Beside([track_map(tracks, WGS84, outages=log.outages, note=NOTE.format(name)), self._facts(name, best)])
+        marks = _outage_marks(log)
+        yield from motion_charts(best.time, state, marks, run.scenario.output.angles)
+        yield Section("Inertial data", list(recorded_readings(run.sensed.measured, marks)))
+
+    def _facts(self, name: str, best: NavSolution) -> Table:
+        """Return what the motion is in a few numbers, and how many measurements there are."""
+        state, time = _state(best), self.run.time
+        roll, pitch, _ = (angle / DEG for angle in rotation.euler_from_quaternion(state.q_nb))
+        speed = ground_speed(state)
+        sensed = [readings.measurements for readings in _log(self.run).sensed]
+        return facts_table(f"the {name} solution", [
+            ("duration", duration_words(float(time[-1] - time[0]))),
+            ("distance over ground (∫ ground speed dt)", distance_text(best.time, speed)),
+            ("start", place_text(state, 0)),
+            ("end", place_text(state, -1)),
+            ("height", between_text(state.height, 1, "m")),
+            ("ground speed", between_text(speed, 1, "m/s")),
+            ("roll of the IMU", between_text(roll, 1, "°")),
+            ("pitch of the IMU", between_text(pitch, 1, "°")),
+            *((f"recorded, {m.label}", f"{len(m)} measurements") for m in sensed),
+        ])  # fmt: skip
 
 
 def best_solution(run: Navigated, aided: Aided | None) -> tuple[str, NavSolution]:
@@ -83,7 +129,7 @@ def best_solution(run: Navigated, aided: Aided | None) -> tuple[str, NavSolution
     return next(iter(run.solutions.items()))
 
 
-def compared_words(about: Mapping[str, Any]) -> str:
+def compared_words(about: LogNumbers) -> str:
     """Return a sentence on what the solutions are compared with.
 
     Args:
@@ -99,291 +145,105 @@ def compared_words(about: Mapping[str, Any]) -> str:
     return f"There is no reference: differences from {against} are shown, which is not the truth."
 
 
-_SHARES = {"median": 50.0, "p90": 90.0}
-_LISTED = 15
-"""Number of outages up to which each has a row on the console; the report has the rows of all."""
-_SMOOTHED = "smoothed_max_horizontal_error_m"
-_ALONE = "straight_line_horizontal_error_m"
-_COLUMNS = {
-    "horizontal_error_m": ("horizontal", "m"), "horizontal_sigma_m": ("1σ of the filter", "m"),
-    "height_error_m": ("height", "m"), "velocity_error_mps": ("velocity", "m/s"),
-    _ALONE: ("by the fixes alone", "m"),
-    _SMOOTHED: ("smoothed, largest", "m"),
-}  # fmt: skip
-"""Heads and units of the table by key."""
+def recorded_errors(run: Navigated, aided: Aided | None, summary: RunSummary) -> Iterator[Item]:
+    """Yield the errors against the reference, or the differences from one of the solutions."""
+    log, algorithms = summary["log"], summary["algorithms"]
+    against = log["compared_with"]
+    items = list(failure_exhibits(summary["failures"]))
+    if against is not None:
+        items += [error_table(algorithms), note_on_errors(against)]
+        if summary["failures"].keys() != algorithms.keys():
+            period = schuler_period(_state(best_solution(run, aided)[1]), WGS84)
+            items += error_exhibits(Compared(run.time, known_errors(run.errors), "north"), period)
+    title = "Navigation errors" if log["reference_file"] is not None else "Differences of the solutions"
+    yield Section(title, items, on=("page",))
+    yield Section("Singular attitudes", list(singularity_exhibits(summary["singularities"])), on=("page",))
 
 
-@dataclass(frozen=True)
-class JudgedOutages:
-    """The errors of injected outages.
-
-    Attributes:
-        numbers: the entry `outages` of the summary.
-        growth: for each outage the time since its beginning, (K,) s, and the horizontal error, (K,) m.
-    """
-
-    numbers: dict[str, Any]
-    growth: tuple[tuple[Array, Array], ...]
+def known_errors(errors: Mapping[str, NavError]) -> dict[str, NavError]:
+    """Return errors at the rows at which the position is known."""
+    known = {}
+    for name, error in errors.items():
+        rows = np.flatnonzero(np.isfinite(error.position_ned).all(axis=1))
+        if len(rows) > 1:
+            known[name] = error.rows(rows)
+    return known
 
 
-@dataclass(frozen=True)
-class Outages(Part):
-    """The injected outages of a run on recorded sensors with a filter."""
+def _state(solution: NavSolution) -> NavState:
+    s = solution
+    return NavState(s.latitude, s.longitude, s.height, s.velocity_ned, s.q_nb)
 
-    name, title, place = "outages", "Outages", "filter"
 
-    @classmethod
-    def belongs_to(cls, run: Navigated) -> bool:
-        """Return whether outages are injected, and a filter bridges them."""
-        if not isinstance(run.truth, RecordedMotion) or run.scenario.filter is None:
-            return False
-        log = run.truth.prepared.log
-        return bool(log.outages or any(log.passes))
+def _log(run: Navigated) -> RecordedLog:
+    """Return the recording of a run on recorded sensors."""
+    assert isinstance(run.truth, RecordedMotion)
+    return run.truth.prepared.log
 
-    @cached_property
-    def judged(self) -> JudgedOutages:
-        """Errors at the end of each outage, against the reference or else the withheld fixes.
 
-        They are those of the run's own outages, or of each further pass, which is computed here.
-        """
-        motion, aided = self.run.truth, self.aided
-        assert isinstance(motion, RecordedMotion)
-        assert aided is not None
-        prepared, log = motion.prepared, motion.prepared.log
-        reference = _reference(prepared)
-        if reference is None:
-            return JudgedOutages({"each": []}, ())
-        found, growth = [], []
-        for number, spans in enumerate(log.passes or (log.outages,), start=1):
-            estimate = _pass(self.run.sensed, prepared, spans) if log.passes else aided.estimate
-            error = reference.error_of(estimate.solution)
-            smoothed = None if estimate.smoothed is None else reference.error_of(estimate.smoothed.solution)
-            of_pass = outage_errors(estimate, error, smoothed, spans)
-            for one in of_pass:
-                if log.reference is None and log.fixes is not None:
-                    one[_ALONE] = straight_line_error(log.fixes, one["from_s"], one["at_s"])
-                if log.passes:
-                    one["pass"] = number
-                rows = (error.time >= one["from_s"]) & (error.time <= one["to_s"] + 1e-9)
-                rows &= np.isfinite(error.horizontal)
-                growth.append((error.time[rows] - one["from_s"], error.horizontal[rows]))
-            found += of_pass
-        return JudgedOutages({"against": reference.name, **outage_numbers(found)}, tuple(growth))
+_NAMED_OUTAGES = 4
+"""Number of outages up to which each is named at the top of a plot."""
 
-    def with_filter(self, numbers: Any) -> Mapping[str, Any]:
-        """Return the errors of the outages, for `summary.json`."""
-        return self.judged.numbers
 
-    def brief(self, algorithms: Mapping[str, Mapping[str, Any]]) -> Iterator[Item]:
-        """Yield the errors at the end of each outage, and all of them in a sentence."""
-        if self.entry["each"]:
-            title = f"{len(self.entry['each'])} outages: errors at the end, against {self.entry['against']}"
-            table = self._table(self.entry["each"] if len(self.entry["each"]) <= _LISTED else ())
-            yield replace(table, title=title, note="", on=("console",))
-        yield from map(Sentence, sentences(self.entry))
+def _outage_marks(log: RecordedLog) -> list[Rule]:
+    if len(log.outages) > _NAMED_OUTAGES:
+        return [mark_of_many(begin) for begin, _ in log.outages]
+    return [mark_at(begin, "outage") for begin, _ in log.outages]
 
-    def exhibits(self) -> Iterator[Item]:
-        """Yield the errors within each outage, and at their ends."""
-        yield from (Sentence(sentence, "strong") for sentence in sentences(self.entry))
-        each = self.entry["each"]
-        if each:
-            rows = sorted(each, key=lambda one: float(one["from_s"]))
-            yield Beside([Charts("outages", tuple((chart,) for chart in self._charts(each)),
-                                 (0.5 * PAIR[0], 2.0 * PAIR[1]), on=("page",)), self._table(rows)])  # fmt: skip
 
-    def _charts(self, each: Sequence[Mapping[str, Any]]) -> Iterator[Chart]:
-        """Yield the horizontal error since the beginning of each outage, and at the end of each over the run."""
-        y, span = Axis(units=fixed("m"), low=0.0), (float(self.run.time[0]), float(self.run.time[-1]))
-        drawn = [(time, error) for time, error in self.judged.growth if len(time) > 1]
-        if drawn:
-            longest = max(one["to_s"] - one["from_s"] for one in each)
-            lines = tuple(
-                Line(label="" if number else "one line an outage", x=time, y=error, color="aided", weight="hair")
-                for number, (time, error) in enumerate(drawn)
-            )
-            title = "Horizontal error since the last fix"
-            yield Chart(key="outages/growth", title=title, x=over((0.0, longest)), y=y, marks=lines)
-        at, end, sigma = (np.array([one[key] for one in each], dtype=np.float64)
-                          for key in ("at_s", "horizontal_error_m", "horizontal_sigma_m"))  # fmt: skip
-        dots = (
-            Dots(label="at the end", x=at, y=end, color="aided", size=4.5),
-            Dots(label="1σ of the filter", x=at, y=sigma, color="bound", size=3.75),
-        )
-        yield Chart(
-            key="outages/ends", title="Horizontal error at the end of each outage", x=over(span), y=y, marks=dots
-        )
-
-    def _table(self, each: Sequence[Mapping[str, Any]]) -> Table:
-        """Return the errors at the end of some outages, median and 90 % of all."""
-        keys = [key for key in _COLUMNS if key in self.entry["median"]]
-        rows = [
-            (f"{one['from_s']:g} … {one['to_s']:g}", *("–" if one[k] is None else signed(one[k]) for k in keys))
-            for one in each
-        ]
-        for word, name in (("**median**", "median"), ("**90 %**", "p90")):
-            own = self.entry[name]
-            rows.append((word, *("–" if own[k] is None else number_text(own[k]) for k in keys)))
-        return Table(
-            (Column("from … to", fixed("s"), words=True),
-             *(Column(head, fixed(unit)) for head, unit in map(_COLUMNS.__getitem__, keys))), rows,
-            note=f"Errors at the last time of each outage at which {self.entry['against']} is known; median and 90 % "
-            "of magnitudes. Smoothed: the largest horizontal error within the outage.",
+def after_filter(motion: RecordedMotion, aided: Aided, span: tuple[float, float]) -> Iterator[Item]:
+    """Yield the difference from the reference with the uncertainty of both, and the estimated errors of the IMU."""
+    log, x = motion.prepared.log, over(span)
+    if (reference := log.reference) is not None and reference.position_sigma is not None:
+        rows = thinned(len(aided.estimate.time))
+        time, sigma = aided.estimate.time[rows], aided.estimate.sigma[rows]
+        stated = reference.sigma_at(time)
+        assert stated is not None
+        lines = (
+            Line(label="aided minus reference, horizontal", x=time, y=aided.error_at(rows).horizontal, color="aided"),
+            Line(label="1σ of the filter", x=time, y=np.hypot(sigma[:, 0], sigma[:, 1]), color="bound"),
+            Line(label="1σ that the reference states", x=time, y=np.hypot(stated[:, 0], stated[:, 1]), color="truth",
+                 dash="--"),
         )  # fmt: skip
+        y = Axis(units=fixed(*suiting(LENGTH_SCALE, lines[0].y)), low=0.0)
+        chart = Chart(key="filter/reference", title="Horizontal", x=x, y=y, marks=(*_outage_marks(log), *lines))
+        title = "Difference from the reference, and the uncertainty of both"
+        yield Section(title, [Charts("reference", ((chart,),), WIDE)])
+    charts = list(_estimates(aided.estimate, x))
+    if charts:
+        rows_of = tuple(tuple(charts[k : k + 3]) for k in range(0, len(charts), 3))
+        size = (THREE[0], len(rows_of) * THREE[1])
+        drawn = Charts("estimates", rows_of, size, widths=(1.0, 1.0, 1.0))
+        yield Section("Estimated errors of the IMU, with ±1σ", [drawn])
 
 
-def outage_errors(
-    estimate: Estimate, error: NavError, smoothed: NavError | None, outages: Sequence[tuple[float, float]]
-) -> list[dict[str, Any]]:
-    """Return the errors at the end of each outage.
+ESTIMATES: dict[str, tuple[str, Scale]] = {
+    "gyro bias": ("Gyro bias", fixed("deg/s", DEG)),
+    "accelerometer bias": ("Accelerometer bias", fixed("mg", 1e3 * UG)),
+    "gyro scale": ("Gyro scale factor", fixed("%", 1e-2)),
+    "accelerometer scale": ("Accelerometer scale factor", fixed("%", 1e-2)),
+    "gyro instability": ("Gyro instability", fixed("deg/s", DEG)),
+    "accelerometer instability": ("Accelerometer instability", fixed("mg", 1e3 * UG)),
+}
+"""Titles and units of the estimated errors of the inertial sensors."""
 
-    Args:
-        error: its differences from the reference, or from the withheld fixes, at the filter's epochs.
-        smoothed: the same of the smoothed solution, if there is one.
-        outages: beginning and end of each, s.
 
-    Returns:
-        For every outage its times, the horizontal and height error and the velocity error of the filter at the last
-        known instant, its own 1σ of the horizontal position there, and the largest horizontal error of the smoothed
-        solution within it.
-    """
-    found = []
-    for begin, end in outages:
-        during = (error.time > begin) & (error.time <= end + 1e-9)
-        known = np.flatnonzero(during & np.isfinite(error.position_ned).all(axis=1))
-        if not len(known):
+def _estimates(estimate: Estimate, x: Axis) -> Iterator[Chart]:
+    """Yield the estimated errors of the inertial sensors with their bands."""
+    rows = thinned(len(estimate.time))
+    time = estimate.time[rows]
+    for name, (title, unit) in ESTIMATES.items():
+        if name not in estimate.parameters or not len(time):
             continue
-        k = int(known[-1])
-        one: dict[str, Any] = {
-            "from_s": float(begin),
-            "to_s": float(end),
-            "at_s": float(error.time[k]),
-            "horizontal_error_m": float(error.horizontal[k]),
-            "height_error_m": float(error.height[k]),
-            "velocity_error_mps": float(error.speed[k]),
-            "horizontal_sigma_m": float(np.hypot(*estimate.sigma[k, :2])),
-        }
-        if smoothed is not None:
-            inside = (smoothed.time > begin) & (smoothed.time <= end + 1e-9)
-            values = smoothed.horizontal[inside]
-            values = values[np.isfinite(values)]
-            one["smoothed_max_horizontal_error_m"] = float(values.max()) if len(values) else math.nan
-        found.append(one)
-    return found
-
-
-_STRAIGHT_S = 2.0  # s; velocity by the fixes alone: two intervals of a receiver with one fix a second
-
-
-def straight_line_error(fixes: FixStream, begin: float, at: float) -> float:
-    """Return the horizontal distance of a withheld fix from the straight line through the last fixes before, m.
-
-    Args:
-        begin: beginning of the outage, s.
-        at: time of the withheld fix, s.
-
-    Returns:
-        The distance; NaN with fewer than two fixes in the seconds before the outage.
-    """
-    known = np.isfinite(fixes.latitude) & np.isfinite(fixes.longitude)
-    time, latitude, longitude = fixes.time[known], fixes.latitude[known], fixes.longitude[known]
-    withheld = int(np.argmin(np.abs(time - at)))
-    before = np.flatnonzero((time <= begin) & (time > begin - _STRAIGHT_S - 0.5 * float(np.median(np.diff(time)))))
-    if len(before) < 2 or before[-1] >= withheld:
-        return math.nan
-    first, last = int(before[0]), int(before[-1])
-    ahead = (time[withheld] - time[last]) / (time[last] - time[first])
-    r1, r2 = earth.radii(latitude[last])
-    north, east = ((x[withheld] - x[last]) - ahead * (x[last] - x[first]) for x in (latitude, np.unwrap(longitude)))
-    return math.hypot(float(r1) * north, float(r2) * math.cos(latitude[last]) * east)
-
-
-def outage_numbers(found: Sequence[Mapping[str, Any]]) -> dict[str, Any]:
-    """Return the errors of outages together.
-
-    Args:
-        found: the errors of each, of `outage_errors`.
-
-    Returns:
-        `each`: the same; `median` and `p90` over the outages of the magnitude of each error; `error_over_sigma`: root
-        mean square of the horizontal error over the filter's own 1σ, which is 1 on average for a filter that is right.
-    """
-    ratio = [one["horizontal_error_m"] / one["horizontal_sigma_m"] for one in found]
-    return {
-        "each": list(found),
-        **{word: _share(found, percent) for word, percent in _SHARES.items()},
-        "error_over_sigma": float(np.sqrt(np.mean(np.square(ratio)))) if ratio else math.nan,
-    }
-
-
-def _share(found: Sequence[Mapping[str, float]], percent: float) -> dict[str, float]:
-    """Return a percentile over the outages of the magnitude of each error."""
-    keys = [key for key in (found[0] if found else ()) if key.endswith(("_m", "_mps"))]
-    values = {key: np.abs([one[key] for one in found]) for key in keys}
-    known = {key: row[np.isfinite(row)] for key, row in values.items()}
-    return {key: float(np.percentile(row, percent)) if len(row) else math.nan for key, row in known.items()}
-
-
-def _reference(prepared: Prepared) -> Reference | None:
-    """Return what the outages are judged by."""
-    from sinssim.logs.reference_solution import Reference
-
-    log, section = prepared.log, prepared.scenario.log
-    assert section is not None
-    if log.reference is not None or log.fixes is None or section.gnss is None:
-        return log.reference
-    f, arm = log.fixes, section.gnss.lever_arm_m
-    return Reference("the withheld fixes", f.time, f.latitude, f.longitude, f.height, lever_arm=arm)
-
-
-def _pass(sensed: Sensed, prepared: Prepared, spans: tuple[tuple[float, float], ...]) -> Estimate:
-    """Run the filter once more, without the satellites of some spans."""
-    from sinssim.logs.recorded_aiding import gnss_readings
-    from sinssim.simulation.recorded_filter_run import aid_recorded
-
-    log, section, settings = prepared.log, prepared.scenario.log, prepared.scenario.filter
-    assert section is not None
-    assert section.gnss is not None
-    assert log.fixes is not None
-    assert settings is not None
-    without = gnss_readings(log.fixes, section.gnss, spans)
-    kinds = {one.measurements.label for one in without}
-    others = (one for one in log.sensed if one.measurements.label not in kinds)
-    once = settings.model_copy(update={"backward": False})  # outages are judged forwards, and smoothed
-    scenario = prepared.scenario.model_copy(update={"filter": once})
-    changed = replace(prepared, scenario=scenario, log=replace(log, sensed=(*without, *others), outages=spans))
-    start = recorded_start(prepared.scenario, sensed)
-    return aid_recorded(changed, sensed.imu, start, history=settings.smooth)
-
-
-def sentences(numbers: Mapping[str, Any]) -> Iterator[str]:
-    """Yield the result of the outages in a sentence.
-
-    Args:
-        numbers: the entry `outages` of the summary.
-    """
-    each = numbers["each"]
-    if not each:
-        yield "No outage could be evaluated: the reference is not known in any of them."
-        return
-    median, high = numbers["median"], numbers["p90"]
-    lengths = {round(one["to_s"] - one["from_s"], 3) for one in each}
-    of = f" of {lengths.pop():g} s" if len(lengths) == 1 else ""
-    passes = len({one.get("pass", 1) for one in each})
-    of += f" in {passes} passes" if passes > 1 else ""
-    text = (
-        f"{len(each)} outage{'s' * (len(each) != 1)}{of}: horizontal error at the end "
-        f"{number_text(median['horizontal_error_m'])} m (median), {number_text(high['horizontal_error_m'])} m (90 %)"
-    )
-    key = "smoothed_max_horizontal_error_m"
-    if median.get(key) is not None:  # a filter that diverged is not smoothed
-        text += f"; smoothed, at most {number_text(median[key])} m and {number_text(high[key])} m within the outage"
-    if len(each) > 1:
-        text += f". The errors at the end are {number_text(numbers['error_over_sigma'])} of their 1σ (rms)"
-    yield f"{text}."
-    alone = median.get(_ALONE)
-    if alone is not None and math.isfinite(alone):
-        worse = "worse" if median["horizontal_error_m"] > alone else "better"
-        yield (
-            f"In outages the navigation is {worse} than the fixes alone: a straight line through the fixes of the last "
-            f"{_STRAIGHT_S:g} s is {number_text(alone)} m off at the end (median)."
-        )
+        values, sigma = estimate.parameters[name][rows], estimate.sigma[rows][:, estimate.model.slices[name]]
+        if not sigma.any():
+            continue
+        lines: list[Line] = []
+        for axis, value, spread in zip("xyz", values.T, sigma.T, strict=False):
+            pale = style.tint(style.COLORS[axis])
+            lines += [
+                Line(x=time, y=end, color=pale, weight="hair", counts=False) for end in (value + spread, value - spread)
+            ]
+            lines.append(Line(label=axis, x=time, y=value, color=axis))
+        key = f"filter/estimates/{name.replace(' ', '_')}"
+        yield Chart(key=key, title=title, x=x, y=Axis(units=unit), marks=tuple(lines))

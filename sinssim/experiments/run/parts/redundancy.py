@@ -26,6 +26,7 @@ from sinssim.truth.sampling import FlightEvent
 from sinssim.units import fixed
 
 if TYPE_CHECKING:
+    from sinssim.experiments.run.summary_types import ErrorNumbers
     from sinssim.sensors.sets.fault_detection import Alarm, Monitored
     from sinssim.strapdown.navigation_error import NavError
 
@@ -84,7 +85,7 @@ class Redundancy(Part):
                     yield FlightEvent(alarm.detected, f"fault of the {name}s detected")
                 yield FlightEvent(alarm.isolated, f"{name} {alarm.sensor} excluded")
 
-    def brief(self, algorithms: Mapping[str, Mapping[str, Any]]) -> Iterator[Item]:
+    def brief(self, algorithms: Mapping[str, ErrorNumbers]) -> Iterator[Item]:
         """Yield the faults that were detected, and the errors with and without monitoring."""
         yield from map(Sentence, sentences(self.entry, algorithms))
 

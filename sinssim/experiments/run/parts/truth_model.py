@@ -21,6 +21,7 @@ from sinssim.truth.true_gravity_disturbance import Disturbed
 from sinssim.units import ARCSEC, DEG, MGAL, fixed
 
 if TYPE_CHECKING:
+    from sinssim.experiments.run.summary_types import ErrorNumbers
     from sinssim.truth.track.track_curve import TrackFit
     from sinssim.truth.true_gravity_disturbance import GravityValues
 
@@ -49,7 +50,7 @@ class Track(Part):
 
         return fit_numbers(self.fit)
 
-    def brief(self, algorithms: Mapping[str, Mapping[str, Any]]) -> Iterator[Item]:
+    def brief(self, algorithms: Mapping[str, ErrorNumbers]) -> Iterator[Item]:
         """Yield how the curve fits the samples, and what is assumed."""
         from sinssim.truth.track.track_curve import fit_sentences
 

@@ -15,7 +15,7 @@ from sinssim.sensors.imu.imu import Imu, draw
 from sinssim.sensors.sets.fault_detection import Monitored
 from sinssim.strapdown.navigation_error import NavError
 from tests.recording.made_monitoring import ACCELEROMETERS, GYROS, SECTION, TIME
-from tests.recording.spies import Shown, cells, read
+from tests.recording.spies import Shown, cells, html, read
 
 AIDED, PINK = "#0072b2", "#e11e6e"
 ARCSEC = np.pi / 648_000.0
@@ -165,7 +165,7 @@ def test_errors_of_single_sensors_in_their_units() -> None:
     for block, bias, tilts in zip(blocks, ([1.0, -2.0, 3.0], [4.5, 5.0, 6.0]), rows, strict=True):
         block.gyro.bias[:] = np.array(bias) * ARCSEC
         block.gyro.misalignment[:] = np.array(tilts) * ARCSEC
-    assert cells(single_errors(blocks, section, "gyro")) == [
+    assert cells(html(single_errors(blocks, section, "gyro"))) == [
         ["", "unit", "1", "2", "3", "4", "1σ"], ["bias", "deg/h", "1.000", "−2.000", "3.000", "4.500", "0.75"],
         ["scale factor", "ppm", "0", "0", "0", "0", "0"],
         ["tilt of the axis", "arcsec", "5.000", "13.00", "17.00", "29.00", "6"],

@@ -1,0 +1,205 @@
+"""The motion of a run: its map, facts, height, speed and attitude over time, legs and events."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import replace
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from sinssim import rotation
+from sinssim.charts import PAIR, Axis, Chart, Charts, Line, Rule, over
+from sinssim.data import Array, NavState
+from sinssim.exhibits import Column, Item, Section, Table
+from sinssim.experiments.run.track_map import NOTE, Track, degrees, track_map
+from sinssim.recording import style
+from sinssim.scenario.plan_summary import field_words, given, leg_words, named_places, route_words, values_of
+from sinssim.units import DEG, duration_words, fixed
+
+if TYPE_CHECKING:
+    from sinssim.data import NavSolution
+    from sinssim.earth.ellipsoids import Ellipsoid
+    from sinssim.scenario import Scenario
+    from sinssim.simulation.truth_stage import Truth
+    from sinssim.truth.sampling import Channel
+    from sinssim.truth.trajectory import Trajectory
+
+
+_BY_LEGS = ("drive", "voyage")
+
+
+def motion_exhibits(scenario: Scenario, truth: Truth, further: Sequence[Item] = ()) -> Iterator[Item]:
+    """Yield plots over time of the true motion, further items, its legs and events."""
+    trajectory = truth.trajectory
+    legs, events = _legs(scenario, trajectory)
+    marks = [mark_of_many(begin, str(i + 1)) for i, (_, _, begin, _) in enumerate(legs)]
+    airspeed = trajectory.channels.get("airspeed_mps")
+    yield from motion_charts(truth.time, truth.state, marks, scenario.output.angles, airspeed)
+    yield from further
+    if legs:
+        heads = (Column("leg", words=True), Column("", words=True), Column("", words=True))
+        rows = [
+            (str(i + 1), name, what, f"{begin:.1f}", "–" if end is None else f"{end:.1f}")
+            for i, (name, what, begin, end) in enumerate(legs)
+        ]
+        table = Table((*heads, Column("from", fixed("s")), Column("to", fixed("s"))), rows)
+        yield Section(f"Legs{' as flown' if scenario.flight else ''}", [table])
+    if events:
+        columns = (Column("time", fixed("s")), Column("", words=True))
+        yield Section("Events", [Table(columns, [(f"{time:.1f}", text) for time, text in events])])
+
+
+def mark_of_many(at: float, text: str = "") -> Rule:
+    """Return one of many marks on a plot over time."""
+    return Rule(at=at, upright=True, text=text, color="grid", weight="hair")
+
+
+def solution_tracks(solutions: Mapping[str, NavSolution]) -> list[Track]:
+    """Return the tracks of solutions in their colours."""
+    paint = style.colors(list(solutions))
+    return [Track.of(name, s.time, s, color) for (name, s), color in zip(solutions.items(), paint, strict=True)]
+
+
+def motion_map(scenario: Scenario, ellipsoid: Ellipsoid, motion: Track, solutions: Sequence[Track]) -> Charts:
+    """Return the map with the true track and those of the solutions."""
+    motion = replace(motion, color=style.tint(style.COLORS["truth"]) if solutions else "truth")
+    outages = () if scenario.aiding is None else scenario.aiding.outages
+    note = NOTE.format("true")
+    return track_map([motion, *solutions], ellipsoid, outages=outages, places=named_places(scenario), note=note)
+
+
+def motion_facts(scenario: Scenario, truth: Truth) -> Table:
+    """Return what a motion is in a few numbers, and its source."""
+    trajectory, state = truth.trajectory, truth.state
+    roll, pitch, _ = (angle / DEG for angle in rotation.euler_from_quaternion(state.q_nb))
+    speed = ground_speed(state)
+    facts = [
+        ("duration", duration_words(float(truth.time[-1] - truth.time[0]))),
+        ("distance over ground (∫ ground speed dt)", distance_text(truth.time, speed)),
+        ("start", place_text(state, 0)),
+        ("end", place_text(state, -1)),
+        ("height above the ellipsoid", between_text(state.height, 1, "m")),
+        ("ground speed", between_text(speed, 1, "m/s")),
+        ("vertical speed, up", between_text(-state.velocity_ned[:, 2], 1, "m/s")),
+        ("roll", between_text(roll, 1, "°")),
+        ("pitch", between_text(pitch, 1, "°")),
+        ("gravity, ellipsoid", f"{trajectory.gravity}, {trajectory.ellipsoid.name}"),
+        *_source(scenario),
+    ]
+    return facts_table("true motion of the sensor block", facts)
+
+
+def facts_table(head: str, facts: Sequence[tuple[str, str]]) -> Table:
+    """Return a table of names and texts."""
+    return Table((Column(head, words=True), Column("", words=True)), facts)
+
+
+def ground_speed(state: NavState) -> Array:
+    """Return the horizontal speed, (N,) m/s."""
+    return np.hypot(state.velocity_ned[:, 0], state.velocity_ned[:, 1])
+
+
+def distance_text(time: Array, speed: Array) -> str:
+    """Write the distance over ground, from the ground speed, (N,) m/s, at times, (N,) s."""
+    distance = float(np.sum(0.5 * (speed[1:] + speed[:-1]) * np.diff(time)))
+    return f"{distance / 1e3:.3f} km"
+
+
+def motion_charts(
+    time: Array, state: NavState, marks: Sequence[Rule], angles: str | None, airspeed: Channel | None = None
+) -> Iterator[Charts]:
+    """Yield height, speed and attitude over time.
+
+    Args:
+        time: (N,) s.
+        angles: range of the heading, or "continuous"; None for 0…360°.
+        airspeed: logged airspeed, if there is one.
+    """
+    roll, pitch, heading = rotation.euler_from_quaternion(state.q_nb)
+    x, degrees_ = over((float(time[0]), float(time[-1]))), fixed("deg", DEG)
+    metres, speeds = Axis(units=fixed("m"), least=1e-3), Axis(units=fixed("m/s"), least=1e-3)
+    ground = [Line(label="ground speed", x=time, y=ground_speed(state), color="y")]
+    if airspeed is not None and airspeed.values.ndim == 1 and len(airspeed.time) > 1:
+        ground.append(Line(label="true airspeed", x=airspeed.time, y=airspeed.values, color="x", dash="--"))
+    leaning = Axis(units=degrees_, least=1e-3 * DEG)
+    if np.abs(roll).max() > np.radians(120.0):
+        leaning = replace(leaning, low=-np.pi, high=np.pi, ticks=tuple(np.radians((-180.0, -90.0, 0.0, 90.0, 180.0))))
+    shown, counted = rotation.shown_heading(angles, heading), angles == "continuous"
+    least = rotation.HEADING_RANGES["0..360" if counted else angles or "0..360"]
+    turns = Axis(units=degrees_, least=1e-3 * DEG)
+    if not counted:
+        quarters = tuple(float(v) for v in least + 0.5 * np.pi * np.arange(5))
+        turns = Axis(units=degrees_, low=quarters[0], high=quarters[-1], ticks=quarters)
+
+    def chart(key: str, title: str, y: Axis, *lines: Line) -> Chart:
+        return Chart(key=f"flight/{key}", title=title, x=x, y=y, marks=(*marks, *lines))
+
+    yield Charts("motion", (
+        (chart("height", "Height above the ellipsoid", metres, Line(label="height", x=time, y=state.height, color="y")),
+         chart("speed", "Speed", speeds, *ground)),
+        (chart("roll_pitch", "Roll and pitch", leaning,
+               Line(label="roll", x=time, y=roll, color="x", turn=2.0 * np.pi),
+               Line(label="pitch", x=time, y=pitch, color="z")),
+         chart("heading", "Heading", turns,
+               Line(label="heading", x=time, y=shown, color="y", turn=0.0 if counted else 2.0 * np.pi))),
+    ), (PAIR[0], 2.0 * PAIR[1]))  # fmt: skip
+    climb = Line(label="vertical speed", x=time, y=-state.velocity_ned[:, 2], color="z")
+    yield Charts("climb", ((chart("vertical_speed", "Vertical speed, up", speeds, climb),),), PAIR, on=("recording",))
+
+
+def _source(scenario: Scenario) -> Iterator[tuple[str, str]]:
+    """Describe the source of the true motion."""
+    flight = scenario.flight
+    if flight is not None:
+        yield "flown by JSBSim, aircraft", flight.aircraft
+        yield "wind", flight.wind.words()
+        if flight.atmosphere is not None:
+            yield "atmosphere", flight.atmosphere.words()
+        yield "turbulence", values_of(flight.turbulence) if flight.turbulence else "none"
+    if scenario.track is not None:
+        yield "planned route" if scenario.track.waypoints else "recorded track", scenario.track.what
+    for name in ("parked", "great_circle", "motion", "drive", "voyage", "turntable"):
+        section = getattr(scenario, name)
+        if section is not None:
+            legs = f"{len(section.legs)} legs, see below; " if name in _BY_LEGS else ""
+            yield name.replace("_", " "), legs + given(section, "legs")
+    for vibration in scenario.vibration:
+        yield "vibration", given(vibration)
+    if scenario.isolator is not None:
+        yield "isolator", values_of(scenario.isolator)
+    if scenario.gravity is not None:
+        yield "gravity field", field_words(scenario)
+
+
+def _legs(
+    scenario: Scenario, trajectory: Trajectory
+) -> tuple[list[tuple[str, str, float, float | None]], list[tuple[float, str]]]:
+    """Return the legs that began (type, settings, beginning, end), and all other events."""
+    events = [(event.time, event.text) for event in trajectory.events]
+    legs: list[tuple[str, str, float, float | None]] = []
+    plan = next((section for name in ("flight", *_BY_LEGS) if (section := getattr(scenario, name)) is not None), None)
+    for i, leg in enumerate(() if plan is None else plan.legs, start=1):
+        times = {}
+        for edge in ("begins", "ends"):
+            event = next((e for e in events if e[1] == f"leg {i} ({leg.type}) {edge}"), None)
+            if event is not None:
+                times[edge] = event[0]
+                events.remove(event)
+        if "begins" in times:
+            settings = "; ".join(part for part in (leg_words(leg), *route_words(leg)) if part)
+            legs.append((leg.type, settings, times["begins"], times.get("ends")))
+    return legs, events
+
+
+def place_text(truth: NavState, row: int) -> str:
+    lat, lon, height = (float(v[row]) for v in (truth.latitude, truth.longitude, truth.height))
+    height = round(height, 1) + 0.0  # no negative zero
+    return f"{degrees(lat / DEG, 'NS', 5)} {degrees(lon / DEG, 'EW', 5)}, {height:.1f}\u00a0m"
+
+
+def between_text(values: Array, places: int, unit: str) -> str:
+    rounded = (round(float(v), places) + 0.0 for v in (values.min(), values.max()))  # + 0.0: no negative zero
+    low, high = (f"{v:.{places}f}".replace("-", "−") for v in rounded)
+    blank = "" if unit == "°" else " "
+    return f"{low}{blank}{unit}" if low == high else f"{low} … {high}{blank}{unit}"

@@ -1,0 +1,252 @@
+"""The marks of a chart as SVG: lines, surfaces, dots, bars, cells and limits on the scales of its axes."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+
+from sinssim.charts import (
+    Band,
+    Bars,
+    Cells,
+    Chart,
+    Dots,
+    Histogram,
+    Limit,
+    Line,
+    Remark,
+    Rule,
+    Shares,
+)
+from sinssim.data import Array
+from sinssim.recording import style
+from sinssim.recording.report.svg import dots, path, points, segments, text
+from sinssim.recording.style import envelope
+from sinssim.units import TIME_SCALE
+
+WIDTHS = {"broad": 8.0, "wide": 4.5, "bold": 2.4, "line": 1.5, "thin": 1.07, "hair": 1.0}
+DASHES = {"": "", "--": "6 4", ":": "1.5 3", "-.": "7 3 1.5 3"}
+_MOST_DOTS = 1500
+"""Approximate number of dots of a mark that are drawn."""
+_SHAPES = {"s": "M-3-3h6v6h-6z", "^": "M0-4l4 7h-8z", "D": "M0-4l4 4l-4 4l-4-4z", "v": "M0 4l4-7h-8z",
+           "P": "M-1.5-4h3v2.5h2.5v3h-2.5v2.5h-3v-2.5h-2.5v-3h2.5z", "*": "M0-5l1.4 3.4 3.6.3-2.8 2.3.9 3.6-3.1-2-3.1 "
+           "2 .9-3.6-2.8-2.3 3.6-.3z"}  # fmt: skip
+
+
+@dataclass(frozen=True)
+class PixelScale:
+    """A scale: from values in SI to pixels."""
+
+    low: float
+    high: float
+    start: float
+    end: float
+    log: bool
+
+    def __call__(self, values: Any) -> Any:
+        v, low, high = np.asarray(values, dtype=np.float64), self.low, self.high
+        if self.log:
+            with np.errstate(divide="ignore", invalid="ignore"):
+                v, low, high = np.log(np.maximum(v, 1e-300)), np.log(low), np.log(high)
+        return self.start + (v - low) * (self.end - self.start) / (high - low)
+
+
+def marks_of(chart: Chart, x: PixelScale, y: PixelScale) -> tuple[list[str], list[str]]:
+    """Return the marks of a chart, and words that lie over them."""
+    body: list[str] = []
+    over: list[str] = []
+    for mark, color in zip(chart.marks, style.of_marks(chart.marks), strict=True):
+        match mark:
+            case Line():
+                body += _line(mark, style.css_of(color), x, y, timed=chart.x.units is TIME_SCALE)
+            case Band():
+                body.append(_area(x(mark.x), y(mark.low), y(mark.high), style.css_of(color), 0.25))
+            case Dots():
+                if len(mark.error):
+                    left, right, level = x(mark.x - mark.error), x(mark.x + mark.error), y(mark.y)
+                    body.append(segments(left, level, right, level, "mark"))
+                several = not (isinstance(color, str) or isinstance(color[0], int))
+                paints = [style.css_of(one) for one in color] if several else [style.css_of(color)] * len(mark.x)
+                some = slice(None, None, max(1, len(mark.x) // _MOST_DOTS))
+                body.append(shapes_of(x(mark.x[some]), y(mark.y[some]), paints[some], mark.marker, mark.size / 0.75))
+            case Bars():
+                drawn, named = _bars(mark, color, x, y)
+                body += drawn
+                over += named
+            case Shares():
+                sums = np.vstack((np.zeros(len(mark.x)), np.cumsum(mark.parts, axis=0)))
+                body += [
+                    _area(x(mark.x), y(low), y(high), style.css_of(one), 1.0)
+                    for low, high, one in zip(sums[:-1], sums[1:], mark.colors, strict=True)
+                ]
+            case Histogram():
+                edges, counts = mark.counted
+                fill = style.css_of(color)
+                body += [
+                    _box(float(x(a)), float(y(0.0)), float(x(b)) - 1.0, float(y(n)), fill)
+                    for a, b, n in zip(edges[:-1], edges[1:], counts, strict=True)
+                ]
+            case Rule():
+                body += _rule(mark, style.css_of(color), x, y)
+                if mark.text and not mark.upright:
+                    over.append(text(x.end - 4.0, float(y(mark.at)) - 3.0, mark.text, "end", "soft"))
+            case Cells():
+                over += _cells(mark, x, y)
+            case Limit():
+                body += _limit(mark, chart.most, x, y)
+            case Remark():
+                over.append(_remark(mark, float(x(mark.x)), float(y(mark.y))))
+    return body, over
+
+
+def _line(mark: Line, color: str, x: PixelScale, y: PixelScale, *, timed: bool) -> Iterator[str]:
+    """Yield the pieces of a line between its gaps and jumps; of one over time, what its columns of pixels show."""
+    for at, values in _pieces(mark):
+        columns = max(2, round(abs(float(x(at[-1]) - x(at[0])))))
+        long = not (x.log or mark.marker) and len(at) > 2 * columns
+        if long and (timed or bool(np.all(np.diff(at) > 0.0))):
+            at, values = envelope(at, values, float(at[0]), float(at[-1]) + 1e-9, columns)
+        px, py = np.asarray(x(at)), np.asarray(y(values))
+        if not mark.marker:
+            px, py = _settled(px, py)
+        yield path(px, py, color, WIDTHS[mark.weight], DASHES[mark.dash])
+        if mark.marker:
+            fill = "hollow" if mark.hollow else color
+            yield shapes_of(px, py, [fill] * len(at), mark.marker, 6.0, edge=color)
+
+
+def _pieces(mark: Line) -> Iterator[tuple[Array, Array]]:
+    """Yield the parts of a line between gaps and jumps."""
+    whole = len(mark.x) > 0 and bool(np.isfinite(mark.x[[0, -1]]).all() and np.isfinite(mark.y.sum()))
+    if whole and not mark.turn:
+        yield mark.x, mark.y
+        return
+    there = np.isfinite(mark.x) & np.isfinite(mark.y)
+    cuts = np.flatnonzero(~there)
+    if mark.turn:
+        with np.errstate(invalid="ignore"):
+            cuts = np.union1d(cuts, np.flatnonzero(np.abs(np.diff(mark.y)) > 0.5 * mark.turn) + 1)
+    for rows in np.split(np.arange(len(mark.x)), cuts):
+        rows = rows[there[rows]]
+        if len(rows):
+            yield mark.x[rows], mark.y[rows]
+
+
+def _settled(x: Array, y: Array) -> tuple[Array, Array]:
+    """Replace a column's least and greatest value by their mean where they lie within a pixel."""
+    pairs = len(x) // 2
+    if pairs < 100 or len(x) % 2:
+        return x, y
+    left, right, low, high = x[0::2], x[1::2], y[0::2], y[1::2]
+    smooth = (np.abs(high - low) < 1.0) & (right - left < 1.5)
+    middle = 0.5 * (low + high)
+    low, high = np.where(smooth, middle, low), np.where(smooth, middle, high)
+    keep = np.column_stack((np.ones(pairs, bool), ~smooth)).ravel()
+    keep[-1] = True
+    return np.column_stack((left, right)).ravel()[keep], np.column_stack((low, high)).ravel()[keep]
+
+
+def shapes_of(x: Array, y: Array, colors: Sequence[str], marker: str, size: float, edge: str = "") -> str:
+    """Return marks on points."""
+    if marker in ("", "o", ".") and len(set(colors)) == 1 and "hollow" not in colors:
+        return dots(x, y, colors[0], size)
+    drawn = []
+    for a, b, color in zip(x, y, colors, strict=True):
+        if not (np.isfinite(a) and np.isfinite(b)):
+            continue
+        stroke = f' stroke="{edge}" stroke-width="1.2"' if edge else ""
+        fill = 'class="block" fill="#fff"' if color == "hollow" else f'fill="{color}"'
+        if marker in _SHAPES:
+            drawn.append(f'<path d="{_SHAPES[marker]}" transform="translate({a:.1f} {b:.1f})" {fill}{stroke}/>')
+        else:
+            drawn.append(f'<circle cx="{a:.1f}" cy="{b:.1f}" r="{0.5 * size:.1f}" {fill}{stroke}/>')
+    return "".join(drawn)
+
+
+def _remark(mark: Remark, x: float, y: float) -> str:
+    aside, up = (3.0, 3.0) if mark.soft else (7.0, 6.0)
+    size = 'font-size="10"' if mark.soft else ""
+    place = (x - aside if mark.left else x + aside, y + 15.0 if mark.below else y - up)
+    return text(*place, mark.text, "end" if mark.left else "start", "soft over" if mark.soft else "over", size)
+
+
+def _area(x: Any, low: Any, high: Any, color: str, opacity: float) -> str:
+    there = np.isfinite(x) & np.isfinite(low) & np.isfinite(high)
+    if there.sum() < 2:
+        return ""
+    keep = np.flatnonzero(there)
+    keep = keep[np.unique(np.linspace(0, len(keep) - 1, min(len(keep), 1200)).astype(np.intp))]
+    around = points(np.concatenate((x[keep], x[keep][::-1])), np.concatenate((low[keep], high[keep][::-1])))
+    return f'<polygon points="{around}" fill="{color}" fill-opacity="{opacity:g}"/>'
+
+
+def _box(x1: float, y1: float, x2: float, y2: float, color: str) -> str:
+    return (
+        f'<rect x="{min(x1, x2):.1f}" y="{min(y1, y2):.1f}" width="{abs(x2 - x1):.1f}" height="{abs(y2 - y1):.1f}" '
+        f'fill="{color}"/>'
+    )
+
+
+def _bars(mark: Bars, color: Any, x: PixelScale, y: PixelScale) -> tuple[list[str], list[str]]:
+    """Return bars, and the texts at their ends."""
+    several = not (isinstance(color, str) or isinstance(color[0], int))
+    paints = [style.css_of(one) for one in color] if several else [style.css_of(color)] * len(mark.values)
+    along, places = (x, y) if mark.across else (y, x)
+    foot = along.start if along.log else float(along(0.0))
+    body, over = [], []
+    tops = np.fmax(mark.values, mark.high) if len(mark.high) else mark.values
+    for number, (place, value, paint) in enumerate(zip(mark.places, mark.values, paints, strict=True)):
+        if not np.isfinite(value):
+            continue
+        a, b = float(places(place - 0.5 * mark.width)), float(places(place + 0.5 * mark.width))
+        tip, end = float(along(value)), float(along(max(float(tops[number]), 0.0)))
+        middle = 0.5 * (a + b)
+        body.append(_box(foot, a, tip, b, paint) if mark.across else _box(a, foot, b, tip, paint))
+        if len(mark.low) and np.isfinite(mark.low[number]) and np.isfinite(mark.high[number]):
+            ends = [float(along(mark.low[number])), float(along(mark.high[number]))]
+            across = ([ends[0]], [middle], [ends[1]], [middle]), ([middle], [ends[0]], [middle], [ends[1]])
+            body.append(segments(*across[0 if mark.across else 1], "mark"))
+        if number < len(mark.texts):
+            over.append(
+                text(end + 5.0, middle + 4.0, mark.texts[number])
+                if mark.across else text(middle, end - 5.0, mark.texts[number], "middle")
+            )  # fmt: skip
+    return body, over
+
+
+def _cells(mark: Cells, x: PixelScale, y: PixelScale) -> Iterator[str]:
+    for (i, k), fraction in np.ndenumerate(mark.shades):
+        fill, ink = style.shade(float(fraction))
+        left, right, top, bottom = (float(v) for v in (x(k - 0.5), x(k + 0.5), y(i - 0.5), y(i + 0.5)))
+        yield _box(left + 1.0, top + 1.0, right - 1.0, bottom - 1.0, fill)
+        if mark.framed[i, k]:
+            frame = f' fill-opacity="0" stroke="{style.css_of("truth")}" stroke-width="2"/>'
+            yield _box(left + 3.0, top + 3.0, right - 3.0, bottom - 3.0, fill).replace("/>", frame)
+        middle = text(0.5 * (left + right), 0.5 * (top + bottom) + 4.0, mark.texts[i][k], "middle")
+        yield middle.replace("<text", f'<text style="fill:{ink}"', 1)
+
+
+def _rule(mark: Rule, color: str, x: PixelScale, y: PixelScale) -> Iterator[str]:
+    way, other = (x, y) if mark.upright else (y, x)
+    if mark.low is not None and mark.high is not None:
+        least, most = sorted((way.start, way.end))
+        a, b = (min(max(float(way(end)), least), most) for end in (mark.low, mark.high))
+        box = (a, other.start, b, other.end) if mark.upright else (other.start, a, other.end, b)
+        yield _box(*box, color).replace("/>", ' fill-opacity="0.25"/>')
+    at = np.full(2, float(way(mark.at)))
+    ends = np.array([other.start, other.end])
+    across, along = (at, ends) if mark.upright else (ends, at)
+    yield path(across, along, color, WIDTHS[mark.weight], DASHES[mark.dash])
+
+
+def _limit(mark: Limit, most: float, x: PixelScale, y: PixelScale) -> Iterator[str]:
+    if mark.height > Limit.FAR * most:
+        return
+    color, height = style.css_of(mark.color), float(y(mark.height))
+    if mark.at is None:
+        yield path(np.array([x.start, x.end]), np.full(2, height), color, 1.1, DASHES["--"])
+    else:
+        yield shapes_of(np.array([float(x(mark.at))]), np.array([height - 3.0]), [color], "v", 8.0)
