@@ -15,7 +15,7 @@ def test_the_view_of_the_page(tmp_path: Path) -> None:
     assert copy.touched == []
     assert re.search(r"^speed +Ground speed and vertical speed\.$", copy.command("list", "views"), re.M)
     assert copy.run(page.snippets[0]) == "speed\n"
-    source = (copy.root / "sinssim" / "experiments" / "run" / "views" / "log_run.py").read_text(encoding="utf-8")
-    for entity in ("flight/ground_speed", "flight/vertical_speed"):
-        assert entity in page.files[0].code
-        assert f'"{entity}"' in source
+    source = (copy.root / "sinssim" / "experiments" / "run" / "motion_exhibits.py").read_text(encoding="utf-8")
+    for key in ("speed", "vertical_speed"):
+        assert f"flight/{key}" in page.files[0].code
+        assert f'"{key}"' in source

@@ -217,7 +217,7 @@ def test_recording_is_valid_and_says_what_it_is(recorded):
         for chunk in reader.stream().filter(content="/about/**")
     }
     assert result.scenario.to_toml() in documents["/about/scenario"]
-    assert "| final horizontal [m] |" in documents["/about/summary"]
+    assert "| algorithm | horizontal, final, " in documents["/about/summary"]
 
 
 def test_summary_has_the_numbers_in_numpys_own_words(recorded):

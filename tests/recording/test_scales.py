@@ -144,11 +144,11 @@ def test_rows_after_the_filter_has_settled() -> None:
 
 def test_the_blocks_of_navigation() -> None:
     """The components in the order of the filter's states; heights are positive upwards, positions down."""
-    assert NAVIGATION == (
+    assert [(name, scale, tuple(key for key, _ in parts), sign) for name, scale, parts, sign in NAVIGATION] == [
         ("position", LENGTH_SCALE, ("position_north", "position_east", "height"), -1.0),
         ("velocity", SPEED_SCALE, ("velocity_north", "velocity_east", "velocity_down"), 1.0),
         ("attitude", ANGLE_SCALE, ("tilt_north", "tilt_east", "azimuth"), 1.0),
-    )
+    ]
 
 
 @pytest.mark.parametrize(

@@ -11,6 +11,7 @@ import pytest
 from sinssim.estimation.filter_result import Diagnosis, Hypothesis
 from sinssim.experiments.run.filter_diagnosis import _explained, what_to_try
 from sinssim.scenario.schema import Scenario
+from tests.recording.spies import html
 
 
 @pytest.fixture
@@ -95,16 +96,15 @@ def test_planted_faults_are_told_before_any_cause() -> None:
 
 def test_the_part_of_the_report() -> None:
     one = {"name": "gnss lever arm", "kind": "state", "value": [2.0], "sigma": [0.1], "gain": 40.0, "needed": 14.0}
-    found = {
+    found: Any = {
         "what_to_try": ["Try <this>."],
         "cause": "gnss lever arm",
         "hypotheses": [one, {**one, "name": "a, b", "kind": "measurement noise", "sigma": [], "gain": 30.0}],
         "until_s": 300.0,
         "false_alarm": 0.01,
     }
-    page = "".join(what_to_try({"diagnosis": found}))
+    page = html(*what_to_try(found))
     assert "<strong>40</strong>" in page
     assert "<strong>30</strong>" not in page  # more than chance, but not the cause
     assert "σ of a and b" in page
     assert "Try &lt;this&gt;." in page
-    assert not list(what_to_try({}))

@@ -207,7 +207,7 @@ def test_the_entry_of_a_search(simulated: Scenario) -> None:
     unknown = cause("gyro bias", "state", (1.0,), (2.0,), -inf)
     found = Diagnosis(42.34, REFUSED[:1], {"gnss": 2.5, "baro": nan}, (noise, both, unknown), 17, 3.456, True)
     kinds = (SimpleNamespace(sensor="gnss", kind="gnss-velocity"),)
-    entry = diagnosis_numbers(SimpleNamespace(diagnosis=found, innovations=kinds), simulated)["diagnosis"]
+    entry = diagnosis_numbers(SimpleNamespace(diagnosis=found, innovations=kinds), simulated)
     refused, explained, cost = entry.pop("what_to_try")
     assert refused.startswith("The gate rejected consecutive measurements of gnss: 20 … 26.5 s (14). The measurements")
     assert explained == (
@@ -282,7 +282,7 @@ def test_innovations_without_a_search(monkeypatch: pytest.MonkeyPatch, simulated
     monkeypatch.setattr(filter_diagnosis, "refusals", lambda i: REFUSED[:1] if i.sensor == "gnss" else ())
     monkeypatch.setattr(filter_diagnosis, "size_of_innovations", lambda i: sizes[i.sensor])
     estimate = SimpleNamespace(diagnosis=None, history="h", innovations=own)
-    entry = diagnosis_numbers(estimate, simulated)["diagnosis"]
+    entry = diagnosis_numbers(estimate, simulated)
     refused, larger, more = entry.pop("what_to_try")
     assert refused.startswith("The gate rejected consecutive measurements of gnss: 20 … 26.5 s (14). The measurements")
     assert larger == "The median of the innovations of gnss is 2.50 times the assumed one."
@@ -292,4 +292,4 @@ def test_innovations_without_a_search(monkeypatch: pytest.MonkeyPatch, simulated
         "sensors": {"gnss": {"innovations_larger_by": 2.5}, "baro": {"innovations_larger_by": 0.75},
                     "compass": {"innovations_larger_by": None}},
     }  # fmt: skip
-    assert diagnosis_numbers(SimpleNamespace(diagnosis=None, history=None, innovations=own), simulated) == {}
+    assert diagnosis_numbers(SimpleNamespace(diagnosis=None, history=None, innovations=own), simulated) is None

@@ -165,13 +165,10 @@ def test_bands_are_three_sigma_around_zero_with_the_error_in_the_same_unit(recor
     found = result.aided.estimate
     sizes = {"mm": 1e-3, "m": 1.0, "km": 1e3, "arcsec": np.pi / 648e3, "arcmin": np.pi / 10.8e3, "deg": np.pi / 180}
     for entity, column, sign in (("position_east", 1, 1.0), ("height", 2, -1.0), ("azimuth", 8, 1.0)):
-        size = sizes[info.label(f"filter_{entity}")]
+        size = sizes[info.label(f"filter/{entity}")]
         rows = {}
         for chunk in RrdReader(result.directory / "recording.rrd").stream():
-            if (
-                chunk.entity_path == f"/filter/{entity}/aided"
-                and "Scalars:scalars" in chunk.to_record_batch().schema.names
-            ):
+            if chunk.entity_path == f"/filter/{entity}" and "Scalars:scalars" in chunk.to_record_batch().schema.names:
                 batch = chunk.to_record_batch()
                 values = batch.column("Scalars:scalars").flatten().to_numpy().reshape(-1, 3)
                 rows = values

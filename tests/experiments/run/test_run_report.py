@@ -174,11 +174,11 @@ def test_a_page_with_everything(recorded):
     result, page = recorded
     check_page(result, page)
     assert "No algorithm passed through" not in page
-    (row,) = Tables(page).with_heads("damage [arcmin]")[1:]
+    (row,) = Tables(page).with_heads("damage, arcmin")[1:]
     assert row[:3] == ["euler", "3.00", "3.50"]
     assert value(row[3]) == pytest.approx(np.degrees(1e-4) * 60.0, rel=1e-3)
     assert row[4] == "pitch went through 90°"
-    assert [r for r in Tables(page).with_heads("time [s]") if "turns" in r[-1]] == [["12.5", "turns |left|"]]
+    assert [r for r in Tables(page).with_heads("time, s") if "turns" in r[-1]] == [["12.5", "turns |left|"]]
     timing = {row[0]: row[1] for row in Tables(page).with_heads("stage")[1:]}
     assert value(timing["total"]) == pytest.approx(result.summary["timing"]["total_s"], abs=0.0051)
     made = dict(row for row in Tables(page).with_heads("computed with")[1:])

@@ -15,6 +15,7 @@ from sinssim.charts import Axis, Chart, Charts, Line
 from sinssim.earth.ellipsoids import ellipsoid_by_name
 from sinssim.earth.transverse_route import route_pole
 from sinssim.errors import RunError
+from sinssim.exhibits import Sentence
 from sinssim.experiments.run import run_streams
 from sinssim.experiments.run.run_result import Part
 from sinssim.truth.sampling import FlightEvent
@@ -63,6 +64,18 @@ def named(kind: str) -> Any:
     )
 
 
+def chart_of(name: str, opened: Opened) -> Any:
+    """Return what notes its arguments and yields a chart with its name, in km."""
+
+    def charts(*given: Any) -> Iterator[Charts]:
+        opened.calls.append((name, *given))
+        marks = (Line(label="a", x=TIME, y=np.array([0.0, 3e5, 1e5])),)
+        y = Axis(units=(("m", 1.0, 1e5), ("km", 1e3, np.inf)))
+        yield Charts(name, ((Chart(key=name, y=y, marks=marks),),), (1.0, 1.0))
+
+    return charts
+
+
 @pytest.fixture
 def opened(monkeypatch: pytest.MonkeyPatch) -> Opened:
     found = Opened()
@@ -86,27 +99,19 @@ def opened(monkeypatch: pytest.MonkeyPatch) -> Opened:
     monkeypatch.setattr(run_streams, "filter_streams", lambda aided: [named("filter")("estimate")])
     monkeypatch.setattr(run_streams, "draw_coordinates",
                         lambda recording, streams: {one.name: "km" for one in streams})  # fmt: skip
-    for name, labels in (
-        ("draw_flight", {}), ("draw_outages", {}), ("draw_path", {}), ("draw_sensors", {"gyro_sum": "arcmin"}),
-        ("draw_recorded_sensors", {"sensors": "yes"}), ("draw_navigation", {"position": "km"}),
-    ):  # fmt: skip
+    for name in ("draw_flight", "draw_outages", "draw_path"):
 
-        def drawn(recording: Any, *given: Any, own: str = name, said: dict[str, str] = labels) -> dict[str, str]:
+        def drawn(recording: Any, *given: Any, own: str = name) -> None:
             recording.calls.append((own, *given))
-            return dict(said)
 
         monkeypatch.setattr(run_streams.pictures, name, drawn)
-    for name in ("draw_filter",):
-
-        def further(recording: Any, *given: Any, own: str = name) -> dict[str, str]:
-            recording.calls.append((own, *given))
-            return {own: "yes"}
-
-        monkeypatch.setattr(run_streams, name, further)
-    monkeypatch.setattr(run_streams.parquet, "give_back_memory", lambda: None)
-    monkeypatch.setattr(run_streams.parquet, "write_stream", lambda stream, folder, metadata=None: found.calls.append(
+    for name in ("motion_charts", "comparison_charts", "recorded_readings", "error_charts"):
+        monkeypatch.setattr(run_streams, name, chart_of(name, found))
+    monkeypatch.setattr(run_streams.stream_tables, "give_back_memory", lambda: None)
+    written = run_streams.stream_tables
+    monkeypatch.setattr(written, "write_stream", lambda stream, folder, metadata=None: found.calls.append(
         ("written", stream.name, folder.name, metadata)))  # fmt: skip
-    monkeypatch.setattr(run_streams.parquet, "write_events", lambda events, folder: found.calls.append(
+    monkeypatch.setattr(run_streams.stream_tables, "write_events", lambda events, folder: found.calls.append(
         ("events written", *((one.time, one.text) for one in events))))  # fmt: skip
     return found
 
@@ -144,13 +149,16 @@ def test_the_beginning_of_a_run(tmp_path: Path, opened: Opened) -> None:
         pass
     run = made._run
     assert (run.name, run.start, run.end, run.algorithms) == ("short", 50.0, 51.5, ("poisson", "euler"))
-    assert dict(run.labels) == {"height_scale": "20", "events": "yes", "path": "Path of the car"}
+    assert dict(run.labels) == {"height_scale": "20", "events": "yes", "path": "Path of the car",
+                                "motion_charts": "km"}  # fmt: skip
     assert (run.eye, run.map_zoom, run.views) == (((1.0, 2.0, 3.0), (4.0, 5.0, 6.0)), 1.0, ("own.py",))
     assert opened.calls[0] == ("recording.rrd", "sinssim short")
     assert of(opened, "document")[0] == ("document", "about/scenario", "```toml\nseed = 3\n```")
     (flight,) = of(opened, "draw_flight")
     assert flight[2] is TRUTH
-    assert flight[4:] == ((FlightEvent(51.0, "turns"),), "-90..270", "land")
+    assert flight[4:] == ((FlightEvent(51.0, "turns"),), "land")
+    (charts,) = of(opened, "motion_charts")
+    assert charts[2:] == (TRUTH, (), "-90..270", 1)
     (outages,) = of(opened, "draw_outages")
     assert outages[2:] == (TRUTH, OUTAGES)
     written = [(name, folder, metadata) for _, name, folder, metadata in of(opened, "written")]
@@ -158,7 +166,7 @@ def test_the_beginning_of_a_run(tmp_path: Path, opened: Opened) -> None:
     assert [name for name, _, _ in written] == ["truth", "imu ideal ideal", on_ellipsoid, "channel airspeed_mps"]
     assert all(one[1:] == ("streams", None) for one in written)
     assert [call[2:] for call in of(opened, "shown")] == [(True, (51.0,))] * 4
-    assert run.ranges == {"entity": (1.0, 2.0)}
+    assert run.ranges["entity"] == (1.0, 2.0)
     assert of(opened, "blueprint") == [("blueprint", dict(run.labels))]
     assert opened.calls[-1] == ("closed",)
 
@@ -166,16 +174,17 @@ def test_the_beginning_of_a_run(tmp_path: Path, opened: Opened) -> None:
 def test_recorded_sensors_are_drawn_without_a_truth(tmp_path: Path, opened: Opened) -> None:
     made = run_streams.RunWriter(tmp_path, scenario("full", log="log"), TIME, TRUTH, (), ELLIPSOID)
     assert made._run.labels["events"] == "no"
-    made.recorded("imu", None, None)  # type: ignore[arg-type]
-    made.recorded("imu", "compensated", "reference")  # type: ignore[arg-type]
-    made.finish("# text", lambda share: None)
+    made.recorded(TRUTH, "imu", None, None)  # type: ignore[arg-type]
+    made.recorded(TRUTH, "imu", "compensated", "reference")  # type: ignore[arg-type]
+    made.finish([Sentence("text")], lambda share: None)
     assert [call[1] for call in of(opened, "written")] == [
         "imu measured imu", "imu measured imu", "imu compensated compensated", "reference reference",
     ]  # fmt: skip
-    assert of(opened, "draw_recorded_sensors") == [("draw_recorded_sensors", "imu")] * 2
+    assert of(opened, "recorded_readings") == [("recorded_readings", "imu")] * 2
+    assert [call[2:] for call in of(opened, "motion_charts")] == [(TRUTH, (), "-90..270")] * 2
     assert not of(opened, "draw_outages")
     assert all(call[2:] == (False, ()) for call in of(opened, "shown"))
-    assert made._run.labels["sensors"] == "yes"
+    assert made._run.labels["recorded_readings"] == "km"
     assert made._run.labels["events"] == "no"
 
 
@@ -196,9 +205,9 @@ def test_what_the_sensors_read(tmp_path: Path, opened: Opened) -> None:
         "set ideal perfect", "set measured read", "imu measured with_angles=True", "imu compensated compensated",
         "set ideal perfect", "set measured read", "imu measured with_angles=False",
     ]  # fmt: skip
-    assert of(opened, "draw_sensors") == [("draw_sensors", ["kind"]), ("draw_sensors", [])]
+    assert of(opened, "comparison_charts") == [("comparison_charts", ["kind"]), ("comparison_charts", [])]
     assert [call[3] for call in of(opened, "shown")][-1] == (51.0, 50.125)
-    assert made._run.labels["gyro_sum"] == "arcmin"
+    assert made._run.labels["comparison_charts"] == "km"
 
 
 def solution(time: Any = TIME, *events: tuple[float, str]) -> Any:
@@ -248,8 +257,10 @@ def test_the_solutions(tmp_path: Path, opened: Opened) -> None:
             for name in ("nav poisson", "error poisson", "coordinates_poisson_own", "nav euler", "error euler",
                          "coordinates_euler_own", "error_without_it")
         ]  # fmt: skip
-        (line,) = of(opened, "series")
-        assert line[1] == "further/error"
+        errors_of, line = of(opened, "series")
+        assert (errors_of[1], line[1]) == ("error_charts", "further/error")
+        assert of(opened, "error_charts") == [("error_charts", run, (50.0, 51.5))]
+        assert [call[2] for call in of(opened, "draw_path")] == ["poisson", "euler"]
         np.testing.assert_array_equal(line[3][:, 0], [2.0, 300.0, 100.0])
         assert (made._run.labels["further"], made._run.labels["further/error"]) == ("yes", "km")
         assert [(one.time, one.text) for one in made._events[1:]] == [
@@ -257,7 +268,7 @@ def test_the_solutions(tmp_path: Path, opened: Opened) -> None:
         ]  # fmt: skip
         shown = made._run
         assert (shown.algorithms, shown.map_zoom) == (("poisson", "euler"), 3.0)  # the track, and both solutions
-        assert (shown.labels["position"], shown.labels["not_on_map"]) == ("km", "")
+        assert (shown.labels["error_charts"], shown.labels["not_on_map"]) == ("km", "")
         assert shown.labels["coordinates_poisson_own"] == "km"
 
 
@@ -266,7 +277,7 @@ def test_the_map_of_recorded_sensors_leaves_out_what_drifts_away(tmp_path: Path,
     solutions, errors = {"poisson": solution(), "euler": solution()}, {"poisson": error(), "euler": error()}
     run: Any = SimpleNamespace(solutions=solutions, errors=errors, failures={})
     made.navigated(run, {})
-    made.finish("", lambda share: None)
+    made.finish([], lambda share: None)
     assert (made._run.map_zoom, made._run.labels["not_on_map"]) == (2.0, "euler")
 
 
@@ -277,25 +288,26 @@ def test_a_filter_and_the_end(tmp_path: Path, opened: Opened) -> None:
     aided: Any = SimpleNamespace(estimate=estimate)
     shares: list[float] = []
     made = begun(tmp_path)
-    made.filtered(aided, "about the filter")
-    made.finish("the table", shares.append)
-    assert ("document", "about/filter", "about the filter") in opened.calls
-    assert ("document", "about/summary", "the table") in opened.calls
+    shown = [Sentence("About the filter."), *chart_of("filter", opened)()]
+    made.filtered(aided, shown)
+    made.finish([Sentence("The table.")], shares.append)
+    assert ("document", "about/filter", "About the filter.\n") in opened.calls
+    assert ("document", "about/summary", "The table.\n") in opened.calls
     assert [call[1] for call in of(opened, "written")][4:] == ["filter estimate", "coordinates_aided_own"]
-    assert [call[1:] for call in of(opened, "draw_filter")] == [(aided,)]
+    assert [call[1] for call in of(opened, "series")] == ["motion_charts", "filter"]
     (path,) = of(opened, "draw_path")
-    assert path[2:] == ("aided", "solution", run_streams.style.COLORS["aided"], 2.0)
+    assert path[2:] == ("aided", "solution", run_streams.style.COLORS["aided"])
     expected = ((50.125, "the filter diverged: it is lost"), (51.0, "turns"))
     assert of(opened, "events") == [("events", *expected)]
     assert of(opened, "events written") == [("events written", *expected)]
     assert shares[-1] == 1.0
     assert sorted(shares) == shares
-    assert made._run.labels["draw_filter"] == "yes"
+    assert made._run.labels["filter"] == "yes"
 
 
 def test_streams_without_a_recording(tmp_path: Path, opened: Opened) -> None:
     made = begun(tmp_path, has_recording=False)
-    made.finish("", lambda share: None)
+    made.finish([], lambda share: None)
     assert [call[0] for call in opened.calls] == [*["written"] * 4, "events written"]
 
 

@@ -127,22 +127,26 @@ def test_exhibits_without_views_of_their_kind(kept: Kept, monkeypatch: pytest.Mo
 
 
 def test_a_run_of_one_component(kept: Kept, monkeypatch: pytest.MonkeyPatch) -> None:
-    motion: list[Any] = []
-    monkeypatch.setattr(one_component, "_draw_errors", lambda recording, result: {"position": "km"})
+    recorded: list[Any] = []
+    monkeypatch.setattr(one_component, "record_charts",
+                        lambda recording, charts, root: recorded.append((charts, root)) or {charts: "km"})  # fmt: skip
     monkeypatch.setattr(one_component, "_draw_pendulum", lambda recording, result: {"pendulum": "deg"})
-    monkeypatch.setattr(one_component, "_draw_motion", lambda recording, result: motion.append(result))
-    monkeypatch.setattr(one_component, "markdown", lambda found: f"# {found}")
+    monkeypatch.setattr(one_component, "error_table", lambda numbers: numbers)
+    monkeypatch.setattr(one_component, "markdown_of", lambda items: f"# {items}")
     result: Any = SimpleNamespace(truth=SimpleNamespace(time=np.array([50.0, 60.0, 350.0])),
                                   section=SimpleNamespace(variant="level"))  # fmt: skip
+    shown: Any = ["position", "pitch"]
+    numbers: Any = {"n": 1}
     for detail, thin in (("light", True), ("full", False)):
         own = scenario(recording=SimpleNamespace(detail=detail))
-        one_component.record(Path("recording.rrd"), own, result, {"n": 1}, [SimpleNamespace(name="motion")])  # type: ignore[list-item]
+        streams: Any = [SimpleNamespace(name="motion")]
+        one_component.record(Path("recording.rrd"), own, result, numbers, shown, streams)
         assert kept.streams.pop() == ("motion", thin)
-    assert motion == [result] * 2
-    assert kept.texts["about/summary"] == "# {'n': 1}"
+    assert recorded == [(one, "one_component/") for one in shown] * 2
+    assert kept.texts["about/summary"] == "# [{'n': 1}]"
     assert kept.texts["about/scenario"] == "```toml\nseed = 3\n```"
     run = kept.run
     assert (run["name"], run["start"], run["end"], run["algorithms"]) == ("short", 50.0, 350.0, ["level"])
-    assert run["labels"] == {"kind": "one-component", "position": "km", "pendulum": "deg"}
+    assert run["labels"] == {"kind": "one-component", "position": "km", "pitch": "km", "pendulum": "deg"}
     assert (run["ranges"], run["views"]) == ({"an entity": [1.5, 2.5]}, ["own.py"])
     assert kept.views[-1] == ("views", "short", run["labels"])
