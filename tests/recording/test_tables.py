@@ -256,10 +256,10 @@ def test_scores_beside_a_run(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) ->
     (folder / ".sinssim.json").write_text('{"files": ["summary.json"]}')
     judge: Any = SimpleNamespace(run=SimpleNamespace(path=folder, solutions={}))
     one = Score("mine", Path("m.csv"), "csv", motion(40.0, "x"), error(50.0), 2.5, ())
-    monkeypatch.setattr(score, "page_of", lambda exhibits: f"<p>{exhibits}</p>")
-    monkeypatch.setattr(score, "score_exhibits", lambda scored: "page")
+    monkeypatch.setattr(score_recording, "page_of", lambda exhibits: f"<p>{exhibits}</p>")
+    monkeypatch.setattr(score_recording, "score_exhibits", lambda scored: "page")
     monkeypatch.setattr(score_recording, "record_scores", lambda scored, path: path.write_text("recording"))
-    found = score.write_scores(score.Scored(judge, [one], {}, (5.0, 6.0)))
+    found = score_recording.write_scores(score.Scored(judge, [one], {}, (5.0, 6.0)))
     assert found == folder / "scores/report.html"
     held = sorted(path.relative_to(folder).as_posix() for path in folder.rglob("*") if path.is_file())
     assert held == [

@@ -239,7 +239,7 @@ def band_charts(aided: Aided, span: tuple[float, float], marks: Sequence[Rule]) 
                 bounds.append(bound[s.fitted])
                 within += [bounds[-1], np.abs(error[s.fitted])]
             unit = suiting(scale, *bounds)
-            largest = 1.05 * max((float(np.nanmax(v)) for v in within if len(v)), default=0.0) or unit[1]
+            largest = 1.05 * max((float(v[np.isfinite(v)].max(initial=0.0)) for v in within), default=0.0) or unit[1]
             y = Axis(units=fixed(*unit), low=-largest, high=largest)
             charts.append(Chart(key=f"filter/{key}", title=title, x=over(span), y=y, marks=(*marks, *lines)))
         rows.append(tuple(charts))

@@ -2,12 +2,10 @@
 
 from __future__ import annotations
 
-import json
 import re
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
-from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -28,13 +26,9 @@ from sinssim.experiments.run.error_exhibits import (
 from sinssim.experiments.run.filter_exhibits import NAVIGATION
 from sinssim.logs.solution_score import Judge, Score
 from sinssim.recording import style
-from sinssim.recording.report.exhibit_page import page_of
 from sinssim.recording.run_directory import plain, versions
-from sinssim.recording.stream_columns import error_stream, nav_stream
-from sinssim.recording.stream_tables import write_stream
 from sinssim.recording.style import thinned
 from sinssim.strapdown.navigation_error import NavError
-from sinssim.system.outputs import Draft, publish, write_text, written
 from sinssim.units import Scale, fixed, suiting
 
 if TYPE_CHECKING:
@@ -156,39 +150,6 @@ class Scored:
         assert samples.velocity_ned is not None
         assert samples.q_nb is not None
         return NavState(samples.latitude, samples.longitude, samples.height, samples.velocity_ned, samples.q_nb)
-
-
-def write_scores(scored: Scored) -> Path:
-    """Write the scores beside the run; the run's own files stay as they are.
-
-    Returns:
-        The report.
-
-    Raises:
-        InputError: nothing can be written there.
-        RunError: the recording cannot be written.
-    """
-    from sinssim.experiments.run.score_recording import record_scores
-
-    run = scored.judge.run
-    folder = run.path / FOLDER
-    try:
-        with Draft(run.path, FOLDER) as beside:
-            top = beside.path / FOLDER
-            for score in scored.scores:
-                place = top / score.name
-                place.mkdir(parents=True)
-                write_stream(nav_stream(score.name, score.solution), place)
-                write_stream(error_stream(score.name, score.error.at, score.solution.time), place)
-                text = json.dumps(to_json(score, scored.span), indent=2, ensure_ascii=False)
-                write_text(place / "score.json", text + "\n")
-            write_text(top / "report.html", page_of(score_exhibits(scored)))
-            record_scores(scored, top / RECORDING)
-            new = {path.relative_to(beside.path).as_posix() for path in top.rglob("*")}
-            publish(beside, run.path, [name for name in written(run.path) or () if name not in new])
-    except OSError as error:
-        raise InputError(f"{folder} cannot be written: {error.strerror or error}.") from error
-    return folder / "report.html"
 
 
 def to_json(score: Score, span: tuple[float, float]) -> dict[str, Any]:

@@ -1,7 +1,8 @@
-"""The Rerun recording of scored solutions: errors by component, the map, and the ranking."""
+"""The files of scored solutions in RUN/scores, and their Rerun recording: errors by component, map, and ranking."""
 
 from __future__ import annotations
 
+import json
 from dataclasses import replace
 from pathlib import Path
 
@@ -9,16 +10,60 @@ import numpy as np
 import rerun as rr
 
 from sinssim.data import Array
+from sinssim.errors import InputError
 from sinssim.exhibits import Item, Sentence
-from sinssim.experiments.run.run_scores import Scored, ranked_table, score_charts
+from sinssim.experiments.run.run_scores import (
+    FOLDER,
+    RECORDING,
+    Scored,
+    ranked_table,
+    score_charts,
+    score_exhibits,
+    to_json,
+)
 from sinssim.recording import style
+from sinssim.recording.report.exhibit_page import page_of
 from sinssim.recording.rerun.exhibit_recording import markdown_of, record_charts
 from sinssim.recording.rerun.rrd import Recording, whole_recording
 from sinssim.recording.rerun.scene import map_zoom, some_rows
 from sinssim.recording.rerun.viewer import RUN_ENTITY
 from sinssim.recording.rerun.views import RunInfo, all_views
+from sinssim.recording.stream_columns import error_stream, nav_stream
+from sinssim.recording.stream_tables import write_stream
 from sinssim.recording.style import thinned
+from sinssim.system.outputs import Draft, publish, write_text, written
 from sinssim.units import DEG
+
+
+def write_scores(scored: Scored) -> Path:
+    """Write the scores beside the run; the run's own files stay as they are.
+
+    Returns:
+        The report.
+
+    Raises:
+        InputError: nothing can be written there.
+        RunError: the recording cannot be written.
+    """
+    run = scored.judge.run
+    folder = run.path / FOLDER
+    try:
+        with Draft(run.path, FOLDER) as beside:
+            top = beside.path / FOLDER
+            for score in scored.scores:
+                place = top / score.name
+                place.mkdir(parents=True)
+                write_stream(nav_stream(score.name, score.solution), place)
+                write_stream(error_stream(score.name, score.error.at, score.solution.time), place)
+                text = json.dumps(to_json(score, scored.span), indent=2, ensure_ascii=False)
+                write_text(place / "score.json", text + "\n")
+            write_text(top / "report.html", page_of(score_exhibits(scored)))
+            record_scores(scored, top / RECORDING)
+            new = {path.relative_to(beside.path).as_posix() for path in top.rglob("*")}
+            publish(beside, run.path, [name for name in written(run.path) or () if name not in new])
+    except OSError as error:
+        raise InputError(f"{folder} cannot be written: {error.strerror or error}.") from error
+    return folder / "report.html"
 
 
 def record_scores(scored: Scored, path: Path) -> None:

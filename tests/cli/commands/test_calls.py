@@ -26,11 +26,12 @@ SUMMARY = {"name": "µ", "value": 1.5}
 def test_run(sinssim: Sinssim, put: Put) -> None:
     """The summary is named if there is no report; the recording only if there is one."""
     ran = put("experiments.run.execute.run", SimpleNamespace(summary=SUMMARY))
-    shown, opened = put("experiments.run.error_exhibits.show"), put("recording.rerun.viewer.open_viewer")
+    brief, opened = put("experiments.run.run_report.brief", "brief"), put("recording.rerun.viewer.open_viewer")
+    shown = put("recording.console.show_items")
     assert sinssim("run", "parked") == report("runs/parked") + view("runs/parked")
     plan, place = ran.args
     assert (plan.name, place, ran.options) == ("parked", Path("runs/parked"), {"overwrite": False, "progress": False})
-    assert shown.args[0].summary == SUMMARY
+    assert (brief.args[0].summary, brief.args[1], shown.args[0]) == (SUMMARY, SUMMARY, "brief")
     assert shown.args[1].width >= 120
     assert sinssim("run", "parked", "-o", "a/b", "--keep", "summary") == "Summary: a/b/summary.json\n"
     assert (ran.args[1], ran.args[0].recording.keep) == (Path("a/b"), "summary")
@@ -46,14 +47,15 @@ def test_run(sinssim: Sinssim, put: Put) -> None:
     assert "aiding.gnss.outages_s" in sinssim("run", "parked", "--outage", "40:55", code=2)
     said = sinssim("run", "parked", "--keep", "report", "--recording", "full", code=2)
     assert "--keep report keeps no recording, so that --recording full would have no effect" in said
-    plane = put("experiments.run.one_component_exhibits.show")
+    plane = put("experiments.run.one_component_exhibits.plane_brief", "plane")
     assert sinssim("run", "one_component") == report("runs/one_component") + view("runs/one_component")
-    assert plane.args[0].summary == SUMMARY
+    assert (plane.args[0].name, plane.args[1], shown.args[0]) == ("one_component", SUMMARY, "plane")
 
 
 def test_run_with_recorded_files(sinssim: Sinssim, put: Put, tmp_path: Path) -> None:
     put("experiments.run.execute.run", SimpleNamespace(summary=SUMMARY))
-    put("experiments.run.error_exhibits.show")
+    put("experiments.run.run_report.brief")
+    put("recording.console.show_items")
     put("analyses.inspection.inspected_files.are_raw", True)
     text = 'name = "own"\n[parked]\nlatitude_deg = 50.0\nduration_s = 5.0\n'
     suggested = put(
@@ -192,17 +194,17 @@ def test_compare(sinssim: Sinssim, put: Put, tmp_path: Path) -> None:
 def test_compare_runs(sinssim: Sinssim, put: Put) -> None:
     names = {"1": SimpleNamespace(name="first"), "2": SimpleNamespace(name="s" * 200)}
     compared = put("experiments.run.run_comparison.compare_runs", SimpleNamespace(runs=names))
-    put("experiments.run.run_comparison.compare_runs_report", "page")
     wrote = put("experiments.run.run_comparison.write_comparison", (SUMMARY, Path("place")))
-    shown = put("experiments.run.run_comparison.show_comparison")
+    put("experiments.run.run_comparison.comparison_exhibits", "exhibits")
+    shown = put("recording.console.show")
     assert sinssim("compare-runs", "a", "b") == report("place")
     assert compared.args == ([Path("a"), Path("b")], None)
-    assert wrote.args == (compared.value, "page", Path("runs/compare-first-" + "s" * 106))  # 120 characters
+    assert wrote.args == (compared.value, Path("runs/compare-first-" + "s" * 106))  # 120 characters
     assert wrote.options == {"overwrite": False}
-    assert shown.args[0] is compared.value
+    assert shown.args[0] == "exhibits"
     more = ("--solution", "aided", "-o", "d", "--overwrite", "--json")
     assert json.loads(sinssim("compare-runs", "a", "b", *more)) == SUMMARY
-    assert (compared.args[1], wrote.args[2], wrote.options) == ("aided", Path("d"), {"overwrite": True})
+    assert (compared.args[1], wrote.args[1], wrote.options) == ("aided", Path("d"), {"overwrite": True})
 
 
 def test_ensemble(sinssim: Sinssim, put: Put) -> None:

@@ -69,12 +69,10 @@ def test_new(sinssim: Sinssim, put: Put) -> None:
 def test_runs(sinssim: Sinssim, put: Put) -> None:
     date = datetime.datetime(2024, 2, 3, 4, 5, 6, 789)
     entry = Entry(Path("runs/a"), "run", "s", "finished", "aided", 2.5, 12345, date)
-    listed, shown = (
-        put("experiments.run.finished_runs.runs_in", [entry]),
-        put("experiments.run.run_comparison.show_list"),
-    )
+    listed = put("experiments.run.finished_runs.runs_in", [entry])
+    exhibits, shown = put("experiments.run.run_comparison.list_exhibits", "list"), put("recording.console.show_items")
     assert sinssim("runs") == ""
-    assert (listed.args, shown.args[:2]) == ((Path("runs"),), ([entry], Path("runs")))
+    assert (listed.args, exhibits.args, shown.args[0]) == ((Path("runs"),), ([entry], Path("runs")), "list")
     (found,) = json.loads(sinssim("runs", "other", "--json"))
     assert listed.args == (Path("other"),)
     assert found == {
@@ -104,10 +102,9 @@ def test_score(sinssim: Sinssim, put: Put, monkeypatch: pytest.MonkeyPatch) -> N
     monkeypatch.setattr("sinssim.logs.solution_score.Judge", Judge)
     put("logs.stored_run.RecordedRun", "recorded")
     dated, common = put("logs.formats.run_export.date_of_run", 77.0), put("logs.solution_score.common_span", (6.0, 8.0))
-    reported = put("experiments.run.run_scores.score_report", "page")
-    wrote = put("experiments.run.run_scores.write_scores", Path("runs/a/scores/report.html"))
+    wrote = put("experiments.run.score_recording.write_scores", Path("runs/a/scores/report.html"))
     put("experiments.run.run_scores.to_json", SUMMARY)
-    shown = put("experiments.run.run_scores.show_scores")
+    exhibits, shown = put("experiments.run.run_scores.score_exhibits", "exhibits"), put("recording.console.show")
     assert sinssim("score", "runs/a", "x/mine.csv", "rtk.pos") == (
         "Report: runs/a/scores/report.html\nCurves and map: sinssim view runs/a/scores\n"
     )
@@ -115,14 +112,12 @@ def test_score(sinssim: Sinssim, put: Put, monkeypatch: pytest.MonkeyPatch) -> N
     assert scored == [(("recorded", 77.0), Path("x/mine.csv"), {"name": "mine", **usual}),
                       (("recorded", 77.0), Path("rtk.pos"), {"name": "rtk", **usual})]  # fmt: skip
     assert dated.args == ("recorded", None)
-    name, against, numbers, scores, span, _ = shown.args
-    assert (name, against, span, [one.name for one in scores]) == ("flight", "the truth", (6.0, 8.0), ["mine", "rtk"])
-    assert list(numbers) == ["euler", "mine", "rtk"]
-    assert numbers["rtk"]["final_horizontal_error_m"] == 17.0  # at 8 s
-    compared = reported.args[2]
-    assert (compared.time.tolist(), list(compared.errors), compared.axes) == ([6.0, 8.0], list(numbers), "north")
-    assert wrote.args[2:4] == ((6.0, 8.0), "page")
-    assert common.args == (scores,)
+    (found,) = exhibits.args
+    assert (found.span, [one.name for one in found.scores]) == ((6.0, 8.0), ["mine", "rtk"])
+    assert (wrote.args, shown.args[0]) == ((found,), "exhibits")
+    assert list(found.numbers) == ["euler", "mine", "rtk"]
+    assert found.numbers["rtk"]["final_horizontal_error_m"] == 17.0  # at 8 s
+    assert common.args == (found.scores,)
     more = ("--name", "n", "--time-s", 3.5, "--format", "csv", "--antenna", "gnss", "--start", "2024-02-03", "--json")
     found = json.loads(sinssim("score", "runs/a", "mine.csv", *more))
     assert scored[-1][2] == {"name": "n", "format_name": "csv", "antenna": "gnss", "seconds": 3.5}
@@ -139,13 +134,12 @@ def test_score(sinssim: Sinssim, put: Put, monkeypatch: pytest.MonkeyPatch) -> N
 
 def test_sensors(sinssim: Sinssim, put: Put) -> None:
     expected = put("sensors.error_propagation.expect", "result")
-    shown, numbers = (
-        put("experiments.run.sensor_exhibits.show_expectation"),
-        put("experiments.run.sensor_exhibits.expectation_numbers", SUMMARY),
-    )
+    exhibits = put("experiments.run.grade_expectation.expectation_exhibits", "exhibits")
+    numbers = put("experiments.run.grade_expectation.expectation_numbers", SUMMARY)
+    shown = put("recording.console.show_items")
     assert sinssim("sensors", "tactical") == ""
     assert expected.args[1] == pytest.approx(pi / 4.0)
-    assert shown.args[0] == "result"
+    assert (exhibits.args, shown.args[0]) == (("result",), "exhibits")
     more = ("--latitude", -30, "--set", "imu.gyro_bias_sigma_deg_h=0.75", "--set", "rate_hz=40", "--json")
     assert json.loads(sinssim("sensors", "tactical", *more)) == SUMMARY
     section, latitude = expected.args

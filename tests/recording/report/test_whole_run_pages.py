@@ -49,8 +49,8 @@ def part(place: str, title: str = "") -> Any:
 PARTS = {place: part(place, f"After {place}" if place != "motion" else "")
          for place in ("motion", "sensors", "errors", "filter")}  # fmt: skip
 LAST = ["<h2>How the run was computed</h2>", "<p>(computed_with)</p>",
-        "<details><summary>Scheme of the navigation, and its axes</summary>", "scheme", '<p class="note">words</p>',
-        "<p>axes</p>", "</details>", "<h2>Scenario</h2>", "<pre>x &lt; 2</pre>"]  # fmt: skip
+        "<details><summary>Scheme of the navigation, and its axes</summary>scheme"
+        '<p class="note">words</p><p>axes</p></details>', "<h2>Scenario</h2>", "<pre>x &lt; 2</pre>"]  # fmt: skip
 PASSAGES = "<p>No algorithm passed through a singular attitude.</p>"
 
 
@@ -115,7 +115,7 @@ def test_a_run_that_failed_early() -> None:
         "<h1>&lt;s&gt;</h1>", '<p class="lead">d<br></p>',
         '<p class="broken"><strong>The run failed.</strong> No &lt;fuel&gt;.</p>',
         "<h2>Sensor errors of this run</h2>", "<p>sensors</p>",
-        *(line for line in LAST if line != "<p>axes</p>"),
+        *(line.replace("<p>axes</p>", "") for line in LAST),
     ]  # fmt: skip
 
 
