@@ -187,8 +187,8 @@ def ensemble_numbers(result: EnsembleResult, status: str = "finished") -> Ensemb
         components=_components(result),
         normal=(float(circle_radius(second_moments, 0.5)), float(circle_radius(second_moments, 0.95))),
         part_121=part_121(result, float(plan.epochs[-1] - plan.start)),
-        nees={name: _square(square) for name, square in result.nees.items()},
-        nis={name: _square(square) for name, square in result.nis.items()},
+        nees={name: square_numbers(square) for name, square in result.nees.items()},
+        nis={name: square_numbers(square) for name, square in result.nis.items()},
         consistency=consistency(result),
         named_runs=tuple(_named_runs(result)),
         own_content=[file.to_json() for file in own_files(plan.scenario)],
@@ -368,7 +368,7 @@ def consistency(result: EnsembleResult) -> Consistency | None:
             ("ANEES", name, float(result.time[k]), float(square.value[k]), float(square.freedom[k])) for k in there
         ]
     for name, square in result.nis.items():
-        tests.append(("NIS", name, None, _square(square).mean, float(square.freedom.sum())))
+        tests.append(("NIS", name, None, square_numbers(square).mean, float(square.freedom.sum())))
     values, freedom, two_sided = (
         [test[3] for test in tests],
         [test[4] for test in tests],
@@ -410,7 +410,7 @@ def consistency_sentences(verdict: Consistency | None, runs: int) -> Iterator[st
     yield f"{the} filter is {verdict.verdict} over {over}: {'; '.join(reasons)}."
 
 
-def _square(square: MeanSquare) -> SquareNumbers:
+def square_numbers(square: MeanSquare) -> SquareNumbers:
     there = np.isfinite(square.value)
     last = int(np.flatnonzero(there)[-1]) if there.any() else 0
     freedom = float(square.freedom.sum())

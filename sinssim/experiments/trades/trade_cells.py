@@ -63,10 +63,9 @@ class Cell:
 
 
 def digest_of(study: TradeStudy, cell: Cell) -> str:
-    """Return the digest of everything that determines the numbers of a cell, except the versions of the software.
+    """Return the SHA-256 of everything that determines the numbers of a cell, except the versions of the software.
 
-    Returns:
-        SHA-256. The number of runs of an ensemble is not part of it, because an ensemble can be extended.
+    The number of runs of an ensemble is not part of it, because an ensemble can be extended.
     """
     assert cell.scenario is not None
     without = (*_WITHOUT_EFFECT, *(("ensemble",) if study.cell == "budget" else ()))
@@ -74,22 +73,17 @@ def digest_of(study: TradeStudy, cell: Cell) -> str:
     if isinstance(contents.get("ensemble"), dict):
         contents["ensemble"] = {key: value for key, value in contents["ensemble"].items() if key != "runs"}
     if study.cell == "budget":
-        asked = [q.text for q in study.quantities]
-        how = ["budget", study.inertial, asked, list(study.require)]
+        quantities = [q.text for q in study.quantities]
+        how = ["budget", study.inertial, quantities, list(study.require)]
     else:
         how = ["ensemble", list(study.instants)]
     return hashlib.sha256(json.dumps([how, contents, cell.flight], sort_keys=True).encode()).hexdigest()
 
 
-def name_of(study: TradeStudy, cell: Cell) -> str:
-    """Return the values of a cell in words.
-
-    Returns:
-        "grade tactical, gyro bias sigma 0.01 deg/h".
-    """
-    return ", ".join(
-        f"{axis.title} {axis.name_of(k)} {axis.unit}".rstrip() for axis, k in zip(study.axes, cell.place, strict=True)
-    )
+def place_name(study: TradeStudy, place: Sequence[int]) -> str:
+    """Return values of the first axes, or of all, in words: "grade tactical, gyro bias sigma 0.01 deg/h"."""
+    pairs = zip(study.axes, place, strict=False)
+    return ", ".join(f"{axis.title} {axis.name_of(k)} {axis.unit}".rstrip() for axis, k in pairs)
 
 
 def cells_of(study: TradeStudy) -> tuple[Cell, ...]:
@@ -143,8 +137,8 @@ def _check_times(study: TradeStudy, scenario: Scenario, flown: dict[str, float])
             motion = true_motion(scenario)
             flown[key] = motion.end - motion.start
         lasts = flown[key]
-    for one in study.requirements:
-        one.check_within(lasts)
+    for requirement in study.requirements:
+        requirement.check_within(lasts)
     if study.instants[-1] > lasts + 1e-6:
         raise InputError(
             f"t = {study.instants[-1]:g} s lies outside the run, which lasts {lasts:g} s; give a time up to this."
@@ -165,7 +159,7 @@ def _check_values(study: TradeStudy, cells: list[Cell], flown: dict[str, float])
             if all(cell.scenario is None for cell in here):
                 wrong.append((number, k, here))
     if all(cell.scenario is None for cell in cells):  # values of one axis may spoil those of the others
-        alone = [one for one in wrong if _wrong_alone(study, one[0], one[1], flown)]
+        alone = [(number, k, here) for number, k, here in wrong if _wrong_alone(study, number, k, flown)]
         wrong = alone or wrong[:1]
     lines: dict[tuple[int, str], str] = {}
     for number, k, here in wrong:
@@ -175,12 +169,12 @@ def _check_values(study: TradeStudy, cells: list[Cell], flown: dict[str, float])
         others = f" and {len(here) - 1} more" if len(here) > 1 else ""
         lines[number, cell.mistake] = (
             f"axes.{number + 1} ({', '.join(axis.paths)}): the value {axis.name_of(k)} cannot be used in cell "
-            f"{cell.number} ({name_of(study, cell)}){others}: {cell.mistake}"
+            f"{cell.number} ({place_name(study, cell.place)}){others}: {cell.mistake}"
         )
     if lines:
         several = "\n  - ".join([f"{len(lines)} values of the axes:", *lines.values()])
-        found = several if len(lines) > 1 else next(iter(lines.values()))
-        raise InputError(f"the study {study.name}: {found}")
+        text = several if len(lines) > 1 else next(iter(lines.values()))
+        raise InputError(f"the study {study.name}: {text}")
 
 
 def _wrong_alone(study: TradeStudy, number: int, k: int, flown: dict[str, float]) -> bool:
@@ -190,11 +184,7 @@ def _wrong_alone(study: TradeStudy, number: int, k: int, flown: dict[str, float]
 
 
 def command_of(study: TradeStudy, cell: Cell, program: str = "sinssim") -> str:
-    """Return the command that computes a cell by itself.
-
-    Returns:
-        `sinssim budget …` or `sinssim ensemble …`; its numbers are those of the cell, bit for bit.
-    """
+    """Return the command that computes a cell by itself, with the same numbers, bit for bit."""
     import shlex
 
     words = [program, study.cell, study.scenario]
@@ -204,7 +194,7 @@ def command_of(study: TradeStudy, cell: Cell, program: str = "sinssim") -> str:
         words.append("--inertial")
     for setting in (*study.set, *cell.settings):
         words += ["--set", setting]
-    judged = {one.time for one in study.requirements}
+    judged = {requirement.time for requirement in study.requirements}
     for time in study.instants:
         words += [] if time in judged else ["--at", f"{time:.15g}"]
     for text in study.require:
@@ -237,48 +227,44 @@ class CellNumbers:
 
 
 def of_budget(study: TradeStudy, result: BudgetResult) -> CellNumbers:
-    """Return the numbers of a budget.
-
-    Returns:
-        The numbers that `sinssim budget` gives, bit for bit.
-    """
+    """Return the numbers that `sinssim budget` gives, bit for bit."""
     from sinssim.analyses.error_budget.allowances import answer_of
 
     cep, r95 = result.cep, result.r95
     rms, sigma, bias = result.root_mean_square(), result.sigma(), result.bias
     values: dict[str, float] = {}
-    for one in study.quantities:
-        if one.quantity in SHARES:
-            radius = cep if one.quantity == "cep" else r95
-            if one.quantity == "rate":
+    for quantity in study.quantities:
+        if quantity.quantity in SHARES:
+            radius = cep if quantity.quantity == "cep" else r95
+            if quantity.quantity == "rate":
                 with np.errstate(divide="ignore", invalid="ignore"):
                     radius = radius / NAUTICAL_MILE / (result.time / 3600.0)
-            values[one.column] = _budget_value(result, one, radius)
+            values[quantity.column] = _budget_value(result, quantity, radius)
             continue
-        k = COMPONENTS.index(one.quantity)
-        values[one.column] = _budget_value(result, one, rms[:, k])
-        if one.when != "run":
-            values[f"sigma_{one.column}"] = _budget_value(result, one, sigma[:, k])
-            values[f"mean_{one.column}"] = _budget_value(result, one, -bias[:, k] if k == _HEADING else bias[:, k])
+        k = COMPONENTS.index(quantity.quantity)
+        values[quantity.column] = _budget_value(result, quantity, rms[:, k])
+        if quantity.when != "run":
+            values[f"sigma_{quantity.column}"] = _budget_value(result, quantity, sigma[:, k])
+            mean = -bias[:, k] if k == _HEADING else bias[:, k]
+            values[f"mean_{quantity.column}"] = _budget_value(result, quantity, mean)
     if result.filter_covariance is not None:
-        own = result.r95_of(result.filter_covariance[-1:], np.zeros((1, 9)))
-        values["filter_r95_end_m"] = float(own[0])
-    verdicts = (Verdict.certain(one, *answer_of(result, one)).in_unit for one in study.requirements)
+        values["filter_r95_end_m"] = float(result.r95_of(result.filter_covariance[-1:], np.zeros((1, 9)))[0])
+    verdicts = (Verdict.certain(quantity, *answer_of(result, quantity)).in_unit for quantity in study.requirements)
     return CellNumbers(values, tuple(verdicts), result.time, cep, r95)
 
 
-def _budget_value(result: BudgetResult, one: Quantity, course: Array) -> float:
-    if one.when == "run":
+def _budget_value(result: BudgetResult, quantity: Quantity, course: Array) -> float:
+    if quantity.when == "run":
         return float(np.max(course))
-    return float(course[-1 if one.when == "end" else result.row(one.time)])
+    return float(course[-1 if quantity.when == "end" else result.row(quantity.time)])
 
 
 def of_ensemble(study: TradeStudy, result: EnsembleResult) -> CellNumbers:
     """Return the numbers that `sinssim ensemble` gives, bit for bit; its epochs have the study's instants."""
-    from sinssim.experiments.ensembles.ensemble_statistics import band, ensemble_numbers
+    from sinssim.experiments.ensembles.ensemble_statistics import band, circles, square_numbers
     from sinssim.experiments.ensembles.ensemble_verdicts import estimate, judge
+    from sinssim.statistics.position_error_rate import to_nmi_h
 
-    numbers = ensemble_numbers(result)
     values: dict[str, float] = {"runs": float(len(result)), "failed_runs": float(result.failed.sum())}
     for quantity in study.quantities:
         column, of_runs = quantity.column, estimate(result, quantity)
@@ -287,11 +273,12 @@ def of_ensemble(study: TradeStudy, result: EnsembleResult) -> CellNumbers:
             f"sigma_{column}": of_runs.sigma, f"mean_{column}": of_runs.mean,
         }  # fmt: skip
         values |= {name: value for name, value in columns.items() if value is not None}
-    for name, circle in numbers.line._asdict().items():
+    for name, circle in circles(to_nmi_h(result.mean_rates))._asdict().items():
         for end, value in zip(("", "_low", "_high"), band(circle).values(), strict=False):
             values[f"rate_line_{name}_nmi_h{end}"] = value
-    if consistency := next(iter(numbers.nees.values()), None):  # of all states
-        values |= {"nees_mean": consistency.mean, "nees_share_in_band": consistency.share_in_band}
+    if squares := next(iter(result.nees.values()), None):  # of all states
+        numbers = square_numbers(squares)
+        values |= {"nees_mean": numbers.mean, "nees_share_in_band": numbers.share_in_band}
     verdicts = tuple(judge(result, requirement).in_unit for requirement in study.requirements)
     cep, r95 = np.asarray(result.cep.value), np.asarray(result.r95.value)
     return CellNumbers(values, verdicts, result.elapsed, cep, r95, tuple(result.notes))

@@ -10,7 +10,7 @@ import json
 import math
 import re
 from collections.abc import Callable, Iterator, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
 
@@ -20,7 +20,7 @@ from numpy.typing import NDArray
 from sinssim.charts import TIME, Axis, Band, Bars, Cells, Chart, Charts, Color, Dots, Line, Mark, Remark
 from sinssim.data import Array
 from sinssim.exhibits import Column, Exhibits, Item, Section, Sentence, Table, Verbatim
-from sinssim.experiments.trades.trade_cells import CellNumbers
+from sinssim.experiments.trades.trade_cells import CellNumbers, place_name
 from sinssim.experiments.trades.trade_result import (
     CellResult,
     TradeResult,
@@ -32,6 +32,7 @@ from sinssim.experiments.trades.trade_result import (
     headline,
     instants,
     label_of,
+    limits_on,
     requirement_lines,
     unit_for,
 )
@@ -131,19 +132,13 @@ def grid_of(result: TradeResult, quantity: Quantity) -> GridOf:
     """Return a quantity of a study, ready to be drawn."""
     study, inner = result.study, min(len(result.axes), 2)
     value, (low, high) = result.values(quantity), result.band(quantity)
-    limits = tuple(
-        requirement for requirement in study.requirements
-        if (requirement.quantity, requirement.when) == (quantity.quantity, quantity.when)
-        and (requirement.when != "at" or requirement.time == quantity.time)
-    )  # fmt: skip
+    limits = limits_on(study, quantity)
     met = np.full(study.shape, bool(limits))
     for requirement in limits:
         met &= result.verdicts(requirement.text) == "met"
     panels = []
     for place in itertools.product(*map(range, study.shape[:-inner])):
-        title = ", ".join(f"{axis.title} {axis.name_of(k)} {axis.unit}".rstrip()
-                          for axis, k in zip(study.axes, place, strict=False))  # fmt: skip
-        panels.append(Panel(title, value[place], low[place], high[place], met[place]))
+        panels.append(Panel(place_name(study, place), value[place], low[place], high[place], met[place]))
     return GridOf(quantity, unit_for(result, quantity), study.axes[-inner:], tuple(panels[:MOST_PANELS]), limits)
 
 
@@ -388,12 +383,10 @@ def exhibits_of(result: TradeResult) -> Exhibits:
 def _grids(result: TradeResult) -> Iterator[Item]:
     """Yield a quantity over the last two axes as tables; on the console a few that are not too wide."""
     if len(result.axes) > 1:
-        tables = [grid for quantity in result.study.drawn for grid in grids(result, quantity)]
         most = _MOST_GRIDS if len(result.axes[-1].values) <= _MOST_ACROSS else 0
-        for number, grid in enumerate(tables):
-            columns = (Column(grid.corner, words=True), *map(Column, grid.across))
-            on: Any = ("console", "recording") if number < most else ("recording",)
-            yield Table(columns, grid.rows, grid.title, on=on)
+        tables = itertools.chain.from_iterable(grids(result, quantity) for quantity in result.study.drawn)
+        for number, table in enumerate(tables):
+            yield replace(table, on=("console", "recording") if number < most else ("recording",))
 
 
 def _panels_left(result: TradeResult) -> Iterator[Item]:
@@ -442,11 +435,9 @@ class TradeMedia(Media[TradeResult]):
         self._write = write
 
     def summary(self, result: TradeResult) -> dict[str, Any]:
-
         return to_json(result)
 
     def exhibits(self, result: TradeResult) -> Exhibits:
-
         return exhibits_of(result)
 
     def figure(self, result: TradeResult, quantity: str | None = None) -> Any:
@@ -462,11 +453,7 @@ class TradeMedia(Media[TradeResult]):
 
 
 def to_json(result: TradeResult) -> dict[str, Any]:
-    """Return a trade study as plain numbers and words.
-
-    Returns:
-        The contents of `results.json`; unknown numbers are None.
-    """
+    """Return the contents of `results.json`; unknown numbers are None."""
     study = result.study
     cells = []
     for cell in result.cells:

@@ -18,7 +18,8 @@ from numpy.typing import NDArray
 
 from sinssim.data import Array
 from sinssim.errors import InputError, shortened, unknown_name
-from sinssim.experiments.trades.trade_cells import Cell, CellNumbers, command_of, digest_of, name_of
+from sinssim.exhibits import Column, Table
+from sinssim.experiments.trades.trade_cells import Cell, CellNumbers, command_of, digest_of, place_name
 from sinssim.experiments.trades.trade_schema import Axis, TradeStudy, value_text
 from sinssim.formatting import capital, number_text
 from sinssim.recording.result import Result
@@ -70,7 +71,7 @@ class CellResult:
     def verdict(self, requirement: str) -> VerdictInUnit | None:
         """Return its verdict on a requirement, None without one."""
         there = () if self.numbers is None else self.numbers.verdicts
-        return next((one for one in there if one.requirement == requirement), None)
+        return next((verdict for verdict in there if verdict.requirement == requirement), None)
 
 
 @dataclass(eq=False, repr=False)
@@ -233,7 +234,7 @@ class TradeResult(Result):
         Returns:
             "grade tactical, gyro bias σ 0.01 deg/h".
         """
-        return name_of(self.study, self._cell(number).cell)
+        return place_name(self.study, self._cell(number).place)
 
     def command(self, number: int, program: str = "sinssim") -> str:
         """Return the command that computes a cell by itself, with the same numbers.
@@ -377,10 +378,9 @@ class Unit:
 
 
 def unit_for(result: TradeResult, *quantities: Quantity) -> Unit:
-    """Return the unit that suits some quantities of one dimension in all cells.
+    """Return the unit of the requirement on a single quantity, else the one that suits the largest value in all cells.
 
-    Returns:
-        The unit of its requirement for a single quantity with one, else the unit that suits the largest value.
+    The quantities have one dimension.
     """
     first = quantities[0]
     if first.quantity == "rate":
@@ -407,11 +407,9 @@ def label_of(quantity: Quantity) -> str:
 def cell_table(
     result: TradeResult, when: Quantity | None = None, bands: bool = False
 ) -> tuple[list[str], list[list[str]], int]:
-    """Return the table with a row for each cell.
+    """Return the table with a row for each cell, at the instant of the quantity `when`, by default at the end.
 
-    Args:
-        when: a quantity whose instant the table is of; the end by default.
-        bands: whether ends of the 95 % bands are added to CEP, R95 and rate of ensembles.
+    With `bands`, CEP, R95 and rate of ensembles have the ends of their 95 % bands.
 
     Returns:
         Heads with units, rows, and the number of columns from the left that hold words.
@@ -466,58 +464,39 @@ def verdict_text(cell: CellResult, requirement: Requirement) -> str:
     return MARKS[verdict.verdict] + (f": {verdict.text}" if verdict.text and not shown else "")
 
 
-@dataclass(frozen=True)
-class Grid:
-    """A quantity over two axes, for one place on all others.
-
-    Attributes:
-        title: what it shows, with the unit.
-        corner: names of the two axes.
-        across: values of the second axis.
-        rows: value of the first axis, and the quantity for each value of the second.
-    """
-
-    title: str
-    corner: str
-    across: list[str]
-    rows: list[list[str]]
+def limits_on(study: TradeStudy, quantity: Quantity) -> tuple[Requirement, ...]:
+    """Return the requirements on a quantity."""
+    return tuple(
+        requirement for requirement in study.requirements
+        if (requirement.quantity, requirement.when) == (quantity.quantity, quantity.when)
+        and (requirement.when != "at" or requirement.time == quantity.time)
+    )  # fmt: skip
 
 
-def grids(result: TradeResult, quantity: Quantity) -> Iterator[Grid]:
-    """Yield a quantity over the last two axes, for each place on the others.
-
-    Yields:
-        One grid for each place; a requirement on the quantity that is met is marked by "*".
-    """
+def grids(result: TradeResult, quantity: Quantity) -> Iterator[Table]:
+    """Yield a quantity over the last two axes, a table for each place on the others; "*" marks that limits are met."""
     study = result.study
     unit, down, across = unit_for(result, quantity), study.axes[-2], study.axes[-1]
-    judged = [r for r in study.requirements if (r.quantity, r.when) == (quantity.quantity, quantity.when)
-              and (r.when != "at" or r.time == quantity.time)]  # fmt: skip
+    limits = limits_on(study, quantity)
+    columns = (Column(f"{down.heading} \\ {across.heading}", words=True),
+               *(Column(across.name_of(k)) for k in range(len(across.values))))  # fmt: skip
     for place in itertools.product(*map(range, study.shape[:-2])):
-        fixed = ", ".join(f"{axis.title} {axis.name_of(k)} {axis.unit}".rstrip()
-                          for axis, k in zip(study.axes, place, strict=False))  # fmt: skip
         rows = []
         for i in range(len(down.values)):
             row = [down.name_of(i)]
             for k in range(len(across.values)):
                 cell = result.cells[int(np.ravel_multi_index((*place, i, k), study.shape))]
-                met = bool(judged) and all((v := cell.verdict(r.text)) and v.verdict == "met" for r in judged)
+                met = bool(limits) and all((v := cell.verdict(r.text)) and v.verdict == "met" for r in limits)
                 text = unit.text(cell.value(quantity.column)) if cell.status == "finished" else cell.status
                 row.append(f"{text} *" if met else text)
             rows.append(row)
-        star = "; * meets " + " and ".join(r.text for r in judged) if judged else ""
-        yield Grid(
-            capital(f"{label_of(quantity)}, {unit.name}{f': {fixed}' if fixed else ''}{star}"),
-            f"{down.heading} \\ {across.heading}", [across.name_of(k) for k in range(len(across.values))], rows,
-        )  # fmt: skip
+        star = "; * meets " + " and ".join(r.text for r in limits) if limits else ""
+        fixed = f": {place_name(study, place)}" if place else ""
+        yield Table(columns, rows, capital(f"{label_of(quantity)}, {unit.name}{fixed}{star}"))
 
 
 def requirement_lines(result: TradeResult) -> list[str]:
-    """Return which cells meet each requirement, and all of them together.
-
-    Returns:
-        Whole sentences; none without a requirement.
-    """
+    """Return in whole sentences which cells meet each requirement, and all of them together."""
     study = result.study
     lines = []
     for requirement in study.requirements:

@@ -161,8 +161,8 @@ def _numbers(contents: dict[str, Any]) -> CellNumbers:
         return float("nan") if value is None else float(value)
 
     verdicts = tuple(
-        VerdictInUnit(**{**one, "value": known(one["value"]), "time_s": known(one["time_s"])})
-        for one in contents["verdicts"]
+        VerdictInUnit(**{**verdict, "value": known(verdict["value"]), "time_s": known(verdict["time_s"])})
+        for verdict in contents["verdicts"]
     )
     return CellNumbers(
         {name: known(value) for name, value in contents["values"].items()},
@@ -226,11 +226,11 @@ def trade(
         try:
             work.run(limit_minutes)
         except BaseException as stop:
-            work.fill_in(result, "interrupted" if isinstance(stop, KeyboardInterrupt) else "failed")
+            work.complete(result, "interrupted" if isinstance(stop, KeyboardInterrupt) else "failed")
             if directory is not None:
                 _leave(folder, result, stop)
             raise
-        work.fill_in(result, "finished")
+        work.complete(result, "finished")
         if directory is not None:
             report("Writing the report", 1.0)
             _write(folder, result)
@@ -364,7 +364,7 @@ class _Work:
             self.runs_failed = True
         watch.finish(failed=missing.digest in self._failures)
 
-    def fill_in(self, result: TradeResult, status: str) -> None:
+    def complete(self, result: TradeResult, status: str) -> None:
         """Fill in what has become of the cells."""
         self._read_kept()  # Ctrl-C may have come right after a cell was written
         results = []

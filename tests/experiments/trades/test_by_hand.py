@@ -115,7 +115,7 @@ def test_grids(tmp_path: Path) -> None:
     first, second = grids(result, Quantity("r95", "at", 30.0))
     assert first.title == "R95 at 30 s, m: accel bias σ 10 µg; * meets r95(30 s) <= 100 m"
     assert second.title == "R95 at 30 s, m: accel bias σ 25 µg; * meets r95(30 s) <= 100 m"
-    assert (first.corner, first.across) == ("unit \\ gyro bias σ, deg/h", ["0.02", "0.01", "0.05"])
+    assert [column.head for column in first.columns] == ["unit \\ gyro bias σ, deg/h", "0.02", "0.01", "0.05"]
     assert first.rows == [["A", "33.3 *", "66.7 *", "100 *"], ["B", "133", "167", "200"]]
     assert second.rows == [["A", "233", "267", "failed"], ["B", "333", "367", "400"]]
     (plain,) = grids(made(tmp_path), Quantity("cep", "end"))

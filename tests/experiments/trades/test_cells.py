@@ -11,7 +11,7 @@ import pytest
 
 from sinssim.errors import InputError
 from sinssim.experiments.trades import trade_cells
-from sinssim.experiments.trades.trade_cells import cells_of, command_of, digest_of, name_of
+from sinssim.experiments.trades.trade_cells import cells_of, command_of, digest_of, place_name
 from sinssim.experiments.trades.trade_schema import Axis, TradeStudy
 from sinssim.scenario.load import load_scenario
 from tests.experiments.trades.examples import AIDED, BIAS, GRADE, study
@@ -35,7 +35,7 @@ def test_a_cell_is_its_command(tmp_path: Path) -> None:
         assert cell.scenario is not None
         assert cell.scenario.seed == 9
         assert cell.scenario.imu.lever_arm_m == (1.0, 0, 2.0)
-    assert name_of(made, cells[0]) == "grade tactical, lever arm [1, 0, 2]"
+    assert place_name(made, cells[0].place) == "grade tactical, lever arm [1, 0, 2]"
 
 
 def test_digests(tmp_path: Path) -> None:

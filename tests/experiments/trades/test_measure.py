@@ -114,10 +114,13 @@ def test_every_number_of_an_ensemble(tmp_path: Path, monkeypatch: pytest.MonkeyP
     def band(value: float, low: float, high: float) -> Percentile:
         return Percentile(0.5, *map(np.array, (value, low, high)), 0.95, np.array(40.0))
 
-    squares = SimpleNamespace(mean=1.25, share_in_band=0.75)
-    numbers_of = SimpleNamespace(line=Circles(band(1.0, 2.0, 3.0), band(4.0, 5.0, 6.0)),
-                                 nees={"all": squares, "other": None})  # fmt: skip
-    monkeypatch.setattr("sinssim.experiments.ensembles.ensemble_statistics.ensemble_numbers", lambda result: numbers_of)
+    line = {1.0: Circles(band(1.0, 2.0, 3.0), band(4.0, 5.0, 6.0))}
+    squares = {"of all": SimpleNamespace(mean=1.25, share_in_band=0.75)}
+    statistics = "sinssim.experiments.ensembles.ensemble_statistics"
+    monkeypatch.setattr(EnsembleResult, "mean_rates", np.array([1852.0 / 3600.0]))
+    monkeypatch.setattr(EnsembleResult, "nees", {"all": "of all", "other": "of one"})
+    monkeypatch.setattr(f"{statistics}.circles", lambda rates: line[round(float(rates[0]), 9)])
+    monkeypatch.setattr(f"{statistics}.square_numbers", squares.__getitem__)
     ask = ("cep(end) <= 0.05 km", "heading(1200 s) <= 5 deg")
     plan = study(tmp_path, axes=AXIS, cell="ensemble", times_s=(1200.0,), require=ask,
                  draw=("r95(run)", "heading(run)"))  # fmt: skip

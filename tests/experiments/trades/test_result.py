@@ -105,7 +105,7 @@ def test_the_tables(tmp_path: Path) -> None:
     assert set(rows[4][4:]) == {""}
     (grid,) = grids(result, Quantity("r95", "end"))
     assert grid.title == "R95 at the end, m; * meets r95(end) <= 35 m"
-    assert grid.corner == "grade \\ gyro bias σ, deg/h"
+    assert grid.columns[0].head == "grade \\ gyro bias σ, deg/h"
     assert grid.rows == [
         ["laser-navigation", "10.0 *", "20.0 *", "30.0 *"],
         ["laser-standard", "40.0", "failed", "60.0"],
