@@ -1,4 +1,4 @@
-"""Offset and drift between the clocks of an inertial unit and a satellite receiver, and the delay of the velocities.
+"""Offset and drift between the clocks of an inertial unit and a satellite receiver.
 
 The offset is what the files state, leap seconds, or what the motion shows. Offset and drift are those with the least
 residual of the velocity match. The drift turns the times about the middle of the log, so that the two are nearly
@@ -14,28 +14,21 @@ from typing import Literal
 
 import numpy as np
 
-from sinssim import earth, rotation
 from sinssim.analyses.inspection.stream_findings import Finding, doubt, fact
 from sinssim.analyses.inspection.unit_axes import judge_reading
-from sinssim.analyses.inspection.velocity_match import FIXES_IN_WINDOW, Match, Pushed, Seen, match, pushed
+from sinssim.analyses.inspection.velocity_match import FIXES_IN_WINDOW, Match, Pushed, Seen, match, pushed, scatter
 from sinssim.data import Array
-from sinssim.earth.ellipsoids import ELLIPSOIDS
 from sinssim.logs.gps_time import leap_seconds, unix_from_gps
-from sinssim.logs.recorded_streams import Clock, FixStream
+from sinssim.logs.recorded_streams import Clock
 
 NEAR = 1.0
 """Range of the fine search, s."""
 WINDOWS = (10.0, 30.0)
 """Lengths of the windows that are tried, s: the shorter one bears with biases that change, the longer one is needed for
 motion that changes slowly, as that of an airliner; the one with the smaller scatter counts."""
-_CHANGES = 5.0  # s; changes of velocity within twice this time show a delay, slower ones only its edges
-_LEAST_CHANGE = 0.1  # m/s
-_ALIKE = 0.9  # least correlation of velocities and differences of positions
 _TURNS_ALIKE = 0.5  # least correlation of the turns
 _MOST_STEPS = 1e7  # eleven days in steps of 0.1 s; what lasts longer has a wrong stamp
 _COURSE = 10.0  # in units of the velocities' σ: a course at this speed is good to 0.1 rad
-_PARTS = 5  # groups of windows whose scatter gives the uncertainty
-_LEAST_PARTS = 3
 
 
 @dataclass(frozen=True)
@@ -177,106 +170,7 @@ def _offset_sigma(curve: Pushed, fixes: Seen, value: float, at_least: Match) -> 
         match(curve, fixes, value + d, window=at_least.window, bias=at_least.bias, rounds=0).each ** 2
         for d in (-h, 0.0, h)
     )
-    return _scatter(low, middle, high, h) if len(low) == len(middle) == len(high) else float("nan")
-
-
-def _scatter(low: Array, middle: Array, high: Array, h: float) -> float:
-    """Return the 1σ of the place of a minimum from the scatter of its gradient between parts of the log.
-
-    It is the sandwich estimator (White, Econometrica 48, 1980) with each part as one group, times the quantile of
-    Student's distribution for so few groups.
-
-    Args:
-        low, middle, high: what is least, for each window, (W,), at distances −h, 0 and h of the minimum.
-        h: that distance.
-
-    Returns:
-        1σ in the unit of h; NaN with fewer than three windows, or without a minimum.
-    """
-    from scipy.stats import t as student
-
-    parts = min(_PARTS, len(middle))
-    bend = float(np.sum(low - 2.0 * middle + high)) / h**2
-    if parts < _LEAST_PARTS or not bend > 0.0:
-        return float("nan")
-    gradient = np.array([part.sum() for part in np.array_split(high - low, parts)]) / (2.0 * h)
-    few = float(student.ppf(0.8413, parts - 1))
-    return few * float(np.sqrt(parts / (parts - 1.0) * np.sum(gradient**2))) / bend
-
-
-@dataclass(frozen=True)
-class Delay:
-    """By how much the velocities of a receiver are older than its positions.
-
-    Attributes:
-        value: s.
-        sigma: 1σ from the scatter between parts of the log, s; NaN if they do not give it.
-    """
-
-    value: float
-    sigma: float
-
-
-def velocity_delay(fixes: FixStream) -> Delay | None:
-    """Find by how much the velocities of a receiver are older than its positions.
-
-    A velocity that is the mean over the last interval is half an interval old. Central differences of the positions are
-    compared with the velocities, equally smoothed and at another time; the delay has the largest correlation. A least
-    difference would be biased, because interpolation changes the noise.
-
-    Returns:
-        The delay, s; None without velocities, motion, or positions precise enough to show it.
-    """
-    from scipy.interpolate import CubicSpline
-    from scipy.optimize import minimize_scalar
-
-    if fixes.velocity_ned is None:
-        return None
-    good = np.isfinite(fixes.velocity_ned[:, :2]).all(axis=1) & np.isfinite(fixes.latitude) & np.isfinite(fixes.height)
-    good &= np.append(True, np.diff(fixes.time) > 0.0)
-    if int(good.sum()) < 50:
-        return None
-    time, velocity = fixes.time[good], fixes.velocity_ned[good]
-    ellipsoid = ELLIPSOIDS["wgs84"]
-    place = earth.geodetic_to_ecef(fixes.latitude[good], fixes.longitude[good], fixes.height[good], ellipsoid)
-    c = rotation.dcm_from_quaternion(earth.q_en(fixes.latitude[good][0], fixes.longitude[good][0]))
-    step = float(np.median(np.diff(time)))
-    middle = slice(1, -1)
-    moved = (((place - place[0]) @ c)[2:] - ((place - place[0]) @ c)[:-2])[:, :2] / (time[2:] - time[:-2])[:, None]
-    # The same mean over two intervals of the velocities, and of both what changes within seconds.
-    mean = 0.25 * velocity[:-2, :2] + 0.5 * velocity[1:-1, :2] + 0.25 * velocity[2:, :2]
-    width = 2 * max(round(_CHANGES / step), 1) + 1
-    fast, fast_mean = _without_slow(moved, width), _without_slow(mean, width)
-    if len(fast) < 2 * width or float(np.std(fast_mean)) < _LEAST_CHANGE:
-        return None
-    curve = CubicSpline(time[middle], fast_mean)
-    inside = slice(3, -5)  # the delays of the grid stay inside
-    regular = np.diff(time[middle], prepend=time[0]) < 1.5 * step
-    at, to = time[middle][inside], fast[inside] * regular[inside][:, None]
-
-    def cost(delay: float) -> float:
-        return -float(np.sum(curve(at + delay) * to))
-
-    grid = step * np.arange(-2.0, 4.01, 0.1)
-    costs = np.array([cost(d) for d in grid])
-    best = int(np.argmin(costs))
-    alike = -costs[best] / max(float(np.sqrt(np.sum(curve(at + grid[best]) ** 2) * np.sum(to**2))), 1e-300)
-    if not 0 < best < len(grid) - 1 or alike < _ALIKE:
-        return None
-    bounds = (grid[best - 1], grid[best + 1])
-    value = float(minimize_scalar(cost, bounds=bounds, method="bounded", options={"xatol": 1e-4}).x)
-    h = 0.1 * step
-    # differences scatter by the noise alone, correlations also by the motion at both ends of a part
-    same = regular[inside][:, None]
-    low, here, high = (0.5 * np.sum((curve(at + value + d) * same - to) ** 2, axis=1) for d in (-h, 0.0, h))
-    return Delay(value, _scatter(low, here, high, h))
-
-
-def _without_slow(values: Array, width: int) -> Array:
-    """Return values minus their running mean over an odd number of rows, (N, k)."""
-    from scipy.ndimage import uniform_filter1d
-
-    return np.asarray(values - uniform_filter1d(values, width, axis=0, mode="nearest"))
+    return scatter(low, middle, high, h) if len(low) == len(middle) == len(high) else float("nan")
 
 
 _RATE = 25.0  # samples a second are enough for the question

@@ -12,14 +12,12 @@ import numpy as np
 from sinssim import earth
 from sinssim.analyses.inspection.clock_offset import (
     GOOD,
-    Delay,
     Offset,
     agreement,
     clock_drift,
     even_times,
     fine_offset,
     offset_finding,
-    velocity_delay,
 )
 from sinssim.analyses.inspection.quiet_spans import (
     AtRest,
@@ -42,6 +40,7 @@ from sinssim.analyses.inspection.stream_findings import (
     wrong,
 )
 from sinssim.analyses.inspection.unit_axes import Mounting, attitude_by_match, attitude_finding, mounting
+from sinssim.analyses.inspection.velocity_delay import delay_findings, delayed, interval_of, velocity_delay
 from sinssim.analyses.inspection.velocity_match import Seen, pushed, seen
 from sinssim.data import Array
 from sinssim.errors import InputError
@@ -146,8 +145,8 @@ def inspect_streams(files: Sequence[Streams], described: Described | None = None
         result.fixes = fixes[0][2]
         result.findings += time_findings(fixes[0][1], result.fixes.time, "fixes")
         delay = velocity_delay(result.fixes)
-        result.velocity_delay = delay.value if delay is not None and _delayed(delay, _step(result.fixes)) else None
-        result.findings += _delay_findings(result.fixes, delay, description.delay)
+        result.velocity_delay = delay.value if delay is not None and delayed(delay, interval_of(result.fixes)) else None
+        result.findings += delay_findings(result.fixes, delay, description.delay)
         result.findings += fix_findings(result.fixes, result.velocity_delay or 0.0)
     if not inertial:
         return result
@@ -180,40 +179,6 @@ def _clock(streams: Streams) -> str:
     clock = streams.clock
     words = {"gps": "GPS time", "utc": "UTC (leap seconds removed)", "machine": "the logger's own clock"}[clock.kind]
     return f"Clock: {words}{f', {clock.note}' if clock.note else ''}."
-
-
-def _delay_findings(fixes: FixStream, delay_of_velocities: Delay | None, described: float) -> list[Finding]:
-    """Return the finding on the delay of the velocities, which a description may give already."""
-    if delay_of_velocities is None:
-        return []
-    delay, sigma = delay_of_velocities.value, delay_of_velocities.sigma
-    step = _step(fixes)
-    numbers = {"velocity_delay_s": delay, "sigma_s": sigma if np.isfinite(sigma) else None}
-    if not sigma < _SHOWN_DELAY * step:
-        text = "The motion does not show whether the velocities are older than the positions; no delay is described."
-        return [doubt("fixes", text, "See the manual of the receiver.", **numbers)]
-    text = f"The velocities are {1e3 * delay:.0f} ± {1e3 * sigma:.0f} ms older than the positions of the same stamp"
-    if described and abs(delay - described) < 0.1 * step:
-        return [fact("fixes", f"{text}; {1e3 * described:.0f} ms are described.", **numbers)]
-    if described:
-        text += f"; {1e3 * described:.0f} ms are described"
-    elif not _delayed(delay_of_velocities, step):
-        return [fact("fixes", f"{text}: no delay is described.", **numbers)]
-    why = " (half an interval: they are means over it)" if abs(delay / step - 0.5) < 0.15 else ""
-    return [doubt("fixes", f"{text}{why}.", f"Describe a velocity delay of {delay:.3f} s.", **numbers)]
-
-
-_SHOWN_DELAY = 1.0 / 6.0
-"""Largest 1σ of a delay that the data show, in intervals of the fixes: half an interval is then 3σ."""
-
-
-def _delayed(delay: Delay, step: float) -> bool:
-    """Return whether the data show that velocities are older, by a tenth of the interval of the fixes or more."""
-    return delay.sigma < _SHOWN_DELAY * step and abs(delay.value) >= max(0.1 * step, 3.0 * delay.sigma)
-
-
-def _step(fixes: FixStream) -> float:
-    return float(np.median(np.diff(fixes.time)))
 
 
 Readings = tuple[Array, Array, Array]

@@ -339,3 +339,31 @@ def _crossing(vectors: Array) -> Array:
     out[:, 0, 1], out[:, 0, 2], out[:, 1, 2] = -z, y, -x
     out[:, 1, 0], out[:, 2, 0], out[:, 2, 1] = z, -y, x
     return out
+
+
+_PARTS = 5  # groups of windows whose scatter gives the uncertainty
+_LEAST_PARTS = 3
+
+
+def scatter(low: Array, middle: Array, high: Array, h: float) -> float:
+    """Return the 1σ of the place of a minimum from the scatter of its gradient between parts of the log.
+
+    It is the sandwich estimator (White, Econometrica 48, 1980) with each part as one group, times the quantile of
+    Student's distribution for so few groups.
+
+    Args:
+        low, middle, high: what is least, for each window, (W,), at distances −h, 0 and h of the minimum.
+        h: that distance.
+
+    Returns:
+        1σ in the unit of h; NaN with fewer than three windows, or without a minimum.
+    """
+    from scipy.stats import t as student
+
+    parts = min(_PARTS, len(middle))
+    bend = float(np.sum(low - 2.0 * middle + high)) / h**2
+    if parts < _LEAST_PARTS or not bend > 0.0:
+        return float("nan")
+    gradient = np.array([part.sum() for part in np.array_split(high - low, parts)]) / (2.0 * h)
+    few = float(student.ppf(0.8413, parts - 1))
+    return few * float(np.sqrt(parts / (parts - 1.0) * np.sum(gradient**2))) / bend

@@ -9,9 +9,8 @@ import numpy as np
 import pytest
 
 from sinssim import earth
-from sinssim.analyses.inspection.clock_offset import Delay
 from sinssim.analyses.inspection.stream_findings import Finding, doubt, fact, fix_findings, wrong
-from sinssim.analyses.inspection.stream_inspection import _delay_findings
+from sinssim.analyses.inspection.velocity_delay import Delay, delay_findings
 from sinssim.logs.recorded_streams import FixStream
 
 _COUNT = 40
@@ -177,6 +176,6 @@ _DELAYED = "The velocities are {} ms older than the positions of the same stamp"
 )  # fmt: skip
 def test_the_delay_of_velocities(value: float, sigma: float, described: float, grade: str, text: str, fix: str) -> None:
     """Fixes come every 0.5 s: a 1σ of a sixth of that shows a delay, and a tenth of it is none."""
-    found = _delay_findings(_fixes(), Delay(value, sigma), described)
+    found = delay_findings(_fixes(), Delay(value, sigma), described)
     assert found == [Finding("fixes", grade, text, fix, {"velocity_delay_s": value, "sigma_s": sigma})]  # type: ignore[arg-type]
-    assert _delay_findings(_fixes(), None, described) == []
+    assert delay_findings(_fixes(), None, described) == []

@@ -9,12 +9,13 @@ import numpy as np
 import pytest
 
 from sinssim import earth, rotation
-from sinssim.analyses.inspection.clock_offset import _scatter, coarse_offset, even_times, velocity_delay
+from sinssim.analyses.inspection.clock_offset import coarse_offset, even_times
 from sinssim.analyses.inspection.quiet_spans import motion_of
 from sinssim.analyses.inspection.stream_findings import Finding, doubt, fact
 from sinssim.analyses.inspection.stream_inspection import _apart, _mounting_finding
 from sinssim.analyses.inspection.unit_axes import Mounting, _named, attitude_by_match, attitude_finding, mounting
-from sinssim.analyses.inspection.velocity_match import Match, Pushed, Seen, match, pushed, seen
+from sinssim.analyses.inspection.velocity_delay import velocity_delay
+from sinssim.analyses.inspection.velocity_match import Match, Pushed, Seen, match, pushed, scatter, seen
 from sinssim.data import Array
 from sinssim.logs.recorded_streams import FixStream
 from tests.analyses.inspection import worlds
@@ -290,9 +291,9 @@ def test_the_scatter_of_a_minimum() -> None:
     bend = (29.0 + 32.0 - 16.0) / 0.2**2
     student = 1.1416  # 84.13 % of Student's t with 4 degrees of freedom
     expected = student * np.sqrt(5.0 / 4.0 * np.sum(gradients**2)) / bend
-    assert _scatter(low, middle, high, 0.2) == pytest.approx(expected, rel=1e-3)
-    assert np.isnan(_scatter(low[:2], middle[:2], high[:2], 0.2))
-    assert np.isnan(_scatter(middle, low, middle, 0.2))
+    assert scatter(low, middle, high, 0.2) == pytest.approx(expected, rel=1e-3)
+    assert np.isnan(scatter(low[:2], middle[:2], high[:2], 0.2))
+    assert np.isnan(scatter(middle, low, middle, 0.2))
 
 
 def test_the_offset_by_the_turns() -> None:

@@ -15,11 +15,10 @@ from sinssim.analyses.inspection.clock_offset import (
     Coarse,
     Offset,
     _best,
-    _scatter,
     _stands_out,
     fine_offset,
 )
-from sinssim.analyses.inspection.velocity_match import Match
+from sinssim.analyses.inspection.velocity_match import Match, scatter
 from sinssim.data import Array
 
 FIXES: Any = SimpleNamespace(time=np.arange(0.0, 60.0, 1.0), sigma=0.1)
@@ -55,7 +54,7 @@ def test_the_offset_of_the_window_that_tells_it_best(monkeypatch: pytest.MonkeyP
     assert found.match.window == WINDOWS[1]
     assert found.match.residual == pytest.approx(0.1, abs=1e-4)
     squares = [(found.value + d - 3.37 - ERRORS) ** 2 for d in (-0.05, 0.0, 0.05)]
-    assert found.sigma == pytest.approx(_scatter(*squares, 0.05), rel=1e-9)
+    assert found.sigma == pytest.approx(scatter(*squares, 0.05), rel=1e-9)
 
 
 @pytest.mark.parametrize("side", [-1.0, 1.0])
