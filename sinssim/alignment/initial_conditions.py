@@ -203,6 +203,20 @@ def _check_usable(determination: Determination, need_latitude: bool) -> None:
         )
 
 
+def alignment_samples(time: Array, duration: float, key: str, user: str = "navigation") -> int:
+    """Return the number of samples that an alignment takes at the start of a run with edges, (N+1,) s.
+
+    Raises:
+        InputError: the run ends before the alignment, of the duration that the key gives, s, does.
+    """
+    count = int(np.searchsorted(time, time[0] + duration - 1e-9))
+    if count >= len(time) - 1:
+        raise InputError(
+            f"{key} = {duration:g}: the run lasts {time[-1] - time[0]:g} s, and {user} needs time after the alignment."
+        )
+    return count
+
+
 def aligned_state(
     session: ImuData, place: NavState, method: str, expected: Expected, gravity: str, ellipsoid: Ellipsoid
 ) -> tuple[NavState, Determination]:

@@ -15,6 +15,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from sinssim import rotation
+from sinssim.alignment.initial_conditions import alignment_samples
 from sinssim.data import Array, ImuData, Measurements, NavSolution, NavState
 from sinssim.errors import InputError, SinssimError
 from sinssim.estimation.consistency import consistency
@@ -382,12 +383,7 @@ def coarse_alignment(
     section, imu, sigma = scenario.filter, start.imu, inertial_sigma(scenario)
     assert section is not None
     assert section.alignment_s is not None
-    count = int(np.searchsorted(imu.time, imu.time[0] + section.alignment_s - 1e-9))
-    if count >= len(imu):
-        raise InputError(
-            f"filter.alignment_s = {section.alignment_s:g}: the run lasts {imu.time[-1] - imu.time[0]:g} s, and the "
-            "filter needs time after the alignment."
-        )
+    count = alignment_samples(imu.time, section.alignment_s, "filter.alignment_s", "the filter")
     gravity = scenario.navigation.gravity
     ellipsoid = scenario.navigation.ellipsoid_over(ellipsoid_of_truth)
     if section.alignment == "at-rest":

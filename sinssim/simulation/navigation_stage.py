@@ -17,7 +17,7 @@ import numpy as np
 
 from sinssim.algorithms import PLATFORM
 from sinssim.alignment.alignment_budget import expected_errors
-from sinssim.alignment.initial_conditions import aligned_state
+from sinssim.alignment.initial_conditions import aligned_state, alignment_samples
 from sinssim.data import Array, ImuData, NavSolution
 from sinssim.earth.ellipsoids import Ellipsoid, ellipsoid_by_name
 from sinssim.errors import InputError, RunError, SinssimError
@@ -123,12 +123,8 @@ def align_itself(scenario: Scenario, imu: ImuData, place: NavState, ellipsoid: E
     """
     section = scenario.navigation.alignment
     assert section is not None
-    count = int(np.searchsorted(imu.time, imu.time[0] + section.duration_s - 1e-9))
-    name = f"navigation.alignment.duration_s = {section.duration_s:g}"
-    if count >= len(imu):
-        raise InputError(
-            f"{name}: the run lasts {imu.time[-1] - imu.time[0]:g} s, and navigation needs time after the alignment."
-        )
+    key = "navigation.alignment.duration_s"
+    count = alignment_samples(imu.time, section.duration_s, key)
     session = type(imu)(imu.time[: count + 1], imu.dtheta[:count], imu.dvel[:count])
     try:
         state, _ = aligned_state(
@@ -136,8 +132,8 @@ def align_itself(scenario: Scenario, imu: ImuData, place: NavState, ellipsoid: E
         )
     except SinssimError as error:
         raise InputError(
-            f'{name}, method = "{section.method}": the alignment ends at {session.time[-1]:.6g} s of the run without '
-            f"a result: {error}"
+            f'{key} = {section.duration_s:g}, method = "{section.method}": the alignment ends at '
+            f"{session.time[-1]:.6g} s of the run without a result: {error}"
         ) from error
     return count, state
 

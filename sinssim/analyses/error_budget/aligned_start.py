@@ -28,13 +28,12 @@ from sinssim import rotation
 from sinssim.alignment.alignment_budget import expected_errors
 from sinssim.alignment.determination import determine
 from sinssim.alignment.disturbed_base import cone_jacobian, fit_of_session, inertial_curve, mean_blocks
-from sinssim.alignment.initial_conditions import aligned_state, initial_state
+from sinssim.alignment.initial_conditions import aligned_state, alignment_samples, initial_state
 from sinssim.analyses.error_budget.error_dynamics import TrueMotion, exponential, white_covariance
 from sinssim.analyses.error_budget.propagation import NavigationStep, Propagation
 from sinssim.analyses.error_budget.source_shares import Shares
 from sinssim.data import Array, ImuData, NavState
 from sinssim.earth import radii
-from sinssim.errors import InputError
 from sinssim.estimation.nominal_motion import rows_of
 from sinssim.sensors.measurement_kind import CORE, PHI, R, V, skew
 
@@ -120,21 +119,11 @@ _ANGLE = 1e-7
 
 
 def samples_of_alignment(scenario: Scenario, motion: TrueMotion) -> int:
-    """Return the number of samples that the navigator's own alignment takes, 0 without one.
-
-    Raises:
-        InputError: the run ends before the alignment does.
-    """
-    section, time = scenario.navigation.alignment, motion.ideal.time
+    """Return the number of samples that the navigator's own alignment takes, 0 without one."""
+    section = scenario.navigation.alignment
     if section is None:
         return 0
-    count = int(np.searchsorted(time, time[0] + section.duration_s - 1e-9))
-    if count >= len(motion.ideal):
-        raise InputError(
-            f"navigation.alignment.duration_s = {section.duration_s:g}: the run lasts {time[-1] - time[0]:g} s, and "
-            "navigation needs time after the alignment."
-        )
-    return count
+    return alignment_samples(motion.ideal.time, section.duration_s, "navigation.alignment.duration_s")
 
 
 def begin_aligned(

@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING, Protocol
 
 import numpy as np
 
+from sinssim.alignment.initial_conditions import alignment_samples
 from sinssim.analyses.error_budget import budget_exhibits  # noqa: F401  (it gives the results their media)
 from sinssim.analyses.error_budget.aiding_sources import AidingSources, aiding_sources
 from sinssim.analyses.error_budget.aligned_start import align, begin_aligned, samples_of_alignment
@@ -352,7 +353,7 @@ def _aided(task: _Task) -> BudgetResult:
     covariance, start = model.covariance, 0
     propagation = shares.begin(model.size)
     if section.alignment_s is not None:
-        start = int(np.searchsorted(time, time[0] + section.alignment_s - 1e-9))
+        start = alignment_samples(time, section.alignment_s, "filter.alignment_s", "the filter")
         state = motion.trajectory.state(motion.trajectory.start)
         aligned = at_rest(
             _sensed(scenario, ideal, motion.trajectory), state, model, inertial_sigma(scenario), start,
