@@ -93,11 +93,11 @@ def stages() -> dict[str, float]:
     lanes = batch_layout.LANES
     packed = pack([draw(section, seed) for seed in range(lanes)], float(ideal.time[0]))
     kernel: Any = engine("quaternion", 0, 1, "exact", packed.active)
-    parts = kernel.py_func.__globals__
-    parts = {**parts, **parts["_navigate_lane"].py_func.__globals__}
+    parts = dict(kernel.py_func.__globals__)
+    parts |= {n: parts["_navigate_lane"].py_func.__globals__[n] for n in ("_draw_lane", "_measure_lane", "_step_lane")}
     w, x = np.zeros(batch_layout.SENSOR_ROWS * lanes), np.zeros(batch_layout.NAVIGATION_ROWS * lanes)
     y, keys = np.zeros((5, 6 * lanes)), np.array([key(seed) for seed in range(lanes)], dtype=np.uint64).T.copy()
-    lane_keys, c = np.empty_like(keys), packed.conditions.copy()
+    lane_keys, c = np.empty((6, lanes), np.uint64), packed.conditions.copy()
     columns = np.array([initial.latitude, initial.longitude, initial.height, *initial.velocity_ned, *initial.q_nb])
     states = np.repeat(columns[:, None], lanes, axis=1)
     earth, weights = parameters(ellipsoid_by_name("wgs84")), weight_table(ideal.time, True)
@@ -106,7 +106,7 @@ def stages() -> dict[str, float]:
     u, slots = np.concatenate([ideal.dtheta[0], ideal.dvel[0]]), np.arange(5)
     c[2], c[3] = 0.01, 0.1  # length of the interval and its root
     for k in range(5):
-        parts["_draw_lane"](w, lane_keys[0], lane_keys[1], k + 1)
+        parts["_draw_lane"](w, lane_keys, k + 1)
         parts["_measure_lane"](w, u, c, packed.faults)
         y[k] = w[batch_layout.READING * lanes : (batch_layout.READING + 6) * lanes]
     draw_lane, measure_lane, step_lane = (parts[name] for name in ("_draw_lane", "_measure_lane", "_step_lane"))
@@ -114,9 +114,9 @@ def stages() -> dict[str, float]:
     # the loops are compiled, because a call from Python takes as long as a stage
 
     @strict_kernel
-    def drawing(times, w, one, two):
+    def drawing(times, w, words):
         for n in range(times):
-            draw_lane(w, one, two, n)
+            draw_lane(w, words, n)
 
     @strict_kernel
     def measuring(times, w, u, c, faults):
@@ -129,7 +129,7 @@ def stages() -> dict[str, float]:
             step_lane(x, y, weights, 2, 2, slots, earth, gains, 0.01, (height, 0.0))
 
     calls: dict[str, Callable[[int], None]] = {
-        "random numbers, 12 of two noises": lambda n: drawing(n, w, lane_keys[0], lane_keys[1]),
+        "random numbers, 12 of two noises": lambda n: drawing(n, w, lane_keys),
         "errors of six channels": lambda n: measuring(n, w, u, c, packed.faults),
         "increments, attitude and navigation": lambda n: stepping(
             n, x, y, weights, slots, earth, gains, float(height[0])

@@ -111,7 +111,7 @@ def equations() -> dict[str, tuple[set[int], set[int]]]:
         if inside.parts[0] == "alignment":
             paper = cited(text)
         elif inside.parts[0] == "sensors" and inside.parts[1] in ("imu", "__init__.py"):
-            paper = cited(text) & {2}
+            paper = set() if re.search(r"^ +\(2\) ", text, re.MULTILINE) else cited(text) & {2}  # one of its own
         else:
             paper = set()
         chapter = numbers_in(text, _CHAPTER) - {1, 2}  # (8.1) and (8.2) are sections

@@ -87,8 +87,20 @@ def normal_pair(
     """
     sample = np.uint64(number)
     w0, w1, w2, w3 = philox(key_0, key_1, sample & _LOW, sample >> _32, term, axis)
+    radius, (first, second) = radius_k(w0, w1), direction_k(w2, w3)
+    return radius * first, radius * second
+
+
+@strict_inline
+def radius_k(w0: np.uint64, w1: np.uint64) -> float:
+    """Return the radius √(−2 ln u) of a pair, from two words."""
     # 52 bits plus one half: neither 0 nor 1 occurs
-    radius = math.sqrt(-2.0 * _log((float(np.int64((w0 << _20) | (w1 >> _12))) + 0.5) * _BITS))
+    return math.sqrt(-2.0 * _log((float(np.int64((w0 << _20) | (w1 >> _12))) + 0.5) * _BITS))
+
+
+@strict_inline
+def direction_k(w2: np.uint64, w3: np.uint64) -> tuple[float, float]:
+    """Return cosine and sine of the direction of a pair, from two words."""
     turn = (float(np.int64((w2 << _20) | (w3 >> _12))) + 0.5) * (4.0 * _BITS)
     quarter = math.floor(turn + 0.5)
     x = (turn - quarter) * _QUARTER
@@ -105,7 +117,7 @@ def normal_pair(
     second = cosine if swapped else sine
     first = -first if ((quadrant + 1) & 2) == 2 else first
     second = -second if (quadrant & 2) == 2 else second
-    return radius * first, radius * second
+    return first, second
 
 
 @strict_kernel

@@ -162,7 +162,7 @@ class AttitudeFile(Protocol):
 
 
 class OwnTurnFile(AttitudeFile, Protocol):
-    """An algorithm that computes its own `BodyTurn` instead of using `increments.interval.fitted_turn_k`."""
+    """An algorithm that computes its own `BodyTurn` instead of using `coning_sculling.fitted_turn_k`."""
 
     def turn_k(self, dtheta: Array, dvel: Array, weights: Array, uniform: bool, k: int) -> BodyTurn:
         """The body's turn over interval k."""

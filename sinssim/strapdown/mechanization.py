@@ -60,7 +60,7 @@ class Mechanization:
             the height dropped.
         rates_hz: rates of the fast, medium and slow part, Hz; each divides the previous one, and the first divides
             the data's rate. Two rates are those of attitude, and of velocity and position. None computes everything at
-            the data's rate, to a higher order. See `three_rate`.
+            the data's rate, to a higher order. See `frames.three_rate_schedule`.
         slow_quantities: with rates_hz, treatment of slow quantities between slow updates, one of `SLOW_QUANTITIES`.
         vertical: "free" (pure inertial), "baro-loop" (third order) or "truth" (height held to the reference).
         baro_time_constant: time constant τ of the baro loop, s; k₁ = 3/τ, k₂ = 3/τ² + 2g/R, k₃ = 1/τ³.

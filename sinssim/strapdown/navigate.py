@@ -43,7 +43,7 @@ class Updates:
         time: edges of the fast intervals, (M+1,) s; the given ones without a schedule.
         dtheta, dvel: increments in them, (M, 3) rad and m/s.
         uniform: whether all intervals are equal.
-        weights: weights of the fit of rate and specific force, see `increments.fit.weight_table`.
+        weights: weights of the fit of rate and specific force, see `coning_sculling.weight_table`.
         ratio: number of given increments in a fast interval.
         per_row: number of fast intervals between two rows of the solution.
         rates: intervals per medium and per slow update, and whether slow quantities are extrapolated; None without a

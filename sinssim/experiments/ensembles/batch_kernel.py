@@ -34,6 +34,7 @@ from sinssim.experiments.ensembles.batch_layout import (
     keep_noise_k,
     keep_parameter_k,
     level_k,
+    noise_k,
 )
 from sinssim.experiments.ensembles.batch_layout import four_k as attitude_k
 from sinssim.experiments.ensembles.batch_layout import keep_four_k as keep_attitude_k
@@ -49,7 +50,7 @@ from sinssim.sensors.imu.error_kernel import (
     begin,
     channel_k,
 )
-from sinssim.statistics.random_numbers import Words, normal_pair
+from sinssim.statistics.random_numbers import Words, direction_k, philox, radius_k
 from sinssim.strapdown.attitude.quaternion import dcm_k, quaternion_k, start_k, step_k
 from sinssim.strapdown.coning_sculling import WINDOW, Weights, fitted_k, small_turn_k
 from sinssim.strapdown.engine_assembly import algorithm_file, guarded, parts
@@ -59,6 +60,7 @@ from sinssim.strapdown.frames.vertical_channel import BARO_LOOP, FREE, HELD, Cha
 from sinssim.strapdown.polar_axes import POLAR_LIMIT
 from sinssim.system.registries import on_change
 
+_LOW, _32 = np.uint64(0xFFFFFFFF), np.uint64(32)
 NOISE = 0
 """Number of a noise, bound below."""
 ACTIVE, GRAVITY, VERTICAL, SIMPLIFIED = 0, 0, FREE, False
@@ -96,14 +98,26 @@ def _moments_k(
 
 
 @strict_kernel
-def _draw_noise(w: Array, key_0: Words, key_1: Words, number: int) -> None:
-    """Draw the normal numbers of a sample for noise NOISE; a constant, so that the compiler sees constant rows."""
+def _draw_noise(w: Array, words: Words, number: int) -> None:
+    """Draw the normal numbers of a sample for noise NOISE; a constant, so that the compiler sees constant rows.
+
+    The steps of `normal_pair` are separate loops: in a single one the processor waits for the results of each step, and
+    takes a tenth longer.
+    """
     wide_vectors()
+    sample = np.uint64(number)
+    low, high = sample & _LOW, sample >> _32
     for axis in range(3):
         for j in range(LANES):
-            z0, z1 = normal_pair(key_0[j], key_1[j], np.int64(number), TERM_NUMBERS[NOISE], np.uint64(axis))
-            keep_noise_k(w, NOISE, axis, j, z0)
-            keep_noise_k(w, NOISE, axis + 3, j, z1)
+            words[2, j], words[3, j], words[4, j], words[5, j] = philox(
+                words[0, j], words[1, j], low, high, TERM_NUMBERS[NOISE], np.uint64(axis)
+            )
+        for j in range(LANES):
+            keep_noise_k(w, NOISE, axis, j, radius_k(words[2, j], words[3, j]))
+        for j in range(LANES):
+            radius, (one, two) = noise_k(w, NOISE, axis, j), direction_k(words[4, j], words[5, j])
+            keep_noise_k(w, NOISE, axis, j, radius * one)
+            keep_noise_k(w, NOISE, axis + 3, j, radius * two)
 
 
 _draw_white, _draw_wander, _draw_rate_walk, _draw_flicker = (
@@ -112,16 +126,16 @@ _draw_white, _draw_wander, _draw_rate_walk, _draw_flicker = (
 
 
 @strict_kernel
-def _draw_lane(w: Array, key_0: Words, key_1: Words, number: int) -> None:
+def _draw_lane(w: Array, words: Words, number: int) -> None:
     """Draw the normal numbers of a sample for the active noises."""
     if ACTIVE & NOISES[0]:
-        _draw_white(w, key_0, key_1, number)
+        _draw_white(w, words, number)
     if ACTIVE & NOISES[1]:
-        _draw_wander(w, key_0, key_1, number)
+        _draw_wander(w, words, number)
     if ACTIVE & NOISES[2]:
-        _draw_rate_walk(w, key_0, key_1, number)
+        _draw_rate_walk(w, words, number)
     if ACTIVE & NOISES[3]:
-        _draw_flicker(w, key_0, key_1, number)
+        _draw_flicker(w, words, number)
 
 
 @strict_kernel
@@ -212,11 +226,11 @@ def _keep_lane(x: Array, out: Array, epoch: int, first: int, last: int) -> None:
 
 
 @strict_kernel
-def _prepare_lane(w: Array, parameters: Array, keys: Words, lane_keys: Words, first: int, last: int) -> None:
+def _prepare_lane(w: Array, parameters: Array, keys: Words, words: Words, first: int, last: int) -> None:
     """Set the sensors of a lane to the start; the last run fills the lane up."""
     for j in range(LANES):
         run = min(first + j, last - 1)
-        lane_keys[0, j], lane_keys[1, j] = keys[0, run], keys[1, run]
+        words[0, j], words[1, j] = keys[0, run], keys[1, run]
         for i in range(6):
             for slot in range(PARAMETERS):
                 keep_parameter_k(w, j, i, slot, parameters[run, i, slot])
@@ -239,16 +253,14 @@ def navigate_lanes(
         left: 1 for runs that left the range of the kernel, whose states are not valid, (R,), written.
     """
     w, x, y = np.empty(SENSOR_ROWS * LANES), np.empty(NAVIGATION_ROWS * LANES), np.empty((WINDOW, 6 * LANES))
-    lane_keys, c = np.empty((2, LANES), np.uint64), np.empty(len(sensors.conditions))
+    words, c = np.empty((6, LANES), np.uint64), np.empty(len(sensors.conditions))
     for first in range(first_run, last_run, LANES):
         last = min(first + LANES, last_run)
-        _prepare_lane(w, sensors.parameters, keys, lane_keys, first, last)
+        _prepare_lane(w, sensors.parameters, keys, words, first, last)
         c[:] = sensors.conditions
         reference = channel.height[0] if VERTICAL != FREE else 0.0
         gains = _begin_lane(x, initial, p, reference, channel.time_constant, first, last)
-        _navigate_lane(
-            data, p, channel, sensors.faults, gains, initial, epochs, first, last, out, (w, x, y, c), lane_keys
-        )
+        _navigate_lane(data, p, channel, sensors.faults, gains, initial, epochs, first, last, out, (w, x, y, c), words)
         for j in range(last - first):
             left[first + j] = x[LEFT * LANES + j]
 
@@ -257,7 +269,7 @@ def navigate_lanes(
 def _navigate_lane(
     data: Increments, p: EarthParameters, channel: Channel, faults: FaultTable, gains: tuple[float, float],
     initial: Array, epochs: NDArray[np.int64], first: int, last: int, out: Array, work: tuple[Array, ...],
-    lane_keys: Words,
+    words: Words,
 ) -> None:  # fmt: skip
     """Measure and navigate a lane from its start, sample by sample, until the last epoch."""
     count, number = len(data.dtheta), len(epochs)
@@ -271,7 +283,7 @@ def _navigate_lane(
         if epoch == number:
             break
         advance(ACTIVE, c, data.time[t], data.time[t + 1])
-        _draw_lane(w, lane_keys[0], lane_keys[1], t + 1)
+        _draw_lane(w, words, t + 1)
         u[0], u[1], u[2] = data.dtheta[t, 0], data.dtheta[t, 1], data.dtheta[t, 2]
         u[3], u[4], u[5] = data.dvel[t, 0], data.dvel[t, 1], data.dvel[t, 2]
         _measure_lane(w, u, c, faults)

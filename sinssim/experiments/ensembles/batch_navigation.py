@@ -157,9 +157,10 @@ def navigate_batch(
         errors: errors of each run's sensors, R of them; correlation times, arms, delay, warm-up and null shift are the
             same in all, and there are no faults.
         epochs: numbers of the edges in ideal.time to keep, increasing, (E,).
-        mechanization: of all runs; an algorithm that `served_algorithm` admits, in the frame "level", at one rate.
+        mechanization: of all runs; in the frame "level", at one rate, of an algorithm that `why_algorithm_unsupported`
+            admits.
         height: as for `navigate`, the same in all runs, (N+1,) m.
-        threads: number of threads; each takes `layout.LANES` runs at a time.
+        threads: number of threads; each takes `LANES` runs at a time.
         progress: called with the number of finished runs, from the threads.
 
     Returns:

@@ -281,7 +281,7 @@ def _at_the_stamps(trajectory: Trajectory, ideal: ImuData) -> ImuData:
 
 
 def _by_trapezoids(read: ImuData) -> ImuData:
-    """Return the increments of N + 1 readings at the edges of N samples, (1)."""
+    """Return the increments of N + 1 readings at the edges of N samples, (3)."""
 
     def between(rows: Array) -> Array:
         return np.asarray(0.5 * (rows[1:] + rows[:-1]))

@@ -168,7 +168,7 @@ def path_change(gyro: LaserGyro, temperature_change: ArrayLike, expansion: float
 
 
 def detuning(gyro: LaserGyro, change: ArrayLike, thermal_speed: float) -> Array:
-    """Return the distance (2) of the mode from the centre of the gain line.
+    """Return the distance (6) of the mode from the centre of the gain line.
 
     Args:
         gyro: the ring.
@@ -189,7 +189,7 @@ def detuning(gyro: LaserGyro, change: ArrayLike, thermal_speed: float) -> Array:
 
 
 def null_shift(gyro: LaserGyro, change: ArrayLike, gain: float, flow_speed: float, thermal_speed: float) -> Array:
-    """Return the bias (1) of a laser gyro by gas flow.
+    """Return the bias (5) of a laser gyro by gas flow.
 
     Args:
         gyro: the ring.

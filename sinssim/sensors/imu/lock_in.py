@@ -1,7 +1,8 @@
 """Integrates the lock-in equation of a dithered laser gyro, which gives the error by the coupling of the beams.
 
 The dither moves from turning point to turning point along half a cosine, θ_d = θ_k + ½(θ_{k+1} − θ_k)(1 − cos 2πft), so
-that its angle is known exactly. Without this known phase, equation (1) of `ring` becomes an equation of the error ε,
+that its angle is known exactly. Without this known phase, equation (1) of `laser_gyro` becomes an equation of the error
+ε,
 
     ψ = ψ₀ + K(Ωt + θ_d(t) − θ_d(0)) + ε,    ε̇ = −K Ω_L sin ψ
 

@@ -162,7 +162,7 @@ def rectified(trajectory: Trajectory, ideal: ImuData, errors: ImuErrors) -> ImuD
         turned = np.diff(trajectory.rates(ideal.time)[0], axis=0)
         exact = (
             np.stack([np.cross(turned, arm)[:, i] for i, arm in enumerate(errors.arms)], axis=1) + sums[:, -3:]
-        )  # (2)
+        )  # (3)
         dvel = dvel + exact - (at_the_elements(ideal, errors.arms, 0.0).dvel - ideal.dvel)
     return ImuData(ideal.time, dtheta, dvel)
 
@@ -176,10 +176,10 @@ def _bend(name: str, errors: ImuErrors, u: Array, force: Array, time: Array) -> 
 
 
 def _input(name: str, errors: ImuErrors, mean_of_bent: Array, mean: Array, force: Array, time: Array) -> Array:
-    """Return the additional input r of (1) in the block's axes, (N, 3)."""
+    """Return the additional input r of (2) in the block's axes, (N, 3)."""
     triad: TriadErrors = getattr(errors, name)
     untilt = np.linalg.inv(np.eye(3) + triad.misalignment).T  # convert x back to u
     extra = np.zeros_like(mean)
     for _ in range(3):  # each iteration reduces the error by n′, about 1e-4
-        extra = (mean_of_bent - _bend(name, errors, mean + extra, force, time)) @ untilt  # (1)
+        extra = (mean_of_bent - _bend(name, errors, mean + extra, force, time)) @ untilt  # (2)
     return np.asarray(extra)

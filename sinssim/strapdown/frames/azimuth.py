@@ -338,14 +338,14 @@ def check(problem: Problem, frame: str) -> None:
 def slow_first_k(
     of: Models, rule: int, axis: Array, rows: Rows, of_x: Array, loop: Loop
 ) -> tuple[AzimuthState, Quaternion, float, float]:
-    """See `three_rate_schedule.first_k`."""
+    """`first_k` of `three_rate_schedule`."""
     x, of_x[0], ch, sh = start_azimuth_k(of, rule, axis, of_x[0], rows, loop)
     return x, (ch, 0.0, 0.0, -sh), x.x.down, x.x.k2
 
 
 @inline
 def slow_k(fixed: Fixed, x: AzimuthState) -> Slow:
-    """See `three_rate_schedule.slow_k`."""
+    """`slow_k` of `three_rate_schedule`."""
     k, omega = x.x.k, fixed.of.earth.omega
     t = transport_k(fixed.rule, omega, x.x, x.v)
     return Slow(along(t, omega, k), along(t, 2.0 * omega, k), (x.x.north * k[0], x.x.north * k[1], x.x.down))
@@ -356,7 +356,7 @@ def slow_moved_k(
     fixed: Fixed, time: float, dt: float, at: float, reference: tuple[float, float], x: AzimuthState,
     before: AzimuthState, v: Vector, s: Vector,
 ) -> AzimuthState:  # fmt: skip
-    """See `three_rate_schedule.moved_k`."""
+    """`moved_k` of `three_rate_schedule`."""
     a, b = x.x, before.x
     k2, kappa = a.k2 + at * (a.k2 - b.k2), a.kappa + at * (a.kappa - b.kappa)
     middle = Place(ahead_k(a.k, b.k, at), ahead_k(a.pole, b.pole, at), a.h, k2, kappa, a.north, a.down)
@@ -370,7 +370,7 @@ def slow_moved_k(
 
 @inline
 def slow_north_k(x: AzimuthState) -> tuple[float, float, float, Vector, float, Quaternion]:
-    """See `three_rate_schedule.north_k`."""
+    """`north_k` of `three_rate_schedule`."""
     latitude, longitude, v, azimuth, ch, sh = north_k(x)
     return latitude, longitude, x.x.h, v, azimuth, (ch, 0.0, 0.0, sh)
 

@@ -228,13 +228,13 @@ def check(problem: Problem, frame: str) -> None:
 def slow_first_k(
     of: Models, rule: int, axis: Array, rows: Rows, of_x: Array, loop: Loop
 ) -> tuple[InertialState, Quaternion, float, float]:
-    """See `three_rate_schedule.first_k`."""
+    """`first_k` of `three_rate_schedule`."""
     return start_inertial_k(of, rows, loop)
 
 
 @inline
 def slow_k(fixed: Fixed, x: InertialState) -> Slow:
-    """See `three_rate_schedule.slow_k`.
+    """`slow_k` of `three_rate_schedule`.
 
     Gravitation turns in inertial axes with the vehicle and the Earth, by 1e-4 rad/s: held over a slow interval it lags
     by half of it, which acts as an accelerometer bias of 5 µg at 10 Hz. Extrapolated it does not.
@@ -247,7 +247,7 @@ def slow_moved_k(
     fixed: Fixed, time: float, dt: float, at: float, reference: tuple[float, float], x: InertialState,
     before: InertialState, v: Vector, s: Vector,
 ) -> InertialState:  # fmt: skip
-    """See `three_rate_schedule.moved_k`."""
+    """`moved_k` of `three_rate_schedule`."""
     angle, r = fixed.of.earth.omega * (time - fixed.start), add(x.r, s)
     turn = cos(angle), sin(angle)
     g = gravitation_k(fixed.of, turn, r)
@@ -256,7 +256,7 @@ def slow_moved_k(
 
 @inline
 def slow_north_k(x: InertialState) -> tuple[float, float, float, Vector, float, Quaternion]:
-    """See `three_rate_schedule.north_k`."""
+    """`north_k` of `three_rate_schedule`."""
     latitude, longitude, q_ni = coordinates_k(x.north)
     return latitude, longitude, x.north.h, x.north.v, 0.0, q_ni
 

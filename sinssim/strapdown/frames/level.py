@@ -14,7 +14,7 @@ Frame rate:            ω_in = ω_ie + ω_en,  ω_ie = (ω cos φ, 0, −ω sin 
 The engine is a template over the attitude algorithm: `start_k`, `dcm_k`, `step_k` and `quaternion_k`, imported here
 from the quaternion, and `fill_turns` are bound to each algorithm's own by `sinssim.jit.bind`. The increments may begin
 before the first navigated interval, whose number is `first`, and continue beyond the last, because the fit uses
-neighbours.
+neighbours. `solve_three_rates` is the schedule of (8.20)-(8.28) with the slow part of this frame.
 """
 
 from __future__ import annotations
@@ -300,7 +300,7 @@ def slow_place_k(of: Models, latitude: float, longitude: float, h: float, v: Vec
 def slow_first_k(
     of: Models, rule: int, axis: Array, rows: Rows, of_x: Array, loop: Loop
 ) -> tuple[SlowPlace, Quaternion, float, float]:
-    """See `three_rate_schedule.first_k`."""
+    """`first_k` of `three_rate_schedule`."""
     v = rows.velocity[0, 0], rows.velocity[0, 1], rows.velocity[0, 2]
     x = slow_place_k(of, rows.latitude[0], rows.longitude[0], rows.height[0], v, loop)
     return x, (1.0, 0.0, 0.0, 0.0), x.down, x.k2
@@ -308,7 +308,7 @@ def slow_first_k(
 
 @inline
 def slow_k(fixed: Fixed, x: SlowPlace) -> Slow:
-    """See `three_rate_schedule.slow_k`."""
+    """`slow_k` of `three_rate_schedule`."""
     s, c = sin(x.latitude), cos(x.latitude)
     north, down = fixed.of.earth.omega * c, -fixed.of.earth.omega * s
     tn, te, td = x.v[1] * x.k2, -x.v[0] * x.k1, -x.v[1] * x.k2 * s / c
@@ -320,7 +320,7 @@ def slow_moved_k(
     fixed: Fixed, time: float, dt: float, at: float, reference: tuple[float, float], x: SlowPlace, before: SlowPlace,
     v: Vector, s: Vector,
 ) -> SlowPlace:  # fmt: skip
-    """See `three_rate_schedule.moved_k`."""
+    """`moved_k` of `three_rate_schedule`."""
     north = s[0] * (x.k1 + at * (x.k1 - before.k1))
     # with the latitude in the middle of the slow interval
     longitude = x.longitude + s[1] * (x.k2 + at * (x.k2 - before.k2)) / cos(x.latitude + 0.5 * north)
@@ -334,7 +334,7 @@ def slow_moved_k(
 
 @inline
 def slow_north_k(x: SlowPlace) -> tuple[float, float, float, Vector, float, Quaternion]:
-    """See `three_rate_schedule.north_k`."""
+    """`north_k` of `three_rate_schedule`."""
     return x.latitude, x.longitude, x.h, x.v, 0.0, (1.0, 0.0, 0.0, 0.0)
 
 

@@ -68,7 +68,7 @@ class Problem(NamedTuple):
         mechanization: the options of the navigator.
         time: times of the rows of the solution, (N+1,) s.
         dtheta, dvel: increments of angle, rad, and velocity, m/s, (M, 3); M is N times the samples of one update.
-        weights: weights of the fit of rate and specific force, see `increments.fit.weight_table`.
+        weights: weights of the fit of rate and specific force, see `coning_sculling.weight_table`.
         uniform: whether all intervals are equal.
         earth: parameters of the ellipsoid.
         gravity: number of the gravity model.
@@ -115,7 +115,7 @@ class Problem(NamedTuple):
 
     @property
     def form(self) -> str:
-        """The form of the engine with these radii, one of `radii.FORMS`; "" for exact ones and those of (8.16)."""
+        """The form of the engine with these radii, one of `FORMS`; "" for exact ones and those of (8.16)."""
         curvature = self.mechanization.curvature
         return "" if curvature in ("exact", "simplified") else curvature
 
