@@ -46,7 +46,7 @@ def exhibits_of(comparison: StudyResult) -> Exhibits:
     count, failed = len(comparison.rows), sum(row.status == "failed" for row in comparison.rows)
     panels, growth = charts.growth_over_time(comparison, paint)
     items: list[Item] = [
-        Sentence(study.description, "lead", on=_WRITTEN),
+        Sentence(" ".join(study.description.split()), "lead", on=_WRITTEN),
         Sentence(f"{count} navigation{'s' * (count != 1)} in {comparison.seconds:.0f} s, seed {study.seed}.", "note",
                  on=_WRITTEN),
         *([Sentence(f"The study {stopped}; the report shows the finished cases.", "strong", on=_WRITTEN)]
@@ -113,7 +113,7 @@ def _part(comparison: StudyResult, part: Part, number: int, paint: charts.Paint)
     if (rows and not part.decides) or warning:
         yield Sentence(f"{part.title}:", on=_CONSOLE)
     if part.text:
-        yield Sentence(part.text, on=_WRITTEN)
+        yield Sentence(" ".join(part.text.split()), on=_WRITTEN)
     if part.schedules_hz:
         yield Diagram("three_rates", f"rates{number}")
     if not rows:

@@ -356,7 +356,7 @@ def exhibits_of(result: TradeResult) -> Exhibits:
     shown, drawn = shown_cells(result), [*pictures(result)]
     sentences = [*map(Sentence, judged)]
     items: list[Item] = [
-        *([Sentence(study.description, "lead", on=_PAGE)] if study.description else []),
+        *([Sentence(" ".join(study.description.split()), "lead", on=_PAGE)] if study.description else []),
         Sentence(headline(result), "note", on=_PAGE),
         *(Sentence(note, "strong", on=_PAGE) for note in result.notes),
         *([Section("Requirements", sentences, on=_PAGE)] if judged else []),
