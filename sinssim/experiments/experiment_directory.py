@@ -13,7 +13,7 @@ from abc import ABC, abstractmethod
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager, suppress
 from pathlib import Path
-from typing import Any, ClassVar, NamedTuple
+from typing import Any, ClassVar, NamedTuple, Self
 
 from sinssim.errors import InputError, shortened
 from sinssim.recording.run_directory import versions
@@ -35,25 +35,20 @@ _NUMERIC = ("sinssim", "jsbsim", "numpy", "scipy", "numba", "filterpy")
 
 
 class Kind(NamedTuple):
-    """What a directory holds.
-
-    Attributes:
-        manifest: name of the file that says so.
-        files: further files beside it from the beginning.
-        folder: name of the folder of the parts.
-        kind: value of the key `kind` in the manifest.
-        article: "a" or "an".
-        name: the contents in words, such as "trade study".
-        parts: the parts in words, such as "finished cells".
-    """
+    """What a directory holds."""
 
     manifest: str
     files: tuple[str, ...]
+    """Names of further files beside the manifest from the beginning."""
     folder: str
+    """Name of the folder of the parts."""
     kind: str
+    """Value of the key `kind` in the manifest."""
     article: str
     name: str
+    """The contents in words, such as "trade study", after the article."""
     parts: str = "parts"
+    """The parts in words, such as "finished cells"."""
 
     @property
     def noun(self) -> str:
@@ -206,6 +201,12 @@ class Store(ABC):
             stop.add_note(f"Their report is {self.path / 'report.html'}.")
         except Exception as error:  # for example on a full disk: the finished parts are safe
             stop.add_note(f"Their report could not be written: {error}")
+
+    def __enter__(self) -> Self:
+        return self
+
+    def __exit__(self, *_: object) -> None:
+        self.close()
 
     def close(self) -> None:
         """Unlock the directory."""

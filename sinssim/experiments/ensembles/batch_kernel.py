@@ -90,11 +90,7 @@ def _moments_k(
 ) -> tuple[float, float, float]:
     """Increment, a₂ and a₃ of a run and channel, number j of its sample y, and those of its window y0 … y4."""
     x0, x1, x2, x3, x4 = y0[j], y1[j], y2[j], y3[j], y4[j]
-    return (
-        y[j],
-        fitted_k(a, x0, x1, x2, x3, x4),
-        fitted_k(b, x0, x1, x2, x3, x4),
-    )
+    return (y[j], fitted_k(a, x0, x1, x2, x3, x4), fitted_k(b, x0, x1, x2, x3, x4))
 
 
 @strict_kernel

@@ -77,6 +77,19 @@ class KeptErrors:
         """Whether each run failed, (R,)."""
         return np.array([bool(text) for text in self.failure], dtype=np.bool_)
 
+    @property
+    def epochs(self) -> int:
+        """Number of epochs."""
+        raise NotImplementedError
+
+    def spans(self) -> list[slice]:
+        """Return parts of the epochs whose columns are small, each with all runs."""
+        return spans_of(len(self), self.epochs)
+
+    def groups(self) -> list[slice]:
+        """Return parts of the runs whose columns are small, each with all epochs."""
+        return groups_of(len(self), self.epochs)
+
     def put_runs(self, part: KeptErrors, first: int) -> None:
         """Put what does not depend on the epoch, of runs from the row `first` on."""
         rows = slice(first, first + len(part))
@@ -135,13 +148,9 @@ class RunErrors(KeptErrors):
         for name in self.names:
             self.column(name, runs=slice(first, first + len(part)))[:] = part.column(name)
 
-    def spans(self) -> list[slice]:
-        """Return parts of the epochs whose columns are small, all runs of them together."""
-        return spans_of(len(self), self.position_ned.shape[1])
-
-    def groups(self) -> list[slice]:
-        """Return parts of the runs whose columns are small, all epochs of them together."""
-        return groups_of(len(self), self.position_ned.shape[1])
+    @property
+    def epochs(self) -> int:
+        return int(self.position_ned.shape[1])
 
 
 def column_names(blocks: Sequence[str], sensors: Sequence[str], sigma: bool) -> tuple[str, ...]:
@@ -258,13 +267,9 @@ class StoredErrors(KeptErrors):
         weakref.finalize(self, file.close)
         self._file = file
 
-    def spans(self) -> list[slice]:
-        """Return parts of the epochs whose columns are small, all runs of them together."""
-        return self._spans
-
-    def groups(self) -> list[slice]:
-        """Return parts of the runs whose columns are small, all epochs of them together."""
-        return groups_of(len(self), self._epochs)
+    @property
+    def epochs(self) -> int:
+        return self._epochs
 
     def put(self, part: RunErrors, first: int) -> None:
         """Put the errors of runs from the row `first` on, with the same epochs, keys, blocks and sensors."""

@@ -201,18 +201,11 @@ def ensemble(
         check_memory(plan, count)
         looks = Looks(wanted, count, until_decided)
         if directory is None:
-            with Draft() as place:
-                folder = EnsembleDirectory(place.path / "ensemble", plan)
-                try:
-                    return replace(_judged(folder, looks, how, report, tell), directory=None)
-                finally:
-                    folder.close()
-        folder = EnsembleDirectory(Path(directory), plan, resume=resume, overwrite=overwrite)
-        try:
+            with Draft() as place, EnsembleDirectory(place.path / "ensemble", plan) as folder:
+                return replace(_judged(folder, looks, how, report, tell), directory=None)
+        with EnsembleDirectory(Path(directory), plan, resume=resume, overwrite=overwrite) as folder:
             check_kept(plan, wanted, how.times)
             return _written(folder, looks, how, report, tell)
-        finally:
-            folder.close()
 
 
 def stored_runs(
@@ -234,25 +227,18 @@ def stored_runs(
     count = _whole("runs", (scenario.ensemble or EnsembleSection()).runs if runs is None else runs, MOST_RUNS)
     plan = with_runs(make_plan(scenario, truths, times=times), count)
     check_memory(plan, count)
-    folder = EnsembleDirectory(directory, plan, resume=True)
-    try:
-        how = _How(truths, SparePool(0), threads, None, None)
-        return _continued(folder, count, how, progress, say)
-    finally:
-        folder.close()
+    with EnsembleDirectory(directory, plan, resume=True) as folder:
+        return _continued(folder, count, _How(truths, SparePool(0), threads, None, None), progress, say)
 
 
 def write_result(result: EnsembleResult, directory: Path, *, overwrite: bool) -> Path:
     """Write the directory of an ensemble that was kept in memory; it can be extended as any other."""
     plan = result.plan
-    folder = EnsembleDirectory(directory, plan, overwrite=overwrite)
-    try:
+    with EnsembleDirectory(directory, plan, overwrite=overwrite) as folder:
         for runs in missing([], len(result), plan.chunk):
             write_chunk(result.errors, plan, folder.folder, slice(runs.start, runs.stop))
         _write(folder, result, "finished")
         return folder.path
-    finally:
-        folder.close()
 
 
 @dataclass(frozen=True)
