@@ -229,7 +229,7 @@ def publish(source: Draft, place: Path, staying: Iterable[str] = ()) -> list[str
 
     Args:
         source: the new files, on the same file system.
-        kept: names of files of sinssim in it that stay and are marked with the new ones.
+        staying: names of files of sinssim in it that stay and are marked with the new ones.
 
     Returns:
         The names of the new files, with slashes.

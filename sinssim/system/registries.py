@@ -223,7 +223,7 @@ def sentence_of(item: Item, content: Outline | None = None) -> str:
     """Return the description of own content for lists: the first line of its file's docstring.
 
     Args:
-        found: its outline, if known.
+        content: its outline, if known.
 
     Returns:
         The sentence; of a file that is not Python, the reason why it cannot be used.

@@ -107,7 +107,7 @@ def test_the_mark_of_a_directory_lists_its_files(tmp_path: Path) -> None:
     (place / "mine.txt").write_text("mine")
     with Draft(tmp_path, "new") as source:
         write_text(source.path / "d.txt", "d")
-        assert publish(source, place, kept=["b.txt"]) == ["d.txt"]
+        assert publish(source, place, staying=["b.txt"]) == ["d.txt"]
     assert written(place) == ["b.txt", "d.txt"]
     assert sorted(p.relative_to(place).as_posix() for p in place.rglob("*")) == [MARK, "b.txt", "d.txt", "mine.txt"]
     with Draft(tmp_path, "new") as source:

@@ -321,7 +321,7 @@ def turning(headings: Sequence[Heading]) -> Charts:
     """Return the heading in each form over time, and its error, a column for each motion.
 
     Args:
-        found: headings of one part, each motion at one rate.
+        headings: of one part, each motion at one rate.
     """
     rows: tuple[list[Chart], list[Chart]] = ([], [])
     for column, motion in enumerate(dict.fromkeys(heading.motion for heading in headings)):

@@ -368,5 +368,12 @@ class Study(Section):
         return self
 
     def block(self, name: str) -> Imu:
-        """Return the [imu] section of a sensor block: one of the study's own blocks, or a grade."""
+        """Return the sensor block of a name: one of the study's blocks, or that of a grade.
+
+        Args:
+            name: key of `blocks`, or a grade.
+
+        Returns:
+            The block with its keys.
+        """
         return self.blocks.get(name) or Imu(grade=name)

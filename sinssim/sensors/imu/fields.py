@@ -1,7 +1,7 @@
 """The fields that follow from the table of terms: the errors of a triad, and the keys of error terms.
 
-This file is written by `python -m sinssim.sensors.imu.write_fields`; edit `sinssim/sensors/imu/error_term_table.py`
-instead.
+This file is written by `python -m sinssim.sensors.imu.write_fields`; edit
+`sinssim/sensors/imu/error_term_table.py` instead.
 """
 
 from __future__ import annotations
@@ -14,10 +14,10 @@ from pydantic import Field
 
 from sinssim.arguments import numbers
 from sinssim.data import Array
+from sinssim.toml_section import NotNegative, Positive
 from sinssim.sensors.imu.datasheet import ErrorTable
 from sinssim.sensors.imu.error_term import ErrorTerm
 from sinssim.sensors.imu.error_term_table import FIELDS, SLOTS
-from sinssim.toml_section import NotNegative, Positive
 
 
 @dataclass(frozen=True, kw_only=True)
