@@ -283,6 +283,9 @@ class _KernelCache(FunctionCache):  # type: ignore[misc]
         try:
             super().save_overload(*arguments)
             make_room()
+        except ModuleNotFoundError:  # such a version has stored it again meanwhile
+            with contextlib.suppress(OSError):
+                self.flush()
         except OSError:
             warn_once()
 

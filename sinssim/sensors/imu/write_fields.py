@@ -31,10 +31,10 @@ from pydantic import Field
 
 from sinssim.arguments import numbers
 from sinssim.data import Array
-from sinssim.toml_section import NotNegative, Positive
 from sinssim.sensors.imu.datasheet import ErrorTable
 from sinssim.sensors.imu.error_term import ErrorTerm
 from sinssim.sensors.imu.error_term_table import FIELDS, SLOTS
+from sinssim.toml_section import NotNegative, Positive
 
 
 @dataclass(frozen=True, kw_only=True)
