@@ -154,8 +154,8 @@ class Exhibits:
 
     title: str  # of the page
     items: Sequence[Item]  # what it contains, in this order
-    heading: str = ""  # above the page; the title if empty
     plain: str = ""  # the title on the console; that of the page if empty
+    heading: str = ""  # above the page; the title if empty
     name: str = ""  # of the recording, for which the viewer keeps a layout
     kind: str = ""  # of the recording, which chooses its views
     root: str = ""  # entity above all charts of the recording
