@@ -313,18 +313,9 @@ def navigate_platform(
 
     of = replace(chosen(mechanization, options), algorithm=PLATFORM)  # which has no fast part: rates are refused
     frame = of.frame
-    count = len(forces.push)
-    time = np.ascontiguousarray(time, dtype=np.float64)
-    if count < 1 or time.shape != (count + 1,) or len(forces.q_ib) != count + 1:
-        raise InputError(
-            f"a platform needs N+1 times and attitudes, and (N, 3) forces, N ≥ 1; got {time.shape}, "
-            f"{forces.q_ib.shape} and {forces.push.shape}."
-        )
-    row = first_not_finite(forces.push)
-    if row is not None:
-        raise InputError(f"the specific force in the interval from t = {time[row]:.6f} s is not a finite number.")
+    time, count = _checked(time, forces), len(forces.push)
     reference, climb = height_reference(of.vertical, height, time)
-    own, torqued, rule = of_platform or PlatformErrors(), frame != "inertial", _RULES[frame]
+    imperfect, torqued, rule = of_platform or PlatformErrors(), frame != "inertial", _RULES[frame]
     at_null = without_errors_of_turns(errors or ImuErrors())
     at_null = replace(at_null, gyro=replace(at_null.gyro, quantum=0.0, limit=0.0))
     packed = pack([at_null], float(time[0]))
@@ -353,15 +344,11 @@ def navigate_platform(
         Channel(NUMBERS[of.vertical], reference, climb, of.baro_time_constant),
         Rows(latitude, longitude, altitude, velocity, q_nb, no_defect), rule, pole, of_x,
         packed, key_0, key_1,
-        Platform(forces.push, torqued, own.torquer_scale, q_ip, q_wp, commanded, readings, drift, flags),
+        Platform(forces.push, torqued, imperfect.torquer_scale, q_ip, q_wp, commanded, readings, drift, flags),
     )  # fmt: skip
     _check(frame, pole, time, latitude, longitude, altitude, velocity, q_ip)
 
-    q_pb = rotation.multiply(rotation.conjugate(q_ip), forces.q_ib)
-    gimbals = np.stack(rotation.euler_from_quaternion(q_pb), axis=1)
-    if own.pickoff.any() or own.pickoff_noise:
-        gimbals = gimbals + own.pickoff + own.pickoff_noise * _noise(seed, rows)
-        q_pb = rotation.quaternion_from_euler(*gimbals.T)
+    gimbals, q_pb = _read_gimbals(rotation.multiply(rotation.conjugate(q_ip), forces.q_ib), imperfect, seed)
     q_wb = q_pb if torqued else rotation.multiply(q_wp, q_pb)
     q_nb = rotation.normalize(rotation.multiply(_about_down(of_x), q_wb))
     sign = np.where(np.einsum("ij,ij->i", q_nb[1:], q_nb[:-1]) < 0.0, -1.0, 1.0)
@@ -373,6 +360,30 @@ def navigate_platform(
         azimuth=of_x if with_azimuth else None, q_ip=q_ip, gimbals=gimbals, commanded=commanded, drift=drift,
         readings=readings, flags=flags if flagged else None,
     )  # fmt: skip
+
+
+def _checked(time: Array, forces: Forces) -> Array:
+    """Return the edges of the intervals, s, as doubles, if the forces fit them."""
+    count = len(forces.push)
+    time = np.ascontiguousarray(time, dtype=np.float64)
+    if count < 1 or time.shape != (count + 1,) or len(forces.q_ib) != count + 1:
+        raise InputError(
+            f"a platform needs N+1 times and attitudes, and (N, 3) forces, N ≥ 1; got {time.shape}, "
+            f"{forces.q_ib.shape} and {forces.push.shape}."
+        )
+    row = first_not_finite(forces.push)
+    if row is not None:
+        raise InputError(f"the specific force in the interval from t = {time[row]:.6f} s is not a finite number.")
+    return time
+
+
+def _read_gimbals(q_pb: Array, of_platform: PlatformErrors, seed: int) -> tuple[Array, Array]:
+    """Return the angles that the pick-offs read, (N, 3) rad, and the attitude on the platform that they give."""
+    gimbals = np.stack(rotation.euler_from_quaternion(q_pb), axis=1)
+    if not (of_platform.pickoff.any() or of_platform.pickoff_noise):
+        return gimbals, q_pb
+    gimbals = gimbals + of_platform.pickoff + of_platform.pickoff_noise * _noise(seed, len(gimbals))
+    return gimbals, rotation.quaternion_from_euler(*gimbals.T)
 
 
 def _flagged(active: int) -> bool:
