@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import io
-from types import SimpleNamespace
+import os
 
 import numba
 import pytest
@@ -54,7 +54,8 @@ def test_the_bar_of_a_stage_tells_its_present_work(said, monkeypatch):
 
 def test_the_width_of_tables(monkeypatch: pytest.MonkeyPatch) -> None:
     """A table is as wide as the terminal, but never narrower than it needs."""
-    monkeypatch.setattr("shutil.get_terminal_size", lambda: SimpleNamespace(columns=133))
+    size = os.terminal_size((133, 24))
+    monkeypatch.setattr("shutil.get_terminal_size", lambda *_, **__: size)
     assert [console(least).width for least in (120, 133, 150)] == [133, 133, 150]
 
 

@@ -46,8 +46,9 @@ def test_the_sources_of_a_phase_are_those_of_its_solution(monkeypatch: pytest.Mo
     """The budget without the filter belongs to the algorithm, that with it to the aided solution."""
     budgets = {"inertial": "none of the algorithm", "filter": "none of the filter"}
     monkeypatch.setattr(phases, "budgets_of_phases", lambda run, phases: budgets)
-    monkeypatch.setattr(execute, "draw_sections", lambda run, kinds: None)
-    monkeypatch.setattr(execute, "run_report", lambda run, summary, drawn: "page")
+    monkeypatch.setattr(execute, "first_sections", lambda run, kinds: None)
+    monkeypatch.setattr(execute, "run_exhibits", lambda run, summary, drawn: "exhibits")
+    monkeypatch.setattr(execute, "page_of", lambda exhibits: "page")
     legs = [{"type": "stop", "duration_s": 12.0}, {"type": "straight", "distance_m": 60.0, "speed_mps": 8.0}]
     drive = {"latitude_deg": 47.0, "longitude_deg": 8.0, "road": "smooth", "legs": legs}
     scenario = Scenario.model_validate(

@@ -227,7 +227,8 @@ def _cases(rows: Sequence[Row], on: Any) -> Table:
          *(getattr(row, key) * size if row.status == "done" else "failed" for key, _, size in _METRICS))
         for row in rows
     ]  # fmt: skip
-    return Table(tuple(columns), lines, "Largest and final errors", on=on)
+    motion = "" if "motion" in names else f", {rows[0].motion}"
+    return Table(tuple(columns), lines, f"Largest and final errors{motion}", on=on)
 
 
 def _coordinates(comparison: StudyResult, part: Part, rows: Sequence[Row]) -> Iterator[Item]:

@@ -42,8 +42,8 @@ ROWS = [
 
 
 def decided(monkeypatch: pytest.MonkeyPatch, rows: list[Row]) -> Outcome:
-    monkeypatch.setattr(attitude_claims, "leading_term", law)
-    monkeypatch.setattr(attitude_claims, "drift", theory)
+    monkeypatch.setattr(attitude_claims, "leading_drift_under_coning", law)
+    monkeypatch.setattr(attitude_claims, "drift_under_coning", theory)
     facts = {name: MotionFacts(LASTING, 0.0, 0.0, 0.0, 1.0, 0.0, 0.0, cone=cone) for name, cone in CONES.items()}
     return attitude_claims.coning_drift(Evidence(rows, facts))
 
