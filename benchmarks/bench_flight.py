@@ -10,7 +10,7 @@ from sinssim.truth.flight import jsbsim_simulation
 from sinssim.truth.flight.aircraft import load_aircraft
 from sinssim.truth.flight.flight_log import flight_log
 from sinssim.truth.flight.flight_plan import FlightPlan
-from sinssim.truth.flight.jsbsim_aircraft import bring_to_start
+from sinssim.truth.flight.flight_start import bring_to_start
 from sinssim.units import FOOT
 
 

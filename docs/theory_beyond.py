@@ -152,7 +152,7 @@ BEYOND = (
     Row(
         "",
         "Covariance of the errors by source, and the largest value of a source that meets a requirement",
-        ("analyses.error_budget.propagation.Propagation", "analyses.error_budget.allowances.answers"),
+        ("analyses.error_budget.share_propagation.Propagation", "analyses.error_budget.allowances.answers"),
         (
             "analyses/error_budget/test_closed_forms.py::test_one_source_at_rest",
             "analyses/error_budget/test_limits.py::test_the_largest_values_just_meet_the_requirement",

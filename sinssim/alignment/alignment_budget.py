@@ -208,9 +208,6 @@ def reading_variances(
         duration: length of the session, s, broadcasting with the readings' leading shape.
         method: see `Method`.
         start: time from when the sensors were switched on to the session's first sample, s.
-
-    Raises:
-        InputError: sigma is not that of a sensor block, the duration is not positive, or the method is unknown.
     """
     check_sigmas(sigma)
     check_name("method", method, get_args(Method))
@@ -245,9 +242,6 @@ def cone_coefficients(c: Coefficients, latitude: ArrayLike, gravity: ArrayLike |
     """Return the coefficients of the fit on a disturbed base, with cosφ = (horizontal rate)/U from the cone's opening.
 
     The latitude is in rad, g in m/s² or None for normal gravity; `known` says whether the fit is given the latitude.
-
-    Raises:
-        InputError: the opening of the cone hardly depends on the latitude.
     """
     if known:
         return c._replace(p=np.zeros_like(c.p), r=np.zeros_like(c.r))

@@ -104,10 +104,6 @@ def align_in_motion(
         velocity: "gnss-velocity"; those of a receiver that delays or averages them are valid before its positions.
         sigma: standard deviations of the sensor block's errors.
         gravity: one of `sinssim.GRAVITY_MODELS`.
-
-    Raises:
-        InputError: the fixes do not belong together or are too few.
-        RunError: the vehicle hardly accelerated, so that an angle remains unknown.
     """
     checked_increments(imu)
     shape = ellipsoid_by_name(ellipsoid)
@@ -304,10 +300,6 @@ def align_by_course(
 
     Returns:
         State and covariance at the beginning of the data if the vehicle stands there, else at the first clear course.
-
-    Raises:
-        InputError: there are no fixes, or an argument cannot be used.
-        RunError: the vehicle does not move fast enough for a course.
     """
     checked_increments(imu)
     angles_sigma = number("angles_sigma", angles_sigma, "rad", low=0.0)

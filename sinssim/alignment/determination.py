@@ -256,12 +256,7 @@ def mean_readings(imu: ImuData) -> tuple[Array, Array]:
 
 
 def check_session(imu: ImuData) -> ImuData:
-    """Return increments that are usable as a session.
-
-    Raises:
-        InputError: the arrays do not fit together, there are too few samples, a sample is not finite, or the times do
-            not increase.
-    """
+    """Return increments that are usable as a session."""
     imu = checked_imu(imu)
     if len(imu) < FEWEST_SAMPLES:
         raise InputError(f"the session has {len(imu)} samples; the test for motion needs at least {FEWEST_SAMPLES}.")

@@ -204,11 +204,7 @@ def _check_usable(determination: Determination, need_latitude: bool) -> None:
 
 
 def alignment_samples(time: Array, duration: float, key: str, user: str = "navigation") -> int:
-    """Return the number of samples that an alignment takes at the start of a run with edges, (N+1,) s.
-
-    Raises:
-        InputError: the run ends before the alignment, of the duration that the key gives, s, does.
-    """
+    """Return the number of samples that an alignment takes at the start of a run with edges, (N+1,) s."""
     count = int(np.searchsorted(time, time[0] + duration - 1e-9))
     if count >= len(time) - 1:
         raise InputError(
@@ -226,10 +222,6 @@ def aligned_state(
     attitudes refer, by up to 0.17″ per km of height; the state is corrected for that. "quiet" is eq. (1), which needs a
     vehicle at rest. "disturbed" is the fit of gravity's cone, which allows a sway about the place; its velocity is what
     the fit leaves of the measured one.
-
-    Raises:
-        InputError: the vehicle moved, or the readings do not determine the attitude.
-        RunError: the fit of the cone does not converge.
     """
     if method == "quiet":
         state, determination, _ = aligned_at_rest(session, place, expected.sigma, gravity, ellipsoid)
@@ -250,11 +242,7 @@ def aligned_at_rest(
     ellipsoid: Ellipsoid,
     grade_sigma: ImuErrors | None = None,
 ) -> tuple[NavState, Determination, Stillness]:
-    """Align a vehicle at rest by eq. (1); the motion of its base is judged by the noise of `grade_sigma`, or `sigma`.
-
-    Raises:
-        InputError: the vehicle moved, or the readings do not determine the attitude.
-    """
+    """Align a vehicle at rest by eq. (1); the noise of `grade_sigma`, or `sigma`, judges the motion of its base."""
     determination = determine(*mean_readings(session), Expected(ImuErrors(), sigma).instrument_sigmas)
     noise = sigma if grade_sigma is None else grade_sigma
     still = stillness(session, Expected(ImuErrors(warm_up=noise.warm_up), noise))

@@ -89,11 +89,7 @@ def body_axes(attitude: Attitude) -> BodyAxes:
 
 
 def checked_angles(attitude: Attitude, latitude: ArrayLike) -> tuple[Attitude, Array]:
-    """Return attitude and latitude as arrays that broadcast together.
-
-    Raises:
-        InputError: an angle is not finite, or a pitch or latitude exceeds ±90 deg.
-    """
+    """Return attitude and latitude as arrays that broadcast together."""
     given: object = attitude
     sized = isinstance(given, tuple | list) or (isinstance(given, np.ndarray) and given.ndim > 0)
     if not sized or len(attitude) != 3:

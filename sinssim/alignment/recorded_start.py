@@ -91,9 +91,6 @@ def recorded_start(
     """Return the state that navigation starts from; what the table [log.start] gives counts more than the data.
 
     `mounting_deg` are roll, pitch and yaw of the block's axes in the vehicle's.
-
-    Raises:
-        InputError: the data do not give position or heading, and the table does not either.
     """
     of_reference = _of_reference(log, start)
     if of_reference is not None:

@@ -128,9 +128,6 @@ def align_session(
     Method "quiet" is eq. (1), the others the cone of gravity, for a moving base, with a `latitude` in rad if it is
     known. `truth` are the angles of a simulated session, rad; `warmed` is the time since the sensors were switched on,
     s.
-
-    Raises:
-        InputError: the increments are unusable, or the vehicle moved and the method does not allow it.
     """
     expected = None if sensors is None else expected_errors(sensors)
     if method == "quiet":

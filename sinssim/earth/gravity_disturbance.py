@@ -227,6 +227,7 @@ class DisturbingField:
 
     def at(self, latitude: ArrayLike, longitude: ArrayLike, height: ArrayLike) -> Disturbance:
         """Return deflections, disturbance and anomaly at points: the disturbance at those points, broadcast against
+
         each other.
 
         Args:
@@ -244,6 +245,7 @@ class DisturbingField:
 
     def undulation(self, latitude: ArrayLike, longitude: ArrayLike) -> Array:
         """Return the height of the geoid over the ellipsoid by Bruns' formula: N = (T − (W₀ − U₀))/γ on the ellipsoid,
+
         (...) m (Heiskanen and Moritz 2-178).
 
         On land the model's potential is continued to the ellipsoid through the topography, which matters by decimetres

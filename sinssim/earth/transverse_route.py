@@ -88,6 +88,7 @@ def nearest_allowed(speed: ArrayLike, step: ArrayLike) -> Array:
 
 def distance_from_pole(pole: Array, latitude: ArrayLike, longitude: ArrayLike) -> Array:
     """Return the distance from a route's pole or from the point opposite it, whichever is nearer: distance over the
+
     mean sphere, (...) m.
 
     Args:
@@ -100,6 +101,7 @@ def distance_from_pole(pole: Array, latitude: ArrayLike, longitude: ArrayLike) -
 
 def too_near(pole: Array, time: Array, latitude: Array, longitude: Array, velocity: Array) -> tuple[int, str] | None:
     """Find where a motion comes too near to the pole of its route: the first row that is too near, and a message; None
+
     if there is no such row.
 
     Args:

@@ -38,9 +38,6 @@ def at_rest(
 
     The covariance includes the correlation of the sensors' constant errors, of 1σ `sigma`, with the attitude. A
     standstill is judged by the noise of `grade_sigma`, or of `sigma` without it.
-
-    Raises:
-        InputError: the vehicle moved.
     """
     session = ImuData(imu.time[: count + 1], imu.dtheta[:count], imu.dvel[:count])
     seconds = float(session.time[-1] - session.time[0])

@@ -85,9 +85,6 @@ def take_in(
     """Check readings and lay out the epochs: the instants of prediction, and all instants of validity.
 
     `time` are the edges of the IMU's intervals, (N+1,) s; the interval of the prediction is rounded to whole samples.
-
-    Raises:
-        InputError: measurements cannot be used, two sensors share a name, or a block belongs to no sensor.
     """
     rate_hz = number("rate_hz", rate_hz, "predictions of the covariance a second", low=POSITIVE)
     if isinstance(measurements, Measurements):

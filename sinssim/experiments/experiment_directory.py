@@ -67,10 +67,6 @@ class Store(ABC):
         Args:
             resume: whether its contents are continued; a missing or empty directory is begun in any case.
             overwrite: whether its contents are removed; `resume` goes before it.
-
-        Raises:
-            InputError: the directory holds something else, or something other than what is asked for, or cannot be
-                written; or another process uses it.
         """
         self.path = path.resolve()
         self._lock: int | None = None
@@ -180,11 +176,7 @@ class Store(ABC):
             ) from error
 
     def keep(self, write: Callable[[Path], object]) -> None:
-        """Write the results, in place of those of before; the files of others stay.
-
-        Raises:
-            InputError: they cannot be written, or a file of others has the name of a result; nothing is changed.
-        """
+        """Write the results, in place of those of before; the files of others stay."""
         remains = f" All {self.KIND.parts} are kept; --resume writes it."
         with (
             self.writing(f"the report of the {self.KIND.noun} could not be written to", remains),
@@ -218,11 +210,7 @@ class Store(ABC):
 
 
 def written_files(path: Path, kind: Kind) -> list[str]:
-    """Return the files that sinssim wrote in a directory, beside the folder of the parts.
-
-    Raises:
-        InputError: the directory has a mark that cannot be one.
-    """
+    """Return the files that sinssim wrote in a directory, beside the folder of the parts."""
     if os.path.lexists(path / MARK) and written(path) is None:
         raise InputError(
             f"{path / MARK}, by which sinssim recognises its own files, is damaged. The folder stays unchanged; give "
@@ -232,11 +220,7 @@ def written_files(path: Path, kind: Kind) -> list[str]:
 
 
 def read_manifest(path: Path, kind: Kind) -> dict[str, Any]:
-    """Return the manifest of a directory.
-
-    Raises:
-        InputError: the path is a file, or the directory holds something else.
-    """
+    """Return the manifest of a directory."""
     if not path.is_dir():
         raise InputError(f"{path} is a file; give the name of a folder with -o.")
     try:

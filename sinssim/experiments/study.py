@@ -39,10 +39,6 @@ def load_any_study(path: str | Path, overrides: Sequence[str] = ()) -> Study | T
 
     Returns:
         A `Study` if the file has parts, a `TradeStudy` if it has axes.
-
-    Raises:
-        InputError: the file cannot be read or has mistakes; the message lists all of them, each with its key, its line
-            and the correct form.
     """
     if str(path) in list_content("scenarios") and str(path) not in list_content("studies"):
         raise InputError(f"{path} is a scenario, not a study; vary its keys with --vary KEY=VALUES.")
@@ -208,9 +204,6 @@ def sweep(scenario: str, vary: Sequence[str], settings: Sequence[str] = ()) -> T
 
     Returns:
         The study, as from a file with these keys; its name is that of the scenario with "-trade".
-
-    Raises:
-        InputError: an axis or a setting has another form, has no values, too many, or what a study may not have.
     """
     data: dict[str, Any] = {"name": f"{_checked_scenario(scenario)}-trade", "scenario": scenario, "axes": []}
     for written in vary:

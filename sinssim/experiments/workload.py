@@ -217,11 +217,7 @@ class Watch:
         self._start, self._first = time.perf_counter(), None
 
     def inside(self, fraction: float, detail: str = "") -> None:
-        """Report the progress within a cell.
-
-        Raises:
-            TooLongError: the study would take too long.
-        """
+        """Report the progress within a cell."""
         now = time.perf_counter()
         if self._first is None and fraction > 0.0:  # what came before may have been compilation and start
             self._first = now, fraction

@@ -28,17 +28,11 @@ class Instant:
 
 
 def gps_instant(text: str, scale: Literal["gps", "utc", "unix"] = "gps") -> Instant:
-    """Return the instant of a date and time of day.
+    """Return the instant of a date and time of day: the instant.
 
     Args:
         text: "2025-07-08 19:34:21.723".
         scale: "gps", or else UTC, whose leap seconds are then added.
-
-    Returns:
-        The instant.
-
-    Raises:
-        InputError: there is no such date or time of day.
     """
     date, _, fraction = text.replace("T", " ").partition(".")
     try:
@@ -52,13 +46,10 @@ def gps_instant(text: str, scale: Literal["gps", "utc", "unix"] = "gps") -> Inst
 
 
 def leap_seconds_of_day(day: str) -> int:
-    """Return by how much GPS time is ahead of UTC on a day.
+    """Return by how much GPS time is ahead of UTC on a day: whole seconds.
 
     Args:
         day: "2025-07-08".
-
-    Returns:
-        Whole seconds.
     """
     return sum(day >= leap for leap in LEAP_SECONDS)
 
@@ -77,14 +68,11 @@ class FileClock:
 
 
 def file_clock(clock: Clock, first: float, first_row: Instant | None) -> FileClock:
-    """Return the clock of a file.
+    """Return the clock of a file: the clock; the description counts more than the file.
 
     Args:
         first: its first time, s.
         first_row: instant of its first row, if the description gives it.
-
-    Returns:
-        The clock; the description counts more than the file.
     """
     if first_row is not None:
         return FileClock(clock, Instant(first_row.seconds, first_row.fraction - first))
@@ -93,17 +81,11 @@ def file_clock(clock: Clock, first: float, first_row: Instant | None) -> FileClo
 
 
 def offset(clock: FileClock, other: FileClock, name: str, first: float) -> float:
-    """Return what is added to the times of another file so that they are on the clock of one's own.
+    """Return what is added to the times of another file so that they are on the clock of one's own: the offset, s.
 
     Args:
         name: what the other file is, for the message: "log.gnss".
         first: first time of the other file, s.
-
-    Returns:
-        The offset, s.
-
-    Raises:
-        InputError: one clock has a date and the other has none.
     """
     if clock.zero is not None and other.zero is not None:
         return other.zero.seconds - clock.zero.seconds + (other.zero.fraction - clock.zero.fraction)
@@ -154,9 +136,6 @@ def match_clock(clock: Clock, time: Array, start_gps_s: float, span: tuple[float
         time: of the solution, (M,) s.
         start_gps_s: GPS time of the run's time 0.
         span: first and last time of the run, s.
-
-    Raises:
-        InputError: the solution does not overlap the run.
     """
     if clock.origin_gps_s is not None:
         choices = [Match(clock.origin_gps_s - start_gps_s, f"Its clock: {clock.note or clock.kind}, with a date.")]

@@ -86,17 +86,11 @@ class Outages(Section):
 
 
 def outage_settings(written: Sequence[str]) -> list[str]:
-    """Return settings "key.path=value" for outages.
+    """Return settings "key.path=value" for outages: settings of `log.outages`.
 
     Args:
         written: "40:55" from 40 s to 55 s; "15/45" for 15 s every 45 s, "15/45@60" the same, the first at 60 s,
             "15/45@30,45,60" once for each of these beginnings.
-
-    Returns:
-        Settings of `log.outages`.
-
-    Raises:
-        InputError: one has another form, or two are regular.
     """
     spans, regular = _parsed(written)
     listed = ", ".join(f"[{begin}, {end}]" for begin, end in spans)
@@ -110,17 +104,11 @@ def outage_settings(written: Sequence[str]) -> list[str]:
 
 
 def outage_spans(written: Sequence[str], start: float, end: float) -> tuple[tuple[float, float], ...]:
-    """Return the outages within a run.
+    """Return the outages within a run: beginning and end of each, in order, s.
 
     Args:
         written: as for `outage_settings`, with one beginning at most.
         start, end: of the run, s.
-
-    Returns:
-        Beginning and end of each, in order, s.
-
-    Raises:
-        InputError: one has another form, ends before it begins, or no outage lies within the run.
     """
     spans, regular = _parsed(written)
     keys: dict[str, Any] = {"at_s": spans}

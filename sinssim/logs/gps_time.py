@@ -38,25 +38,19 @@ _STEPS_GPS = _STEPS_UNIX - EPOCH_UNIX + np.arange(1, len(LEAP_SECONDS) + 1)
 
 
 def leap_seconds(unix: float | Array) -> Array:
-    """Return GPS time minus UTC.
+    """Return GPS time minus UTC: whole seconds, of the same shape; 0 before 1981, 18 since 2017.
 
     Args:
         unix: Unix times, () or (N,) s.
-
-    Returns:
-        Whole seconds, of the same shape; 0 before 1981, 18 since 2017.
     """
     return np.asarray(np.searchsorted(_STEPS_UNIX, unix, side="right"), dtype=np.float64)
 
 
 def gps_from_unix(unix: float | Array) -> Array:
-    """Return GPS time.
+    """Return GPS time: seconds since 1980-01-06 00:00:00 GPST, of the same shape.
 
     Args:
         unix: Unix times, () or (N,) s.
-
-    Returns:
-        Seconds since 1980-01-06 00:00:00 GPST, of the same shape.
     """
     return np.asarray(unix, dtype=np.float64) - EPOCH_UNIX + leap_seconds(unix)
 
@@ -75,42 +69,30 @@ def unix_from_gps(gps: float | Array) -> Array:
 
 
 def gps_from_date(date: datetime) -> int:
-    """Return GPS time of a date in UTC.
+    """Return GPS time of a date in UTC: whole seconds since 1980-01-06 00:00:00 GPST.
 
     Args:
         date: with a time zone, of whole seconds.
-
-    Returns:
-        Whole seconds since 1980-01-06 00:00:00 GPST.
     """
     unix = round((date - datetime(1970, 1, 1, tzinfo=UTC)).total_seconds())
     return unix - EPOCH_UNIX + int(leap_seconds(unix))
 
 
 def date_from_gps(gps: float) -> datetime:
-    """Return the date in UTC.
+    """Return the date in UTC: the date, to a microsecond.
 
     Args:
         gps: seconds since 1980-01-06 00:00:00 GPST.
-
-    Returns:
-        The date, to a microsecond.
     """
     return datetime(1970, 1, 1, tzinfo=UTC) + timedelta(seconds=float(unix_from_gps(gps)))
 
 
 def parse_date(text: str, key: str) -> int:
-    """Return GPS time of a date given as text.
+    """Return GPS time of a date given as text: whole seconds since 1980-01-06 00:00:00 GPST.
 
     Args:
         text: for example "2026-01-01T00:00:00Z"; without a time zone it is UTC.
         key: name of the option or key, for the message.
-
-    Returns:
-        Whole seconds since 1980-01-06 00:00:00 GPST.
-
-    Raises:
-        InputError: it is no date, has a fraction of a second, or lies before GPS time begins.
     """
     given = text.strip()
     try:
@@ -173,9 +155,6 @@ def gps_seconds(text: str) -> tuple[float, bool]:
 
     Returns:
         Seconds since 1980-01-06 00:00:00 GPST, and whether the text has a zone.
-
-    Raises:
-        InputError: the text is no such time.
     """
     parts = _ISO.fullmatch(text.strip())
     if parts is None:
@@ -218,9 +197,6 @@ def date_seconds(texts: Sequence[str | None]) -> tuple[Array, Clock | None]:
         Seconds since the whole second of the first one, (N,), NaN for a field that is no date; and the clock that the
         dates give, of the kind "machine" if they do not say that they are in UTC; None for times of day, which then
         count from midnight.
-
-    Raises:
-        InputError: there is no such day.
     """
     seconds, parts = np.full(len(texts), np.nan), np.zeros(len(texts))
     days: dict[tuple[str, str, str], int] = {}

@@ -46,13 +46,10 @@ _SHARE = (5.0, 75.0)
 
 
 def even_stamps(time: Array) -> tuple[Array, float]:
-    """Return even instants of samples.
+    """Return even instants of samples: increasing instants, (N,) s, and the interval of the samples, s.
 
     Args:
         time: stamps, in the order of the samples, (N,) s.
-
-    Returns:
-        Increasing instants, (N,) s, and the interval of the samples, s.
     """
     interval = _interval(time)
     for _ in range(2):
@@ -138,9 +135,6 @@ def made_increments(
         readings: of rates: values at the stamps, or means over the intervals that end there.
         stamps: "even" replaces the stamps by even instants, see `even_stamps`.
         max_gap: longest time without samples that is bridged, s.
-
-    Raises:
-        InputError: times do not increase, there are fewer than two samples, or a gap is too long.
     """
     if len(stream) < 2:
         raise InputError(f"{source} has {len(stream)} samples in this span; at least two are needed.")

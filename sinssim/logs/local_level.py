@@ -72,15 +72,12 @@ def _enu_axes(latitude: float, longitude: float) -> Array:
 
 
 def enu_about(origin: tuple[float, float, float], latitude: Array, longitude: Array, height: Array) -> Array:
-    """Return positions in the plane axes east, north, up at an origin.
+    """Return positions in the plane axes east, north, up at an origin: (N, 3) m.
 
     Args:
         origin: latitude, longitude, rad, and height, m.
         latitude, longitude: (N,) rad.
         height: (N,) m.
-
-    Returns:
-        (N, 3) m.
     """
     difference = geodetic_to_ecef(latitude, longitude, height) - geodetic_to_ecef(*origin)
     return difference @ _enu_axes(*origin[:2]).T

@@ -41,9 +41,6 @@ def inertial_stream(unit: LogImu) -> tuple[InertialStream, Clock, tuple[str, ...
     Returns:
         Its readings turned to forward-right-down, with the axes of the file in `axes`; the clock of the file; and the
         reader's notes.
-
-    Raises:
-        InputError: the file cannot be read, holds no inertial unit, or has another kind than described.
     """
     path = Path(unit.file)
     streams = _formatted(unit, described=_describes(unit, LogDescription, ("axes",)))
@@ -93,9 +90,6 @@ def fix_stream(source: LogFile) -> tuple[FixStream, Clock, tuple[str, ...]]:
 
     Returns:
         The fixes, the clock of the file, and the reader's notes.
-
-    Raises:
-        InputError: the file cannot be read or holds no fixes.
     """
     assert isinstance(source, FixColumns)
     streams = _formatted(source, described=_describes(source, FixColumns))
@@ -132,9 +126,6 @@ def solution_stream(source: LogFile) -> tuple[SolutionStream | FixStream, Clock,
 
     Returns:
         The solution or the fixes, the clock of the file, and the reader's notes.
-
-    Raises:
-        InputError: the file cannot be read or holds neither.
     """
     assert isinstance(source, SolutionColumns)
     streams = _formatted(source, described=_describes(source, SolutionColumns))
@@ -186,9 +177,6 @@ def other_stream(sensor: LogOther) -> tuple[OtherStream, Clock, tuple[str, ...]]
 
     Returns:
         The readings, the clock of the file, and the reader's notes.
-
-    Raises:
-        InputError: the file cannot be read, or a unit is unknown.
     """
     units = other_units(sensor)
     for quantity in (sensor.reading, sensor.sigma, sensor.bias_sigma):

@@ -83,9 +83,6 @@ def gnss_readings(fixes: FixStream, gnss: LogGnss, outages: Spans) -> list[Aidin
 
     Returns:
         Positions and velocities, as far as the table takes them and the file has them.
-
-    Raises:
-        InputError: 1σ of positions or velocities is not known, or no quality is accepted.
     """
     factor = quality_factor(fixes, gnss)
     readings = []

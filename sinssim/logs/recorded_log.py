@@ -84,9 +84,6 @@ def recorded_log(log: Log, mounting_deg: Vector3 | None = None) -> RecordedLog:
 
     Returns:
         Increments, measurements and reference, in the run's time.
-
-    Raises:
-        InputError: a file cannot be read, samples are missing, or the files do not overlap in time.
     """
     stream, clock, notes = inertial_stream(log.imu)
     imu_clock = _clock(log.imu, clock, stream.time)

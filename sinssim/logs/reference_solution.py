@@ -278,9 +278,6 @@ def reference_of(run: RecordedRun) -> Reference:
 
     Returns:
         The reference, with its lever arm, its gaps, the delay of its velocities and its own σ.
-
-    Raises:
-        InputError: the run has no reference.
     """
     section = run.scenario.get("log", {}).get("reference")
     if section is None or not run.knows:

@@ -123,9 +123,6 @@ class Judge:
             name: of the algorithm; the file's name if not given.
             format_name: format of the file; found from it if not given.
             antenna: satellite receiver whose antenna the solution is for; the sensor block if not given.
-
-        Raises:
-            InputError: the file cannot be read, holds no solution, or does not overlap the run.
         """
         streams = read_file(path, format_name)
         stream, about_format = _solution_in(streams)
@@ -357,14 +354,7 @@ def _lacking(known: _Known) -> list[str]:
 
 
 def common_span(scores: list[Score]) -> tuple[float, float]:
-    """Return the time that all scored solutions cover, over which they are ranked.
-
-    Returns:
-        First and last time, s.
-
-    Raises:
-        InputError: they have no time in common.
-    """
+    """Return the time that all scored solutions cover, over which they are ranked: first and last time, s."""
     first = max(float(s.error.time[0]) for s in scores)
     last = min(float(s.error.time[-1]) for s in scores)
     if not last > first:

@@ -56,11 +56,7 @@ class ErrorRule:
 
     @classmethod
     def of_metadata(cls, metadata: Mapping[bytes, bytes], file: Path) -> Self | None:
-        """Return the rule in the metadata of a file, None if there is none.
-
-        Raises:
-            InputError: the rule is that of another version.
-        """
+        """Return the rule in the metadata of a file, None if there is none."""
         text = metadata.get(_KEY.encode())
         if text is None:
             return None
@@ -74,14 +70,11 @@ class ErrorRule:
 
 
 def errors_by(rule: ErrorRule, truth: list[Array], solved: list[Array]) -> list[Array]:
-    """Return the errors of a solution.
+    """Return the errors of a solution: by `ERROR_COLUMNS`, (N,) each.
 
     Args:
         truth: `time_s` and `STATE_COLUMNS` of the truth, (N,) each.
         solved: the same of the solution, at the same times.
-
-    Returns:
-        By `ERROR_COLUMNS`, (N,) each.
     """
     ellipsoid = replace(WGS84, name="of the run", a=rule.semi_major_axis, f=rule.flattening)
     state = NavState(truth[1], truth[2], truth[3], np.stack(truth[4:7], 1), np.stack(truth[7:11], 1))
@@ -124,12 +117,7 @@ class StoredStreams:
         return self.path(name if self.is_stored(name) else name.replace("error_", "nav_", 1))
 
     def columns(self, name: str) -> list[str]:
-        """Return the names of a stream's columns, `time_s` first.
-
-        Raises:
-            OSError: there is no such stream.
-            pyarrow.ArrowException: its file is damaged.
-        """
+        """Return the names of a stream's columns, `time_s` first."""
         from pyarrow import parquet
 
         if name in self.names and not self.is_stored(name):
@@ -137,10 +125,7 @@ class StoredStreams:
         return list(parquet.read_schema(self.path(name)).names)
 
     def read(self, name: str, columns: tuple[str, ...] | list[str]) -> list[Array]:
-        """Return columns of a stream.
-
-        Returns:
-            (N,) each.
+        """Return columns of a stream: (N,) each.
 
         Raises:
             OSError: there is no such stream.
@@ -328,9 +313,6 @@ class RecordedRun:
 
         Args:
             name: one of `solutions`.
-
-        Raises:
-            InputError: the run has none of this name.
         """
         if name not in self.solutions:
             raise unknown_name(f"solution of {self.path}", name, self.solutions)
@@ -348,9 +330,6 @@ class RecordedRun:
 
         Args:
             kind: one of `inertial`.
-
-        Raises:
-            InputError: the run has none of this kind, or they have no increments of angle.
         """
         if kind not in self.inertial:
             raise unknown_name(f"inertial data of {self.path}", kind, self.inertial)
@@ -382,9 +361,6 @@ class RecordedRun:
 
         Args:
             name: one of `fixes`.
-
-        Raises:
-            InputError: the run has none of this name.
         """
         if name not in self.fixes:
             raise unknown_name(f"GNSS receiver of {self.path}", name, self.fixes)

@@ -36,9 +36,6 @@ def track_format(path: Path, name: str | None) -> str:
 
     Args:
         name: the format, if it is given.
-
-    Raises:
-        InputError: the file cannot be read, or no format is recognised.
     """
     if not path.exists() or path.is_dir():
         raise InputError(f"track.file = {str(path)!r} cannot be read: there is no such file.")
@@ -60,9 +57,6 @@ def read_samples(track: TrackSource, ellipsoid: Ellipsoid) -> TrackSamples:
 
     Args:
         ellipsoid: reference ellipsoid, for the distances along a path without times.
-
-    Raises:
-        InputError: the file cannot be used; the message says why.
     """
     path = Path(track.file or "")
     kind = track_format(path, track.format)

@@ -137,11 +137,7 @@ class TrackSource(Motion):
         return shortened(self.file) if self.file is not None else f"{len(self.waypoints)} waypoints"
 
     def digest(self) -> str:
-        """Return the SHA-256 of the file, in hexadecimal; "" for a planned route.
-
-        Raises:
-            InputError: the file cannot be read.
-        """
+        """Return the SHA-256 of the file, in hexadecimal; "" for a planned route."""
         if self.file is None:
             return ""
         try:

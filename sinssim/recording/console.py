@@ -116,11 +116,7 @@ _WIDTH = 120
 
 
 def plain_text(show: Callable[[Console], None]) -> str:
-    """Return the text that a table prints.
-
-    Returns:
-        Lines of at most 120 characters.
-    """
+    """Return the text that a table prints: lines of at most 120 characters."""
     text = io.StringIO()
     show(Console(file=text, width=_WIDTH, highlight=False))
     return text.getvalue()

@@ -110,22 +110,13 @@ def new_figure(width: float, height: float) -> Figure:
 
 
 def check_format(path: Path) -> None:
-    """Refuse an unknown file format before the figure is drawn.
-
-    Raises:
-        InputError: the file has another format.
-    """
+    """Refuse an unknown file format before the figure is drawn."""
     if path.suffix.lower() not in FORMATS:
         raise InputError(f"{path}: the file name of a figure must end in {', '.join(FORMATS)}.")
 
 
 def save(figure: Figure, path: Path) -> None:
-    """Write a figure to a temporary file and rename it into place.
-
-    Raises:
-        InputError: the file has another format.
-        RunError: the file cannot be written.
-    """
+    """Write a figure to a temporary file and rename it into place."""
     check_format(path)
     import matplotlib
 
@@ -139,13 +130,10 @@ def save(figure: Figure, path: Path) -> None:
 
 
 def to_svg(figure: Figure, name: str) -> str:
-    """Return a figure as an SVG element for an HTML page.
+    """Return a figure as an SVG element for an HTML page: the element; it refers to nothing outside the page.
 
     Args:
         name: a name unique on the page, from which the element's inner references are made.
-
-    Returns:
-        The element; it refers to nothing outside the page.
     """
     import matplotlib
 

@@ -40,9 +40,6 @@ class RunDirectory:
 
         Args:
             overwrite: whether the files that sinssim wrote for an existing run may be replaced.
-
-        Raises:
-            InputError: the place is taken or cannot be written.
         """
         self.target = target.resolve()
         self._overwrite = overwrite
@@ -72,10 +69,6 @@ class RunDirectory:
         Args:
             beside: suffix of the name under which an incomplete run is kept beside an existing one, which it does not
                 replace.
-
-        Raises:
-            InputError: files that sinssim did not write are in the way; they stay, and the run is kept beside them.
-            OSError: the directory cannot be moved; the existing files stay.
         """
         place = self.target
         if beside and is_taken(place):
@@ -93,11 +86,7 @@ class RunDirectory:
 
     @contextlib.contextmanager
     def writing(self) -> Iterator[None]:
-        """Convert system errors inside the block, such as a full disk, into an input error, and remove the folder.
-
-        Raises:
-            InputError: data could not be written.
-        """
+        """Convert system errors inside the block, such as a full disk, into an input error, and remove the folder."""
         try:
             yield
         except OSError as error:
@@ -120,11 +109,7 @@ class RunDirectory:
 
 
 def write_directory(target: Path, write: Callable[[Path], object], *, overwrite: bool) -> Path:
-    """Write a directory that is complete or not there.
-
-    Raises:
-        InputError: the place is taken or cannot be written.
-    """
+    """Write a directory that is complete or not there."""
     folder = RunDirectory(target, overwrite=overwrite)
     try:
         with folder.writing():

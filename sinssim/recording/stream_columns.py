@@ -34,13 +34,10 @@ def _state(latitude: Array, longitude: Array, height: Array, velocity_ned: Array
 
 
 def truth_stream(time: Array, truth: NavState) -> Stream:
-    """Return the stream `truth`.
+    """Return the stream `truth`: n+1 rows.
 
     Args:
         time: (N+1,) s.
-
-    Returns:
-        N+1 rows.
     """
     s = truth
     return Stream("truth", time, _state(s.latitude, s.longitude, s.height, s.velocity_ned, s.q_nb))
@@ -124,15 +121,12 @@ def _tests(found: Monitored) -> Iterator[Vector]:
 
 
 def other_error_stream(name: str, error: NavError) -> Stream:
-    """Return a stream of errors of a solution for comparison, which has no streams of its own.
+    """Return a stream of errors of a solution for comparison, which has no streams of its own: n+1 rows.
 
     Args:
         name: "error_without_monitoring": if a redundant set's faulty sensors had been used;
             "error_without_errors_of_turns": if the gyros beside a platform had no errors that act in turns only;
             "error_without_rotation": if the block of the same sensors did not turn.
-
-    Returns:
-        N+1 rows.
     """
     return Stream(
         name,
@@ -199,13 +193,10 @@ def nav_stream(name: str, solution: NavSolution) -> Stream:
 
 
 def error_stream(name: str, error_at: Callable[[slice], NavError], time: Array) -> Stream:
-    """Return the stream `error_<algorithm>`.
+    """Return the stream `error_<algorithm>`: n+1 rows.
 
     Args:
         time: (N+1,) s.
-
-    Returns:
-        N+1 rows.
     """
     # the three vectors of a block, of which two threads write, are computed together
     block = lru_cache(maxsize=2)(lambda start, stop: error_at(slice(start, stop)))

@@ -92,9 +92,6 @@ def write_stream(stream: Stream, folder: Path, metadata: Mapping[str, str] | Non
 
     Args:
         stream: the stream; doubles stay doubles.
-
-    Raises:
-        OSError: the file cannot be written.
     """
     tables = (arrow_table(stream, rows) for rows in blocks(len(stream.time)))
     return _write(tables, folder / f"{stream.name}.parquet", metadata)
@@ -116,11 +113,7 @@ def arrow_table(stream: Stream, rows: slice) -> Any:
 
 
 def write_events(events: Sequence[FlightEvent], folder: Path) -> Path:
-    """Write events as `<folder>/events.parquet`, columns `time_s` and `text`.
-
-    Raises:
-        OSError: the file cannot be written.
-    """
+    """Write events as `<folder>/events.parquet`, columns `time_s` and `text`."""
     import pyarrow as pa
 
     table = pa.table(
@@ -137,9 +130,6 @@ def write_table(table: Any, path: Path) -> Path:
 
     Args:
         table: a `pyarrow.Table`; doubles stay doubles.
-
-    Raises:
-        OSError: the file cannot be written.
     """
     return _write([table], path)
 
@@ -245,20 +235,12 @@ class StreamTable:
         return arrow_table(self._stream, slice(0, len(self)))
 
     def pandas(self) -> Any:
-        """Return the stream as a `pandas.DataFrame`.
-
-        Raises:
-            InputError: pandas is not installed.
-        """
+        """Return the stream as a `pandas.DataFrame`."""
         _needed("pandas")
         return self.arrow().to_pandas()
 
     def polars(self) -> Any:
-        """Return the stream as a `polars.DataFrame`.
-
-        Raises:
-            InputError: polars is not installed.
-        """
+        """Return the stream as a `polars.DataFrame`."""
         return _needed("polars").from_arrow(self.arrow())
 
 

@@ -188,13 +188,10 @@ def stacked_widths(count: int) -> list[float]:
 
 
 def css(color: tuple[int, int, int]) -> str:
-    """Return a colour in CSS notation.
+    """Return a colour in CSS notation: "#rrggbb".
 
     Args:
         color: red, green, blue of 0…255 each.
-
-    Returns:
-        "#rrggbb".
     """
     return "#{:02x}{:02x}{:02x}".format(*color)
 
@@ -349,13 +346,10 @@ def tick_label(value: float, step: float) -> str:
 
 
 def time_ticks(start: float, end: float) -> tuple[Array, float, str, float]:
-    """Return round times.
+    """Return round times: the times in their unit, the step between them, the unit's name and its size in s.
 
     Args:
         start, end: the range, s.
-
-    Returns:
-        The times in their unit, the step between them, the unit's name and its size in s.
     """
     unit, size = time_unit(end - start)
     at, step = ticks(start / size, end / size, 9, (1.0, 2.0, 5.0) if unit == "h" else (1.0, 2.0, 3.0, 5.0))

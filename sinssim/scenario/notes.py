@@ -12,7 +12,7 @@ from sinssim.frames import OF_TRUTH
 from sinssim.scenario.tables import Tables
 from sinssim.sensors.aiding.baro import Barometer
 from sinssim.sensors.aiding.gnss import Gnss
-from sinssim.sensors.imu.datasheet import to_si
+from sinssim.sensors.imu.datasheet_units import to_si
 from sinssim.sensors.imu.error_term_table import CORRELATION_TIME, TERMS, of_triad
 from sinssim.sensors.imu.grades import find_grade
 from sinssim.sensors.imu.imu import Imu

@@ -60,10 +60,6 @@ def true_motion(
 
     Returns:
         As for `fly`.
-
-    Raises:
-        InputError: as for `fly`.
-        RunError: as for `fly`.
     """
     if scenario.one_component is not None:
         raise InputError(

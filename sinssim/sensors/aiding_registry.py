@@ -95,9 +95,6 @@ def measurement_kind(name: str) -> MeasurementKind:
 
     Args:
         name: `Measurements.kind`.
-
-    Raises:
-        InputError: the name is unknown.
     """
     return KINDS.check(name)
 
@@ -112,9 +109,6 @@ def sensor_class(item: Item) -> type[AidingSensor]:
 
     Returns:
         The class; what its methods raise is explained with the file. Its kinds of measurement are registered.
-
-    Raises:
-        InputError: the file cannot be run, or has no class that can be used.
     """
     wrong = f"the {item.words} cannot be used: {item.file}"
     sensor = _class_in(load_module(item), wrong)

@@ -117,11 +117,7 @@ class AidingSensor(Section):
     )
 
     def read(self, vehicle: Vehicle) -> list[AidingReadings]:
-        """Return the readings of the sensor during a run.
-
-        Raises:
-            InputError: the motion ends before the first reading, or the seed cannot be used.
-        """
+        """Return the readings of the sensor during a run."""
         raise NotImplementedError
 
     @property
@@ -155,14 +151,7 @@ class AidingSensor(Section):
         return ()
 
     def epochs(self, trajectory: Trajectory) -> Array:
-        """Return the instants of the readings, outages included.
-
-        Returns:
-            start + k/rate for k = 1, 2, …, (M,) s.
-
-        Raises:
-            InputError: the motion ends before the first reading.
-        """
+        """Return the instants of the readings, outages included: start + k/rate for k = 1, 2, …, (M,) s."""
         duration = trajectory.end - trajectory.start
         if duration * self.rate_hz < 1.0 - 1e-9:
             raise InputError(
@@ -215,14 +204,11 @@ class AidingSensor(Section):
 
 
 def within(time: Array, spans: Spans) -> Mask:
-    """Return which instants lie in one of several intervals.
+    """Return which instants lie in one of several intervals: (M,).
 
     Args:
         time: (M,) s.
         spans: beginning and end of each interval, both included, s.
-
-    Returns:
-        (M,).
     """
     inside = np.zeros(len(time), dtype=bool)
     for begin, end in spans:
@@ -231,15 +217,12 @@ def within(time: Array, spans: Spans) -> Mask:
 
 
 def white(seed: int, term: str, sigma: Sequence[float] | Array, count: int) -> Array:
-    """Return white noise.
+    """Return white noise: (M, k).
 
     Args:
         seed: the run's seed.
         term: name of the sensor and the error, for example "gnss position noise".
         sigma: 1σ of each axis, (k,).
-
-    Returns:
-        (M, k).
     """
     from sinssim.statistics.random_numbers import normals  # needs the compiler
 
@@ -247,16 +230,13 @@ def white(seed: int, term: str, sigma: Sequence[float] | Array, count: int) -> A
 
 
 def correlated(seed: int, term: str, sigma: Sequence[float] | Array, time: Array, correlation_time: float) -> Array:
-    """Return a stationary first-order Gauss-Markov process.
+    """Return a stationary first-order Gauss-Markov process: (M, k).
 
     Args:
         seed: the run's seed.
         sigma: 1σ of each axis, (k,).
         time: times of the readings, (M,) s.
         correlation_time: s.
-
-    Returns:
-        (M, k).
     """
     if not np.any(sigma):
         return np.zeros((len(time), len(sigma)))
@@ -294,9 +274,6 @@ def turning(trajectory: Trajectory, time: Array, state: NavState) -> Array:
 
     Returns:
         The rate in the block's axes, (M, 3) rad/s.
-
-    Raises:
-        InputError: an instant lies outside the trajectory.
     """
     q_eb = rotation.multiply(earth.q_en(state.latitude, state.longitude), state.q_nb)
     spin = rotation.rotate(rotation.conjugate(q_eb), np.array([0.0, 0.0, trajectory.ellipsoid.omega]))
@@ -314,9 +291,6 @@ def state_at(trajectory: Trajectory, time: Array, lever_arm: ArrayLike) -> NavSt
 
     Returns:
         The state of the point; north, east and down are those at the point.
-
-    Raises:
-        InputError: an instant lies outside the trajectory.
     """
     arm = np.asarray(lever_arm, dtype=np.float64)
     if not arm.any():
@@ -352,7 +326,7 @@ _BLOCK = 1 << 18
 
 
 def lagged(signal: Callable[[Array], Array], start: float, time: Array, lag: float) -> Array:
-    """Return the response of a first-order lag, τ ẏ = x − y, to a signal, with y = x at the start.
+    """Return the response of a first-order lag, τ ẏ = x − y, to a signal, with y = x at the start: y, (M,).
 
     Over a step h on which x is linear, y has a closed form for every h/τ: y₁ = e⁻ᵃ y₀ + (1 − r) x₁ + (r − e⁻ᵃ) x₀ with
     a = h/τ and r = (1 − e⁻ᵃ)/a. The steps cover the time between two readings, or its last 40 τ if these are shorter.
@@ -363,9 +337,6 @@ def lagged(signal: Callable[[Array], Array], start: float, time: Array, lag: flo
         start: first instant, s.
         time: instants of the output, in order, (M,) s.
         lag: time constant τ, s; 0 for no lag.
-
-    Returns:
-        y, (M,).
     """
     if not lag:
         return signal(time)

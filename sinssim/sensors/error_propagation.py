@@ -189,14 +189,11 @@ class Schuler:
         return math.sqrt(float(weight @ covariance(first.ravel(), second.ravel()).reshape(_POINTS, _POINTS) @ weight))
 
     def driven(self, kind: Response, t: float, change: Callable[[Array], Array]) -> float:
-        """Return the position error by a given rate of change.
+        """Return the position error by a given rate of change: ∫ h(t − u) change(u) du, by quadrature, m.
 
         Args:
             t: time since the start, s.
             change: the rate at instants, (N,) s.
-
-        Returns:
-            ∫ h(t − u) change(u) du, by quadrature, m.
         """
         u = 0.5 * t * (1.0 + _NODES)
         return float(0.5 * t * (_WEIGHTS * self.impulse(kind, t - u)) @ change(u))
@@ -294,9 +291,6 @@ def expect(imu: Imu, latitude: float, duration: float = 3600.0) -> Expectation:
         imu: the sensor block: a grade, and deviations from it.
         latitude: latitude of the vehicle, rad.
         duration: duration of the navigation, s, longer than the manoeuvres; the closed forms hold up to about an hour.
-
-    Raises:
-        InputError: the sensor set has no gyros.
     """
     if imu.sensor_set.type != "gyros":
         raise InputError(

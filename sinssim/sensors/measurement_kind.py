@@ -30,13 +30,10 @@ CORE = 9
 
 
 def skew(v: Array) -> Array:
-    """Return the matrices [v×] of vectors.
+    """Return the matrices [v×] of vectors: (..., 3, 3).
 
     Args:
         v: (..., 3).
-
-    Returns:
-        (..., 3, 3).
     """
     out = np.zeros((*v.shape[:-1], 3, 3))
     out[..., 0, 1], out[..., 0, 2], out[..., 1, 2] = -v[..., 2], v[..., 1], -v[..., 0]
@@ -45,27 +42,21 @@ def skew(v: Array) -> Array:
 
 
 def earth_rate(latitude: Array, ellipsoid: Ellipsoid) -> Array:
-    """Return ω_ie in north, east, down.
+    """Return ω_ie in north, east, down: (K, 3) rad/s.
 
     Args:
         latitude: (K,) rad.
-
-    Returns:
-        (K, 3) rad/s.
     """
     w = ellipsoid.omega
     return np.stack([w * np.cos(latitude), np.zeros_like(latitude), -w * np.sin(latitude)], axis=-1)
 
 
 def earth_rate_slope(latitude: Array, height: Array, ellipsoid: Ellipsoid) -> Array:
-    """Return the derivative of ω_ie with respect to δr, both north, east, down.
+    """Return the derivative of ω_ie with respect to δr, both north, east, down: (K, 3, 3) rad/s/m.
 
     Args:
         latitude: (K,) rad.
         height: (K,) m.
-
-    Returns:
-        (K, 3, 3) rad/s/m.
     """
     over_north = ellipsoid.omega / (earth.radii(latitude, ellipsoid)[0] + height)
     out = np.zeros((len(latitude), 3, 3))
@@ -260,16 +251,13 @@ class MeasurementKind:
         return residual, h
 
     def noise(self, model: States, interval: Array) -> Array:
-        """Return the contribution of the inertial sensors' noise to R.
+        """Return the contribution of the inertial sensors' noise to R: variance of every component, (M,).
 
         The rounding of the last pulse is independent from sample to sample in velocity and attitude, with the variance
         Q²/12. The random walk is process noise, except in a mean rate over T: N²/T, and rounding at both ends, Q²/6T².
 
         Args:
             interval: time from the previous reading to each, (M,) s.
-
-        Returns:
-            Variance of every component, (M,).
         """
         if self.mean_rate:
             return np.asarray(model.gyro_noise**2 / interval + model.gyro_quantum**2 / (6.0 * interval**2))

@@ -54,9 +54,6 @@ def windows_of(imu: ImuData, length_s: float, step_s: float) -> Windows:
     Args:
         length_s: length of a window, s.
         step_s: time from the end of one to the end of the next, s.
-
-    Raises:
-        InputError: the data are shorter than a window, or a window has fewer than 8 samples.
     """
     steps = np.diff(imu.time)
     interval = float(np.mean(steps))
@@ -136,33 +133,30 @@ def learn_rest(
         velocity: "gnss-velocity", which show when the vehicle stands: all components within 3σ of zero.
         spans: beginning and end of times at which the vehicle is known to stand, s; they count instead of fixes.
         window_s: length of the windows, s.
-
-    Raises:
-        InputError: neither fixes nor spans are given, or they show less than `LEAST_S` of rest.
     """
     checked_increments(imu)
     window_s = number("window_s", window_s, "s", low=POSITIVE)
-    found = windows_of(imu, window_s, window_s / _STEPS)
+    windows = windows_of(imu, window_s, window_s / _STEPS)
     if spans is not None:
-        still = np.zeros(len(found.end), dtype=bool)
+        still = np.zeros(len(windows.end), dtype=bool)
         for begin, end in spans:
-            still |= (found.begin >= begin - 1e-6) & (found.end <= end + 1e-6)
+            still |= (windows.begin >= begin - 1e-6) & (windows.end <= end + 1e-6)
     elif velocity is not None:
-        still = _shown_by(velocity, found, standing=True)
+        still = _shown_by(velocity, windows, standing=True)
     else:
         raise InputError(
             "to learn the noise at rest, give velocity fixes, or spans in which the vehicle is stationary."
         )
-    begins, ends = found.begin[still], found.end[still]
+    begins, ends = windows.begin[still], windows.end[still]
     seconds = float(np.sum(ends - np.maximum(begins, np.append(-np.inf, ends)[:-1])))  # windows overlap
     if seconds < LEAST_S - 1e-6:
         raise InputError(
             f"the vehicle stands for {seconds:.3g} s of the data; its vibration at rest is learned from {LEAST_S:g} s "
             "or more. Give spans in which the vehicle is known to be stationary, or the times of its stops."
         )
-    variance, mean = np.median(found.variance[still], axis=0), np.median(found.mean[still], axis=0)
+    variance, mean = np.median(windows.variance[still], axis=0), np.median(windows.mean[still], axis=0)
     # robust: a quarter of the windows may belong to the beginning or the end of a stop
-    scatter = np.median(np.abs(np.diff(found.mean[still][::_STEPS], axis=0)), axis=0) / (0.6745 * np.sqrt(2.0))
+    scatter = np.median(np.abs(np.diff(windows.mean[still][::_STEPS], axis=0)), axis=0) / (0.6745 * np.sqrt(2.0))
     samples = window_s * len(imu) / float(imu.time[-1] - imu.time[0])
     return Rest(window_s, variance, mean, np.maximum(scatter, np.sqrt(variance / samples)), seconds)
 
@@ -184,39 +178,36 @@ def find_stops(
 
     Returns:
         The stops; in each of them at least one window passed the tests.
-
-    Raises:
-        InputError: an argument cannot be used.
     """
     checked_increments(imu)
     ratio = number("ratio", ratio, low=POSITIVE)
-    found = windows_of(imu, rest.window_s, rest.window_s / _STEPS)
+    windows = windows_of(imu, rest.window_s, rest.window_s / _STEPS)
     with np.errstate(divide="ignore"):
-        level = np.mean(np.log(found.variance / rest.variance), axis=1)
-    turning = np.abs(found.mean[:, :3] - rest.mean[:3]) > SIGMAS * rest.scatter[:3] + rate_drift
+        level = np.mean(np.log(windows.variance / rest.variance), axis=1)
+    turning = np.abs(windows.mean[:, :3] - rest.mean[:3]) > SIGMAS * rest.scatter[:3] + rate_drift
     # the mean of half a window scatters √2 times as much, the difference of two halves twice as much
-    changing = np.abs(found.change) > SIGMAS * 2.0 * rest.scatter
+    changing = np.abs(windows.change) > SIGMAS * 2.0 * rest.scatter
     still = (level < np.log(ratio)) & ~turning.any(axis=1) & ~changing.any(axis=1)
     if velocity is not None:
-        still &= ~_shown_by(velocity, found, standing=False)
+        still &= ~_shown_by(velocity, windows, standing=False)
     spans: list[tuple[float, float]] = []
     anchor = None
     for k in np.flatnonzero(still):
-        begin, end = float(found.begin[k]), float(found.end[k])
+        begin, end = float(windows.begin[k]), float(windows.end[k])
         if anchor is None or begin > spans[-1][1]:
-            anchor = found.mean[k]
+            anchor = windows.mean[k]
             spans.append((begin, end))
-        elif np.all(np.abs(found.mean[k] - anchor) <= SIGMAS * np.sqrt(2.0) * rest.scatter):
+        elif np.all(np.abs(windows.mean[k] - anchor) <= SIGMAS * np.sqrt(2.0) * rest.scatter):
             spans[-1] = (spans[-1][0], end)
     return Stops(np.array(spans).reshape(-1, 2), rest)
 
 
-def _shown_by(velocity: Measurements, found: Windows, *, standing: bool) -> NDArray[np.bool_]:
+def _shown_by(velocity: Measurements, windows: Windows, *, standing: bool) -> NDArray[np.bool_]:
     """Return the windows in which fixes of velocity show rest, or in which one shows motion, (W,)."""
     size = np.max(np.abs(velocity.value) / velocity.sigma, axis=1)
     size = np.where(np.isfinite(size), size, np.inf if standing else 0.0)
-    first = np.searchsorted(velocity.time, found.begin - 1e-6)
-    last = np.searchsorted(velocity.time, found.end + 1e-6)
+    first = np.searchsorted(velocity.time, windows.begin - 1e-6)
+    last = np.searchsorted(velocity.time, windows.end + 1e-6)
     moving = np.concatenate([[0], np.cumsum(size > (3.0 if standing else SIGMAS))])
     any_moving = moving[last] > moving[first]
     return np.asarray(~any_moving & (last > first) if standing else any_moving)

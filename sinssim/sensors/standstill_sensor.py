@@ -71,9 +71,6 @@ class Standstill(AidingSensor):
 
         Args:
             velocity: "gnss-velocity" that veto a stop, if there are any.
-
-        Raises:
-            InputError: less than five seconds of rest to learn from.
         """
         from sinssim.sensors.standstill_detection import find_stops, learn_rest
 

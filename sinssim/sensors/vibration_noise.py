@@ -71,7 +71,10 @@ class AddedNoise:
             Gyros and accelerometers, (K, 2, 3, 3).
         """
         row = self._row(begin)
-        both = [one if one.ndim == 3 else one[:, :, None] * np.eye(3) for one in (self.gyro[row], self.accel[row])]
+        both = [
+            density if density.ndim == 3 else density[:, :, None] * np.eye(3)
+            for density in (self.gyro[row], self.accel[row])
+        ]
         return np.stack(both, axis=1)
 
     def _row(self, begin: Array) -> NDArray[np.intp]:
@@ -96,9 +99,9 @@ class AddedNoise:
         if other is None:
             return self
         time = np.union1d(self.time, other.time)
-        own, more = self._row(time), other._row(time)
+        rows, more = self._row(time), other._row(time)
         return AddedNoise(
-            time, np.hypot(self.gyro[own], other.gyro[more]), np.hypot(self.accel[own], other.accel[more])
+            time, np.hypot(self.gyro[rows], other.gyro[more]), np.hypot(self.accel[rows], other.accel[more])
         )
 
     def mirrored(self, begin: float, end: float) -> AddedNoise:
@@ -131,9 +134,6 @@ def vibration(imu: ImuData, window_s: float = 1.0) -> Vibration:
 
     Args:
         window_s: length of the windows, s.
-
-    Raises:
-        InputError: the increments cannot be used, or are too slow to show vibration.
     """
     checked_increments(imu)
     window_s = number("window_s", window_s, "s", low=POSITIVE)
@@ -163,7 +163,7 @@ def _levels(rate: Array, wide: int, ends: NDArray[np.intp]) -> Array:
     return np.asarray(np.sqrt(mean * wide / (wide - 1)))  # the running mean holds 1/wide of white noise
 
 
-def vibration_noise(found: Vibration, gyro: float, accel: float) -> AddedNoise:
+def vibration_noise(vibration_levels: Vibration, gyro: float, accel: float) -> AddedNoise:
     """Return the noise that vibration adds.
 
     Args:
@@ -174,9 +174,11 @@ def vibration_noise(found: Vibration, gyro: float, accel: float) -> AddedNoise:
         and that of the first window is its own.
     """
     kappa = [number(f"κ of the {name}", value, low=0.0) for name, value in (("gyros", gyro), ("accelerometers", accel))]
-    start = found.time[0] - (found.time[1] - found.time[0] if len(found.time) > 1 else 1.0)
+    start = vibration_levels.time[0] - (
+        vibration_levels.time[1] - vibration_levels.time[0] if len(vibration_levels.time) > 1 else 1.0
+    )
     parts = [
-        k * np.sqrt(found.interval) * np.concatenate([level[:1], level])
-        for k, level in zip(kappa, (found.gyro, found.accel), strict=True)
+        k * np.sqrt(vibration_levels.interval) * np.concatenate([level[:1], level])
+        for k, level in zip(kappa, (vibration_levels.gyro, vibration_levels.accel), strict=True)
     ]
-    return AddedNoise(np.concatenate([[start], found.time]), *parts)
+    return AddedNoise(np.concatenate([[start], vibration_levels.time]), *parts)

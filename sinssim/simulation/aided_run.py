@@ -57,7 +57,7 @@ six decades for each sensor, is then cut."""
 
 
 def diagnosed(
-    found: Estimate,
+    filter_estimate: Estimate,
     start: Start,
     readings: Sequence[Measurements],
     options: Mapping[str, Any],
@@ -69,25 +69,31 @@ def diagnosed(
         start: increments, state and covariance that the filter started with.
         options: arguments of `estimate`.
     """
-    if consistency(found).consistent:
-        return found
+    if consistency(filter_estimate).consistent:
+        return filter_estimate
     begin, end = float(start.imu.time[0]), float(start.imu.time[-1])
     lasts = _FIRST_S
-    while begin + lasts < end and (options["encoders"] is not None or _consistent_until(found, begin + lasts)):
+    while begin + lasts < end and (
+        options["encoders"] is not None or _consistent_until(filter_estimate, begin + lasts)
+    ):
         lasts *= 2.0
-    seen = _diagnosis(found, start, readings, options, min(begin + lasts, end), progress)
+    seen = _diagnosis(filter_estimate, start, readings, options, min(begin + lasts, end), progress)
     if seen is not None and seen.cause is not None and seen.cause.kind != "inertial noise":
         # a better explanation was found than the vibration that the estimate's remark suspects
-        suspected = vibration_untold(found.innovations, start.imu, found.model, options["added_noise"])
-        found = replace(found, remarks=tuple(remark for remark in found.remarks if remark not in suspected))
-    return replace(found, diagnosis=seen)
+        suspected = vibration_untold(
+            filter_estimate.innovations, start.imu, filter_estimate.model, options["added_noise"]
+        )
+        filter_estimate = replace(
+            filter_estimate, remarks=tuple(remark for remark in filter_estimate.remarks if remark not in suspected)
+        )
+    return replace(filter_estimate, diagnosis=seen)
 
 
-def _consistent_until(found: Estimate, until: float) -> bool:
+def _consistent_until(filter_estimate: Estimate, until: float) -> bool:
     """Return whether the innovations up to an instant are consistent."""
-    part = tuple(_part(one, until) for one in found.innovations)
-    ends = found.divergence is not None and found.divergence.time <= until
-    return not ends and consistency(replace(found, innovations=part, divergence=None)).consistent
+    part = tuple(_part(series, until) for series in filter_estimate.innovations)
+    ends = filter_estimate.divergence is not None and filter_estimate.divergence.time <= until
+    return not ends and consistency(replace(filter_estimate, innovations=part, divergence=None)).consistent
 
 
 def _part(innovations: Innovations, until: float) -> Innovations:
@@ -101,7 +107,7 @@ def _part(innovations: Innovations, until: float) -> Innovations:
 
 
 def _diagnosis(
-    found: Estimate,
+    filter_estimate: Estimate,
     start: Start,
     readings: Sequence[Measurements],
     options: Mapping[str, Any],
@@ -121,15 +127,17 @@ def _diagnosis(
         if runs >= most and not smooth:  # the size of the best explanation is found in any case
             refused += 1
             raise LimitReachedError("the search is at its limit.")
-        progress(_tried(found.model, model, factors), min(runs / most, 1.0))
+        progress(_tried(filter_estimate.model, model, factors), min(runs / most, 1.0))
         runs += 1
-        told = [replace(m, sigma=factors.get(m.label, 1.0) * m.sigma) for m in within]
-        own = {**options, "axes": model.axes}
-        known = widened(start.covariance, found.model, model)
-        return estimate(imu, start.state, told, model, covariance=known, smooth=smooth, history=False, **own)
+        measurements = [replace(m, sigma=factors.get(m.label, 1.0) * m.sigma) for m in within]
+        run_options = {**options, "axes": model.axes}
+        known = widened(start.covariance, filter_estimate.model, model)
+        return estimate(
+            imu, start.state, measurements, model, covariance=known, smooth=smooth, history=False, **run_options
+        )
 
     interval = float(np.median(np.diff(imu.time)))
-    seen = diagnose(run, found.model, interval, float(edges[stop]))
+    seen = diagnose(run, filter_estimate.model, interval, float(edges[stop]))
     progress("done", 1.0)
     took = time.perf_counter() - begin
     return None if seen is None else replace(seen, runs=runs, seconds=took, cut=refused > 0)
@@ -140,13 +148,13 @@ def most_runs(samples: int) -> int:
     return min(max(_SAMPLES // max(samples, 1), _FEWEST), _MOST)
 
 
-def _tried(own: ErrorModel, model: ErrorModel, factors: Mapping[str, float]) -> str:
+def _tried(baseline_model: ErrorModel, model: ErrorModel, factors: Mapping[str, float]) -> str:
     """Return in which a model differs from the filter's own, in a few words."""
     if factors:
         return f"σ of {', '.join(factors)}"
-    if (model.gyro_noise, model.accel_noise) != (own.gyro_noise, own.accel_noise):
+    if (model.gyro_noise, model.accel_noise) != (baseline_model.gyro_noise, baseline_model.accel_noise):
         return "inertial noise"
-    known = {block.name: block for block in own.blocks}
+    known = {block.name: block for block in baseline_model.blocks}
     for block in model.blocks:
         there = known.get(block.name)
         if there is None or not np.array_equal(there.sigma, block.sigma):
@@ -203,10 +211,6 @@ def aid_run(
 
     Returns:
         The aided solution; if the filter diverged, it ends there.
-
-    Raises:
-        InputError: the run is too short for a sensor, the vehicle moves during a coarse alignment at rest, or rates do
-            not divide.
     """
     section, aiding, navigation = scenario.filter, scenario.aiding, scenario.navigation
     assert section is not None
@@ -278,9 +282,6 @@ def filtered(
 
     Returns:
         The estimate; its solution is that of the vehicle, its history that of the block.
-
-    Raises:
-        InputError: as for `estimate`.
     """
     section, navigation = scenario.filter, scenario.navigation
     assert section is not None
@@ -295,7 +296,7 @@ def filtered(
     readings = [_after(m, float(start.imu.time[0])) for m in measurements]
     added = added or _added_noise(start.imu, section.vibration_noise, bridged)
     options |= {"axes": axes, "added_noise": added, "encoders": encoders}
-    found = estimate(
+    filter_estimate = estimate(
         start.imu,
         start.state,
         readings,
@@ -306,20 +307,22 @@ def filtered(
         **options,
     )
     if history and section.diagnose:
-        found = diagnosed(found, start, readings, options, progress)
+        filter_estimate = diagnosed(filter_estimate, start, readings, options, progress)
     for key in ("axes", "added_noise", "encoders"):
         del options[key]
     if section.backward and history:
         options["row_s"] = max(row_s, float(start.imu.time[-1] - start.imu.time[0]) / ROWS)  # nothing smooths it
-        found = _with_backward(found, start.imu, readings, section.vibration_noise, options, bridged)
+        filter_estimate = _with_backward(
+            filter_estimate, start.imu, readings, section.vibration_noise, options, bridged
+        )
     if encoders is None:
-        return found
-    smoothed, unaided = found.smoothed, found.unaided
+        return filter_estimate
+    smoothed, unaided = filter_estimate.smoothed, filter_estimate.unaided
     if smoothed is not None:
         smoothed = replace(smoothed, solution=encoders.turned_out(smoothed.solution))
     return replace(
-        found,
-        solution=encoders.turned_out(found.solution),
+        filter_estimate,
+        solution=encoders.turned_out(filter_estimate.solution),
         smoothed=smoothed,
         unaided=lambda: encoders.turned_out(unaided()),
     )
@@ -375,10 +378,6 @@ def coarse_alignment(
 
     Args:
         ellipsoid_of_truth: name of the reference ellipsoid of the measurements.
-
-    Raises:
-        InputError: the run is too short, or the vehicle moves during an alignment at rest.
-        RunError: the vehicle hardly accelerates during an alignment in motion.
     """
     section, imu, sigma = scenario.filter, start.imu, inertial_sigma(scenario)
     assert section is not None
@@ -424,12 +423,12 @@ def _added_noise(imu: ImuData, kappa: float, bridged: AddedNoise | None) -> Adde
 
 def _with_shared_times(sensed: Sequence[AidingReadings], edges: Array) -> tuple[AidingReadings, ...]:
     """Return readings whose times are the same arrays wherever they are equal: those of the IMU, or of each other."""
-    known, found = [edges, edges[1:]], []
-    for one in sensed:
-        m = one.measurements
+    known, shared_readings = [edges, edges[1:]], []
+    for readings in sensed:
+        m = readings.measurements
         m = replace(m, time=shared(m.time, known), arrival=shared(m.arrival, known))
-        found.append(replace(one, measurements=m, time=shared(one.time, known)))
-    return tuple(found)
+        shared_readings.append(replace(readings, measurements=m, time=shared(readings.time, known)))
+    return tuple(shared_readings)
 
 
 def _with_noise_factor(measurements: Measurements, factor: float) -> Measurements:

@@ -29,9 +29,6 @@ def aid(scenario: Scenario, sensed: Sensed, progress: Progress = silent) -> Aide
 
     Returns:
         The aided solution with its errors, or its differences from the reference of recorded sensors.
-
-    Raises:
-        InputError: as for `aid_run` and `aid_recorded`.
     """
     if isinstance(sensed.truth, RecordedMotion):
         return _aid_recorded(scenario, sensed, sensed.truth, progress)
@@ -73,10 +70,13 @@ def _aid_recorded(scenario: Scenario, sensed: Sensed, motion: RecordedMotion, pr
     if reference is None and estimate.smoothed is not None:
         reference = as_reference("the smoothed solution", estimate.smoothed.solution)
     aided = compare_recorded(estimate, all_readings(motion.prepared), reference, float(motion.time[-1]))
-    if motion.reference is None and (own := aided.smoothed_error) is not None:
+    if motion.reference is None and (smoothed_error := aided.smoothed_error) is not None:
         # it would be zero, up to rounding
-        unknown = [np.full_like(error, np.nan) for error in (own.position_ned, own.velocity_ned, own.attitude)]
-        aided = replace(aided, smoothed_error=NavError(own.time, *unknown))
+        unknown = [
+            np.full_like(error, np.nan)
+            for error in (smoothed_error.position_ned, smoothed_error.velocity_ned, smoothed_error.attitude)
+        ]
+        aided = replace(aided, smoothed_error=NavError(smoothed_error.time, *unknown))
     return aided
 
 

@@ -65,9 +65,6 @@ def run_backward(
 
     Returns:
         The estimate in forward time: every row uses the readings at its instant and later.
-
-    Raises:
-        InputError: as for `estimate`.
     """
     forwards: Mechanization = options["mechanization"]
     count = int(np.searchsorted(imu.time, forward.time[-1] + 1e-6)) - 1
@@ -77,7 +74,7 @@ def run_backward(
     added = None if bridged is None else bridged.mirrored(float(imu.time[0]), float(imu.time[-1]))
     if vibration_share:
         added = vibration_noise(vibration(turned), vibration_share, vibration_share).plus(added)
-    found = estimate(
+    backward = estimate(
         turned,
         _reversed_state(forward.solution.state(-1)),
         [reversed_readings(m, imu.time) for m in measurements],
@@ -86,7 +83,7 @@ def run_backward(
         added_noise=added,
         **{**options, "mechanization": replace(forwards, ellipsoid=in_reverse_time(forwards.ellipsoid))},
     )
-    return _in_forward_time(found, imu.time, kinds)
+    return _in_forward_time(backward, imu.time, kinds)
 
 
 def start_model(forward: Estimate) -> ErrorModel:
@@ -99,10 +96,10 @@ def start_model(forward: Estimate) -> ErrorModel:
     blocks = []
     for block in model.blocks:
         if block.name in NAVIGATION:
-            own = forward.sigma[-1, model.slices[block.name]]
-            sigma = WIDER * own
+            last_sigma = forward.sigma[-1, model.slices[block.name]]
+            sigma = WIDER * last_sigma
             if block.name == "attitude":
-                sigma = np.minimum(sigma, np.maximum(own, _LARGEST_ANGLE))
+                sigma = np.minimum(sigma, np.maximum(last_sigma, _LARGEST_ANGLE))
         elif math.isfinite(block.correlation_time):
             sigma = np.asarray(block.sigma)
         else:
@@ -150,13 +147,10 @@ def reversed_readings(readings: Measurements, edges: Array) -> Measurements:
 
 
 def signs_in_reverse_time(model: ErrorModel, kinds: Mapping[str, str]) -> Array:
-    """Return the sign that every state takes in reverse time.
+    """Return the sign that every state takes in reverse time: 1 or −1 for each state, (n,).
 
     Args:
         kinds: kind of measurement of each aiding sensor, by its label.
-
-    Returns:
-        1 or −1 for each state, (n,).
     """
     signs = np.ones(model.size)
     for name, where in model.slices.items():
@@ -176,41 +170,41 @@ def _reversed_state(state: NavState) -> NavState:
     return replace(state, velocity_ned=-state.velocity_ned)
 
 
-def _in_forward_time(found: Estimate, edges: Array, kinds: Mapping[str, str]) -> Estimate:
+def _in_forward_time(backward: Estimate, edges: Array, kinds: Mapping[str, str]) -> Estimate:
     """Return an estimate of the backward run in forward time."""
-    model, time = found.model, _mirrored(found.time, edges)
+    model, time = backward.model, _mirrored(backward.time, edges)
     signs = signs_in_reverse_time(model, kinds)
-    last, s = len(time) - 1, found.solution
+    last, s = len(time) - 1, backward.solution
     solution = NavSolution(
         time, s.latitude[::-1], s.longitude[::-1], s.height[::-1], -s.velocity_ned[::-1], s.q_nb[::-1],
         s.defect[::-1], s.algorithm,
     )  # fmt: skip
-    divergence = found.divergence
+    divergence = backward.divergence
     if divergence is not None:
         divergence = replace(divergence, time=float(edges[0] + edges[-1] - divergence.time))
     return replace(
-        found,
+        backward,
         time=time,
         solution=solution,
-        parameters={name: signs[model.slices[name]] * p[::-1] for name, p in found.parameters.items()},
-        sigma=found.sigma[::-1],
-        rows=last - found.rows[::-1],
-        covariance=signs[:, None] * found.covariance[::-1] * signs,
-        innovations=tuple(_innovations(i, edges) for i in found.innovations),
+        parameters={name: signs[model.slices[name]] * p[::-1] for name, p in backward.parameters.items()},
+        sigma=backward.sigma[::-1],
+        rows=last - backward.rows[::-1],
+        covariance=signs[:, None] * backward.covariance[::-1] * signs,
+        innovations=tuple(_innovations(i, edges) for i in backward.innovations),
         divergence=divergence,
     )
 
 
-def _innovations(found: Innovations, edges: Array) -> Innovations:
-    signs = np.ones(found.value.shape[1])
-    signs[: measurement_kind(found.kind).velocities] = -1.0
+def _innovations(innovations: Innovations, edges: Array) -> Innovations:
+    signs = np.ones(innovations.value.shape[1])
+    signs[: measurement_kind(innovations.kind).velocities] = -1.0
     i, j = np.tril_indices(len(signs))
     return replace(
-        found,
-        time=_mirrored(found.time, edges),
-        value=signs * found.value[::-1],
-        lower=(signs[i] * signs[j]) * found.lower[::-1],
-        nis=found.nis[::-1],
-        accepted=found.accepted[::-1],
-        reason=list(found.reason)[::-1],
+        innovations,
+        time=_mirrored(innovations.time, edges),
+        value=signs * innovations.value[::-1],
+        lower=(signs[i] * signs[j]) * innovations.lower[::-1],
+        nis=innovations.nis[::-1],
+        accepted=innovations.accepted[::-1],
+        reason=list(innovations.reason)[::-1],
     )

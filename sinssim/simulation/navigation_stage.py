@@ -95,15 +95,12 @@ def after_alignment(setup: Setup) -> Setup:
 
     Returns:
         The setup; unchanged without [navigation.alignment].
-
-    Raises:
-        InputError: as for `align_itself`.
     """
     section = setup.scenario.navigation
     if section.alignment is None:
         return setup
-    own = ellipsoid_by_name(section.ellipsoid_over(setup.truth.ellipsoid.name))
-    count, initial = align_itself(setup.scenario, setup.imu, setup.initial, own)
+    ellipsoid = ellipsoid_by_name(section.ellipsoid_over(setup.truth.ellipsoid.name))
+    count, initial = align_itself(setup.scenario, setup.imu, setup.initial, ellipsoid)
     height = setup.height[count:] if isinstance(setup.height, np.ndarray) else setup.height
     return replace(setup, imu=without_alignment(setup.imu, count), initial=initial, height=height)
 
@@ -117,9 +114,6 @@ def align_itself(scenario: Scenario, imu: ImuData, place: NavState, ellipsoid: E
 
     Returns:
         Number of samples that the alignment takes, and the state after them.
-
-    Raises:
-        InputError: the run is too short, the vehicle moves, or the sensors do not determine the attitude.
     """
     section = scenario.navigation.alignment
     assert section is not None
@@ -252,8 +246,8 @@ class Navigated:
     def errors(self) -> dict[str, NavError]:
         """Errors of the solutions by algorithm; differences from the reference of recorded sensors."""
         with thread_pool(os.cpu_count()) as pool:
-            found = pool.map(lambda solution: self.truth.error_of(solution, self.axes), self.solutions.values())
-            return dict(zip(self.solutions, found, strict=True))
+            nav_errors = pool.map(lambda solution: self.truth.error_of(solution, self.axes), self.solutions.values())
+            return dict(zip(self.solutions, nav_errors, strict=True))
 
     def light(self) -> Navigated:
         """Return the same without what can be computed again."""
@@ -264,16 +258,16 @@ class Navigated:
         """Return the same solutions of recorded sensors with the errors against a reference."""
         assert isinstance(self.truth, RecordedMotion)
         truth = replace(self.truth, reference=reference)
-        found = Navigated(self.scenario, replace(self.sensed, truth=truth))
-        vars(found)["_solved"] = self._solved
-        return found
+        run = Navigated(self.scenario, replace(self.sensed, truth=truth))
+        vars(run)["_solved"] = self._solved
+        return run
 
 
 def before_navigation(scenario: Scenario, sensed: Sensed) -> Navigated:
     """Return a run whose sensors have been read, without a solution."""
-    found = Navigated(scenario, sensed)
-    vars(found)["_solved"] = ({}, {})
-    return found
+    run = Navigated(scenario, sensed)
+    vars(run)["_solved"] = ({}, {})
+    return run
 
 
 def navigate(scenario: Scenario, sensed: Sensed) -> Navigated:
@@ -286,9 +280,9 @@ def navigate(scenario: Scenario, sensed: Sensed) -> Navigated:
         InputError: as for `solve`.
         RunError: no algorithm has a solution.
     """
-    found = Navigated(scenario, sensed)
-    vars(found)["_solved"] = _solved(scenario, sensed)
-    return found
+    run = Navigated(scenario, sensed)
+    vars(run)["_solved"] = _solved(scenario, sensed)
+    return run
 
 
 def _solved(scenario: Scenario, sensed: Sensed) -> tuple[dict[str, NavSolution], dict[str, RunError]]:
@@ -336,11 +330,6 @@ def solve(
 
     Returns:
         The solutions of the successful algorithms, with the vehicle's attitude, and the errors of the others.
-
-    Raises:
-        InputError: the data or the engine do not admit an option, a platform has no errors, or the navigator's own
-            alignment fails.
-        RunError: no algorithm has a solution.
     """
     section, axes = scenario.navigation, truth.axes(scenario.navigation.frame)
     initial = initial_state_with_errors(truth.first, section.initial_error, truth.ellipsoid, scenario.seed, axes)

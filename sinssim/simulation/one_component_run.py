@@ -100,10 +100,6 @@ def compute(section: OneComponent, seed: int) -> OneComponentResult:
 
     Args:
         seed: the run's seed, for noise.
-
-    Raises:
-        InputError: the rate gives no reading, or the motion cannot be computed with.
-        RunError: the errors grow beyond all numbers.
     """
     with np.errstate(over="ignore", invalid="ignore"):  # what is not finite is reported
         return _compute(section, seed)
@@ -118,11 +114,14 @@ def _compute(section: OneComponent, seed: int) -> OneComponentResult:
     measured = with_errors(ideal, section, seed)
 
     def errors_of(readings: PlaneReadings, with_: OneComponent) -> tuple[OneComponentSolution, PlaneErrors]:
-        found = navigate(readings, with_, truth, increments)
+        computed = navigate(readings, with_, truth, increments)
         wrong = PlaneErrors(
-            time, found.velocity - truth.velocity, found.coordinate - increments.coordinate, found.pitch - truth.pitch
+            time,
+            computed.velocity - truth.velocity,
+            computed.coordinate - increments.coordinate,
+            computed.pitch - truth.pitch,
         )
-        return found, wrong
+        return computed, wrong
 
     solution, error = errors_of(measured, section)
     perfect = errors_of(ideal, only(section, ""))[1]

@@ -66,8 +66,8 @@ class ReferenceMotion:
     def state(self, t: ArrayLike) -> NavState:
         """Return states of the block; raise InputError where the reference does not have them."""
         time = np.atleast_1d(np.asarray(t, dtype=np.float64))
-        found = self.reference.state_at(time)
-        if found is None:
+        states = self.reference.state_at(time)
+        if states is None:
             missing = [what for what in ("velocity", "attitude") if what not in self.reference.knows]
             raise InputError(
                 "[aiding] with [log] is simulated from log.reference, but "
@@ -80,9 +80,9 @@ class ReferenceMotion:
             )
         if np.ndim(t) == 0:
             return NavState(
-                found.latitude[0], found.longitude[0], found.height[0], found.velocity_ned[0], found.q_nb[0]
+                states.latitude[0], states.longitude[0], states.height[0], states.velocity_ned[0], states.q_nb[0]
             )
-        return found
+        return states
 
     def rates(self, t: ArrayLike) -> tuple[Array, Array]:
         """Raise InputError: a reference has no angular rates."""
@@ -119,11 +119,7 @@ class Prepared:
 
 
 def prepare(scenario: Scenario) -> Prepared:
-    """Read the files of a scenario with [log], and write out what follows from them.
-
-    Raises:
-        InputError: a file cannot be used, or the data do not give a start.
-    """
+    """Read the files of a scenario with [log], and write out what follows from them."""
     section = scenario.log
     assert section is not None
     log = recorded_log(section, scenario.imu.mounting_deg)
@@ -152,16 +148,16 @@ def prepare(scenario: Scenario) -> Prepared:
         ),
     }
     if scenario.filter is not None:
-        own = scenario.filter.initial_sigma
-        found = {
+        sigma_section = scenario.filter.initial_sigma
+        start_sigma = {
             "position_m": float(max(start.position[:2])),
             "height_m": float(start.position[2]),
             "velocity_mps": start.velocity,
             "tilt_arcmin": start.tilt / ARCMIN,
             "heading_arcmin": start.heading / ARCMIN,
         }
-        given = own.model_dump(exclude_none=True)
-        sigma = InitialSigmaSection(**{**found, **given})
+        given = sigma_section.model_dump(exclude_none=True)
+        sigma = InitialSigmaSection(**{**start_sigma, **given})
         update["filter"] = scenario.filter.model_copy(update={"initial_sigma": sigma})
     whole = scenario.model_copy(update=update)
     return Prepared(with_states(whole, moved), log, start, moved)
@@ -177,10 +173,10 @@ class RecordedAided(Aided):
 
     reference: Reference | None = None
 
-    def _error_of(self, own: NavSolution) -> NavError:
+    def _error_of(self, solution: NavSolution) -> NavError:
         if self.reference is None:
-            return NavError(own.time, *(np.full((len(own.time), 3), np.nan) for _ in range(3)))
-        return self.reference.error_of(own)
+            return NavError(solution.time, *(np.full((len(solution.time), 3), np.nan) for _ in range(3)))
+        return self.reference.error_of(solution)
 
     @property
     def true_parameters_known(self) -> bool:
@@ -206,9 +202,6 @@ def aid_recorded(
 
     Returns:
         The estimate; if the filter diverged, it ends there.
-
-    Raises:
-        InputError: the coarse alignment is not possible, or rates do not divide.
     """
     scenario, section = prepared.scenario, prepared.scenario.filter
     assert section is not None
@@ -236,37 +229,33 @@ def aid_recorded(
 
 
 def all_readings(prepared: Prepared) -> tuple[AidingReadings, ...]:
-    """Return the recorded readings, and those of sensors that [aiding] emulates from the reference.
-
-    Raises:
-        InputError: there is no whole reference to emulate sensors from, or a sensor would be there twice.
-    """
+    """Return the recorded readings, and those of sensors that [aiding] emulates from the reference."""
     log, aiding = prepared.log, prepared.scenario.aiding
     if aiding is None:
         return log.sensed
     velocity = next((r.measurements for r in log.sensed if r.measurements.kind == "gnss-velocity"), None)
     q_bs = mounting(prepared.scenario).q_bs
-    found: list[AidingReadings] = []
+    imu_readings: list[AidingReadings] = []
     others: dict[str, AidingSensor] = {}
     for name, sensor in aiding.sensors().items():
         own_readings = sensor.from_imu(log.imu, velocity, q_bs) if sensor.needs_no_truth else None
         if own_readings is None:
             others[name] = sensor
         else:
-            found += [AidingReadings(m, m.time, {}) for m in own_readings]
+            imu_readings += [AidingReadings(m, m.time, {}) for m in own_readings]
     if others and log.reference is None:
         raise InputError(
             f"[aiding] has {', '.join(others)}, which are simulated from a reference: add [log.reference], or "
             "remove them. Standstill with detect = true and land_vehicle follow from the inertial data."
         )
-    emulated = found
+    emulated = imu_readings
     if others:
         assert log.reference is not None
         motion = ReferenceMotion(log.reference, float(log.imu.time[0]), float(log.imu.time[-1]))
         vehicle = Vehicle(motion, prepared.scenario.seed)
-        emulated = [*found, *(readings for sensor in others.values() for readings in sensor.read(vehicle))]
-    own = {readings.measurements.label for readings in log.sensed}
-    twice = [readings.measurements.label for readings in emulated if readings.measurements.label in own]
+        emulated = [*imu_readings, *(readings for sensor in others.values() for readings in sensor.read(vehicle))]
+    labels = {readings.measurements.label for readings in log.sensed}
+    twice = [readings.measurements.label for readings in emulated if readings.measurements.label in labels]
     if twice:
         raise InputError(f"{twice[0]} is both recorded ([log]) and simulated ([aiding]): remove one of them.")
     return (*log.sensed, *emulated)

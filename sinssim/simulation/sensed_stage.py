@@ -66,9 +66,6 @@ class Sensed:
 
         None for recorded sensors without a barometer, and for a simulated one without a reading, which leaves the
         channel free.
-
-        Raises:
-            InputError: the simulated barometer has no reading, and there is no filter to report it.
         """
         scenario, truth = self.scenario, self.truth
         if not isinstance(truth, Truth):
@@ -96,8 +93,8 @@ class Sensed:
 
         truth, imu = self.truth, self.scenario.imu
         assert isinstance(truth, Truth)
-        own = self.readings
-        if all(one is None for one in (own.accelerometers, own.attitude, own.single)):
+        readings = self.readings
+        if all(sensor is None for sensor in (readings.accelerometers, readings.attitude, readings.single)):
             return Readings(perfect_increments(truth.block, truth.ideal, imu))
         return read(truth.block, truth.ideal, imu, self.scenario.seed, self.errors)[0]
 
@@ -107,17 +104,14 @@ def sense(scenario: Scenario, truth: Truth) -> Sensed:
 
     Returns:
         What the sensors read, which holds the readings of perfect sensors as well.
-
-    Raises:
-        InputError: the motion is too short for the sensors.
     """
     from sinssim.sensors.sets.sensor_readings import draw_true_errors, read
 
     errors = draw_true_errors(scenario.imu, scenario.seed, scenario.compensation)
     perfect, readings = read(truth.block, truth.ideal, scenario.imu, scenario.seed, errors)
-    found = Sensed(scenario, truth, readings, errors)
-    vars(found)["perfect"] = perfect
-    return found
+    sensed = Sensed(scenario, truth, readings, errors)
+    vars(sensed)["perfect"] = perfect
+    return sensed
 
 
 @dataclass(frozen=True)
@@ -140,9 +134,6 @@ def planned(scenario: Scenario, *, recorded: bool) -> Plan:
 
     Args:
         recorded: whether the run is written to a run directory.
-
-    Raises:
-        InputError: a file or the scenario cannot be used, or the filter needs more memory than there is.
     """
     from sinssim.scenario import filter_model as filter_states
     from sinssim.scenario.run_memory import check_memory
@@ -161,9 +152,6 @@ def sense_recorded(scenario: Scenario, motion: RecordedMotion) -> Sensed:
 
     Args:
         motion: what is known of the motion, with the recording.
-
-    Raises:
-        InputError: the vertical channel needs heights that are not recorded.
     """
     from sinssim.sensors.sets.sensor_readings import Readings
 

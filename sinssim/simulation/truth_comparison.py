@@ -77,7 +77,7 @@ class InertialParameters:
         drifts = self._means(("rate_walk", "ramp", "bias_temperature"), times, (1.0, 1.0))
         instabilities = self._means(("instability", "correlation_time"), times, (0.0, 0.0))
         flicker = self._means(("flicker",), times, crossing)
-        found: list[dict[str, Array]] = []
+        parameters: list[dict[str, Array]] = []
         for i in range(len(times)):
             values: dict[str, Array] = {}
             constant = self._constant(times[i])
@@ -87,8 +87,8 @@ class InertialParameters:
                 values[f"{name} scale"] = constant[k][1]
                 values[f"{name} misalignment"] = constant[k][2][..., ~np.eye(3, dtype=bool)]
                 values[f"{name} instability"] = instabilities[k][i]
-            found.append(values)
-        return found
+            parameters.append(values)
+        return parameters
 
     def _constant(self, times: Array) -> list[tuple[Array, Array, Array]]:
         """Return bias, scale factor and misalignment of gyros and accelerometers; in a row for each time, (K, …), if
@@ -97,16 +97,16 @@ class InertialParameters:
             every = self._left if self._axes is None else combined_errors(self._blocks, self._axes)
             return [(triad.bias, triad.scale, triad.misalignment) for triad in (every.gyro, every.accel)]
         last = np.searchsorted(self._edges, times - 1e-9).clip(1, len(self._edges) - 1) - 1
-        rows = np.concatenate([one[last] for one in self._used], axis=1)
+        rows = np.concatenate([entry[last] for entry in self._used], axis=1)
         kinds, which = np.unique(rows, axis=0, return_inverse=True)
         count = len(self._axes)
-        found = [combined_errors(self._blocks, self._axes, (one[:count], one[count:])) for one in kinds]
+        imu_errors = [combined_errors(self._blocks, self._axes, (entry[:count], entry[count:])) for entry in kinds]
 
         def rows_of(triads: list[TriadErrors]) -> tuple[Array, Array, Array]:
-            bias, scale, tilt = (np.array([getattr(one, name) for one in triads])[which] for name in _STATES[:3])
+            bias, scale, tilt = (np.array([getattr(entry, name) for entry in triads])[which] for name in _STATES[:3])
             return bias, scale, tilt
 
-        return [rows_of([one.gyro for one in found]), rows_of([one.accel for one in found])]
+        return [rows_of([entry.gyro for entry in imu_errors]), rows_of([entry.accel for entry in imu_errors])]
 
     def _means(
         self, fields: tuple[str, ...], times: Sequence[Array], windows: Sequence[float]
@@ -123,12 +123,12 @@ class InertialParameters:
         edges, drift = self._edges, self._emulated(fields)
 
         def means(increments: Array, window: float) -> list[Array]:
-            sums, found = np.concatenate([np.zeros((1, 3)), np.cumsum(increments, axis=0)]), []
+            sums, window_means = np.concatenate([np.zeros((1, 3)), np.cumsum(increments, axis=0)]), []
             for time in times:
                 last = np.searchsorted(edges, time - 1e-9).clip(1, len(edges) - 1)
                 first = np.searchsorted(edges, edges[last] - window - 1e-9).clip(0, last - 1)
-                found.append((sums[last] - sums[first]) / (edges[last] - edges[first])[:, np.newaxis])
-            return found
+                window_means.append((sums[last] - sums[first]) / (edges[last] - edges[first])[:, np.newaxis])
+            return window_means
 
         return means(drift.dtheta, windows[0]), means(drift.dvel, windows[1])
 
@@ -155,8 +155,10 @@ class InertialParameters:
         if self._axes is None:
             return read[0]
         count, used = len(self._axes), self._used or (None, None)
-        singles = (np.hstack([getattr(one, name) for one in read])[:, :count] for name in ("dtheta", "dvel"))
-        dtheta, dvel = (combine(rows, self._axes, own) for rows, own in zip(singles, used, strict=True))
+        singles = (
+            np.hstack([getattr(increments, name) for increments in read])[:, :count] for name in ("dtheta", "dvel")
+        )
+        dtheta, dvel = (combine(rows, self._axes, selection) for rows, selection in zip(singles, used, strict=True))
         return ImuData(self._edges, dtheta, dvel)
 
 
@@ -222,30 +224,30 @@ class Aided:
         Args:
             rows: R of the filter's epochs.
         """
-        found = self._errors_at(rows, _KINDS)
-        return NavError(self.estimate.solution.time[rows], *(found[name] for name in _KINDS))
+        errors = self._errors_at(rows, _KINDS)
+        return NavError(self.estimate.solution.time[rows], *(errors[name] for name in _KINDS))
 
     def _errors_at(self, rows: Rows, kinds: Sequence[str]) -> dict[str, Array]:
         """Return some kinds of navigation errors at R of the filter's epochs, (R, 3) each."""
         solution = self.estimate.solution
         count = len(solution.time)
         number = np.arange(*rows.indices(count)) if isinstance(rows, slice) else rows % count
-        found = {name: np.empty((len(number), 3)) for name in kinds}
+        errors = {name: np.empty((len(number), 3)) for name in kinds}
         for start in range(0, len(solution.time), BLOCK):
             inside = np.flatnonzero((number >= start) & (number < start + BLOCK))
             if not len(inside):
                 continue
             block = slice(start, start + BLOCK)
-            own = solution_of(solution.time[block], rows_of(solution, block), solution.algorithm)
-            error = self._error_of(own)
-            for name, values in found.items():
+            block_solution = solution_of(solution.time[block], rows_of(solution, block), solution.algorithm)
+            error = self._error_of(block_solution)
+            for name, values in errors.items():
                 values[inside] = getattr(error, name)[number[inside] - start]
-        return found
+        return errors
 
-    def _error_of(self, own: NavSolution) -> NavError:
+    def _error_of(self, solution: NavSolution) -> NavError:
         """Return the errors of some rows of a solution."""
-        there = self.trajectory.state(own.time)
-        return navigation_error(there, own, self.trajectory.ellipsoid, self.estimate.model.axes)
+        there = self.trajectory.state(solution.time)
+        return navigation_error(there, solution, self.trajectory.ellipsoid, self.estimate.model.axes)
 
     @property
     def true_parameters_known(self) -> bool:
@@ -275,8 +277,8 @@ class Aided:
         """Return the actual errors in the filter's own states at R of its epochs, (R, n)."""
         error = self.error_at(rows)
         blocks = self.estimate.model.blocks[len(NAVIGATION) :]
-        own = (self.block_error(block.name, rows) for block in blocks)
-        return np.hstack([error.position_ned, error.velocity_ned, error.attitude, *own])
+        block_errors = (self.block_error(block.name, rows) for block in blocks)
+        return np.hstack([error.position_ned, error.velocity_ned, error.attitude, *block_errors])
 
     @property
     def state_errors(self) -> Array:
@@ -300,16 +302,16 @@ def compare_with_truth(
         block: the motion of a block that turns in the vehicle, which the filter's history is about.
     """
     further = {"smoothed": estimated.smoothed, "backward": estimated.backward}
-    solutions = {name: one for name, one in further.items() if one is not None}
-    true = inertial.at(estimated.time, *(one.time for one in solutions.values()))
+    solutions = {name: estimate for name, estimate in further.items() if estimate is not None}
+    true = inertial.at(estimated.time, *(estimate.time for estimate in solutions.values()))
     parameters = _true_parameters(true[0], sensed, estimated.time, estimated.model)
     errors: dict[str, NavError] = {}
     states: dict[str, Array] = {}
-    for (name, one), own_true in zip(solutions.items(), true[1:], strict=True):
-        there = trajectory.state(one.time)
-        own = _true_parameters(own_true, sensed, one.time, estimated.model)
-        errors[name] = navigation_error(there, one.solution, trajectory.ellipsoid, estimated.model.axes)
-        states[name] = state_errors(estimated.model, one, there, own, trajectory.ellipsoid)
+    for (name, estimate), own_true in zip(solutions.items(), true[1:], strict=True):
+        there = trajectory.state(estimate.time)
+        true_parameters = _true_parameters(own_true, sensed, estimate.time, estimated.model)
+        errors[name] = navigation_error(there, estimate.solution, trajectory.ellipsoid, estimated.model.axes)
+        states[name] = state_errors(estimated.model, estimate, there, true_parameters, trajectory.ellipsoid)
     nominal = np.zeros((0, estimated.model.size))
     if (history := estimated.history) is not None:
         rows = estimated.rows

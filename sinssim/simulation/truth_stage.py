@@ -58,9 +58,9 @@ class Truth:
             ideal: ideal increments along `block`, in the steps of `digital`.
             state: true states at their edges, if they are known.
         """
-        found = cls(trajectory, block, rate_hz, ideal.time)
-        vars(found).update({"ideal": ideal} if state is None else {"ideal": ideal, "state": state})
-        return found
+        truth = cls(trajectory, block, rate_hz, ideal.time)
+        vars(truth).update({"ideal": ideal} if state is None else {"ideal": ideal, "state": state})
+        return truth
 
     @cached_property
     def ideal(self) -> ImuData:
@@ -107,9 +107,6 @@ def truth_along(trajectory: Trajectory, scenario: Scenario) -> Truth:
 
     Args:
         trajectory: the motion of the vehicle at the block's place.
-
-    Raises:
-        InputError: an interval of the IMU is longer than the motion.
     """
     from sinssim.scenario.true_motion import block_of
     from sinssim.sensors.imu.emulation import digital

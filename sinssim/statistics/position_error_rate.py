@@ -50,9 +50,6 @@ def rate_uncertainty(time: Any, errors: Any) -> Array:
 
     Returns:
         m/s, (N,), or () for one run; NaN for a run without an epoch after zero.
-
-    Raises:
-        InputError: the arrays have inconsistent shapes.
     """
     t, r = _pair(time, errors)
     left = r - mean_rate(t, r)[..., None] * t

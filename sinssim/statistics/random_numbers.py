@@ -150,13 +150,10 @@ def normal_pairs_of_runs(
 
 
 def term_number(term: str) -> np.uint64:
-    """Return the generator's number of a term.
+    """Return the generator's number of a term: the name's CRC-32.
 
     Args:
         term: its name, for example "random walk".
-
-    Returns:
-        The name's CRC-32.
     """
     return np.uint64(zlib.crc32(term.encode()))
 
@@ -166,9 +163,6 @@ def key(seed: int) -> tuple[np.uint64, np.uint64]:
 
     Args:
         seed: the run's seed.
-
-    Raises:
-        InputError: the seed is not an integer from 0 to 2⁶⁴ − 1.
     """
     if isinstance(seed, bool) or not isinstance(seed, (int, np.integer)) or not 0 <= seed < 1 << 64:
         raise InputError(
@@ -187,9 +181,6 @@ def pairs(seed: int, term: str, axis: int, count: int, first: int = 0) -> Array:
 
     Returns:
         The numbers of the gyro and of the accelerometer, (2, count).
-
-    Raises:
-        InputError: the seed cannot be used.
     """
     out = np.empty((2, count))
     key_0, key_1 = key(seed)
@@ -204,9 +195,6 @@ def normals(seed: int, term: str, axis: int, count: int) -> Array:
         seed: the run's seed, from 0 to 2⁶⁴ − 1.
         term: name of the term, for example "gnss position".
         axis: number of the axis, from 0.
-
-    Raises:
-        InputError: the seed cannot be used.
     """
     numbers: Array = pairs(seed, term, axis, count)[0]
     return numbers

@@ -242,9 +242,6 @@ def verdict(
 
     The probability of error is 5 %, or less if several looks share it. Instants at which no run counts are left out; if
     none is left, it is undecided, and the value is NaN.
-
-    Raises:
-        InputError: the shapes do not fit, there is no run, or the time of the requirement is not among the instants.
     """
     instants, values = np.asarray(time, dtype=np.float64), np.asarray(errors, dtype=np.float64)
     if values.ndim == 2 and values.shape[1:] == instants.shape and len(instants):

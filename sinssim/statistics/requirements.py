@@ -99,11 +99,7 @@ class Requirement:
 
 
 def parse_requirement(text: str) -> Requirement:
-    """Read a requirement such as "r95(3600 s) <= 1852 m" or "heading(end) <= 0.05 deg".
-
-    Raises:
-        InputError: it cannot be read, the quantity or the unit is unknown, or the unit is of another kind.
-    """
+    """Read a requirement such as "r95(3600 s) <= 1852 m" or "heading(end) <= 0.05 deg"."""
     match = _PATTERN.fullmatch(text) if isinstance(text, str) else None
     if match is None:
         raise InputError(f"the requirement {shortened(repr(text))} cannot be read; {_FORM}.")

@@ -56,9 +56,9 @@ def compile_words(path: str, error: Exception) -> str:
     lines = re.findall(rf'File "[^"]*{re.escape(Path(path).name)}", line (\d+)', text)
     where = f", line {lines[-1]}" if lines else ""
     skipped = ("Failed in nopython", "During:", "File ", "There are", "- Of which", "Overload", "<source", "^")
-    reasons = [one.strip() for one in text.splitlines() if one.strip() and not one.strip().startswith(skipped)]
-    said = " ".join(reasons[: 2 if reasons[:1] and reasons[0].endswith(":") else 1]).rstrip(".")
-    return f"{path}{where}: {shortened(said, 300) or type(error).__name__}"
+    reasons = [line.strip() for line in text.splitlines() if line.strip() and not line.strip().startswith(skipped)]
+    reason = " ".join(reasons[: 2 if reasons[:1] and reasons[0].endswith(":") else 1]).rstrip(".")
+    return f"{path}{where}: {shortened(reason, 300) or type(error).__name__}"
 
 
 def _failed(algorithm: str, path: str, error: Exception) -> InputError:
@@ -79,20 +79,16 @@ def guarded(algorithm: str, engine: Callable[..., None]) -> Callable[..., None]:
         except NumbaError as error:
             raise _failed(algorithm, REGISTRY[algorithm].path, error) from error
         except Exception as error:  # raised by the user's functions
-            said = f"{type(error).__name__}: {error}".rstrip(": .")
+            reason = f"{type(error).__name__}: {error}".rstrip(": .")
             raise RunError(
-                f"the algorithm {algorithm} ({REGISTRY[algorithm].path}) failed while it navigated: {said}."
+                f"the algorithm {algorithm} ({REGISTRY[algorithm].path}) failed while it navigated: {reason}."
             ) from error
 
     return call
 
 
 def check_parts(algorithm: str, path: str, file: ModuleType) -> None:
-    """Raise if the functions of an algorithm do not fit each other, or do not mean what the engines take them for.
-
-    Raises:
-        InputError: a function cannot be compiled, fails, or returns something else; the message has the file.
-    """
+    """Raise if the functions of an algorithm do not fit each other, or do not mean what the engines take them for."""
 
     def call(name: str, *arguments: Any) -> Any:
         try:
@@ -104,12 +100,12 @@ def check_parts(algorithm: str, path: str, file: ModuleType) -> None:
         return InputError(f"the algorithm {algorithm} cannot be used: {path}: {what}.")
 
     def numbers(name: str, value: Any, count: int) -> tuple[float, ...]:
-        found = value if isinstance(value, tuple) else (value,)
-        if len(found) != count or not all(isinstance(one, int | float) for one in found):
+        values = value if isinstance(value, tuple) else (value,)
+        if len(values) != count or not all(isinstance(number, int | float) for number in values):
             raise wrong(f"{name} must return a tuple of {count} numbers, and returns {_words(value)}")
-        if not all(map(math.isfinite, found)):
+        if not all(map(math.isfinite, values)):
             raise wrong(f"{name} returns {_words(value)} for the quaternion {_QUATERNION}: a number is not finite")
-        return tuple(map(float, found))
+        return tuple(map(float, values))
 
     attitude = call("start_k", *_QUATERNION)
     if not isinstance(attitude, tuple):
@@ -204,10 +200,6 @@ def algorithm_file(algorithm: str) -> AttitudeFile | EngineFile:
 
     Args:
         algorithm: one of `sinssim.ALGORITHMS`.
-
-    Raises:
-        InputError: the file is missing, invalid or incomplete, or the registry has the name twice; the message gives
-            the path and the reason.
     """
     entry = REGISTRY[algorithm]
     if entry.problem:
@@ -234,11 +226,7 @@ def algorithm_file(algorithm: str) -> AttitudeFile | EngineFile:
 
 @cache
 def frame_file(frame: str) -> FrameFile:
-    """Return the file of a navigation frame, one of `sinssim.FRAMES`.
-
-    Raises:
-        InputError: the file is missing, invalid or incomplete; the message gives the path and the reason.
-    """
+    """Return the file of a navigation frame, one of `sinssim.FRAMES`."""
     return cast(FrameFile, _frame_functions(f"frame {frame}", frame, FrameFile, "solve", "check"))
 
 
@@ -262,11 +250,7 @@ def _frame_functions(what: str, frame: str, protocol: type, *names: str) -> Any:
 
 
 def check_own_files(algorithms: Iterable[str], frame: str) -> None:
-    """Raise for a file outside the package that cannot be used, before anything is computed.
-
-    Raises:
-        InputError: as for `algorithm_file`, `frame_file` and `three_rate_file`.
-    """
+    """Raise for a file outside the package that cannot be used, before anything is computed."""
     for name in algorithms:
         if name in REGISTRY and REGISTRY[name].path:
             algorithm_file(name)
@@ -317,9 +301,9 @@ def _check(what: str, module: ModuleType, path: str, protocol: type, *, compiled
                 wrong.append(f"{name} is not compiled: it needs the decorator `inline` of sinssim.jit")
             else:
                 parameters = inspect.signature(getattr(there, "py_func", there)).parameters.values()
-                own = [parameter.name for parameter in parameters if parameter.default is parameter.empty]
-                if len(own) != len(arguments):
-                    wrong.append(f"{name} takes ({', '.join(own)}), but must take ({', '.join(arguments)})")
+                required_names = [parameter.name for parameter in parameters if parameter.default is parameter.empty]
+                if len(required_names) != len(arguments):
+                    wrong.append(f"{name} takes ({', '.join(required_names)}), but must take ({', '.join(arguments)})")
     if wrong:
         raise InputError(f"the {what} cannot be used: {path}: {'; '.join(wrong)}.")
 
@@ -332,13 +316,10 @@ _NAMES = ("start_k", "dcm_k", "step_k", "quaternion_k", "turn_k")
 
 @cache
 def parts(algorithm: str) -> dict[str, Callable[..., Any]]:
-    """Return an algorithm's functions by their names in the engines.
+    """Return an algorithm's functions by their names in the engines: the five functions, and `fill_turns`.
 
     Args:
         algorithm: one of `sinssim.ALGORITHMS`.
-
-    Returns:
-        The five functions, and `fill_turns`.
     """
     entry, file = REGISTRY[algorithm], algorithm_file(algorithm)
     functions = {name: getattr(file, name, None) or coning_sculling.fitted_turn_k for name in _NAMES}
@@ -361,9 +342,6 @@ def own_engine(algorithm: str, frame: str) -> Callable[[Problem, str], None] | N
 
     Returns:
         The engine, a function of a problem and a frame; None for an algorithm that consists of parts.
-
-    Raises:
-        InputError: the algorithm's file cannot be used, or does not support this frame.
     """
     file = algorithm_file(algorithm)
     return file.engine(frame) if hasattr(file, "engine") else None

@@ -303,10 +303,6 @@ def navigate_platform(
 
     Returns:
         The solution at every edge. Its attitude is that of the gimbals.
-
-    Raises:
-        InputError: an option is unknown or has no effect, or an error is invalid.
-        RunError: the frame cannot follow the motion, or the numbers overflow.
     """
     from sinssim.sensors.imu.error_kernel import pack
     from sinssim.statistics.random_numbers import key

@@ -42,9 +42,6 @@ def navigate_in_field(
 
     Args:
         ellipsoid: the navigator's ellipsoid.
-
-    Raises:
-        RunError: `navigate` does, or the positions of successive passes do not come closer.
     """
     solution = navigate(imu)
     compared = np.unique(np.linspace(0, len(solution.time) - 1, _COMPARED).astype(np.intp))
@@ -133,7 +130,7 @@ def _path(solution: NavSolution, ellipsoid: Ellipsoid) -> Callable[[Array], Arra
     def at(t: Array) -> Array:
         row = np.clip(np.searchsorted(time, t, side="right") - 1, 0, len(time) - 2)
         share = ((t - time[row]) / (time[row + 1] - time[row]))[:, None]
-        here, there = (_positions(solution, ellipsoid, one) for one in (row, row + 1))
+        here, there = (_positions(solution, ellipsoid, index) for index in (row, row + 1))
         return np.asarray(here + share * (there - here))
 
     return at

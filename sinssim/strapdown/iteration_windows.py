@@ -62,8 +62,8 @@ class Windows(NamedTuple):
 
 def _integrals(x: Long, degree: int) -> Long:
     """Return ∫ Tₘ(2x − 1) dx from 0 to x for m = 0…degree, (..., degree+1)."""
-    one = np.eye(degree + 1, dtype=np.longdouble)
-    primitive = np.stack([chebyshev.chebint(row, lbnd=-1) for row in one], axis=1)
+    identity = np.eye(degree + 1, dtype=np.longdouble)
+    primitive = np.stack([chebyshev.chebint(row, lbnd=-1) for row in identity], axis=1)
     return np.asarray(0.5 * chebyshev.chebvander(2.0 * x - 1.0, degree + 1) @ primitive)
 
 
@@ -138,9 +138,9 @@ def windows(time: Array, uniform: bool) -> Iterator[Windows]:
         yield Windows(first, np.full(len(first), WINDOW), first, table, *_tables(edges, 0), integral)
     if left:
         fit = samples - WINDOW
-        one = np.array([0], dtype=np.intp)
+        zero = np.array([0], dtype=np.intp)
         tables = _tables(time[None, fit:], WINDOW - left)
-        yield Windows(one + samples - left, one + left, one + fit, one, *tables, integral)
+        yield Windows(zero + samples - left, zero + left, zero + fit, zero, *tables, integral)
 
 
 @inline

@@ -114,11 +114,6 @@ def navigate_by_attitude(
 
     Returns:
         The solution at every edge; its attitude is the measured one, referred to the computed place.
-
-    Raises:
-        InputError: the arrays do not belong together, a value is not finite, the times do not increase, or a model is
-            unknown.
-        RunError: the numbers overflow.
     """
     time, dvel, q_ib, defect = _checked(time, dvel, q_ib)
     count = len(dvel)
@@ -141,8 +136,8 @@ def navigate_by_attitude(
     )  # fmt: skip
     q_in = earth.q_en(latitude, longitude + body.omega * time)
     q_nb = rotation.multiply(rotation.conjugate(q_in), rotation.normalize(q_ib))
-    if found := not_finite_in(altitude, velocity_ned, q_nb):
-        name, row = found
+    if failure := not_finite_in(altitude, velocity_ned, q_nb):
+        name, row = failure
         raise RunError(
             f"the navigation's {name} diverged and is not usable at t = {time[row]:.2f} s: velocity increments "
             f"of up to {np.abs(dvel).max():.3g} m/s in one interval are impossible for a vehicle.",
@@ -185,10 +180,6 @@ def navigate_set(
         attitude: measured attitude relative to inertial space at the edges, (N+1, 4), or None.
         mechanization: with a measured attitude, gravity, ellipsoid and those of the vertical channel apply.
         height: as for `navigate`.
-
-    Raises:
-        InputError: the data or the engine do not admit an option.
-        RunError: the frame cannot follow the motion, or the numbers overflow.
     """
     if attitude is None:
         return navigate(imu, initial, mechanization, height=height)

@@ -163,9 +163,6 @@ def chosen(mechanization: Mechanization | None, options: Options) -> Mechanizati
 
     Args:
         mechanization: the given one, None if there is none.
-
-    Raises:
-        InputError: both are given, or as for `Mechanization`.
     """
     if mechanization is None:
         return Mechanization(**options)

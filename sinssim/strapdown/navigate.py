@@ -79,10 +79,6 @@ def updates(imu: ImuData, of: Mechanization) -> Updates:
 
     Returns:
         The updates; samples at the end that do not fill a row stay.
-
-    Raises:
-        InputError: the increments cannot be used, the algorithm or the schedule needs equal intervals, or the data are
-            shorter than one row.
     """
     sample_time, dtheta, dvel = checked_increments(imu)
     time, uniform, entry = sample_time, is_uniform(sample_time), REGISTRY[of.algorithm]
@@ -246,17 +242,13 @@ def solve_problem(problem: Problem, rates: tuple[int, int, bool] | None) -> None
     Args:
         problem: with the state at its start in the first rows.
         rates: those of `Updates`.
-
-    Raises:
-        InputError: an algorithm or a frame outside the package cannot be used.
-        RunError: the frame cannot follow the flight, or the numbers overflow.
     """
     of = problem.mechanization
-    file, own = frame_file(of.frame), own_engine(of.algorithm, of.frame)
+    file, engine = frame_file(of.frame), own_engine(of.algorithm, of.frame)
     if rates is not None:
         three_rate_file(of.frame).solve_three_rates(problem, of.frame, *rates)
-    elif own is not None:
-        own(problem, of.frame)
+    elif engine is not None:
+        engine(problem, of.frame)
     else:
         file.solve(problem, of.frame)
     file.check(problem, of.frame)

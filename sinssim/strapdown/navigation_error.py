@@ -150,7 +150,9 @@ def _fill(error: NavError, truth: NavState, solution: NavSolution, ellipsoid: El
 
 
 @strict_kernel
-def _place_errors(latitude: Array, longitude: Array, height: Array, own: Array, xyz: Array, ned: Array) -> None:
+def _place_errors(
+    latitude: Array, longitude: Array, height: Array, solution_height: Array, xyz: Array, ned: Array
+) -> None:
     """Resolve differences of Earth-fixed positions at the true positions; down is from the heights."""
     for k in range(len(latitude)):
         x, y, z = xyz[k, 0], xyz[k, 1], xyz[k, 2]
@@ -158,15 +160,15 @@ def _place_errors(latitude: Array, longitude: Array, height: Array, own: Array, 
         sin_lon, cos_lon = sin(longitude[k]), cos(longitude[k])
         ned[k, 0] = cos_lat * z - sin_lat * (cos_lon * x + sin_lon * y)
         ned[k, 1] = cos_lon * y - sin_lon * x
-        ned[k, 2] = height[k] - own[k]
+        ned[k, 2] = height[k] - solution_height[k]
 
 
 @strict_kernel
-def _attitude_errors(true: Array, own: Array, phi: Array) -> None:
+def _attitude_errors(true: Array, q_solution: Array, phi: Array) -> None:
     """Set the rotation vectors of q_true ⊗ q_solution*."""
     for k in range(len(phi)):
         t0, t1, t2, t3 = true[k, 0], true[k, 1], true[k, 2], true[k, 3]
-        q = multiply_k(t0, t1, t2, t3, own[k, 0], -own[k, 1], -own[k, 2], -own[k, 3])
+        q = multiply_k(t0, t1, t2, t3, q_solution[k, 0], -q_solution[k, 1], -q_solution[k, 2], -q_solution[k, 3])
         phi[k, 0], phi[k, 1], phi[k, 2] = rotation_vector_from_quaternion_k(*q)
 
 
@@ -198,14 +200,11 @@ def error_numbers(error: NavError) -> dict[str, float]:
 
 
 def error_numbers_of(blocks: Callable[[], Iterable[NavError]]) -> dict[str, float]:
-    """Return the error statistics of one solution, given block by block.
+    """Return the error statistics of one solution, given block by block: as `error_numbers`.
 
     Args:
         blocks: returns its errors, one block of rows after the other; called for each quantity, so that only one
             of them is in memory.
-
-    Returns:
-        As `error_numbers`.
     """
     numbers = {}
     for name, quantity in _QUANTITIES.items():
@@ -243,12 +242,12 @@ def diverged(errors: Mapping[str, NavError]) -> dict[str, RunError]:
     Returns:
         For each of them an error with the message and the instant from which this holds.
     """
-    found = {}
+    failures = {}
     for name, error in errors.items():
         if all(map(math.isfinite, error_numbers(error).values())):
             continue
         with np.errstate(over="ignore", invalid="ignore"):
             finite = np.isfinite(error.horizontal**2 + error.height**2 + error.speed**2 + error.angle**2)
         time = float(error.time[int(np.argmin(finite))])
-        found[name] = RunError(f"its errors are not finite from t = {time:.2f} s on: it diverged.", time=time)
-    return found
+        failures[name] = RunError(f"its errors are not finite from t = {time:.2f} s on: it diverged.", time=time)
+    return failures

@@ -171,9 +171,6 @@ def simulate(
         dvel: integrals of the specific force along the body and up, (N, 2) m/s.
         velocity, coordinate, pitch: at time[0], m/s, rad, rad.
         radius: radius of the Earth, m.
-
-    Raises:
-        InputError: the arrays do not belong together, a value is not finite, or the times do not increase.
     """
     turns = doubles("dtheta", dtheta)
     edges, pushes = _intervals(time, dvel, dtheta=turns)
@@ -203,9 +200,6 @@ def simulate_measured(
         dvel: integrals of the specific force along the body and up, (N, 2) m/s.
         velocity, coordinate: at time[0], m/s, rad.
         radius: radius of the Earth, m.
-
-    Raises:
-        InputError: the arrays do not belong together, a value is not finite, or the times do not increase.
     """
     angles = doubles("angle", angle)
     edges, pushes = _intervals(time, dvel, angle=angles)
@@ -243,10 +237,6 @@ def simulate_two_integrals(
 
     Returns:
         The solution at every edge, with the rate.
-
-    Raises:
-        InputError: the arrays do not belong together, a value is not finite, the times do not increase, or the arm has
-            no length.
     """
     arms = doubles("dvel_arm", dvel_arm)
     edges, pushes = _intervals(time, dvel, dvel_arm=arms)
@@ -310,14 +300,11 @@ def _states(edges: int, velocity: float, coordinate: float, pitch: float) -> tup
 
 
 def schuler_rate(gravity: float = GRAVITY, radius: float = RADIUS) -> float:
-    """Return the Schuler frequency ω_s = √(g/R).
+    """Return the Schuler frequency ω_s = √(g/R): rad/s; 2π over it is 84.4 min.
 
     Args:
         gravity: m/s².
         radius: radius of the Earth, m.
-
-    Returns:
-        rad/s; 2π over it is 84.4 min.
     """
     gravity = number("gravity", gravity, "m/s²", low=POSITIVE)
     return sqrt(gravity / number("radius", radius, "m", low=POSITIVE))
@@ -341,16 +328,13 @@ def accelerometer_error(time: ArrayLike, bias: float, gravity: float = GRAVITY, 
 
 
 def gyro_error(time: ArrayLike, drift: float, gravity: float = GRAVITY, radius: float = RADIUS) -> Array:
-    """Return the error of the coordinate by a constant gyro error, (8.15).
+    """Return the error of the coordinate by a constant gyro error, (8.15): δy = Δω₀ (t − sin(ω_s t)/ω_s), (N,) rad.
 
     Args:
         time: (N,) s.
         drift: Δω₀, nose-down positive as in the chapter, rad/s.
         gravity: m/s².
         radius: radius of the Earth, m.
-
-    Returns:
-        Δy = Δω₀ (t − sin(ω_s t)/ω_s), (N,) rad.
     """
     rate, t = schuler_rate(gravity, radius), numbers("time", time)
     drift = number("drift", drift, "rad/s")

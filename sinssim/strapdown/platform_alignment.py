@@ -106,11 +106,11 @@ class AlignmentLoops:
         phi = whole[10:, 10:].T
         noise = phi @ whole[:10, 10:]
         p = np.diag(np.square([0.0, tilt, azimuth, 0.0, tilt, *np.repeat(bias, each)]))
-        found = np.empty((len(time), 3))
+        sigma = np.empty((len(time), 3))
         for row in range(len(time)):
-            found[row] = np.sqrt(np.diag(p)[[4, 1, 2]])
+            sigma[row] = np.sqrt(np.diag(p)[[4, 1, 2]])
             p = phi @ p @ phi.T + noise
-        return found
+        return sigma
 
 
 _SENSORS = np.zeros((5, 5))

@@ -114,8 +114,8 @@ def errors_by_cause(
     coriolis = transport - 2.0 * ellipsoid.omega * np.sin(latitude)
     x, v = np.zeros((4, 2)), np.zeros((4, 2))
     x[3], v[3] = displaced, drifting
-    found = np.empty((len(t), 4, 2))
-    found[0] = x
+    position_errors = np.empty((len(t), 4, 2))
+    position_errors[0] = x
     across = np.array([[0.0, -1.0], [1.0, 0.0]])  # (a, b) → (b, −a) on the right: −D × of a horizontal vector
     for k in range(len(t) - 1):
         s, w, c, a = step[k, 0], transport[k], coriolis[k], forcing[k]
@@ -126,8 +126,8 @@ def errors_by_cause(
         dx, dv = slope(x, v)
         dx, dv = slope(x + 0.5 * s * dx, v + 0.5 * s * dv)
         x, v = x + s * dx, v + s * dv
-        found[k + 1] = x
-    return ErrorsByCause(t, {name: found[:, i] for i, name in enumerate(names)})
+        position_errors[k + 1] = x
+    return ErrorsByCause(t, {name: position_errors[:, i] for i, name in enumerate(names)})
 
 
 def _summed(rows: Array) -> Array:

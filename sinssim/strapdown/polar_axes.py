@@ -47,15 +47,12 @@ def axes_of(frame: str, *latitudes: ArrayLike) -> str:
 
 
 def axes_along(frame: str, state: Callable[[Array], NavState], start: float, end: float) -> str:
-    """Return the axes in which the errors of a run along a known motion are compared.
+    """Return the axes in which the errors of a run along a known motion are compared: as `axes_of`.
 
     Args:
         frame: navigation frame, one of `sinssim.FRAMES`.
         state: the motion, a function of times, (N,) s.
         start, end: its ends, s; it is looked at once a second.
-
-    Returns:
-        As `axes_of`.
     """
     if not FRAME_REGISTRY[frame].passes_poles:
         return "north"
@@ -78,14 +75,11 @@ def turn_of_north(latitude0: Array, longitude0: Array, latitude1: Array, longitu
 
 
 def turned(vector: Array, psi: Array) -> Array:
-    """Return vectors turned about the vertical.
+    """Return vectors turned about the vertical: (N, 3).
 
     Args:
         vector: north, east, down, (N, 3).
         psi: angle, clockwise from north, (N,) rad.
-
-    Returns:
-        (N, 3).
     """
     c, s = np.cos(psi), np.sin(psi)
     north, east, down = vector.T
@@ -93,28 +87,22 @@ def turned(vector: Array, psi: Array) -> Array:
 
 
 def turned_attitude(q_nb: Array, psi: Array) -> Array:
-    """Return attitudes turned about the vertical.
+    """Return attitudes turned about the vertical: (N, 4).
 
     Args:
         q_nb: (N, 4).
         psi: angle, clockwise from north, (N,) rad.
-
-    Returns:
-        (N, 4).
     """
     none = np.zeros_like(psi)
     return rotation.multiply(np.stack([np.cos(0.5 * psi), none, none, np.sin(0.5 * psi)], axis=1), q_nb)
 
 
 def carried(state: NavState, latitude: Array, longitude: Array, height: Array) -> NavState:
-    """Return states at other places, with velocity and attitude carried there.
+    """Return states at other places, with velocity and attitude carried there: N rows.
 
     Args:
         state: N rows.
         latitude, longitude, height: the places, (N,) rad and m.
-
-    Returns:
-        N rows.
     """
     psi = turn_of_north(state.latitude, state.longitude, latitude, longitude)
     return NavState(latitude, longitude, height, turned(state.velocity_ned, psi), turned_attitude(state.q_nb, psi))

@@ -38,9 +38,6 @@ def open_own(path: Path, *, make: bool = True) -> int:
 
     Returns:
         Its descriptor, which child programs do not inherit.
-
-    Raises:
-        OSError: it cannot be opened, is a link, no regular file, or another user's.
     """
     flags = os.O_RDWR | (os.O_CREAT if make else 0)
     flags |= getattr(os, "O_NOFOLLOW", 0) | getattr(os, "O_NONBLOCK", 0)  # Windows has neither
@@ -233,11 +230,6 @@ def publish(source: Draft, place: Path, staying: Iterable[str] = ()) -> list[str
 
     Returns:
         The names of the new files, with slashes.
-
-    Raises:
-        InputError: a file that sinssim did not write has the name of a new one, or a link leads elsewhere; nothing is
-            changed.
-        OSError: a file cannot be moved; nothing is changed.
     """
     new, staying = _files(source.path), list(staying)
     if not os.path.lexists(place):

@@ -93,11 +93,7 @@ class PlaneMotion:
         return velocity / r, along + velocity * self._height(time, 1) / r, gravity + up - velocity**2 / r
 
     def increments(self, rate_hz: float) -> PlaneIncrements:
-        """Return the integrals of ideal readings by Gauss-Legendre quadrature, exact to rounding between rows.
-
-        Raises:
-            InputError: the rate gives no interval, or more than this machine's memory holds.
-        """
+        """Return the integrals of ideal readings by Gauss-Legendre quadrature, exact to rounding between rows."""
         time = sample_edges(0.0, self.duration, rate_hz)
         edges = np.unique(np.concatenate((time, self._knots[self._knots < time[-1]])))
         sums = np.concatenate(list(self._pieces(edges)))

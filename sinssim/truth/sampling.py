@@ -154,6 +154,7 @@ def integrate_samples(
     points: int = _POINTS,
 ) -> Array:
     """Return the integrals of a function over consecutive intervals by Gauss-Legendre quadrature: integrals, (N,
+
     columns).
 
     Args:

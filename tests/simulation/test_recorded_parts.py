@@ -12,7 +12,7 @@ import pytest
 
 from sinssim.errors import InputError
 from sinssim.experiments.run.execute import about, keep
-from sinssim.experiments.run.parts import outages
+from sinssim.experiments.run.parts import judged_outages
 from sinssim.experiments.run.run_result import Run
 from sinssim.recording.run_directory import RunDirectory
 from sinssim.simulation.aiding_stage import aid, best_reference
@@ -169,13 +169,13 @@ def test_outages_of_a_run_and_of_further_passes(monkeypatch: pytest.MonkeyPatch)
     errors = {"own": ERROR, "other": double, "smooth": ERROR}
     reference = SimpleNamespace(name="r", error_of=lambda solution: errors[solution])
     passed = []
-    monkeypatch.setattr(outages, "_pass", lambda sensed, prepared, spans: passed.append(spans) or other)
+    monkeypatch.setattr(judged_outages, "_pass", lambda sensed, prepared, spans: passed.append(spans) or other)
     aided: Any = SimpleNamespace(estimate=estimate)
 
     def judged() -> Any:
         motion = RecordedMotion(SimpleNamespace(log=log, scenario=SimpleNamespace(log="log")), None)  # type: ignore[arg-type]
         run: Any = SimpleNamespace(truth=motion, sensed=None)
-        return outages.Outages(run, aided).judged
+        return judged_outages.Outages(run, aided).judged
 
     log = SimpleNamespace(outages=((5.5, 8.0),), passes=(), reference=reference, fixes=None)
     found = judged()
@@ -199,9 +199,9 @@ def test_outages_of_a_run_and_of_further_passes(monkeypatch: pytest.MonkeyPatch)
     motion = RecordedMotion(SimpleNamespace(log=log), None)  # type: ignore[arg-type]
     for settings, expected in ((None, False), ("filter", True)):
         run: Any = SimpleNamespace(truth=motion, scenario=SimpleNamespace(filter=settings))
-        assert outages.Outages.belongs_to(run) is expected
+        assert judged_outages.Outages.belongs_to(run) is expected
     log.passes = log.outages = ()
-    assert not outages.Outages.belongs_to(run)
+    assert not judged_outages.Outages.belongs_to(run)
 
 
 def test_withheld_fixes_judge_outages_if_there_is_no_reference() -> None:
@@ -209,12 +209,12 @@ def test_withheld_fixes_judge_outages_if_there_is_no_reference() -> None:
     own = SimpleNamespace(log=SimpleNamespace(gnss=gnss))
     fixes = SimpleNamespace(time=np.array([5.0, 6.0]), latitude=np.array([0.1, 0.2]), longitude=np.array([0.3, 0.5]),
                             height=np.array([7.0, 9.0]))  # fmt: skip
-    found = outages._reference(SimpleNamespace(scenario=own, log=SimpleNamespace(reference=None, fixes=fixes)))
+    found = judged_outages._reference(SimpleNamespace(scenario=own, log=SimpleNamespace(reference=None, fixes=fixes)))
     assert (found.name, found.lever_arm) == ("the withheld fixes", (0.5, -1.5, 2.5))
     for name in ("time", "latitude", "longitude", "height"):
         np.testing.assert_array_equal(getattr(found, name), getattr(fixes, name))
     given = SimpleNamespace(scenario=own, log=SimpleNamespace(reference="r", fixes=fixes))
-    assert outages._reference(given) == "r"
+    assert judged_outages._reference(given) == "r"
 
 
 def test_the_known_errors_of_a_unit_are_those_given_as_numbers(monkeypatch: pytest.MonkeyPatch) -> None:

@@ -122,9 +122,6 @@ def in_accelerometer_frame(errors: ImuErrors) -> tuple[ImuErrors, Array]:
     """Return the errors of a block in the frame of its accelerometers, and C, v_accelerometers = C v_block, (3, 3).
 
     In this frame the misalignments xy, xz and yz of the accelerometers are zero.
-
-    Raises:
-        InputError: the sensitive axes of the accelerometers do not span space.
     """
     axes = np.eye(3) + errors.accel.misalignment
     if not np.linalg.det(axes) > 0.0:

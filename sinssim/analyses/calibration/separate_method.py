@@ -113,11 +113,7 @@ class _Table:
 
 
 def separate(task: Task) -> Estimate:
-    """Estimate the parameters of a block by separate tests.
-
-    Raises:
-        RunError: the iteration does not converge: the readings do not fit the sequence.
-    """
+    """Estimate the parameters of a block by separate tests."""
     rates = task.section.use == "positions-and-rates"
     spans, order = _spans(task, rates)
     white = [

@@ -290,11 +290,7 @@ _COARSE_BIAS = 1.0 * DEG_H
 
 
 def systematic(task: Task) -> Estimate:
-    """Estimate the parameters of a block from its navigation errors.
-
-    Raises:
-        RunError: the iteration does not converge: the readings do not fit the sequence.
-    """
+    """Estimate the parameters of a block from its navigation errors."""
     ends, observed = steps(task)
     values, prior_sigma = _coarse(task), np.full(3, task.section.attitude_sigma_deg * DEG)
     q = _levelled(task, task.compensated(values))

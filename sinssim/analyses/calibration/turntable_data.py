@@ -60,11 +60,7 @@ def planned(section: Turntable, time: Array) -> Dwells:
 
 
 def between(spans: tuple[tuple[float, float], ...], time: Array, key: str) -> Dwells:
-    """Return the samples of given dwells, `spans` in s; `key` names them in a scenario, for messages.
-
-    Raises:
-        InputError: a dwell has fewer than three samples, or lies outside of the samples.
-    """
+    """Return the samples of given dwells, `spans` in s; `key` names them in a scenario, for messages."""
     rows = []
     slack = 1e-6 * float(time[1] - time[0])
     for number, (begin, end) in enumerate(spans, start=1):
@@ -84,11 +80,7 @@ def between(spans: tuple[tuple[float, float], ...], time: Array, key: str) -> Dw
 
 
 def detected(imu: ImuData, section: Turntable) -> Dwells:
-    """Return the dwells of a log: spans in which the gyros stand still, as many as the sequence has.
-
-    Raises:
-        InputError: the log has no standing spans, or another number of them than the sequence.
-    """
+    """Return the dwells of a log: spans in which the gyros stand still, as many as the sequence has."""
     interval = float(np.median(np.diff(imu.time)))
     size = max(round(_WINDOW / interval), 1)
     count = len(imu) // size

@@ -79,11 +79,7 @@ def times_of(requirements: Iterable[Requirement]) -> tuple[float, ...]:
 def answers(
     result: BudgetResult, requirements: str | Requirement | Iterable[str | Requirement], free: Sequence[str] = ()
 ) -> tuple[Answer, ...]:
-    """Judge requirements by a budget that has the instants of `times_of`, and solve them for the sources.
-
-    Raises:
-        InputError: a requirement cannot be read, a source is unknown or has no size, or a time lies outside the run.
-    """
+    """Judge requirements by a budget that has the instants of `times_of`, and solve them for the sources."""
     joint_sources = tuple(_sized(result, name) for name in free)
     results = []
     for requirement in parse_requirements(requirements):

@@ -24,7 +24,7 @@ from numpy.typing import NDArray
 
 from sinssim import rotation
 from sinssim.analyses.error_budget.error_dynamics import TrueMotion
-from sinssim.analyses.error_budget.propagation import Propagation, Reading
+from sinssim.analyses.error_budget.share_propagation import Propagation, Reading
 from sinssim.analyses.error_budget.source_shares import (
     Marks,
     SensorAngle,

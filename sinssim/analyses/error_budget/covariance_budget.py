@@ -10,7 +10,6 @@ from typing import TYPE_CHECKING, Protocol
 import numpy as np
 
 from sinssim.alignment.initial_conditions import alignment_samples
-from sinssim.analyses.error_budget import budget_exhibits  # noqa: F401  (it gives the results their media)
 from sinssim.analyses.error_budget.aiding_sources import AidingSources, aiding_sources
 from sinssim.analyses.error_budget.aligned_start import align, begin_aligned, samples_of_alignment
 from sinssim.analyses.error_budget.allowances import times_of
@@ -35,8 +34,8 @@ from sinssim.analyses.error_budget.error_sources import (
     initial_errors,
     of_turning,
 )
+from sinssim.analyses.error_budget.inertial_propagation import STATES, HeightErrors, Vertical, propagate
 from sinssim.analyses.error_budget.source_shares import Marks, SensorAngle, SensorGiven, SensorSource, Shares, Snapshot
-from sinssim.analyses.error_budget.unaided_budget import STATES, HeightErrors, Vertical, propagate
 from sinssim.data import Array, ImuData, NavSolution, NavState
 from sinssim.errors import InputError
 from sinssim.progress import Progress, shown
@@ -69,11 +68,7 @@ _OTHER_SETS = {
 
 
 def check_kind(scenario: Scenario, solution: str | None) -> str:
-    """Return the solution, "inertial" or "filter", that a budget is made of, by default the filter's if there is one.
-
-    Raises:
-        InputError: the scenario has no budget; the message names the key.
-    """
+    """Return the solution of which a budget is made, "inertial" or "filter": by default the filter's, if any."""
     if not scenario.source.in_space:
         raise InputError(
             f"the scenario {scenario.name} has [one_component], whose errors in a vertical plane have no budget; "

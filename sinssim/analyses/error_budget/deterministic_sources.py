@@ -19,7 +19,7 @@ import numpy as np
 from sinssim import earth
 from sinssim.analyses.error_budget.error_dynamics import TrueMotion
 from sinssim.analyses.error_budget.error_sources import InertialNoise, Source
-from sinssim.analyses.error_budget.propagation import AlongWay
+from sinssim.analyses.error_budget.share_propagation import AlongWay
 from sinssim.data import Array, ImuData, NavState
 from sinssim.errors import InputError
 from sinssim.scenario.navigation_section import InitialErrorSection

@@ -16,7 +16,7 @@ from typing import TYPE_CHECKING, Literal, NamedTuple
 import numpy as np
 
 from sinssim import rotation
-from sinssim.analyses.error_budget.propagation import Flicker, GaussMarkov, Process, Sum, Walk
+from sinssim.analyses.error_budget.share_propagation import Flicker, GaussMarkov, Process, Sum, Walk
 from sinssim.data import Array
 from sinssim.sensors.imu.encoder import EncoderErrors, draw_encoders, encoders_of
 from sinssim.sensors.imu.error_term import ErrorTerm

@@ -20,7 +20,7 @@ from sinssim.analyses.error_budget.error_sources import (
     InitialErrors,
     Source,
 )
-from sinssim.analyses.error_budget.propagation import GaussMarkov, NavigationStep, Propagation
+from sinssim.analyses.error_budget.share_propagation import GaussMarkov, NavigationStep, Propagation
 from sinssim.data import Array
 from sinssim.estimation.error_dynamics import NominalMotion
 from sinssim.sensors.imu.error_term_table import FIELDS

@@ -74,11 +74,7 @@ def gravity_in(table: TextTable) -> Layout | None:
 
 
 def whole_unit(table: TextTable) -> Layout:
-    """Guess the layout of a file of gyros and accelerometers, or of gyros, accelerations without gravity and gravity.
-
-    Raises:
-        InputError: as for `guess_layout`.
-    """
+    """Guess the layout of a file of gyros and accelerometers, or gyros, accelerations without gravity, and gravity."""
     gravity = gravity_in(table)
     if gravity is None:
         return guess_layout(table)
@@ -103,9 +99,6 @@ def part_of_unit(table: TextTable, gravity: Part | None) -> Layout | None:
 
     Returns:
         As `guess_part`.
-
-    Raises:
-        InputError: as for `guess_part`, or the files of acceleration and gravity have different layouts.
     """
     if gravity is None:
         return guess_part(table)
@@ -226,9 +219,6 @@ def guess_files(tables: list[TextTable], *, unit_known: bool = False, lasts: flo
 
     Args:
         lasts: duration of the fixes of other files, s; None if there are none.
-
-    Raises:
-        InputError: a file is neither a log of an inertial unit, or a part of one, nor fixes.
     """
     tables, beside = _split(tables)
     tables = [replace(table, lasts=lasts or _longest_fixes(tables)) for table in tables]

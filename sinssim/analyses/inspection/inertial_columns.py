@@ -268,9 +268,6 @@ def guess_layout(table: TextTable, known: tuple[Three, str] | None = None) -> La
 
     Args:
         known: columns and unit of the accelerations, if they are known.
-
-    Raises:
-        InputError: no column can be the time, or no three columns gravity; the message says what was looked for.
     """
     time, unit, interval = time_column(table)
     free = _threes(table, time)
@@ -297,9 +294,6 @@ def guess_part(table: TextTable) -> Layout | None:
 
     Returns:
         The guess, with one of the triads; None if the file is neither.
-
-    Raises:
-        InputError: no column can be the time.
     """
     time, unit, interval = time_column(table)
     free = [three for three in _threes(table, time) if varies(table, three)]
@@ -332,9 +326,6 @@ def joined(parts: list[tuple[TextTable, Layout]]) -> tuple[TextTable, Layout]:
 
     Returns:
         The file of the gyros, whose stamps count, and the layout of both.
-
-    Raises:
-        InputError: they are not one of each, or their columns of times differ in name.
     """
     gyros = [part for part in parts if part[1].gyro is not None]
     accel = [part for part in parts if part[1].accel is not None]

@@ -73,9 +73,6 @@ def inspect(paths: Sequence[Path | str], folder: Path | str = ".", *, land: bool
 
     Returns:
         What the data are, what is doubtful, and a scenario to start from.
-
-    Raises:
-        InputError: a file cannot be read, or nothing in the files can be inspected.
     """
     if not paths:
         raise InputError("inspect needs at least one file.")
@@ -363,11 +360,7 @@ class Suggestion:
 
 
 def are_raw(names: Sequence[str]) -> bool:
-    """Return whether the arguments of a run are recorded files, and not a scenario.
-
-    Raises:
-        InputError: there are several arguments, and a scenario is among them.
-    """
+    """Return whether the arguments of a run are recorded files, and not a scenario."""
     if len(names) == 1:
         (name,) = names
         if Path(name).suffix not in ("", ".toml") and not Path(name).exists():
@@ -386,9 +379,6 @@ def suggest(paths: Sequence[Path]) -> Suggestion:
 
     Args:
         paths: files of an inertial unit and a receiver, or one file of fixes or of a solution.
-
-    Raises:
-        InputError: a file cannot be read or understood, the files are worthless, or they are several tracks.
     """
     for path in paths:
         if path.is_dir() and (path / "summary.json").is_file():

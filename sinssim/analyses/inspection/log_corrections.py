@@ -324,14 +324,11 @@ def _of_clocks(inspection: Inspection, log: Log, clocks: tuple[Clock, Clock | No
 
 
 def corrected_scenario(path: Path, folder: Path, corrections: list[Change]) -> str:
-    """Return the text of a scenario with changes.
+    """Return the text of a scenario with changes: the text; what is not changed stays as it is, comments included.
 
     Args:
         folder: where the new one will be; the paths of recorded files are relative to it.
         corrections: the changes; each is listed with its reason before the first line.
-
-    Returns:
-        The text; what is not changed stays as it is, comments included.
     """
     import tomlkit
 

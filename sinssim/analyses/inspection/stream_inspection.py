@@ -128,11 +128,7 @@ class Described:
 
 
 def inspect_streams(files: Sequence[Streams], described: Described | None = None) -> Inspection:
-    """Inspect recorded files together: an inertial unit, a satellite receiver, or both.
-
-    Raises:
-        InputError: no file has inertial readings or fixes.
-    """
+    """Inspect recorded files together: an inertial unit, a satellite receiver, or both."""
     result, description = Inspection(), described or Described()
     for streams in files:
         result.findings += _of_file(streams)

@@ -32,7 +32,7 @@ def suggested_scenario(
     *,
     land: bool = False,
 ) -> str:
-    """Return a scenario to start from.
+    """Return a scenario to start from: text of a scenario's file, with the reason beside each number.
 
     Args:
         inertial: path of the unit's file, the keys that describe its columns (none for a known format), its clock.
@@ -40,9 +40,6 @@ def suggested_scenario(
         folder: of the scenario, to which the files' paths are relative.
         reference: path, format and clock of a solution; None without. Without fixes it gives emulated ones.
         land: whether the vehicle is known to move on wheels.
-
-    Returns:
-        Text of a scenario's file, with the reason beside each number.
     """
     path, keys, clock = inertial
     begin = list(_begin(inspection, of_reference=fixes is None and reference is not None))

@@ -131,11 +131,7 @@ def _is_value(text: str) -> bool:
 
 
 def read_table(path: Path) -> TextTable:
-    """Read all columns of a text file.
-
-    Raises:
-        InputError: the file cannot be read, or is no table of numbers.
-    """
+    """Read all columns of a text file."""
     try:
         with open_file(path) as file:
             head = [file.readline(100_000) for _ in range(_HEAD_LINES)]
@@ -337,10 +333,6 @@ def time_column(table: TextTable) -> tuple[int, str, float]:
 
     Returns:
         Column, from 0, unit, and interval, s.
-
-    Raises:
-        UncertainUnitError: neither name nor numbers show the unit.
-        InputError: no column can be the time.
     """
     best: tuple[float, int, list[tuple[float, str, float]]] = (np.inf, -1, [])
     for k, column in enumerate(table.values.T):

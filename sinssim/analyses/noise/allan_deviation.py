@@ -213,10 +213,6 @@ def allan_deviation(
 
     Returns:
         The Allan deviation, in rad/s or m/s².
-
-    Raises:
-        InputError: the increments are not a row of finite numbers, the interval is not positive, or an averaging time
-            does not fit twice into the record.
     """
     increments = doubles("increments", increments)
     interval = number("interval", interval, "s", low=POSITIVE)

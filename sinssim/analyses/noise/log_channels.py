@@ -158,9 +158,6 @@ def chosen_channels(names: Sequence[str]) -> list[LogChannel]:
     A name is "gyro_x" … "accel_z", "gyro" or "accel" for three of them, or any column of a log with its unit,
     "pressure=hPa"; the unit may be omitted if the column's name ends in it, "pressure_hpa". By default they are all
     gyros and accelerometers.
-
-    Raises:
-        InputError: there is no such channel, or a column is named with two units.
     """
     known = {channel.name: {channel.name} for channel in CHANNELS}
     known |= {triad: {channel.name for channel in CHANNELS if channel.triad == triad} for triad in UNITS}
@@ -206,11 +203,7 @@ def part(samples: Samples, start: float | None, end: float | None, source: str) 
 
 
 def clock(samples: Samples, source: str) -> Clock:
-    """Return the mean interval of a log, and how much its intervals vary.
-
-    Raises:
-        InputError: samples are missing.
-    """
+    """Return the mean interval of a log, and how much its intervals vary."""
     steps = np.diff(samples.time)
     if (gap := longest_gap(samples.time)) is not None:
         worst, typical = gap

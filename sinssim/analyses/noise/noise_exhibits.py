@@ -211,11 +211,7 @@ class ImuLine:
 
 
 def imu_block(report: NoiseReport) -> tuple[ImuLine, ...]:
-    """Return the lines of [imu] that emulate the unit of a record: grade, rate, and every noise term of its triads.
-
-    Raises:
-        InputError: the report has neither gyros nor accelerometers.
-    """
+    """Return the lines of [imu] that emulate the unit of a record: grade, rate, and every noise term of its triads."""
     by_triad: dict[TriadName, list[ChannelNoise]] = {}
     for channel in report.channels:
         if channel.channel.triad is not None:

@@ -231,10 +231,6 @@ def fit_noise(increments: Array, interval: float, correlation_time: float | None
         interval: T, s.
         correlation_time: τ_b of a first-order Gauss-Markov bias, s, if it is known to exist; this term is then the last
             to be dropped. If not given, such a term is searched for and included if significant.
-
-    Raises:
-        InputError: there are too few samples, a sample is not finite, all are equal, the numbers are impossible for a
-            sensor, or the correlation time is shorter than an interval or far longer than the record.
     """
     increments = doubles("increments", increments)
     interval = number("interval", interval, "s", low=_SHORTEST, high=1.0 / _SHORTEST)

@@ -219,10 +219,6 @@ def noise_report(
     directory, whose measured stream is used, or a scenario with [log], whose inertial unit is used. `columns` is a TOML
     file that names a log's columns, units and axes. The channels are those of `chosen_channels`, by default of the
     triads that `columns` describes. A known correlation time, s, is that of `fit_noise`.
-
-    Raises:
-        InputError: the log cannot be read or has gaps, a channel does not exist, there are too few samples, or all
-            channels are constant.
     """
     wanted = chosen_channels(channels)
     triads = list(dict.fromkeys(channel.triad for channel in wanted if channel.triad is not None)) if channels else None

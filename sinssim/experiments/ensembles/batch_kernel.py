@@ -111,8 +111,8 @@ def _draw_noise(w: Array, words: Words, number: int) -> None:
         for j in range(LANES):
             keep_noise_k(w, NOISE, axis, j, radius_k(words[2, j], words[3, j]))
         for j in range(LANES):
-            radius, (one, two) = noise_k(w, NOISE, axis, j), direction_k(words[4, j], words[5, j])
-            keep_noise_k(w, NOISE, axis, j, radius * one)
+            radius, (cosine, two) = noise_k(w, NOISE, axis, j), direction_k(words[4, j], words[5, j])
+            keep_noise_k(w, NOISE, axis, j, radius * cosine)
             keep_noise_k(w, NOISE, axis + 3, j, radius * two)
 
 

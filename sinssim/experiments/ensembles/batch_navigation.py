@@ -167,9 +167,6 @@ def navigate_batch(
         The solutions at the epochs. A run that leaves the range of the kernel (a rotation beyond 14° in an interval,
         for normal gravity heights outside −1…30 km, a latitude beyond 89.9°, diverging numbers) is navigated alone; if
         that fails, too, its error is among the failures.
-
-    Raises:
-        InputError: an option is unknown or not served, or the data cannot be used.
     """
     of = chosen(mechanization, options)
     check_name("algorithm", of.algorithm, ALGORITHMS)

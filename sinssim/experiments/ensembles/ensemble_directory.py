@@ -87,11 +87,7 @@ def make_chunk(
 
 
 def read_chunk(path: Path, plan: Plan) -> RunErrors:
-    """Read the errors of a group of runs.
-
-    Raises:
-        DamagedChunkError: the file cannot be read, belongs to another ensemble, or was changed.
-    """
+    """Read the errors of a group of runs."""
     import pyarrow.parquet as pq
 
     try:

@@ -280,11 +280,7 @@ class StoredErrors(KeptErrors):
                 self._write(rows, self._offset(name, span, first))
 
     def column(self, name: str, epochs: slice = EVERYTHING, runs: slice = EVERYTHING) -> Array:
-        """Read one of the columns `names` at some epochs of some runs, (R, E).
-
-        Raises:
-            InputError: they do not fit in the memory.
-        """
+        """Read one of the columns `names` at some epochs of some runs, (R, E)."""
         first, last, _ = runs.indices(len(self))
         begin, end, _ = epochs.indices(self._epochs)
         values = self._room(last - first, end - begin)
@@ -395,11 +391,7 @@ def errors_for(
 
 
 def write_tables(errors: Errors, epochs: Array, mean_rates: Array, end_rates: Array, folder: Path) -> tuple[Path, Path]:
-    """Write `errors.parquet` and `runs.parquet`, with the runs' rates in both definitions, (N,) m/s.
-
-    Raises:
-        InputError: they cannot be written.
-    """
+    """Write `errors.parquet` and `runs.parquet`, with the runs' rates in both definitions, (N,) m/s."""
     import pyarrow as pa
 
     by_epoch = (pa.table(_by_epoch(errors, epochs, runs)) for runs in errors.groups())

@@ -207,11 +207,7 @@ class Cluster(Executor[range]):
     """A dask cluster; its scheduler begins a group of runs anew whose worker has died."""
 
     def __init__(self, plan: Plan, folder: Path, *, workers: int | None, scheduler: str | None) -> None:
-        """Connect to a scheduler, for example "tcp://10.0.0.1:8786", or start a number of workers on this machine.
-
-        Raises:
-            InputError: dask.distributed is not installed, or the scheduler cannot be reached.
-        """
+        """Connect to a scheduler, for example "tcp://10.0.0.1:8786", or start a number of workers on this machine."""
         try:
             import dask
             from distributed import Client, KilledWorker, LocalCluster

@@ -255,10 +255,10 @@ def _apart(
     # algorithms that take several samples per update have fewer rows: use the instants common to all
     time = min((error.time for error in errors.values()), key=len)
     time = time[np.unique(np.linspace(0, len(time) - 1, min(len(time), 8192)).round().astype(np.intp))]
-    found = {
+    positions = {
         name: e.position_ned[np.searchsorted(e.time, time).clip(max=len(e.time) - 1)] for name, e in errors.items()
     }
-    (first, base), *others = found.items()
+    (first, base), *others = positions.items()
     paint = _paint(errors)
     lines = [
         Line(
@@ -278,16 +278,12 @@ def _mile_an_hour(span: tuple[float, float]) -> Line:
 
 
 def figure_charts(run: Run) -> Charts:
-    """Return the horizontal, the velocity and the attitude error of each solution of a run over time.
-
-    Raises:
-        InputError: the run has no solution with errors.
-    """
+    """Return the horizontal, the velocity and the attitude error of each solution of a run over time."""
     errors: dict[str, NavError] = dict(run.errors)
     if run.aided is not None and run.aided.true_parameters_known:
         of_filter = {"aided": run.aided.error, "backward": run.aided.backward_error,
                      "smoothed": run.aided.smoothed_error}  # fmt: skip
-        errors |= {name: one for name, one in of_filter.items() if one is not None}
+        errors |= {name: filter_error for name, filter_error in of_filter.items() if filter_error is not None}
     if not errors:
         raise InputError(
             f"the run {run.scenario.name} has no solution in three dimensions with errors to draw; its report and its "
@@ -382,11 +378,7 @@ _ROWS = 2000
 
 
 def horizontal_of(errors: Mapping[str, NavError]) -> dict[str, tuple[Array, Array]]:
-    """Return time and horizontal error of solutions at about `_ROWS` rows.
-
-    Returns:
-        s and m, by name.
-    """
+    """Return time and horizontal error of solutions at about `_ROWS` rows: s and m, by name."""
     some = {name: slice(None, None, max(len(error.time) // _ROWS, 1)) for name, error in errors.items()}
     return {name: (error.time[some[name]].copy(), error.horizontal[some[name]]) for name, error in errors.items()}
 
@@ -403,12 +395,12 @@ def worse_than_inertial(aided: Aided, inertial: Mapping[str, tuple[Array, Array]
     time = aided.estimate.time
     if len(time) < 2:
         return
-    own = np.concatenate([error.horizontal for error in aided.error_blocks()])
+    aided_error = np.concatenate([error.horizontal for error in aided.error_blocks()])
     for name, (instant, horizontal) in inertial.items():
         squares = horizontal[(instant >= time[0]) & (instant <= time[-1])] ** 2
-        if not np.isfinite(own).any() or not np.isfinite(squares).any():
+        if not np.isfinite(aided_error).any() or not np.isfinite(squares).any():
             continue
-        rms, other = float(np.sqrt(np.nanmean(own**2))), float(np.sqrt(np.nanmean(squares)))
+        rms, other = float(np.sqrt(np.nanmean(aided_error**2))), float(np.sqrt(np.nanmean(squares)))
         if rms <= other:
             continue
         sigma = float(np.sqrt(np.mean(np.sum(aided.estimate.sigma[:, :2] ** 2, axis=1))))

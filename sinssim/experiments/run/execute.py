@@ -31,13 +31,7 @@ from sinssim.logs.stored_run import ErrorRule
 from sinssim.progress import Progress, shown
 from sinssim.recording.report.exhibit_page import page_of
 from sinssim.recording.result import Media, Result
-from sinssim.recording.run_directory import (
-    RunDirectory,
-    failures,
-    flagged,
-    plain,
-    singularities,
-)
+from sinssim.recording.run_directory import RunDirectory, failures, flagged, plain, singularities
 from sinssim.recording.stream_tables import Stream
 from sinssim.scenario.load import Overrides, as_scenario
 from sinssim.scenario.planned_motion import check_times
@@ -239,7 +233,7 @@ class Execution:
             if self._folder is not None:
                 self._kinds = sensor_comparisons(sensed)
             if self._writer is not None:
-                self._writer.sensed(sensed, self._kinds, [one for part in parts.values() for one in part.events()])
+                self._writer.sensed(sensed, self._kinds, [event for part in parts.values() for event in part.events()])
 
     def _fly(self) -> Trajectory:
         """Fly, and note whether the flight came from the cache; None for another motion."""
@@ -413,14 +407,17 @@ class Execution:
 
     def _entries(self) -> dict[str, Any]:
         """Return the entries of the summary that follow from the stages, in order."""
-        found = self._found
+        stage_entries = self._found
         parts = {name: plain(part.entry) for name, part in self.reached.parts.items() if part.entry is not None}
         entries: dict[str, Any] = {
-            **{name: found[name] for name in ("flight_cached", "not_attained") if name in found},
+            **{name: stage_entries[name] for name in ("flight_cached", "not_attained") if name in stage_entries},
             "flagged_samples": flagged(self._navigated.sensed.measured),
         }
-        algorithms, of_filter = plain(self._numbers), {"filter": found["filter"]} if "filter" in found else {}
-        passages = {"singularities": found["singularities"], "failures": found["failures"]}
+        algorithms, of_filter = (
+            plain(self._numbers),
+            {"filter": stage_entries["filter"]} if "filter" in stage_entries else {},
+        )
+        passages = {"singularities": stage_entries["singularities"], "failures": stage_entries["failures"]}
         if isinstance(self._navigated.truth, Truth):
             return {**entries, "algorithms": algorithms, **passages, **parts, **of_filter}
         outages = {name: parts.pop(name) for name in ("outages",) if name in parts}

@@ -93,16 +93,16 @@ def diagnosis_numbers(estimate: Estimate, scenario: Scenario) -> DiagnosisNumber
     }  # fmt: skip
 
 
-def _cost(found: Diagnosis) -> Iterator[str]:
+def _cost(diagnosis: Diagnosis) -> Iterator[str]:
     """Tell what the search took, and whether it ended before everything was tried."""
-    if found.runs:
+    if diagnosis.runs:
         cut = (
             " It ended at this limit of runs, before everything was tried: the search for noise comes last. A shorter "
             "scenario that shows the fault early is searched in full."
         )
         yield (
-            f"The search took {found.runs} runs of the filter over the data until {round(found.until, 1):g} s, "
-            f"{number_text(found.seconds, 2)} s in all.{cut if found.cut else ''}"
+            f"The search took {diagnosis.runs} runs of the filter over the data until {round(diagnosis.until, 1):g} s, "
+            f"{number_text(diagnosis.seconds, 2)} s in all.{cut if diagnosis.cut else ''}"
         )
 
 
@@ -126,7 +126,7 @@ def _without_hypotheses(estimate: Estimate) -> DiagnosisNumbers | None:
 
 
 def _kinds(estimate: Estimate) -> dict[str, str]:
-    return {one.sensor: one.kind for one in estimate.innovations}
+    return {innovation.sensor: innovation.kind for innovation in estimate.innovations}
 
 
 def _span(r: Refusals) -> RefusedSpan:
@@ -140,11 +140,11 @@ def _refused(sensors: Sequence[str], refused: Sequence[Refusals], kinds: Mapping
         spans = sorted((r for r in refused if r.sensor == sensor), key=lambda r: -r.count)
         if spans:
             shown = sorted(spans[:_SHOWN], key=lambda r: r.start)
-            told = ", ".join(f"{r.start:g} … {r.end:g} s ({r.count})" for r in shown)
+            times = ", ".join(f"{r.start:g} … {r.end:g} s ({r.count})" for r in shown)
             rest = len(spans) - _SHOWN
             more = f", and {rest} shorter span{'s' * (rest > 1)}" if rest > 0 else ""
             off = _off(spans[0], kinds.get(sensor, "")) if alone else ""
-            yield f"The gate rejected consecutive measurements of {sensor}: {told}{more}.{off}"
+            yield f"The gate rejected consecutive measurements of {sensor}: {times}{more}.{off}"
 
 
 def _off(longest: Refusals, kind: str) -> str:
@@ -158,16 +158,18 @@ def _off(longest: Refusals, kind: str) -> str:
         f"{number_text(value / size, 3)} {unit}{f' {axis}' if axis else ''}"
         for value, axis in zip(longest.mean, axes, strict=True)
     ]
-    one = longest.count == 1
-    differs = "The measurement differs from its prediction" if one else "The measurements differ from their predictions"
-    which = "" if one else f" on average from {longest.start:g} s on"
+    single = longest.count == 1
+    differs = (
+        "The measurement differs from its prediction" if single else "The measurements differ from their predictions"
+    )
+    which = "" if single else f" on average from {longest.start:g} s on"
     return f" {differs} by {', '.join(parts)}{which}."
 
 
-def _explained(found: Diagnosis, factors: Mapping[str, float], scenario: Scenario) -> Iterator[str]:
+def _explained(diagnosis: Diagnosis, factors: Mapping[str, float], scenario: Scenario) -> Iterator[str]:
     """Tell what explains the innovations best and the keys to try, and by which factor a σ would have to change."""
-    cause, within = found.cause, f"until {round(found.until, 1):g} s"
-    faults = list(planted(scenario, found.until))
+    cause, within = diagnosis.cause, f"until {round(diagnosis.until, 1):g} s"
+    faults = list(planted(scenario, diagnosis.until))
     if faults:
         yield (
             f"The scenario contains faults that the filter does not model: {listed(faults)}. They are the most likely "
@@ -190,7 +192,7 @@ def _explained(found: Diagnosis, factors: Mapping[str, float], scenario: Scenari
         f"{cause.needed:.0f} in at most {100.0 * FALSE_ALARM:g} % of runs. The search finds one cause at a time: "
         "correct it, and run again.)"
     )
-    for other in found.alike:
+    for other in diagnosis.alike:
         what, keys = cause_and_remedy(other, scenario)
         yield (
             f"Equally likely for this motion: {what} (gain {other.gain:.0f}). Try {keys}. Explanations that are equal "

@@ -64,8 +64,8 @@ def with_sigma(cause: Hypothesis, size: float, unit: str) -> str:
         f"{short(value / size)} ± {short(sigma / size, 2)}"
         for value, sigma in zip(cause.value, cause.sigma, strict=True)
     ]
-    told = values[0] if len(values) == 1 else f"[{', '.join(values)}]"
-    return f"{told}{unit}" if unit == "°" else f"{told} {unit}"
+    text = values[0] if len(values) == 1 else f"[{', '.join(values)}]"
+    return f"{text}{unit}" if unit == "°" else f"{text} {unit}"
 
 
 def wide(value: float) -> str:
@@ -80,10 +80,10 @@ def cause_and_remedy(cause: Hypothesis, scenario: Scenario) -> tuple[str, str]:
     if cause.kind == "measurement noise":
         return _noise_of_readings(cause, scenario)
     if cause.kind == "inertial noise":
-        factor, told = number_text(cause.value[0], 3), section.inertial_noise_factor * cause.value[0]
+        factor, noise_factor = number_text(cause.value[0], 3), section.inertial_noise_factor * cause.value[0]
         return (
             f"the noise of gyros and accelerometers is {factor} times the assumed noise",
-            f"filter.inertial_noise_factor = {short(told)}, or for vibration filter.vibration_noise = 0.4",
+            f"filter.inertial_noise_factor = {short(noise_factor)}, or for vibration filter.vibration_noise = 0.4",
         )
     if cause.kind == "bias walk" and cause.name not in _WALKS:
         return sensor_walk(cause, scenario)
@@ -123,21 +123,24 @@ def sensor_error(cause: Hypothesis, scenario: Scenario) -> tuple[str, str]:
             continue
         where, (unit, size) = f"log.others.{number}", _RECORDED[measurement_kind(other.kind).unit]
         if error == "scale":
-            told = with_sigma(cause, units.PPM, "ppm")
+            estimate = with_sigma(cause, units.PPM, "ppm")
             return (
-                f"the {_words(error)} of {sensor} is {told}",
+                f"the {_words(error)} of {sensor} is {estimate}",
                 f"{where}.scale_sigma_ppm = {wide(largest / units.PPM)}",
             )
-        told = with_sigma(cause, size, "°" if unit == "deg" else unit)
+        estimate = with_sigma(cause, size, "°" if unit == "deg" else unit)
         text = f'{{ value = {wide(largest / size)}, unit = "{unit}" }}'
-        return f"the {_words(error)} of {sensor} is {told}", f"{where}.bias_sigma = {text}"
+        return f"the {_words(error)} of {sensor} is {estimate}", f"{where}.bias_sigma = {text}"
     key = _key(cause.name, scenario)
     if key.rpartition("_")[2] in _KEY_UNITS:
         unit, size = _KEY_UNITS[key.rpartition("_")[2]]
-        told = with_sigma(cause, size, unit)
-        return f"the {_words(error)} of {sensor} is {told}", f"{key} = {wide(largest / size)}"
-    told = with_sigma(cause, 1.0, "in SI units")
-    return f"the {_words(error)} of {sensor} is {told}", f'a state "{cause.name}" in the method states() of the sensor'
+        estimate = with_sigma(cause, size, unit)
+        return f"the {_words(error)} of {sensor} is {estimate}", f"{key} = {wide(largest / size)}"
+    estimate = with_sigma(cause, 1.0, "in SI units")
+    return (
+        f"the {_words(error)} of {sensor} is {estimate}",
+        f'a state "{cause.name}" in the method states() of the sensor',
+    )
 
 
 def _key(block: str, scenario: Scenario) -> str:
@@ -193,9 +196,9 @@ def initial_state(cause: Hypothesis, scenario: Scenario) -> tuple[str, str]:
     """
     what, unit, size, axes = _OF_START[cause.name]
     if not cause.value:
-        told = ""
+        amount = ""
     else:
-        told = f" of {with_sigma(cause, size, unit)}" + (f" ({axes})" if axes else "")
+        amount = f" of {with_sigma(cause, size, unit)}" + (f" ({axes})" if axes else "")
     keys = []
     shown = cause.value or (0.0,)
     if what == "position":
@@ -207,7 +210,7 @@ def initial_state(cause: Hypothesis, scenario: Scenario) -> tuple[str, str]:
     keys = [f"filter.initial_sigma.{key} = {wide(value)}" for key, value in sides if value > 0.0]
     given = _given_start(cause.name, scenario)
     tried = " and ".join(keys) or "larger keys of filter.initial_sigma"
-    return f"the {cause.name} has an error{told}, which is larger than the filter assumes", f"{given}{tried}"
+    return f"the {cause.name} has an error{amount}, which is larger than the filter assumes", f"{given}{tried}"
 
 
 def _given_start(name: str, scenario: Scenario) -> str:
@@ -235,21 +238,21 @@ def _of_satellites(cause: Hypothesis, scenario: Scenario) -> tuple[str, str]:
         case "gnss lever arm":
             what = f"the lever arm of the antenna has an error of {with_sigma(cause, 1.0, 'm')} (forward, right, down)"
             key, state = "lever_arm_m", f"{where}.lever_arm_sigma_m = {wide}"
-            told = None if log is None else [a + b for a, b in zip(log.lever_arm_m, sure, strict=True)]
+            values = None if log is None else [a + b for a, b in zip(log.lever_arm_m, sure, strict=True)]
         case "gnss time offset":
             late = cause.value[0]
             side, size = ("late", 1.0) if late > 0.0 else ("early", -1.0)
             shown = replace(cause, value=(size * late,))
             what = f"the time stamps of the fixes are too {side} by {with_sigma(shown, 1.0, 's')}"
             key, state = "time_offset_s", f"{where}.time_offset_sigma_s = {wide}"
-            told = None if log is None else [log.time_offset_s - late]
+            values = None if log is None else [log.time_offset_s - late]
         case _:
             what = f"the GNSS velocities are older than their time stamps by {with_sigma(cause, 1.0, 's')}"
             key, state = "velocity_delay_s", f"{where}.velocity_delay_sigma_s = {wide}"
-            told = None if log is None else [log.velocity_delay_s + cause.value[0]]
-    if told is None or (key == "velocity_delay_s" and told[0] < 0.0):
+            values = None if log is None else [log.velocity_delay_s + cause.value[0]]
+    if values is None or (key == "velocity_delay_s" and values[0] < 0.0):
         return what, f"{state}, with which the filter estimates it"
-    text = f"{short(told[0])}" if len(told) == 1 else "[" + ", ".join(f"{short(value)}" for value in told) + "]"
+    text = f"{short(values[0])}" if len(values) == 1 else "[" + ", ".join(f"{short(value)}" for value in values) + "]"
     return what, f"{where}.{key} = {text}, or {state}, with which the filter estimates it"
 
 
@@ -271,7 +274,7 @@ def _noise_of_readings(cause: Hypothesis, scenario: Scenario) -> tuple[str, str]
 def _keys_of_noise(sensors: Sequence[str], factors: Sequence[float], scenario: Scenario) -> list[str]:
     log = scenario.log
     gnss = None if log is None else log.gnss
-    own = {} if log is None else {other.name: number for number, other in enumerate(log.others, start=1)}
+    numbers = {} if log is None else {other.name: number for number, other in enumerate(log.others, start=1)}
     keys: dict[str, str] = {}
     others = []
     for sensor, factor in zip(sensors, factors, strict=True):
@@ -279,10 +282,10 @@ def _keys_of_noise(sensors: Sequence[str], factors: Sequence[float], scenario: S
             keys["log.gnss.sigma_factor"] = short(gnss.sigma_factor * factor)
         elif gnss is not None and sensor == "gnss-velocity":
             keys["log.gnss.velocity_sigma_factor"] = short(gnss.velocity_sigma_factor * factor)
-        elif log is not None and sensor in own:
-            told = log.others[own[sensor] - 1].sigma
-            size = "" if told.value is None else f'{{ value = {short(told.value * factor)}, unit = "{told.unit}" }}'
-            keys[f"log.others.{own[sensor]}.sigma"] = size or f"{short(factor)} times the present value"
+        elif log is not None and sensor in numbers:
+            sigma = log.others[numbers[sensor] - 1].sigma
+            size = "" if sigma.value is None else f'{{ value = {short(sigma.value * factor)}, unit = "{sigma.unit}" }}'
+            keys[f"log.others.{numbers[sensor]}.sigma"] = size or f"{short(factor)} times the present value"
         else:
             others.append(factor)
     if others and scenario.filter is not None:

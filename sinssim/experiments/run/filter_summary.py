@@ -380,8 +380,8 @@ def _state_numbers(aided: Aided) -> Iterator[tuple[str, StateNumbers]]:
     columns = [column for block in estimate.model.blocks for column in state_columns(block, kinds)]
     errors = aided.state_errors_at(slice(-1, None))[0]
     known = aided.true_parameters_known
-    own = {} if known else {b.name: estimate.parameters[b.name][-1] for b in estimate.model.blocks[3:]}
-    estimates = np.empty(0) if known else np.concatenate([np.full(9, math.nan), *own.values()])
+    parameters = {} if known else {b.name: estimate.parameters[b.name][-1] for b in estimate.model.blocks[3:]}
+    estimates = np.empty(0) if known else np.concatenate([np.full(9, math.nan), *parameters.values()])
     for i, column in enumerate(columns):
         begin, end = float(estimate.sigma[0, i]), float(estimate.sigma[-1, i])
         numbers: StateNumbers = {

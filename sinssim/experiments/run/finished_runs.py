@@ -56,11 +56,7 @@ class FinishedRun:
     path: Path
 
     def __post_init__(self) -> None:
-        """Check that the directory holds a run.
-
-        Raises:
-            InputError: it does not.
-        """
+        """Check that the directory holds a run."""
         kind = kind_of(self.path)
         if kind == "run":
             return
@@ -76,20 +72,16 @@ class FinishedRun:
 
     @cached_property
     def summary(self) -> dict[str, Any]:
-        """Contents of summary.json.
-
-        Raises:
-            InputError: it cannot be read, or an older version wrote it without the required keys.
-        """
+        """Contents of summary.json."""
         file = self.path / "summary.json"
         try:
-            found = json.loads(file.read_text(encoding="utf-8"))
+            contents = json.loads(file.read_text(encoding="utf-8"))
         except (OSError, ValueError) as error:
             raise InputError(f"{file} cannot be read: {error}.") from error
-        missing = [key for key in ("scenario", "versions") if not (isinstance(found, dict) and key in found)]
+        missing = [key for key in ("scenario", "versions") if not (isinstance(contents, dict) and key in contents)]
         if missing:
             raise InputError(f"{file} lacks {' and '.join(missing)}. {reason_of(self.path)}")
-        return dict(found)
+        return dict(contents)
 
     @cached_property
     def scenario(self) -> dict[str, Any]:
@@ -116,9 +108,9 @@ class FinishedRun:
     @property
     def numbers(self) -> dict[str, Mapping[str, float | None]]:
         """Errors by solution, as in the summary: the filter's first, then the algorithms."""
-        of_filter, own = self.summary.get("filter", {}), self.summary.get("algorithms", {})
-        found = {name: of_filter[name] for name in ("aided", "backward", "smoothed") if of_filter.get(name)}
-        return {**found, **own}
+        of_filter, algorithms = self.summary.get("filter", {}), self.summary.get("algorithms", {})
+        solutions = {name: of_filter[name] for name in ("aided", "backward", "smoothed") if of_filter.get(name)}
+        return {**solutions, **algorithms}
 
     @property
     def headline(self) -> tuple[str, float] | None:
@@ -134,9 +126,6 @@ class FinishedRun:
 
         Args:
             wanted: the name; by default the aided solution, or else the first algorithm with a result.
-
-        Raises:
-            InputError: the run has none of this name, or no errors over time.
         """
         folder = self.path / "streams"
         stored = {name.removeprefix("error_") for name in self._streams.names if name.startswith("error_")}
@@ -184,11 +173,7 @@ class FinishedRun:
         return NavError(rows[0], position, np.stack(rows[4:7], 1), np.stack(rows[7:10], 1))
 
     def place(self) -> tuple[Array, Array]:
-        """Return latitude and height at the start of the solution, (1,) rad and (1,) m.
-
-        Raises:
-            InputError: no solution can be read.
-        """
+        """Return latitude and height at the start of the solution, (1,) rad and (1,) m."""
         from pyarrow import ArrowException, parquet
 
         file = next((self.path / "streams").glob("nav_*.parquet"), self.path / "streams" / "nav_*.parquet")
@@ -239,7 +224,7 @@ class FinishedStreams(Mapping[str, StreamTable]):
             raise InputError(
                 f"{self._stored.source(name)} cannot be read: {first_line(error)}. {reason_of(self._run)}"
             ) from error
-        vectors = (Vector(word, (word,), one[:, np.newaxis]) for word, one in zip(columns[1:], rows[1:], strict=True))
+        vectors = (Vector(word, (word,), row[:, np.newaxis]) for word, row in zip(columns[1:], rows[1:], strict=True))
         return StreamTable(Stream(name, rows[0], tuple(vectors)))
 
     def __contains__(self, name: object) -> bool:
@@ -320,9 +305,6 @@ def runs_in(folder: Path) -> list[Entry]:
 
     Returns:
         The entries; those in a study or an ensemble belong to it and are not listed.
-
-    Raises:
-        InputError: there is no such folder.
     """
     if not folder.is_dir():
         what = "is a file" if folder.exists() else "does not exist"

@@ -322,13 +322,10 @@ def _earth(d: Drawing, latitude: float) -> None:
 
 
 def seen(vector: Array) -> Point:
-    """Return where a vector in north, east, down ends on the drawing.
+    """Return where a vector in north, east, down ends on the drawing: px.
 
     Args:
         vector: (3,), in units of the drawing.
-
-    Returns:
-        px.
     """
     north, east, down = (float(v) for v in vector)
     across = north * np.sin(-_TURN) + east * np.cos(_TURN)

@@ -20,9 +20,6 @@ def compute_one_component(scenario: Scenario, folder: RunDirectory | None, stage
 
     Args:
         folder: run directory to write; nothing is written if None.
-
-    Raises:
-        InputError: the scenario or the directory cannot be used.
     """
     assert scenario.one_component is not None  # the caller asks for such a run only
     check_times(scenario)

@@ -74,19 +74,19 @@ def one_component_streams(result: OneComponentResult) -> list[Stream]:
         `attitude_measured`, `nav_<variant>`, `forces_<variant>`, `error_<variant>`, `error_perfect_sensors`, and
         `error_<equation>` for each entry of `EQUATIONS`.
     """
-    truth, found, name = result.truth, result.solution, result.section.variant.replace("-", "_")
+    truth, solution, name = result.truth, result.solution, result.section.variant.replace("-", "_")
     time = truth.time
     moved = {"velocity_mps": truth.velocity, "coordinate_rad": result.coordinate, "height_m": truth.height}
     state = [("motion", moved),
              ("attitude", {"pitch_rad": truth.pitch, "body_pitch_rad": truth.body_pitch, "rate_radps": truth.rate}),
              ("force", {"horizontal_mps2": truth.horizontal, "vertical_mps2": truth.vertical})]  # fmt: skip
-    attitude = {"pitch_rad": found.pitch, "body_pitch_rad": found.pitch - result.section.mounting_angle_deg * DEG}
-    if found.rate is not None:
-        attitude["rate_radps"] = found.rate
-    navigated = [("motion", {"velocity_mps": found.velocity, "coordinate_rad": found.coordinate}),
+    attitude = {"pitch_rad": solution.pitch, "body_pitch_rad": solution.pitch - result.section.mounting_angle_deg * DEG}
+    if solution.rate is not None:
+        attitude["rate_radps"] = solution.rate
+    navigated = [("motion", {"velocity_mps": solution.velocity, "coordinate_rad": solution.coordinate}),
                  ("attitude", attitude)]  # fmt: skip
     push = result.measured.dvel / np.diff(time)[:, None]
-    along, up = projections(push[:, 0], push[:, 1], 0.5 * (found.pitch[:-1] + found.pitch[1:]))
+    along, up = projections(push[:, 0], push[:, 1], 0.5 * (solution.pitch[:-1] + solution.pitch[1:]))
     return [
         _stream("truth", time, *state),
         *_readings("ideal", result.ideal),

@@ -42,9 +42,6 @@ def record(
 
     Args:
         shown: what changes over time.
-
-    Raises:
-        OSError: the file cannot be written.
     """
     time, variant = result.truth.time, result.section.variant
     span = (float(time[0]), float(time[-1]))

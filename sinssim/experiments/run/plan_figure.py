@@ -26,11 +26,7 @@ _STANDS = 1.0  # extent below which a motion is a place [m]
 
 
 def plan_of(scenario: Scenario) -> PlannedPath:
-    """Return the planned motion of a scenario: of a flight by dead reckoning, of any other motion the true one.
-
-    Raises:
-        InputError: the scenario has no motion on the Earth that is known beforehand.
-    """
+    """Return the planned motion of a scenario: of a flight by dead reckoning, of any other motion the true one."""
     if scenario.flight is not None:
         return planned_path(scenario.flight)
     if scenario.log is not None or scenario.one_component is not None:
@@ -60,9 +56,6 @@ def plan_figure(scenario: Scenario) -> Figure:
 
     Returns:
         The figure: the map on the left, height and speed over time on the right.
-
-    Raises:
-        InputError: the scenario has no motion on the Earth that is known beforehand.
     """
     path = plan_of(scenario)
     figure = new_figure(11.0, 5.6)

@@ -87,9 +87,6 @@ def compare_runs(folders: Sequence[Path], solution: str | None = None) -> Compar
 
     Returns:
         The runs with their errors, cut to the time in common.
-
-    Raises:
-        InputError: a directory holds no run with errors, one is given twice, or two runs have no time in common.
     """
     if len(folders) < 2:
         raise InputError("a comparison needs at least two runs; give the directories of two or more.")
@@ -205,9 +202,6 @@ def write_comparison(compared: ComparedRuns, target: Path, *, overwrite: bool = 
 
     Returns:
         Contents of `comparison.json`, and the directory.
-
-    Raises:
-        InputError: the directory already has other contents, or cannot be written.
     """
     contents = {
         "from_s": compared.span[0],

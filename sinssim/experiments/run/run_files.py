@@ -19,13 +19,10 @@ if TYPE_CHECKING:
 
 
 def about(scenario: Scenario, stages: Stages, status: str, message: str = "") -> dict[str, Any]:
-    """Return the part of a summary that does not depend on the success of the run.
+    """Return the part of a summary that does not depend on the success of the run: entries of `summary.json`.
 
     Args:
         status: "finished", "failed" or "interrupted".
-
-    Returns:
-        Entries of `summary.json`.
     """
     plane = scenario.one_component
     return {
@@ -56,9 +53,6 @@ def keep(
         summary: contents of `summary.json`.
         report: the report's page, if there is one.
         beside: as for `RunDirectory.keep`.
-
-    Raises:
-        InputError: it cannot be written, or files of others are in the way.
     """
     with folder.writing():
         write_text(folder.path / "scenario.toml", scenario.to_toml(about_filter))

@@ -78,11 +78,7 @@ PATHS = {"aircraft": "Flight path", "land": "Path of the car", "sea": "Path of t
 
 
 def kind_of(scenario: Scenario) -> str:
-    """Return the kind of vehicle of a scenario.
-
-    Returns:
-        A key of `PATHS`.
-    """
+    """Return the kind of vehicle of a scenario: A key of `PATHS`."""
     if scenario.flight is not None:
         return "aircraft"
     if scenario.track is not None:

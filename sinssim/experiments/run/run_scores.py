@@ -85,11 +85,7 @@ def ranking(numbers: Mapping[str, ErrorNumbers]) -> list[str]:
 
 
 def check_names(judge: Judge, names: Sequence[str]) -> None:
-    """Refuse names that cannot be those of a further algorithm.
-
-    Raises:
-        InputError: a name is that of an algorithm of the run, is used twice, or cannot be that of a folder.
-    """
+    """Refuse names that cannot be those of a further algorithm."""
     for name in names:
         if not re.fullmatch(r"[\w.+ -]{1,80}", name) or name.startswith(".") or name != name.strip():
             raise InputError(f"--name {name!r}: letters, digits, blanks, . + - and _ are possible, at most 80.")

@@ -201,9 +201,6 @@ class RunWriter:
         Args:
             time: (N+1,) s.
             motion: states at those times: the true ones, or what stands for them on recorded sensors.
-
-        Raises:
-            OSError: the recording cannot be written.
         """
         self._streams = folder / "streams"
         self._streams.mkdir()
@@ -401,11 +398,7 @@ class RunWriter:
             self._events.append(FlightEvent(end.time, f"the filter diverged: {end.reason}"))
 
     def finish(self, summary: Sequence[Item], progress: Callable[[float], None]) -> None:
-        """Write the remaining data and the table of errors, and wait until everything is written.
-
-        Raises:
-            OSError: data could not be written.
-        """
+        """Write the remaining data and the table of errors, and wait until everything is written."""
         self._events.sort(key=lambda event: event.time)
         self._draw(self._document, "about/summary", summary)
         self._draw(self._draw_events)

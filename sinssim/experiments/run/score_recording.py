@@ -40,10 +40,6 @@ def write_scores(scored: Scored) -> Path:
 
     Returns:
         The report.
-
-    Raises:
-        InputError: nothing can be written there.
-        RunError: the recording cannot be written.
     """
     run = scored.judge.run
     folder = run.path / FOLDER
@@ -67,11 +63,7 @@ def write_scores(scored: Scored) -> Path:
 
 
 def record_scores(scored: Scored, path: Path) -> None:
-    """Write the recording.
-
-    Raises:
-        RunError: it cannot be written.
-    """
+    """Write the recording."""
     labels = {"kind": "score", "against": scored.judge.against}
     info = RunInfo(f"{scored.judge.run.name} scores", *scored.span, tuple(scored.drawn.errors), labels=labels)
     ranking: list[Item] = [ranked_table(scored), Sentence("Scored solutions have a star.")]

@@ -99,13 +99,10 @@ class Projection:
         return float(r1), float(r2)
 
     def plane(self, latitude: Array, longitude: Array) -> tuple[Array, Array]:
-        """Return the map coordinates of places.
+        """Return the map coordinates of places: east and north, (N,) m each.
 
         Args:
             latitude, longitude: (N,) rad.
-
-        Returns:
-            East and north, (N,) m each.
         """
         east, north, up = self._axes()
         normal = _normals(latitude, longitude)

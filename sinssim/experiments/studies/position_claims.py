@@ -167,13 +167,10 @@ def coordinate(time: ArrayLike) -> Array:
 
 
 def local_power(time: ArrayLike) -> Array:
-    """Return the local power of time of the closed form.
+    """Return the local power of time of the closed form: d log Δp/d log t, (N,).
 
     Args:
         time: (N,) s.
-
-    Returns:
-        d log Δp/d log t, (N,).
     """
     t = np.asarray(time, dtype=np.float64)
     theta = SCHULER_RATE * t

@@ -31,11 +31,7 @@ _RATES_FOR_LINES = 3  # number of rates from which errors are drawn over the rat
 
 
 def varying(rows: Sequence[Row]) -> tuple[str, ...]:
-    """Return the dimensions in which rows differ, apart from motion and rate.
-
-    Returns:
-        Names of the attributes of `Row`.
-    """
+    """Return the dimensions in which rows differ, apart from motion and rate: names of the attributes of `Row`."""
     return tuple(d for d in _DIMENSIONS if len({getattr(row, d) for row in rows}) > 1)
 
 

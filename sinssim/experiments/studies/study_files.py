@@ -65,11 +65,7 @@ def results(comparison: StudyResult) -> dict[str, Any]:
 
 
 def write_study(comparison: StudyResult, folder: Path) -> None:
-    """Write all results of a study.
-
-    Raises:
-        OSError: it cannot be written.
-    """
+    """Write all results of a study."""
     import tomli_w
 
     from sinssim.recording.report.exhibit_page import page_of

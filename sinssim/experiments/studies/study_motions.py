@@ -79,12 +79,7 @@ def is_cached(motion: StudyMotion) -> bool:
 
 
 def make(motion: StudyMotion) -> Trajectory:
-    """Return the true trajectory of a motion; a flight flown before comes from the cache.
-
-    Raises:
-        InputError: the scenario does not exist, has mistakes or cannot be flown, or the motion is shorter than
-            requested.
-    """
+    """Return the true trajectory of a motion; a flight flown before comes from the cache."""
     from sinssim.scenario.true_motion import fly
 
     trajectory = fly(scenario_of(motion))

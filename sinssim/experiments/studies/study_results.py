@@ -497,10 +497,6 @@ def needed(rows: Sequence[Row]) -> dict[str, Row]:
 
 
 def drift_at(rows: Sequence[Row], algorithms: Sequence[str], rate_hz: float) -> float:
-    """Return the least attitude drift of some algorithms at a rate.
-
-    Returns:
-        Arcsec/h; NaN if there is none.
-    """
+    """Return the least attitude drift of some algorithms at a rate: arcsec/h; NaN if there is none."""
     tested = [r for r in rows if base(r.algorithm) in algorithms and r.rate_hz == rate_hz]
     return min((row.attitude_drift_arcsec_h for row in tested), default=NAN)

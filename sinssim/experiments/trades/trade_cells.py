@@ -93,11 +93,6 @@ def cells_of(study: TradeStudy) -> tuple[Cell, ...]:
 
     Returns:
         The cells. Values that do not go together are the cell's mistake.
-
-    Raises:
-        InputError: the scenario cannot be used, a fixed key is wrong, a time lies outside the run, or a value of an
-            axis is allowed in no cell; the message names the axis, the value, and the first cell.
-        RunError: JSBSim failed.
     """
     load_scenario(study.scenario, study.set)  # mistakes that have nothing to do with the axes
     cells, flown = [], dict[str, float]()

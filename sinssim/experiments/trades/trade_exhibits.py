@@ -497,11 +497,7 @@ def to_json(result: TradeResult) -> dict[str, Any]:
 
 
 def write_trade(result: TradeResult, folder: Path) -> list[str]:
-    """Write the report of a trade study, its pictures, its numbers and its recording.
-
-    Raises:
-        OSError: they cannot be written.
-    """
+    """Write the report of a trade study, its pictures, its numbers and its recording."""
     import tomli_w
 
     from sinssim.recording.figures import figure_of, save

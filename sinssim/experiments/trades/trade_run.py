@@ -26,14 +26,7 @@ from sinssim.experiments.ensembles.ensemble_directory import EnsembleDirectory
 from sinssim.experiments.ensembles.ensemble_plan import TruthCache, truth_key
 from sinssim.experiments.ensembles.ensemble_run import stored_runs
 from sinssim.experiments.experiment_directory import Kind, Store, other_scenario, other_software, software
-from sinssim.experiments.trades.trade_cells import (
-    Cell,
-    CellNumbers,
-    cells_of,
-    digest_of,
-    of_budget,
-    of_ensemble,
-)
+from sinssim.experiments.trades.trade_cells import Cell, CellNumbers, cells_of, digest_of, of_budget, of_ensemble
 from sinssim.experiments.trades.trade_exhibits import TradeMedia
 from sinssim.experiments.trades.trade_result import CellResult, TradeResult
 from sinssim.experiments.trades.trade_schema import TradeStudy
@@ -206,11 +199,6 @@ def trade(
         threads: number of runs of an ensemble computed at a time; by default the number of the machine's cores.
         progress: called with cells done and time left in words, and the fraction done; True shows a bar.
         say: called with remarks, such as the expected duration or a damaged file.
-
-    Raises:
-        InputError: the study or the directory cannot be used, the directory holds another study, the study would take
-            too long, or the disk is full.
-        RunError: every cell failed; an `InputError` if by values that cannot be used.
     """
     check_limit(limit_minutes)
     TradeDirectory.check_options(directory, resume=resume, overwrite=overwrite)

@@ -131,18 +131,12 @@ def recognises_track(path: Path, head: bytes) -> bool:
 
 
 def read_track(path: Path) -> Streams:
-    """Return the track in a CSV or Parquet file with named columns.
+    """Return the track in a CSV or Parquet file with named columns: one solution, named "track".
 
     The columns are a time (`time_s`, or `time` in seconds or ISO 8601), `latitude_deg`, `longitude_deg`, optionally
     `height_m`, the attitude (`roll_deg`, `pitch_deg`, `heading_deg`, or `qw`, `qx`, `qy`, `qz`), and a velocity
     (`velocity_n_mps`, `velocity_e_mps`, `velocity_d_mps`). Angles may be in radians: `latitude_rad`, heights in feet:
     `altitude_ft`. A note names the columns that are not read.
-
-    Returns:
-        One solution, named "track".
-
-    Raises:
-        InputError: a column is missing, or a field is not a number; the message gives file and row.
     """
     table = NamedTable(path)
     notes = [*table.notes]

@@ -75,9 +75,6 @@ def split_first(path: Path, delimiter: str = WHITESPACE, skip: int = 0) -> NDArr
 
     Returns:
         (N,): decimal numbers are seconds, whole numbers of 16 digits or more nanoseconds.
-
-    Raises:
-        InputError: a stamp is no decimal number.
     """
     stamps: list[int] = []
     for number, fields in text_rows(path, delimiter, skip, cut_rows(path, delimiter, skip)):
@@ -113,9 +110,6 @@ def unit(path: Path, q: Array) -> Array:
 
     Args:
         q: (N, 4).
-
-    Raises:
-        InputError: a norm is not 1; the message names the row.
     """
     norm = np.linalg.norm(q, axis=1)
     bad = ~(np.abs(norm - 1.0) < 0.01)
@@ -334,25 +328,18 @@ _TRUTH_HEADER = (
 
 
 def unix_ns(content: Content, time: NDArray[np.float64]) -> NDArray[np.int64]:
-    """Return stamps as nanoseconds of Unix time.
+    """Return stamps as nanoseconds of Unix time: (N,) int64.
 
     Args:
         content: with the date of time 0.
         time: the run's own time, (N,) s.
-
-    Returns:
-        (N,) int64.
     """
     seconds, ns = content.stamps(time)
     return np.asarray(unix_from_gps(seconds.astype(np.float64)).astype(np.int64) * 1_000_000_000 + ns, dtype=np.int64)
 
 
 def write_euroc(content: Content, place: Path) -> list[str]:
-    """Write the folder.
-
-    Raises:
-        InputError: the solution has no velocity or attitude.
-    """
+    """Write the folder."""
     s, imu = content.solution, content.imu
     if s.velocity_ned is None or s.q_nb is None:
         raise InputError(f"EuRoC's ground truth has velocity and attitude; {content.solution_name} lacks them.")
@@ -379,11 +366,7 @@ def write_euroc(content: Content, place: Path) -> list[str]:
 
 
 def write_tum(content: Content, place: Path) -> list[str]:
-    """Write the file.
-
-    Raises:
-        InputError: the stream has no attitude.
-    """
+    """Write the file."""
     if content.solution.q_nb is None:
         raise InputError(f"TUM has an attitude in every row; {content.solution_name} has none.")
     position, q = pose(content)

@@ -80,11 +80,7 @@ _XYZ = ("x", "y", "z")
 
 
 def write(content: Content, place: Path) -> list[str]:
-    """Write the folder.
-
-    Raises:
-        InputError: truth and readings have different instants.
-    """
+    """Write the folder."""
     imu, truth = content.imu, content.motion
     assert imu.interval is not None
     start = imu.time - imu.interval[:, 0]

@@ -32,11 +32,7 @@ from sinssim.units import DEG
 
 
 def read_xml(path: Path) -> ElementTree.Element:
-    """Return the root of an XML file.
-
-    Raises:
-        InputError: the file cannot be read, is not XML, or declares entities.
-    """
+    """Return the root of an XML file."""
 
     def refuse(*_: object) -> None:
         raise InputError(
@@ -87,9 +83,6 @@ def read_gpx(path: Path) -> Streams:
 
     Returns:
         One stream of fixes, named "gnss"; missing elevations are NaN.
-
-    Raises:
-        InputError: the file is not GPX, has no track, or a point has no place or no time; the message gives the point.
     """
     root = read_xml(path)
     segments = [list(segment.iter("trkpt")) for segment in root.iter("trkseg")]
@@ -130,9 +123,6 @@ def read_path_gpx(path: Path) -> Array | None:
 
     Returns:
         Longitude and latitude in degrees and height in m, NaN if missing, (N, 3); None if there are no points.
-
-    Raises:
-        InputError: the file is not GPX, or a point has no place.
     """
     root = read_xml(path)
     points = list(root.iter("trkpt")) or list(root.iter("rtept"))
@@ -179,9 +169,6 @@ def read_kml(path: Path) -> Streams:
 
     Returns:
         One stream of fixes, named "gnss".
-
-    Raises:
-        InputError: the file is not KML, has no timed track, or a point cannot be read; the message gives the point.
     """
     root = read_xml(path)
     tracks = [track for track in root.iter("Track") if track.find("coord") is not None]
@@ -223,9 +210,6 @@ def read_path_kml(path: Path) -> Array | None:
 
     Returns:
         Longitude and latitude in degrees and height in m, NaN if missing, (N, 3); None if there is no LineString.
-
-    Raises:
-        InputError: the file is not KML, or a point cannot be read.
     """
     return path_of_lines(read_xml(path), path)
 
@@ -279,13 +263,10 @@ class Points:
 
 
 def path_points(content: Content) -> Points:
-    """Return the points of the chosen solution.
+    """Return the points of the chosen solution: the points.
 
     Args:
         content: what is written; without a rate at most `MOST` points.
-
-    Returns:
-        The points.
     """
     stream = content.solution
     total = len(replace(content, rate_hz=None).solution)
@@ -296,14 +277,11 @@ def path_points(content: Content) -> Points:
 
 
 def dates(content: Content, time: Array) -> list[str]:
-    """Return the dates of times in UTC, to a millisecond.
+    """Return the dates of times in UTC, to a millisecond: for example "2026-01-01T00:00:00.010Z".
 
     Args:
         content: with the date of time 0.
         time: the run's own time, (N,) s.
-
-    Returns:
-        For example "2026-01-01T00:00:00.010Z".
     """
     unix = unix_from_gps(content.start_gps_s + time)
     start = datetime(1970, 1, 1, tzinfo=UTC)

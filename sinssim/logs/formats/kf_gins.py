@@ -270,9 +270,6 @@ def start_of(content: Content) -> tuple[float, NavState]:
 
     Returns:
         The run's time of the reading, s, and one state.
-
-    Raises:
-        InputError: no reading lies within the solution.
     """
     known = content.run.solution(content.solution_name)
     time = content.imu.time
@@ -366,11 +363,7 @@ def configuration(content: Content, start: float) -> str:
 
 
 def write(content: Content, place: Path) -> list[str]:
-    """Write imu.txt, gnss.txt, truth.nav and kf-gins.yaml.
-
-    Raises:
-        InputError: the run crosses the end of a GPS week, which KF-GINS cannot process.
-    """
+    """Write imu.txt, gnss.txt, truth.nav and kf-gins.yaml."""
     week, start = week_and_seconds(content.start_gps_s)
     imu = content.imu
     if start + float(imu.time[-1]) > WEEK:

@@ -77,11 +77,7 @@ def is_ascii(head: bytes) -> bool:
 
 
 def read_ascii(path: Path) -> Streams:
-    """Read logs as text.
-
-    Raises:
-        InputError: the file cannot be read, or holds no log that can be used; the message names the line.
-    """
+    """Read logs as text."""
     logs, notes = _logs(path)
     imu = [(name, logs[name]) for name in ("RAWIMUSX", "RAWIMUX", "RAWIMUS", "RAWIMU") if name in logs]
     positions = next((logs[n] for n in ("BESTGNSSPOS", "BESTPOS", "BESTNAV") if n in logs), [])

@@ -98,11 +98,7 @@ _GYRO_ARCSEC, _ACCEL_UG_S = 1e-4, 1e-3
 
 
 def write(content: Content, place: Path) -> list[str]:
-    """Write imu.imu, the solution as .avp and the fixes as .avp.
-
-    Raises:
-        InputError: the sampling interval varies.
-    """
+    """Write imu.imu, the solution as .avp and the fixes as .avp."""
     start = content.motion
     _write_imu(content.imu, start, place / "imu.imu")
     name = f"{content.solution_name}.avp"

@@ -113,11 +113,7 @@ _HEAD = 4096
 
 
 def format_of(name: str) -> Format:
-    """Return a format by its name.
-
-    Raises:
-        InputError: the format is unknown, or its file outside the package cannot be used.
-    """
+    """Return a format by its name."""
     loaded = load_entry(FORMATS, name, "sinssim.logs.formats", ("recognises", "read"))
     if isinstance(loaded, Format):
         return loaded
@@ -127,16 +123,10 @@ def format_of(name: str) -> Format:
 
 
 def candidates(path: Path) -> list[str]:
-    """Return the names of the formats that a file may have.
+    """Return the names of the formats that a file may have: keys of `FORMATS`, none if no format fits.
 
     Args:
         path: a file, or a folder for the formats that are folders.
-
-    Returns:
-        Keys of `FORMATS`, none if no format fits.
-
-    Raises:
-        InputError: the file does not exist, is empty or cannot be read.
     """
     if not path.exists():
         raise InputError(f"{path} does not exist; give a recorded file.")
@@ -166,16 +156,10 @@ def folder_of(file: Path) -> Path | None:
 
 
 def detect(path: Path) -> str:
-    """Return the format of a file.
+    """Return the format of a file: key of `FORMATS`.
 
     Args:
         path: a file, or a folder for the formats that are folders.
-
-    Returns:
-        Key of `FORMATS`.
-
-    Raises:
-        InputError: no format fits, or several do.
     """
     names = candidates(path)
     if len(names) == 1:
@@ -197,10 +181,6 @@ def read_file(path: Path | str, format_name: str | None = None) -> Streams:
     Args:
         path: the file, or a folder for the formats that are folders.
         format_name: key of `FORMATS`; found from the file if not given.
-
-    Raises:
-        InputError: the file cannot be read, is of an unknown format, is damaged, or needs a library that is not
-            installed.
     """
     path = Path(path)
     if format_name is not None:
@@ -263,9 +243,6 @@ def library(module: str, package: str, purpose: str) -> Any:
 
     Args:
         purpose: what needs it, the beginning of the message: a file, or "--to mcap".
-
-    Raises:
-        InputError: it is not installed.
     """
     try:
         return importlib.import_module(module)

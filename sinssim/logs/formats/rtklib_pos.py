@@ -49,9 +49,6 @@ def read(path: Path) -> Streams:
 
     Returns:
         One stream of fixes, "gnss".
-
-    Raises:
-        InputError: the file cannot be read; the message names the row.
     """
     try:
         lines = read_text(path, encoding="latin-1").splitlines()

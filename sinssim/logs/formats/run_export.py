@@ -131,9 +131,6 @@ def choose(run: RecordedRun, start_gps_s: float, names: list[str], rate_hz: floa
 
     Returns:
         The content; by default the truth (of a log the reference, or the best solution), and the measured readings.
-
-    Raises:
-        InputError: a name is unknown, or two choose the same.
     """
     imus = run.inertial
     imu: str | None = next((kind for kind in ("measured", "ideal") if kind in imus), None)
@@ -185,11 +182,7 @@ class Exported:
 
 
 def export_of(name: str) -> Export:
-    """Return a format of exports by its name.
-
-    Raises:
-        InputError: the format is unknown, or its file outside the package cannot be used.
-    """
+    """Return a format of exports by its name."""
     loaded = load_entry(WRITERS, name, "sinssim.logs.formats", ("SUFFIX", "HOLDS", "write"))
     return loaded if isinstance(loaded, Export) else Export(loaded.SUFFIX, loaded.HOLDS, loaded.write)
 
@@ -214,9 +207,6 @@ def export(
             inertial readings.
         start: date of the run's time 0, UTC; by default that of the log, or `DEFAULT_START`.
         outages: spans whose fixes are withheld, as `sinssim run --outage` takes them.
-
-    Raises:
-        InputError: the run, a name, the date or the place cannot be used.
     """
     writer = export_of(to)
     recorded = RecordedRun(Path(run))
@@ -256,16 +246,10 @@ def _with_outages(content: Content, written: Sequence[str], to: str, writer: Exp
 
 
 def date_of_run(run: RecordedRun, start: str | None) -> float:
-    """Return the GPS time of a run's time 0.
+    """Return the GPS time of a run's time 0: seconds; of a log to the microsecond.
 
     Args:
         start: its date, UTC; None for that of its log, or for `DEFAULT_START` if it has none.
-
-    Returns:
-        Seconds; of a log to the microsecond.
-
-    Raises:
-        InputError: the date cannot be read.
     """
     if start is None and run.start_gps_s is not None:
         return run.start_gps_s

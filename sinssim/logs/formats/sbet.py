@@ -118,11 +118,7 @@ def _from_positions(time: Array, rows: Array) -> Array:
 
 
 def write(content: Content, place: Path) -> list[str]:
-    """Write the file.
-
-    Raises:
-        InputError: the stream has no velocity or attitude.
-    """
+    """Write the file."""
     s = content.solution
     if s.velocity_ned is None or s.q_nb is None:
         raise InputError(f"SBET has velocity and attitude; {content.solution_name} lacks them.")

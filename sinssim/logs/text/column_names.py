@@ -232,11 +232,7 @@ def axis(name: str) -> tuple[str, int] | None:
 
 
 def triads(names: Sequence[str] | None) -> list[tuple[int, int, int]]:
-    """Return the columns x, y, z of every three columns that differ by their axis only.
-
-    Returns:
-        Numbers of columns from 0.
-    """
+    """Return the columns x, y, z of every three columns that differ by their axis only: numbers of columns from 0."""
     groups: dict[str, dict[int, int]] = {}
     for k, name in enumerate(names or ()):
         parts = axis(name)
@@ -264,14 +260,11 @@ def unit_in_name(column: str | int | None) -> str | None:
 
 
 def epoch_unit(column: Array, interval: float) -> str | None:
-    """Return the unit in which stamps are dates since 1970.
+    """Return the unit in which stamps are dates since 1970: the unit; None if they are no such dates.
 
     Args:
         column: stamps, (N,).
         interval: usual interval, in the same unit.
-
-    Returns:
-        The unit; None if they are no such dates.
     """
     for unit, scale in TIME_UNITS.items():
         first, last = (float(column[k]) * scale for k in (0, -1))

@@ -164,17 +164,11 @@ class Table:
         return f"{self.path}, sample {sample}"
 
     def column(self, name: Column, width: int = 1, *, gaps: bool = False) -> Array:
-        """Return a column as doubles.
+        """Return a column as doubles: (N,) or (N, 3).
 
         Args:
             width: numbers per sample: 1, or 3 for an array of three columns.
             gaps: whether numbers may be missing; they are then NaN.
-
-        Returns:
-            (N,) or (N, 3).
-
-        Raises:
-            InputError: the column is missing or not unique, or contains anything but finite numbers.
         """
         if name not in self._columns:
             raise self._missing(name)
@@ -217,9 +211,6 @@ class Table:
 
         Returns:
             (N,) s, and the clock that dates give; None for numbers and for times of day.
-
-        Raises:
-            InputError: as for `column`.
         """
         raw = self.texts(name)
         if raw is None or not is_date(raw[0]):
@@ -436,11 +427,7 @@ class NamedTable:
         return values if size == 1.0 else values * size
 
     def complete(self, quantities: Sequence[str]) -> bool:
-        """Return whether the columns of several quantities are there.
-
-        Raises:
-            InputError: only some of them are there.
-        """
+        """Return whether the columns of several quantities are there."""
         there = [quantity for quantity in quantities if self.find(quantity)]
         missing = [usual_name(quantity) for quantity in quantities if quantity not in there]
         if there and missing:

@@ -67,11 +67,6 @@ def read_log(path: Path | str, description: Path | str | None = None) -> ImuData
 
     Returns:
         Increments, forward-right-down, SI; the first interval is as long as the second.
-
-    Raises:
-        InputError: the file cannot be read or does not fit into memory, the description lacks gyros or accelerometers,
-            a column is missing or not numeric, a value is not finite, or the times do not increase or have another unit
-            than stated.
     """
     samples = read_samples(path, description, TRIADS)
     for note in samples.notes:
@@ -97,9 +92,6 @@ def read_samples(
             columns.
         triads: triads to read, by default those described; the columns of the others may be missing.
         quantities: names of other columns, or their numbers as text if columns are numbered.
-
-    Raises:
-        InputError: as for `read_log`.
     """
     path, layout, source = Path(path), LogDescription(), "the package's own columns"
     if description is None and path.parent.name == "streams":
@@ -216,11 +208,7 @@ def with_readings(*triads: Array) -> NDArray[np.bool_]:
 
 
 def _given(table: Table, layout: LogDescription, triads: Mapping[TriadName, Array]) -> NDArray[np.bool_]:
-    """Return which rows have readings, (N,), as `with_readings`.
-
-    Raises:
-        InputError: a row has some of the readings of a triad, or no row has any.
-    """
+    """Return which rows have readings, (N,), as `with_readings`."""
     if not triads or len({len(values) for values in triads.values()}) > 1:
         return np.ones(1, dtype=bool)
     each = [_raw(table, layout, name) for name in triads]
@@ -324,9 +312,6 @@ def joined(unit: LogImu, samples: Samples, name: TriadName) -> tuple[Array, dict
 
     Returns:
         Times, (N,) s; the triads, (N, 3) each; a sentence.
-
-    Raises:
-        InputError: the other file cannot be read, has gaps, or does not overlap with the main one.
     """
     triad = unit.triad(name)
     assert triad is not None
@@ -350,9 +335,6 @@ def with_gravity(
 
     Returns:
         As `joined`.
-
-    Raises:
-        InputError: as for `joined`.
     """
     triad = unit.gravity
     assert triad is not None

@@ -128,9 +128,6 @@ def read_columns(
 
     Returns:
         A table of pyarrow with the columns "0", "1", …, or some of them.
-
-    Raises:
-        pyarrow.ArrowException: a row has another number of fields.
     """
     if isinstance(rows, bytes):
         return _parse(io.BytesIO(rows), delimiter, width, **options)
@@ -160,10 +157,6 @@ def read_numbers(
 
     Returns:
         (N, k) with k in `widths` and N ≥ 1; "nan" and empty fields are NaN.
-
-    Raises:
-        InputError: it cannot be read, does not fit into memory, has no rows, or a row with other columns or anything
-            but numbers.
     """
     from pyarrow import float64
 
@@ -256,9 +249,6 @@ def check_finite(path: Path, values: Array, what: str) -> None:
 
     Args:
         values: (N,) or (N, k).
-
-    Raises:
-        InputError: a value is missing or not finite; the message names the row.
     """
     fine = np.isfinite(values) if values.ndim == 1 else np.isfinite(values).all(axis=1)
     if not fine.all():
@@ -277,9 +267,6 @@ def write_columns(
     Args:
         columns: (N,) each.
         header: lines above, each with its end of line.
-
-    Raises:
-        OSError: the file cannot be written.
     """
     import pyarrow as pa
     from pyarrow import csv
@@ -306,12 +293,9 @@ def rounded(time: Array, digits: int = 9) -> Array:
 
 
 def columns_of(*parts: Array) -> list[Array]:
-    """Return columns of arrays.
+    """Return columns of arrays: (N,) each.
 
     Args:
         parts: (N,) or (N, k) each.
-
-    Returns:
-        (N,) each.
     """
     return [column for part in parts for column in (part[:, np.newaxis] if part.ndim == 1 else part).T]

@@ -100,14 +100,7 @@ def text_rows(
 
 
 def numbers_of(path: Path, rows: Iterable[Row], width: int, delimiter: str = WHITESPACE) -> Array:
-    """Return rows of numbers.
-
-    Returns:
-        (N, width); NaN for empty fields.
-
-    Raises:
-        InputError: a row has another number of fields, or anything but numbers.
-    """
+    """Return rows of numbers: (N, width); NaN for empty fields."""
     numbers: list[list[float]] = []
     for line, fields in rows:
         if len(fields) != width:
@@ -236,9 +229,6 @@ def read_rows(path: Path, layout: RowLayout, *, comments: bool = False) -> Itera
     Args:
         path: a text file; any byte is accepted.
         comments: whether lines that begin with # or % are left out.
-
-    Raises:
-        InputError: a column that selects rows does not exist.
     """
     rows = text_rows(path, layout.delimiter, layout.skip_lines, comments=comments)
     if not layout.rows:
@@ -255,11 +245,7 @@ def read_rows(path: Path, layout: RowLayout, *, comments: bool = False) -> Itera
 
 
 def selected_text(path: Path, layout: RowLayout) -> bytes:
-    """Return the rows of a file that the layout selects, without the line of names.
-
-    Raises:
-        InputError: no row has the texts, or a column does not exist.
-    """
+    """Return the rows of a file that the layout selects, without the line of names."""
     text = io.StringIO(newline="")
     delimiter = " " if layout.delimiter == WHITESPACE else layout.delimiter
     writer = csv.writer(text, delimiter=delimiter, lineterminator="\n")

@@ -25,11 +25,7 @@ _MARKS = {
 
 
 def page_of(exhibits: Exhibits) -> str:
-    """Return the page of a result.
-
-    Returns:
-        HTML; it refers to nothing outside itself.
-    """
+    """Return the page of a result: HTML; it refers to nothing outside itself."""
     body = [f"<h1>{words(exhibits.heading or exhibits.title)}</h1>", *parts_of(exhibits.items, 2)]
     return page.page(exhibits.title, body, STYLE)
 

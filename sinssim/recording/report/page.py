@@ -65,13 +65,10 @@ _BLANKS = re.compile(r"[ \t\r\n\f\v]+")
 
 
 def page(title: str, body: Iterable[str], style: str = "") -> str:
-    """Return a whole page.
+    """Return a whole page: HTML; it refers to nothing outside itself.
 
     Args:
         title: title in the browser's tab.
-
-    Returns:
-        HTML; it refers to nothing outside itself.
     """
     return (
         '<!DOCTYPE html>\n<html lang="en"><head><meta charset="utf-8">'

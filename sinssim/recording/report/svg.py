@@ -54,13 +54,10 @@ def text(x: float, y: float, words: str, anchor: str = "start", kind: str = "", 
 
 
 def points(x: Array, y: Array) -> str:
-    """Return coordinates in the form of a polyline, to a tenth of a pixel, without repetitions.
+    """Return coordinates in the form of a polyline, to a tenth of a pixel, without repetitions: "x,y x,y …".
 
     Args:
         x, y: (N,) px.
-
-    Returns:
-        "x,y x,y …".
     """
     rounded = np.round(10.0 * np.column_stack((x, y)))
     new = np.concatenate(([True], (np.diff(rounded, axis=0) != 0.0).any(axis=1)))

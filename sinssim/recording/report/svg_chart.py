@@ -8,17 +8,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from sinssim.charts import (
-    Axis,
-    Chart,
-    Charts,
-    Dots,
-    Limit,
-    Line,
-    Mark,
-    Rule,
-    Shares,
-)
+from sinssim.charts import Axis, Chart, Charts, Dots, Limit, Line, Mark, Rule, Shares
 from sinssim.recording import style
 from sinssim.recording.report.page import words
 from sinssim.recording.report.svg import STYLE as OF_ELEMENTS

@@ -8,19 +8,7 @@ from typing import Any
 
 import numpy as np
 
-from sinssim.charts import (
-    Band,
-    Bars,
-    Cells,
-    Chart,
-    Dots,
-    Histogram,
-    Limit,
-    Line,
-    Remark,
-    Rule,
-    Shares,
-)
+from sinssim.charts import Band, Bars, Cells, Chart, Dots, Histogram, Limit, Line, Remark, Rule, Shares
 from sinssim.data import Array
 from sinssim.recording import style
 from sinssim.recording.report.svg import dots, path, points, segments, text

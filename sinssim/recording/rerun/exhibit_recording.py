@@ -12,18 +12,7 @@ import rerun as rr
 import rerun.blueprint as rrb
 
 from sinssim.charts import Band, Chart, Charts, Cloud, Dots, Limit, Line, Rule, Shares
-from sinssim.exhibits import (
-    Beside,
-    Diagram,
-    Exhibits,
-    Item,
-    Picture,
-    Points,
-    Section,
-    Sentence,
-    Table,
-    Verbatim,
-)
+from sinssim.exhibits import Beside, Diagram, Exhibits, Item, Picture, Points, Section, Sentence, Table, Verbatim
 from sinssim.formatting import capital
 from sinssim.recording import style
 from sinssim.recording.figures import figure_of, to_png
@@ -43,9 +32,6 @@ def record(exhibits: Exhibits, path: Path) -> None:
         exhibits: what it has to show; without a kind, the recording has a tab for each group of charts and one for
             the tables.
         path: the file, by convention with the suffix .rrd.
-
-    Raises:
-        RunError: it cannot be written.
     """
     labels = {"kind": exhibits.kind, **exhibits.labels}
     run = RunInfo(exhibits.name, *exhibits.span, (), labels=labels)

@@ -130,13 +130,10 @@ _PIPES_HAVE_NAMES = os.path.isdir("/dev/fd")  # not on Windows: there Rerun writ
 
 
 def nanoseconds(time: Array) -> Array:
-    """Return times in the form of a recording.
+    """Return times in the form of a recording: nearest whole nanoseconds, (N,) timedelta64[ns].
 
     Args:
         time: (N,) s.
-
-    Returns:
-        Nearest whole nanoseconds, (N,) timedelta64[ns].
     """
     return np.rint(time * 1e9).astype(np.int64).astype("timedelta64[ns]")
 
@@ -178,11 +175,7 @@ class _File:
     """
 
     def __init__(self, path: Path) -> None:
-        """Open the file and the pipe.
-
-        Raises:
-            OSError: it cannot be opened.
-        """
+        """Open the file and the pipe."""
         self._error: OSError | None = None
         self._thread: threading.Thread | None = None
         self.entry = str(path)
@@ -211,20 +204,12 @@ class _File:
             os.close(self._write)
 
     def check(self) -> None:
-        """Raise if data could not be written.
-
-        Raises:
-            OSError: data could not be written.
-        """
+        """Raise if data could not be written."""
         if self._error is not None:
             raise OSError(self._error.errno, self._error.strerror) from self._error
 
     def close(self) -> None:
-        """Wait until everything is written, after Rerun has closed its end.
-
-        Raises:
-            OSError: data could not be written.
-        """
+        """Wait until everything is written, after Rerun has closed its end."""
         if self._thread is not None:
             self._thread.join()
         self.check()
@@ -240,9 +225,6 @@ class Recording:
             path: the file, by convention `recording.rrd`.
             application: application identifier; the viewer keeps one layout for each.
             blueprint: a `rerun.blueprint.Blueprint`, the layout that the viewer opens with.
-
-        Raises:
-            OSError: the file cannot be opened.
         """
         self.ranges: dict[str, tuple[float, float]] = {}
         """Smallest and largest value of every entity recorded by `series`, for the axes of plots."""
@@ -263,11 +245,7 @@ class Recording:
         self.close()
 
     def close(self) -> None:
-        """Write the data still in memory and the footer, without which a recording is not valid.
-
-        Raises:
-            OSError: the file could not be written.
-        """
+        """Write the data still in memory and the footer, without which a recording is not valid."""
         try:
             self._flush()
         finally:
@@ -297,9 +275,6 @@ class Recording:
             thin: whether a long stream is reduced to the rows that a screen can show, see `screen_rows`; otherwise
                 every row is recorded. The rows that are recorded are exact.
             events: times around which all rows are recorded, s.
-
-        Raises:
-            OSError: the file could not be written.
         """
         for vector in stream.vectors:
             lines = rr.SeriesLines(names=list(vector.columns), aggregation_policy="MinMax")
@@ -423,9 +398,6 @@ def whole_recording(path: Path, application: str) -> Iterator[Recording]:
 
     Args:
         path: the file, by convention with the suffix .rrd; its folder is made.
-
-    Raises:
-        RunError: the file cannot be written.
     """
     try:
         path.parent.mkdir(parents=True, exist_ok=True)

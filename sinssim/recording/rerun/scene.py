@@ -107,14 +107,11 @@ class Scene:
         return 0.09 * self.size
 
     def points(self, latitude: Array, longitude: Array, height: Array) -> Array:
-        """Return positions in the scene.
+        """Return positions in the scene: east, north and exaggerated height above the floor, (N, 3) m.
 
         Args:
             latitude, longitude: (N,) rad.
             height: (N,) m.
-
-        Returns:
-            East, north and exaggerated height above the floor, (N, 3) m.
         """
         origin = geodetic_to_ecef(self.latitude, self.longitude, self.height, self.ellipsoid)
         east, north = self._plane()

@@ -80,9 +80,6 @@ class PageServer:
         Args:
             inner: port of Rerun's web server, on this machine.
             files: recordings and layouts that the page opens, with different names.
-
-        Raises:
-            OSError: the port is taken.
         """
 
         own = {f"/{_FOLDER}/{quote(file.name)}": file for file in files}
@@ -170,11 +167,7 @@ _LOOK_SECONDS = 0.3
 
 
 def find_recording(path: Path) -> Path:
-    """Return the recording of a path.
-
-    Raises:
-        InputError: there is no recording.
-    """
+    """Return the recording of a path."""
     if path.is_file():
         return path
     if (path / "recording.rrd").is_file():
@@ -195,9 +188,6 @@ def find_run_info(recording: Path) -> RunInfo | None:
     Returns:
         The information that views need; None for a recording with its own layout, such as that of the ground study or
         of another program.
-
-    Raises:
-        InputError: the file cannot be read.
     """
     from rerun.chunk import RrdReader
 
@@ -228,10 +218,6 @@ def open_viewer(path: Path, view: str | None = None) -> None:
 
     Args:
         view: name of the view in front, or path of a view's file; the recorded layout if not given.
-
-    Raises:
-        InputError: there is no such recording or view.
-        RunError: the viewer does not start.
     """
     with _files(path, view) as files, _Viewer(["--port", "auto", "--bind", "127.0.0.1", *files]) as viewer:
         if viewer.process.wait():
@@ -244,10 +230,6 @@ def serve(path: Path, view: str | None = None, *, ready: Callable[[str], None] |
     Args:
         view: name of the view in front, or path of a view's file; the recorded layout if not given.
         ready: called with the page's address once the server answers; by default the address is printed.
-
-    Raises:
-        InputError: there is no such recording or view.
-        RunError: the server does not start.
     """
     web, inner, unused = _free_ports(3)
     arguments = ["--serve-web", "--bind", "127.0.0.1", "--web-viewer-port", str(inner), "--port", str(unused)]
@@ -281,10 +263,6 @@ def screenshot(
     Args:
         view: name of the view in front, or path of a view's file; the recorded layout if not given.
         time_s: place of the time cursor, s; the middle of the recorded time if not given.
-
-    Raises:
-        InputError: there is no such recording or view, or the picture cannot be written.
-        RunError: the viewer does not start; it needs a graphics driver, which may be a software renderer.
     """
     if not picture.absolute().parent.is_dir():
         raise InputError(f"the picture {picture} cannot be written: there is no folder {picture.absolute().parent}.")
@@ -477,9 +455,6 @@ class _Viewer:
 
         Args:
             deadline: as for `check`.
-
-        Raises:
-            RunError: the child has ended or the deadline has passed.
         """
         while True:
             with contextlib.suppress(OSError, RuntimeError):

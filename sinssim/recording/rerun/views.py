@@ -131,26 +131,16 @@ class RunInfo:
 
 
 def view_names() -> list[str]:
-    """Return the names of all views, the package's own first.
-
-    Returns:
-        Names, as for `load_view`.
-    """
+    """Return the names of all views, the package's own first: names, as for `load_view`."""
     names = list(list_content("viz"))
     return [name for name in _FIRST if name in names] + [name for name in names if name not in _FIRST]
 
 
 def load_view(name: str, run: RunInfo) -> Any:
-    """Return one view's layout.
+    """Return one view's layout: A `rerun.blueprint.Blueprint`.
 
     Args:
         name: name of a view, or path of a Python file.
-
-    Returns:
-        A `rerun.blueprint.Blueprint`.
-
-    Raises:
-        InputError: there is no such view, or its file does not work.
     """
     file = find_content("viz", name)
     return _layout(file, _module(file), run)
@@ -205,19 +195,13 @@ def _by_name(views: Sequence[str]) -> dict[str, Path]:
 
 
 def all_views(run: RunInfo, active: str | None = None, *, menu: bool = True) -> Any:
-    """Return one layout with a tab for every view of a run or of a study.
+    """Return one layout with a tab for every view of a run or of a study: A `rerun.blueprint.Blueprint`.
 
     A view that does not work is left out, with a warning, unless it is the one in front.
 
     Args:
         active: name of the view in front, or path of a further view; the first view if not given.
         menu: whether the viewer shows its menu and its notices about the machine.
-
-    Returns:
-        A `rerun.blueprint.Blueprint`.
-
-    Raises:
-        InputError: the view `active` does not exist or does not work, or the run has no data for it.
     """
     import rerun.blueprint as rrb
 

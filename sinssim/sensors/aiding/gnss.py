@@ -290,9 +290,6 @@ def with_quality(
         factors: factor of the 1σ by code; None leaves the fixes of a code out.
         least: least 1σ after that, one number or one for each component, in the unit of the 1σ, for what no receiver
             knows, such as its antenna's phase centre and the resolution of its output.
-
-    Raises:
-        InputError: a code has no factor, or there is not one code for each fix.
     """
     codes = np.asarray(quality)
     if codes.shape != (len(measurements),):

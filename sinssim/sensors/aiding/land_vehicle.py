@@ -257,19 +257,13 @@ def land_velocity(
     limit: float = TYRES_HOLD,
     name: str = "",
 ) -> Measurements:
-    """Return the readings of the constraint along a run.
+    """Return the readings of the constraint along a run: "land-velocity", zero.
 
     Args:
         sigma: 1σ of the velocity to the right, and down, by tyres, suspension and road, m/s.
         angles: assumed pitch and yaw of the vehicle's axes in the block's, rad.
         lever_arm: from the block to the middle of the rear axle, which does not steer, (3,) m.
         limit: lateral specific force beyond which there is no reading, m/s².
-
-    Returns:
-        "land-velocity", zero.
-
-    Raises:
-        InputError: an argument cannot be used.
     """
     checked_increments(imu)
     step = 1.0 / number("rate_hz", rate_hz, "measurements per second", low=POSITIVE)

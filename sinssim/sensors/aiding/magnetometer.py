@@ -151,9 +151,6 @@ class Magnetometer(AidingSensor):
 
         Returns:
             Its magnitude, rad; 0 unless the declination is that of the start.
-
-        Raises:
-            InputError: the field is too weak for a compass.
         """
         if self.declination != "start":
             return 0.0

@@ -47,10 +47,6 @@ def compensate(measured: ImuData, calibration: ImuErrors) -> ImuData:
     Args:
         calibration: calibrated values of the errors: the fields in `CALIBRATED` of each triad, the temperature, the
             arms and the delay.
-
-    Raises:
-        InputError: the calibration values are invalid (a scale-factor error of −1, sensitive axes in a plane, a
-            non-linearity that gives the same reading for two rates).
     """
     measured = checked_imu(measured)
     if not isinstance(calibration, ImuErrors):
@@ -59,11 +55,7 @@ def compensate(measured: ImuData, calibration: ImuErrors) -> ImuData:
 
 
 def compensate_checked(measured: ImuData, calibration: ImuErrors) -> ImuData:
-    """Compensate increments whose numbers have been checked; otherwise like `compensate`.
-
-    Raises:
-        InputError: the calibration values are invalid.
-    """
+    """Compensate increments whose numbers have been checked; otherwise like `compensate`."""
     dvel = _corrected(measured, calibration, "accel", measured.dvel)
     dtheta = _corrected(measured, calibration, "gyro", dvel)
     imu = replace(measured, dtheta=dtheta, dvel=dvel)

@@ -152,11 +152,7 @@ def _measured(felt: ImuData, packed: Packed, seed: int) -> ImuData:
 
 
 def at_the_sensors(ideal: ImuData, errors: ImuErrors) -> ImuData:
-    """Return the ideal increments at the places of the sensors, stage 1, which is the same in every run.
-
-    Raises:
-        InputError: a pulse exceeds the whole signal, or a fault lies outside the run.
-    """
+    """Return the ideal increments at the places of the sensors, stage 1, which is the same in every run."""
     _check_faults(errors, ideal.time)
     felt = what_is_felt(ideal, errors)
     _check_pulse("gyro_quantum_arcsec", errors.gyro.quantum, ARCSEC, felt.dtheta)
@@ -234,9 +230,6 @@ def measured_increments(
 
     Returns:
         Measured increments, and those after the compensation, which acts on the readings; None without one.
-
-    Raises:
-        InputError: as of `emulate` and of `compensate`.
     """
     instantaneous = imu.output == "instantaneous-rates"
     if instantaneous:  # the response of a sensor acts on the values at the stamps

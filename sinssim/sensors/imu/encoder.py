@@ -80,16 +80,13 @@ def draw_encoders(imu: Imu, seed: int) -> EncoderErrors | None:
 
 
 def read_angles(turns: Turning, errors: EncoderErrors, edges: Array, t: Array) -> Array:
-    """Return the readings of the encoders (1).
+    """Return the readings of the encoders (1): angles of the outer and the inner axis, (K, 2) rad.
 
     Args:
         turns: the true rotation.
         errors: errors of the encoders.
         edges: edges of the samples, (N+1,) s; each has a noise of its own.
         t: instants, (K,) s; an instant between two edges has the noise of the nearest.
-
-    Returns:
-        Angles of the outer and the inner axis, (K, 2) rad.
     """
     true = turns.angles(t)
     read = true + errors.bias
@@ -122,13 +119,10 @@ class Encoders:
     edges: Array
 
     def attitude(self, t: Array) -> Array:
-        """Return the block's attitude in the vehicle as it is read.
+        """Return the block's attitude in the vehicle as it is read: q̃_vb, (K, 4).
 
         Args:
             t: instants, (K,) s.
-
-        Returns:
-            q̃_vb, (K, 4).
         """
         return self.turns.without_wobble(self.angles(t))
 
@@ -153,13 +147,10 @@ class Encoders:
         return np.asarray(sum(rates))
 
     def turned_out(self, solution: NavSolution) -> NavSolution:
-        """Return the solution of the block with the vehicle's attitude.
+        """Return the solution of the block with the vehicle's attitude: the same with the vehicle's attitude.
 
         Args:
             solution: with the block's attitude, K rows.
-
-        Returns:
-            The same with the vehicle's attitude.
         """
         angles, q_nv = self.angles(solution.time), np.empty_like(solution.q_nb)
         for first in range(0, len(q_nv), PART):
@@ -170,15 +161,12 @@ class Encoders:
 
 
 def encoders_of(block: Trajectory, errors: EncoderErrors | None, edges: Array) -> Encoders | None:
-    """Return the encoders of a block.
+    """Return the encoders of a block: the encoders; None for a block that does not turn.
 
     Args:
         block: the motion that its sensors feel, from `block_of`.
         errors: errors of the encoders in this run; none by default.
         edges: edges of the samples, (N+1,) s.
-
-    Returns:
-        The encoders; None for a block that does not turn.
     """
     return Encoders(block.turns, errors or EncoderErrors(), edges) if isinstance(block, TurningBlock) else None
 

@@ -144,15 +144,15 @@ def begin(active: int, s: Array, run: int, key_0: np.uint64, key_1: np.uint64) -
             keep_k(s, run, i, n, 0.0)
     for axis in range(3):
         if active & WANDERING:
-            one, two = normal_pair(key_0, key_1, np.int64(0), TERM_NUMBERS[_WANDERING], np.uint64(axis))
-            keep_k(s, run, axis, WANDER, one)
+            gyro_normal, two = normal_pair(key_0, key_1, np.int64(0), TERM_NUMBERS[_WANDERING], np.uint64(axis))
+            keep_k(s, run, axis, WANDER, gyro_normal)
             keep_k(s, run, axis + 3, WANDER, two)
         if active & FLICKERING:
             for n in range(_FLICKERS):
-                one, two = normal_pair(key_0, key_1, np.int64(n), TERM_NUMBERS[_START], np.uint64(axis))
+                gyro_normal, two = normal_pair(key_0, key_1, np.int64(n), TERM_NUMBERS[_START], np.uint64(axis))
                 for m in range(n, _FLICKERS):
                     place, weight = FLICKERS + m, STATIONARY[m, n]
-                    keep_k(s, run, axis, place, state_k(s, run, axis, place) + weight * one)
+                    keep_k(s, run, axis, place, state_k(s, run, axis, place) + weight * gyro_normal)
                     keep_k(s, run, axis + 3, place, state_k(s, run, axis + 3, place) + weight * two)
 
 
@@ -213,9 +213,9 @@ def _of_three(
     total: float, active: int, p: Array, run: int, i: int, u: Array, x: float, length: float, c: Array
 ) -> float:  # fmt: skip
     """Add the effect of a term with one value for each axis, on an input of x/length along the sensitive axis."""
-    own, f = x / length, u[3 + i % 3] / length
+    sensitive_input, f = x / length, u[3 + i % 3] / length
     total = _before(total, active, p, run, i, u, x, length, c)
-    total += parameter_k(p, run, i, FIRST) * multiplies_k(own, own, f, c[WARMTH], c[MIDDLE])
+    total += parameter_k(p, run, i, FIRST) * multiplies_k(sensitive_input, sensitive_input, f, c[WARMTH], c[MIDDLE])
     return total
 
 
@@ -224,11 +224,11 @@ def _of_six(
     total: float, active: int, p: Array, run: int, i: int, u: Array, x: float, length: float, c: Array
 ) -> float:  # fmt: skip
     """Add the effect of a term with values for the two other axes."""
-    own, after, other = x / length, _NEXT[i], _OTHER[i]
-    one = multiplies_k(own, u[after] / length, u[3 + after % 3] / length, c[WARMTH], c[MIDDLE])
-    two = multiplies_k(own, u[other] / length, u[3 + other % 3] / length, c[WARMTH], c[MIDDLE])
+    sensitive_input, after, other = x / length, _NEXT[i], _OTHER[i]
+    first_factor = multiplies_k(sensitive_input, u[after] / length, u[3 + after % 3] / length, c[WARMTH], c[MIDDLE])
+    two = multiplies_k(sensitive_input, u[other] / length, u[3 + other % 3] / length, c[WARMTH], c[MIDDLE])
     total = _before(total, active, p, run, i, u, x, length, c)
-    total += parameter_k(p, run, i, FIRST) * one + parameter_k(p, run, i, FIRST + 1) * two
+    total += parameter_k(p, run, i, FIRST) * first_factor + parameter_k(p, run, i, FIRST + 1) * two
     return total
 
 
@@ -237,12 +237,12 @@ def _of_nine(
     total: float, active: int, p: Array, run: int, i: int, u: Array, x: float, length: float, c: Array
 ) -> float:  # fmt: skip
     """Add the effect of a term with values for the three axes of the block."""
-    own, k = x / length, i - i % 3
-    one = multiplies_k(own, u[k] / length, u[3] / length, c[WARMTH], c[MIDDLE])
-    two = multiplies_k(own, u[k + 1] / length, u[4] / length, c[WARMTH], c[MIDDLE])
-    three = multiplies_k(own, u[k + 2] / length, u[5] / length, c[WARMTH], c[MIDDLE])
+    sensitive_input, k = x / length, i - i % 3
+    first_factor = multiplies_k(sensitive_input, u[k] / length, u[3] / length, c[WARMTH], c[MIDDLE])
+    two = multiplies_k(sensitive_input, u[k + 1] / length, u[4] / length, c[WARMTH], c[MIDDLE])
+    three = multiplies_k(sensitive_input, u[k + 2] / length, u[5] / length, c[WARMTH], c[MIDDLE])
     total = _before(total, active, p, run, i, u, x, length, c)
-    first = parameter_k(p, run, i, FIRST) * one + parameter_k(p, run, i, FIRST + 1) * two
+    first = parameter_k(p, run, i, FIRST) * first_factor + parameter_k(p, run, i, FIRST + 1) * two
     total += first + parameter_k(p, run, i, FIRST + 2) * three
     return total
 
@@ -269,10 +269,10 @@ def _effect(acts_on: str) -> Any:
         active stages, the arrays of `measure`, an increment x along the sensitive axis and its duration.
     """
     whole = _before
-    own = [term for term in FIELDS.values() if term.multiplies and term.acts_on == acts_on]
-    for stage in dict.fromkeys(term.stage for term in own):
+    acting_terms = [term for term in FIELDS.values() if term.multiplies and term.acts_on == acts_on]
+    for stage in dict.fromkeys(term.stage for term in acting_terms):
         terms = whole if stage == "" else _before
-        for term in own:
+        for term in acting_terms:
             if term.stage == stage:
                 terms = rebound(
                     {3: _of_three, 6: _of_six, 9: _of_nine}[term.size], f"{term.field}_k", _before=terms,
@@ -456,9 +456,6 @@ def pack(runs: Sequence[ImuErrors], start: float, *, rounded: bool = False) -> P
         runs: errors of each run; correlation times, warm-up and faults are the same in all.
         start: first edge of the samples, s.
         rounded: whether sensors without pulses have steps of 2⁻⁵² rad and 2⁻⁴⁶ m/s.
-
-    Raises:
-        InputError: an error is invalid; see `check_errors`.
     """
     parameters = np.zeros((len(runs), 6, PARAMETERS))
     for run, errors in enumerate(runs):
@@ -467,8 +464,8 @@ def pack(runs: Sequence[ImuErrors], start: float, *, rounded: bool = False) -> P
             for field, slots in SLOTS.items():
                 for slot, column in zip(slots, _parameter_columns(getattr(triad, field), FIELDS[field]), strict=True):
                     parameters[run, first : first + 3, slot] = column
-    one = runs[0]
-    faults = [fault for fault in one.faults if fault.kind != "jitter"]
+    shared_errors = runs[0]
+    faults = [fault for fault in shared_errors.faults if fault.kind != "jitter"]
     nothing = not (parameters.any() or faults)
     if rounded and not nothing:
         for first, step in ((0, DTHETA_STEP), (3, DVEL_STEP)):
@@ -480,9 +477,12 @@ def pack(runs: Sequence[ImuErrors], start: float, *, rounded: bool = False) -> P
     active = sum(bit for stage, bit in STAGES.items() if parameters[:, :, needed[stage]].any())
     conditions = np.zeros(CONDITIONS)
     conditions[START] = start
-    conditions[STEADY], conditions[WARM_UP] = one.warm_up.steady, one.warm_up.time_constant
-    conditions[EXCESS] = one.warm_up.start - one.warm_up.steady
-    conditions[GYRO_TIME], conditions[ACCEL_TIME] = one.gyro.correlation_time, one.accel.correlation_time
+    conditions[STEADY], conditions[WARM_UP] = shared_errors.warm_up.steady, shared_errors.warm_up.time_constant
+    conditions[EXCESS] = shared_errors.warm_up.start - shared_errors.warm_up.steady
+    conditions[GYRO_TIME], conditions[ACCEL_TIME] = (
+        shared_errors.gyro.correlation_time,
+        shared_errors.accel.correlation_time,
+    )
     return Packed(nothing, active + (FAULTY if faults else 0), parameters, conditions, _fault_table(faults))
 
 

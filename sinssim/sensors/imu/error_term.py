@@ -38,13 +38,10 @@ PER_G = {"g": G0, "mps2": 1.0}
 
 
 def per(units: Mapping[str, float], below: Mapping[str, float]) -> dict[str, float]:
-    """Return the units of a quotient.
+    """Return the units of a quotient: every combination, for example "deg_h_per_g".
 
     Args:
         units: units of the numerator, size in SI by name in a key.
-
-    Returns:
-        Every combination, for example "deg_h_per_g".
     """
     return {f"{name}_per_{other}": size / unit for name, size in units.items() for other, unit in below.items()}
 
@@ -211,19 +208,19 @@ class ErrorTerm:
         assert self.multiplies is not None
         constant = self.multiplies(0.0, 0.0, 0.0, warmth, time)
         units = ((1.0, 0.0, 0.0), (0.0, 1.0, 0.0), (0.0, 0.0, 1.0))
-        own, along, force = (self.multiplies(*unit, warmth, time) - constant for unit in units)
-        return constant, own, along, force
+        sensitive, along, force = (self.multiplies(*unit, warmth, time) - constant for unit in units)
+        return constant, sensitive, along, force
 
     @cached_property
     def slopes(self) -> tuple[float, float, float, float] | None:
         """Its `factors` at 1 K and 1 s; None if what it multiplies is not linear, or for a noise."""
         if self.multiplies is None:
             return None
-        found = self.factors(1.0, 1.0)
+        factors = self.factors(1.0, 1.0)
         for probe in ((-2.0, 3.0, 5.0), (7.0, -4.0, -3.0)):
-            if self.multiplies(*probe, 1.0, 1.0) != np.dot(found, (1.0, *probe)):
+            if self.multiplies(*probe, 1.0, 1.0) != np.dot(factors, (1.0, *probe)):
                 return None
-        return found
+        return factors
 
     @cached_property
     def acts_on(self) -> Literal["axis", "response", "scale", "output"]:
@@ -234,12 +231,14 @@ class ErrorTerm:
         """
         assert self.multiplies is not None
         if self.slopes is None:
-            still, moving = (self.multiplies(own, along, 2.0, 1.0, 1.0) for own, along in ((0.0, 0.0), (3.0, -5.0)))
+            still, moving = (
+                self.multiplies(sensitive, along, 2.0, 1.0, 1.0) for sensitive, along in ((0.0, 0.0), (3.0, -5.0))
+            )
             return "output" if still == moving else "response"
-        constant, own, along, force = self.slopes
-        if not (own or along):
+        constant, sensitive, along, force = self.slopes
+        if not (sensitive or along):
             return "output"
-        return "response" if constant or force or (own and along) else "scale" if own else "axis"
+        return "response" if constant or force or (sensitive and along) else "scale" if sensitive else "axis"
 
     @property
     def of_temperature(self) -> bool:
@@ -274,13 +273,17 @@ class ErrorTerm:
         own, along, matrix = x if own is None else own, x, len(self.shape) == 2
         if matrix:
             own, along, force = own[..., None], x[..., None, :], force[..., None, :]
-        warmth, time = (np.asarray(one)[(..., None, None) if matrix else (..., None)] for one in (warmth, time))
-        found = 0.0 * own if self.multiplies is None else self.multiplies(own, along, force, warmth, time)
+        warmth, time = (
+            np.asarray(quantity)[(..., None, None) if matrix else (..., None)] for quantity in (warmth, time)
+        )
+        factors = 0.0 * own if self.multiplies is None else self.multiplies(own, along, force, warmth, time)
         return (
-            found if not whole else np.broadcast_to(found, np.broadcast_shapes(np.shape(found), own.shape, along.shape))
+            factors
+            if not whole
+            else np.broadcast_to(factors, np.broadcast_shapes(np.shape(factors), own.shape, along.shape))
         )
 
-    def effect(self, value: Array, *motion: Any, **own: Any) -> Array:
+    def effect(self, value: Array, *motion: Any, **options: Any) -> Array:
         """Return the effect of a value, in the shape of its field, on mean readings, broadcasting to (..., 3)."""
-        parts = value * self.inputs(*motion, **own, whole=False)
+        parts = value * self.inputs(*motion, **options, whole=False)
         return np.asarray(parts.sum(axis=-1) if len(self.shape) == 2 else parts)

@@ -53,11 +53,11 @@ def _both(
     **shared: Any,
 ) -> Iterator[ErrorTerm]:
     """Yield the rows of an error common to gyros and accelerometers, with their different descriptions."""
-    for triad, units, own in (("gyro", gyro_units, gyro), ("accel", accel_units, accel)):
+    for triad, units, description in (("gyro", gyro_units, gyro), ("accel", accel_units, accel)):
         yield ErrorTerm(
             **dict[str, Any](name=f"{triad}_{field}", triad=triad, field=field, size=size, units=units)
             | shared
-            | dict(own or {})
+            | dict(description or {})
         )
 
 

@@ -10,7 +10,7 @@ from pydantic import AfterValidator, Field, ValidationInfo, field_validator, mod
 
 from sinssim.data import Array
 from sinssim.errors import shortened
-from sinssim.sensors.imu.datasheet import not_absurd
+from sinssim.sensors.imu.datasheet_units import not_absurd
 from sinssim.sensors.imu.imu_errors import Fault, FaultKind
 from sinssim.sensors.sets.redundant_geometry import MOST
 from sinssim.toml_section import NotNegative, Positive, Section
@@ -21,11 +21,7 @@ CHANNELS = ("gyro_x", "gyro_y", "gyro_z", "accel_x", "accel_y", "accel_z")
 
 
 def channels_of(count: int) -> tuple[str, ...]:
-    """Return the names of a redundant set's sensors.
-
-    Returns:
-        "gyro_1", …, "accel_1", ….
-    """
+    """Return the names of a redundant set's sensors: "gyro_1", …, "accel_1", …."""
     return tuple(f"{kind}_{number}" for kind in ("gyro", "accel") for number in range(1, count + 1))
 
 
@@ -75,11 +71,11 @@ class _Fault(Section):
             Numbers of the sensors, from 1; none for a fault of all sensors.
         """
         numbers = (channel.removeprefix(f"{kind}_") for channel in self.named)
-        found = {int(number) for number in numbers if number.isdigit()}
+        sensor_numbers = {int(number) for number in numbers if number.isdigit()}
         for key, value in self.sizes.items():
             if key.startswith(kind):
-                found |= {number for number, size in enumerate(value, start=1) if size}
-        return found
+                sensor_numbers |= {number for number, size in enumerate(value, start=1) if size}
+        return sensor_numbers
 
     def check(self, where: str, count: int | None) -> None:
         """Raise if the fault is one of sensors that the set does not have.
@@ -87,9 +83,6 @@ class _Fault(Section):
         Args:
             count: number of sensors of each kind of a redundant set; None for a block of three gyros and three
                 accelerometers.
-
-        Raises:
-            ValueError: a channel, or the number of values.
         """
         known = CHANNELS if count is None else channels_of(count)
         for channel in self.named:

@@ -12,7 +12,7 @@ from pydantic import AfterValidator, Field, create_model
 
 from sinssim.content import find_content, list_content
 from sinssim.errors import InputError, nearest, shortened
-from sinssim.sensors.imu.datasheet import ErrorTable, to_si
+from sinssim.sensors.imu.datasheet_units import ErrorTable, to_si
 from sinssim.sensors.imu.error_term import ErrorTerm
 from sinssim.sensors.imu.error_term_table import TERMS
 from sinssim.toml_file import read_toml, validate
@@ -137,9 +137,6 @@ def read_grade(file: Path) -> Grade:
 
     Returns:
         The grade. A term that the file does not have is zero.
-
-    Raises:
-        InputError: the file cannot be read or has mistakes; the message lists them by line and key.
     """
     try:
         stat = file.stat()
@@ -168,8 +165,8 @@ def _read(file: Path, _changed: int, _size: int) -> Grade:
 
 
 def _triad(values: Mapping[str, float]) -> TriadGrade:
-    own = {name: value for name, value in values.items() if name in _FIELDS}
-    return TriadGrade(**own, others={name: value for name, value in values.items() if name not in _FIELDS})
+    field_values = {name: value for name, value in values.items() if name in _FIELDS}
+    return TriadGrade(**field_values, others={name: value for name, value in values.items() if name not in _FIELDS})
 
 
 GRADE_TABLE: dict[str, Grade] = {
@@ -240,9 +237,6 @@ def find_grade(name: str) -> Grade:
 
     Args:
         name: one of `GRADES`; the name of a file in the content folder `scenarios/grades`; or the path of a TOML file.
-
-    Raises:
-        InputError: there is no such grade, and the message lists the known ones; or its file has mistakes.
     """
     if name in GRADE_TABLE:
         return GRADE_TABLE[name]
@@ -263,9 +257,6 @@ def grade_file(name: str) -> Path:
 
     Args:
         name: as for `find_grade`.
-
-    Raises:
-        InputError: there is no such grade.
     """
     return _file(name, Path.cwd())
 
@@ -295,12 +286,9 @@ def _file(name: str, folder: Path) -> Path:
 
 
 def grade_name(name: str) -> str:
-    """Return the name of a grade for people.
+    """Return the name of a grade for people: the name itself, or that of the file without its folder and ".toml".
 
     Args:
         name: as `imu.grade`.
-
-    Returns:
-        The name itself, or that of the file without its folder and ".toml".
     """
     return Path(name).stem if name.endswith(SUFFIX) else name

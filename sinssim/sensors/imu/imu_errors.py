@@ -37,13 +37,10 @@ class WarmUp:
     time_constant: float = 600.0
 
     def temperature(self, t: Array) -> Array:
-        """Return Θ.
+        """Return Θ: temperature above that of the calibration, (...) K.
 
         Args:
             t: time since the first sample, (...) s.
-
-        Returns:
-            Temperature above that of the calibration, (...) K.
         """
         return np.asarray(self.steady + (self.start - self.steady) * np.exp(-t / self.time_constant))
 
@@ -101,9 +98,6 @@ def draw_triad(terms: Iterable[tuple[ErrorTerm, Array, Array]], seed: int) -> Tr
 
     Returns:
         The errors; those of other terms are zero.
-
-    Raises:
-        InputError: the seed cannot be used.
     """
     from sinssim.statistics.random_numbers import key, pairs
 
@@ -125,13 +119,7 @@ _OF_ACCELEROMETERS = {term.field for term in of_triad("accel")}
 
 
 def check_errors(errors: ImuErrors) -> None:
-    """Raise for invalid errors of a sensor block.
-
-    Raises:
-        InputError: the object is not `ImuErrors`, a number is not finite, an array has the wrong shape, a noise is
-            negative, a time is not positive, the axes lie far from the block's, accelerometers have an error of gyros,
-            or a fault is invalid; the message gives its name and the allowed values.
-    """
+    """Raise for invalid errors of a sensor block."""
     if not isinstance(errors, ImuErrors):
         raise InputError(
             f"{shortened(repr(errors))} does not describe a sensor block: give an Imu, for example "
@@ -156,9 +144,6 @@ def check_sigmas(sigma: ImuErrors) -> None:
 
     Args:
         sigma: standard deviations of the block's errors.
-
-    Raises:
-        InputError: as for `check_errors`, or a standard deviation is negative.
     """
     check_kind("sigma", sigma, ImuErrors, "ImuErrors of standard deviations, as expected_errors(imu).sigma")
     check_errors(sigma)
@@ -210,12 +195,7 @@ def _check(name: str, value: Any, shape: tuple[int, ...]) -> None:
 
 
 def check_faults(faults: Sequence[Fault]) -> None:
-    """Raise for invalid faults.
-
-    Raises:
-        InputError: a kind is unknown, a fault ends before it begins, amounts are not six finite numbers, or jitter has
-            no positive 1σ.
-    """
+    """Raise for invalid faults."""
     for number, fault in enumerate(faults, start=1):
         name = f"imu.faults.{number}"
         if fault.kind not in get_args(FaultKind):

@@ -147,18 +147,12 @@ SPEED_OF_LIGHT = 299792458.0
 
 
 def path_change(gyro: LaserGyro, temperature_change: ArrayLike, expansion: float, control: float = 0.0) -> Array:
-    """Return the excess of the ring's length over the path that the mode was tuned to.
+    """Return the excess of the ring's length over the path that the mode was tuned to: δL, (...) m.
 
     Args:
         temperature_change: ΔT since the tuning, (...) K.
         expansion: α, linear expansion of the block, 1/K (Zerodur: some 1e-8).
         control: fraction of the change that the path-length control removes, 0 (none) to 1.
-
-    Returns:
-        ΔL, (...) m.
-
-    Raises:
-        InputError: control lies outside 0...1.
     """
     if not 0.0 <= control <= 1.0:
         raise InputError(
@@ -177,9 +171,6 @@ def detuning(gyro: LaserGyro, change: ArrayLike, thermal_speed: float) -> Array:
 
     Returns:
         ξ in Doppler widths u/λ (half width at 1/e), (...).
-
-    Raises:
-        InputError: the speed is not positive.
     """
     if not thermal_speed > 0.0:
         raise InputError(f"thermal_speed = {thermal_speed!r} m/s must be positive.")
@@ -189,7 +180,7 @@ def detuning(gyro: LaserGyro, change: ArrayLike, thermal_speed: float) -> Array:
 
 
 def null_shift(gyro: LaserGyro, change: ArrayLike, gain: float, flow_speed: float, thermal_speed: float) -> Array:
-    """Return the bias (5) of a laser gyro by gas flow.
+    """Return the bias (5) of a laser gyro by gas flow: ω₀, (...) rad/s.
 
     Args:
         gyro: the ring.
@@ -198,12 +189,6 @@ def null_shift(gyro: LaserGyro, change: ArrayLike, gain: float, flow_speed: floa
         flow_speed: v, speed of the gas along the beams, mean over the ring, m/s; two balanced discharges nearly cancel
             it.
         thermal_speed: u, most probable speed of the atoms, m/s.
-
-    Returns:
-        Ω₀, (...) rad/s.
-
-    Raises:
-        InputError: the thermal speed is not positive.
     """
     from scipy.special import dawsn
 
@@ -233,13 +218,10 @@ class NullShift:
     control: float = 0.0
 
     def bias(self, warmth: ArrayLike) -> Array:
-        """Return the null shift minus its calibrated value.
+        """Return the null shift minus its calibrated value: ω₀(ΔL) − Ω₀(0), (...) rad/s.
 
         Args:
             warmth: temperature above that of the calibration, (...) K.
-
-        Returns:
-            Ω₀(ΔL) − Ω₀(0), (...) rad/s.
         """
         change = path_change(self.gyro, warmth, self.expansion, self.control)
         now, calibrated = (

@@ -71,7 +71,7 @@ def turnarounds(
     randomised: Randomised = "both",
     spread: float = 1.0,
 ) -> Array:
-    """Return the dither angles at successive turning points, on alternate sides.
+    """Return the dither angles at successive turning points, on alternate sides: angles, (swings + 1,) rad.
 
     Args:
         swings: number of swings from one side to the other; a dither period has two.
@@ -79,13 +79,6 @@ def turnarounds(
         randomised: which turning points have a random part.
         spread: standard deviation of the random part, in pulses; from about one pulse on, the phase of a turning point
             is practically uniform.
-
-    Returns:
-        Angles, (swings + 1,) rad.
-
-    Raises:
-        InputError: there are fewer than one swing or more than 10⁸, the spread is negative, or an argument has the
-            wrong type.
     """
     check_kind("gyro", gyro, LaserGyro)
     check_kind("rng", rng, np.random.Generator, "a numpy.random.Generator, for example numpy.random.default_rng(seed)")
@@ -115,10 +108,6 @@ def angle_error(gyro: LaserGyro, rate: float, angles: ArrayLike, phase: float = 
     Returns:
         Angle from the pulses minus the true rotation and the dither, at the middle of every half period of the dither,
         (M,) rad.
-
-    Raises:
-        InputError: there are fewer than two turning points or more than 10⁹ steps, a value is not finite, or the step
-            is not positive.
     """
     check_kind("gyro", gyro, LaserGyro)
     rate, phase = number("rate", rate, "rad/s"), number("phase", phase, "rad")

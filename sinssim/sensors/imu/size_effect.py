@@ -54,9 +54,6 @@ def what_is_felt(ideal: ImuData, errors: ImuErrors) -> ImuData:
 
     Returns:
         The increments; the ideal ones themselves if all of these errors are zero.
-
-    Raises:
-        InputError: as for `at_the_elements`.
     """
     felt = at_the_elements(ideal, errors.arms, errors.delay)
     if errors.null_shift is None:
@@ -76,9 +73,6 @@ def at_the_elements(ideal: ImuData, arms: Array, delay: float) -> ImuData:
 
     Returns:
         The increments; those of the gyros are unchanged.
-
-    Raises:
-        InputError: the delay exceeds an interval, or there are too few samples for interpolation.
     """
     if not np.any(arms) and not delay:
         return ideal

@@ -45,9 +45,6 @@ def threshold(false_alarm: float, freedom: int) -> float:
     Args:
         false_alarm: probability of exceeding it without a fault, between 0 and 1.
         freedom: degrees of freedom, m − 3.
-
-    Raises:
-        InputError: the probability is not between 0 and 1, or there is no degree of freedom.
     """
     from scipy.special import chdtri
 
@@ -59,18 +56,12 @@ def threshold(false_alarm: float, freedom: int) -> float:
 
 
 def missed_detection(noncentrality: float, false_alarm: float, freedom: int) -> float:
-    """Return the probability that a test misses a fault.
+    """Return the probability that a test misses a fault: p{χ²(λ) < T}.
 
     Args:
         noncentrality: λ of the fault (1).
         false_alarm: probability of false alarm.
         freedom: degrees of freedom, m − 3.
-
-    Returns:
-        P{χ²(λ) < T}.
-
-    Raises:
-        InputError: as of `threshold`.
     """
     from scipy.special import chndtr
 
@@ -83,9 +74,6 @@ def smallest_noncentrality(missed: float, false_alarm: float, freedom: int) -> f
     Args:
         missed: probability of missed detection, between 0 and 1 − false_alarm.
         freedom: degrees of freedom, m − 3.
-
-    Raises:
-        InputError: the probabilities exclude each other, or as of `threshold`.
     """
     from scipy.optimize import brentq
 
@@ -106,9 +94,6 @@ def smallest_fault(columns: Array, covariance: Array, false_alarm: float, missed
 
     Returns:
         f of (1), (m,), in the unit of the readings; infinite for a sensor whose fault is not seen.
-
-    Raises:
-        InputError: as of `smallest_noncentrality`.
     """
     import numpy as np
 
@@ -198,9 +183,6 @@ def combine(increments: Array, directions: Array, used: Array | None = None) -> 
 
     Returns:
         Increments in the block's axes, (N, 3).
-
-    Raises:
-        InputError: the sensors that are used do not span three dimensions.
     """
     if used is None or used.all():
         return along(increments, estimator(directions))
@@ -219,16 +201,13 @@ def monitor(imu: Imu, time: Array, readings: SingleSensors) -> tuple[Monitored, 
     Args:
         imu: the sensor block, whose sensor set is redundant and monitored.
         time: edges of the samples, (N+1,) s.
-
-    Raises:
-        InputError: an error is stated of which the test does not know the effect.
     """
-    own = imu.sensor_set
-    assert isinstance(own, Redundant)
-    force = combine(readings.dvel, own.axes)
+    sensor_set = imu.sensor_set
+    assert isinstance(sensor_set, Redundant)
+    force = combine(readings.dvel, sensor_set.axes)
     return (
-        _monitor(_Kind("gyro", own, imu, time, readings.dtheta, force)),
-        _monitor(_Kind("accel", own, imu, time, readings.dvel, force)),
+        _monitor(_Kind("gyro", sensor_set, imu, time, readings.dtheta, force)),
+        _monitor(_Kind("accel", sensor_set, imu, time, readings.dvel, force)),
     )
 
 
@@ -281,10 +260,12 @@ def _prepared(triad: _Kind, counts: Array) -> tuple[Array, Array, Array, Array]:
     """Return what the kernel tests: accumulated residuals and inputs of the sensors in use, and their 1σ."""
     axes = triad.set.axes[triad.active]
     readings = np.ascontiguousarray(triad.increments[:, triad.active])
-    own = along(readings, estimator(axes))
+    combination = along(readings, estimator(axes))
     residual = np.zeros((len(readings) + 1, len(axes)))
-    np.cumsum(readings - along(own, axes), axis=0, out=residual[1:])  # V y = V (y − H x̂), without the large part of y
-    inputs = Inputs(triad.time - triad.time[0], own, triad.force)
+    np.cumsum(
+        readings - along(combination, axes), axis=0, out=residual[1:]
+    )  # V y = V (y − H x̂), without the large part of y
+    inputs = Inputs(triad.time - triad.time[0], combination, triad.force)
     base, coefficients = accumulated_inputs(triad.imu, triad.kind, axes, inputs)
     largest = float(np.abs(readings).max(initial=0.0))
     return residual, base, coefficients, noise_variance(triad.imu, triad.kind, counts, largest)

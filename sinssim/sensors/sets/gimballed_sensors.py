@@ -74,11 +74,11 @@ def torquer_sigma(imu: Imu) -> float:
     Returns:
         The 1σ, a ratio; 0 beside given scale factors without one.
     """
-    own = imu.sensor_set
-    assert isinstance(own, Platform)
-    if own.torquer_scale_sigma_ppm is not None:
-        return own.torquer_scale_sigma_ppm * PPM
-    return 0.0 if own.torquer_scale_ppm is not None else float(imu.sigma.gyro.scale.max())
+    platform = imu.sensor_set
+    assert isinstance(platform, Platform)
+    if platform.torquer_scale_sigma_ppm is not None:
+        return platform.torquer_scale_sigma_ppm * PPM
+    return 0.0 if platform.torquer_scale_ppm is not None else float(imu.sigma.gyro.scale.max())
 
 
 def draw_platform(imu: Imu, seed: int = 0) -> PlatformErrors:
@@ -90,21 +90,18 @@ def draw_platform(imu: Imu, seed: int = 0) -> PlatformErrors:
 
     Returns:
         The errors, SI.
-
-    Raises:
-        InputError: the seed cannot be used, or the block has another sensor set.
     """
-    own = imu.sensor_set
-    if not isinstance(own, Platform):
-        raise InputError(f'sensor_set.type = "{own.type}" has no platform.')
+    platform = imu.sensor_set
+    if not isinstance(platform, Platform):
+        raise InputError(f'sensor_set.type = "{platform.type}" has no platform.')
 
     def three(term: str) -> Array:
         return np.concatenate([normals(seed, term, axis, 1) for axis in range(3)])
 
-    scale = np.array(own.torquer_scale_ppm or (0.0, 0.0, 0.0)) * PPM + torquer_sigma(imu) * three("torquer scale")
-    pickoff = np.array(own.pickoff_arcsec or (0.0, 0.0, 0.0))
-    pickoff = pickoff + (own.pickoff_sigma_arcsec or 0.0) * three("gimbal pick-off")
-    return PlatformErrors(scale, pickoff * ARCSEC, own.pickoff_noise_arcsec * ARCSEC)
+    scale = np.array(platform.torquer_scale_ppm or (0.0, 0.0, 0.0)) * PPM + torquer_sigma(imu) * three("torquer scale")
+    pickoff = np.array(platform.pickoff_arcsec or (0.0, 0.0, 0.0))
+    pickoff = pickoff + (platform.pickoff_sigma_arcsec or 0.0) * three("gimbal pick-off")
+    return PlatformErrors(scale, pickoff * ARCSEC, platform.pickoff_noise_arcsec * ARCSEC)
 
 
 @dataclass(frozen=True)
@@ -132,16 +129,13 @@ def draw_attitude_sensor(imu: Imu, seed: int = 0) -> AttitudeSensorErrors:
 
     Returns:
         The errors, SI.
-
-    Raises:
-        InputError: the seed cannot be used, or the block has another sensor set.
     """
     sensor = imu.sensor_set
     if not isinstance(sensor, AttitudeSensor):
         raise InputError(f'sensor_set.type = "{sensor.type}" has no attitude sensor.')
-    own = {"gyro_bias_deg_h": sensor.drift_deg_h, "gyro_bias_sigma_deg_h": sensor.drift_sigma_deg_h}
-    if any(value is not None for value in own.values()):
-        imu = imu.model_copy(update=own)
+    drift_fields = {"gyro_bias_deg_h": sensor.drift_deg_h, "gyro_bias_sigma_deg_h": sensor.drift_sigma_deg_h}
+    if any(value is not None for value in drift_fields.values()):
+        imu = imu.model_copy(update=drift_fields)
     drift = draw(imu, seed).gyro.bias
     normal = [normals(seed, "attitude sensor bias", i, 1) for i in range(3)]
     bias = np.array(sensor.bias_arcsec or (0.0, 0.0, 0.0)) + (sensor.bias_sigma_arcsec or 0.0) * np.concatenate(normal)
@@ -172,9 +166,6 @@ def sense_attitude(time: Array, q_ib: Array, errors: AttitudeSensorErrors, seed:
 
     Returns:
         Measured attitudes, unit quaternions, (N, 4).
-
-    Raises:
-        InputError: the seed cannot be used.
     """
     off = errors.bias + np.multiply.outer(time - time[0], errors.drift)
     measured = rotation.multiply(rotation.quaternion_from_rotation_vector(off), q_ib)

@@ -47,11 +47,7 @@ class AccelerometerSet:
 
     @cached_property
     def solution(self) -> Array:
-        """Return the matrix from six readings to (ω̇, f) of a body that does not rotate, (6, 6).
-
-        Raises:
-            InputError: the set cannot separate ω̇ and f, or its ω̇ depends on products of the rate.
-        """
+        """Return the matrix from six readings to (ω̇, f) of a body that does not rotate, (6, 6)."""
         r, s = numbers("position", self.position), numbers("direction", self.direction)
         if not np.all(np.isfinite(r)):
             raise InputError("the positions of the accelerometers must be finite numbers, m.")
@@ -97,9 +93,6 @@ def cube(arm: float) -> AccelerometerSet:
 
     Args:
         arm: distance from the cube's centre to each face, m.
-
-    Raises:
-        InputError: the arm is not positive.
     """
     if not (np.isfinite(arm) and arm > 0.0):
         raise InputError(f"arm = {arm!r} m of the cube of accelerometers must be positive and finite.")
@@ -118,9 +111,6 @@ def gyro_free_increments(time: Array, dvel: Array, layout: AccelerometerSet, rat
 
     Returns:
         Increments of angle and velocity at the block's reference point, for `navigate`.
-
-    Raises:
-        InputError: the arrays do not belong together, there are fewer than two intervals, or the layout is unsuitable.
     """
     from scipy.interpolate import make_interp_spline
 

@@ -80,14 +80,14 @@ def maps(directions: Array, used: Array | None = None) -> dict[str, Array]:
         matrix of its inputs, row by row.
     """
     gain = estimator(directions, None if used is None else np.asarray(used, dtype=np.float64))
-    found = {}
+    effects = {}
     for field, term in FIELDS.items():
         if term.slopes is not None:
-            constant, own, _, _ = term.slopes
-            axes = [directions] if own else axes_of_values(directions, term.size)
+            constant, sensitive_slope, _, _ = term.slopes
+            axes = [directions] if sensitive_slope else axes_of_values(directions, term.size)
             matrix = np.einsum("ai,kib->abik", gain, np.stack(axes)).reshape(9, -1)
-            found[field] = gain if constant else matrix
-    return found
+            effects[field] = gain if constant else matrix
+    return effects
 
 
 def spread(directions: Array, used: Array | None = None) -> Array:
@@ -142,8 +142,8 @@ def _of_sensors(blocks: Sequence[ImuErrors], kind: str, field: str, count: int) 
     """Return one error of all single sensors, (m, 1), (m, 2) across the axis, or (m, 3) along the block's axes."""
     rows = []
     for i in range(count):
-        own, axis = getattr(getattr(blocks[i // 3], kind), field)[i % 3], i % 3
-        rows.append(np.delete(own, axis) if FIELDS[field].size == 6 else np.atleast_1d(own))
+        values, axis = getattr(getattr(blocks[i // 3], kind), field)[i % 3], i % 3
+        rows.append(np.delete(values, axis) if FIELDS[field].size == 6 else np.atleast_1d(values))
     return np.array(rows)
 
 
@@ -166,20 +166,20 @@ def combined_sigma(sigma: ImuErrors, imu: Imu) -> ImuErrors:
     mean = float(np.sqrt(np.mean(sizes["bias"] ** 2)))
 
     def triad(own: TriadErrors) -> TriadErrors:
-        found: dict[str, Any] = {field: mean * getattr(own, field) for field in _NOISES}
+        fields: dict[str, Any] = {field: mean * getattr(own, field) for field in _NOISES}
         for field, term in FIELDS.items():
             value = getattr(own, field)
             if term.multiplies is None:
                 continue
             if field not in sizes:
-                found[field] = (sizes["bias"] if value.ndim == 1 else sizes["bias"][:, None]) * value
+                fields[field] = (sizes["bias"] if value.ndim == 1 else sizes["bias"][:, None]) * value
             elif len(sizes[field]) == 3:
-                found[field] = sizes[field] * value
+                fields[field] = sizes[field] * value
             else:
-                found[field] = _in_shape(float(np.max(value)) * sizes[field].reshape(3, 3), field)
+                fields[field] = _in_shape(float(np.max(value)) * sizes[field].reshape(3, 3), field)
         matrix = np.hypot(*(float(np.max(getattr(own, f))) * sizes[f].reshape(3, 3) for f in ("scale", "misalignment")))
         scale = matrix.diagonal().copy()
-        return replace(own, **found | {"scale": scale, "misalignment": matrix - np.diag(scale)})
+        return replace(own, **fields | {"scale": scale, "misalignment": matrix - np.diag(scale)})
 
     return replace(sigma, gyro=triad(sigma.gyro), accel=triad(sigma.accel))
 
@@ -214,17 +214,17 @@ def accumulated_inputs(imu: Imu, kind: str, directions: Array, inputs: Inputs) -
         Accumulated inputs, (N+1, B), and coefficients, (K, m, B): the K-th error of sensor i over a window is normal
         with the standard deviation |Σ_b coefficients_kib Δ inputs_b|.
     """
-    found: list[Array] = []
+    column_sets: list[Array] = []
     features: list[tuple[int, Array]] = []
     for term, sigma in getattr(imu.sigma, kind).acting:
         for columns, coefficients in _features(term, imu, directions, inputs):
-            same = [n for n, other in enumerate(found) if np.array_equal(other, columns)]
-            found += [] if same else [columns]
-            features.append((same[0] if same else len(found) - 1, float(np.max(sigma)) * coefficients))
-    ends = np.cumsum([0, *(columns.shape[1] for columns in found)])
+            same = [n for n, other in enumerate(column_sets) if np.array_equal(other, columns)]
+            column_sets += [] if same else [columns]
+            features.append((same[0] if same else len(column_sets) - 1, float(np.max(sigma)) * coefficients))
+    ends = np.cumsum([0, *(columns.shape[1] for columns in column_sets)])
     place = [slice(*pair) for pair in pairwise(ends)]
     base = np.zeros((len(inputs.start), ends[-1]))
-    for columns, where in zip(found, place, strict=True):
+    for columns, where in zip(column_sets, place, strict=True):
         np.cumsum(columns, axis=0, out=base[1:, where])
     matrix = np.zeros((len(features), len(directions), ends[-1]))
     for number, (which, coefficients) in enumerate(features):
@@ -240,8 +240,12 @@ def _features(term: ErrorTerm, imu: Imu, directions: Array, inputs: Inputs) -> I
     warmth = imu.warm_up.temperature(middle)
     for axes in axes_of_values(directions, term.size):
         if term.slopes is None:
-            own, across, force = along(inputs.own, directions), along(inputs.own, axes), along(inputs.force, axes)
-            yield dt * term.multiplies(own / dt, across / dt, force / dt, warmth, middle), np.eye(len(axes))
+            sensitive_input, across, force = (
+                along(inputs.own, directions),
+                along(inputs.own, axes),
+                along(inputs.force, axes),
+            )
+            yield dt * term.multiplies(sensitive_input / dt, across / dt, force / dt, warmth, middle), np.eye(len(axes))
             continue
         motions = (dt, inputs.own, inputs.own, inputs.force)
         towards = (np.ones((len(axes), 1)), directions, axes, axes)
@@ -263,12 +267,12 @@ def noise_variance(imu: Imu, kind: str, counts: Array, largest: float) -> Array:
     Returns:
         Variance of a window at the start, and its growth per second of a later start, (W, 2).
     """
-    own: TriadErrors = getattr(imu.sigma, kind)
+    noise: TriadErrors = getattr(imu.sigma, kind)
     span = counts / imu.rate_hz
-    variance = own.random_walk**2 * span + own.quantum**2 / 6.0
-    tau = own.correlation_time or CORRELATION_TIME
-    variance = variance + 2.0 * own.instability**2 * tau * (span + tau * np.expm1(-span / tau))
-    variance = variance + own.flicker**2 * span**2 * variance_of_mean(counts)
-    variance = variance + own.rate_walk**2 * span**3 / 3.0
+    variance = noise.random_walk**2 * span + noise.quantum**2 / 6.0
+    tau = noise.correlation_time or CORRELATION_TIME
+    variance = variance + 2.0 * noise.instability**2 * tau * (span + tau * np.expm1(-span / tau))
+    variance = variance + noise.flicker**2 * span**2 * variance_of_mean(counts)
+    variance = variance + noise.rate_walk**2 * span**3 / 3.0
     variance = variance + (_ROUNDING * max(largest, 1e-30)) ** 2 * counts
-    return np.column_stack((variance, own.rate_walk**2 * span**2))
+    return np.column_stack((variance, noise.rate_walk**2 * span**2))

@@ -72,16 +72,10 @@ READY: dict[str, Array] = {
 
 
 def checked_directions(directions: Sequence[Sequence[float]] | Array) -> Array:
-    """Return directions as rows of H, after checking that they span space.
+    """Return directions as rows of H, after checking that they span space: unit vectors to rounding, (m, 3).
 
     Args:
         directions: unit vectors, (m, 3).
-
-    Returns:
-        Unit vectors to rounding, (m, 3).
-
-    Raises:
-        InputError: there are too few or too many, one is not a unit vector, or they do not span three dimensions.
     """
     rows = np.asarray(directions, dtype=np.float64)
     if rows.ndim != 2 or rows.shape[1] != 3 or not FEWEST <= len(rows) <= MOST:
@@ -109,32 +103,23 @@ def checked_directions(directions: Sequence[Sequence[float]] | Array) -> Array:
 
 
 def along(rows: Array, axes: Array) -> Array:
-    """Return many vectors' components along axes.
+    """Return many vectors' components along axes: rows axesᵀ, (N, c).
 
     `einsum` sums in a fixed order on every machine, and does not wait for the threads of a linear-algebra library.
 
     Args:
         rows: vectors, (N, k).
         axes: axes, (c, k).
-
-    Returns:
-        rows axesᵀ, (N, c).
     """
     return np.asarray(np.einsum("nk,ck->nc", rows, axes))
 
 
 def estimator(directions: Array, weights: Array | None = None) -> Array:
-    """Return the matrix of the weighted least-squares estimate (2).
+    """Return the matrix of the weighted least-squares estimate (2): (Hᵀ W H)⁻¹ Hᵀ W, (3, m).
 
     Args:
         directions: H, (m, 3).
         weights: diagonal of W, (m,); zero for a sensor that is not used. Default: all 1.
-
-    Returns:
-        (Hᵀ W H)⁻¹ Hᵀ W, (3, m).
-
-    Raises:
-        InputError: the sensors that are used do not span three dimensions.
     """
     weighted = directions if weights is None else directions * weights[:, np.newaxis]
     normal = directions.T @ weighted

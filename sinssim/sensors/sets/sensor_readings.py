@@ -84,21 +84,18 @@ def draw_true_errors(imu: Imu, seed: int = 0, compensation: Compensation | None 
 
     Returns:
         The errors, SI.
-
-    Raises:
-        InputError: the seed cannot be used.
     """
     if isinstance(imu.sensor_set, Redundant):
         blocks = draw_single_sensors(imu, len(imu.sensor_set.axes), seed)
         if compensation is None:
             return TrueErrors(blocks[0], single_sensors=blocks)
-        known = tuple(compensation.draw(one, seed + k * APART) for k, one in enumerate(blocks))
+        known = tuple(compensation.draw(block, seed + k * APART) for k, block in enumerate(blocks))
         left = compensation.left(imu)
         return TrueErrors(blocks[0], single_sensors=blocks, single_calibrations=known, left=left)
-    own = draw(imu, seed)
+    block_errors = draw(imu, seed)
     return TrueErrors(
-        own,
-        None if compensation is None else compensation.draw(own, seed),
+        block_errors,
+        None if compensation is None else compensation.draw(block_errors, seed),
         tuple(draw_accelerometers(imu, 6, seed)) if isinstance(imu.sensor_set, SixAccelerometers) else (),
         draw_attitude_sensor(imu, seed) if isinstance(imu.sensor_set, AttitudeSensor) else None,
         platform=draw_platform(imu, seed) if isinstance(imu.sensor_set, Platform) else None,
@@ -180,9 +177,6 @@ def read(
         imu: the sensor block: the sensor set, and its errors.
         seed: the run's seed.
         errors: the true errors, if already drawn from block and seed.
-
-    Raises:
-        InputError: the seed cannot be used, or the motion is too short for the set.
     """
     true = draw_true_errors(imu, seed) if errors is None else errors
     if isinstance(imu.sensor_set, SixAccelerometers):
@@ -204,15 +198,15 @@ def _read_redundant(
     perfect = Readings(ideal, single=perfect_readings(ideal, of.axes))
     single = emulate_single_sensors(ideal, imu, errors.single_sensors, seed)
     used: _Used = (None, None)
-    found: tuple[Monitored, ...] = ()
+    monitored: tuple[Monitored, ...] = ()
     for _ in range(len(of.axes)):  # until an excluded sensor does not act on the compensation of the others any more
         calibrated, before = _compensated(single, errors.single_calibrations, of.axes, used), used
         if of.mode != "none":
-            found = monitor(errors.left or imu, ideal.time, calibrated or single)
-            used = found[0].used, found[1].used
+            monitored = monitor(errors.left or imu, ideal.time, calibrated or single)
+            used = monitored[0].used, monitored[1].used
         if calibrated is None or _same(used, before):
             break
-    read = Readings(_combined(single, of.axes, used), single=single, monitored=found)
+    read = Readings(_combined(single, of.axes, used), single=single, monitored=monitored)
     if calibrated is None:
         return perfect, read
     return perfect, replace(read, compensated=_combined(calibrated, of.axes, used), single_compensated=calibrated)
@@ -249,17 +243,17 @@ def _compensated(
     """
     if not calibrations:
         return None
-    estimate, found = _combined(single, directions, used), single
+    estimate, compensated = _combined(single, directions, used), single
     for _ in range(_PASSES):
         before = estimate
-        found = compensate_single_sensors(single, calibrations, directions, before)
-        estimate = _combined(found, directions, used)
+        compensated = compensate_single_sensors(single, calibrations, directions, before)
+        estimate = _combined(compensated, directions, used)
         if all(
             np.abs(new - old).max(initial=0.0) <= _STANDS * np.abs(new).max(initial=0.0)
             for new, old in ((estimate.dtheta, before.dtheta), (estimate.dvel, before.dvel))
         ):
             break
-    return found
+    return compensated
 
 
 def unmonitored(readings: Readings, directions: Array) -> ImuData:

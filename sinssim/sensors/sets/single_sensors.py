@@ -33,9 +33,6 @@ def draw_accelerometers(imu: Imu, count: int, seed: int = 0) -> list[TriadErrors
 
     Args:
         seed: the run's seed; the first three have the draws of the triad of a usual block.
-
-    Raises:
-        InputError: the number of accelerometers is not a multiple of three, or the seed cannot be used.
     """
     if count % 3:
         raise InputError(f"the number of accelerometers must be a multiple of three, not {count}.")
@@ -50,7 +47,7 @@ def emulate_accelerometers(
     seed: int = 0,
     errors: Sequence[TriadErrors] | None = None,
 ) -> Array:
-    """Return the measured increments of single accelerometers of a grade.
+    """Return the measured increments of single accelerometers of a grade: measured increments, (N, K) m/s.
 
     Each has all the errors that the block gives an accelerometer of a triad. It is emulated as one axis of a triad at
     its own place, with the two other axes perpendicular to it, so that its misalignment tilts it towards them.
@@ -61,13 +58,6 @@ def emulate_accelerometers(
         direction: directions of the sensitive axes, unit vectors in the same axes, (K, 3).
         seed: the run's seed.
         errors: errors of the accelerometers in threes, if already drawn from block and seed.
-
-    Returns:
-        Measured increments, (N, K) m/s.
-
-    Raises:
-        InputError: the arrays do not belong together, the number of accelerometers is not a multiple of three, or
-            `emulate` refuses the data.
     """
     from sinssim.statistics.random_numbers import key
 
@@ -94,9 +84,9 @@ def emulate_accelerometers(
     measured = np.empty(force.shape[:2])
     for k, sensitive in enumerate(direction):
         axis = k % 3
-        own = force[:, k] @ axes_about(sensitive, axis).T
+        increments = force[:, k] @ axes_about(sensitive, axis).T
         block = ImuErrors(accel=triads[k // 3], warm_up=imu.warm_up)
-        read = emulate(ImuData(time, np.zeros_like(own), own), block, seed + k // 3 * APART)
+        read = emulate(ImuData(time, np.zeros_like(increments), increments), block, seed + k // 3 * APART)
         measured[:, k] = read.dvel[:, axis]
     return measured
 
@@ -140,9 +130,6 @@ def draw_single_sensors(imu: Imu, count: int, seed: int = 0) -> tuple[ImuErrors,
 
     Returns:
         A block without faults for every three gyros and three accelerometers; sensor i is axis i mod 3 of block i // 3.
-
-    Raises:
-        InputError: the seed cannot be used.
     """
     sound = imu.model_copy(update={"faults": ()})
     return tuple(draw(sound, seed + number * APART) for number in range(-(-count // 3)))
@@ -167,9 +154,6 @@ def emulate_single_sensors(ideal: ImuData, imu: Imu, blocks: tuple[ImuErrors, ..
         imu: the sensor block, whose sensor set is redundant.
         blocks: result of `draw_single_sensors`.
         seed: the run's seed.
-
-    Raises:
-        InputError: as of `emulate`.
     """
     assert isinstance(imu.sensor_set, Redundant)
     directions = imu.sensor_set.axes
@@ -180,9 +164,9 @@ def emulate_single_sensors(ideal: ImuData, imu: Imu, blocks: tuple[ImuErrors, ..
     for i, direction in enumerate(directions):
         axis, of = i % 3, blocks[i // 3]
         block = axes_about(direction, axis)
-        own = ImuData(ideal.time, along(ideal.dtheta, block), along(ideal.dvel, block))
+        increments = ImuData(ideal.time, along(ideal.dtheta, block), along(ideal.dvel, block))
         faults = tuple(fault.fault(i) for fault in imu.faults)
-        read = emulate(own, replace(of, faults=faults), seed + i // 3 * APART)
+        read = emulate(increments, replace(of, faults=faults), seed + i // 3 * APART)
         dtheta[:, i], dvel[:, i] = read.dtheta[:, axis], read.dvel[:, axis]
         if i == 0:
             time = read.time  # all sensors of the set have the same stamps
@@ -201,18 +185,17 @@ def compensate_single_sensors(
         calibrations: calibration values of the sensors in threes, in the order of `draw_single_sensors`.
         directions: sensitive axes, (m, 3).
         estimate: increments in the block's axes, which give the input across the sensitive axes.
-
-    Raises:
-        InputError: as of `sinssim.sensors.imu.compensation.compensate`.
     """
     dtheta, dvel = readings.dtheta.copy(), readings.dvel.copy()
     for i, direction in enumerate(directions):
         axis, block = i % 3, axes_about(direction, i % 3)
-        own = ImuData(readings.time, along(estimate.dtheta, block), along(estimate.dvel, block))
-        own.dtheta[:, axis], own.dvel[:, axis] = readings.dtheta[:, i], readings.dvel[:, i]
+        increments = ImuData(readings.time, along(estimate.dtheta, block), along(estimate.dvel, block))
+        increments.dtheta[:, axis], increments.dvel[:, axis] = readings.dtheta[:, i], readings.dvel[:, i]
         known = calibrations[i // 3]
-        found = compensate_checked(own, replace(known, gyro=_alone(known.gyro, axis), accel=_alone(known.accel, axis)))
-        dtheta[:, i], dvel[:, i] = found.dtheta[:, axis], found.dvel[:, axis]
+        compensated = compensate_checked(
+            increments, replace(known, gyro=_alone(known.gyro, axis), accel=_alone(known.accel, axis))
+        )
+        dtheta[:, i], dvel[:, i] = compensated.dtheta[:, axis], compensated.dvel[:, axis]
     return replace(readings, dtheta=dtheta, dvel=dvel)
 
 

@@ -319,9 +319,6 @@ def engine(frame: str) -> Callable[[Problem, str], None]:
 
     Args:
         frame: one of `sinssim.FRAMES`.
-
-    Raises:
-        InputError: there is no engine for this frame.
     """
     file = FRAME_REGISTRY[frame].file
     if file not in _ENGINES:

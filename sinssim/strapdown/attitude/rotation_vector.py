@@ -159,7 +159,7 @@ def leading_drift_under_coning(
 
 
 def drift_under_coning(samples: int, half_angle: float, rate: float, interval: float, previous: bool = False) -> float:
-    """Return the exact drift.
+    """Return the exact drift: drift about the cone's axis, rad/s, positive in the direction of the coning motion.
 
     Args:
         samples: number n of samples in an update, 1…4.
@@ -167,9 +167,6 @@ def drift_under_coning(samples: int, half_angle: float, rate: float, interval: f
         rate: Ω, rad/s.
         interval: h from sample to sample, s.
         previous: whether one sample is used with the previous one.
-
-    Returns:
-        Drift about the cone's axis, rad/s, positive in the direction of the coning motion.
     """
     n, x = samples, rate * interval
     half = 2.0 * sin(0.5 * half_angle) ** 2  # 1 − cos α

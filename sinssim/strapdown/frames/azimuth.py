@@ -325,9 +325,6 @@ def check(problem: Problem, frame: str) -> None:
 
     Args:
         frame: the other frames of this file can be used everywhere.
-
-    Raises:
-        RunError: the solution comes too near.
     """
     p, (rule, pole) = problem, azimuth_rule(problem, frame)
     if rule == TRANSVERSE and (near := too_near(pole, p.time, p.latitude, p.longitude, p.velocity)) is not None:

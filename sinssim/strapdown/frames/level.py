@@ -255,9 +255,6 @@ def check(problem: Problem, frame: str) -> None:
 
     Args:
         frame: "level".
-
-    Raises:
-        RunError: it does.
     """
     latitude = problem.latitude
     if max(float(np.max(latitude)), -float(np.min(latitude))) <= POLAR_LIMIT:

@@ -142,11 +142,7 @@ class Problem(NamedTuple):
 
 
 def check_solution(problem: Problem) -> None:
-    """Raise if the numbers of a solution diverged.
-
-    Raises:
-        RunError: a height, velocity or attitude is not finite.
-    """
+    """Raise if the numbers of a solution diverged."""
     if wrong := not_finite_in(problem.height, problem.velocity, problem.q_nb):
         raise ran_away(problem, *wrong)
 

@@ -79,13 +79,10 @@ class Conditional(NamedTuple):
 
 
 def earth_fixed(state: NavState | NavSolution, ellipsoid: Ellipsoid = WGS84) -> EarthFixed:
-    """Return a motion in Earth-fixed axes.
+    """Return a motion in Earth-fixed axes: N rows.
 
     Args:
         state: N rows.
-
-    Returns:
-        N rows.
     """
     s, turn = state, q_en(state.latitude, state.longitude)
     position = geodetic_to_ecef(s.latitude, s.longitude, s.height, ellipsoid)
@@ -95,16 +92,13 @@ def earth_fixed(state: NavState | NavSolution, ellipsoid: Ellipsoid = WGS84) -> 
 def inertial(
     state: NavState | NavSolution, time: Array, ellipsoid: Ellipsoid = WGS84, start: float | None = None
 ) -> Inertial:
-    """Return a motion in inertial axes.
+    """Return a motion in inertial axes: N rows.
 
     Args:
         state: N rows.
         time: its instants, (N,) s.
         ellipsoid: of its geodetic coordinates, with the Earth's rate.
         start: instant at which the axes are the Earth's, s; by default the first.
-
-    Returns:
-        N rows.
     """
     fixed, since = earth_fixed(state, ellipsoid), time - (time[0] if start is None else start)
     x, y, _ = fixed.position.T
@@ -121,17 +115,11 @@ def inertial(
 
 
 def level_axes(state: NavState | NavSolution, azimuth: Array | None = None) -> LevelAxes:
-    """Return a motion along the axes of a local-level frame with an azimuth of its own.
+    """Return a motion along the axes of a local-level frame with an azimuth of its own: N rows.
 
     Args:
         state: N rows.
         azimuth: direction of the frame's x axis, clockwise from north, (N,) rad; by default that of the solution.
-
-    Returns:
-        N rows.
-
-    Raises:
-        InputError: the state is not a solution in such a frame, and no azimuth is given.
     """
     if azimuth is None:
         azimuth = getattr(state, "azimuth", None)
@@ -148,16 +136,13 @@ def level_axes(state: NavState | NavSolution, azimuth: Array | None = None) -> L
 
 
 def conditional(state: NavState | NavSolution, pole: Array, start: tuple[float, float] | None = None) -> Conditional:
-    """Return a motion in the conditional coordinates of a route.
+    """Return a motion in the conditional coordinates of a route: N rows.
 
     Args:
         state: N rows.
         pole: pole of the route's great circle, to the left of the route, Earth-fixed unit vector, (3,); see
             `sinssim.earth.transverse_route.route_pole`.
         start: latitude and longitude of the route's start, rad; by default the first row.
-
-    Returns:
-        N rows.
     """
     first = (float(state.latitude[0]), float(state.longitude[0])) if start is None else start
     up = normal(state.latitude, state.longitude)

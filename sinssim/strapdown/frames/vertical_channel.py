@@ -81,10 +81,6 @@ def height_reference(vertical: str, height: ArrayLike | HeightReadings | None, t
     Returns:
         Reference height, (N+1,) m, and for the held channel its rate as a down velocity, (N+1,) m/s; empty arrays if
         the channel does not need them.
-
-    Raises:
-        InputError: the channel is unknown, the required height is missing or has a wrong shape, a height is not finite,
-            or it would have no effect.
     """
     check_name("vertical channel", vertical, VERTICALS)
     if height is not None and vertical == "free":
@@ -171,5 +167,9 @@ def vertical_step_k(
         return h1, v_down1, loop
     e = 0.5 * (loop.error + (h1 - dt * gains[0] * loop.error - height)) if height < NO_HEIGHT else loop.error
     pull = dt * (gains[1] * e + loop.sum + 0.5 * dt * gains[2] * e)
-    held = h1 - dt * (gains[0] * e + 0.5 * pull)
-    return held, v_down1 + pull, Loop(loop.sum + dt * gains[2] * e, error_after_k(height, held, loop.error))
+    corrected_height = h1 - dt * (gains[0] * e + 0.5 * pull)
+    return (
+        corrected_height,
+        v_down1 + pull,
+        Loop(loop.sum + dt * gains[2] * e, error_after_k(height, corrected_height, loop.error)),
+    )

@@ -111,6 +111,7 @@ def shortfall(
     name: str, leg: LegBase, pilot: Autopilot, state: AircraftState, *, turbulent: bool
 ) -> FlightEvent | None:
     """Compare the end of a leg with what it ordered; return a sentence with what is achieved and ordered; None where
+
     both agree.
 
     Args:

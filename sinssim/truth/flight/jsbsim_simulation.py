@@ -25,7 +25,7 @@ from sinssim.truth.flight.aircraft import Aircraft, load_aircraft
 from sinssim.truth.flight.autopilot import INTERVAL, AircraftState, Autopilot
 from sinssim.truth.flight.flight_log import CHANNELS, FlightRecord, shortfall
 from sinssim.truth.flight.flight_plan import AirStart, FlightPlan, Gust, RunwayStart, Turbulence
-from sinssim.truth.flight.jsbsim_aircraft import (
+from sinssim.truth.flight.flight_start import (
     STEP,
     Engines,
     Monitor,

@@ -503,6 +503,7 @@ class Turntable(PlacedMotion):
 
 def settling(nominal: Array, axis: Array, angle: float, before: Array, after: Array) -> Array:
     """Return the rotation from where a turn leads into the position after it: s of e^[s×] = e^[−θn'×] e^[−ε_p×] e^[θn×]
+
     e^[ε_{p+1}×], (3,) rad.
 
     Args:

@@ -377,6 +377,7 @@ def from_samples(
     ellipsoid: Ellipsoid = WGS84,
 ) -> TrackCurve:
     """Return the smooth exact motion along recorded samples: the motion; its attribute `fit` says how far it passes
+
     from the samples.
 
     The curve starts at the time of the first sample, counted as 0. Without attitude, heading, pitch and roll follow

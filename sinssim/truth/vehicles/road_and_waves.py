@@ -107,6 +107,7 @@ STEP = 0.1
 
 def road_density(wave_number: ArrayLike, at_reference: float) -> Array:
     """Return the one-sided spectral density of the height, G(n) = G(0.1)·(n/0.1)⁻²: (...) m³; zero outside of the
+
     standard's range.
 
     Args:
@@ -120,6 +121,7 @@ def road_density(wave_number: ArrayLike, at_reference: float) -> Array:
 
 def heights(length: float, at_reference: float, highest: float, seed: int) -> Array:
     """Return the heights of a road at every `STEP`: Gaussian, with the spectral density of the standard, m; a period of
+
     the road is longer than its length.
 
     Args:

@@ -10,7 +10,7 @@ import pytest
 
 from sinssim.analyses.error_budget.consider_analysis import Consider
 from sinssim.analyses.error_budget.error_sources import AngleError, InertialNoise, Source
-from sinssim.analyses.error_budget.propagation import Walk
+from sinssim.analyses.error_budget.share_propagation import Walk
 from sinssim.analyses.error_budget.source_shares import (
     SensorAngle,
     SensorConstant,

@@ -21,7 +21,16 @@ from sinssim.analyses.error_budget.error_dynamics import (
     white_covariance,
 )
 from sinssim.analyses.error_budget.error_sources import Column, Constants, InertialNoise, InitialErrors, Source
-from sinssim.analyses.error_budget.propagation import Propagation
+from sinssim.analyses.error_budget.inertial_propagation import (
+    STATES,
+    HeightErrors,
+    Vertical,
+    _boundaries,
+    _height_reading,
+    _readings_at,
+    _with_loop,
+)
+from sinssim.analyses.error_budget.share_propagation import Propagation
 from sinssim.analyses.error_budget.source_shares import (
     Marks,
     SensorConstant,
@@ -30,15 +39,6 @@ from sinssim.analyses.error_budget.source_shares import (
     SensorProcess,
     Shares,
     add_rounding,
-)
-from sinssim.analyses.error_budget.unaided_budget import (
-    STATES,
-    HeightErrors,
-    Vertical,
-    _boundaries,
-    _height_reading,
-    _readings_at,
-    _with_loop,
 )
 from sinssim.errors import InputError
 from sinssim.estimation.error_dynamics import NominalMotion

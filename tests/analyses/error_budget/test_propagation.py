@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from sinssim.analyses.error_budget.propagation import GaussMarkov, NavigationStep, Propagation, Reading, Walk
+from sinssim.analyses.error_budget.share_propagation import GaussMarkov, NavigationStep, Propagation, Reading, Walk
 
 N, M = 5, 4
 SIGMA = np.array([1.0, 2.0, 0.5, 3.0])

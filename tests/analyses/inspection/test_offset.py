@@ -9,15 +9,7 @@ import numpy as np
 import pytest
 
 from sinssim.analyses.inspection import clock_offset
-from sinssim.analyses.inspection.clock_offset import (
-    NEAR,
-    WINDOWS,
-    Coarse,
-    Offset,
-    _best,
-    _stands_out,
-    fine_offset,
-)
+from sinssim.analyses.inspection.clock_offset import NEAR, WINDOWS, Coarse, Offset, _best, _stands_out, fine_offset
 from sinssim.analyses.inspection.velocity_match import Match, scatter
 from sinssim.data import Array
 

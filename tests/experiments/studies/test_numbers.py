@@ -15,13 +15,7 @@ from sinssim.experiments.studies import attitude_claims, step_cost, study_motion
 from sinssim.experiments.studies.algorithm_comparison import _errors, _seconds, drifts, rows_of
 from sinssim.experiments.studies.attitude_claims import FORMS, compare_headings
 from sinssim.experiments.studies.step_cost import Cost, Operations, least_time, measure_time
-from sinssim.experiments.studies.study_charts import (
-    at_one_rate,
-    labeller,
-    line_labeller,
-    over_rates,
-    varying,
-)
+from sinssim.experiments.studies.study_charts import at_one_rate, labeller, line_labeller, over_rates, varying
 from sinssim.experiments.studies.study_results import Case, ErrorGrowth, Pick, StudyResult, Verdict, fit_orders
 from sinssim.experiments.studies.study_schema import Part, Study, StudyMotion
 from sinssim.formatting import duration_text

@@ -11,7 +11,7 @@ import pytest
 from sinssim.exhibits import Sentence
 from sinssim.experiments.run import run_report
 from sinssim.experiments.run.parts import recorded_sensors
-from sinssim.experiments.run.parts.outages import Outages
+from sinssim.experiments.run.parts.judged_outages import Outages
 from sinssim.experiments.run.parts.recorded_sensors import Log
 from sinssim.experiments.studies import study_exhibits
 from sinssim.experiments.studies.step_cost import Cost, Operations

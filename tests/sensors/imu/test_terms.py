@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 
 from sinssim.sensors.imu import write_fields
-from sinssim.sensors.imu.datasheet import to_si
+from sinssim.sensors.imu.datasheet_units import to_si
 from sinssim.sensors.imu.error_term_table import FIELDS, SLOTS, TERMS
 from sinssim.sensors.imu.fields import TriadErrors
 

@@ -5,7 +5,7 @@ from __future__ import annotations
 from typing import TYPE_CHECKING
 
 from sinssim.experiments.run.parts.imu_mounting import OnPlatform, Rotation
-from sinssim.experiments.run.parts.outages import Outages
+from sinssim.experiments.run.parts.judged_outages import Outages
 from sinssim.experiments.run.parts.phases import Phases
 from sinssim.experiments.run.parts.recorded_sensors import Log
 from sinssim.experiments.run.parts.redundancy import Redundancy

@@ -75,9 +75,9 @@ class OnPlatform(Part):
         """The solution of the platform's navigator, with the platform itself."""
         from sinssim.strapdown.gimballed_platform import PlatformSolution
 
-        found = self.run.solutions[PLATFORM]
-        assert isinstance(found, PlatformSolution)
-        return found
+        solution = self.run.solutions[PLATFORM]
+        assert isinstance(solution, PlatformSolution)
+        return solution
 
     @property
     def true_increments(self) -> ImuData:
@@ -160,8 +160,12 @@ class OnPlatform(Part):
         beside = entry.get("strapdown")
         if beside is None or PLATFORM not in algorithms or beside["algorithm"] not in algorithms:
             return
-        own, other, without = algorithms[PLATFORM], algorithms[beside["algorithm"]], beside["without_errors_of_turns"]
-        if any(n["final_horizontal_error_m"] is None for n in (own, other, without)):
+        platform, other, without = (
+            algorithms[PLATFORM],
+            algorithms[beside["algorithm"]],
+            beside["without_errors_of_turns"],
+        )
+        if any(n["final_horizontal_error_m"] is None for n in (platform, other, without)):
             return
 
         def both(errors: Mapping[str, Any]) -> str:
@@ -169,8 +173,8 @@ class OnPlatform(Part):
             return f"{end} m at the end, {most} m at most"
 
         yield Sentence(
-            f"Horizontal error of the same sensors on the platform: {both(own)}; strapdown ({beside['algorithm']}): "
-            f"{both(other)}."
+            f"Horizontal error of the same sensors on the platform: {both(platform)}; strapdown "
+            f"({beside['algorithm']}): {both(other)}."
         )
         yield Sentence(
             "Scale factor, misalignment and non-linearity of the gyros, which act on the sensed rate, changed the "
@@ -203,19 +207,19 @@ class OnPlatform(Part):
         return self.errors_by_cause.apart(self.errors) <= _NOT_LINEAR * float(self.errors.horizontal.max())
 
     def _side_by_side(self, span: tuple[float, float]) -> Iterator[Item]:
-        found: dict[str, tuple[NavError, Color, Weight]] = {PLATFORM: (self.errors, PLATFORM, "bold")}
+        solutions: dict[str, tuple[NavError, Color, Weight]] = {PLATFORM: (self.errors, PLATFORM, "bold")}
         if self.strapdown is not None:
-            found[f"strapdown ({self.strapdown[0]})"] = (self.strapdown[1], self.strapdown[0], "line")
+            solutions[f"strapdown ({self.strapdown[0]})"] = (self.strapdown[1], self.strapdown[0], "line")
         if self.without_errors_of_turns is not None:
-            found[_FREE] = (self.without_errors_of_turns, "reference", "line")
+            solutions[_FREE] = (self.without_errors_of_turns, "reference", "line")
         full = {_FREE: "strapdown, gyros without scale-factor error, misalignment and non-linearity"}
         yield Table(
             (Column("", words=True), Column("horizontal error, end", LENGTH_SCALE), Column("largest", LENGTH_SCALE),
              Column("attitude error, end", ANGLE_SCALE), Column("largest", ANGLE_SCALE)),
             [[full.get(name, name), float(e.horizontal[-1]), float(e.horizontal.max()), float(e.angle[-1]),
-              float(e.angle.max())] for name, (e, *_) in found.items()],
+              float(e.angle.max())] for name, (e, *_) in solutions.items()],
         )  # fmt: skip
-        yield side_by_side("platform", found, span)
+        yield side_by_side("platform", solutions, span)
 
     def _rates(self, span: tuple[float, float]) -> Iterator[Item]:
         """Yield what the gyros sense strapped down, what the platform is commanded, and the gimbal angles."""
@@ -244,10 +248,10 @@ class OnPlatform(Part):
 
     def _by_cause(self, span: tuple[float, float]) -> Iterator[Item]:
         """Yield what each error of the platform contributes, by the linear error equations, beside the simulation."""
-        found, horizontal = self.errors_by_cause, self.errors.horizontal
-        sizes = {name: np.linalg.norm(rows, axis=1) for name, rows in found.position.items()}
+        causes, horizontal = self.errors_by_cause, self.errors.horizontal
+        sizes = {name: np.linalg.norm(rows, axis=1) for name, rows in causes.position.items()}
         sizes = {name: size for name, size in sizes.items() if size.max() > _LEAST}
-        total, apart = np.linalg.norm(found.total, axis=1), found.apart(self.errors)
+        total, apart = np.linalg.norm(causes.total, axis=1), causes.apart(self.errors)
         if not self._is_linear:
             yield Sentence(
                 "The errors are too large for the linear error equations, which give the contribution of each."
@@ -262,9 +266,9 @@ class OnPlatform(Part):
             key="platform/by_cause", title="Horizontal error by cause", x=over(span),
             y=Axis(units=LENGTH_SCALE, low=0.0),
             marks=(
-                Line(label="all causes together", x=found.time, y=total, color="reference", weight="wide"),
+                Line(label="all causes together", x=causes.time, y=total, color="reference", weight="wide"),
                 Line(label="simulated platform", x=self.errors.time, y=horizontal, color=PLATFORM),
-                *(Line(label=name, x=found.time, y=size, color=_COLORS[name]) for name, size in sizes.items()),
+                *(Line(label=name, x=causes.time, y=size, color=_COLORS[name]) for name, size in sizes.items()),
             ),
         )  # fmt: skip
         yield Beside([table, Charts("platform_causes", ((chart,),), (0.5 * PAIR[0], PAIR[1]), on=("page",))])
@@ -288,15 +292,12 @@ def platform_numbers(
     by_cause: ErrorsByCause | None,
     simulated: NavError,
 ) -> dict[str, Any]:
-    """Return the results of a platform.
+    """Return the results of a platform: numbers for `summary.json`.
 
     Args:
         ideal: ideal increments of the same sensors strapped down.
         strapdown: the first strapdown algorithm and its errors, None without one.
         without: errors of that algorithm if its gyros had no errors that act in turns only.
-
-    Returns:
-        Numbers for `summary.json`.
     """
     rate = ideal.dtheta / np.diff(ideal.time)[:, np.newaxis]
     speed = np.linalg.norm(rate, axis=1)
@@ -314,9 +315,9 @@ def platform_numbers(
         }
         numbers["largest_difference_from_error_equations_m"] = by_cause.apart(simulated)
     if strapdown is not None and without is not None:
-        name, own = strapdown
-        rows = min(len(own.time), len(without.time))
-        apart = np.linalg.norm(own.position_ned[:rows, :2] - without.position_ned[:rows, :2], axis=1)
+        name, error = strapdown
+        rows = min(len(error.time), len(without.time))
+        apart = np.linalg.norm(error.position_ned[:rows, :2] - without.position_ned[:rows, :2], axis=1)
         numbers["strapdown"] = {
             "algorithm": name,
             "without_errors_of_turns": error_numbers(without),
@@ -348,9 +349,9 @@ class Rotation(Part):
 
         truth, errors = self.run.truth, self.run.sensed.errors
         assert isinstance(truth, Truth)
-        found = encoders_of(truth.block, None if errors is None else errors.encoders, truth.time)
-        assert found is not None  # the block turns
-        return found
+        encoders = encoders_of(truth.block, None if errors is None else errors.encoders, truth.time)
+        assert encoders is not None  # the block turns
+        return encoders
 
     @cached_property
     def without_rotation(self) -> NavError | None:
@@ -385,10 +386,10 @@ class Rotation(Part):
         """Yield the effect of the rotation on the first algorithm with a solution."""
         still = self.entry["without_rotation"]["max_horizontal_error_m"]
         if still is not None and algorithms:
-            own = next(iter(algorithms.values()))["max_horizontal_error_m"]
+            largest = next(iter(algorithms.values()))["max_horizontal_error_m"]
             yield Sentence(
-                f"The IMU rotates in the vehicle. The horizontal error reaches {number_text(own, 4)} m. With the same "
-                f"sensor errors and without the rotation it reaches {number_text(still, 4)} m."
+                f"The IMU rotates in the vehicle. The horizontal error reaches {number_text(largest, 4)} m. With "
+                f"the same sensor errors and without the rotation it reaches {number_text(still, 4)} m."
             )
 
     def exhibits(self) -> Iterator[Item]:
@@ -406,8 +407,8 @@ class Rotation(Part):
         yield Charts("rotation_angles", ((chart,),), (0.5 * PAIR[0], PAIR[1]), on=("page",))
         if without is None:
             return
-        name, own = next(iter(run.errors.items()))
-        both = {"without rotation": without, "with rotation": own}
+        name, with_rotation = next(iter(run.errors.items()))
+        both = {"without rotation": without, "with rotation": with_rotation}
         table = Table(
             (Column("", words=True), Column("horizontal error, largest", LENGTH_SCALE),
              Column("horizontal error, at the end", LENGTH_SCALE), Column("attitude error, largest", ANGLE_SCALE),
@@ -419,19 +420,16 @@ class Rotation(Part):
         )  # fmt: skip
         drawn = side_by_side(
             "rotation",
-            {"without rotation": (without, "refused", "bold"), "with rotation": (own, "aided", "line")},
+            {"without rotation": (without, "refused", "bold"), "with rotation": (with_rotation, "aided", "line")},
             (float(run.time[0]), float(run.time[-1])),
         )  # fmt: skip
         yield Section(f"With and without rotation: {name}", [drawn, table])
 
 
 def rotation_numbers(without: NavError | None) -> dict[str, Any]:
-    """Return the entry of a rotating IMU.
+    """Return the entry of a rotating IMU: `without_rotation`, as the entries of algorithms.
 
     Args:
         without: errors of the first algorithm without the rotation; None without a solution.
-
-    Returns:
-        `without_rotation`, as the entries of algorithms.
     """
     return {"without_rotation": NO_NUMBERS if without is None else error_numbers(without)}

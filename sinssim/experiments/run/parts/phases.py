@@ -86,6 +86,7 @@ class Phase:
 
 def phases_of(events: Iterable[FlightEvent], driven: bool = False) -> list[Phase]:
     """Return the phases of a motion by its legs; neighbouring legs of one kind are one phase, and so is the flight to
+
     each named waypoint.
 
     Args:
@@ -95,14 +96,14 @@ def phases_of(events: Iterable[FlightEvent], driven: bool = False) -> list[Phase
         The phases in order; empty for a motion of a single kind, which has nothing to compare.
     """
     begun: dict[str, float] = {}
-    found: list[Phase] = []
+    phases: list[Phase] = []
     number = ""
     for event in events:
         match = _LEG.fullmatch(event.text)
         if match is None:
             place = _REACHED.fullmatch(event.text)
             if place is not None and number in begun:
-                found.append(Phase(f"flight to {place[1]}", begun[number], event.time))
+                phases.append(Phase(f"flight to {place[1]}", begun[number], event.time))
                 begun[number] = event.time
             continue
         number, kind, edge = match.groups()
@@ -113,15 +114,16 @@ def phases_of(events: Iterable[FlightEvent], driven: bool = False) -> list[Phase
         if name == "under way" and not driven:
             name = "flight"
         start = begun.get(number, event.time)
-        if found and found[-1].name == name:
-            found[-1] = Phase(name, found[-1].start, event.time)
+        if phases and phases[-1].name == name:
+            phases[-1] = Phase(name, phases[-1].start, event.time)
         elif event.time > start:
-            found.append(Phase(name, start, event.time))
-    return found if len(found) > 1 else []
+            phases.append(Phase(name, start, event.time))
+    return phases if len(phases) > 1 else []
 
 
 def phase_rows(phases: Sequence[Phase], time: Array, fine: bool) -> list[dict[str, Any]]:
     """Return the phases of a solution: an alignment before its first row, the rest of the standstill after it, and
+
     none that begins after its last row, where a filter has diverged.
 
     Args:
@@ -182,7 +184,7 @@ def _errors(error: NavError, end: int, begin: int | None) -> dict[str, float]:
         now = float(values[end]) / unit
         return now, now - (0.0 if begin is None else float(values[begin]) / unit)
 
-    found: dict[str, float] = {}
+    numbers: dict[str, float] = {}
     for name, (value, added) in {
         "horizontal_{}_m": of(error.position_ned[:, :2]),
         "height_{}_m": signed(-error.position_ned[:, 2]),
@@ -190,8 +192,8 @@ def _errors(error: NavError, end: int, begin: int | None) -> dict[str, float]:
         "heading_{}_arcmin": signed(-error.attitude[:, 2], units.ARCMIN),
         "tilt_{}_arcsec": of(error.attitude[:, :2], units.ARCSEC),
     }.items():
-        found[name.format("error")], found[name.format("added")] = value, added
-    return found
+        numbers[name.format("error")], numbers[name.format("added")] = value, added
+    return numbers
 
 
 @dataclass(frozen=True)
@@ -283,10 +285,10 @@ def _cell(value: float | None) -> str:
 
 def _of_sources(sources: Mapping[str, Any], what: str) -> str:
     """Write the root mean square and the largest sources."""
-    key, found = _QUANTITIES[what][1], sources[what]
-    largest = [(name, share) for name, share in found["shares"].items() if share >= _SHARE][:_LARGEST]
+    key, entry = _QUANTITIES[what][1], sources[what]
+    largest = [(name, share) for name, share in entry["shares"].items() if share >= _SHARE][:_LARGEST]
     of = ", ".join(f"{name} {100.0 * share:.0f}\u00a0%" for name, share in largest)
-    size = _cell(found[key])
+    size = _cell(entry[key])
     return size if size == "0" else f"{size} {key.rpartition('_')[2]}: {of}"
 
 
@@ -307,30 +309,30 @@ def budgets_of_phases(run: Navigated, phases: Sequence[Phase]) -> dict[str, Budg
     assert isinstance(truth, Truth)
     start, end = float(truth.time[0]), float(truth.time[-1])
     marks = [min(phase.end, end) - start for phase in phases]
-    found: dict[str, BudgetResult | str] = {}
+    budgets: dict[str, BudgetResult | str] = {}
     for kind in ("inertial",) if run.scenario.filter is None else ("inertial", "filter"):
         try:
-            found[kind] = budget(run.scenario, solution=kind, truth=truth, marks=marks)
+            budgets[kind] = budget(run.scenario, solution=kind, truth=truth, marks=marks)
         except SinssimError as error:
-            found[kind] = str(error)
-    return found
+            budgets[kind] = str(error)
+    return budgets
 
 
-def add_sources(rows: Sequence[dict[str, Any]], found: BudgetResult | str, start: float) -> None:
+def add_sources(rows: Sequence[dict[str, Any]], budget: BudgetResult | str, start: float) -> None:
     """Add the sources to the phases of a solution.
 
     Args:
         rows: phases of a solution, from `phase_numbers`; changed: each gets `sources`, the root mean square over all
             runs of what the phase added to the horizontal position, the heading and the tilt, and the shares of the
             sources in its square; or `no_sources`, the reason.
-        found: result of `phase_budget`.
+        budget: result of `phase_budget`.
         start: beginning of the run, s.
     """
     for row in rows:
-        if isinstance(found, str) or found.added is None:
-            row["no_sources"] = found if isinstance(found, str) else "no phase ends after the navigation begins."
+        if isinstance(budget, str) or budget.added is None:
+            row["no_sources"] = budget if isinstance(budget, str) else "no phase ends after the navigation begins."
             continue
-        shares = found.first() if row["phase"] == "alignment" else found.added
+        shares = budget.first() if row["phase"] == "alignment" else budget.added
         ends = shares.end + start
         near = int(np.argmin(np.abs(ends - row["to_s"])))
         row["sources"] = {}

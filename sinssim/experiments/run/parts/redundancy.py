@@ -75,9 +75,9 @@ class Redundancy(Part):
 
     def events(self) -> Iterator[FlightEvent]:
         """Yield the detection of each fault, and the exclusion of its sensor."""
-        for one in self.run.sensed.readings.monitored:
-            name = NAMES[one.kind]
-            for alarm in one.alarms:
+        for sensors in self.run.sensed.readings.monitored:
+            name = NAMES[sensors.kind]
+            for alarm in sensors.alarms:
                 if alarm.sensor is None or alarm.isolated is None:
                     yield FlightEvent(alarm.detected, f"fault of the {name}s detected, not isolated")
                     continue
@@ -93,29 +93,29 @@ class Redundancy(Part):
         """Yield the directions, the faults, the tests, and the errors with and without monitoring."""
         of, readings = self.run.scenario.imu.sensor_set, self.run.sensed.readings
         assert isinstance(of, Redundant)
-        found, time = readings.monitored, readings.imu.time
+        monitored, time = readings.monitored, readings.imu.time
         yield from about(of)
-        if not found:
+        if not monitored:
             yield Sentence("The sensors are not monitored: all of them are always used.")
             return
-        yield alarms(found)
-        yield Charts("redundancy_statistics", (tuple(statistic(one, time) for one in found),), PAIR)
-        yield Charts("redundancy_used", (tuple(used(one, time) for one in found),), PAIR, on=("recording",))
+        yield alarms(monitored)
+        yield Charts("redundancy_statistics", (tuple(statistic(sensors, time) for sensors in monitored),), PAIR)
+        yield Charts("redundancy_used", (tuple(used(sensors, time) for sensors in monitored),), PAIR, on=("recording",))
         yield Sentence(
             "Statistic pᵀC⁻¹p of the parity vector p at the end of each window, with the covariance C of the stated 1σ "
             "of all errors; without a fault it has a χ² distribution. Above the threshold a fault is detected. Values "
             f"above {_SHOWN:g} thresholds are clipped. After an exclusion the other sensors are tested, with one "
             "degree of freedom fewer.", "note",
         )  # fmt: skip
-        yield from tests(found, of)
+        yield from tests(monitored, of)
         if (without := self.without_monitoring) is None or not self.run.errors:
             return
-        name, own = next(iter(self.run.errors.items()))
-        excluded = sorted(alarm.isolated or 0.0 for one in found for alarm in one.excluded)
+        name, error = next(iter(self.run.errors.items()))
+        excluded = sorted(alarm.isolated or 0.0 for sensors in monitored for alarm in sensors.excluded)
         marks = tuple(Rule(at=at, upright=True, dash=":") for at in excluded)
         both = side_by_side(
             "redundancy",
-            {"without monitoring": (without, "refused", "bold"), "with monitoring": (own, "aided", "line")},
+            {"without monitoring": (without, "refused", "bold"), "with monitoring": (error, "aided", "line")},
             (float(self.run.time[0]), float(self.run.time[-1])), marks, name,
         )  # fmt: skip
         note = (
@@ -158,8 +158,8 @@ def sentences(numbers: Mapping[str, Any], algorithms: Mapping[str, Mapping[str, 
         yield "The monitoring of the redundant set found no fault."
     without = numbers.get("without_monitoring")
     if without and algorithms:
-        name, own = next(iter(algorithms.items()))
-        end, most = own["final_horizontal_error_m"], own["max_horizontal_error_m"]
+        name, errors = next(iter(algorithms.items()))
+        end, most = errors["final_horizontal_error_m"], errors["max_horizontal_error_m"]
         if end is not None and without["final_horizontal_error_m"] is not None:
             alone = (without[f"{when}_horizontal_error_m"] for when in ("final", "max"))
             own_end, own_most, end, most = (number_text(value, 4) for value in (end, most, *alone))
@@ -192,13 +192,13 @@ def about(section: Redundant) -> Iterator[Item]:
     ])  # fmt: skip
 
 
-def alarms(found: Sequence[Monitored]) -> Item:
+def alarms(monitored: Sequence[Monitored]) -> Item:
     """Return the faults that were found."""
     rows = []
-    for one in found:
-        names = dict(zip(one.windows.tolist(), window_names(one.windows), strict=True))
-        for alarm in one.alarms:
-            which = f"{NAMES[one.kind]} {alarm.sensor}" if alarm.sensor else f"one of the {NAMES[one.kind]}s"
+    for sensors in monitored:
+        names = dict(zip(sensors.windows.tolist(), window_names(sensors.windows), strict=True))
+        for alarm in sensors.alarms:
+            which = f"{NAMES[sensors.kind]} {alarm.sensor}" if alarm.sensor else f"one of the {NAMES[sensors.kind]}s"
             end = "not isolated" if alarm.isolated is None else f"{alarm.isolated:.3f}"
             rows.append([which, f"{alarm.detected:.3f}", names[float(alarm.window)], number_text(alarm.statistic, 4),
                          number_text(alarm.threshold, 4), end])  # fmt: skip
@@ -241,21 +241,21 @@ def used(one: Monitored, edges: Array) -> Chart:
                  marks=marks)  # fmt: skip
 
 
-def tests(found: Sequence[Monitored], section: Redundant) -> Iterator[Item]:
+def tests(monitored: Sequence[Monitored], section: Redundant) -> Iterator[Item]:
     """Yield the smallest faults that the tests find, and what is expected of them."""
     blocks: list[Item] = []
-    for one in found:
-        _, unit, size = UNITS[one.kind]
+    for sensors in monitored:
+        _, unit, size = UNITS[sensors.kind]
         rows = []
-        for name, least in zip(window_names(one.windows), one.smallest / size, strict=True):
+        for name, least in zip(window_names(sensors.windows), sensors.smallest / size, strict=True):
             if not np.isnan(least).any():
                 low, high = (number_text(float(value), 3) for value in (least.min(), least.max()))
                 rows.append((name, low if low == high else f"{low} to {high}"))
-        count = int(np.isfinite(one.statistic).sum())
+        count = int(np.isfinite(sensors.statistic).sum())
         expected = number_text(count * section.false_alarm_probability, 2)
         note = f"{count:,} tests; of such tests without a fault, at most {expected} false alarms are expected."
         columns = (Column("window", words=True), Column("smallest detectable bias", fixed(unit)))
-        blocks.append(Section(f"{capital(NAMES[one.kind])}s", [Table(columns, rows, note=note)]))
+        blocks.append(Section(f"{capital(NAMES[sensors.kind])}s", [Table(columns, rows, note=note)]))
     yield Beside(blocks)
     yield Sentence(
         f"Each test raises a false alarm with the probability {section.false_alarm_probability:g}. "
@@ -267,26 +267,20 @@ def tests(found: Sequence[Monitored], section: Redundant) -> Iterator[Item]:
 
 
 def window_names(windows: Array) -> list[str]:
-    """Return the names of the windows of a test.
+    """Return the names of the windows of a test: "sample", "1 s", ….
 
     Args:
         windows: their lengths, s, of which the first is one sample.
-
-    Returns:
-        "sample", "1 s", ….
     """
     return ["sample", *(f"{window:.6g} s" for window in windows[1:])]
 
 
-def redundancy_numbers(section: Redundant, found: Sequence[Monitored], without: NavError | None) -> dict[str, Any]:
-    """Return the results of the monitoring.
+def redundancy_numbers(section: Redundant, monitored: Sequence[Monitored], without: NavError | None) -> dict[str, Any]:
+    """Return the results of the monitoring: numbers for `summary.json`.
 
     Args:
-        found: gyros and accelerometers; empty without monitoring.
+        monitored: gyros and accelerometers; empty without monitoring.
         without: errors of the first algorithm without monitoring, None if they are the same.
-
-    Returns:
-        Numbers for `summary.json`.
     """
     axes = section.axes
     numbers: dict[str, Any] = {
@@ -295,19 +289,19 @@ def redundancy_numbers(section: Redundant, found: Sequence[Monitored], without: 
         "trace_of_covariance": dilution(axes),
         "least_trace": 9.0 / len(axes),
     }
-    if found:
+    if monitored:
         numbers["false_alarm_probability"] = section.false_alarm_probability
         numbers["missed_detection_probability"] = section.missed_detection_probability
-    for one in found:
-        key, _, unit = UNITS[one.kind]
-        tests = int(np.isfinite(one.statistic).sum())
-        numbers[one.kind] = {
-            "windows_s": one.windows.tolist(),
+    for sensors in monitored:
+        key, _, unit = UNITS[sensors.kind]
+        tests = int(np.isfinite(sensors.statistic).sum())
+        numbers[sensors.kind] = {
+            "windows_s": sensors.windows.tolist(),
             "tests": tests,
             "false_alarms_expected_at_most": tests * section.false_alarm_probability,
-            f"smallest_fault_{key}": (one.smallest / unit).tolist(),
-            "alarms": [_alarm(alarm) for alarm in one.alarms],
-            "used_at_end": (1 + np.flatnonzero(one.used[-1])).tolist(),
+            f"smallest_fault_{key}": (sensors.smallest / unit).tolist(),
+            "alarms": [_alarm(alarm) for alarm in sensors.alarms],
+            "used_at_end": (1 + np.flatnonzero(sensors.used[-1])).tolist(),
         }
     if without is not None:
         numbers["without_monitoring"] = error_numbers(without)

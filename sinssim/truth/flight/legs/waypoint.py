@@ -68,6 +68,7 @@ def single_slope(
     height: float, target: float, left: float, speed: float, slope_before: float = 0.0, slope_after: float = 0.0
 ) -> HeightPath | None:
     """Return a path of one slope from here to the waypoint: the path; None if the way is too short for the change of
+
     height.
 
     With the slopes m₀ before, m between and m₁ after, and the curvature κ, the parabolas are |m − m₀|/κ and |m − m₁|/κ

@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 
 from sinssim.charts import Dots
-from sinssim.experiments.run.parts.outages import JudgedOutages, Outages
+from sinssim.experiments.run.parts.judged_outages import JudgedOutages, Outages
 from tests.recording.spies import Shown, cells, read
 
 AIDED, BOUND = "#0072b2", "#969696"

@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 
 from sinssim import earth
 from sinssim.analyses.error_budget.error_dynamics import TrueMotion, exponential
-from sinssim.analyses.error_budget.propagation import Propagation, Reading
+from sinssim.analyses.error_budget.share_propagation import Propagation, Reading
 from sinssim.analyses.error_budget.source_shares import (
     Marks,
     SensorConstant,

@@ -85,22 +85,22 @@ class Outages(Part):
         reference = _reference(prepared)
         if reference is None:
             return JudgedOutages({"each": []}, ())
-        found, growth = [], []
+        outages, growth = [], []
         for number, spans in enumerate(log.passes or (log.outages,), start=1):
             estimate = _pass(self.run.sensed, prepared, spans) if log.passes else aided.estimate
             error = reference.error_of(estimate.solution)
             smoothed = None if estimate.smoothed is None else reference.error_of(estimate.smoothed.solution)
             of_pass = outage_errors(estimate, error, smoothed, spans)
-            for one in of_pass:
+            for outage in of_pass:
                 if log.reference is None and log.fixes is not None:
-                    one[_ALONE] = straight_line_error(log.fixes, one["from_s"], one["at_s"])
+                    outage[_ALONE] = straight_line_error(log.fixes, outage["from_s"], outage["at_s"])
                 if log.passes:
-                    one["pass"] = number
-                rows = (error.time >= one["from_s"]) & (error.time <= one["to_s"] + 1e-9)
+                    outage["pass"] = number
+                rows = (error.time >= outage["from_s"]) & (error.time <= outage["to_s"] + 1e-9)
                 rows &= np.isfinite(error.horizontal)
-                growth.append((error.time[rows] - one["from_s"], error.horizontal[rows]))
-            found += of_pass
-        return JudgedOutages({"against": reference.name, **outage_numbers(found)}, tuple(growth))
+                growth.append((error.time[rows] - outage["from_s"], error.horizontal[rows]))
+            outages += of_pass
+        return JudgedOutages({"against": reference.name, **outage_numbers(outages)}, tuple(growth))
 
     def with_filter(self, numbers: Any) -> Mapping[str, Any]:
         """Return the errors of the outages, for `summary.json`."""
@@ -119,7 +119,7 @@ class Outages(Part):
         yield from (Sentence(sentence, "strong") for sentence in sentences(self.entry))
         each = self.entry["each"]
         if each:
-            rows = sorted(each, key=lambda one: float(one["from_s"]))
+            rows = sorted(each, key=lambda outage: float(outage["from_s"]))
             yield Beside([Charts("outages", tuple((chart,) for chart in self._charts(each)),
                                  (0.5 * PAIR[0], 2.0 * PAIR[1]), on=("page",)), self._table(rows)])  # fmt: skip
 
@@ -128,14 +128,14 @@ class Outages(Part):
         y, span = Axis(units=fixed("m"), low=0.0), (float(self.run.time[0]), float(self.run.time[-1]))
         drawn = [(time, error) for time, error in self.judged.growth if len(time) > 1]
         if drawn:
-            longest = max(one["to_s"] - one["from_s"] for one in each)
+            longest = max(outage["to_s"] - outage["from_s"] for outage in each)
             lines = tuple(
                 Line(label="" if number else "one line an outage", x=time, y=error, color="aided", weight="hair")
                 for number, (time, error) in enumerate(drawn)
             )
             title = "Horizontal error since the last fix"
             yield Chart(key="outages/growth", title=title, x=over((0.0, longest)), y=y, marks=lines)
-        at, end, sigma = (np.array([one[key] for one in each], dtype=np.float64)
+        at, end, sigma = (np.array([outage[key] for outage in each], dtype=np.float64)
                           for key in ("at_s", "horizontal_error_m", "horizontal_sigma_m"))  # fmt: skip
         dots = (
             Dots(label="at the end", x=at, y=end, color="aided", size=4.5),
@@ -149,12 +149,15 @@ class Outages(Part):
         """Return the errors at the end of some outages, median and 90 % of all."""
         keys = [key for key in _COLUMNS if key in self.entry["median"]]
         rows = [
-            (f"{one['from_s']:g} … {one['to_s']:g}", *("–" if one[k] is None else signed(one[k]) for k in keys))
-            for one in each
+            (
+                f"{outage['from_s']:g} … {outage['to_s']:g}",
+                *("–" if outage[k] is None else signed(outage[k]) for k in keys),
+            )
+            for outage in each
         ]
         for word, name in (("**median**", "median"), ("**90 %**", "p90")):
-            own = self.entry[name]
-            rows.append((word, *("–" if own[k] is None else number_text(own[k]) for k in keys)))
+            errors = self.entry[name]
+            rows.append((word, *("–" if errors[k] is None else number_text(errors[k]) for k in keys)))
         return Table(
             (Column("from … to", fixed("s"), words=True),
              *(Column(head, fixed(unit)) for head, unit in map(_COLUMNS.__getitem__, keys))), rows,
@@ -178,14 +181,14 @@ def outage_errors(
         known instant, its own 1σ of the horizontal position there, and the largest horizontal error of the smoothed
         solution within it.
     """
-    found = []
+    rows = []
     for begin, end in outages:
         during = (error.time > begin) & (error.time <= end + 1e-9)
         known = np.flatnonzero(during & np.isfinite(error.position_ned).all(axis=1))
         if not len(known):
             continue
         k = int(known[-1])
-        one: dict[str, Any] = {
+        row: dict[str, Any] = {
             "from_s": float(begin),
             "to_s": float(end),
             "at_s": float(error.time[k]),
@@ -198,9 +201,9 @@ def outage_errors(
             inside = (smoothed.time > begin) & (smoothed.time <= end + 1e-9)
             values = smoothed.horizontal[inside]
             values = values[np.isfinite(values)]
-            one["smoothed_max_horizontal_error_m"] = float(values.max()) if len(values) else math.nan
-        found.append(one)
-    return found
+            row["smoothed_max_horizontal_error_m"] = float(values.max()) if len(values) else math.nan
+        rows.append(row)
+    return rows
 
 
 _STRAIGHT_S = 2.0  # s; velocity by the fixes alone: two intervals of a receiver with one fix a second
@@ -229,28 +232,28 @@ def straight_line_error(fixes: FixStream, begin: float, at: float) -> float:
     return math.hypot(float(r1) * north, float(r2) * math.cos(latitude[last]) * east)
 
 
-def outage_numbers(found: Sequence[Mapping[str, Any]]) -> dict[str, Any]:
+def outage_numbers(outages: Sequence[Mapping[str, Any]]) -> dict[str, Any]:
     """Return the errors of outages together.
 
     Args:
-        found: the errors of each, of `outage_errors`.
+        outages: the errors of each, of `outage_errors`.
 
     Returns:
         `each`: the same; `median` and `p90` over the outages of the magnitude of each error; `error_over_sigma`: root
         mean square of the horizontal error over the filter's own 1σ, which is 1 on average for a filter that is right.
     """
-    ratio = [one["horizontal_error_m"] / one["horizontal_sigma_m"] for one in found]
+    ratio = [outage["horizontal_error_m"] / outage["horizontal_sigma_m"] for outage in outages]
     return {
-        "each": list(found),
-        **{word: _share(found, percent) for word, percent in _SHARES.items()},
+        "each": list(outages),
+        **{word: _share(outages, percent) for word, percent in _SHARES.items()},
         "error_over_sigma": float(np.sqrt(np.mean(np.square(ratio)))) if ratio else math.nan,
     }
 
 
-def _share(found: Sequence[Mapping[str, float]], percent: float) -> dict[str, float]:
+def _share(outages: Sequence[Mapping[str, float]], percent: float) -> dict[str, float]:
     """Return a percentile over the outages of the magnitude of each error."""
-    keys = [key for key in (found[0] if found else ()) if key.endswith(("_m", "_mps"))]
-    values = {key: np.abs([one[key] for one in found]) for key in keys}
+    keys = [key for key in (outages[0] if outages else ()) if key.endswith(("_m", "_mps"))]
+    values = {key: np.abs([outage[key] for outage in outages]) for key in keys}
     known = {key: row[np.isfinite(row)] for key, row in values.items()}
     return {key: float(np.percentile(row, percent)) if len(row) else math.nan for key, row in known.items()}
 
@@ -278,8 +281,8 @@ def _pass(sensed: Sensed, prepared: Prepared, spans: tuple[tuple[float, float], 
     assert log.fixes is not None
     assert settings is not None
     without = gnss_readings(log.fixes, section.gnss, spans)
-    kinds = {one.measurements.label for one in without}
-    others = (one for one in log.sensed if one.measurements.label not in kinds)
+    kinds = {sensor.measurements.label for sensor in without}
+    others = (sensor for sensor in log.sensed if sensor.measurements.label not in kinds)
     once = settings.model_copy(update={"backward": False})  # outages are judged forwards, and smoothed
     scenario = prepared.scenario.model_copy(update={"filter": once})
     changed = replace(prepared, scenario=scenario, log=replace(log, sensed=(*without, *others), outages=spans))
@@ -298,9 +301,9 @@ def sentences(numbers: Mapping[str, Any]) -> Iterator[str]:
         yield "No outage could be evaluated: the reference is not known in any of them."
         return
     median, high = numbers["median"], numbers["p90"]
-    lengths = {round(one["to_s"] - one["from_s"], 3) for one in each}
+    lengths = {round(outage["to_s"] - outage["from_s"], 3) for outage in each}
     of = f" of {lengths.pop():g} s" if len(lengths) == 1 else ""
-    passes = len({one.get("pass", 1) for one in each})
+    passes = len({outage.get("pass", 1) for outage in each})
     of += f" in {passes} passes" if passes > 1 else ""
     text = (
         f"{len(each)} outage{'s' * (len(each) != 1)}{of}: horizontal error at the end "

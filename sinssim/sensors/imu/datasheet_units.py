@@ -46,9 +46,6 @@ def line(key: str) -> DatasheetLine | None:
 
     Returns:
         The line; None if it is not the key of an error term.
-
-    Raises:
-        InputError: the quantity is known but the unit is not; the message lists the units.
     """
     for name in sorted(_BY_NAME, key=len, reverse=True):  # gyro_bias_temperature before gyro_bias
         if key.startswith(f"{name}_"):
@@ -69,10 +66,6 @@ def to_si(key: str, value: float) -> float:
 
     Returns:
         The number in SI, as in `TriadErrors`.
-
-    Raises:
-        InputError: the quantity or the unit is not known, or the number is not finite; the message lists the known
-            ones.
     """
     stated = line(key)
     if stated is None:
@@ -87,9 +80,6 @@ def not_absurd(key: str, value: Any) -> Any:
 
     Args:
         value: a number, several, or None.
-
-    Raises:
-        ValueError: the error is too large.
     """
     stated = line(key)
     if stated is not None and value is not None:
