@@ -97,14 +97,14 @@ def table_of(table: Table) -> rich_table.Table:
         if grouped:
             lines = ["" if column.group == group else column.group, ", ".join(filter(None, (head, unit)))]
         group = column.group
-        own, widest = (
+        head_width, widest = (
             max(map(len, lines), default=0),
             max((len(line) for row in rows for line in row[place].split("\n")), default=0),
         )
         # words of a cell are broken into lines if they are long; a head that is longer than its numbers, too
-        whole = widest < _LONG if column.words else own <= widest
+        whole = widest < _LONG if column.words else head_width <= widest
         word = max((len(word) for line in lines for word in line.split()), default=0)
-        least = max(own if whole else word, widest) if whole or not column.words else None
+        least = max(head_width if whole else word, widest) if whole or not column.words else None
         side: Literal["left", "right"] = "left" if column.words else "right"
         drawn.add_column(Text("\n".join(lines)), justify=side, no_wrap=whole, min_width=least)
     for row in rows:

@@ -223,8 +223,8 @@ def draw(axes: Axes, chart: Chart, *, legend: bool = True) -> None:
         if axis.log:
             getattr(axes, f"set_{way}scale")("log")
     bare = [mark for mark in chart.marks if not isinstance(mark, Limit)]
-    for one, color in zip(bare, style.of_marks(bare), strict=True):
-        _draw(axes, one, color, x, y)
+    for bare_mark, color in zip(bare, style.of_marks(bare), strict=True):
+        _draw(axes, bare_mark, color, x, y)
     _ends(axes, chart, x, y)
     for mark in chart.marks:
         if isinstance(mark, Limit):
@@ -245,8 +245,8 @@ def draw(axes: Axes, chart: Chart, *, legend: bool = True) -> None:
 
 def _css(colors: Any) -> Any:
     """Return one colour, or several, in CSS notation."""
-    one = isinstance(colors, str) or isinstance(colors[0], int)
-    return style.css_of(colors) if one else [style.css_of(color) for color in colors]
+    single = isinstance(colors, str) or isinstance(colors[0], int)
+    return style.css_of(colors) if single else [style.css_of(color) for color in colors]
 
 
 def _draw(axes: Axes, mark: Mark, color: Any, x: float, y: float) -> None:
@@ -371,7 +371,7 @@ def _limit(axes: Axes, limit: Limit, most: float, x: float, y: float) -> None:
 def _ticks(axes: Axes, axis: Axis, size: float, *, upright: bool) -> None:
     from matplotlib.ticker import FixedLocator, FuncFormatter, NullLocator
 
-    own = axes.yaxis if upright else axes.xaxis
+    dim = axes.yaxis if upright else axes.xaxis
     if axis.names:
         places = range(len(axis.names))
         turned = not upright and max(map(len, axis.names)) * len(axis.names) > 46
@@ -379,13 +379,13 @@ def _ticks(axes: Axes, axis: Axis, size: float, *, upright: bool) -> None:
         (axes.set_yticks if upright else axes.set_xticks)(places, axis.names, **how)
         axes.tick_params(axis="y" if upright else "x", length=0)
     elif axis.ticks:
-        own.set_major_locator(FixedLocator([at / size for at in axis.ticks]))
-        own.set_minor_locator(NullLocator())
-        own.set_major_formatter(FuncFormatter(lambda value, _: f"{value:g}".replace("-", "−")))
+        dim.set_major_locator(FixedLocator([at / size for at in axis.ticks]))
+        dim.set_minor_locator(NullLocator())
+        dim.set_major_formatter(FuncFormatter(lambda value, _: f"{value:g}".replace("-", "−")))
     elif axis.log:
-        low, high = own.get_view_interval()
+        low, high = dim.get_view_interval()
         at = log_numbers(low, high)
         if len(at) > 1:
-            own.set_major_locator(FixedLocator(list(at)))
-            own.set_minor_locator(NullLocator())
-        own.set_major_formatter(FuncFormatter(lambda value, _: f"{value:g}" if 1e-4 <= value < 1e6 else f"{value:.0e}"))
+            dim.set_major_locator(FixedLocator(list(at)))
+            dim.set_minor_locator(NullLocator())
+        dim.set_major_formatter(FuncFormatter(lambda value, _: f"{value:g}" if 1e-4 <= value < 1e6 else f"{value:.0e}"))

@@ -80,14 +80,14 @@ class Result:
     @cached_property
     def summary(self) -> dict[str, Any]:
         """Its numbers, units in the names: the contents of the JSON file of its directory."""
-        found: dict[str, Any] = self.media.summary(self)
-        return found
+        numbers: dict[str, Any] = self.media.summary(self)
+        return numbers
 
     @property
     def exhibits(self) -> Exhibits:
         """What it has to show: sentences, tables and charts, for `sinssim.recording` to render."""
-        found: Exhibits = self.media.exhibits(self)
-        return found
+        exhibits: Exhibits = self.media.exhibits(self)
+        return exhibits
 
     @property
     def streams(self) -> Streams:

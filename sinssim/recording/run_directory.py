@@ -152,8 +152,8 @@ def flagged_words(flags: Mapping[str, int], samples: int) -> str:
     Returns:
         A sentence; empty if there are no flagged samples.
     """
-    found = [f"{count:,} {name}" for name, count in flags.items() if count]
-    return f"Flagged by the sensors, of {samples:,} samples: {', '.join(found)}." if found else ""
+    counts = [f"{count:,} {name}" for name, count in flags.items() if count]
+    return f"Flagged by the sensors, of {samples:,} samples: {', '.join(counts)}." if counts else ""
 
 
 def singularities(solutions: Mapping[str, NavSolution]) -> dict[str, list[dict[str, Any]]]:

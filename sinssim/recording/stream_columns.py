@@ -85,7 +85,7 @@ def set_streams(kind: str, readings: Readings) -> list[Stream]:
         `gyros_<kind>` and `accelerometers_<kind>`, N rows, and `redundancy`, N rows, if it is monitored, for a
         redundant set.
     """
-    found, time = [], readings.imu.time
+    streams, time = [], readings.imu.time
     if (single := readings.single) is not None:
         count, flags = single.dtheta.shape[1], single.flags
         names = channels_of(count)
@@ -97,27 +97,27 @@ def set_streams(kind: str, readings: Readings) -> list[Stream]:
                 mine = slice(i * count, (i + 1) * count)
                 columns = tuple(f"flags_{channel}" for channel in names[mine])
                 vectors.append(Vector("flags", columns, flags[:, mine].astype(np.float64)))
-            found.append(Stream(f"{name}_{kind}", time[1:], tuple(vectors)))
+            streams.append(Stream(f"{name}_{kind}", time[1:], tuple(vectors)))
     if readings.monitored:
-        vectors = [vector for one in readings.monitored for vector in _tests(one)]
-        found.append(Stream("redundancy", time[1:], tuple(vectors)))
+        vectors = [vector for monitored in readings.monitored for vector in _tests(monitored)]
+        streams.append(Stream("redundancy", time[1:], tuple(vectors)))
     if readings.accelerometers is not None:
         columns = tuple(f"dvel_{i}_mps" for i in range(1, readings.accelerometers.shape[1] + 1))
-        found.append(Stream(f"accelerometers_{kind}", time[1:], (Vector("dvel", columns, readings.accelerometers),)))
+        streams.append(Stream(f"accelerometers_{kind}", time[1:], (Vector("dvel", columns, readings.accelerometers),)))
     if readings.attitude is not None:
         columns = ("q_ib_w", "q_ib_x", "q_ib_y", "q_ib_z")
-        found.append(Stream(f"attitude_{kind}", time, (Vector("attitude", columns, readings.attitude),)))
-    return found
+        streams.append(Stream(f"attitude_{kind}", time, (Vector("attitude", columns, readings.attitude),)))
+    return streams
 
 
-def _tests(found: Monitored) -> Iterator[Vector]:
+def _tests(monitored: Monitored) -> Iterator[Vector]:
     """Yield the statistics of the parity tests, their threshold, and which sensors are used."""
-    windows = ["sample", *(f"{window:.6g}s" for window in found.windows[1:])]
-    columns = tuple(f"{found.kind}_statistic_{window}" for window in windows)
-    yield Vector(f"{found.kind}_statistic", columns, found.statistic.T)
-    yield Vector(f"{found.kind}_threshold", (f"{found.kind}_threshold",), found.threshold[:, np.newaxis])
-    columns = tuple(f"{found.kind}_used_{number}" for number in range(1, found.used.shape[1] + 1))
-    yield Vector(f"{found.kind}_used", columns, found.used.astype(np.float64))
+    windows = ["sample", *(f"{window:.6g}s" for window in monitored.windows[1:])]
+    columns = tuple(f"{monitored.kind}_statistic_{window}" for window in windows)
+    yield Vector(f"{monitored.kind}_statistic", columns, monitored.statistic.T)
+    yield Vector(f"{monitored.kind}_threshold", (f"{monitored.kind}_threshold",), monitored.threshold[:, np.newaxis])
+    columns = tuple(f"{monitored.kind}_used_{number}" for number in range(1, monitored.used.shape[1] + 1))
+    yield Vector(f"{monitored.kind}_used", columns, monitored.used.astype(np.float64))
 
 
 def other_error_stream(name: str, error: NavError) -> Stream:

@@ -175,13 +175,13 @@ def _groups(tables: Iterable[Any], most: int) -> Iterator[Any]:
     """Put the blocks of a table together to row groups."""
     import pyarrow as pa
 
-    found: list[Any] = []
+    group: list[Any] = []
     for table in tables:
-        if found and sum(len(one) for one in found) + len(table) > most:
-            yield pa.concat_tables(found)
-            found = []
-        found.append(table)
-    yield pa.concat_tables(found)
+        if group and sum(len(block) for block in group) + len(table) > most:
+            yield pa.concat_tables(group)
+            group = []
+        group.append(table)
+    yield pa.concat_tables(group)
 
 
 def give_back_memory() -> None:

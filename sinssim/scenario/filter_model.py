@@ -330,16 +330,16 @@ def filter_model(scenario: Scenario, duration: float = 3600.0, recorded: Sequenc
     def sigma_of(given: float | None, least: float, *known: float) -> float:
         return max(least, math.hypot(*known)) if given is None else given
 
-    own, s = f.initial_sigma, start
-    north = sigma_of(own.position_m, _LEAST_POSITION_M, s.position_sigma_m, s.north_m)
-    east = sigma_of(own.position_m, _LEAST_POSITION_M, s.position_sigma_m, s.east_m)
-    height = sigma_of(own.height_m, _LEAST_POSITION_M, s.height_sigma_m, s.height_m)
+    sigma, s = f.initial_sigma, start
+    north = sigma_of(sigma.position_m, _LEAST_POSITION_M, s.position_sigma_m, s.north_m)
+    east = sigma_of(sigma.position_m, _LEAST_POSITION_M, s.position_sigma_m, s.east_m)
+    height = sigma_of(sigma.height_m, _LEAST_POSITION_M, s.height_sigma_m, s.height_m)
     velocity = [
-        sigma_of(own.velocity_mps, _LEAST_VELOCITY_MPS, s.velocity_sigma_mps, v)
+        sigma_of(sigma.velocity_mps, _LEAST_VELOCITY_MPS, s.velocity_sigma_mps, v)
         for v in (s.velocity_north_mps, s.velocity_east_mps, s.velocity_down_mps)
     ]
-    tilt = sigma_of(own.tilt_arcmin, _LEAST_ANGLE_ARCMIN, s.tilt_sigma_arcmin, s.roll_arcmin, s.pitch_arcmin)
-    heading = sigma_of(own.heading_arcmin, _LEAST_ANGLE_ARCMIN, s.heading_sigma_arcmin, s.heading_arcmin)
+    tilt = sigma_of(sigma.tilt_arcmin, _LEAST_ANGLE_ARCMIN, s.tilt_sigma_arcmin, s.roll_arcmin, s.pitch_arcmin)
+    heading = sigma_of(sigma.heading_arcmin, _LEAST_ANGLE_ARCMIN, s.heading_sigma_arcmin, s.heading_arcmin)
     model = error_model(
         inertial_sigma(scenario),
         position=(north, east, height),

@@ -114,8 +114,8 @@ def sensor_class(item: Item) -> type[AidingSensor]:
     sensor = _class_in(load_module(item), wrong)
     if not sensor.table:
         sensor.table = item.name
-        own: Any = sensor
-        own.read, own.states = _read(item, sensor.read), _read(item, sensor.states)
+        user_class: Any = sensor
+        user_class.read, user_class.states = _read(item, sensor.read), _read(item, sensor.states)
         sensor.kinds = tuple(replace(kind, compare=_compared(item, kind)) for kind in sensor.kinds)
     _drop_kinds(lambda table: table == item.name)
     for kind in sensor.kinds:

@@ -195,8 +195,8 @@ class AidingSensor(Section):
         instant = time
         if not kept.all():
             instant, value = time[kept], value[kept]
-        told = np.asarray(sigma, dtype=np.float64)
-        sigmas = np.broadcast_to(told, (len(instant), len(told)))  # one row for all readings
+        sigma_row = np.asarray(sigma, dtype=np.float64)
+        sigmas = np.broadcast_to(sigma_row, (len(instant), len(sigma_row)))  # one row for all readings
         valid_at = instant - lag if lag else instant
         arrival = instant + self.latency_s if self.latency_s else instant
         given = Measurements(kind, valid_at, arrival, value, sigmas, np.asarray(lever_arm, dtype=np.float64), label)

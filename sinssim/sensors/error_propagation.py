@@ -442,5 +442,5 @@ class _Block:
         )
         w = earth.frequency
         pulses = float(size["quantum"]) / math.sqrt(12.0 * self.imu.rate_hz)
-        held = math.sqrt(0.5 * t + math.sin(2.0 * w * t) / (4.0 * w))
-        yield Contribution("velocity quantisation", AT_REST, math.sqrt(2.0) * pulses * held)
+        response = math.sqrt(0.5 * t + math.sin(2.0 * w * t) / (4.0 * w))
+        yield Contribution("velocity quantisation", AT_REST, math.sqrt(2.0) * pulses * response)

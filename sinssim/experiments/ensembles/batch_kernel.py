@@ -111,9 +111,9 @@ def _draw_noise(w: Array, words: Words, number: int) -> None:
         for j in range(LANES):
             keep_noise_k(w, NOISE, axis, j, radius_k(words[2, j], words[3, j]))
         for j in range(LANES):
-            radius, (cosine, two) = noise_k(w, NOISE, axis, j), direction_k(words[4, j], words[5, j])
+            radius, (cosine, sine) = noise_k(w, NOISE, axis, j), direction_k(words[4, j], words[5, j])
             keep_noise_k(w, NOISE, axis, j, radius * cosine)
-            keep_noise_k(w, NOISE, axis + 3, j, radius * two)
+            keep_noise_k(w, NOISE, axis + 3, j, radius * sine)
 
 
 _draw_white, _draw_wander, _draw_rate_walk, _draw_flicker = (

@@ -74,8 +74,8 @@ class ComparedRuns:
     def differences(self) -> dict[str, list[str]]:
         """The keys of the scenarios that differ: values as text, in the order of the runs, "–" for a missing key."""
         flat = [dict(_flat(run.scenario)) for run in self.runs.values()]
-        keys = list(dict.fromkeys(key for one in flat for key in one))
-        rows = {key: [one.get(key, "–") for one in flat] for key in keys}
+        keys = list(dict.fromkeys(key for entries in flat for key in entries))
+        rows = {key: [entries.get(key, "–") for entries in flat] for key in keys}
         return {key: values for key, values in rows.items() if len(set(values)) > 1}
 
 
@@ -90,15 +90,15 @@ def compare_runs(folders: Sequence[Path], solution: str | None = None) -> Compar
     """
     if len(folders) < 2:
         raise InputError("a comparison needs at least two runs; give the directories of two or more.")
-    twice = [str(one) for i, one in enumerate(folders) if one.resolve() in [o.resolve() for o in folders[:i]]]
+    twice = [str(path) for i, path in enumerate(folders) if path.resolve() in [o.resolve() for o in folders[:i]]]
     if twice:
         raise InputError(f"{twice[0]} is given twice; give each run once.")
-    found = [FinishedRun(folder) for folder in folders]
-    for run in found:
+    finished_runs = [FinishedRun(folder) for folder in folders]
+    for run in finished_runs:
         warn_of_version(run.path)
-    names = [run.name for run in found]
-    labels = [run.name if names.count(run.name) == 1 else str(run.path) for run in found]
-    runs = dict(zip(labels, found, strict=True))
+    names = [run.name for run in finished_runs]
+    labels = [run.name if names.count(run.name) == 1 else str(run.path) for run in finished_runs]
+    runs = dict(zip(labels, finished_runs, strict=True))
     solutions = {label: run.solution(solution) for label, run in runs.items()}
     errors = {label: run.errors(solutions[label]) for label, run in runs.items()}
     return ComparedRuns(runs, solutions, errors, _common(errors))

@@ -33,7 +33,7 @@ def about(scenario: Scenario, stages: Stages, status: str, message: str = "") ->
         "rate_hz": scenario.imu.rate_hz if plane is None else plane.rate_hz,
         "timing": stages.timing(),
         "versions": versions(),
-        **({"own_content": own} if (own := [file.to_json() for file in own_files(scenario)]) else {}),
+        **({"own_content": files} if (files := [file.to_json() for file in own_files(scenario)]) else {}),
     }
 
 

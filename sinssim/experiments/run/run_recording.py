@@ -53,11 +53,11 @@ def draw_coordinates(recording: Recording, streams: Iterable[Stream]) -> dict[st
 
 def _some(vector: Vector, rows: RowNumbers, count: int) -> Array:
     """Return some rows of a vector, which is computed in blocks."""
-    found = []
+    parts = []
     for block in blocks(count):
         inside = rows[(rows >= block.start) & (rows < block.stop)] - block.start
-        found.append(vector.values[block][inside])
-    return np.concatenate(found)
+        parts.append(vector.values[block][inside])
+    return np.concatenate(parts)
 
 
 def _shown(columns: tuple[str, ...], values: Array) -> tuple[list[str], str, float]:

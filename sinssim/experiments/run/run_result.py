@@ -124,9 +124,9 @@ class Run(Result):
         of_filter = self.summary.get("filter") or {}
         solutions = {**self.summary.get("algorithms", {}), **{k: of_filter[k] for k in _AIDED if k in of_filter}}
         rows = [
-            (name, *(f"{one.get(f'{kind}_{what}', float('nan')):.4g}" for what in _SHOWN for kind in ("final", "max")))
-            for name, one in solutions.items()
-            if isinstance(one.get(f"final_{_SHOWN[0]}"), float)
+            (name, *(f"{row.get(f'{kind}_{what}', float('nan')):.4g}" for what in _SHOWN for kind in ("final", "max")))
+            for name, row in solutions.items()
+            if isinstance(row.get(f"final_{_SHOWN[0]}"), float)
         ]
         heads = ("solution", "horizontal error at the end, m", "largest", "velocity error at the end, m/s", "largest",
                  "attitude error at the end, arcsec", "largest")  # fmt: skip

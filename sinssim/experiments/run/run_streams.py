@@ -125,8 +125,8 @@ class CoordinateStreams:
 
     def _conditional(self, rows_of: Callable[[slice], NavState]) -> Parts:
         def parts(rows: slice) -> tuple[Array, ...]:
-            found = solution_coordinates.conditional(rows_of(rows), self.pole, self.start)
-            return np.column_stack((found.latitude, found.longitude)), *_columns(*found.axes)
+            coordinates = solution_coordinates.conditional(rows_of(rows), self.pole, self.start)
+            return np.column_stack((coordinates.latitude, coordinates.longitude)), *_columns(*coordinates.axes)
 
         return parts
 
@@ -141,12 +141,12 @@ class CoordinateStreams:
         """Return the stream of the Euler angles; continuous ones depend on all rows before."""
         assert self.angles is not None
         if self.angles == "continuous":
-            found = rotation.continuous_angles(motion.q_nb)
+            angles = rotation.continuous_angles(motion.q_nb)
         else:
             roll, pitch, heading = rotation.euler_from_quaternion(motion.q_nb)
-            found = roll, pitch, rotation.heading_in(self.angles, heading)
+            angles = roll, pitch, rotation.heading_in(self.angles, heading)
         columns = ("roll_rad", "pitch_rad", "heading_rad")
-        return Stream(f"angles_{name}", time, (Vector("angles", columns, np.column_stack(found)),))
+        return Stream(f"angles_{name}", time, (Vector("angles", columns, np.column_stack(angles)),))
 
 
 def _cartesian(axes: str) -> dict[str, tuple[str, ...]]:
@@ -178,10 +178,10 @@ def _stream(name: str, time: Array, columns: dict[str, tuple[str, ...]], parts: 
     # two threads write the vectors of a block, one after the other
     block = lru_cache(maxsize=2)(lambda start, stop: parts(slice(start, stop)))
 
-    def one(number: int) -> Computed:
+    def part(number: int) -> Computed:
         return Computed(lambda rows: block(rows.start, rows.stop)[number])
 
-    return Stream(name, time, tuple(Vector(key, names, one(i)) for i, (key, names) in enumerate(columns.items())))
+    return Stream(name, time, tuple(Vector(key, names, part(i)) for i, (key, names) in enumerate(columns.items())))
 
 
 class RunWriter:
@@ -233,8 +233,8 @@ class RunWriter:
             self._draw(lambda: self._recording.document("about/scenario", toml))
             self._draw(lambda: pictures.draw_flight(self._recording, time, motion, self._scene, events, kind))
             self._angles = scenario.output.angles
-            own = ellipsoid_by_name(scenario.navigation.ellipsoid_over(ellipsoid.name))
-            self._coordinates = _coordinate_streams(scenario, own, motion, float(time[0]))
+            navigation_ellipsoid = ellipsoid_by_name(scenario.navigation.ellipsoid_over(ellipsoid.name))
+            self._coordinates = _coordinate_streams(scenario, navigation_ellipsoid, motion, float(time[0]))
         except BaseException:
             self._close()
             raise
@@ -250,8 +250,8 @@ class RunWriter:
         self._chart(lambda: motion_charts(truth.time, truth.state, (), self._angles, airspeed))
         for stream in (truth_stream(truth.time, truth.state), imu_stream("ideal", truth.ideal)):
             self._stream(stream)
-        own = replace(self._coordinates, ellipsoid=truth.ellipsoid)
-        for stream in own.of("truth", truth.time, truth.state):
+        coordinates = replace(self._coordinates, ellipsoid=truth.ellipsoid)
+        for stream in coordinates.of("truth", truth.time, truth.state):
             self._stream(stream)
         for stream in channel_streams(truth.trajectory.channels):
             self._stream(stream)
@@ -315,8 +315,8 @@ class RunWriter:
         readings = sensed.readings
         self._chart(lambda: comparison_charts(kinds))
         self._events += events
-        for kind, found in (("ideal", sensed.perfect), ("measured", readings)):
-            for stream in set_streams(kind, found):
+        for kind, sensor_set in (("ideal", sensed.perfect), ("measured", readings)):
+            for stream in set_streams(kind, sensor_set):
                 self._stream(stream)
         self._stream(imu_stream("measured", readings.imu, with_angles=readings.attitude is None))
         if readings.compensated is not None:

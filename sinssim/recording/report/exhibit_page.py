@@ -58,7 +58,7 @@ def parts_of(items: Iterable[Item], level: int) -> Iterator[str]:
 
                 yield figures.to_svg(getattr(diagrams, item.name)(), item.key)
             case Beside():
-                inside = "".join(f"<div>{''.join(parts_of([one], level))}</div>" for one in item.items)
+                inside = "".join(f"<div>{''.join(parts_of([exhibit], level))}</div>" for exhibit in item.items)
                 yield f'<div class="pair">{inside}</div>'
             case Section() if item.fold:
                 opened = " open" if item.fold == "open" else ""

@@ -84,11 +84,11 @@ class _Frame:
 
 def _ranges(chart: Chart) -> tuple[tuple[float, float], tuple[float, float]]:
     """Return the ends of both axes, SI."""
-    found = [_range(chart, upright) for upright in (False, True)]
+    ranges = [_range(chart, upright) for upright in (False, True)]
     if chart.equal and None in (chart.x.low, chart.x.high, chart.y.low, chart.y.high):
-        reach = max(abs(end) for ends in found for end in ends)
-        found = [(-reach, reach)] * 2 if all(low < 0.0 < high for low, high in found) else found
-    return found[0], found[1]
+        reach = max(abs(end) for ends in ranges for end in ends)
+        ranges = [(-reach, reach)] * 2 if all(low < 0.0 < high for low, high in ranges) else ranges
+    return ranges[0], ranges[1]
 
 
 def _range(chart: Chart, upright: bool) -> tuple[float, float]:
@@ -276,27 +276,27 @@ def _tops(marks: Sequence[Rule], x: PixelScale, top: float, right: float) -> Ite
 def _told_apart(chart: Chart, ends: tuple[float, float], height: float) -> list[Mark]:
     """Return the marks with a word in the names of lines that coincide with a former one."""
     least = _SAME * (ends[1] - ends[0]) / height
-    found: list[Mark] = []
+    marks: list[Mark] = []
     for mark, color in zip(chart.marks, style.of_marks(chart.marks), strict=True):
         if isinstance(mark, Line) and mark.label and not (chart.y.log or chart.equal):
-            own = [one for one in found if isinstance(one, Line) and one.label]
-            same = next((one.label.partition(" (same as ")[0] for one in own if _coincide(one, mark, least)), None)
+            lines = [line for line in marks if isinstance(line, Line) and line.label]
+            same = next((line.label.partition(" (same as ")[0] for line in lines if _coincide(line, mark, least)), None)
             mark = replace(mark, label=mark.label if same is None else f"{mark.label} (same as {same})", color=color)
-        found.append(mark)
-    return found
+        marks.append(mark)
+    return marks
 
 
-def _coincide(one: Line, other: Line, least: float) -> bool:
+def _coincide(line: Line, other: Line, least: float) -> bool:
     """Return whether two lines lie on each other; lines with other instants are compared between them."""
-    if not len(one.x) or not len(other.x) or abs(float(one.y[-1]) - float(other.y[-1])) > least:
+    if not len(line.x) or not len(other.x) or abs(float(line.y[-1]) - float(other.y[-1])) > least:
         return False  # the usual case, without a look at every sample
-    values = one.y
-    if one.x is not other.x and not np.array_equal(one.x, other.x):
-        margin = 0.01 * float(one.x[-1] - one.x[0])
-        ends = np.abs(one.x[[0, -1]] - other.x[[0, -1]])
-        if one.turn or other.turn or ends.max() > margin or margin < 0.0:
+    values = line.y
+    if line.x is not other.x and not np.array_equal(line.x, other.x):
+        margin = 0.01 * float(line.x[-1] - line.x[0])
+        ends = np.abs(line.x[[0, -1]] - other.x[[0, -1]])
+        if line.turn or other.turn or ends.max() > margin or margin < 0.0:
             return False
-        values = np.interp(other.x, one.x, one.y)
+        values = np.interp(other.x, line.x, line.y)
     return bool(np.abs(values - other.y).max() <= least)
 
 
@@ -312,11 +312,11 @@ class Named(NamedTuple):
 
 def _named(marks: Sequence[Mark], most: float) -> list[Named]:
     """Return the entries of the legend of some marks."""
-    found: list[Named] = []
+    entries: list[Named] = []
     for mark, color in zip(marks, style.of_marks(marks), strict=True):
         if isinstance(mark, Shares):
             pairs = zip(mark.labels, mark.colors, strict=True)
-            found += [Named(label, style.css_of(one), "area") for label, one in pairs][::-1]
+            entries += [Named(label, style.css_of(shade), "area") for label, shade in pairs][::-1]
         elif label := mark.name if isinstance(mark, Line) else getattr(mark, "label", ""):
             shape = getattr(mark, "marker", "")
             kind = shape if isinstance(mark, Dots) else f"line{shape}" if isinstance(mark, Line) else "area"
@@ -326,10 +326,10 @@ def _named(marks: Sequence[Mark], most: float) -> list[Named]:
                 kind = "line" if mark.at is None else "v"
                 label += " (above the plot)" if mark.height > Limit.FAR * most else ""
             dash = "--" if isinstance(mark, Limit) else getattr(mark, "dash", "")
-            one = color if isinstance(color, str) or isinstance(color[0], int) else color[0]
+            shade = color if isinstance(color, str) or isinstance(color[0], int) else color[0]
             width = WIDTHS[mark.weight] if isinstance(mark, Line) else 1.6
-            found.append(Named(label, style.css_of(one), kind, DASHES[dash], width))
-    return list(dict.fromkeys(found))
+            entries.append(Named(label, style.css_of(shade), kind, DASHES[dash], width))
+    return list(dict.fromkeys(entries))
 
 
 def _sample(x: float, y: float, name: Named) -> str:
@@ -358,8 +358,8 @@ def _common_legend(charts: Charts) -> str:
     """Return the legend of all charts of a group."""
     by_label: dict[str, Named] = {}
     for chart in charts:
-        for one in _named(chart.marks, chart.most):
-            by_label.setdefault(one[0], one)
+        for entry in _named(chart.marks, chart.most):
+            by_label.setdefault(entry[0], entry)
     names = list(by_label.values())
     if not names:
         return ""

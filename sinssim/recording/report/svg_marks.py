@@ -57,7 +57,7 @@ def marks_of(chart: Chart, x: PixelScale, y: PixelScale) -> tuple[list[str], lis
                     left, right, level = x(mark.x - mark.error), x(mark.x + mark.error), y(mark.y)
                     body.append(segments(left, level, right, level, "mark"))
                 several = not (isinstance(color, str) or isinstance(color[0], int))
-                paints = [style.css_of(one) for one in color] if several else [style.css_of(color)] * len(mark.x)
+                paints = [style.css_of(shade) for shade in color] if several else [style.css_of(color)] * len(mark.x)
                 some = slice(None, None, max(1, len(mark.x) // _MOST_DOTS))
                 body.append(shapes_of(x(mark.x[some]), y(mark.y[some]), paints[some], mark.marker, mark.size / 0.75))
             case Bars():
@@ -67,8 +67,8 @@ def marks_of(chart: Chart, x: PixelScale, y: PixelScale) -> tuple[list[str], lis
             case Shares():
                 sums = np.vstack((np.zeros(len(mark.x)), np.cumsum(mark.parts, axis=0)))
                 body += [
-                    _area(x(mark.x), y(low), y(high), style.css_of(one), 1.0)
-                    for low, high, one in zip(sums[:-1], sums[1:], mark.colors, strict=True)
+                    _area(x(mark.x), y(low), y(high), style.css_of(shade), 1.0)
+                    for low, high, shade in zip(sums[:-1], sums[1:], mark.colors, strict=True)
                 ]
             case Histogram():
                 edges, counts = mark.counted
@@ -181,7 +181,7 @@ def _box(x1: float, y1: float, x2: float, y2: float, color: str) -> str:
 def _bars(mark: Bars, color: Any, x: PixelScale, y: PixelScale) -> tuple[list[str], list[str]]:
     """Return bars, and the texts at their ends."""
     several = not (isinstance(color, str) or isinstance(color[0], int))
-    paints = [style.css_of(one) for one in color] if several else [style.css_of(color)] * len(mark.values)
+    paints = [style.css_of(shade) for shade in color] if several else [style.css_of(color)] * len(mark.values)
     along, places = (x, y) if mark.across else (y, x)
     foot = along.start if along.log else float(along(0.0))
     body, over = [], []

@@ -209,7 +209,7 @@ def record_cloud(recording: Recording, entity: str, cloud: Cloud, start: float) 
 
 def _line_of(chart: Chart, band: Band) -> str:
     """Return the label of the line with the colour of a band."""
-    return next((one.label for one in chart.marks if isinstance(one, Line) and one.color == band.color), "")
+    return next((mark.label for mark in chart.marks if isinstance(mark, Line) and mark.color == band.color), "")
 
 
 def _limits(recording: Recording, entity: str, chart: Chart, start: float) -> None:

@@ -40,7 +40,7 @@ def _mark_k(time: Array, values: Array, start: float, width: float, kept: NDArra
     """Mark the rows with the least and the greatest value of each series in each column, and the ends of gaps."""
     rows, series = values.shape
     for j in range(series):
-        held = np.nan  # the value of a column of pixels in which the series is constant
+        constant = np.nan  # the value of a column of pixels in which the series is constant
         first = 0
         while first < rows:
             edge = start + width * (np.floor((time[first] - start) / width) + 1.0)
@@ -56,12 +56,12 @@ def _mark_k(time: Array, values: Array, start: float, width: float, kept: NDArra
                 if i > 0 and np.isnan(v) != np.isnan(values[i - 1, j]):
                     kept[i - 1] = kept[i] = True
                 i += 1
-            if not (low == high and low == held):
+            if not (low == high and low == constant):
                 if at_low >= 0:
                     kept[at_low] = True
                 if at_high >= 0:
                     kept[at_high] = True
-            held = low if low == high else np.nan
+            constant = low if low == high else np.nan
             first = i
 
 
@@ -106,7 +106,7 @@ def screen_vectors(stream: Stream, events: Sequence[float] = ()) -> Iterator[tup
         Name of the vector, times (M,) s and values (M, k), exact rows of the stream; each vector has its own rows.
     """
     start, end = float(stream.time[0]), float(stream.time[-1])
-    found: dict[str, list[tuple[Array, Array]]] = {vector.name: [] for vector in stream.vectors}
+    vector_parts: dict[str, list[tuple[Array, Array]]] = {vector.name: [] for vector in stream.vectors}
     places = np.searchsorted(stream.time, np.asarray(events, dtype=np.float64))
     for rows in blocks(len(stream.time)):
         time = stream.time[rows]
@@ -115,8 +115,8 @@ def screen_vectors(stream: Stream, events: Sequence[float] = ()) -> Iterator[tup
         for vector in stream.vectors:
             values = vector.values[rows]
             k = screen_rows(time, values, start, end, near)
-            found[vector.name].append((time[k], values[k]))
-    for name, parts in found.items():
+            vector_parts[vector.name].append((time[k], values[k]))
+    for name, parts in vector_parts.items():
         yield name, np.concatenate([times for times, _ in parts]), np.concatenate([values for _, values in parts])
 
 

@@ -82,9 +82,9 @@ class PageServer:
             files: recordings and layouts that the page opens, with different names.
         """
 
-        own = {f"/{_FOLDER}/{quote(file.name)}": file for file in files}
+        routes = {f"/{_FOLDER}/{quote(file.name)}": file for file in files}
         page = f"http://127.0.0.1:{port}/"
-        self.address = page + "?" + "&".join(f"url={quote(page.rstrip('/') + name, safe='')}" for name in own)
+        self.address = page + "?" + "&".join(f"url={quote(page.rstrip('/') + name, safe='')}" for name in routes)
 
         class Handler(BaseHTTPRequestHandler):
             def do_GET(self) -> None:
@@ -94,8 +94,8 @@ class PageServer:
                     self.send_error(421, "Open the address that sinssim printed")
                     return
                 with contextlib.suppress(BrokenPipeError, ConnectionResetError):  # the browser was closed
-                    if path in own:
-                        _send(self, own[path])
+                    if path in routes:
+                        _send(self, routes[path])
                     else:
                         _answer(self, path, inner)
 
@@ -134,8 +134,8 @@ def _send(handler: BaseHTTPRequestHandler, file: Path) -> None:
 def _answer(handler: BaseHTTPRequestHandler, path: str, inner: int) -> None:
     """Answer a request by what Rerun's web server has."""
     try:
-        with _OWN.open(f"http://127.0.0.1:{inner}{quote(path, safe='/%')}", timeout=60.0) as found:
-            kind, body = found.headers.get("Content-Type", "application/octet-stream"), found.read()
+        with _OWN.open(f"http://127.0.0.1:{inner}{quote(path, safe='/%')}", timeout=60.0) as response:
+            kind, body = response.headers.get("Content-Type", "application/octet-stream"), response.read()
     except (http.client.HTTPException, OSError):
         handler.send_error(404)
         return
@@ -312,8 +312,8 @@ def _picture_of(
 
 def _moved(client: Any, moment: float) -> bool:
     """Return whether the time cursor is at an instant, s; move it there if it is not."""
-    found = client.get_state().recordings
-    if any(r.current_time is not None and abs(1e-9 * r.current_time - moment) < 1e-3 for r in found):
+    recordings = client.get_state().recordings
+    if any(r.current_time is not None and abs(1e-9 * r.current_time - moment) < 1e-3 for r in recordings):
         return True
     client.set_time(_TIMELINE, duration=moment, play_state="paused")
     return False
@@ -468,19 +468,19 @@ class _Viewer:
         with contextlib.suppress(subprocess.TimeoutExpired):
             self.process.wait(2.0)
         self._output.seek(0)
-        said = self._output.read().decode(errors="replace")
-        if "graphics adapter" in said.lower() or "render context" in said:
+        output = self._output.read().decode(errors="replace")
+        if "graphics adapter" in output.lower() or "render context" in output:
             return RunError(
                 "Rerun's viewer found no graphics driver (Vulkan) to draw with. On a machine without a graphics "
                 "card, install a software renderer, on Debian and Ubuntu: apt-get install mesa-vulkan-drivers "
                 "libvulkan1. Or show the run in a browser: sinssim view RUN --web."
             )
-        if "EventLoopError" in said:
+        if "EventLoopError" in output:
             return RunError(
                 "Rerun's viewer found no screen to open its window on. Show the run in a browser, sinssim view RUN "
                 "--web, or save a picture of it, sinssim view RUN --screenshot FILE."
             )
-        plain = re.sub(r"\x1b\[[0-9;]*m", "", said)
+        plain = re.sub(r"\x1b\[[0-9;]*m", "", output)
         lines = [line.strip() for line in plain.splitlines() if line.strip() and not _TILES.search(line)]
         ending = self.process.poll()
         how = "does not answer" if ending is None else f"ended with code {ending}"

@@ -271,10 +271,10 @@ def land_velocity(
     sigmas = doubles("sigma", sigma)
     if sigmas.shape != (2,):
         raise InputError(f"sigma has the shape {sigmas.shape}; it must be 1σ to the right and 1σ down.")
-    found = windows_of(imu, _WINDOW_S, step)
+    windows = windows_of(imu, _WINDOW_S, step)
     pitch, yaw = angles
     right = np.array([-np.sin(yaw), np.cos(yaw), 0.0])
-    time = found.end[np.abs(found.mean[:, 3:] @ right) <= limit]
+    time = windows.end[np.abs(windows.mean[:, 3:] @ right) <= limit]
     value = np.zeros((len(time), 4))
     value[:, 2:] = pitch, yaw
     arm = np.asarray(lever_arm, dtype=np.float64)

@@ -82,8 +82,8 @@ def _corrected(measured: ImuData, calibration: ImuErrors, name: Literal["gyro", 
 
     def whole(part: str, start: Array, u: Array, own: Array | None = None) -> Array:
         """Add the effect of the terms that act on a part of the reading."""
-        one = (term.effect(value, u, force, warmth, time, own=own) for term, value in terms if term.acts_on == part)
-        return sum(one, start)
+        effects = (term.effect(value, u, force, warmth, time, own=own) for term, value in terms if term.acts_on == part)
+        return sum(effects, start)
 
     def refused(parts: tuple[str, ...], why: str) -> InputError:
         wrong = (f"{t.field} = {np.asarray(v).tolist()}" for t, v in terms if t.acts_on in parts)

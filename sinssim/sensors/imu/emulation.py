@@ -259,8 +259,8 @@ def of_output(sigma: ImuErrors, imu: Imu) -> ImuErrors:
         return sigma
     root = math.sqrt(imu.rate_hz / 12.0)
     gyro, accel = (
-        replace(one, quantum=0.0, random_walk=math.hypot(one.random_walk, root * one.quantum))
-        for one in (sigma.gyro, sigma.accel)
+        replace(triad, quantum=0.0, random_walk=math.hypot(triad.random_walk, root * triad.quantum))
+        for triad in (sigma.gyro, sigma.accel)
     )
     return replace(sigma, gyro=gyro, accel=accel)
 

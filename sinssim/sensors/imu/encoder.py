@@ -63,18 +63,18 @@ def draw_encoders(imu: Imu, seed: int) -> EncoderErrors | None:
     Returns:
         The errors, SI; None without [imu.rotation].
     """
-    own = imu.rotation
-    if own is None:
+    imu_rotation = imu.rotation
+    if imu_rotation is None:
         return None
     drawn = np.array([normals(seed, "encoder", axis, 1)[0] for axis in range(2)])
-    bias = np.array(own.encoder_bias_arcsec or (0.0, 0.0)) + own.encoder_bias_sigma_arcsec * drawn
+    bias = np.array(imu_rotation.encoder_bias_arcsec or (0.0, 0.0)) + imu_rotation.encoder_bias_sigma_arcsec * drawn
     return EncoderErrors(
         bias * ARCSEC,
-        own.encoder_periodic_arcsec * ARCSEC,
-        own.encoder_cycles,
-        own.encoder_phase_deg * DEG,
-        own.encoder_noise_arcsec * ARCSEC,
-        own.encoder_quantum_arcsec * ARCSEC,
+        imu_rotation.encoder_periodic_arcsec * ARCSEC,
+        imu_rotation.encoder_cycles,
+        imu_rotation.encoder_phase_deg * DEG,
+        imu_rotation.encoder_noise_arcsec * ARCSEC,
+        imu_rotation.encoder_quantum_arcsec * ARCSEC,
         seed,
     )
 
