@@ -315,9 +315,8 @@ def navigate_platform(
     at_null = without_errors_of_turns(errors or ImuErrors())
     at_null = replace(at_null, gyro=replace(at_null.gyro, quantum=0.0, limit=0.0))
     packed = pack([at_null], float(time[0]))
-    body, (key_0, key_1) = of.earth, key(seed)
+    body, (key_0, key_1), rows = of.earth, key(seed), count + 1
 
-    rows = count + 1
     latitude, longitude, altitude, of_x = (np.empty(rows) for _ in range(4))
     velocity, q_ip = np.empty((rows, 3)), np.empty((rows, 4))
     latitude[0], longitude[0], altitude[0], velocity[0], q_nb = checked_initial(initial)

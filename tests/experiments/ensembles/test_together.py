@@ -36,7 +36,7 @@ def errors_by(monkeypatch: pytest.MonkeyPatch, base: Scenario, reason: str | Non
     plan = make_plan(base, truths)
     monkeypatch.setattr(batch_navigation, "PAYS", 0.0)
     assert batch_navigation.why_not_batch(plan, truths) is None
-    monkeypatch.setattr(ensemble_execution, "alone_because", lambda plan, truths: reason)
+    monkeypatch.setattr(ensemble_execution, "why_not_batch", lambda plan, truths: reason)
     return errors_of_runs(plan, range(3, 11), truths)
 
 

@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 
 from sinssim.experiments.run.parts.truth_model import Track, TrueGravity
-from sinssim.experiments.studies import study_charts as coordinates
+from sinssim.experiments.studies import study_exhibits
 from sinssim.simulation.truth_stage import Truth
 from sinssim.truth.sampling import Channel
 from sinssim.truth.true_gravity_disturbance import Disturbed
@@ -82,7 +82,7 @@ def test_a_track_and_its_distance_from_the_samples(monkeypatch: pytest.MonkeyPat
 
 def test_largest_errors_in_further_coordinates(monkeypatch: pytest.MonkeyPatch) -> None:
     """rad as seconds of arc, the units of lengths and speeds as they are; only the row's own case."""
-    monkeypatch.setattr(coordinates, "labeller", lambda rows, pace: lambda row: f"engine {row.case}")
+    monkeypatch.setattr(study_exhibits, "labeller", lambda rows, pace: lambda row: f"engine {row.case}")
     rows: Any = [SimpleNamespace(case=k, motion=f"motion {k}") for k in (3, 4, 5)]
     kind = "earth-fixed"
 
@@ -97,16 +97,16 @@ def test_largest_errors_in_further_coordinates(monkeypatch: pytest.MonkeyPatch) 
         ]
     )  # fmt: skip
     part: Any = SimpleNamespace(coordinates=(kind,))
-    monkeypatch.setitem(coordinates.COORDINATES, kind, "along & across")
-    (head, note, listed) = coordinates.coordinate_tables(study, part, rows)
-    assert "in the coordinates earth-fixed" in head
-    assert "Along &amp; across. Computed minus true" in note
-    assert cells(listed) == [
+    monkeypatch.setitem(study_exhibits.COORDINATES, kind, "along & across")
+    shown = Shown(study_exhibits._coordinates(study, part, rows))
+    assert "in the coordinates earth-fixed" in shown.html
+    assert "Along &amp; across. Computed minus true" in shown.html
+    assert cells(shown.html) == [
         ["motion", "", "x e, m", "vz e, m/s", "attitude, ″"],
         ["motion 3", "engine 3", "12.5", "0.0625", "40.0"], ["motion 4", "engine 4", "2.50", "0.500", "4.00"],
     ]  # fmt: skip
     part.coordinates = ("inertial",)
-    monkeypatch.setitem(coordinates.COORDINATES, "inertial", "inertial axes")
-    shown = cells(coordinates.coordinate_tables(study, part, rows)[2])
-    assert shown == [["motion", "", "defect"], ["motion 5", "engine 5", "0.125"]]
-    assert read(head)
+    monkeypatch.setitem(study_exhibits.COORDINATES, "inertial", "inertial axes")
+    defects = Shown(study_exhibits._coordinates(study, part, rows))
+    assert cells(defects.html) == [["motion", "", "defect"], ["motion 5", "engine 5", "0.125"]]
+    assert read(shown.html)
