@@ -80,7 +80,7 @@ def _text(cell: str | float, size: float, digits: int) -> str:
     if isinstance(cell, str):
         return cell
     text = number_text(float(cell) / size, digits) if digits else four_digits(float(cell) / size)
-    return re.sub("^-", "−", text)
+    return "0" if text == "-0" else re.sub("^-", "−", text)
 
 
 def four_digits(value: float) -> str:

@@ -241,7 +241,7 @@ def test_command(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     for word in ("mine", "kf", "aided", "quaternion", "Ranking", "no attitude"):
         assert word in page
     # a name has one colour: in the table's swatch and in every legend
-    swatches = {name: color for color, name in re.findall(r'background:(#\w+)"></span>([\w ]+)</td>', page)}
+    swatches = {name: color for color, name in re.findall(r'background:(#\w+)"></span>([\w ]+?)(?: \*)?</td>', page)}
     for name in ("mine", "kf"):
         drawn = re.findall(rf'stroke="(#\w+)" stroke-width[^<]*/><text[^>]*>{name}</text>', page)
         assert set(drawn) == {swatches[name]}, name

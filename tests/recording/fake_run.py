@@ -12,6 +12,7 @@ import numpy as np
 
 import sinssim.scenario.true_motion
 import sinssim.sensors
+import sinssim.sensors.imu.emulation
 import sinssim.strapdown.measured_attitude
 from sinssim.data import ImuData, NavSolution, NavState, SingularityEvent
 from sinssim.earth import WGS84
@@ -91,7 +92,7 @@ def install(count: int, replace=setattr) -> FakeTrajectory:
     """Put made-up numbers in place of flying, sensing and navigating."""
     fake = FakeTrajectory(count)
     replace(sinssim.scenario.true_motion, "fly", lambda scenario, progress=None, meanwhile=None: fake)
-    replace(sinssim.sensors, "emulate", lambda ideal, spec, seed=0, **_: fake.measured)
+    replace(sinssim.sensors.imu.emulation, "emulate", lambda ideal, spec, seed=0, **_: fake.measured)
     replace(
         sinssim.strapdown.measured_attitude,
         "navigate",

@@ -243,7 +243,7 @@ def test_a_study() -> None:
         "cases tactical, platform none qualifies – – –",
         "rates:", "cone: largest attitude error, ″",
         "10 Hz 20 Hz 50 Hz", "euler 3.00 1.50 0.600", "poisson 12.0 6.00 –",
-        "cases:", "Largest and final errors",
+        "cases:", "Largest and final errors, cone",
         "horizontal max velocity max attitude max", "algorithm m m/s ″", "euler 0.750 1.50 2.25",
         "poisson failed failed failed",
         "1 of 7 navigations failed; the report gives the reasons.",

@@ -17,7 +17,8 @@ from scipy.interpolate import CubicSpline
 
 from sinssim.errors import RunError
 from sinssim.experiments.run.execute import run
-from sinssim.experiments.run.one_component_exhibits import numbers, show
+from sinssim.experiments.run.one_component_exhibits import numbers, plane_brief
+from sinssim.recording.console import show_items
 from sinssim.recording.rerun.viewer import find_run_info
 from sinssim.recording.rerun.views import load_view
 from sinssim.scenario import Scenario, load_scenario
@@ -213,7 +214,7 @@ def test_a_run_writes_everything(variant: str, tmp_path: Path) -> None:
         assert any(entity == origin or entity.startswith(f"{origin}/") for entity in recorded), origin
 
     console = Console(record=True, width=160)
-    show(done, console)
+    show_items(plane_brief(scenario, done.summary), console)
     printed = console.export_text()
     assert "equation (8.11)" in printed
     assert f"Variant “{variant}”" in printed

@@ -100,8 +100,9 @@ def _table(item: Table) -> str:
         return f"<{tag}{kind}>{swatch(color) if color else ''}{_marked(text)}</{tag}>"
 
     paint = [css_of(color) for color in item.colors] or [""] * len(rows)
+    named = next((k for k, column in enumerate(columns) if column.words), 0)  # the colour stands beside the name
     lines = [
-        [cell("td", text, k, "" if k else color) for k, text in enumerate(row)]
+        [cell("td", text, k, color if k == named else "") for k, text in enumerate(row)]
         for row, color in zip(rows, paint, strict=True)
     ]
     if item.shaded:
