@@ -9,7 +9,7 @@ import numpy as np
 
 from sinssim.alignment.alignment_budget import expected_errors
 from sinssim.data import Measurements
-from sinssim.estimation import state_model
+from sinssim.estimation import error_model
 from sinssim.estimation.consistency import consistency
 from sinssim.estimation.estimate import estimate
 from sinssim.sensors import draw
@@ -38,7 +38,7 @@ def main() -> None:
     if arguments.velocity:
         velocity = truth.velocity_ned + 0.05 * rng.standard_normal((3600, 3))
         given.append(Measurements("gnss-velocity", instants, instants, velocity, np.full((3600, 3), 0.05)))
-    model, start = state_model(expected_errors(section).sigma), flight.state(0.0)
+    model, start = error_model(expected_errors(section).sigma), flight.state(0.0)
 
     def run() -> None:
         estimate(imu, start, given, model, smooth=arguments.smooth)
