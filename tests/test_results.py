@@ -250,3 +250,15 @@ def test_a_pickled_result_is_drawn_by_another_program(tmp_path: Path) -> None:
     (tmp_path / "result").write_bytes(pickle.dumps(result))
     code = f"import pickle; print(type(pickle.load(open({str(tmp_path / 'result')!r}, 'rb')).plot()).__name__)"
     assert subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True).stdout == "Figure\n"
+
+
+def test_a_program_that_only_asks_for_a_result_has_its_media() -> None:
+    """In a process of its own: here another test may have loaded what gives the results their media."""
+    code = (
+        "import sinssim; from sinssim.analyses.error_budget.covariance_budget import budget; "
+        "sinssim.align, sinssim.calibrate, sinssim.ensemble, sinssim.run; "
+        "names = ['BudgetResult', 'AlignmentResult', 'CalibrationResult', 'EnsembleResult', 'Run', 'PlaneRun']; "
+        "print([name for name in names if not hasattr(getattr(sinssim, name), 'media')])"
+    )
+    done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)
+    assert done.stdout == "[]\n"
