@@ -256,8 +256,10 @@ def test_a_program_that_only_asks_for_a_result_has_its_media() -> None:
     """In a process of its own: here another test may have loaded what gives the results their media."""
     code = (
         "import sinssim; from sinssim.analyses.error_budget.covariance_budget import budget; "
+        "from sinssim.experiments.studies.algorithm_comparison import compare; "
         "sinssim.align, sinssim.calibrate, sinssim.ensemble, sinssim.run; "
-        "names = ['BudgetResult', 'AlignmentResult', 'CalibrationResult', 'EnsembleResult', 'Run', 'PlaneRun']; "
+        "names = ['BudgetResult', 'AlignmentResult', 'CalibrationResult', 'EnsembleResult', 'Run', "
+        "'PlaneRun', 'StudyResult']; "
         "print([name for name in names if not hasattr(getattr(sinssim, name), 'media')])"
     )
     done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)
