@@ -330,7 +330,7 @@ def _delivered(
     """Return the output of channel i for its increment, stages 5 (faults) to 8, and its flags."""
     flags = 0
     limit = parameter_k(p, run, i, LIMIT) if parameter_k(p, run, i, LIMIT) > 0.0 else math.inf
-    kinds, spans, amounts = faults
+    kinds, spans, amounts = faults.kinds, faults.spans, faults.amounts
     if active & FAULTY:
         for n in range(len(kinds)):
             if spans[n, 0] < c[TO] and spans[n, 1] > c[FROM]:
@@ -427,7 +427,7 @@ def measure_all(
         gyro, accel: measured increments, (N, 3), written.
         flags: flags of the channels, (N, 6), written if the sensors can set any; else (0, 6).
     """
-    active, c, p = of.active, of.conditions, of.parameters
+    _, active, p, c, faults = of  # once: each attribute in the loop would count references to its arrays
     count = len(dtheta)
     z = np.empty((4, 6, _BLOCK))
     s = np.empty((1, 6, STATES))
@@ -441,7 +441,7 @@ def measure_all(
             advance(active, c, time[k], time[k + 1])
             u[0], u[1], u[2] = dtheta[k, 0], dtheta[k, 1], dtheta[k, 2]
             u[3], u[4], u[5] = dvel[k, 0], dvel[k, 1], dvel[k, 2]
-            measure(active, u, y, f, c, p, s, 0, z, j, of.faults)
+            measure(active, u, y, f, c, p, s, 0, z, j, faults)
             gyro[k, 0], gyro[k, 1], gyro[k, 2] = y[0], y[1], y[2]
             accel[k, 0], accel[k, 1], accel[k, 2] = y[3], y[4], y[5]
             if active & (FAULTY | LIMITED):
