@@ -24,7 +24,7 @@ def main() -> None:
     if len(sys.argv) == 2:
         _read(Path(sys.argv[1]))
         return
-    from sinssim.logs.text.numeric_columns import columns_of, write_columns
+    from sinssim.logs.numeric_columns import columns_of, write_columns
 
     with tempfile.TemporaryDirectory() as folder:
         path, head = Path(folder) / "imu.txt", Path(folder) / "head.txt"

@@ -9,7 +9,7 @@ import pytest
 
 from sinssim import units
 from sinssim.analyses.noise.log_channels import UNITS
-from sinssim.logs.text.column_names import UNITS_OF
+from sinssim.logs.column_names import UNITS_OF
 from sinssim.sensors.imu.datasheet_units import to_si
 from sinssim.statistics.position_error_rate import to_nmi_h
 

@@ -38,7 +38,7 @@ def align(
 
     Args:
         source: a scenario, its file or name, or a log, recognised by its suffix
-            (`sinssim.logs.text.imu_samples.SUFFIXES`).
+            (`sinssim.logs.imu_samples.SUFFIXES`).
         directory: directory to write; nothing is written if not given.
         overrides: settings "key=value" of a scenario, as for `load_scenario`.
         overwrite: whether an existing alignment in the directory may be replaced.
@@ -81,7 +81,7 @@ def _aligned(
     latitude: float | None,
 ) -> AlignmentResult:
     """Align a log, or the session of a scenario."""
-    from sinssim.logs.text.imu_samples import SUFFIXES
+    from sinssim.logs.imu_samples import SUFFIXES
 
     if isinstance(source, str | Path):
         if Path(source).suffix.lower() in SUFFIXES:
@@ -103,7 +103,7 @@ def _aligned(
 
 def _check_is_scenario(source: str) -> None:
     """Raise for a file that is neither a log nor a scenario."""
-    from sinssim.logs.text.imu_samples import SUFFIXES
+    from sinssim.logs.imu_samples import SUFFIXES
 
     path = Path(source)
     if path.is_dir():
@@ -183,7 +183,7 @@ def _align_log(
     method: Method,
     latitude: float | None,
 ) -> AlignmentResult:
-    from sinssim.logs.text.imu_samples import read_log, slow
+    from sinssim.logs.imu_samples import read_log, slow
     from sinssim.sensors.imu.grades import find_grade
     from sinssim.sensors.imu.imu import Imu
 

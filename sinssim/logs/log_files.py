@@ -13,22 +13,14 @@ from numpy.typing import NDArray
 
 from sinssim.data import Array
 from sinssim.errors import InputError, unknown_name
+from sinssim.logs.column_description import SIGNS, TRIADS, FixColumns, LogDescription, Quantity, SolutionColumns, Triple
+from sinssim.logs.column_names import TIME_UNITS, UNITS_OF, unit_in_name
+from sinssim.logs.column_tables import SUFFIXES, Table
 from sinssim.logs.formats.registry import FORMATS, candidates, read_file
 from sinssim.logs.gps_time import EPOCH_UNIX, gps_from_unix
+from sinssim.logs.imu_samples import joined, read_samples, with_gravity
 from sinssim.logs.log_settings import TEXT_FORMAT, LogFile, LogImu, LogOther
 from sinssim.logs.recorded_streams import Clock, FixStream, InertialStream, OtherStream, SolutionStream, Streams
-from sinssim.logs.text.column_description import (
-    SIGNS,
-    TRIADS,
-    FixColumns,
-    LogDescription,
-    Quantity,
-    SolutionColumns,
-    Triple,
-)
-from sinssim.logs.text.column_names import TIME_UNITS, UNITS_OF, unit_in_name
-from sinssim.logs.text.column_tables import SUFFIXES, Table
-from sinssim.logs.text.imu_samples import joined, read_samples, with_gravity
 from sinssim.sensors.aiding_registry import measurement_kind
 
 _Stream = TypeVar("_Stream")

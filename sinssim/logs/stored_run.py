@@ -1,4 +1,4 @@
-"""The streams of a run directory in the common form of recorded files: stored as Parquet, or computed.
+"""The streams of a run directory in the common form of recorded files, stored or computed; the version of sinssim.
 
 The errors of a solution follow from the stored truth and solution by a rule that is written into the solution's file.
 """
@@ -14,12 +14,68 @@ from typing import Any, Self
 
 import numpy as np
 
+from sinssim import __version__
 from sinssim.data import Array, NavSolution, NavState
 from sinssim.earth.ellipsoids import WGS84
-from sinssim.errors import InputError, unknown_name
+from sinssim.errors import InputError, unknown_name, warn
 from sinssim.logs.recorded_streams import FixStream, InertialStream, SolutionStream
-from sinssim.logs.run_version import reason_of, warn_of_version
 from sinssim.strapdown.navigation_error import navigation_error
+from sinssim.system.outputs import MARK
+
+_PARTS = 2
+"""Number of parts of a version, such as 0.1, within which the files and their columns stay the same."""
+
+
+def version_of(run: Path) -> str:
+    """Return the version of sinssim that wrote a run directory.
+
+    Returns:
+        The version in summary.json, or else in the mark of the directory; "" if neither gives one.
+    """
+    return next((str(v) for v in (_read(run / "summary.json", "versions"), _read(run / MARK)) if v), "")
+
+
+def _read(file: Path, *path: str) -> Any:
+    try:
+        summary = json.loads(file.read_text(encoding="utf-8"))
+        for key in (*path, "sinssim"):
+            summary = summary[key]
+    except (OSError, ValueError, KeyError, TypeError):
+        return None
+    return summary
+
+
+def is_of_another(run: Path) -> bool:
+    """Return whether another version of sinssim, whose files and numbers may differ, wrote a run directory.
+
+    Returns:
+        Whether the first two parts of the version differ; False if the version is not known.
+    """
+    version = version_of(run)
+    return bool(version) and version.split(".")[:_PARTS] != __version__.split(".")[:_PARTS]
+
+
+def warn_of_version(run: Path) -> None:
+    """Warn of a run directory that another version of sinssim wrote."""
+    if is_of_another(run):
+        warn(
+            f"{run} was written by sinssim {version_of(run)}, and this is {__version__}: its numbers, and the meaning "
+            "of its columns, may differ. sinssim run with its scenario.toml makes it again."
+        )
+
+
+def reason_of(run: Path) -> str:
+    """Return why a file of a run directory may lack what is needed, as a sentence.
+
+    Returns:
+        The versions if they differ; otherwise that the file was changed.
+    """
+    if is_of_another(run):
+        return (
+            f"The run was written by sinssim {version_of(run)}, and this is {__version__}; run its scenario.toml again."
+        )
+    return "The file was changed after the run, or belongs to another version of sinssim; run its scenario.toml again."
+
 
 STATE_COLUMNS = (
     "latitude_rad", "longitude_rad", "height_m", "velocity_n_mps", "velocity_e_mps", "velocity_d_mps", "q_nb_w",

@@ -21,7 +21,7 @@ import typer.main
 from sinssim.cli.app import app
 from sinssim.errors import SinssimError
 from sinssim.experiments.study import load_study, load_trade_study
-from sinssim.logs.text.column_description import LogDescription
+from sinssim.logs.column_description import LogDescription
 from sinssim.scenario.load import load_scenario
 from sinssim.sensors.imu.grades import read_grade
 from tests.documentation.fences import NOT_RUN, OWN_TESTS, PAGES, ROOT, Block, blocks, name

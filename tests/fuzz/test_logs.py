@@ -14,7 +14,7 @@ from pyarrow import csv, parquet
 
 from sinssim.analyses.noise.log_channels import clock
 from sinssim.errors import SinssimWarning
-from sinssim.logs.text.imu_samples import SUFFIXES, read_log, read_samples
+from sinssim.logs.imu_samples import SUFFIXES, read_log, read_samples
 from tests.fuzz import mangle
 
 NAMES = ["t", "wx", "wy", "wz", "fx", "fy", "fz"]

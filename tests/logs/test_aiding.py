@@ -4,9 +4,9 @@ from __future__ import annotations
 
 import numpy as np
 
-from sinssim.logs.formats import nmea, novatel
+from sinssim.logs.formats import nmea_ubx, novatel
 from sinssim.logs.log_settings import LogGnss
-from sinssim.logs.recorded_aiding import gnss_readings, quality_factor, quality_words
+from sinssim.logs.recorded_log import gnss_readings, quality_factor, quality_words
 from sinssim.logs.recorded_streams import FixStream
 
 
@@ -24,7 +24,7 @@ PLAIN = LogGnss(file="x.pos", use=("position",))
 
 def test_no_fix_is_no_fix() -> None:
     """NMEA's code 0 and NovAtel's NONE; RTKLIB's file holds fixes only."""
-    words = nmea.QUALITY
+    words = nmea_ubx.NMEA_QUALITY
     stream = fixes([4, 0, 5, 1], words)
     np.testing.assert_array_equal(quality_factor(stream, PLAIN), [1.0, np.nan, 1.0, 1.0])
     (readings,) = gnss_readings(stream, PLAIN, ())

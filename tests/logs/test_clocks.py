@@ -5,8 +5,16 @@ from __future__ import annotations
 import pytest
 
 from sinssim.errors import InputError
-from sinssim.logs.clocks import FileClock, Instant, date_of, file_clock, gps_instant, leap_seconds_of_day, offset
-from sinssim.logs.gps_time import WEEK
+from sinssim.logs.gps_time import (
+    WEEK,
+    FileClock,
+    Instant,
+    date_of,
+    file_clock,
+    gps_instant,
+    leap_seconds_of_day,
+    offset,
+)
 from sinssim.logs.recorded_streams import Clock
 
 MACHINE, GPS = Clock("machine"), Clock("gps")

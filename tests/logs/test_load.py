@@ -9,8 +9,7 @@ import numpy as np
 import pytest
 
 from sinssim.errors import InputError
-from sinssim.logs.gnss_outages import Outages, outage_settings
-from sinssim.logs.log_settings import Log
+from sinssim.logs.log_settings import Log, Outages, outage_settings
 from sinssim.logs.recorded_log import recorded_log
 from tests.logs.drive import ATTITUDE, FIXES, RATES, REFERENCE, drive, write_csv, write_rates, write_reference
 

@@ -11,7 +11,7 @@ from sinssim.analyses.inspection.inspected_files import inspect
 from sinssim.earth.harmonic_coefficients import read_icgem
 from sinssim.errors import InputError, RunError, SinssimError, printable
 from sinssim.logs.formats.registry import FORMATS, read_file
-from sinssim.logs.text.imu_samples import read_log
+from sinssim.logs.imu_samples import read_log
 from sinssim.logs.track_preparation import track_format
 
 _MOST = 6100  # characters of a message, with the word that some are left out

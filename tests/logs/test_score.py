@@ -15,10 +15,9 @@ from sinssim import rotation
 from sinssim.cli.process import main
 from sinssim.earth.geodetic_coordinates import geodetic_to_ecef
 from sinssim.errors import InputError
-from sinssim.logs.clocks import match_clock
 from sinssim.logs.formats.registry import DEFAULT_START
 from sinssim.logs.formats.run_export import export
-from sinssim.logs.gps_time import parse_date
+from sinssim.logs.gps_time import match_clock, parse_date
 from sinssim.logs.recorded_streams import Clock, SolutionStream
 from sinssim.logs.reference_solution import TruthAt, interpolation_error
 from sinssim.logs.solution_score import Judge

@@ -8,10 +8,10 @@ import numpy as np
 import pytest
 
 from sinssim.errors import InputError
+from sinssim.logs.column_names import UNITS_OF
 from sinssim.logs.log_files import fix_stream, inertial_stream, other_stream, solution_stream
 from sinssim.logs.log_settings import LogGnss, LogImu, LogOther, LogReference
 from sinssim.logs.recorded_streams import Clock
-from sinssim.logs.text.column_names import UNITS_OF
 from tests.logs.formats.whole import whole
 
 NAN = float("nan")

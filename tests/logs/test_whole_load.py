@@ -10,12 +10,17 @@ import pytest
 from scipy.spatial.transform import Rotation
 
 from sinssim.errors import InputError
-from sinssim.logs.clocks import FileClock, Instant, date_of, file_clock, gps_instant, offset
 from sinssim.logs.gps_time import (
+    FileClock,
+    Instant,
     date_from_gps,
+    date_of,
+    file_clock,
     gps_from_unix,
+    gps_instant,
     gps_seconds,
     leap_seconds,
+    offset,
     unix_from_gps,
     week_and_seconds,
 )

@@ -9,7 +9,7 @@ import pytest
 
 from sinssim.errors import InputError
 from sinssim.logs.log_settings import LogGnss, LogOther
-from sinssim.logs.recorded_aiding import gnss_readings, other_readings, quality_factor, quality_words, withheld
+from sinssim.logs.recorded_log import gnss_readings, other_readings, quality_factor, quality_words, withheld
 from sinssim.logs.recorded_streams import FixStream, OtherStream
 
 NAN = float("nan")

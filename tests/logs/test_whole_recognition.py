@@ -8,10 +8,10 @@ import numpy as np
 import pytest
 
 from sinssim.errors import InputError
-from sinssim.logs.formats import sbet
+from sinssim.logs.formats import sbet_inertial_explorer
 from sinssim.logs.formats.registry import _check, detect, format_of, library, refused
+from sinssim.logs.numeric_columns import check_finite, head_numbers
 from sinssim.logs.recorded_streams import Clock, FixStream, InertialStream, SolutionStream, Streams
-from sinssim.logs.text.numeric_columns import check_finite, head_numbers
 
 IMU = [[100.5, 1e-3, -2e-3, 3e-3, 0.5, -0.25, -2.0], [101.0, 1e-3, -2e-3, 3e-3, 0.5, -0.25, -2.0]]
 GNSS = [[100.5, 30.5, 114.25, 20.5, 0.5, 0.25, 0.75], [101.5, 30.55, 114.5, 21.5, 0.5, 0.25, 0.75]]
@@ -73,7 +73,7 @@ def test_limits(
 def test_sbet_by_its_first_records(tmp_path: Path) -> None:
     rows = np.zeros((3, 17))
     rows[:, 0], rows[:, 1], rows[:, 2], rows[:, 3] = (100.5, 101.0, 101.5), -0.5, 1.5, 20.5
-    assert sbet.recognises(tmp_path, rows.tobytes())
+    assert sbet_inertial_explorer.recognises_sbet(tmp_path, rows.tobytes())
     for row, column, inside, outside in (
         (1, 0, 100.6, 100.5), (2, 0, 2.0 * 604800 - 1.0, 2.0 * 604800), (0, 1, -1.57, -1.58), (0, 2, 6.28, 6.29),
         (1, 3, -9e5, -1e6), (2, 5, 9e3, 1.1e4), (1, 10, 6.9, 7.1), (0, 7, -6.9, -7.1), (0, 13, 1e9, np.inf),
@@ -81,8 +81,8 @@ def test_sbet_by_its_first_records(tmp_path: Path) -> None:
         for value, expected in ((inside, True), (outside, False)):
             given = rows.copy()
             given[row, column] = value
-            assert sbet.recognises(tmp_path, given.tobytes()) == expected, (row, column, value)
-    assert not sbet.recognises(tmp_path, rows.tobytes()[:-1])
+            assert sbet_inertial_explorer.recognises_sbet(tmp_path, given.tobytes()) == expected, (row, column, value)
+    assert not sbet_inertial_explorer.recognises_sbet(tmp_path, rows.tobytes()[:-1])
 
 
 def test_the_first_numbers_of_a_file() -> None:

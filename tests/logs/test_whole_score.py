@@ -13,8 +13,7 @@ from pyarrow import parquet
 from scipy.spatial.transform import Rotation
 
 from sinssim.errors import InputError
-from sinssim.logs.clocks import match_clock
-from sinssim.logs.gps_time import parse_date
+from sinssim.logs.gps_time import match_clock, parse_date
 from sinssim.logs.recorded_streams import Clock, SolutionStream
 from sinssim.logs.reference_solution import TruthAt, interpolation_error, reference_of
 from sinssim.logs.solution_score import Judge, common_span

@@ -8,7 +8,7 @@ from typing import Any
 
 import pytest
 
-from sinssim.analyses.inspection import inspection_table as inspection
+from sinssim.cli.commands import inspect as inspection
 from sinssim.experiments.run import grade_expectation as expectation
 from sinssim.experiments.run import one_component_exhibits as one_component
 from sinssim.recording.console import show_items

@@ -8,7 +8,7 @@ from typing import Any
 import pytest
 from pydantic import BaseModel, ValidationError
 
-from sinssim.logs.gnss_outages import Outages
+from sinssim.logs.log_settings import Outages
 from sinssim.scenario.navigation_section import NavigationSection
 from sinssim.scenario.schema import Scenario
 from sinssim.scenario.tables import RecordingSection

@@ -7,7 +7,7 @@ from typing import Any
 import pytest
 
 from sinssim.errors import InputError
-from sinssim.logs.gnss_outages import Outages, outage_spans
+from sinssim.logs.log_settings import Outages, outage_spans
 from sinssim.scenario.ensemble_section import with_values
 from sinssim.scenario.notes import (
     barometer_of_the_day,

@@ -22,7 +22,6 @@ OWN = {
     "experiments/ensembles/ensemble_directory.py": "directories of ensembles",
     "experiments/trades/trade_run.py": "directories of trade studies",
     "experiments/run": "run directories",
-    "logs/run_version.py": "run directories",
     "logs/stored_run.py": "run directories",
     "system": "this function, marks of output directories, caches, limits of the machine",
     "truth/flight/flight_cache.py": "cached flights",
@@ -98,7 +97,7 @@ from sinssim.analyses.inspection.inspected_files import inspect
 from sinssim.analyses.inspection.inspected_files import suggest
 from sinssim.logs.formats.registry import FORMATS
 from sinssim.logs.formats.registry import read_file
-from sinssim.logs.text.imu_samples import read_log
+from sinssim.logs.imu_samples import read_log
 from sinssim.analyses.noise.noise_report import noise_report
 from sinssim.scenario import load_scenario
 from sinssim.scenario.true_motion import fly

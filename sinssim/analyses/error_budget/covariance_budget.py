@@ -10,7 +10,6 @@ from typing import TYPE_CHECKING, Protocol
 import numpy as np
 
 from sinssim.alignment.initial_conditions import alignment_samples
-from sinssim.analyses.error_budget import budget_exhibits  # noqa: F401  (it gives the results their media)
 from sinssim.analyses.error_budget.aiding_sources import AidingSources, aiding_sources
 from sinssim.analyses.error_budget.aligned_start import align, begin_aligned, samples_of_alignment
 from sinssim.analyses.error_budget.allowances import times_of

@@ -34,10 +34,10 @@ from sinssim.analyses.inspection.text_columns import (
 )
 from sinssim.data import Array
 from sinssim.errors import InputError
+from sinssim.logs.column_names import TIME_UNITS, UNITS, means, quantity, says, triads, unit_of
 from sinssim.logs.log_files import fix_stream
 from sinssim.logs.log_settings import LogGnss
 from sinssim.logs.recorded_streams import Streams
-from sinssim.logs.text.column_names import TIME_UNITS, UNITS, means, quantity, says, triads, unit_of
 from sinssim.units import G0
 
 _BARE = r"lin|user"

@@ -16,7 +16,7 @@ import numpy as np
 from sinssim.analyses.inspection.inertial_columns import is_unix
 from sinssim.analyses.inspection.text_columns import TextTable
 from sinssim.data import Array
-from sinssim.logs.text.column_names import (
+from sinssim.logs.column_names import (
     TIME_UNITS,
     UNITS_OF,
     epoch_unit,

@@ -30,10 +30,10 @@ from sinssim.analyses.inspection.text_columns import (
 )
 from sinssim.data import Array
 from sinssim.errors import InputError
+from sinssim.logs.column_names import TIME_UNITS, UNITS, quantity, triads, unit_of
 from sinssim.logs.gps_time import gps_from_unix
+from sinssim.logs.imu_samples import WITHOUT_GRAVITY, with_readings, without_gravity
 from sinssim.logs.recorded_streams import Clock, InertialStream
-from sinssim.logs.text.column_names import TIME_UNITS, UNITS, quantity, triads, unit_of
-from sinssim.logs.text.imu_samples import WITHOUT_GRAVITY, with_readings, without_gravity
 from sinssim.units import G0
 
 Kind = Literal["rates", "increments"]

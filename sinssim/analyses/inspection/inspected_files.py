@@ -31,11 +31,11 @@ from sinssim.analyses.inspection.suggested_scenario import suggested_scenario
 from sinssim.analyses.inspection.text_columns import TextTable, read_table
 from sinssim.content import list_content
 from sinssim.errors import InputError
-from sinssim.logs.clocks import file_clock, gps_instant
 from sinssim.logs.formats.registry import candidates, folder_of, read_file
+from sinssim.logs.gps_time import file_clock, gps_instant
 from sinssim.logs.log_files import fix_stream, inertial_stream, solution_stream
 from sinssim.logs.log_settings import LogFile, LogReference
-from sinssim.logs.recorded_aiding import quality_factor
+from sinssim.logs.recorded_log import quality_factor
 from sinssim.logs.recorded_streams import Clock, FixStream, InertialStream, SolutionStream, Streams
 from sinssim.scenario.true_motion import mounting
 

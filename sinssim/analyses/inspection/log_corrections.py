@@ -12,9 +12,9 @@ import numpy as np
 
 from sinssim.analyses.inspection.stream_inspection import Inspection
 from sinssim.data import Array
+from sinssim.logs.column_description import DIRECTIONS
+from sinssim.logs.column_names import UNITS
 from sinssim.logs.recorded_streams import Clock
-from sinssim.logs.text.column_description import DIRECTIONS
-from sinssim.logs.text.column_names import UNITS
 from sinssim.sensors.standstill_detection import LEAST_S
 from sinssim.system.user_file import read_text
 

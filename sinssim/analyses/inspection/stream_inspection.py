@@ -33,14 +33,17 @@ from sinssim.analyses.inspection.quiet_spans import (
 from sinssim.analyses.inspection.stream_findings import (
     Finding,
     channel_findings,
+    delay_findings,
+    delayed,
     doubt,
     fact,
     fix_findings,
+    interval_of,
     time_findings,
+    velocity_delay,
     wrong,
 )
 from sinssim.analyses.inspection.unit_axes import Mounting, attitude_by_match, attitude_finding, mounting
-from sinssim.analyses.inspection.velocity_delay import delay_findings, delayed, interval_of, velocity_delay
 from sinssim.analyses.inspection.velocity_match import Seen, pushed, seen
 from sinssim.data import Array
 from sinssim.errors import InputError

@@ -17,9 +17,7 @@ from numpy.typing import NDArray
 
 from sinssim.data import Array
 from sinssim.errors import InputError
-from sinssim.logs.gps_time import date_seconds, is_date
-from sinssim.logs.recorded_streams import Clock
-from sinssim.logs.text.column_names import (
+from sinssim.logs.column_names import (
     TIME_UNITS,
     UNITS,
     epoch_unit,
@@ -32,8 +30,9 @@ from sinssim.logs.text.column_names import (
     unit_in_name,
     unit_of,
 )
-from sinssim.logs.text.numeric_columns import bad_row, read_columns
-from sinssim.logs.text.rows import WHITESPACE, CutRows, cut_rows, split, text_rows
+from sinssim.logs.gps_time import date_seconds, is_date
+from sinssim.logs.numeric_columns import WHITESPACE, CutRows, bad_row, cut_rows, read_columns, split, text_rows
+from sinssim.logs.recorded_streams import Clock
 from sinssim.system.user_file import open_file
 
 _HEAD_LINES = 200

@@ -23,7 +23,7 @@ from sinssim import rotation
 from sinssim.analyses.inspection.stream_findings import Finding, doubt, fact, wrong
 from sinssim.analyses.inspection.velocity_match import Match, Pushed, Seen, match, pushed, turns_apart
 from sinssim.data import Array
-from sinssim.logs.text.column_description import DIRECTIONS
+from sinssim.logs.column_description import DIRECTIONS
 from sinssim.sensors.aiding.gnss import WORST
 
 CLEARLY = 2.0

@@ -14,7 +14,7 @@ import numpy as np
 from sinssim.arguments import longest_gap
 from sinssim.data import Array
 from sinssim.errors import InputError, unknown_name
-from sinssim.logs.text.imu_samples import Samples, TriadName
+from sinssim.logs.imu_samples import Samples, TriadName
 from sinssim.units import ARCSEC, DEG_H, DEG_SQRT_H, UG
 
 SYMBOLS = ("Q", "N", "B", "K", "R", "sigma_b")

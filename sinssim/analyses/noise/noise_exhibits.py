@@ -21,7 +21,7 @@ from sinssim.charts import Axis, Band, Chart, Charts, Line, Mark
 from sinssim.data import Array
 from sinssim.errors import InputError
 from sinssim.exhibits import Column, Exhibits, Item, Section, Sentence, Table
-from sinssim.logs.text.imu_samples import TriadName
+from sinssim.logs.imu_samples import TriadName
 from sinssim.sensors.imu.grades import GRADE_TABLE
 from sinssim.units import ARCSEC, DEG_H, G0, MPS_SQRT_H, UG, fixed
 

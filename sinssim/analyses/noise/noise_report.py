@@ -29,7 +29,7 @@ from sinssim.analyses.noise.log_channels import (
 from sinssim.analyses.noise.noise_fit import NoiseFit, fit_noise, is_constant
 from sinssim.data import Array
 from sinssim.errors import InputError
-from sinssim.logs.text.imu_samples import SUFFIXES, Samples, TriadName, read_samples, slow
+from sinssim.logs.imu_samples import SUFFIXES, Samples, TriadName, read_samples, slow
 from sinssim.units import G0
 
 _SPIKE = 10.0  # in standard deviations; normal noise reaches six in a hundred million samples
@@ -215,7 +215,7 @@ def noise_report(
 ) -> NoiseReport:
     """Identify the noise of a log's channels, of the part from `start` to `end`, in the log's own time, s.
 
-    The log is one of sensors at rest or of other quantities (`sinssim.logs.text.imu_samples.SUFFIXES`), a run
+    The log is one of sensors at rest or of other quantities (`sinssim.logs.imu_samples.SUFFIXES`), a run
     directory, whose measured stream is used, or a scenario with [log], whose inertial unit is used. `columns` is a TOML
     file that names a log's columns, units and axes. The channels are those of `chosen_channels`, by default of the
     triads that `columns` describes. A known correlation time, s, is that of `fit_noise`.

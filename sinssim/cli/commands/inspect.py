@@ -1,14 +1,19 @@
-"""`sinssim inspect`: checks recorded files before they are used."""
+"""`sinssim inspect`: checks recorded files before they are used, and prints the findings by subject."""
 
 from __future__ import annotations
 
 from pathlib import Path
-from typing import Annotated, Literal
+from typing import TYPE_CHECKING, Annotated, Literal
 
 import typer
 
 from sinssim.cli.options import Debug, Json, Quiet
 from sinssim.cli.terminal import console, print_json
+
+if TYPE_CHECKING:
+    from rich.console import Console
+
+    from sinssim.analyses.inspection.stream_inspection import Inspection
 
 
 def command(
@@ -71,8 +76,6 @@ def command(
     if as_json:
         print_json({**result.inspection.as_dict(), "scenario": result.scenario, "why_no_scenario": result.why or None})
     elif not quiet:
-        from sinssim.analyses.inspection.inspection_table import show
-
         show(result.inspection, console(least_width=100))
         if result.scenario is not None and out is None:
             print(f"\nA scenario to start from (--out FILE writes it):\n\n{result.scenario}", end="")
@@ -82,3 +85,34 @@ def command(
         print(f"\nScenario: {out}")
     if not result.inspection.usable:
         raise typer.Exit(2)
+
+
+_MARKS = {"fact": ("", ""), "doubt": ("doubt", "yellow"), "wrong": ("WRONG", "bold red")}
+
+
+def show(inspection: Inspection, console: Console) -> None:
+    """Print the findings."""
+    from rich.table import Table
+    from rich.text import Text
+
+    table = Table(box=None, show_header=False, padding=(0, 2, 0, 0))
+    table.add_column("subject", no_wrap=True, max_width=28)
+    table.add_column("mark", no_wrap=True)
+    table.add_column("finding", overflow="fold")
+    before = ""
+    for finding in inspection.findings:
+        mark, style = _MARKS[finding.grade]
+        text = Text(finding.text)
+        if finding.fix:
+            text.append(f" {finding.fix}", style="bold")
+        subject = finding.subject.rsplit("/", 1)[-1]
+        table.add_row(Text(subject if subject != before else ""), Text(mark, style=style), text)
+        before = subject
+    console.print(table)
+    doubts = sum(f.grade == "doubt" for f in inspection.findings)
+    errors = sum(f.grade == "wrong" for f in inspection.findings)
+    console.print(
+        f"\n{errors} error{'s' * (errors != 1)}, {doubts} doubt{'s' * (doubts != 1)}."
+        + (" Results from data with errors are worthless." if errors else ""),
+        markup=False,
+    )

@@ -162,7 +162,7 @@ def _plan(names: list[str], suggestion: Suggestion | None, settings: list[str], 
 
 def _withheld(outages: list[str] | None) -> list[str]:
     """Return the settings of outages."""
-    from sinssim.logs.gnss_outages import outage_settings
+    from sinssim.logs.log_settings import outage_settings
 
     return outage_settings(outages) if outages else []
 

@@ -22,7 +22,7 @@ from sinssim.experiments.run.error_exhibits import error_exhibits, error_table, 
 from sinssim.experiments.run.finished_runs import Entry, FinishedRun
 from sinssim.experiments.run.run_scores import known_numbers
 from sinssim.formatting import size_text
-from sinssim.logs.run_version import is_of_another, warn_of_version
+from sinssim.logs.stored_run import is_of_another, warn_of_version
 from sinssim.recording import style
 from sinssim.recording.report.exhibit_page import page_of
 from sinssim.recording.run_directory import RunDirectory

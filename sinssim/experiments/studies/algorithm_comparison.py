@@ -23,12 +23,7 @@ from sinssim.earth.ellipsoids import Ellipsoid, ellipsoid_by_name
 from sinssim.earth.transverse_route import route_pole
 from sinssim.errors import InputError, RunError, SinssimError
 from sinssim.experiments.run.run_streams import CoordinateStreams
-from sinssim.experiments.studies import (
-    attitude_cost,
-    step_cost,
-    study_files,  # noqa: F401  (it gives the results their media)
-    study_motions,
-)
+from sinssim.experiments.studies import attitude_cost, step_cost, study_motions
 from sinssim.experiments.studies.attitude_claims import compare_headings
 from sinssim.experiments.studies.study_results import (
     Case,

@@ -27,15 +27,15 @@ import numpy as np
 from sinssim import rotation
 from sinssim.data import Array
 from sinssim.errors import InputError, shortened
+from sinssim.logs.column_names import TIME_UNITS, epoch_unit, meaning_of
+from sinssim.logs.column_tables import NamedTable, names_of
 from sinssim.logs.formats.euroc_tum_kitti import unit
 from sinssim.logs.formats.registry import Format
 from sinssim.logs.formats.run_export import Content, Export
 from sinssim.logs.gps_time import gps_from_unix, gps_seconds, week_and_seconds
+from sinssim.logs.numeric_columns import check_finite, columns_of, rounded, write_columns
 from sinssim.logs.recorded_streams import Clock, FixStream, InertialStream, SolutionStream, Streams
 from sinssim.logs.stored_run import StoredStreams
-from sinssim.logs.text.column_names import TIME_UNITS, epoch_unit, meaning_of
-from sinssim.logs.text.column_tables import NamedTable, names_of
-from sinssim.logs.text.numeric_columns import check_finite, columns_of, rounded, write_columns
 from sinssim.units import DEG
 
 _TIMES = ("time_s", "gps_s", "unix_s")

@@ -34,9 +34,17 @@ from sinssim.logs.formats.registry import Format
 from sinssim.logs.formats.run_export import Content, Export
 from sinssim.logs.gps_time import EPOCH_UNIX, gps_from_unix, unix_from_gps
 from sinssim.logs.local_level import enu_about, flipped, level_turn, q_enu_flu, q_nb_from_enu_flu, swapped
+from sinssim.logs.numeric_columns import (
+    WHITESPACE,
+    check_finite,
+    columns_of,
+    cut_rows,
+    head_numbers,
+    read_numbers,
+    text_rows,
+    write_columns,
+)
 from sinssim.logs.recorded_streams import Clock, InertialStream, SolutionStream, Streams
-from sinssim.logs.text.numeric_columns import check_finite, columns_of, head_numbers, read_numbers, write_columns
-from sinssim.logs.text.rows import WHITESPACE, cut_rows, text_rows
 from sinssim.system.user_file import open_file, read_text
 from sinssim.units import DEG
 
@@ -69,7 +77,7 @@ def split_first(path: Path, delimiter: str = WHITESPACE, skip: int = 0) -> NDArr
     """Return the first column as whole nanoseconds, without rounding.
 
     Args:
-        path: a text file that `sinssim.logs.text.numeric_columns.read_numbers` accepts.
+        path: a text file that `sinssim.logs.numeric_columns.read_numbers` accepts.
         delimiter: one character, or `WHITESPACE`.
         skip: lines at the beginning that are left out.
 

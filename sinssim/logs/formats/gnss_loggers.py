@@ -24,11 +24,11 @@ import numpy as np
 
 from sinssim.data import Array
 from sinssim.errors import InputError
+from sinssim.logs.column_names import SPELLED
 from sinssim.logs.formats.registry import Format
 from sinssim.logs.gps_time import DAY, EPOCH_UNIX, WEEK, date_seconds, gps_from_unix, unrolled
+from sinssim.logs.numeric_columns import WHITESPACE, cut_row, cut_rows, numbers_of, text_rows, uneven
 from sinssim.logs.recorded_streams import Clock, FixStream, InertialStream, Streams
-from sinssim.logs.text.column_names import SPELLED
-from sinssim.logs.text.rows import WHITESPACE, cut_row, cut_rows, numbers_of, text_rows, uneven
 from sinssim.system.user_file import open_text, read_text
 from sinssim.units import DEG, KNOT
 

@@ -42,17 +42,10 @@ from sinssim.errors import InputError
 from sinssim.logs.formats.registry import Format
 from sinssim.logs.formats.run_export import Content, Export
 from sinssim.logs.gps_time import WEEK, unrolled, week_and_seconds
+from sinssim.logs.numeric_columns import check_finite, columns_of, head_numbers, read_numbers, rounded, write_columns
 from sinssim.logs.recorded_streams import Clock, FixStream, InertialStream, SolutionStream, Streams
 from sinssim.logs.reference_solution import TruthAt
 from sinssim.logs.stored_run import RecordedRun
-from sinssim.logs.text.numeric_columns import (
-    check_finite,
-    columns_of,
-    head_numbers,
-    read_numbers,
-    rounded,
-    write_columns,
-)
 from sinssim.units import DEG, DEG_H, DEG_SQRT_H, MGAL, MPS_SQRT_H, PPM
 
 _SOLUTION_WIDTHS = (11,)

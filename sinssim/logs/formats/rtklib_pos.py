@@ -16,12 +16,11 @@ import numpy as np
 from sinssim import earth, rotation
 from sinssim.data import Array
 from sinssim.errors import InputError
-from sinssim.logs.clocks import leap_seconds_of_day
 from sinssim.logs.formats.registry import Format
 from sinssim.logs.formats.run_export import Content, Export
-from sinssim.logs.gps_time import WEEK
+from sinssim.logs.gps_time import WEEK, leap_seconds_of_day
+from sinssim.logs.numeric_columns import WHITESPACE, CutRows, cut_rows
 from sinssim.logs.recorded_streams import Clock, FixStream, HeightDatum, Streams
-from sinssim.logs.text.rows import WHITESPACE, CutRows, cut_rows
 from sinssim.system.user_file import read_text
 from sinssim.units import DEG
 

@@ -16,9 +16,9 @@ import numpy as np
 from sinssim.data import Array
 from sinssim.errors import InputError, unknown_name
 from sinssim.logs.formats.registry import DEFAULT_START, WRITERS
-from sinssim.logs.gnss_outages import outage_spans
 from sinssim.logs.gps_time import date_from_gps, parse_date
-from sinssim.logs.recorded_aiding import withheld
+from sinssim.logs.log_settings import outage_spans
+from sinssim.logs.recorded_log import withheld
 from sinssim.logs.recorded_streams import FixStream, InertialStream, SolutionStream
 from sinssim.logs.stored_run import RecordedRun
 from sinssim.system.outputs import Draft, draft, publish

@@ -27,7 +27,7 @@ from urllib.parse import quote
 
 from sinssim import __version__
 from sinssim.errors import InputError, RunError
-from sinssim.logs.run_version import warn_of_version
+from sinssim.logs.stored_run import warn_of_version
 from sinssim.recording.rerun.views import RunInfo, all_views
 from sinssim.system.interruption import interruptible
 from sinssim.system.outputs import Draft, draft

@@ -9,8 +9,7 @@ import numpy as np
 import pytest
 
 from sinssim import earth
-from sinssim.analyses.inspection.stream_findings import Finding, doubt, fact, fix_findings, wrong
-from sinssim.analyses.inspection.velocity_delay import Delay, delay_findings
+from sinssim.analyses.inspection.stream_findings import Delay, Finding, delay_findings, doubt, fact, fix_findings, wrong
 from sinssim.logs.recorded_streams import FixStream
 
 _COUNT = 40

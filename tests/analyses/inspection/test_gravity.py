@@ -13,10 +13,10 @@ from sinssim.analyses.inspection.inertial_columns import Layout
 from sinssim.analyses.inspection.inspected_files import inspect
 from sinssim.analyses.inspection.text_columns import read_table
 from sinssim.errors import InputError
+from sinssim.logs.imu_samples import without_gravity
 from sinssim.logs.log_files import inertial_stream
 from sinssim.logs.log_settings import LogImu
 from sinssim.logs.recorded_log import recorded_log
-from sinssim.logs.text.imu_samples import without_gravity
 from sinssim.scenario import load_scenario
 from sinssim.units import G0
 from tests.analyses.inspection import phone, worlds

@@ -11,7 +11,7 @@ import pytest
 from sinssim.analyses.inspection.log_corrections import description_of
 from sinssim.analyses.inspection.text_columns import gyro_unit_of, read_table
 from sinssim.data import Array
-from sinssim.logs.text.column_names import axis, quantity, triads, unit_of
+from sinssim.logs.column_names import axis, quantity, triads, unit_of
 
 
 def test_columns_change_order_sign_and_unit_as_the_matrix_says() -> None:

@@ -9,7 +9,7 @@ import pytest
 
 from sinssim.analyses.inspection.text_columns import read_table, time_column
 from sinssim.errors import InputError
-from sinssim.logs.text.column_names import axis, quantity, triads
+from sinssim.logs.column_names import axis, quantity, triads
 from tests.analyses.inspection.test_loggers import _COUNT, _G, _RATE, _place, _read, _rows, _same, _unit
 
 

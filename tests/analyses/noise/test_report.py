@@ -20,8 +20,8 @@ from sinssim.analyses.noise.noise_exhibits import deviations, exhibits_of
 from sinssim.analyses.noise.noise_report import noise_report
 from sinssim.cli.process import main
 from sinssim.errors import InputError
-from sinssim.logs.text.column_description import LogDescription
-from sinssim.logs.text.imu_samples import Samples
+from sinssim.logs.column_description import LogDescription
+from sinssim.logs.imu_samples import Samples
 from sinssim.recording.figures import figure_of
 from sinssim.recording.rerun.exhibit_recording import record
 from tests.oracles import noise

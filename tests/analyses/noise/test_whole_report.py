@@ -30,7 +30,7 @@ from sinssim.analyses.noise.noise_exhibits import ImuLine, block_text, imu_block
 from sinssim.analyses.noise.noise_fit import NoiseFit, TermEstimate
 from sinssim.analyses.noise.noise_report import ChannelNoise, NoiseReport, _spike, noise_report
 from sinssim.errors import InputError
-from sinssim.logs.text.imu_samples import Samples
+from sinssim.logs.imu_samples import Samples
 
 DEG = np.pi / 180.0
 DEG_H = DEG / 3600.0

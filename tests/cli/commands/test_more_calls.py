@@ -40,7 +40,7 @@ def test_inspect(sinssim: Sinssim, put: Put, tmp_path: Path) -> None:
     inspected = put(
         "analyses.inspection.inspected_files.inspect", SimpleNamespace(inspection=good, scenario='name = "x"\n', why="")
     )
-    put("analyses.inspection.inspection_table.show")
+    put("cli.commands.inspect.show")
     assert sinssim("inspect", "a.csv", "b.pos") == '\nA scenario to start from (--out FILE writes it):\n\nname = "x"\n'
     assert (inspected.args, inspected.options) == (([Path("a.csv"), Path("b.pos")], Path()), {"land": False})
     (tmp_path / "d").mkdir()

@@ -18,9 +18,8 @@ import sinssim
 from sinssim.errors import InputError
 from sinssim.experiments.run.finished_runs import FinishedRun, load_streams, runs_in
 from sinssim.experiments.run.run_comparison import compare_runs
-from sinssim.logs.run_version import version_of
-from sinssim.logs.stored_run import RecordedRun
-from sinssim.logs.text.imu_samples import read_log
+from sinssim.logs.imu_samples import read_log
+from sinssim.logs.stored_run import RecordedRun, version_of
 from sinssim.scenario.schema import Scenario
 
 NOW = sinssim.__version__

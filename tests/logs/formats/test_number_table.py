@@ -8,8 +8,8 @@ import numpy as np
 import pytest
 
 from sinssim.errors import InputError
-from sinssim.logs.text import numeric_columns as number_table
-from sinssim.logs.text.numeric_columns import read_numbers
+from sinssim.logs import numeric_columns as number_table
+from sinssim.logs.numeric_columns import read_numbers
 
 
 def test_exact_and_in_blocks(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:

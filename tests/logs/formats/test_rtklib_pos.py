@@ -11,7 +11,7 @@ from sinssim.errors import InputError
 from sinssim.logs.formats.registry import read_file
 from sinssim.logs.formats.rtklib_pos import read, recognises
 from sinssim.logs.log_settings import LogGnss
-from sinssim.logs.recorded_aiding import gnss_readings
+from sinssim.logs.recorded_log import gnss_readings
 
 HEAD = "%  {}                  latitude(deg) longitude(deg)  height(m)   Q  ns   sdn(m)   sde(m)   sdu(m)  sdne(m)  "
 HEAD += "sdeu(m)  sdun(m) age(s)  ratio"

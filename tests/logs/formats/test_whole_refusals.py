@@ -12,12 +12,12 @@ import numpy as np
 import pytest
 
 from sinssim.errors import InputError
+from sinssim.logs import numeric_columns as number_table
 from sinssim.logs.formats import gnss_loggers, novatel, ros_mcap
 from sinssim.logs.formats import novatel as novatel_ascii
 from sinssim.logs.formats.euroc_tum_kitti import split_first, unit
 from sinssim.logs.formats.registry import read_file
-from sinssim.logs.text import numeric_columns as number_table
-from sinssim.logs.text.numeric_columns import read_numbers
+from sinssim.logs.numeric_columns import read_numbers
 from tests.logs.formats.whole import whole
 
 NAV = "2200 {} 30.5 114.25 20.75 1.5 -2.5 3.5 10.5 -20.25 130.75\n"

@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 
 from sinssim import rotation
-from sinssim.logs.formats import gnss_ins_sim
+from sinssim.logs.formats import psins_gnss_ins_sim
 from sinssim.logs.recorded_streams import InertialStream, SolutionStream
 from tests.oracles.s_turn import STurn
 
@@ -30,7 +30,7 @@ def content() -> Any:
 
 def test_rates_of_a_row_lead_to_the_next_row(tmp_path: Path) -> None:
     """As FreeIntegration of gnss-ins-sim takes them: state 1 = state 0 and the rates of row 0."""
-    gnss_ins_sim.write(content(), tmp_path)
+    psins_gnss_ins_sim.write_gnss_ins_sim(content(), tmp_path)
     time, gyro, angles = (
         np.genfromtxt(tmp_path / f"{name}.csv", delimiter=",", skip_header=1)
         for name in ("time", "gyro-0", "ref_att_euler")

@@ -272,7 +272,7 @@ def _reference(prepared: Prepared) -> Reference | None:
 
 def _pass(sensed: Sensed, prepared: Prepared, spans: tuple[tuple[float, float], ...]) -> Estimate:
     """Run the filter once more, without the satellites of some spans."""
-    from sinssim.logs.recorded_aiding import gnss_readings
+    from sinssim.logs.recorded_log import gnss_readings
     from sinssim.simulation.recorded_filter_run import aid_recorded
 
     log, section, settings = prepared.log, prepared.scenario.log, prepared.scenario.filter

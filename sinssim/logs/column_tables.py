@@ -1,7 +1,7 @@
 """Tables of columns as arrays of doubles: text, Parquet or npz as described, or columns named with their units, in SI.
 
 Files beyond the memory are refused. Columns named with their units are text or Parquet; their quantities are those of
-the dictionary of names (`sinssim.logs.text.column_names`).
+the dictionary of names (`sinssim.logs.column_names`).
 """
 
 from __future__ import annotations
@@ -18,12 +18,22 @@ from numpy.typing import NDArray
 from sinssim import rotation
 from sinssim.data import Array
 from sinssim.errors import InputError, shortened, unknown_name
+from sinssim.logs.column_description import Column
+from sinssim.logs.column_names import SPELLED, meaning_of, usual_name
 from sinssim.logs.gps_time import date_seconds, is_date
+from sinssim.logs.numeric_columns import (
+    COMMENTS,
+    CutRows,
+    Row,
+    RowLayout,
+    bad_row,
+    cut_rows,
+    read_columns,
+    read_rows,
+    selected_text,
+    split,
+)
 from sinssim.logs.recorded_streams import Clock
-from sinssim.logs.text.column_description import Column
-from sinssim.logs.text.column_names import SPELLED, meaning_of, usual_name
-from sinssim.logs.text.numeric_columns import bad_row, read_columns
-from sinssim.logs.text.rows import COMMENTS, CutRows, Row, RowLayout, cut_rows, read_rows, selected_text, split
 from sinssim.system.resources import machine_memory
 from sinssim.system.user_file import open_file, user_file
 

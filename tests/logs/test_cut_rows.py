@@ -10,9 +10,8 @@ import pytest
 from sinssim.analyses.inspection.text_columns import read_table
 from sinssim.errors import InputError, SinssimWarning
 from sinssim.logs.formats.registry import read_file
-from sinssim.logs.text.imu_samples import read_log
-from sinssim.logs.text.numeric_columns import read_numbers
-from sinssim.logs.text.rows import cut_rows, text_rows
+from sinssim.logs.imu_samples import read_log
+from sinssim.logs.numeric_columns import cut_rows, read_numbers, text_rows
 from tests.logs.formats.samples import FILES
 
 _FORMATS = {"kf-gins-imu": 0, "kf-gins-gnss": 0, "psins-avp": 3, "columns": 1, "inertial-explorer": 5}

@@ -11,7 +11,7 @@ import pytest
 from pyarrow import csv, parquet
 
 from sinssim.errors import InputError, SinssimWarning
-from sinssim.logs.text.imu_samples import read_log, read_samples
+from sinssim.logs.imu_samples import read_log, read_samples
 
 GYRO = np.array([[1e-6, 2e-6, 3e-6], [4e-6, 5e-6, 6e-6], [7e-6, 8e-6, 9e-6]])  # rad
 ACCEL = np.array([[0.01, 0.02, -0.1], [0.03, 0.04, -0.2], [0.05, 0.06, -0.3]])  # m/s
@@ -390,7 +390,7 @@ def test_what_does_not_fit_into_memory_is_not_read(tmp_path, monkeypatch, suffix
     else:
         csv.write_csv(pa.table(columns), log)
     (tmp_path / "log.toml").write_text('delimiter = "whitespace"\n' if suffix == "txt" else "")
-    monkeypatch.setattr("sinssim.logs.text.column_tables.machine_memory", lambda: memory)
+    monkeypatch.setattr("sinssim.logs.column_tables.machine_memory", lambda: memory)
     with pytest.raises(InputError, match=rf"log.{suffix} would need .* GB of memory; this machine has 0.00112"):
         read_log(log, tmp_path / "log.toml")
 
@@ -399,7 +399,7 @@ def test_columns_that_are_not_used_are_not_read(tmp_path, monkeypatch):
     names = own_table().column_names
     columns = {name: own_table()[name].to_numpy() for name in names} | {"huge": np.zeros(1_000_000)}
     np.savez_compressed(tmp_path / "log.npz", **columns)
-    monkeypatch.setattr("sinssim.logs.text.column_tables.machine_memory", lambda: 100_000)
+    monkeypatch.setattr("sinssim.logs.column_tables.machine_memory", lambda: 100_000)
     check(read_log(tmp_path / "log.npz"))
 
 

@@ -10,8 +10,8 @@ from pydantic import Field, model_validator
 
 from sinssim.data import Array
 from sinssim.errors import unknown_name
-from sinssim.logs.text.column_names import TIME_UNITS, UNITS, UNITS_OF, unit_in_name
-from sinssim.logs.text.rows import WHITESPACE
+from sinssim.logs.column_names import TIME_UNITS, UNITS, UNITS_OF, unit_in_name
+from sinssim.logs.numeric_columns import WHITESPACE
 from sinssim.toml_section import Keys, Rules, Section
 
 TriadName = Literal["gyro", "accel"]

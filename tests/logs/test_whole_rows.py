@@ -10,8 +10,8 @@ import numpy as np
 import pytest
 
 from sinssim.errors import InputError, SinssimWarning
+from sinssim.logs.imu_samples import read_log
 from sinssim.logs.log_settings import LogImu
-from sinssim.logs.text.imu_samples import read_log
 
 TRIADS = '[gyro]\ncolumns = ["a", "b", "c"]\nunit = "rad"\n[accel]\ncolumns = ["d", "e", "f"]\nunit = "m/s"\n'
 

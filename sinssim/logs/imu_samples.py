@@ -17,12 +17,12 @@ from numpy.typing import NDArray
 
 from sinssim.data import Array, ImuData
 from sinssim.errors import InputError, warn
+from sinssim.logs.column_description import TRIADS, WORDS, Column, LogDescription, TriadColumns, TriadName
+from sinssim.logs.column_names import TIME_UNITS, UNITS
+from sinssim.logs.column_tables import SUFFIXES, TEXT, Table
 from sinssim.logs.log_settings import LogImu
 from sinssim.logs.recorded_streams import Clock
-from sinssim.logs.run_version import warn_of_version
-from sinssim.logs.text.column_description import TRIADS, WORDS, Column, LogDescription, TriadColumns, TriadName
-from sinssim.logs.text.column_names import TIME_UNITS, UNITS
-from sinssim.logs.text.column_tables import SUFFIXES, TEXT, Table
+from sinssim.logs.stored_run import warn_of_version
 
 __all__ = ["SUFFIXES", "TEXT", "Samples", "TriadName", "read_log", "read_samples", "slow"]
 
