@@ -41,9 +41,9 @@ if TYPE_CHECKING:
     from sinssim.experiments.run.run_result import Run as Run
     from sinssim.experiments.studies.study_results import StudyResult as StudyResult
     from sinssim.experiments.studies.study_schema import Study as Study
+    from sinssim.experiments.studies.trade_result import TradeResult as TradeResult
+    from sinssim.experiments.studies.trade_schema import TradeStudy as TradeStudy
     from sinssim.experiments.study import compare as compare
-    from sinssim.experiments.trades.trade_result import TradeResult as TradeResult
-    from sinssim.experiments.trades.trade_schema import TradeStudy as TradeStudy
     from sinssim.frames import FRAMES as FRAMES
     from sinssim.logs.recorded_log import RecordedLog as RecordedLog
     from sinssim.recording.result import Result as Result

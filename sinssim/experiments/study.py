@@ -17,9 +17,9 @@ from sinssim.errors import InputError, shortened
 from sinssim.experiments.studies.algorithm_comparison import compare as compare_algorithms
 from sinssim.experiments.studies.study_results import StudyResult
 from sinssim.experiments.studies.study_schema import Study
-from sinssim.experiments.trades.trade_result import TradeResult
-from sinssim.experiments.trades.trade_run import trade
-from sinssim.experiments.trades.trade_schema import MOST_CELLS, TradeStudy
+from sinssim.experiments.studies.trade_result import TradeResult
+from sinssim.experiments.studies.trade_run import trade
+from sinssim.experiments.studies.trade_schema import MOST_CELLS, TradeStudy
 from sinssim.experiments.workload import LIMIT_MINUTES
 from sinssim.progress import Progress
 from sinssim.scenario.load import Overrides, override, parse_value

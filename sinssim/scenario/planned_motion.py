@@ -12,7 +12,7 @@ from sinssim.scenario.tables import Tables
 from sinssim.system.resources import machine_memory
 from sinssim.truth.flight.flight_plan import FlightPlan
 from sinssim.truth.motion import Motion
-from sinssim.truth.one_component_configuration import OneComponent
+from sinssim.truth.one_component import OneComponent
 from sinssim.units import ARCSEC, DEG, G0
 
 _SAMPLE_BYTES, _ALGORITHM_BYTES = 880.0, 176.0

@@ -23,7 +23,7 @@ from sinssim.truth.flight.flight import Flight
 from sinssim.truth.motions.great_circle import GreatCircleFlight
 from sinssim.truth.motions.parked import ParkedVehicle
 from sinssim.truth.motions.turntable import Turntable
-from sinssim.truth.one_component_configuration import OneComponent
+from sinssim.truth.one_component import OneComponent
 from sinssim.truth.vehicles.surface_vehicles import Drive, Voyage
 
 

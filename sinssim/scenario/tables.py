@@ -50,7 +50,7 @@ from sinssim.truth.motions.great_circle import GreatCircleFlight
 from sinssim.truth.motions.parked import ParkedVehicle
 from sinssim.truth.motions.turntable import RotationTableMotion, Turntable
 from sinssim.truth.motions.vibration import Isolator, Vibration
-from sinssim.truth.one_component_configuration import OneComponent
+from sinssim.truth.one_component import OneComponent
 from sinssim.truth.true_gravity import TrueGravity
 from sinssim.truth.vehicles.surface_vehicles import Drive, Voyage
 from sinssim.validation_errors import ONE_OF_SEVERAL

@@ -81,7 +81,7 @@ OWN_TESTS = {
     "docs/tasks.md": "tests/test_tasks.py",
     "docs/estimation.md": "tests/test_docs.py",
     "docs/logs.md": "tests/logs/test_page.py",
-    "docs/trades.md": "tests/experiments/trades/test_docs.py",
+    "docs/trades.md": "tests/experiments/studies/test_trade_docs.py",
 }
 """Pages whose Python runs in the normal run, by a test that compares what it gives."""
 

@@ -13,8 +13,8 @@ from sinssim.experiments.studies import study_charts as laws
 from sinssim.experiments.studies import study_exhibits as report
 from sinssim.experiments.studies.attitude_cost import AttitudeCost
 from sinssim.experiments.studies.step_cost import Operations
-from sinssim.experiments.studies.study_motions import MotionFacts
 from sinssim.experiments.studies.study_results import ErrorGrowth, Heading, Order, Pick, Row
+from sinssim.experiments.studies.study_schema import MotionFacts
 from sinssim.recording.report.exhibit_page import parts_of
 from tests.recording.spies import cells, read
 

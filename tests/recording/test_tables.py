@@ -21,7 +21,7 @@ from sinssim.experiments.run import run_scores as score
 from sinssim.experiments.run import score_recording
 from sinssim.experiments.run.run_result import PlaneRun
 from sinssim.experiments.run.run_streams import streams_of_run
-from sinssim.experiments.studies import study_files as study
+from sinssim.experiments.studies import study_exhibits as study
 from sinssim.experiments.studies.step_cost import Cost, Operations
 from sinssim.experiments.studies.study_results import Case, CoordinateError, Heading, Order, Pick, Row, Verdict
 from sinssim.logs.solution_score import Score
@@ -76,7 +76,7 @@ def result() -> SimpleNamespace:
 
 
 def test_the_results_of_a_study() -> None:
-    found = json.loads(json.dumps(study.results(result()), allow_nan=False))
+    found = json.loads(json.dumps(study.to_json(result()), allow_nan=False))
     told = {key: found.pop(key) for key in ("study", "description", "status", "seed", "seconds")}
     assert told == {"study": "s", "description": "two words", "status": "finished", "seed": 11, "seconds": 12.35}
     assert found.pop("verdicts") == [

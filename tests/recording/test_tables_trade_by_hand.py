@@ -4,10 +4,10 @@ from __future__ import annotations
 
 from pathlib import Path
 
-from sinssim.experiments.trades.trade_exhibits import exhibits_of
-from sinssim.experiments.trades.trade_result import TradeResult
+from sinssim.experiments.studies.trade_exhibits import exhibits_of
+from sinssim.experiments.studies.trade_result import TradeResult
 from sinssim.recording.console import plain_text, show
-from tests.experiments.trades.by_hand import ASK, OTHER, RISING, UNITS, made, without
+from tests.experiments.studies.trades_by_hand import ASK, OTHER, RISING, UNITS, made, without
 from tests.recording.by_hand import printed
 
 

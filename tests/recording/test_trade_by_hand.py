@@ -10,14 +10,14 @@ import numpy as np
 import pytest
 
 from sinssim.charts import Cells
-from sinssim.experiments.trades import trade_exhibits as trade
-from sinssim.experiments.trades.trade_result import TradeResult
-from sinssim.experiments.trades.trade_schema import Axis
+from sinssim.experiments.studies import trade_exhibits as trade
+from sinssim.experiments.studies.trade_result import TradeResult
+from sinssim.experiments.studies.trade_schema import Axis
 from sinssim.recording.style import COLORS, ON_DARK, ON_LIGHT, css
 from sinssim.statistics.requirements import Quantity
-from tests.experiments.trades.by_hand import ASK, OTHER, RISING, UNITS, made, without
-from tests.experiments.trades.examples import BIAS, study
-from tests.experiments.trades.test_trade_figure import growth_figure, heat_map, trade_figure
+from tests.experiments.studies.test_trade_figure import growth_figure, heat_map, trade_figure
+from tests.experiments.studies.trade_examples import BIAS, study
+from tests.experiments.studies.trades_by_hand import ASK, OTHER, RISING, UNITS, made, without
 from tests.recording.drawn import check_band, check_line, legend, texts, ticks, words
 
 

@@ -11,7 +11,7 @@ import pytest
 
 from sinssim.analyses.calibration import calibration_result as calibration
 from sinssim.analyses.error_budget import budget_exhibits as budget
-from sinssim.experiments.studies import study_files as study
+from sinssim.experiments.studies import study_exhibits as study
 from sinssim.experiments.studies.study_results import Case, CoordinateError
 from sinssim.system.outputs import MARK
 
@@ -80,7 +80,7 @@ def test_a_calibration(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
 
 
 def test_a_study(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(study, "results", lambda comparison: {"°": 1})
+    monkeypatch.setattr(study, "to_json", lambda comparison: {"°": 1})
     monkeypatch.setattr(study, "exhibits_of", lambda comparison: "exhibits")
     monkeypatch.setattr("sinssim.recording.report.exhibit_page.page_of", lambda exhibits: f"page of {exhibits}")
     monkeypatch.setattr("sinssim.recording.rerun.exhibit_recording.record", writes("recording of"))

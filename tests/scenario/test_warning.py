@@ -12,7 +12,7 @@ import pytest
 import sinssim
 from sinssim.cli.process import main
 from sinssim.experiments.studies.study_schema import Study
-from sinssim.experiments.trades.trade_schema import Axis, TradeStudy
+from sinssim.experiments.studies.trade_schema import Axis, TradeStudy
 from sinssim.scenario.aircraft_limits import findings
 
 STEEP = """\

@@ -23,7 +23,7 @@ from sinssim.recording.rerun.viewer import find_run_info
 from sinssim.recording.rerun.views import load_view
 from sinssim.scenario import Scenario, load_scenario
 from sinssim.simulation.one_component_run import OneComponentResult, compute
-from sinssim.truth.one_component_configuration import OneComponent
+from sinssim.truth.one_component import OneComponent
 from sinssim.units import DEG
 
 UG, DEG_H = 9.80665e-6, 4.84813681109536e-6

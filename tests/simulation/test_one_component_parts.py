@@ -10,9 +10,9 @@ import numpy as np
 import pytest
 
 from sinssim.errors import RunError
-from sinssim.sensors.sets.one_component_sensors import PlaneReadings
 from sinssim.simulation import one_component_run
 from sinssim.simulation.one_component_run import (
+    PlaneReadings,
     _check_finite,
     _less,
     _with_middles,
@@ -22,7 +22,7 @@ from sinssim.simulation.one_component_run import (
     only,
 )
 from sinssim.strapdown.one_component_system import PlaneErrors
-from sinssim.truth.one_component_configuration import OneComponent
+from sinssim.truth.one_component import OneComponent
 
 MICRO_G, DEG_H, SECOND, MINUTE = 9.80665e-6, pi / 648_000.0, pi / 648_000.0, pi / 10_800.0
 TIME = np.array([3.0, 5.0, 9.0])

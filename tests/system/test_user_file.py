@@ -20,7 +20,7 @@ OWN = {
     "recording": "run directories, and files that are written",
     "experiments/experiment_directory.py": "directories of ensembles and trade studies",
     "experiments/ensembles/ensemble_directory.py": "directories of ensembles",
-    "experiments/trades/trade_run.py": "directories of trade studies",
+    "experiments/studies/trade_run.py": "directories of trade studies",
     "experiments/run": "run directories",
     "logs/stored_run.py": "run directories",
     "system": "this function, marks of output directories, caches, limits of the machine",

@@ -10,8 +10,7 @@ import pytest
 from scipy.integrate import quad
 
 from sinssim.errors import InputError
-from sinssim.truth.one_component_configuration import OneComponent
-from sinssim.truth.one_component_motion import PlaneMotion
+from sinssim.truth.one_component import OneComponent, PlaneMotion
 
 G, R = 9.81, 6371000.0
 ROWS: dict[str, Any] = {

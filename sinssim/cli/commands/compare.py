@@ -13,7 +13,7 @@ from sinssim.cli.terminal import console, has_bars, notes_of, print_json, print_
 
 if TYPE_CHECKING:
     from sinssim.experiments.studies.study_schema import Study
-    from sinssim.experiments.trades.trade_schema import TradeStudy
+    from sinssim.experiments.studies.trade_schema import TradeStudy
 
 StudyName = Annotated[
     str,
@@ -125,8 +125,8 @@ def _study(
     name: str, vary: Sequence[str] | None, settings: Sequence[str], require: Sequence[str]
 ) -> Study | TradeStudy:
     """Return the study of a file, or that of a scenario and varied keys."""
+    from sinssim.experiments.studies.trade_schema import TradeStudy
     from sinssim.experiments.study import load_any_study, sweep
-    from sinssim.experiments.trades.trade_schema import TradeStudy
 
     plan = sweep(name, vary, settings) if vary else load_any_study(name, settings)
     if isinstance(plan, TradeStudy):

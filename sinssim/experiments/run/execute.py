@@ -134,7 +134,7 @@ def _run(scenario: Scenario, directory: Path | str | None, overwrite: bool, cloc
     execution = Execution(scenario, folder, clock)
     try:
         if scenario.one_component is not None:
-            from sinssim.experiments.run.one_component_execution import compute_one_component
+            from sinssim.experiments.run.one_component_recording import compute_one_component
 
             return compute_one_component(scenario, folder, clock)
         return execution.run()

@@ -20,14 +20,13 @@ from sinssim.recording.run_directory import plain
 from sinssim.recording.stream_tables import Stream, Vector
 from sinssim.recording.style import COLORS, Rgb
 from sinssim.strapdown.one_component_system import PlaneErrors, projections
-from sinssim.truth.one_component_configuration import WAYS
+from sinssim.truth.one_component import WAYS
 from sinssim.units import ANGLE_SCALE, ARCMIN, ARCSEC, DEG, SPEED_SCALE, Scale, duration_words, fixed
 
 if TYPE_CHECKING:
     from sinssim.experiments.run.summary_types import RunSummary
     from sinssim.scenario import Scenario
-    from sinssim.sensors.sets.one_component_sensors import PlaneReadings
-    from sinssim.simulation.one_component_run import OneComponentResult
+    from sinssim.simulation.one_component_run import OneComponentResult, PlaneReadings
 
 
 SIMULATION_COLOR: Rgb = COLORS["measured-attitude"]

@@ -1,28 +1,39 @@
-"""The Rerun recording of a run in a vertical plane: its charts, the Schuler pendulum, and its streams."""
+"""A run in a vertical plane from end to end, and its Rerun recording.
+
+The recording has its charts, the Schuler pendulum, and its streams.
+"""
 
 from __future__ import annotations
 
 from collections.abc import Iterable
 from dataclasses import replace
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, cast
 
 import numpy as np
-import rerun as rr
 
-from sinssim.experiments.run.one_component_exhibits import EQUATION_COLORS, SIMULATION_COLOR, error_table
+from sinssim.experiments.run.one_component_exhibits import (
+    EQUATION_COLORS,
+    SIMULATION_COLOR,
+    error_table,
+    numbers,
+    one_component_streams,
+    plane_charts,
+    plane_exhibits,
+)
+from sinssim.experiments.run.run_files import about, keep
+from sinssim.experiments.run.run_result import PlaneRun
 from sinssim.recording import style
-from sinssim.recording.rerun.exhibit_recording import markdown_of, record_charts
-from sinssim.recording.rerun.rrd import Recording
-from sinssim.recording.rerun.viewer import RUN_ENTITY
-from sinssim.recording.rerun.views import RunInfo, all_views
+from sinssim.recording.run_directory import RunDirectory
 from sinssim.recording.stream_tables import Stream
 from sinssim.recording.style import thinned
+from sinssim.scenario.planned_motion import check_times
+from sinssim.simulation.stages import Stages
 from sinssim.units import DEG
 
 if TYPE_CHECKING:
-    from sinssim.charts import Charts
-    from sinssim.experiments.run.summary_types import PlaneNumbers
+    from sinssim.experiments.run.summary_types import RunSummary
+    from sinssim.recording.rerun.rrd import Recording
     from sinssim.scenario import Scenario
     from sinssim.simulation.one_component_run import OneComponentResult
 
@@ -30,28 +41,54 @@ _FRAMES = 2000  # positions of the pendulum
 _LARGEST = 35.0 * DEG  # largest angle at which it is drawn
 
 
-def record(
-    path: Path,
-    scenario: Scenario,
-    result: OneComponentResult,
-    numbers: PlaneNumbers,
-    shown: Iterable[Charts],
-    streams: Iterable[Stream],
-) -> None:
-    """Write the recording.
+def compute_one_component(scenario: Scenario, folder: RunDirectory | None, stages: Stages) -> PlaneRun:
+    """Compute a one-component run; write it to a run directory, if there is a `folder`."""
+    assert scenario.one_component is not None  # the caller asks for such a run only
+    check_times(scenario)
+    with stages("navigate"):
+        from sinssim.simulation.one_component_run import compute
 
-    Args:
-        shown: what changes over time.
-    """
+        result = compute(scenario.one_component, scenario.seed)
+        plane = numbers(result)
+    choice = scenario.recording
+    if folder is not None and choice.has_streams:
+        with stages("record"), folder.writing():
+            from sinssim.recording.stream_tables import write_stream
+
+            (folder.path / "streams").mkdir()
+            streams = one_component_streams(result)
+            for stream in streams:
+                write_stream(stream, folder.path / "streams")
+            if choice.has_recording:
+                record(folder.path / "recording.rrd", scenario, result, streams)
+    start, end = float(result.truth.time[0]), float(result.truth.time[-1])
+    entries = {**about(scenario, stages, "finished"), "start_s": start, "end_s": end, "one_component": plane}
+    summary = cast("RunSummary", entries)
+    directory = None
+    if folder is not None:
+        from sinssim.recording.report.exhibit_page import page_of
+
+        report = page_of(plane_exhibits(scenario, result, summary)) if choice.has_report else None
+        directory = keep(folder, scenario, (), summary, report)
+    return PlaneRun(scenario, result, entries, directory)
+
+
+def record(path: Path, scenario: Scenario, result: OneComponentResult, streams: Iterable[Stream]) -> None:
+    """Write the recording."""
+    from sinssim.recording.rerun.exhibit_recording import markdown_of, record_charts
+    from sinssim.recording.rerun.rrd import Recording
+    from sinssim.recording.rerun.viewer import RUN_ENTITY
+    from sinssim.recording.rerun.views import RunInfo, all_views
+
     time, variant = result.truth.time, result.section.variant
     span = (float(time[0]), float(time[-1]))
     run = RunInfo(scenario.name, *span, (variant,), labels={"kind": "one-component"}, views=scenario.views)
     with Recording(path, run.application, all_views(run)) as recording:
         labels = {**run.labels, **_draw_pendulum(recording, result)}
-        for charts in shown:
+        for charts in plane_charts(result):
             labels |= record_charts(recording, charts, "one_component/")
         recording.document("about/scenario", f"```toml\n{scenario.to_toml()}\n```")
-        recording.document("about/summary", markdown_of([error_table(numbers)]))
+        recording.document("about/summary", markdown_of([error_table(numbers(result))]))
         for stream in streams:
             recording.stream(stream, thin=scenario.recording.detail == "light")
         run = replace(run, labels=labels, ranges=dict(recording.ranges))
@@ -65,6 +102,8 @@ def _draw_pendulum(recording: Recording, result: OneComponentResult) -> dict[str
     Returns:
         The label `enlarged`, by how much the angles are drawn larger than they are.
     """
+    import rerun as rr
+
     k = thinned(len(result.truth.time), _FRAMES)
     t = result.truth.time[k]
     lines = ((result.closed.coordinate, "closed", 9.0), (result.error.coordinate, "simulation", 3.0))

@@ -23,8 +23,10 @@ from sinssim.earth.ellipsoids import Ellipsoid, ellipsoid_by_name
 from sinssim.earth.transverse_route import route_pole
 from sinssim.errors import InputError, RunError, SinssimError
 from sinssim.experiments.run.run_streams import CoordinateStreams
-from sinssim.experiments.studies import attitude_cost, step_cost, study_motions
+from sinssim.experiments.studies import attitude_cost, step_cost
 from sinssim.experiments.studies.attitude_claims import compare_headings
+from sinssim.experiments.studies.claims import decide, picks
+from sinssim.experiments.studies.study_exhibits import write_study
 from sinssim.experiments.studies.study_results import (
     Case,
     CoordinateError,
@@ -34,7 +36,17 @@ from sinssim.experiments.studies.study_results import (
     StudyResult,
     fit_orders,
 )
-from sinssim.experiments.studies.study_schema import Part, Study, StudyMotion, with_set
+from sinssim.experiments.studies.study_schema import (
+    Part,
+    Study,
+    StudyMotion,
+    expected_seconds,
+    flight_seconds,
+    is_cached,
+    motion_facts,
+    trajectory_of,
+    with_set,
+)
 from sinssim.experiments.workload import FLIGHT_SPEED, LIMIT_MINUTES, Threads, check_duration, check_limit, work_through
 from sinssim.frames import OF_TRUTH
 from sinssim.progress import Progress, shown
@@ -228,10 +240,6 @@ def _navigations(comparison: StudyResult) -> str:
 
 def _finish(comparison: StudyResult, folder: RunDirectory | None, beside: str = "") -> Path:
     """Fit, decide, write, and move the directory into its place."""
-    from sinssim.experiments.studies.claims import decide
-    from sinssim.experiments.studies.recommended_engines import picks
-    from sinssim.experiments.studies.study_files import write_study  # which also gives the result its media
-
     comparison.orders = [
         order for part in comparison.study.parts for order in fit_orders(comparison.of_part(part.title))
     ]
@@ -248,9 +256,7 @@ def _finish(comparison: StudyResult, folder: RunDirectory | None, beside: str = 
 def _run(comparison: StudyResult, limit_minutes: float, progress: Progress, say: Callable[[str], None]) -> None:
     study = comparison.study
     engines = list(dict.fromkeys(itertools.chain.from_iterable(map(_engines, study.parts))))
-    expected = {
-        id(m): study_motions.expected_seconds(m) for part in study.parts for m in part.motions
-    }  # also finds mistakes
+    expected = {id(m): expected_seconds(m) for part in study.parts for m in part.motions}  # also finds mistakes
     for part, motion in _pairs(study):
         _check_part(part)
         if motion.scenario is None or motion.duration_s is not None:  # a flight's duration is known after the flight
@@ -266,8 +272,8 @@ def _run(comparison: StudyResult, limit_minutes: float, progress: Progress, say:
     plan = []
     for part, motion in _pairs(study):
         seconds = _seconds(part, motion, expected[id(motion)], comparison.costs)
-        if (motion.scenario, motion.set) not in flown and not study_motions.is_cached(motion):
-            seconds += study_motions.flight_seconds(motion) / FLIGHT_SPEED
+        if (motion.scenario, motion.set) not in flown and not is_cached(motion):
+            seconds += flight_seconds(motion) / FLIGHT_SPEED
         flown.add((motion.scenario, motion.set))
         plan.append(_Block(part, motion, seconds))
     total = sum(block.seconds for block in plan)
@@ -370,10 +376,10 @@ def _run_block(comparison: StudyResult, block: _Block, report: Progress) -> None
 
     part, motion, seed = block.part, block.motion, comparison.study.seed
     report(f"Motion: {motion.label}", 0.0)
-    trajectory = study_motions.make(motion)
+    trajectory = trajectory_of(motion)
     _check_length(part, motion, trajectory.end - trajectory.start)
     ideal = trajectory.increments(part.highest_hz)
-    comparison.motions[part.title, motion.label] = study_motions.facts(motion, trajectory)
+    comparison.motions[part.title, motion.label] = motion_facts(motion, trajectory)
     truth = _Truth(trajectory, ideal.time)
     if "euler-heading" in part.decides:
         ratios = {rate: round(part.highest_hz / rate) for rate in part.rates_hz}

@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from sinssim.data import Array
-from sinssim.experiments.studies.study_motions import MotionFacts
+from sinssim.experiments.studies.study_schema import MotionFacts
 from sinssim.frames import OF_TRUTH
 from sinssim.recording.result import Result
 from sinssim.system.short_repr import short_repr

@@ -15,7 +15,7 @@ import pyarrow.parquet as pq
 import pytest
 
 from sinssim.cli import process as cli
-from tests.experiments.trades.examples import SCENARIO
+from tests.experiments.studies.trade_examples import SCENARIO
 
 STUDY = """\
 description = "a parked vehicle"

@@ -10,7 +10,7 @@ import pytest
 
 from sinssim.experiments.run.one_component_exhibits import error_table, numbers, one_component_streams
 from sinssim.recording.rerun.exhibit_recording import markdown_of
-from sinssim.sensors.sets.one_component_sensors import PlaneReadings
+from sinssim.simulation.one_component_run import PlaneReadings
 from sinssim.strapdown.one_component_system import PlaneErrors
 from tests.recording.test_motion_streams import columns, rows
 

@@ -315,7 +315,7 @@ def test_interrupted_it_does_not_decide_on_half_the_numbers(tmp_path, monkeypatc
 
 
 def test_interrupted_while_it_is_written_it_is_written_all_the_same(tmp_path, monkeypatch):
-    from sinssim.experiments.studies import study_files as record
+    from sinssim.experiments.studies import algorithm_comparison as record
 
     whole = record.write_study
     asked = iter((True, False))

@@ -7,8 +7,8 @@ from typing import Any
 import pytest
 
 from sinssim.experiments.studies import attitude_claims
-from sinssim.experiments.studies.study_motions import MotionFacts
 from sinssim.experiments.studies.study_results import Evidence, Outcome, Point, Row
+from sinssim.experiments.studies.study_schema import MotionFacts
 from tests.experiments.studies.test_decide import row
 
 SAMPLES = {"1": 1, "1p": 1, "2": 2, "3": 3, "4": 4}

@@ -8,9 +8,8 @@ import numpy as np
 import pytest
 
 from sinssim.experiments.studies.claims import decide
-from sinssim.experiments.studies.study_motions import MotionFacts
 from sinssim.experiments.studies.study_results import ErrorGrowth, Heading, Row, StudyResult, Verdict
-from sinssim.experiments.studies.study_schema import CLAIM_WORDS, CLAIMS, COMPUTED, Study
+from sinssim.experiments.studies.study_schema import CLAIM_WORDS, CLAIMS, COMPUTED, MotionFacts, Study
 from sinssim.strapdown.attitude.rotation_vector import drift_under_coning
 from sinssim.units import ARCSEC
 

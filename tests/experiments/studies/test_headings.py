@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 from sinssim import rotation
-from sinssim.experiments.studies import study_motions
+from sinssim.experiments.studies import study_schema
 from sinssim.experiments.studies.attitude_claims import FORMS, compare_headings, headings
 from sinssim.experiments.studies.study_schema import StudyMotion
 
@@ -20,7 +20,7 @@ TABLE = {
 
 @pytest.fixture(scope="module")
 def table():
-    trajectory = study_motions.make(StudyMotion.model_validate({"motion": TABLE}))
+    trajectory = study_schema.trajectory_of(StudyMotion.model_validate({"motion": TABLE}))
     return trajectory, trajectory.increments(200.0)
 
 
@@ -69,5 +69,5 @@ def test_a_motion_over_the_vertical_is_not_compared():
         "roll_deg": 0.0,
         "steps": [{"type": "turn", "axis": [0.0, 1.0, 0.0], "angle_deg": 360.0, "rate_deg_s": 90.0}],
     }
-    trajectory = study_motions.make(StudyMotion.model_validate({"motion": loop}))
+    trajectory = study_schema.trajectory_of(StudyMotion.model_validate({"motion": loop}))
     assert compare_headings("p", "loop", trajectory, trajectory.increments(50.0), {50.0: 1}) == []

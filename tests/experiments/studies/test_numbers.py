@@ -11,7 +11,7 @@ import pytest
 
 from sinssim.data import Array, ImuData, NavSolution, NavState
 from sinssim.earth.ellipsoids import ELLIPSOIDS
-from sinssim.experiments.studies import attitude_claims, step_cost, study_motions
+from sinssim.experiments.studies import attitude_claims, step_cost, study_schema
 from sinssim.experiments.studies.algorithm_comparison import _errors, _seconds, drifts, rows_of
 from sinssim.experiments.studies.attitude_claims import FORMS, compare_headings
 from sinssim.experiments.studies.step_cost import Cost, Operations, least_time, measure_time
@@ -77,7 +77,7 @@ class _Northwards:
 def test_facts_of_a_motion() -> None:
     """0.06° of latitude in 90 s are 2.4 deg/h; mean of 60 and 120 m/s; 26° of rate; 6.66 km along the ground."""
     cone = {"type": "coning", "half_angle_deg": 3.0, "frequency_hz": 7.0, "duration_s": 90.0}
-    found = study_motions.facts(StudyMotion.model_validate({"motion": cone}), _Northwards())  # type: ignore[arg-type]
+    found = study_schema.motion_facts(StudyMotion.model_validate({"motion": cone}), _Northwards())  # type: ignore[arg-type]
     assert found.duration_s == 90.0
     assert found.latitude_rate_deg_h == pytest.approx(2.4, rel=1e-6)
     assert found.ground_speed_kmh == pytest.approx(324.0, rel=1e-3)
@@ -88,13 +88,13 @@ def test_facts_of_a_motion() -> None:
     radius = 6378137.0 * (1.0 - 0.00669438) / (1.0 - 0.00669438 * math.sin(41.0 * DEG) ** 2) ** 1.5
     assert found.distance_m == pytest.approx(0.06 * DEG * radius, rel=2e-5)
     assert found.cone == pytest.approx((3.0 * DEG, 14.0 * math.pi))
-    assert study_motions.facts(StudyMotion.model_validate(MOTION), _Northwards()).cone is None  # type: ignore[arg-type]
+    assert study_schema.motion_facts(StudyMotion.model_validate(MOTION), _Northwards()).cone is None  # type: ignore[arg-type]
 
 
 def test_the_beginning_of_increments() -> None:
     """Intervals that end within 0.35 s of the start at 2 s."""
     imu = ImuData(np.array([2.0, 2.1, 2.2, 2.35, 2.4]), np.arange(12.0).reshape(4, 3), -np.arange(12.0).reshape(4, 3))
-    found = study_motions.first_seconds(imu, 0.35)
+    found = study_schema.first_seconds(imu, 0.35)
     assert found.time.tolist() == [2.0, 2.1, 2.2, 2.35]
     assert found.dtheta[-1].tolist() == [6.0, 7.0, 8.0]
     assert found.dvel[-1].tolist() == [-6.0, -7.0, -8.0]

@@ -7,7 +7,7 @@ from typing import Any
 import pytest
 from rich.console import Console
 
-from sinssim.experiments.studies.recommended_engines import picks
+from sinssim.experiments.studies.claims import picks
 from sinssim.experiments.studies.study_charts import one_draw
 from sinssim.experiments.studies.study_exhibits import exhibits_of
 from sinssim.experiments.studies.study_results import Row, StudyResult, needed

@@ -7,7 +7,7 @@ import math
 import numpy as np
 import pytest
 
-from sinssim.experiments.studies import study_motions
+from sinssim.experiments.studies import study_schema
 from sinssim.experiments.studies.algorithm_comparison import compare
 from sinssim.experiments.studies.study_schema import Study
 from sinssim.experiments.study import load_study
@@ -35,7 +35,7 @@ def test_low_order_on_a_table_at_300_deg_s():
     part = {"title": "p", "algorithms": ("two-quaternions", "rotation-vector-2"), "rates_hz": (100.0, 200.0),
             "motions": ({"name": "table", "motion": TABLE},)}  # fmt: skip
     found = compare(Study.model_validate({"name": "s", "parts": (part,)}))
-    trajectory = study_motions.make(found.study.parts[0].motions[0])
+    trajectory = study_schema.trajectory_of(found.study.parts[0].motions[0])
     time = np.linspace(trajectory.start, trajectory.end, 100_001)
     omega = np.linalg.norm(trajectory.rates(time)[0], axis=1)
     for row in found.rows:

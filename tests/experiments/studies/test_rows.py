@@ -12,7 +12,7 @@ import pytest
 
 from sinssim.earth.ellipsoids import ELLIPSOIDS
 from sinssim.errors import RunError
-from sinssim.experiments.studies import study_motions
+from sinssim.experiments.studies import study_schema
 from sinssim.experiments.studies.algorithm_comparison import _navigate, _Truth
 from sinssim.experiments.studies.attitude_claims import _frame_rate
 from sinssim.experiments.studies.attitude_cost import AttitudeCost
@@ -38,7 +38,7 @@ def navigated(monkeypatch: pytest.MonkeyPatch, change: Any) -> Any:
         )
         for by_functions, ns, adds in ((False, 30.0, 9.0), (True, 50.0, 90.0))
     ]
-    trajectory = study_motions.make(part.motions[0])
+    trajectory = study_schema.trajectory_of(part.motions[0])
     imu = trajectory.increments(10.0)
     plain = measured_attitude.navigate_set
     monkeypatch.setattr(measured_attitude, "navigate_set", lambda *given, **options: change(plain(*given, **options)))

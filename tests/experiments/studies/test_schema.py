@@ -58,7 +58,7 @@ def test_patterns_stand_for_algorithms(tmp_path: Path) -> None:
 
 @pytest.mark.parametrize(
     "name", sorted(set(list_content("studies")) - {"gyro_trade"})
-)  # tests/experiments/trades/test_load.py
+)  # tests/experiments/studies/test_trade_load.py
 def test_shipped_studies_load(name: str) -> None:
     study = load_study(name)
     assert study.name == name

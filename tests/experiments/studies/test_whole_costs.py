@@ -12,8 +12,8 @@ from sinssim.experiments.studies.attitude_claims import coning_drift
 from sinssim.experiments.studies.attitude_cost import MatrixCost
 from sinssim.experiments.studies.claims import cheapest, trigonometric_matrix
 from sinssim.experiments.studies.step_cost import Operations
-from sinssim.experiments.studies.study_motions import MotionFacts
 from sinssim.experiments.studies.study_results import Evidence, Row
+from sinssim.experiments.studies.study_schema import MotionFacts
 from sinssim.units import ARCSEC
 from tests.experiments.studies.test_decide import row
 

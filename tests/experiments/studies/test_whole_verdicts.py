@@ -22,7 +22,6 @@ from sinssim.experiments.studies.position_claims import (
     linear_part,
     simplified_radii,
 )
-from sinssim.experiments.studies.study_motions import MotionFacts
 from sinssim.experiments.studies.study_results import (
     ALLOWED_ARCSEC_H,
     ErrorGrowth,
@@ -34,6 +33,7 @@ from sinssim.experiments.studies.study_results import (
     needed,
     overall,
 )
+from sinssim.experiments.studies.study_schema import MotionFacts
 from tests.experiments.studies.test_decide import row
 
 

@@ -15,7 +15,7 @@ import pytest
 from sinssim.charts import Axis, Chart, Charts, Line
 from sinssim.exhibits import Exhibits, Section, Sentence
 from sinssim.experiments.run import one_component_recording as one_component
-from sinssim.recording.rerun import exhibit_recording
+from sinssim.recording.rerun import exhibit_recording, rrd, views
 from sinssim.recording.rerun.viewer import RUN_ENTITY
 from sinssim.units import LENGTH_SCALE
 
@@ -61,8 +61,8 @@ class Kept:
 @pytest.fixture
 def kept(monkeypatch: pytest.MonkeyPatch) -> Kept:
     found = Kept()
-    monkeypatch.setattr(one_component, "Recording", found)
-    for module in (exhibit_recording, one_component):
+    monkeypatch.setattr(rrd, "Recording", found)
+    for module in (exhibit_recording, views):
         monkeypatch.setattr(module, "all_views", lambda run: ("views", run.name, dict(run.labels)))
 
     @contextmanager
@@ -128,19 +128,20 @@ def test_exhibits_without_views_of_their_kind(kept: Kept, monkeypatch: pytest.Mo
 
 def test_a_run_of_one_component(kept: Kept, monkeypatch: pytest.MonkeyPatch) -> None:
     recorded: list[Any] = []
-    monkeypatch.setattr(one_component, "record_charts",
+    monkeypatch.setattr(exhibit_recording, "record_charts",
                         lambda recording, charts, root: recorded.append((charts, root)) or {charts: "km"})  # fmt: skip
     monkeypatch.setattr(one_component, "_draw_pendulum", lambda recording, result: {"pendulum": "deg"})
     monkeypatch.setattr(one_component, "error_table", lambda numbers: numbers)
-    monkeypatch.setattr(one_component, "markdown_of", lambda items: f"# {items}")
+    monkeypatch.setattr(exhibit_recording, "markdown_of", lambda items: f"# {items}")
     result: Any = SimpleNamespace(truth=SimpleNamespace(time=np.array([50.0, 60.0, 350.0])),
                                   section=SimpleNamespace(variant="level"))  # fmt: skip
-    shown: Any = ["position", "pitch"]
-    numbers: Any = {"n": 1}
+    shown = ["position", "pitch"]
+    monkeypatch.setattr(one_component, "plane_charts", lambda result: shown)
+    monkeypatch.setattr(one_component, "numbers", lambda result: {"n": 1})
     for detail, thin in (("light", True), ("full", False)):
         own = scenario(recording=SimpleNamespace(detail=detail))
         streams: Any = [SimpleNamespace(name="motion")]
-        one_component.record(Path("recording.rrd"), own, result, numbers, shown, streams)
+        one_component.record(Path("recording.rrd"), own, result, streams)
         assert kept.streams.pop() == ("motion", thin)
     assert recorded == [(one, "one_component/") for one in shown] * 2
     assert kept.texts["about/summary"] == "# [{'n': 1}]"

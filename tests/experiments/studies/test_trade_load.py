@@ -9,10 +9,10 @@ import pytest
 from sinssim.content import list_content
 from sinssim.errors import InputError
 from sinssim.experiments.studies.study_schema import Study
+from sinssim.experiments.studies.trade_cells import cells_of
+from sinssim.experiments.studies.trade_schema import TradeStudy
 from sinssim.experiments.study import load_any_study, load_study
-from sinssim.experiments.trades.trade_cells import cells_of
-from sinssim.experiments.trades.trade_schema import TradeStudy
-from tests.experiments.trades.examples import SCENARIO
+from tests.experiments.studies.trade_examples import SCENARIO
 
 FILE = """\
 scenario = "standing.toml"

@@ -11,14 +11,14 @@ import rerun.blueprint as rrb
 from rerun.chunk import RrdReader
 
 import sinssim
-from sinssim.experiments.trades.trade_cells import CellNumbers
-from sinssim.experiments.trades.trade_exhibits import shown_cells
-from sinssim.experiments.trades.trade_result import CellResult, TradeResult
+from sinssim.experiments.studies.trade_cells import CellNumbers
+from sinssim.experiments.studies.trade_exhibits import shown_cells
+from sinssim.experiments.studies.trade_result import CellResult, TradeResult
 from sinssim.recording.rerun.exhibit_recording import record
 from sinssim.recording.rerun.viewer import find_run_info
 from sinssim.recording.rerun.views import all_views, load_view
 from tests.analyses.error_budget.test_budget_recording import views
-from tests.experiments.trades.examples import study
+from tests.experiments.studies.trade_examples import study
 
 
 @pytest.fixture(scope="module")

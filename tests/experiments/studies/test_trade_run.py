@@ -12,12 +12,12 @@ import pytest
 
 from sinssim.cli import process as cli
 from sinssim.errors import InputError, RunError
-from sinssim.experiments.trades import trade_run as running
-from sinssim.experiments.trades.trade_result import TradeResult
-from sinssim.experiments.trades.trade_run import trade
-from sinssim.experiments.trades.trade_schema import TradeStudy
+from sinssim.experiments.studies import trade_run as running
+from sinssim.experiments.studies.trade_result import TradeResult
+from sinssim.experiments.studies.trade_run import trade
+from sinssim.experiments.studies.trade_schema import TradeStudy
 from sinssim.units import DEG_H
-from tests.experiments.trades.examples import ACCEL, AIDED, BIAS, GRADE, study
+from tests.experiments.studies.trade_examples import ACCEL, AIDED, BIAS, GRADE, study
 
 TIMES: dict[str, Any] = {"times_s": (30.0,), "require": ("r95(40 s) <= 8 m", "heading(end) <= 1 deg")}
 

@@ -20,8 +20,8 @@ from numpy.typing import NDArray
 from sinssim.charts import TIME, Axis, Band, Bars, Cells, Chart, Charts, Color, Dots, Line, Mark, Remark
 from sinssim.data import Array
 from sinssim.exhibits import Column, Exhibits, Item, Section, Sentence, Table, Verbatim
-from sinssim.experiments.trades.trade_cells import CellNumbers, place_name
-from sinssim.experiments.trades.trade_result import (
+from sinssim.experiments.studies.trade_cells import CellNumbers, place_name
+from sinssim.experiments.studies.trade_result import (
     CellResult,
     TradeResult,
     Unit,
@@ -36,7 +36,7 @@ from sinssim.experiments.trades.trade_result import (
     requirement_lines,
     unit_for,
 )
-from sinssim.experiments.trades.trade_schema import Axis as GridAxis
+from sinssim.experiments.studies.trade_schema import Axis as GridAxis
 from sinssim.formatting import capital, number_text
 from sinssim.recording import style
 from sinssim.recording.result import Media

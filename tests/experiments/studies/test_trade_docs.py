@@ -8,9 +8,9 @@ from typing import Any
 
 import pytest
 
+from sinssim.experiments.studies.trade_cells import cells_of
+from sinssim.experiments.studies.trade_schema import Axis, TradeStudy
 from sinssim.experiments.study import load_trade_study
-from sinssim.experiments.trades.trade_cells import cells_of
-from sinssim.experiments.trades.trade_schema import Axis, TradeStudy
 
 DOCS = Path(__file__).parents[3] / "docs"
 PAGE = (DOCS / "trades.md").read_text(encoding="utf-8")

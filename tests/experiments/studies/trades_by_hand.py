@@ -8,10 +8,10 @@ from typing import Any
 
 import numpy as np
 
-from sinssim.experiments.trades.trade_cells import CellNumbers, cells_of
-from sinssim.experiments.trades.trade_result import CellResult, TradeResult
+from sinssim.experiments.studies.trade_cells import CellNumbers, cells_of
+from sinssim.experiments.studies.trade_result import CellResult, TradeResult
 from sinssim.statistics.requirement_verdict import VerdictInUnit
-from tests.experiments.trades.examples import ACCEL, BIAS, GRADE, study
+from tests.experiments.studies.trade_examples import ACCEL, BIAS, GRADE, study
 
 SECOND = pi / 648_000.0
 RISING = {"key": BIAS, "values": (0.02, 0.01, 0.05)}

@@ -14,11 +14,11 @@ from sinssim.experiments.ensembles.ensemble_errors import RunErrors
 from sinssim.experiments.ensembles.ensemble_result import EnsembleResult
 from sinssim.experiments.ensembles.ensemble_statistics import Circles
 from sinssim.experiments.ensembles.ensemble_verdicts import Estimate, estimate
-from sinssim.experiments.trades.trade_cells import of_budget, of_ensemble
+from sinssim.experiments.studies.trade_cells import of_budget, of_ensemble
 from sinssim.statistics.percentiles import Percentile, percentile
 from sinssim.statistics.requirement_verdict import Exceeded, VerdictInUnit
 from sinssim.statistics.requirements import parse_quantity
-from tests.experiments.trades.examples import study
+from tests.experiments.studies.trade_examples import study
 from tests.recording.by_hand import ARCMIN, CEP, R95, hand_budget
 
 AXIS = ({"key": "imu.grade", "values": ("tactical",)},)

@@ -17,7 +17,7 @@ import numpy as np
 
 from sinssim.data import Array
 from sinssim.errors import InputError
-from sinssim.experiments.trades.trade_schema import TradeStudy, toml_text
+from sinssim.experiments.studies.trade_schema import TradeStudy, toml_text
 from sinssim.scenario.load import load_scenario
 from sinssim.scenario.planned_motion import expected_duration
 from sinssim.scenario.schema import Scenario

@@ -26,10 +26,10 @@ from sinssim.experiments.ensembles.ensemble_directory import EnsembleDirectory
 from sinssim.experiments.ensembles.ensemble_plan import TruthCache, truth_key
 from sinssim.experiments.ensembles.ensemble_run import stored_runs
 from sinssim.experiments.experiment_directory import Kind, Store, other_scenario, other_software, software
-from sinssim.experiments.trades.trade_cells import Cell, CellNumbers, cells_of, digest_of, of_budget, of_ensemble
-from sinssim.experiments.trades.trade_exhibits import TradeMedia
-from sinssim.experiments.trades.trade_result import CellResult, TradeResult
-from sinssim.experiments.trades.trade_schema import TradeStudy
+from sinssim.experiments.studies.trade_cells import Cell, CellNumbers, cells_of, digest_of, of_budget, of_ensemble
+from sinssim.experiments.studies.trade_exhibits import TradeMedia
+from sinssim.experiments.studies.trade_result import CellResult, TradeResult
+from sinssim.experiments.studies.trade_schema import TradeStudy
 from sinssim.experiments.workload import FLIGHT_SPEED, LIMIT_MINUTES, TooLongError, Watch, check_limit
 from sinssim.progress import Progress, shown
 from sinssim.recording.run_directory import plain
@@ -397,7 +397,7 @@ def _leave(folder: TradeDirectory, result: TradeResult, stop: BaseException) -> 
 
 def _write(folder: TradeDirectory, result: TradeResult) -> None:
     """Write report, figures and numbers."""
-    from sinssim.experiments.trades.trade_exhibits import write_trade
+    from sinssim.experiments.studies.trade_exhibits import write_trade
 
     folder.keep(lambda place: write_trade(result, place))
 

@@ -5,10 +5,10 @@ from __future__ import annotations
 import re
 from pathlib import Path
 
-from sinssim.experiments.trades.trade_exhibits import exhibits_of
+from sinssim.experiments.studies.trade_exhibits import exhibits_of
 from sinssim.recording.console import plain_text, show
-from tests.experiments.trades.examples import ACCEL, AXES, BIAS
-from tests.experiments.trades.test_trade_figure import made
+from tests.experiments.studies.test_trade_figure import made
+from tests.experiments.studies.trade_examples import ACCEL, AXES, BIAS
 
 
 def test_grid_cells_and_requirements(tmp_path: Path) -> None:

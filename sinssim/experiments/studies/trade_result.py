@@ -19,8 +19,8 @@ from numpy.typing import NDArray
 from sinssim.data import Array
 from sinssim.errors import InputError, shortened, unknown_name
 from sinssim.exhibits import Column, Table
-from sinssim.experiments.trades.trade_cells import Cell, CellNumbers, command_of, digest_of, place_name
-from sinssim.experiments.trades.trade_schema import Axis, TradeStudy, value_text
+from sinssim.experiments.studies.trade_cells import Cell, CellNumbers, command_of, digest_of, place_name
+from sinssim.experiments.studies.trade_schema import Axis, TradeStudy, value_text
 from sinssim.formatting import capital, number_text
 from sinssim.recording.result import Result
 from sinssim.statistics.percentiles import runs_for_band

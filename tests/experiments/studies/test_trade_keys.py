@@ -6,7 +6,7 @@ import tomllib
 
 import pytest
 
-from sinssim.experiments.trades.trade_schema import label_of, toml_text, unit_of, value_text
+from sinssim.experiments.studies.trade_schema import label_of, toml_text, unit_of, value_text
 
 
 @pytest.mark.parametrize(

@@ -12,14 +12,14 @@ import numpy as np
 import pytest
 
 from sinssim.errors import InputError, RunError
-from sinssim.experiments.trades import trade_run as running
-from sinssim.experiments.trades.trade_cells import CellNumbers
-from sinssim.experiments.trades.trade_exhibits import _lists, write_trade
-from sinssim.experiments.trades.trade_run import TradeDirectory, _contents, _numbers, trade
+from sinssim.experiments.studies import trade_run as running
+from sinssim.experiments.studies.trade_cells import CellNumbers
+from sinssim.experiments.studies.trade_exhibits import _lists, write_trade
+from sinssim.experiments.studies.trade_run import TradeDirectory, _contents, _numbers, trade
 from sinssim.recording import figures
 from sinssim.statistics.requirement_verdict import VerdictInUnit
-from tests.experiments.trades.by_hand import BIAS, RISING, UNITS, made
-from tests.experiments.trades.examples import study
+from tests.experiments.studies.trade_examples import study
+from tests.experiments.studies.trades_by_hand import BIAS, RISING, UNITS, made
 
 
 class StopError(Exception):

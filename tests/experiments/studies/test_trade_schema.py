@@ -8,9 +8,9 @@ from typing import Any
 import pytest
 
 from sinssim.errors import InputError
-from sinssim.experiments.trades.trade_schema import MOST_CELLS, Axis, TradeStudy
+from sinssim.experiments.studies.trade_schema import MOST_CELLS, Axis, TradeStudy
 from sinssim.statistics.requirements import Quantity
-from tests.experiments.trades.examples import BIAS, GRADE, study
+from tests.experiments.studies.trade_examples import BIAS, GRADE, study
 
 
 def test_axes_and_their_words(tmp_path: Path) -> None:

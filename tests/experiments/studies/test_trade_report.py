@@ -5,12 +5,12 @@ from __future__ import annotations
 import re
 from pathlib import Path
 
-from sinssim.experiments.trades.trade_exhibits import exhibits_of
-from sinssim.experiments.trades.trade_result import CellResult, TradeResult
+from sinssim.experiments.studies.trade_exhibits import exhibits_of
+from sinssim.experiments.studies.trade_result import CellResult, TradeResult
 from sinssim.recording.report.exhibit_page import page_of
-from tests.experiments.trades.examples import AXES
-from tests.experiments.trades.test_result import made as ensemble
-from tests.experiments.trades.test_trade_figure import made
+from tests.experiments.studies.test_trade_figure import made
+from tests.experiments.studies.test_trade_result import made as ensemble
+from tests.experiments.studies.trade_examples import AXES
 
 
 def test_the_report_is_whole(tmp_path: Path) -> None:

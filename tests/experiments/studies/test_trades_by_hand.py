@@ -12,10 +12,10 @@ import numpy as np
 import pytest
 
 from sinssim.errors import InputError
-from sinssim.experiments.trades import trade_cells, trade_exhibits
-from sinssim.experiments.trades.trade_cells import cells_of, command_of
-from sinssim.experiments.trades.trade_exhibits import exhibits_of, growth, to_json
-from sinssim.experiments.trades.trade_result import (
+from sinssim.experiments.studies import trade_cells, trade_exhibits
+from sinssim.experiments.studies.trade_cells import cells_of, command_of
+from sinssim.experiments.studies.trade_exhibits import exhibits_of, growth, to_json
+from sinssim.experiments.studies.trade_result import (
     CellResult,
     TradeResult,
     Unit,
@@ -30,12 +30,12 @@ from sinssim.experiments.trades.trade_result import (
     unit_for,
     verdict_text,
 )
-from sinssim.experiments.trades.trade_schema import Axis, TradeStudy
+from sinssim.experiments.studies.trade_schema import Axis, TradeStudy
 from sinssim.recording.report.exhibit_page import page_of
 from sinssim.recording.rerun.exhibit_recording import markdown, record_chart
 from sinssim.statistics.requirements import Quantity, parse_quantity, parse_requirement
-from tests.experiments.trades.by_hand import ASK, OTHER, RISING, UNITS, made, without
-from tests.experiments.trades.examples import ACCEL, BIAS, GRADE, study
+from tests.experiments.studies.trade_examples import ACCEL, BIAS, GRADE, study
+from tests.experiments.studies.trades_by_hand import ASK, OTHER, RISING, UNITS, made, without
 from tests.recording.spies import Drawn
 
 SECOND = pi / 648_000.0

@@ -10,11 +10,11 @@ from typing import Any
 import pytest
 
 from sinssim.errors import InputError
-from sinssim.experiments.trades import trade_cells
-from sinssim.experiments.trades.trade_cells import cells_of, command_of, digest_of, place_name
-from sinssim.experiments.trades.trade_schema import Axis, TradeStudy
+from sinssim.experiments.studies import trade_cells
+from sinssim.experiments.studies.trade_cells import cells_of, command_of, digest_of, place_name
+from sinssim.experiments.studies.trade_schema import Axis, TradeStudy
 from sinssim.scenario.load import load_scenario
-from tests.experiments.trades.examples import AIDED, BIAS, GRADE, study
+from tests.experiments.studies.trade_examples import AIDED, BIAS, GRADE, study
 
 
 def test_a_cell_is_its_command(tmp_path: Path) -> None:

@@ -9,9 +9,9 @@ import pyarrow.parquet as pq
 import pytest
 
 from sinssim.errors import InputError
-from sinssim.experiments.trades.trade_cells import Cell, CellNumbers, cells_of
-from sinssim.experiments.trades.trade_exhibits import exhibits_of
-from sinssim.experiments.trades.trade_result import (
+from sinssim.experiments.studies.trade_cells import Cell, CellNumbers, cells_of
+from sinssim.experiments.studies.trade_exhibits import exhibits_of
+from sinssim.experiments.studies.trade_result import (
     CellResult,
     TradeResult,
     _rounded,
@@ -24,7 +24,7 @@ from sinssim.experiments.trades.trade_result import (
 from sinssim.recording.rerun.exhibit_recording import markdown
 from sinssim.statistics.requirement_verdict import VerdictInUnit, Word
 from sinssim.statistics.requirements import Quantity
-from tests.experiments.trades.examples import BIAS, GRADE, study
+from tests.experiments.studies.trade_examples import BIAS, GRADE, study
 
 R95 = (10.0, 20.0, 30.0, 40.0, float("nan"), 60.0)
 

@@ -11,10 +11,10 @@ import numpy as np
 import pytest
 
 from sinssim.errors import InputError
-from sinssim.experiments.trades.trade_cells import CellNumbers
-from sinssim.experiments.trades.trade_run import MANIFEST, TradeDirectory
+from sinssim.experiments.studies.trade_cells import CellNumbers
+from sinssim.experiments.studies.trade_run import MANIFEST, TradeDirectory
 from sinssim.statistics.requirement_verdict import VerdictInUnit
-from tests.experiments.trades.examples import study
+from tests.experiments.studies.trade_examples import study
 
 NUMBERS = CellNumbers(
     {"r95_end_m": 0.1 + 0.2, "nothing": float("nan"), "tiny": 5e-324},

@@ -10,16 +10,16 @@ from typing import Any
 import numpy as np
 import pytest
 
-from sinssim.experiments.trades.trade_cells import CellNumbers, cells_of
-from sinssim.experiments.trades.trade_exhibits import curves, families, grid_of, growth, pictures
-from sinssim.experiments.trades.trade_exhibits import heat_map as map_of
-from sinssim.experiments.trades.trade_result import CellResult, TradeResult
-from sinssim.experiments.trades.trade_schema import Axis
+from sinssim.experiments.studies.trade_cells import CellNumbers, cells_of
+from sinssim.experiments.studies.trade_exhibits import curves, families, grid_of, growth, pictures
+from sinssim.experiments.studies.trade_exhibits import heat_map as map_of
+from sinssim.experiments.studies.trade_result import CellResult, TradeResult
+from sinssim.experiments.studies.trade_schema import Axis
 from sinssim.recording.figures import figure_of
 from sinssim.recording.style import COLORS, css
 from sinssim.statistics.requirement_verdict import VerdictInUnit
 from sinssim.statistics.requirements import Quantity
-from tests.experiments.trades.examples import ACCEL, AXES, BIAS, GRADE, study
+from tests.experiments.studies.trade_examples import ACCEL, AXES, BIAS, GRADE, study
 
 R95 = Quantity("r95", "end")
 NUMBERS = {"key": BIAS, "values": (0.01, 0.02, 0.04)}

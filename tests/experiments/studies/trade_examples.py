@@ -5,7 +5,7 @@ from __future__ import annotations
 from pathlib import Path
 from typing import Any
 
-from sinssim.experiments.trades.trade_schema import Axis, TradeStudy
+from sinssim.experiments.studies.trade_schema import Axis, TradeStudy
 
 BIAS, GRADE, ACCEL = "imu.gyro_bias_sigma_deg_h", "imu.grade", "imu.accel_bias_sigma_ug"
 
