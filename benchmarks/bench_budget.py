@@ -5,7 +5,7 @@ from __future__ import annotations
 import time
 
 import sinssim
-from sinssim.analyses.error_budget.allowances import answers, times_of
+from sinssim.analyses.error_budget.budget_result import answers, times_of
 from sinssim.statistics.requirements import parse_requirements
 
 SCENARIOS = ("first_flight", "aided_airliner", "gyrocompassing")

@@ -92,7 +92,7 @@ BEYOND = (
     Row(
         "",
         "Two systems compared: s = dᵀ(2C)⁻¹d against χ²; after a fault non-central with λ = eᵀ(2C)⁻¹e",
-        ("statistics.redundant_systems.compare_systems", "statistics.redundant_systems.detection_probability"),
+        ("statistics.chi_square.compare_systems", "statistics.chi_square.detection_probability"),
         (
             "statistics/test_systems.py::test_false_alarms_are_as_frequent_as_stated",
             "statistics/test_systems.py::test_detection_time_is_the_predicted_one",
@@ -146,13 +146,13 @@ BEYOND = (
     Row(
         "",
         "Rauch-Tung-Striebel smoother",
-        ("estimation.smoother.smooth",),
+        ("estimation.kalman_filter.smooth",),
         ("estimation/test_smoother.py::test_open_loop_is_filterpys_and_closed_loop_the_same",),
     ),
     Row(
         "",
         "Covariance of the errors by source, and the largest value of a source that meets a requirement",
-        ("analyses.error_budget.share_propagation.Propagation", "analyses.error_budget.allowances.answers"),
+        ("analyses.error_budget.share_propagation.Propagation", "analyses.error_budget.budget_result.answers"),
         (
             "analyses/error_budget/test_closed_forms.py::test_one_source_at_rest",
             "analyses/error_budget/test_limits.py::test_the_largest_values_just_meet_the_requirement",
@@ -161,14 +161,14 @@ BEYOND = (
     Row(
         "",
         "Platform: ψ̇_i = C_ip (κ ω_commanded − d)",
-        ("strapdown.platform_errors.errors_by_cause", "strapdown.gimballed_platform.navigate_platform"),
+        ("strapdown.platform_theory.errors_by_cause", "strapdown.gimballed_platform.navigate_platform"),
         ("strapdown/test_navigate.py::test_one_error_alone_is_that_of_the_error_equations",),
     ),
     Row(
         "",
         "Alignment of a platform: (s + 1/τ)³ and s² + 2ζω₀s + ω₀²; final tilts ∇/g, azimuth d_E/Ω_N − tan φ ∇_E/g; "
         "noise N √(3/(16 τ))/Ω_N",
-        ("strapdown.platform_alignment.AlignmentLoops",),
+        ("strapdown.platform_theory.AlignmentLoops",),
         (
             "strapdown/test_alignment.py::test_poles_are_the_designed_ones",
             "strapdown/test_alignment.py::test_final_errors",

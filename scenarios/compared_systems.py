@@ -31,7 +31,7 @@ from sinssim.recording import style
 from sinssim.recording.figures import new_figure, save, styled, to_svg
 from sinssim.recording.report.page import page, table, words
 from sinssim.scenario import Scenario
-from sinssim.statistics.redundant_systems import ComparedSystems, compare_systems, detection_probability, mid_value
+from sinssim.statistics.chi_square import ComparedSystems, compare_systems, detection_probability, mid_value
 
 Array = NDArray[np.float64]
 

@@ -3,7 +3,7 @@
 Run it from anywhere:  python scenarios/platform_alignment.py [-o DIR] [--grade GRADE]
 
 The platform is levelled to 1′ and its azimuth known to 2° at the start; its loops of several time constants τ align it
-(`sinssim.strapdown.platform_alignment`). The strapdown system averages its readings (eq. (1) of the ground SINS paper,
+(`sinssim.strapdown.platform_theory`). The strapdown system averages its readings (eq. (1) of the ground SINS paper,
 `sinssim.alignment`). Biases and noise are those of the grade. The final azimuth error of both is that of the level
 gyro, d_E/(U cos φ); the times until σ is 1.5 and 1.1 times as large are printed. It writes platform_alignment.svg, .png
 and .csv.
@@ -30,7 +30,7 @@ from sinssim.recording import style
 from sinssim.recording.figures import new_figure, save, styled
 from sinssim.sensors.imu.grades import GRADES
 from sinssim.sensors.imu.imu import Imu
-from sinssim.strapdown.platform_alignment import AlignmentLoops
+from sinssim.strapdown.platform_theory import AlignmentLoops
 from sinssim.units import ARCMIN, DEG
 
 LATITUDE = 50.0 * DEG

@@ -107,7 +107,7 @@ AXES: dict[str, str] = {
     "north": "velocity and attitude in north, east, down, each at its own place",
     "transported": "those of the true place carried to that of the solution without a turn about the vertical",
 }
-"""Ways to compare velocity and attitude at two places, see `sinssim.strapdown.polar_axes`."""
+"""Ways to compare velocity and attitude at two places, see `sinssim.strapdown.solution_coordinates`."""
 
 OF_TRUTH = "truth"
 """The navigator's ellipsoid if it is that of the truth."""

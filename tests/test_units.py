@@ -8,10 +8,10 @@ from fractions import Fraction
 import pytest
 
 from sinssim import units
-from sinssim.analyses.noise.log_channels import UNITS
+from sinssim.analyses.noise.noise_report import UNITS
 from sinssim.logs.column_names import UNITS_OF
 from sinssim.sensors.imu.datasheet_units import to_si
-from sinssim.statistics.position_error_rate import to_nmi_h
+from sinssim.statistics.circular_error import to_nmi_h
 
 ARCSEC = 4.848136811095360e-6  # rad
 SQRT_H = 60.0  # root of an hour [√s]

@@ -10,10 +10,13 @@ if TYPE_CHECKING:
     from sinssim.alignment.alignment_budget import AVERAGED as AVERAGED
     from sinssim.alignment.alignment_budget import MOTION as MOTION
     from sinssim.alignment.alignment_budget import SOURCES as SOURCES
+    from sinssim.alignment.alignment_budget import BestHeadings as BestHeadings
     from sinssim.alignment.alignment_budget import Expected as Expected
+    from sinssim.alignment.alignment_budget import best_headings as best_headings
     from sinssim.alignment.alignment_budget import bias_takes_over as bias_takes_over
     from sinssim.alignment.alignment_budget import error_budget as error_budget
     from sinssim.alignment.alignment_budget import expected_errors as expected_errors
+    from sinssim.alignment.alignment_budget import set_sigma as set_sigma
     from sinssim.alignment.alignment_budget import total as total
     from sinssim.alignment.base_motion import Departure as Departure
     from sinssim.alignment.base_motion import Drift as Drift
@@ -27,9 +30,6 @@ if TYPE_CHECKING:
     from sinssim.alignment.determination import mean_readings as mean_readings
     from sinssim.alignment.disturbed_base import DisturbedAlignment as DisturbedAlignment
     from sinssim.alignment.disturbed_base import align_disturbed as align_disturbed
-    from sinssim.alignment.heading_choice import BestHeadings as BestHeadings
-    from sinssim.alignment.heading_choice import best_headings as best_headings
-    from sinssim.alignment.heading_choice import set_sigma as set_sigma
     from sinssim.alignment.initial_conditions import STATES as STATES
     from sinssim.alignment.initial_conditions import initial_covariance as initial_covariance
     from sinssim.alignment.initial_conditions import initial_state as initial_state

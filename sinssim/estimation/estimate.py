@@ -16,6 +16,7 @@ that mean and in the attitude, and the update uses the covariance of the two.
 
 from __future__ import annotations
 
+from collections import Counter
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 from functools import partial
@@ -30,23 +31,106 @@ from sinssim.earth.transverse_route import route_along
 from sinssim.errors import InputError, RunError, check_name, shortened
 from sinssim.estimation.error_dynamics import driving_noise
 from sinssim.estimation.filter_loop import Loop
-from sinssim.estimation.filter_remarks import neglected, remarks, vibration_untold
-from sinssim.estimation.filter_result import Estimate
-from sinssim.estimation.innovation_gate import contradiction
-from sinssim.estimation.linearisation import Surroundings
+from sinssim.estimation.filter_result import Estimate, Innovations
+from sinssim.estimation.kalman_filter import contradiction
+from sinssim.estimation.kalman_filter import smooth as smoothed
+from sinssim.estimation.linearisation import Surroundings, at, solution_of
 from sinssim.estimation.measurement_epochs import CheckedMeasurements, take_in
-from sinssim.estimation.nominal_motion import at, solution_of
-from sinssim.estimation.smoother import smooth as smoothed
 from sinssim.estimation.state_model import ErrorModel
 from sinssim.sensors.imu.compensation import MeanGyroRates
 from sinssim.sensors.imu.encoder import Encoders
 from sinssim.sensors.measurement_kind import CORE
-from sinssim.sensors.vibration_noise import AddedNoise
+from sinssim.sensors.vibration_noise import AddedNoise, vibration
 from sinssim.strapdown.gravity_disturbance import navigate_in_field
 from sinssim.strapdown.mechanization import Mechanization, Options, chosen
 from sinssim.strapdown.navigate import Segments, navigate
-from sinssim.strapdown.polar_axes import axes_of
+from sinssim.strapdown.solution_coordinates import axes_of
 from sinssim.system.resources import give_back_memory
+
+
+def neglected(model: ErrorModel) -> list[str]:
+    """Name the errors of the inertial sensors that no state describes."""
+    if not model.untold:
+        return []
+    return [f"The inertial sensors have errors that no state of the filter describes: {', '.join(model.untold)}."]
+
+
+def remarks(innovations: Sequence[Innovations], late: Sequence[int]) -> list[str]:
+    """Return sentences on readings that were not used; `late` readings of each sensor arrive after the end."""
+    sentences = [] if innovations else ["There are no measurements: the result is the inertial solution."]
+    for i, later in zip(innovations, late, strict=True):
+        count = len(i.time)
+        if later > max(1, count // 10) or later == count > 0:  # a few readings pending at the end are normal
+            sentences.append(
+                f"{i.sensor}: {later} of {count} measurements arrive after the end of the run; only the smoothed "
+                "solution uses them."
+            )
+        rejected = int(np.count_nonzero(~i.accepted & ~np.isnan(i.nis)))
+        unusable = Counter(reason for reason, nis in zip(i.reason, i.nis, strict=True) if reason and np.isnan(nis))
+        if not count:
+            stood = " (the vehicle was never at rest)" if i.kind in ("zero-velocity", "zero-rate") else ""
+            sentences.append(f"{i.sensor}: there was no measurement{stood}; the sensor corrects nothing.")
+            continue
+        why = ", ".join(f"{number} {reason}" for reason, number in unusable.items())
+        if not i.accepted.any():
+            detail = "; ".join(filter(None, [why, f"{rejected} rejected by the gate" if rejected else ""]))
+            sentences.append(
+                f"{i.sensor}: none of {count} measurements was used{f' ({detail})' if detail else ''}; the sensor "
+                "corrects nothing."
+            )
+            continue
+        if why:
+            sentences.append(f"{i.sensor}: some of {count} measurements could not be used ({why}).")
+        if rejected:
+            sentences.append(f"{i.sensor}: the gate rejected {rejected} of {count} measurements.")
+    if innovations and not any(i.accepted.any() for i in innovations):
+        sentences.append("No measurement was used: the result is the inertial solution.")
+    return sentences
+
+
+REFUSED = 0.02
+"""Share of refused readings from which a cause is looked for; a gate refuses a ten-thousandth of correct ones."""
+
+SHAKEN = 3.0
+"""Ratio of the shaking to the assumed noise from which it is named."""
+
+_AXES = ("forward", "right", "down")
+
+
+def vibration_untold(
+    innovations: Sequence[Innovations], imu: ImuData, model: ErrorModel, added: AddedNoise | None
+) -> list[str]:
+    """Name the vibration in the inertial readings if readings are rejected and the filter assumes none.
+
+    White noise of density N scatters the readings of one sample by N/√Δt. Readings that scatter more hold either more
+    noise or vibration, which adds noise.
+    """
+    tested = sum(int(np.count_nonzero(~np.isnan(i.nis))) for i in innovations)
+    refused = sum(int(np.count_nonzero(~np.isnan(i.nis) & ~i.accepted)) for i in innovations)
+    if added is not None or refused <= REFUSED * tested:
+        return []
+    try:
+        level_of = vibration(imu)
+    except InputError:  # sampled too slowly to show vibration
+        return []
+    triads = (
+        ("gyros", level_of.gyro, model.gyro_noise, 180.0 / np.pi, "°/s"),
+        ("accelerometers", level_of.accel, model.accel_noise, 1.0, "m/s²"),
+    )
+    words = []
+    for name, level, density, unit, symbol in triads:
+        rms = np.sqrt(np.mean(level**2, axis=0))
+        axis, assumed = int(np.argmax(rms)), density / np.sqrt(level_of.interval)
+        if rms[axis] > SHAKEN * assumed:
+            times = f"{rms[axis] / assumed:.0f} times the assumed noise of a sample" if assumed else "none is assumed"
+            words.append(f"the {name} by {unit * rms[axis]:.3g} {symbol} (rms, {_AXES[axis]}), {times}")
+    if not words:
+        return []
+    return [
+        f"The gate rejected {100.0 * refused / tested:.0f} % of all measurements, and the inertial data contain "
+        f"vibration: {'; '.join(words)}. Vibration adds noise that the filter does not model: set "
+        "filter.vibration_noise (about 0.4), or increase filter.inertial_noise_factor."
+    ]
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -119,8 +203,9 @@ def estimate(
         history: whether to keep the history that observability is computed from.
         row_s: least time between stored rows of the history and covariances, s; by default there is one at every
             measurement and every second. Each row holds six n × n matrices.
-        axes: axes of the errors, see `ErrorModel.axes`; by default those of `sinssim.strapdown.polar_axes.axes_of` for
-            the pure inertial solution and the position measurements.
+        axes: axes of the errors, see `ErrorModel.axes`; by default those of
+            `sinssim.strapdown.solution_coordinates.axes_of` for the pure inertial solution and the position
+            measurements.
         added_noise: noise of the inertial sensors in addition to the model's, along the run, for example by vibration
             (`sinssim.sensors.vibration_noise`).
         field: disturbing field that the engine knows beside normal gravity.

@@ -30,8 +30,7 @@ from numpy.typing import NDArray
 from sinssim.data import Array, NavState
 from sinssim.errors import SinssimError
 from sinssim.estimation.consistency import FALSE_ALARM, consistency
-from sinssim.estimation.filter_result import Diagnosis, Estimate, Hypothesis, Innovations, Kind
-from sinssim.estimation.innovation_gate import refusals
+from sinssim.estimation.filter_result import Diagnosis, Estimate, Hypothesis, Innovations, Kind, Refusals
 from sinssim.estimation.state_model import Block, ErrorModel
 from sinssim.sensors.aiding_registry import measurement_kind
 from sinssim.strapdown.navigation_error import navigation_error
@@ -186,6 +185,29 @@ def size_of_innovations(innovations: Innovations) -> float:
     if len(nis) < FEWEST:
         return math.nan
     return math.sqrt(float(np.median(nis)) / float(scipy.special.chdtri(innovations.value.shape[1], 0.5)))
+
+
+def refusals(innovations: Innovations) -> Iterator[Refusals]:
+    """Yield the spans in which the gate refused one reading after the other.
+
+    A gate that refuses the share α of correct readings refuses m in a row somewhere among N with a probability of at
+    most N αᵐ. Spans of which that is below `FALSE_ALARM` are named.
+    """
+    tested = np.flatnonzero(np.isfinite(innovations.nis))
+    if not len(tested) or not math.isfinite(innovations.bound):
+        return
+    share = float(scipy.special.chdtrc(innovations.value.shape[1], innovations.bound))
+    if not 0.0 < share < 1.0:
+        return
+    least = max(math.ceil(math.log(FALSE_ALARM / len(tested)) / math.log(share)), 2)
+    refused = ~innovations.accepted[tested]
+    edges = np.flatnonzero(np.diff(refused.astype(np.int8), prepend=0, append=0))
+    for begin, end in zip(edges[::2].tolist(), edges[1::2].tolist(), strict=True):
+        if end - begin >= least:
+            rows = tested[begin:end]
+            off = tuple(float(value) for value in -np.mean(innovations.value[rows], axis=0))
+            first, last = innovations.time[rows[[0, -1]]]
+            yield Refusals(innovations.sensor, float(first), float(last), end - begin, off)
 
 
 class LimitReachedError(SinssimError):

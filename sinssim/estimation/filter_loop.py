@@ -16,11 +16,9 @@ from sinssim.earth.ellipsoids import Ellipsoid
 from sinssim.errors import InputError, RunError
 from sinssim.estimation.error_dynamics import turn_of_axes
 from sinssim.estimation.filter_result import Divergence, History, corrected
-from sinssim.estimation.innovation_gate import InnovationGate
-from sinssim.estimation.kalman_filter import Branch, Diverged, ErrorFilter, check_covariance
-from sinssim.estimation.linearisation import Linearisation, Observed, Surroundings, linearise
+from sinssim.estimation.kalman_filter import Branch, Diverged, ErrorFilter, InnovationGate, check_covariance
+from sinssim.estimation.linearisation import Linearisation, Observed, Surroundings, linearise, rows_of, solution_of
 from sinssim.estimation.measurement_epochs import Branches, Epochs
-from sinssim.estimation.nominal_motion import rows_of, solution_of
 from sinssim.estimation.state_model import INERTIAL, NAVIGATION, ErrorModel
 from sinssim.sensors.aiding_registry import measurement_kind
 from sinssim.sensors.imu.compensation import compensate_checked

@@ -16,7 +16,7 @@ from sinssim.earth.ellipsoids import Ellipsoid
 from sinssim.errors import RunError
 from sinssim.estimation.state_model import NAVIGATION, ErrorModel
 from sinssim.strapdown.navigation_error import navigation_error
-from sinssim.strapdown.polar_axes import carried
+from sinssim.strapdown.solution_coordinates import carried
 from sinssim.system.short_repr import short_repr
 
 Kind = Literal["state", "initial state", "measurement noise", "inertial noise", "bias walk"]

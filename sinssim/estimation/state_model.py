@@ -2,9 +2,9 @@
 
 The state is an error. For navigation it is solution minus truth, as in `sinssim.strapdown.navigation_error`: position
 and velocity north, east, down, and the attitude φ with C_solution = (I − [φ×]) C_true; near a pole velocity and
-attitude are compared without a turn about the vertical (`sinssim.strapdown.polar_axes`). For a sensor parameter it is
-the true value minus the compensated value, so that the state of a gyro bias is the remaining bias of the increments
-that the engine receives.
+attitude are compared without a turn about the vertical (`sinssim.strapdown.solution_coordinates`). For a sensor
+parameter it is the true value minus the compensated value, so that the state of a gyro bias is the remaining bias of
+the increments that the engine receives.
 
 Every block is one of three processes, ẋ = −x/τ + w: a constant (w = 0, τ = ∞), a random walk (τ = ∞), or a stationary
 first-order Gauss-Markov process, whose noise follows from its standard deviation, w = σ √(2/τ) per √Hz.

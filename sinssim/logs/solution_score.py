@@ -22,7 +22,7 @@ from sinssim.logs.recorded_streams import SolutionStream, Streams
 from sinssim.logs.reference_solution import Reference, TruthAt, interpolation_error, reference_of
 from sinssim.logs.stored_run import RecordedRun
 from sinssim.strapdown.navigation_error import NavError, navigation_error
-from sinssim.strapdown.polar_axes import axes_of
+from sinssim.strapdown.solution_coordinates import axes_of
 
 Rows = NDArray[np.intp]
 _EDGE = 1e-6  # s: a solution's stamps may lie this far outside the run, by rounding

@@ -19,9 +19,8 @@ from sinssim.alignment.initial_conditions import alignment_samples
 from sinssim.data import Array, ImuData, Measurements, NavSolution, NavState
 from sinssim.errors import InputError, SinssimError
 from sinssim.estimation.consistency import consistency
-from sinssim.estimation.estimate import estimate
+from sinssim.estimation.estimate import estimate, vibration_untold
 from sinssim.estimation.filter_diagnosis import LimitReachedError, diagnose, widened
-from sinssim.estimation.filter_remarks import vibration_untold
 from sinssim.estimation.filter_result import Diagnosis, Estimate, Innovations
 from sinssim.estimation.filter_start import Start, at_rest, by_course, in_motion
 from sinssim.estimation.state_model import ErrorModel
@@ -34,7 +33,7 @@ from sinssim.sensors.aiding_sensor import AidingReadings, Vehicle
 from sinssim.sensors.imu.encoder import Encoders, encoders_of, turned_in
 from sinssim.sensors.vibration_noise import AddedNoise, vibration, vibration_noise
 from sinssim.simulation.truth_comparison import Aided, InertialParameters, compare_with_truth
-from sinssim.strapdown.polar_axes import axes_along
+from sinssim.strapdown.solution_coordinates import axes_along
 from sinssim.system.resources import give_back_memory, shared
 
 if TYPE_CHECKING:

@@ -12,7 +12,7 @@ from typing import TYPE_CHECKING, cast
 import numpy as np
 from numpy.typing import ArrayLike
 
-from sinssim.alignment.recorded_start import RecordedStart, recorded_start
+from sinssim.alignment.initial_conditions import RecordedStart, recorded_start
 from sinssim.data import Array, ImuData, Measurements, NavSolution, NavState
 from sinssim.earth.ellipsoids import Ellipsoid
 from sinssim.errors import InputError

@@ -14,7 +14,7 @@ from numpy.typing import NDArray
 
 from sinssim.data import Array, ImuData, NavSolution
 from sinssim.estimation import ErrorModel, Estimate, nominal_errors, state_errors
-from sinssim.estimation.nominal_motion import rows_of, solution_of
+from sinssim.estimation.linearisation import rows_of, solution_of
 from sinssim.estimation.state_model import NAVIGATION, crossing_time
 from sinssim.sensors.aiding_sensor import AidingReadings
 from sinssim.sensors.imu.fields import TriadErrors

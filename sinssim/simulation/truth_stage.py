@@ -11,7 +11,7 @@ import numpy as np
 from sinssim.data import NavSolution
 from sinssim.earth.ellipsoids import WGS84, Ellipsoid
 from sinssim.strapdown.navigation_error import NavError, navigation_error
-from sinssim.strapdown.polar_axes import axes_along, axes_of
+from sinssim.strapdown.solution_coordinates import axes_along, axes_of
 from sinssim.system.short_repr import short_repr
 from sinssim.truth.sampling import FlightEvent
 

@@ -73,7 +73,7 @@ from sinssim.strapdown.frames.vertical_channel import (
     start_loop_k,
 )
 from sinssim.strapdown.mechanization import Mechanization, Options, chosen
-from sinssim.strapdown.polar_axes import POLAR_LIMIT
+from sinssim.strapdown.solution_coordinates import POLAR_LIMIT
 from sinssim.system.short_repr import short_repr
 
 _BLOCK = 256  # number of samples whose random numbers are drawn together

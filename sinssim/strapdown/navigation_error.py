@@ -22,7 +22,7 @@ from sinssim.errors import InputError, RunError, check_name
 from sinssim.frames import AXES
 from sinssim.jit import strict_kernel
 from sinssim.rotation.quaternions import multiply_k, rotation_vector_from_quaternion_k
-from sinssim.strapdown.polar_axes import turn_of_north, turned, turned_attitude
+from sinssim.strapdown.solution_coordinates import turn_of_north, turned, turned_attitude
 from sinssim.system.short_repr import short_repr
 
 _BLOCK = 16384  # rows per block: the temporaries stay in the cache of the processor
@@ -33,9 +33,9 @@ _BLOCK = 16384  # rows per block: the temporaries stay in the cache of the proce
 class NavError:
     """Errors of a navigation solution, row by row, in the local level of the true position.
 
-    In transported axes (`sinssim.strapdown.polar_axes`) north and east are those of the solution's position, and
-    velocity and attitude are compared with the true values, transported to this position without a
-    rotation about the vertical.
+    In transported axes (`sinssim.strapdown.solution_coordinates`) north and east are those of the solution's position,
+    and velocity and attitude are compared with the true values, transported to this position without a rotation about
+    the vertical.
 
     Attributes:
         time: (N,) s.

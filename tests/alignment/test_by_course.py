@@ -7,7 +7,7 @@ import pytest
 
 from sinssim import rotation
 from sinssim.alignment.alignment_in_motion import align_by_course
-from sinssim.alignment.recorded_start import velocity_of_positions
+from sinssim.alignment.initial_conditions import velocity_of_positions
 from sinssim.data import ImuData, Measurements
 from sinssim.sensors.imu.imu_errors import ImuErrors
 

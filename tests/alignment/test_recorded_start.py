@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 
 from sinssim import rotation
-from sinssim.alignment.recorded_start import RecordedStart, recorded_start
+from sinssim.alignment.initial_conditions import RecordedStart, recorded_start
 from sinssim.data import NavState
 from sinssim.errors import InputError
 from sinssim.logs.log_settings import Log

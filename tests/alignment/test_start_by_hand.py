@@ -20,7 +20,7 @@ from sinssim.alignment.alignment_in_motion import (
     align_by_course,
     align_in_motion,
 )
-from sinssim.alignment.recorded_start import _place, _resting, _speed, recorded_start, velocity_of_positions
+from sinssim.alignment.initial_conditions import _place, _resting, _speed, recorded_start, velocity_of_positions
 from sinssim.data import ImuData, Measurements, NavState
 from sinssim.earth.ellipsoids import OMEGA_IE, WGS84
 from sinssim.errors import InputError, RunError

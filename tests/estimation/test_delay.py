@@ -12,9 +12,8 @@ from sinssim.estimation import Block, ErrorModel
 from sinssim.estimation.error_dynamics import driving_noise
 from sinssim.estimation.estimate import estimate
 from sinssim.estimation.filter_result import corrected
-from sinssim.estimation.linearisation import Linearisation, Surroundings, linearise
+from sinssim.estimation.linearisation import Linearisation, Surroundings, linearise, near
 from sinssim.estimation.measurement_epochs import take_in
-from sinssim.estimation.nominal_motion import near
 from sinssim.sensors.imu.compensation import MeanGyroRates
 from sinssim.sensors.imu.imu_errors import ImuErrors
 from sinssim.strapdown.navigate import navigate

@@ -27,11 +27,11 @@ from sinssim.estimation.filter_diagnosis import (
     diagnose,
     gain,
     needed_gain,
+    refusals,
     size_of_innovations,
     state_candidates,
 )
 from sinssim.estimation.filter_result import Diagnosis, Estimate, Hypothesis, Innovations, Reasons
-from sinssim.estimation.innovation_gate import refusals
 from sinssim.estimation.state_model import Block, ErrorModel, error_model
 from sinssim.sensors.imu.imu import Imu
 from sinssim.truth.curve import Curve

@@ -6,10 +6,9 @@ import numpy as np
 import pytest
 
 from sinssim.data import Array
-from sinssim.estimation.filter_remarks import remarks
+from sinssim.estimation.estimate import remarks
 from sinssim.estimation.filter_result import Innovations, Reasons
-from sinssim.estimation.innovation_gate import CONTRADICTION, CONTRADICTION_S, contradiction
-from sinssim.estimation.kalman_filter import Diverged, check_covariance
+from sinssim.estimation.kalman_filter import CONTRADICTION, CONTRADICTION_S, Diverged, check_covariance, contradiction
 from tests.estimation.made import readings
 
 

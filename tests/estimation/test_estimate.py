@@ -16,7 +16,7 @@ from sinssim.estimation import Block, ErrorModel, Estimate, error_model
 from sinssim.estimation.consistency import nees
 from sinssim.estimation.estimate import estimate
 from sinssim.estimation.filter_result import corrected
-from sinssim.estimation.nominal_motion import rows_of
+from sinssim.estimation.linearisation import rows_of
 from sinssim.sensors import ImuErrors, TriadErrors
 from sinssim.sensors.imu.imu import Imu
 from sinssim.strapdown.navigate import navigate
@@ -62,7 +62,7 @@ def in_sigmas(a: Estimate, b: Estimate, at_a: Array, at_b: Array) -> float:
 
 
 def b_rows(estimate: Estimate, rows: Array):
-    from sinssim.estimation.nominal_motion import solution_of
+    from sinssim.estimation.linearisation import solution_of
 
     return solution_of(estimate.time[rows], rows_of(estimate.solution, rows), "")
 

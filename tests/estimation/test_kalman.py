@@ -11,8 +11,7 @@ from sinssim.data import Array, Measurements
 from sinssim.estimation import error_model
 from sinssim.estimation.estimate import estimate
 from sinssim.estimation.filter_result import Reasons
-from sinssim.estimation.innovation_gate import InnovationGate
-from sinssim.estimation.kalman_filter import ErrorFilter
+from sinssim.estimation.kalman_filter import ErrorFilter, InnovationGate
 from sinssim.estimation.measurement_epochs import CheckedMeasurements
 from sinssim.sensors import ImuErrors, TriadErrors
 from sinssim.truth.motions.parked import Parked

@@ -10,7 +10,7 @@ from scipy.spatial.transform import Rotation
 
 from sinssim.data import ImuData, NavSolution, NavState
 from sinssim.earth.ellipsoids import WGS84
-from sinssim.estimation.nominal_motion import at, motion, near, solution_of
+from sinssim.estimation.linearisation import at, motion, near, solution_of
 from sinssim.sensors.imu.compensation import MeanGyroRates
 from sinssim.sensors.imu.fields import TriadErrors
 from sinssim.sensors.imu.imu_errors import ImuErrors

@@ -8,8 +8,8 @@ import pytest
 from sinssim import rotation
 from sinssim.alignment.alignment_budget import expected_errors
 from sinssim.estimation import Block, ErrorModel, error_model
+from sinssim.estimation.consistency import observability
 from sinssim.estimation.estimate import estimate
-from sinssim.estimation.observability import observability
 from sinssim.sensors.imu.imu import Imu
 from sinssim.truth.motions.great_circle import GreatCircle
 from sinssim.truth.motions.parked import Parked

@@ -19,8 +19,8 @@ from sinssim.earth.ellipsoids import WGS84
 from sinssim.estimation import error_model
 from sinssim.estimation.consistency import nees
 from sinssim.estimation.error_dynamics import dynamics, transition
-from sinssim.estimation.nominal_motion import motion
-from sinssim.estimation.nominal_motion import rows_of as states_at
+from sinssim.estimation.linearisation import motion
+from sinssim.estimation.linearisation import rows_of as states_at
 from sinssim.experiments.run.execute import run
 from sinssim.experiments.run.run_result import Run
 from sinssim.scenario import Scenario, load_scenario

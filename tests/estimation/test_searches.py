@@ -12,7 +12,7 @@ import pytest
 
 from sinssim.data import NavSolution
 from sinssim.errors import SinssimError
-from sinssim.estimation import Block, filter_remarks
+from sinssim.estimation import Block, estimate
 from sinssim.estimation.filter_diagnosis import _inertial_noise, _Search, _spread, _state, _with_size
 from sinssim.estimation.filter_result import ALIKE, Diagnosis, Estimate, Hypothesis
 from sinssim.estimation.state_model import ErrorModel
@@ -191,7 +191,7 @@ def test_vibration_that_the_filter_was_not_told_of(monkeypatch: pytest.MonkeyPat
         gyro=np.array([[0.01, 0.03, 0.02], [0.01, 0.04, 0.02]]), accel=np.array([[0.29, 0.1, 0.2], [0.2, 0.1, 0.29]]),
         interval=0.01,
     )  # fmt: skip
-    monkeypatch.setattr(filter_remarks, "vibration", lambda imu: level)
+    monkeypatch.setattr(estimate, "vibration", lambda imu: level)
     time = np.arange(1010.0)
     nis = np.where(time < 10, np.nan, 1.0)
     sensors = [readings("s", time, (time < 5) | (time >= 10 + refused), nis=nis)]
@@ -203,10 +203,10 @@ def test_vibration_that_the_filter_was_not_told_of(monkeypatch: pytest.MonkeyPat
         ": set filter.vibration_noise (about 0.4), or increase filter.inertial_noise_factor."
     ]
     loud = ErrorModel(MODEL.blocks, 1e-4, 0.01)  # of a sample 1e-3 rad/s, and 0.1 m/s²
-    assert filter_remarks.vibration_untold(sensors, imu, loud, None) == (expected if said else [])
-    assert filter_remarks.vibration_untold(sensors, imu, loud, cast("Any", 1)) == []
+    assert estimate.vibration_untold(sensors, imu, loud, None) == (expected if said else [])
+    assert estimate.vibration_untold(sensors, imu, loud, cast("Any", 1)) == []
     quiet = ErrorModel(MODEL.blocks, 0.0, 0.008)
-    found = "".join(filter_remarks.vibration_untold(sensors, imu, quiet, None))
+    found = "".join(estimate.vibration_untold(sensors, imu, quiet, None))
     rms = math.sqrt((0.29**2 + 0.2**2) / 2.0)
     words = (
         f"none is assumed; the accelerometers by {rms:.3g} m/s² (rms, forward), 3 times the assumed noise of a sample."

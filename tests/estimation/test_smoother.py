@@ -7,9 +7,9 @@ import pytest
 from filterpy.kalman import KalmanFilter
 
 from sinssim.estimation import error_model
+from sinssim.estimation.consistency import scaled_solve
 from sinssim.estimation.estimate import estimate
-from sinssim.estimation.nominal_motion import rows_of
-from sinssim.estimation.smoother import scaled_solve
+from sinssim.estimation.linearisation import rows_of
 from sinssim.strapdown.navigation_error import navigation_error
 from tests.estimation.worlds import biases_only, errors_of, one_run, positions, velocities, weaving
 
@@ -60,7 +60,7 @@ def test_open_loop_is_filterpys_and_closed_loop_the_same() -> None:
 
 
 def _part(smoothed, rows):
-    from sinssim.estimation.nominal_motion import solution_of
+    from sinssim.estimation.linearisation import solution_of
 
     return solution_of(smoothed.time[rows], rows_of(smoothed.solution, rows), "")
 

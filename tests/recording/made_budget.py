@@ -11,8 +11,7 @@ from typing import Any
 
 import numpy as np
 
-from sinssim.analyses.error_budget.allowances import Allowance, Answer
-from sinssim.analyses.error_budget.budget_result import BudgetResult
+from sinssim.analyses.error_budget.budget_result import Allowance, Answer, BudgetResult
 from sinssim.analyses.error_budget.error_sources import Source
 from sinssim.statistics.requirements import parse_requirement
 

@@ -10,7 +10,7 @@ import numpy as np
 from sinssim.experiments.run.parts.imu_mounting import OnPlatform
 from sinssim.sensors.sets.sensor_set import Platform
 from sinssim.strapdown.navigation_error import NavError
-from sinssim.strapdown.platform_errors import ACCELEROMETERS, GYROS, START, TORQUERS, ErrorsByCause
+from sinssim.strapdown.platform_theory import ACCELEROMETERS, GYROS, START, TORQUERS, ErrorsByCause
 
 TIME = np.array([100.0, 102.0, 106.0, 110.0])
 ARCSEC, ARCMIN = np.pi / 648_000.0, np.pi / 10_800.0

@@ -9,8 +9,7 @@ import numpy as np
 import pytest
 
 from sinssim.analyses.error_budget import budget_exhibits as budget
-from sinssim.analyses.error_budget.allowances import Allowance, Answer
-from sinssim.analyses.error_budget.budget_result import BudgetResult
+from sinssim.analyses.error_budget.budget_result import Allowance, Answer, BudgetResult
 from sinssim.analyses.error_budget.error_sources import Source
 from sinssim.charts import Axis, Chart, Charts, Line
 from sinssim.recording.figures import figure_of

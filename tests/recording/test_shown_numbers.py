@@ -9,8 +9,8 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 
-from sinssim.analyses.error_budget.allowances import Allowance, Answer
 from sinssim.analyses.error_budget.budget_exhibits import lines_of
+from sinssim.analyses.error_budget.budget_result import Allowance, Answer
 from sinssim.experiments.run.filter_remedies import with_sigma
 from sinssim.experiments.run.grade_expectation import expectation_numbers
 from sinssim.experiments.run.sensor_exhibits import platform_errors

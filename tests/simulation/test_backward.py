@@ -14,8 +14,7 @@ from sinssim.data import Array, Measurements, NavState
 from sinssim.earth.ellipsoids import WGS84, ellipsoid_by_name, in_reverse_time
 from sinssim.estimation import Block, ErrorModel, Estimate, error_model
 from sinssim.estimation.estimate import estimate
-from sinssim.estimation.linearisation import Prediction, observe
-from sinssim.estimation.nominal_motion import rows_of
+from sinssim.estimation.linearisation import Prediction, observe, rows_of
 from sinssim.scenario import Scenario
 from sinssim.sensors.aiding_registry import KINDS, measurement_kind
 from sinssim.sensors.imu.imu import Imu

@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 import pytest
 
-from sinssim.alignment.recorded_start import RecordedStart
+from sinssim.alignment.initial_conditions import RecordedStart
 from sinssim.data import ImuData, Measurements, NavSolution, NavState
 from sinssim.errors import InputError
 from sinssim.estimation import Block, ErrorModel

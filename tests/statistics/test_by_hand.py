@@ -8,12 +8,25 @@ import numpy as np
 import pytest
 from scipy.stats import chi2, ncx2
 
-from sinssim.statistics.chi_square import extreme, mean_square_band, share_inside, upper_tail
-from sinssim.statistics.circular_error import circle_radius, share_in_circle
+from sinssim.statistics.chi_square import (
+    compare_systems,
+    detection_probability,
+    extreme,
+    mean_square_band,
+    mid_value,
+    share_inside,
+    upper_tail,
+)
+from sinssim.statistics.circular_error import (
+    circle_radius,
+    end_rate,
+    mean_rate,
+    rate_uncertainty,
+    share_in_circle,
+    to_nmi_h,
+)
 from sinssim.statistics.circular_error import share_inside as share_about_mean
 from sinssim.statistics.percentiles import percentile, runs_for_band, spread
-from sinssim.statistics.position_error_rate import end_rate, mean_rate, rate_uncertainty, to_nmi_h
-from sinssim.statistics.redundant_systems import compare_systems, detection_probability, mid_value
 
 NAN = math.nan
 

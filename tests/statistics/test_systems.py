@@ -16,7 +16,7 @@ from sinssim.data import Array
 from sinssim.errors import InputError
 from sinssim.experiments.ensembles import run_seed
 from sinssim.scenario import Scenario
-from sinssim.statistics.redundant_systems import compare_systems, detection_probability, mid_value
+from sinssim.statistics.chi_square import compare_systems, detection_probability, mid_value
 from sinssim.units import DEG_H
 
 STUDY = Path(__file__).parents[2] / "scenarios" / "compared_systems.py"

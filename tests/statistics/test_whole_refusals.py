@@ -10,10 +10,9 @@ import numpy as np
 import pytest
 
 from sinssim.errors import InputError
-from sinssim.statistics.chi_square import extreme, mean_square_band
+from sinssim.statistics.chi_square import compare_systems, detection_probability, extreme, mean_square_band
 from sinssim.statistics.circular_error import share_in_circle
 from sinssim.statistics.percentiles import percentile, spread
-from sinssim.statistics.redundant_systems import compare_systems, detection_probability
 
 
 @pytest.mark.parametrize(

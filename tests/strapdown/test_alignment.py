@@ -14,7 +14,7 @@ from scipy.spatial.transform import Rotation
 
 from sinssim.data import Array
 from sinssim.earth import OMEGA_IE, surface_gravity
-from sinssim.strapdown.platform_alignment import AlignmentLoops
+from sinssim.strapdown.platform_theory import AlignmentLoops
 from sinssim.units import DEG, DEG_H, UG
 
 LOOPS = AlignmentLoops(50.0 * DEG, 60.0, 0.05)

@@ -16,8 +16,7 @@ from sinssim.earth.ellipsoids import WGS84
 from sinssim.errors import RunError
 from sinssim.strapdown.gimballed_platform import _check, inertial_forces, navigate_platform
 from sinssim.strapdown.navigation_error import NavError, navigation_error
-from sinssim.strapdown.platform_alignment import STATES, AlignmentLoops
-from sinssim.strapdown.platform_errors import START, ErrorsByCause, errors_by_cause
+from sinssim.strapdown.platform_theory import START, STATES, AlignmentLoops, ErrorsByCause, errors_by_cause
 from tests.oracles.s_turn import STurn
 from tests.strapdown.test_navigate import on_a_parallel
 

@@ -15,7 +15,7 @@ from sinssim.sensors.imu.imu_errors import ImuErrors
 from sinssim.sensors.sets.gimballed_sensors import PlatformErrors
 from sinssim.strapdown.gimballed_platform import Forces, inertial_forces, navigate_platform
 from sinssim.strapdown.navigation_error import navigation_error
-from sinssim.strapdown.platform_errors import ACCELEROMETERS, GYROS, START, TORQUERS, errors_by_cause
+from sinssim.strapdown.platform_theory import ACCELEROMETERS, GYROS, START, TORQUERS, errors_by_cause
 from sinssim.units import ARCMIN, DEG_H, PPM, UG
 from tests.oracles.s_turn import STurn
 

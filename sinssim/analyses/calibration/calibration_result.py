@@ -16,9 +16,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from sinssim.analyses.calibration.least_squares import OBSERVABLE, unobservable
-from sinssim.analyses.calibration.parameters import Parameter, errors_of
-from sinssim.analyses.calibration.turntable_data import Estimate
+from sinssim.analyses.calibration.calibration_problem import OBSERVABLE, Estimate, Parameter, errors_of, unobservable
 from sinssim.charts import Axis, Bars, Chart, Charts, Dots, Mark, Rule
 from sinssim.data import Array
 from sinssim.exhibits import Column, Exhibits, Item, Section, Sentence, Table, Verbatim

@@ -23,8 +23,14 @@ import numpy as np
 from numpy.typing import NDArray
 
 from sinssim import rotation
-from sinssim.analyses.calibration.least_squares import Solution, nuisances, solve
-from sinssim.analyses.calibration.turntable_data import Estimate, Task, covariance_of_integrals
+from sinssim.analyses.calibration.calibration_problem import (
+    Estimate,
+    Solution,
+    Task,
+    covariance_of_integrals,
+    nuisances,
+    solve,
+)
 from sinssim.data import Array, ImuData
 from sinssim.errors import RunError
 from sinssim.jit import kernel

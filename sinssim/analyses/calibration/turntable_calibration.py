@@ -7,9 +7,19 @@ from pathlib import Path
 
 import numpy as np
 
+from sinssim.analyses.calibration.calibration_problem import (
+    Dwells,
+    Estimate,
+    Parameter,
+    Task,
+    between,
+    detected,
+    in_accelerometer_frame,
+    make_task,
+    planned,
+    values_of,
+)
 from sinssim.analyses.calibration.calibration_result import CalibrationResult
-from sinssim.analyses.calibration.parameters import Parameter, in_accelerometer_frame, values_of
-from sinssim.analyses.calibration.turntable_data import Dwells, Estimate, Task, between, detected, make_task, planned
 from sinssim.data import Array, ImuData
 from sinssim.errors import InputError, unknown_name
 from sinssim.progress import Progress, shown

@@ -34,7 +34,7 @@ from sinssim.analyses.error_budget.share_propagation import NavigationStep, Prop
 from sinssim.analyses.error_budget.source_shares import Shares
 from sinssim.data import Array, ImuData, NavState
 from sinssim.earth import radii
-from sinssim.estimation.nominal_motion import rows_of
+from sinssim.estimation.linearisation import rows_of
 from sinssim.sensors.measurement_kind import CORE, PHI, R, V, skew
 
 if TYPE_CHECKING:

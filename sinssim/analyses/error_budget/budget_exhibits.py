@@ -14,9 +14,8 @@ from typing import Any
 
 import numpy as np
 
-from sinssim.analyses.error_budget.allowances import Allowance, Answer
-from sinssim.analyses.error_budget.allowances import answers as answers_of
-from sinssim.analyses.error_budget.budget_result import BUDGET_COMPONENTS, BudgetResult, Improvement
+from sinssim.analyses.error_budget.budget_result import BUDGET_COMPONENTS, Allowance, Answer, BudgetResult, Improvement
+from sinssim.analyses.error_budget.budget_result import answers as answers_of
 from sinssim.analyses.error_budget.error_sources import Source
 from sinssim.charts import TIME, Axis, Bars, Chart, Charts, Line, Mark, Shares
 from sinssim.data import Array

@@ -10,11 +10,16 @@ from typing import TYPE_CHECKING, Protocol
 import numpy as np
 
 from sinssim.alignment.initial_conditions import alignment_samples
-from sinssim.analyses.error_budget.aiding_sources import AidingSources, aiding_sources
 from sinssim.analyses.error_budget.aligned_start import align, begin_aligned, samples_of_alignment
-from sinssim.analyses.error_budget.allowances import times_of
-from sinssim.analyses.error_budget.budget_result import Added, BudgetResult
-from sinssim.analyses.error_budget.consider_analysis import Consider, FilterRun
+from sinssim.analyses.error_budget.budget_result import Added, BudgetResult, times_of
+from sinssim.analyses.error_budget.covariance_propagation import (
+    STATES,
+    Consider,
+    FilterRun,
+    HeightErrors,
+    Vertical,
+    propagate,
+)
 from sinssim.analyses.error_budget.deterministic_sources import (
     ALGORITHM,
     field_readings,
@@ -25,17 +30,21 @@ from sinssim.analyses.error_budget.deterministic_sources import (
 )
 from sinssim.analyses.error_budget.error_dynamics import TrueMotion
 from sinssim.analyses.error_budget.error_sources import (
+    AidingSources,
     Constants,
     InitialErrors,
+    SensorAngle,
+    SensorGiven,
+    SensorSource,
     Source,
+    aiding_sources,
     angle_errors,
     constants,
     inertial_noises,
     initial_errors,
     of_turning,
 )
-from sinssim.analyses.error_budget.inertial_propagation import STATES, HeightErrors, Vertical, propagate
-from sinssim.analyses.error_budget.source_shares import Marks, SensorAngle, SensorGiven, SensorSource, Shares, Snapshot
+from sinssim.analyses.error_budget.source_shares import Marks, Shares, Snapshot
 from sinssim.data import Array, ImuData, NavSolution, NavState
 from sinssim.errors import InputError
 from sinssim.progress import Progress, shown

@@ -23,7 +23,7 @@ from numpy.typing import NDArray
 from sinssim.analyses.error_budget.error_sources import Column
 from sinssim.data import Array, ImuData, NavState
 from sinssim.estimation.error_dynamics import NominalMotion, dynamics
-from sinssim.estimation.nominal_motion import motion
+from sinssim.estimation.linearisation import motion
 from sinssim.estimation.state_model import Block, ErrorModel
 from sinssim.jit import inline, strict_kernel
 from sinssim.rotation.quaternions import Matrix, Vector, dcm_from_quaternion_k

@@ -13,11 +13,16 @@ import numpy as np
 
 from sinssim.analyses.error_budget.error_dynamics import TrueMotion, gravity_input, noise_inputs, white_covariance
 from sinssim.analyses.error_budget.error_sources import (
-    AngleError,
     Column,
     Constants,
     InertialNoise,
     InitialErrors,
+    SensorAngle,
+    SensorConstant,
+    SensorGiven,
+    SensorNoise,
+    SensorProcess,
+    SensorSource,
     Source,
 )
 from sinssim.analyses.error_budget.share_propagation import GaussMarkov, NavigationStep, Propagation
@@ -27,53 +32,6 @@ from sinssim.sensors.imu.error_term_table import FIELDS
 from sinssim.sensors.measurement_kind import CORE
 
 _BIASES = [Column(triad, axis, axis, axis, FIELDS["bias"]) for triad in (0, 1) for axis in np.eye(3)]
-
-
-@dataclass(frozen=True)
-class SensorConstant:
-    """Constant errors of an aiding sensor's readings."""
-
-    source: Source
-    block: str  # block of states of the truth's model
-    sigma: Array  # 1σ of each component, SI
-
-
-@dataclass(frozen=True)
-class SensorProcess:
-    """A Gauss-Markov error of an aiding sensor's readings."""
-
-    source: Source
-    block: str  # block of states of the truth's model
-    sigma: Array  # 1σ of each component, SI
-    correlation_time: float  # s
-
-
-@dataclass(frozen=True)
-class SensorNoise:
-    """White noise of an aiding sensor's readings, for one kind of measurement."""
-
-    source: Source
-    label: str  # name of the readings
-    sigma: Array  # true 1σ of each component, SI
-
-
-@dataclass(frozen=True)
-class SensorGiven:
-    """Errors of an aiding sensor's readings that are the same in every run."""
-
-    source: Source
-    label: str  # name of the readings
-
-
-@dataclass(frozen=True)
-class SensorAngle:
-    """An error of the angles of a rotating IMU, for a filter whose readings are those of the vehicle."""
-
-    source: Source
-    error: AngleError
-
-
-SensorSource = SensorConstant | SensorProcess | SensorNoise | SensorGiven | SensorAngle
 
 
 class Shares:

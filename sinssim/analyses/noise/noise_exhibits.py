@@ -15,8 +15,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from sinssim.analyses.noise.log_channels import AXES, NAMES, UNITS, four_digits, symbol_text
-from sinssim.analyses.noise.noise_report import ChannelNoise, NoiseReport
+from sinssim.analyses.noise.noise_report import AXES, NAMES, UNITS, ChannelNoise, NoiseReport, four_digits, symbol_text
 from sinssim.charts import Axis, Band, Chart, Charts, Line, Mark
 from sinssim.data import Array
 from sinssim.errors import InputError

@@ -57,7 +57,7 @@ from sinssim.strapdown.engine_assembly import algorithm_file, guarded, parts
 from sinssim.strapdown.frames.level import EXACT_EVERY, refreshed_k, start_level_k, step_level_k
 from sinssim.strapdown.frames.navigation_problem import FORMS, Increments, Models, forces_k
 from sinssim.strapdown.frames.vertical_channel import BARO_LOOP, FREE, HELD, Channel, Loop, error_after_k, loop_gains_k
-from sinssim.strapdown.polar_axes import POLAR_LIMIT
+from sinssim.strapdown.solution_coordinates import POLAR_LIMIT
 from sinssim.system.registries import on_change
 
 _LOW, _32 = np.uint64(0xFFFFFFFF), np.uint64(32)

@@ -38,7 +38,7 @@ from sinssim.strapdown.frames.vertical_channel import NUMBERS, Channel, height_r
 from sinssim.strapdown.mechanization import Mechanization, Options, chosen
 from sinssim.strapdown.navigate import navigate
 from sinssim.strapdown.navigation_error import navigation_error
-from sinssim.strapdown.polar_axes import axes_along
+from sinssim.strapdown.solution_coordinates import axes_along
 from sinssim.system.resources import thread_pool
 
 if TYPE_CHECKING:

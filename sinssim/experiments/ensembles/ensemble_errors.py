@@ -21,7 +21,7 @@ from numpy.typing import NDArray
 
 from sinssim.data import Array
 from sinssim.errors import InputError, RunError
-from sinssim.statistics.position_error_rate import to_nmi_h
+from sinssim.statistics.circular_error import to_nmi_h
 from sinssim.system.outputs import draft
 from sinssim.system.resources import machine_memory
 from sinssim.system.short_repr import short_repr

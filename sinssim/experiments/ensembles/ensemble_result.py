@@ -17,8 +17,8 @@ from sinssim.experiments.ensembles.ensemble_errors import COMPONENTS, EVERYTHING
 from sinssim.experiments.ensembles.ensemble_plan import Member, member
 from sinssim.recording.result import Result
 from sinssim.statistics.chi_square import Band, mean_square_band
+from sinssim.statistics.circular_error import mean_rate
 from sinssim.statistics.percentiles import CEP_SHARE, R95_SHARE, Percentile, Spread, percentile, spread
-from sinssim.statistics.position_error_rate import mean_rate
 from sinssim.system.short_repr import html_table, short_repr
 
 if TYPE_CHECKING:

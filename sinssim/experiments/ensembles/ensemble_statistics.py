@@ -22,9 +22,8 @@ from sinssim.formatting import number_text
 from sinssim.scenario.ensemble_section import EnsembleSection
 from sinssim.scenario.plan_summary import own_files
 from sinssim.statistics.chi_square import extreme, share_inside
-from sinssim.statistics.circular_error import circle_radius
+from sinssim.statistics.circular_error import END, LINE, circle_radius, to_nmi_h
 from sinssim.statistics.percentiles import Percentile, cep, percentile, r95
-from sinssim.statistics.position_error_rate import END, LINE, to_nmi_h
 from sinssim.statistics.requirement_verdict import CONFIDENCE, Verdict
 
 if TYPE_CHECKING:

@@ -16,8 +16,8 @@ from sinssim.experiments.ensembles.ensemble_errors import COMPONENTS
 from sinssim.formatting import number_text
 from sinssim.scenario.ensemble_section import MOST_RUNS
 from sinssim.statistics.chi_square import root_mean_square_band
+from sinssim.statistics.circular_error import to_nmi_h
 from sinssim.statistics.percentiles import percentile
-from sinssim.statistics.position_error_rate import to_nmi_h
 from sinssim.statistics.requirement_verdict import (
     CONFIDENCE,
     Tally,

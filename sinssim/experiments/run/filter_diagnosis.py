@@ -11,9 +11,8 @@ from typing import TYPE_CHECKING
 
 from sinssim import units
 from sinssim.estimation.consistency import FALSE_ALARM, consistency
-from sinssim.estimation.filter_diagnosis import size_of_innovations
+from sinssim.estimation.filter_diagnosis import refusals, size_of_innovations
 from sinssim.estimation.filter_result import Refusals
-from sinssim.estimation.innovation_gate import refusals
 from sinssim.exhibits import Column, Item, Sentence, Table
 from sinssim.experiments.run.filter_remedies import cause_and_remedy
 from sinssim.experiments.run.summary_types import DiagnosisNumbers, HypothesisNumbers, RefusedSpan

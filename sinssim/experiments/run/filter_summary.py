@@ -370,7 +370,7 @@ def _uncertain(estimate: Estimate, name: str) -> int:
 
 
 def _state_numbers(aided: Aided) -> Iterator[tuple[str, StateNumbers]]:
-    from sinssim.estimation.observability import observability
+    from sinssim.estimation.consistency import observability
 
     estimate = aided.estimate
     if not len(estimate.time):

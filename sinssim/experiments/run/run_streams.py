@@ -42,7 +42,7 @@ from sinssim.recording.stream_columns import (
 )
 from sinssim.recording.stream_tables import Computed, Stream, Vector
 from sinssim.simulation.truth_stage import Truth
-from sinssim.strapdown.frames import solution_coordinates
+from sinssim.strapdown import solution_coordinates
 from sinssim.truth.sampling import FlightEvent
 
 if TYPE_CHECKING:

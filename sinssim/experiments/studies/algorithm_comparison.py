@@ -50,7 +50,7 @@ from sinssim.experiments.studies.study_schema import (
 from sinssim.experiments.workload import FLIGHT_SPEED, LIMIT_MINUTES, Threads, check_duration, check_limit, work_through
 from sinssim.frames import OF_TRUTH
 from sinssim.progress import Progress, shown
-from sinssim.statistics.position_error_rate import mean_rate, rate_uncertainty
+from sinssim.statistics.circular_error import mean_rate, rate_uncertainty
 from sinssim.strapdown.mechanization import Mechanization
 from sinssim.strapdown.navigation_error import NavError, navigation_error
 from sinssim.system.resources import machine_memory

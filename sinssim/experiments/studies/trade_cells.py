@@ -223,7 +223,7 @@ class CellNumbers:
 
 def of_budget(study: TradeStudy, result: BudgetResult) -> CellNumbers:
     """Return the numbers that `sinssim budget` gives, bit for bit."""
-    from sinssim.analyses.error_budget.allowances import answer_of
+    from sinssim.analyses.error_budget.budget_result import answer_of
 
     cep, r95 = result.cep, result.r95
     rms, sigma, bias = result.root_mean_square(), result.sigma(), result.bias
@@ -258,7 +258,7 @@ def of_ensemble(study: TradeStudy, result: EnsembleResult) -> CellNumbers:
     """Return the numbers that `sinssim ensemble` gives, bit for bit; its epochs have the study's instants."""
     from sinssim.experiments.ensembles.ensemble_statistics import band, circles, square_numbers
     from sinssim.experiments.ensembles.ensemble_verdicts import estimate, judge
-    from sinssim.statistics.position_error_rate import to_nmi_h
+    from sinssim.statistics.circular_error import to_nmi_h
 
     values: dict[str, float] = {"runs": float(len(result)), "failed_runs": float(result.failed.sum())}
     for quantity in study.quantities:

@@ -23,8 +23,8 @@ from sinssim.experiments.studies.trade_cells import Cell, CellNumbers, command_o
 from sinssim.experiments.studies.trade_schema import Axis, TradeStudy, value_text
 from sinssim.formatting import capital, number_text
 from sinssim.recording.result import Result
+from sinssim.statistics.circular_error import END
 from sinssim.statistics.percentiles import runs_for_band
-from sinssim.statistics.position_error_rate import END
 from sinssim.statistics.requirement_verdict import VerdictInUnit
 from sinssim.statistics.requirements import QUANTITIES, SHARES, Quantity, Requirement, parse_quantity
 from sinssim.system.outputs import draft

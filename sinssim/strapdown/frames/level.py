@@ -58,7 +58,7 @@ from sinssim.strapdown.frames.vertical_channel import (
     start_loop_k,
     vertical_step_k,
 )
-from sinssim.strapdown.polar_axes import POLAR_LIMIT
+from sinssim.strapdown.solution_coordinates import POLAR_LIMIT
 
 EXACT_EVERY = 128
 """Steps between new sines and cosines of the latitude."""

@@ -10,9 +10,8 @@ import numpy as np
 import pytest
 
 from sinssim.analyses.calibration import calibration_result as shown
+from sinssim.analyses.calibration.calibration_problem import OBSERVABLE, Parameter
 from sinssim.analyses.calibration.calibration_result import CalibrationResult
-from sinssim.analyses.calibration.least_squares import OBSERVABLE
-from sinssim.analyses.calibration.parameters import Parameter
 from sinssim.charts import Bars, Dots, Rule
 from sinssim.exhibits import Exhibits, Verbatim
 from sinssim.recording.console import show

@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from sinssim.analyses.calibration.turntable_data import Dwells, between, detected, planned
+from sinssim.analyses.calibration.calibration_problem import Dwells, between, detected, planned
 from sinssim.data import ImuData
 from sinssim.errors import InputError
 from sinssim.truth.motions.turntable import Turntable

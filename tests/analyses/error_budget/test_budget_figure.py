@@ -8,8 +8,8 @@ import numpy as np
 import pytest
 
 import sinssim
-from sinssim.analyses.error_budget.allowances import answers
 from sinssim.analyses.error_budget.budget_exhibits import OTHERS, _palette, exhibits_of, shares, units_of_budget
+from sinssim.analyses.error_budget.budget_result import answers
 from sinssim.exhibits import Section, Table
 from sinssim.recording.figures import to_svg
 from sinssim.recording.report.svg_chart import html_of

@@ -11,9 +11,8 @@ import pyarrow.parquet as pq
 import pytest
 from scipy.stats import ncx2
 
-from sinssim.analyses.error_budget.allowances import Allowance, Answer
 from sinssim.analyses.error_budget.budget_exhibits import _write_parquet, to_json
-from sinssim.analyses.error_budget.budget_result import BudgetResult
+from sinssim.analyses.error_budget.budget_result import Allowance, Answer, BudgetResult
 from sinssim.analyses.error_budget.error_sources import Source
 from sinssim.statistics.requirement_verdict import Exceeded
 from sinssim.statistics.requirements import parse_requirement

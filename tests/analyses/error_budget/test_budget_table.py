@@ -6,7 +6,6 @@ from math import inf, nan
 
 import pytest
 
-from sinssim.analyses.error_budget.allowances import Allowance, Answer
 from sinssim.analyses.error_budget.budget_exhibits import (
     _FIXED_GAINS,
     _over_time,
@@ -16,6 +15,7 @@ from sinssim.analyses.error_budget.budget_exhibits import (
     lines_of,
     when,
 )
+from sinssim.analyses.error_budget.budget_result import Allowance, Answer
 from sinssim.exhibits import Table, four_digits
 from sinssim.recording.console import show
 from sinssim.statistics.requirement_verdict import Exceeded

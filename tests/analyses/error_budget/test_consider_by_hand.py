@@ -8,18 +8,19 @@ from typing import Any
 import numpy as np
 import pytest
 
-from sinssim.analyses.error_budget.consider_analysis import Consider
-from sinssim.analyses.error_budget.error_sources import AngleError, InertialNoise, Source
-from sinssim.analyses.error_budget.share_propagation import Walk
-from sinssim.analyses.error_budget.source_shares import (
+from sinssim.analyses.error_budget.covariance_propagation import Consider
+from sinssim.analyses.error_budget.error_sources import (
+    AngleError,
+    InertialNoise,
     SensorAngle,
     SensorConstant,
     SensorGiven,
     SensorNoise,
     SensorProcess,
-    Snapshot,
-    StepEffects,
+    Source,
 )
+from sinssim.analyses.error_budget.share_propagation import Walk
+from sinssim.analyses.error_budget.source_shares import Snapshot, StepEffects
 from sinssim.data import Array, Measurements
 from sinssim.estimation.linearisation import Observed
 

@@ -6,8 +6,7 @@ import math
 
 import pytest
 
-from sinssim.analyses.error_budget.allowances import answers, times_of
-from sinssim.analyses.error_budget.budget_result import BudgetResult
+from sinssim.analyses.error_budget.budget_result import BudgetResult, answers, times_of
 from sinssim.analyses.error_budget.covariance_budget import budget
 from sinssim.errors import InputError
 from sinssim.scenario import Scenario

@@ -7,7 +7,7 @@ from typing import Any
 import numpy as np
 import pytest
 
-from sinssim.analyses.error_budget import inertial_propagation
+from sinssim.analyses.error_budget import covariance_propagation
 from sinssim.analyses.error_budget.covariance_budget import budget
 from tests.analyses.error_budget.worlds import ensemble, scenario
 
@@ -117,7 +117,7 @@ def test_the_length_of_a_step_hardly_matters(monkeypatch: pytest.MonkeyPatch) ->
     """Steps of a quarter of a second instead of one, on turns at up to 20°/s: 0.1 %, and no drift with it."""
     plan = scenario(imu={"grade": "tactical", "gyro_instability_deg_h": 1.0, "gyro_correlation_time_s": 50.0})
     usual = budget(plan).sigma()
-    monkeypatch.setattr(inertial_propagation, "_LONGEST", 0.25)
+    monkeypatch.setattr(covariance_propagation, "_LONGEST", 0.25)
     finer = budget(plan).sigma()
     for part in (slice(0, 2), slice(3, 5), slice(6, 9)):
         assert np.abs(usual[20:, part] / finer[20:, part] - 1.0).max() < 1e-3

@@ -12,16 +12,7 @@ from scipy.linalg import expm
 
 from sinssim.analyses.error_budget.aligned_start import by_mean_readings
 from sinssim.analyses.error_budget.covariance_budget import _instants
-from sinssim.analyses.error_budget.deterministic_sources import remainder_noise
-from sinssim.analyses.error_budget.error_dynamics import (
-    TrueMotion,
-    exponential,
-    gravity_input,
-    noise_inputs,
-    white_covariance,
-)
-from sinssim.analyses.error_budget.error_sources import Column, Constants, InertialNoise, InitialErrors, Source
-from sinssim.analyses.error_budget.inertial_propagation import (
+from sinssim.analyses.error_budget.covariance_propagation import (
     STATES,
     HeightErrors,
     Vertical,
@@ -30,16 +21,27 @@ from sinssim.analyses.error_budget.inertial_propagation import (
     _readings_at,
     _with_loop,
 )
-from sinssim.analyses.error_budget.share_propagation import Propagation
-from sinssim.analyses.error_budget.source_shares import (
-    Marks,
+from sinssim.analyses.error_budget.deterministic_sources import remainder_noise
+from sinssim.analyses.error_budget.error_dynamics import (
+    TrueMotion,
+    exponential,
+    gravity_input,
+    noise_inputs,
+    white_covariance,
+)
+from sinssim.analyses.error_budget.error_sources import (
+    Column,
+    Constants,
+    InertialNoise,
+    InitialErrors,
     SensorConstant,
     SensorGiven,
     SensorNoise,
     SensorProcess,
-    Shares,
-    add_rounding,
+    Source,
 )
+from sinssim.analyses.error_budget.share_propagation import Propagation
+from sinssim.analyses.error_budget.source_shares import Marks, Shares, add_rounding
 from sinssim.errors import InputError
 from sinssim.estimation.error_dynamics import NominalMotion
 from sinssim.sensors.imu.error_term_table import FIELDS

@@ -9,8 +9,7 @@ import numpy as np
 import pytest
 from scipy.stats import ncx2, norm
 
-from sinssim.analyses.error_budget.allowances import answer_of, answers
-from sinssim.analyses.error_budget.budget_result import BUDGET_COMPONENTS, Added, BudgetResult
+from sinssim.analyses.error_budget.budget_result import BUDGET_COMPONENTS, Added, BudgetResult, answer_of, answers
 from sinssim.analyses.error_budget.error_sources import Source
 from sinssim.data import Array
 from sinssim.errors import InputError

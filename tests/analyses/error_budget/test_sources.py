@@ -9,10 +9,18 @@ import numpy as np
 import pytest
 
 import sinssim
-from sinssim.analyses.error_budget.aiding_sources import aiding_sources
-from sinssim.analyses.error_budget.error_sources import Source, constants, inertial_noises, initial_errors
+from sinssim.analyses.error_budget.error_sources import (
+    SensorConstant,
+    SensorGiven,
+    SensorNoise,
+    SensorProcess,
+    Source,
+    aiding_sources,
+    constants,
+    inertial_noises,
+    initial_errors,
+)
 from sinssim.analyses.error_budget.share_propagation import AlongWay, Flicker, GaussMarkov, Sum, Walk
-from sinssim.analyses.error_budget.source_shares import SensorConstant, SensorGiven, SensorNoise, SensorProcess
 from sinssim.data import Array
 from sinssim.truth.true_gravity_disturbance import RemainderModel
 from tests.analyses.error_budget.worlds import scenario

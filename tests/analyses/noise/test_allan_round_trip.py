@@ -186,7 +186,7 @@ def test_an_ideal_sensor_has_nothing_to_identify():
 
 def test_every_key_of_a_scenario_in_its_unit():
     """Datasheet units in, datasheet units out, for gyros and accelerometers."""
-    from sinssim.analyses.noise.log_channels import UNITS
+    from sinssim.analyses.noise.noise_report import UNITS
 
     keys = {
         "gyro_quantum_arcsec": 2.0,

@@ -10,9 +10,8 @@ import numpy as np
 import pytest
 
 from sinssim.analyses.noise import noise_exhibits as shown
-from sinssim.analyses.noise.log_channels import CHANNELS, LogChannel, units_of
 from sinssim.analyses.noise.noise_fit import TermEstimate
-from sinssim.analyses.noise.noise_report import ChannelNoise
+from sinssim.analyses.noise.noise_report import CHANNELS, ChannelNoise, LogChannel, units_of
 from sinssim.charts import Band, Charts, Line
 from sinssim.recording.console import show
 from sinssim.recording.figures import figure_of

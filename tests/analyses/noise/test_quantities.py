@@ -12,9 +12,8 @@ import rerun_cli
 from pyarrow import parquet, table
 from rerun.chunk import RrdReader
 
-from sinssim.analyses.noise.log_channels import CHANNELS, chosen_channels, unit_in_name
 from sinssim.analyses.noise.noise_exhibits import deviations, exhibits_of
-from sinssim.analyses.noise.noise_report import noise_report
+from sinssim.analyses.noise.noise_report import CHANNELS, chosen_channels, noise_report, unit_in_name
 from sinssim.cli.process import main
 from sinssim.errors import InputError
 from sinssim.recording.rerun.exhibit_recording import record

@@ -15,9 +15,15 @@ import rerun_cli
 from pyarrow import csv, parquet, table
 from rerun.chunk import RrdReader
 
-from sinssim.analyses.noise.log_channels import CHANNELS, chosen_channels, clock, even_increments, four_digits
 from sinssim.analyses.noise.noise_exhibits import deviations, exhibits_of
-from sinssim.analyses.noise.noise_report import noise_report
+from sinssim.analyses.noise.noise_report import (
+    CHANNELS,
+    chosen_channels,
+    clock,
+    even_increments,
+    four_digits,
+    noise_report,
+)
 from sinssim.cli.process import main
 from sinssim.errors import InputError
 from sinssim.logs.column_description import LogDescription
@@ -106,7 +112,7 @@ def test_every_channel_in_datasheet_units(report):
     ],
 )
 def test_units_by_their_definitions(symbol, gyro, accel):
-    from sinssim.analyses.noise.log_channels import UNITS
+    from sinssim.analyses.noise.noise_report import UNITS
 
     assert UNITS["gyro"].terms[symbol][1] == pytest.approx(gyro, rel=1e-12)
     assert UNITS["accel"].terms[symbol][1] == pytest.approx(accel, rel=1e-12)

@@ -12,23 +12,26 @@ import pytest
 from scipy.stats import chi2
 
 from sinssim.analyses.noise.allan_deviation import AllanDeviation, confidence_band
-from sinssim.analyses.noise.log_channels import (
+from sinssim.analyses.noise.noise_exhibits import ImuLine, block_text, imu_block
+from sinssim.analyses.noise.noise_fit import NoiseFit, TermEstimate
+from sinssim.analyses.noise.noise_report import (
     CHANNELS,
     NAMES,
     SYMBOLS,
     UNITS,
+    ChannelNoise,
     LogChannel,
+    NoiseReport,
+    _spike,
     clock,
     even_increments,
     four_digits,
+    noise_report,
     part,
     symbol_text,
     unit_in_name,
     units_of,
 )
-from sinssim.analyses.noise.noise_exhibits import ImuLine, block_text, imu_block
-from sinssim.analyses.noise.noise_fit import NoiseFit, TermEstimate
-from sinssim.analyses.noise.noise_report import ChannelNoise, NoiseReport, _spike, noise_report
 from sinssim.errors import InputError
 from sinssim.logs.imu_samples import Samples
 

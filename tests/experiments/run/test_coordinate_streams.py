@@ -19,7 +19,7 @@ from sinssim.experiments.run.run_streams import CoordinateStreams
 from sinssim.recording import stream_tables
 from sinssim.recording.stream_tables import Stream
 from sinssim.scenario import Scenario
-from sinssim.strapdown.frames.solution_coordinates import conditional, earth_fixed, inertial, level_axes
+from sinssim.strapdown.solution_coordinates import conditional, earth_fixed, inertial, level_axes
 
 
 def flight(frame: str, **output: Any) -> Scenario:

@@ -163,7 +163,7 @@ def test_recorded_sensors_have_estimates_in_place_of_errors() -> None:
 
 
 def test_a_state_is_observable_if_it_is_seen_and_at_least_halved(monkeypatch: pytest.MonkeyPatch) -> None:
-    from sinssim.estimation import observability
+    from sinssim.estimation import consistency as observability
 
     seen = SimpleNamespace(observable=np.array([True, False] + [True] * 12))
     monkeypatch.setattr(observability, "observability", lambda model, history: seen)

@@ -24,7 +24,7 @@ from sinssim.recording.stream_tables import Stream
 from sinssim.simulation.navigation_stage import Navigated, what_if
 from sinssim.simulation.truth_stage import Truth
 from sinssim.strapdown.navigation_error import NO_NUMBERS, error_numbers
-from sinssim.strapdown.platform_errors import ACCELEROMETERS, GYROS, START, TORQUERS
+from sinssim.strapdown.platform_theory import ACCELEROMETERS, GYROS, START, TORQUERS
 from sinssim.units import ANGLE_SCALE, DEG, LENGTH_SCALE, fixed
 
 if TYPE_CHECKING:
@@ -33,7 +33,7 @@ if TYPE_CHECKING:
     from sinssim.sensors.sets.gimballed_sensors import PlatformErrors
     from sinssim.strapdown.gimballed_platform import PlatformSolution
     from sinssim.strapdown.navigation_error import NavError
-    from sinssim.strapdown.platform_errors import ErrorsByCause
+    from sinssim.strapdown.platform_theory import ErrorsByCause
 
 
 _TURNING = 10.0 * units.DEG / 60.0  # rate above which the vehicle is said to turn, rad/s
@@ -119,7 +119,7 @@ class OnPlatform(Part):
     def errors_by_cause(self) -> ErrorsByCause:
         """Position errors of the solution by cause, from the linear error equations."""
         from sinssim.strapdown.gimballed_platform import inertial_forces
-        from sinssim.strapdown.platform_errors import errors_by_cause
+        from sinssim.strapdown.platform_theory import errors_by_cause
         from sinssim.truth.true_gravity_disturbance import Disturbed
 
         truth, true = self.run.truth, self.run.sensed.errors

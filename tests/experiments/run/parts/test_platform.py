@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from sinssim.strapdown.navigation_error import NavError
-from sinssim.strapdown.platform_errors import ErrorsByCause
+from sinssim.strapdown.platform_theory import ErrorsByCause
 from tests.recording.made_platform import COMMANDED, GIMBALS, RATES, STRAPDOWN, TIME, part
 from tests.recording.spies import Shown, cells, read
 
