@@ -331,6 +331,12 @@ def wide_vectors(typing_context: Any) -> Any:
     return numba.types.none(), generate
 
 
+@intrinsic  # type: ignore[untyped-decorator]
+def fused(typing_context: Any, a: Any, b: Any, c: Any) -> Any:
+    """Return a b + c of floats, rounded once, on every machine alike; one operation where the processor has it."""
+    return a(a, a, a), lambda context, builder, signature, arguments: builder.fma(*arguments)
+
+
 @contextlib.contextmanager
 def compilation(tell: Callable[[bool], None]) -> Iterator[None]:
     """Report, inside the block, compilations of kernels that are missing in the cache (tell: called with True when a

@@ -4,7 +4,8 @@ Philox4x32-10 (Salmon, Moraes, Dror and Shaw, Parallel random numbers: as easy a
 seed, and the counter holds the number of the sample, the CRC-32 of the term's name and the axis. The 128 output bits
 give two normal numbers by the Box-Muller method: the first is for the gyro, the second for the accelerometer of the
 same term and axis. Logarithm, sine and cosine are polynomials, and all operations keep their written order, so that the
-numbers depend neither on a machine's library nor on vectorisation by the compiler.
+numbers depend neither on a machine's library nor on vectorisation by the compiler. Their fused multiplications and
+additions, which are rounded once, are written out for the same reason.
 """
 
 from __future__ import annotations
@@ -17,7 +18,7 @@ from numpy.typing import NDArray
 
 from sinssim.data import Array
 from sinssim.errors import InputError, shortened
-from sinssim.jit import strict_inline, strict_kernel
+from sinssim.jit import fused, strict_inline, strict_kernel
 
 Words = NDArray[np.uint64]
 
@@ -29,7 +30,8 @@ _ROUNDS = 10
 
 _BITS = 2.0**-52
 _LN2 = math.log(2.0)
-_QUARTER = 0.5 * math.pi
+_PLACE = 2.0**-50 * 0.5 * math.pi  # a quarter turn has 2⁵⁰ places
+_HALF_QUARTER = 1 << 49
 _SQRT_HALF = 0x3FE6A09E667F3BCD  # the bits of √½
 
 # atanh(s)/s for s² ≤ (3 − 2√2)², sin(x)/x and cos(x) for |x| ≤ π/4, all to rounding (series in s² and x²)
@@ -67,8 +69,9 @@ def _log(x: float) -> float:
     z = s * s
     series = _ATANH[10]
     for n in range(9, -1, -1):
-        series = _ATANH[n] + z * series
-    return float(exponent) * _LN2 + 2.0 * s * series
+        series = fused(z, series, _ATANH[n])
+    logarithm: float = fused(float(exponent), _LN2, 2.0 * s * series)
+    return logarithm
 
 
 @strict_inline
@@ -101,17 +104,16 @@ def radius_k(w0: np.uint64, w1: np.uint64) -> float:
 @strict_inline
 def direction_k(w2: np.uint64, w3: np.uint64) -> tuple[float, float]:
     """Return cosine and sine of the direction of a pair, from two words."""
-    turn = (float(np.int64((w2 << _20) | (w3 >> _12))) + 0.5) * (4.0 * _BITS)
-    quarter = math.floor(turn + 0.5)
-    x = (turn - quarter) * _QUARTER
+    place = np.int64((w2 << _20) | (w3 >> _12))  # of 2⁵² on the circle
+    quadrant = (place + _HALF_QUARTER) >> 50
+    x = (float(place - (quadrant << 50)) + 0.5) * _PLACE
     z = x * x
     sine, cosine = _SIN[7], _COS[8]
     for n in range(6, -1, -1):
-        sine = _SIN[n] + z * sine
+        sine = fused(z, sine, _SIN[n])
     sine *= x
     for n in range(7, -1, -1):
-        cosine = _COS[n] + z * cosine
-    quadrant = np.int64(quarter)
+        cosine = fused(z, cosine, _COS[n])
     swapped = (quadrant & 1) == 1
     first = sine if swapped else cosine
     second = cosine if swapped else sine
