@@ -42,18 +42,7 @@ HOMES = {
     "filterpy": {"estimation"},
     "typer": {"cli"},
     "tomllib": {"toml_file", "scenario.load"},
-    "rich": {
-        "cli",
-        "recording.console",
-        "progress",
-        "*_table",
-        "experiments.run.error_exhibits",
-        "experiments.run.one_component_exhibits",
-        "experiments.run.run_comparison",
-        "experiments.run.run_scores",
-        "experiments.run.sensor_exhibits",
-        "experiments.studies.study_exhibits",
-    },
+    "rich": {"cli", "recording.console", "progress", "*_table"},
     "matplotlib": {"recording.figures", "recording.diagrams", "*_figure"},
 }
 """Libraries that only these parts may import; "*" stands for any beginning of a module's name."""

@@ -60,7 +60,7 @@ def second_half() -> None:
         key=lambda scenario: (scenario.navigation.frame == "level", "platform" not in scenario.navigation.algorithms)
     )
     for plan in in_space:
-        rehearse(plan if plan.filter is None else filter_model.with_states(plan), recorded=False)
+        rehearse(plan if plan.filter is None else filter_model.with_states(plan))
     redundant = Redundant(type="redundant", windows_s=(1.0,))  # faults lie outside the rehearsal of their scenario
     run(_PARKED.model_copy(update={"imu": _PARKED.imu.model_copy(update={"sensor_set": redundant})}))
 

@@ -1,6 +1,6 @@
 """The work of an experiment: one loop over its tasks, which executors compute, and the limit of its duration.
 
-Executors are threads of this process (`Threads`), processes and a cluster (`ensembles/ensemble_workers.py`).
+Executors are threads of this process (`Threads`), processes and a cluster (`ensembles/ensemble_execution.py`).
 """
 
 from __future__ import annotations

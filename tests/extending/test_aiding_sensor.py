@@ -8,7 +8,7 @@ from pathlib import Path
 from tests.extending.pages import Copy, read_page
 
 MORE = """
-from sinssim.experiments.run.filter_streams import filter_streams
+from sinssim.experiments.run.run_streams import filter_streams
 from sinssim.recording.report.exhibit_page import page_of
 columns = {stream.name: [c for v in stream.vectors for c in v.columns] for stream in filter_streams(result.aided)}
 print("aiding_radar_altimeter" in columns, "height_m" in columns["aiding_radar_altimeter"])

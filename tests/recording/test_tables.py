@@ -17,8 +17,8 @@ import pytest
 
 from sinssim.data import ImuData
 from sinssim.errors import InputError
+from sinssim.experiments.run import run_scores
 from sinssim.experiments.run import run_scores as score
-from sinssim.experiments.run import score_recording
 from sinssim.experiments.run.run_result import PlaneRun
 from sinssim.experiments.run.run_streams import streams_of_run
 from sinssim.experiments.studies import study_exhibits as study
@@ -256,10 +256,10 @@ def test_scores_beside_a_run(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) ->
     (folder / ".sinssim.json").write_text('{"files": ["summary.json"]}')
     judge: Any = SimpleNamespace(run=SimpleNamespace(path=folder, solutions={}))
     one = Score("mine", Path("m.csv"), "csv", motion(40.0, "x"), error(50.0), 2.5, ())
-    monkeypatch.setattr(score_recording, "page_of", lambda exhibits: f"<p>{exhibits}</p>")
-    monkeypatch.setattr(score_recording, "score_exhibits", lambda scored: "page")
-    monkeypatch.setattr(score_recording, "record_scores", lambda scored, path: path.write_text("recording"))
-    found = score_recording.write_scores(score.Scored(judge, [one], {}, (5.0, 6.0)))
+    monkeypatch.setattr(run_scores, "page_of", lambda exhibits: f"<p>{exhibits}</p>")
+    monkeypatch.setattr(run_scores, "score_exhibits", lambda scored: "page")
+    monkeypatch.setattr(run_scores, "record_scores", lambda scored, path: path.write_text("recording"))
+    found = run_scores.write_scores(score.Scored(judge, [one], {}, (5.0, 6.0)))
     assert found == folder / "scores/report.html"
     held = sorted(path.relative_to(folder).as_posix() for path in folder.rglob("*") if path.is_file())
     assert held == [

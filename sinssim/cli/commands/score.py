@@ -87,8 +87,7 @@ def command(
 
 def _write(judge: Judge, scores: list[Score], *, quiet: bool, as_json: bool) -> None:
     """Write the scores beside the run, and print them."""
-    from sinssim.experiments.run.run_scores import Scored, score_exhibits, to_json
-    from sinssim.experiments.run.score_recording import write_scores
+    from sinssim.experiments.run.run_scores import Scored, score_exhibits, to_json, write_scores
     from sinssim.logs.solution_score import common_span
 
     span = common_span(scores)

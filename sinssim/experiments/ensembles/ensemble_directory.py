@@ -8,7 +8,6 @@ into place, and never changed. An ensemble is continued by computing what is mis
 from __future__ import annotations
 
 import hashlib
-import itertools
 import json
 import re
 from collections.abc import Callable, Sequence
@@ -21,8 +20,7 @@ import numpy as np
 from sinssim.data import Array
 from sinssim.errors import InputError, RunError
 from sinssim.experiments.ensembles.ensemble_errors import COMPONENTS, EVERYTHING, Errors, RunErrors, empty, errors_for
-from sinssim.experiments.ensembles.ensemble_execution import errors_of_runs
-from sinssim.experiments.ensembles.ensemble_plan import Plan, TruthCache
+from sinssim.experiments.ensembles.ensemble_plan import Plan
 from sinssim.experiments.experiment_directory import (
     Kind,
     Store,
@@ -73,17 +71,6 @@ def write_chunk(errors: Errors, plan: Plan, folder: Path, runs: slice = EVERYTHI
             column_encoding=split,
         )  # fmt: skip
     return path
-
-
-def make_chunk(
-    plan: Plan, runs: range, folder: Path, truths: TruthCache, on_part: Callable[[int], None] = lambda count: None
-) -> None:
-    """Compute a group of runs and write its file; `on_part` is called with the number of its runs that are finished.
-
-    It may be done twice, by any process: the file is the same and is renamed into place.
-    """
-    finished = itertools.count(1)
-    write_chunk(errors_of_runs(plan, runs, truths, lambda: on_part(next(finished))), plan, folder)
 
 
 def read_chunk(path: Path, plan: Plan) -> RunErrors:

@@ -15,19 +15,13 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from sinssim.errors import InputError, RunError, shortened
-from sinssim.experiments.ensembles.ensemble_directory import (
-    EnsembleDirectory,
-    kept_epochs,
-    make_chunk,
-    missing,
-    write_chunk,
-)
+from sinssim.experiments.ensembles.ensemble_directory import EnsembleDirectory, kept_epochs, missing, write_chunk
 from sinssim.experiments.ensembles.ensemble_errors import AT_ONCE, IN_MEMORY, bytes_of
+from sinssim.experiments.ensembles.ensemble_execution import Cluster, Processes, SparePool, make_chunk
 from sinssim.experiments.ensembles.ensemble_exhibits import EnsembleMedia
 from sinssim.experiments.ensembles.ensemble_plan import AIDED, LONG_CHUNK, TruthCache, make_plan, with_runs
 from sinssim.experiments.ensembles.ensemble_result import EnsembleResult
 from sinssim.experiments.ensembles.ensemble_verdicts import Looks, check_kept
-from sinssim.experiments.ensembles.ensemble_workers import Cluster, Processes, SparePool
 from sinssim.experiments.workload import Executor, Threads, work_through
 from sinssim.formatting import duration_text, size_text
 from sinssim.progress import Progress, shown

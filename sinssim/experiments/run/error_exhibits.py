@@ -91,6 +91,32 @@ def _si(value: float | None, size: float) -> float:
     return math.nan if value is None else value * size
 
 
+def known_numbers(error: NavError, span: tuple[float, float]) -> ErrorNumbers:
+    """Return the error statistics within a span, of what is known.
+
+    Args:
+        error: errors of a solution; NaN where it has nothing.
+        span: first and last time, s.
+
+    Returns:
+        As `sinssim.strapdown.navigation_error.error_numbers`, with None for quantities without a value.
+    """
+    rows = (error.time >= span[0] - 1e-6) & (error.time <= span[1] + 1e-6)
+    numbers: dict[str, float | None] = {}
+    for name, values in (
+        ("horizontal_error_m", error.horizontal),
+        ("height_error_m", error.height),
+        ("velocity_error_mps", error.speed),
+        ("attitude_error_arcsec", error.angle / units.ARCSEC),
+    ):
+        part: Array = values[rows]
+        part = part[np.isfinite(part)]
+        numbers[f"final_{name}"] = float(part[-1]) if len(part) else None
+        numbers[f"rms_{name}"] = float(np.sqrt(np.mean(part * part))) if len(part) else None
+        numbers[f"max_{name}"] = float(np.abs(part).max()) if len(part) else None
+    return numbers
+
+
 def note_on_errors(
     against: str = "truth",
     where: str = "summary.json; all samples: sinssim.load_streams, or sinssim export --to parquet",

@@ -1,8 +1,4 @@
-"""One run from end to end.
-
-Fly or read a log, sense, navigate, compare, filter, record; or compute a one-component run; and the files that every
-run has.
-"""
+"""One run from end to end: fly or read a log, sense, navigate, compare, filter, record."""
 
 from __future__ import annotations
 
@@ -23,10 +19,11 @@ from sinssim.experiments.run.filter_exhibits import filter_exhibits
 from sinssim.experiments.run.filter_summary import filter_numbers
 from sinssim.experiments.run.parts import parts_of
 from sinssim.experiments.run.parts.recorded_sensors import best_solution
-from sinssim.experiments.run.run_files import about, keep
+from sinssim.experiments.run.run_files import RunWriter, about, keep
 from sinssim.experiments.run.run_report import first_sections, run_exhibits
 from sinssim.experiments.run.run_result import PlaneRun, Reached, Run
-from sinssim.experiments.run.sensor_comparison import SensorComparison, sensor_comparisons
+from sinssim.experiments.run.run_streams import streams_of_run
+from sinssim.experiments.run.sensor_exhibits import SensorComparison, sensor_comparisons
 from sinssim.logs.stored_run import ErrorRule
 from sinssim.progress import Progress, shown
 from sinssim.recording.report.exhibit_page import page_of
@@ -51,7 +48,6 @@ if TYPE_CHECKING:
     from sinssim.earth.ellipsoids import Ellipsoid
     from sinssim.exhibits import Exhibits, Item
     from sinssim.experiments.run.run_report import FirstSections
-    from sinssim.experiments.run.run_streams import RunWriter
     from sinssim.experiments.run.summary_types import RunSummary
     from sinssim.scenario import Scenario
     from sinssim.truth.sampling import FlightEvent
@@ -64,8 +60,6 @@ class RunMedia(Media[Run]):
         self._write = write
 
     def streams(self, result: Run) -> Iterator[Stream]:
-        from sinssim.experiments.run.run_streams import streams_of_run
-
         yield from streams_of_run(result)
 
     def exhibits(self, result: Run | PlaneRun) -> Exhibits:
@@ -247,7 +241,7 @@ class Execution:
 
         scenario = self._scenario
         with self._clock("flight"):
-            trajectory = fly(scenario, flying, partial(rehearse, scenario, self._streams))
+            trajectory = fly(scenario, flying, partial(rehearse, scenario))
         self._found["flight_cached"] = None if scenario.flight is None else min(flown) == 1.0
         if missed := not_attained(trajectory.events):
             self._found["not_attained"] = missed
@@ -356,8 +350,6 @@ class Execution:
 
     def _open(self, time: Array, motion: NavState, events: tuple[FlightEvent, ...], ellipsoid: Ellipsoid) -> RunWriter:
         """Begin to write streams and recording, with the motion that they show."""
-        from sinssim.experiments.run.run_streams import RunWriter
-
         assert self._folder is not None  # streams are written to it
         self._stack.enter_context(self._folder.writing())
         self._writer = RunWriter(self._folder.path, self._scenario, time, motion, events, ellipsoid)
@@ -424,14 +416,12 @@ class Execution:
         return {**entries, **passages, **parts, "algorithms": algorithms, **of_filter, **outages}
 
 
-def rehearse(scenario: Scenario, recorded: bool) -> None:
+def rehearse(scenario: Scenario) -> None:
     """Load the modules that a run needs after its flight, and compile missing kernels, by a short run.
 
     Args:
         scenario: the scenario, which determines the parts; a hundred samples of straight flight replace its truth.
     """
-    if recorded:
-        from sinssim.experiments.run import run_streams as writer  # noqa: F401
     from sinssim.truth.curve import Curve
 
     interval = 1.0 / scenario.imu.rate_hz

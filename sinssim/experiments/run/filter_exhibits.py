@@ -16,7 +16,7 @@ from numpy.typing import NDArray
 from sinssim.charts import PAIR, Axis, Chart, Charts, Color, Dots, Line, Mark, Rule, over
 from sinssim.data import Array
 from sinssim.exhibits import Beside, Column, Item, Section, Sentence, Table
-from sinssim.experiments.run.filter_diagnosis import what_to_try
+from sinssim.experiments.run.filter_remedies import what_to_try
 from sinssim.experiments.run.filter_summary import for_people, sentences
 from sinssim.experiments.run.summary_types import ErrorNumbers, FilterNumbers, StateNumbers, Test
 from sinssim.formatting import number_text, signed

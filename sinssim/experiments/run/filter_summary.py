@@ -15,8 +15,8 @@ import numpy as np
 
 from sinssim import units
 from sinssim.estimation.consistency import MEANING
-from sinssim.experiments.run.filter_diagnosis import diagnosis_numbers
-from sinssim.experiments.run.filter_streams import state_columns
+from sinssim.experiments.run.filter_remedies import diagnosis_numbers
+from sinssim.experiments.run.run_streams import state_columns
 from sinssim.experiments.run.summary_types import (
     AlignmentNumbers,
     FaultNumbers,

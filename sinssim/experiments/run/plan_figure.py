@@ -9,7 +9,7 @@ import numpy as np
 from sinssim.data import Array
 from sinssim.earth.ellipsoids import ELLIPSOIDS
 from sinssim.errors import InputError
-from sinssim.experiments.run.track_map import Projection
+from sinssim.experiments.run.motion_exhibits import Projection
 from sinssim.recording import style
 from sinssim.recording.figures import new_figure, styled
 from sinssim.scenario.plan_summary import named_places

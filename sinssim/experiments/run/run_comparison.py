@@ -18,9 +18,14 @@ from sinssim.data import Array, NavState
 from sinssim.earth.ellipsoids import ellipsoid_by_name
 from sinssim.errors import InputError
 from sinssim.exhibits import Column, Exhibits, Item, Medium, Section, Sentence, Table
-from sinssim.experiments.run.error_exhibits import error_exhibits, error_table, note_on_errors, schuler_period
+from sinssim.experiments.run.error_exhibits import (
+    error_exhibits,
+    error_table,
+    known_numbers,
+    note_on_errors,
+    schuler_period,
+)
 from sinssim.experiments.run.finished_runs import Entry, FinishedRun
-from sinssim.experiments.run.run_scores import known_numbers
 from sinssim.formatting import size_text
 from sinssim.logs.stored_run import is_of_another, warn_of_version
 from sinssim.recording import style

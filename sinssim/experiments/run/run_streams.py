@@ -1,59 +1,150 @@
-"""The streams of a run.
+"""The streams of a run: those of a run in memory, those of its filter, and those in further coordinates.
 
-In memory by name, in further coordinates (Earth-fixed, inertial, along a frame's axes, on another ellipsoid), and
-written while the run is computed, Parquet on one thread and the Rerun recording on another.
+The filter has solutions, states with their 1σ, and every reading with the decision on it.
 """
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
-from concurrent.futures import Future, ThreadPoolExecutor, wait
-from dataclasses import dataclass, replace
-from functools import lru_cache
-from pathlib import Path
-from types import TracebackType
-from typing import TYPE_CHECKING, Any, Self
+from collections.abc import Callable, Iterator
+from dataclasses import dataclass
+from functools import lru_cache, partial
+from typing import TYPE_CHECKING
 
 import numpy as np
+from numpy.typing import ArrayLike
 
 from sinssim import earth, rotation
-from sinssim.data import Array, ImuData, NavSolution, NavState
-from sinssim.earth.ellipsoids import Ellipsoid, ellipsoid_by_name
+from sinssim.data import Array, NavSolution, NavState
+from sinssim.earth.ellipsoids import Ellipsoid
 from sinssim.earth.transverse_route import route_pole
-from sinssim.exhibits import Item, charts_in
-from sinssim.experiments.run import run_recording as pictures
-from sinssim.experiments.run.error_exhibits import error_charts
-from sinssim.experiments.run.filter_streams import filter_streams
-from sinssim.experiments.run.motion_exhibits import motion_charts
-from sinssim.experiments.run.run_recording import PATHS, draw_coordinates, kind_of
-from sinssim.experiments.run.sensor_comparison import SensorComparison, comparison_charts, recorded_readings
-from sinssim.recording import stream_tables, style
-from sinssim.recording.rerun.scene import Scene, drifted, map_zoom, some_rows
-from sinssim.recording.rerun.viewer import RUN_ENTITY
-from sinssim.recording.rerun.views import RunInfo, all_views
-from sinssim.recording.stream_columns import (
-    channel_streams,
-    error_stream,
-    imu_stream,
-    nav_stream,
-    reference_stream,
-    set_streams,
-    truth_stream,
-)
+from sinssim.recording.stream_columns import error_stream, imu_stream, nav_stream, reference_stream, truth_stream
 from sinssim.recording.stream_tables import Computed, Stream, Vector
+from sinssim.sensors.aiding_registry import measurement_kind
 from sinssim.simulation.truth_stage import Truth
 from sinssim.strapdown import solution_coordinates
-from sinssim.truth.sampling import FlightEvent
 
 if TYPE_CHECKING:
-    from sinssim.experiments.run.run_result import Part, Run
-    from sinssim.logs.reference_solution import Reference
-    from sinssim.logs.stored_run import ErrorRule
-    from sinssim.recording.rerun.rrd import Recording
+    from sinssim.data import Measurements
+    from sinssim.estimation import Block, Innovations
+    from sinssim.estimation.filter_result import Rows
+    from sinssim.experiments.run.run_result import Run
     from sinssim.scenario import Scenario
-    from sinssim.simulation.navigation_stage import Navigated
-    from sinssim.simulation.sensed_stage import Sensed
     from sinssim.simulation.truth_comparison import Aided
+
+
+_AXES = {"north": "n", "east": "e", "forward": "x", "right": "y"}
+_STREAM_UNITS = {"m": "m", "m/s": "mps", "rad": "rad", "rad/s": "radps", "m/s²": "mps2", "s": "s", "": ""}
+
+
+def filter_streams(aided: Aided) -> list[Stream]:
+    """Return all streams of an aided solution.
+
+    Returns:
+        `nav_aided`, `error_aided`, the same for the smoothed and the backward solution if there are any, `filter` with
+        1σ of all states, estimates of the sensors' parameters and their errors, and `aiding_<sensor>` with every
+        reading and the decision on it.
+    """
+    estimate = aided.estimate
+    solution = estimate.solution
+    streams = [
+        nav_stream("aided", solution),
+        error_stream("aided", aided.error_at, solution.time),
+        _state_stream(aided),
+    ]
+    if estimate.smoothed is not None and aided.smoothed_error is not None:
+        solution = estimate.smoothed.solution
+        streams += [nav_stream("smoothed", solution), error_stream("smoothed", aided.smoothed_error.at, solution.time)]
+    if estimate.backward is not None and aided.backward_error is not None:
+        solution = estimate.backward.solution
+        streams += [nav_stream("backward", solution), error_stream("backward", aided.backward_error.at, solution.time)]
+    innovations = {i.sensor: i for i in estimate.innovations}
+    streams += [_readings(s.measurements, innovations.get(s.measurements.label)) for s in aided.sensed]
+    return streams
+
+
+def state_columns(block: Block, kinds: dict[str, str]) -> tuple[str, ...]:
+    """Return the column names of a block's states, each with its unit.
+
+    Args:
+        kinds: kind of measurement of each aiding sensor, by its label.
+
+    Returns:
+        Names such as "gyro_bias_x_radps"; "phi_n_rad", … for the attitude.
+    """
+    stem = "phi" if block.name == "attitude" else block.name.replace(" ", "_").replace("-", "_")
+    sensor = next((label for label in kinds if block.name.startswith(f"{label} ")), "")
+    what = block.name.removeprefix(f"{sensor} ")
+    kind = measurement_kind(kinds[sensor]) if sensor else None
+    unit = _STREAM_UNITS[block.unit]
+    if kind is not None and what == "bias":
+        axes, unit = kind.axes, kind.unit
+    elif kind is not None and what in kind.own_errors:
+        axes, unit = kind.own_errors[what]
+    elif kind is not None and what == "delay":
+        axes, unit = ("",), "s"
+    elif block.size == 1:
+        axes = ("",)
+    else:
+        names = [state.rsplit(" ", 1)[1] for state in block.states]
+        axes = tuple(_AXES.get(name, ("d" if "north" in names else "z") if name == "down" else name) for name in names)
+    return tuple("_".join(part for part in (stem, axis, unit) if part) for axis in axes)
+
+
+def _state_stream(aided: Aided) -> Stream:
+    """Return the stream `filter`."""
+    estimate = aided.estimate
+    kinds = {s.measurements.label: s.measurements.kind for s in aided.sensed}
+    vectors = []
+    for block in estimate.model.blocks:
+        columns, rows = state_columns(block, kinds), estimate.model.slices[block.name]
+        name = block.name.replace(" ", "_").replace("-", "_")
+        if block.name in estimate.parameters:
+            vectors.append(Vector(name, columns, estimate.parameters[block.name]))
+            errors = tuple(f"error_{column}" for column in columns)
+            if aided.true_parameters_known:
+                vectors.append(Vector(f"error_{name}", errors, Computed(partial(aided.block_error, block.name))))
+        vectors.append(Vector(f"sigma_{name}", tuple(f"sigma_{column}" for column in columns), estimate.sigma[:, rows]))
+    return Stream("filter", estimate.time, tuple(vectors))
+
+
+def _readings(measurements: Measurements, innovations: Innovations | None) -> Stream:
+    """Return the stream of one aiding sensor."""
+    m, kind = measurements, measurement_kind(measurements.kind)
+    ends = [f"_{axis}_{kind.unit}" if axis else f"_{kind.unit}" for axis in kind.axes]
+
+    def named(stem: str) -> tuple[str, ...]:
+        return tuple(stem + end for end in ends)
+
+    vectors = [
+        Vector("reading", kind.columns, m.value),
+        Vector("sigma", named("sigma"), m.sigma),
+        Vector("arrival", ("arrival_s",), m.arrival[:, np.newaxis]),
+    ]
+    if innovations is not None:
+        i, before = innovations, len(m.time) - len(innovations.time)  # the filter may start after the first readings
+
+        def gate(rows: Rows) -> Array:
+            return np.column_stack((i.nis[rows], i.accepted[rows].astype(np.float64)))
+
+        vectors += [
+            Vector("innovation", named("innovation"), _later(before, len(m.time), np.nan, lambda rows: i.value[rows])),
+            Vector("innovation_sigma", named("innovation_sigma"), _later(before, len(m.time), np.nan, i.sigma_at)),
+            Vector("gate", ("nis", "accepted"), _later(before, len(m.time), (np.nan, 0.0), gate)),
+        ]
+    return Stream(f"aiding_{m.label.replace('-', '_')}", m.time, tuple(vectors))
+
+
+def _later(before: int, count: int, without: ArrayLike, at: Callable[[Rows], Array]) -> Computed:
+    """Return rows that follow some without values, from a function of their numbers."""
+    if not before:
+        return Computed(at)
+
+    def rows_of(rows: slice) -> Array:
+        number = np.arange(-before, count - before)[rows]
+        known = at(number[number >= 0])
+        return np.concatenate((np.broadcast_to(without, (len(number) - len(known), known.shape[1])), known))
+
+    return Computed(rows_of)
 
 
 Motion = NavState | NavSolution
@@ -184,289 +275,7 @@ def _stream(name: str, time: Array, columns: dict[str, tuple[str, ...]], parts: 
     return Stream(name, time, tuple(Vector(key, names, part(i)) for i, (key, names) in enumerate(columns.items())))
 
 
-class RunWriter:
-    """Writes `recording.rrd` and `streams/*.parquet`; as a context manager it leaves both valid however it ends."""
-
-    def __init__(
-        self,
-        folder: Path,
-        scenario: Scenario,
-        time: Array,
-        motion: NavState,
-        events: Sequence[FlightEvent],
-        ellipsoid: Ellipsoid,
-    ) -> None:
-        """Open the recording, and start with the motion that it shows.
-
-        Args:
-            time: (N+1,) s.
-            motion: states at those times: the true ones, or what stands for them on recorded sensors.
-        """
-        self._streams = folder / "streams"
-        self._streams.mkdir()
-        self._events, self._time = list(events), time
-        self._track, self._recorded = some_rows(motion), scenario.log is not None
-        self._scene, kind = Scene.around(motion, ellipsoid), kind_of(scenario)
-        self._run = RunInfo(
-            scenario.name,
-            float(time[0]),
-            float(time[-1]),
-            scenario.navigation.algorithms,
-            labels={
-                "height_scale": str(self._scene.height_scale),
-                "events": "yes" if self._events else "no",
-                "path": PATHS[kind],
-            },
-            eye=(self._scene.eye, self._scene.middle),
-            map_zoom=map_zoom([motion]),
-            views=scenario.views,
-        )
-        self._kept = scenario.recording
-        self._laid_out = False
-        self._to_rerun = ThreadPoolExecutor(1, "rerun")
-        self._to_parquet = ThreadPoolExecutor(1, "parquet")
-        self._tasks: list[Future[None]] = []
-        if self._kept.has_recording:
-            self._opened = self._to_rerun.submit(_open, folder / "recording.rrd", self._run)
-        try:
-            toml = f"```toml\n{scenario.to_toml()}\n```"
-            self._draw(lambda: self._recording.document("about/scenario", toml))
-            self._draw(lambda: pictures.draw_flight(self._recording, time, motion, self._scene, events, kind))
-            self._angles = scenario.output.angles
-            navigation_ellipsoid = ellipsoid_by_name(scenario.navigation.ellipsoid_over(ellipsoid.name))
-            self._coordinates = _coordinate_streams(scenario, navigation_ellipsoid, motion, float(time[0]))
-        except BaseException:
-            self._close()
-            raise
-
-    def flown(self, truth: Truth, outages: Sequence[tuple[float, float]]) -> None:
-        """Write the true motion of a simulation.
-
-        Args:
-            outages: spans without satellites, s.
-        """
-        self.without_satellites(truth.time, truth.state, outages)
-        airspeed = truth.trajectory.channels.get("airspeed_mps")
-        self._chart(lambda: motion_charts(truth.time, truth.state, (), self._angles, airspeed))
-        for stream in (truth_stream(truth.time, truth.state), imu_stream("ideal", truth.ideal)):
-            self._stream(stream)
-        coordinates = replace(self._coordinates, ellipsoid=truth.ellipsoid)
-        for stream in coordinates.of("truth", truth.time, truth.state):
-            self._stream(stream)
-        for stream in channel_streams(truth.trajectory.channels):
-            self._stream(stream)
-
-    def __enter__(self) -> Self:
-        return self
-
-    def __exit__(
-        self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
-    ) -> None:
-        self._close()
-
-    @property
-    def _recording(self) -> Recording:
-        """The recording, for the tasks of its thread; if it could not be opened, each of them fails with the reason."""
-        return self._opened.result()
-
-    def _close(self) -> None:
-        for pool in (self._to_rerun, self._to_parquet):
-            pool.shutdown(wait=True)
-        if self._kept.has_recording:
-            with self._recording:
-                self._lay_out()
-
-    def _submit(self, pool: ThreadPoolExecutor, work: Callable[..., Any], *arguments: Any) -> None:
-        self._tasks.append(pool.submit(work, *arguments))
-
-    def _draw(self, work: Callable[..., Any], *arguments: Any) -> None:
-        """Do something to the recording, if there is one."""
-        if self._kept.has_recording:
-            self._submit(self._to_rerun, work, *arguments)
-
-    def _chart(self, charts: Callable[[], Iterable[Item]]) -> None:
-        """Record what some charts show over time."""
-        self._draw(self._draw_charts, charts)
-
-    def _draw_charts(self, items: Callable[[], Iterable[Item]]) -> None:
-        from sinssim.recording.rerun.exhibit_recording import record_charts
-
-        labels: dict[str, str] = {}
-        for charts in charts_in(items()):
-            labels |= record_charts(self._recording, charts)
-        self._learn(labels)
-
-    def _show(self, stream: Stream, events: Sequence[float]) -> None:
-        self._recording.stream(stream, thin=self._kept.detail == "light", events=events)
-
-    def _stream(self, stream: Stream, metadata: Mapping[str, str] | None = None) -> None:
-        self._submit(self._to_parquet, stream_tables.write_stream, stream, self._streams, metadata)
-        self._show_later(stream)
-
-    def _show_later(self, stream: Stream) -> None:
-        self._draw(self._show, stream, [event.time for event in self._events])
-
-    def sensed(self, sensed: Sensed, kinds: Sequence[SensorComparison], events: Iterable[FlightEvent] = ()) -> None:
-        """Write the sensors' readings.
-
-        Args:
-            kinds: the readings by kind of sensor, to be drawn.
-        """
-        readings = sensed.readings
-        self._chart(lambda: comparison_charts(kinds))
-        self._events += events
-        for kind, sensor_set in (("ideal", sensed.perfect), ("measured", readings)):
-            for stream in set_streams(kind, sensor_set):
-                self._stream(stream)
-        self._stream(imu_stream("measured", readings.imu, with_angles=readings.attitude is None))
-        if readings.compensated is not None:
-            self._stream(imu_stream("compensated", readings.compensated))
-
-    def recorded(
-        self, motion: NavState, imu: ImuData, compensated: ImuData | None, reference: Reference | None
-    ) -> None:
-        """Write recorded sensors and the reference, and the motion that they show.
-
-        Args:
-            motion: states at the times of the writer.
-            compensated: the compensated increments, if there is a calibration.
-            reference: the reference solution, if there is one.
-        """
-        self._chart(lambda: motion_charts(self._time, motion, (), self._angles))
-        self._chart(lambda: recorded_readings(imu))
-        self._stream(imu_stream("measured", imu))
-        if compensated is not None:
-            self._stream(imu_stream("compensated", compensated))
-        if reference is not None:
-            self._stream(reference_stream(reference))
-
-    def without_satellites(self, time: Array, truth: NavState, outages: Sequence[tuple[float, float]]) -> None:
-        """Mark the parts of the track without satellites on the map.
-
-        Args:
-            time: (N,) s.
-            outages: spans, s.
-        """
-        if outages:
-            self._draw(lambda: pictures.draw_outages(self._recording, time, truth, outages))
-
-    def navigated(self, run: Navigated, parts: Mapping[str, Part], rule: ErrorRule | None = None) -> None:
-        """Write the solutions of the algorithms and their errors, and what only some runs have.
-
-        Args:
-            rule: how the errors follow from truth and solution, so that they are not stored; None if they do not.
-        """
-        solutions, errors, failed = run.solutions, run.errors, run.failures
-        for name, error in failed.items():
-            self._events.append(FlightEvent(self._run.end if error.time is None else error.time, f"{name}: {error}"))
-        for solution in solutions.values():
-            self._events += [FlightEvent(event.start, event.text) for event in solution.events]
-        self._chart(lambda: error_charts(run, (self._run.start, self._run.end)))
-        self._draw(self._draw_navigation, solutions)
-        for name, solution in solutions.items():
-            stream, of_errors = nav_stream(name, solution), error_stream(name, errors[name].at, solution.time)
-            if rule is not None and np.array_equal(solution.time, self._time):
-                self._stream(stream, rule.metadata())
-                self._show_later(of_errors)
-            else:
-                self._stream(stream)
-                self._stream(of_errors)
-            for stream in self._coordinates.of(name, solution.time, solution):
-                self._stream(stream)
-        self.parts(parts)
-        for pool in (self._to_rerun, self._to_parquet):
-            self._submit(pool, stream_tables.give_back_memory)
-
-    def parts(self, parts: Mapping[str, Part]) -> None:
-        """Write what only some runs have."""
-        for part in parts.values():
-            for stream in part.streams():
-                self._stream(stream)
-            self._draw(self._draw_part, part)
-
-    def filtered(self, aided: Aided, items: Sequence[Item]) -> None:
-        """Write the estimate of a filter and its readings, and what they show."""
-        self._draw(self._draw_filter, aided, items)
-        self._draw(stream_tables.give_back_memory)
-        for stream in filter_streams(aided):
-            self._stream(stream)
-        for stream in self._coordinates.of("aided", aided.estimate.time, aided.estimate.solution):
-            self._stream(stream)
-        for pool in (self._to_rerun, self._to_parquet):
-            self._submit(pool, stream_tables.give_back_memory)
-        if (end := aided.estimate.divergence) is not None:
-            self._events.append(FlightEvent(end.time, f"the filter diverged: {end.reason}"))
-
-    def finish(self, summary: Sequence[Item], progress: Callable[[float], None]) -> None:
-        """Write the remaining data and the table of errors, and wait until everything is written."""
-        self._events.sort(key=lambda event: event.time)
-        self._draw(self._document, "about/summary", summary)
-        self._draw(self._draw_events)
-        self._draw(self._lay_out)
-        self._submit(self._to_parquet, stream_tables.write_events, self._events, self._streams)
-        left = set(self._tasks)
-        while left:
-            done, left = wait(left, timeout=0.1)
-            for task in done:
-                task.result()
-            progress(1.0 - len(left) / len(self._tasks))
-        self._close()
-
-    def _document(self, entity: str, items: Sequence[Item]) -> None:
-        from sinssim.recording.rerun.exhibit_recording import markdown_of
-
-        self._recording.document(entity, markdown_of(items))
-
-    def _draw_navigation(self, solutions: Mapping[str, NavSolution]) -> None:
-        paint, widths = style.colors(list(solutions)), style.stacked_widths(len(solutions))
-        for (name, solution), color, width in zip(solutions.items(), paint, widths, strict=True):
-            pictures.draw_path(self._recording, self._scene, name, solution, color, width)
-        # recorded small sensors alone drift so far that the map would show nothing else: it is centred on what it shows
-        hidden = drifted(self._track, solutions) if self._recorded else []
-        zoom = map_zoom([self._track, *(solution for name, solution in solutions.items() if name not in hidden)])
-        self._run = replace(self._run, algorithms=tuple(solutions), map_zoom=zoom)
-        first, solution = next(iter(solutions.items()))
-        labels = draw_coordinates(self._recording, self._coordinates.of(first, solution.time, solution))
-        self._learn({"not_on_map": " ".join(hidden), **labels})
-
-    def _draw_filter(self, aided: Aided, items: Sequence[Item]) -> None:
-        self._document("about/filter", items)
-        self._draw_charts(lambda: items)
-        pictures.draw_path(self._recording, self._scene, "aided", aided.estimate.solution, style.COLORS["aided"])
-        self._learn({"filter": "yes"})
-
-    def _draw_part(self, part: Part) -> None:
-        known = len(self._run.labels)
-        self._draw_charts(part.exhibits)
-        if len(self._run.labels) > known:
-            self._learn({part.name: "yes"})
-
-    def _draw_events(self) -> None:
-        self._recording.events(self._events)
-        if self._events and self._run.label("events") == "no":
-            self._learn({"events": "yes"})
-
-    def _learn(self, labels: dict[str, str]) -> None:
-        """Keep the units in the views' titles, which follow from the run's numbers, for the layout."""
-        self._run = replace(self._run, labels={**self._run.labels, **labels})
-        self._laid_out = False
-
-    def _lay_out(self) -> None:
-        """Send the views with the units in their titles and the ranges of their axes, if they have changed."""
-        if not self._laid_out:
-            self._run, self._laid_out = replace(self._run, ranges=dict(self._recording.ranges)), True
-            self._recording.blueprint(all_views(self._run))
-            self._recording.document(RUN_ENTITY, self._run.to_json())
-
-
-def _open(file: Path, about: RunInfo) -> Recording:
-    """Open a recording; a task of its thread, because Rerun takes a third of a second to load."""
-    from sinssim.recording.rerun.rrd import Recording
-
-    return Recording(file, about.application, all_views(about))
-
-
-def _coordinate_streams(scenario: Scenario, ellipsoid: Ellipsoid, truth: NavState, epoch: float) -> CoordinateStreams:
+def coordinate_streams(scenario: Scenario, ellipsoid: Ellipsoid, truth: NavState, epoch: float) -> CoordinateStreams:
     """Return what makes the streams in the coordinates that a scenario records, of a motion on an ellipsoid."""
     route = scenario.navigation.route_deg
     start = (float(truth.latitude[0]), float(truth.longitude[0]))

@@ -102,7 +102,7 @@ def test_score(sinssim: Sinssim, put: Put, monkeypatch: pytest.MonkeyPatch) -> N
     monkeypatch.setattr("sinssim.logs.solution_score.Judge", Judge)
     put("logs.stored_run.RecordedRun", "recorded")
     dated, common = put("logs.formats.run_export.date_of_run", 77.0), put("logs.solution_score.common_span", (6.0, 8.0))
-    wrote = put("experiments.run.score_recording.write_scores", Path("runs/a/scores/report.html"))
+    wrote = put("experiments.run.run_scores.write_scores", Path("runs/a/scores/report.html"))
     put("experiments.run.run_scores.to_json", SUMMARY)
     exhibits, shown = put("experiments.run.run_scores.score_exhibits", "exhibits"), put("recording.console.show")
     assert sinssim("score", "runs/a", "x/mine.csv", "rtk.pos") == (

@@ -13,7 +13,7 @@ from pathlib import Path
 import pytest
 
 import sinssim
-from sinssim.experiments.ensembles import ensemble_run, ensemble_workers
+from sinssim.experiments.ensembles import ensemble_execution, ensemble_run
 from sinssim.experiments.ensembles.ensemble_plan import make_plan
 from tests.experiments.ensembles.examples import files, scenario
 
@@ -44,14 +44,14 @@ def test_a_task_writes_the_file_of_a_thread(tmp_path, monkeypatch) -> None:
     sinssim.ensemble(scenario(), 100, tmp_path / "threads", threads=1)
     folder = tmp_path / "runs"
     folder.mkdir()
-    ensemble_workers.compute_task(make_plan(scenario()), str(folder), range(64, 100))
+    ensemble_execution.compute_task(make_plan(scenario()), str(folder), range(64, 100))
     name = "0000064-0000099.parquet"
     assert (folder / name).read_bytes() == (tmp_path / "threads" / "runs" / name).read_bytes()
 
 
 def test_a_worker_that_does_not_see_the_folder(tmp_path) -> None:
     with pytest.raises(sinssim.InputError, match="does not see the folder"):
-        ensemble_workers.compute_task(make_plan(scenario()), str(tmp_path / "none"), range(4))
+        ensemble_execution.compute_task(make_plan(scenario()), str(tmp_path / "none"), range(4))
 
 
 def test_a_scheduler_that_cannot_be_reached() -> None:
@@ -59,7 +59,7 @@ def test_a_scheduler_that_cannot_be_reached() -> None:
         raise OSError(f"Timed out trying to connect to {address}")
 
     with pytest.raises(sinssim.InputError, match=r"tcp://10\.0\.0\.9:8786 cannot be reached within 10 s"):
-        ensemble_workers._client(connect, "tcp://10.0.0.9:8786")
+        ensemble_execution._client(connect, "tcp://10.0.0.9:8786")
 
 
 @pytest.mark.slow

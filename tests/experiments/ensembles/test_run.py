@@ -16,7 +16,7 @@ import numpy as np
 import pytest
 
 import sinssim
-from sinssim.experiments.ensembles import ensemble_directory, ensemble_run, ensemble_workers
+from sinssim.experiments.ensembles import ensemble_directory, ensemble_execution, ensemble_run
 from tests.experiments.ensembles.examples import AIDED, PARKED, files, scenario
 
 LINUX = pytest.mark.skipif(not Path("/proc/self/task").is_dir(), reason="children are found below /proc")
@@ -67,7 +67,7 @@ def test_a_process_that_dies_costs_its_group_only(tmp_path) -> None:
 @LINUX
 @pytest.mark.slow
 def test_processes_that_die_again_and_again(tmp_path, monkeypatch) -> None:
-    monkeypatch.setattr(ensemble_workers.Processes, "lives", 1)
+    monkeypatch.setattr(ensemble_execution.Processes, "lives", 1)
 
     def kill(text: str, fraction: float) -> None:
         if fraction > 0.0:
@@ -215,7 +215,7 @@ def test_a_directory_in_use(tmp_path) -> None:
 
 
 def test_a_full_disk_loses_nothing_that_is_finished(tmp_path, monkeypatch) -> None:
-    write, written = ensemble_directory.write_chunk, []
+    write, written = ensemble_execution.write_chunk, []
 
     def full(*arguments: Any) -> Path:
         if written:
@@ -224,7 +224,7 @@ def test_a_full_disk_loses_nothing_that_is_finished(tmp_path, monkeypatch) -> No
         return write(*arguments)
 
     with monkeypatch.context() as patch:
-        patch.setattr(ensemble_directory, "write_chunk", full)
+        patch.setattr(ensemble_execution, "write_chunk", full)
         with pytest.raises(sinssim.InputError, match=r"could not be written .*No space left .*MB are free") as error:
             sinssim.ensemble(scenario(), 150, tmp_path / "e", threads=1)
     assert "64 of 150 runs are finished" in error.value.__notes__[0]

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from typing import Any
 
-from sinssim.experiments.run.filter_diagnosis import what_to_try
+from sinssim.experiments.run.filter_remedies import what_to_try
 from tests.recording.spies import cells, html, read
 
 

@@ -9,7 +9,7 @@ from typing import Any
 import pytest
 
 from sinssim.estimation.filter_result import Diagnosis, Hypothesis
-from sinssim.experiments.run.filter_diagnosis import _explained, what_to_try
+from sinssim.experiments.run.filter_remedies import _explained, what_to_try
 from sinssim.scenario.schema import Scenario
 from tests.recording.spies import html
 

@@ -11,9 +11,16 @@ from typing import Any
 import pytest
 
 from sinssim.estimation.filter_result import Diagnosis, Hypothesis, Refusals
-from sinssim.experiments.run import filter_diagnosis
-from sinssim.experiments.run.filter_diagnosis import _explained, _refused, diagnosis_numbers, planted
-from sinssim.experiments.run.filter_remedies import cause_and_remedy, short, wide
+from sinssim.experiments.run import filter_remedies
+from sinssim.experiments.run.filter_remedies import (
+    _explained,
+    _refused,
+    cause_and_remedy,
+    diagnosis_numbers,
+    planted,
+    short,
+    wide,
+)
 from sinssim.scenario.schema import Scenario
 
 DEG, MINUTE, SECOND, MICRO_G = pi / 180.0, pi / 10_800.0, pi / 648_000.0, 9.80665e-6
@@ -278,9 +285,9 @@ def test_innovations_without_a_search(monkeypatch: pytest.MonkeyPatch, simulated
            SimpleNamespace(sensor="compass", kind="heading"))  # fmt: skip
     sizes = {"gnss": 2.5, "baro": 0.75, "compass": nan}
     verdicts = [SimpleNamespace(sensor=name, verdict="optimistic") for name in sizes]
-    monkeypatch.setattr(filter_diagnosis, "consistency", lambda e: SimpleNamespace(consistent=False, sensors=verdicts))
-    monkeypatch.setattr(filter_diagnosis, "refusals", lambda i: REFUSED[:1] if i.sensor == "gnss" else ())
-    monkeypatch.setattr(filter_diagnosis, "size_of_innovations", lambda i: sizes[i.sensor])
+    monkeypatch.setattr(filter_remedies, "consistency", lambda e: SimpleNamespace(consistent=False, sensors=verdicts))
+    monkeypatch.setattr(filter_remedies, "refusals", lambda i: REFUSED[:1] if i.sensor == "gnss" else ())
+    monkeypatch.setattr(filter_remedies, "size_of_innovations", lambda i: sizes[i.sensor])
     estimate = SimpleNamespace(diagnosis=None, history="h", innovations=own)
     entry = diagnosis_numbers(estimate, simulated)
     refused, larger, more = entry.pop("what_to_try")

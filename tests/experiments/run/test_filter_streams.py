@@ -10,7 +10,7 @@ import pytest
 from sinssim.data import Measurements, NavSolution
 from sinssim.estimation.filter_result import Innovations, Reasons
 from sinssim.estimation.state_model import Block, ErrorModel
-from sinssim.experiments.run.filter_streams import filter_streams, state_columns
+from sinssim.experiments.run.run_streams import filter_streams, state_columns
 from sinssim.strapdown.navigation_error import NavError
 from tests.recording.test_motion_streams import columns, named, rows
 

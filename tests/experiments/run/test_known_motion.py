@@ -13,7 +13,7 @@ from sinssim.data import ImuData, NavSolution, NavState
 from sinssim.experiments.run import run_recording as view
 from sinssim.experiments.run.error_exhibits import error_charts
 from sinssim.experiments.run.motion_exhibits import motion_charts
-from sinssim.experiments.run.sensor_comparison import recorded_readings
+from sinssim.experiments.run.sensor_exhibits import recorded_readings
 from sinssim.recording.rerun.scene import Scene
 from sinssim.recording.style import COLORS
 from sinssim.strapdown.navigation_error import NavError

@@ -11,8 +11,7 @@ import rerun.blueprint as rrb
 from rerun.chunk import RrdReader
 
 from sinssim.data import Array
-from sinssim.experiments.run.run_scores import Scored
-from sinssim.experiments.run.score_recording import record_scores
+from sinssim.experiments.run.run_scores import Scored, record_scores
 from sinssim.logs.formats.registry import DEFAULT_START
 from sinssim.logs.gps_time import parse_date
 from sinssim.logs.solution_score import Judge, common_span

@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 
 from sinssim.data import Array, ImuData
-from sinssim.experiments.run.sensor_comparison import SensorComparison, compare_sensors
+from sinssim.experiments.run.sensor_exhibits import SensorComparison, compare_sensors
 from sinssim.sensors.sets.sensor_readings import Readings
 from sinssim.units import ANGLE_SCALE, SPEED_SCALE
 

@@ -8,9 +8,9 @@ from typing import Any
 import numpy as np
 import pytest
 
-from sinssim.experiments.run import sensor_comparison as compared
+from sinssim.experiments.run import sensor_exhibits as compared
 from sinssim.experiments.run import sensor_exhibits as report
-from sinssim.experiments.run.sensor_comparison import SensorComparison
+from sinssim.experiments.run.sensor_exhibits import SensorComparison
 from sinssim.sensors.imu.faults import BiasStep, Dropout, Spike
 from sinssim.sensors.imu.fields import TriadErrors
 from sinssim.sensors.imu.imu import Imu

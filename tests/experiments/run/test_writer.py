@@ -16,7 +16,7 @@ from sinssim.earth.ellipsoids import ellipsoid_by_name
 from sinssim.earth.transverse_route import route_pole
 from sinssim.errors import RunError
 from sinssim.exhibits import Sentence
-from sinssim.experiments.run import run_streams
+from sinssim.experiments.run import run_files
 from sinssim.experiments.run.run_result import Part
 from sinssim.truth.sampling import FlightEvent
 
@@ -80,38 +80,36 @@ def chart_of(name: str, opened: Opened) -> Any:
 def opened(monkeypatch: pytest.MonkeyPatch) -> Opened:
     found = Opened()
     monkeypatch.setattr(
-        run_streams, "_open", lambda file, about: found.calls.append((file.name, about.application)) or found
+        run_files, "_open", lambda file, about: found.calls.append((file.name, about.application)) or found
     )
-    monkeypatch.setattr(run_streams, "all_views", lambda run: dict(run.labels))
-    monkeypatch.setattr(run_streams, "kind_of", lambda scenario: "land")
-    monkeypatch.setattr(run_streams, "some_rows", lambda motion: motion)
-    monkeypatch.setattr(run_streams, "map_zoom", lambda motions: float(len(motions)))
-    monkeypatch.setattr(
-        run_streams, "drifted", lambda track, solutions: [name for name in solutions if name == "euler"]
-    )
+    monkeypatch.setattr(run_files, "all_views", lambda run: dict(run.labels))
+    monkeypatch.setattr(run_files, "kind_of", lambda scenario: "land")
+    monkeypatch.setattr(run_files, "some_rows", lambda motion: motion)
+    monkeypatch.setattr(run_files, "map_zoom", lambda motions: float(len(motions)))
+    monkeypatch.setattr(run_files, "drifted", lambda track, solutions: [name for name in solutions if name == "euler"])
     scene = SimpleNamespace(height_scale=20, eye=(1.0, 2.0, 3.0), middle=(4.0, 5.0, 6.0))
-    monkeypatch.setattr(run_streams.Scene, "around", lambda truth, ellipsoid: scene)
-    monkeypatch.setattr(run_streams, "_coordinate_streams", lambda scenario, own, truth, epoch: Coordinates())
+    monkeypatch.setattr(run_files.Scene, "around", lambda truth, ellipsoid: scene)
+    monkeypatch.setattr(run_files, "coordinate_streams", lambda scenario, own, truth, epoch: Coordinates())
     for kind in ("truth", "imu", "nav", "reference", "error"):
-        monkeypatch.setattr(run_streams, f"{kind}_stream", named(kind))
-    monkeypatch.setattr(run_streams, "channel_streams", lambda channels: [named("channel")(name) for name in channels])
-    monkeypatch.setattr(run_streams, "set_streams", lambda kind, readings: [named("set")(kind, readings.name)])
-    monkeypatch.setattr(run_streams, "filter_streams", lambda aided: [named("filter")("estimate")])
-    monkeypatch.setattr(run_streams, "draw_coordinates",
+        monkeypatch.setattr(run_files, f"{kind}_stream", named(kind))
+    monkeypatch.setattr(run_files, "channel_streams", lambda channels: [named("channel")(name) for name in channels])
+    monkeypatch.setattr(run_files, "set_streams", lambda kind, readings: [named("set")(kind, readings.name)])
+    monkeypatch.setattr(run_files, "filter_streams", lambda aided: [named("filter")("estimate")])
+    monkeypatch.setattr(run_files, "draw_coordinates",
                         lambda recording, streams: {one.name: "km" for one in streams})  # fmt: skip
     for name in ("draw_flight", "draw_outages", "draw_path"):
 
         def drawn(recording: Any, *given: Any, own: str = name) -> None:
             recording.calls.append((own, *given))
 
-        monkeypatch.setattr(run_streams.pictures, name, drawn)
+        monkeypatch.setattr(run_files.pictures, name, drawn)
     for name in ("motion_charts", "comparison_charts", "recorded_readings", "error_charts"):
-        monkeypatch.setattr(run_streams, name, chart_of(name, found))
-    monkeypatch.setattr(run_streams.stream_tables, "give_back_memory", lambda: None)
-    written = run_streams.stream_tables
+        monkeypatch.setattr(run_files, name, chart_of(name, found))
+    monkeypatch.setattr(run_files.stream_tables, "give_back_memory", lambda: None)
+    written = run_files.stream_tables
     monkeypatch.setattr(written, "write_stream", lambda stream, folder, metadata=None: found.calls.append(
         ("written", stream.name, folder.name, metadata)))  # fmt: skip
-    monkeypatch.setattr(run_streams.stream_tables, "write_events", lambda events, folder: found.calls.append(
+    monkeypatch.setattr(run_files.stream_tables, "write_events", lambda events, folder: found.calls.append(
         ("events written", *((one.time, one.text) for one in events))))  # fmt: skip
     return found
 
@@ -131,7 +129,7 @@ TRUTH: Any = SimpleNamespace(name="truth")
 
 def begun(folder: Path, **more: Any) -> Any:
     """Return a writer that has written a true motion."""
-    made = run_streams.RunWriter(folder, scenario(**more), TIME, TRUTH, EVENTS, ELLIPSOID)
+    made = run_files.RunWriter(folder, scenario(**more), TIME, TRUTH, EVENTS, ELLIPSOID)
     trajectory = SimpleNamespace(channels={"airspeed_mps": 1})
     truth: Any = SimpleNamespace(time=TIME, state=TRUTH, ideal="ideal", ellipsoid=ELLIPSOID, trajectory=trajectory)
     made.flown(truth, OUTAGES)
@@ -172,7 +170,7 @@ def test_the_beginning_of_a_run(tmp_path: Path, opened: Opened) -> None:
 
 
 def test_recorded_sensors_are_drawn_without_a_truth(tmp_path: Path, opened: Opened) -> None:
-    made = run_streams.RunWriter(tmp_path, scenario("full", log="log"), TIME, TRUTH, (), ELLIPSOID)
+    made = run_files.RunWriter(tmp_path, scenario("full", log="log"), TIME, TRUTH, (), ELLIPSOID)
     assert made._run.labels["events"] == "no"
     made.recorded(TRUTH, "imu", None, None)  # type: ignore[arg-type]
     made.recorded(TRUTH, "imu", "compensated", "reference")  # type: ignore[arg-type]
@@ -273,7 +271,7 @@ def test_the_solutions(tmp_path: Path, opened: Opened) -> None:
 
 
 def test_the_map_of_recorded_sensors_leaves_out_what_drifts_away(tmp_path: Path, opened: Opened) -> None:
-    made = run_streams.RunWriter(tmp_path, scenario(log="log"), TIME, TRUTH, EVENTS, ELLIPSOID)
+    made = run_files.RunWriter(tmp_path, scenario(log="log"), TIME, TRUTH, EVENTS, ELLIPSOID)
     solutions, errors = {"poisson": solution(), "euler": solution()}, {"poisson": error(), "euler": error()}
     run: Any = SimpleNamespace(solutions=solutions, errors=errors, failures={})
     made.navigated(run, {})
@@ -296,7 +294,7 @@ def test_a_filter_and_the_end(tmp_path: Path, opened: Opened) -> None:
     assert [call[1] for call in of(opened, "written")][4:] == ["filter estimate", "coordinates_aided_own"]
     assert [call[1] for call in of(opened, "series")] == ["motion_charts", "filter"]
     (path,) = of(opened, "draw_path")
-    assert path[2:] == ("aided", "solution", run_streams.style.COLORS["aided"])
+    assert path[2:] == ("aided", "solution", run_files.style.COLORS["aided"])
     expected = ((50.125, "the filter diverged: it is lost"), (51.0, "turns"))
     assert of(opened, "events") == [("events", *expected)]
     assert of(opened, "events written") == [("events written", *expected)]
@@ -321,11 +319,11 @@ def test_coordinates_of_a_scenario() -> None:
         return SimpleNamespace(navigation=SimpleNamespace(route_deg=route), coordinates=("ecef",),
                                output=SimpleNamespace(angles="0..360"))  # fmt: skip
 
-    found = run_streams._coordinate_streams(plan(None), ellipsoid, truth, 50.5)
+    found = run_files.coordinate_streams(plan(None), ellipsoid, truth, 50.5)
     assert (found.names, found.angles, found.ellipsoid, found.epoch) == (("ecef",), "0..360", ellipsoid, 50.5)
     assert found.start == (0.5, 1.25)
     np.testing.assert_allclose(found.pole, route_pole(None, 0.5, 1.25, [3.0, 4.0, -5.0]))
-    found = run_streams._coordinate_streams(plan((10.0, 20.0, 30.0, 50.0)), ellipsoid, truth, 50.5)
+    found = run_files.coordinate_streams(plan((10.0, 20.0, 30.0, 50.0)), ellipsoid, truth, 50.5)
     assert found.start == pytest.approx(np.radians([10.0, 20.0]))
     places = np.radians([[10.0, 20.0], [30.0, 50.0]])
     a, b = (np.array([np.cos(x) * np.cos(y), np.cos(x) * np.sin(y), np.sin(x)]) for x, y in places)
