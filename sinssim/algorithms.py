@@ -198,16 +198,17 @@ _NEAR = 0.01  # absolute tolerance of a whole ratio
 
 
 def whole_ratio(fast: float, slow: float) -> int | None:
-    """Return the ratio of two rates if it is a whole number: a whole number, at least 1; None if the ratio is not whole
-    within the precision of rates (fast in Hz; slow in Hz)."""
+    """Return the ratio of two rates if it is a whole number of at least 1 within the precision of rates, else None."""
     ratio = fast / slow
     whole = round(ratio)
     return whole if whole >= 1 and abs(ratio - whole) <= min(_WHOLE * whole, _NEAR) else None
 
 
 def three_rates(rates_hz: Iterable[float]) -> tuple[float, float, float]:
-    """Return the fast, medium and slow rate of a list of three rates or of two, Hz (rates_hz: fast, medium and slow
-    rate; or the rate of attitude, and that of velocity and position)."""
+    """Return the fast, the medium and the slow rate, Hz.
+
+    Two rates are that of the attitude, and that of velocity and position.
+    """
     try:
         rates = tuple(float(rate) for rate in rates_hz)
     except (TypeError, ValueError, OverflowError):
@@ -221,8 +222,8 @@ def three_rates(rates_hz: Iterable[float]) -> tuple[float, float, float]:
 
 
 def schedule(rates_hz: tuple[float, float, float], data_hz: float) -> tuple[int, int, int]:
-    """Return the whole ratios of the data's rate to the fast, the fast to the medium, and the medium to the slow rate:
-    three whole numbers, at least 1."""
+    """Return how many times the fast rate is in the data's, the medium rate in the fast, and the slow rate in the
+    medium one."""
     ratios = []
     above, above_name = data_hz, "the data's rate"
     for name, rate in zip(("fast", "medium", "slow"), rates_hz, strict=True):

@@ -20,8 +20,7 @@ _WRITEABLE, _BROADCAST = 0x400, 1 << 31  # NPY_ARRAY_WRITEABLE and NPY_ARRAY_WAR
 
 
 def numbers(name: str, values: Any) -> Array:
-    """Convert an argument to an array of doubles of any shape; return the array, contiguous and writeable; the argument
-    itself if it already is (values: a number, a list, a tuple or an array of numbers)."""
+    """Return an argument as a contiguous writeable array of doubles; one that is such an array is returned itself."""
     if isinstance(values, np.ma.MaskedArray):
         if np.ma.is_masked(values):
             raise InputError(f"{name} is a masked array with values masked out; fill them or leave them out.")
@@ -52,8 +51,7 @@ def doubles(name: str, values: Any) -> Array:
 
 
 def number(name: str, value: Any, unit: str = "", *, low: float = -math.inf, high: float = math.inf) -> float:
-    """Convert an argument to one finite number (value: an int, a float, or an array without axes; low, high: smallest
-    and largest allowed number; 5e-324 for any positive number)."""
+    """Return an argument as one finite number between `low` and `high`; a low of 5e-324 asks for a positive one."""
     try:
         array = numbers(name, value)
     except InputError:
@@ -90,8 +88,7 @@ def quaternion(name: str, values: Any) -> Array:
 
 
 def check_kind(name: str, value: object, kind: type, like: str = "") -> None:
-    """Raise if an argument is not an instance of a class (like: description of such an object, for the message; by
-    default the name of the class)."""
+    """Raise if an argument is not an instance of a class; `like` describes such an object in the message."""
     if not isinstance(value, kind):
         raise InputError(f"{name} must be {like or kind.__name__}, not {shortened(repr(value))}.")
 
@@ -112,7 +109,7 @@ _BLOCK = 65536  # rows per block, to avoid a temporary as long as the data
 
 
 def first_not_finite(array: Array) -> int | None:
-    """Find a NaN or an infinity: the first such row, None if there is none (array: (N, …))."""
+    """Return the first row of an array (N, …) with a NaN or an infinity, None if there is none."""
     for start in range(0, len(array), _BLOCK):
         block = array[start : start + _BLOCK]
         with np.errstate(invalid="ignore", over="ignore"):  # +∞ and −∞ in one block, or sums beyond the range
@@ -160,8 +157,10 @@ def checked_imu(imu: ImuData) -> ImuData:
 
 
 def longest_gap(time: Array) -> tuple[int, float] | None:
-    """Find where samples are missing: number of the longest interval and the typical length, s; None if no interval is
-    longer than `GAP` typical ones (time: edges of intervals, increasing, (N+1,) s)."""
+    """Return the number of the longest interval and the typical length, s, where samples are missing.
+
+    None if no interval is longer than `GAP` typical ones. The edges increase, (N+1,) s.
+    """
     steps = np.diff(time)
     longest = int(np.argmax(steps))
     if steps[longest] <= GAP * np.min(steps):
@@ -171,8 +170,8 @@ def longest_gap(time: Array) -> tuple[int, float] | None:
 
 
 def check_finite(name: str, array: Array, unit: str, ends: Array | None = None) -> None:
-    """Raise if an array holds a NaN or an infinity (array: (N, …); ends: edges of the intervals of its rows, (N+1,) s,
-    if the rows are intervals)."""
+    """Raise if an array (N, …) has a NaN or an infinity; `ends` are the edges of its intervals, (N+1,) s, if its rows
+    are intervals."""
     row = first_not_finite(array)
     if row is not None:
         raise InputError(
@@ -183,7 +182,7 @@ def check_finite(name: str, array: Array, unit: str, ends: Array | None = None) 
 
 
 def check_increasing(name: str, time: Array) -> None:
-    """Raise if times do not increase (time: (N+1,) s, finite)."""
+    """Raise if finite times, (N+1,) s, do not increase."""
     for start in range(0, len(time) - 1, _BLOCK):
         steps = np.diff(time[start : start + _BLOCK + 1])
         if not np.min(steps) > 0.0:
@@ -216,8 +215,10 @@ def checked_initial(initial: NavState) -> tuple[float, float, float, Array, Arra
 
 
 def not_finite_in(height: Array, velocity: Array, q_nb: Array) -> tuple[str, int] | None:
-    """Find where a solution diverges: the quantity and the first row at which it is not finite, None if there is no
-    such row (height: (N+1,) m; velocity: (N+1, 3) m/s; q_nb: (N+1, 4))."""
+    """Return the quantity of a solution and the first row at which it is not finite, None if there is none.
+
+    Height (N+1,) m, velocity (N+1, 3) m/s, q_nb (N+1, 4).
+    """
     for name, array in (("height", height), ("velocity", velocity), ("attitude", q_nb)):
         row = first_not_finite(array)
         if row is not None:

@@ -48,7 +48,7 @@ PAIR, WIDE = (11.4, 3.0), (11.4, 3.6)
 
 
 def over(span: tuple[float, float]) -> Axis:
-    """Return the axis of the times of a run (span: its first and last instant, s)."""
+    """Return the axis of the times of a run between its first and last instant, s."""
     return Axis(label="time", units=TIME_SCALE, low=span[0], high=span[1])
 
 

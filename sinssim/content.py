@@ -37,8 +37,8 @@ VARIABLE = "SINSSIM_CONTENT"
 
 
 def named_paths() -> list[Path]:
-    """Return the files and folders that the environment variable names: absolute paths; one that is not absolute, or
-    does not exist, is left out with a warning."""
+    """Return the files and folders that the environment variable names by absolute paths; others are left out with a
+    warning."""
     paths = []
     for name in os.environ.get(VARIABLE, "").split(os.pathsep):
         path = Path(name).expanduser()
@@ -90,9 +90,11 @@ def _all(packages: bool) -> Iterator[Item]:
 
 
 def offered(kind: str, *, packages: bool = True) -> dict[str, Item]:
-    """Return the content of one kind from the environment variable and from installed packages: the items by name. If
-    two have the same name, the first one counts: of the environment variable, then of the packages by the name of their
-    entry point; a warning names the other (kind: one of `sinssim.system.extensions.SINGULAR`)."""
+    """Return the content of one kind, by name, from the environment variable and from installed packages.
+
+    Of two with the same name the first counts, and a warning names the other: the environment variable comes first,
+    then the packages in the order of their entry points.
+    """
     items: dict[str, Item] = {}
     for item in _all(packages):
         if item.kind != kind:
@@ -247,8 +249,7 @@ _FILES = {
 
 
 def new_project(folder: Path) -> list[tuple[str, str]]:
-    """Lay out a project folder; return each file, relative to the folder, with what it is (the folder; it is made if it
-    does not exist)."""
+    """Lay out a project folder, which is made if it does not exist; return what each file is, by its path."""
     example = package_content("scenarios") / "new_project"
     made = [place for place in (folder, *folder.parents) if not place.exists()]
     begun = False

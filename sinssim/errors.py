@@ -80,9 +80,11 @@ def warn(text: str) -> None:
 
 
 def printable(text: str) -> str:
-    """Return a text of bounded length whose control characters, and others that a terminal does not show, are written
-    as in Python: the text, with "\x1b" for an escape character, and without its middle if it is too long; ends of lines
-    stay (the text; a file may have brought anything into it)."""
+    r"""Return a text in which a terminal shows every character, and which is not too long.
+
+    Control characters are written as in Python ("\x1b" for an escape character), line ends stay, and a long text loses
+    its middle. A message may contain anything that a file contained.
+    """
     if len(text) > _HEAD + _TAIL:
         text = f"{text[:_HEAD]} … ({len(text) - _HEAD - _TAIL} characters) … {text[-_TAIL:]}"
     if text.isprintable():
@@ -91,20 +93,22 @@ def printable(text: str) -> str:
 
 
 def shortened(text: str, most: int = 80) -> str:
-    """Return a text for a message, shortened if it is long: the text, or its beginning with "…" and its length."""
+    """Return a text for a message; of a long one the beginning, "…" and its length."""
     return text if len(text) <= most else f"{text[:most]}… ({len(text)} characters)"
 
 
 def respelled(name: str) -> str:
-    """Return a name in the words and spellings of sinssim: for example "height_ft", "gyro_arw_deg_sqrt_h", "baro";
-    lower-case, with underscores (name: for example "altitude_ft", "gyro_arw_deg_rt_hr", "barometer")."""
+    """Return a name in the words of sinssim, in lower case with underscores: "altitude_ft" is "height_ft",
+    "gyro_arw_deg_rt_hr" is "gyro_arw_deg_sqrt_h"."""
     words = re.split(r"[\W_]+", name[:_COMPARED].lower())
     return "_".join(filter(None, (_CANONICAL.get(word, word) for word in words)))
 
 
 def nearest(name: str, known: Iterable[str]) -> str | None:
-    """Return the known name that is meant: the name of the same words, letters and digits; or else the one with the
-    most similar spelling; None if there is none."""
+    """Return the known name that is meant, None if there is none.
+
+    It has the same words, or else the most similar spelling.
+    """
     names = sorted(known)
     words = respelled(name)
     plain = words.replace("_", "")
@@ -116,8 +120,8 @@ def nearest(name: str, known: Iterable[str]) -> str | None:
 
 
 def unknown_name(kind: str, name: object, known: Iterable[str]) -> InputError:
-    """Return the error for an unknown name, with the nearest known name and the list of all (kind of the name, for
-    example "algorithm")."""
+    """Return the error for an unknown name of a kind such as "algorithm", with the nearest known name and the list of
+    all."""
     names = sorted(known)
     near = nearest(str(name), names)
     hint = f" Did you mean {near!r}?" if near else ""
@@ -125,6 +129,6 @@ def unknown_name(kind: str, name: object, known: Iterable[str]) -> InputError:
 
 
 def check_name(kind: str, name: object, known: Collection[str]) -> None:
-    """Raise if a name is unknown (name: the given name; anything but text is refused)."""
+    """Raise if a name is unknown or is not text."""
     if not isinstance(name, str) or name not in known:
         raise unknown_name(kind, name, known)

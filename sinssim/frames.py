@@ -133,8 +133,7 @@ def frames_that(wanted: Callable[[Frame], bool]) -> list[str]:
 
 
 def check_correctable(algorithm: str) -> None:
-    """Raise for an algorithm that a filter cannot correct between its updates (algorithm: one of
-    `sinssim.algorithms.SCENARIO_ALGORITHMS`)."""
+    """Raise for an algorithm that a filter cannot correct between its updates."""
     entry = REGISTRY.get(algorithm)
     if entry is not None and entry.windowed:
         raise InputError(
@@ -144,8 +143,7 @@ def check_correctable(algorithm: str) -> None:
 
 
 def check_three_rates(algorithm: str, frame: str) -> None:
-    """Raise for an algorithm or a frame that cannot run at three rates (algorithm: one of `sinssim.ALGORITHMS`; frame:
-    one of `FRAMES`)."""
+    """Raise for an algorithm or a frame that cannot run at three rates."""
     if not FRAME_REGISTRY[frame].has_three_rates:
         able = listed(frames_that(lambda entry: entry.has_three_rates))
         raise InputError(f"rates_hz: the three-rate schedule works in the frames {able}, not in {frame}.")

@@ -188,9 +188,11 @@ def _digest(*parts: str) -> str:
 
 
 def _key(value: Any, above: tuple[int, ...] = ()) -> str:
-    """Return a digest of a value that a kernel refers to, of everything that the compiler uses: the digest. A value
-    whose text differs between processes gives a key that is never found again (above: the plain functions through which
-    the value was reached)."""
+    """Return a digest of a value that a kernel refers to, from everything that the compiler uses.
+
+    A value whose text differs between processes gives a key that is never met again. `above` are the plain functions
+    through which the value was reached.
+    """
     if isinstance(value, Dispatcher):
         cached = getattr(value, "_cache", None)
         return cached.key if isinstance(cached, _KernelCache) else _key(value.py_func, above)
@@ -339,8 +341,10 @@ def fused(typing_context: Any, a: Any, b: Any, c: Any) -> Any:
 
 @contextlib.contextmanager
 def compilation(tell: Callable[[bool], None]) -> Iterator[None]:
-    """Report, inside the block, compilations of kernels that are missing in the cache (tell: called with True when a
-    compilation begins, with False when it ends; in any thread)."""
+    """Report compilations of kernels that are missing in the cache, inside the block.
+
+    `tell` is called with True when one begins and with False when it ends, in any thread.
+    """
     with event.install_listener("numba:compile", _Listener(tell)):
         yield
 
@@ -385,10 +389,11 @@ def _is_compiled(value: Any) -> bool:
 
 
 def rebound(function: Any, name: str, **parts: Any) -> Any:
-    """Return a copy of a function with other values at global names, its own and those of all that it calls: a plain
-    copy of a plain function, a compiled one of a compiled function with the same options; a compiled function itself if
-    neither it nor what it calls uses the names (function: a plain function, or one made by `inline`, `strict_inline`,
-    `kernel` or `strict_kernel`)."""
+    """Return a copy of a function with other values at global names, its own and those of all that it calls.
+
+    A plain function gives a plain copy, a compiled one a compiled copy with the same options. A compiled function that
+    neither uses the names nor calls what does is returned itself.
+    """
     compiled = _is_compiled(function)
     plain = function.py_func if compiled else function
     new = {}

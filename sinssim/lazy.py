@@ -11,8 +11,7 @@ from typing import Any
 
 
 def on_first_use(package: str) -> tuple[Callable[[str], Any], Callable[[], list[str]], list[str]]:
-    """Return the `__getattr__`, `__dir__` and `__all__` of a package whose names are in modules below it: the two
-    functions, and the names (package: full name of the package).
+    """Return `__getattr__`, `__dir__` and `__all__` of a package whose names are in modules below it.
 
     The names are those that its `__init__.py` imports under `if TYPE_CHECKING:`, where editors and type checkers see
     them; the form `from module import name as name` offers them to users.

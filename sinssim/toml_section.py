@@ -64,7 +64,7 @@ class Section(Table):
     __init__.__pydantic_base_init__ = True  # type: ignore[attr-defined]
 
     def __repr_args__(self) -> Iterator[tuple[str, str]]:
-        """Yield the keys that were given, each in a few words: a table has a hundred more with their defaults."""
+        """Yield the keys that were given, each in a few words; a table has a hundred more with their defaults."""
         for name in type(self).model_fields:
             if name in self.model_fields_set and (value := getattr(self, name)) is not None:
                 yield name, _Words(described(value))

@@ -64,13 +64,15 @@ TIME_SCALE: Scale = (("s", 1.0, 600.0), ("min", 60.0, 4.0 * 3600.0), ("h", 3600.
 
 
 def fixed(name: str, size: float = 1.0) -> Scale:
-    """Return a kind of quantity with one unit (name: the unit's name; size in SI)."""
+    """Return a kind of quantity with one unit of a given size in SI."""
     return ((name, size, np.inf),)
 
 
 def suiting(scale: Scale, *values: Array) -> tuple[str, float]:
-    """Return the unit that suits the largest of some values: the unit's name, and its size in SI; the largest unit if a
-    value is infinite, or an array is NaN throughout. Other NaN do not count (values: arrays of any shapes, SI)."""
+    """Return name and size in SI of the unit that suits the largest of some values in SI.
+
+    It is the largest unit if a value is infinite, or an array is NaN throughout; other NaN do not count.
+    """
     ends = [float(reduce(v, axis=None)) for v in values if v.size for reduce in (np.fmax.reduce, np.fmin.reduce)]
     largest = np.nan if np.isnan(ends).any() else max(map(abs, ends), default=0.0)
     return next(((name, size) for name, size, most in scale if largest <= most), scale[-1][:2])

@@ -112,8 +112,7 @@ def report(
     overridden: Collection[str],
     source: str,
 ) -> str:
-    """Return pydantic's errors as one message (error: pydantic's error; lines as for `describe`; overridden as for
-    `describe`)."""
+    """Return pydantic's errors as one message; `lines` and `overridden` as for `describe`."""
     mistakes, others = describe(error.errors(include_url=False), model, lines, overridden)
     sentences = [text if text.endswith(("?", ".")) else text + "." for text in dict.fromkeys(mistakes)]
     if len(sentences) == 1:
@@ -131,9 +130,11 @@ def describe(
     lines: Mapping[tuple[str, ...], int],
     overridden: Collection[str],
 ) -> tuple[list[str], int]:
-    """Return pydantic's errors as sentences: one sentence for each of the first two hundred mistakes, with its line,
-    the key's path, what is wrong and the correct form; and the number of further mistakes (lines: line number of every
-    key and table of the file by path, from `key_lines`)."""
+    """Return pydantic's errors as sentences with line, key, what is wrong and the correct form.
+
+    There is one for each of the first two hundred mistakes, and the number of further ones. `lines` has the line of
+    every key and table of the file by its path, from `key_lines`.
+    """
     # pydantic also reports an array with a bad entry as too short, a misspelt key as missing, and a number that may be
     # whole or not as both; of an array or a text, it names the mistakes of either.
     errors = [{**error, "loc": tuple(part for part in error["loc"] if part != ONE_OF_SEVERAL)} for error in errors]

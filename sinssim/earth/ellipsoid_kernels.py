@@ -98,7 +98,7 @@ def _gravity_fit(p: EarthParameters) -> Array:
 
 @inline
 def radii_k(p: EarthParameters, sin_lat: float) -> tuple[float, float]:
-    """Radii of curvature of the meridian R₁ and of the prime vertical R₂ (the chapter's section 8.2)."""
+    """Radii of curvature of the meridian, R₁, and of the prime vertical, R₂ (section 8.2 of the chapter)."""
     w = 1.0 / (1.0 - p.e2 * sin_lat * sin_lat)
     r2 = p.a * sqrt(w)
     return r2 * (1.0 - p.e2) * w, r2

@@ -151,8 +151,7 @@ def describe_ellipsoids() -> dict[str, str]:
 
 
 def in_reverse_time(name: str) -> str:
-    """Return the name by which `ellipsoid_by_name` knows an ellipsoid that turns the other way (name: one of
-    `ELLIPSOIDS`).
+    """Return the name by which `ellipsoid_by_name` knows an ellipsoid that rotates the other way.
 
     Its gravity is the same, because gravity depends on the square of the rate.
     """

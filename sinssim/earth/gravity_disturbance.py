@@ -283,7 +283,7 @@ class DisturbanceAlong:
     evaluations: int  # number of points at which the field was evaluated
 
     def at(self, t: Array) -> Array:
-        """Return the disturbance in Earth-fixed axes, (N, 3) m/s² (t: instants, (N,) s)."""
+        """Return the disturbance in Earth-fixed axes at instants (N,) s, (N, 3) m/s²."""
         panel = np.clip(((t - self.start) / self.step).astype(np.intp), 0, len(self.panels) - 1)
         u = (t - self.start - panel * self.step)[:, None]
         c = self.panels[panel]

@@ -32,7 +32,7 @@ _NANO = 1e-9
 
 
 def decimal_year(date: float | str) -> float:
-    """Return a date as a decimal year (date: decimal year, or "YYYY-MM-DD")."""
+    """Return a decimal year from one, or from "YYYY-MM-DD"."""
     if isinstance(date, str):
         try:
             day = datetime.date.fromisoformat(date)
@@ -71,9 +71,11 @@ def magnetic_field(latitude: ArrayLike, longitude: ArrayLike, height: ArrayLike,
 
 
 def field_along(latitude: Array, longitude: Array, height: Array, year: float) -> Array:
-    """Return the main field along a path, evaluated every 200 m and interpolated in Earth-fixed axes between: north,
-    east, down, (M, 3) T (latitude, longitude: geodetic, of successive points, (M,) rad; height above the WGS-84
-    ellipsoid, (M,) m; year: decimal year in `VALID`)."""
+    """Return the main field north, east, down along a path of M points, (M, 3) T.
+
+    It is evaluated every 200 m and interpolated in Earth-fixed axes between. Latitude and longitude are geodetic, (M,)
+    rad, the height is above the WGS-84 ellipsoid, (M,) m, and the year is in `VALID`.
+    """
     axes = _axes(latitude, longitude)
     gone = np.concatenate(
         ([0.0], np.cumsum(np.linalg.norm(np.diff(axes[:, 2] * (_RADIUS + height)[:, None], axis=0), axis=1)))

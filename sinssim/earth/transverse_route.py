@@ -69,9 +69,11 @@ def route_pole(
 
 
 def route_along(latitude: float, longitude: float, velocity_ned: ArrayLike) -> tuple[float, float, float, float]:
-    """Return a route on the great circle along the velocity, which is that of `route_pole` without a route: latitude
-    and longitude of the start and of a place a quarter of the circle ahead, rad (latitude, longitude of the start, rad;
-    velocity_ned: velocity at the start, (3,) m/s)."""
+    """Return a route on the great circle along a velocity: latitude and longitude of the start and of a place a quarter
+    of the circle ahead, rad.
+
+    It is the route of `route_pole` if none is given.
+    """
     ahead = np.cross(route_pole(None, latitude, longitude, velocity_ned), normal(latitude, longitude))
     return latitude, longitude, math.atan2(ahead[2], math.hypot(ahead[0], ahead[1])), math.atan2(ahead[1], ahead[0])
 
@@ -129,8 +131,11 @@ def too_near(pole: Array, time: Array, latitude: Array, longitude: Array, veloci
 
 
 def sentence(pole: Array, distance: float, speed: float, step: float, when: str) -> str:
-    """Return the message that a motion comes too near to the pole of its route (pole: the nearer pole of the route,
-    Earth-fixed unit vector, (3,); distance from the pole, m; speed: horizontal, m/s; step: the engine's step, s)."""
+    """Return the message that a motion comes too near to the pole of its route.
+
+    The pole is an Earth-fixed unit vector, (3,); distance from it in m, horizontal speed in m/s, the engine's step in
+    s.
+    """
     allowed, shown = float(nearest_allowed(speed, step)), float(f"{distance:.4g}")
     angles = math.asin(max(-1.0, min(1.0, pole[2]))), math.atan2(pole[1], pole[0])
     latitude, longitude = (round(math.degrees(angle), 4) + 0.0 for angle in angles)  # no negative zero

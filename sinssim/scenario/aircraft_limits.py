@@ -49,8 +49,10 @@ def limit_notes(scenario: Tables) -> Iterator[str]:
 
 
 def warn_of_limits(*scenarios: Tables) -> None:
-    """Warn of the legs that an aircraft cannot fly, or not as they are written, once for each sentence (scenarios that
-    will be flown: one, or the cells of a study)."""
+    """Warn of the legs that an aircraft cannot fly, or not as they are written, once for each sentence.
+
+    The scenarios are one that will be flown, or the cells of a study.
+    """
     for text in dict.fromkeys(finding.text for scenario in scenarios for finding in findings(scenario)):
         warn(text)
 

@@ -81,8 +81,10 @@ _NOT_VARIED = {
 
 
 def check_variation(scenario: Table, section: EnsembleSection, contents: dict[str, Any]) -> None:
-    """Check that the varied keys exist, are numbers, and may have the values of their distributions (a scenario that is
-    valid in everything else; contents: its contents by key, without [ensemble], as a file gives them)."""
+    """Check that the varied keys exist, are numbers, and may have the values of their distributions.
+
+    The scenario is otherwise valid; its contents are those of its file by key, without [ensemble].
+    """
     for number, variation in enumerate(section.vary, start=1):
         where = f"vary.{number}: key = {shortened(repr(variation.key))}"
         whole = _check_key(scenario, variation.key, where)

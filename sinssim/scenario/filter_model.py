@@ -72,9 +72,10 @@ class Weight(NamedTuple):
 
 
 def weights(scenario: Scenario, moved: Excitation | None = None) -> tuple[Weight, ...]:
-    """Return the significance of each block of the inertial sensors' errors in a scenario: one entry for each block of
-    `sinssim.scenario.filter_section.FILTER_STATES` (moved: rotation and acceleration of the motion if they are known;
-    by default those of the plan)."""
+    """Return the significance of the errors of the inertial sensors of a scenario, for each block of `FILTER_STATES`.
+
+    The motion is `moved` if it is known, otherwise that of the plan.
+    """
     motion, sigma = moved or excitation(scenario), inertial_sigma(scenario)
     model = error_model(sigma, imu=tuple(FILTER_STATES), duration=motion.duration)
     result = []
@@ -102,7 +103,7 @@ def _ratio_squared(signal: float, noise: float) -> float:
 
 
 def states(scenario: Scenario, moved: Excitation | None = None) -> tuple[str, ...]:
-    """Return the blocks of the inertial sensors' errors that a scenario's filter has (moved as for `weights`)."""
+    """Return the blocks of the inertial sensors' errors that a scenario's filter has, for the motion of `weights`."""
     assert scenario.filter is not None
     if scenario.filter.states is not None:
         return scenario.filter.states
@@ -110,8 +111,10 @@ def states(scenario: Scenario, moved: Excitation | None = None) -> tuple[str, ..
 
 
 def with_states(scenario: Scenario, moved: Excitation | None = None) -> Scenario:
-    """Return a scenario with the states of its filter written out: the scenario with the default of `filter.states`
-    filled in; the same object if there is nothing to fill in (moved as for `weights`)."""
+    """Return a scenario in which the default of `filter.states` is written out, for the motion of `weights`.
+
+    It is the same object if there is nothing to write.
+    """
     section = scenario.filter
     if section is None or section.states is not None:
         return scenario
@@ -181,8 +184,10 @@ def _products(scenario: Scenario) -> Iterator[str]:
 
 
 def inertial_sigma(scenario: Scenario, factor: float | None = None) -> ImuErrors:
-    """Return the standard deviations of the inertial sensors' errors that a scenario's filter assumes (factor: by which
-    the noises are multiplied; by default the section's `inertial_noise_factor`)."""
+    """Return the standard deviations of the inertial sensors' errors that a scenario's filter assumes.
+
+    The noises are multiplied by the factor, by default `inertial_noise_factor` of the section.
+    """
     from sinssim.alignment.alignment_budget import expected_errors
 
     assert scenario.filter is not None
@@ -217,8 +222,10 @@ _ROUNDING = 1e-12
 
 
 def of_combination(model: ErrorModel, scenario: Scenario) -> ErrorModel:
-    """Return an error model with the covariances between the axes of a redundant set: the model; the same if the set is
-    not redundant (the model, whose standard deviations are those of the combination)."""
+    """Return an error model with the covariances between the axes of a redundant set, the same model for other sets.
+
+    Its standard deviations are those of the combination.
+    """
     section = scenario.imu.sensor_set
     if not isinstance(section, Redundant):
         return model
@@ -243,9 +250,11 @@ def of_combination(model: ErrorModel, scenario: Scenario) -> ErrorModel:
 def noise_of_combination(
     model: ErrorModel, scenario: Scenario, monitored: Sequence[Monitored], edges: Array
 ) -> AddedNoise | None:
-    """Return what the directions of a redundant set and its exclusions add to the noise of an error model: the added
-    noise; None if there is none (the model, as `of_combination` returns it; monitored: what the monitoring found; empty
-    without monitoring; edges of the samples, (N+1,) s)."""
+    """Return the noise that the directions of a redundant set and its exclusions add to that of the model of
+    `of_combination`, None if there is none.
+
+    `monitored` are the results of the monitoring, empty without one, at the edges of the samples, (N+1,) s.
+    """
     section = scenario.imu.sensor_set
     if not isinstance(section, Redundant):
         return None

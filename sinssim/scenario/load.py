@@ -45,8 +45,8 @@ def load_scenario(path: str | Path, overrides: Overrides = ()) -> Scenario:
 
 
 def as_scenario(scenario: Scenario | str | Path, overrides: Overrides = ()) -> Scenario:
-    """Return a scenario that is given as such, or by its file or name (the scenario, the path of a TOML file, or a name
-    as in `sinssim list scenarios`; overrides: settings, as for `load_scenario`)."""
+    """Return a scenario that is given as such, by the path of its TOML file or by its name, with settings as for
+    `load_scenario`."""
     if isinstance(scenario, str | Path):
         return load_scenario(scenario, overrides)
     given: object = scenario
@@ -103,8 +103,10 @@ def _files_from(data: dict[str, Any], folder: Path) -> None:
 
 
 def override(data: dict[str, Any], setting: str) -> str:
-    """Apply one "key.path=value" to a file's contents; return the key's path (setting: the key's path and its new value
-    as in TOML; entries of arrays are counted from 1)."""
+    """Apply a setting "key.path=value", the value as in TOML, to a file's contents; return the key's path.
+
+    Entries of arrays are counted from 1.
+    """
     path, equals, written = setting.partition("=")
     path, written = path.strip(), written.strip()
     setting = shortened(setting)
@@ -138,8 +140,7 @@ def with_settings(text: str, settings: Sequence[str]) -> str:
 
 
 def parse_value(written: str, option: str) -> Any:
-    """Return a value that is written on the command line (written: a value as in TOML; a plain word
-    needs no quotes)."""
+    """Return a value that is written as in TOML; a plain word needs no quotes."""
     try:
         return tomllib.loads(f"value = {written}")["value"]
     except (ValueError, RecursionError) as error:

@@ -187,7 +187,7 @@ class NavigationSection(Section):
         return true if self.ellipsoid == OF_TRUTH else self.ellipsoid
 
     def mechanization(self, algorithm: str, true_ellipsoid: str) -> Mechanization:
-        """Return the options of a navigator (algorithm: one of the section's)."""
+        """Return the options of the navigator with one of the section's algorithms."""
         route: Any = None if self.route_deg is None else tuple(map(math.radians, self.route_deg))
         return Mechanization(
             algorithm=algorithm,

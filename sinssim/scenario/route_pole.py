@@ -61,7 +61,7 @@ def check_route(scenario: Tables) -> None:
 
 
 def check_route_flown(scenario: Tables, time: Array, truth: NavState) -> None:
-    """Raise for a true motion that comes too near to the pole of its route (time: edges of the samples, (N+1,) s)."""
+    """Raise for a true motion that comes too near to the pole of its route, at the edges of the samples, (N+1,) s."""
     navigation = scenario.navigation
     if not FRAME_REGISTRY[navigation.frame].takes_route:
         return

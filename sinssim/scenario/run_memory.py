@@ -58,7 +58,7 @@ class Memory(NamedTuple):
 
 
 def needed_memory(scenario: Scenario, *, recorded: bool = True) -> Memory:
-    """Estimate the peak memory of a run (recorded: whether the run is written to a run directory)."""
+    """Estimate the peak memory of a run, which is larger if it is written to a run directory."""
     lasts = expected_duration(scenario)
     return _memory(scenario, filter_model(scenario, lasts).size, lasts, recorded)
 
@@ -96,8 +96,11 @@ def _divides(rate: float, grid: float) -> bool:
 
 
 def check_memory(scenario: Scenario, *, recorded: bool = True, of_log: Mapping[str, float] | None = None) -> None:
-    """Raise for a run whose filter needs more memory than this machine has (recorded: whether the run is written to a
-    run directory; of_log: readings per second of recorded sensors, by name)."""
+    """Raise for a run whose filter needs more memory than this machine has.
+
+    `recorded` says whether the run is written to a run directory, and `of_log` has the readings per second of recorded
+    sensors by name.
+    """
     section = scenario.filter
     if section is None:
         return

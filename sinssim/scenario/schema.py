@@ -104,8 +104,10 @@ class KeyTable:
 
 
 def key_tables(name: str = "") -> Iterator[KeyTable]:
-    """Yield the tables of a scenario, each before the tables in it (name: a table of the top level; all tables, with
-    the top level first, if empty)."""
+    """Yield the tables of a scenario, each before the tables in it.
+
+    They are those of one table of the top level, or all of them with the top level first.
+    """
 
     schema = Scenario.model_json_schema()
     if not name:
@@ -115,9 +117,11 @@ def key_tables(name: str = "") -> Iterator[KeyTable]:
 
 
 def keys_under(place: str) -> list[KeyTable]:
-    """Return the tables at or below a place, each with its keys: the tables; of the table that holds a key, only the
-    keys with this beginning (place: path of a table ("imu", "flight.legs"), or of a key or its beginning in it
-    ("imu.gyro_bias"))."""
+    """Return the tables at or below a place, each with its keys.
+
+    The place is the path of a table ("imu", "flight.legs"), or of a key or its beginning in it ("imu.gyro_bias"); then
+    only the keys with this beginning are returned.
+    """
     tables = list(key_tables())
     below = [table for table in tables if f"{table.path}.".startswith(f"{place}.")]
     holder, _, begin = place.rpartition(".")
@@ -136,9 +140,11 @@ def keys_under(place: str) -> list[KeyTable]:
 def toml_lines(
     table: KeyTable, value_of: Callable[[Key], Any] | None = None, chosen: Collection[str] = ()
 ) -> Iterator[str]:
-    """Yield a table in the notation of TOML, each key with its meaning; one without a default is a comment (value_of:
-    returns the value of a key that is shown; its default if not given; chosen: keys without a default that are no
-    comments)."""
+    """Yield a table in the notation of TOML, each key with its meaning; one without a default is a comment.
+
+    `value_of` returns the value of a key that is shown, by default its default, and `chosen` names the keys without a
+    default that are no comments.
+    """
     rows = []
     for key in table.keys:
         value = key.default if value_of is None else value_of(key)
@@ -155,8 +161,7 @@ def toml_lines(
 
 
 def value_text(value: Any, field: dict[str, Any] | None = None) -> str:
-    """Return a value in the notation of TOML (the value; None for zeros of the field's type; field: the key's part of
-    the schema)."""
+    """Return a value in the notation of TOML; of None, zeros of the field's type."""
     field = field or {}
     if value is None:
         count = field.get("minItems", 0)

@@ -37,9 +37,10 @@ Use = Annotated[tuple[str, ...], AfterValidator(_registered)]
 
 
 def resolved_use(data: dict[str, Any], folder: Path, *, views: bool = True) -> None:
-    """Replace relative paths of `use` by absolute ones, and names of a project's grades and aircraft by their files
-    (data: contents of a scenario's file, changed in place; views: whether the file has the key `views`, which the views
-    of a project are added to)."""
+    """Replace relative paths of `use` by absolute ones, and names of a project's grades and aircraft by their files.
+
+    The file's contents are changed in place. If the file has the key `views`, the views of a project are added to it.
+    """
     paths = data.get("use")
     if not (isinstance(paths, list) and all(isinstance(path, str) for path in paths)):
         return

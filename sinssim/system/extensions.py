@@ -115,7 +115,7 @@ def outline(file: Path) -> Outline:
 
 
 def syntax_words(error: SyntaxError) -> str:
-    """Return a syntax error as words: "syntax error in line 3: invalid syntax, in: x = = 2" (error: Python's error)."""
+    """Return Python's syntax error in words: "syntax error in line 3: invalid syntax, in: x = = 2"."""
     where = f" in line {error.lineno}" if error.lineno else ""
     shown = f", in:  {shortened(error.text.strip())}" if error.text else ""
     return f"syntax error{where}: {error.msg}{shown}"
@@ -263,8 +263,7 @@ def class_in(module: ModuleType, base: type, wrong: str) -> Any:
 
 
 def source_of(item: Item) -> bytes:
-    """Return the text of own content as it was run, or as the file is now if it has not been run: the bytes of the
-    file."""
+    """Return the text of own content as it was run, or as the file is now if it has not been run."""
     if (source := _sources.get(_module_name(item))) is not None:
         return source
     return read_bytes(item.file)

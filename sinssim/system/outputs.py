@@ -129,8 +129,11 @@ class Draft:
 
 @contextmanager
 def draft(path: Path) -> Iterator[Path]:
-    """Write a file under a temporary name, and rename it into place at the end of the block; return the temporary name,
-    in a hidden folder beside the place (path: the file; a link there is replaced, not followed)."""
+    """Write a file under a temporary name in a hidden folder beside it, and rename it into place at the end of the
+    block.
+
+    A link at its place is replaced, not followed.
+    """
     with Draft(path.parent, path.name) as folder:
         yield folder.path / path.name
         os.replace(folder.path / path.name, path)
@@ -318,8 +321,7 @@ def check_place(place: Path, overwrite: bool) -> None:
 
 
 def check_directory(directory: Path | str | None, overwrite: bool) -> None:
-    """Raise before a computation unless its directory is free or may be replaced (the directory; None if nothing is
-    written; overwrite: whether a result in it may be replaced)."""
+    """Raise before a computation unless its directory is free or `overwrite` allows to replace the result in it."""
     if directory is not None:
         check_place(Path(directory).resolve(), overwrite)
     elif overwrite:

@@ -57,8 +57,7 @@ class Registry(Mapping[str, T]):
         of_file: Callable[[Item, Outline], T] | None = None,
         reserved: Iterable[str] = (),
     ) -> None:
-        """Take the package's own entries (of_file: returns the entry of a file outside the package from what it says of
-        itself, without running it)."""
+        """Take the package's own entries, and the function that makes the entry of a file without running it."""
         self.kind, self.word, self.shipped, self.reserved = kind, word, dict(shipped), frozenset(reserved)
         self._of_file, self._others = of_file, dict[str, T]()
         REGISTRIES[kind] = self
@@ -132,8 +131,8 @@ class Sentences(Mapping[str, str], Generic[D]):
 
 
 def entries(kind: str, word: str, shipped: Mapping[str, tuple[str, str]]) -> Registry[Entry]:
-    """Return a registry of objects that are loaded when they are used (kind, word as for `Registry`; shipped: place and
-    description of the package's own entries by name)."""
+    """Return a registry of objects that are loaded when they are used, from place and description of the package's
+    own."""
     return Registry(
         kind,
         word,
@@ -233,12 +232,12 @@ def sentence_of(item: Item, content: Outline | None = None) -> str:
 
 
 def registered(kind: str, name: str) -> Item | None:
-    """Return own content by its name, None if there is none of that name (kind: one of `NAMED`)."""
+    """Return own content of a kind of `NAMED` by its name, None if there is none."""
     return _items.get((kind, name))
 
 
 def forget(*names: str) -> None:
-    """Remove own content again, as if it had never been registered (*names: names; all by default)."""
+    """Remove own content of some names, or all, as if it had never been registered."""
     with _lock:
         for kind, name in [key for key in _items if not names or key[1] in names]:
             drop_module(_items.pop((kind, name)))
@@ -250,9 +249,10 @@ def forget(*names: str) -> None:
 
 
 def ensure(kind: str, name: str) -> None:
-    """Register own content that a name may mean, from SINSSIM_CONTENT or an installed package (kind: one of `NAMED`; of
-    another kind, there is none; a name that may be unknown; a pattern with "*" or "?" registers everything of its
-    kind)."""
+    """Register own content that a name may mean, from SINSSIM_CONTENT or an installed package.
+
+    A pattern with "*" or "?" registers everything of its kind. Kinds outside of `NAMED` have no own content.
+    """
     if kind not in NAMED or not isinstance(name, str) or name in _shipped(kind) or (kind, name) in _items:
         return
     from sinssim.content import offered, warn_once
@@ -266,8 +266,10 @@ def ensure(kind: str, name: str) -> None:
 
 
 def described(kind: str) -> dict[str, str]:
-    """Return the own content of a kind outside of scenarios with a description each, for lists: descriptions by name:
-    of what SINSSIM_CONTENT and installed packages bring, and of what is registered (kind: one of `NAMED`)."""
+    """Return descriptions of the own content of a kind by name, for lists outside of scenarios.
+
+    It is what SINSSIM_CONTENT and installed packages bring, and what is registered.
+    """
     from sinssim.content import offered
 
     items = {**offered(kind), **{name: item for (of, name), item in _items.items() if of == kind}}

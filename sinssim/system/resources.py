@@ -42,8 +42,8 @@ def map_large_arrays() -> None:
 
 
 def shared(array: T, known: list[T]) -> T:
-    """Return the array among the known ones that has the same elements, so that the memory of one of them is freed
-    (array: any; it becomes known if no other is equal)."""
+    """Return the array among the known ones that equals this one, so that this one's memory is freed; a new one becomes
+    known."""
     for other in known:
         if other.dtype == array.dtype and np.array_equal(other, array):
             return other
@@ -52,8 +52,11 @@ def shared(array: T, known: list[T]) -> T:
 
 
 def machine_memory() -> float:
-    """Return the memory that a process can have, bytes: the smallest of the machine's physical memory, the limit of its
-    container and the limit of the process (`ulimit -v`); infinity if the system does not give them."""
+    """Return the memory that a process can have, bytes, infinity if the system does not say it.
+
+    It is the smallest of the machine's physical memory, the limit of its container and that of the process (`ulimit
+    -v`).
+    """
     limits = [math.inf]
     with suppress(AttributeError, OSError, ValueError):  # Windows has no sysconf
         limits.append(float(os.sysconf("SC_PAGE_SIZE") * os.sysconf("SC_PHYS_PAGES")))
@@ -71,10 +74,10 @@ def machine_memory() -> float:
 
 @contextmanager
 def thread_pool(count: int | None) -> Iterator[ThreadPoolExecutor]:
-    """Provide a thread pool for the block; at its end the pool is joined, unless the block ends with an exception: the
-    pool. Its work must be safe to abandon: it must not write files.
+    """Provide a thread pool for the block, which is joined at its end, but not after an exception.
 
-    Python's own pool would wait in that case, too, for compilations and for navigations over hours of samples.
+    Python's own pool would then still wait for compilations and for navigations over hours of samples. The work must be
+    safe to abandon: it must not write files.
     """
     pool = ThreadPoolExecutor(count)
     try:

@@ -22,8 +22,8 @@ _NAME = re.compile(r"^    ((?:\w+, )*\w+): (.*)$")
 
 
 def short_repr(kind: C) -> C:
-    """Give a dataclass a short `repr`, and a table for notebooks with the meaning of each attribute (kind: the
-    dataclass; its docstring says what the attributes are)."""
+    """Give a dataclass a short `repr`, and a table for notebooks with the meaning of each attribute from its
+    docstring."""
     for name, function in (("__repr__", _repr), ("_repr_html_", _html)):
         if name not in vars(kind) or name == "__repr__":
             setattr(kind, name, function)

@@ -22,8 +22,8 @@ _KINDS = (
 
 
 def user_file(path: Path) -> Path:
-    """Return a path, for a library that opens it itself, if it can be read (path: a file, or a folder for the formats
-    that are folders)."""
+    """Return the path of a file, or of a folder of such a format, for a library that opens it; raise if it cannot be
+    read."""
     stat = path.stat()
     kind = next((words for test, words in _KINDS if test(stat.st_mode)), None)
     if kind is not None:
