@@ -18,7 +18,7 @@ from sinssim.truth.flight import flight_envelope
 from sinssim.truth.flight.aircraft import ceiling, climb_rate, descent_rate, load_aircraft, speed_range
 from sinssim.truth.flight.flight_envelope import trimmed_envelope
 from sinssim.truth.flight.flight_plan import planned_path
-from sinssim.truth.flight.jsbsim_simulation import quiet
+from sinssim.truth.flight.flight_start import quiet
 
 
 def scenario(

@@ -27,8 +27,8 @@ from sinssim.system.user_file import read_bytes
 from sinssim.truth.curve import KnotDerivatives, checked_knots, knot_derivatives
 from sinssim.truth.flight.flight_log import FlightLog
 from sinssim.truth.flight.flight_plan import FlightPlan
+from sinssim.truth.flight.flight_start import model_folder
 from sinssim.truth.flight.jsbsim_process import fly_apart
-from sinssim.truth.flight.jsbsim_simulation import model_folder
 from sinssim.truth.sampling import Channel, FlightEvent
 
 logger = logging.getLogger(__name__)

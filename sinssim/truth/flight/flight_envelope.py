@@ -15,8 +15,7 @@ from sinssim.errors import InputError
 from sinssim.system.outputs import Draft
 from sinssim.truth.flight.aircraft import Envelope, load_aircraft
 from sinssim.truth.flight.atmosphere import Air
-from sinssim.truth.flight.flight_start import widen_trim
-from sinssim.truth.flight.jsbsim_simulation import loaded_model, quiet
+from sinssim.truth.flight.flight_start import loaded_model, quiet, widen_trim
 from sinssim.units import DEG, FOOT, KNOT
 
 _G = 9.80665

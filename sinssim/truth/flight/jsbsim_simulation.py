@@ -4,34 +4,27 @@ JSBSim steps at 120 Hz; the autopilot, the legs and the knots of the logged moti
 step; the other channels are logged at 10 Hz.
 """
 
-# Longer than 400 lines: JSBSim's set-up, its start, the loop that flies it and its errors use the same properties.
-
 from __future__ import annotations
 
 import math
-import shutil
 from array import array
-from collections.abc import Callable, Iterator
-from contextlib import contextmanager
-from pathlib import Path
+from collections.abc import Callable
 from typing import Any
-from xml.etree import ElementTree
 
-from sinssim.content import find_content
 from sinssim.errors import InputError
 from sinssim.system.outputs import Draft
-from sinssim.system.user_file import user_file
 from sinssim.truth.flight.aircraft import Aircraft, load_aircraft
 from sinssim.truth.flight.autopilot import INTERVAL, AircraftState, Autopilot
 from sinssim.truth.flight.flight_log import CHANNELS, FlightRecord, shortfall
 from sinssim.truth.flight.flight_plan import AirStart, FlightPlan, Gust, RunwayStart, Turbulence
 from sinssim.truth.flight.flight_start import (
-    STEP,
     Engines,
     Monitor,
     best_attitude_integrators,
     bring_to_start,
     default_attitude_integrators,
+    loaded_model,
+    quiet,
 )
 from sinssim.truth.flight.leg import LegBase, LegError, check_landing
 from sinssim.truth.sampling import FlightEvent
@@ -40,92 +33,6 @@ from sinssim.units import DEG, FOOT, KNOT
 _NEAR_GROUND = 500.0  # height below which the gear may touch before the next slow update [m]
 _STANDING = 5.0  # height above the ground below which an aircraft in the air may touch it [m]
 _LEAST_DURATION = 1.0  # least duration for a smooth curve [s]
-
-
-@contextmanager
-def quiet() -> Iterator[list[str]]:
-    """Collect JSBSim's messages instead of printing them; return the messages, at most 200."""
-    import jsbsim
-
-    messages: list[str] = []
-
-    class Collector(jsbsim.FGLogger):
-        def set_level(self, level: Any) -> None:
-            pass
-
-        def file_location(self, filename: str, line: int) -> None:
-            pass
-
-        def message(self, message: str) -> None:
-            if len(messages) < 200:
-                messages.append(message)
-
-        def format(self, format: Any) -> None:
-            pass
-
-        def flush(self) -> None:
-            pass
-
-    jsbsim.set_logger(Collector())
-    try:
-        yield messages
-    finally:
-        jsbsim.set_logger(jsbsim.DefaultLogger())
-
-
-def model_folder(name: str, model: str) -> Path:
-    """Return the folder of an aircraft's flight dynamics model: a folder of that name beside aircraft.toml, otherwise
-    that of JSBSim's own aircraft."""
-    import jsbsim
-
-    file = find_content("aircraft", name)
-    shipped = Path(jsbsim.get_default_root_dir()) / "aircraft"
-    for folder in (file.parent / model, shipped / model):
-        if (folder / f"{model}.xml").is_file():
-            return folder
-    raise InputError(
-        f"{file}, key jsbsim_model: there is no model {model!r}, neither in a folder {model} with {model}.xml beside "
-        f"this file nor among JSBSim's own models in {shipped}."
-    )
-
-
-def _load(model: Path, folder: str, changes: dict[str, str]) -> Any:
-    """Load a model with its changes and without its sockets and log files, so that nothing outside affects the
-    flight."""
-    import jsbsim
-
-    root = Path(jsbsim.get_default_root_dir())
-    shutil.copytree(model, Path(folder) / model.name)
-    definition = Path(folder) / model.name / f"{model.name}.xml"
-    try:
-        tree = ElementTree.parse(user_file(definition))
-    except ElementTree.ParseError as error:
-        raise InputError(f"{model / definition.name} is not XML: {error}.") from error
-    for tag in ("input", "output"):
-        for element in tree.getroot().findall(tag):
-            tree.getroot().remove(element)
-    for path, text in changes.items():
-        elements = tree.getroot().findall(path)
-        if not elements:
-            raise InputError(f"model_changes of {model.name}: {model.name}.xml has no element {path!r}.")
-        for element in elements:
-            element.text = text
-            if not text:
-                parent = next(parent for parent in tree.getroot().iter() if element in parent)
-                parent.remove(element)
-    tree.write(definition, encoding="utf-8", xml_declaration=True)
-    executive = jsbsim.FGFDMExec(str(root))
-    executive.set_debug_level(0)
-    if not executive.load_model_with_paths(model.name, folder, str(root / "engine"), str(root / "systems")):
-        raise InputError(f"JSBSim cannot load the model {model}.")
-    executive.set_dt(STEP)
-    return executive
-
-
-def loaded_model(name: str, aircraft: Aircraft, folder: str) -> Any:
-    """Load an aircraft's flight dynamics model; return JSBSim's executive (folder: empty folder for a copy of the
-    model)."""
-    return _load(model_folder(name, aircraft.jsbsim_model), folder, aircraft.model_changes)
 
 
 Progress = Callable[[float], None]
