@@ -8,7 +8,7 @@ from __future__ import annotations
 import argparse
 from collections.abc import Sequence
 
-from sinssim.truth.flight.flight_envelope import trimmed_envelope
+from sinssim.truth.flight.jsbsim_model import trimmed_envelope
 
 
 def _row(values: Sequence[float]) -> str:

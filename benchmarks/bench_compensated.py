@@ -31,7 +31,7 @@ from sinssim.earth.gravity_disturbance import DisturbingField
 from sinssim.sensors.imu.encoder import encoders_of
 from sinssim.strapdown import gravity_disturbance
 from sinssim.strapdown.navigate import navigate
-from sinssim.truth.motions.great_circle import GreatCircle
+from sinssim.truth.motions.parked_and_great_circle import GreatCircle
 from sinssim.truth.true_gravity import TrueGravity
 
 

@@ -25,7 +25,7 @@ from sinssim import load_scenario
 from sinssim.experiments.run.execute import run
 from sinssim.jit import cache_root
 from sinssim.recording.report.exhibit_page import page_of
-from sinssim.truth.flight import jsbsim_simulation
+from sinssim.truth.flight import jsbsim_model
 from sinssim.truth.flight.aircraft import load_aircraft
 from sinssim.truth.flight.flight_plan import FlightPlan
 from sinssim.units import FOOT
@@ -45,7 +45,7 @@ def bare(flight: FlightPlan, seconds: float, loaded: Path | None) -> list[str]:
     """Return the command that lets JSBSim alone fly as long, with the model in a folder or as shipped."""
     aircraft = load_aircraft(flight.aircraft)
     script = Path(__file__).with_name("bare_jsbsim.py")
-    numbers = (seconds, jsbsim_simulation.STEP, flight.start.altitude_m / FOOT, aircraft.performance.cruise_kt)
+    numbers = (seconds, jsbsim_model.STEP, flight.start.altitude_m / FOOT, aircraft.performance.cruise_kt)
     command = [sys.executable, str(script), aircraft.jsbsim_model, *map(str, numbers)]
     return command if loaded is None else [*command, str(loaded)]
 
@@ -90,9 +90,8 @@ def main() -> None:
         aircraft = load_aircraft(scenario.flight.aircraft)
         loaded = folder / "model"
         loaded.mkdir()
-        with jsbsim_simulation.quiet():
-            model = jsbsim_simulation.model_folder(scenario.flight.aircraft, aircraft.jsbsim_model)
-            jsbsim_simulation._load(model, str(loaded), aircraft.model_changes)
+        with jsbsim_model.quiet():
+            jsbsim_model.loaded_model(scenario.flight.aircraft, aircraft, str(loaded))
         same, stock = (bare(scenario.flight, seconds, where) for where in (loaded, None))
         rounds = [
             (timed(same, folder), demo(folder, fresh=True), timed(stock, folder), demo(folder, fresh=False))

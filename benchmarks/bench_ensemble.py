@@ -24,8 +24,8 @@ import numpy as np
 
 import sinssim
 from sinssim.data import Array, ImuData, NavState
-from sinssim.earth.ellipsoid_kernels import parameters
 from sinssim.earth.ellipsoids import ellipsoid_by_name
+from sinssim.earth.gravity import parameters
 from sinssim.experiments.ensembles import batch_layout
 from sinssim.experiments.ensembles.batch_kernel import engine
 from sinssim.experiments.ensembles.batch_navigation import navigate_batch

@@ -15,7 +15,7 @@ from sinssim.estimation.estimate import estimate
 from sinssim.sensors import draw
 from sinssim.sensors.imu.emulation import emulate
 from sinssim.sensors.imu.imu import Imu
-from sinssim.truth.motions.great_circle import GreatCircle
+from sinssim.truth.motions.parked_and_great_circle import GreatCircle
 
 
 def main() -> None:

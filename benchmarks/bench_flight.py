@@ -6,11 +6,10 @@ import argparse
 import tempfile
 import time
 
-from sinssim.truth.flight import jsbsim_simulation
+from sinssim.truth.flight import jsbsim_model, jsbsim_simulation
 from sinssim.truth.flight.aircraft import load_aircraft
 from sinssim.truth.flight.flight_log import flight_log
 from sinssim.truth.flight.flight_plan import FlightPlan
-from sinssim.truth.flight.flight_start import bring_to_start
 from sinssim.units import FOOT
 
 
@@ -35,26 +34,25 @@ def alone(flight: FlightPlan, seconds: float, shipped: bool) -> float:
     import jsbsim
 
     aircraft = load_aircraft(flight.aircraft)
-    with jsbsim_simulation.quiet(), tempfile.TemporaryDirectory() as folder:
+    with jsbsim_model.quiet(), tempfile.TemporaryDirectory() as folder:
         if shipped:
             executive = jsbsim.FGFDMExec(None)
             executive.set_debug_level(0)
             executive.set_output_path(folder)
             executive.load_model(aircraft.jsbsim_model)
             executive.disable_output()
-            executive.set_dt(jsbsim_simulation.STEP)
+            executive.set_dt(jsbsim_model.STEP)
             executive["ic/h-sl-ft"] = flight.start.altitude_m / FOOT
             executive["ic/vc-kts"] = aircraft.performance.cruise_kt
             executive.run_ic()
             executive["propulsion/set-running"] = -1
             executive["simulation/do_simple_trim"] = 1
         else:
-            model = jsbsim_simulation.model_folder(flight.aircraft, aircraft.jsbsim_model)
-            executive = jsbsim_simulation._load(model, folder, aircraft.model_changes)
-            bring_to_start(executive, flight, aircraft, 0)
+            executive = jsbsim_model.loaded_model(flight.aircraft, aircraft, folder)
+            jsbsim_model.bring_to_start(executive, flight, aircraft, 0)
         run = executive.run
         begin = time.process_time()
-        for _ in range(round(seconds / jsbsim_simulation.STEP)):
+        for _ in range(round(seconds / jsbsim_model.STEP)):
             run()
         return time.process_time() - begin
 

@@ -11,7 +11,7 @@ import argparse
 import time
 
 from sinssim.truth.curve import Curve
-from sinssim.truth.motions.great_circle import GreatCircle
+from sinssim.truth.motions.parked_and_great_circle import GreatCircle
 from tests.truth.motions import synthetic_flight
 
 KNOT_HZ = 30.0

@@ -18,16 +18,15 @@ from sinssim.experiments.studies.step_cost import count_operations
 from sinssim.sensors.error_propagation import Expectation, expect
 from sinssim.sensors.imu.emulation import emulate
 from sinssim.sensors.imu.imu import Imu
-from sinssim.sensors.sets.gyro_free_block import cube, position_error
 from sinssim.sensors.sets.redundant_geometry import READY, dilution, not_isolable
+from sinssim.sensors.sets.single_sensors import cube, position_error
 from sinssim.strapdown import one_component_system
 from sinssim.strapdown.navigate import navigate
 from sinssim.strapdown.navigation_error import NavError, navigation_error
 from sinssim.truth.motions.analytic import OnEarth
 from sinssim.truth.motions.coning_and_rocking import classical_cone
-from sinssim.truth.motions.great_circle import GreatCircle
 from sinssim.truth.motions.mounted_block import Vibrating
-from sinssim.truth.motions.parked import Parked
+from sinssim.truth.motions.parked_and_great_circle import GreatCircle, Parked
 from sinssim.truth.motions.turntable import Dwell, RotationTable, Turn
 from sinssim.truth.motions.vibration import Tone
 from sinssim.truth.trajectory import Trajectory

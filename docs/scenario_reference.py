@@ -8,7 +8,7 @@ from typing import Any
 
 from sinssim.scenario.schema import Key, KeyTable, key_tables, toml_lines
 from sinssim.truth.flight.legs import LEGS
-from sinssim.truth.vehicles.course import Stop, Straight, Turn
+from sinssim.truth.motions.surface_vehicles import Stop, Straight, Turn
 
 # Values for the keys that have no default, and for one of two keys that exclude each other: by key, or by table.key.
 EXAMPLES: dict[str, Any] = {

@@ -54,7 +54,7 @@ from support.words import engine
 
 from sinssim import earth, rotation
 from sinssim.data import Array, ImuData
-from sinssim.earth.ellipsoid_kernels import EarthParameters
+from sinssim.earth.gravity import EarthParameters
 from sinssim.experiments.studies.position_claims import COMPUTER_SHARE as SHARE
 from sinssim.recording import style
 from sinssim.recording.figures import new_figure, save, styled
@@ -63,7 +63,7 @@ from sinssim.sensors.error_propagation import expect
 from sinssim.sensors.imu.grades import GRADES
 from sinssim.sensors.imu.imu import Imu
 from sinssim.strapdown.coning_sculling import weight_table
-from sinssim.truth.motions.great_circle import GreatCircle
+from sinssim.truth.motions.parked_and_great_circle import GreatCircle
 from sinssim.units import ARCSEC, DEG, DEG_H, DEG_SQRT_H, UG
 
 LOST = 1e6  # m: a solution this far off is no solution

@@ -21,10 +21,9 @@ from sinssim.sensors import ImuErrors, TriadErrors
 from sinssim.sensors.imu.imu import Imu
 from sinssim.sensors.imu.laser_gyro import LaserGyro
 from sinssim.sensors.imu.lock_in import angle_error, turnarounds
-from sinssim.sensors.sets.gyro_free_block import cube, gyro_free_increments
-from sinssim.sensors.sets.single_sensors import emulate_accelerometers
+from sinssim.sensors.sets.single_sensors import cube, emulate_accelerometers, gyro_free_increments
 from sinssim.strapdown.frames import level
-from sinssim.truth.motions.parked import Parked
+from sinssim.truth.motions.parked_and_great_circle import Parked
 
 LEVEL = np.array([1.0, 0.0, 0.0, 0.0])
 STILL = Parked(0.8, 0.2, 100.0, LEVEL, 10.0)

@@ -16,7 +16,7 @@ from numba import types
 from numba.extending import overload
 
 from sinssim.data import Array
-from sinssim.earth.ellipsoid_kernels import EarthParameters
+from sinssim.earth.gravity import EarthParameters
 from sinssim.jit import bind, strict_inline
 from sinssim.rotation.quaternions import sincos_k
 from sinssim.strapdown.attitude.quaternion import dcm_k, quaternion_k, start_k, step_k

@@ -12,7 +12,7 @@ for: only latitude and height change.
 
 from __future__ import annotations
 
-from math import sin
+from math import atan2, cos, sin, sqrt
 from typing import NamedTuple
 
 import numpy as np
@@ -20,18 +20,47 @@ from numpy.typing import ArrayLike
 
 from sinssim.arguments import as_columns, as_vectors, numbers
 from sinssim.data import Array
-from sinssim.earth.ellipsoid_kernels import (
-    EarthParameters,
-    ecef_to_geodetic_k,
-    geodetic_to_ecef_k,
-    parameters,
-    q_en_k,
-    radii_k,
-)
 from sinssim.earth.ellipsoids import WGS84, Ellipsoid
+from sinssim.earth.gravity import EarthParameters, geodetic_sincos_k, parameters
 from sinssim.errors import InputError, check_name
-from sinssim.jit import kernel
+from sinssim.jit import inline, kernel
+from sinssim.rotation.quaternions import Quaternion, Vector
 from sinssim.units import ARCSEC
+
+
+@inline
+def radii_k(p: EarthParameters, sin_lat: float) -> tuple[float, float]:
+    """Radii of curvature of the meridian, R₁, and of the prime vertical, R₂ (section 8.2 of the chapter)."""
+    w = 1.0 / (1.0 - p.e2 * sin_lat * sin_lat)
+    r2 = p.a * sqrt(w)
+    return r2 * (1.0 - p.e2) * w, r2
+
+
+@inline
+def geodetic_to_ecef_k(p: EarthParameters, latitude: float, longitude: float, height: float) -> Vector:
+    """Earth-centred Earth-fixed coordinates."""
+    s, c = sin(latitude), cos(latitude)
+    r2 = p.a / sqrt(1.0 - p.e2 * s * s)
+    rho = (r2 + height) * c
+    return rho * cos(longitude), rho * sin(longitude), (r2 * (1.0 - p.e2) + height) * s
+
+
+@inline
+def ecef_to_geodetic_k(p: EarthParameters, x: float, y: float, z: float) -> Vector:
+    """Geodetic latitude, longitude and height."""
+    s, c, height = geodetic_sincos_k(p, sqrt(x * x + y * y), z)
+    return atan2(s, c), atan2(y, x), height
+
+
+@inline
+def q_en_k(latitude: float, longitude: float) -> Quaternion:
+    """Quaternion from north-east-down to Earth-fixed coordinates: v_e = C_en v_n."""
+    # rotation about z by the longitude, then about y by −(90° + latitude)
+    half_lon = 0.5 * longitude
+    half_lat = -0.5 * latitude - 0.7853981633974483
+    cl, sl = cos(half_lon), sin(half_lon)
+    cp, sp = cos(half_lat), sin(half_lat)
+    return cl * cp, -sl * sp, cl * sp, sl * cp
 
 
 @kernel

@@ -7,21 +7,20 @@ from typing import TYPE_CHECKING
 from sinssim.lazy import on_first_use
 
 if TYPE_CHECKING:
-    from sinssim.rotation.euler_angles import HEADING_RANGES as HEADING_RANGES
-    from sinssim.rotation.euler_angles import continuous_angles as continuous_angles
-    from sinssim.rotation.euler_angles import heading_in as heading_in
-    from sinssim.rotation.euler_angles import shown_heading as shown_heading
+    from sinssim.rotation.quaternions import HEADING_RANGES as HEADING_RANGES
     from sinssim.rotation.quaternions import SERIES as SERIES
     from sinssim.rotation.quaternions import Matrix as Matrix
     from sinssim.rotation.quaternions import Quaternion as Quaternion
     from sinssim.rotation.quaternions import Vector as Vector
     from sinssim.rotation.quaternions import conjugate as conjugate
+    from sinssim.rotation.quaternions import continuous_angles as continuous_angles
     from sinssim.rotation.quaternions import cross_k as cross_k
     from sinssim.rotation.quaternions import dcm_from_quaternion as dcm_from_quaternion
     from sinssim.rotation.quaternions import dcm_from_quaternion_k as dcm_from_quaternion_k
     from sinssim.rotation.quaternions import euler_from_quaternion as euler_from_quaternion
     from sinssim.rotation.quaternions import euler_from_quaternion_k as euler_from_quaternion_k
     from sinssim.rotation.quaternions import half_angle_series_k as half_angle_series_k
+    from sinssim.rotation.quaternions import heading_in as heading_in
     from sinssim.rotation.quaternions import multiply as multiply
     from sinssim.rotation.quaternions import multiply_k as multiply_k
     from sinssim.rotation.quaternions import normalize as normalize
@@ -36,6 +35,7 @@ if TYPE_CHECKING:
     from sinssim.rotation.quaternions import rotation_series_k as rotation_series_k
     from sinssim.rotation.quaternions import rotation_vector_from_quaternion as rotation_vector_from_quaternion
     from sinssim.rotation.quaternions import rotation_vector_from_quaternion_k as rotation_vector_from_quaternion_k
+    from sinssim.rotation.quaternions import shown_heading as shown_heading
     from sinssim.rotation.quaternions import sincos_k as sincos_k
     from sinssim.rotation.quaternions import small_rotation_series_k as small_rotation_series_k
 

@@ -10,7 +10,7 @@ from collections.abc import Iterator
 
 from sinssim.frames import OF_TRUTH
 from sinssim.scenario.tables import Tables
-from sinssim.sensors.aiding.baro import Barometer
+from sinssim.sensors.aiding.air_data import Barometer
 from sinssim.sensors.aiding.gnss import Gnss
 from sinssim.sensors.imu.datasheet_units import to_si
 from sinssim.sensors.imu.error_term_table import CORRELATION_TIME, TERMS, of_triad

@@ -37,8 +37,8 @@ from sinssim.truth.flight.flight_plan import FlightPlan
 from sinssim.truth.flight.legs.waypoint import WaypointLeg
 from sinssim.truth.motion import Motion, TrueEarth
 from sinssim.truth.motions.analytic import ClosedFormMotion
+from sinssim.truth.motions.surface_vehicles import SurfaceVehicle
 from sinssim.truth.one_component import SENSOR_OF, WAYS, OneComponent
-from sinssim.truth.vehicles.surface_vehicles import SurfaceVehicle
 
 
 @dataclass(frozen=True)

@@ -26,7 +26,7 @@ from sinssim.scenario.tables import Tables
 from sinssim.truth.flight.flight_plan import FlightPlan
 from sinssim.truth.flight.legs.waypoint import WaypointLeg
 from sinssim.truth.motion import PlacedMotion, TrueEarth
-from sinssim.truth.motions.great_circle import GreatCircleFlight
+from sinssim.truth.motions.parked_and_great_circle import GreatCircleFlight
 
 _PLACES = 1000
 """Places along a track that are checked; `check_route_flown` checks all."""

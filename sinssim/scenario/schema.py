@@ -20,11 +20,10 @@ from sinssim.scenario.dependencies import DEPENDENCIES
 from sinssim.scenario.tables import AnyClosedForm, Tables
 from sinssim.system.short_repr import html_lines
 from sinssim.truth.flight.flight import Flight
-from sinssim.truth.motions.great_circle import GreatCircleFlight
-from sinssim.truth.motions.parked import ParkedVehicle
+from sinssim.truth.motions.parked_and_great_circle import GreatCircleFlight, ParkedVehicle
+from sinssim.truth.motions.surface_vehicles import Drive, Voyage
 from sinssim.truth.motions.turntable import Turntable
 from sinssim.truth.one_component import OneComponent
-from sinssim.truth.vehicles.surface_vehicles import Drive, Voyage
 
 
 class Scenario(Tables):

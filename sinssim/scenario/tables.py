@@ -46,13 +46,12 @@ from sinssim.truth.flight.flight import Flight
 from sinssim.truth.motion import TrueEarth
 from sinssim.truth.motions.analytic import ClosedFormMotion
 from sinssim.truth.motions.coning_and_rocking import ConingMotion, ScullingMotion, SpinConeMotion, SpinRockMotion
-from sinssim.truth.motions.great_circle import GreatCircleFlight
-from sinssim.truth.motions.parked import ParkedVehicle
+from sinssim.truth.motions.parked_and_great_circle import GreatCircleFlight, ParkedVehicle
+from sinssim.truth.motions.surface_vehicles import Drive, Voyage
 from sinssim.truth.motions.turntable import RotationTableMotion, Turntable
 from sinssim.truth.motions.vibration import Isolator, Vibration
 from sinssim.truth.one_component import OneComponent
 from sinssim.truth.true_gravity import TrueGravity
-from sinssim.truth.vehicles.surface_vehicles import Drive, Voyage
 from sinssim.validation_errors import ONE_OF_SEVERAL
 
 S = TypeVar("S")

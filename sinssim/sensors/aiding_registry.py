@@ -1,6 +1,7 @@
-"""The aiding sensors and their kinds of measurement: one file beside this one each, or a file outside the package.
+"""The aiding sensors and their kinds of measurement: files under `sensors/aiding`, or files outside the package.
 
-A file's name is that of the sensor's table in [aiding]; see `docs/extending/aiding-sensor.md`.
+A file's name is that of the sensor's table in [aiding]; sensors that share a file of the package have their `table`.
+See `docs/extending/aiding-sensor.md`.
 """
 
 from __future__ import annotations
@@ -10,7 +11,6 @@ import importlib
 from collections.abc import Callable
 from dataclasses import replace
 from pathlib import Path
-from types import ModuleType
 from typing import Any
 
 import numpy as np
@@ -19,7 +19,7 @@ from sinssim.errors import InputError, RunError
 from sinssim.sensors import aiding
 from sinssim.sensors.aiding_sensor import AidingSensor
 from sinssim.sensors.measurement_kind import Comparison, MeasurementKind
-from sinssim.system.extensions import Item, class_in, explained, load_module
+from sinssim.system.extensions import Item, class_in, classes_in, explained, load_module
 from sinssim.system.registries import Registry, on_change, registered
 
 _ORDER = (
@@ -29,38 +29,33 @@ _ORDER = (
 """The first sensors in lists, whose readings of one instant the filter takes in this order; others follow by name."""
 
 
-def _files() -> dict[str, Path]:
-    """Return the files of the package's sensors by table."""
-    files = {path.stem: path for folder in aiding.__path__ for path in sorted(Path(folder).glob("[!_]*.py"))}
-    return {name: files.pop(name) for name in _ORDER} | files
-
-
 CLASSES: dict[str, type[AidingSensor]] = {}
 """The package's sensors by table."""
 BROKEN: dict[str, str] = {}
-"""Reasons why sensors of the package cannot be used, by table; the others remain usable."""
+"""Reasons why files of the package cannot be used, by name; the other sensors remain usable."""
 
 
 def _load() -> dict[str, MeasurementKind]:
     """Load the package's sensors, and return their kinds of measurement by name."""
-    kinds: dict[str, MeasurementKind] = {}
-    for name, path in _files().items():
+    loaded: dict[str, type[AidingSensor]] = {}
+    for path in (path for folder in aiding.__path__ for path in sorted(Path(folder).glob("[!_]*.py"))):
+        wrong = f"{path} cannot be used"
         try:
-            CLASSES[name] = _class_in(importlib.import_module(f"{aiding.__name__}.{name}"), f"{path} cannot be used")
+            module = importlib.import_module(f"{aiding.__name__}.{path.stem}")
+            tables = [sensor for sensor in classes_in(module, AidingSensor) if "table" in vars(sensor)]
+            for sensor in tables or [class_in(module, AidingSensor, wrong)]:
+                sensor.table = sensor.table or path.stem
+                loaded[sensor.table] = _checked(sensor, wrong)
         except InputError as error:
-            BROKEN[name] = str(error)
-            continue
+            BROKEN[path.stem] = str(error)
         except Exception as error:  # any error of an invalid file
-            BROKEN[name] = f"{path} cannot be used: {type(error).__name__}: {error}"
-            continue
-        CLASSES[name].table = name
-        kinds |= {kind.name: kind for kind in CLASSES[name].kinds}
-    return kinds
+            BROKEN[path.stem] = f"{wrong}: {type(error).__name__}: {error}"
+    CLASSES.update({name: loaded.pop(name) for name in _ORDER if name in loaded} | loaded)
+    return {kind.name: kind for sensor in CLASSES.values() for kind in sensor.kinds}
 
 
-def _class_in(module: ModuleType, wrong: str) -> type[AidingSensor]:
-    """Return the sensor of a file; raise an InputError that begins with `wrong` if there is none that can be used."""
-    sensor: type[AidingSensor] = class_in(module, AidingSensor, wrong)
+def _checked(sensor: type[AidingSensor], wrong: str) -> type[AidingSensor]:
+    """Return a sensor; raise an InputError that begins with `wrong` if it cannot be used."""
     if not (sensor.__doc__ or "").strip():
         raise InputError(f"{wrong}: {sensor.__name__} needs a docstring, whose first line describes it.")
     if sensor.read is AidingSensor.read and sensor.from_imu is AidingSensor.from_imu:
@@ -91,11 +86,7 @@ on_change.append(_drop_kinds)
 
 
 def measurement_kind(name: str) -> MeasurementKind:
-    """Return a kind of measurement by its name.
-
-    Args:
-        name: `Measurements.kind`.
-    """
+    """Return a kind of measurement by its name, `Measurements.kind`."""
     return KINDS.check(name)
 
 
@@ -105,13 +96,10 @@ def own_errors() -> set[str]:
 
 
 def sensor_class(item: Item) -> type[AidingSensor]:
-    """Run the file of an aiding sensor outside the package, and return its class.
-
-    Returns:
-        The class; what its methods raise is explained with the file. Its kinds of measurement are registered.
-    """
+    """Run the file of an aiding sensor outside the package, register its kinds of measurement, and return its class,
+    whose failures name the file."""
     wrong = f"the {item.words} cannot be used: {item.file}"
-    sensor = _class_in(load_module(item), wrong)
+    sensor: type[AidingSensor] = _checked(class_in(load_module(item), AidingSensor, wrong), wrong)
     if not sensor.table:
         sensor.table = item.name
         user_class: Any = sensor

@@ -98,7 +98,7 @@ class AidingSensor(Section):
     """A table of [aiding]: the common keys of aiding sensors, which are rate, latency, and outages."""
 
     table: ClassVar[str] = ""
-    """Name of the table: that of the sensor's file."""
+    """Name of the table: that of the sensor's file, unless several sensors share one."""
     kinds: ClassVar[tuple[MeasurementKind, ...]] = ()
     """The kinds of measurement that the sensor brings; its readings may also be of kinds that other sensors bring."""
     assumed: ClassVar[bool] = False

@@ -14,7 +14,7 @@ import numpy as np
 
 from sinssim.errors import InputError
 from sinssim.scenario.planned_motion import check_times
-from sinssim.sensors.aiding.baro import Barometer
+from sinssim.sensors.aiding.air_data import Barometer
 from sinssim.sensors.aiding_sensor import Vehicle
 from sinssim.simulation.truth_stage import RecordedMotion, Truth
 from sinssim.system.short_repr import short_repr

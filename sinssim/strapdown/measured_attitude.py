@@ -19,7 +19,8 @@ from sinssim import earth, rotation
 from sinssim.algorithms import MEASURED_ATTITUDE
 from sinssim.arguments import check_finite, check_increasing, checked_initial, doubles, not_finite_in
 from sinssim.data import Array, ImuData, NavSolution, NavState
-from sinssim.earth.ellipsoid_kernels import gravitation_ecef_k, gravity_ned_k, radii_k
+from sinssim.earth.geodetic_coordinates import radii_k
+from sinssim.earth.gravity import gravitation_ecef_k, gravity_ned_k
 from sinssim.errors import InputError, RunError
 from sinssim.jit import kernel
 from sinssim.rotation.vectors import add, along

@@ -21,8 +21,7 @@ from sinssim import rotation
 from sinssim.algorithms import ALGORITHMS, REGISTRY, schedule, three_rates
 from sinssim.arguments import checked_increments, checked_initial
 from sinssim.data import Array, ImuData, NavSolution, NavState, SingularityEvent
-from sinssim.earth.ellipsoid_kernels import parameters
-from sinssim.earth.gravity import gravity_number
+from sinssim.earth.gravity import gravity_number, parameters
 from sinssim.earth.gravity_disturbance import DisturbingField
 from sinssim.errors import InputError, check_name
 from sinssim.frames import check_correctable

@@ -33,7 +33,7 @@ from sinssim.earth.ellipsoids import OMEGA_IE
 from sinssim.errors import InputError
 from sinssim.sensors.imu.emulation import emulate
 from sinssim.sensors.imu.imu import Imu
-from sinssim.truth.motions.parked import Parked
+from sinssim.truth.motions.parked_and_great_circle import Parked
 from sinssim.units import ARCSEC
 
 HEADING, ROLL, PITCH, LATITUDE = 2.1, 0.02, -0.03, np.radians(50.0)

@@ -32,7 +32,7 @@ from sinssim.sensors.gauss_markov import gauss_markov
 from sinssim.sensors.imu.emulation import emulate
 from sinssim.sensors.imu.imu import Imu
 from sinssim.sensors.imu.laser_gyro import LaserGyros
-from sinssim.truth.motions.parked import Parked
+from sinssim.truth.motions.parked_and_great_circle import Parked
 from sinssim.units import ARCMIN, ARCSEC, DEG_H, DEG_SQRT_H, G0, PPM, UG
 
 LEVEL = Attitude(0.4, 0.0, 0.0)

@@ -26,7 +26,7 @@ from sinssim.earth.ellipsoids import OMEGA_IE
 from sinssim.errors import InputError
 from sinssim.sensors.imu.emulation import emulate
 from sinssim.sensors.imu.imu import Imu
-from sinssim.truth.motions.parked import Parked
+from sinssim.truth.motions.parked_and_great_circle import Parked
 from sinssim.units import ARCSEC, DEG_H
 
 LATITUDE, HEADING = np.radians(50.0), np.radians(40.0)

@@ -24,7 +24,7 @@ from sinssim.errors import InputError
 from sinssim.sensors import ImuErrors, TriadErrors, draw
 from sinssim.sensors.imu.emulation import emulate
 from sinssim.sensors.imu.imu import Imu
-from sinssim.truth.motions.parked import Parked
+from sinssim.truth.motions.parked_and_great_circle import Parked
 from sinssim.units import ARCSEC, DEG_H
 
 ANGLES = (1.2, 0.3, -0.2)  # heading, roll, pitch

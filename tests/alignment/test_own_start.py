@@ -13,7 +13,7 @@ from sinssim.alignment.initial_conditions import aligned_state
 from sinssim.data import NavState
 from sinssim.earth.ellipsoids import ELLIPSOIDS
 from sinssim.sensors import ImuErrors, TriadErrors
-from sinssim.truth.motions.parked import Parked
+from sinssim.truth.motions.parked_and_great_circle import Parked
 from sinssim.units import ARCSEC
 
 WGS84 = ELLIPSOIDS["wgs84"]

@@ -208,7 +208,7 @@ def test_a_run_warns_of_what_check_refuses(
     def stop(*_: object, **__: object) -> None:
         raise InputError("the run began.")
 
-    monkeypatch.setattr("sinssim.truth.flight.flight_cache.cached_flight", stop)
+    monkeypatch.setattr("sinssim.truth.flight.flight.cached_flight", stop)
     (folder / "plan.toml").write_text(FLIGHT)
     steep = ("--set", "flight.legs.1.altitude_m=14000.0")
     assert call("check", "plan.toml", *steep) == 2

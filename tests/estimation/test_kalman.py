@@ -14,7 +14,7 @@ from sinssim.estimation.filter_result import Reasons
 from sinssim.estimation.kalman_filter import ErrorFilter, InnovationGate
 from sinssim.estimation.measurement_epochs import CheckedMeasurements
 from sinssim.sensors import ImuErrors, TriadErrors
-from sinssim.truth.motions.parked import Parked
+from sinssim.truth.motions.parked_and_great_circle import Parked
 from tests.estimation.worlds import biases_only, not_turning, one_run, positions, standing, velocities, weaving
 
 SIGMA = biases_only("laser-navigation")

@@ -11,8 +11,7 @@ from sinssim.estimation import Block, ErrorModel, error_model
 from sinssim.estimation.consistency import observability
 from sinssim.estimation.estimate import estimate
 from sinssim.sensors.imu.imu import Imu
-from sinssim.truth.motions.great_circle import GreatCircle
-from sinssim.truth.motions.parked import Parked
+from sinssim.truth.motions.parked_and_great_circle import GreatCircle, Parked
 from tests.estimation.made import history
 from tests.estimation.worlds import biases_only, errors_of, one_run, positions, standing, velocities, weaving
 

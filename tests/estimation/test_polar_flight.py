@@ -19,8 +19,7 @@ from sinssim.estimation.state_model import ErrorModel, error_model
 from sinssim.frames import FRAMES
 from sinssim.sensors.aiding.gnss import Gnss
 from sinssim.sensors.aiding_sensor import Vehicle
-from sinssim.truth.motions.great_circle import GreatCircle
-from sinssim.truth.motions.parked import Parked
+from sinssim.truth.motions.parked_and_great_circle import GreatCircle, Parked
 from tests.estimation.worlds import balanced, biases_only, errors_of, one_run
 from tests.oracles.transported import wrong_by
 

@@ -25,7 +25,7 @@ from sinssim.sensors import ImuErrors, TriadErrors
 from sinssim.simulation.aided_run import _after, _with_noise_factor
 from sinssim.simulation.truth_comparison import Aided, _true_parameters
 from sinssim.strapdown.navigation_error import NavError
-from sinssim.truth.motions.parked import Parked
+from sinssim.truth.motions.parked_and_great_circle import Parked
 
 LATITUDE, LONGITUDE, HEIGHT = 0.9, 0.4, 800.0
 W = 1.0 - 6.69437999014e-3 * np.sin(LATITUDE) ** 2

@@ -20,8 +20,7 @@ from sinssim.estimation.estimate import estimate
 from sinssim.estimation.filter_start import at_rest
 from sinssim.sensors import ImuErrors, TriadErrors
 from sinssim.strapdown.navigation_error import navigation_error
-from sinssim.truth.motions.great_circle import GreatCircle
-from sinssim.truth.motions.parked import Parked
+from sinssim.truth.motions.parked_and_great_circle import GreatCircle, Parked
 from tests.estimation.worlds import (
     biases_only,
     errors_of,

@@ -25,14 +25,12 @@ from sinssim.sensors.imu.compensation import compensate
 from sinssim.sensors.imu.imu import Imu
 from sinssim.sensors.imu.laser_gyro import LaserGyro
 from sinssim.sensors.imu.lock_in import angle_error, turnarounds
-from sinssim.sensors.sets.gyro_free_block import cube, gyro_free_increments
-from sinssim.sensors.sets.single_sensors import emulate_accelerometers
+from sinssim.sensors.sets.single_sensors import cube, emulate_accelerometers, gyro_free_increments
 from sinssim.strapdown.one_component_system import gyro_error, simulate
 from sinssim.truth.curve import Curve
 from sinssim.truth.motions.analytic import OnEarth, inertial_increments
 from sinssim.truth.motions.coning_and_rocking import classical_cone
-from sinssim.truth.motions.great_circle import GreatCircle
-from sinssim.truth.motions.parked import Parked
+from sinssim.truth.motions.parked_and_great_circle import GreatCircle, Parked
 from tests.fuzz import mangle
 
 LEVEL = np.array([1.0, 0.0, 0.0, 0.0])

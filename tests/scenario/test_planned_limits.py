@@ -14,11 +14,10 @@ from sinssim.experiments.run.plan_figure import plan_figure
 from sinssim.scenario.aircraft_limits import check_limits, findings
 from sinssim.scenario.load import load_scenario
 from sinssim.scenario.schema import Scenario
-from sinssim.truth.flight import flight_envelope
+from sinssim.truth.flight import jsbsim_model
 from sinssim.truth.flight.aircraft import ceiling, climb_rate, descent_rate, load_aircraft, speed_range
-from sinssim.truth.flight.flight_envelope import trimmed_envelope
 from sinssim.truth.flight.flight_plan import planned_path
-from sinssim.truth.flight.flight_start import quiet
+from sinssim.truth.flight.jsbsim_model import quiet, trimmed_envelope
 
 
 def scenario(
@@ -148,7 +147,7 @@ def test_the_table_is_that_of_the_model(
 @pytest.mark.slow
 def test_a_trim_that_spoils_the_model_spoils_no_other() -> None:
     """Level flight at 120 kt and 1500 m leaves the Cessna's propeller without a speed (NaN), and its tanks empty."""
-    with quiet(), flight_envelope._Model("c172x", 30.0) as model:
+    with quiet(), jsbsim_model._Model("c172x", 30.0) as model:
         assert not model.flies(1500.0, 120.0, 0.0)
         assert model.flies(1500.0, 60.0, 0.0)
 

@@ -10,7 +10,7 @@ import pytest
 from sinssim.errors import InputError
 from sinssim.scenario.route_pole import check_route, check_route_flown
 from sinssim.scenario.schema import Scenario
-from sinssim.truth.motions.great_circle import GreatCircle
+from sinssim.truth.motions.parked_and_great_circle import GreatCircle
 
 ROUTE = [0.0, 90.0, -50.0, 0.0]  # along a great circle with its poles at 40° N, 0° and 40° S, 180°
 METRE = np.degrees(1.0 / 6371e3)  # of latitude, degrees

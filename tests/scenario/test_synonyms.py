@@ -60,7 +60,7 @@ def test_height_is_understood_everywhere(scenario: str, table: str) -> None:
 
 
 def test_a_height_under_two_names_is_refused() -> None:
-    from sinssim.truth.motions.parked import ParkedVehicle
+    from sinssim.truth.motions.parked_and_great_circle import ParkedVehicle
 
     with pytest.raises(InputError, match="height_m and altitude_m are one quantity: keep one of them"):
         ParkedVehicle(latitude_deg=50.0, duration_s=1.0, height_m=1.0, altitude_m=2.0)

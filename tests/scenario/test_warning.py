@@ -87,7 +87,7 @@ def test_commands_warn_by_a_line(
     def stop(*_: object, **__: object) -> None:
         raise sinssim.RunError("the flight began")
 
-    monkeypatch.setattr("sinssim.truth.flight.flight_cache.cached_flight", stop)
+    monkeypatch.setattr("sinssim.truth.flight.flight.cached_flight", stop)
     for quiet, lines in (((), [f"WARNING: {one}"]), (("--quiet",), [])):
         with pytest.raises(SystemExit):
             main([command, str(steep), "-o", str(tmp_path / "out"), *quiet])

@@ -11,7 +11,7 @@ from sinssim.data import ImuData, NavState
 from sinssim.sensors.error_propagation import Schuler
 from sinssim.strapdown.navigate import navigate
 from sinssim.strapdown.navigation_error import navigation_error
-from sinssim.truth.motions.parked import Parked
+from sinssim.truth.motions.parked_and_great_circle import Parked
 
 HOUR, RATE_HZ = 3600.0, 1.0
 KINDS = ("velocity", "tilt", "azimuth")

@@ -21,7 +21,7 @@ from sinssim.strapdown.navigate import navigate
 from sinssim.strapdown.navigation_error import navigation_error
 from sinssim.truth.curve import Curve
 from sinssim.truth.motions.analytic import OnEarth
-from sinssim.truth.motions.parked import Parked
+from sinssim.truth.motions.parked_and_great_circle import Parked
 from sinssim.truth.motions.turntable import Dwell, RotationTable, Turn
 from sinssim.truth.trajectory import Trajectory
 

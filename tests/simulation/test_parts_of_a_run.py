@@ -138,7 +138,7 @@ def test_the_height_reference(monkeypatch: pytest.MonkeyPatch) -> None:
         seeds.append((vehicle.trajectory, vehicle.seed))
         return [SimpleNamespace(measurements=readings)]
 
-    monkeypatch.setattr("sinssim.sensors.aiding.baro.Barometer.read", read)
+    monkeypatch.setattr("sinssim.sensors.aiding.air_data.Barometer.read", read)
     found = height(looped)
     assert (found.arrival.tolist(), found.value.tolist(), found.interval) == ([0.5, 0.75], [31.0, 33.0], 0.25)
     assert seeds == [("trajectory", 11)]

@@ -18,7 +18,7 @@ from sinssim.simulation import recorded_filter_run
 from sinssim.simulation.aided_run import _assumed_mounting, coarse_alignment, navigate_beside
 from sinssim.simulation.recorded_filter_run import RecordedAided, all_readings, as_reference, compare_recorded, prepare
 from sinssim.strapdown.navigation_error import NavError
-from sinssim.truth.motions.parked import Parked
+from sinssim.truth.motions.parked_and_great_circle import Parked
 from sinssim.units import ARCMIN
 
 TIME = np.array([2.0, 2.5, 3.5, 4.0])

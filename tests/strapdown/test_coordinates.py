@@ -13,7 +13,7 @@ from sinssim.earth.transverse_route import route_pole
 from sinssim.errors import InputError
 from sinssim.frames import FRAME_REGISTRY
 from sinssim.strapdown.solution_coordinates import conditional, earth_fixed, inertial, level_axes
-from sinssim.truth.motions.great_circle import GreatCircle
+from sinssim.truth.motions.parked_and_great_circle import GreatCircle
 
 TIME = np.linspace(3.0, 7203.0, 41)
 

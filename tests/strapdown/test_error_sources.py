@@ -24,8 +24,7 @@ from sinssim.sensors.imu.emulation import emulate
 from sinssim.sensors.imu.imu import Imu
 from sinssim.strapdown.navigate import navigate
 from sinssim.strapdown.navigation_error import NavError, navigation_error
-from sinssim.truth.motions.great_circle import GreatCircle
-from sinssim.truth.motions.parked import Parked
+from sinssim.truth.motions.parked_and_great_circle import GreatCircle, Parked
 from tests.oracles import error_equations
 from tests.oracles.error_equations import Nominal, Sources
 

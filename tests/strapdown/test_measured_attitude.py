@@ -16,8 +16,7 @@ from sinssim.strapdown.navigation_error import NavError, navigation_error
 from sinssim.truth.curve import Curve
 from sinssim.truth.motions.analytic import OnEarth
 from sinssim.truth.motions.coning_and_rocking import SpinRock
-from sinssim.truth.motions.great_circle import GreatCircle
-from sinssim.truth.motions.parked import Parked
+from sinssim.truth.motions.parked_and_great_circle import GreatCircle, Parked
 from sinssim.truth.trajectory import Trajectory
 from tests.oracles import integrator as oracle
 from tests.truth.motions import synthetic_flight

@@ -14,7 +14,7 @@ from sinssim.experiments.ensembles.batch_navigation import navigate_batch
 from sinssim.sensors.imu.imu_errors import ImuErrors
 from sinssim.strapdown.mechanization import Mechanization, Options
 from sinssim.strapdown.navigate import Segments
-from sinssim.truth.motions.great_circle import GreatCircle
+from sinssim.truth.motions.parked_and_great_circle import GreatCircle
 
 FLIGHT = GreatCircle(0.7, 0.2, 4000.0, 0.6, 120.0, 20.0)
 

@@ -9,8 +9,7 @@ from scipy.integrate import solve_ivp
 from sinssim import earth, navigate
 from sinssim.earth.ellipsoids import ELLIPSOIDS
 from sinssim.strapdown.navigation_error import navigation_error
-from sinssim.truth.motions.great_circle import GreatCircle
-from sinssim.truth.motions.parked import Parked
+from sinssim.truth.motions.parked_and_great_circle import GreatCircle, Parked
 
 A, F = 6378137.0, 1 / 298.257223563
 KRASOVSKY = 6378245.0, 1 / 298.3

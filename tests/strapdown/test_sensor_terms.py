@@ -24,7 +24,7 @@ from sinssim.strapdown.navigate import navigate
 from sinssim.strapdown.navigation_error import NavError, navigation_error
 from sinssim.truth.motions.analytic import OnEarth
 from sinssim.truth.motions.coning_and_rocking import SpinRock
-from sinssim.truth.motions.great_circle import GreatCircle
+from sinssim.truth.motions.parked_and_great_circle import GreatCircle
 from tests.oracles import error_equations
 from tests.oracles.error_equations import Nominal, Sources
 from tests.oracles.imu_model import output, temperature

@@ -9,7 +9,7 @@ from scipy.linalg import logm
 from scipy.spatial.transform import Rotation
 
 from sinssim.earth import WGS84
-from sinssim.earth.ellipsoid_kernels import GRAVITY_NUMBERS, parameters
+from sinssim.earth.gravity import GRAVITY_NUMBERS, parameters
 from sinssim.rotation import cross_k
 from sinssim.rotation.vectors import turned
 from sinssim.strapdown.attitude.euler import _seen_after_k, _turned_k

@@ -12,7 +12,7 @@ from sinssim.cli.process import main
 from sinssim.errors import InputError, RunError
 from sinssim.frames import FRAME_REGISTRY
 from sinssim.scenario import load_scenario
-from sinssim.truth.motions.great_circle import GreatCircle
+from sinssim.truth.motions.parked_and_great_circle import GreatCircle
 
 FRAME = '''\
 """The Earth-fixed frame, in Python without compilation."""

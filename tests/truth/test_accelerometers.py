@@ -11,7 +11,7 @@ from sinssim.errors import InputError
 from sinssim.truth.motions.analytic import OnEarth
 from sinssim.truth.motions.coning_and_rocking import SpinRock
 from sinssim.truth.motions.mounted_block import velocity_increments
-from sinssim.truth.motions.parked import Parked
+from sinssim.truth.motions.parked_and_great_circle import Parked
 
 PLACE, LEVEL = (0.8, 0.5, 150.0), (1.0, 0.0, 0.0, 0.0)
 

@@ -19,8 +19,7 @@ from sinssim.strapdown.navigate import navigate
 from sinssim.strapdown.navigation_error import navigation_error
 from sinssim.truth.motions.analytic import OnEarth
 from sinssim.truth.motions.coning_and_rocking import SpinRock
-from sinssim.truth.motions.great_circle import GreatCircle
-from sinssim.truth.motions.parked import Parked
+from sinssim.truth.motions.parked_and_great_circle import GreatCircle, Parked
 from sinssim.truth.true_gravity_disturbance import Disturbed, RemainderModel
 from sinssim.units import ARCSEC, MGAL
 

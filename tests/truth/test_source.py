@@ -75,7 +75,7 @@ def test_great_circle() -> None:
 def test_flight_takes_the_mounting_of_the_aircraft_or_of_the_scenario(
     own: bool, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    from sinssim.truth.flight import flight_cache as cache
+    from sinssim.truth.flight import flight as cache
     from sinssim.truth.flight.flight_log import FlightLog
 
     time = np.arange(300) / 30.0

@@ -51,7 +51,7 @@ from sinssim.progress import Progress, shown
 from sinssim.scenario.load import Overrides, as_scenario
 from sinssim.scenario.planned_motion import check_times
 from sinssim.scenario.true_motion import block_of, fly
-from sinssim.sensors.aiding.baro import Barometer
+from sinssim.sensors.aiding.air_data import Barometer
 from sinssim.sensors.imu.emulation import digital
 from sinssim.statistics.requirements import parse_requirements
 from sinssim.strapdown.navigation_error import navigation_error

@@ -20,7 +20,7 @@ from numpy.typing import NDArray
 
 from sinssim.algorithms import REGISTRY
 from sinssim.data import Array
-from sinssim.earth.ellipsoid_kernels import EarthParameters, near_gravity_k
+from sinssim.earth.gravity import EarthParameters, near_gravity_k
 from sinssim.experiments.ensembles import batch_layout
 from sinssim.experiments.ensembles.batch_layout import (
     ATTITUDE,

@@ -15,8 +15,7 @@ from numpy.typing import ArrayLike, NDArray
 from sinssim.algorithms import ALGORITHMS, REGISTRY
 from sinssim.arguments import checked_imu, checked_initial
 from sinssim.data import Array, ImuData, NavSolution, NavState
-from sinssim.earth.ellipsoid_kernels import parameters
-from sinssim.earth.gravity import gravity_number
+from sinssim.earth.gravity import gravity_number, parameters
 from sinssim.errors import InputError, RunError, check_name
 from sinssim.experiments.ensembles import batch_layout
 from sinssim.experiments.ensembles.batch_kernel import engine
@@ -24,7 +23,7 @@ from sinssim.experiments.ensembles.ensemble_errors import OnRun, RunErrors, chec
 from sinssim.experiments.ensembles.ensemble_plan import truth_key
 from sinssim.scenario.ensemble_section import EnsembleSection
 from sinssim.scenario.navigation_section import initial_state_with_errors
-from sinssim.sensors.aiding.baro import Barometer
+from sinssim.sensors.aiding.air_data import Barometer
 from sinssim.sensors.imu.emulation import at_the_sensors, emulate
 from sinssim.sensors.imu.error_kernel import pack
 from sinssim.sensors.imu.imu_errors import ImuErrors

@@ -18,7 +18,7 @@ from sinssim.frames import FRAME_REGISTRY, FRAMES
 from sinssim.recording import style
 from sinssim.recording.report.svg import Drawing, Point
 from sinssim.rotation import dcm_from_quaternion, euler_from_quaternion, shown_heading
-from sinssim.sensors.aiding.baro import Barometer
+from sinssim.sensors.aiding.air_data import Barometer
 from sinssim.sensors.sets.sensor_set import AttitudeSensor, Redundant, SixAccelerometers
 from sinssim.units import DEG
 

@@ -35,8 +35,7 @@ from sinssim.sensors.sets.sensor_set import AttitudeSensor, Gyros, SensorSet, Si
 from sinssim.system.registries import ensure
 from sinssim.toml_section import Duration, Keys, Name, Rate, Section, Sentence, known_name
 from sinssim.truth.motion import Gravity
-from sinssim.truth.motions.great_circle import GreatCircleFlight
-from sinssim.truth.motions.parked import ParkedVehicle
+from sinssim.truth.motions.parked_and_great_circle import GreatCircleFlight, ParkedVehicle
 from sinssim.truth.motions.vibration import Vibration
 
 if TYPE_CHECKING:
@@ -443,7 +442,7 @@ def flight_seconds(motion: StudyMotion) -> float:
 
 def is_cached(motion: StudyMotion) -> bool:
     """Return whether a motion needs no flight simulation."""
-    from sinssim.truth.flight.flight_cache import is_cached as flown
+    from sinssim.truth.flight.flight import is_cached as flown
 
     scenario = scenario_of(motion)
     return scenario.flight is None or flown(scenario.flight, scenario.seed)

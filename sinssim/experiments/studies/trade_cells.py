@@ -24,7 +24,7 @@ from sinssim.scenario.schema import Scenario
 from sinssim.scenario.true_motion import true_motion
 from sinssim.statistics.requirement_verdict import Verdict, VerdictInUnit
 from sinssim.statistics.requirements import COMPONENTS, SHARES, Quantity
-from sinssim.truth.flight.flight_cache import flight_key
+from sinssim.truth.flight.flight import flight_key
 from sinssim.units import NAUTICAL_MILE
 
 if TYPE_CHECKING:

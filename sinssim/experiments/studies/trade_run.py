@@ -372,7 +372,7 @@ def _runs(cell: Cell, study: TradeStudy) -> int:
 
 def _flights(todo: list[_Missing]) -> dict[str, float]:
     """Return how long the flights of some cells take that are not in the cache, s, by their motion."""
-    from sinssim.truth.flight.flight_cache import is_cached
+    from sinssim.truth.flight.flight import is_cached
 
     seconds = {}
     for missing in todo:

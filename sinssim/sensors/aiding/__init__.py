@@ -1,1 +1,1 @@
-"""Aiding sensors, with whose readings a filter corrects inertial navigation; one file each."""
+"""Aiding sensors, with whose readings a filter corrects inertial navigation; a file for each sensor or family."""

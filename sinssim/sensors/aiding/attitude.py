@@ -1,4 +1,8 @@
-"""An attitude reference: the attitude of the block in the local level, with noise and drift."""
+"""The attitude of the block: in the local level by an attitude reference, relative to the stars by a star tracker.
+
+The attitude relative to the stars is referred to Earth-fixed axes by the time. A star tracker does not sense the local
+level: tilts computed from it have the error of the assumed position.
+"""
 
 from __future__ import annotations
 
@@ -8,16 +12,27 @@ from typing import ClassVar
 import numpy as np
 from pydantic import Field
 
-from sinssim import rotation
-from sinssim.sensors.aiding_sensor import AidingReadings, AidingSensor, Noise3, SensorState, Vehicle, correlated, white
-from sinssim.sensors.measurement_kind import MeasurementKind, compare_attitude, turned_back
+from sinssim import earth, rotation
+from sinssim.data import Array
+from sinssim.sensors.aiding_sensor import (
+    AidingReadings,
+    AidingSensor,
+    Noise3,
+    SensorState,
+    Vehicle,
+    correlated,
+    turn_on,
+    white,
+)
+from sinssim.sensors.measurement_kind import PHI, Comparison, MeasurementKind, R, compare_attitude, turned_back
 from sinssim.toml_section import CorrelationTime, Spread
-from sinssim.units import ARCMIN
+from sinssim.units import ARCMIN, ARCSEC
 
 
 class AttitudeReference(AidingSensor):
     """An attitude reference, which measures the attitude of the sensor block relative to the local level frame."""
 
+    table: ClassVar = "attitude"
     kinds: ClassVar = (
         MeasurementKind(
             "attitude",
@@ -52,3 +67,60 @@ class AttitudeReference(AidingSensor):
         """Yield the states of the drift about the block's axes."""
         sigma = (ARCMIN * self.bias_sigma_arcmin,) * 3
         yield SensorState("attitude bias", sigma, self.bias_correlation_time_s, key="bias_sigma_arcmin")
+
+
+def _in_earth_axes(at: Comparison, value: Array) -> tuple[Array, Array]:
+    """Compare attitudes relative to the Earth; residual C_bn (θ − φ), a rotation vector about the body's axes.
+
+    θ = (δr_E/(R₂+h), −δr_N/(R₁+h), −δr_E tan φ/(R₂+h)) is the rotation of the local level by an error of position.
+    """
+    state = at.state
+    q_eb = rotation.multiply(earth.q_en(state.latitude, state.longitude), state.q_nb)
+    off = rotation.multiply(rotation.conjugate(rotation.normalize(value)), q_eb)
+    r1, r2 = earth.radii(state.latitude, at.ellipsoid)
+    turn = np.zeros((len(r1), 3, 3))
+    turn[:, 0, 1] = 1.0 / (r2 + state.height)
+    turn[:, 1, 0] = -1.0 / (r1 + state.height)
+    turn[:, 2, 1] = -np.tan(state.latitude) / (r2 + state.height)
+    h = at.zeros(3)
+    h[:, :, PHI] = -at.c_bn
+    h[:, :, R] = at.c_bn @ turn
+    return rotation.rotation_vector_from_quaternion(off), h
+
+
+class StarTracker(AidingSensor):
+    """A star tracker, which measures the attitude of the sensor block in inertial space."""
+
+    table: ClassVar = "star_tracker"
+    kinds: ClassVar = (
+        MeasurementKind(
+            "earth-attitude",
+            columns=("q_eb_w", "q_eb_x", "q_eb_y", "q_eb_z"),
+            axes=("x", "y", "z"),
+            unit="rad",
+            compare=_in_earth_axes,
+            less_bias=turned_back,
+            rounding="gyros",
+            diagnosed={"bias": 0.5},
+        ),
+    )
+
+    sigma_arcsec: Noise3 = Field(default=(5.0, 5.0, 5.0), description="white noise about forward, right and down")
+    bias_sigma_arcsec: Spread = Field(default=0.0, description="1σ of the mounting error about each axis")
+
+    def read(self, vehicle: Vehicle) -> list[AidingReadings]:
+        """Return attitudes q_eb ∘ q(ε), ε noise and the mounting's error about the block's axes."""
+        s, seed = self, vehicle.seed
+        time = s.epochs(vehicle.trajectory)
+        mounting = ARCSEC * s.bias_sigma_arcsec
+        bias = np.array([turn_on(seed, "star tracker mounting", None, mounting, axis) for axis in range(3)])
+        sigma = ARCSEC * np.array(s.sigma_arcsec)
+        error = bias + white(seed, "star tracker noise", sigma, len(time))
+        state = vehicle.trajectory.state(time)
+        q_nb = rotation.multiply(state.q_nb, rotation.quaternion_from_rotation_vector(error))
+        value = rotation.multiply(earth.q_en(state.latitude, state.longitude), q_nb)
+        return [s.readings("star-tracker", "earth-attitude", time, value, sigma, {"star-tracker bias": bias})]
+
+    def states(self) -> Iterator[SensorState]:
+        """Yield the states of the mounting error about the block's axes."""
+        yield SensorState("star-tracker bias", (ARCSEC * self.bias_sigma_arcsec,) * 3, key="bias_sigma_arcsec")

@@ -1,4 +1,6 @@
-"""[gnss]: position and velocity of a satellite receiver, their quality column, and the course of the first motion."""
+"""Satellite receivers: position and velocity, their quality column, the course of the first motion, and the heading
+of the line between two antennas.
+"""
 
 from __future__ import annotations
 
@@ -9,7 +11,7 @@ from typing import Annotated, ClassVar, Self
 
 import numpy as np
 from numpy.typing import ArrayLike
-from pydantic import Field, model_validator
+from pydantic import Field, field_validator, model_validator
 
 from sinssim import earth, rotation
 from sinssim.arguments import number
@@ -27,7 +29,14 @@ from sinssim.sensors.aiding_sensor import (
     white,
     within,
 )
-from sinssim.sensors.measurement_kind import MeasurementKind, beyond_a_pole, compare_antenna_velocity, compare_position
+from sinssim.sensors.measurement_kind import (
+    Comparison,
+    MeasurementKind,
+    beyond_a_pole,
+    compare_antenna_velocity,
+    compare_heading,
+    compare_position,
+)
 from sinssim.toml_section import (
     CorrelationTime,
     Duration,
@@ -42,6 +51,7 @@ from sinssim.toml_section import (
     in_order,
 )
 from sinssim.truth.trajectory import Trajectory
+from sinssim.units import DEG
 
 _DOWN = np.array([1.0, 1.0, -1.0])
 """Factors from north, east, up to north, east, down."""
@@ -94,6 +104,7 @@ class Ramp(_Fault):
 class Gnss(AidingSensor):
     """A GNSS receiver, which measures the position and the velocity of its antenna."""
 
+    table: ClassVar = "gnss"
     rules = (
         (lambda s: not (s.position or s.velocity),
          "position = false and velocity = false leave no measurement: set one of them to true"),
@@ -342,3 +353,63 @@ def first_course(time: Array, velocity: Array, sigma: Array, least: float | None
             k = int(rows[0])
             return k, float(np.arctan2(sigma[k], speed[k]))
     return None
+
+
+def _of_baseline(at: Comparison, value: Array) -> tuple[Array, Array]:
+    """Compare the heading of the line from the first antenna to the second, whose vector is the lever arm."""
+    return compare_heading(at, value, at.lever_arm)
+
+
+class DualAntenna(AidingSensor):
+    """A GNSS receiver with two antennas, which measures the heading of the baseline between them."""
+
+    table: ClassVar = "dual_antenna"
+    kinds: ClassVar = (
+        MeasurementKind(
+            "baseline-heading",
+            columns=("heading_rad",),
+            unit="rad",
+            compare=_of_baseline,
+            rounding="gyros",
+            on_gnss_clock=True,
+            diagnosed={"bias": 1.0},
+            of_north=True,
+        ),
+    )
+
+    baseline_m: LeverArm = Field(
+        default=(1.0, 0.0, 0.0), description="from the first antenna to the second: forward, right, down"
+    )
+    sigma_deg: Noise = Field(
+        default=0.2,
+        description="1σ of the white noise; about 0.2 deg for a baseline of 1 m, in inverse proportion to its length",
+    )
+    bias_deg: Offset | None = Field(default=None, description="given error of the baseline's direction on the vehicle")
+    bias_sigma_deg: Spread = Field(default=0.0, description="1σ of a random error, added to the given one")
+
+    @field_validator("baseline_m")
+    @classmethod
+    def _has_a_heading(cls, value: LeverArm) -> LeverArm:
+        if math.hypot(value[0], value[1]) < 0.01:
+            raise ValueError(
+                f"the antennas are {math.hypot(*value):g} m apart, but less than 0.01 m forward and right: their line "
+                "has no heading"
+            )
+        return value
+
+    def read(self, vehicle: Vehicle) -> list[AidingReadings]:
+        """Return headings of the baseline, ψ + b + ν."""
+        s, trajectory, seed = self, vehicle.trajectory, vehicle.seed
+        time = s.epochs(trajectory)
+        line = rotation.rotate(trajectory.state(time).q_nb, np.array(s.baseline_m))
+        bias = turn_on(seed, "dual antenna bias", s.bias_deg, s.bias_sigma_deg)
+        error = DEG * (bias + white(seed, "dual antenna noise", (s.sigma_deg,), len(time)))
+        value: Array = np.mod(np.arctan2(line[:, 1], line[:, 0])[:, np.newaxis] + error, 2.0 * np.pi)
+        true = {"dual-antenna bias": DEG * np.array([bias])}
+        sigma = (DEG * s.sigma_deg,)
+        return [s.readings("dual-antenna", "baseline-heading", time, value, sigma, true, lever_arm=s.baseline_m)]
+
+    def states(self) -> Iterator[SensorState]:
+        """Yield the state of the constant error."""
+        sigma = DEG * math.hypot(self.bias_sigma_deg, self.bias_deg or 0.0)
+        yield SensorState("dual-antenna bias", (sigma,), key="bias_sigma_deg")

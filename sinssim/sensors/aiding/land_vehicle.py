@@ -46,10 +46,10 @@ from sinssim.sensors.aiding_sensor import (
     turning,
     white,
 )
-from sinssim.sensors.measurement_kind import PHI, Comparison, MeasurementKind, V, skew
+from sinssim.sensors.measurement_kind import PHI, Comparison, MeasurementKind, V, compare_speed, skew
 from sinssim.sensors.standstill_detection import windows_of
 from sinssim.toml_section import CorrelationTime, LeverArm, Noise, Offset, Positive, Rate, Spread
-from sinssim.units import DEG
+from sinssim.units import DEG, PPM
 
 _LABEL = "land-vehicle"
 _PER_G = DEG / 9.80665
@@ -97,6 +97,7 @@ def _axes(angles: Array) -> Array:
 class LandVehicle(AidingSensor):
     """The nonholonomic constraint of a land vehicle, which moves along its own forward axis."""
 
+    table: ClassVar = "land_vehicle"
     kinds: ClassVar = (
         MeasurementKind(  # velocity [m/s], and the assumed pitch and yaw of the vehicle's axes [rad]
             "land-velocity",
@@ -279,3 +280,43 @@ def land_velocity(
     value[:, 2:] = pitch, yaw
     arm = np.asarray(lever_arm, dtype=np.float64)
     return Measurements("land-velocity", time, time, value, np.broadcast_to(sigmas, (len(time), 2)), arm, name)
+
+
+class Odometer(AidingSensor):
+    """An odometer, which measures the speed of a land vehicle along the forward axis of the sensor block."""
+
+    table: ClassVar = "odometer"
+    kinds: ClassVar = (
+        MeasurementKind(
+            "speed",
+            columns=("speed_mps",),
+            unit="mps",
+            compare=compare_speed,
+            rounding="accelerometers",
+            diagnosed={"scale": 0.3},
+            velocities=1,
+        ),
+    )
+
+    sigma_mps: Noise = Field(default=0.05, description="white noise")
+    scale_ppm: Offset | None = Field(default=None, description="given relative error of the speed")
+    scale_sigma_ppm: Spread = Field(default=0.0, description="1σ of a random error, added to the given one")
+    lever_arm_m: LeverArm = Field(
+        default=(0.0, 0.0, 0.0), description="position of the wheel relative to the sensor block: forward, right, down"
+    )
+
+    def read(self, vehicle: Vehicle) -> list[AidingReadings]:
+        """Return speeds (1 + k) v_x + ν, v_x being the forward velocity of the wheel."""
+        s, trajectory, seed = self, vehicle.trajectory, vehicle.seed
+        time = s.epochs(trajectory)
+        wheel = state_at(trajectory, time, s.lever_arm_m)
+        forward = rotation.rotate(rotation.conjugate(wheel.q_nb), wheel.velocity_ned)[:, :1]
+        scale = PPM * turn_on(seed, "odometer scale", s.scale_ppm, s.scale_sigma_ppm)
+        value = (1.0 + scale) * forward + white(seed, "odometer noise", (s.sigma_mps,), len(time))
+        true = {"odometer scale": np.array([scale])}
+        return [s.readings("odometer", "speed", time, value, (s.sigma_mps,), true, lever_arm=s.lever_arm_m)]
+
+    def states(self) -> Iterator[SensorState]:
+        """Yield the state of the scale-factor error."""
+        sigma = PPM * math.hypot(self.scale_sigma_ppm, self.scale_ppm or 0.0)
+        yield SensorState("odometer scale", (sigma,), key="scale_sigma_ppm")

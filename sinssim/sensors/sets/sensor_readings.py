@@ -28,16 +28,17 @@ from sinssim.sensors.sets.gimballed_sensors import (
     inertial_attitude,
     sense_attitude,
 )
-from sinssim.sensors.sets.gyro_free_block import cube, gyro_free_increments
 from sinssim.sensors.sets.sensor_set import AttitudeSensor, Platform, Redundant, SixAccelerometers
 from sinssim.sensors.sets.single_sensors import (
     APART,
     SingleSensors,
     compensate_single_sensors,
+    cube,
     draw_accelerometers,
     draw_single_sensors,
     emulate_accelerometers,
     emulate_single_sensors,
+    gyro_free_increments,
     perfect_readings,
 )
 from sinssim.system.short_repr import short_repr

@@ -26,7 +26,7 @@ from math import cos, sin
 import numpy as np
 
 from sinssim.data import Array
-from sinssim.earth.ellipsoid_kernels import gravitation_ecef_k
+from sinssim.earth.gravity import gravitation_ecef_k
 from sinssim.errors import InputError
 from sinssim.formatting import listed
 from sinssim.frames import FRAME_REGISTRY, frames_that

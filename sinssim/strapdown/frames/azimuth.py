@@ -22,7 +22,8 @@ from typing import NamedTuple
 import numpy as np
 
 from sinssim.data import Array
-from sinssim.earth.ellipsoid_kernels import gravity_ned_k, q_en_k
+from sinssim.earth.geodetic_coordinates import q_en_k
+from sinssim.earth.gravity import gravity_ned_k
 from sinssim.earth.transverse_route import route_pole, too_near
 from sinssim.errors import RunError
 from sinssim.jit import inline, strict_inline

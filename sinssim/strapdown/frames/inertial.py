@@ -15,15 +15,8 @@ from typing import NamedTuple
 import numpy as np
 
 from sinssim.data import Array
-from sinssim.earth.ellipsoid_kernels import (
-    EarthParameters,
-    geodetic_sincos_k,
-    geodetic_to_ecef_k,
-    gravitation_ecef_k,
-    gravity_ned_k,
-    q_en_k,
-    radii_k,
-)
+from sinssim.earth.geodetic_coordinates import geodetic_to_ecef_k, q_en_k, radii_k
+from sinssim.earth.gravity import EarthParameters, geodetic_sincos_k, gravitation_ecef_k, gravity_ned_k
 from sinssim.jit import inline
 from sinssim.rotation.quaternions import Quaternion, Vector, half_angle_k, multiply_k, rotate_k
 from sinssim.rotation.vectors import add, along, mul, resolved, sub

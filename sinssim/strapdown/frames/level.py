@@ -25,7 +25,7 @@ from typing import NamedTuple
 import numpy as np
 
 from sinssim.data import Array
-from sinssim.earth.ellipsoid_kernels import gravity_ned_k
+from sinssim.earth.gravity import gravity_ned_k
 from sinssim.errors import RunError
 from sinssim.formatting import listed
 from sinssim.frames import frames_that

@@ -21,7 +21,8 @@ import numpy as np
 
 from sinssim.arguments import not_finite_in
 from sinssim.data import Array
-from sinssim.earth.ellipsoid_kernels import EarthParameters, radii_k
+from sinssim.earth.geodetic_coordinates import radii_k
+from sinssim.earth.gravity import EarthParameters
 from sinssim.errors import RunError
 from sinssim.jit import inline
 from sinssim.rotation.quaternions import Matrix, Quaternion, Vector

@@ -51,7 +51,7 @@ class Performance(Section):
 
 
 class Envelope(Section):
-    """What the model can do in steady flight, by `sinssim.truth.flight.flight_envelope`."""
+    """What the model can do in steady flight, by `sinssim.truth.flight.jsbsim_model`."""
 
     height_m: tuple[float, ...] = Field(min_length=2)  # heights, m, increasing
     # slowest and fastest level flight at each height, calibrated, kt; 0: none

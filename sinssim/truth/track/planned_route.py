@@ -1,6 +1,6 @@
 """A planned route: great-circle legs between waypoints, corners of continuous curvature, and the timetable along them.
 
-A leg is a great circle of the ellipsoid's normal, as in `sinssim.truth.motions.great_circle`. A corner is laid out in
+A leg is a great circle of the ellipsoid's normal, as in `motions.parked_and_great_circle`. A corner is laid out in
 the azimuthal equidistant projection of the normals about its waypoint, in which both legs are straight lines through
 the middle, with the metres of the ellipsoid there to the north and to the east. Distances along the path are those of
 the ground track at its height, found by quadrature, so that a planned speed is the ground speed. Heights change by a

@@ -382,7 +382,7 @@ def from_samples(
 
     The curve starts at the time of the first sample, counted as 0. Without attitude, heading, pitch and roll follow
     from the motion, see `sinssim.truth.track.vehicle_attitude`; noise is smoothed as
-    `sinssim.truth.track.smoothing_spline` says.
+    `sinssim.truth.track.knots` says.
 
     Args:
         time: instants, increasing, (N,) s, N ≥ 2.

@@ -9,7 +9,7 @@ from scipy.spatial.transform import Rotation
 from scenarios.support.swaying import Sway, Swaying
 from sinssim import earth
 from sinssim.errors import InputError
-from sinssim.truth.motions.parked import Parked
+from sinssim.truth.motions.parked_and_great_circle import Parked
 from tests.oracles import integrator as oracle
 
 SWAYS = (

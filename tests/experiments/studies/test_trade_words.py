@@ -49,7 +49,7 @@ def test_what_is_computed(tmp_path: Path, monkeypatch: pytest.MonkeyPatch, keys:
 
 def test_the_time_of_flights(monkeypatch: pytest.MonkeyPatch) -> None:
     """JSBSim flies 250 times as fast as real time; a motion counts once, and not if it is in the cache."""
-    monkeypatch.setattr("sinssim.truth.flight.flight_cache.is_cached", lambda flight, seed: flight == "known")
+    monkeypatch.setattr("sinssim.truth.flight.flight.is_cached", lambda flight, seed: flight == "known")
     monkeypatch.setattr(running, "expected_duration", lambda scenario: scenario.lasts)
 
     def missing(motion: str, flight: str | None, lasts: float) -> SimpleNamespace:

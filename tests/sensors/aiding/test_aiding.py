@@ -13,20 +13,16 @@ from sinssim.errors import InputError
 from sinssim.estimation import BLOCKS, Block, ErrorModel
 from sinssim.estimation.linearisation import Prediction, observe
 from sinssim.scenario.filter_section import AidingSection
-from sinssim.sensors.aiding.airspeed import Airspeed
-from sinssim.sensors.aiding.attitude import AttitudeReference
-from sinssim.sensors.aiding.baro import Barometer
+from sinssim.sensors.aiding.air_data import Airspeed, Barometer
+from sinssim.sensors.aiding.attitude import AttitudeReference, StarTracker
 from sinssim.sensors.aiding.gnss import Gnss
+from sinssim.sensors.aiding.land_vehicle import Odometer
 from sinssim.sensors.aiding.magnetometer import Magnetometer
 from sinssim.sensors.aiding.master import Master
-from sinssim.sensors.aiding.odometer import Odometer
-from sinssim.sensors.aiding.star_tracker import StarTracker
-from sinssim.sensors.aiding.zero_rate import ZeroRate
-from sinssim.sensors.aiding.zero_velocity import ZeroVelocity
+from sinssim.sensors.aiding.standstill import ZeroRate, ZeroVelocity
 from sinssim.sensors.aiding_sensor import Vehicle, lagged
 from sinssim.truth.curve import Curve
-from sinssim.truth.motions.great_circle import GreatCircle
-from sinssim.truth.motions.parked import Parked
+from sinssim.truth.motions.parked_and_great_circle import GreatCircle, Parked
 from sinssim.truth.sampling import Channel
 from tests.oracles import integrator as oracle
 from tests.truth.motions import ecef, synthetic_flight

@@ -13,7 +13,7 @@ from sinssim.scenario.filter_section import AidingSection
 from sinssim.sensors.aiding_registry import SENSORS
 from sinssim.sensors.aiding_sensor import AidingReadings, Vehicle
 from sinssim.truth.curve import Curve
-from sinssim.truth.motions.parked import Parked
+from sinssim.truth.motions.parked_and_great_circle import Parked
 from sinssim.truth.trajectory import Trajectory
 from tests.truth.motions import synthetic_flight
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 import subprocess
 import sys
 from pathlib import Path
@@ -16,9 +17,16 @@ from sinssim.sensors.aiding_registry import BROKEN, CLASSES, KINDS, SENSORS, mea
 FOLDER = Path(aiding.__file__).parent
 
 
-def test_every_file_is_a_table() -> None:
-    names = {path.stem for path in FOLDER.glob("*.py")} - {"__init__", "registry"}
-    assert names == set(CLASSES) == set(SENSORS)
+def test_every_sensor_of_a_file_is_a_table() -> None:
+    """A file has one sensor, whose table has its name, or several, which name their tables."""
+    classes = {}
+    for path in FOLDER.glob("[!_]*.py"):
+        found = re.findall(r"^class (\w+)\((?:AidingSensor|Standstill)\):", path.read_text(encoding="utf-8"), re.M)
+        classes |= dict.fromkeys(set(found) - {"Standstill"}, path.stem)
+    assert set(classes) == {sensor.__name__ for sensor in CLASSES.values()}
+    alone = {name: file for name, file in classes.items() if list(classes.values()).count(file) == 1}
+    assert {sensor.__name__: table for table, sensor in CLASSES.items() if sensor.__name__ in alone} == alone
+    assert set(CLASSES) == set(SENSORS)
     assert not BROKEN
     assert list(AidingSection.model_fields) == list(SENSORS) == list(describe_sensors())
     assert {name: sensor.table for name, sensor in CLASSES.items()} == {name: name for name in CLASSES}

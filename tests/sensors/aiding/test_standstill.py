@@ -8,11 +8,10 @@ import pytest
 from sinssim.data import ImuData, Measurements
 from sinssim.errors import InputError
 from sinssim.scenario.filter_section import AidingSection
-from sinssim.sensors.aiding.zero_rate import ZeroRate
-from sinssim.sensors.aiding.zero_velocity import ZeroVelocity
+from sinssim.sensors.aiding.standstill import ZeroRate, ZeroVelocity
 from sinssim.sensors.aiding_sensor import Vehicle, within
 from sinssim.sensors.standstill_detection import LEAST_S, RATIO, SIGMAS, Rest, Stops, find_stops, learn_rest, standstill
-from sinssim.truth.motions.parked import Parked
+from sinssim.truth.motions.parked_and_great_circle import Parked
 
 _RATE_HZ = 100.0
 _SHAKE = np.array([2e-4, 3e-4, 4e-4, 0.01, 0.02, 0.03])

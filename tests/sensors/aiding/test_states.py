@@ -9,7 +9,7 @@ import pytest
 
 from sinssim.scenario.filter_section import AidingSection
 from sinssim.sensors.aiding_sensor import AidingReadings, AidingSensor, Vehicle, within
-from sinssim.truth.motions.parked import Parked
+from sinssim.truth.motions.parked_and_great_circle import Parked
 
 _DEG = np.pi / 180.0
 _LEVEL = np.array([1.0, 0.0, 0.0, 0.0])

@@ -18,7 +18,7 @@ from sinssim.sensors.imu.imu import Imu
 from sinssim.sensors.imu.imu_errors import ImuErrors
 from sinssim.sensors.imu.size_effect import rectified
 from sinssim.truth.motions.mounted_block import Vibrating
-from sinssim.truth.motions.parked import Parked
+from sinssim.truth.motions.parked_and_great_circle import Parked
 from sinssim.truth.motions.vibration import Mount, Tone, band_noise
 
 G0 = 9.80665

@@ -18,7 +18,7 @@ from sinssim.sensors.sets.fault_detection import combine
 from sinssim.sensors.sets.redundant_errors import combined_errors, combined_sigma, spread
 from sinssim.sensors.sets.sensor_readings import draw_true_errors, read
 from sinssim.sensors.sets.single_sensors import draw_single_sensors, emulate_single_sensors
-from sinssim.truth.motions.parked import Parked
+from sinssim.truth.motions.parked_and_great_circle import Parked
 
 RATE = 50.0
 PARKED = Parked(0.8, 0.2, 100.0, (1.0, 0.0, 0.0, 0.0), 8.0)

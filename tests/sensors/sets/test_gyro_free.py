@@ -13,13 +13,20 @@ from sinssim.earth.ellipsoids import Ellipsoid
 from sinssim.errors import InputError
 from sinssim.sensors import draw
 from sinssim.sensors.imu.imu import Imu
-from sinssim.sensors.sets.gyro_free_block import AccelerometerSet, cube, gyro_free_increments, position_error
-from sinssim.sensors.sets.single_sensors import axes_about, draw_accelerometers, emulate_accelerometers
+from sinssim.sensors.sets.single_sensors import (
+    AccelerometerSet,
+    axes_about,
+    cube,
+    draw_accelerometers,
+    emulate_accelerometers,
+    gyro_free_increments,
+    position_error,
+)
 from sinssim.strapdown.navigate import navigate
 from sinssim.strapdown.navigation_error import navigation_error
 from sinssim.truth.curve import Curve
 from sinssim.truth.motions.mounted_block import velocity_increments
-from sinssim.truth.motions.parked import Parked
+from sinssim.truth.motions.parked_and_great_circle import Parked
 from tests.truth.motions import synthetic_flight
 
 UG = 9.80665e-6

@@ -16,7 +16,7 @@ from sinssim.strapdown.mechanization import Mechanization
 from sinssim.strapdown.navigation_error import navigation_error
 from sinssim.truth.motions.analytic import OnEarth
 from sinssim.truth.motions.coning_and_rocking import classical_cone
-from sinssim.truth.motions.great_circle import GreatCircle
+from sinssim.truth.motions.parked_and_great_circle import GreatCircle
 
 SETS = {
     "gyros": {"type": "gyros"},

@@ -9,7 +9,7 @@ from sinssim import ImuData, NavSolution, navigate
 from sinssim.data import Array
 from sinssim.errors import InputError
 from sinssim.strapdown.frames.vertical_channel import NOTHING_NEW, OVERDUE, HeightReadings
-from sinssim.truth.motions.great_circle import GreatCircle
+from sinssim.truth.motions.parked_and_great_circle import GreatCircle
 
 TAU, RATE, SPAN = 8.0, 20.0, 40.0
 FLIGHT = GreatCircle(0.9, 0.1, 3000.0, 0.7, 150.0, SPAN)

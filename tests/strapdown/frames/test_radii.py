@@ -10,7 +10,7 @@ from sinssim import NavState, navigate
 from sinssim.data import ImuData
 from sinssim.frames import CURVATURES
 from sinssim.strapdown.frames.navigation_problem import FORMS
-from sinssim.truth.motions.great_circle import GreatCircle
+from sinssim.truth.motions.parked_and_great_circle import GreatCircle
 from tests.oracles.s_turn import STurn
 
 A, F = 6378137.0, 1 / 298.257223563

@@ -7,8 +7,7 @@ import pytest
 
 from sinssim import FRAMES, ImuData, NavState, navigate
 from sinssim.strapdown.navigation_error import navigation_error
-from sinssim.truth.motions.great_circle import GreatCircle
-from sinssim.truth.motions.parked import Parked
+from sinssim.truth.motions.parked_and_great_circle import GreatCircle, Parked
 from tests.oracles.s_turn import STurn
 
 OTHERS = tuple(frame for frame in FRAMES if frame != "level")

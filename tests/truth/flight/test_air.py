@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 
 from sinssim.data import NavState
 from sinssim.errors import InputError
-from sinssim.sensors.aiding.baro import Barometer
+from sinssim.sensors.aiding.air_data import Barometer
 from sinssim.sensors.aiding_sensor import Vehicle
 from sinssim.truth.flight import jsbsim_simulation
 from sinssim.truth.flight.atmosphere import Air

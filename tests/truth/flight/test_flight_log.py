@@ -10,12 +10,12 @@ import numpy as np
 import pytest
 from scipy.spatial.transform import Rotation
 
-from sinssim.truth.flight import flight_start
+from sinssim.truth.flight import jsbsim_model
 from sinssim.truth.flight.aircraft import load_aircraft
 from sinssim.truth.flight.atmosphere import Air
 from sinssim.truth.flight.flight_log import CHANNELS, FlightRecord, flight_log
 from sinssim.truth.flight.flight_plan import FlightPlan
-from sinssim.truth.flight.flight_start import Engines
+from sinssim.truth.flight.jsbsim_model import Engines
 from sinssim.truth.sampling import FlightEvent
 
 FOOT, POUND = 0.3048, 4.4482216152605
@@ -134,24 +134,24 @@ def test_switches_of_the_engines() -> None:
 
 def test_atmosphere_and_wind_in_jsbsims_units() -> None:
     e = Executive()
-    flight_start._set_atmosphere(e, Air(isa_deviation=15.0, sea_level_pressure=100_000.0))
+    jsbsim_model._set_atmosphere(e, Air(isa_deviation=15.0, sea_level_pressure=100_000.0))
     assert e["atmosphere/delta-T"] == pytest.approx(27.0)  # degrees Rankine
     assert e["atmosphere/P-sl-psf"] == pytest.approx(2088.543, abs=1e-3)  # of 2116.217 at 1013.25 hPa
-    flight_start._set_wind(e, (3.0, -4.0, 1.0))
+    jsbsim_model._set_wind(e, (3.0, -4.0, 1.0))
     assert e["ic/vw-mag-fps"] == pytest.approx(5.0 / FOOT)
     assert e["ic/vw-dir-deg"] == pytest.approx(360.0 - math.degrees(math.atan2(4.0, 3.0)))
-    flight_start.best_attitude_integrators(e)
+    jsbsim_model.best_attitude_integrators(e)
     names = [f"simulation/integrator/{what}/rotational" for what in ("rate", "position")]
     assert [e[name] for name in names] == [5, 6]
-    flight_start.default_attitude_integrators(e)
+    jsbsim_model.default_attitude_integrators(e)
     assert [e[name] for name in names] == [1, 1]
 
 
 def test_the_trim_is_widened_to_the_stall() -> None:
     e = Executive(**{"aero/alpha-max-rad": 0.0, "aero/alpha-min-rad": 0.0})
-    assert flight_start.widen_trim(e, 14.0)
+    assert jsbsim_model.widen_trim(e, 14.0)
     assert [math.degrees(e[f"aero/alpha-{end}-rad"]) for end in ("min", "max")] == pytest.approx([-5.0, 14.0])
-    assert not flight_start.widen_trim(e, 20.0)
+    assert not jsbsim_model.widen_trim(e, 20.0)
     assert math.degrees(e["aero/alpha-max-rad"]) == pytest.approx(14.0)
 
 
@@ -172,7 +172,7 @@ def test_a_start_in_the_air() -> None:
         "fcs/elevator-cmd-norm": -0.1, "fcs/throttle-cmd-norm[0]": 0.6,
     }  # fmt: skip
     e = Executive(**known)
-    flight_start.bring_to_start(e, flight(airspeed_kt=250.0), load_aircraft("737"), 2**31 + 17)
+    jsbsim_model.bring_to_start(e, flight(airspeed_kt=250.0), load_aircraft("737"), 2**31 + 17)
     calm, level, windy = e.began
     assert calm["ic/lat-geod-deg"] == 48.0
     assert calm["ic/long-gc-deg"] == pytest.approx(-160.0)
@@ -192,7 +192,7 @@ def test_a_start_in_the_air() -> None:
     assert (e["fcs/elevator-cmd-norm"], e["fcs/throttle-cmd-norm[0]"]) == (-0.1, 0.6)
     assert "fcs/rudder-cmd-norm" not in e
     usual = Executive(**known)
-    flight_start.bring_to_start(usual, flight(), load_aircraft("737"), 1)
+    jsbsim_model.bring_to_start(usual, flight(), load_aircraft("737"), 1)
     assert usual.began[0]["ic/vc-kts"] == load_aircraft("737").performance.cruise_kt
 
 
@@ -200,7 +200,7 @@ def test_a_start_in_the_air() -> None:
 def test_a_start_on_the_runway(engines: str) -> None:
     """30 s at 120 Hz with the brakes set."""
     e = Executive()
-    flight_start.bring_to_start(e, flight(on="runway", altitude_m=304.8, engines=engines), load_aircraft("737"), 3)
+    jsbsim_model.bring_to_start(e, flight(on="runway", altitude_m=304.8, engines=engines), load_aircraft("737"), 3)
     (begun,) = e.began
     assert begun["ic/terrain-elevation-ft"] == pytest.approx(1000.0)
     assert begun["ic/h-agl-ft"] == 6.0

@@ -14,7 +14,7 @@ from sinssim.truth.flight.aircraft import load_aircraft
 from sinssim.truth.flight.autopilot import INTERVAL, AircraftState, Autopilot
 from sinssim.truth.flight.flight_log import CHANNELS
 from sinssim.truth.flight.flight_plan import FlightPlan, Gust
-from sinssim.truth.flight.flight_start import Monitor
+from sinssim.truth.flight.jsbsim_model import Monitor
 from sinssim.truth.flight.jsbsim_simulation import fly_plan
 from sinssim.truth.flight.leg import LegError
 

@@ -15,8 +15,7 @@ import pytest
 from sinssim.errors import InputError, RunError
 from sinssim.truth.flight.flight_log import flight_log
 from sinssim.truth.flight.flight_plan import FlightPlan
-from sinssim.truth.flight.jsbsim_process import fly_apart
-from sinssim.truth.flight.jsbsim_simulation import fly_plan
+from sinssim.truth.flight.jsbsim_simulation import fly_apart, fly_plan
 from tests.truth.flight.test_cache import same
 
 
@@ -63,7 +62,7 @@ def test_a_process_that_breaks_down_is_an_error_of_the_run(monkeypatch: pytest.M
 SCRIPT = """
 import subprocess, sys
 from sinssim.truth.flight.flight_plan import FlightPlan
-from sinssim.truth.flight.jsbsim_process import fly_apart
+from sinssim.truth.flight.jsbsim_simulation import fly_apart
 
 class Told(subprocess.Popen):
     def __init__(self, *arguments, **options):

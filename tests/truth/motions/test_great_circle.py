@@ -11,7 +11,7 @@ from sinssim.earth.ellipsoids import Ellipsoid
 from sinssim.errors import InputError
 from sinssim.sensors.aiding_sensor import state_at
 from sinssim.truth import sampling
-from sinssim.truth.motions.great_circle import GreatCircle
+from sinssim.truth.motions.parked_and_great_circle import GreatCircle
 from tests.oracles import integrator as oracle
 from tests.truth.motions import ecef
 

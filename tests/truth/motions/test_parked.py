@@ -7,7 +7,7 @@ import pytest
 from scipy.spatial.transform import Rotation
 
 from sinssim.errors import InputError
-from sinssim.truth.motions.parked import Parked
+from sinssim.truth.motions.parked_and_great_circle import Parked
 from tests.oracles import integrator as oracle
 
 LEVEL = (1.0, 0.0, 0.0, 0.0)

@@ -14,7 +14,7 @@ from scipy.integrate import quad_vec
 from sinssim import rotation
 from sinssim.truth.motions.imu_rotation import Rotation, Turning, TurningBlock
 from sinssim.truth.motions.mounted_block import Vibrating
-from sinssim.truth.motions.parked import Parked
+from sinssim.truth.motions.parked_and_great_circle import Parked
 from sinssim.truth.motions.vibration import Tone
 from sinssim.units import DEG
 

@@ -20,8 +20,8 @@ import sinssim
 from sinssim import earth, rotation
 from sinssim.data import ImuData
 from sinssim.strapdown.navigate import navigate
-from sinssim.truth.motions.great_circle import GreatCircle
 from sinssim.truth.motions.mounted_block import Vibrating
+from sinssim.truth.motions.parked_and_great_circle import GreatCircle
 from sinssim.truth.motions.vibration import Tone
 from sinssim.truth.trajectory import Trajectory
 

@@ -11,7 +11,7 @@ import sinssim
 from sinssim import InputError, NavState, Trajectory, navigate, rotation
 from sinssim.earth.ellipsoids import ELLIPSOIDS, OMEGA_IE
 from sinssim.truth.curve import Curve
-from sinssim.truth.motions.great_circle import GreatCircle
+from sinssim.truth.motions.parked_and_great_circle import GreatCircle
 from sinssim.truth.track import track_curve
 from sinssim.truth.track.knots import TrackOptions
 from sinssim.truth.track.track_curve import from_samples

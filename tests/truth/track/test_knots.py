@@ -16,7 +16,7 @@ from sinssim.logs.track_motion import Track
 from sinssim.logs.track_preparation import _options
 from sinssim.truth.motion import NORMAL_EARTH
 from sinssim.truth.track import knots as module
-from sinssim.truth.track import smoothing_spline
+from sinssim.truth.track import knots as smoothing_spline
 from sinssim.truth.track.knots import TrackOptions, knots_of_samples
 from sinssim.truth.track.route_waypoint import Waypoint
 from sinssim.truth.track.track_samples import TrackSamples

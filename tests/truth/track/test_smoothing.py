@@ -5,13 +5,8 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from sinssim.truth.track import smoothing_spline
-from sinssim.truth.track.smoothing_spline import (
-    SmoothingSpline,
-    smooth_spline,
-    tau_by_cross_validation,
-    tau_by_distance,
-)
+from sinssim.truth.track import knots
+from sinssim.truth.track.knots import SmoothingSpline, smooth_spline, tau_by_cross_validation, tau_by_distance
 
 TIME = np.arange(0.0, 1200.0)
 ONES = np.ones(len(TIME))
@@ -89,7 +84,7 @@ def test_distance_is_met() -> None:
 
 def test_thinned_knots_keep_both_ends() -> None:
     time = np.sort(np.random.default_rng(5).uniform(0.0, 100.0, 1000))
-    kept = smoothing_spline._thinned(time, 0.7)
+    kept = knots._thinned(time, 0.7)
     assert (kept[0], kept[-1]) == (time[0], time[-1])
     assert np.diff(kept).min() >= 0.35
     assert np.diff(kept).max() < 1.6
@@ -106,5 +101,5 @@ def test_cross_validation_needs_thirty_samples_and_looks_at_the_middle(monkeypat
         rng.standard_normal((300, 1))
     )
     assert tau_by_cross_validation(time, values, np.ones(300)) > 0.0
-    monkeypatch.setattr(smoothing_spline, "_ROWS", 100)
+    monkeypatch.setattr(knots, "_ROWS", 100)
     assert tau_by_cross_validation(time, values, np.ones(300)) == 0.0

@@ -10,8 +10,7 @@ import pytest
 from pydantic import ValidationError
 
 from sinssim.errors import InputError
-from sinssim.truth.vehicles.course import Profile
-from sinssim.truth.vehicles.surface_vehicles import Drive
+from sinssim.truth.motions.surface_vehicles import Drive, Profile
 
 
 def section(*legs: dict[str, Any], **keys: float) -> Drive:

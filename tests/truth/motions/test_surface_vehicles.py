@@ -15,8 +15,8 @@ from sinssim.earth.ellipsoids import WGS84
 from sinssim.rotation.quaternions import euler_from_quaternion
 from sinssim.scenario.schema import Scenario
 from sinssim.truth.curve import Curve
-from sinssim.truth.vehicles import road_and_waves
-from sinssim.truth.vehicles.surface_vehicles import ROADS, Drive, Voyage, respond
+from sinssim.truth.motions import road_and_waves
+from sinssim.truth.motions.surface_vehicles import ROADS, Drive, Voyage, respond
 
 LEVEL = np.array([1.0, 0.0, 0.0, 0.0])
 
