@@ -40,7 +40,7 @@ _PROBES = 8
 """Random vectors of the trace of the influence matrix: its relative error is below √(2/(8 n))."""
 _AS_GOOD = 1.05
 """Factor of the best score up to which the least τ is as good, and the samples are interpolated."""
-_FEWEST_SMOOTHING_SPLINE = 30
+_FEWEST_SAMPLES = 30
 """Samples below which there are too few to tell noise from motion, and the spline interpolates."""
 _ROWS = 20_000
 """Samples in the middle of a track from which τ is chosen."""
@@ -122,7 +122,7 @@ def tau_by_cross_validation(time: Array, values: Array, weight: Array, misfit: M
     rows = slice(first, first + _ROWS)
     t, y, w = time[rows], values[rows], weight[rows]
     tried = _tried(t)
-    if len(t) < _FEWEST_SMOOTHING_SPLINE or not len(tried):
+    if len(t) < _FEWEST_SAMPLES or not len(tried):
         return 0.0
     probes = np.random.default_rng(1).choice((-1.0, 1.0), (len(t), _PROBES))
     scores = []
@@ -145,7 +145,7 @@ def tau_by_distance(time: Array, values: Array, weight: Array, rms: float, misfi
         return math.sqrt(_mean_square(values - fitted, weight, misfit, slice(None)))
 
     tried = _tried(time)
-    if rms <= 0.0 or len(time) < _FEWEST_SMOOTHING_SPLINE or not len(tried) or distance(tried[0]) > rms:
+    if rms <= 0.0 or len(time) < _FEWEST_SAMPLES or not len(tried) or distance(tried[0]) > rms:
         return 0.0
     low: float = float(tried[0])
     high: float = float(tried[-1])

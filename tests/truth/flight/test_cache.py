@@ -43,8 +43,9 @@ def same(a: FlightLog, b: FlightLog) -> bool:
 
 @pytest.fixture
 def folder(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
-    monkeypatch.setattr(flight_cache, "cache_root", lambda: tmp_path)
-    return tmp_path / "flights"
+    flights = tmp_path / "flights"
+    monkeypatch.setattr(flight_cache, "_file", lambda plan, seed: flights / f"{flight_key(plan, seed)}.flight")
+    return flights
 
 
 def count_flights(monkeypatch: pytest.MonkeyPatch) -> list[int]:
@@ -54,7 +55,7 @@ def count_flights(monkeypatch: pytest.MonkeyPatch) -> list[int]:
         seeds.append(seed)
         return flight_log(fly_plan(section, seed, progress))
 
-    monkeypatch.setattr(flight_cache, "fly_apart", counted)
+    monkeypatch.setattr("sinssim.truth.flight.jsbsim_simulation.fly_apart", counted)
     return seeds
 
 

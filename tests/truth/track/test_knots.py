@@ -16,7 +16,6 @@ from sinssim.logs.track_motion import Track
 from sinssim.logs.track_preparation import _options
 from sinssim.truth.motion import NORMAL_EARTH
 from sinssim.truth.track import knots as module
-from sinssim.truth.track import knots as smoothing_spline
 from sinssim.truth.track.knots import TrackOptions, knots_of_samples
 from sinssim.truth.track.route_waypoint import Waypoint
 from sinssim.truth.track.track_samples import TrackSamples
@@ -133,24 +132,24 @@ def test_heights_and_positions_are_smoothed_apart() -> None:
 
 def test_what_a_sample_stands_for() -> None:
     """Half of the steps on both sides, whole at the ends; a step counts for at most three medians, here 3 s."""
-    found = smoothing_spline._durations(np.array([0.0, 1.0, 3.0, 13.0, 14.0, 15.0]))
+    found = module._durations(np.array([0.0, 1.0, 3.0, 13.0, 14.0, 15.0]))
     np.testing.assert_allclose(found, [1.0, 1.5, 2.5, 2.0, 1.0, 1.0])
 
 
 def test_values_of_tau_that_are_tried() -> None:
     """From a quarter of the interval, each √2 of the one before, to a sixth of the whole time or 128 intervals."""
-    tried = smoothing_spline._tried(np.arange(0.0, 101.0, 2.0))  # a sixth of 100 s is 16.7 s, 33 times the least
+    tried = module._tried(np.arange(0.0, 101.0, 2.0))  # a sixth of 100 s is 16.7 s, 33 times the least
     np.testing.assert_allclose(tried, 0.5 * np.sqrt(2.0) ** np.arange(11))
-    assert 90.5 < smoothing_spline._tried(np.arange(0.0, 1003.0))[-1] < 128.1
-    assert len(smoothing_spline._tried(np.array([0.0, 1.0]))) == 0
+    assert 90.5 < module._tried(np.arange(0.0, 1003.0))[-1] < 128.1
+    assert len(module._tried(np.array([0.0, 1.0]))) == 0
 
 
 def test_tau_of_a_distance_too_large_is_the_largest_tried() -> None:
     t = np.arange(0.0, 101.0, 2.0)
     values = np.sin(t)[:, None]
-    assert smoothing_spline.tau_by_distance(t, values, np.ones(len(t)), 50.0) == pytest.approx(16.0)
-    assert smoothing_spline.tau_by_distance(t[:29], values[:29], np.ones(29), 0.5) == 0.0  # too few
-    counted = smoothing_spline._mean_square(np.array([[3.0, 4.0], [1.0, 2.0]]), np.array([1.0, 3.0]), None, slice(None))
+    assert module.tau_by_distance(t, values, np.ones(len(t)), 50.0) == pytest.approx(16.0)
+    assert module.tau_by_distance(t[:29], values[:29], np.ones(29), 0.5) == 0.0  # too few
+    counted = module._mean_square(np.array([[3.0, 4.0], [1.0, 2.0]]), np.array([1.0, 3.0]), None, slice(None))
     assert counted == pytest.approx((25.0 + 3.0 * 5.0) / 4.0)
 
 
