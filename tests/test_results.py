@@ -253,14 +253,13 @@ def test_a_pickled_result_is_drawn_by_another_program(tmp_path: Path) -> None:
 
 
 def test_a_program_that_only_asks_for_a_result_has_its_media() -> None:
-    """In a process of its own: here another test may have loaded what gives the results their media."""
+    """In a process of its own: no result is made without what draws and writes it, whatever has been imported."""
     code = (
-        "import sinssim; from sinssim.analyses.error_budget.covariance_budget import budget; "
-        "from sinssim.experiments.studies.algorithm_comparison import compare; "
-        "sinssim.align, sinssim.calibrate, sinssim.ensemble, sinssim.run; "
-        "names = ['BudgetResult', 'AlignmentResult', 'CalibrationResult', 'EnsembleResult', 'Run', "
-        "'PlaneRun', 'StudyResult']; "
-        "print([name for name in names if not hasattr(getattr(sinssim, name), 'media')])"
+        "import inspect, sinssim; kinds = sinssim.Run, sinssim.PlaneRun, sinssim.EnsembleResult, sinssim.StudyResult, "
+        "sinssim.TradeResult, sinssim.BudgetResult, sinssim.CalibrationResult, sinssim.AlignmentResult; "
+        "media = [inspect.signature(kind).parameters['media'].default for kind in kinds]; "
+        "print([kind.__name__ for kind, default in zip(kinds, media) if default is None]); "
+        "print(len(sinssim.budget('parked', overrides=['parked.duration_s=20']).exhibits.items) > 1)"
     )
     done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)
-    assert done.stdout == "[]\n"
+    assert done.stdout == "[]\nTrue\n"

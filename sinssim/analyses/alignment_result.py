@@ -8,7 +8,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterator, Mapping
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -82,6 +82,9 @@ class AlignmentResult(Result):
     mean_angles: Angles | None = None
     warmed: float = 0.0
     directory: Path | None = None
+    media: Media[AlignmentResult] = field(
+        default_factory=lambda: AlignmentMedia(), kw_only=True, repr=False, compare=False
+    )
 
     def _repr_html_(self) -> str:
         sigma = None if self.budget is None else total(self.budget)
@@ -454,6 +457,3 @@ class AlignmentMedia(Media[AlignmentResult]):
         record(exhibits, folder / "recording.rrd")
         if exhibits.figure:
             save(result.plot(), folder / "alignment.svg")
-
-
-AlignmentResult.media = AlignmentMedia()

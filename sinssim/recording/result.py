@@ -66,16 +66,12 @@ class Result:
     """The result of a computation: its numbers, streams, figure and files.
 
     Attributes:
-        media: what draws and writes this kind of result; the module that computes the kind sets it.
+        media: what draws and writes it; whatever computes a result gives it.
         directory: the directory that the computation wrote; None if it wrote none.
     """
 
-    media: ClassVar[Any]
+    media: Media[Any]
     directory: Path | None
-
-    def __getstate__(self) -> dict[str, Any]:
-        """Return what is pickled: with the media, so that another program which loads the result has them, too."""
-        return {**vars(self), "media": self.media}
 
     @cached_property
     def summary(self) -> dict[str, Any]:

@@ -10,6 +10,7 @@ from types import SimpleNamespace
 import numpy as np
 from rich.console import Console
 
+from sinssim.analyses.error_budget.budget_exhibits import BudgetMedia
 from sinssim.analyses.error_budget.budget_result import BudgetResult
 from sinssim.analyses.error_budget.error_sources import Source
 
@@ -60,4 +61,5 @@ def hand_budget(end: float = 7200.0, filtered: bool = False) -> BudgetResult:
         covariance,
         {"height": mean},
         own,
+        media=BudgetMedia(),
     )

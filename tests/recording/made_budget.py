@@ -11,6 +11,7 @@ from typing import Any
 
 import numpy as np
 
+from sinssim.analyses.error_budget.budget_exhibits import BudgetMedia
 from sinssim.analyses.error_budget.budget_result import Allowance, Answer, BudgetResult
 from sinssim.analyses.error_budget.error_sources import Source
 from sinssim.statistics.requirements import parse_requirement
@@ -41,7 +42,7 @@ def budget(solution: str = "inertial") -> BudgetResult:
         "accel_bias": covariance(ACCEL, OTHERS),
         "initial_height": covariance(np.zeros(3), np.zeros(7)),
     }
-    return BudgetResult(scenario, solution, TIME, SOURCES, own, {})
+    return BudgetResult(scenario, solution, TIME, SOURCES, own, {}, media=BudgetMedia())
 
 
 def answer(text: str, value: float, time: float) -> Answer:

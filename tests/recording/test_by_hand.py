@@ -9,6 +9,7 @@ import numpy as np
 import pytest
 
 from sinssim.analyses.error_budget import budget_exhibits as budget
+from sinssim.analyses.error_budget.budget_exhibits import BudgetMedia
 from sinssim.analyses.error_budget.budget_result import Allowance, Answer, BudgetResult
 from sinssim.analyses.error_budget.error_sources import Source
 from sinssim.charts import Axis, Chart, Charts, Line
@@ -78,7 +79,13 @@ def test_the_smallest_of_many_sources_are_one() -> None:
     sources = tuple(Source(f"s{k}", f"error {k}", "gyros", "random", 1.0, "m") for k in range(1, 11))
     covariance = {f"s{k}": np.tile(np.diag([k * k, *[0.0] * 8]), (2, 1, 1)) for k in range(1, 11)}
     result = BudgetResult(
-        SimpleNamespace(name="many", description=""), "inertial", np.array([1.0, 2.0]), sources, covariance, {}
+        SimpleNamespace(name="many", description=""),
+        "inertial",
+        np.array([1.0, 2.0]),
+        sources,
+        covariance,
+        {},
+        media=BudgetMedia(),
     )
     names, parts = budget.shares(result)
     assert names == [*(f"gyros: error {k}" for k in range(10, 2, -1)), "all others"]

@@ -19,6 +19,7 @@ from sinssim.data import ImuData
 from sinssim.errors import InputError
 from sinssim.experiments.run import run_scores
 from sinssim.experiments.run import run_scores as score
+from sinssim.experiments.run.execute import PlaneMedia
 from sinssim.experiments.run.run_result import PlaneRun
 from sinssim.experiments.run.run_streams import streams_of_run
 from sinssim.experiments.studies import study_exhibits as study
@@ -221,7 +222,7 @@ def test_the_streams_of_a_run_in_memory() -> None:
     )
     with pytest.raises(InputError, match="Did you mean 'nav_euler'"):
         found["nav_eulr"]
-    plane = PlaneRun(SimpleNamespace(name="p"), None, {})  # type: ignore[arg-type]
+    plane = PlaneRun(SimpleNamespace(name="p"), None, {}, media=PlaneMedia())  # type: ignore[arg-type]
     with pytest.raises(InputError, match="one_component"):
         _ = plane.streams
     with pytest.raises(InputError, match="the run p has no solution in three dimensions"):

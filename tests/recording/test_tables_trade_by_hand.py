@@ -6,6 +6,7 @@ from pathlib import Path
 
 from sinssim.experiments.studies.trade_exhibits import exhibits_of
 from sinssim.experiments.studies.trade_result import TradeResult
+from sinssim.experiments.studies.trade_run import TradeMedia
 from sinssim.recording.console import plain_text, show
 from tests.experiments.studies.trades_by_hand import ASK, OTHER, RISING, UNITS, made, without
 from tests.recording.by_hand import printed
@@ -32,7 +33,7 @@ def test_grids_cells_and_requirements(tmp_path: Path) -> None:
     verdicts = lines.index("Verdicts")
     assert lines[verdicts + 8] == "6 B 0.05 NOT MET NOT MET: 200 m at 30 s NOT MET: 60.0 arcsec at 45 s"
     one = made(tmp_path, draw=("r95(end)",))
-    few = TradeResult(one.study.model_copy(update={"require": ASK[:1]}), one.cells)
+    few = TradeResult(one.study.model_copy(update={"require": ASK[:1]}), one.cells, media=TradeMedia())
     lines = printed(lambda console: show(exhibits_of(few), console))
     start = lines.index("At the end")
     assert lines[start + 1 : start + 4] == [f"{heads} r95(end)", f"{units} <= 0.3 km", f"1 A 0.02 {numbers[1]} met"]

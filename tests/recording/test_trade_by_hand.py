@@ -12,6 +12,7 @@ import pytest
 from sinssim.charts import Cells
 from sinssim.experiments.studies import trade_exhibits as trade
 from sinssim.experiments.studies.trade_result import TradeResult
+from sinssim.experiments.studies.trade_run import TradeMedia
 from sinssim.experiments.studies.trade_schema import Axis
 from sinssim.recording.style import COLORS, ON_DARK, ON_LIGHT, css
 from sinssim.statistics.requirements import Quantity
@@ -72,13 +73,17 @@ def test_a_limit_far_away_is_named_with_its_side(tmp_path: Path) -> None:
     """Drawn from a third of the least to three times the largest value; a rate's limit in nmi/h."""
     for limit, shown in ((0.02, "(below the plot)"), (0.04, ""), (1.75, ""), (1.85, "(above the plot)")):
         plan = study(tmp_path, axes=(UNITS, RISING), require=(f"r95(end) <= {limit} km",))
-        result = TradeResult(plan, made(tmp_path).cells)
+        result = TradeResult(plan, made(tmp_path).cells, media=TradeMedia())
         panel = trade_figure(result, Quantity("r95", "end")).axes[0]
         assert panel.lines[2].get_label() == f"r95(end) <= {limit} km {shown}".strip()
         assert len(panel.lines[2].get_xdata()) == (0 if shown else 2)
         if not shown:
             assert set(panel.lines[2].get_ydata()) == {1000.0 * limit}
-    rate = TradeResult(study(tmp_path, axes=(UNITS, RISING), require=("rate(end) <= 0.5 kt",)), made(tmp_path).cells)
+    rate = TradeResult(
+        study(tmp_path, axes=(UNITS, RISING), require=("rate(end) <= 0.5 kt",)),
+        made(tmp_path).cells,
+        media=TradeMedia(),
+    )
     panel = trade_figure(rate, Quantity("rate", "end")).axes[0]
     assert panel.lines[2].get_ydata() == pytest.approx([0.5, 0.5])
     assert words(panel)[2] == "Rate at the end [nmi/h]"

@@ -11,7 +11,7 @@ import numpy as np
 import pytest
 
 from sinssim.errors import InputError
-from sinssim.experiments.run.execute import about, keep
+from sinssim.experiments.run.execute import RunMedia, about, keep
 from sinssim.experiments.run.parts import judged_outages
 from sinssim.experiments.run.run_result import Run
 from sinssim.recording.run_directory import RunDirectory
@@ -89,7 +89,7 @@ def test_a_run_in_words() -> None:
         "algorithms": {"euler": numbers(1.5), "poisson": dict.fromkeys(numbers(1.0))},
         "filter": {"smoothed": numbers(2.5)},
     }
-    run = Run(scenario(), None, "aided", {}, summary)  # type: ignore[arg-type]
+    run = Run(scenario(), None, "aided", {}, summary, media=RunMedia())  # type: ignore[arg-type]
     assert repr(run) == "Run(x: finished; 2.5 … 47.5 s; euler, poisson; with a filter)"
     cells = run._repr_html_().replace(' style="text-align: left"', "")
     heads = ("solution", "horizontal error at the end, m", "largest", "velocity error at the end, m/s", "largest",

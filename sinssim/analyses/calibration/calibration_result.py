@@ -9,7 +9,7 @@ values and 1σ.
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
 
@@ -64,6 +64,9 @@ class CalibrationResult(Result):
     truth: Array | None
     notes: tuple[str, ...]
     directory: Path | None = None
+    media: Media[CalibrationResult] = field(
+        default_factory=lambda: CalibrationMedia(), kw_only=True, repr=False, compare=False
+    )
 
     def _repr_html_(self) -> str:
         rows = [
@@ -405,6 +408,3 @@ class CalibrationMedia(Media[CalibrationResult]):
         write_text(folder / "compensation.toml", compensation_text(result))
         write_text(folder / "scenario.toml", result.scenario.to_toml())
         write_text(folder / "report.html", page_of(exhibits))
-
-
-CalibrationResult.media = CalibrationMedia()

@@ -7,7 +7,7 @@ the report, and the recording.
 from __future__ import annotations
 
 import math
-from collections.abc import Iterable, Iterator, Sequence
+from collections.abc import Iterator, Sequence
 from dataclasses import replace
 from pathlib import Path
 from typing import Any
@@ -15,7 +15,6 @@ from typing import Any
 import numpy as np
 
 from sinssim.analyses.error_budget.budget_result import BUDGET_COMPONENTS, Allowance, Answer, BudgetResult, Improvement
-from sinssim.analyses.error_budget.budget_result import answers as answers_of
 from sinssim.analyses.error_budget.error_sources import Source
 from sinssim.charts import TIME, Axis, Bars, Chart, Charts, Line, Mark, Shares
 from sinssim.data import Array
@@ -25,7 +24,7 @@ from sinssim.recording.result import Json, Media
 from sinssim.recording.run_directory import versions
 from sinssim.recording.stream_tables import Stream, Vector, write_table
 from sinssim.statistics.requirement_verdict import NEVER
-from sinssim.statistics.requirements import CIRCLES, COMPONENTS, Judged, Requirement, limits_of
+from sinssim.statistics.requirements import CIRCLES, COMPONENTS, Judged, limits_of
 from sinssim.system.outputs import write_text
 from sinssim.units import ANGLE_SCALE, LENGTH_SCALE, NAUTICAL_MILE, SPEED_SCALE, Scale, fixed, suiting
 
@@ -481,11 +480,3 @@ class BudgetMedia(Media[BudgetResult]):
         _write_parquet(result, folder / "budget.parquet")
         write_text(folder / "report.html", page_of(exhibits))
         record(exhibits, folder / "recording.rrd")
-
-    def answers(
-        self, result: BudgetResult, requirements: str | Requirement | Iterable[str | Requirement], free: Sequence[str]
-    ) -> tuple[Answer, ...]:
-        return answers_of(result, requirements, free)
-
-
-BudgetResult.media = BudgetMedia()

@@ -9,10 +9,10 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Iterable, Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from functools import cached_property
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 import numpy as np
 from numpy.typing import NDArray
@@ -20,7 +20,7 @@ from numpy.typing import NDArray
 from sinssim.analyses.error_budget.error_sources import Source
 from sinssim.data import Array
 from sinssim.errors import InputError, unknown_name
-from sinssim.recording.result import Result
+from sinssim.recording.result import Media, Result
 from sinssim.statistics.circular_error import radius_about_mean, share_inside
 from sinssim.statistics.requirement_verdict import Exceeded, first_exceeded
 from sinssim.statistics.requirements import COMPONENTS, SHARES, Requirement, parse_requirements
@@ -111,6 +111,7 @@ class BudgetResult(Result):
     free: tuple[str, ...] = ()
     times: tuple[float, ...] = ()
     directory: Path | None = None
+    media: Media[BudgetResult] = field(kw_only=True, repr=False, compare=False)
 
     def first(self) -> Added:
         """Return the errors at the first epoch as one interval that begins without errors."""
@@ -141,7 +142,7 @@ class BudgetResult(Result):
         self,
         requirements: str | Requirement | Iterable[str | Requirement] | None = None,
         free: Sequence[str] | None = None,
-    ) -> tuple[Any, ...]:
+    ) -> tuple[Answer, ...]:
         """Judge requirements, and say how large each source may be.
 
         Args:
@@ -157,8 +158,7 @@ class BudgetResult(Result):
         """
         judged = self.requirements if requirements is None else requirements
         free_sources = self.free if free is None else free
-        answers: tuple[Any, ...] = self.media.answers(self, judged, free_sources)
-        return answers
+        return answers(self, judged, free_sources)
 
     @cached_property
     def _radii(self) -> dict[tuple[float, str | None], Array]:

@@ -11,6 +11,7 @@ import numpy as np
 
 from sinssim.alignment.initial_conditions import alignment_samples
 from sinssim.analyses.error_budget.aligned_start import align, begin_aligned, samples_of_alignment
+from sinssim.analyses.error_budget.budget_exhibits import BudgetMedia
 from sinssim.analyses.error_budget.budget_result import Added, BudgetResult, times_of
 from sinssim.analyses.error_budget.covariance_propagation import (
     STATES,
@@ -416,7 +417,9 @@ def _result(
 ) -> BudgetResult:
     """Combine the columns of each source."""
     sources, covariance, mean = _by_source(shares, snapshots)
-    result = BudgetResult(scenario, kind, outputs - start, tuple(sources), covariance, mean, by_filter)
+    result = BudgetResult(
+        scenario, kind, outputs - start, tuple(sources), covariance, mean, by_filter, media=BudgetMedia()
+    )
     sigma = result.sigma()
     small = {  # rounding and interpolation, in readings without errors of this kind
         name

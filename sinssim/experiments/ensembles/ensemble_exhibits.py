@@ -7,7 +7,7 @@ from __future__ import annotations
 
 import json
 import math
-from collections.abc import Callable, Iterator, Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -35,9 +35,7 @@ from sinssim.experiments.ensembles.ensemble_statistics import (
 )
 from sinssim.experiments.ensembles.ensemble_verdicts import looks_text, requirement_lines, verdict_text
 from sinssim.formatting import capital, number_text, signed
-from sinssim.recording.result import Media
 from sinssim.recording.run_directory import plain, software, versions
-from sinssim.recording.stream_tables import Stream, Vector
 from sinssim.recording.style import RowNumbers, thinned
 from sinssim.sensors.imu.grades import grade_name
 from sinssim.statistics.circular_error import circle_radius
@@ -489,26 +487,3 @@ def write_ensemble(result: EnsembleResult, folder: Path, status: str = "finished
     text = json.dumps(to_json(result, numbers), indent=2, ensure_ascii=False, allow_nan=False)
     write_text(folder / "summary.json", text + "\n")
     return ["report.html", "summary.json", "recording.rrd", *FIGURES]
-
-
-class EnsembleMedia(Media[EnsembleResult]):
-    """Numbers, streams, figure and files of an ensemble."""
-
-    def __init__(self, write: Callable[..., Path]) -> None:
-        self._write = write
-
-    def summary(self, result: EnsembleResult) -> dict[str, Any]:
-        return to_json(result)
-
-    def streams(self, result: EnsembleResult) -> Iterator[Stream]:
-        both = {"cep": result.cep, "r95": result.r95}
-        columns = {f"{name}_m": circle.value for name, circle in both.items()}
-        columns |= {f"{name}_low_m": circle.low for name, circle in both.items()}
-        columns |= {f"{name}_high_m": circle.high for name, circle in both.items()}
-        yield Stream("circles", result.time, tuple(Vector(k, (k,), v[:, None]) for k, v in columns.items()))
-
-    def exhibits(self, result: EnsembleResult) -> Exhibits:
-        return exhibits_of(result, ensemble_numbers(result))
-
-    def save(self, result: EnsembleResult, directory: Path, *, overwrite: bool) -> Path:
-        return self._write(result, directory, overwrite=overwrite)

@@ -15,7 +15,7 @@ from sinssim.data import Array
 from sinssim.errors import InputError
 from sinssim.experiments.ensembles.ensemble_errors import COMPONENTS, EVERYTHING, VECTORS, Errors
 from sinssim.experiments.ensembles.ensemble_plan import Member, member
-from sinssim.recording.result import Result
+from sinssim.recording.result import Media, Result
 from sinssim.statistics.chi_square import Band, mean_square_band
 from sinssim.statistics.circular_error import mean_rate
 from sinssim.statistics.percentiles import CEP_SHARE, R95_SHARE, Percentile, Spread, percentile, spread
@@ -69,6 +69,7 @@ class EnsembleResult(Result):
     verdicts: tuple[Verdict, ...] = ()
     looks: tuple[int, ...] = ()
     times: tuple[float, ...] = ()
+    media: Media[EnsembleResult] = field(kw_only=True, repr=False, compare=False)
 
     def __len__(self) -> int:
         return len(self.errors)

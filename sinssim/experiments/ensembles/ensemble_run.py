@@ -9,22 +9,26 @@ import os
 import shutil
 import time
 from collections import Counter
-from collections.abc import Callable, Iterable, Sequence
+from collections.abc import Callable, Iterable, Iterator, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 from sinssim.errors import InputError, RunError, shortened
+from sinssim.exhibits import Exhibits
 from sinssim.experiments.ensembles.ensemble_directory import EnsembleDirectory, kept_epochs, missing, write_chunk
 from sinssim.experiments.ensembles.ensemble_errors import AT_ONCE, IN_MEMORY, bytes_of
 from sinssim.experiments.ensembles.ensemble_execution import Cluster, Processes, SparePool, make_chunk
-from sinssim.experiments.ensembles.ensemble_exhibits import EnsembleMedia
+from sinssim.experiments.ensembles.ensemble_exhibits import exhibits_of, to_json, write_ensemble
 from sinssim.experiments.ensembles.ensemble_plan import AIDED, LONG_CHUNK, TruthCache, make_plan, with_runs
 from sinssim.experiments.ensembles.ensemble_result import EnsembleResult
+from sinssim.experiments.ensembles.ensemble_statistics import ensemble_numbers
 from sinssim.experiments.ensembles.ensemble_verdicts import Looks, check_kept
 from sinssim.experiments.workload import Executor, Threads, work_through
 from sinssim.formatting import duration_text, size_text
 from sinssim.progress import Progress, shown
+from sinssim.recording.result import Media
+from sinssim.recording.stream_tables import Stream, Vector
 from sinssim.scenario.aircraft_limits import warn_of_limits
 from sinssim.scenario.ensemble_section import MOST_RUNS, EnsembleSection
 from sinssim.scenario.load import Overrides, as_scenario
@@ -326,7 +330,9 @@ def _continued(
     if missing(there, count, plan.chunk):
         raise RunError(f"files in {folder.folder} changed while they were written; --resume computes what is missing.")
     seconds = time.perf_counter() - begin
-    result = EnsembleResult(plan, folder.load(there), folder.path, seconds, computed, notes, times=how.times)
+    result = EnsembleResult(
+        plan, folder.load(there), folder.path, seconds, computed, notes, times=how.times, media=EnsembleMedia()
+    )
     if len(result) > count:
         tell(f"The directory contains {len(result)} runs, more than the requested {count}; all of them are used.")
     return result
@@ -334,8 +340,6 @@ def _continued(
 
 def _write(folder: EnsembleDirectory, result: EnsembleResult, status: str) -> None:
     """Write report, figures, recording and numbers."""
-    from sinssim.experiments.ensembles.ensemble_exhibits import write_ensemble
-
     folder.keep(lambda place: write_ensemble(result, place, status))
 
 
@@ -348,7 +352,7 @@ def _leave(folder: EnsembleDirectory, looks: Looks, how: _How, stop: BaseExcepti
         return
 
     def write() -> None:
-        result = EnsembleResult(folder.plan, folder.load(there), folder.path, times=how.times)
+        result = EnsembleResult(folder.plan, folder.load(there), folder.path, times=how.times, media=EnsembleMedia())
         if looks.verdicts:
             result.verdicts = looks.so_far(result)
             result.notes.append(
@@ -411,4 +415,21 @@ class _Counter:
         self._report(f"{done}/{total} runs, {rate:.3g}/s, {left} left", done / total)
 
 
-EnsembleResult.media = EnsembleMedia(write_result)
+class EnsembleMedia(Media[EnsembleResult]):
+    """Numbers, streams, figure and files of an ensemble."""
+
+    def summary(self, result: EnsembleResult) -> dict[str, Any]:
+        return to_json(result)
+
+    def streams(self, result: EnsembleResult) -> Iterator[Stream]:
+        both = {"cep": result.cep, "r95": result.r95}
+        columns = {f"{name}_m": circle.value for name, circle in both.items()}
+        columns |= {f"{name}_low_m": circle.low for name, circle in both.items()}
+        columns |= {f"{name}_high_m": circle.high for name, circle in both.items()}
+        yield Stream("circles", result.time, tuple(Vector(k, (k,), v[:, None]) for k, v in columns.items()))
+
+    def exhibits(self, result: EnsembleResult) -> Exhibits:
+        return exhibits_of(result, ensemble_numbers(result))
+
+    def save(self, result: EnsembleResult, directory: Path, *, overwrite: bool) -> Path:
+        return write_result(result, directory, overwrite=overwrite)

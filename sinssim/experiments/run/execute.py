@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator
+from collections.abc import Iterator
 from contextlib import ExitStack, suppress
 from dataclasses import replace
 from functools import partial
@@ -14,7 +14,7 @@ import numpy as np
 from sinssim.data import Array, NavState
 from sinssim.earth.geodetic_coordinates import geodetic_to_ecef
 from sinssim.errors import RunError, SinssimError
-from sinssim.experiments.run.error_exhibits import error_table, horizontal_of, worse_than_inertial
+from sinssim.experiments.run.error_exhibits import error_table, figure_charts, horizontal_of, worse_than_inertial
 from sinssim.experiments.run.filter_exhibits import filter_exhibits
 from sinssim.experiments.run.filter_summary import filter_numbers
 from sinssim.experiments.run.parts import parts_of
@@ -27,7 +27,7 @@ from sinssim.experiments.run.sensor_exhibits import SensorComparison, sensor_com
 from sinssim.logs.stored_run import ErrorRule
 from sinssim.progress import Progress, shown
 from sinssim.recording.report.exhibit_page import page_of
-from sinssim.recording.result import Media, Result
+from sinssim.recording.result import Media
 from sinssim.recording.run_directory import RunDirectory, failures, flagged, plain, singularities
 from sinssim.recording.stream_tables import Stream
 from sinssim.scenario.load import Overrides, as_scenario
@@ -51,34 +51,6 @@ if TYPE_CHECKING:
     from sinssim.experiments.run.summary_types import RunSummary
     from sinssim.scenario import Scenario
     from sinssim.truth.sampling import FlightEvent
-
-
-class RunMedia(Media[Run]):
-    """Numbers, streams, figure and files of a run."""
-
-    def __init__(self, write: Callable[..., Result]) -> None:
-        self._write = write
-
-    def streams(self, result: Run) -> Iterator[Stream]:
-        yield from streams_of_run(result)
-
-    def exhibits(self, result: Run | PlaneRun) -> Exhibits:
-        if isinstance(result, Run):
-            return run_exhibits(result, cast("RunSummary", result.summary))
-        from sinssim.experiments.run.one_component_exhibits import plane_exhibits
-
-        return plane_exhibits(result.scenario, result.one_component, cast("RunSummary", result.summary))
-
-    def figure(self, result: Run, quantity: str | None = None) -> Any:
-        from sinssim.experiments.run.error_exhibits import figure_charts
-        from sinssim.recording.figures import figure_of
-
-        return figure_of(figure_charts(result))
-
-    def save(self, result: Run, directory: Path, *, overwrite: bool) -> Path:
-        place = self._write(result.scenario, directory, overwrite=overwrite).directory
-        assert place is not None
-        return Path(place)
 
 
 def run(
@@ -130,7 +102,7 @@ def _run(scenario: Scenario, directory: Path | str | None, overwrite: bool, cloc
         if scenario.one_component is not None:
             from sinssim.experiments.run.one_component_recording import compute_one_component
 
-            return compute_one_component(scenario, folder, clock)
+            return compute_one_component(scenario, folder, clock, PlaneMedia())
         return execution.run()
     except BaseException as error:
         if folder is not None:
@@ -395,7 +367,10 @@ class Execution:
         if self._folder is not None:
             report = page_of(run_exhibits(reached, summary, self._drawn)) if self._report else None
             directory = keep(self._folder, self._scenario, reached.about_filter, summary, report)
-        return Run(self._scenario, navigated, reached.aided, reached.parts, entries, directory, reached.about_filter)
+        return Run(
+            self._scenario, navigated, reached.aided, reached.parts, entries, directory, reached.about_filter,
+            media=RunMedia(),
+        )  # fmt: skip
 
     def _entries(self) -> dict[str, Any]:
         """Return the entries of the summary that follow from the stages, in order."""
@@ -454,5 +429,38 @@ def _leave(folder: RunDirectory, reached: Reached, clock: Stages, error: BaseExc
     error.add_note(f"The {'recording' if kept.has_recording else 'run'} up to that time is in {place}.")
 
 
-Run.media = RunMedia(run)
-PlaneRun.media = Run.media
+class RunMedia(Media[Run]):
+    """Numbers, streams, figure and files of a run."""
+
+    def streams(self, result: Run) -> Iterator[Stream]:
+        yield from streams_of_run(result)
+
+    def exhibits(self, result: Run) -> Exhibits:
+        return run_exhibits(result, cast("RunSummary", result.summary))
+
+    def figure(self, result: Run, quantity: str | None = None) -> Any:
+        from sinssim.recording.figures import figure_of
+
+        return figure_of(figure_charts(result))
+
+    def save(self, result: Run, directory: Path, *, overwrite: bool) -> Path:
+        return _saved(result.scenario, directory, overwrite)
+
+
+class PlaneMedia(Media[PlaneRun]):
+    """Exhibits and files of a run in a vertical plane."""
+
+    def exhibits(self, result: PlaneRun) -> Exhibits:
+        from sinssim.experiments.run.one_component_exhibits import plane_exhibits
+
+        return plane_exhibits(result.scenario, result.one_component, cast("RunSummary", result.summary))
+
+    def save(self, result: PlaneRun, directory: Path, *, overwrite: bool) -> Path:
+        return _saved(result.scenario, directory, overwrite)
+
+
+def _saved(scenario: Scenario, directory: Path, overwrite: bool) -> Path:
+    """Compute a run again, with the same numbers, into a directory."""
+    place = run(scenario, directory, overwrite=overwrite).directory
+    assert place is not None
+    return place

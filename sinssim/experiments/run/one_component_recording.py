@@ -24,6 +24,7 @@ from sinssim.experiments.run.one_component_exhibits import (
 from sinssim.experiments.run.run_files import about, keep
 from sinssim.experiments.run.run_result import PlaneRun
 from sinssim.recording import style
+from sinssim.recording.result import Media
 from sinssim.recording.run_directory import RunDirectory
 from sinssim.recording.stream_tables import Stream
 from sinssim.recording.style import thinned
@@ -41,7 +42,9 @@ _FRAMES = 2000  # positions of the pendulum
 _LARGEST = 35.0 * DEG  # largest angle at which it is drawn
 
 
-def compute_one_component(scenario: Scenario, folder: RunDirectory | None, stages: Stages) -> PlaneRun:
+def compute_one_component(
+    scenario: Scenario, folder: RunDirectory | None, stages: Stages, media: Media[PlaneRun]
+) -> PlaneRun:
     """Compute a one-component run; write it to a run directory, if there is a `folder`."""
     assert scenario.one_component is not None  # the caller asks for such a run only
     check_times(scenario)
@@ -70,7 +73,7 @@ def compute_one_component(scenario: Scenario, folder: RunDirectory | None, stage
 
         report = page_of(plane_exhibits(scenario, result, summary)) if choice.has_report else None
         directory = keep(folder, scenario, (), summary, report)
-    return PlaneRun(scenario, result, entries, directory)
+    return PlaneRun(scenario, result, entries, directory, media=media)
 
 
 def record(path: Path, scenario: Scenario, result: OneComponentResult, streams: Iterable[Stream]) -> None:

@@ -12,7 +12,7 @@ from typing import TYPE_CHECKING, Any, ClassVar, Literal, Self
 
 from sinssim.charts import PAIR, Axis, Chart, Charts, Color, Line, Mark, Weight, over
 from sinssim.errors import InputError
-from sinssim.recording.result import Result
+from sinssim.recording.result import Media, Result
 from sinssim.recording.run_directory import plain
 from sinssim.recording.stream_tables import Streams
 from sinssim.simulation.navigation_stage import Navigated
@@ -96,6 +96,7 @@ class Run(Result):
     summary: dict[str, Any] = field(default_factory=dict)
     directory: Path | None = None
     about_filter: Sequence[str] = ()
+    media: Media[Run] = field(kw_only=True, repr=False, compare=False)
 
     @property
     def truth(self) -> Truth | RecordedMotion:
@@ -148,6 +149,7 @@ class PlaneRun(Result):
     one_component: OneComponentResult
     summary: dict[str, Any] = field(default_factory=dict)
     directory: Path | None = None
+    media: Media[PlaneRun] = field(kw_only=True, repr=False, compare=False)
 
     @property
     def streams(self) -> Streams:

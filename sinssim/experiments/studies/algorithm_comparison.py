@@ -26,7 +26,7 @@ from sinssim.experiments.run.run_streams import CoordinateStreams
 from sinssim.experiments.studies import attitude_cost, step_cost
 from sinssim.experiments.studies.attitude_claims import compare_headings
 from sinssim.experiments.studies.claims import decide, picks
-from sinssim.experiments.studies.study_exhibits import write_study
+from sinssim.experiments.studies.study_exhibits import StudyMedia, write_study
 from sinssim.experiments.studies.study_results import (
     Case,
     CoordinateError,
@@ -203,7 +203,7 @@ def compare(
 
     check_limit(limit_minutes)
     folder = None if directory is None else RunDirectory(Path(directory), overwrite=overwrite)
-    comparison = StudyResult(study)
+    comparison = StudyResult(study, media=StudyMedia())
     begin = time.perf_counter()
     try:
         try:

@@ -517,6 +517,3 @@ class StudyMedia(Media[StudyResult]):
 
     def save(self, result: StudyResult, directory: Path, *, overwrite: bool) -> Path:
         return write_directory(directory, lambda folder: write_study(result, folder), overwrite=overwrite)
-
-
-StudyResult.media = StudyMedia()

@@ -12,7 +12,7 @@ import numpy as np
 from sinssim.data import Array
 from sinssim.experiments.studies.study_schema import MotionFacts
 from sinssim.frames import OF_TRUTH
-from sinssim.recording.result import Result
+from sinssim.recording.result import Media, Result
 from sinssim.system.short_repr import short_repr
 
 if TYPE_CHECKING:
@@ -310,6 +310,7 @@ class StudyResult(Result):
     verdicts: list[Verdict] = field(default_factory=list)
     picks: list[Pick] = field(default_factory=list)
     directory: Path | None = None
+    media: Media[StudyResult] = field(kw_only=True, repr=False, compare=False)
 
     def history(self, row: Row) -> ErrorGrowth:
         """Return the growth of the errors of the case of a finished `row`."""

@@ -9,7 +9,7 @@ import itertools
 import json
 import math
 import re
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
@@ -39,7 +39,6 @@ from sinssim.experiments.studies.trade_result import (
 from sinssim.experiments.studies.trade_schema import Axis as GridAxis
 from sinssim.formatting import capital, number_text
 from sinssim.recording import style
-from sinssim.recording.result import Media
 from sinssim.recording.run_directory import plain, software, versions
 from sinssim.recording.stream_tables import write_table
 from sinssim.statistics.percentiles import runs_for_band
@@ -426,30 +425,6 @@ def _method(result: TradeResult) -> Iterator[Item]:
     )
     yield Verbatim("Commands of the cells", "\n".join(result.command(cell.number) for cell in result.cells))
     yield Sentence(software(), "note")
-
-
-class TradeMedia(Media[TradeResult]):
-    """Numbers, streams, figure and files of a trade study."""
-
-    def __init__(self, write: Callable[..., Path]) -> None:
-        self._write = write
-
-    def summary(self, result: TradeResult) -> dict[str, Any]:
-        return to_json(result)
-
-    def exhibits(self, result: TradeResult) -> Exhibits:
-        return exhibits_of(result)
-
-    def figure(self, result: TradeResult, quantity: str | None = None) -> Any:
-        from sinssim.recording.figures import figure_of
-        from sinssim.statistics.requirements import parse_quantity
-
-        if quantity is not None:
-            result.values(quantity)  # refuses a quantity that the study does not have
-        return figure_of(curves(result, result.study.drawn[0] if quantity is None else parse_quantity(quantity)))
-
-    def save(self, result: TradeResult, directory: Path, *, overwrite: bool) -> Path:
-        return self._write(result, directory, overwrite=overwrite)
 
 
 def to_json(result: TradeResult) -> dict[str, Any]:

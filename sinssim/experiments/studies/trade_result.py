@@ -22,7 +22,7 @@ from sinssim.exhibits import Column, Table
 from sinssim.experiments.studies.trade_cells import Cell, CellNumbers, command_of, digest_of, place_name
 from sinssim.experiments.studies.trade_schema import Axis, TradeStudy, value_text
 from sinssim.formatting import capital, number_text
-from sinssim.recording.result import Result
+from sinssim.recording.result import Media, Result
 from sinssim.statistics.circular_error import END
 from sinssim.statistics.percentiles import runs_for_band
 from sinssim.statistics.requirement_verdict import VerdictInUnit
@@ -95,6 +95,7 @@ class TradeResult(Result):
     seconds: float = 0.0
     computed: int = 0
     notes: list[str] = field(default_factory=list)
+    media: Media[TradeResult] = field(kw_only=True, repr=False, compare=False)
 
     def __len__(self) -> int:
         return len(self.cells)

@@ -22,16 +22,18 @@ from typing import Any
 import numpy as np
 
 from sinssim.errors import InputError, RunError, SinssimError
+from sinssim.exhibits import Exhibits
 from sinssim.experiments.ensembles.ensemble_directory import EnsembleDirectory
 from sinssim.experiments.ensembles.ensemble_plan import TruthCache, truth_key
 from sinssim.experiments.ensembles.ensemble_run import stored_runs
 from sinssim.experiments.experiment_directory import Kind, Store, other_scenario, other_software, software
 from sinssim.experiments.studies.trade_cells import Cell, CellNumbers, cells_of, digest_of, of_budget, of_ensemble
-from sinssim.experiments.studies.trade_exhibits import TradeMedia
+from sinssim.experiments.studies.trade_exhibits import curves, exhibits_of, to_json, write_trade
 from sinssim.experiments.studies.trade_result import CellResult, TradeResult
 from sinssim.experiments.studies.trade_schema import TradeStudy
 from sinssim.experiments.workload import FLIGHT_SPEED, LIMIT_MINUTES, TooLongError, Watch, check_limit
 from sinssim.progress import Progress, shown
+from sinssim.recording.result import Media
 from sinssim.recording.run_directory import plain
 from sinssim.scenario.aircraft_limits import warn_of_limits
 from sinssim.scenario.ensemble_section import EnsembleSection
@@ -210,7 +212,7 @@ def trade(
         folder = TradeDirectory(place, study, resume=resume, overwrite=overwrite)
         stack.callback(folder.close)
         work = _Work(study, cells, folder, threads, report, speak)
-        result = TradeResult(study, (), directory=None if directory is None else folder.path)
+        result = TradeResult(study, (), directory=None if directory is None else folder.path, media=TradeMedia())
         try:
             work.run(limit_minutes)
         except BaseException as stop:
@@ -397,9 +399,25 @@ def _leave(folder: TradeDirectory, result: TradeResult, stop: BaseException) -> 
 
 def _write(folder: TradeDirectory, result: TradeResult) -> None:
     """Write report, figures and numbers."""
-    from sinssim.experiments.studies.trade_exhibits import write_trade
-
     folder.keep(lambda place: write_trade(result, place))
 
 
-TradeResult.media = TradeMedia(write_result)
+class TradeMedia(Media[TradeResult]):
+    """Numbers, streams, figure and files of a trade study."""
+
+    def summary(self, result: TradeResult) -> dict[str, Any]:
+        return to_json(result)
+
+    def exhibits(self, result: TradeResult) -> Exhibits:
+        return exhibits_of(result)
+
+    def figure(self, result: TradeResult, quantity: str | None = None) -> Any:
+        from sinssim.recording.figures import figure_of
+        from sinssim.statistics.requirements import parse_quantity
+
+        if quantity is not None:
+            result.values(quantity)  # refuses a quantity that the study does not have
+        return figure_of(curves(result, result.study.drawn[0] if quantity is None else parse_quantity(quantity)))
+
+    def save(self, result: TradeResult, directory: Path, *, overwrite: bool) -> Path:
+        return write_result(result, directory, overwrite=overwrite)

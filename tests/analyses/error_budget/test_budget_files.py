@@ -11,7 +11,7 @@ import pyarrow.parquet as pq
 import pytest
 from scipy.stats import ncx2
 
-from sinssim.analyses.error_budget.budget_exhibits import _write_parquet, to_json
+from sinssim.analyses.error_budget.budget_exhibits import BudgetMedia, _write_parquet, to_json
 from sinssim.analyses.error_budget.budget_result import Allowance, Answer, BudgetResult
 from sinssim.analyses.error_budget.error_sources import Source
 from sinssim.statistics.requirement_verdict import Exceeded
@@ -35,7 +35,7 @@ TURNED = MEAN * [1, 1, 1, 1, 1, 1, 1, 1, -1]
 def result() -> BudgetResult:
     covariance = {name: np.stack([np.diag(row**2) for row in s]) for name, s in (("start", START), ("gyro_bias", GYRO))}
     scenario = SimpleNamespace(name="x", description="two words")
-    return BudgetResult(scenario, "inertial", TIME, SOURCES, covariance, {"accel_scale": MEAN})
+    return BudgetResult(scenario, "inertial", TIME, SOURCES, covariance, {"accel_scale": MEAN}, media=BudgetMedia())
 
 
 def radius(share: float, sigma: float, mean: float) -> float:

@@ -9,6 +9,7 @@ import numpy as np
 import pytest
 from scipy.stats import ncx2, norm
 
+from sinssim.analyses.error_budget.budget_exhibits import BudgetMedia
 from sinssim.analyses.error_budget.budget_result import BUDGET_COMPONENTS, Added, BudgetResult, answer_of, answers
 from sinssim.analyses.error_budget.error_sources import Source
 from sinssim.data import Array
@@ -37,7 +38,13 @@ def result() -> BudgetResult:
     given[:, 1], given[:, 3], given[:, 8] = (1.0, 7.0, 7.0, 7.0), -0.3, 2e-4
     covariance = {"gyro_bias": diagonal(gyro), "accel_vrw": diagonal(walk)}
     made: Any = BudgetResult(
-        scenario(name="made"), "inertial", TIME, (GYRO, WALK, START), covariance, {"initial_given": given}
+        scenario(name="made"),
+        "inertial",
+        TIME,
+        (GYRO, WALK, START),
+        covariance,
+        {"initial_given": given},
+        media=BudgetMedia(),
     )
     return made  # type: ignore[no-any-return]
 
@@ -93,7 +100,7 @@ def test_shares_of_given_errors_that_partly_cancel() -> None:
     one, other = np.zeros((1, 9)), np.zeros((1, 9))
     one[0, :2], other[0, :2] = (3.0, 0.0), (-1.0, 2.0)
     mean = {"initial_given": one, "accel_vrw": other}
-    made = BudgetResult(scenario(name="made"), "inertial", TIME[3:], (START, WALK), {}, mean)
+    made = BudgetResult(scenario(name="made"), "inertial", TIME[3:], (START, WALK), {}, mean, media=BudgetMedia())
     assert made.bias[0, :2].tolist() == [2.0, 2.0]
     found = {one.source.name: (one.share, one.alone) for one in made.improvements()}
     assert found["initial_given"] == pytest.approx((0.75, 3.0))
@@ -111,7 +118,7 @@ def test_instants_of_tables_and_rankings(result: BudgetResult) -> None:
     with pytest.raises(InputError, match=r"no time t = 71 s; .* nearest is 70 s"):
         result.row(71.0)
     fading = result.covariance["accel_vrw"][2:] * np.array([[[1.0]], [[256.0 / 1.44]]])
-    calm = BudgetResult(result.scenario, "inertial", TIME[2:], (WALK,), {"accel_vrw": fading}, {})
+    calm = BudgetResult(result.scenario, "inertial", TIME[2:], (WALK,), {"accel_vrw": fading}, {}, media=BudgetMedia())
     assert calm.r95[0] == pytest.approx(1.2 * calm.r95[1])
     assert calm.instants_to_rank == (600.0,)
 
@@ -189,7 +196,9 @@ def test_one_axis_alone() -> None:
     """A source to the east alone: 95 % of a normal distribution lie within 1.96 σ."""
     covariance = np.zeros((1, 9, 9))
     covariance[0, 1, 1] = 9.0
-    one = BudgetResult(scenario(name="made"), "inertial", TIME[3:], (GYRO,), {"gyro_bias": covariance}, {})
+    one = BudgetResult(
+        scenario(name="made"), "inertial", TIME[3:], (GYRO,), {"gyro_bias": covariance}, {}, media=BudgetMedia()
+    )
     assert one.r95 == pytest.approx([3.0 * norm.ppf(0.975)], rel=1e-9)
     (found,) = answers(one, "cep(end) <= 5 m")
     assert found.allowances[0].factor == pytest.approx(5.0 / 3.0 / norm.ppf(0.75), rel=1e-9)

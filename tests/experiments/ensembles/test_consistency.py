@@ -14,6 +14,7 @@ import sinssim
 from sinssim.experiments.ensembles.ensemble_errors import empty
 from sinssim.experiments.ensembles.ensemble_plan import Plan, make_plan
 from sinssim.experiments.ensembles.ensemble_result import EnsembleResult
+from sinssim.experiments.ensembles.ensemble_run import EnsembleMedia
 from sinssim.experiments.ensembles.ensemble_statistics import consistency, consistency_sentences, ensemble_numbers
 from sinssim.recording.console import show
 from sinssim.recording.report.exhibit_page import page_of
@@ -46,7 +47,7 @@ def drawn(seed: int, attitude: float = 1.0, innovations: float = 1.0) -> Ensembl
         errors.nees[name][:], errors.nees_freedom[name][:] = np.sum(part**2, axis=2), part.shape[2]
     errors.nis["gnss-position"][:] = innovations**2 * rng.chisquare(3, (RUNS, EPOCHS))
     errors.nis_freedom["gnss-position"][:] = 3.0
-    return EnsembleResult(plan, errors)
+    return EnsembleResult(plan, errors, media=EnsembleMedia())
 
 
 def test_a_sound_filter_fails_rarely() -> None:

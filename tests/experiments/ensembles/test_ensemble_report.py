@@ -18,6 +18,7 @@ from sinssim.experiments.ensembles.ensemble_exhibits import (
     write_ensemble,
 )
 from sinssim.experiments.ensembles.ensemble_result import EnsembleResult
+from sinssim.experiments.ensembles.ensemble_run import EnsembleMedia
 from sinssim.experiments.ensembles.ensemble_statistics import ensemble_numbers
 from sinssim.recording.report.exhibit_page import page_of
 from sinssim.statistics.percentiles import Percentile
@@ -138,7 +139,7 @@ def test_nothing_but_failures_has_a_report(with_failures: EnsembleResult, tmp_pa
     errors = with_failures.errors
     blank = {name: np.full_like(getattr(errors, name), np.nan) for name in ("position_ned", "velocity_ned", "attitude")}
     lost = replace(errors, failure=["lost."] * len(errors), final=np.full_like(errors.final, np.nan), **blank)
-    write_ensemble(EnsembleResult(with_failures.plan, lost), tmp_path)
+    write_ensemble(EnsembleResult(with_failures.plan, lost, media=EnsembleMedia()), tmp_path)
     text = _words((tmp_path / "report.html").read_text(encoding="utf-8"))
     assert "80 of 80 runs failed" in text
     assert "∞ (∞ … ∞)" in text

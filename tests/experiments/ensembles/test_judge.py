@@ -10,6 +10,7 @@ import pytest
 import sinssim
 from sinssim.experiments.ensembles.ensemble_plan import make_plan
 from sinssim.experiments.ensembles.ensemble_result import EnsembleResult
+from sinssim.experiments.ensembles.ensemble_run import EnsembleMedia
 from sinssim.experiments.ensembles.ensemble_statistics import summary_of
 from sinssim.experiments.ensembles.ensemble_verdicts import LOOKS, Looks, check_kept, judge, looks_of
 from sinssim.statistics.requirements import parse_requirement, parse_requirements
@@ -138,7 +139,7 @@ def test_all_looks_together_err_with_at_most_five_per_cent() -> None:
         errors = replace(base.errors, final=base.errors.final * rates[:, None])
         looks = Looks(parse_requirements(f"cep(end) <= {limit} nmi"), 25, until_decided=True)
         for number in looks.numbers:
-            looks.look(EnsembleResult(base.plan, errors), number)
+            looks.look(EnsembleResult(base.plan, errors, media=EnsembleMedia()), number)
         wrong += looks.decided
     assert len(looks.done) == LOOKS
     assert wrong / 400 < 0.085

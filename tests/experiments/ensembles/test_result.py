@@ -12,6 +12,7 @@ import sinssim
 from sinssim.experiments.ensembles.ensemble_errors import bytes_of, empty
 from sinssim.experiments.ensembles.ensemble_plan import make_plan
 from sinssim.experiments.ensembles.ensemble_result import EnsembleResult
+from sinssim.experiments.ensembles.ensemble_run import EnsembleMedia
 from sinssim.experiments.ensembles.ensemble_statistics import part_121, summary_of
 from tests.experiments.ensembles.examples import scenario
 
@@ -32,7 +33,7 @@ def straight(rates_nmi_h: np.ndarray, hours: float = 1.0, failed: int = 0) -> En
     for row in range(failed):
         errors.failure[row] = "it went away."
         errors.position_ned[row], errors.final[row] = np.nan, np.nan
-    return EnsembleResult(plan, errors)
+    return EnsembleResult(plan, errors, media=EnsembleMedia())
 
 
 def test_percentiles_and_rates_of_straight_lines() -> None:

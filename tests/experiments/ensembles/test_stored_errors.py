@@ -24,6 +24,7 @@ from sinssim.experiments.ensembles.ensemble_errors import (
 )
 from sinssim.experiments.ensembles.ensemble_plan import make_plan
 from sinssim.experiments.ensembles.ensemble_result import EnsembleResult
+from sinssim.experiments.ensembles.ensemble_run import EnsembleMedia
 from sinssim.experiments.ensembles.ensemble_statistics import summary_of
 from sinssim.experiments.ensembles.ensemble_verdicts import judge
 from sinssim.statistics.requirements import parse_requirements
@@ -79,7 +80,7 @@ def _rows(errors: RunErrors, rows: slice) -> RunErrors:
 def result_of(errors: RunErrors | StoredErrors) -> EnsembleResult:
     plan = make_plan(scenario(AIDED))
     epochs = np.linspace(0.0, 40.0, EPOCHS)
-    return EnsembleResult(replace(plan, epochs=epochs, blocks=BLOCKS, sensors=SENSORS), errors)
+    return EnsembleResult(replace(plan, epochs=epochs, blocks=BLOCKS, sensors=SENSORS), errors, media=EnsembleMedia())
 
 
 @pytest.mark.parametrize("at_once", [2**20, 1000, 1])
@@ -145,7 +146,7 @@ def test_statistics_hold_parts_only(tmp_path, monkeypatch) -> None:
     gc.collect()
 
     def statistics() -> None:
-        result = EnsembleResult(plan, kept)
+        result = EnsembleResult(plan, kept, media=EnsembleMedia())
         summary_of(result)
         result.spread("velocity_ned")
         judge(result, parse_requirements(["velocity_north(run) <= 1 m/s"])[0])

@@ -16,6 +16,7 @@ from sinssim.data import Array
 from sinssim.experiments.ensembles.ensemble_errors import COMPONENTS, empty
 from sinssim.experiments.ensembles.ensemble_plan import Plan, make_plan
 from sinssim.experiments.ensembles.ensemble_result import EnsembleResult
+from sinssim.experiments.ensembles.ensemble_run import EnsembleMedia
 from sinssim.experiments.ensembles.ensemble_statistics import DEFINITIONS, ensemble_numbers, part_121, summary_of
 from sinssim.experiments.ensembles.ensemble_verdicts import judge
 from sinssim.statistics import circle_radius
@@ -69,7 +70,16 @@ def seven() -> EnsembleResult:
         errors.nees[name][5, 3] *= 2.0
     errors.nis["gnss"][:], errors.nis_freedom["gnss"][:] = [2.0, 3.0, 5.0, 0.0, 7.0], [3.0, 3.0, 6.0, 0.0, 3.0]
     errors.nis["gnss"][2], errors.nis_freedom["gnss"][2] = NAN, NAN
-    return EnsembleResult(plan, errors, seconds=1.23456, computed=5, notes=["Aha."], looks=(4, 7), times=(30.0, 3.0))
+    return EnsembleResult(
+        plan,
+        errors,
+        seconds=1.23456,
+        computed=5,
+        notes=["Aha."],
+        looks=(4, 7),
+        times=(30.0, 3.0),
+        media=EnsembleMedia(),
+    )
 
 
 def percentile(values: list[float], share: float) -> dict[str, float]:

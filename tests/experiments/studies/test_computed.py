@@ -13,6 +13,7 @@ from sinssim.experiments.studies.attitude_cost import matrix_costs, sine_k
 from sinssim.experiments.studies.claims import _COMPUTED, decide, trigonometric_matrix
 from sinssim.experiments.studies.position_claims import accelerometer_term, gravity_series, gyro_term
 from sinssim.experiments.studies.step_cost import OF_FUNCTION, Operations, count, timed_data
+from sinssim.experiments.studies.study_exhibits import StudyMedia
 from sinssim.experiments.studies.study_results import LOOKS_AHEAD, StudyResult
 from sinssim.experiments.studies.study_schema import COMPUTED, Study
 from sinssim.jit import kernel
@@ -82,7 +83,7 @@ def test_they_are_decided_by_the_study():
         {"name": "s", "decides": COMPUTED, "parts": ({"title": "p", "rates_hz": (10.0,), "motions": (still,)},)}
     )
     assert tuple(_COMPUTED) == COMPUTED
-    found = decide(StudyResult(study))
+    found = decide(StudyResult(study, media=StudyMedia()))
     assert {verdict.claim: verdict.verdict for verdict in found} == dict.fromkeys(COMPUTED, "confirmed")
     assert all(verdict.measured and verdict.expected for verdict in found)
     with pytest.raises(ValueError, match="gyro-term needs no navigation"):

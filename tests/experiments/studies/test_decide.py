@@ -8,6 +8,7 @@ import numpy as np
 import pytest
 
 from sinssim.experiments.studies.claims import decide
+from sinssim.experiments.studies.study_exhibits import StudyMedia
 from sinssim.experiments.studies.study_results import ErrorGrowth, Heading, Row, StudyResult, Verdict
 from sinssim.experiments.studies.study_schema import CLAIM_WORDS, CLAIMS, COMPUTED, MotionFacts, Study
 from sinssim.strapdown.attitude.rotation_vector import drift_under_coning
@@ -33,7 +34,9 @@ def verdict(claim: str, *rows: Row, facts: MotionFacts = FACTS, growth: ErrorGro
         "motions": ({"name": "flight", "parked": {"latitude_deg": 0.0, "duration_s": 1.0}},),
     }  # fmt: skip
     study = Study.model_validate({"name": "s", "parts": (part,)})
-    comparison = StudyResult(study, rows=list(rows), motions={(r.part, r.motion): facts for r in rows})
+    comparison = StudyResult(
+        study, rows=list(rows), motions={(r.part, r.motion): facts for r in rows}, media=StudyMedia()
+    )
     comparison.histories = {
         r.case: growth or ErrorGrowth(*(np.array([0.0, x]) for x in (5063.0, r.max_horizontal_error_m, 1.0)))
         for r in rows
@@ -247,7 +250,9 @@ def of_headings(*found: Heading) -> Verdict:
         "title": "p", "decides": ("euler-heading",), "rates_hz": (100.0,),
         "motions": ({"name": "flight", "parked": {"latitude_deg": 0.0, "duration_s": 1.0}},),
     }  # fmt: skip
-    (decided,) = decide(StudyResult(Study.model_validate({"name": "s", "parts": (part,)}), headings=list(found)))
+    (decided,) = decide(
+        StudyResult(Study.model_validate({"name": "s", "parts": (part,)}), headings=list(found), media=StudyMedia())
+    )
     return decided
 
 

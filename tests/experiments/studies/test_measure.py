@@ -12,6 +12,7 @@ import pytest
 
 from sinssim.experiments.ensembles.ensemble_errors import RunErrors
 from sinssim.experiments.ensembles.ensemble_result import EnsembleResult
+from sinssim.experiments.ensembles.ensemble_run import EnsembleMedia
 from sinssim.experiments.ensembles.ensemble_statistics import Circles
 from sinssim.experiments.ensembles.ensemble_verdicts import Estimate, estimate
 from sinssim.experiments.studies.trade_cells import of_budget, of_ensemble
@@ -100,7 +101,7 @@ def ensemble() -> EnsembleResult:
     )  # fmt: skip
     scenario = SimpleNamespace(name="by hand", aiding=None, seed=1)
     plan = SimpleNamespace(epochs=100.0 + 3600.0 * growth, start=100.0, scenario=scenario, filtered=False, keys=())
-    return EnsembleResult(plan, errors, notes=["A remark."])
+    return EnsembleResult(plan, errors, notes=["A remark."], media=EnsembleMedia())
 
 
 def with_band(column: str, values: Any, share: float) -> dict[str, float]:

@@ -16,6 +16,7 @@ from sinssim.experiments.studies.algorithm_comparison import _errors, _seconds, 
 from sinssim.experiments.studies.attitude_claims import FORMS, compare_headings
 from sinssim.experiments.studies.step_cost import Cost, Operations, least_time, measure_time
 from sinssim.experiments.studies.study_charts import at_one_rate, labeller, line_labeller, over_rates, varying
+from sinssim.experiments.studies.study_exhibits import StudyMedia
 from sinssim.experiments.studies.study_results import Case, ErrorGrowth, Pick, StudyResult, Verdict, fit_orders
 from sinssim.experiments.studies.study_schema import Part, Study, StudyMotion
 from sinssim.formatting import duration_text
@@ -251,7 +252,7 @@ def test_what_a_result_finds_again() -> None:
     study = Study.model_validate({"name": "s", "parts": [{"title": "p", "motions": [MOTION], "rates_hz": [10.0]}]})
     rows = [row("a", 20.0, 1.0), row("b", 20.0, 1.0, part="q")]
     course = ErrorGrowth(np.zeros(1), np.zeros(1), np.zeros(1))
-    result = StudyResult(study, rows=rows, histories={rows[0].case: course})
+    result = StudyResult(study, rows=rows, histories={rows[0].case: course}, media=StudyMedia())
     assert isinstance(rows[0].case, Case)
     assert result.history(rows[0]) is course
     assert result.history_or_none(rows[1]) is None

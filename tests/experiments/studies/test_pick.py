@@ -9,7 +9,7 @@ from rich.console import Console
 
 from sinssim.experiments.studies.claims import picks
 from sinssim.experiments.studies.study_charts import one_draw
-from sinssim.experiments.studies.study_exhibits import exhibits_of
+from sinssim.experiments.studies.study_exhibits import StudyMedia, exhibits_of
 from sinssim.experiments.studies.study_results import Row, StudyResult, needed
 from sinssim.experiments.studies.study_schema import Study
 from sinssim.recording.console import show
@@ -36,7 +36,7 @@ def row(motion: str, algorithm: str, metres: float, arcsec: float, rate: float =
 
 
 def picked(rows: list[Row], **more: Any) -> list[Any]:
-    return picks(StudyResult(study(**more), rows=rows))
+    return picks(StudyResult(study(**more), rows=rows, media=StudyMedia()))
 
 
 def both(algorithm: str, a: tuple[float, float], b: tuple[float, float], **more: Any) -> list[Row]:
@@ -145,7 +145,7 @@ def test_sensors_on_one_draw_say_so() -> None:
     said = one_draw(several.parts[0], several)
     assert said.startswith("The sensors are compared on one draw of their errors (seed 7)")
     console = Console(record=True, width=400)
-    show(exhibits_of(StudyResult(several)), console)
+    show(exhibits_of(StudyResult(several, media=StudyMedia())), console)
     assert "p:\n" + said.replace("`", "") in console.export_text()
     ideal = study()
     assert one_draw(ideal.parts[0], ideal) == ""

@@ -17,6 +17,7 @@ from sinssim.experiments.studies.algorithm_comparison import _navigate, _Truth
 from sinssim.experiments.studies.attitude_claims import _frame_rate
 from sinssim.experiments.studies.attitude_cost import AttitudeCost
 from sinssim.experiments.studies.step_cost import Cost, Operations
+from sinssim.experiments.studies.study_exhibits import StudyMedia
 from sinssim.experiments.studies.study_results import Case, StudyResult
 from sinssim.experiments.studies.study_schema import Study
 from sinssim.strapdown import measured_attitude
@@ -29,7 +30,7 @@ CASE = Case("p", "still", "rate-gyros", "ideal", "euler", "level", "normal", "ex
 
 def navigated(monkeypatch: pytest.MonkeyPatch, change: Any) -> Any:
     """Navigate the case with a change of the solution."""
-    result = StudyResult(Study.model_validate({"name": "s", "parts": [PART]}))
+    result = StudyResult(Study.model_validate({"name": "s", "parts": [PART]}), media=StudyMedia())
     part = result.study.parts[0]
     result.costs["euler", "level", ()] = Cost("euler", "level", 70.0, Operations(1.0, 2.0, 3.0, 4.0, 0.5))
     result.attitude_costs = [

@@ -14,6 +14,7 @@ from sinssim.experiments.studies.trade_cells import CellNumbers, cells_of
 from sinssim.experiments.studies.trade_exhibits import curves, families, grid_of, growth, pictures
 from sinssim.experiments.studies.trade_exhibits import heat_map as map_of
 from sinssim.experiments.studies.trade_result import CellResult, TradeResult
+from sinssim.experiments.studies.trade_run import TradeMedia
 from sinssim.experiments.studies.trade_schema import Axis
 from sinssim.recording.figures import figure_of
 from sinssim.recording.style import COLORS, css
@@ -42,7 +43,7 @@ def made(
         time = np.array([0.0, 30.0, 60.0])
         found = CellNumbers(numbers, (verdict,), time, 0.2 * r95 * time / 60.0, r95 * time / 60.0)
         results.append(CellResult(cell, found))
-    return TradeResult(plan, tuple(results))
+    return TradeResult(plan, tuple(results), media=TradeMedia())
 
 
 def trade_figure(result: TradeResult, quantity: Quantity) -> Any:
@@ -134,12 +135,12 @@ def test_a_cell_without_numbers(tmp_path: Path) -> None:
     whole = made(tmp_path, *AXES)
     cells = list(whole.cells)
     cells[4] = CellResult(cells[4].cell, None, "it failed.")
-    result = TradeResult(whole.study, tuple(cells))
+    result = TradeResult(whole.study, tuple(cells), media=TradeMedia())
     texts = [text.get_text() for text in heat_map(result, R95).axes[0].texts]
     assert texts == ["10.0", "20.0", "30.0", "40.0", "–", "60.0"]
     assert np.isnan(trade_figure(result, R95).axes[0].lines[1].get_ydata()[1])
     assert growth_figure(result) is not None
-    nothing = TradeResult(whole.study, tuple(CellResult(one.cell) for one in cells), "interrupted")
+    nothing = TradeResult(whole.study, tuple(CellResult(one.cell) for one in cells), "interrupted", media=TradeMedia())
     assert not list(pictures(nothing))
     for figure in (trade_figure(nothing, R95), heat_map(nothing, R95)):
         figure.draw_without_rendering()

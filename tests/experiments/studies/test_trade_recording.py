@@ -14,6 +14,7 @@ import sinssim
 from sinssim.experiments.studies.trade_cells import CellNumbers
 from sinssim.experiments.studies.trade_exhibits import shown_cells
 from sinssim.experiments.studies.trade_result import CellResult, TradeResult
+from sinssim.experiments.studies.trade_run import TradeMedia
 from sinssim.recording.rerun.exhibit_recording import record
 from sinssim.recording.rerun.viewer import find_run_info
 from sinssim.recording.rerun.views import all_views, load_view
@@ -65,13 +66,16 @@ def test_of_many_cells_some_are_recorded(result: TradeResult, tmp_path: Path) ->
     """At most ten lines, the least and the largest R95 among them; a study without a finished cell has a view, too."""
     ends = [float((7 * n) % 23) for n in range(1, 23)]
     of: Any = [CellNumbers({}, (), np.arange(2.0), np.zeros(2), np.array([0.0, end]), ()) for end in ends]
-    many = TradeResult(result.study, tuple(CellResult(result.cells[0].cell, one) for one in of))
+    many = TradeResult(result.study, tuple(CellResult(result.cells[0].cell, one) for one in of), media=TradeMedia())
     chosen = [numbers.r95[-1] for _, numbers in shown_cells(many)]
     assert len(chosen) == 10
     assert {1.0, 22.0} <= set(chosen)
     assert chosen == [end for end in ends if end in chosen]
     failed = TradeResult(
-        result.study, tuple(CellResult(one.cell, failure="it fell.") for one in result.cells), "failed"
+        result.study,
+        tuple(CellResult(one.cell, failure="it fell.") for one in result.cells),
+        "failed",
+        media=TradeMedia(),
     )
     record(failed.exhibits, tmp_path / "recording.rrd")
     shown = views(load_view("trade", find_run_info(tmp_path / "recording.rrd")).root_container)

@@ -21,6 +21,7 @@ from sinssim.experiments.studies.trade_result import (
     requirement_lines,
     unit_for,
 )
+from sinssim.experiments.studies.trade_run import TradeMedia
 from sinssim.recording.rerun.exhibit_recording import markdown
 from sinssim.statistics.requirement_verdict import VerdictInUnit, Word
 from sinssim.statistics.requirements import Quantity
@@ -45,7 +46,7 @@ def made(folder: Path, band: bool = False) -> TradeResult:
         numbers = CellNumbers(values, (verdict,), time, 0.4 * r95 * time / 60.0, r95 * time / 60.0)
         failed = np.isnan(r95)
         cells.append(CellResult(cell, None if failed else numbers, "the flight failed." if failed else ""))
-    return TradeResult(plan, tuple(cells))
+    return TradeResult(plan, tuple(cells), media=TradeMedia())
 
 
 def test_arrays(tmp_path: Path) -> None:
@@ -86,7 +87,7 @@ def test_an_axis_of_several_types_becomes_text(tmp_path: Path) -> None:
     linked = {"keys": (BIAS, "imu.lever_arm_m"), "values": arms, "labels": ("a", "b"), "label": "unit"}
     plan = study(tmp_path, axes=(linked, {"key": "filter.smooth", "values": (True, False)}))
     open_cells = tuple(CellResult(Cell(k + 1, (k // 2, k % 2), (), None)) for k in range(4))
-    table = TradeResult(plan, open_cells, status="interrupted").to_table()
+    table = TradeResult(plan, open_cells, status="interrupted", media=TradeMedia()).to_table()
     assert table.column("unit").to_pylist() == ["a", "a", "b", "b"]
     assert table.column("imu.lever_arm_m").to_pylist()[0] == "[1, 0, 0]"
     assert table.column(BIAS).to_pylist() == [0.1, 0.1, 1.0, 1.0]
@@ -173,6 +174,6 @@ def test_one_requirement_that_is_not_met_decides_for_all(tmp_path: Path) -> None
     for cell, two in zip(cells_of(plan), words, strict=True):
         found = tuple(VerdictInUnit(t, w, 1.0, 2.0, "m", 60.0, 0) for t, w in zip(texts, two, strict=True))
         cells.append(CellResult(cell, CellNumbers({}, found, np.zeros(1), np.zeros(1), np.zeros(1)), ""))
-    result = TradeResult(plan, tuple(cells))
+    result = TradeResult(plan, tuple(cells), media=TradeMedia())
     assert result.verdicts().tolist() == [["met", "undecided", "not met"], ["not met", "undecided", "not met"]]
     assert result.verdicts(texts[1]).ravel().tolist() == [two[1] for two in words]

@@ -30,6 +30,7 @@ from sinssim.experiments.studies.trade_result import (
     unit_for,
     verdict_text,
 )
+from sinssim.experiments.studies.trade_run import TradeMedia
 from sinssim.experiments.studies.trade_schema import Axis, TradeStudy
 from sinssim.recording.report.exhibit_page import page_of
 from sinssim.recording.rerun.exhibit_recording import markdown, record_chart
@@ -92,7 +93,7 @@ def test_units(tmp_path: Path) -> None:
     assert unit_for(result, Quantity("velocity_east", "end"), Quantity("velocity_down", "end")) == Unit("m/s", 1.0)
     assert unit_for(result, Quantity("rate", "end")) == Unit("nmi/h", 1.0)
     asked = study(tmp_path, require=("heading(end) <= 2 deg", "cep(end) <= 1 nmi"))
-    other = TradeResult(asked, result.cells)
+    other = TradeResult(asked, result.cells, media=TradeMedia())
     assert unit_for(other, Quantity("heading", "end")) == Unit("deg", pytest.approx(pi / 180.0))
     assert unit_for(other, Quantity("cep", "end")) == Unit("nmi", 1852.0)
     assert unit_for(other, Quantity("cep", "at", 30.0)).name == "m"
@@ -150,7 +151,8 @@ def test_the_headline(tmp_path: Path) -> None:
     grid = "standing.toml: 2 values of unit × 3 values of gyro bias σ."
     assert headline(result) == f"6 covariance budgets of {grid} The same in every cell: seed=9."
     stopped = TradeResult(result.study, (*result.cells[:4], CellResult(result.cells[4].cell, None, "it fell."),
-                                         CellResult(result.cells[5].cell)), "interrupted")  # fmt: skip
+                                         CellResult(result.cells[5].cell)), "interrupted",
+                          media=TradeMedia())  # fmt: skip
     assert headline(stopped).endswith("The study was interrupted: 4 of 6 cells are finished. 1 of 6 cells failed.")
     runs = made(tmp_path, cell="ensemble", runs=90)
     for one, number in zip(runs.cells, (90.0, 70.0, 80.0, 90.0, 90.0, 90.0), strict=True):
