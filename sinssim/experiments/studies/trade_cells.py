@@ -1,7 +1,4 @@
-"""The cells of a trade study.
-
-Settings, scenarios and digests, and the numbers of each from its covariance budget or its ensemble of runs.
-"""
+"""The cells of a trade study: their scenarios and digests, and their numbers from a budget or an ensemble."""
 
 from __future__ import annotations
 
@@ -10,8 +7,7 @@ import itertools
 import json
 from collections.abc import Sequence
 from dataclasses import dataclass, field
-from functools import cached_property
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Literal
 
 import numpy as np
 
@@ -24,6 +20,7 @@ from sinssim.scenario.schema import Scenario
 from sinssim.scenario.true_motion import true_motion
 from sinssim.statistics.requirement_verdict import Verdict, VerdictInUnit
 from sinssim.statistics.requirements import COMPONENTS, SHARES, Quantity
+from sinssim.system.short_repr import short_repr
 from sinssim.truth.flight.flight import flight_key
 from sinssim.units import NAUTICAL_MILE
 
@@ -37,39 +34,72 @@ _WITHOUT_EFFECT = ("name", "description", "views", "output", "recording")
 
 
 @dataclass(frozen=True)
+class CellNumbers:
+    """The numbers of a cell.
+
+    Attributes:
+        values: by column, with the unit in its name; `Quantity.column` is that of a quantity. An ensemble has the ends
+            of the 95 % band of a quantity as column + "_low" and "_high".
+        verdicts: on each requirement.
+        time: instants of the growth of the errors, s since the start.
+        cep, r95: CEP and R95 at these instants, m.
+        notes: remarks, whole sentences.
+    """
+
+    values: dict[str, float]
+    verdicts: tuple[VerdictInUnit, ...]
+    time: Array = field(default_factory=lambda: np.zeros(0))
+    cep: Array = field(default_factory=lambda: np.zeros(0))
+    r95: Array = field(default_factory=lambda: np.zeros(0))
+    notes: tuple[str, ...] = ()
+
+
+@short_repr
+@dataclass(frozen=True)
 class Cell:
-    """One cell of a grid.
+    """One cell of a grid, and what became of it.
 
     Attributes:
         number: its number, from 1, the last axis changing fastest.
         place: place of its value on each axis, from 0.
         settings: the varied keys with their values, as for --set.
         scenario: its scenario; None if the values do not go together.
-        mistake: why they do not; "" otherwise.
+        digest: of what determines its numbers, `digest_of`; "" without a scenario.
+        numbers: its numbers; None if it failed or was not reached.
+        failure: why it failed, or why the values do not go together; "" otherwise.
     """
 
     number: int
     place: tuple[int, ...]
     settings: tuple[str, ...]
     scenario: Scenario | None
-    mistake: str = ""
+    digest: str = ""
+    numbers: CellNumbers | None = None
+    failure: str = ""
 
-    @cached_property
-    def flight(self) -> str:
-        """Digest of its flight; "" for another motion."""
-        if self.scenario is None or self.scenario.flight is None:
-            return ""
-        return flight_key(self.scenario.flight, self.scenario.seed)
+    @property
+    def status(self) -> Literal["finished", "failed", "open"]:
+        """ "finished", "failed", or "open" if it was not reached."""
+        return "failed" if self.failure else "open" if self.numbers is None else "finished"
+
+    def value(self, column: str) -> float:
+        """Return a number of the cell, NaN without one."""
+        return float("nan") if self.numbers is None else self.numbers.values.get(column, float("nan"))
+
+    def verdict(self, requirement: str) -> VerdictInUnit | None:
+        """Return its verdict on a requirement, None without one."""
+        there = () if self.numbers is None else self.numbers.verdicts
+        return next((verdict for verdict in there if verdict.requirement == requirement), None)
 
 
-def digest_of(study: TradeStudy, cell: Cell) -> str:
+def digest_of(study: TradeStudy, scenario: Scenario) -> str:
     """Return the SHA-256 of everything that determines the numbers of a cell, except the versions of the software.
 
     The number of runs of an ensemble is not part of it, because an ensemble can be extended.
     """
-    assert cell.scenario is not None
     without = (*_WITHOUT_EFFECT, *(("ensemble",) if study.cell == "budget" else ()))
-    contents = cell.scenario.contents(without=without)
+    contents = scenario.contents(without=without)
+    flight = "" if scenario.flight is None else flight_key(scenario.flight, scenario.seed)
     if isinstance(contents.get("ensemble"), dict):
         contents["ensemble"] = {key: value for key, value in contents["ensemble"].items() if key != "runs"}
     if study.cell == "budget":
@@ -77,7 +107,7 @@ def digest_of(study: TradeStudy, cell: Cell) -> str:
         how = ["budget", study.inertial, quantities, list(study.require)]
     else:
         how = ["ensemble", list(study.instants)]
-    return hashlib.sha256(json.dumps([how, contents, cell.flight], sort_keys=True).encode()).hexdigest()
+    return hashlib.sha256(json.dumps([how, contents, flight], sort_keys=True).encode()).hexdigest()
 
 
 def place_name(study: TradeStudy, place: Sequence[int]) -> str:
@@ -89,10 +119,8 @@ def place_name(study: TradeStudy, place: Sequence[int]) -> str:
 def cells_of(study: TradeStudy) -> tuple[Cell, ...]:
     """Return the cells of a study, the last axis changing fastest.
 
-    The scenario of a cell is that of `load_scenario` with the study's fixed keys and then the cell's own.
-
-    Returns:
-        The cells. Values that do not go together are the cell's mistake.
+    The scenario of a cell is that of `load_scenario` with the study's fixed keys and then the cell's own. A cell whose
+    values do not go together has failed.
     """
     load_scenario(study.scenario, study.set)  # mistakes that have nothing to do with the axes
     cells, flown = [], dict[str, float]()
@@ -100,7 +128,8 @@ def cells_of(study: TradeStudy) -> tuple[Cell, ...]:
         pairs = [pair for axis, k in zip(study.axes, place, strict=True) for pair in axis.settings(k)]
         settings = tuple(f"{key}={toml_text(value)}" for key, value in pairs)
         scenario, mistake = _scenario_of(study, settings, flown)
-        cells.append(Cell(number, place, settings, scenario, mistake))
+        digest = "" if scenario is None else digest_of(study, scenario)
+        cells.append(Cell(number, place, settings, scenario, digest, failure=mistake))
     _check_values(study, cells, flown)
     return tuple(cells)
 
@@ -142,7 +171,7 @@ def _check_times(study: TradeStudy, scenario: Scenario, flown: dict[str, float])
 
 def _check_values(study: TradeStudy, cells: list[Cell], flown: dict[str, float]) -> None:
     """Raise for a value of an axis that is allowed in no cell."""
-    mistakes = {cell.mistake for cell in cells}
+    mistakes = {cell.failure for cell in cells}
     if mistakes == {""}:
         return
     if mistakes == {mistake := _scenario_of(study, (), flown)[1]}:  # it has nothing to do with the axes
@@ -159,12 +188,12 @@ def _check_values(study: TradeStudy, cells: list[Cell], flown: dict[str, float])
     lines: dict[tuple[int, str], str] = {}
     for number, k, here in wrong:
         axis, cell = study.axes[number], here[0]
-        if (number, cell.mistake) in lines:  # the key itself is wrong: one value says it all
+        if (number, cell.failure) in lines:  # the key itself is wrong: one value says it all
             continue
         others = f" and {len(here) - 1} more" if len(here) > 1 else ""
-        lines[number, cell.mistake] = (
+        lines[number, cell.failure] = (
             f"axes.{number + 1} ({', '.join(axis.paths)}): the value {axis.name_of(k)} cannot be used in cell "
-            f"{cell.number} ({place_name(study, cell.place)}){others}: {cell.mistake}"
+            f"{cell.number} ({place_name(study, cell.place)}){others}: {cell.failure}"
         )
     if lines:
         several = "\n  - ".join([f"{len(lines)} values of the axes:", *lines.values()])
@@ -198,27 +227,6 @@ def command_of(study: TradeStudy, cell: Cell, program: str = "sinssim") -> str:
 
 
 _HEADING = COMPONENTS.index("heading")
-
-
-@dataclass(frozen=True)
-class CellNumbers:
-    """The numbers of a cell.
-
-    Attributes:
-        values: by column, with the unit in its name; `Quantity.column` is that of a quantity. An ensemble has the ends
-            of the 95 % band of a quantity as column + "_low" and "_high".
-        verdicts: on each requirement.
-        time: instants of the growth of the errors, s since the start.
-        cep, r95: CEP and R95 at these instants, m.
-        notes: remarks, whole sentences.
-    """
-
-    values: dict[str, float]
-    verdicts: tuple[VerdictInUnit, ...]
-    time: Array = field(default_factory=lambda: np.zeros(0))
-    cep: Array = field(default_factory=lambda: np.zeros(0))
-    r95: Array = field(default_factory=lambda: np.zeros(0))
-    notes: tuple[str, ...] = ()
 
 
 def of_budget(study: TradeStudy, result: BudgetResult) -> CellNumbers:

@@ -20,9 +20,8 @@ from numpy.typing import NDArray
 from sinssim.charts import TIME, Axis, Band, Bars, Cells, Chart, Charts, Color, Dots, Line, Mark, Remark
 from sinssim.data import Array
 from sinssim.exhibits import Column, Exhibits, Item, Section, Sentence, Table, Verbatim
-from sinssim.experiments.studies.trade_cells import CellNumbers, place_name
+from sinssim.experiments.studies.trade_cells import Cell, CellNumbers, place_name
 from sinssim.experiments.studies.trade_result import (
-    CellResult,
     TradeResult,
     Unit,
     cell_table,
@@ -292,7 +291,7 @@ def heat_map(result: TradeResult, quantity: Quantity) -> Charts:
                   note=f"framed: meets {met}" if met else "", share="xy",)  # fmt: skip
 
 
-def shown_cells(result: TradeResult) -> list[tuple[CellResult, CellNumbers]]:
+def shown_cells(result: TradeResult) -> list[tuple[Cell, CellNumbers]]:
     """Return the cells whose growth is shown, in order: all, or some from the least to the largest R95."""
     there = [(cell, cell.numbers) for cell in result.cells if cell.numbers is not None and len(cell.numbers.time) > 1]
     if len(there) <= _LINES:
@@ -333,7 +332,7 @@ def _colors(result: TradeResult, numbers: Sequence[int]) -> list[style.Rgb]:
     return choice_colors(len(numbers))
 
 
-def short_name(result: TradeResult, cell: CellResult) -> str:
+def short_name(result: TradeResult, cell: Cell) -> str:
     """Return the values of a cell with their units, without the names of the axes: "tactical, 0.01 deg/h"."""
     pairs = zip(result.axes, cell.place, strict=True)
     return ", ".join(f"{axis.name_of(k)} {axis.unit}".rstrip() for axis, k in pairs)

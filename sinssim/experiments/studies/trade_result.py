@@ -11,7 +11,7 @@ import math
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
-from typing import Any, Literal
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -19,59 +19,16 @@ from numpy.typing import NDArray
 from sinssim.data import Array
 from sinssim.errors import InputError, shortened, unknown_name
 from sinssim.exhibits import Column, Table
-from sinssim.experiments.studies.trade_cells import Cell, CellNumbers, command_of, digest_of, place_name
+from sinssim.experiments.studies.trade_cells import Cell, command_of, place_name
 from sinssim.experiments.studies.trade_schema import Axis, TradeStudy, value_text
 from sinssim.formatting import capital, number_text
 from sinssim.recording.result import Media, Result
 from sinssim.statistics.circular_error import END
 from sinssim.statistics.percentiles import runs_for_band
-from sinssim.statistics.requirement_verdict import VerdictInUnit
 from sinssim.statistics.requirements import QUANTITIES, SHARES, Quantity, Requirement, parse_quantity
 from sinssim.system.outputs import draft
-from sinssim.system.short_repr import html_table, short_repr
+from sinssim.system.short_repr import html_table
 from sinssim.units import ANGLE_SCALE, LENGTH_SCALE, SPEED_SCALE, suiting
-
-Status = Literal["finished", "failed", "open"]
-
-
-@short_repr
-@dataclass(frozen=True)
-class CellResult:
-    """What became of a cell.
-
-    Attributes:
-        cell: the cell.
-        numbers: its numbers; None if it failed or was not reached.
-        failure: why it failed; "" otherwise.
-    """
-
-    cell: Cell
-    numbers: CellNumbers | None = None
-    failure: str = ""
-
-    @property
-    def status(self) -> Status:
-        """ "finished", "failed", or "open" if it was not reached."""
-        return "failed" if self.failure else "open" if self.numbers is None else "finished"
-
-    @property
-    def number(self) -> int:
-        """Its number, from 1, the last axis changing fastest."""
-        return self.cell.number
-
-    @property
-    def place(self) -> tuple[int, ...]:
-        """Place of its value on each axis, from 0."""
-        return self.cell.place
-
-    def value(self, column: str) -> float:
-        """Return a number of the cell, NaN without one."""
-        return float("nan") if self.numbers is None else self.numbers.values.get(column, float("nan"))
-
-    def verdict(self, requirement: str) -> VerdictInUnit | None:
-        """Return its verdict on a requirement, None without one."""
-        there = () if self.numbers is None else self.numbers.verdicts
-        return next((verdict for verdict in there if verdict.requirement == requirement), None)
 
 
 @dataclass(eq=False, repr=False)
@@ -80,7 +37,7 @@ class TradeResult(Result):
 
     Attributes:
         study: the study.
-        cells: result of each cell; the last axis changes fastest.
+        cells: the cells with their numbers; the last axis changes fastest.
         status: "finished", "interrupted" or "failed".
         directory: directory of the study; None if nothing is kept.
         seconds: duration of the computation, s, of this call alone.
@@ -89,7 +46,7 @@ class TradeResult(Result):
     """
 
     study: TradeStudy
-    cells: tuple[CellResult, ...]
+    cells: tuple[Cell, ...]
     status: str = "finished"
     directory: Path | None = None
     seconds: float = 0.0
@@ -247,7 +204,7 @@ class TradeResult(Result):
         Returns:
             `sinssim budget …` or `sinssim ensemble …`.
         """
-        return command_of(self.study, self._cell(number).cell, program)
+        return command_of(self.study, self._cell(number), program)
 
     def digest(self, number: int) -> str:
         """Return the digest of a cell's scenario and of the requested results.
@@ -258,10 +215,9 @@ class TradeResult(Result):
         Returns:
             SHA-256 in hexadecimal; "" if the cell has no scenario.
         """
-        cell = self._cell(number).cell
-        return "" if cell.scenario is None else digest_of(self.study, cell)
+        return self._cell(number).digest
 
-    def _cell(self, number: int) -> CellResult:
+    def _cell(self, number: int) -> Cell:
         if not 1 <= number <= len(self.cells):
             raise InputError(f"cell {number}: the study has the cells 1 to {len(self.cells)}.")
         return self.cells[number - 1]
@@ -440,12 +396,12 @@ def cell_table(
     return heads, rows, 1 + len(study.axes)
 
 
-def names(result: TradeResult, cell: CellResult) -> list[str]:
+def names(result: TradeResult, cell: Cell) -> list[str]:
     """Return the names of the values of a cell, one for each axis."""
     return [axis.name_of(k) for axis, k in zip(result.study.axes, cell.place, strict=True)]
 
 
-def _value(cell: CellResult, quantity: Quantity, unit: Unit, band: bool) -> str:
+def _value(cell: Cell, quantity: Quantity, unit: Unit, band: bool) -> str:
     text, column = unit.text(cell.value(quantity.column)), quantity.column
     if not band or math.isnan(cell.value(f"{column}_low")):
         return text
@@ -456,7 +412,7 @@ def _percent(value: float) -> str:
     return "–" if math.isnan(value) else f"{100.0 * value:.0f} %"
 
 
-def verdict_text(cell: CellResult, requirement: Requirement) -> str:
+def verdict_text(cell: Cell, requirement: Requirement) -> str:
     """Return the verdict of a cell on a requirement, and its value if no column shows it; "" without one."""
     verdict = cell.verdict(requirement.text)
     if verdict is None:
@@ -509,7 +465,7 @@ def requirement_lines(result: TradeResult) -> list[str]:
 
 def _met(result: TradeResult, requirements: Sequence[Requirement]) -> str:
     """Return how many cells meet some requirements, and which."""
-    word: dict[str, list[CellResult]] = {"met": [], "not met": [], "undecided": []}
+    word: dict[str, list[Cell]] = {"met": [], "not met": [], "undecided": []}
     for cell in result.cells:
         verdicts = [v.verdict for r in requirements if (v := cell.verdict(r.text)) is not None]
         if verdicts:

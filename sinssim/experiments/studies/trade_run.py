@@ -12,12 +12,12 @@ from __future__ import annotations
 import contextlib
 import hashlib
 import json
-import time
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from contextlib import suppress
-from dataclasses import asdict, dataclass
+from dataclasses import asdict, replace
 from pathlib import Path
-from typing import Any
+from time import perf_counter
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
@@ -27,9 +27,9 @@ from sinssim.experiments.ensembles.ensemble_directory import EnsembleDirectory
 from sinssim.experiments.ensembles.ensemble_plan import TruthCache, truth_key
 from sinssim.experiments.ensembles.ensemble_run import stored_runs
 from sinssim.experiments.experiment_directory import Kind, Store, other_scenario, other_software, software
-from sinssim.experiments.studies.trade_cells import Cell, CellNumbers, cells_of, digest_of, of_budget, of_ensemble
+from sinssim.experiments.studies.trade_cells import Cell, CellNumbers, cells_of, of_budget, of_ensemble
 from sinssim.experiments.studies.trade_exhibits import curves, exhibits_of, to_json, write_trade
-from sinssim.experiments.studies.trade_result import CellResult, TradeResult
+from sinssim.experiments.studies.trade_result import TradeResult
 from sinssim.experiments.studies.trade_schema import TradeStudy
 from sinssim.experiments.workload import FLIGHT_SPEED, LIMIT_MINUTES, TooLongError, Watch, check_limit
 from sinssim.progress import Progress, shown
@@ -42,6 +42,10 @@ from sinssim.scenario.plan_summary import own_digests
 from sinssim.scenario.planned_motion import check_times, expected_duration
 from sinssim.statistics.requirement_verdict import VerdictInUnit
 from sinssim.system.outputs import MARK, Draft, remove, write_text
+
+if TYPE_CHECKING:
+    from sinssim.scenario import Scenario
+    from sinssim.simulation.truth_stage import Truth
 
 MANIFEST = "trade.json"
 _LETTERS = 24
@@ -139,14 +143,8 @@ def _files_of(ensemble: Path) -> list[str]:
 
 def _contents(numbers: CellNumbers) -> dict[str, Any]:
     """Return numbers as JSON holds them; doubles keep every bit."""
-    return {
-        "values": plain(numbers.values),
-        "verdicts": plain([asdict(verdict) for verdict in numbers.verdicts]),
-        "time": plain(numbers.time.tolist()),
-        "cep": plain(numbers.cep.tolist()),
-        "r95": plain(numbers.r95.tolist()),
-        "notes": list(numbers.notes),
-    }
+    contents = asdict(numbers)
+    return dict(plain(contents | {name: contents[name].tolist() for name in ("time", "cep", "r95")}))
 
 
 def _numbers(contents: dict[str, Any]) -> CellNumbers:
@@ -156,17 +154,12 @@ def _numbers(contents: dict[str, Any]) -> CellNumbers:
         return float("nan") if value is None else float(value)
 
     verdicts = tuple(
-        VerdictInUnit(**{**verdict, "value": known(verdict["value"]), "time_s": known(verdict["time_s"])})
+        VerdictInUnit(**{**verdict, **{name: known(verdict[name]) for name in ("value", "time_s")}})
         for verdict in contents["verdicts"]
     )
-    return CellNumbers(
-        {name: known(value) for name, value in contents["values"].items()},
-        verdicts,
-        np.array([known(v) for v in contents["time"]]),
-        np.array([known(v) for v in contents["cep"]]),
-        np.array([known(v) for v in contents["r95"]]),
-        tuple(contents["notes"]),
-    )
+    values = {name: known(value) for name, value in contents["values"].items()}
+    time, cep, r95 = (np.array([known(v) for v in contents[name]]) for name in ("time", "cep", "r95"))
+    return CellNumbers(values, verdicts, time, cep, r95, tuple(contents["notes"]))
 
 
 def _digest(contents: dict[str, Any]) -> str:
@@ -204,23 +197,20 @@ def trade(
     """
     check_limit(limit_minutes)
     TradeDirectory.check_options(directory, resume=resume, overwrite=overwrite)
-    cells = cells_of(study)
-    speak = say or (lambda text: None)
+    result = TradeResult(study, cells_of(study), media=TradeMedia())
     with contextlib.ExitStack() as stack:
         report = stack.enter_context(shown(progress))
         place = stack.enter_context(Draft()).path / "study" if directory is None else Path(directory)
-        folder = TradeDirectory(place, study, resume=resume, overwrite=overwrite)
-        stack.callback(folder.close)
-        work = _Work(study, cells, folder, threads, report, speak)
-        result = TradeResult(study, (), directory=None if directory is None else folder.path, media=TradeMedia())
+        folder = stack.enter_context(TradeDirectory(place, study, resume=resume, overwrite=overwrite))
+        result.directory = None if directory is None else folder.path
+        work = _Work(result, folder, threads, report, say or (lambda text: None))
         try:
             work.run(limit_minutes)
         except BaseException as stop:
-            work.complete(result, "interrupted" if isinstance(stop, KeyboardInterrupt) else "failed")
+            result.status = "interrupted" if isinstance(stop, KeyboardInterrupt) else "failed"
             if directory is not None:
                 _leave(folder, result, stop)
             raise
-        work.complete(result, "finished")
         if directory is not None:
             report("Writing the report", 1.0)
             _write(folder, result)
@@ -237,156 +227,140 @@ def write_result(result: TradeResult, directory: Path, *, overwrite: bool) -> Pa
 
     A study of ensembles that is continued there computes its cells again.
     """
-    folder = TradeDirectory(directory, result.study, resume=False, overwrite=overwrite)
-    try:
+    with TradeDirectory(directory, result.study, overwrite=overwrite) as folder:
         for cell in result.cells:
             if cell.numbers is not None and result.study.cell == "budget":
-                folder.write(result.digest(cell.number), cell.numbers)
+                folder.write(cell.digest, cell.numbers)
         _write(folder, result)
         return folder.path
-    finally:
-        folder.close()
-
-
-@dataclass(frozen=True)
-class _Missing:
-    """A cell to be computed, the others that have the same numbers, and its true motion."""
-
-    cell: Cell
-    digest: str
-    motion: str
 
 
 class _Work:
-    """The computation of the cells of a study."""
+    """The computation of the cells of a study that have no numbers."""
 
     def __init__(
-        self, study: TradeStudy, cells: tuple[Cell, ...], folder: TradeDirectory, threads: int | None,
-        report: Progress, say: Say,
-    ) -> None:  # fmt: skip
-        self.study, self.cells, self._folder, self._threads = study, cells, folder, threads
-        self._report, self._notes = report, list[str]()
-        self._say_on, self._seconds, self._computed = say, 0.0, 0
-        self._numbers: dict[str, CellNumbers] = {}
-        self._failures: dict[str, str] = {}
+        self, result: TradeResult, folder: TradeDirectory, threads: int | None, report: Progress, say: Say
+    ) -> None:
+        self.result, self._folder, self._threads = result, folder, threads
+        self._report, self._say_on = report, say
         self.runs_failed = False
-        self._digests = {cell.number: digest_of(study, cell) for cell in cells if cell.scenario is not None}
 
     def say(self, text: str) -> None:
         """Say a remark, and keep it."""
-        self._notes.append(text)
+        self.result.notes.append(text)
         self._say_on(text)
 
     def run(self, limit_minutes: float) -> None:
-        """Compute the cells that are missing, those of one motion after one another."""
-        begin, study = time.perf_counter(), self.study
+        """Compute the cells that are missing, one for each digest, those of one motion after one another."""
+        begin, study = perf_counter(), self.result.study
         try:
             self._read_kept()
-            todo = self._missing()
-            runs = f" of {_runs(todo[0].cell, study)} runs" if todo and study.cell == "ensemble" else ""
+            todo = dict[str, Cell]()
+            for cell in self._unknown():
+                todo.setdefault(cell.digest, cell)
+            motions = dict[str, list[Cell]]()
+            for cell in todo.values():
+                motions.setdefault(truth_key(_scenario(cell)), []).append(cell)
+            flown = {motion: _scenario(cells[0]) for motion, cells in motions.items()}
+            runs = f" of {_runs(next(iter(flown.values())), study)} runs" if todo and study.cell == "ensemble" else ""
             what = f"{len(todo)} {study.cell}{'s' if len(todo) != 1 else ''}{runs}"
             watch = Watch(study.name, what, max(len(todo), 1), limit_minutes, self._report, self._say_on)
-            flown = {missing.motion: missing.cell.scenario for missing in todo}
-            warn_of_limits(*(scenario for scenario in flown.values() if scenario is not None))
-            truths, unflown = TruthCache(), _flights(todo)
-            for missing in todo:
-                self._compute(missing, truths, watch, unflown)
+            warn_of_limits(*flown.values())
+            truths, unflown = TruthCache(), _flights(flown)
+            for motion, cells in motions.items():
+                for cell in cells:
+                    watch.flying(sum(unflown.values()))
+                    self._compute(cell, truths, watch)
+                    unflown.pop(motion, None)
         finally:
-            self._seconds = time.perf_counter() - begin
+            self._read_kept()  # Ctrl-C may have come right after a cell was written
+            self.result.seconds = perf_counter() - begin
+
+    def _unknown(self) -> list[Cell]:
+        return [cell for cell in self.result.cells if cell.digest and cell.numbers is None]
 
     def _read_kept(self) -> None:
         """Read the budgets in the directory whose numbers are not known."""
-        for digest in dict.fromkeys(self._digests.values()) if self.study.cell == "budget" else ():
-            if digest not in self._numbers and (numbers := self._folder.read(digest, self.say)) is not None:
-                self._numbers[digest] = numbers
+        if self.result.study.cell == "budget":
+            for digest in dict.fromkeys(cell.digest for cell in self._unknown()):
+                if (numbers := self._folder.read(digest, self.say)) is not None:
+                    self._enter(digest, numbers=numbers)
 
-    def _missing(self) -> list[_Missing]:
-        """Return the cells that have no numbers, one for each digest, ordered by their true motions."""
-        missing: dict[str, _Missing] = {}
-        for cell in self.cells:
-            digest = self._digests.get(cell.number)
-            if digest is not None and digest not in self._numbers and digest not in missing:
-                assert cell.scenario is not None
-                missing[digest] = _Missing(cell, digest, truth_key(cell.scenario))
-        motions = list(dict.fromkeys(entry.motion for entry in missing.values()))
-        return sorted(missing.values(), key=lambda entry: motions.index(entry.motion))
+    def _enter(self, digest: str, **what: Any) -> None:
+        """Enter what became of the cells of a digest."""
+        cells = self.result.cells
+        self.result.cells = tuple(replace(cell, **what) if cell.digest == digest else cell for cell in cells)
 
-    def _compute(self, missing: _Missing, truths: TruthCache, watch: Watch, unflown: dict[str, float]) -> None:
+    def _compute(self, cell: Cell, truths: TruthCache, watch: Watch) -> None:
         """Compute a cell; what goes wrong in it is its result."""
-        scenario = missing.cell.scenario
-        assert scenario is not None
+        failure = ""
         try:
-            watch.flying(sum(unflown.values()))
-            check_times(scenario)
-            truth = truths.of(scenario)
-            unflown.pop(missing.motion, None)
+            check_times(_scenario(cell))
+            truth = truths.of(_scenario(cell))
             watch.begin()
-            if self.study.cell == "budget":
-                from sinssim.analyses.error_budget.covariance_budget import budget
-
-                by_budget = budget(
-                    scenario, times=self.study.instants, solution="inertial" if self.study.inertial else None,
-                    truth=truth, progress=lambda stage, part: watch.inside(part if stage == "budget" else 0.0),
-                )  # fmt: skip
-                numbers = of_budget(self.study, by_budget)
-                with self._folder.writing("the cells of the study could not be written to"):
-                    self._folder.write(missing.digest, numbers)
-            else:
-                result = stored_runs(
-                    scenario, self.study.runs, self._folder.ensemble(missing.digest, self.say),
-                    times=self.study.instants, truths=truths, threads=self._threads, say=self.say,
-                    progress=lambda text, part: watch.inside(part, text.split(",")[0]),
-                )  # fmt: skip
-                numbers = of_ensemble(self.study, result)
-                if result.failed.all():
-                    raise RunError(f"all {len(result)} runs failed; the first one: {result.errors.failure[0]}")
-            self._numbers[missing.digest] = numbers
-            self._computed += 1
+            by_budget = self.result.study.cell == "budget"
+            numbers = self._budget(cell, truth, watch) if by_budget else self._ensemble(cell, truths, watch)
+            self._enter(cell.digest, numbers=numbers)
+            self.result.computed += 1
         except MemoryError:  # no property of the cell
             raise
         except SinssimError as error:
             if isinstance(error, TooLongError) or isinstance(error.__cause__, OSError):
                 raise
-            self._failures[missing.digest] = str(error) or type(error).__name__
+            failure = str(error) or type(error).__name__
             self.runs_failed |= not isinstance(error, InputError)
         except Exception as error:  # whatever went wrong in one of many cells is a result to report
-            self._failures[missing.digest] = f"{type(error).__name__}: {error}"
+            failure = f"{type(error).__name__}: {error}"
             self.runs_failed = True
-        watch.finish(failed=missing.digest in self._failures)
+        if failure:
+            self._enter(cell.digest, failure=failure)
+        watch.finish(failed=bool(failure))
 
-    def complete(self, result: TradeResult, status: str) -> None:
-        """Fill in what has become of the cells."""
-        self._read_kept()  # Ctrl-C may have come right after a cell was written
-        results = []
-        for cell in self.cells:
-            digest = self._digests.get(cell.number, "")
-            failure = cell.mistake or self._failures.get(digest, "")
-            results.append(CellResult(cell, self._numbers.get(digest), failure))
-        result.cells, result.status, result.notes = tuple(results), status, self._notes
-        result.seconds, result.computed = self._seconds, self._computed
+    def _budget(self, cell: Cell, truth: Truth, watch: Watch) -> CellNumbers:
+        from sinssim.analyses.error_budget.covariance_budget import budget
+
+        study = self.result.study
+        result = budget(
+            _scenario(cell), times=study.instants, solution="inertial" if study.inertial else None, truth=truth,
+            progress=lambda stage, part: watch.inside(part if stage == "budget" else 0.0),
+        )  # fmt: skip
+        numbers = of_budget(study, result)
+        with self._folder.writing("the cells of the study could not be written to"):
+            self._folder.write(cell.digest, numbers)
+        return numbers
+
+    def _ensemble(self, cell: Cell, truths: TruthCache, watch: Watch) -> CellNumbers:
+        study = self.result.study
+        result = stored_runs(
+            _scenario(cell), study.runs, self._folder.ensemble(cell.digest, self.say), times=study.instants,
+            truths=truths, threads=self._threads, say=self.say,
+            progress=lambda text, part: watch.inside(part, text.split(",")[0]),
+        )  # fmt: skip
+        numbers = of_ensemble(study, result)
+        if result.failed.all():
+            raise RunError(f"all {len(result)} runs failed; the first one: {result.errors.failure[0]}")
+        return numbers
 
 
-def _runs(cell: Cell, study: TradeStudy) -> int:
-    """Return the number of runs of an ensemble."""
+def _scenario(cell: Cell) -> Scenario:
+    """Return the scenario of a cell that has one."""
     assert cell.scenario is not None
-    return study.runs or (cell.scenario.ensemble or EnsembleSection()).runs
+    return cell.scenario
 
 
-def _flights(todo: list[_Missing]) -> dict[str, float]:
-    """Return how long the flights of some cells take that are not in the cache, s, by their motion."""
+def _runs(scenario: Scenario, study: TradeStudy) -> int:
+    """Return the number of runs of an ensemble."""
+    return study.runs or (scenario.ensemble or EnsembleSection()).runs
+
+
+def _flights(motions: Mapping[str, Scenario]) -> dict[str, float]:
+    """Return how long the flights take that are not in the cache, s, by their motion."""
     from sinssim.truth.flight.flight import is_cached
 
-    seconds = {}
-    for missing in todo:
-        scenario = missing.cell.scenario
-        assert scenario is not None
-        if (
-            missing.motion not in seconds
-            and scenario.flight is not None
-            and not is_cached(scenario.flight, scenario.seed)
-        ):
-            seconds[missing.motion] = expected_duration(scenario) / FLIGHT_SPEED
-    return seconds
+    return {
+        motion: expected_duration(scenario) / FLIGHT_SPEED for motion, scenario in motions.items()
+        if scenario.flight is not None and not is_cached(scenario.flight, scenario.seed)
+    }  # fmt: skip
 
 
 def _leave(folder: TradeDirectory, result: TradeResult, stop: BaseException) -> None:

@@ -42,15 +42,15 @@ def test_digests(tmp_path: Path) -> None:
     """They depend on what determines the numbers, and on nothing else."""
     made = study(tmp_path)
     first, second, *_ = cells_of(made)
-    digest = digest_of(made, first)
-    assert digest != digest_of(made, second)
-    assert digest_of(study(tmp_path, name="other", description="x"), first) == digest
-    assert digest_of(study(tmp_path, times_s=(3.0,)), first) != digest
-    assert digest_of(study(tmp_path, inertial=True), first) != digest
+    digest = first.digest
+    assert digest != second.digest
+    assert digest_of(study(tmp_path, name="other", description="x"), first.scenario) == digest
+    assert digest_of(study(tmp_path, times_s=(3.0,)), first.scenario) != digest
+    assert digest_of(study(tmp_path, inertial=True), first.scenario) != digest
     few, many = (study(tmp_path, cell="ensemble", runs=n) for n in (10, 20))
-    assert digest_of(few, cells_of(few)[0]) == digest_of(many, cells_of(many)[0]) != digest
+    assert cells_of(few)[0].digest == cells_of(many)[0].digest != digest
     required = study(tmp_path, cell="ensemble", runs=10, require=("r95(end) <= 1 m",))
-    assert digest_of(required, first) == digest_of(few, first)
+    assert digest_of(required, first.scenario) == digest_of(few, first.scenario)
 
 
 @pytest.mark.parametrize(
@@ -97,8 +97,8 @@ def test_values_that_do_not_go_together_are_the_cells_mistake(tmp_path: Path) ->
     mixed = ({"key": "navigation.frame", "values": ("level", "inertial")},
              {"key": "navigation.curvature", "values": ("exact", "spherical")})  # fmt: skip
     cells = cells_of(study(tmp_path, AIDED, mixed))
-    assert [bool(cell.mistake) for cell in cells] == [False, False, False, True]
-    assert "inertial" in cells[3].mistake
+    assert [bool(cell.failure) for cell in cells] == [False, False, False, True]
+    assert "inertial" in cells[3].failure
     assert cells[3].scenario is None
 
 
@@ -127,7 +127,7 @@ def test_a_time_outside_the_run_of_some_cells_is_their_mistake(tmp_path: Path) -
     long, wrong = {"key": "parked.duration_s", "values": (80.0, 70.0)}, {"key": GRADE, "values": ("ideal", "tactical")}
     with pytest.raises(InputError, match=r"the value 50 cannot be used .* 65 s lies outside the run, which lasts 50 s"):
         cells_of(study(tmp_path, axes=(wrong, lengths), times_s=(65.0,)))
-    assert not any(cell.mistake for cell in cells_of(study(tmp_path, axes=(wrong, long), times_s=(65.0,))))
+    assert not any(cell.failure for cell in cells_of(study(tmp_path, axes=(wrong, long), times_s=(65.0,))))
 
 
 def test_the_duration_of_a_flight_is_that_of_the_flight_and_not_its_estimate(monkeypatch: pytest.MonkeyPatch) -> None:

@@ -13,7 +13,7 @@ import pytest
 from sinssim.experiments.studies.trade_cells import CellNumbers, cells_of
 from sinssim.experiments.studies.trade_exhibits import curves, families, grid_of, growth, pictures
 from sinssim.experiments.studies.trade_exhibits import heat_map as map_of
-from sinssim.experiments.studies.trade_result import CellResult, TradeResult
+from sinssim.experiments.studies.trade_result import TradeResult
 from sinssim.experiments.studies.trade_run import TradeMedia
 from sinssim.experiments.studies.trade_schema import Axis
 from sinssim.recording.figures import figure_of
@@ -42,7 +42,7 @@ def made(
             numbers |= {"r95_end_m_low": r95 * (1.0 - band), "r95_end_m_high": r95 * (1.0 + band)}
         time = np.array([0.0, 30.0, 60.0])
         found = CellNumbers(numbers, (verdict,), time, 0.2 * r95 * time / 60.0, r95 * time / 60.0)
-        results.append(CellResult(cell, found))
+        results.append(replace(cell, numbers=found))
     return TradeResult(plan, tuple(results), media=TradeMedia())
 
 
@@ -134,13 +134,14 @@ def test_the_heat_map_has_the_numbers_in_the_order_of_the_table(tmp_path: Path) 
 def test_a_cell_without_numbers(tmp_path: Path) -> None:
     whole = made(tmp_path, *AXES)
     cells = list(whole.cells)
-    cells[4] = CellResult(cells[4].cell, None, "it failed.")
+    cells[4] = replace(cells[4], numbers=None, failure="it failed.")
     result = TradeResult(whole.study, tuple(cells), media=TradeMedia())
     texts = [text.get_text() for text in heat_map(result, R95).axes[0].texts]
     assert texts == ["10.0", "20.0", "30.0", "40.0", "–", "60.0"]
     assert np.isnan(trade_figure(result, R95).axes[0].lines[1].get_ydata()[1])
     assert growth_figure(result) is not None
-    nothing = TradeResult(whole.study, tuple(CellResult(one.cell) for one in cells), "interrupted", media=TradeMedia())
+    unreached = tuple(replace(one, numbers=None, failure="") for one in cells)
+    nothing = TradeResult(whole.study, unreached, "interrupted", media=TradeMedia())
     assert not list(pictures(nothing))
     for figure in (trade_figure(nothing, R95), heat_map(nothing, R95)):
         figure.draw_without_rendering()

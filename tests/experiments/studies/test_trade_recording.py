@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
@@ -13,7 +14,7 @@ from rerun.chunk import RrdReader
 import sinssim
 from sinssim.experiments.studies.trade_cells import CellNumbers
 from sinssim.experiments.studies.trade_exhibits import shown_cells
-from sinssim.experiments.studies.trade_result import CellResult, TradeResult
+from sinssim.experiments.studies.trade_result import TradeResult
 from sinssim.experiments.studies.trade_run import TradeMedia
 from sinssim.recording.rerun.exhibit_recording import record
 from sinssim.recording.rerun.viewer import find_run_info
@@ -66,17 +67,13 @@ def test_of_many_cells_some_are_recorded(result: TradeResult, tmp_path: Path) ->
     """At most ten lines, the least and the largest R95 among them; a study without a finished cell has a view, too."""
     ends = [float((7 * n) % 23) for n in range(1, 23)]
     of: Any = [CellNumbers({}, (), np.arange(2.0), np.zeros(2), np.array([0.0, end]), ()) for end in ends]
-    many = TradeResult(result.study, tuple(CellResult(result.cells[0].cell, one) for one in of), media=TradeMedia())
+    many = TradeResult(result.study, tuple(replace(result.cells[0], numbers=one) for one in of), media=TradeMedia())
     chosen = [numbers.r95[-1] for _, numbers in shown_cells(many)]
     assert len(chosen) == 10
     assert {1.0, 22.0} <= set(chosen)
     assert chosen == [end for end in ends if end in chosen]
-    failed = TradeResult(
-        result.study,
-        tuple(CellResult(one.cell, failure="it fell.") for one in result.cells),
-        "failed",
-        media=TradeMedia(),
-    )
+    cells = tuple(replace(one, numbers=None, failure="it fell.") for one in result.cells)
+    failed = TradeResult(result.study, cells, "failed", media=TradeMedia())
     record(failed.exhibits, tmp_path / "recording.rrd")
     shown = views(load_view("trade", find_run_info(tmp_path / "recording.rrd")).root_container)
     assert "0 of 6 cells" in next(view.name for view in shown if isinstance(view, rrb.TimeSeriesView))

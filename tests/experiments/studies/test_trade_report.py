@@ -3,10 +3,11 @@
 from __future__ import annotations
 
 import re
+from dataclasses import replace
 from pathlib import Path
 
 from sinssim.experiments.studies.trade_exhibits import exhibits_of
-from sinssim.experiments.studies.trade_result import CellResult, TradeResult
+from sinssim.experiments.studies.trade_result import TradeResult
 from sinssim.experiments.studies.trade_run import TradeMedia
 from sinssim.recording.report.exhibit_page import page_of
 from tests.experiments.studies.test_trade_figure import made
@@ -17,7 +18,7 @@ from tests.experiments.studies.trade_examples import AXES
 def test_the_report_is_whole(tmp_path: Path) -> None:
     result = made(tmp_path, *AXES)
     cells = list(result.cells)
-    cells[4] = CellResult(cells[4].cell, None, "it hit <the> ground.")
+    cells[4] = replace(cells[4], numbers=None, failure="it hit <the> ground.")
     result = TradeResult(result.study, tuple(cells), notes=["A file was damaged."], media=TradeMedia())
     text = page_of(exhibits_of(result))
     assert text.count('role="img"') == 5  # curves, map and growth, two with a common legend
@@ -46,7 +47,7 @@ def test_verdicts_of_ensembles_have_their_own_table(tmp_path: Path) -> None:
 
 def test_an_interrupted_study(tmp_path: Path) -> None:
     result = made(tmp_path, *AXES)
-    cells = (*result.cells[:2], *(CellResult(one.cell) for one in result.cells[2:]))
+    cells = (*result.cells[:2], *(replace(one, numbers=None) for one in result.cells[2:]))
     left = TradeResult(result.study, cells, "interrupted", media=TradeMedia())
     text = page_of(exhibits_of(left))
     assert "The study was interrupted: 2 of 6 cells are finished." in text

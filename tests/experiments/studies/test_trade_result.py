@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -12,7 +13,6 @@ from sinssim.errors import InputError
 from sinssim.experiments.studies.trade_cells import Cell, CellNumbers, cells_of
 from sinssim.experiments.studies.trade_exhibits import exhibits_of
 from sinssim.experiments.studies.trade_result import (
-    CellResult,
     TradeResult,
     _rounded,
     cell_table,
@@ -45,7 +45,7 @@ def made(folder: Path, band: bool = False) -> TradeResult:
         time = np.linspace(0.0, 60.0, 7)
         numbers = CellNumbers(values, (verdict,), time, 0.4 * r95 * time / 60.0, r95 * time / 60.0)
         failed = np.isnan(r95)
-        cells.append(CellResult(cell, None if failed else numbers, "the flight failed." if failed else ""))
+        cells.append(replace(cell, numbers=None if failed else numbers, failure="the flight failed." if failed else ""))
     return TradeResult(plan, tuple(cells), media=TradeMedia())
 
 
@@ -86,7 +86,7 @@ def test_an_axis_of_several_types_becomes_text(tmp_path: Path) -> None:
     arms = ((0.1, (1.0, 0.0, 0.0)), (1, (0.0, 0.0, 0.0)))
     linked = {"keys": (BIAS, "imu.lever_arm_m"), "values": arms, "labels": ("a", "b"), "label": "unit"}
     plan = study(tmp_path, axes=(linked, {"key": "filter.smooth", "values": (True, False)}))
-    open_cells = tuple(CellResult(Cell(k + 1, (k // 2, k % 2), (), None)) for k in range(4))
+    open_cells = tuple(Cell(k + 1, (k // 2, k % 2), (), None) for k in range(4))
     table = TradeResult(plan, open_cells, status="interrupted", media=TradeMedia()).to_table()
     assert table.column("unit").to_pylist() == ["a", "a", "b", "b"]
     assert table.column("imu.lever_arm_m").to_pylist()[0] == "[1, 0, 0]"
@@ -173,7 +173,7 @@ def test_one_requirement_that_is_not_met_decides_for_all(tmp_path: Path) -> None
     cells = []
     for cell, two in zip(cells_of(plan), words, strict=True):
         found = tuple(VerdictInUnit(t, w, 1.0, 2.0, "m", 60.0, 0) for t, w in zip(texts, two, strict=True))
-        cells.append(CellResult(cell, CellNumbers({}, found, np.zeros(1), np.zeros(1), np.zeros(1)), ""))
+        cells.append(replace(cell, numbers=CellNumbers({}, found, np.zeros(1), np.zeros(1), np.zeros(1))))
     result = TradeResult(plan, tuple(cells), media=TradeMedia())
     assert result.verdicts().tolist() == [["met", "undecided", "not met"], ["not met", "undecided", "not met"]]
     assert result.verdicts(texts[1]).ravel().tolist() == [two[1] for two in words]

@@ -25,7 +25,7 @@ TIMES: dict[str, Any] = {"times_s": (30.0,), "require": ("r95(40 s) <= 8 m", "he
 def numbers(result: TradeResult) -> dict[int, dict[str, float]]:
     """Return all numbers of all cells, in which NaN is None."""
     return {
-        one.cell.number: {k: None if np.isnan(v) else v for k, v in one.numbers.values.items()}  # type: ignore[misc]
+        one.number: {k: None if np.isnan(v) else v for k, v in one.numbers.values.items()}  # type: ignore[misc]
         for one in result.cells
         if one.numbers is not None
     }

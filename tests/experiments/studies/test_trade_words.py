@@ -52,13 +52,12 @@ def test_the_time_of_flights(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr("sinssim.truth.flight.flight.is_cached", lambda flight, seed: flight == "known")
     monkeypatch.setattr(running, "expected_duration", lambda scenario: scenario.lasts)
 
-    def missing(motion: str, flight: str | None, lasts: float) -> SimpleNamespace:
-        return SimpleNamespace(motion=motion, cell=SimpleNamespace(scenario=SimpleNamespace(flight=flight, seed=1,
-                               lasts=lasts)))  # fmt: skip
-
-    todo = [missing("a", "new", 1000.0), missing("b", "known", 2000.0), missing("a", "new", 1000.0),
-            missing("c", None, 3000.0), missing("d", "other", 500.0)]  # fmt: skip
-    assert running._flights(todo) == {"a": 4.0, "d": 2.0}
+    motions: Any = {
+        motion: SimpleNamespace(flight=flight, seed=1, lasts=lasts)
+        for motion, flight, lasts in (("a", "new", 1000.0), ("b", "known", 2000.0), ("c", None, 3000.0),
+                                      ("d", "other", 500.0))
+    }  # fmt: skip
+    assert running._flights(motions) == {"a": 4.0, "d": 2.0}
 
 
 def test_cells_in_the_order_of_their_motions(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
@@ -66,8 +65,8 @@ def test_cells_in_the_order_of_their_motions(tmp_path: Path, monkeypatch: pytest
     order: list[int] = []
 
     def compute(self: Any, one: Any, *_: Any) -> None:
-        order.append(one.cell.number)
-        self._failures[one.digest] = f"cell {one.cell.number} fell."
+        order.append(one.number)
+        self._enter(one.digest, failure=f"cell {one.number} fell.")
 
     monkeypatch.setattr(running, "truth_key", lambda scenario: str(scenario.imu.grade))
     monkeypatch.setattr(running._Work, "_compute", compute)

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import shlex
+from dataclasses import replace
 from math import inf, nan, pi
 from pathlib import Path
 from types import SimpleNamespace
@@ -16,7 +17,6 @@ from sinssim.experiments.studies import trade_cells, trade_exhibits
 from sinssim.experiments.studies.trade_cells import cells_of, command_of
 from sinssim.experiments.studies.trade_exhibits import exhibits_of, growth, to_json
 from sinssim.experiments.studies.trade_result import (
-    CellResult,
     TradeResult,
     Unit,
     cell_table,
@@ -150,9 +150,8 @@ def test_the_headline(tmp_path: Path) -> None:
     result = made(tmp_path, set=("seed=9",))
     grid = "standing.toml: 2 values of unit × 3 values of gyro bias σ."
     assert headline(result) == f"6 covariance budgets of {grid} The same in every cell: seed=9."
-    stopped = TradeResult(result.study, (*result.cells[:4], CellResult(result.cells[4].cell, None, "it fell."),
-                                         CellResult(result.cells[5].cell)), "interrupted",
-                          media=TradeMedia())  # fmt: skip
+    failed, left = replace(result.cells[4], numbers=None, failure="it fell."), replace(result.cells[5], numbers=None)
+    stopped = TradeResult(result.study, (*result.cells[:4], failed, left), "interrupted", media=TradeMedia())
     assert headline(stopped).endswith("The study was interrupted: 4 of 6 cells are finished. 1 of 6 cells failed.")
     runs = made(tmp_path, cell="ensemble", runs=90)
     for one, number in zip(runs.cells, (90.0, 70.0, 80.0, 90.0, 90.0, 90.0), strict=True):

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from math import pi
 from pathlib import Path
 from typing import Any
@@ -9,7 +10,7 @@ from typing import Any
 import numpy as np
 
 from sinssim.experiments.studies.trade_cells import CellNumbers, cells_of
-from sinssim.experiments.studies.trade_result import CellResult, TradeResult
+from sinssim.experiments.studies.trade_result import TradeResult
 from sinssim.experiments.studies.trade_run import TradeMedia
 from sinssim.statistics.requirement_verdict import VerdictInUnit
 from tests.experiments.studies.trade_examples import ACCEL, BIAS, GRADE, study
@@ -48,11 +49,11 @@ def made(folder: Path, axes: tuple[dict[str, Any], ...] = (UNITS, RISING), words
             verdicts[0] = VerdictInUnit(ASK[0], word, 0.1 * n, 0.3, "km", 60.0, 10 * cell.number + 200)  # type: ignore[arg-type]
         time = np.array([0.0, 30.0, 60.0])
         r95 = 100.0 * n * time / 60.0
-        cells.append(CellResult(cell, CellNumbers(values, tuple(verdicts), time, 0.5 * r95, r95)))
+        cells.append(replace(cell, numbers=CellNumbers(values, tuple(verdicts), time, 0.5 * r95, r95)))
     return TradeResult(plan, tuple(cells), seconds=12.3456, computed=4, notes=["A note."], media=TradeMedia())
 
 
 def without(result: TradeResult, number: int, failure: str = "it fell.") -> TradeResult:
     cells = list(result.cells)
-    cells[number - 1] = CellResult(cells[number - 1].cell, None, failure)
+    cells[number - 1] = replace(cells[number - 1], numbers=None, failure=failure)
     return TradeResult(result.study, tuple(cells), result.status, media=TradeMedia())
