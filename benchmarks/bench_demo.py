@@ -24,7 +24,7 @@ from benchmarks.bench_disk import environment
 from sinssim import load_scenario
 from sinssim.experiments.run.execute import run
 from sinssim.jit import cache_root
-from sinssim.recording.report.exhibit_page import page_of
+from sinssim.recording.page import page_of
 from sinssim.truth.flight import jsbsim_model
 from sinssim.truth.flight.aircraft import load_aircraft
 from sinssim.truth.flight.flight_plan import FlightPlan

@@ -29,7 +29,8 @@ from support.compared_recording import record_comparison
 import sinssim
 from sinssim.recording import style
 from sinssim.recording.figures import new_figure, save, styled, to_svg
-from sinssim.recording.report.page import page, table, words
+from sinssim.recording.page import page, table
+from sinssim.recording.svg import words
 from sinssim.scenario import Scenario
 from sinssim.statistics.chi_square import ComparedSystems, compare_systems, detection_probability, mid_value
 

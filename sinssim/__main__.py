@@ -29,7 +29,7 @@ def program() -> NoReturn:
         if handler is not signal.SIG_IGN:  # a shell's `&` makes a program ignore SIGINT
             signal.signal(number, _stop)
     _open_standard_streams()
-    from sinssim.cli.process import READER_GONE, main
+    from sinssim.cli.app import READER_GONE, main
 
     try:
         for number, handler in before.items():

@@ -35,7 +35,7 @@ from numba.core.caching import (
 from numba.core.dispatcher import Dispatcher
 from numba.extending import intrinsic
 
-from sinssim.system.interruption import aside
+from sinssim.system.process import aside
 
 logger = logging.getLogger(__name__)
 

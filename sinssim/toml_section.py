@@ -11,7 +11,7 @@ from pydantic import AfterValidator, ConfigDict, Field, ValidationError, model_v
 from sinssim.errors import InputError, unknown_name
 from sinssim.formatting import listed
 from sinssim.system.short_repr import described
-from sinssim.validation_errors import Table, report
+from sinssim.toml_file import Table, report
 
 
 def _tuples(value: Any) -> Any:

@@ -149,5 +149,5 @@ def test_what_a_run_loads_before_its_flight_begins() -> None:
 def test_a_filter_is_checked_without_loading_the_compiler() -> None:
     """`sinssim check` plans a filter; it computes nothing that kernels are needed for."""
     later = ("numba", "filterpy", "scipy.stats")
-    code = f"import sys, sinssim.scenario.run_memory; print([name for name in {later} if name in sys.modules])"
+    code = f"import sys, sinssim.scenario.true_motion; print([name for name in {later} if name in sys.modules])"
     assert subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True).stdout == "[]\n"

@@ -10,7 +10,7 @@ import pytest
 
 import sinssim
 from sinssim.experiments.run.run_result import Run
-from sinssim.recording.stream_tables import Streams, StreamTable
+from sinssim.recording.streams import Streams, StreamTable
 
 FUNCTIONS = [name for name in sinssim.__all__ if inspect.isfunction(getattr(sinssim, name))]
 CLASSES = [name for name in sinssim.__all__ if inspect.isclass(getattr(sinssim, name))]

@@ -315,7 +315,7 @@ COMPILES = """
 import os, signal, threading, time
 from numba.core import event
 from sinssim.jit import kernel
-from sinssim.system.interruption import interruptible
+from sinssim.system.process import interruptible
 
 @kernel
 def seven(x: float) -> float:

@@ -37,7 +37,7 @@ from sinssim.errors import InputError
 from sinssim.exhibits import Column, Exhibits, Item, Section, Sentence, Table
 from sinssim.formatting import capital
 from sinssim.recording.result import Media, Result
-from sinssim.recording.stream_tables import Stream
+from sinssim.recording.streams import Stream
 from sinssim.sensors.imu.imu_errors import ImuErrors
 from sinssim.system.short_repr import html_table, short_repr
 from sinssim.units import ANGLE_SCALE, ARCMIN, ARCSEC, DEG, DEG_H, fixed, suiting
@@ -435,7 +435,7 @@ class AlignmentMedia(Media[AlignmentResult]):
         return to_json(result)
 
     def streams(self, result: AlignmentResult) -> Iterator[Stream]:
-        from sinssim.recording.stream_columns import imu_stream
+        from sinssim.recording.streams import imu_stream
 
         yield imu_stream("measured", result.imu)
 

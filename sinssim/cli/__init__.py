@@ -1,4 +1,4 @@
-"""The command line: one file per command in `commands/`, the terminal, and the process around both."""
+"""The command line: the commands in `commands/`, the terminal, and the process around both."""
 
 from __future__ import annotations
 
@@ -8,6 +8,6 @@ from sinssim.lazy import on_first_use
 
 if TYPE_CHECKING:
     from sinssim.__main__ import program as program
-    from sinssim.cli.process import main as main
+    from sinssim.cli.app import main as main
 
 __getattr__, __dir__, __all__ = on_first_use(__name__)

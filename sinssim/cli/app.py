@@ -1,23 +1,31 @@
-"""The application: its commands are the files of `commands/`; a new file there is a new command.
+"""The application and its process: commands, signals, errors as one paragraph on standard error, exit codes.
 
-Mistakes in options and arguments are reported in the sentences of sinssim's other errors.
+The functions of the files in `commands/` with the decorator `command` are the commands. Mistakes in options and
+arguments are reported in the sentences of sinssim's other errors.
 """
 
 from __future__ import annotations
 
 import importlib
 import pkgutil
-from collections.abc import Iterator
-from contextlib import contextmanager
-from typing import Annotated, Any
+import signal
+import sys
+import warnings
+from collections.abc import Iterator, Sequence
+from contextlib import contextmanager, suppress
+from typing import Annotated, Any, NoReturn, TypeVar
 
 import typer
 from typer.core import TyperGroup
 
 from sinssim import __version__
 from sinssim.cli import commands
-from sinssim.errors import InputError, shortened
+from sinssim.cli.options import COMMANDS, GIVEN
+from sinssim.cli.terminal import notes_of, standard_streams
+from sinssim.errors import InputError, SinssimError, SinssimWarning, shortened
+from sinssim.system.process import interruptible
 
+E = TypeVar("E", bound=BaseException)
 _UsageError: type[Exception] = typer.BadParameter.__bases__[0]
 _KINDS = (("integer", "a whole number"), ("number", "a number"), ("float", "a number"), ("boolean", "true or false"))
 """Words of typer's messages, which differ from version to version, and what an option needs."""
@@ -90,8 +98,7 @@ app = typer.Typer(
 
 def command_names() -> list[str]:
     """Return the names of the commands, in the order of the help."""
-    names = [module.name.replace("_", "-") for module in pkgutil.iter_modules(commands.__path__)]
-    return sorted(names, key=lambda name: (_FIRST.index(name) if name in _FIRST else len(_FIRST), name))
+    return sorted(COMMANDS, key=lambda name: (_FIRST.index(name) if name in _FIRST else len(_FIRST), name))
 
 
 def _print_version(value: bool) -> None:
@@ -118,6 +125,96 @@ def _main(
     """
 
 
+for _module in pkgutil.iter_modules(commands.__path__):
+    importlib.import_module(f"{commands.__name__}.{_module.name}")
 for _name in command_names():
-    # The name of a file is that of its command, with underscores for hyphens.
-    app.command(_name)(importlib.import_module(f"{commands.__name__}.{_name.replace('-', '_')}").command)
+    app.command(_name)(COMMANDS[_name])
+
+
+READER_GONE = 128 + 13
+"""Exit code if the reader of standard output closes it: that of a program ended by SIGPIPE (`yes | head -1`)."""
+
+
+def main(arguments: Sequence[str] | None = None) -> None:
+    """Run the command line; expected errors become one paragraph on standard error and an exit code.
+
+    Args:
+        arguments: command-line arguments without the program's name; by default those of the process.
+
+    Raises:
+        SystemExit: always, with the exit code.
+    """
+    GIVEN.update(debug=False, quiet=False)
+    standard_streams()
+    # A shell's `&` makes a program ignore SIGINT: Ctrl-C is then meant for another program.
+    ignored = signal.getsignal(signal.SIGINT) is signal.SIG_IGN
+    try:
+        with _warnings_as_lines(), interruptible(signal.SIGTERM, *(() if ignored else (signal.SIGINT,))):
+            app(args=None if arguments is None else list(arguments), prog_name="sinssim")
+    except KeyboardInterrupt as interrupt:
+        _interrupted(interrupt)
+    except SystemExit as end:
+        if end.code == 130 and (cause := _behind(end, KeyboardInterrupt)):
+            _interrupted(cause)
+        if end.code == 1 and _behind(end, BrokenPipeError):
+            sys.exit(READER_GONE)
+        raise
+    except SinssimError as error:
+        if GIVEN["debug"]:
+            raise
+        _fail(f"{error} {notes_of(error)}".rstrip(), error.exit_code)
+    except MemoryError as error:
+        if GIVEN["debug"]:
+            raise
+        _fail(f"not enough memory: {error}. A shorter scenario or log, or a lower rate, needs less.", 1)
+    except ImportError as error:
+        name = (error.name or "").partition(".")[0]
+        if GIVEN["debug"] or name in ("", "sinssim"):
+            raise
+        _fail(
+            f"the package {name}, which this command needs, cannot be loaded: {error}. The installation in "
+            f"{sys.prefix} is incomplete: repeat it, by make setup or by pip.",
+            1,
+        )
+    except OSError as error:  # for example standard output on a full disk, no space for temporary files
+        if GIVEN["debug"]:
+            raise
+        _fail(f"the operating system reported an error: {error}.", 1)
+
+
+@contextmanager
+def _warnings_as_lines() -> Iterator[None]:
+    """Print the warnings of sinssim as lines on standard error, without the place in the program; none with --quiet."""
+    with warnings.catch_warnings():
+        usual, printed = warnings.showwarning, set[str]()
+
+        def show(message: Warning | str, category: type[Warning], *where: Any, **further: Any) -> None:
+            if not issubclass(category, SinssimWarning):
+                usual(message, category, *where, **further)
+            elif not (GIVEN["quiet"] or str(message) in printed):
+                printed.add(str(message))
+                print(f"WARNING: {message}", file=sys.stderr)
+
+        warnings.simplefilter("always", SinssimWarning)
+        warnings.showwarning = show
+        yield
+
+
+def _interrupted(interrupt: BaseException) -> NoReturn:
+    print(f"Interrupted. {notes_of(interrupt)}".rstrip(), file=sys.stderr)
+    sys.exit(130)
+
+
+def _behind(end: BaseException, kind: type[E]) -> E | None:
+    """Return the error of a kind that ended the command line, if any: typer converts some to exit codes."""
+    cause: BaseException | None = end
+    while cause is not None and not isinstance(cause, kind):
+        cause = cause.__cause__ or cause.__context__
+    return cause
+
+
+def _fail(message: str, code: int) -> NoReturn:
+    with suppress(OSError):  # standard error on a full disk does not change the exit code
+        typer.secho("sinssim: ", fg=typer.colors.RED, bold=True, err=True, nl=False)
+        print(message, file=sys.stderr)
+    sys.exit(code)

@@ -3,26 +3,33 @@
 from __future__ import annotations
 
 import json
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from pathlib import Path
 from typing import Annotated, Any
 
 import typer
 
-_traceback = False
-_quiet = False
+GIVEN = {"debug": False, "quiet": False}
+"""Whether --debug and --quiet were given, for the process around the command."""
+
+COMMANDS: dict[str, Callable[..., None]] = {}
+"""The commands by name."""
 
 
-def traceback_wanted() -> bool:
-    """Return whether --debug was given."""
-    return _traceback
+def command(function: Callable[..., None]) -> Callable[..., None]:
+    """Make a function a command of its name, with hyphens for underscores."""
+    COMMANDS[function.__name__.strip("_").replace("_", "-")] = function
+    return function
 
 
-def want_traceback(value: bool) -> bool:
-    """Set what `traceback_wanted` returns; the callback of --debug."""
-    global _traceback
-    _traceback = value
-    return value
+def _remember(option: str) -> Callable[[bool], bool]:
+    """Return the callback of an option in `GIVEN`."""
+
+    def remember(value: bool) -> bool:
+        GIVEN[option] = value
+        return value
+
+    return remember
 
 
 def scenario_names(incomplete: str) -> list[str]:
@@ -30,18 +37,6 @@ def scenario_names(incomplete: str) -> list[str]:
     from sinssim.content import list_content
 
     return [name for name in list_content("scenarios") if name.startswith(incomplete)]
-
-
-def quiet_wanted() -> bool:
-    """Return whether --quiet was given."""
-    return _quiet
-
-
-def want_quiet(value: bool) -> bool:
-    """Set what `quiet_wanted` returns; the callback of --quiet."""
-    global _quiet
-    _quiet = value
-    return value
 
 
 ScenarioName = Annotated[
@@ -85,10 +80,10 @@ AtTimes = Annotated[
     typer.Option("--at", metavar="S", help="A further time for the table, s; may be given several times."),
 ]
 RunFolder = Annotated[Path, typer.Argument(metavar="RUN", help="A run directory.")]
-Quiet = Annotated[bool, typer.Option("--quiet", "-q", callback=want_quiet, help="Print only errors.")]
+Quiet = Annotated[bool, typer.Option("--quiet", "-q", callback=_remember("quiet"), help="Print only errors.")]
 Json = Annotated[bool, typer.Option("--json", help="Print only the result, as JSON.")]
 Debug = Annotated[
-    bool, typer.Option("--debug", callback=want_traceback, help="Show Python's traceback if an error occurs.")
+    bool, typer.Option("--debug", callback=_remember("debug"), help="Show Python's traceback if an error occurs.")
 ]
 
 
@@ -103,6 +98,21 @@ OutFolder = Annotated[Path | None, out_option("runs/<name>")]
 def overwrite_option(results: str) -> Any:
     """Return the option --overwrite of a command, whose `results` in words are "an existing run"."""
     return typer.Option("--overwrite", help=f"Replace {results}; your own files are kept.")
+
+
+def plot_option(what: str) -> Any:
+    """Return the option --plot of a command, which draws `what`."""
+    return typer.Option("--plot", metavar="FILE", help=f"Draw {what} (.svg, .png or .pdf).")
+
+
+def record_option(what: str) -> Any:
+    """Return the option --record of a command, which records `what`."""
+    return typer.Option("--record", metavar="FILE", help=f"Record {what} for `sinssim view` (.rrd).")
+
+
+def threads_option(what: str) -> Any:
+    """Return the option --threads of a command, the number of `what`."""
+    return typer.Option("--threads", metavar="N", help=f"Number of {what}.", show_default="the number of cores")
 
 
 def require_option(what: str) -> Any:

@@ -45,7 +45,7 @@ from sinssim.strapdown.gravity_disturbance import navigate_in_field
 from sinssim.strapdown.mechanization import Mechanization, Options, chosen
 from sinssim.strapdown.navigate import Segments, navigate
 from sinssim.strapdown.solution_coordinates import axes_of
-from sinssim.system.resources import give_back_memory
+from sinssim.system.process import give_back_memory
 
 
 def neglected(model: ErrorModel) -> list[str]:

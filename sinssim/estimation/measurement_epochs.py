@@ -21,7 +21,7 @@ from sinssim.errors import InputError, shortened, unknown_name
 from sinssim.estimation.filter_result import Reasons
 from sinssim.estimation.state_model import BLOCKS, ErrorModel, of_sensors
 from sinssim.sensors.aiding_registry import measurement_kind
-from sinssim.system.resources import shared
+from sinssim.system.process import shared
 
 Numbers = NDArray[np.int32]
 """Numbers of epochs and edges, half as long in memory as indices usually are."""

@@ -16,7 +16,7 @@ from pathlib import Path
 from typing import Any, ClassVar, NamedTuple, Self
 
 from sinssim.errors import InputError, shortened
-from sinssim.recording.run_directory import versions
+from sinssim.recording.result import versions
 from sinssim.system.outputs import (
     IN_USE,
     MARK,

@@ -22,8 +22,7 @@ from sinssim.experiments.studies.trade_run import trade
 from sinssim.experiments.studies.trade_schema import MOST_CELLS, TradeStudy
 from sinssim.experiments.workload import LIMIT_MINUTES
 from sinssim.progress import Progress
-from sinssim.scenario.load import Overrides, override, parse_value
-from sinssim.scenario.use_key import resolved_use
+from sinssim.scenario.load import Overrides, override, parse_value, resolved_use
 from sinssim.toml_file import read_toml, validate
 
 Kind = TypeVar("Kind", Study, TradeStudy)

@@ -34,7 +34,7 @@ from sinssim.logs.numeric_columns import (
     split,
 )
 from sinssim.logs.recorded_streams import Clock
-from sinssim.system.resources import machine_memory
+from sinssim.system.process import machine_memory
 from sinssim.system.user_file import open_file, user_file
 
 TEXT = (".csv", ".txt", ".tsv", ".dat", ".asc", ".log")

@@ -20,7 +20,7 @@ from numpy.typing import NDArray
 
 from sinssim.data import Array
 from sinssim.errors import InputError, shortened, unknown_name
-from sinssim.system.resources import machine_memory
+from sinssim.system.process import machine_memory
 from sinssim.system.user_file import open_file, open_text
 
 WHITESPACE = "whitespace"

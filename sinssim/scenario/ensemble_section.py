@@ -12,8 +12,8 @@ from typing import Annotated, Any, Literal, Self, Union, get_args, get_origin
 from pydantic import Field, ValidationError, model_validator
 
 from sinssim.errors import InputError, shortened, unknown_name
+from sinssim.toml_file import Table, describe
 from sinssim.toml_section import Duration, Positive, Section, once
-from sinssim.validation_errors import Table, describe
 
 MOST_RUNS = 10_000_000
 Runs = Annotated[int, Field(ge=1, le=MOST_RUNS)]

@@ -35,7 +35,8 @@ from sinssim.data import Array
 from sinssim.earth.ellipsoids import OMEGA_IE
 from sinssim.estimation.state_model import Block, ErrorModel, error_model
 from sinssim.scenario.filter_section import FILTER_STATES
-from sinssim.scenario.planned_motion import Excitation, excitation
+from sinssim.scenario.planned_limits import expected_duration
+from sinssim.scenario.tables import Tables
 from sinssim.sensors.aiding.magnetometer import Magnetometer
 from sinssim.sensors.imu.error_term import ErrorTerm
 from sinssim.sensors.imu.error_term_table import of_triad
@@ -44,7 +45,8 @@ from sinssim.sensors.imu.imu_errors import ImuErrors
 from sinssim.sensors.sets.redundant_errors import maps, spread
 from sinssim.sensors.sets.sensor_set import Redundant
 from sinssim.sensors.vibration_noise import AddedNoise, Change
-from sinssim.units import DEG_H
+from sinssim.truth.motion import Motion
+from sinssim.units import ARCSEC, DEG, DEG_H, G0
 
 if TYPE_CHECKING:
     from sinssim.scenario import Scenario
@@ -61,6 +63,36 @@ PRODUCTS = 3.0
 """Smallest d of second-order errors that is reported: 3σ of the noise."""
 
 _TRIADS = {"gyro": "gyros", "accelerometer": "accelerometers"}
+
+
+_RADIUS = 6.371e6  # radius of the Earth, m
+
+
+class Excitation(NamedTuple):
+    """Rotation and acceleration that excite the errors of the inertial sensors."""
+
+    duration: float  # duration of the run, s
+    rate: float  # ∫ω² dt over the run, rad²/s; ω is the rate relative to inertial space
+    force: float  # ∫f² dt over the run, m²/s³; at least the effect of gravity
+
+
+def excitation(scenario: Tables) -> Excitation:
+    """Estimate the rotation and acceleration of a scenario's motion.
+
+    The estimate contains the Earth's rate and the transport rate, a flight's manoeuvres and turbulence or the rates of
+    another motion, the turning of the block, angular vibration, and gravity. It is accurate to a factor of a few.
+    """
+    lasts = expected_duration(scenario)
+    rate, turning, source = OMEGA_IE, 0.0, scenario.source
+    if isinstance(source, Motion):
+        rate += source.usual_speed / _RADIUS
+        turning = source.turning(scenario.truth)
+    if scenario.imu.rotation is not None:
+        turning += scenario.imu.rotation.mean_square_rate_deg2_s2 * DEG**2 * lasts
+    for vibration in scenario.vibration:
+        middle = math.sqrt(vibration.low_hz * (vibration.high_hz or vibration.low_hz))
+        turning += ((vibration.rms_arcsec or 0.0) * ARCSEC * 2.0 * math.pi * middle) ** 2 * lasts
+    return Excitation(lasts, rate**2 * lasts + turning, G0**2 * lasts)
 
 
 class Weight(NamedTuple):

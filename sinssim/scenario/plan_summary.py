@@ -15,7 +15,6 @@ from pydantic import BaseModel
 from sinssim.content import find_content, package_content
 from sinssim.logs.log_settings import Log
 from sinssim.logs.track_motion import Track
-from sinssim.scenario.aircraft_limits import limit_notes
 from sinssim.scenario.notes import (
     barometer_of_the_day,
     coarse_rates,
@@ -26,8 +25,7 @@ from sinssim.scenario.notes import (
     times_not_reached,
     torquer_taken,
 )
-from sinssim.scenario.planned_motion import check_times, expected_duration
-from sinssim.scenario.route_pole import check_route
+from sinssim.scenario.planned_limits import check_route, check_times, expected_duration, limit_notes
 from sinssim.scenario.tables import Tables
 from sinssim.sensors.imu.grades import GRADE_TABLE, grade_file, grade_name
 from sinssim.sensors.imu.imu import Imu

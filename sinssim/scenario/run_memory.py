@@ -8,9 +8,9 @@ from typing import NamedTuple
 from sinssim.errors import InputError
 from sinssim.scenario import Scenario
 from sinssim.scenario.filter_model import filter_model
-from sinssim.scenario.planned_motion import expected_duration, sample_bytes
+from sinssim.scenario.planned_limits import expected_duration, sample_bytes
 from sinssim.sensors.measurement_kind import CORE
-from sinssim.system.resources import machine_memory
+from sinssim.system.process import machine_memory
 
 ROWS = 2000
 """Approximate number of rows of the filter that are kept without smoothing. NEES uses 600. The variance of the inertial

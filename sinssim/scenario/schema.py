@@ -1,7 +1,6 @@
 """The scenario: one run, described by the tables of its file, and the keys of these tables.
 
-`sinssim check --keys` and the site show the keys.
-"""
+`sinssim check --keys` and the site show the keys."""
 
 from __future__ import annotations
 

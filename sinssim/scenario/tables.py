@@ -30,17 +30,17 @@ from pydantic_core import CoreSchema, PydanticCustomError
 
 from sinssim.algorithms import PLATFORM
 from sinssim.earth.ellipsoids import ELLIPSOIDS
-from sinssim.errors import shortened
+from sinssim.errors import InputError, shortened
 from sinssim.logs.log_settings import Log
 from sinssim.logs.track_motion import Track
 from sinssim.scenario.ensemble_section import EnsembleSection
 from sinssim.scenario.filter_section import AidingSection, FilterSection
 from sinssim.scenario.navigation_section import NavigationSection
-from sinssim.scenario.use_key import Use
 from sinssim.sensors.imu.compensation import Compensation
 from sinssim.sensors.imu.imu import Imu
 from sinssim.system.extensions import Item, items_of
-from sinssim.system.registries import registered
+from sinssim.system.registries import register, registered
+from sinssim.toml_file import ONE_OF_SEVERAL
 from sinssim.toml_section import Moment, Name, Section, Sentence, known_name
 from sinssim.truth.flight.flight import Flight
 from sinssim.truth.motion import TrueEarth
@@ -52,7 +52,22 @@ from sinssim.truth.motions.turntable import RotationTableMotion, Turntable
 from sinssim.truth.motions.vibration import Isolator, Vibration
 from sinssim.truth.one_component import OneComponent
 from sinssim.truth.true_gravity import TrueGravity
-from sinssim.validation_errors import ONE_OF_SEVERAL
+
+
+def _registered(paths: tuple[str, ...]) -> tuple[str, ...]:
+    """Register the content of all paths, so that the tables that follow may name it; returns absolute paths."""
+    absolute = [Path(path).expanduser().absolute() for path in paths]
+    try:
+        for path in absolute:
+            register(items_of(path))
+    except InputError as error:
+        raise ValueError(str(error)) from error
+    return tuple(map(str, absolute))
+
+
+Use = Annotated[tuple[str, ...], AfterValidator(_registered)]
+"""Files and project folders, registered when they are checked."""
+
 
 S = TypeVar("S")
 

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING
 
 from sinssim.arguments import check_kind
 from sinssim.errors import InputError
-from sinssim.scenario.aircraft_limits import warn_of_limits
+from sinssim.scenario.planned_limits import warn_of_limits
 from sinssim.scenario.schema import Scenario
 from sinssim.sensors.imu.imu import Imu
 from sinssim.truth.motion import Motion, Mounting

@@ -22,7 +22,7 @@ from sinssim.earth import gravity_ned
 from sinssim.estimation.state_model import error_model
 from sinssim.formatting import number_text
 from sinssim.scenario.filter_model import inertial_sigma
-from sinssim.scenario.planned_motion import expected_duration
+from sinssim.scenario.planned_limits import expected_duration
 from sinssim.scenario.true_motion import true_motion, unknown_field
 from sinssim.truth.flight.flight_plan import planned_path
 from sinssim.units import MGAL, UG

@@ -1,7 +1,6 @@
 """Runs a scenario's filter: emulated readings of the aiding sensors, initial alignment, estimate.
 
-A filter whose innovations speak against it is run again under other hypotheses, over the beginning of the run.
-"""
+A filter whose innovations speak against it is run again under other hypotheses, over the beginning of the run."""
 
 from __future__ import annotations
 
@@ -34,7 +33,7 @@ from sinssim.sensors.imu.encoder import Encoders, encoders_of, turned_in
 from sinssim.sensors.vibration_noise import AddedNoise, vibration, vibration_noise
 from sinssim.simulation.truth_comparison import Aided, InertialParameters, compare_with_truth
 from sinssim.strapdown.solution_coordinates import axes_along
-from sinssim.system.resources import give_back_memory, shared
+from sinssim.system.process import give_back_memory, shared
 
 if TYPE_CHECKING:
     from sinssim.scenario import Scenario

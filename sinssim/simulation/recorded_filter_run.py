@@ -21,9 +21,8 @@ from sinssim.estimation.filter_start import Start
 from sinssim.logs.recorded_log import RecordedLog, recorded_log
 from sinssim.logs.reference_solution import Reference
 from sinssim.progress import Progress, silent
-from sinssim.scenario.filter_model import filter_model, with_states
+from sinssim.scenario.filter_model import Excitation, filter_model, with_states
 from sinssim.scenario.filter_section import InitialSigmaSection
-from sinssim.scenario.planned_motion import Excitation
 from sinssim.scenario.recorded_sensors import recorded_sensors
 from sinssim.scenario.run_memory import ROWS
 from sinssim.scenario.true_motion import mounting

@@ -28,7 +28,7 @@ def user_file(path: Path) -> Path:
     kind = next((words for test, words in _KINDS if test(stat.st_mode)), None)
     if kind is not None:
         raise InputError(f"{path} is {kind}, not an ordinary file. Copy its contents to a file, and give that.")
-    from sinssim.system.resources import machine_memory  # which loads numpy
+    from sinssim.system.process import machine_memory  # which loads numpy
 
     if stat.st_size > machine_memory():
         raise InputError(

@@ -19,7 +19,7 @@ from sinssim.arguments import POSITIVE, number, numbers
 from sinssim.data import Array, NavState
 from sinssim.earth.ellipsoids import Ellipsoid
 from sinssim.errors import InputError
-from sinssim.system.resources import machine_memory, thread_pool
+from sinssim.system.process import machine_memory, thread_pool
 
 # A sample edge start + k/rate may differ from the end by rounding; a nanosecond beyond either end is accepted.
 _SLACK = 1e-9

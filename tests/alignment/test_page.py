@@ -11,7 +11,7 @@ import numpy as np
 import pytest
 
 from sinssim.alignment import ideal_readings
-from sinssim.cli.process import main
+from sinssim.cli.app import main
 
 PAGE = (Path(__file__).parents[2] / "docs" / "alignment.md").read_text(encoding="utf-8")
 

@@ -15,7 +15,7 @@ from sinssim.alignment import Angles, Determination, ideal_readings
 from sinssim.alignment.determination import Flags
 from sinssim.analyses.alignment_result import AlignmentResult, align_session
 from sinssim.analyses.alignment_session import _part, align
-from sinssim.cli.process import main
+from sinssim.cli.app import main
 from sinssim.data import ImuData
 from sinssim.errors import InputError
 from sinssim.sensors.imu.emulation import emulate

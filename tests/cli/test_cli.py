@@ -15,7 +15,7 @@ from typing import NoReturn
 import pytest
 
 import sinssim
-from sinssim.cli import process as cli
+from sinssim.cli import app as cli
 from sinssim.cli.app import command_names
 from sinssim.errors import InputError
 from tests.scenario.examples import FLIGHT, PARKED
@@ -57,7 +57,7 @@ def process(*arguments: str, cwd: Path) -> subprocess.CompletedProcess[str]:
 )
 def test_light_commands_import_nothing_heavy(arguments: list[str]) -> None:
     code = (
-        "import sys\nfrom sinssim.cli.process import main\n"
+        "import sys\nfrom sinssim.cli.app import main\n"
         "try:\n    main(sys.argv[1:])\n"
         f"except SystemExit as stop:\n    print([m for m in {HEAVY} if m in sys.modules], stop.code, file=sys.stderr)"
     )
@@ -388,7 +388,7 @@ def test_more_samples_than_memory(
     long = ("--set", "parked.duration_s=1e9", "--set", "imu.rate_hz=1e5")
     assert call("run", "plan.toml", *long) == 2  # known beforehand
     assert "imu.rate_hz = 100000 makes 1e+14 samples" in capsys.readouterr().err
-    for module in ("scenario.planned_motion", "truth.sampling"):  # the memory is not known
+    for module in ("scenario.planned_limits", "truth.sampling"):  # the memory is not known
         monkeypatch.setattr(f"sinssim.{module}.machine_memory", lambda: float("inf"))
     assert call("run", "plan.toml", *long) == 1
     message = capsys.readouterr().err
@@ -506,7 +506,7 @@ def test_interrupt(folder: Path, number: signal.Signals) -> None:
     assert not list(folder.glob(".*"))
 
 
-@pytest.mark.parametrize("where", ["sinssim.cli.commands.list.names_of", "sinssim.cli.process.app"])
+@pytest.mark.parametrize("where", ["sinssim.cli.commands.content.names_of", "sinssim.cli.app.app"])
 def test_interrupt_of_any_command_at_any_time(
     monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str], where: str
 ) -> None:

@@ -11,7 +11,7 @@ import numpy as np
 import pytest
 
 from sinssim import content
-from sinssim.cli.process import main
+from sinssim.cli.app import main
 from tests.cli.test_help_examples import EXAMPLES
 
 DRIVE = Path(__file__).parents[1] / "data" / "drive"

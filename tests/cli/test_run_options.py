@@ -15,7 +15,7 @@ from sinssim.data import DROPPED, FROZEN
 from sinssim.errors import InputError
 from sinssim.experiments.run.execute import run
 from sinssim.frames import FRAMES
-from sinssim.recording.run_directory import flagged_words
+from sinssim.recording.result import flagged_words
 from sinssim.scenario import Scenario, load_scenario
 from sinssim.sensors.imu.compensation import Compensation
 from sinssim.sensors.imu.imu import Imu, draw

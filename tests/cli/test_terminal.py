@@ -11,7 +11,7 @@ import pytest
 from sinssim.cli import terminal
 from sinssim.cli.terminal import console, has_bars, print_json, program_name
 from sinssim.progress import shown
-from sinssim.simulation.stages import STAGES
+from sinssim.simulation.truth_and_sensors import STAGES
 
 
 class Terminal(io.StringIO):

@@ -8,7 +8,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from sinssim.cli.process import main
+from sinssim.cli.app import main
 from tests.documentation.fences import ROOT, Block, blocks
 
 DOCS = ROOT / "docs"

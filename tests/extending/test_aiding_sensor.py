@@ -9,7 +9,7 @@ from tests.extending.pages import Copy, read_page
 
 MORE = """
 from sinssim.experiments.run.run_streams import filter_streams
-from sinssim.recording.report.exhibit_page import page_of
+from sinssim.recording.page import page_of
 columns = {stream.name: [c for v in stream.vectors for c in v.columns] for stream in filter_streams(result.aided)}
 print("aiding_radar_altimeter" in columns, "height_m" in columns["aiding_radar_altimeter"])
 print("sigma_radar_altimeter_bias_m" in columns["filter"], abs(result.aided.error.position_ned[-1, 2]))

@@ -21,7 +21,7 @@ from sinssim.alignment.parked_theory import Attitude
 from sinssim.errors import InputError
 from sinssim.scenario.filter_model import filter_model
 from sinssim.experiments.run.sensor_exhibits import sensor_errors
-from sinssim.recording.report.exhibit_page import parts_of
+from sinssim.recording.page import parts_of
 from sinssim.scenario.schema import Scenario
 from sinssim.sensors import ImuErrors, TriadErrors
 from sinssim.sensors.error_propagation import expect

@@ -11,7 +11,7 @@ import numpy as np
 import pytest
 
 import sinssim
-from sinssim.cli.process import main
+from sinssim.cli.app import main
 from sinssim.errors import InputError
 from sinssim.logs.formats.run_export import date_of_run, export
 from sinssim.logs.gps_time import date_from_gps

@@ -12,7 +12,7 @@ import pytest
 from sinssim import InputError, load_scenario, run
 from sinssim.experiments.ensembles.ensemble_plan import make_plan
 from sinssim.scenario.plan_summary import plan_lines
-from sinssim.scenario.planned_motion import expected_duration
+from sinssim.scenario.planned_limits import expected_duration
 from sinssim.scenario.true_motion import fly
 from sinssim.truth.track.track_curve import TrackCurve
 

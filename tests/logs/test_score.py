@@ -12,7 +12,7 @@ import numpy as np
 import pytest
 
 from sinssim import rotation
-from sinssim.cli.process import main
+from sinssim.cli.app import main
 from sinssim.earth.geodetic_coordinates import geodetic_to_ecef
 from sinssim.errors import InputError
 from sinssim.logs.formats.registry import DEFAULT_START

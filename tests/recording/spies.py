@@ -12,7 +12,7 @@ import numpy as np
 from sinssim.charts import Chart, Dots, Line, Rule
 from sinssim.exhibits import Item, charts_in
 from sinssim.recording import style
-from sinssim.recording.report.exhibit_page import parts_of
+from sinssim.recording.page import parts_of
 from sinssim.recording.rerun.exhibit_recording import record_charts
 
 

@@ -23,7 +23,7 @@ from sinssim.experiments.run.finished_runs import load_streams
 from sinssim.experiments.studies.algorithm_comparison import compare
 from sinssim.experiments.study import load_study
 from sinssim.recording.rerun.viewer import find_recording, find_run_info
-from sinssim.recording.run_directory import RunDirectory
+from sinssim.recording.result import RunDirectory
 from sinssim.scenario.navigation_section import InitialErrorSection, initial_state_with_errors
 from sinssim.strapdown.navigation_error import navigation_error
 from tests.recording import fake_run

@@ -13,7 +13,7 @@ import numpy as np
 import pytest
 from PIL import Image
 
-from sinssim.cli import process as cli
+from sinssim.cli import app as cli
 from sinssim.experiments.run.execute import run
 from tests.browser import CHROMIUM, Page, file_address
 from tests.experiments.ensembles.examples import scenario

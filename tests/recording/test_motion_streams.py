@@ -9,8 +9,8 @@ import numpy as np
 import pytest
 
 from sinssim.data import Array, ImuData, NavSolution, NavState
-from sinssim.recording import stream_columns
-from sinssim.recording.stream_tables import Stream, blocks
+from sinssim.recording import streams
+from sinssim.recording.streams import Stream, blocks
 from sinssim.sensors.sets.fault_detection import Monitored
 from sinssim.sensors.sets.sensor_readings import Readings
 from sinssim.strapdown.navigation_error import NavError
@@ -61,11 +61,11 @@ def groups(stream: Stream) -> list[str]:
 
 
 def test_motion_of_truth_and_solution() -> None:
-    truth = stream_columns.truth_stream(TIME, NavState(LATITUDE, LONGITUDE, HEIGHT, VELOCITY, Q))
+    truth = streams.truth_stream(TIME, NavState(LATITUDE, LONGITUDE, HEIGHT, VELOCITY, Q))
     assert (truth.name, groups(truth), columns(truth)) == ("truth", GROUPS, STATE)
     assert list(columns(truth)) == list(STATE)  # their order is that of the file
     defect = np.array([1e-16, 3e-16, 7e-16])
-    nav = stream_columns.nav_stream(
+    nav = streams.nav_stream(
         "poisson", NavSolution(TIME, LATITUDE, LONGITUDE, HEIGHT, VELOCITY, Q, defect, "something else")
     )
     assert (nav.name, groups(nav)) == ("nav_poisson", [*GROUPS, "defect"])
@@ -79,11 +79,11 @@ def test_a_reference_with_and_without_velocity_attitude_and_sigma() -> None:
         time=TIME, latitude=LATITUDE, longitude=LONGITUDE, height=HEIGHT, velocity_ned=VELOCITY, q_nb=Q,
         position_sigma=sigma,
     )  # fmt: skip
-    found = stream_columns.reference_stream(whole)
+    found = streams.reference_stream(whole)
     assert (found.name, groups(found)) == ("reference", [*GROUPS, "sigma"])
     assert columns(found) == {**STATE, **named("sigma_north_m sigma_east_m sigma_down_m", sigma)}
     bare = SimpleNamespace(**{**vars(whole), "velocity_ned": None, "q_nb": None, "position_sigma": None})
-    place = columns(stream_columns.reference_stream(bare))
+    place = columns(streams.reference_stream(bare))
     assert list(place) == list(STATE)
     for name, values in place.items():
         if name.startswith(("velocity", "q_nb")):
@@ -95,7 +95,7 @@ def test_a_reference_with_and_without_velocity_attitude_and_sigma() -> None:
 
 def test_increments_have_the_time_of_the_end_of_their_interval() -> None:
     dtheta, dvel, flags = rows(1.0, 3, 2), rows(5.0, 3, 2), np.array([[0, 1, 2, 3, 4, 5], [6, 7, 0, 1, 0, 4]], np.uint8)
-    whole = stream_columns.imu_stream("measured", ImuData(TIME, dtheta, dvel, flags))
+    whole = streams.imu_stream("measured", ImuData(TIME, dtheta, dvel, flags))
     assert (whole.name, groups(whole)) == ("imu_measured", ["dtheta", "dvel", "flags"])
     velocity = named("dvel_x_mps dvel_y_mps dvel_z_mps", dvel)
     expected = {
@@ -106,13 +106,13 @@ def test_increments_have_the_time_of_the_end_of_their_interval() -> None:
     assert columns(whole) == expected
     assert list(columns(whole)) == list(expected)
     assert whole.vectors[2].values[1:2].dtype == np.float64
-    bare = stream_columns.imu_stream("ideal", ImuData(TIME, dtheta, dvel), with_angles=False)
+    bare = streams.imu_stream("ideal", ImuData(TIME, dtheta, dvel), with_angles=False)
     assert (bare.name, columns(bare)) == ("imu_ideal", {"time_s": [3.5, 4.5], **velocity})
 
 
 def test_six_accelerometers_and_an_attitude_sensor() -> None:
     imu = ImuData(TIME, rows(1.0, 3, 2), rows(2.0, 3, 2))
-    six, attitude = stream_columns.set_streams("ideal", Readings(imu, Q, rows(4.0, 6, 2)))
+    six, attitude = streams.set_streams("ideal", Readings(imu, Q, rows(4.0, 6, 2)))
     assert six.name == "accelerometers_ideal"
     names = "dvel_1_mps dvel_2_mps dvel_3_mps dvel_4_mps dvel_5_mps dvel_6_mps"
     assert columns(six) == {"time_s": [3.5, 4.5], **named(names, rows(4.0, 6, 2))}
@@ -130,9 +130,7 @@ def test_a_redundant_set_and_its_tests() -> None:
         "accel", np.array([0.5, 2.5, 40.0]), statistic, np.array([11.0, 12.0]), np.zeros((3, 4)), (), used
     )
     imu = ImuData(TIME, rows(7.0, 3, 2), rows(8.0, 3, 2))
-    gyros, accelerometers, tests = stream_columns.set_streams(
-        "measured", Readings(imu, single=single, monitored=(monitored,))
-    )
+    gyros, accelerometers, tests = streams.set_streams("measured", Readings(imu, single=single, monitored=(monitored,)))
     ends = {"time_s": [3.5, 4.5]}
     assert gyros.name == "gyros_measured"
     assert columns(gyros) == {
@@ -153,11 +151,11 @@ def test_a_redundant_set_and_its_tests() -> None:
 
 
 def test_errors_of_a_solution() -> None:
-    found = stream_columns.error_stream("euler", ERROR.at, TIME)
+    found = streams.error_stream("euler", ERROR.at, TIME)
     assert (found.name, groups(found), columns(found)) == ("error_euler", GROUPS, ERRORS)
     assert list(columns(found)) == list(ERRORS)
     assert found.vectors[1].values[1:2].tolist() == [[6.01, 6.02, 6.03]]
-    other = stream_columns.other_error_stream("error_without_rotation", ERROR)
+    other = streams.other_error_stream("error_without_rotation", ERROR)
     assert (other.name, groups(other), columns(other)) == ("error_without_rotation", GROUPS, ERRORS)
 
 
@@ -168,7 +166,7 @@ def test_a_turning_block_and_a_platform() -> None:
         turns=SimpleNamespace(angles=lambda t: np.column_stack((0.2 * t, 0.5 * t))),
         angles=lambda t: np.column_stack((0.3 * t, 0.7 * t)),
     )
-    found = stream_columns.rotation_stream(encoders)
+    found = streams.rotation_stream(encoders)
     assert (found.name, groups(found)) == ("rotation", ["angle", "encoder"])
     assert columns(found) == {
         "time_s": [3.0, 4.0, 6.0],
@@ -179,7 +177,7 @@ def test_a_turning_block_and_a_platform() -> None:
         time=TIME, commanded=rows(1.0, 3, 2), drift=rows(3.0, 3, 2), readings=rows(5.0, 3, 2), gimbals=rows(7.0, 3),
         q_ip=rows(11.0, 4),
     )  # fmt: skip
-    found = stream_columns.platform_stream(platform)
+    found = streams.platform_stream(platform)
     assert (found.name, groups(found)) == ("platform", ["commanded", "drift", "dvel", "gimbals", "attitude"])
     assert columns(found) == {
         "time_s": [3.5, 4.5],
@@ -193,7 +191,7 @@ def test_a_turning_block_and_a_platform() -> None:
 
 def test_channels_over_the_same_times_share_a_stream() -> None:
     own, wind = np.array([2.0, 5.0]), rows(6.0, 3, 2)
-    found = stream_columns.channel_streams(
+    found = streams.channel_streams(
         {
             "airspeed_mps": Channel(own, np.array([41.0, 43.0]), "m/s"),
             "fuel": Channel(np.array([1.0, 9.0]), np.array([8.0, 7.0]), "kg/s"),
@@ -227,7 +225,7 @@ def test_the_true_gravity_field() -> None:
         undulation=np.array([44.0, 45.0, 47.0]),
         altitude_msl=np.array([26.0, 35.0, 48.0]),
     )
-    found = stream_columns.gravity_stream(values)
+    found = streams.gravity_stream(values)
     assert (found.name, groups(found)) == ("gravity", ["deflection", "anomaly", "geoid"])
     expected = {
         "time_s": TIME.tolist(), "xi_arcsec": [3.0, 4.0, 5.0], "eta_arcsec": [-7.0, -8.0, -9.0],

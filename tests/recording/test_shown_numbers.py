@@ -16,7 +16,7 @@ from sinssim.experiments.run.grade_expectation import expectation_numbers
 from sinssim.experiments.run.sensor_exhibits import platform_errors
 from sinssim.experiments.studies.step_cost import Cost, Operations
 from sinssim.experiments.studies.study_exhibits import _costs
-from sinssim.recording.report.exhibit_page import parts_of
+from sinssim.recording.page import parts_of
 from sinssim.sensors.error_propagation import expect
 from sinssim.sensors.imu.imu import Imu
 from sinssim.sensors.sets.gimballed_sensors import PlatformErrors

@@ -15,7 +15,7 @@ from sinssim.experiments.studies.attitude_cost import AttitudeCost
 from sinssim.experiments.studies.step_cost import Operations
 from sinssim.experiments.studies.study_results import ErrorGrowth, Heading, Order, Pick, Row
 from sinssim.experiments.studies.study_schema import MotionFacts
-from sinssim.recording.report.exhibit_page import parts_of
+from sinssim.recording.page import parts_of
 from tests.recording.spies import cells, read
 
 
@@ -28,7 +28,7 @@ def page(*items: Any) -> str:
 def drawn(monkeypatch: pytest.MonkeyPatch) -> list[Any]:
     """Stand-in for what draws charts; it keeps them."""
     found: list[Any] = []
-    monkeypatch.setattr("sinssim.recording.report.exhibit_page.html_of", lambda charts: found.append(charts) or "")
+    monkeypatch.setattr("sinssim.recording.page.html_of", lambda charts: found.append(charts) or "")
     return found
 
 

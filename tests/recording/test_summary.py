@@ -12,7 +12,7 @@ from sinssim.data import ImuData, NavSolution, SingularityEvent
 from sinssim.errors import InputError, RunError
 from sinssim.experiments.run import run_scores as score
 from sinssim.logs.solution_score import Score
-from sinssim.recording import run_directory
+from sinssim.recording import result
 from sinssim.strapdown import navigation_error
 from sinssim.strapdown.navigation_error import NavError
 
@@ -120,19 +120,19 @@ def test_flags_and_singular_passages() -> None:
         [[1, 1, 0, 0, 0, 1], [0, 3, 0, 0, 0, 0], [0, 0, 0, 0, 4, 0], [0, 0, 0, 0, 0, 0], [5, 0, 4, 0, 0, 0]]
     )
     imu = ImuData(np.arange(6.0), np.zeros((5, 3)), np.zeros((5, 3)), flags.astype(np.uint8))
-    found = run_directory.flagged(imu)
+    found = result.flagged(imu)
     assert found == {"saturated": 3, "dropped": 1, "frozen": 2}
-    assert run_directory.flagged(ImuData(imu.time, imu.dtheta, imu.dvel)) == {}
-    said = run_directory.flagged_words({"saturated": 3000, "dropped": 0, "frozen": 2}, 50_000)
+    assert result.flagged(ImuData(imu.time, imu.dtheta, imu.dvel)) == {}
+    said = result.flagged_words({"saturated": 3000, "dropped": 0, "frozen": 2}, 50_000)
     assert said == "Flagged by the sensors, of 50,000 samples: 3,000 saturated, 2 frozen."
-    assert run_directory.flagged_words({"saturated": 0}, 5) == ""
+    assert result.flagged_words({"saturated": 0}, 5) == ""
     events = (SingularityEvent(3.0, 3.5, 7.0 * SECOND, "near 90°"), SingularityEvent(5.0, 6.0, 9.0 * SECOND, "again"))
     bare = np.zeros(1)
     solutions = {
         name: NavSolution(bare, bare, bare, bare, bare, bare, bare, name, own)
         for name, own in (("euler", events), ("quaternion", ()))
     }
-    assert run_directory.singularities(solutions) == {
+    assert result.singularities(solutions) == {
         "euler": [
             {"start_s": 3.0, "end_s": 3.5, "damage_arcsec": pytest.approx(7.0), "text": "near 90°"},
             {"start_s": 5.0, "end_s": 6.0, "damage_arcsec": pytest.approx(9.0), "text": "again"},
@@ -149,7 +149,7 @@ def test_failures() -> None:
     )
     assert list(found) == ["bad"]
     assert found["bad"].time == 6.0
-    assert run_directory.failures({**found, "other": RunError("because.")}) == {
+    assert result.failures({**found, "other": RunError("because.")}) == {
         "bad": {"time_s": 6.0, "text": "its errors are not finite from t = 6.00 s on: it diverged."},
         "other": {"time_s": None, "text": "because."},
     }
@@ -157,7 +157,7 @@ def test_failures() -> None:
 
 def test_numbers_that_json_can_hold() -> None:
     given = {"a": nan, "b": [1.5, -inf, (inf, "x")], "c": {"d": None, "e": 3, "f": True}}
-    assert run_directory.plain(given) == {"a": None, "b": [1.5, None, [None, "x"]], "c": {"d": None, "e": 3, "f": True}}
+    assert result.plain(given) == {"a": None, "b": [1.5, None, [None, "x"]], "c": {"d": None, "e": 3, "f": True}}
 
 
 def test_versions_are_those_of_the_packages() -> None:
@@ -167,7 +167,7 @@ def test_versions_are_those_of_the_packages() -> None:
 
     import sinssim
 
-    found = run_directory.versions()
+    found = result.versions()
     assert list(found) == ["sinssim", "jsbsim", "numpy", "scipy", "numba", "filterpy", "rerun-sdk", "pyarrow"]
     for name, module in (("sinssim", sinssim), ("numpy", np), ("scipy", scipy), ("numba", numba), ("pyarrow", pyarrow)):
         assert found[name] == module.__version__

@@ -26,10 +26,11 @@ from sinssim.experiments.studies import study_exhibits as study
 from sinssim.experiments.studies.step_cost import Cost, Operations
 from sinssim.experiments.studies.study_results import Case, CoordinateError, Heading, Order, Pick, Row, Verdict
 from sinssim.logs.solution_score import Score
-from sinssim.recording import run_directory, stream_tables
-from sinssim.recording import stream_tables as parquet
-from sinssim.recording.stream_tables import Stream, Streams, StreamTable, Vector
-from sinssim.simulation.truth_stage import RecordedMotion, Truth
+from sinssim.recording import result as run_directory
+from sinssim.recording import streams
+from sinssim.recording import streams as parquet
+from sinssim.recording.streams import Stream, Streams, StreamTable, Vector
+from sinssim.simulation.truth_and_sensors import RecordedMotion, Truth
 from sinssim.system.outputs import written
 from sinssim.truth.sampling import FlightEvent
 from tests.experiments.run.test_filter_streams import error, motion
@@ -246,7 +247,7 @@ def test_a_stream_as_a_table() -> None:
 
 def test_a_library_that_is_not_installed() -> None:
     with pytest.raises(InputError, match=r"pip install 'sinssim\[no_such_library\]', or take arrow\(\)"):
-        stream_tables._needed("no_such_library")
+        streams._needed("no_such_library")
 
 
 def test_scores_beside_a_run(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:

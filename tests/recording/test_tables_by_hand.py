@@ -8,7 +8,7 @@ from typing import Any
 
 import pytest
 
-from sinssim.cli.commands import inspect as inspection
+from sinssim.cli.commands.analyses import show_findings
 from sinssim.experiments.run import grade_expectation as expectation
 from sinssim.experiments.run import one_component_exhibits as one_component
 from sinssim.recording.console import show_items
@@ -77,11 +77,11 @@ def test_the_findings_of_an_inspection() -> None:
 
     findings = [finding("logs/imu.csv", "fact", "It has 5 rows."), finding("logs/imu.csv", "doubt", "Late.", "Cut it."),
                 finding("clock", "wrong", "It runs back.")]  # fmt: skip
-    assert printed(lambda console: inspection.show(SimpleNamespace(findings=findings), console)) == [
+    assert printed(lambda console: show_findings(SimpleNamespace(findings=findings), console)) == [
         "imu.csv It has 5 rows.", "doubt Late. Cut it.", "clock WRONG It runs back.",
         "1 error, 1 doubt. Results from data with errors are worthless.",
     ]  # fmt: skip
-    assert printed(lambda console: inspection.show(SimpleNamespace(findings=findings[:1] * 2), console))[-1] == (
+    assert printed(lambda console: show_findings(SimpleNamespace(findings=findings[:1] * 2), console))[-1] == (
         "0 errors, 0 doubts."
     )
 

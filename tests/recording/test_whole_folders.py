@@ -37,7 +37,7 @@ def test_a_budget(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(budget, "_write_parquet", writes("table"))
     monkeypatch.setattr("sinssim.analyses.error_budget.budget_exhibits.exhibits_of",
                         lambda result, answers, times: f"{answers} {times}")  # fmt: skip
-    monkeypatch.setattr("sinssim.recording.report.exhibit_page.page_of", lambda exhibits: f"report {exhibits}")
+    monkeypatch.setattr("sinssim.recording.page.page_of", lambda exhibits: f"report {exhibits}")
     monkeypatch.setattr("sinssim.recording.rerun.exhibit_recording.record", writes("recording"))
     scenario, media = SimpleNamespace(to_toml=lambda: "seed = 3\n"), budget.BudgetMedia()
     result: Any = SimpleNamespace(scenario=scenario, answers=lambda: ("answer",), times=(5.0,))
@@ -65,7 +65,7 @@ def test_a_calibration(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(calibration, "to_json", lambda result: {"unit": "µg"})
     monkeypatch.setattr(calibration, "compensation_text", lambda result: "[compensation]\n")
     monkeypatch.setattr("sinssim.analyses.calibration.calibration_result.exhibits_of", lambda result: "exhibits")
-    monkeypatch.setattr("sinssim.recording.report.exhibit_page.page_of", lambda exhibits: f"page of {exhibits}")
+    monkeypatch.setattr("sinssim.recording.page.page_of", lambda exhibits: f"page of {exhibits}")
     result: Any = SimpleNamespace(scenario=SimpleNamespace(to_toml=lambda: "seed = 3\n"))
     media = calibration.CalibrationMedia()
     place = media.save(result, tmp_path / "c", overwrite=False)
@@ -73,7 +73,7 @@ def test_a_calibration(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
         "calibration.json": '{\n  "unit": "µg"\n}\n', "compensation.toml": "[compensation]\n",
         "scenario.toml": "seed = 3\n", "report.html": "page of exhibits",
     }  # fmt: skip
-    monkeypatch.setattr("sinssim.recording.report.exhibit_page.page_of", lambda exhibits: 1 / 0)
+    monkeypatch.setattr("sinssim.recording.page.page_of", lambda exhibits: 1 / 0)
     with pytest.raises(ZeroDivisionError):
         media.save(result, tmp_path / "d", overwrite=False)
     assert [one.name for one in tmp_path.iterdir()] == ["c"]
@@ -82,7 +82,7 @@ def test_a_calibration(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
 def test_a_study(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(study, "to_json", lambda comparison: {"°": 1})
     monkeypatch.setattr(study, "exhibits_of", lambda comparison: "exhibits")
-    monkeypatch.setattr("sinssim.recording.report.exhibit_page.page_of", lambda exhibits: f"page of {exhibits}")
+    monkeypatch.setattr("sinssim.recording.page.page_of", lambda exhibits: f"page of {exhibits}")
     monkeypatch.setattr("sinssim.recording.rerun.exhibit_recording.record", writes("recording of"))
     contents = {"name": "all", "none": None, "parts": ({"title": "one", "rates_hz": (1.0, 2.0), "text": None},)}
     case = Case("one", "cone", "gyros", "ideal", "euler", "level", "normal", "exact", 50.0, (50.0, 12.5, 2.0), "hold")

@@ -10,7 +10,7 @@ import pytest
 from sinssim.errors import InputError
 from sinssim.logs.log_settings import Log
 from sinssim.scenario.plan_summary import plan_lines
-from sinssim.scenario.planned_motion import check_times, expected_duration
+from sinssim.scenario.planned_limits import check_times, expected_duration
 from sinssim.scenario.schema import Scenario
 from sinssim.truth.flight.flight_plan import FlightPlan
 

@@ -12,9 +12,8 @@ from sinssim.errors import InputError
 from sinssim.experiments.run.execute import run
 from sinssim.experiments.run.filter_summary import sentences
 from sinssim.scenario import Scenario, load_scenario
-from sinssim.scenario.filter_model import LEFT_OUT, choice, hints, notes, states, weights, with_states
+from sinssim.scenario.filter_model import LEFT_OUT, choice, excitation, hints, notes, states, weights, with_states
 from sinssim.scenario.filter_section import FILTER_STATES
-from sinssim.scenario.planned_motion import excitation
 from sinssim.scenario.true_motion import fly
 from sinssim.sensors.imu.grades import GRADES
 

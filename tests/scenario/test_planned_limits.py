@@ -11,8 +11,8 @@ import pytest
 
 from sinssim.errors import InputError
 from sinssim.experiments.run.plan_figure import plan_figure
-from sinssim.scenario.aircraft_limits import check_limits, findings
 from sinssim.scenario.load import load_scenario
+from sinssim.scenario.planned_limits import check_limits, findings
 from sinssim.scenario.schema import Scenario
 from sinssim.truth.flight import jsbsim_model
 from sinssim.truth.flight.aircraft import ceiling, climb_rate, descent_rate, load_aircraft, speed_range

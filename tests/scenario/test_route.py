@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 from sinssim.errors import InputError
-from sinssim.scenario.route_pole import check_route, check_route_flown
+from sinssim.scenario.planned_limits import check_route, check_route_flown
 from sinssim.scenario.schema import Scenario
 from sinssim.truth.motions.parked_and_great_circle import GreatCircle
 

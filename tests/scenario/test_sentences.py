@@ -8,8 +8,8 @@ from typing import Any
 
 import pytest
 
-from sinssim.scenario import aircraft_limits
-from sinssim.scenario.aircraft_limits import Finding, _Judge
+from sinssim.scenario import planned_limits
+from sinssim.scenario.planned_limits import Finding, _Judge
 
 KNOT = 1852.0 / 3600.0
 
@@ -24,7 +24,7 @@ def judge(monkeypatch: pytest.MonkeyPatch) -> _Judge:
         ("climb_rate", lambda envelope, height, speed: 22.0 - height / 1e3),
         ("descent_rate", lambda envelope, height, speed: 5.0 + height / 1e3),
     ):
-        monkeypatch.setattr(aircraft_limits, name, of)
+        monkeypatch.setattr(planned_limits, name, of)
     performance: Any = SimpleNamespace(max_load_factor_g=2.5, climb_mps=10.0, descent_mps=7.0, bank_deg=25.0)
     return _Judge(SimpleNamespace(aircraft="737"), None, performance)  # type: ignore[arg-type]
 
@@ -39,7 +39,7 @@ def test_airspeeds(judge: _Judge, monkeypatch: pytest.MonkeyPatch) -> None:
     text = "at 6000 m: level flight of the 737 (flaps up) is possible from 156 to 394 kt there."
     assert said(151.0) == [Finding(True, f"flight.start.airspeed_kt = 151 {text}")]
     assert said(406.5) == [Finding(True, f"flight.start.airspeed_kt = 406.5 {text}")]
-    monkeypatch.setattr(aircraft_limits, "speed_range", lambda envelope, height: (0.0, 0.0))
+    monkeypatch.setattr(planned_limits, "speed_range", lambda envelope, height: (0.0, 0.0))
     assert said(250.0, 25_000.0) == [
         Finding(
             True,
@@ -72,7 +72,7 @@ def test_banks(judge: _Judge, monkeypatch: pytest.MonkeyPatch) -> None:
         )
     ]
     assert said(20.0, 140.0)[0].text.endswith("give at most 0, or a higher airspeed.")  # below that of level flight
-    monkeypatch.setattr(aircraft_limits, "speed_range", lambda envelope, height: (0.0, 0.0))
+    monkeypatch.setattr(planned_limits, "speed_range", lambda envelope, height: (0.0, 0.0))
     assert said(60.0, 214.0) == []
 
 
@@ -138,6 +138,6 @@ def test_ceilings(judge: _Judge, monkeypatch: pytest.MonkeyPatch) -> None:
     assert said(21_900.0) == []
     assert said(22_600.0) == [Finding(False, f"leg 4: altitude_m = 22600 {text}{better}")]
     assert said(22_700.0) == [Finding(True, f"leg 4: altitude_m = 22700 {text}{better}")]
-    monkeypatch.setattr(aircraft_limits, "best_ceiling", lambda envelope: (22_199.0, 310.0))
+    monkeypatch.setattr(planned_limits, "best_ceiling", lambda envelope: (22_199.0, 310.0))
     assert said(22_700.0) == [Finding(True, f"leg 4: altitude_m = 22700 {text}.")]
     assert climbed(judge, 6000.0, 22_700.0) == [Finding(True, f"leg 2: altitude_m = 22700 {text}.")]

@@ -8,8 +8,8 @@ from typing import Any
 
 import pytest
 
+from sinssim.scenario.filter_model import excitation
 from sinssim.scenario.plan_summary import _clock, named_places, plan_lines, sensor_words
-from sinssim.scenario.planned_motion import excitation
 from sinssim.scenario.schema import Scenario
 from sinssim.sensors.imu.imu import Imu
 from sinssim.truth.flight.flight_plan import Atmosphere, FlightPlan, Wind, planned_path

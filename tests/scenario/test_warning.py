@@ -10,10 +10,10 @@ from typing import Any
 import pytest
 
 import sinssim
-from sinssim.cli.process import main
+from sinssim.cli.app import main
 from sinssim.experiments.studies.study_schema import Study
 from sinssim.experiments.studies.trade_schema import Axis, TradeStudy
-from sinssim.scenario.aircraft_limits import findings
+from sinssim.scenario.planned_limits import findings
 
 STEEP = """\
 name = "steep"

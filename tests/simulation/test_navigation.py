@@ -6,7 +6,7 @@ import pytest
 
 import sinssim
 from sinssim.simulation.navigation_stage import solve
-from sinssim.simulation.truth_stage import truth_along
+from sinssim.simulation.truth_and_sensors import truth_along
 
 
 def test_a_platform_needs_the_errors_of_its_sensors() -> None:

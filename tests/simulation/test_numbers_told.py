@@ -15,8 +15,7 @@ from sinssim.errors import InputError
 from sinssim.estimation import Block, ErrorModel
 from sinssim.estimation.filter_result import Divergence, Innovations, Reasons
 from sinssim.scenario import Scenario, filter_model, run_memory, unknown_gravity
-from sinssim.scenario.filter_model import choice, hints, notes, weights
-from sinssim.scenario.planned_motion import Excitation
+from sinssim.scenario.filter_model import Excitation, choice, hints, notes, weights
 from sinssim.scenario.recorded_sensors import recorded_sensors
 from sinssim.scenario.run_memory import check_memory, needed_memory
 from sinssim.scenario.unknown_gravity import UnknownGravity, gravity_notes

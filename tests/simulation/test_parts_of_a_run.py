@@ -17,11 +17,9 @@ from sinssim.errors import InputError, RunError
 from sinssim.experiments.run.parts.phases import add_sources, budgets_of_phases
 from sinssim.scenario import Scenario
 from sinssim.scenario.navigation_section import InitialErrorSection, initial_state_with_errors
-from sinssim.simulation import navigation_stage, stages
+from sinssim.simulation import navigation_stage, truth_and_sensors
 from sinssim.simulation.navigation_stage import solve
-from sinssim.simulation.sensed_stage import Sensed
-from sinssim.simulation.stages import STAGES, Stages
-from sinssim.simulation.truth_stage import Truth
+from sinssim.simulation.truth_and_sensors import STAGES, Sensed, Stages, Truth
 from sinssim.strapdown.navigation_error import navigation_error
 
 MINUTE, SECOND = pi / 10_800.0, pi / 648_000.0
@@ -246,7 +244,7 @@ def test_budgets_of_the_phases(monkeypatch: pytest.MonkeyPatch) -> None:
 def test_the_clock_of_the_stages(monkeypatch: pytest.MonkeyPatch) -> None:
     """Instants of 10, 12, 15 (3 s of imu), 20, 24 (4 s), 30, 30.5 (a further half of imu), 41 s: 31 s in all."""
     instants = iter([10.0, 12.0, 15.0, 20.0, 24.0, 30.0, 30.5, 41.0])
-    monkeypatch.setattr(stages, "time", SimpleNamespace(perf_counter=lambda: next(instants)))
+    monkeypatch.setattr(truth_and_sensors, "time", SimpleNamespace(perf_counter=lambda: next(instants)))
     told: list[tuple[str, float]] = []
     clock = Stages(lambda stage, fraction: told.append((stage, fraction)))
     with clock("imu"):

@@ -14,11 +14,9 @@ from sinssim.errors import InputError
 from sinssim.experiments.run.execute import RunMedia, about, keep
 from sinssim.experiments.run.parts import judged_outages
 from sinssim.experiments.run.run_result import Run
-from sinssim.recording.run_directory import RunDirectory
-from sinssim.simulation.aiding_stage import aid, best_reference
-from sinssim.simulation.sensed_stage import _heights, sense_recorded
-from sinssim.simulation.stages import Stages
-from sinssim.simulation.truth_stage import RecordedMotion
+from sinssim.recording.result import RunDirectory
+from sinssim.simulation.navigation_stage import aid, best_reference
+from sinssim.simulation.truth_and_sensors import RecordedMotion, Stages, _heights, sense_recorded
 from sinssim.strapdown.navigation_error import NavError
 from tests.experiments.run.test_filter_streams import motion
 from tests.recording.test_summary import ERROR
@@ -239,7 +237,7 @@ def test_a_filter_without_a_reference_is_compared_with_its_smoothed_solution(mon
     monkeypatch.setattr(
         f"{where}.compare_recorded", lambda *args: seen.append(args) or SimpleNamespace(smoothed_error=None)
     )
-    monkeypatch.setattr("sinssim.simulation.aiding_stage.recorded_start", lambda scenario, sensed: "first")
+    monkeypatch.setattr("sinssim.simulation.navigation_stage.recorded_start", lambda scenario, sensed: "first")
     prepared: Any = SimpleNamespace(log=SimpleNamespace(imu=SimpleNamespace(time=np.array([3.0, 9.0]))))
     for reference in (None, "given"):
         motion = RecordedMotion(prepared, reference)  # type: ignore[arg-type]

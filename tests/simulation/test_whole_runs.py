@@ -15,7 +15,7 @@ from sinssim.experiments.run import execute
 from sinssim.experiments.run.parts import phases
 from sinssim.scenario import Scenario
 from sinssim.simulation import navigation_stage
-from sinssim.simulation.stages import Stages
+from sinssim.simulation.truth_and_sensors import Stages
 from tests.recording.test_motion_streams import rows
 
 

@@ -11,7 +11,7 @@ from pathlib import Path
 
 import pytest
 
-from sinssim.system.encoding import encode_everything, holds_everything
+from sinssim.cli.terminal import encode_everything, holds_everything
 
 
 @pytest.mark.parametrize(

@@ -11,9 +11,8 @@ import pytest
 
 from sinssim.content import named_paths
 from sinssim.errors import InputError
-from sinssim.scenario.load import load_scenario
+from sinssim.scenario.load import load_scenario, resolved_use, warn_of_changes
 from sinssim.scenario.plan_summary import OwnFile
-from sinssim.scenario.use_key import resolved_use, warn_of_changes
 from sinssim.system.extensions import (
     Item,
     failure,

@@ -12,7 +12,7 @@ import numpy as np
 import pytest
 
 import sinssim
-from sinssim.cli.commands.list import Listing, names_of
+from sinssim.cli.commands.content import Listing, names_of
 from sinssim.content import _of_packages
 from sinssim.errors import InputError
 from sinssim.logs.formats.registry import FORMATS, WRITERS, detect, read_file

@@ -15,8 +15,8 @@ import pytest
 from sinssim import __version__, jit
 from sinssim.errors import InputError
 from sinssim.experiments.experiment_directory import Kind, Store, read_manifest, written_files
-from sinssim.recording.run_directory import RunDirectory, _beside
-from sinssim.system import resources, user_file
+from sinssim.recording.result import RunDirectory, _beside
+from sinssim.system import process, user_file
 from sinssim.system.outputs import (
     MARK,
     Draft,
@@ -209,20 +209,20 @@ def test_the_least_memory_counts(tmp_path: Path, monkeypatch: pytest.MonkeyPatch
     import resource
 
     (tmp_path / "limit").write_text("64000000\n")
-    monkeypatch.setattr(resources, "_CGROUP", (tmp_path / "limit", tmp_path / "missing"))
+    monkeypatch.setattr(process, "_CGROUP", (tmp_path / "limit", tmp_path / "missing"))
     monkeypatch.setattr(os, "sysconf", {"SC_PAGE_SIZE": 4096, "SC_PHYS_PAGES": 3000}.__getitem__)
     limits = {"soft": resource.RLIM_INFINITY}
     monkeypatch.setattr(
         resource, "getrlimit", lambda kind: (limits["soft"], 1) if kind == resource.RLIMIT_AS else (7, 7)
     )
-    assert resources.machine_memory() == 3000 * 4096.0
+    assert process.machine_memory() == 3000 * 4096.0
     limits["soft"] = 5_000_000
-    assert resources.machine_memory() == 5e6
+    assert process.machine_memory() == 5e6
 
 
 def test_a_file_that_is_too_large(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     (tmp_path / "a").write_bytes(b"x" * 2345)
-    monkeypatch.setattr("sinssim.system.resources.machine_memory", lambda: 1000.0)
+    monkeypatch.setattr("sinssim.system.process.machine_memory", lambda: 1000.0)
     with pytest.raises(InputError) as error:
         user_file.read_bytes(tmp_path / "a")
     assert str(error.value) == f"{tmp_path}/a has 2.35 kB, and this machine's memory 1 kB. Split it into parts."

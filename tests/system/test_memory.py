@@ -10,12 +10,12 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from sinssim.system import resources
-from sinssim.system.resources import machine_memory, shared
+from sinssim.system import process
+from sinssim.system.process import machine_memory, shared
 
 FREED = """
 from pathlib import Path
-from sinssim.system.resources import give_back_memory
+from sinssim.system.process import give_back_memory
 
 def resident() -> int:
     return int(next(line for line in Path("/proc/self/status").read_text().splitlines() if "VmRSS" in line).split()[1])
@@ -31,7 +31,7 @@ print(before - resident())
 
 APART = """
 from pathlib import Path
-from sinssim.system.resources import map_large_arrays
+from sinssim.system.process import map_large_arrays
 
 def resident() -> int:
     return int(next(line for line in Path("/proc/self/status").read_text().splitlines() if "VmRSS" in line).split()[1])
@@ -77,5 +77,5 @@ def test_the_least_limit_counts(tmp_path: Path, monkeypatch: pytest.MonkeyPatch)
     """A container with 64 MB on a larger machine, and one without a limit."""
     (tmp_path / "limit").write_text("64000000\n")
     (tmp_path / "none").write_text("max\n")
-    monkeypatch.setattr(resources, "_CGROUP", (tmp_path / "none", tmp_path / "limit"))
+    monkeypatch.setattr(process, "_CGROUP", (tmp_path / "none", tmp_path / "limit"))
     assert machine_memory() == 64e6

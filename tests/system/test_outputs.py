@@ -14,7 +14,7 @@ from typing import Any
 import pytest
 
 import sinssim
-from sinssim.cli import process as cli
+from sinssim.cli import app as cli
 from sinssim.system.outputs import IN_USE, MARK
 
 SCENARIO = """\
@@ -262,7 +262,7 @@ def test_an_ensemble_is_not_continued_through_a_link(
 
 
 def test_an_incomplete_run_does_not_follow_a_link_beside_its_place(tmp_path: Path) -> None:
-    from sinssim.recording.run_directory import RunDirectory
+    from sinssim.recording.result import RunDirectory
 
     for name in ("run", "elsewhere"):
         (tmp_path / name).mkdir()
@@ -290,7 +290,7 @@ def test_a_score_does_not_follow_a_link(
 
 def test_a_directory_that_was_killed_while_it_was_replaced_can_be_replaced(tmp_path: Path) -> None:
     """Whatever moment the replacement ends at, every file in the directory is in its mark."""
-    from sinssim.recording.run_directory import RunDirectory
+    from sinssim.recording.result import RunDirectory
 
     def write_run(names: tuple[str, ...]) -> None:
         folder = RunDirectory(tmp_path / "run", overwrite=True)

@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 import sinssim
-from sinssim.cli.process import main
+from sinssim.cli.app import main
 from sinssim.errors import InputError, RunError
 from sinssim.frames import FRAME_REGISTRY
 from sinssim.scenario import load_scenario

@@ -13,7 +13,7 @@ import numpy as np
 import pytest
 
 import sinssim
-from sinssim.recording import stream_tables
+from sinssim.recording import streams
 from sinssim.system.short_repr import described, short_repr
 from sinssim.toml_section import Section
 from tests.experiments.ensembles.examples import AIDED, PARKED, scenario
@@ -164,4 +164,4 @@ def test_pandas_and_polars_are_used_if_they_are_there(aided: Any, monkeypatch: p
         monkeypatch.setitem(__import__("sys").modules, library, None)
         with pytest.raises(sinssim.InputError, match=rf"pip install 'sinssim\[{library}\]'"):
             getattr(truth, library)()
-    assert "importlib.import_module(library)" in inspect.getsource(stream_tables._needed)
+    assert "importlib.import_module(library)" in inspect.getsource(streams._needed)

@@ -11,7 +11,7 @@ from typing import Any
 
 import pytest
 
-from sinssim.system.interruption import aside, interruptible
+from sinssim.system.process import aside, interruptible
 
 USR1 = signal.SIGUSR1
 

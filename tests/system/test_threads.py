@@ -7,7 +7,7 @@ from concurrent.futures import Future
 
 import pytest
 
-from sinssim.system.resources import thread_pool
+from sinssim.system.process import thread_pool
 
 
 def test_work_is_waited_for() -> None:

@@ -26,8 +26,8 @@ OWN = {
     "system": "this function, marks of output directories, caches, limits of the machine",
     "truth/flight/flight.py": "cached flights",
     "earth/harmonic_coefficients.py": "a file of the package",
-    "cli/commands/list.py": "views, which the package imports",
-    "scenario/use_key.py": "the summary of a run directory",
+    "cli/commands/content.py": "views, which the package imports",
+    "scenario/schema.py": "the summary of a run directory",
     "__main__.py": "the null device",
     "jit.py": "sources and kernels",
     "lazy.py": "the names that packages offer",
@@ -165,6 +165,6 @@ def test_a_folder_and_a_missing_file_keep_their_messages(tmp_path: Path) -> None
 
 def test_a_file_larger_than_the_memory_is_refused(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     (tmp_path / "large").write_bytes(b"12345")
-    monkeypatch.setattr("sinssim.system.resources.machine_memory", lambda: 4.0)
+    monkeypatch.setattr("sinssim.system.process.machine_memory", lambda: 4.0)
     with pytest.raises(InputError, match="large has 5 B, and this machine's memory 4 B"):
         user_file.read_text(tmp_path / "large")

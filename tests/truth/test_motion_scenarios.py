@@ -13,7 +13,7 @@ from sinssim.errors import InputError
 from sinssim.experiments.run.execute import run
 from sinssim.scenario import Scenario, load_scenario
 from sinssim.scenario.plan_summary import plan_lines
-from sinssim.scenario.planned_motion import expected_duration
+from sinssim.scenario.planned_limits import expected_duration
 from sinssim.scenario.true_motion import fly
 
 DEG = np.pi / 180.0

@@ -21,8 +21,7 @@ from sinssim.charts import Axis, Bars, Chart, Charts, Dots, Mark, Rule
 from sinssim.data import Array
 from sinssim.exhibits import Column, Exhibits, Item, Section, Sentence, Table, Verbatim
 from sinssim.formatting import number_text
-from sinssim.recording.result import Json, Media, Result
-from sinssim.recording.run_directory import versions
+from sinssim.recording.result import Json, Media, Result, versions
 from sinssim.scenario.schema import Scenario
 from sinssim.sensors.imu.error_term import ErrorTerm
 from sinssim.sensors.imu.error_term_table import TERMS
@@ -403,7 +402,7 @@ class CalibrationMedia(Media[CalibrationResult]):
         return exhibits_of(result)
 
     def write(self, result: CalibrationResult, exhibits: Exhibits, folder: Path) -> None:
-        from sinssim.recording.report.exhibit_page import page_of
+        from sinssim.recording.page import page_of
 
         write_text(folder / "compensation.toml", compensation_text(result))
         write_text(folder / "scenario.toml", result.scenario.to_toml())

@@ -20,9 +20,8 @@ from sinssim.charts import TIME, Axis, Bars, Chart, Charts, Line, Mark, Shares
 from sinssim.data import Array
 from sinssim.exhibits import Column, Exhibits, Item, Section, Sentence, Table, Verdict, four_digits
 from sinssim.formatting import capital, number_text
-from sinssim.recording.result import Json, Media
-from sinssim.recording.run_directory import versions
-from sinssim.recording.stream_tables import Stream, Vector, write_table
+from sinssim.recording.result import Json, Media, versions
+from sinssim.recording.streams import Stream, Vector, write_table
 from sinssim.statistics.requirement_verdict import NEVER
 from sinssim.statistics.requirements import CIRCLES, COMPONENTS, Judged, limits_of
 from sinssim.system.outputs import write_text
@@ -473,7 +472,7 @@ class BudgetMedia(Media[BudgetResult]):
         return exhibits_of(result, result.answers(), result.times)
 
     def write(self, result: BudgetResult, exhibits: Exhibits, folder: Path) -> None:
-        from sinssim.recording.report.exhibit_page import page_of
+        from sinssim.recording.page import page_of
         from sinssim.recording.rerun.exhibit_recording import record
 
         write_text(folder / "scenario.toml", result.scenario.to_toml())

@@ -50,7 +50,7 @@ from sinssim.data import Array, ImuData, NavSolution, NavState
 from sinssim.errors import InputError
 from sinssim.progress import Progress, shown
 from sinssim.scenario.load import Overrides, as_scenario
-from sinssim.scenario.planned_motion import check_times
+from sinssim.scenario.planned_limits import check_times
 from sinssim.scenario.true_motion import block_of, fly
 from sinssim.sensors.aiding.air_data import Barometer
 from sinssim.sensors.imu.emulation import digital

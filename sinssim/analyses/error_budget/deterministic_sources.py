@@ -31,7 +31,7 @@ from sinssim.sensors.imu.imu_errors import ImuErrors
 from sinssim.sensors.sets.redundant_geometry import along
 from sinssim.sensors.sets.sensor_set import Redundant
 from sinssim.simulation.navigation_stage import solve
-from sinssim.simulation.truth_stage import Truth
+from sinssim.simulation.truth_and_sensors import Truth
 from sinssim.truth.true_gravity_disturbance import Disturbed
 from sinssim.units import ARCSEC, MGAL
 

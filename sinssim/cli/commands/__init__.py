@@ -1,1 +1,1 @@
-"""One file per command: its function `command` is registered under the name of the file."""
+"""The commands: functions with the decorator `command`, in files by what they work on."""

@@ -7,11 +7,12 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from sinssim.cli.options import Debug, GradeOption, Json, Settings, scenario_names, with_grade
+from sinssim.cli.options import Debug, GradeOption, Json, Settings, command, scenario_names, with_grade
 from sinssim.cli.terminal import print_json
 
 if TYPE_CHECKING:
     from sinssim.scenario import Scenario
+
 
 ScenarioFile = Annotated[
     str | None,
@@ -35,7 +36,8 @@ Keys = Annotated[
 ]
 
 
-def command(
+@command
+def check(
     scenario: ScenarioFile = None,
     settings: Settings = None,
     grade: GradeOption = None,
@@ -91,10 +93,8 @@ def command(
 
 def _check_simulation(plan: Scenario, as_json: bool) -> None:
     """Check a scenario with simulated sensors, and show its plan."""
-    from sinssim.scenario.aircraft_limits import check_limits
     from sinssim.scenario.plan_summary import plan_lines
-    from sinssim.scenario.planned_motion import check_times, expected_duration
-    from sinssim.scenario.route_pole import check_route
+    from sinssim.scenario.planned_limits import check_limits, check_route, check_times, expected_duration
 
     check_times(plan)
     check_route(plan)
@@ -124,7 +124,7 @@ def _check_log(plan: Scenario, as_json: bool) -> None:
     """Read the files of a scenario with recorded sensors, and show what they hold and what follows from them."""
     from sinssim.scenario import filter_model as filter_states
     from sinssim.scenario.plan_summary import plan_lines
-    from sinssim.scenario.planned_motion import expected_duration
+    from sinssim.scenario.planned_limits import expected_duration
     from sinssim.scenario.run_memory import check_memory
     from sinssim.simulation.recorded_filter_run import prepare
 

@@ -15,6 +15,7 @@ from sinssim.cli.options import (
     OutFolder,
     Quiet,
     Settings,
+    command,
     overwrite_option,
     scenario_names,
     with_grade,
@@ -24,6 +25,7 @@ from sinssim.cli.terminal import console, has_bars, notes_of, print_json, print_
 if TYPE_CHECKING:
     from sinssim.analyses.inspection.inspected_files import Suggestion
     from sinssim.scenario import Scenario
+
 
 ScenarioOrFiles = Annotated[
     list[str],
@@ -69,7 +71,8 @@ Detail = Annotated[
 ]
 
 
-def command(
+@command
+def run(
     scenario: ScenarioOrFiles,
     out: OutFolder = None,
     settings: Settings = None,

@@ -38,12 +38,12 @@ from sinssim.strapdown.mechanization import Mechanization, Options, chosen
 from sinssim.strapdown.navigate import navigate
 from sinssim.strapdown.navigation_error import navigation_error
 from sinssim.strapdown.solution_coordinates import axes_along
-from sinssim.system.resources import thread_pool
+from sinssim.system.process import thread_pool
 
 if TYPE_CHECKING:
     from sinssim.experiments.ensembles.ensemble_plan import Member, Plan, TruthCache
     from sinssim.scenario import Scenario
-    from sinssim.simulation.truth_stage import Truth
+    from sinssim.simulation.truth_and_sensors import Truth
 
 
 FRAME = "level"

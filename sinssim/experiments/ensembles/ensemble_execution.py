@@ -48,12 +48,11 @@ from sinssim.experiments.ensembles.ensemble_errors import (
 from sinssim.experiments.ensembles.ensemble_plan import ALL, Member, Plan, TruthCache, member, motions_differ
 from sinssim.experiments.workload import Abandoned, Executor, Part, Threads, WorkerDiedError
 from sinssim.simulation.navigation_stage import by_one, navigate
-from sinssim.simulation.sensed_stage import sense
-from sinssim.simulation.truth_stage import Truth
+from sinssim.simulation.truth_and_sensors import Truth, sense
 
 if TYPE_CHECKING:
     from sinssim.estimation import Estimate
-    from sinssim.simulation.sensed_stage import Sensed
+    from sinssim.simulation.truth_and_sensors import Sensed
     from sinssim.simulation.truth_comparison import Aided
 
 
@@ -99,7 +98,7 @@ def make_chunk(
 
 def errors_of_run(plan: Plan, run: Member, truths: TruthCache, errors: RunErrors, row: int) -> None:
     """Compute one run, and fill in its row."""
-    from sinssim.scenario.route_pole import check_route, check_route_flown
+    from sinssim.scenario.planned_limits import check_route, check_route_flown
 
     scenario = run.scenario
     if run.values:

@@ -35,7 +35,7 @@ from sinssim.experiments.ensembles.ensemble_statistics import (
 )
 from sinssim.experiments.ensembles.ensemble_verdicts import looks_text, requirement_lines, verdict_text
 from sinssim.formatting import capital, number_text, signed
-from sinssim.recording.run_directory import plain, software, versions
+from sinssim.recording.result import plain, software, versions
 from sinssim.recording.style import RowNumbers, thinned
 from sinssim.sensors.imu.grades import grade_name
 from sinssim.statistics.circular_error import circle_radius
@@ -474,7 +474,7 @@ def to_json(result: EnsembleResult, numbers: EnsembleNumbers | None = None) -> d
 def write_ensemble(result: EnsembleResult, folder: Path, status: str = "finished") -> list[str]:
     """Write report, figure, numbers and recording of an ensemble that is "finished", "interrupted" or "failed"."""
     from sinssim.recording.figures import figure_of, save
-    from sinssim.recording.report.exhibit_page import page_of
+    from sinssim.recording.page import page_of
     from sinssim.recording.rerun.exhibit_recording import record
 
     numbers = ensemble_numbers(result, status)

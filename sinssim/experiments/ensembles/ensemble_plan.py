@@ -23,7 +23,7 @@ from sinssim.errors import InputError
 from sinssim.experiments.ensembles.ensemble_errors import WITHIN
 from sinssim.scenario.ensemble_section import Choice, Normal, Uniform
 from sinssim.scenario.plan_summary import own_digests
-from sinssim.simulation.truth_stage import Truth, truth_along
+from sinssim.simulation.truth_and_sensors import Truth, truth_along
 from sinssim.system.short_repr import short_repr
 
 if TYPE_CHECKING:
@@ -81,7 +81,7 @@ class Member:
 
         from sinssim.errors import InputError
         from sinssim.scenario.ensemble_section import with_values
-        from sinssim.validation_errors import report
+        from sinssim.toml_file import report
 
         contents = with_values(self.base.contents(without=("ensemble",)), {"seed": self.seed, **self.values})
         try:
@@ -314,8 +314,7 @@ def make_plan(
     Times of requirements and further `times`, s, are epochs, too; but requirements of an ensemble that is continued add
     none to those that it has `stored`.
     """
-    from sinssim.scenario.planned_motion import check_times
-    from sinssim.scenario.route_pole import check_route
+    from sinssim.scenario.planned_limits import check_route, check_times
 
     if scenario.one_component is not None:
         raise InputError(
@@ -369,7 +368,7 @@ def motions_differ(scenario: Scenario) -> bool:
 def _blocks(scenario: Scenario) -> dict[str, int]:
     """Return the blocks of a filter's states, and the number of states of each."""
     from sinssim.scenario.filter_model import filter_model, with_states
-    from sinssim.scenario.planned_motion import expected_duration
+    from sinssim.scenario.planned_limits import expected_duration
     from sinssim.scenario.run_memory import check_memory
 
     scenario = with_states(scenario)

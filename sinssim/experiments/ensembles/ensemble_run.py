@@ -28,13 +28,13 @@ from sinssim.experiments.workload import Executor, Threads, work_through
 from sinssim.formatting import duration_text, size_text
 from sinssim.progress import Progress, shown
 from sinssim.recording.result import Media
-from sinssim.recording.stream_tables import Stream, Vector
-from sinssim.scenario.aircraft_limits import warn_of_limits
+from sinssim.recording.streams import Stream, Vector
 from sinssim.scenario.ensemble_section import MOST_RUNS, EnsembleSection
 from sinssim.scenario.load import Overrides, as_scenario
+from sinssim.scenario.planned_limits import warn_of_limits
 from sinssim.statistics.requirements import parse_requirements
 from sinssim.system.outputs import Draft
-from sinssim.system.resources import give_back_memory, machine_memory
+from sinssim.system.process import give_back_memory, machine_memory
 
 if TYPE_CHECKING:
     from sinssim.experiments.ensembles.ensemble_plan import Plan

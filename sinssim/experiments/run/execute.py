@@ -26,21 +26,25 @@ from sinssim.experiments.run.run_streams import streams_of_run
 from sinssim.experiments.run.sensor_exhibits import SensorComparison, sensor_comparisons
 from sinssim.logs.stored_run import ErrorRule
 from sinssim.progress import Progress, shown
-from sinssim.recording.report.exhibit_page import page_of
-from sinssim.recording.result import Media
-from sinssim.recording.run_directory import RunDirectory, failures, flagged, plain, singularities
-from sinssim.recording.stream_tables import Stream
+from sinssim.recording.page import page_of
+from sinssim.recording.result import Media, RunDirectory, failures, flagged, plain, singularities
+from sinssim.recording.streams import Stream
 from sinssim.scenario.load import Overrides, as_scenario
-from sinssim.scenario.planned_motion import check_times
-from sinssim.scenario.route_pole import check_route, check_route_flown
-from sinssim.simulation.aiding_stage import aid, best_reference
-from sinssim.simulation.navigation_stage import Navigated, before_navigation, navigate
-from sinssim.simulation.sensed_stage import planned, sense, sense_recorded
-from sinssim.simulation.stages import STAGES, Stages
-from sinssim.simulation.truth_stage import RecordedMotion, Truth, truth_along
+from sinssim.scenario.planned_limits import check_route, check_route_flown, check_times
+from sinssim.simulation.navigation_stage import Navigated, aid, before_navigation, best_reference, navigate
+from sinssim.simulation.truth_and_sensors import (
+    STAGES,
+    RecordedMotion,
+    Stages,
+    Truth,
+    planned,
+    sense,
+    sense_recorded,
+    truth_along,
+)
 from sinssim.strapdown.engine_assembly import check_own_files
 from sinssim.strapdown.navigation_error import NO_NUMBERS, error_numbers_of, known_error_numbers_of
-from sinssim.system.resources import give_back_memory, map_large_arrays
+from sinssim.system.process import give_back_memory, map_large_arrays
 from sinssim.truth.flight.flight_log import not_attained
 from sinssim.truth.trajectory import Trajectory
 

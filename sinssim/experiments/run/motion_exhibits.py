@@ -29,7 +29,7 @@ from sinssim.units import DEG, duration_words, fixed
 if TYPE_CHECKING:
     from sinssim.data import NavSolution
     from sinssim.scenario import Scenario
-    from sinssim.simulation.truth_stage import Truth
+    from sinssim.simulation.truth_and_sensors import Truth
     from sinssim.truth.sampling import Channel
     from sinssim.truth.trajectory import Trajectory
 

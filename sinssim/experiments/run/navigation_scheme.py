@@ -16,7 +16,7 @@ from sinssim.data import Array
 from sinssim.exhibits import Item, Picture, Sentence
 from sinssim.frames import FRAME_REGISTRY, FRAMES
 from sinssim.recording import style
-from sinssim.recording.report.svg import Drawing, Point
+from sinssim.recording.svg import Drawing, Point
 from sinssim.rotation import dcm_from_quaternion, euler_from_quaternion, shown_heading
 from sinssim.sensors.aiding.air_data import Barometer
 from sinssim.sensors.sets.sensor_set import AttitudeSensor, Redundant, SixAccelerometers

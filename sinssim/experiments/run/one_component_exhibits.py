@@ -16,8 +16,8 @@ from sinssim.exhibits import Column, Diagram, Exhibits, Item, Medium, Section, S
 from sinssim.experiments.run.run_report import computed_with
 from sinssim.experiments.run.summary_types import PlaneNumbers
 from sinssim.formatting import number_text, signed
-from sinssim.recording.run_directory import plain
-from sinssim.recording.stream_tables import Stream, Vector
+from sinssim.recording.result import plain
+from sinssim.recording.streams import Stream, Vector
 from sinssim.recording.style import COLORS, Rgb
 from sinssim.strapdown.one_component_system import PlaneErrors, projections
 from sinssim.truth.one_component import WAYS

@@ -24,12 +24,11 @@ from sinssim.experiments.run.one_component_exhibits import (
 from sinssim.experiments.run.run_files import about, keep
 from sinssim.experiments.run.run_result import PlaneRun
 from sinssim.recording import style
-from sinssim.recording.result import Media
-from sinssim.recording.run_directory import RunDirectory
-from sinssim.recording.stream_tables import Stream
+from sinssim.recording.result import Media, RunDirectory
+from sinssim.recording.streams import Stream
 from sinssim.recording.style import thinned
-from sinssim.scenario.planned_motion import check_times
-from sinssim.simulation.stages import Stages
+from sinssim.scenario.planned_limits import check_times
+from sinssim.simulation.truth_and_sensors import Stages
 from sinssim.units import DEG
 
 if TYPE_CHECKING:
@@ -56,7 +55,7 @@ def compute_one_component(
     choice = scenario.recording
     if folder is not None and choice.has_streams:
         with stages("record"), folder.writing():
-            from sinssim.recording.stream_tables import write_stream
+            from sinssim.recording.streams import write_stream
 
             (folder.path / "streams").mkdir()
             streams = one_component_streams(result)
@@ -69,7 +68,7 @@ def compute_one_component(
     summary = cast("RunSummary", entries)
     directory = None
     if folder is not None:
-        from sinssim.recording.report.exhibit_page import page_of
+        from sinssim.recording.page import page_of
 
         report = page_of(plane_exhibits(scenario, result, summary)) if choice.has_report else None
         directory = keep(folder, scenario, (), summary, report)

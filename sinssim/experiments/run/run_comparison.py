@@ -29,8 +29,8 @@ from sinssim.experiments.run.finished_runs import Entry, FinishedRun
 from sinssim.formatting import size_text
 from sinssim.logs.stored_run import is_of_another, warn_of_version
 from sinssim.recording import style
-from sinssim.recording.report.exhibit_page import page_of
-from sinssim.recording.run_directory import RunDirectory
+from sinssim.recording.page import page_of
+from sinssim.recording.result import RunDirectory
 from sinssim.strapdown.navigation_error import NavError
 from sinssim.system.outputs import write_text
 from sinssim.units import duration_words, fixed

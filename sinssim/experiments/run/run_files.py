@@ -25,12 +25,13 @@ from sinssim.experiments.run.motion_exhibits import motion_charts
 from sinssim.experiments.run.run_recording import PATHS, draw_coordinates, kind_of
 from sinssim.experiments.run.run_streams import coordinate_streams, filter_streams
 from sinssim.experiments.run.sensor_exhibits import SensorComparison, comparison_charts, recorded_readings
-from sinssim.recording import stream_tables, style
+from sinssim.recording import streams, style
 from sinssim.recording.rerun.scene import Scene, drifted, map_zoom, some_rows
 from sinssim.recording.rerun.viewer import RUN_ENTITY
 from sinssim.recording.rerun.views import RunInfo, all_views
-from sinssim.recording.run_directory import RunDirectory, versions
-from sinssim.recording.stream_columns import (
+from sinssim.recording.result import RunDirectory, versions
+from sinssim.recording.streams import (
+    Stream,
     channel_streams,
     error_stream,
     imu_stream,
@@ -39,11 +40,9 @@ from sinssim.recording.stream_columns import (
     set_streams,
     truth_stream,
 )
-from sinssim.recording.stream_tables import Stream
+from sinssim.scenario.load import FOLDER
 from sinssim.scenario.plan_summary import own_files
-from sinssim.scenario.use_key import FOLDER
-from sinssim.simulation.stages import Stages
-from sinssim.simulation.truth_stage import Truth
+from sinssim.simulation.truth_and_sensors import Stages, Truth
 from sinssim.system.outputs import write_text
 from sinssim.truth.sampling import FlightEvent
 
@@ -55,7 +54,7 @@ if TYPE_CHECKING:
     from sinssim.recording.rerun.rrd import Recording
     from sinssim.scenario import Scenario
     from sinssim.simulation.navigation_stage import Navigated
-    from sinssim.simulation.sensed_stage import Sensed
+    from sinssim.simulation.truth_and_sensors import Sensed
     from sinssim.simulation.truth_comparison import Aided
 
 
@@ -223,7 +222,7 @@ class RunWriter:
         self._recording.stream(stream, thin=self._kept.detail == "light", events=events)
 
     def _stream(self, stream: Stream, metadata: Mapping[str, str] | None = None) -> None:
-        self._submit(self._to_parquet, stream_tables.write_stream, stream, self._streams, metadata)
+        self._submit(self._to_parquet, streams.write_stream, stream, self._streams, metadata)
         self._show_later(stream)
 
     def _show_later(self, stream: Stream) -> None:
@@ -298,7 +297,7 @@ class RunWriter:
                 self._stream(stream)
         self.parts(parts)
         for pool in (self._to_rerun, self._to_parquet):
-            self._submit(pool, stream_tables.give_back_memory)
+            self._submit(pool, streams.give_back_memory)
 
     def parts(self, parts: Mapping[str, Part]) -> None:
         """Write what only some runs have."""
@@ -310,13 +309,13 @@ class RunWriter:
     def filtered(self, aided: Aided, items: Sequence[Item]) -> None:
         """Write the estimate of a filter and its readings, and what they show."""
         self._draw(self._draw_filter, aided, items)
-        self._draw(stream_tables.give_back_memory)
+        self._draw(streams.give_back_memory)
         for stream in filter_streams(aided):
             self._stream(stream)
         for stream in self._coordinates.of("aided", aided.estimate.time, aided.estimate.solution):
             self._stream(stream)
         for pool in (self._to_rerun, self._to_parquet):
-            self._submit(pool, stream_tables.give_back_memory)
+            self._submit(pool, streams.give_back_memory)
         if (end := aided.estimate.divergence) is not None:
             self._events.append(FlightEvent(end.time, f"the filter diverged: {end.reason}"))
 
@@ -326,7 +325,7 @@ class RunWriter:
         self._draw(self._document, "about/summary", summary)
         self._draw(self._draw_events)
         self._draw(self._lay_out)
-        self._submit(self._to_parquet, stream_tables.write_events, self._events, self._streams)
+        self._submit(self._to_parquet, streams.write_events, self._events, self._streams)
         left = set(self._tasks)
         while left:
             done, left = wait(left, timeout=0.1)

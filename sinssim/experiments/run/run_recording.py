@@ -16,7 +16,7 @@ from sinssim import rotation, units
 from sinssim.data import Array, NavSolution, NavState
 from sinssim.recording import style
 from sinssim.recording.rerun.scene import Scene
-from sinssim.recording.stream_tables import Stream, Vector, blocks
+from sinssim.recording.streams import Stream, Vector, blocks
 from sinssim.recording.style import RowNumbers, thinned
 from sinssim.truth.sampling import FlightEvent
 

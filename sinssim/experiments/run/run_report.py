@@ -26,7 +26,7 @@ from sinssim.experiments.run.navigation_scheme import axes_exhibits, scheme, sch
 from sinssim.experiments.run.parts.recorded_sensors import after_filter, recorded_errors
 from sinssim.experiments.run.sensor_exhibits import SensorComparison, sensor_comparisons, sensor_errors
 from sinssim.formatting import number_text
-from sinssim.recording.run_directory import flagged_words, processor
+from sinssim.recording.result import flagged_words, processor
 from sinssim.recording.style import as_seen
 from sinssim.scenario.notes import (
     coarse_rates,
@@ -39,7 +39,7 @@ from sinssim.scenario.notes import (
 from sinssim.scenario.plan_summary import sensor_words
 from sinssim.sensors.imu.grades import grade_name
 from sinssim.sensors.sets.sensor_readings import draw_true_errors
-from sinssim.simulation.truth_stage import RecordedMotion, Truth
+from sinssim.simulation.truth_and_sensors import RecordedMotion, Truth
 from sinssim.units import LENGTH_SCALE, duration_words, fixed, suiting
 
 if TYPE_CHECKING:

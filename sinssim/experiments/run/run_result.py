@@ -12,11 +12,10 @@ from typing import TYPE_CHECKING, Any, ClassVar, Literal, Self
 
 from sinssim.charts import PAIR, Axis, Chart, Charts, Color, Line, Mark, Weight, over
 from sinssim.errors import InputError
-from sinssim.recording.result import Media, Result
-from sinssim.recording.run_directory import plain
-from sinssim.recording.stream_tables import Streams
+from sinssim.recording.result import Media, Result, plain
+from sinssim.recording.streams import Streams
 from sinssim.simulation.navigation_stage import Navigated
-from sinssim.simulation.sensed_stage import Sensed
+from sinssim.simulation.truth_and_sensors import Sensed
 from sinssim.system.short_repr import html_table
 from sinssim.units import ANGLE_SCALE, LENGTH_SCALE
 
@@ -24,11 +23,11 @@ if TYPE_CHECKING:
     from sinssim.data import NavSolution
     from sinssim.exhibits import Item
     from sinssim.experiments.run.summary_types import ErrorNumbers
-    from sinssim.recording.stream_tables import Stream
+    from sinssim.recording.streams import Stream
     from sinssim.scenario import Scenario
     from sinssim.simulation.one_component_run import OneComponentResult
+    from sinssim.simulation.truth_and_sensors import RecordedMotion, Truth
     from sinssim.simulation.truth_comparison import Aided
-    from sinssim.simulation.truth_stage import RecordedMotion, Truth
     from sinssim.strapdown.navigation_error import NavError
     from sinssim.truth.sampling import FlightEvent
 

@@ -29,15 +29,14 @@ from sinssim.experiments.run.error_exhibits import (
 from sinssim.experiments.run.filter_exhibits import NAVIGATION
 from sinssim.logs.solution_score import Judge, Score
 from sinssim.recording import style
-from sinssim.recording.report.exhibit_page import page_of
+from sinssim.recording.page import page_of
 from sinssim.recording.rerun.exhibit_recording import markdown_of, record_charts
 from sinssim.recording.rerun.rrd import Recording, whole_recording
 from sinssim.recording.rerun.scene import map_zoom, some_rows
 from sinssim.recording.rerun.viewer import RUN_ENTITY
 from sinssim.recording.rerun.views import RunInfo, all_views
-from sinssim.recording.run_directory import plain, versions
-from sinssim.recording.stream_columns import error_stream, nav_stream
-from sinssim.recording.stream_tables import write_stream
+from sinssim.recording.result import plain, versions
+from sinssim.recording.streams import error_stream, nav_stream, write_stream
 from sinssim.recording.style import thinned
 from sinssim.strapdown.navigation_error import NavError
 from sinssim.system.outputs import Draft, publish, write_text, written

@@ -17,10 +17,18 @@ from sinssim import earth, rotation
 from sinssim.data import Array, NavSolution, NavState
 from sinssim.earth.ellipsoids import Ellipsoid
 from sinssim.earth.transverse_route import route_pole
-from sinssim.recording.stream_columns import error_stream, imu_stream, nav_stream, reference_stream, truth_stream
-from sinssim.recording.stream_tables import Computed, Stream, Vector
+from sinssim.recording.streams import (
+    Computed,
+    Stream,
+    Vector,
+    error_stream,
+    imu_stream,
+    nav_stream,
+    reference_stream,
+    truth_stream,
+)
 from sinssim.sensors.aiding_registry import measurement_kind
-from sinssim.simulation.truth_stage import Truth
+from sinssim.simulation.truth_and_sensors import Truth
 from sinssim.strapdown import solution_coordinates
 
 if TYPE_CHECKING:

@@ -24,7 +24,7 @@ from sinssim.sensors.imu.error_term_table import of_triad
 from sinssim.sensors.imu.grades import find_grade, grade_name
 from sinssim.sensors.sets.gimballed_sensors import torquer_sigma
 from sinssim.sensors.sets.sensor_set import AttitudeSensor, Gyros, Platform, Redundant, SixAccelerometers
-from sinssim.simulation.truth_stage import Truth
+from sinssim.simulation.truth_and_sensors import Truth
 from sinssim.system.short_repr import short_repr
 from sinssim.units import ANGLE_SCALE, DEG, DEG_H, SPEED_SCALE, UG, Scale, fixed, suiting
 
@@ -38,7 +38,7 @@ if TYPE_CHECKING:
     from sinssim.sensors.imu.imu_errors import ImuErrors
     from sinssim.sensors.sets.gimballed_sensors import AttitudeSensorErrors, PlatformErrors
     from sinssim.sensors.sets.sensor_readings import Readings, TrueErrors
-    from sinssim.simulation.sensed_stage import Sensed
+    from sinssim.simulation.truth_and_sensors import Sensed
 
 
 AXES = ("x", "y", "z")

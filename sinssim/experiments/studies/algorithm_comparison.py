@@ -53,11 +53,11 @@ from sinssim.progress import Progress, shown
 from sinssim.statistics.circular_error import mean_rate, rate_uncertainty
 from sinssim.strapdown.mechanization import Mechanization
 from sinssim.strapdown.navigation_error import NavError, navigation_error
-from sinssim.system.resources import machine_memory
+from sinssim.system.process import machine_memory
 from sinssim.units import ARCSEC, UG
 
 if TYPE_CHECKING:
-    from sinssim.recording.run_directory import RunDirectory
+    from sinssim.recording.result import RunDirectory
     from sinssim.sensors.sets.sensor_readings import Readings
     from sinssim.truth.trajectory import Trajectory
 
@@ -199,7 +199,7 @@ def compare(
         InputError: the study or the directory cannot be used, or the study would take too long.
         RunError: a flight cannot be flown, or the results cannot be written.
     """
-    from sinssim.recording.run_directory import RunDirectory
+    from sinssim.recording.result import RunDirectory
 
     check_limit(limit_minutes)
     folder = None if directory is None else RunDirectory(Path(directory), overwrite=overwrite)

@@ -23,9 +23,8 @@ from sinssim.experiments.studies.study_charts import Label, labeller, over_rates
 from sinssim.experiments.studies.study_results import DEFECT, ERRORS, Case, Pick, Row, StudyResult, Verdict
 from sinssim.experiments.studies.study_schema import Part
 from sinssim.formatting import capital, number_text
-from sinssim.recording.result import Media
-from sinssim.recording.run_directory import plain, software, versions, write_directory
-from sinssim.recording.stream_tables import write_table
+from sinssim.recording.result import Media, plain, software, versions, write_directory
+from sinssim.recording.streams import write_table
 from sinssim.scenario.tables import COORDINATES
 from sinssim.system.outputs import write_text
 from sinssim.units import ARCMIN, ARCSEC, fixed
@@ -459,7 +458,7 @@ def write_study(comparison: StudyResult, folder: Path) -> None:
     """Write all results of a study."""
     import tomli_w
 
-    from sinssim.recording.report.exhibit_page import page_of
+    from sinssim.recording.page import page_of
     from sinssim.recording.rerun.exhibit_recording import record
 
     exhibits = exhibits_of(comparison)

@@ -26,9 +26,8 @@ from sinssim.formatting import listed
 from sinssim.frames import CURVATURES, FRAME_REGISTRY, OF_TRUTH, frames_that
 from sinssim.scenario import Scenario, load_scenario
 from sinssim.scenario.navigation_section import Curvature, Frame, OwnEllipsoid, Schedule, Vertical
-from sinssim.scenario.planned_motion import expected_duration
-from sinssim.scenario.tables import COORDINATES, AnyClosedForm, Coordinates
-from sinssim.scenario.use_key import Use
+from sinssim.scenario.planned_limits import expected_duration
+from sinssim.scenario.tables import COORDINATES, AnyClosedForm, Coordinates, Use
 from sinssim.sensors.imu.grades import GRADES
 from sinssim.sensors.imu.imu import Imu
 from sinssim.sensors.sets.sensor_set import AttitudeSensor, Gyros, SensorSet, SixAccelerometers

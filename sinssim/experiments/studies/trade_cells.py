@@ -15,7 +15,7 @@ from sinssim.data import Array
 from sinssim.errors import InputError
 from sinssim.experiments.studies.trade_schema import TradeStudy, toml_text
 from sinssim.scenario.load import load_scenario
-from sinssim.scenario.planned_motion import expected_duration
+from sinssim.scenario.planned_limits import expected_duration
 from sinssim.scenario.schema import Scenario
 from sinssim.scenario.true_motion import true_motion
 from sinssim.statistics.requirement_verdict import Verdict, VerdictInUnit

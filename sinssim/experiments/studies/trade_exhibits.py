@@ -38,8 +38,8 @@ from sinssim.experiments.studies.trade_result import (
 from sinssim.experiments.studies.trade_schema import Axis as GridAxis
 from sinssim.formatting import capital, number_text
 from sinssim.recording import style
-from sinssim.recording.run_directory import plain, software, versions
-from sinssim.recording.stream_tables import write_table
+from sinssim.recording.result import plain, software, versions
+from sinssim.recording.streams import write_table
 from sinssim.statistics.percentiles import runs_for_band
 from sinssim.statistics.requirements import Quantity, Requirement
 from sinssim.system.outputs import write_text
@@ -475,7 +475,7 @@ def write_trade(result: TradeResult, folder: Path) -> list[str]:
     import tomli_w
 
     from sinssim.recording.figures import figure_of, save
-    from sinssim.recording.report.exhibit_page import page_of
+    from sinssim.recording.page import page_of
     from sinssim.recording.rerun.exhibit_recording import markdown, record
 
     exhibits = exhibits_of(result)

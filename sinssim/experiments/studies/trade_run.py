@@ -33,19 +33,17 @@ from sinssim.experiments.studies.trade_result import TradeResult
 from sinssim.experiments.studies.trade_schema import TradeStudy
 from sinssim.experiments.workload import FLIGHT_SPEED, LIMIT_MINUTES, TooLongError, Watch, check_limit
 from sinssim.progress import Progress, shown
-from sinssim.recording.result import Media
-from sinssim.recording.run_directory import plain
-from sinssim.scenario.aircraft_limits import warn_of_limits
+from sinssim.recording.result import Media, plain
 from sinssim.scenario.ensemble_section import EnsembleSection
 from sinssim.scenario.load import load_scenario
 from sinssim.scenario.plan_summary import own_digests
-from sinssim.scenario.planned_motion import check_times, expected_duration
+from sinssim.scenario.planned_limits import check_times, expected_duration, warn_of_limits
 from sinssim.statistics.requirement_verdict import VerdictInUnit
 from sinssim.system.outputs import MARK, Draft, remove, write_text
 
 if TYPE_CHECKING:
     from sinssim.scenario import Scenario
-    from sinssim.simulation.truth_stage import Truth
+    from sinssim.simulation.truth_and_sensors import Truth
 
 MANIFEST = "trade.json"
 _LETTERS = 24

@@ -24,7 +24,7 @@ from sinssim.data import Array
 from sinssim.errors import RunError
 from sinssim.jit import strict_kernel
 from sinssim.recording import style
-from sinssim.recording.stream_tables import Rows, Stream, blocks
+from sinssim.recording.streams import Rows, Stream, blocks
 from sinssim.recording.style import RowNumbers
 from sinssim.system.outputs import draft
 from sinssim.truth.sampling import FlightEvent

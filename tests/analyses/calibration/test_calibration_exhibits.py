@@ -15,7 +15,7 @@ from sinssim.analyses.calibration.calibration_result import CalibrationResult
 from sinssim.charts import Bars, Dots, Rule
 from sinssim.exhibits import Exhibits, Verbatim
 from sinssim.recording.console import show
-from sinssim.recording.report.exhibit_page import page_of
+from sinssim.recording.page import page_of
 from sinssim.truth.motions.turntable import SEQUENCES
 from tests.recording.by_hand import printed
 from tests.recording.shown import chart_of, items_of, marks_of, same, sentences, titles

@@ -12,7 +12,7 @@ from sinssim.analyses.error_budget.budget_exhibits import OTHERS, _palette, exhi
 from sinssim.analyses.error_budget.budget_result import answers
 from sinssim.exhibits import Section, Table
 from sinssim.recording.figures import to_svg
-from sinssim.recording.report.svg_chart import html_of
+from sinssim.recording.svg_chart import html_of
 from sinssim.statistics.requirements import parse_requirements
 from tests.analyses.error_budget.worlds import SHORT_TURN, scenario
 from tests.recording.drawn import figure

@@ -5,7 +5,7 @@ from __future__ import annotations
 import pytest
 
 from sinssim.analyses.error_budget.budget_exhibits import exhibits_of
-from sinssim.recording.report.exhibit_page import page_of
+from sinssim.recording.page import page_of
 from tests.recording.made_budget import answer, budget
 from tests.recording.spies import cells, read
 

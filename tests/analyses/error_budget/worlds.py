@@ -11,8 +11,7 @@ from sinssim.analyses.error_budget.budget_result import BudgetResult
 from sinssim.data import Array
 from sinssim.scenario import Scenario
 from sinssim.simulation.navigation_stage import Navigated
-from sinssim.simulation.sensed_stage import sense
-from sinssim.simulation.truth_stage import truth_along
+from sinssim.simulation.truth_and_sensors import sense, truth_along
 
 PLACE = {"latitude_deg": 50.0, "longitude_deg": 14.5, "altitude_m": 300.0}
 

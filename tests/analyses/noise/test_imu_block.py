@@ -10,7 +10,7 @@ import pytest
 
 from sinssim.analyses.noise.noise_exhibits import block_text, imu_block
 from sinssim.analyses.noise.noise_report import noise_report
-from sinssim.cli.process import main
+from sinssim.cli.app import main
 from sinssim.errors import InputError
 from sinssim.sensors.imu.imu import Imu
 from tests.analyses.noise.test_report import T, increments, write

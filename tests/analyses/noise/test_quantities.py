@@ -14,7 +14,7 @@ from rerun.chunk import RrdReader
 
 from sinssim.analyses.noise.noise_exhibits import deviations, exhibits_of
 from sinssim.analyses.noise.noise_report import CHANNELS, chosen_channels, noise_report, unit_in_name
-from sinssim.cli.process import main
+from sinssim.cli.app import main
 from sinssim.errors import InputError
 from sinssim.recording.rerun.exhibit_recording import record
 

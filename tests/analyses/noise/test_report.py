@@ -24,7 +24,7 @@ from sinssim.analyses.noise.noise_report import (
     four_digits,
     noise_report,
 )
-from sinssim.cli.process import main
+from sinssim.cli.app import main
 from sinssim.errors import InputError
 from sinssim.logs.column_description import LogDescription
 from sinssim.logs.imu_samples import Samples

@@ -9,7 +9,7 @@ from typing import Any
 
 import pytest
 
-from sinssim.cli.process import main
+from sinssim.cli.app import main
 
 
 class Called:

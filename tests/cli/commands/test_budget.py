@@ -8,7 +8,7 @@ from pathlib import Path
 import pyarrow.parquet as pq
 import pytest
 
-from sinssim.cli import process as cli
+from sinssim.cli import app as cli
 
 SCENARIO = """\
 name = "mine"

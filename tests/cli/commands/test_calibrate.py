@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 
 from sinssim import calibrate, load_scenario
-from sinssim.cli import process as cli
+from sinssim.cli import app as cli
 from sinssim.scenario.true_motion import fly
 from sinssim.sensors.imu.emulation import emulate
 

@@ -14,7 +14,7 @@ from pathlib import Path
 
 import pytest
 
-from sinssim.cli import process as cli
+from sinssim.cli import app as cli
 
 STUDY = """\
 description = "a parked vehicle"

@@ -40,7 +40,7 @@ def test_inspect(sinssim: Sinssim, put: Put, tmp_path: Path) -> None:
     inspected = put(
         "analyses.inspection.inspected_files.inspect", SimpleNamespace(inspection=good, scenario='name = "x"\n', why="")
     )
-    put("cli.commands.inspect.show")
+    put("cli.commands.analyses.show_findings")
     assert sinssim("inspect", "a.csv", "b.pos") == '\nA scenario to start from (--out FILE writes it):\n\nname = "x"\n'
     assert (inspected.args, inspected.options) == (([Path("a.csv"), Path("b.pos")], Path()), {"land": False})
     (tmp_path / "d").mkdir()
@@ -163,7 +163,7 @@ def test_view(sinssim: Sinssim, put: Put) -> None:
 
 
 def test_list(sinssim: Sinssim, monkeypatch: pytest.MonkeyPatch) -> None:
-    from sinssim.cli.commands import list as listing
+    from sinssim.cli.commands import content as listing
 
     monkeypatch.setattr(listing, "names_of", lambda kind: {"a": "first", "longer": "second", "bare": ""})
     assert sinssim("list", "frames") == "a       first\nlonger  second\nbare\n"
@@ -172,7 +172,7 @@ def test_list(sinssim: Sinssim, monkeypatch: pytest.MonkeyPatch) -> None:
 
 def test_check(sinssim: Sinssim, put: Put) -> None:
     put("scenario.plan_summary.plan_lines", ["one", "two"])
-    expected = put("scenario.planned_motion.expected_duration", 61.7)
+    expected = put("scenario.planned_limits.expected_duration", 61.7)
     drawn, saved = put("experiments.run.plan_figure.plan_figure", "figure"), put("recording.figures.save")
     assert sinssim("check", "parked", "--plot", "p.png") == "one\ntwo\nplot        p.png\n"
     assert (drawn.args[0].name, saved.args) == ("parked", ("figure", Path("p.png")))
@@ -206,7 +206,7 @@ def test_check_of_a_scenario_with_a_filter(sinssim: Sinssim, put: Put) -> None:
     put("scenario.unknown_gravity.gravity_notes", ["Two."])
     memory = put("scenario.run_memory.check_memory")
     lines = put("scenario.plan_summary.plan_lines", ["plan"])
-    put("scenario.planned_motion.expected_duration", 99.4)
+    put("scenario.planned_limits.expected_duration", 99.4)
     assert sinssim("check", "aided_airliner") == "plan\nstates      chosen\nnote        One.\nnote        Two.\n"
     assert lines.args == memory.args == (resolved,)
     assert json.loads(sinssim("check", "aided_airliner", "--json")) == {"expected_duration_s": 99, "scenario": SUMMARY}
@@ -227,7 +227,7 @@ def test_check_of_recorded_sensors(sinssim: Sinssim, put: Put, monkeypatch: pyte
         put("scenario.filter_model.choice", ["states"]),
     )
     put("scenario.plan_summary.plan_lines", ["plan"])
-    put("scenario.planned_motion.expected_duration", 99.6)
+    put("scenario.planned_limits.expected_duration", 99.6)
     assert sinssim("check", "x.toml") == (
         "plan\nrecorded    imu, 99.99 Hz\nrecorded    gnss, 5 Hz\nstates\nnote        A note.\nnote        It starts.\n"
     )

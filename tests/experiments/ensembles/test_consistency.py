@@ -17,7 +17,7 @@ from sinssim.experiments.ensembles.ensemble_result import EnsembleResult
 from sinssim.experiments.ensembles.ensemble_run import EnsembleMedia
 from sinssim.experiments.ensembles.ensemble_statistics import consistency, consistency_sentences, ensemble_numbers
 from sinssim.recording.console import show
-from sinssim.recording.report.exhibit_page import page_of
+from sinssim.recording.page import page_of
 from sinssim.statistics.chi_square import extreme
 from tests.experiments.ensembles.examples import AIDED, scenario
 

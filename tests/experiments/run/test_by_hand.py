@@ -20,7 +20,7 @@ from sinssim.errors import InputError
 from sinssim.experiments.run import run_comparison
 from sinssim.experiments.run.finished_runs import Entry, FinishedRun, is_marked, kind_of, load_streams, runs_in, size_of
 from sinssim.experiments.run.run_comparison import compare_runs, comparison_exhibits, write_comparison
-from sinssim.recording.report.exhibit_page import page_of
+from sinssim.recording.page import page_of
 from sinssim.system.outputs import MARK
 
 COLUMNS = (

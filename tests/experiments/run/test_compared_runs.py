@@ -12,12 +12,12 @@ import pyarrow as pa
 import pyarrow.parquet as pq
 import pytest
 
-from sinssim.cli import process as cli
+from sinssim.cli import app as cli
 from sinssim.errors import InputError
 from sinssim.experiments.run.execute import run
 from sinssim.experiments.run.finished_runs import FinishedRun, load_streams, runs_in
 from sinssim.experiments.run.run_comparison import compare_runs, comparison_exhibits
-from sinssim.recording.report.exhibit_page import page_of
+from sinssim.recording.page import page_of
 from sinssim.scenario.schema import Scenario
 from tests.recording import fake_run
 

@@ -10,7 +10,7 @@ import pytest
 from sinssim.charts import Axis, Chart, Line, Rule
 from sinssim.experiments.run.error_exhibits import _schuler_marks
 from sinssim.experiments.run.parts.phases import _cell
-from sinssim.recording.report.svg_chart import svg_of
+from sinssim.recording.svg_chart import svg_of
 from sinssim.units import LENGTH_SCALE
 
 PERIOD = 5066.0

@@ -7,8 +7,8 @@ from typing import Any
 import numpy as np
 
 from sinssim.experiments.run.run_recording import draw_coordinates
-from sinssim.recording import stream_tables
-from sinssim.recording.stream_tables import Computed, Stream, Vector
+from sinssim.recording import streams
+from sinssim.recording.streams import Computed, Stream, Vector
 from sinssim.units import DEG
 
 
@@ -23,7 +23,7 @@ class Drawn:
 
 
 def test_units_and_rows(monkeypatch: Any) -> None:
-    monkeypatch.setattr(stream_tables, "BLOCK", 7)
+    monkeypatch.setattr(streams, "BLOCK", 7)
     time, rng = np.arange(50.0), np.random.default_rng(1)
     far, near, angle, q = 6e6 + rng.random((50, 3)), rng.random((50, 3)), rng.random((50, 1)), rng.random((50, 4))
     stream = Stream(

@@ -14,7 +14,7 @@ from sinssim.data import ImuData, NavSolution
 from sinssim.exhibits import Sentence
 from sinssim.experiments.run.parts import recorded_sensors as report
 from sinssim.experiments.run.sensor_exhibits import recorded_readings
-from sinssim.simulation.truth_stage import RecordedMotion
+from sinssim.simulation.truth_and_sensors import RecordedMotion
 from sinssim.strapdown.navigation_error import NavError
 from tests.recording.made_filter import ESTIMATES, SIGMA, SIZE, SLICES
 from tests.recording.spies import Plot, cells, html, plots

@@ -21,7 +21,7 @@ from sinssim.experiments.run.motion_exhibits import _source
 from sinssim.experiments.run.run_report import run_exhibits
 from sinssim.experiments.run.run_result import Reached
 from sinssim.recording import style
-from sinssim.recording.report.exhibit_page import page_of
+from sinssim.recording.page import page_of
 from sinssim.scenario import Scenario
 from sinssim.sensors.imu.imu import draw
 from sinssim.sensors.sets.gimballed_sensors import draw_attitude_sensor

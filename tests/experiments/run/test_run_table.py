@@ -7,7 +7,7 @@ from pathlib import Path
 
 import pytest
 
-from sinssim.cli import process as cli
+from sinssim.cli import app as cli
 from sinssim.experiments.run.error_exhibits import error_text
 from sinssim.experiments.run.parts.imu_mounting import Rotation
 

@@ -13,7 +13,7 @@ from sinssim.earth import WGS84
 from sinssim.exhibits import Sentence
 from sinssim.experiments.run import run_scores as report
 from sinssim.experiments.run.error_exhibits import Compared
-from sinssim.recording.report.exhibit_page import page_of
+from sinssim.recording.page import page_of
 from sinssim.strapdown.navigation_error import NavError
 from tests.recording.spies import cells, read
 

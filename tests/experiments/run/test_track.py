@@ -12,7 +12,7 @@ import pytest
 from sinssim.data import NavSolution, NavState
 from sinssim.earth import WGS84, geodetic_to_ecef
 from sinssim.experiments.run.motion_exhibits import Projection, Track, degrees, track_map
-from sinssim.recording.report.svg_chart import html_of
+from sinssim.recording.svg_chart import html_of
 
 SVG = "{http://www.w3.org/2000/svg}"
 

@@ -105,11 +105,11 @@ def opened(monkeypatch: pytest.MonkeyPatch) -> Opened:
         monkeypatch.setattr(run_files.pictures, name, drawn)
     for name in ("motion_charts", "comparison_charts", "recorded_readings", "error_charts"):
         monkeypatch.setattr(run_files, name, chart_of(name, found))
-    monkeypatch.setattr(run_files.stream_tables, "give_back_memory", lambda: None)
-    written = run_files.stream_tables
+    monkeypatch.setattr(run_files.streams, "give_back_memory", lambda: None)
+    written = run_files.streams
     monkeypatch.setattr(written, "write_stream", lambda stream, folder, metadata=None: found.calls.append(
         ("written", stream.name, folder.name, metadata)))  # fmt: skip
-    monkeypatch.setattr(run_files.stream_tables, "write_events", lambda events, folder: found.calls.append(
+    monkeypatch.setattr(run_files.streams, "write_events", lambda events, folder: found.calls.append(
         ("events written", *((one.time, one.text) for one in events))))  # fmt: skip
     return found
 

@@ -12,7 +12,7 @@ import sinssim
 from sinssim.analyses.error_budget.budget_exhibits import exhibits_of, lines_of, to_json
 from sinssim.experiments.studies.trade_cells import cells_of
 from sinssim.recording.console import plain_text, show
-from sinssim.recording.report.exhibit_page import page_of
+from sinssim.recording.page import page_of
 from tests.experiments.studies.trade_examples import AIDED, study
 
 OUTAGE = AIDED

@@ -9,7 +9,7 @@ from pathlib import Path
 from sinssim.experiments.studies.trade_exhibits import exhibits_of
 from sinssim.experiments.studies.trade_result import TradeResult
 from sinssim.experiments.studies.trade_run import TradeMedia
-from sinssim.recording.report.exhibit_page import page_of
+from sinssim.recording.page import page_of
 from tests.experiments.studies.test_trade_figure import made
 from tests.experiments.studies.test_trade_result import made as ensemble
 from tests.experiments.studies.trade_examples import AXES

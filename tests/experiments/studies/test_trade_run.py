@@ -10,7 +10,7 @@ from typing import Any
 import numpy as np
 import pytest
 
-from sinssim.cli import process as cli
+from sinssim.cli import app as cli
 from sinssim.errors import InputError, RunError
 from sinssim.experiments.studies import trade_run as running
 from sinssim.experiments.studies.trade_result import TradeResult

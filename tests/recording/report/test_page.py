@@ -5,7 +5,7 @@ from __future__ import annotations
 import re
 
 from sinssim.recording.figures import new_figure, styled, to_svg
-from sinssim.recording.report.page import page
+from sinssim.recording.page import page
 from sinssim.recording.style import GRID, INK, SOFT
 
 

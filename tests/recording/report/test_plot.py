@@ -10,10 +10,10 @@ import numpy as np
 import pytest
 
 from sinssim.charts import Axis, Chart, Dots, Line, Rule, over
-from sinssim.recording.report import page, svg, svg_chart
-from sinssim.recording.report.svg_chart import svg_of
-from sinssim.recording.report.svg_marks import _pieces
+from sinssim.recording import page, svg, svg_chart
 from sinssim.recording.style import envelope, tick_label, ticks
+from sinssim.recording.svg import _pieces
+from sinssim.recording.svg_chart import svg_of
 from sinssim.units import DEG, fixed, suiting
 
 SVG = "{http://www.w3.org/2000/svg}"
@@ -308,7 +308,7 @@ def test_a_drawing_to_the_pixel() -> None:
 def test_lines_in_the_colour_of_words_are_legible_on_a_dark_page() -> None:
     """What is drawn in ink or as a hollow mark takes the colours of the page."""
     from sinssim.recording import style
-    from sinssim.recording.report.svg_chart import STYLE
+    from sinssim.recording.svg_chart import STYLE
 
     x = np.array([0.0, 1.0])
     drawn = svg_of(

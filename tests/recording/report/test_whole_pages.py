@@ -16,8 +16,8 @@ from sinssim.experiments.run.parts.recorded_sensors import Log
 from sinssim.experiments.studies import study_exhibits
 from sinssim.experiments.studies.step_cost import Cost, Operations
 from sinssim.experiments.studies.study_results import ErrorGrowth, Order, Pick, Row
-from sinssim.recording.report.exhibit_page import page_of, parts_of
-from sinssim.simulation.truth_stage import RecordedMotion
+from sinssim.recording.page import page_of, parts_of
+from sinssim.simulation.truth_and_sensors import RecordedMotion
 from tests.recording.spies import cells
 
 
@@ -173,7 +173,7 @@ def study_result(rows: list[Row], *parts: Any, **more: Any) -> Any:
 @pytest.fixture
 def names(monkeypatch: pytest.MonkeyPatch) -> None:
     """Charts and drawings are shown by their names."""
-    monkeypatch.setattr("sinssim.recording.report.exhibit_page.html_of", lambda charts: f"({charts.key})")
+    monkeypatch.setattr("sinssim.recording.page.html_of", lambda charts: f"({charts.key})")
     monkeypatch.setattr("sinssim.recording.figures.to_svg", lambda figure, key: f"({key})")
 
 

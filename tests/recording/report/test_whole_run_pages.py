@@ -14,11 +14,11 @@ from sinssim.experiments.run import motion_exhibits, sensor_exhibits
 from sinssim.experiments.run import run_report as report
 from sinssim.experiments.run.motion_exhibits import Track
 from sinssim.experiments.run.sensor_exhibits import platform_errors
-from sinssim.recording.report.exhibit_page import page_of
+from sinssim.recording.page import page_of
 from sinssim.scenario import Scenario
 from sinssim.sensors.imu.imu import Imu
 from sinssim.sensors.sets.sensor_set import Redundant
-from sinssim.simulation.truth_stage import Truth
+from sinssim.simulation.truth_and_sensors import Truth
 from tests.recording.made_monitoring import SECTION
 from tests.recording.report.test_whole_pages import body, stand_in_items
 from tests.recording.spies import cells, html

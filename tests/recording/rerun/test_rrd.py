@@ -14,7 +14,7 @@ from rerun.chunk import RrdReader
 
 from sinssim.recording.rerun import rrd
 from sinssim.recording.rerun.rrd import Recording
-from sinssim.recording.stream_tables import Stream, Vector
+from sinssim.recording.streams import Stream, Vector
 
 FULL = Path("/dev/full")  # every write to it fails as on a full disk
 

@@ -13,7 +13,7 @@ from sinssim.experiments.ensembles.ensemble_plan import truth_key
 from sinssim.experiments.run.execute import run
 from sinssim.scenario import Scenario
 from sinssim.scenario.plan_summary import plan_lines
-from sinssim.scenario.planned_motion import expected_duration
+from sinssim.scenario.planned_limits import expected_duration
 from sinssim.scenario.true_motion import fly
 from sinssim.truth.motions.turntable import SEQUENCES, Turntable, settling
 from sinssim.units import ARCSEC

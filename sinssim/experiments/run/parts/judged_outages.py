@@ -16,10 +16,8 @@ from sinssim.data import Array
 from sinssim.exhibits import Beside, Column, Item, Sentence, Table
 from sinssim.experiments.run.run_result import Part
 from sinssim.formatting import number_text, signed
-from sinssim.simulation.aiding_stage import recorded_start
-from sinssim.simulation.navigation_stage import Navigated
-from sinssim.simulation.sensed_stage import Sensed
-from sinssim.simulation.truth_stage import RecordedMotion
+from sinssim.simulation.navigation_stage import Navigated, recorded_start
+from sinssim.simulation.truth_and_sensors import RecordedMotion, Sensed
 from sinssim.strapdown.navigation_error import NavError
 from sinssim.units import fixed
 

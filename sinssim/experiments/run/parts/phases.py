@@ -18,7 +18,7 @@ from sinssim.exhibits import Column, Item, Medium, Section, Sentence, Table
 from sinssim.experiments.run.run_result import Part
 from sinssim.formatting import signed
 from sinssim.simulation.navigation_stage import Navigated
-from sinssim.simulation.truth_stage import Truth
+from sinssim.simulation.truth_and_sensors import Truth
 from sinssim.strapdown.navigation_error import NavError
 from sinssim.truth.sampling import FlightEvent
 from sinssim.units import fixed

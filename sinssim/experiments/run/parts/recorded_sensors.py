@@ -40,7 +40,7 @@ from sinssim.experiments.run.sensor_exhibits import recorded_readings
 from sinssim.recording import style
 from sinssim.recording.style import thinned
 from sinssim.simulation.navigation_stage import Navigated
-from sinssim.simulation.truth_stage import RecordedMotion
+from sinssim.simulation.truth_and_sensors import RecordedMotion
 from sinssim.units import DEG, LENGTH_SCALE, UG, Scale, duration_words, fixed, suiting
 
 if TYPE_CHECKING:

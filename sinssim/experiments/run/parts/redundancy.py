@@ -15,8 +15,7 @@ from sinssim.data import Array
 from sinssim.exhibits import Beside, Column, Item, Section, Sentence, Table
 from sinssim.experiments.run.run_result import Part, side_by_side
 from sinssim.formatting import capital, number_text, signed
-from sinssim.recording.stream_columns import other_error_stream
-from sinssim.recording.stream_tables import Stream
+from sinssim.recording.streams import Stream, other_error_stream
 from sinssim.scenario.plan_summary import redundant_words
 from sinssim.sensors.sets.redundant_geometry import dilution
 from sinssim.sensors.sets.sensor_set import Redundant

@@ -13,10 +13,9 @@ from typing import TYPE_CHECKING, Any
 from sinssim.charts import PAIR, Axis, Chart, Charts, Line, over
 from sinssim.exhibits import Column, Item, Section, Sentence, Table
 from sinssim.experiments.run.run_result import Part
-from sinssim.recording.stream_columns import gravity_stream
-from sinssim.recording.stream_tables import Stream
+from sinssim.recording.streams import Stream, gravity_stream
 from sinssim.simulation.navigation_stage import Navigated
-from sinssim.simulation.truth_stage import Truth
+from sinssim.simulation.truth_and_sensors import Truth
 from sinssim.truth.true_gravity_disturbance import Disturbed
 from sinssim.units import ARCSEC, DEG, MGAL, fixed
 

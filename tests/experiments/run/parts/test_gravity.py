@@ -10,7 +10,7 @@ import pytest
 
 from sinssim.experiments.run.parts.truth_model import Track, TrueGravity
 from sinssim.experiments.studies import study_exhibits
-from sinssim.simulation.truth_stage import Truth
+from sinssim.simulation.truth_and_sensors import Truth
 from sinssim.truth.sampling import Channel
 from sinssim.truth.true_gravity_disturbance import Disturbed
 from tests.recording.spies import Shown, cells, read

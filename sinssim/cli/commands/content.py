@@ -1,7 +1,8 @@
-"""`sinssim list`: lists the names that scenarios and options accept."""
+"""`sinssim list`, `sensors` and `new`: names that scenarios accept, a grade of sensors, a project folder."""
 
 from __future__ import annotations
 
+import math
 import sys
 from collections.abc import Mapping
 from enum import StrEnum
@@ -10,8 +11,8 @@ from typing import Annotated, Literal
 
 import typer
 
-from sinssim.cli.options import Debug, Json
-from sinssim.cli.terminal import print_json
+from sinssim.cli.options import Debug, Json, command
+from sinssim.cli.terminal import console, print_json
 from sinssim.errors import SinssimError
 
 
@@ -34,7 +35,8 @@ class Listing(StrEnum):
     EXPORTS = "exports"
 
 
-def command(
+@command
+def list_(
     kind: Annotated[Listing, typer.Argument(help="Kind of names.", show_default=False)],
     as_json: Json = False,
     debug: Debug = False,
@@ -146,3 +148,78 @@ def _first_sentence(file: Path) -> str:
         return (ast.get_docstring(ast.parse(file.read_text(encoding="utf-8"))) or "").split("\n")[0]
     except (OSError, ValueError, SyntaxError) as error:
         return f"(cannot be used: {type(error).__name__}: {error})"
+
+
+@command
+def sensors(
+    grade: Annotated[
+        str, typer.Argument(metavar="GRADE", help="A name from `sinssim list grades`, or a grade's TOML file.")
+    ],
+    latitude: Annotated[
+        float, typer.Option("--latitude", metavar="DEG", min=-90.0, max=90.0, help="Latitude of the vehicle.")
+    ] = 45.0,
+    settings: Annotated[
+        list[str] | None,
+        typer.Option(
+            "--set",
+            metavar="KEY=VALUE",
+            help="Replace a value of the grade, by its key in a scenario's [imu]; may be given several times.",
+        ),
+    ] = None,
+    as_json: Json = False,
+    debug: Debug = False,
+) -> None:
+    """Describe a grade of sensors: each error term, and the position error that it alone causes in one hour.
+
+    Closed forms give the position errors of a vehicle at rest that navigates unaided from an exact initial state.
+    Errors that appear only in motion are given for one turn or one acceleration. See docs/sensors.md.
+
+    Examples:
+
+        sinssim sensors laser-standard --latitude 60
+        sinssim sensors my_unit.toml
+        sinssim sensors tactical --set gyro_bias_sigma_deg_h=0.3 --set gyro_quantum_arcsec=2.0
+    """
+    from sinssim.scenario.load import override
+    from sinssim.sensors.imu.grades import find_grade
+    from sinssim.sensors.imu.imu import Imu
+    from sinssim.toml_file import validate
+
+    find_grade(grade)
+    data: dict[str, object] = {"grade": grade}
+    overridden = {override(data, setting.removeprefix("imu.")) for setting in settings or ()}
+    section = validate(Imu, data, "", f"sensors {grade}", overridden)
+    from sinssim.experiments.run.grade_expectation import expectation_exhibits, expectation_numbers
+    from sinssim.recording.console import show_items
+    from sinssim.sensors.error_propagation import expect
+
+    expectation = expect(section, math.radians(latitude))
+    if as_json:
+        print_json(expectation_numbers(expectation))
+    else:
+        show_items(expectation_exhibits(expectation), console())
+
+
+@command
+def new(
+    folder: Annotated[
+        Path, typer.Argument(metavar="FOLDER", help="The folder to create; it must not exist, or must be empty.")
+    ],
+    debug: Debug = False,
+) -> None:
+    """Create a project folder: a scenario with your own sensors, algorithm and view, ready to run.
+
+    The README.md of the folder describes each file and the commands. No existing file is changed.
+
+    Example:
+
+        sinssim new my_project
+    """
+    from sinssim.content import new_project
+
+    files = new_project(folder)
+    width = max(len(file) for file, _ in files)
+    print(f"{folder} is ready:")
+    for file, sentence in files:
+        print(f"  {file:<{width}}  {sentence}")
+    print(f"Next: cd {folder}, then sinssim run scenario.toml")

@@ -1,4 +1,4 @@
-"""Compares a flight plan with what the aircraft's model can do in steady flight: ceiling, airspeeds, climb, bank."""
+"""Duration and limits of a plan: those of its sensors, of its aircraft, and of frames along a route near its pole."""
 
 from __future__ import annotations
 
@@ -6,9 +6,26 @@ import math
 from collections.abc import Iterator
 from dataclasses import dataclass, replace
 from itertools import pairwise
+from typing import NamedTuple
 
+import numpy as np
+
+from sinssim.algorithms import PLATFORM, REGISTRY
+from sinssim.data import Array, NavState
+from sinssim.earth.transverse_route import (
+    RADIUS,
+    distance_from_pole,
+    nearest_allowed,
+    normal,
+    route_pole,
+    sentence,
+    too_near,
+)
 from sinssim.errors import InputError, warn
+from sinssim.frames import FRAME_REGISTRY
+from sinssim.logs.track_motion import Track
 from sinssim.scenario.tables import Tables
+from sinssim.system.process import machine_memory
 from sinssim.truth.flight.aircraft import (
     Envelope,
     Performance,
@@ -22,7 +39,88 @@ from sinssim.truth.flight.aircraft import (
 from sinssim.truth.flight.flight_plan import FlightPlan
 from sinssim.truth.flight.leg import DeadReckoning, LegBase, bearing, distance
 from sinssim.truth.flight.legs.waypoint import WaypointLeg
+from sinssim.truth.motion import Motion, PlacedMotion, TrueEarth
+from sinssim.truth.motions.parked_and_great_circle import GreatCircleFlight
+from sinssim.truth.one_component import OneComponent
 from sinssim.units import KNOT
+
+_SAMPLE_BYTES, _ALGORITHM_BYTES = 880.0, 176.0
+"""Memory per sample while a run is recorded, bytes (420 without a run directory): true and measured increments, true
+and navigated states, errors, and copies being written; each further algorithm adds a solution and its errors."""
+_PLATFORM_BYTES = 360.0
+"""What a platform takes beside its solution: forces, attitude, gimbals, readings, and a further strapdown solution."""
+_PLANE_BYTES = 1500.0
+"""The same for a one-component run."""
+
+
+def check_times(scenario: Tables) -> None:
+    """Raise for a run that is too short or too long for its sensors, as far as this is known beforehand.
+
+    The duration of a flight is an estimate, so up to twice the estimate plus ten minutes is accepted.
+    """
+    if isinstance(scenario.source, OneComponent):
+        _check_plane(scenario.source)
+        return
+    imu, lasts = scenario.imu, expected_duration(scenario)
+    about, longest = "lasts", lasts
+    if isinstance(scenario.source, FlightPlan):
+        about, longest = "lasts about", 2.0 * lasts + 600.0
+    for number, fault in enumerate(imu.faults, start=1):
+        name, begin = ("at_s", fault.at_s) if fault.type == "spike" else ("from_s", fault.from_s)
+        if begin > longest or (begin == longest and fault.type != "spike"):
+            raise InputError(
+                f"imu.faults.{number}.{name} = {begin:g} lies outside the run, which {about} {lasts:.6g} s; a "
+                f"{fault.type} must begin before the run ends."
+            )
+    if longest * imu.rate_hz < 1.0:
+        raise InputError(
+            f"imu.rate_hz = {imu.rate_hz:g} gives no sample in a run that {about} {lasts:.6g} s; at least "
+            f"{1.0 / lasts:.3g} would give one."
+        )
+    memory = machine_memory()
+    needed = sample_bytes(scenario) * imu.rate_hz * lasts
+    if needed > memory:
+        raise InputError(
+            f"imu.rate_hz = {imu.rate_hz:g} makes {imu.rate_hz * lasts:.2g} samples in a run that {about} {lasts:.6g} "
+            f"s, which need {needed / 1e9:.3g} GB of memory; this machine has {memory / 1e9:.3g} GB. Use at most "
+            f"{imu.rate_hz * memory / needed:.3g}."
+        )
+
+
+def _check_plane(section: OneComponent) -> None:
+    """Raise for a one-component run that is shorter than an interval, or too long for this machine's memory."""
+    intervals, memory = section.duration_s * section.rate_hz, machine_memory()
+    if intervals < 1.0:
+        raise InputError(
+            f"one_component.rate_hz = {section.rate_hz:g} gives no sample in a run of {section.duration_s:g} s; at "
+            f"least {1.0 / section.duration_s:.3g} would give one."
+        )
+    if _PLANE_BYTES * intervals > memory:
+        raise InputError(
+            f"one_component.rate_hz = {section.rate_hz:g} makes {intervals:.2g} samples in a run of "
+            f"{section.duration_s:g} s, which need {_PLANE_BYTES * intervals / 1e9:.3g} GB of memory; this machine "
+            f"has {memory / 1e9:.3g} GB. Use at most {memory / (_PLANE_BYTES * section.duration_s):.3g}."
+        )
+
+
+def sample_bytes(scenario: Tables, first: float = _SAMPLE_BYTES) -> float:
+    """Return the memory per sample of a run, bytes; `first` is that of a run with one algorithm."""
+    more = _PLATFORM_BYTES if PLATFORM in scenario.navigation.algorithms else 0.0
+    return first + _ALGORITHM_BYTES * (len(scenario.navigation.algorithms) - 1) + more
+
+
+def expected_duration(scenario: Tables) -> float:
+    """Estimate the duration of a scenario's motion: duration, s: exact except for a flight, for which it is an
+    estimate."""
+    source = scenario.source
+    lasts = source.duration(scenario.truth) if isinstance(source, Motion) else source.known_duration
+    if lasts is None:
+        raise InputError(
+            f"the scenario {scenario.name} has recorded sensors ([log]), whose duration is known when their files are "
+            "read, as `sinssim run` and `sinssim check` do; nothing else uses such a scenario."
+        )
+    return lasts
+
 
 _SLACK = 1.03  # what exceeds the envelope by less than this is not refused: it is interpolated
 _HEIGHTS = 12  # heights of a climb at which it is judged
@@ -254,3 +352,116 @@ class _Judge:
                     f"{label} = {to:g} needs a climb of {rate:.1f} m/s; the {self.flight.aircraft} climbs at "
                     f"{most:.1f} m/s at most at {speed:.0f} kt there: give a lower height, or a place farther away.",
                 )
+
+
+_PLACES = 1000
+"""Places along a track that are checked; `check_route_flown` checks all."""
+
+
+class _Approach(NamedTuple):
+    """Closest approach of a motion to the pole of its route: distance, m, speed, m/s, and time."""
+
+    latitude: float
+    longitude: float
+    beside: float
+    speed: float
+    when: str
+
+
+def check_route(scenario: Tables) -> None:
+    """Raise for a plan that comes too near to the pole of its route, as far as this is known before the flight.
+
+    The place of a vehicle at rest and a great circle are known completely; of a flight, the start and the waypoints.
+    """
+    navigation = scenario.navigation
+    if not FRAME_REGISTRY[navigation.frame].takes_route or navigation.route_deg is None:
+        return
+    lat_a, lon_a, lat_b, lon_b = map(math.radians, navigation.route_deg)
+    pole, step = route_pole((lat_a, lon_a, lat_b, lon_b), 0.0, 0.0, np.zeros(3)), _step(scenario)
+    for approach in _approaches(scenario, pole):
+        distance = float(distance_from_pole(pole, approach.latitude, approach.longitude)) + approach.beside
+        if distance <= float(nearest_allowed(approach.speed, step)):
+            nearer = pole if normal(approach.latitude, approach.longitude) @ pole > 0.0 else -pole
+            why = sentence(nearer, distance, approach.speed, step, approach.when)
+            raise InputError(f"navigation.route_deg: {why}")
+
+
+def check_route_flown(scenario: Tables, time: Array, truth: NavState) -> None:
+    """Raise for a true motion that comes too near to the pole of its route, at the edges of the samples, (N+1,) s."""
+    navigation = scenario.navigation
+    if not FRAME_REGISTRY[navigation.frame].takes_route:
+        return
+    route = None
+    if navigation.route_deg is not None:
+        lat_a, lon_a, lat_b, lon_b = map(math.radians, navigation.route_deg)
+        route = lat_a, lon_a, lat_b, lon_b
+    latitude, longitude, velocity = truth.latitude, truth.longitude, truth.velocity_ned
+    pole = route_pole(route, float(latitude[0]), float(longitude[0]), velocity[0])
+    every = slice(None, None, round(_step(scenario) * scenario.imu.rate_hz))
+    if len(time[every]) < 2:
+        return
+    near = too_near(pole, time[every], latitude[every], longitude[every], velocity[every])
+    if near is not None:
+        raise InputError(f"navigation.{'frame' if route is None else 'route_deg'}: {near[1]}")
+
+
+def _step(scenario: Tables) -> float:
+    """Return the shortest step of the scenario's algorithms, s."""
+    known = [REGISTRY[name].samples for name in scenario.navigation.algorithms if name in REGISTRY]
+    return min(known, default=1) / scenario.imu.rate_hz
+
+
+def _approaches(scenario: Tables, pole: Array) -> Iterator[_Approach]:
+    match scenario.source:
+        case GreatCircleFlight() as circle:
+            yield from _on_circle(circle, pole)
+        case Track() as track:
+            yield from _on_track(track, scenario.truth)
+        case FlightPlan() as flight:
+            yield from _on_flight(flight)
+        case PlacedMotion(travels=False) as rest:
+            latitude, longitude, _ = rest.place
+            yield _Approach(latitude, longitude, 0.0, 0.0, "all the time")
+
+
+def _on_circle(circle: GreatCircleFlight, pole: Array) -> Iterator[_Approach]:
+    """Yield start, end, and the nearest points of the circle n₀ cos u + t₀ sin u to the pole or its opposite
+    between."""
+    lat, lon, course = (math.radians(v) for v in (circle.latitude_deg, circle.longitude_deg, circle.course_deg))
+    up = normal(lat, lon)
+    north = np.array([-math.sin(lat) * math.cos(lon), -math.sin(lat) * math.sin(lon), math.cos(lat)])
+    ahead = math.cos(course) * north + math.sin(course) * np.array([-math.sin(lon), math.cos(lon), 0.0])
+    whole = circle.speed_mps * circle.duration_s / RADIUS
+    nearest = math.atan2(ahead @ pole, up @ pole) % math.pi
+    angles = [0.0, *np.arange(nearest, whole, math.pi), whole]
+    for angle in sorted(angles, key=lambda u: -abs((up * math.cos(u) + ahead * math.sin(u)) @ pole)):
+        there = up * math.cos(angle) + ahead * math.sin(angle)
+        seconds = angle * RADIUS / circle.speed_mps if angle else 0.0
+        latitude, longitude = math.asin(max(-1.0, min(1.0, there[2]))), math.atan2(there[1], there[0])
+        yield _Approach(latitude, longitude, 0.0, circle.speed_mps, f"at t = {seconds:.0f} s")
+
+
+def _on_track(track: Track, earth: TrueEarth) -> Iterator[_Approach]:
+    """Yield places along a track."""
+    from sinssim.earth.geodetic_coordinates import ecef_to_geodetic
+
+    knots = track.prepared(earth).knots
+    rows = np.linspace(0, len(knots.time) - 1, _PLACES).astype(int)
+    latitude, longitude, _ = ecef_to_geodetic(knots.position[rows])
+    speed = np.linalg.norm(knots.velocity[rows], axis=1)
+    for lat, lon, v, t in zip(latitude, longitude, speed, knots.time[rows], strict=True):
+        yield _Approach(float(lat), float(lon), 0.0, float(v), f"at t = {t:.0f} s")
+
+
+def _on_flight(flight: FlightPlan) -> Iterator[_Approach]:
+    """Yield the start, and every waypoint, which is passed within its radius."""
+    start = flight.at_start()
+    slowest = max(0.0, start.true_airspeed() - math.hypot(*start.wind))
+    yield _Approach(start.latitude, start.longitude, 0.0, slowest, "at the start")
+    for number, (leg, _, plan) in enumerate(flight.reckoned(), start=1):
+        if isinstance(leg, WaypointLeg):
+            speed = max(0.0, plan.true_airspeed() - math.hypot(*plan.wind))
+            when = f"or less at the end of leg {number}, a waypoint"
+            for place in leg.places():
+                latitude, longitude = math.radians(place.latitude_deg), math.radians(place.longitude_deg)
+                yield _Approach(latitude, longitude, leg.capture_radius_m, speed, when)

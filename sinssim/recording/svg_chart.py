@@ -10,11 +10,9 @@ import numpy as np
 
 from sinssim.charts import Axis, Chart, Charts, Dots, Limit, Line, Mark, Rule, Shares
 from sinssim.recording import style
-from sinssim.recording.report.page import words
-from sinssim.recording.report.svg import STYLE as OF_ELEMENTS
-from sinssim.recording.report.svg import element, path, segments, text
-from sinssim.recording.report.svg_marks import DASHES, WIDTHS, PixelScale, marks_of, shapes_of
 from sinssim.recording.style import log_numbers, tick_label, ticks, time_ticks
+from sinssim.recording.svg import DASHES, WIDTHS, PixelScale, element, marks_of, path, segments, shapes_of, text, words
+from sinssim.recording.svg import STYLE as OF_ELEMENTS
 from sinssim.units import TIME_SCALE
 
 STYLE = (

@@ -1,17 +1,26 @@
-"""Handles signals that ask the program to stop, including Ctrl-C, wherever they arrive."""
+"""The process: interruptions by signals, the memory that it can have, and thread pools whose work can be abandoned."""
 
 from __future__ import annotations
 
-import contextlib
+import math
+import os
 import re
 import signal
 import sys
 import threading
 from collections.abc import Callable, Iterator
+from contextlib import contextmanager, suppress
+from pathlib import Path
 from types import FrameType
-from typing import NoReturn, TypeVar
+from typing import TYPE_CHECKING, NoReturn, TypeVar
+
+if TYPE_CHECKING:
+    from concurrent.futures import ThreadPoolExecutor
+
+    import numpy as np
 
 T = TypeVar("T")
+A = TypeVar("A", bound="np.ndarray")
 
 _SOON = 0.01  # [s]
 _IMPORT = "<frozen importlib"
@@ -19,7 +28,7 @@ _COMPILER = re.compile(r"[/\\](numba|llvmlite)[/\\]")
 """Files of numba; compiled kernels have none, so that they can be interrupted."""
 
 
-@contextlib.contextmanager
+@contextmanager
 def interruptible(*signals: signal.Signals) -> Iterator[None]:
     """Raise KeyboardInterrupt on any of the signals, so that clean-up runs as after Ctrl-C (*signals: the signals; main
     thread only).
@@ -106,3 +115,82 @@ def _compiles(frame: FrameType | None) -> bool:
 
 def _stop() -> NoReturn:
     raise KeyboardInterrupt
+
+
+_CGROUP = (Path("/sys/fs/cgroup/memory.max"), Path("/sys/fs/cgroup/memory/memory.limit_in_bytes"))
+_M_MMAP_THRESHOLD = -3
+"""Number of the setting in glibc's malloc.h."""
+
+
+def give_back_memory() -> None:
+    """Return freed memory to the system, as far as it allows it.
+
+    glibc keeps the freed memory of arrays below 32 MB, which another allocation reuses only if it fits.
+    """
+    import ctypes
+
+    with suppress(AttributeError, OSError):  # only glibc has the function
+        ctypes.CDLL(None).malloc_trim(0)
+
+
+def map_large_arrays() -> None:
+    """Let the C library take every array above one megabyte from the system by itself, and return it when it is freed.
+
+    By itself glibc puts arrays of up to 32 MB between the small ones as soon as one of that size has been freed, where
+    a freed one stays a gap unless another fits. The setting holds for the rest of the process.
+    """
+    import ctypes
+
+    with suppress(AttributeError, OSError):
+        ctypes.CDLL(None).mallopt(_M_MMAP_THRESHOLD, 1 << 20)
+
+
+def shared(array: A, known: list[A]) -> A:
+    """Return the array among the known ones that equals this one, so that this one's memory is freed; a new one becomes
+    known."""
+    import numpy as np
+
+    for other in known:
+        if other.dtype == array.dtype and np.array_equal(other, array):
+            return other
+    known.append(array)
+    return array
+
+
+def machine_memory() -> float:
+    """Return the memory that a process can have, bytes, infinity if the system does not say it.
+
+    It is the smallest of the machine's physical memory, the limit of its container and that of the process (`ulimit
+    -v`).
+    """
+    limits = [math.inf]
+    with suppress(AttributeError, OSError, ValueError):  # Windows has no sysconf
+        limits.append(float(os.sysconf("SC_PAGE_SIZE") * os.sysconf("SC_PHYS_PAGES")))
+    for file in _CGROUP:
+        with suppress(OSError, ValueError):  # "max" means that there is no limit
+            limits.append(float(file.read_text()))
+    with suppress(ImportError, OSError, ValueError):
+        import resource
+
+        soft, _ = resource.getrlimit(resource.RLIMIT_AS)
+        if soft != resource.RLIM_INFINITY:
+            limits.append(float(soft))
+    return min(limits)
+
+
+@contextmanager
+def thread_pool(count: int | None) -> Iterator[ThreadPoolExecutor]:
+    """Provide a thread pool for the block, which is joined at its end, but not after an exception.
+
+    Python's own pool would then still wait for compilations and for navigations over hours of samples. The work must be
+    safe to abandon: it must not write files.
+    """
+    from concurrent.futures import ThreadPoolExecutor
+
+    pool = ThreadPoolExecutor(count)
+    try:
+        yield pool
+    except BaseException:
+        pool.shutdown(wait=False, cancel_futures=True)
+        raise
+    pool.shutdown()

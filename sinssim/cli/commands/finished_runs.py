@@ -1,0 +1,297 @@
+"""`sinssim view`, `runs`, `compare-runs`, `export` and `score`: what is done with finished runs."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated
+
+import typer
+
+from sinssim.cli.options import Debug, Json, OutFolder, Quiet, RunFolder, command, start_option
+from sinssim.cli.terminal import console, print_json
+from sinssim.logs.formats.registry import WRITERS
+
+if TYPE_CHECKING:
+    from sinssim.logs.solution_score import Judge, Score
+
+
+@command
+def view(
+    run_or_recording: Annotated[Path, typer.Argument(metavar="DIR_OR_RRD", help="A run directory or a recording.")],
+    name: Annotated[
+        str | None,
+        typer.Option("--view", metavar="NAME", help="View to show first: a name from `sinssim list views`, or a file."),
+    ] = None,
+    web: Annotated[bool, typer.Option("--web", help="Show it in a browser, served to this machine only.")] = False,
+    screenshot: Annotated[
+        Path | None,
+        typer.Option("--screenshot", metavar="FILE", help="Write a picture (PNG) instead of opening a window."),
+    ] = None,
+    debug: Debug = False,
+) -> None:
+    """Show a run in the Rerun viewer or in a browser, or write a picture.
+
+    The viewer opens in a window unless --web or --screenshot is given.
+
+    Examples:
+
+        sinssim view runs/first_flight --view navigation
+        sinssim view runs/first_flight --web
+        sinssim view runs/first_flight --view sensors --screenshot sensors.png
+    """
+    if web and screenshot is not None:
+        raise typer.BadParameter("--web and --screenshot exclude each other; give one of them")
+    from sinssim.recording.rerun import viewer
+
+    if screenshot is not None:
+        viewer.screenshot(run_or_recording, screenshot, view=name)
+    elif web:
+        viewer.serve(run_or_recording, view=name)
+    else:
+        viewer.open_viewer(run_or_recording, view=name)
+
+
+@command
+def runs(
+    folder: Annotated[Path, typer.Argument(metavar="DIR", help="A folder with runs.")] = Path("runs"),
+    as_json: Json = False,
+    debug: Debug = False,
+) -> None:
+    """List the runs, ensembles, studies and budgets in a folder, the newest first.
+
+    The list shows the scenario, the size and the date. For a run it also shows the rms horizontal error of the aided
+    solution, or else of the first algorithm.
+
+    Examples:
+
+        sinssim runs
+        sinssim runs results/2026 --json
+    """
+    from sinssim.experiments.run.finished_runs import runs_in
+
+    entries = runs_in(folder)
+    if as_json:
+        print_json(
+            [
+                {**vars(entry), "path": str(entry.path), "date": entry.date.isoformat(timespec="seconds")}
+                for entry in entries
+            ]
+        )
+        return
+    from sinssim.experiments.run.run_comparison import list_exhibits
+    from sinssim.recording.console import show_items
+
+    show_items(list_exhibits(entries, folder), console(least_width=110))
+
+
+@command
+def compare_runs(
+    runs: Annotated[list[Path], typer.Argument(metavar="RUN...", help="Run directories.")],
+    solution: Annotated[
+        str | None,
+        typer.Option(
+            "--solution",
+            metavar="NAME",
+            help="Solution that all runs have: an algorithm, aided, backward or smoothed.",
+            show_default="of each run the aided one, or else the first algorithm",
+        ),
+    ] = None,
+    out: OutFolder = None,
+    overwrite: Annotated[bool, typer.Option("--overwrite", help="Replace an existing comparison.")] = False,
+    quiet: Quiet = False,
+    as_json: Json = False,
+    debug: Debug = False,
+) -> None:
+    """Compare finished runs: tables of their errors, errors on common axes, and the keys that differ.
+
+    The runs may be of different scenarios; their errors are compared at the same times. Writes report.html and
+    comparison.json to runs/compare-A-B.
+
+    Examples:
+
+        sinssim compare-runs runs/first_flight runs/tactical
+        sinssim compare-runs runs/gnss runs/gnss_baro --solution aided -o runs/with_and_without_baro
+    """
+    from sinssim.experiments.run.run_comparison import compare_runs, write_comparison
+
+    compared = compare_runs(runs, solution)
+    target = out or Path("runs") / ("compare-" + "-".join(run.name for run in compared.runs.values()))[:120]
+
+    contents, place = write_comparison(compared, target, overwrite=overwrite)
+    if as_json:
+        print_json(contents)
+    elif not quiet:
+        from sinssim.experiments.run.run_comparison import comparison_exhibits
+        from sinssim.recording.console import show
+
+        show(comparison_exhibits(compared), console(least_width=110))
+        print(f"Report: {place / 'report.html'}    (in any browser)")
+
+
+To = Annotated[str, typer.Option("--to", metavar="FORMAT", help=f"{', '.join(WRITERS)}; see `sinssim list exports`.")]
+ExportPlace = Annotated[
+    Path | None,
+    typer.Option(
+        "--out",
+        "-o",
+        metavar="FILE",
+        help="The file, or the folder if the format has several files.",
+        show_default="next to the run",
+    ),
+]
+ExportedSolutions = Annotated[
+    list[str] | None,
+    typer.Option(
+        "--solution",
+        metavar="NAME",
+        help="Exported solution: truth, an algorithm, aided, backward, smoothed, or a GNSS receiver such as gnss; "
+        "and measured, ideal or compensated for the inertial data. May be given twice.",
+        show_default="truth, measured",
+    ),
+]
+Rate = Annotated[
+    float | None,
+    typer.Option("--rate", metavar="HZ", help="Largest sampling rate of the solution.", show_default="all"),
+]
+Outages = Annotated[
+    list[str] | None,
+    typer.Option(
+        "--outage",
+        metavar="SPAN",
+        help="Withhold GNSS fixes: 40:55 from 40 s to 55 s; 15/45 for 15 s every 45 s; 15/45@60 the same, the "
+        "first at 60 s. May be repeated.",
+    ),
+]
+
+
+@command
+def export(
+    run: RunFolder,
+    to: To,
+    out: ExportPlace = None,
+    solution: ExportedSolutions = None,
+    start: Annotated[str | None, start_option("Date of time 0 of the run, UTC.")] = None,
+    rate: Rate = None,
+    outages: Outages = None,
+    overwrite: Annotated[bool, typer.Option("--overwrite", help="Replace existing files.")] = False,
+    quiet: Quiet = False,
+    as_json: Json = False,
+    debug: Debug = False,
+) -> None:
+    """Write a run in a format of another program: sensor data, fixes, truth and solutions.
+
+    The output lists the file of each stream with its units, axes and clock. The simulated time of a run begins at 0;
+    --start gives the date of this time.
+
+    Another navigation program can be tested on the exported data; `sinssim score` computes the errors of its solution.
+
+    Examples:
+
+        sinssim export runs/first_flight --to kml
+        sinssim export runs/mems_uav --to kf-gins -o kf_gins_input
+        sinssim export runs/mems_uav --to kf-gins -o gaps --outage 15/45@60
+        sinssim export runs/mems_uav --to sbet --solution aided --solution ideal
+    """
+    from sinssim.logs.formats.run_export import export
+
+    done = export(
+        run, to, out, solution=solution or [], start=start, rate_hz=rate, outages=outages or (), overwrite=overwrite
+    )
+    if as_json:
+        print_json({"place": str(done.place), "files": [str(f) for f in done.files], "contents": list(done.sentences)})
+    elif not quiet:
+        print(f"{done.place}")
+        for sentence in done.sentences:
+            print(f"  {sentence}")
+
+
+SolutionFiles = Annotated[
+    list[Path], typer.Argument(metavar="SOLUTION", help="Files of solutions; formats: `sinssim list formats`.")
+]
+Names = Annotated[
+    list[str] | None,
+    typer.Option("--name", metavar="NAME", help="Name of each solution, in order.", show_default="the file's name"),
+]
+Seconds = Annotated[
+    list[float] | None, typer.Option("--time-s", metavar="S", help="Computing time of each solution, s.")
+]
+Format = Annotated[
+    str | None,
+    typer.Option("--format", metavar="FORMAT", help="Format of the files.", show_default="found from the file"),
+]
+Antenna = Annotated[
+    str | None,
+    typer.Option(
+        "--antenna",
+        metavar="NAME",
+        help="GNSS receiver, such as gnss, to whose antenna the positions refer.",
+        show_default="the sensor block",
+    ),
+]
+
+
+@command
+def score(
+    run: RunFolder,
+    solutions: SolutionFiles,
+    names: Names = None,
+    seconds: Seconds = None,
+    format_name: Format = None,
+    antenna: Antenna = None,
+    start: Annotated[str | None, start_option("Date of the run's time 0 in the export, UTC.")] = None,
+    quiet: Quiet = False,
+    as_json: Json = False,
+    debug: Debug = False,
+) -> None:
+    """Score solutions that other navigation programs computed from the exported data of a run.
+
+    Each solution is treated as a further algorithm of the run: its errors in position, velocity and attitude are
+    computed, and a table, plots and a ranking compare it with the algorithms of the run. Quantities that a solution
+    lacks are not scored. The results are in RUN/scores; other files of the run do not change.
+
+    Examples:
+
+        sinssim export runs/mems_uav --to csv -o readings
+        sinssim score runs/mems_uav mine.csv --name mine --time-s 3.2
+        sinssim score runs/mems_uav KF_GINS_Navresult.nav rtk.pos
+    """
+    from sinssim.errors import InputError
+    from sinssim.experiments.run.run_scores import check_names
+    from sinssim.logs.formats.run_export import date_of_run
+    from sinssim.logs.solution_score import Judge
+    from sinssim.logs.stored_run import RecordedRun
+
+    for option, given in (("--name", names), ("--time-s", seconds)):
+        if given and len(given) != len(solutions):
+            raise InputError(f"{option} is given {len(given)} times for {len(solutions)} solutions; give one for each.")
+    if any(not 0.0 < value < 1e9 for value in seconds or ()):
+        raise InputError("--time-s: the time must be positive, in seconds.")
+    recorded = RecordedRun(run)
+    judge = Judge(recorded, date_of_run(recorded, start))
+    called = names or [path.stem for path in solutions]
+    check_names(judge, called)
+    times: list[float | None] = [*seconds] if seconds else [None] * len(solutions)
+    scores = [
+        judge.score(path, name=name, format_name=format_name, antenna=antenna, seconds=time)
+        for path, name, time in zip(solutions, called, times, strict=True)
+    ]
+    _write_scores(judge, scores, quiet=quiet, as_json=as_json)
+
+
+def _write_scores(judge: Judge, scores: list[Score], *, quiet: bool, as_json: bool) -> None:
+    """Write the scores beside the run, and print them."""
+    from sinssim.experiments.run.run_scores import Scored, score_exhibits, to_json, write_scores
+    from sinssim.logs.solution_score import common_span
+
+    span = common_span(scores)
+    errors = {**judge.run_errors(span), **{score.name: score.error for score in scores}}
+    scored = Scored(judge, scores, errors, span)
+    place = write_scores(scored)
+    if as_json:
+        numbers = {name: scored.numbers[name] for name in errors}
+        print_json({"errors": numbers, "scores": [to_json(score, span) for score in scores], "report": str(place)})
+    elif not quiet:
+        from sinssim.recording.console import show
+
+        show(score_exhibits(scored), console(least_width=110))
+        print(f"Report: {place}\nCurves and map: sinssim view {place.parent}")
