@@ -104,46 +104,21 @@ def _simulate_measured(
 
 
 @kernel
-def _simulate_two_integrals(
-    time: Array,
-    drate: Array,
-    dvel: Array,
-    curvature: float,
-    velocity: Array,
-    coordinate: Array,
-    pitch: Array,
-    rate: Array,
+def _simulate(
+    time: Array, rate: Array, dvel: Array, curvature: float, velocity: Array, coordinate: Array, pitch: Array
 ) -> None:
-    """Like `_simulate`, with ω the integral of the mean ω̇ of each interval."""
-    v, y, a, w = velocity[0], coordinate[0], pitch[0], rate[0]
-    for k in range(len(drate)):
+    """Fourth-order Runge-Kutta integration with the mean force of each interval.
+
+    The columns of the rate are those at the beginning, the middle and the end of each interval, (N, 3) rad/s.
+    """
+    v, y, a = velocity[0], coordinate[0], pitch[0]
+    for k in range(len(dvel)):
         h = time[k + 1] - time[k]
         fx, fy = dvel[k, 0] / h, dvel[k, 1] / h
-        middle, last = w + 0.5 * drate[k], w + drate[k]
-        v1, y1, a1 = _derivative_k(v, a, w, fx, fy, curvature)
-        v2, y2, a2 = _derivative_k(v + 0.5 * h * v1, a + 0.5 * h * a1, middle, fx, fy, curvature)
-        v3, y3, a3 = _derivative_k(v + 0.5 * h * v2, a + 0.5 * h * a2, middle, fx, fy, curvature)
-        v4, y4, a4 = _derivative_k(v + h * v3, a + h * a3, last, fx, fy, curvature)
-        v += h / 6.0 * (v1 + 2.0 * (v2 + v3) + v4)
-        y += h / 6.0 * (y1 + 2.0 * (y2 + y3) + y4)
-        a += h / 6.0 * (a1 + 2.0 * (a2 + a3) + a4)
-        w = last
-        velocity[k + 1], coordinate[k + 1], pitch[k + 1], rate[k + 1] = v, y, a, w
-
-
-@kernel
-def _simulate(
-    time: Array, dtheta: Array, dvel: Array, curvature: float, velocity: Array, coordinate: Array, pitch: Array
-) -> None:
-    """Fourth-order Runge-Kutta integration with the mean readings of each interval."""
-    v, y, a = velocity[0], coordinate[0], pitch[0]
-    for k in range(len(dtheta)):
-        h = time[k + 1] - time[k]
-        w, fx, fy = dtheta[k] / h, dvel[k, 0] / h, dvel[k, 1] / h
-        v1, y1, a1 = _derivative_k(v, a, w, fx, fy, curvature)
-        v2, y2, a2 = _derivative_k(v + 0.5 * h * v1, a + 0.5 * h * a1, w, fx, fy, curvature)
-        v3, y3, a3 = _derivative_k(v + 0.5 * h * v2, a + 0.5 * h * a2, w, fx, fy, curvature)
-        v4, y4, a4 = _derivative_k(v + h * v3, a + h * a3, w, fx, fy, curvature)
+        v1, y1, a1 = _derivative_k(v, a, rate[k, 0], fx, fy, curvature)
+        v2, y2, a2 = _derivative_k(v + 0.5 * h * v1, a + 0.5 * h * a1, rate[k, 1], fx, fy, curvature)
+        v3, y3, a3 = _derivative_k(v + 0.5 * h * v2, a + 0.5 * h * a2, rate[k, 1], fx, fy, curvature)
+        v4, y4, a4 = _derivative_k(v + h * v3, a + h * a3, rate[k, 2], fx, fy, curvature)
         v += h / 6.0 * (v1 + 2.0 * (v2 + v3) + v4)
         y += h / 6.0 * (y1 + 2.0 * (y2 + y3) + y4)
         a += h / 6.0 * (a1 + 2.0 * (a2 + a3) + a4)
@@ -177,7 +152,8 @@ def simulate(
     check_finite("dtheta", turns, "rad", edges)
     radius = number("radius", radius, "m", low=POSITIVE)
     v, y, a = _states(len(edges), velocity, coordinate, pitch)
-    _simulate(edges, turns, pushes, 1.0 / radius, v, y, a)
+    mean = turns * (1.0 / np.diff(edges))
+    _simulate(edges, np.stack([mean, mean, mean], axis=1), pushes, 1.0 / radius, v, y, a)
     return OneComponentSolution(edges, v, y, a)
 
 
@@ -246,9 +222,9 @@ def simulate_two_integrals(
         raise InputError("arm = 0 m gives no angular acceleration; give the distance between the accelerometers.")
     radius = number("radius", radius, "m", low=POSITIVE)
     v, y, a = _states(len(edges), velocity, coordinate, pitch)
-    w = np.empty_like(v)
-    w[0] = number("rate", rate, "rad/s")
-    _simulate_two_integrals(edges, (arms - pushes[:, 1]) / arm, pushes, 1.0 / radius, v, y, a, w)
+    steps = (arms - pushes[:, 1]) / arm  # of the rate
+    w = np.cumsum(np.append(number("rate", rate, "rad/s"), steps))
+    _simulate(edges, np.stack([w[:-1], w[:-1] + 0.5 * steps, w[1:]], axis=1), pushes, 1.0 / radius, v, y, a)
     return OneComponentSolution(edges, v, y, a, w)
 
 

@@ -70,13 +70,7 @@ _EARLY = 128  # further instants for plots, evenly spread over the logarithm of 
 
 
 class Instants(NamedTuple):
-    """Rows of a solution.
-
-    Attributes:
-        taken: rows at which errors are computed, in order.
-        even: which of these are evenly spread, for statistics.
-        kept: which of these are kept for plots over time.
-    """
+    """Rows at which errors are taken; which of these are evenly spread, for statistics; which are kept for plots."""
 
     taken: Rows
     even: Rows
@@ -122,15 +116,10 @@ def _spread(count: int, most: int) -> Rows:
 def coordinate_errors(
     case: Case, kinds: Sequence[str], truth: NavState, solution: NavSolution, ellipsoid: Ellipsoid
 ) -> list[CoordinateError]:
-    """Return the errors of a solution in further coordinates.
+    """Return the errors of a solution against true states in further coordinates, see `scenario.tables.COORDINATES`.
 
     Conditional coordinates are those of the great circle along the true initial velocity. Along a frame's axes both
     motions are resolved with the solution's azimuth.
-
-    Args:
-        kinds: kinds of coordinates, see `sinssim.scenario.tables.COORDINATES`.
-        truth: true states, N rows.
-        solution: N rows.
     """
     if not kinds:
         return []
@@ -186,18 +175,8 @@ def compare(
 ) -> StudyResult:
     """Run a study, decide its claims, and write its report.
 
-    A study that is interrupted or fails leaves a report of the finished cases; it never replaces an existing one.
-
-    Args:
-        directory: directory to write; nothing is written if not given.
-        overwrite: whether an existing study or run in the directory may be replaced.
-        limit_minutes: expected duration above which the study is refused.
-        progress: called with a description of the current work and the fraction done; True shows a bar.
-        say: called beforehand with the expected duration, if it is long.
-
-    Raises:
-        InputError: the study or the directory cannot be used, or the study would take too long.
-        RunError: a flight cannot be flown, or the results cannot be written.
+    A study that is interrupted or fails leaves a report of the finished cases; it never replaces an existing one. The
+    options are those of `sinssim.compare`.
     """
     from sinssim.recording.result import RunDirectory
 

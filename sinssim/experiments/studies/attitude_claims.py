@@ -246,13 +246,9 @@ _MATRIX_STEP = {1: "φ²", 2: "φ⁴/4", 3: "−φ⁴/12", 4: "−φ⁶/72"}
 
 @dataclass(frozen=True)
 class Guarantee:
-    """What an attitude algorithm guarantees.
+    """What an attitude algorithm guarantees: how well its own variables keep a condition, norm or orthogonality.
 
-    Attributes:
-        condition: of the algorithm's own variables: norm, orthogonality, or none.
-        kept: `EXACTLY`, `ROUNDING`, `ORDER` or `OPEN`.
-        reason: why.
-        order: power of the interval with which the defect after a given time shrinks; None if it is not of an order.
+    The order is the power of the interval with which the defect after a given time shrinks.
     """
 
     condition: str
@@ -267,14 +263,7 @@ class Guarantee:
 
 
 def guarantee(algorithm: str) -> Guarantee:
-    """Return what an algorithm guarantees of the norm or orthogonality of its variables.
-
-    Args:
-        algorithm: one of `sinssim.ALGORITHMS`.
-
-    Returns:
-        The guarantee; of an algorithm unknown here, that nothing is known.
-    """
+    """Return what an algorithm guarantees of the norm or orthogonality of its variables."""
     kind, variant = family(algorithm), REGISTRY[algorithm].variant
     power = int(variant.get("ORDER", 0))
     if kind == "euler":

@@ -45,14 +45,9 @@ _EULER = "euler"
 
 @dataclass(frozen=True)
 class AttitudeCost:
-    """Cost of the attitude alone, per sample.
+    """Cost of the attitude alone, per sample: time on one core, operations, and those of the matrix B among them.
 
-    Attributes:
-        algorithm: of what.
-        by_functions: whether B is computed from Euler angles by sines and cosines.
-        ns_per_step: processor time of one sample on one core, ns.
-        operations: floating-point operations of the compensation, the step and B.
-        matrix: those of B among them.
+    `by_functions`: B is computed from Euler angles by sines and cosines.
     """
 
     algorithm: str
@@ -119,23 +114,14 @@ def _matrices_from_angles(angles: Array, matrices: Array) -> None:
 
 @dataclass(frozen=True)
 class MatrixCost:
-    """Cost of B alone.
-
-    Attributes:
-        operations: floating-point operations of one matrix.
-        ns: processor time of one matrix on one core, among many, ns.
-    """
+    """Cost of one matrix B alone: operations, and processor time on one core, among many."""
 
     operations: Operations
     ns: float
 
 
 def matrix_costs() -> tuple[MatrixCost, MatrixCost]:
-    """Count operations and measure time of B alone, over many attitudes in one loop.
-
-    Returns:
-        From a quaternion, and from three angles by sines and cosines.
-    """
+    """Return the costs of B alone, over many attitudes in one loop: from a quaternion, and by functions of angles."""
     angles = np.random.default_rng(1).uniform(-1.5, 1.5, (_BULK, 3))
     quaternions = quaternion_from_euler(*angles.T)
     costs = []

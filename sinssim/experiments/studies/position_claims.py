@@ -51,11 +51,7 @@ _SERIES: dict[str, tuple[float, Callable[[float], float]]] = {
 
 
 def gravity_series(ceiling: float = CEILING) -> Outcome:
-    """Compute the largest error of each series over all latitudes up to a height.
-
-    Args:
-        ceiling: greatest height, m.
-    """
+    """Compute the largest error of each series over all latitudes up to a height, m."""
     latitude, height = np.linspace(-90.0, 90.0, 361)[:, None] * DEG, np.linspace(0.0, ceiling, 41)
     exact = gravity_ned(latitude, height)
     numbers, points, worst = {}, [], []
@@ -152,13 +148,9 @@ _FEWEST = 5
 
 
 def coordinate(time: ArrayLike) -> Array:
-    """Return the closed form of the position error for R δω̇ = 1.
+    """Return the closed form of the position error for R δω̇ = 1, ½ t² − (1 − cos ω_s t)/ω_s², s².
 
-    Args:
-        time: (N,) s.
-
-    Returns:
-        ½ t² − (1 − cos ω_s t)/ω_s², (N,) s²; a series where the difference would lose digits.
+    It is a series where the difference would lose digits.
     """
     x = (SCHULER_RATE * np.asarray(time, dtype=np.float64)) ** 2
     series = x * x / 24.0 * (1.0 - x / 30.0 * (1.0 - x / 56.0))
@@ -167,11 +159,7 @@ def coordinate(time: ArrayLike) -> Array:
 
 
 def local_power(time: ArrayLike) -> Array:
-    """Return the local power of time of the closed form: d log Δp/d log t, (N,).
-
-    Args:
-        time: (N,) s.
-    """
+    """Return the local power of time of the closed form: d log Δp/d log t."""
     t = np.asarray(time, dtype=np.float64)
     theta = SCHULER_RATE * t
     x = theta * theta
@@ -180,14 +168,10 @@ def local_power(time: ArrayLike) -> Array:
 
 
 def linear_part(growth: ErrorGrowth, arm: float) -> tuple[Array, Array]:
-    """Return the part of an error's growth to which the closed form applies.
+    """Return the part of an error's growth to which the closed form applies: time since the start, s, and error, m.
 
-    Args:
-        arm: arm of its cube, m.
-
-    Returns:
-        Time since the start, s, and horizontal error, m: from where the direct effect of the biases is below one
-        percent, and the error above rounding, to a tilt of `SMALL_TILT_DEG`.
+    It is from where the direct effect of the biases is below one percent, and the error above rounding, to a tilt of
+    `SMALL_TILT_DEG`; the cube has an `arm`, m.
     """
     t = growth.time - growth.time[0]
     tilted = growth.attitude > SMALL_TILT_DEG * 3600.0
@@ -200,13 +184,7 @@ def linear_part(growth: ErrorGrowth, arm: float) -> tuple[Array, Array]:
 def fitted_power(time: Array, error: Array, start: float, end: float) -> tuple[float, float]:
     """Fit the power of time between two instants, with points spread evenly over the logarithm of time.
 
-    Args:
-        time: (N,) s.
-        error: (N,) m.
-        start, end: the band, s.
-
-    Returns:
-        The power, and that of the closed form over the same instants; NaN if the band is not covered.
+    Beside it is that of the closed form over the same instants. Both are NaN if the band is not covered.
     """
     low, high = max(start, time[0] if len(time) else np.inf), min(end, time[-1] if len(time) else 0.0)
     if np.count_nonzero((time >= low) & (time <= high)) < _FEWEST or high < 1.5 * low:

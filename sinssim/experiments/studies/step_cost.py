@@ -38,15 +38,7 @@ OF_FUNCTION = 24.0
 
 @dataclass(frozen=True)
 class Operations:
-    """Mean number of operations per sample.
-
-    Attributes:
-        add: additions and subtractions.
-        multiply: multiplications.
-        divide: divisions.
-        root: square roots.
-        function: sines, cosines, arctangents and other functions.
-    """
+    """Mean number of operations per sample; `add` has subtractions, too, `function` all but square roots."""
 
     add: float
     multiply: float
@@ -275,12 +267,8 @@ them. From a matrix they take fifty operations, which exceeds the difference of 
 class Cost:
     """Cost of one algorithm in one frame, per sample; for a schedule per step of its fast part.
 
-    Attributes:
-        algorithm, frame: of what.
-        ns_per_step: processor time of one sample's step on one core, ns: `navigate` as a whole, checks included,
-            minimum of several calls.
-        operations: floating-point operations of the step, without those for the row of the solution.
-        schedule_hz: rates of the schedule, Hz; empty if everything runs at the sample rate.
+    Time on one core, the minimum of several calls, is that of `navigate` with its checks. The operations are without
+    those for the row of the solution.
     """
 
     algorithm: str
@@ -405,8 +393,4 @@ def _counted(algorithm: str, frame: str, ratios: tuple[int, ...] = ()) -> tuple[
         return thing
 
     solution = counting(navigate)(imu, initial, algorithm=algorithm, frame=frame, **_options(ratios))
-    sums = [
-        sum(getattr(operations, kind) for operations in counts)
-        for kind in ("add", "multiply", "divide", "root", "function")
-    ]
-    return Operations(*sums), solution
+    return Operations(*(sum(getattr(operations, kind) for operations in counts) for kind in KINDS)), solution

@@ -456,6 +456,7 @@ def to_json(comparison: StudyResult) -> dict[str, Any]:
 
 def write_study(comparison: StudyResult, folder: Path) -> None:
     """Write all results of a study."""
+    import pyarrow as pa
     import tomli_w
 
     from sinssim.recording.page import page_of
@@ -464,34 +465,23 @@ def write_study(comparison: StudyResult, folder: Path) -> None:
     exhibits = exhibits_of(comparison)
     write_text(folder / "study.toml", tomli_w.dumps(_without_none(comparison.study.model_dump())))
     write_text(folder / "results.json", json.dumps(to_json(comparison), indent=2, ensure_ascii=False) + "\n")
-    _write_parquet(comparison, folder / "results.parquet")
-    if comparison.coordinate_errors:
-        _write_coordinates(comparison, folder / "coordinates.parquet")
+    write_table(pa.table(_table_of(Row, comparison.rows)), folder / "results.parquet")
+    if errors := comparison.coordinate_errors:  # a row for each case and column
+        columns = _table_of(Case, [error.case for error in errors])
+        for name in ("coordinates", "column", "max_error", "final_error"):
+            columns[name] = [getattr(error, name) for error in errors]
+        write_table(pa.table(columns), folder / "coordinates.parquet")
     write_text(folder / "report.html", page_of(exhibits))
     record(exhibits, folder / "recording.rrd")
 
 
-def _write_parquet(comparison: StudyResult, path: Path) -> None:
-    import pyarrow as pa
-
-    columns: dict[str, Any] = {}
-    for name in (f.name for f in fields(Row)):
-        values = [getattr(row, name) for row in comparison.rows]
-        columns[name] = pa.array(["/".join(f"{r:g}" for r in v) for v in values] if name == "schedule_hz" else values)
-    write_table(pa.table(columns), path)
-
-
-def _write_coordinates(comparison: StudyResult, path: Path) -> None:
-    """Write the errors in further coordinates: a row for each case and column."""
-    import pyarrow as pa
-
-    columns: dict[str, Any] = {}
-    for name in (f.name for f in fields(Case)):
-        values = [getattr(error.case, name) for error in comparison.coordinate_errors]
-        columns[name] = pa.array(["/".join(f"{r:g}" for r in v) for v in values] if name == "schedule_hz" else values)
-    for name in ("coordinates", "column", "max_error", "final_error"):
-        columns[name] = pa.array([getattr(error, name) for error in comparison.coordinate_errors])
-    write_table(pa.table(columns), path)
+def _table_of(kind: type, values: Sequence[Any]) -> dict[str, Any]:
+    """Return the fields of cases or rows as columns; a schedule is a text."""
+    columns: dict[str, Any] = {
+        name: [getattr(value, name) for value in values] for name in (f.name for f in fields(kind))
+    }
+    columns["schedule_hz"] = ["/".join(f"{rate:g}" for rate in rates) for rates in columns["schedule_hz"]]
+    return columns
 
 
 def _without_none(value: Any) -> Any:

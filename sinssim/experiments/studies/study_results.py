@@ -29,18 +29,9 @@ Engine = tuple[str, str, tuple[float, ...]]
 
 @dataclass(frozen=True)
 class Case:
-    """One navigation of a study.
+    """One navigation of a study, by the title of its part, the name of its motion, its sensors and its engine.
 
-    Attributes:
-        part: title of the study's part.
-        motion: name of the motion.
-        variant: set of sensors.
-        sensors: grade of the sensors.
-        algorithm, frame, gravity, curvature: components of the engine.
-        rate_hz: sample rate.
-        schedule_hz: rates of the three-rate schedule, empty if everything runs at the sample rate.
-        slow: treatment of its slow quantities between slow instants, "hold" or "extrapolate".
-        ellipsoid: the engine's; "truth" for that of the motion.
+    `schedule_hz` is empty if everything runs at the sample rate; `slow` is "hold" or "extrapolate".
     """
 
     part: str
@@ -118,13 +109,7 @@ class Row(Case):
 
 @dataclass(frozen=True)
 class ErrorGrowth:
-    """Growth of the errors of a case.
-
-    Attributes:
-        time: (K,) s.
-        horizontal: (K,) m.
-        attitude: (K,) arcsec.
-    """
+    """Growth of the errors of a case: time, s, horizontal error, m, and attitude error, arcsec, (K,) each."""
 
     time: Array
     horizontal: Array
@@ -133,14 +118,9 @@ class ErrorGrowth:
 
 @dataclass(frozen=True)
 class CoordinateError:
-    """The error of a case in one column of further coordinates.
+    """The largest and the final error of a case in one column of further coordinates, in the unit of the column's name.
 
-    Attributes:
-        case: the navigation.
-        coordinates: kind of coordinates.
-        column: name of the column, ending in its unit, as in a run's streams; "attitude_rad" for the angle of rotation.
-        max_error: largest magnitude, in that unit.
-        final_error: at the end, computed minus true.
+    "attitude_rad" is the angle of rotation.
     """
 
     case: Case
@@ -155,9 +135,7 @@ class Heading:
     """The heading through a motion's turns in one form, compared with the true heading that counts turns.
 
     Attributes:
-        part, motion: of what.
         form: how the heading is obtained.
-        rate_hz: sample rate.
         turns: full turns of the true heading from start to end.
         max_error_arcsec, final_error_arcsec: difference from the true heading modulo 360°.
         jumps: number of jumps relative to the true heading by more than a quarter turn.
@@ -184,15 +162,9 @@ class Heading:
 
 @dataclass(frozen=True)
 class Order:
-    """Order of convergence of an error with the sample interval: error ~ interval^order.
+    """Order of convergence of an error with the sample interval, error ~ interval^order, with its standard error.
 
-    Attributes:
-        part, motion, algorithm: of what.
-        quantity: name of the error.
-        order: fitted slope of log error over log interval.
-        uncertainty: its standard error.
-        points: number of rates in the fit.
-        low_hz, high_hz: lowest and highest of these rates.
+    It is fitted to the log of the error at a number of rates, `points`, from the lowest to the highest.
     """
 
     part: str
@@ -211,10 +183,9 @@ class Verdict:
     """The verdict on a claim.
 
     Attributes:
-        claim: name of the claim.
         sentence: text of the claim.
-        verdict: "confirmed", "refuted" or "partly".
-        reason: the reason, in a sentence or two.
+        verdict: "confirmed", "refuted", "partly" or "undecided".
+        reason: in a sentence or two.
         points: the deciding numbers, motion by motion.
         numbers: the deciding numbers by name.
         judged: the verdict on each point, "" for one that only informs; empty if no point is judged.
@@ -251,15 +222,7 @@ class Verdict:
 
 @dataclass(frozen=True)
 class Pick:
-    """The recommended engine of one part with one sensor set.
-
-    Attributes:
-        part: title of the study's part.
-        sensors, variant: sensors of the engines.
-        choice: the engine and its rate; "" if no engine qualifies.
-        reason: the reason, with the deciding numbers.
-        numbers: the deciding numbers by name.
-    """
+    """The recommended engine of one part with one sensor set, with its rate; "" if no engine qualifies."""
 
     part: str
     sensors: str
@@ -342,11 +305,7 @@ _STRAIGHT = 0.15
 
 
 def fit_orders(rows: list[Row]) -> list[Order]:
-    """Fit the order of convergence of every algorithm on every motion with ideal sensors.
-
-    Returns:
-        Orders of the algorithms with at least three rates above the rounding floor.
-    """
+    """Fit the order of convergence of each algorithm on each motion with ideal sensors, from at least three rates."""
     orders = []
     algorithms = list(dict.fromkeys(row.algorithm for row in rows))
     plain = [r for r in rows if r.status == "done" and r.sensors == "ideal" and not r.schedule_hz and not r.passages]
@@ -397,14 +356,7 @@ two of them later, or a window."""
 
 @dataclass(frozen=True)
 class Evidence:
-    """The numbers of the parts that decide a claim.
-
-    Attributes:
-        rows: finished cases.
-        facts: characteristics of the motions by name.
-        growth: returns the growth of the errors of a case over time.
-        headings: headings through turns, by form.
-    """
+    """The numbers of the parts that decide a claim: the finished cases, and the motions' characteristics by name."""
 
     rows: list[Row]
     facts: dict[str, MotionFacts] = field(default_factory=dict)
@@ -414,12 +366,7 @@ class Evidence:
 
 @dataclass(frozen=True)
 class Point:
-    """One line of a verdict.
-
-    Attributes:
-        text: motion, form and numbers.
-        verdict: the verdict on this motion and form; "" for a line that only informs.
-    """
+    """One line of a verdict: motion, form, numbers, and the verdict on them; "" for a line that only informs."""
 
     text: str
     verdict: str = ""
@@ -427,16 +374,7 @@ class Point:
 
 @dataclass(frozen=True)
 class Outcome:
-    """The result of a rule.
-
-    Attributes:
-        verdict: "confirmed", "partly", "refuted" or "undecided".
-        reason: a sentence or two.
-        points: the deciding numbers, motion by motion.
-        numbers: the deciding numbers by name.
-        measured: the figure that decides, with its unit.
-        expected: the same figure if the claim held.
-    """
+    """The result of a rule: a `Verdict` without its claim."""
 
     verdict: str
     reason: str
@@ -452,11 +390,7 @@ def undecided(lacking: str) -> Outcome:
 
 
 def overall(points: Sequence[Point]) -> str:
-    """Return the verdict on a claim that must hold on every motion.
-
-    Returns:
-        "confirmed" if all judged points are, "refuted" if all are, otherwise "partly".
-    """
+    """Return the verdict on a claim that must hold on every motion: that of all judged points, otherwise "partly"."""
     judged = {point.verdict for point in points if point.verdict}
     return judged.pop() if len(judged) == 1 else "partly"
 
@@ -480,10 +414,9 @@ def base(algorithm: str) -> str:
 
 
 def needed(rows: Sequence[Row]) -> dict[str, Row]:
-    """Return the lowest rate from which on the attitude drifts by at most 0.3′ in an hour.
+    """Return the row of the lowest rate from which on the attitude drifts by at most 0.3′ in an hour, by algorithm.
 
-    Returns:
-        The row of that rate, by algorithm; none for an algorithm that exceeds the limit at its highest rate.
+    An algorithm that exceeds the limit at its highest rate has none.
     """
     lowest = {}
     for algorithm, tested in by(rows, lambda row: row.algorithm).items():
