@@ -148,8 +148,7 @@ def checked_increments(imu: ImuData) -> tuple[Array, Array, Array]:
 
 
 def checked_imu(imu: ImuData) -> ImuData:
-    """Check increments, and return them with contiguous arrays of doubles: the increments; the same object if its
-    arrays already have this form."""
+    """Check increments, and return them with contiguous arrays of doubles; if they are such arrays, the same object."""
     time, dtheta, dvel = checked_increments(imu)
     if time is imu.time and dtheta is imu.dtheta and dvel is imu.dvel:
         return imu

@@ -68,9 +68,11 @@ class Coefficients:
 
 @cache
 def shipped() -> Coefficients:
-    """Return EGM2008 to degree and order 120, the model that comes with the package: the model: tide-free, GM =
-    3.986004415e14 m³/s², R = 6378136.3 m (Pavlis, Holmes, Kenyon and Factor, The development and evaluation of the
-    Earth Gravitational Model 2008, JGR 117, B04406, 2012)."""
+    """Return EGM2008 to degree and order 120, the model that comes with the package.
+
+    It is tide-free, with GM = 3.986004415e14 m³/s² and R = 6378136.3 m (Pavlis, Holmes, Kenyon and Factor, The
+    development and evaluation of the Earth Gravitational Model 2008, JGR 117, B04406, 2012).
+    """
     with np.load(_FILE) as stored:
         degree = SHIPPED_DEGREE
         rows, columns = np.tril_indices(degree + 1)

@@ -154,8 +154,11 @@ def with_states(scenario: Scenario, moved: Excitation | None = None) -> Scenario
 
 
 def choice(scenario: Scenario, moved: Excitation | None = None) -> tuple[str, ...]:
-    """Explain which states a scenario's filter has by default: lines of text, one for each block; none if the scenario
-    has no filter or names its states (moved as for `weights`)."""
+    """Return lines of text, one for each block, about the states that a scenario's filter has by default, for the
+    motion of `weights`.
+
+    There are none if the scenario has no filter or names its states.
+    """
     if scenario.filter is None or scenario.filter.states is not None:
         return ()
     motion = "planned" if moved is None else "recorded"
@@ -361,9 +364,11 @@ class HasStates(Protocol):
 
 
 def filter_model(scenario: Scenario, duration: float = 3600.0, recorded: Sequence[HasStates] = ()) -> ErrorModel:
-    """Return the error model of a scenario's filter: the model with the blocks of navigation, of the inertial sensors
-    (those that the section names or that matter), and of the aiding sensors (duration of the run, s; recorded:
-    descriptions of recorded sensors, beside the emulated ones of [aiding])."""
+    """Return the error model of a scenario's filter for a duration, s.
+
+    It has the blocks of navigation, those of the inertial sensors that the section names or that matter, and those of
+    the aiding sensors: the emulated ones of [aiding], and the recorded ones.
+    """
     f, start = scenario.filter, scenario.navigation.initial_error
     assert f is not None
     sensors = [*recorded, *(scenario.aiding.sensors().values() if scenario.aiding is not None else ())]
@@ -405,12 +410,11 @@ _BLOCK = "magnetometer bias"
 
 
 def with_declination(model: ErrorModel, scenario: Scenario, trajectory: Trajectory) -> ErrorModel:
-    """Return the error model with a compass whose declination is that of the start, and changes along the way: the
-    model; the same one where nothing changes, or where it has no state of the compass (the model of the scenario, from
-    `filter_model`).
+    """Return the error model with a compass whose declination is that of the start, and changes along the way.
 
-    As for other drifts, the change is a random walk whose 1σ bounds it: K = R/√T for the largest change R over the
-    duration T. At t < T its 1σ R √(t/T) is more than a steady change R t/T.
+    It is the same model where nothing changes, or where it has no state of the compass. As for other drifts, the change
+    is a random walk whose 1σ bounds it: K = R/√T for the largest change R over the duration T. At t < T its 1σ R √(t/T)
+    is more than a steady change R t/T.
     """
     compass = None if scenario.aiding is None else scenario.aiding.sensor(Magnetometer)
     change = 0.0 if compass is None or _BLOCK not in model.slices else compass.largest_change(trajectory)

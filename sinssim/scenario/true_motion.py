@@ -93,14 +93,13 @@ def mounting(scenario: Scenario) -> Mounting:
 
 
 def known_field(scenario: Scenario) -> DisturbingField | None:
-    """Return the disturbing field that the navigator of a scenario knows: the field of navigation.gravity_degree; None
-    if it knows normal gravity only."""
+    """Return the disturbing field that the navigator knows, by navigation.gravity_degree; None for normal gravity."""
     degree, gravity = scenario.navigation.gravity_degree, scenario.gravity
     return None if degree is None or gravity is None else gravity.field(scenario.truth.figure, degree)
 
 
 def unknown_field(scenario: Scenario) -> DisturbingField | None:
-    """Return the part of the true field that the navigator does not know: the field; None if there is none."""
+    """Return the part of the true field that the navigator does not know, None if it knows all of it."""
     gravity, known = scenario.gravity, scenario.navigation.gravity_degree
     return None if gravity is None else gravity.beyond(known, scenario.truth.figure)
 

@@ -84,14 +84,14 @@ class ReferenceMotion:
         return states
 
     def rates(self, t: ArrayLike) -> tuple[Array, Array]:
-        """Raise InputError: a reference has no angular rates."""
+        """Raise InputError, because a reference has no angular rates."""
         raise InputError(
             "[aiding] with [log] is simulated from log.reference, which has no angular rates: give the simulated "
             "sensor the lever arm [0, 0, 0]."
         )
 
     def increments(self, rate_hz: float) -> ImuData:
-        """Raise InputError: the increments are the recorded ones."""
+        """Raise InputError, because the increments are the recorded ones."""
         raise InputError("the increments of a scenario with [log] are the recorded ones.")
 
 

@@ -30,8 +30,8 @@ _COMPILER = re.compile(r"[/\\](numba|llvmlite)[/\\]")
 
 @contextmanager
 def interruptible(*signals: signal.Signals) -> Iterator[None]:
-    """Raise KeyboardInterrupt on any of the signals, so that clean-up runs as after Ctrl-C (*signals: the signals; main
-    thread only).
+    """Raise KeyboardInterrupt on any of the signals, so that clean-up runs as after Ctrl-C; in the main thread
+    only.
 
     Python's own handler raises anywhere. Inside the import system it can leave the import lock held, so that other
     importing threads wait forever. Inside the compiler of kernels it can leave an incomplete kernel, which causes other

@@ -87,7 +87,7 @@ def _key_text(key: str) -> str:
 
 
 def value_text(value: Any) -> str:
-    """Return a value in the notation of TOML; of None, zeros of the field's type."""
+    """Return a value as people read it: "0.01", "on", "tactical" or "[1, 2]"."""
     if isinstance(value, bool):
         return "on" if value else "off"
     if isinstance(value, str):
