@@ -27,8 +27,10 @@ PYTHON  ?= $(shell for python in python3 python3.13 python3.12 python3.11; do \
 demo: $(KERNELS)
 	$(BIN)/sinssim run scenarios/first_flight.toml -o runs/first_flight --overwrite
 
-# Two processes share the tests; two threads of linear algebra in each would wait for each other.
+# Two processes share the tests; two threads of linear algebra in each would wait for each other. The processes that
+# tests start load the package from its bytecode.
 test: export OPENBLAS_NUM_THREADS = 1
+test test-slow: export PYTHONDONTWRITEBYTECODE =
 test: $(KERNELS)
 	$(BIN)/python -m pytest -n 2 --dist worksteal
 

@@ -12,6 +12,7 @@ from pathlib import Path
 import pytest
 
 import sinssim
+from tests.sources import nodes
 
 PACKAGE = Path(sinssim.__file__).parent
 
@@ -70,7 +71,7 @@ def layer(module: str) -> str:
 
 def imports(file: Path) -> Iterator[tuple[int, str]]:
     """Yield line and full name of every import, wherever it stands in the file."""
-    for node in ast.walk(ast.parse(file.read_text(encoding="utf-8"))):
+    for node in nodes(file):
         if isinstance(node, ast.Import):
             yield from ((node.lineno, name.name) for name in node.names)
         elif isinstance(node, ast.ImportFrom):
@@ -90,7 +91,7 @@ def is_face(file: Path) -> bool:
 
 def used(file: Path) -> Iterator[tuple[int, str]]:
     """Yield line and module of every import of the package's own files."""
-    for node in ast.walk(ast.parse(file.read_text(encoding="utf-8"))):
+    for node in nodes(file):
         if isinstance(node, ast.ImportFrom) and node.module in MODULES:
             for name in node.names:
                 full = f"{node.module}.{name.name}"
@@ -108,7 +109,7 @@ def test_every_folder_is_a_floor() -> None:
 @pytest.mark.parametrize("file", FILES, ids=lambda file: file.relative_to(PACKAGE).as_posix())
 def test_no_import_hides_its_arrow(file: Path) -> None:
     """A module is imported by a statement, which this test sees; by a name only where the name is looked up."""
-    for node in ast.walk(ast.parse(file.read_text(encoding="utf-8"))):
+    for node in nodes(file):
         if isinstance(node, ast.Call):
             function = getattr(node.func, "attr", getattr(node.func, "id", ""))
             first = node.args[0] if node.args else None

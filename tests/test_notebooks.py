@@ -60,6 +60,7 @@ def test_first_flight(tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: p
     assert "height 3000 to 3501 m" in out
 
 
+@pytest.mark.slow  # as the blocks of code of the tutorials, which have the same steps
 def test_own_sensor(tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]) -> None:
     names, _ = run_notebook("own_sensor", tmp_path, monkeypatch)
     r95, budget = names["r95"], names["budget"]
@@ -79,6 +80,7 @@ def radius_alone(budget: Any) -> float:
     return float(next(one.alone for one in budget.improvements(600.0) if one.source.name == "accel_bias"))
 
 
+@pytest.mark.slow  # as the blocks of code of the tutorials, which have the same steps
 def test_filter(tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]) -> None:
     names, shown = run_notebook("filter", tmp_path, monkeypatch)
     table = shown[0]._repr_html_()

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import replace
+from functools import cache
 
 import numpy as np
 import pytest
@@ -66,13 +67,17 @@ def designed(rows: int) -> tuple[Array, Array]:
     return np.array(p), np.array(gains)
 
 
+@cache
+def sound_runs() -> list[ActualConsistency]:
+    """Return the judgements of 200 runs of a right filter."""
+    p, gains = designed(100)
+    return [actual_consistency(CLOCKWORK, *made(100, seed, p, gains)) for seed in range(200)]
+
+
 def test_the_band_is_that_of_the_means_of_many_runs() -> None:
     """Mean and variance of a run's NEES are what the filter itself says of them, for slow and for quick states."""
-    rows, runs = 100, 200
-    p, gains = designed(rows)
     values: dict[str, list[float]] = {}
-    for seed in range(runs):
-        found = actual_consistency(CLOCKWORK, *made(rows, seed, p, gains))
+    for found in sound_runs():
         for name, (test, _) in found.nees.items():
             values.setdefault(name, []).append(test.value)
     bands = {name: (test.lower, test.upper) for name, (test, _) in found.nees.items()}
@@ -82,13 +87,13 @@ def test_the_band_is_that_of_the_means_of_many_runs() -> None:
     for name, of_runs in values.items():
         inside = np.mean([bands[name][0] < v < bands[name][1] for v in of_runs])
         assert inside == pytest.approx(0.95, abs=0.05), name
-        assert np.mean(of_runs) == pytest.approx(1.0, abs=4.0 * np.std(of_runs) / np.sqrt(runs)), name
+        assert np.mean(of_runs) == pytest.approx(1.0, abs=4.0 * np.std(of_runs) / np.sqrt(200)), name
 
 
 def test_sound_runs_fail_as_rarely_as_said() -> None:
-    p, gains = designed(100)
-    runs = [actual_consistency(CLOCKWORK, *made(100, seed, p, gains)) for seed in range(1000, 1200)]
-    assert sum(bool(run.sentences) for run in runs) <= 8  # 1 % of 200 are 2, at most 8 with a probability of 0.9998
+    assert (
+        sum(bool(run.sentences) for run in sound_runs()) <= 8
+    )  # 1 % of 200 are 2, at most 8 with a probability of 0.9998
 
 
 @pytest.mark.parametrize(("told", "verdict"), [(1.0 / 0.3, "optimistic"), (1.0 / 3.0, "pessimistic")])

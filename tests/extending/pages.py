@@ -100,7 +100,7 @@ class Copy:
         """
         self.root = folder / "checkout"
         for name in _FOLDERS:
-            shutil.copytree(ROOT / name, self.root / name, ignore=shutil.ignore_patterns("__pycache__", ".*"))
+            shutil.copytree(ROOT / name, self.root / name, ignore=shutil.ignore_patterns(".*"))
 
     def apply(self, page: Page) -> None:
         """Make the files of a page and its changes.

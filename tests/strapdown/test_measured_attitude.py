@@ -19,6 +19,7 @@ from sinssim.truth.motions.coning_and_rocking import SpinRock
 from sinssim.truth.motions.parked_and_great_circle import GreatCircle, Parked
 from sinssim.truth.trajectory import Trajectory
 from tests.oracles import integrator as oracle
+from tests.slow import slow
 from tests.truth.motions import synthetic_flight
 
 UG = 9.80665e-6
@@ -74,7 +75,7 @@ def test_inertial_attitude_is_that_of_a_turning_earth() -> None:
     assert (expected.inv() * got).magnitude().max() < 1e-15
 
 
-@pytest.mark.parametrize("gravity", ["normal", "j2", "somigliana"])
+@pytest.mark.parametrize("gravity", ["normal", *slow("j2", "somigliana")])  # a kernel for each
 def test_perfect_sensors_close_the_loop(gravity: str) -> None:
     flown = np.arange(0.0, 600.0 + 1.0, 1.0 / 30.0)
     # 1e-5 m: the rounding of sixty thousand steps at six thousand kilometres

@@ -17,6 +17,7 @@ from sinssim.analyses.inspection.stream_inspection import Inspection, inspect_st
 from sinssim.analyses.inspection.suggested_scenario import suggested_scenario
 from sinssim.logs.recorded_streams import Clock, FixStream, InertialStream, Streams
 from tests.analyses.inspection import worlds
+from tests.slow import slow
 
 GPS = Clock("gps", 1_400_000_000)
 
@@ -90,8 +91,10 @@ def test_a_clock_that_runs_fast() -> None:
     ("spoil", "named"),
     [
         (lambda u: replace(u, gyro=np.degrees(u.gyro)), "taken for rad/s"),
-        (lambda u: replace(u, gyro=np.radians(u.gyro)), "taken for °/s"),
-        (lambda u: replace(u, gyro=-u.gyro), "signs are opposite"),
+        *slow(  # each inspection takes two seconds
+            (lambda u: replace(u, gyro=np.radians(u.gyro)), "taken for °/s"),
+            (lambda u: replace(u, gyro=-u.gyro), "signs are opposite"),
+        ),
         (lambda u: replace(u, gyro=u.gyro * (1.0, 1.0, -1.0)), "z gyro has the opposite sign"),
         (lambda u: replace(u, accel=-u.accel), "gravity's direction"),
         (lambda u: replace(u, gyro=u.gyro * (1, -1, 1), accel=u.accel * (1, -1, 1)), "left-handed"),

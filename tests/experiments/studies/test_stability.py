@@ -11,6 +11,7 @@ from sinssim.experiments.studies.algorithm_comparison import compare
 from sinssim.experiments.studies.study_schema import COMPUTED, Part, Study, StudyMotion
 from sinssim.experiments.study import load_study
 from tests.experiments.studies.test_rates import VERDICTS
+from tests.slow import slow
 
 SEEDS = (1, 2, 3, 4, 5)
 """Of turbulence and of band-limited vibration, and of the study's sensor errors."""
@@ -80,7 +81,7 @@ def test_no_verdict_turns_with_the_duration(number):
     assert found["attitude-rate"][1] == ("refuted", "refuted", "confirmed", "partly", "partly")
 
 
-@pytest.mark.parametrize("number", range(3))
+@pytest.mark.parametrize("number", [0, *slow(1, 2)])
 def test_parked_and_great_circles_of_three_durations(number):
     """Those that need no flight: powers of time, simplified radii, the computer and a gyro, latitude."""
     parts = []
