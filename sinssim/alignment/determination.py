@@ -77,12 +77,8 @@ class Determination:
 def solve(gyro: ArrayLike, accel: ArrayLike) -> tuple[Angles, Array, Array]:
     """Solve eq. (1) without checks, for studies beyond its range of validity.
 
-    Args:
-        gyro: mean angular rates, (..., 3) rad/s, forward-right-down.
-        accel: mean specific forces, (..., 3) m/s², forward-right-down.
-
-    Returns:
-        Angles with the heading in [0, 2π), U_m in rad/s, g_m in m/s².
+    Mean rates, (..., 3) rad/s, and specific forces, (..., 3) m/s², are forward-right-down. Returns the angles with the
+    heading in [0, 2π), U_m in rad/s and g_m in m/s².
     """
     w, a = np.asarray(gyro, dtype=np.float64), np.asarray(accel, dtype=np.float64)
     # paper_axes by components: stacking them would take a third of the time

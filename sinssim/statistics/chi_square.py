@@ -89,21 +89,13 @@ def mean_square_band(freedom: Any, confidence: float = 0.95) -> Band:
 @short_repr
 @dataclass(frozen=True)
 class Extreme:
-    """The least probable of several mean normalised squares.
+    """The least probable of several mean normalised squares."""
 
-    Attributes:
-        place: its index.
-        probability: of a value as unlikely in any of them, for a correct filter, at most (Bonferroni).
-        limit: value that a correct filter exceeds in any of them with the probability `level`.
-        level: that probability.
-        tests: number of values that count.
-    """
-
-    place: int
-    probability: float
-    limit: float
-    level: float
-    tests: int
+    place: int  # its index
+    probability: float  # of a value as unlikely in any of them, for a correct filter, at most (Bonferroni)
+    limit: float  # value that a correct filter exceeds in any of them with the probability `level`
+    level: float  # that probability
+    tests: int  # number of values that count
 
 
 def extreme(values: Any, freedom: Any, two_sided: Any, level: float) -> Extreme | None:
@@ -155,11 +147,7 @@ _NEAR = 1e-4
 
 
 def upper_tail(weights: Array, value: float) -> float:
-    """Return the probability that a weighted sum of χ² variables of one degree of freedom exceeds a value.
-
-    Args:
-        weights: λ, positive, (N,).
-    """
+    """Return the probability that a weighted sum of χ² variables of one degree of freedom exceeds a value."""
     if value <= 0.0:
         return 1.0
     if not math.isfinite(value):
@@ -180,12 +168,7 @@ def upper_tail(weights: Array, value: float) -> float:
 
 
 def quantile(weights: Array, tail: float) -> float:
-    """Return the value that a weighted sum of χ² variables of one degree of freedom exceeds with a probability.
-
-    Args:
-        weights: λ, positive, (N,).
-        tail: the probability, between 0 and 1.
-    """
+    """Return the value that a weighted sum of χ² variables of one degree of freedom exceeds with a probability."""
     w = weights / weights.max()
     low, gap = -1.0, 0.25
     while _tail(w, low) < tail:
@@ -228,17 +211,11 @@ def root_mean_square_band(value: Array, count: Any, error: float) -> tuple[Array
 @short_repr
 @dataclass(frozen=True)
 class ComparedSystems:
-    """The comparison of teams of systems.
+    """The comparison of teams of systems."""
 
-    Attributes:
-        pairs: numbers of the two systems of each pair.
-        statistic: s of (2), (T, P, E) for T teams, P pairs and E instants; 0 where C is singular.
-        threshold: with the given probability of false alarm of one test.
-    """
-
-    pairs: tuple[tuple[int, int], ...]
-    statistic: Array
-    threshold: float
+    pairs: tuple[tuple[int, int], ...]  # numbers of the two systems of each pair
+    statistic: Array  # s of (2), (T, P, E) for T teams, P pairs and E instants; 0 where C is singular
+    threshold: float  # with the given probability of false alarm of one test
 
     @property
     def alarms(self) -> NDArray[np.bool_]:

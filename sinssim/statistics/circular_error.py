@@ -235,15 +235,9 @@ def mean_rate(time: Any, errors: Any) -> Array:
 
 
 def rate_uncertainty(time: Any, errors: Any) -> Array:
-    """Return the standard error of the slope of `mean_rate`, √(Σ (r − ṙ t)² / Σ t²).
+    """Return the standard error of the slope of `mean_rate`, √(Σ (r − ṙ t)² / Σ t²), m/s.
 
     The residuals of navigation errors are correlated over the whole run. They count as one, not as K independent ones.
-
-    Args:
-        time, errors: as for `mean_rate`.
-
-    Returns:
-        m/s, (N,), or () for one run; NaN for a run without an epoch after zero.
     """
     t, r = _pair(time, errors)
     left = r - mean_rate(t, r)[..., None] * t

@@ -44,11 +44,7 @@ _COS = tuple((-1) ** n / math.factorial(2 * n) for n in range(9))
 def philox(
     key_0: np.uint64, key_1: np.uint64, c0: np.uint64, c1: np.uint64, c2: np.uint64, c3: np.uint64
 ) -> tuple[np.uint64, np.uint64, np.uint64, np.uint64]:
-    """Return the four words of one block; every argument has 32 bits.
-
-    Returns:
-        Four words of 32 bits.
-    """
+    """Return the four words of one block; every argument and every word has 32 bits."""
     for _ in range(_ROUNDS):
         # words are cut to 32 bits where they are multiplied: there the processor does it at no cost
         product_0, product_1 = _MULTIPLY_0 * (c0 & _LOW), _MULTIPLY_1 * (c2 & _LOW)
@@ -78,16 +74,7 @@ def _log(x: float) -> float:
 def normal_pair(
     key_0: np.uint64, key_1: np.uint64, number: np.int64, term: np.uint64, axis: np.uint64
 ) -> tuple[float, float]:
-    """Return two independent normal numbers of mean 0 and variance 1, of magnitude at most 8.6.
-
-    Args:
-        key_0, key_1: key of the seed, from `key`.
-        number: number of the sample, from 0.
-        term: number of the term, from `term_number`.
-
-    Returns:
-        The gyro's number and the accelerometer's.
-    """
+    """Return two independent normal numbers, for gyro and accelerometer, mean 0, variance 1, at most 8.6 in size."""
     sample = np.uint64(number)
     w0, w1, w2, w3 = philox(key_0, key_1, sample & _LOW, sample >> _32, term, axis)
     radius, (first, second) = radius_k(w0, w1), direction_k(w2, w3)
@@ -126,12 +113,7 @@ def direction_k(w2: np.uint64, w3: np.uint64) -> tuple[float, float]:
 def normal_pairs(
     one: Array, two: Array, key_0: np.uint64, key_1: np.uint64, first: int, term: np.uint64, axis: np.uint64
 ) -> None:
-    """Write consecutive pairs of normal numbers, several at a time where the processor has vector units.
-
-    Args:
-        one, two: arrays for the gyro's and the accelerometer's numbers, (N,).
-        term: number of the term, from `term_number`.
-    """
+    """Write consecutive pairs of normal numbers, (N,) each, several at a time where the processor has vector units."""
     for n in range(len(one)):
         one[n], two[n] = normal_pair(key_0, key_1, np.int64(first + n), term, axis)
 
@@ -140,32 +122,18 @@ def normal_pairs(
 def normal_pairs_of_runs(
     one: Array, two: Array, key_0: Words, key_1: Words, number: int, term: np.uint64, axis: np.uint64
 ) -> None:
-    """Write the pairs of one sample of many runs, several at a time where the processor has vector units.
-
-    Args:
-        one, two: arrays for the gyro's and the accelerometer's numbers, (R,).
-        key_0, key_1: keys of the runs' seeds, (R,).
-        term: number of the term, from `term_number`.
-    """
+    """Write the pairs of one sample of R runs, with the keys of their seeds, as `normal_pairs`."""
     for run in range(len(one)):
         one[run], two[run] = normal_pair(key_0[run], key_1[run], np.int64(number), term, axis)
 
 
 def term_number(term: str) -> np.uint64:
-    """Return the generator's number of a term: the name's CRC-32.
-
-    Args:
-        term: its name, for example "random walk".
-    """
+    """Return the generator's number of a term: the CRC-32 of its name, such as "random walk"."""
     return np.uint64(zlib.crc32(term.encode()))
 
 
 def key(seed: int) -> tuple[np.uint64, np.uint64]:
-    """Return the generator's key.
-
-    Args:
-        seed: the run's seed.
-    """
+    """Return the generator's key of a run's seed."""
     if isinstance(seed, bool) or not isinstance(seed, (int, np.integer)) or not 0 <= seed < 1 << 64:
         raise InputError(
             f"the seed {shortened(repr(seed))} cannot be used; it must be a whole number from 0 to 2⁶⁴ − 1."
@@ -174,16 +142,7 @@ def key(seed: int) -> tuple[np.uint64, np.uint64]:
 
 
 def pairs(seed: int, term: str, axis: int, count: int, first: int = 0) -> Array:
-    """Return the normal numbers of one axis of one error term of gyros and accelerometers, mean 0, variance 1.
-
-    Args:
-        seed: the run's seed, from 0 to 2⁶⁴ − 1.
-        term: name of the error term, for example "bias".
-        axis: number of the axis, from 0.
-
-    Returns:
-        The numbers of the gyro and of the accelerometer, (2, count).
-    """
+    """Return the numbers of gyro and accelerometer, (2, count), of one axis of an error term, mean 0, variance 1."""
     out = np.empty((2, count))
     key_0, key_1 = key(seed)
     normal_pairs(out[0], out[1], key_0, key_1, first, term_number(term), np.uint64(axis))
@@ -191,12 +150,6 @@ def pairs(seed: int, term: str, axis: int, count: int, first: int = 0) -> Array:
 
 
 def normals(seed: int, term: str, axis: int, count: int) -> Array:
-    """Return the normal numbers of one axis of one term, of mean 0 and variance 1.
-
-    Args:
-        seed: the run's seed, from 0 to 2⁶⁴ − 1.
-        term: name of the term, for example "gnss position".
-        axis: number of the axis, from 0.
-    """
+    """Return the numbers of one axis of a term without partner, "gnss position", mean 0, variance 1, (count,)."""
     numbers: Array = pairs(seed, term, axis, count)[0]
     return numbers

@@ -32,15 +32,11 @@ from sinssim.statistics.requirements import COMPONENTS, SHARES, Requirement
 
 @dataclass(frozen=True)
 class Exceeded:
-    """The first time at which a limit is exceeded.
+    """The first time at which a limit is exceeded."""
 
-    Attributes:
-        time: the time, s since the start.
-        fixes_end: time of the last fix before it, if it lies in an outage, s since the start; None otherwise.
-    """
-
-    time: float
+    time: float  # the time, s since the start
     fixes_end: float | None = None
+    """Time of the last fix before it, if it lies in an outage, s since the start; None otherwise."""
 
     @property
     def text(self) -> str:
@@ -96,27 +92,18 @@ Word = Literal["met", "not met", "undecided"]
 
 @dataclass(frozen=True)
 class VerdictInUnit:
-    """A verdict in the unit of the requirement, as files have it.
+    """A verdict in the unit of the requirement, as files have it."""
 
-    Attributes:
-        requirement: the requirement as it was written.
-        verdict: "met" or "not met"; of an ensemble with 95 % confidence, or "undecided".
-        value, limit: quantity and limit in the `unit`.
-        time_s: instant of the value, s since the start.
-        more_runs: about how many more runs would decide; 0 if decided, None if they cannot be counted.
-        exceeded_from_s: since when the limit is exceeded, throughout a run, s since the start; None if it is not.
-        after_fixes_end_s: how long after the last fix this is, s; None outside an outage.
-    """
-
-    requirement: str
-    verdict: Word
+    requirement: str  # the requirement as it was written
+    verdict: Word  # "met" or "not met"; of an ensemble with 95 % confidence, or "undecided"
     value: float
-    limit: float
+    limit: float  # value, limit: quantity and limit in the `unit`
     unit: str
-    time_s: float
-    more_runs: int | None = 0
+    time_s: float  # instant of the value, s since the start
+    more_runs: int | None = 0  # about how many more runs would decide; 0 if decided, None if they cannot be counted
     exceeded_from_s: float | None = None
-    after_fixes_end_s: float | None = None
+    """Since when the limit is exceeded, throughout a run, s since the start; None if it is not."""
+    after_fixes_end_s: float | None = None  # how long after the last fix this is, s; None outside an outage
 
     @property
     def text(self) -> str:
@@ -133,26 +120,19 @@ class VerdictInUnit:
 
 @dataclass(frozen=True)
 class Verdict:
-    """The verdict of N runs, or without scatter of a covariance.
+    """The verdict of N runs, or without scatter of a covariance."""
 
-    Attributes:
-        requirement: the requirement.
-        verdict: "met", "not met" or "undecided".
-        value: quantity of these runs, SI; of the instant nearest to the limit, throughout a run.
-        time: that instant, s since the start.
-        runs: N.
-        more_runs: about how many more runs decide if the further ones are like these; 0 if decided, None if more runs
-            than can be counted.
-        exceeded: since when the quantity of these runs exceeds the limit, throughout a run; None if it does not.
-    """
-
-    requirement: Requirement
-    verdict: Word
-    value: float
-    time: float
-    runs: int
+    requirement: Requirement  # the requirement
+    verdict: Word  # "met", "not met" or "undecided"
+    value: float  # quantity of these runs, SI; of the instant nearest to the limit, throughout a run
+    time: float  # that instant, s since the start
+    runs: int  # N
     more_runs: int | None
+    """About how many more runs decide if the further ones are like these; 0 if decided, None if more runs than can be
+    counted.
+    """
     exceeded: Exceeded | None = None
+    """Since when the quantity of these runs exceeds the limit, throughout a run; None if it does not."""
 
     @classmethod
     def certain(cls, requirement: Requirement, value: float, time: float, exceeded: Exceeded | None) -> Verdict:
@@ -181,19 +161,12 @@ def errors_of(errors: Sequence[Array]) -> Array:
 
 @dataclass(frozen=True)
 class Tally:
-    """What a requirement needs to know of the errors of N runs at E instants; several are joined by `joined`.
+    """What a requirement needs to know of the errors of N runs at E instants; several are joined by `joined`."""
 
-    Attributes:
-        value: percentile, or root mean square, of the runs that count, (E,) SI; NaN where none counts.
-        count: number of runs that count, (E,).
-        inside: number of runs within the limit, (E,).
-        runs: N.
-    """
-
-    value: Array
-    count: Counts
-    inside: Counts
-    runs: int
+    value: Array  # percentile, or root mean square, of the runs that count, (E,) SI; NaN where none counts
+    count: Counts  # number of runs that count, (E,)
+    inside: Counts  # number of runs within the limit, (E,)
+    runs: int  # N
 
 
 def joined(tallies: Sequence[Tally]) -> Tally:

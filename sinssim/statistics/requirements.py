@@ -53,23 +53,14 @@ When = Literal["at", "end", "run"]
 
 @dataclass(frozen=True)
 class Requirement:
-    """One requirement.
+    """One requirement."""
 
-    Attributes:
-        text: as it was written.
-        quantity: one of `QUANTITIES`.
-        when: "at" a time, at the "end", or throughout the "run".
-        time: the time for "at", s since the start; NaN for the others.
-        limit: largest allowed value, SI.
-        unit: unit as it was written.
-    """
-
-    text: str
-    quantity: str
-    when: When
-    time: float
-    limit: float
-    unit: str
+    text: str  # as it was written
+    quantity: str  # one of `QUANTITIES`
+    when: When  # "at" a time, at the "end", or throughout the "run"
+    time: float  # the time for "at", s since the start; NaN for the others
+    limit: float  # largest allowed value, SI
+    unit: str  # unit as it was written
 
     @property
     def unit_size(self) -> float:
@@ -169,17 +160,11 @@ _SI = {"length": "m", "speed": "mps", "angle": "rad"}
 
 @dataclass(frozen=True)
 class Quantity:
-    """A quantity at an instant.
+    """A quantity at an instant."""
 
-    Attributes:
-        quantity: one of `QUANTITIES`.
-        when: "at" a time, at the "end", or the largest throughout the "run".
-        time: the time for "at", s since the start; 0 for the others.
-    """
-
-    quantity: str
-    when: When
-    time: float = 0.0
+    quantity: str  # one of `QUANTITIES`
+    when: When  # "at" a time, at the "end", or the largest throughout the "run"
+    time: float = 0.0  # the time for "at", s since the start; 0 for the others
 
     @property
     def text(self) -> str:

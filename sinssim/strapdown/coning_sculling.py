@@ -94,11 +94,7 @@ UNIFORM = 1e-6
 
 
 def is_uniform(time: Array) -> bool:
-    """Return whether all intervals are equal, to `UNIFORM`.
-
-    Args:
-        time: edges of the intervals, (N+1,) s.
-    """
+    """Return whether all intervals between the edges are equal, to `UNIFORM`."""
     step = (time[-1] - time[0]) / (len(time) - 1)
     deviation = 0.0
     for start in range(0, len(time) - 1, 65536):  # in blocks, to avoid a temporary as long as the data
@@ -108,14 +104,10 @@ def is_uniform(time: Array) -> bool:
 
 
 def moment_weights(edges: Array, position: NDArray[np.intp]) -> Array:
-    """Return the weights of a₂ and a₃ for fits over given windows.
+    """Return the weights of a₂ and a₃ for fits over given windows, (M, 10).
 
-    Args:
-        edges: times of the edges of each window's n intervals, (M, n+1) s.
-        position: number of the fitted interval in its window, (M,) int.
-
-    Returns:
-        Weights w₂ in columns 0…4 and w₃ in columns 5…9, (M, 10); columns beyond n are zero.
+    `edges` are those of each window's n intervals, (M, n+1) s, and `position` is the number of the fitted interval in
+    it. w₂ is in columns 0…4 and w₃ in columns 5…9; columns beyond n are zero.
     """
     count, n = len(edges), edges.shape[1] - 1
     rows = np.arange(count)
@@ -140,14 +132,10 @@ def moment_weights(edges: Array, position: NDArray[np.intp]) -> Array:
 
 
 def weight_table(time: Array, uniform: bool) -> Array:
-    """Return the weights for the engine.
+    """Return the weights of `moment_weights` for the engine, of intervals with the given edges.
 
-    Args:
-        time: edges of the intervals, (N+1,) s.
-
-    Returns:
-        For uniform intervals one row for each position in the window, (min(N, 5), 10); otherwise one for each interval,
-            (N, 10).
+    For uniform intervals there is one row for each position in the window, (min(N, 5), 10); otherwise one for each
+    interval, (N, 10).
     """
     count = len(time) - 1
     n = min(count, WINDOW)

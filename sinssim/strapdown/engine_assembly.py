@@ -43,15 +43,7 @@ _SAME = 1e-6
 
 
 def compile_words(path: str, error: Exception) -> str:
-    """Return an error of the compiler as words: the file with its line, and the first reason.
-
-    Args:
-        path: the algorithm's file.
-        error: numba's error.
-
-    Returns:
-        For example "/my/midpoint.py, line 21: Undecided type …".
-    """
+    """Return numba's error as words, "/my/midpoint.py, line 21: Undecided type …": file, line and reason."""
     text = re.sub(r"\x1b\[[0-9;]*m", "", str(error))
     lines = re.findall(rf'File "[^"]*{re.escape(Path(path).name)}", line (\d+)', text)
     where = f", line {lines[-1]}" if lines else ""
@@ -196,11 +188,7 @@ class ThreeRateFile(Protocol):
 
 @cache
 def algorithm_file(algorithm: str) -> AttitudeFile | EngineFile:
-    """Return the file of an attitude algorithm.
-
-    Args:
-        algorithm: one of `sinssim.ALGORITHMS`.
-    """
+    """Return the file of an attitude algorithm, one of `sinssim.ALGORITHMS`."""
     entry = REGISTRY[algorithm]
     if entry.problem:
         raise InputError(f"the algorithm {algorithm} cannot be used: {entry.problem}")
@@ -316,11 +304,7 @@ _NAMES = ("start_k", "dcm_k", "step_k", "quaternion_k", "turn_k")
 
 @cache
 def parts(algorithm: str) -> dict[str, Callable[..., Any]]:
-    """Return an algorithm's functions by their names in the engines: the five functions, and `fill_turns`.
-
-    Args:
-        algorithm: one of `sinssim.ALGORITHMS`.
-    """
+    """Return an algorithm's functions by their names in the engines: the five functions, and `fill_turns`."""
     entry, file = REGISTRY[algorithm], algorithm_file(algorithm)
     functions = {name: getattr(file, name, None) or coning_sculling.fitted_turn_k for name in _NAMES}
     suffix = algorithm.replace("-", "_")
@@ -334,15 +318,7 @@ def parts(algorithm: str) -> dict[str, Callable[..., Any]]:
 
 
 def own_engine(algorithm: str, frame: str) -> Callable[[Problem, str], None] | None:
-    """Return the engine of an algorithm whose file has a complete engine.
-
-    Args:
-        algorithm: one of `sinssim.ALGORITHMS`.
-        frame: one of `sinssim.FRAMES`.
-
-    Returns:
-        The engine, a function of a problem and a frame; None for an algorithm that consists of parts.
-    """
+    """Return the engine of an algorithm whose file has a complete one; None for an algorithm that consists of parts."""
     file = algorithm_file(algorithm)
     return file.engine(frame) if hasattr(file, "engine") else None
 
@@ -350,17 +326,11 @@ def own_engine(algorithm: str, frame: str) -> Callable[[Problem, str], None] | N
 def engines(
     template: Callable[..., None], frame: str, forms: Mapping[str, Mapping[str, Any]] | None = None
 ) -> Callable[..., Callable[..., None]]:
-    """Return a function that makes and caches a frame's engines.
+    """Return a function that makes and caches a frame's engines, by algorithm and form.
 
-    Args:
-        template: the frame's engine as a plain function over the parts' names.
-        frame: the frame's name in the names of its engines.
-        forms: by the name of a form of the engine, values in place of the template's own.
-
-    Returns:
-        A function of an algorithm's name, one of `sinssim.ALGORITHMS`, and of a form's (by default "", the template's
-        own values), that returns the compiled engine. The engine fills the arrays of the solution, whose first rows
-        hold the initial state.
+    `template` is the frame's engine as a plain function over the parts' names; `frame` becomes part of the names of its
+    engines; `forms` are values in place of the template's own by form ("" for its own). An engine fills the arrays of
+    the solution, whose first rows hold the initial state.
     """
 
     @cache

@@ -195,15 +195,10 @@ def simulate(
 
 
 class Forces(NamedTuple):
-    """The motion as a platform experiences it; inertial axes that coincide with the Earth-fixed ones at t = 0.
+    """The motion as a platform experiences it; inertial axes that coincide with the Earth-fixed ones at t = 0."""
 
-    Attributes:
-        push: integrals of the specific force over the intervals, (N, 3) m/s.
-        q_ib: attitudes of the vehicle at the edges, (N+1, 4).
-    """
-
-    push: Array
-    q_ib: Array
+    push: Array  # integrals of the specific force over the intervals, (N, 3) m/s
+    q_ib: Array  # attitudes of the vehicle at the edges, (N+1, 4)
 
 
 def inertial_forces(
@@ -211,10 +206,8 @@ def inertial_forces(
 ) -> Forces:
     """Return the specific force along a motion and the vehicle's attitude in inertial axes.
 
-    Args:
-        time: edges of the intervals, (N+1,) s.
-        gravity: gravity model of the truth, one of `GRAVITY_MODELS`.
-        disturbance: of the true gravity at the edges, north, east, down, (N+1, 3) m/s²; None for none.
+    `time` are the edges of the intervals, (N+1,) s, `gravity` the model of the truth, and `disturbance` that of the
+    true gravity at the edges, north, east, down, (N+1, 3) m/s².
     """
     longitude = truth.longitude + ellipsoid.omega * time
     q_in = earth.q_en(truth.latitude, longitude)
@@ -246,23 +239,18 @@ _RULES = {
 @short_repr
 @dataclass(frozen=True)
 class PlatformSolution(NavSolution):
-    """The solution of a platform's navigator, and the platform itself.
-
-    Attributes:
-        q_ip: attitude of the platform in inertial axes that coincide with the Earth-fixed ones at t = 0, (N+1, 4).
-        gimbals: gimbal angles roll, pitch and azimuth as read, (N+1, 3) rad.
-        commanded: commanded rates about the platform's axes, (N, 3) rad/s; 0 for one that is not torqued.
-        drift: drift of the gyros about these axes, what they would read at rest in inertial space, (N, 3) rad/s.
-        readings: readings of the accelerometers, (N, 3) m/s.
-        flags: flags of each sample as in `ImuData`, (N, 6), or None.
-    """
+    """The solution of a platform's navigator, and the platform itself."""
 
     q_ip: Array = field(default_factory=lambda: np.zeros((0, 4)))
+    """Attitude of the platform in inertial axes that coincide with the Earth-fixed ones at t = 0, (N+1, 4)."""
     gimbals: Array = field(default_factory=lambda: np.zeros((0, 3)))
+    """Gimbal angles roll, pitch and azimuth as read, (N+1, 3) rad."""
     commanded: Array = field(default_factory=lambda: np.zeros((0, 3)))
+    """Commanded rates about the platform's axes, (N, 3) rad/s; 0 for one that is not torqued."""
     drift: Array = field(default_factory=lambda: np.zeros((0, 3)))
-    readings: Array = field(default_factory=lambda: np.zeros((0, 3)))
-    flags: NDArray[np.uint8] | None = None
+    """Drift of the gyros about these axes, what they would read at rest in inertial space, (N, 3) rad/s."""
+    readings: Array = field(default_factory=lambda: np.zeros((0, 3)))  # readings of the accelerometers, (N, 3) m/s
+    flags: NDArray[np.uint8] | None = None  # flags of each sample as in `ImuData`, (N, 6), or None
 
 
 @cache

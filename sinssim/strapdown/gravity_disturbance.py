@@ -38,11 +38,7 @@ _KNOT = 2.0
 def navigate_in_field(
     imu: ImuData, field: DisturbingField, ellipsoid: Ellipsoid, navigate: Callable[[ImuData], NavSolution]
 ) -> NavSolution:
-    """Navigate with the disturbance of gravity at the navigator's own position.
-
-    Args:
-        ellipsoid: the navigator's ellipsoid.
-    """
+    """Navigate with the disturbance of gravity at the navigator's own position, on its ellipsoid."""
     solution = navigate(imu)
     compared = np.unique(np.linspace(0, len(solution.time) - 1, _COMPARED).astype(np.intp))
     before = _positions(solution, ellipsoid, compared)
@@ -65,15 +61,9 @@ def navigate_in_field(
 def disturbance_of_segment(
     field: DisturbingField, ellipsoid: Ellipsoid, samples: ImuData, nominal: NavSolution
 ) -> Array:
-    """Return the increments by the disturbance over a segment's samples and their neighbours.
+    """Return ∫C_bn δg dt over a segment's samples and their neighbours, (N, 3) m/s.
 
-    Args:
-        ellipsoid: the navigator's ellipsoid.
-        samples: increments of the segment and those beside it.
-        nominal: a solution over the segment; of one row, if only the start is known.
-
-    Returns:
-        ∫C_bn δg dt, (N, 3) m/s.
+    `nominal` is a solution over the segment, of one row if only the start is known.
     """
     start, end = float(nominal.time[0]), float(nominal.time[-1])
     count = max(1, int(np.ceil((end - start) / _KNOT)))
@@ -92,17 +82,10 @@ def disturbance_of_segment(
 def disturbance_in_body(
     imu: ImuData, solution: NavSolution, panels: Array, start: float, step: float, ellipsoid: Ellipsoid
 ) -> Array:
-    """Return the integrals of the disturbance in the body's axes, with the attitude of a solution.
+    """Return ∫C_bn δg dt over N samples, (N, 3) m/s, with the attitude of a solution at some of their edges.
 
-    Args:
-        imu: increments, N of them.
-        solution: solution at some of their edges, in order.
-        panels: cubics of the disturbance in Earth-fixed axes, see `DisturbanceAlong`.
-        start, step: first knot and interval of the panels, s.
-        ellipsoid: the navigator's ellipsoid, whose rotation rate the attitude between rows follows.
-
-    Returns:
-        ∫C_bn δg dt, (N, 3) m/s.
+    `panels` are cubics of the disturbance in Earth-fixed axes, see `DisturbanceAlong`, from `start` in intervals of
+    `step`, s. Between rows the attitude follows the rotation of the ellipsoid.
     """
     q_eb = rotation.multiply(earth.q_en(solution.latitude, solution.longitude), solution.q_nb)
     if np.array_equal(solution.time, imu.time):

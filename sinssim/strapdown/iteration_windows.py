@@ -110,17 +110,7 @@ def chebyshev_points() -> Long:
 
 
 def windows(time: Array, uniform: bool) -> Iterator[Windows]:
-    """Yield the windows that cover the data, with their tables, several at a time.
-
-    Args:
-        time: edges of the intervals, (N+1,) s.
-
-    Yields:
-        Windows in order; the last may navigate fewer samples.
-
-    Raises:
-        InputError: there are fewer samples than in a window.
-    """
+    """Yield the windows that cover the data, in order, with their tables; the last may navigate fewer samples."""
     samples = len(time) - 1
     if samples < WINDOW:
         raise InputError(f"functional-iteration needs windows of {WINDOW} samples; the data have only {samples}.")

@@ -174,14 +174,7 @@ def navigate_set(
     mechanization: Mechanization,
     height: ArrayLike | HeightReadings | None = None,
 ) -> NavSolution:
-    """Navigate with the readings of a sensor set: by its gyros, or by its measured attitude if it has one.
-
-    Args:
-        imu: increments; those of angle are not used if the attitude is measured.
-        attitude: measured attitude relative to inertial space at the edges, (N+1, 4), or None.
-        mechanization: with a measured attitude, gravity, ellipsoid and those of the vertical channel apply.
-        height: as for `navigate`.
-    """
+    """Navigate with the readings of a sensor set: by its gyros, or by its measured attitude q_ib if it has one."""
     if attitude is None:
         return navigate(imu, initial, mechanization, height=height)
     return navigate_by_attitude(imu.time, imu.dvel, attitude, initial, mechanization, height=height)

@@ -159,11 +159,7 @@ class Mechanization:
 
 
 def chosen(mechanization: Mechanization | None, options: Options) -> Mechanization:
-    """Return the mechanization of a function that takes one, or its fields by name.
-
-    Args:
-        mechanization: the given one, None if there is none.
-    """
+    """Return the mechanization of a function that takes one, or its fields by name."""
     if mechanization is None:
         return Mechanization(**options)
     if options:

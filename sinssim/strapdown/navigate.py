@@ -35,50 +35,29 @@ from sinssim.strapdown.mechanization import Mechanization, Options, chosen
 
 @dataclass(frozen=True)
 class Updates:
-    """Increments in the intervals of the fast part, and the rows that a solution has.
+    """Increments in the intervals of the fast part, and the rows that a solution has."""
 
-    Attributes:
-        sample_time: edges of the given increments, (N+1,) s.
-        time: edges of the fast intervals, (M+1,) s; the given ones without a schedule.
-        dtheta, dvel: increments in them, (M, 3) rad and m/s.
-        uniform: whether all intervals are equal.
-        weights: weights of the fit of rate and specific force, see `coning_sculling.weight_table`.
-        ratio: number of given increments in a fast interval.
-        per_row: number of fast intervals between two rows of the solution.
-        rates: intervals per medium and per slow update, and whether slow quantities are extrapolated; None without a
-            schedule.
+    sample_time: Array  # edges of the given increments, (N+1,) s
+    time: Array  # edges of the fast intervals, (M+1,) s; the given ones without a schedule
+    dtheta: Array
+    dvel: Array  # dtheta, dvel: increments in them, (M, 3) rad and m/s
+    uniform: bool  # whether all intervals are equal
+    weights: Array  # weights of the fit of rate and specific force, see `coning_sculling.weight_table`
+    ratio: int  # number of given increments in a fast interval
+    per_row: int  # number of fast intervals between two rows of the solution
+    rates: tuple[int, int, bool] | None
+    """Intervals per medium and per slow update, and whether slow quantities are extrapolated; None without a schedule.
     """
 
-    sample_time: Array
-    time: Array
-    dtheta: Array
-    dvel: Array
-    uniform: bool
-    weights: Array
-    ratio: int
-    per_row: int
-    rates: tuple[int, int, bool] | None
-
     def at_rows(self, at_samples: Array) -> Array:
-        """Return values at the rows of the solution.
-
-        Args:
-            at_samples: values at the edges of the given increments, (N+1, …); empty ones stay empty.
-        """
+        """Return values at the edges of the given increments at the rows of the solution; empty ones stay empty."""
         rows = len(self.dtheta) // self.per_row
         step = self.ratio * self.per_row
         return np.ascontiguousarray(at_samples[: rows * step + 1 : step])  # kernels are compiled for such arrays
 
 
 def updates(imu: ImuData, of: Mechanization) -> Updates:
-    """Return the increments of a run in the updates of a mechanization.
-
-    Args:
-        imu: increments, N intervals.
-
-    Returns:
-        The updates; samples at the end that do not fill a row stay.
-    """
+    """Return the increments of a run in the updates of a mechanization; samples that do not fill a row stay."""
     sample_time, dtheta, dvel = checked_increments(imu)
     time, uniform, entry = sample_time, is_uniform(sample_time), REGISTRY[of.algorithm]
     if entry.needs_equal_intervals and not uniform:
@@ -127,14 +106,10 @@ def _steep_rows(q_nb: Array) -> tuple[list[tuple[int, int]], Array]:
 def singularity_events(
     solution: NavSolution, navigate_again: Callable[[int, int, NavState], NavSolution]
 ) -> tuple[SingularityEvent, ...]:
-    """Return the passages of a solution through pitch ±90° and their damage.
+    """Return the passages through pitch ±90° of a solution that is singular there, and their damage.
 
-    The damage of a passage is measured on its increments: a singularity-free algorithm starts from the solution just
-    before it, and the two attitudes are compared just after it.
-
-    Args:
-        solution: a solution by an algorithm that is singular there.
-        navigate_again: function that navigates between two rows from a given state without the singularity.
+    The damage of a passage is measured on its increments: `navigate_again` navigates without the singularity from the
+    solution just before it, and the two attitudes are compared just after it.
     """
     passages, sine = _steep_rows(solution.q_nb)
     events = []
@@ -236,12 +211,7 @@ def navigate(
 
 
 def solve_problem(problem: Problem, rates: tuple[int, int, bool] | None) -> None:
-    """Fill the rows of a problem's solution by its engine, and check them.
-
-    Args:
-        problem: with the state at its start in the first rows.
-        rates: those of `Updates`.
-    """
+    """Fill the rows of a problem's solution by its engine, at the rates of `Updates`, and check them."""
     of = problem.mechanization
     file, engine = frame_file(of.frame), own_engine(of.algorithm, of.frame)
     if rates is not None:
@@ -301,10 +271,9 @@ class Segments:
         return max(first * self._data.per_row - self._around, 0)
 
     def samples(self, first: int, last: int) -> tuple[int, ImuData]:
-        """Return the increments that a segment depends on: its own and those of neighbours in the fit.
+        """Return the number of a segment's first sample among the increments that it depends on, and these increments.
 
-        Args:
-            first, last: numbers of the rows at its ends, `time[first]` … `time[last]`.
+        They are its own, from the row `first` to `last`, and those of neighbours in the fit.
         """
         data = self._data
         start, end = self._start(first), min(last * data.per_row + self._around, len(data.dtheta))
@@ -312,19 +281,7 @@ class Segments:
         return first * data.per_row - start, samples
 
     def navigate(self, first: int, last: int, state: NavState, samples: ImuData) -> NavSolution:
-        """Navigate over one segment.
-
-        Args:
-            state: state at `time[first]`.
-            samples: the samples of `samples(first, last)`, compensated.
-
-        Returns:
-            The solution at the rows first … last.
-
-        Raises:
-            InputError: the state is invalid.
-            RunError: the frame cannot follow the flight (over a pole), or the numbers overflow.
-        """
+        """Navigate from the row `first` to `last` from a state, on the compensated `samples(first, last)`."""
         if self._field is None:
             return self._navigate(first, last, state, samples)
         latitude, longitude, height = (np.atleast_1d(x) for x in (state.latitude, state.longitude, state.height))

@@ -189,23 +189,16 @@ NO_NUMBERS: dict[str, float] = {f"{kind}_{q}": math.nan for q in _QUANTITIES for
 
 
 def error_numbers(error: NavError) -> dict[str, float]:
-    """Return the error statistics of one algorithm.
+    """Return `final_`, `rms_` and `max_` of the errors of one algorithm.
 
-    Returns:
-        `final_`, `rms_` and `max_` of `horizontal_error_m`, `height_error_m`, `velocity_error_mps` and
-        `attitude_error_arcsec`. The final height error has a sign, positive if the solution is too high; all others are
-        magnitudes.
+    They are those of `horizontal_error_m`, `height_error_m`, `velocity_error_mps` and `attitude_error_arcsec`. The
+    final height error has a sign, positive if the solution is too high; all others are magnitudes.
     """
     return error_numbers_of(lambda: [error])
 
 
 def error_numbers_of(blocks: Callable[[], Iterable[NavError]]) -> dict[str, float]:
-    """Return the error statistics of one solution, given block by block: as `error_numbers`.
-
-    Args:
-        blocks: returns its errors, one block of rows after the other; called for each quantity, so that only one
-            of them is in memory.
-    """
+    """Return `error_numbers` of errors that come block by block; only one quantity is in memory at a time."""
     numbers = {}
     for name, quantity in _QUANTITIES.items():
         values = np.concatenate([quantity(block) for block in blocks()])  # a copy
@@ -218,14 +211,7 @@ def error_numbers_of(blocks: Callable[[], Iterable[NavError]]) -> dict[str, floa
 
 
 def known_error_numbers_of(blocks: Callable[[], Iterable[NavError]]) -> dict[str, float]:
-    """Return the statistics of errors that are known at some rows only, as `error_numbers_of`.
-
-    Args:
-        blocks: as for `error_numbers_of`; NaN where the errors are not known.
-
-    Returns:
-        The statistics over the known rows; "final" is the last known one. NaN for a quantity that is never known.
-    """
+    """Return `error_numbers_of` over the rows where errors are known, not NaN; NaN for a quantity without any."""
     numbers = {}
     for name, quantity in _QUANTITIES.items():
         values = np.concatenate([quantity(block) for block in blocks()])
@@ -237,11 +223,7 @@ def known_error_numbers_of(blocks: Callable[[], Iterable[NavError]]) -> dict[str
 
 
 def diverged(errors: Mapping[str, NavError]) -> dict[str, RunError]:
-    """Find the algorithms whose errors are not finite.
-
-    Returns:
-        For each of them an error with the message and the instant from which this holds.
-    """
+    """Return an error, with message and instant, for each algorithm whose errors are not finite."""
     failures = {}
     for name, error in errors.items():
         if all(map(math.isfinite, error_numbers(error).values())):

@@ -57,21 +57,14 @@ GRAVITY = MEAN_GRAVITY
 
 @dataclass(frozen=True)
 class OneComponentSolution:
-    """The solution of the one-component system at the edges of the intervals.
+    """The solution of the one-component system at the edges of the intervals."""
 
-    Attributes:
-        time: (N+1,) s.
-        velocity: along the great circle, (N+1,) m/s.
-        coordinate: y = S/R, (N+1,) rad.
-        pitch: α above the local horizon, (N+1,) rad.
-        rate: ω in inertial space where it is a state, that of the two integrals, (N+1,) rad/s; otherwise None.
-    """
-
-    time: Array
-    velocity: Array
-    coordinate: Array
-    pitch: Array
+    time: Array  # (N+1,) s
+    velocity: Array  # along the great circle, (N+1,) m/s
+    coordinate: Array  # y = S/R, (N+1,) rad
+    pitch: Array  # α above the local horizon, (N+1,) rad
     rate: Array | None = None
+    """Rate ω in inertial space where it is a state, that of the two integrals, (N+1,) rad/s; otherwise None."""
 
 
 @inline
@@ -135,17 +128,12 @@ def simulate(
     pitch: float = 0.0,
     radius: float = RADIUS,
 ) -> OneComponentSolution:
-    """Run the one-component system on increments.
+    """Run the one-component system on increments over intervals with the edges `time`, (N+1,) s.
 
-    The readings of each interval are assumed constant at their mean, which gives the fourth order in the interval for
-    constant readings and the second for others.
-
-    Args:
-        time: edges of the intervals, (N+1,) s.
-        dtheta: integral of the gyro's rate, nose-up positive, over each interval, (N,) rad.
-        dvel: integrals of the specific force along the body and up, (N, 2) m/s.
-        velocity, coordinate, pitch: at time[0], m/s, rad, rad.
-        radius: radius of the Earth, m.
+    `dtheta` are integrals of the gyro's rate, nose-up positive, (N,) rad; `dvel` those of the specific force along the
+    body and up, (N, 2) m/s; velocity, m/s, coordinate and pitch, rad, are those at time[0]; `radius` is that of the
+    Earth, m. The readings of each interval are assumed constant at their mean, which gives the fourth order in the
+    interval for constant readings and the second for others.
     """
     turns = doubles("dtheta", dtheta)
     edges, pushes = _intervals(time, dvel, dtheta=turns)
@@ -166,16 +154,10 @@ def simulate_measured(
     coordinate: float = 0.0,
     radius: float = RADIUS,
 ) -> OneComponentSolution:
-    """Run the one-component system with a measured angle: α = angle + y.
+    """Run the one-component system with a measured angle, α = angle + y, as `simulate`.
 
-    The mean specific force of each interval is used, and the angle is linear within it.
-
-    Args:
-        time: edges of the intervals, (N+1,) s.
-        angle: pitch in inertial space, α − y, as the attitude sensor reads it at the edges, (N+1,) rad.
-        dvel: integrals of the specific force along the body and up, (N, 2) m/s.
-        velocity, coordinate: at time[0], m/s, rad.
-        radius: radius of the Earth, m.
+    `angle` is the pitch in inertial space, α − y, as the attitude sensor reads it at the edges, (N+1,) rad; it is
+    linear within an interval.
     """
     angles = doubles("angle", angle)
     edges, pushes = _intervals(time, dvel, angle=angles)
@@ -198,21 +180,11 @@ def simulate_two_integrals(
     rate: float = 0.0,
     radius: float = RADIUS,
 ) -> OneComponentSolution:
-    """Run the one-component system without a gyro: ω̇ from an accelerometer on an arm, integrated twice.
+    """Run the one-component system without a gyro, as `simulate`: ω̇ from an accelerometer on an arm, integrated twice.
 
     An accelerometer parallel to y at the distance ℓ ahead of it reads a_y + ω̇ ℓ, because the centripetal acceleration
-    acts along the arm. Hence ω̇ = (a_arm − a_y)/ℓ.
-
-    Args:
-        time: edges of the intervals, (N+1,) s.
-        dvel_arm: integral of the specific force of the accelerometer on the arm, (N,) m/s.
-        dvel: integrals of the specific force along the body and up, (N, 2) m/s.
-        arm: ℓ, positive ahead, m.
-        velocity, coordinate, pitch, rate: at time[0], m/s, rad, rad, rad/s.
-        radius: radius of the Earth, m.
-
-    Returns:
-        The solution at every edge, with the rate.
+    acts along the arm. Hence ω̇ = (a_arm − a_y)/ℓ. `dvel_arm` are the integrals of its specific force, (N,) m/s, `arm`
+    is ℓ, m, and `rate` ω at time[0], rad/s.
     """
     arms = doubles("dvel_arm", dvel_arm)
     edges, pushes = _intervals(time, dvel, dvel_arm=arms)
@@ -229,15 +201,10 @@ def simulate_two_integrals(
 
 
 def projections(force_x: ArrayLike, force_y: ArrayLike, pitch: ArrayLike) -> tuple[Array, Array]:
-    """Resolve the specific force of the body in the local horizon and vertical.
+    """Resolve the specific force of the body, or its integrals, along the local horizon and vertical.
 
-    Args:
-        force_x, force_y: specific force along the body and up, (N,) m/s², or its integrals.
-        pitch: α of the accelerometer x, (N,) rad.
-
-    Returns:
-        a_ξ = a_x cos α − a_y sin α and a_η = a_x sin α + a_y cos α, (N,) in the unit of the arguments. Along a motion
-        a_η = g + vertical acceleration − V²/R.
+    a_ξ = a_x cos α − a_y sin α and a_η = a_x sin α + a_y cos α, (N,) each, with the pitch α of the accelerometer x,
+    rad. Along a motion a_η = g + vertical acceleration − V²/R.
     """
     x, y, alpha = numbers("force_x", force_x), numbers("force_y", force_y), numbers("pitch", pitch)
     c, s = np.cos(alpha), np.sin(alpha)
@@ -276,28 +243,13 @@ def _states(edges: int, velocity: float, coordinate: float, pitch: float) -> tup
 
 
 def schuler_rate(gravity: float = GRAVITY, radius: float = RADIUS) -> float:
-    """Return the Schuler frequency ω_s = √(g/R): rad/s; 2π over it is 84.4 min.
-
-    Args:
-        gravity: m/s².
-        radius: radius of the Earth, m.
-    """
+    """Return the Schuler frequency ω_s = √(g/R), rad/s; 2π over it is 84.4 min."""
     gravity = number("gravity", gravity, "m/s²", low=POSITIVE)
     return sqrt(gravity / number("radius", radius, "m", low=POSITIVE))
 
 
 def accelerometer_error(time: ArrayLike, bias: float, gravity: float = GRAVITY, radius: float = RADIUS) -> Array:
-    """Return the error of the coordinate by a constant accelerometer error, (8.13).
-
-    Args:
-        time: (N,) s.
-        bias: Δa of the accelerometer along the body, m/s².
-        gravity: m/s².
-        radius: radius of the Earth, m.
-
-    Returns:
-        Δy = (Δa/g)(1 − cos ω_s t), (N,) rad.
-    """
+    """Return the error of the coordinate by a constant accelerometer error Δa, (8.13): Δy = (Δa/g)(1 − cos ω_s t)."""
     phase = schuler_rate(gravity, radius) * numbers("time", time)
     bias = number("bias", bias, "m/s²")
     return np.asarray(2.0 * bias / gravity * np.sin(0.5 * phase) ** 2)
@@ -306,11 +258,7 @@ def accelerometer_error(time: ArrayLike, bias: float, gravity: float = GRAVITY, 
 def gyro_error(time: ArrayLike, drift: float, gravity: float = GRAVITY, radius: float = RADIUS) -> Array:
     """Return the error of the coordinate by a constant gyro error, (8.15): δy = Δω₀ (t − sin(ω_s t)/ω_s), (N,) rad.
 
-    Args:
-        time: (N,) s.
-        drift: Δω₀, nose-down positive as in the chapter, rad/s.
-        gravity: m/s².
-        radius: radius of the Earth, m.
+    Δω₀ is nose-down positive as in the chapter, rad/s.
     """
     rate, t = schuler_rate(gravity, radius), numbers("time", time)
     drift = number("drift", drift, "rad/s")
@@ -319,38 +267,23 @@ def gyro_error(time: ArrayLike, drift: float, gravity: float = GRAVITY, radius: 
 
 @dataclass(frozen=True)
 class ErrorSources:
-    """The errors of the readings over N intervals, and the initial errors.
+    """The errors of the readings over N intervals, and the initial errors."""
 
-    Attributes:
-        force: mean errors Δa_x, Δa_y of the accelerometers over each interval, (N, 2) m/s².
-        rate: error Δω of the rate at the beginning and at the end of each interval, linear between, (N, 2) rad/s.
-        velocity: ΔV at the start, m/s.
-        coordinate: Δy at the start, rad.
-        angle: Δα_g at the start, the error of the pitch minus that of the coordinate, rad.
-    """
-
-    force: Array
-    rate: Array
-    velocity: float = 0.0
-    coordinate: float = 0.0
-    angle: float = 0.0
+    force: Array  # mean errors Δa_x, Δa_y of the accelerometers over each interval, (N, 2) m/s²
+    rate: Array  # error Δω of the rate at the beginning and at the end of each interval, linear between, (N, 2) rad/s
+    velocity: float = 0.0  # ΔV at the start, m/s
+    coordinate: float = 0.0  # Δy at the start, rad
+    angle: float = 0.0  # Δα_g at the start, the error of the pitch minus that of the coordinate, rad
 
 
 @dataclass(frozen=True)
 class PlaneErrors:
-    """Errors of the one-component system, computed minus true.
+    """Errors of the one-component system, computed minus true."""
 
-    Attributes:
-        time: (N+1,) s.
-        velocity: ΔV, (N+1,) m/s.
-        coordinate: Δy, (N+1,) rad.
-        pitch: Δα, (N+1,) rad.
-    """
-
-    time: Array
-    velocity: Array
-    coordinate: Array
-    pitch: Array
+    time: Array  # (N+1,) s
+    velocity: Array  # ΔV, (N+1,) m/s
+    coordinate: Array  # Δy, (N+1,) rad
+    pitch: Array  # Δα, (N+1,) rad
 
 
 @kernel
@@ -406,17 +339,10 @@ def _angle_error(time: Array, sources: ErrorSources) -> Array:
 def error_along_motion(
     time: Array, sources: ErrorSources, pitch: Array, vertical: Array, radius: float = RADIUS
 ) -> PlaneErrors:
-    """Integrate (8.10) along a motion.
+    """Integrate (8.10) along a motion; return the errors at the edges `time`, (N+1,) s.
 
-    Args:
-        time: edges of the intervals, (N+1,) s.
-        sources: errors of the readings and initial errors.
-        pitch: true α at the edges and the middles of the intervals in turn, (2N+1,) rad.
-        vertical: true a_η at the same instants, (2N+1,) m/s².
-        radius: radius of the Earth, m.
-
-    Returns:
-        The errors at the edges.
+    `pitch`, true α in rad, and `vertical`, true a_η in m/s², are those at the edges and the middles of the intervals in
+    turn, (2N+1,).
     """
     v, y, a = (np.empty(len(time)) for _ in range(3))
     v[0], y[0], a[0] = sources.velocity, sources.coordinate, sources.angle + sources.coordinate
@@ -429,14 +355,7 @@ def error_along_motion(
 def error_pendulum(
     time: Array, sources: ErrorSources, pitch: Array, vertical: Array, radius: float = RADIUS
 ) -> PlaneErrors:
-    """Integrate (8.11) along a motion: the pendulum whose stiffness a_η/R changes.
-
-    Args:
-        time, sources, pitch, vertical, radius: as for `error_along_motion`.
-
-    Returns:
-        The errors at the edges.
-    """
+    """Integrate (8.11) along a motion, as `error_along_motion`: the pendulum whose stiffness a_η/R changes."""
     alpha, (x, up) = _nodes(pitch), sources.force.T[:, :, None]
     return _swing(time, sources, x * np.cos(alpha) - up * np.sin(alpha), _nodes(vertical), radius)
 
@@ -444,15 +363,7 @@ def error_pendulum(
 def error_first_order(
     time: Array, sources: ErrorSources, pitch: Array, gravity: float = GRAVITY, radius: float = RADIUS
 ) -> PlaneErrors:
-    """Integrate (8.12): first order in α, with the stiffness g/R of a body at rest.
-
-    Args:
-        time, sources, pitch, radius: as for `error_along_motion`.
-        gravity: m/s².
-
-    Returns:
-        The errors at the edges.
-    """
+    """Integrate (8.12), as `error_along_motion`: first order in α, with the stiffness g/R of a body at rest."""
     alpha, (x, up) = _nodes(pitch), sources.force.T[:, :, None]
     return _swing(time, sources, x - alpha * up, np.full_like(alpha, gravity), radius)
 
@@ -468,21 +379,14 @@ def _swing(time: Array, sources: ErrorSources, push: Array, vertical: Array, rad
 
 @dataclass(frozen=True)
 class ConstantErrors:
-    """Constant errors of a body at rest, and initial errors.
+    """Constant errors of a body at rest, and initial errors."""
 
-    Attributes:
-        force: Δa_x cos α − Δa_y sin α, m/s².
-        rate: Δω at the start, nose-up positive, rad/s.
-        acceleration: Δω̇, rad/s².
-        velocity, coordinate, angle: initial errors as in `ErrorSources`.
-    """
-
-    force: float = 0.0
-    rate: float = 0.0
-    acceleration: float = 0.0
+    force: float = 0.0  # Δa_x cos α − Δa_y sin α, m/s²
+    rate: float = 0.0  # Δω at the start, nose-up positive, rad/s
+    acceleration: float = 0.0  # Δω̇, rad/s²
     velocity: float = 0.0
     coordinate: float = 0.0
-    angle: float = 0.0
+    angle: float = 0.0  # velocity, coordinate, angle: initial errors as in `ErrorSources`
 
 
 def closed_form(

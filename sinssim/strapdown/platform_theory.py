@@ -60,15 +60,10 @@ _STEP = 1.0  # s
 
 @dataclass(frozen=True)
 class ErrorsByCause:
-    """Position errors of a platform's solution by cause, from the linear error equations.
+    """Position errors of a platform's solution by cause, from the linear error equations."""
 
-    Attributes:
-        time: (M,) s.
-        position: north and east by cause, (M, 2) m each.
-    """
-
-    time: Array
-    position: dict[str, Array]
+    time: Array  # (M,) s
+    position: dict[str, Array]  # north and east by cause, (M, 2) m each
 
     @property
     def total(self) -> Array:
@@ -91,9 +86,8 @@ def errors_by_cause(
 ) -> ErrorsByCause:
     """Return the position errors that each cause gives, in steps of about a second.
 
-    Args:
-        truth: true states at the solution's times.
-        solution: of its navigator, for the commanded rates, the drift, the readings and the initial state.
+    `truth` are the true states at the times of the navigator's solution, whose commanded rates, drift, readings and
+    initial state are used.
     """
     time = solution.time
     ratio = max(1, round(_STEP * (len(time) - 1) / float(time[-1] - time[0])))
@@ -171,19 +165,12 @@ STATES = ("velocity north", "tilt east", "azimuth", "velocity east", "tilt north
 
 @dataclass(frozen=True)
 class AlignmentLoops:
-    """The loops of a platform at rest.
+    """The loops of a platform at rest."""
 
-    Attributes:
-        latitude: rad.
-        time_constant: τ of the three poles of the north loop, s.
-        frequency: ω₀ of the east loop, rad/s.
-        damping: ζ of the east loop.
-    """
-
-    latitude: float
-    time_constant: float
-    frequency: float
-    damping: float = 0.7
+    latitude: float  # rad
+    time_constant: float  # τ of the three poles of the north loop, s
+    frequency: float  # ω₀ of the east loop, rad/s
+    damping: float = 0.7  # ζ of the east loop
 
     @property
     def dynamics(self) -> Array:
@@ -204,14 +191,9 @@ class AlignmentLoops:
         )
 
     def final_errors(self, accel_bias: Array, gyro_drift: Array) -> Array:
-        """Return the errors of attitude after the alignment by constant errors of the sensors.
+        """Return tilts north and east and azimuth after the alignment by constant sensor errors, (3,) rad.
 
-        Args:
-            accel_bias: north, east, (2,) m/s².
-            gyro_drift: north, east, down, (3,) rad/s.
-
-        Returns:
-            Tilts about north and east, and azimuth, (3,) rad.
+        The errors are those of accelerometers north, east, (2,) m/s², and gyros north, east, down, (3,) rad/s.
         """
         x = -np.linalg.solve(self.dynamics, _SENSORS @ np.concatenate([accel_bias, gyro_drift]))
         return x[[4, 1, 2]]
@@ -219,16 +201,10 @@ class AlignmentLoops:
     def sigmas(
         self, time: Array, tilt: float, azimuth: float, bias: tuple[float, float], white: tuple[float, float]
     ) -> Array:
-        """Return the standard deviations of attitude during an alignment, from the covariance of states and sensors.
+        """Return 1σ of tilts north and east and of azimuth during an alignment, at equal steps from 0 s, (N, 3) rad.
 
-        Args:
-            time: equal steps from 0, (N,) s.
-            tilt, azimuth: standard deviations at the start, rad.
-            bias: of the accelerometers, m/s², and the gyros, rad/s.
-            white: densities of the noise of the accelerometers, m/s/√s, and the gyros, rad/√s.
-
-        Returns:
-            Of the tilts about north and east and of the azimuth, (N, 3) rad.
+        `tilt` and `azimuth` are 1σ at the start, rad; `bias` those of accelerometers, m/s², and gyros, rad/s; `white`
+        the densities of their noise, m/s/√s and rad/√s. They follow from the covariance of states and sensors.
         """
         from scipy.linalg import expm
 

@@ -37,70 +37,43 @@ from sinssim.frames import FRAME_REGISTRY
 
 
 class EarthFixed(NamedTuple):
-    """Motion in Earth-fixed axes.
+    """Motion in Earth-fixed axes."""
 
-    Attributes:
-        position: r_e, (N, 3) m.
-        velocity: v_e relative to the Earth, (N, 3) m/s.
-        q_eb: attitude relative to the Earth's axes, (N, 4).
-    """
-
-    position: Array
-    velocity: Array
-    q_eb: Array
+    position: Array  # r_e, (N, 3) m
+    velocity: Array  # v_e relative to the Earth, (N, 3) m/s
+    q_eb: Array  # attitude relative to the Earth's axes, (N, 4)
 
 
 class Inertial(NamedTuple):
-    """Motion in inertial axes, which coincide with the Earth's at one instant, by default the first.
+    """Motion in inertial axes, which coincide with the Earth's at one instant, by default the first."""
 
-    Attributes:
-        position: r_i, (N, 3) m.
-        velocity: absolute velocity dr_i/dt, (N, 3) m/s.
-        q_ib: attitude relative to the inertial axes, (N, 4).
-        angles: Euler angles ZYX of q_ib, about x in (−π, π], y in [−π/2, π/2] and z in [0, 2π), (N, 3) rad.
-    """
-
-    position: Array
-    velocity: Array
-    q_ib: Array
-    angles: Array
+    position: Array  # r_i, (N, 3) m
+    velocity: Array  # absolute velocity dr_i/dt, (N, 3) m/s
+    q_ib: Array  # attitude relative to the inertial axes, (N, 4)
+    angles: Array  # Euler angles ZYX of q_ib, about x in (−π, π], y in [−π/2, π/2] and z in [0, 2π), (N, 3) rad
 
 
 class LevelAxes(NamedTuple):
-    """Motion along the axes of a local-level frame with an azimuth of its own.
+    """Motion along the axes of a local-level frame with an azimuth of its own."""
 
-    Attributes:
-        azimuth: direction of the x axis, clockwise from north, (N,) rad.
-        velocity: along x, y and down, relative to the Earth, (N, 3) m/s.
-        heading: clockwise from the x axis, in [0, 2π), (N,) rad.
-    """
-
-    azimuth: Array
-    velocity: Array
-    heading: Array
+    azimuth: Array  # direction of the x axis, clockwise from north, (N,) rad
+    velocity: Array  # along x, y and down, relative to the Earth, (N, 3) m/s
+    heading: Array  # clockwise from the x axis, in [0, 2π), (N,) rad
 
 
 class Conditional(NamedTuple):
-    """Conditional (orthodromic) coordinates: a sphere of normals with the route as its equator.
+    """Conditional (orthodromic) coordinates: a sphere of normals with the route as its equator."""
 
-    Attributes:
-        latitude: angle of the ellipsoid's normal from the plane of the route, positive to its left, (N,) rad.
-        longitude: angle along the route from its start, in (−π, π], (N,) rad.
-        axes: velocity and heading relative to conditional north, the direction to the pole of the route. A vehicle that
-            flies along the route has the conditional heading 90°.
-    """
-
-    latitude: Array
-    longitude: Array
+    latitude: Array  # angle of the ellipsoid's normal from the plane of the route, positive to its left, (N,) rad
+    longitude: Array  # angle along the route from its start, in (−π, π], (N,) rad
     axes: LevelAxes
+    """Velocity and heading relative to conditional north, the direction to the pole of the route. A vehicle that flies
+    along the route has the conditional heading 90°.
+    """
 
 
 def earth_fixed(state: NavState | NavSolution, ellipsoid: Ellipsoid = WGS84) -> EarthFixed:
-    """Return a motion in Earth-fixed axes: N rows.
-
-    Args:
-        state: N rows.
-    """
+    """Return a motion in Earth-fixed axes: N rows."""
     s, turn = state, q_en(state.latitude, state.longitude)
     position = geodetic_to_ecef(s.latitude, s.longitude, s.height, ellipsoid)
     return EarthFixed(position, rotation.rotate(turn, s.velocity_ned), rotation.multiply(turn, s.q_nb))
@@ -109,14 +82,7 @@ def earth_fixed(state: NavState | NavSolution, ellipsoid: Ellipsoid = WGS84) -> 
 def inertial(
     state: NavState | NavSolution, time: Array, ellipsoid: Ellipsoid = WGS84, start: float | None = None
 ) -> Inertial:
-    """Return a motion in inertial axes: N rows.
-
-    Args:
-        state: N rows.
-        time: its instants, (N,) s.
-        ellipsoid: of its geodetic coordinates, with the Earth's rate.
-        start: instant at which the axes are the Earth's, s; by default the first.
-    """
+    """Return a motion at (N,) s in the inertial axes that are the Earth's at `start`, s, by default the first."""
     fixed, since = earth_fixed(state, ellipsoid), time - (time[0] if start is None else start)
     x, y, _ = fixed.position.T
     velocity = fixed.velocity + ellipsoid.omega * np.stack([-y, x, np.zeros_like(x)], axis=1)  # v + ω × r
@@ -132,12 +98,7 @@ def inertial(
 
 
 def level_axes(state: NavState | NavSolution, azimuth: Array | None = None) -> LevelAxes:
-    """Return a motion along the axes of a local-level frame with an azimuth of its own: N rows.
-
-    Args:
-        state: N rows.
-        azimuth: direction of the frame's x axis, clockwise from north, (N,) rad; by default that of the solution.
-    """
+    """Return a motion along the axes of a local-level frame at an azimuth, rad; by default the solution's own."""
     if azimuth is None:
         azimuth = getattr(state, "azimuth", None)
         if azimuth is None:
@@ -155,11 +116,9 @@ def level_axes(state: NavState | NavSolution, azimuth: Array | None = None) -> L
 def conditional(state: NavState | NavSolution, pole: Array, start: tuple[float, float] | None = None) -> Conditional:
     """Return a motion in the conditional coordinates of a route: N rows.
 
-    Args:
-        state: N rows.
-        pole: pole of the route's great circle, to the left of the route, Earth-fixed unit vector, (3,); see
-            `sinssim.earth.transverse_route.route_pole`.
-        start: latitude and longitude of the route's start, rad; by default the first row.
+    `pole` is that of the route's great circle, to the left of the route, see
+    `sinssim.earth.transverse_route.route_pole`; `start` are latitude and longitude of its start, rad, by default those
+    of the first row.
     """
     first = (float(state.latitude[0]), float(state.longitude[0])) if start is None else start
     up = normal(state.latitude, state.longitude)
@@ -180,76 +139,42 @@ POLAR_REGION = math.radians(89.0)
 
 
 def axes_of(frame: str, *latitudes: ArrayLike) -> str:
-    """Return the axes in which the errors of a run are compared.
+    """Return the axes in which the errors of a run that reaches some latitudes, rad, are compared.
 
-    Args:
-        frame: navigation frame, one of `sinssim.FRAMES`.
-        *latitudes: latitudes that the run reaches, (...) rad.
-
-    Returns:
-        "transported" for a frame that passes the poles and a run that enters a polar region, else "north".
+    They are "transported" for a frame that passes the poles and a run that enters a polar region, else "north".
     """
     polar = any(np.any(np.abs(latitude) > POLAR_REGION) for latitude in latitudes)
     return "transported" if polar and FRAME_REGISTRY[frame].passes_poles else "north"
 
 
 def axes_along(frame: str, state: Callable[[Array], NavState], start: float, end: float) -> str:
-    """Return the axes in which the errors of a run along a known motion are compared: as `axes_of`.
-
-    Args:
-        frame: navigation frame, one of `sinssim.FRAMES`.
-        state: the motion, a function of times, (N,) s.
-        start, end: its ends, s; it is looked at once a second.
-    """
+    """Return `axes_of` a run along a known motion, a function of times, which is looked at once a second."""
     if not FRAME_REGISTRY[frame].passes_poles:
         return "north"
     return axes_of(frame, state(np.append(np.arange(start, end), end)).latitude)
 
 
 def turn_of_north(latitude0: Array, longitude0: Array, latitude1: Array, longitude1: Array) -> Array:
-    """Return the turn, relative to north, of a vector that is carried from one place to another.
-
-    Args:
-        latitude0, longitude0: of the first place, (N,) rad.
-        latitude1, longitude1: of the second place, (N,) rad.
-
-    Returns:
-        ψ, clockwise from north, (N,) rad; equation (1).
-    """
+    """Return ψ of (1), clockwise from north, (N,) rad: the turn of a vector carried from place to place."""
     half = 0.5 * (longitude1 - longitude0)
     across = np.sin(0.5 * (latitude0 + latitude1)) * np.sin(half)
     return np.asarray(2.0 * np.arctan2(across, np.cos(0.5 * (latitude1 - latitude0)) * np.cos(half)))
 
 
 def turned(vector: Array, psi: Array) -> Array:
-    """Return vectors turned about the vertical: (N, 3).
-
-    Args:
-        vector: north, east, down, (N, 3).
-        psi: angle, clockwise from north, (N,) rad.
-    """
+    """Return vectors, (N, 3), turned about the vertical by ψ, clockwise from north, (N,) rad."""
     c, s = np.cos(psi), np.sin(psi)
     north, east, down = vector.T
     return np.stack([c * north - s * east, s * north + c * east, down], axis=1)
 
 
 def turned_attitude(q_nb: Array, psi: Array) -> Array:
-    """Return attitudes turned about the vertical: (N, 4).
-
-    Args:
-        q_nb: (N, 4).
-        psi: angle, clockwise from north, (N,) rad.
-    """
+    """Return attitudes q_nb, (N, 4), turned about the vertical by ψ, clockwise from north, (N,) rad."""
     none = np.zeros_like(psi)
     return rotation.multiply(np.stack([np.cos(0.5 * psi), none, none, np.sin(0.5 * psi)], axis=1), q_nb)
 
 
 def carried(state: NavState, latitude: Array, longitude: Array, height: Array) -> NavState:
-    """Return states at other places, with velocity and attitude carried there: N rows.
-
-    Args:
-        state: N rows.
-        latitude, longitude, height: the places, (N,) rad and m.
-    """
+    """Return states at other places, (N,) rad and m, with velocity and attitude carried there."""
     psi = turn_of_north(state.latitude, state.longitude, latitude, longitude)
     return NavState(latitude, longitude, height, turned(state.velocity_ned, psi), turned_attitude(state.q_nb, psi))

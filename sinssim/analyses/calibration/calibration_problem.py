@@ -423,27 +423,21 @@ class Task:
 
 @dataclass(frozen=True)
 class Estimate:
-    """What a method finds.
+    """What a method finds."""
 
-    Attributes:
-        values: values of the parameters, (p,) SI.
-        solution: the last linear solution: covariance and observability.
-        iterations: number of linear solutions.
-        residual_gyro: residuals of the gyros by position and by turn, in the order of time, as mean rates, (K, 3)
-            rad/s; of the systematic method (0, 3).
-        residual_accel: residuals of the accelerometers by position, as mean specific forces, (P, 3) m/s²; of the
-            systematic method those of the velocity, m/s.
-        normalised: all residuals in units of their 1σ, in the order of time.
-        tilt: estimated tilt of the base, (3,) rad; None of the systematic method.
-    """
-
-    values: Array
-    solution: Solution
-    iterations: int
+    values: Array  # values of the parameters, (p,) SI
+    solution: Solution  # the last linear solution: covariance and observability
+    iterations: int  # number of linear solutions
     residual_gyro: Array
+    """Residuals of the gyros by position and by turn, in the order of time, as mean rates, (K, 3) rad/s; of the
+    systematic method (0, 3).
+    """
     residual_accel: Array
-    normalised: Array
-    tilt: Array | None = None
+    """Residuals of the accelerometers by position, as mean specific forces, (P, 3) m/s²; of the systematic method those
+    of the velocity, m/s.
+    """
+    normalised: Array  # all residuals in units of their 1σ, in the order of time
+    tilt: Array | None = None  # estimated tilt of the base, (3,) rad; None of the systematic method
 
 
 def make_task(scenario: Scenario, section: CalibrationSection, imu: ImuData, dwells: Dwells) -> Task:

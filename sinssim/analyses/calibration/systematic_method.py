@@ -183,8 +183,7 @@ def _navigate_step(
 def _observe(of: Assumed, x: Nominal, u: Array, cov: Array, white: Array, design: Array) -> Nominal:
     """Update by a velocity of zero, one component after the other: their noise is independent.
 
-    Args:
-        white, design: the three rows of the whitened innovations and of their derivatives, written.
+    `white` and `design` are the three rows of the whitened innovations and of their derivatives, written.
     """
     for i in range(3):
         variance = cov[3 + i, 3 + i] + of.velocity_variance

@@ -61,13 +61,9 @@ class Added:
     mean: Mapping[str, Array]  # the change by name of each source that is the same in every run, (K, 9) SI
 
     def shares(self, interval: int, rows: Sequence[int]) -> tuple[float, list[tuple[str, float]]]:
-        """Return the root mean square of a change, and the sources' shares in its square.
+        """Return the root mean square of a change, SI, and name and share of its sources, the largest first.
 
-        Args:
-            rows: components of the navigation errors, whose squares are added.
-
-        Returns:
-            The root mean square, SI, and name and share of the sources, the largest first.
+        `rows` are the components of the navigation errors whose squares are added.
         """
         parts = {name: float(sum(p[interval, k, k] for k in rows)) for name, p in self.covariance.items()}
         bias = np.sum([mean[interval, list(rows)] for mean in self.mean.values()], axis=0)

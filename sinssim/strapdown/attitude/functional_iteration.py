@@ -182,12 +182,7 @@ def _engine(form: str) -> Callable[..., tuple[AzimuthState, Quaternion]]:
 
 
 def solve_level(problem: Problem, frame: str) -> None:
-    """Navigate in a local-level frame.
-
-    Args:
-        problem: increments, models and initial state; its solution is filled in.
-        frame: "level", or one of `sinssim.strapdown.frames.azimuth`.
-    """
+    """Navigate in a local-level frame, "level" or one of `sinssim.strapdown.frames.azimuth`; fill in the solution."""
     p = problem
     rule, axis = (TRANSVERSE, np.array([0.0, 0.0, 1.0])) if frame == "level" else azimuth_rule(p, frame)
     of_x = p.azimuth if len(p.azimuth) else np.zeros(len(p.time))  # the level frame's own is zero
@@ -290,12 +285,7 @@ def _navigate_inertial(
 
 
 def solve_inertial(problem: Problem, frame: str) -> None:
-    """Navigate in the inertial frame, which has no radii of curvature and no azimuth.
-
-    Args:
-        problem: increments, models and initial state; its solution is filled in.
-        frame: "inertial".
-    """
+    """Navigate in the inertial frame, which has no radii of curvature and no azimuth; fill in the solution."""
     p = problem
     x, q_in, down, k2 = start_inertial_k(p.models, p.solution, Loop(0.0, 0.0))
     gains = loop_gains_k(p.channel.time_constant, down, k2)
@@ -315,11 +305,7 @@ _ENGINES = {
 
 
 def engine(frame: str) -> Callable[[Problem, str], None]:
-    """Return the engine for a frame.
-
-    Args:
-        frame: one of `sinssim.FRAMES`.
-    """
+    """Return the engine for a frame, one of `sinssim.FRAMES`."""
     file = FRAME_REGISTRY[frame].file
     if file not in _ENGINES:
         raise InputError(

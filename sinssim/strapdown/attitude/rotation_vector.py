@@ -139,17 +139,10 @@ def turn_k(dtheta: Array, dvel: Array, weights: Array, uniform: bool, k: int) ->
 def leading_drift_under_coning(
     samples: int, half_angle: float, rate: float, interval: float, previous: bool = False
 ) -> float:
-    """Return the drift by the leading term of its series, α²Ω (Ωh)²ⁿ n!/(2ⁿ⁺¹ (2n+1)!!).
+    """Return the magnitude of the drift by the leading term of its series, α²Ω (Ωh)²ⁿ n!/(2ⁿ⁺¹ (2n+1)!!), rad/s.
 
-    Args:
-        samples: number n of samples in an update, 1…4.
-        half_angle: α, rad.
-        rate: Ω, rad/s.
-        interval: h from sample to sample, s.
-        previous: whether one sample is used with the previous one, α²Ω (Ωh)⁴/60.
-
-    Returns:
-        Magnitude of the drift, rad/s.
+    n samples, `half_angle` α in rad, `rate` Ω in rad/s, `interval` h in s; for one sample with the previous one it is
+    α²Ω (Ωh)⁴/60.
     """
     x = rate * interval
     if previous:
@@ -159,14 +152,9 @@ def leading_drift_under_coning(
 
 
 def drift_under_coning(samples: int, half_angle: float, rate: float, interval: float, previous: bool = False) -> float:
-    """Return the exact drift: drift about the cone's axis, rad/s, positive in the direction of the coning motion.
+    """Return the exact drift about the cone's axis, rad/s, positive in the direction of the coning motion.
 
-    Args:
-        samples: number n of samples in an update, 1…4.
-        half_angle: α, rad.
-        rate: Ω, rad/s.
-        interval: h from sample to sample, s.
-        previous: whether one sample is used with the previous one.
+    The arguments are those of `leading_drift_under_coning`.
     """
     n, x = samples, rate * interval
     half = 2.0 * sin(0.5 * half_angle) ** 2  # 1 − cos α

@@ -300,15 +300,7 @@ engine = engines(_navigate, "azimuth", FORMS)
 
 
 def azimuth_rule(problem: Problem, frame: str) -> tuple[int, Array]:
-    """Return the rule for a frame's azimuth.
-
-    Args:
-        frame: "wander", "free-azimuth" or "transverse".
-
-    Returns:
-        The rule's number, and the pole of the route's great circle, Earth-fixed unit vector, (3,); zero without a
-        route.
-    """
+    """Return the rule for a frame's azimuth, and the pole of the route, Earth-fixed; zero without a route."""
     p, rule = problem, _RULES[frame]
     if rule != TRANSVERSE:
         return rule, np.zeros(3)
@@ -322,11 +314,7 @@ def solve(problem: Problem, frame: str) -> None:
 
 
 def check(problem: Problem, frame: str) -> None:
-    """Raise if the solution comes too near to the pole of the transverse frame's route.
-
-    Args:
-        frame: the other frames of this file can be used everywhere.
-    """
+    """Raise if the solution comes too near to the pole of the transverse frame's route; other frames have no limit."""
     p, (rule, pole) = problem, azimuth_rule(problem, frame)
     if rule == TRANSVERSE and (near := too_near(pole, p.time, p.latitude, p.longitude, p.velocity)) is not None:
         raise RunError(near[1], time=float(p.time[near[0]]))

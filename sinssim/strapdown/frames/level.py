@@ -251,11 +251,7 @@ def solve(problem: Problem, frame: str) -> None:
 
 
 def check(problem: Problem, frame: str) -> None:
-    """Raise if the solution comes too near to a pole.
-
-    Args:
-        frame: "level".
-    """
+    """Raise if the solution comes too near to a pole."""
     latitude = problem.latitude
     if max(float(np.max(latitude)), -float(np.min(latitude))) <= POLAR_LIMIT:
         return

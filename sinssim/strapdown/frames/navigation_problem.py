@@ -63,46 +63,31 @@ class Rows(NamedTuple):
 
 
 class Problem(NamedTuple):
-    """Increments, models and an initial state, and the arrays of the solution, whose first rows hold that state.
+    """Increments, models and an initial state, and the arrays of the solution, whose first rows hold that state."""
 
-    Attributes:
-        mechanization: the options of the navigator.
-        time: times of the rows of the solution, (N+1,) s.
-        dtheta, dvel: increments of angle, rad, and velocity, m/s, (M, 3); M is N times the samples of one update.
-        weights: weights of the fit of rate and specific force, see `coning_sculling.weight_table`.
-        uniform: whether all intervals are equal.
-        earth: parameters of the ellipsoid.
-        gravity: number of the gravity model.
-        height_reference: reference height of the vertical channel, (N+1,) m; empty for a free one.
-        climb_reference: reference down velocity of the vertical channel, (N+1,) m/s; empty unless the height is held.
-        latitude, longitude: of the solution, (N+1,) rad.
-        height: (N+1,) m.
-        velocity: north, east, down, (N+1, 3) m/s.
-        q_nb: attitude quaternion relative to north, east, down, (N+1, 4).
-        defect: defect of norm or orthogonality of the attitude variables, (N+1,).
-        azimuth: direction of the frame's x axis from north, (N+1,) rad; its first row is that of the start. Empty for a
-            frame that points north or is not level.
-        first: number of the first navigated increment; the fit uses those before it.
-    """
-
-    mechanization: Mechanization
-    time: Array
+    mechanization: Mechanization  # the options of the navigator
+    time: Array  # times of the rows of the solution, (N+1,) s
     dtheta: Array
     dvel: Array
-    weights: Array
-    uniform: bool
-    earth: EarthParameters
-    gravity: int
-    height_reference: Array
+    """`dtheta`, `dvel`: increments of angle, rad, and velocity, m/s, (M, 3); M is N times the samples of one update."""
+    weights: Array  # weights of the fit of rate and specific force, see `coning_sculling.weight_table`
+    uniform: bool  # whether all intervals are equal
+    earth: EarthParameters  # parameters of the ellipsoid
+    gravity: int  # number of the gravity model
+    height_reference: Array  # reference height of the vertical channel, (N+1,) m; empty for a free one
     climb_reference: Array
+    """Reference down velocity of the vertical channel, (N+1,) m/s; empty unless the height is held."""
     latitude: Array
-    longitude: Array
-    height: Array
-    velocity: Array
-    q_nb: Array
-    defect: Array
+    longitude: Array  # latitude, longitude: of the solution, (N+1,) rad
+    height: Array  # (N+1,) m
+    velocity: Array  # north, east, down, (N+1, 3) m/s
+    q_nb: Array  # attitude quaternion relative to north, east, down, (N+1, 4)
+    defect: Array  # defect of norm or orthogonality of the attitude variables, (N+1,)
     azimuth: Array
-    first: int = 0
+    """Direction of the frame's x axis from north, (N+1,) rad; its first row is that of the start. Empty for a frame
+    that points north or is not level.
+    """
+    first: int = 0  # number of the first navigated increment; the fit uses those before it
 
     @property
     def algorithm(self) -> str:

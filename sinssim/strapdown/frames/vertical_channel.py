@@ -38,26 +38,16 @@ and NaN cannot be used, because kernels are compiled for finite numbers."""
 
 @dataclass(frozen=True)
 class HeightReadings:
-    """The readings of an altimeter for the loop.
+    """The readings of an altimeter for the loop."""
 
-    Attributes:
-        arrival: arrival times, in order, (M,) s.
-        value: heights above the ellipsoid, (M,) m.
-        interval: time between readings, s; a reading that is late by more than half of it is overdue.
-    """
-
-    arrival: Array
-    value: Array
-    interval: float
+    arrival: Array  # arrival times, in order, (M,) s
+    value: Array  # heights above the ellipsoid, (M,) m
+    interval: float  # time between readings, s; a reading that is late by more than half of it is overdue
 
     def at(self, time: Array) -> Array:
-        """Return the reading that arrived since the previous row, for each row; the first row has none.
+        """Return the reading that arrived since the previous row, for each row, (N+1,) m; the first row has none.
 
-        Args:
-            time: times of the rows, (N+1,) s.
-
-        Returns:
-            Heights, (N+1,) m; special values where there is no new reading or the next reading is overdue.
+        Special values stand where there is no new reading or the next reading is overdue.
         """
         last = np.searchsorted(self.arrival, time + 1e-9, side="right") - 1
         out = np.full(len(time), NOTHING_NEW)
@@ -71,16 +61,10 @@ class HeightReadings:
 
 
 def height_reference(vertical: str, height: ArrayLike | HeightReadings | None, time: Array) -> tuple[Array, Array]:
-    """Return the references of a vertical channel.
+    """Return the references of a vertical channel at the rows: height, m, and for the held one its down velocity, m/s.
 
-    Args:
-        vertical: one of `VERTICALS`.
-        height: reference height at every time, (N+1,) m, or readings for the loop; None for the free channel.
-        time: (N+1,) s.
-
-    Returns:
-        Reference height, (N+1,) m, and for the held channel its rate as a down velocity, (N+1,) m/s; empty arrays if
-        the channel does not need them.
+    `height` is the reference at every time, m, or readings for the loop; None for the free channel. References that the
+    channel does not need are empty.
     """
     check_name("vertical channel", vertical, VERTICALS)
     if height is not None and vertical == "free":
