@@ -68,23 +68,11 @@ def transport_rate(latitude: Array, height: Array, velocity: Array, ellipsoid: E
     return np.stack([east, -velocity[:, 0] / (r1 + height), -east * np.tan(latitude)], axis=-1)
 
 
-def rate_error(model: ErrorModel, rate_b: Array) -> Array:
-    """Return the matrix of δω, the error of the compensated gyro increments per unit of time, (K, 3, n).
+def reading_error(model: ErrorModel, triad: str, reading: Array) -> Array:
+    """Return the matrix of δω, or δf, the error of a compensated reading of "gyro" or "accelerometer", (K, 3, n).
 
-    δω = matrix · x, in body axes as the inertial rate, (K, 3) rad/s.
+    δω = matrix · x; the reading is the inertial rate, rad/s, or the specific force, m/s², in body axes, (K, 3).
     """
-    return _reading_error(model, "gyro", rate_b)
-
-
-def force_error(model: ErrorModel, force_b: Array) -> Array:
-    """Return the matrix of δf, the error of the compensated velocity increments per unit of time, (K, 3, n).
-
-    δf = matrix · x, in body axes as the specific force, (K, 3) m/s².
-    """
-    return _reading_error(model, "accelerometer", force_b)
-
-
-def _reading_error(model: ErrorModel, triad: str, reading: Array) -> Array:
     out = np.zeros((len(reading), 3, model.size))
     for name, where in model.slices.items():
         if name == f"{triad} instability":
@@ -139,8 +127,8 @@ def dynamics(model: ErrorModel, motion: NominalMotion, gravity: str, ellipsoid: 
     f[:, R, V] = np.eye(3)
     f[:, 0, 0], f[:, 0, 2] = -d / p, n / p
     f[:, 1, 0], f[:, 1, 1], f[:, 1, 2] = e * t / q, -(n * t + d) / q, e / q
-    f[:, PHI, CORE:] = -motion.c_nb @ rate_error(model, motion.rate_b)[:, :, CORE:]
-    f[:, V, CORE:] = motion.c_nb @ force_error(model, motion.force_b)[:, :, CORE:]
+    f[:, PHI, CORE:] = -motion.c_nb @ reading_error(model, "gyro", motion.rate_b)[:, :, CORE:]
+    f[:, V, CORE:] = motion.c_nb @ reading_error(model, "accelerometer", motion.force_b)[:, :, CORE:]
     parameters = np.arange(CORE, model.size)
     f[:, parameters, parameters] = -model.decay[CORE:]
     return f
@@ -242,8 +230,8 @@ def earth_dynamics(
     f[:, V, V] = -2.0 * spin
     f[:, V, PHI] = skew(np.einsum("kij,kj->ki", c_en, motion.force_n))
     f[:, PHI, PHI] = -spin
-    f[:, PHI, CORE:] = -c_eb @ rate_error(model, motion.rate_b)[:, :, CORE:]
-    f[:, V, CORE:] = c_eb @ force_error(model, motion.force_b)[:, :, CORE:]
+    f[:, PHI, CORE:] = -c_eb @ reading_error(model, "gyro", motion.rate_b)[:, :, CORE:]
+    f[:, V, CORE:] = c_eb @ reading_error(model, "accelerometer", motion.force_b)[:, :, CORE:]
     parameters = np.arange(CORE, model.size)
     f[:, parameters, parameters] = -model.decay[CORE:]
     return f

@@ -19,7 +19,7 @@ from sinssim.estimation.error_dynamics import (
     NominalMotion,
     dynamics,
     earth_dynamics,
-    rate_error,
+    reading_error,
     refer_to_transported,
     transition,
     transport_rate,
@@ -196,9 +196,9 @@ class Prediction:
     def rate_error(self, model: ErrorModel) -> Array:
         """Return the matrix of the rate's error by the gyros' states, (M, 3, n)."""
         if self.sensed is None:
-            return rate_error(model, self.rate_b)
+            return reading_error(model, "gyro", self.rate_b)
         rate, c_vb = self.sensed
-        return np.asarray(c_vb @ rate_error(model, rate))
+        return np.asarray(c_vb @ reading_error(model, "gyro", rate))
 
 
 def observe(

@@ -153,8 +153,7 @@ class BudgetResult(Result):
             InputError: a requirement cannot be read, a source is unknown or has no size, or a time is not an epoch.
         """
         judged = self.requirements if requirements is None else requirements
-        free_sources = self.free if free is None else free
-        return answers(self, judged, free_sources)
+        return answers(self, judged, self.free if free is None else free)
 
     @cached_property
     def _radii(self) -> dict[tuple[float, str | None], Array]:

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
-from typing import TYPE_CHECKING, Protocol
+from typing import TYPE_CHECKING
 
 import numpy as np
 
@@ -46,7 +46,7 @@ from sinssim.analyses.error_budget.error_sources import (
     of_turning,
 )
 from sinssim.analyses.error_budget.source_shares import Marks, Shares, Snapshot
-from sinssim.data import Array, ImuData, NavSolution, NavState
+from sinssim.data import Array, ImuData, NavSolution
 from sinssim.errors import InputError
 from sinssim.progress import Progress, shown
 from sinssim.scenario.load import Overrides, as_scenario
@@ -62,6 +62,7 @@ from sinssim.truth.true_gravity_disturbance import Disturbed
 if TYPE_CHECKING:
     from sinssim.scenario import Scenario
     from sinssim.scenario.navigation_section import InitialErrorSection
+    from sinssim.simulation.truth_stage import Truth
     from sinssim.statistics.requirements import Requirement
     from sinssim.truth.trajectory import Trajectory
 
@@ -136,26 +137,6 @@ EPOCHS = 500
 """Number of intervals between the instants of the results."""
 
 
-class KnownTruth(Protocol):
-    """A true motion that is there already, for budgets that share it."""
-
-    @property
-    def trajectory(self) -> Trajectory:
-        """The motion of the vehicle."""
-
-    @property
-    def block(self) -> Trajectory:
-        """The motion that the sensors feel."""
-
-    @property
-    def ideal(self) -> ImuData:
-        """Ideal increments along it."""
-
-    @property
-    def state(self) -> NavState:
-        """True states of the vehicle at the edges of the increments."""
-
-
 @dataclass(frozen=True)
 class _Task:
     """A budget to compute: the motion, the errors, and the instants of the results."""
@@ -189,7 +170,7 @@ def budget(
     free: Sequence[str] = (),
     solution: str | None = None,
     progress: Progress | bool | None = None,
-    truth: KnownTruth | None = None,
+    truth: Truth | None = None,
     marks: Iterable[float] = (),
 ) -> BudgetResult:
     """Compute the covariances of a scenario's navigation errors by source, without random numbers.
@@ -231,7 +212,7 @@ def _budget(
     times: tuple[float, ...],
     wanted: tuple[Requirement, ...],
     solution: str | None,
-    truth: KnownTruth | None,
+    truth: Truth | None,
     marks: tuple[float, ...],
     say: Progress,
 ) -> BudgetResult:

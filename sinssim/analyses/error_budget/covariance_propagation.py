@@ -305,10 +305,9 @@ class Consider:
         core = -reading.h
         core[:, :CORE] = h_true[:, :CORE]
         gyro = h_true[:, slices["gyro bias"]]
-        constants = np.zeros((len(reading.h), shares.count))
+        through_blocks = {name: h_true[:, where] for name, where in slices.items()}
+        constants, processes, noise = _sensor_effects(shares, data.label, through_blocks, reading.residual)
         constants[:, : shares.inertial] = gyro @ self._mean_errors[:3, : shares.inertial]
-        processes: dict[str, Array] = {}
-        noise: dict[str, Array] = {}
         c_nb = self._c_nb[reading.sensor, reading.row]
         for inertial in shares.noises:
             if inertial.source.name == _GYRO_NOISE:
@@ -328,24 +327,12 @@ class Consider:
             elif inertial.what == "quantum":
                 through = h_true[:, PHI if inertial.triad == 0 else V] @ c_nb @ inertial.mix
                 noise[inertial.source.name] = np.sum(through**2, axis=1) * inertial.size**2 / 12.0
-        for sensor in shares.sensors:
-            if isinstance(sensor, SensorConstant):
-                first = shares.of_block[sensor.block]
-                constants[:, first : first + len(sensor.sigma)] = h_true[:, slices[sensor.block]]
-            elif isinstance(sensor, SensorProcess):
-                if (through := h_true[:, slices[sensor.block]]).any():
-                    processes[sensor.source.name] = through
-            elif isinstance(sensor, SensorNoise):
-                if sensor.label == data.label:
-                    noise[sensor.source.name] = sensor.sigma**2
-            elif isinstance(sensor, SensorGiven) and sensor.label == data.label:
-                constants[:, shares.of_label[sensor.label]] = reading.residual
-            elif isinstance(sensor, SensorAngle):
-                off = h_true[:, PHI] @ sensor.error.phi(data.time[reading.row : reading.row + 1])[0]
-                if sensor.error.what == "noise":
-                    noise[sensor.source.name] = np.sum((off * sensor.error.size) ** 2, axis=1)
-                else:
-                    constants[:, shares.parts[sensor.source.name][0]] = off
+        for angle in self._angles:
+            off = h_true[:, PHI] @ angle.error.phi(data.time[reading.row : reading.row + 1])[0]
+            if angle.error.what == "noise":
+                noise[angle.source.name] = np.sum((off * angle.error.size) ** 2, axis=1)
+            else:
+                constants[:, shares.parts[angle.source.name][0]] = off
         return Reading(gain, core, constants, processes, noise)
 
     def _true_readings(self, line: Linearisation) -> dict[tuple[int, int], Array]:
@@ -535,22 +522,41 @@ def _readings_at(time: Array, readings: HeightErrors | None) -> tuple[NDArray[np
     return at_boundary, overdue
 
 
+def _sensor_effects(
+    shares: Shares, label: str, through: Mapping[str, Array], given: Array
+) -> tuple[Array, dict[str, Array], dict[str, Array]]:
+    """Return H_θ, H_y by process and variance by white noise of the aiding sensors' errors in a reading of k numbers.
+
+    `through` are the effects of the blocks of states, (k, n) each, and `given` are the errors equal in every run.
+    """
+    constants = np.zeros((len(given), shares.count))
+    processes: dict[str, Array] = {}
+    noise: dict[str, Array] = {}
+    for sensor in shares.sensors:
+        name = sensor.source.name
+        if isinstance(sensor, SensorNoise):
+            if sensor.label == label:
+                noise[name] = sensor.sigma**2
+        elif isinstance(sensor, SensorGiven):
+            if sensor.label == label:
+                constants[:, shares.parts[name][0]] = given[:, None]
+        elif isinstance(sensor, SensorConstant | SensorProcess) and through.get(sensor.block, np.zeros(1)).any():
+            if isinstance(sensor, SensorConstant):
+                constants[:, shares.parts[name][0]] = through[sensor.block]
+            else:
+                processes[name] = through[sensor.block]
+    return constants, processes, noise
+
+
 def _height_reading(shares: Shares, readings: HeightErrors, number: int) -> Reading:
     """Return the correction that replaces the held error by −δr_D − δh_ref."""
     gain = np.zeros((STATES, 1))
     gain[_HELD] = 1.0
     core = np.zeros((1, STATES))
     core[0, _HELD], core[0, 2] = -1.0, -1.0
-    constants = np.zeros((1, shares.count))
-    processes: dict[str, Array] = {}
-    noise: dict[str, Array] = {}
-    for sensor in shares.sensors:
-        if isinstance(sensor, SensorConstant) and sensor.block == f"{readings.label} scale":
-            constants[0, shares.of_block[sensor.block]] = -readings.height[number]
-        elif isinstance(sensor, SensorProcess) and sensor.block == f"{readings.label} bias":
-            processes[sensor.source.name] = -np.ones((1, 1))
-        elif isinstance(sensor, SensorNoise):
-            noise[sensor.source.name] = sensor.sigma**2
-        elif isinstance(sensor, SensorGiven):
-            constants[0, shares.of_label[sensor.label]] = -readings.given[number]
-    return Reading(gain, core, constants, processes, noise)
+    through = {
+        f"{readings.label} scale": np.array([[-readings.height[number]]]),
+        f"{readings.label} bias": -np.ones((1, 1)),
+    }
+    given = np.array([-readings.given[number]])
+    return Reading(gain, core, *_sensor_effects(shares, readings.label, through, given))

@@ -372,7 +372,7 @@ class AidingSources:
     """Readings without random errors, with the true 1σ of their noise; those of sensors at rest are zero."""
     sources: list[SensorSource]  # their errors
     tables: tuple[str, ...]  # the tables of the sensors
-    blocks: dict[str, Any]  # 1σ of each random error with states, by block of an error model
+    blocks: dict[str, Array]  # 1σ of each random error with states, by block of an error model
 
 
 def aiding_sources(scenario: Scenario, trajectory: Trajectory) -> AidingSources:

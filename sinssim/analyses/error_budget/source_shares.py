@@ -59,8 +59,6 @@ class Shares:
         for k, source in enumerate(series):
             self.parts[source.name] = ([len(constants.columns) + k], np.ones(1))
         self.starts: dict[int, Array] = {}
-        self.of_block: dict[str, int] = {}
-        self.of_label: dict[str, int] = {}
         count = self.inertial
         for name, start in initial.parts.items():
             columns = list(range(count, count + start.shape[1]))
@@ -68,25 +66,17 @@ class Shares:
             self.parts[name] = (columns, np.ones(len(columns)))
             count += len(columns)
         for sensor in sensors:
-            if isinstance(sensor, SensorConstant):
-                self.of_block[sensor.block] = count
-                self.parts[sensor.source.name] = (list(range(count, count + len(sensor.sigma))), sensor.sigma)
-                count += len(sensor.sigma)
-            elif isinstance(sensor, SensorGiven):
-                self.of_label[sensor.label] = count
-                self.parts[sensor.source.name] = ([count], np.ones(1))
-                count += 1
-            elif isinstance(sensor, SensorAngle) and sensor.error.what != "noise":
-                columns_ = list(range(count, count + len(sensor.error.size)))
-                self.parts[sensor.source.name] = (columns_, sensor.error.size)
-                count += len(columns_)
+            if (sizes := _sizes(sensor)) is not None:
+                self.parts[sensor.source.name] = (list(range(count, count + len(sizes))), sizes)
+                count += len(sizes)
         self.count = count
 
     def begin(self, core: int) -> Propagation:
         """Return the propagation at the start, with the initial errors."""
         white = [n.source.name for n in self.noises if n.process is None]
-        white += [s.source.name for s in self.sensors if isinstance(s, SensorNoise)]
-        white += [s.source.name for s in self.sensors if isinstance(s, SensorAngle) and s.error.what == "noise"]
+        for sensor in self.sensors:
+            if isinstance(sensor, SensorNoise) or (isinstance(sensor, SensorAngle) and sensor.error.what == "noise"):
+                white.append(sensor.source.name)
         propagation = Propagation.start(core, self.count, white)
         for column, start in self.starts.items():
             propagation.sensitivity[:CORE, column] = start
@@ -99,9 +89,14 @@ class Shares:
                 propagation.add(sensor.source.name, GaussMarkov(sensor.correlation_time), sensor.sigma, None)
         return propagation
 
-    def random(self, source: Source) -> bool:
-        """Return whether a source differs from run to run."""
-        return source.kind == "random"
+
+def _sizes(sensor: SensorSource) -> Array | None:
+    """Return the sizes of the constant columns of an aiding sensor's error; None for one without."""
+    if isinstance(sensor, SensorConstant):
+        return sensor.sigma
+    if isinstance(sensor, SensorAngle) and sensor.error.what != "noise":
+        return sensor.error.size
+    return np.ones(1) if isinstance(sensor, SensorGiven) else None
 
 
 class Snapshot(NamedTuple):

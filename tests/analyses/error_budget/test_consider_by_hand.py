@@ -69,13 +69,12 @@ RESIDUAL = np.array([0.7, -1.9])
 
 def consider() -> Consider:
     one = Consider.__new__(Consider)
-    parts = {"encoder_bias": ([12, 13], np.ones(2))}
-    shares: Any = SimpleNamespace(
-        noises=NOISES, sensors=SENSORS, inertial=9, count=14, of_block={"gnss scale": 10},
-        of_label={"gnss": 9, "baro": 13}, parts=parts,
-    )  # fmt: skip
+    columns = {"encoder_bias": [12, 13], "gnss_scale": [10, 11], "gnss_given": [9], "baro_given": [13]}
+    parts = {name: (places, np.ones(len(places))) for name, places in columns.items()}
+    shares: Any = SimpleNamespace(noises=NOISES, sensors=SENSORS, inertial=9, count=14, parts=parts)
     one._shares, one._truth, one._mean_errors = shares, SimpleNamespace(slices=SLICES), MEAN  # type: ignore[assignment]
     one._c_nb = {(1, 2): C_NB}
+    one._angles = [each for each in SENSORS if isinstance(each, SensorAngle)]
     return one
 
 
@@ -141,7 +140,6 @@ def test_noise_of_a_mean_over_an_interval() -> None:
 
 def test_errors_of_the_angles_turn_the_vehicle_alone() -> None:
     one = consider()
-    one._angles = [each for each in SENSORS if isinstance(each, SensorAngle)]
     before = RNG.normal(size=(9, 14))
     seen = Snapshot(before.copy(), {"encoder_noise": np.full((9, 9), 2.0)})
     one._turn_out(seen, 7.5)

@@ -185,15 +185,12 @@ def test_columns_of_the_sources() -> None:
     assert {name: columns for name, (columns, _) in found.parts.items()} == {
         "bias": [0, 1, 2], "range": [3], "tilt": [4, 5], "baro_scale": [6],
     }  # fmt: skip
-    assert found.of_block == {"baro scale": 6}
     assert len(found.kernel_columns) == 4 + 6
     begun = found.begin(11)
     assert begun.sensitivity.shape == (11, 7)
     assert begun.sensitivity[3].tolist() == [0.0, 0.0, 0.0, 0.0, 0.25, 0.0, 0.0]
     assert begun.sensitivity[7].tolist() == [0.0, 0.0, 0.0, 0.0, 0.0, 0.5, 0.0]
     assert np.count_nonzero(begun.sensitivity) == 2
-    assert found.random(found.sources[0])
-    assert not found.random(found.sources[2])
 
 
 @pytest.mark.parametrize("sampled", [False, True])
