@@ -333,17 +333,11 @@ def bias_takes_over(
 
 
 class BestHeadings(NamedTuple):
-    """A set of headings and its standard deviations.
+    """A set of headings and its standard deviations."""
 
-    Attributes:
-        headings: headings in [0, 2π), (count,) rad.
-        sigma: standard deviations of the mean determination, rad.
-        worst: standard deviation of the chosen angle at the worst orientation of the set, rad.
-    """
-
-    headings: Array
-    sigma: Angles
-    worst: float
+    headings: Array  # headings in [0, 2π), (count,) rad
+    sigma: Angles  # standard deviations of the mean determination, rad
+    worst: float  # standard deviation of the chosen angle at the worst orientation of the set, rad
 
 
 def set_sigma(
@@ -351,39 +345,22 @@ def set_sigma(
     latitude: ArrayLike,
     sigma: ImuErrors,
     duration: ArrayLike,
-    *,
-    gravity: ArrayLike | None = None,
-    rate_hz: float = 100.0,
 ) -> Angles:
-    """Return the standard deviations of a determination averaged over a set of positions.
+    """Return the standard deviations of a determination averaged over a set of positions, rad.
 
-    The errors of one run (bias, scale factor, misalignment, …, and the slow bias instability and flicker) are the same
-    in every position. Ramp, temperature and rate random walk continue from one position to the next, in order and
-    without a pause, from when the sensors are switched on. Noise is independent in each position. Roll and pitch are
-    those of the positions, with averaged errors.
-
-    Args:
-        attitude: heading, roll, pitch, rad, broadcasting, the last axis counting the positions.
-        latitude: rad, broadcasting without that axis.
-        sigma: standard deviations of the sensor block's errors.
-        duration: length of all sessions together, s, split evenly; broadcasting without that axis.
-        gravity: g, m/s², broadcasting without that axis; by default normal gravity on the ellipsoid.
-        rate_hz: samples per second, for flicker noise.
-
-    Returns:
-        Standard deviations of the averaged angles, rad.
-
-    Raises:
-        InputError: as for `coefficients`, or the duration is not positive.
+    The last axis of `attitude`, rad, counts the positions; latitude, rad, `duration` of all sessions together, s, split
+    evenly, and gravity, m/s², broadcast without it. The errors of one run (bias, scale factor, misalignment, …, and the
+    slow bias instability and flicker) are the same in every position. Ramp, temperature and rate random walk continue
+    from one position to the next, in order and without a pause, from when the sensors are switched on. Noise is
+    independent in each position. Roll and pitch are those of the positions, with averaged errors.
     """
     phi = np.asarray(latitude, dtype=np.float64)[..., None]
-    g = None if gravity is None else np.asarray(gravity, dtype=np.float64)[..., None]
     attitude = Attitude(*np.broadcast_arrays(*attitude))
     count = np.shape(attitude.heading)[-1]
-    c = coefficients(attitude, phi, gravity=g)
-    gyro, accel = ideal_readings(*attitude, phi, gravity=g)
+    c = coefficients(attitude, phi)
+    gyro, accel = ideal_readings(*attitude, phi)
     each = np.asarray(duration, dtype=np.float64)[..., None] / count
-    noise = reading_variances(sigma, gyro, accel, each, rate_hz=rate_hz)
+    noise = reading_variances(sigma, gyro, accel, each)
     turn = _Turn(each, sigma.warm_up, count)
     zero = np.zeros_like(c.m)
     variances = []

@@ -44,31 +44,18 @@ from sinssim.units import ARCSEC, G0
 
 
 class Drift(NamedTuple):
-    """Largest change of readings within a session of a vehicle at rest.
+    """Largest change of readings within a session of a vehicle at rest."""
 
-    Attributes:
-        rate: known part of the change of a rate, rad/s.
-        rate_sigma: standard deviation of the unknown part, rad/s.
-        force: known part of the change of a specific force, m/s².
-        force_sigma: standard deviation of the unknown part, m/s².
-    """
-
-    rate: float
-    rate_sigma: float
-    force: float
-    force_sigma: float
+    rate: float  # known part of the change of a rate, rad/s
+    rate_sigma: float  # standard deviation of the unknown part, rad/s
+    force: float  # known part of the change of a specific force, m/s²
+    force_sigma: float  # standard deviation of the unknown part, m/s²
 
 
 def largest_drift(expected: Expected, duration: float, start: float = 0.0) -> Drift:
-    """Return the largest change of a reading at rest within a session by the drifts of the sensors.
+    """Return the largest change of a reading at rest within a session by the drifts of the sensors, over the axes.
 
-    Args:
-        expected: expected errors of the sensor block.
-        duration: length of the session, s.
-        start: time from when the sensors were switched on to its first sample, s.
-
-    Returns:
-        The largest change over the axes.
+    The session lasts `duration` s and begins `start` s after the sensors were switched on.
     """
     ends = np.array([start, start + duration])
     warmth = expected.mean.warm_up.temperature(ends)
@@ -108,42 +95,25 @@ _UNKNOWN_TILT = 1.5 * ARCSEC
 
 @dataclass(frozen=True)
 class Departure:
-    """Departure of a quantity that is constant on a vehicle at rest, and its limit.
+    """Departure of a quantity that is constant on a vehicle at rest, and its limit."""
 
-    Attributes:
-        what: beginning of a sentence that the size completes: "its specific force turns by".
-        size: size of the departure, rad.
-        limit: largest departure that the noise of the sensors explains, rad.
-        time: time of the departure, s; None if it has no single time.
-    """
-
-    what: str
-    size: float
-    limit: float
-    time: float | None = None
+    what: str  # beginning of a sentence that the size completes: "its specific force turns by"
+    size: float  # size of the departure, rad
+    limit: float  # largest departure that the noise of the sensors explains, rad
+    time: float | None = None  # time of the departure, s; None if it has no single time
 
 
 @dataclass(frozen=True, eq=False)
 class Stillness:
-    """Observed motion of the vehicle in a session, and its limits.
+    """Observed motion of the vehicle in a session, and its limits."""
 
-    Attributes:
-        departures: departures of all tests.
-        graded: whether the limits are based on a known grade.
-        net_turn: d̂ from the first sample to the last about the horizontal axes, forward-right-down, (3,) rad.
-        net_turn_sigma: σ_d of each of its two components, rad.
-        net_turn_limit: the largest |d̂| that noise explains, rad.
-        duration: T, s.
-        up: direction of the mean specific force, (3,).
-    """
-
-    departures: tuple[Departure, ...]
-    graded: bool
-    net_turn: Array
-    net_turn_sigma: float
-    net_turn_limit: float
-    duration: float
-    up: Array
+    departures: tuple[Departure, ...]  # departures of all tests
+    graded: bool  # whether the limits are based on a known grade
+    net_turn: Array  # d̂ from the first sample to the last about the horizontal axes, forward-right-down, (3,) rad
+    net_turn_sigma: float  # σ_d of each of its two components, rad
+    net_turn_limit: float  # the largest |d̂| that noise explains, rad
+    duration: float  # T, s
+    up: Array  # direction of the mean specific force, (3,)
 
     @property
     def worst(self) -> Departure:
@@ -181,15 +151,10 @@ class Stillness:
 
 
 def motion_errors(c: Coefficients, still: Stillness) -> Angles:
-    """Return the standard deviations of the angles of eq. (1) by undetected motion.
+    """Return the standard deviations of the angles of eq. (1) by undetected motion of the base of one vehicle, rad.
 
-    Args:
-        c: coefficients of one vehicle.
-        still: observed motion of its session.
-
-    Returns:
-        Heading and latitude by the mean rate; roll and pitch by the turn itself. Half of its mean square lies between
-        the session's mean and its end for a sway, a quarter for steady sinking; rad.
+    Heading and latitude are those by the mean rate, roll and pitch those by the turn itself. Half of its mean square
+    lies between the session's mean and its end for a sway, a quarter for steady sinking.
     """
     turn = still.turn_covariance
     rate = turn / still.duration**2
@@ -212,13 +177,12 @@ class _Noise(NamedTuple):
         return self.known + 3.0 * self.sigma
 
 
-def determine_session(imu: ImuData, expected: Expected | None = None, start: float = 0.0) -> Determination:
+def determine_session(imu: ImuData, expected: Expected | None = None) -> Determination:
     """Determine heading, roll, pitch and latitude from a session of a stationary vehicle, eq. (1).
 
     Args:
         imu: the session's increments; a few hundred seconds reduce the noise by averaging.
         expected: expected errors of the sensor block, if known; see `sinssim.alignment.expected_errors`.
-        start: time from when the sensors were switched on to the session's first sample, s.
 
     Returns:
         The determination.
@@ -227,7 +191,7 @@ def determine_session(imu: ImuData, expected: Expected | None = None, start: flo
         InputError: the increments are unusable, the vehicle moved during the session, or as for `determine`.
     """
     result = determine(*mean_readings(imu), None if expected is None else expected.instrument_sigmas)
-    stillness(imu, expected, start).require()
+    stillness(imu, expected).require()
     return result
 
 

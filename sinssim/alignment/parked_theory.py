@@ -262,23 +262,15 @@ class InstrumentErrors:
 
 
 class Coefficients(NamedTuple):
-    """Partial derivatives of the determined angles with respect to the readings, each (..., 3), forward-right-down.
+    """Partial derivatives of the determined angles with respect to the readings, each (..., 3), forward-right-down."""
 
-    Attributes:
-        m: heading by rate, s.
-        n: heading by specific force, s²/m.
-        q: roll by specific force, s²/m.
-        l: pitch by specific force, s²/m.
-        p: latitude by rate, s.
-        r: latitude by specific force, s²/m.
-    """
-
-    m: Array
-    n: Array
-    q: Array
+    m: Array  # heading by rate, s
+    n: Array  # heading by specific force, s²/m
+    q: Array  # roll by specific force, s²/m
     l: Array  # noqa: E741 - symbol of the theory
-    p: Array
-    r: Array
+    """Pitch by specific force, s²/m."""
+    p: Array  # latitude by rate, s
+    r: Array  # latitude by specific force, s²/m
 
 
 class ErrorStatistics(NamedTuple):
@@ -388,7 +380,6 @@ def error_statistics(
     means: InstrumentErrors | None,
     sigmas: InstrumentErrors,
     *,
-    earth_rate: float = OMEGA_IE,
     gravity: ArrayLike | None = None,
 ) -> ErrorStatistics:
     """Return means and standard deviations of the angle errors, eqs. (11)-(26) in their general form.
@@ -401,7 +392,6 @@ def error_statistics(
         latitude: true latitude, rad, broadcasting.
         means: M{·} of the instruments' errors; None for zero.
         sigmas: σ{·} of the instruments' errors.
-        earth_rate: U, rad/s.
         gravity: g, m/s², broadcasting; by default normal gravity on the ellipsoid at the latitude.
 
     Returns:
@@ -410,8 +400,8 @@ def error_statistics(
     Raises:
         InputError: as for `coefficients`, or a standard deviation is negative.
     """
-    c = coefficients(attitude, latitude, earth_rate=earth_rate, gravity=gravity)
-    gyro, accel = ideal_readings(*attitude, latitude, earth_rate=earth_rate, gravity=gravity)
+    c = coefficients(attitude, latitude, gravity=gravity)
+    gyro, accel = ideal_readings(*attitude, latitude, gravity=gravity)
     mean = linear(c, *(means or InstrumentErrors()).reading_errors(gyro, accel))
     # (12), (17), (20), (23): the variance of a reading is the sum of those by its bias and by its scale factor.
     variances = sigmas.squared().reading_errors(gyro**2, accel**2)

@@ -156,15 +156,15 @@ def _with_expected_errors(
 ) -> AlignmentResult:
     """Add the error budget at a latitude, rad; near a singularity, where first-order theory fails, there is none."""
     d = result.determination
-    options: dict[str, Any] = {
-        "method": result.method,
-        "gravity": d.gravity,
-        "start": result.warmed,
-        "rate_hz": result.samples / result.duration,
-    }
+    method, rate_hz = result.method, result.samples / result.duration
     try:
-        budget = error_budget(d.attitude, latitude, expected.sigma, result.duration, **options)
-        crossing = bias_takes_over(d.attitude, latitude, expected.sigma, **options)
+        budget = error_budget(
+            d.attitude, latitude, expected.sigma, result.duration, method=method, gravity=d.gravity,
+            start=result.warmed, rate_hz=rate_hz,
+        )  # fmt: skip
+        crossing = bias_takes_over(
+            d.attitude, latitude, expected.sigma, method=method, gravity=d.gravity, start=result.warmed, rate_hz=rate_hz
+        )
     except InputError:  # the determination has its own warnings
         return result
     by_reading = coefficients(d.attitude, latitude, gravity=d.gravity)
@@ -251,13 +251,18 @@ def _angles(result: AlignmentResult) -> Table:
 
 def _sources(result: AlignmentResult, budget: Mapping[str, Angles]) -> Table:
     """Return the expected error by source."""
-    shown = {source: angles for source, angles in budget.items() if any(float(value) > 0.0 for value in angles)}
-    shown["total"] = total(dict(budget))
+    shown = _shown(budget)
     if result.mean is not None and any(float(value) != 0.0 for value in result.mean):
         shown["known mean error"] = result.mean
     rows = [[source, *(_minutes(float(value)) for value in angles)] for source, angles in shown.items()]
     columns = Column("source", words=True), *(Column(name, _MINUTES) for name in Angles._fields)
     return Table(columns, rows, "Expected error by source, 1σ")
+
+
+def _shown(budget: Mapping[str, Angles]) -> dict[str, Angles]:
+    """Return the sources that are not zero, and their total."""
+    sources = {source: angles for source, angles in budget.items() if any(float(value) > 0.0 for value in angles)}
+    return {**sources, "total": total(dict(budget))}
 
 
 def _angle(value: ArrayLike) -> str:
@@ -350,8 +355,7 @@ def _expected(result: AlignmentResult) -> Charts:
 
 def bars(budget: Mapping[str, Angles]) -> tuple[Chart, ...]:
     """Return an error budget, standard deviations by source in rad, as bars, a chart for each angle."""
-    shown = {source: angles for source, angles in budget.items() if any(float(value) > 0.0 for value in angles)}
-    shown["total"] = total(dict(budget))
+    shown = _shown(budget)
     places, names = np.arange(float(len(shown))), Axis(names=tuple(shown), grid=False)
     charts = []
     for k, name in enumerate(Angles._fields):

@@ -3,7 +3,9 @@
 from __future__ import annotations
 
 import json
+from collections.abc import Callable
 from dataclasses import replace
+from functools import partial
 from pathlib import Path
 
 import numpy as np
@@ -13,6 +15,7 @@ from sinssim.alignment.parked_theory import Angles
 from sinssim.analyses.alignment_result import AlignmentResult, align_session
 from sinssim.data import Array, ImuData
 from sinssim.errors import InputError
+from sinssim.logs.imu_samples import SUFFIXES, read_log, slow
 from sinssim.progress import Progress, shown
 from sinssim.scenario.load import Overrides, as_scenario
 from sinssim.scenario.schema import Scenario
@@ -63,69 +66,52 @@ def align(
         )
     check_directory(directory, overwrite)
     settings = (overrides,) if isinstance(overrides, str) else tuple(overrides)
+    solve = partial(align_session, method=method, latitude=latitude)
     with shown(progress) as report:
         report("Aligning", 0.0)
-        result = _aligned(source, settings, None if columns is None else Path(columns), grade, (start, end), method,
-                          latitude)  # fmt: skip
-        report("Aligning", 1.0)
-    return result if directory is None else replace(result, directory=result.save(directory, overwrite=overwrite))
-
-
-def _aligned(
-    source: Scenario | str | Path,
-    settings: tuple[str, ...],
-    columns: Path | None,
-    grade: str | None,
-    span: tuple[float | None, float | None],
-    method: Method,
-    latitude: float | None,
-) -> AlignmentResult:
-    """Align a log, or the session of a scenario."""
-    from sinssim.logs.imu_samples import SUFFIXES
-
-    if isinstance(source, str | Path):
-        if Path(source).suffix.lower() in SUFFIXES:
+        if isinstance(source, str | Path) and Path(source).suffix.lower() in SUFFIXES:
             if settings:
                 raise InputError(
                     f"{source} is a log, but --set {settings[0]} is for scenarios; give its sensors with --grade NAME."
                 )
-            return _align_log(Path(source), columns, grade, span, method, latitude)
-        _check_is_scenario(str(source))
-    if columns is not None:
-        raise InputError(
-            f"{source if isinstance(source, str | Path) else source.name} is a scenario, which describes its own "
-            f"sensors; --columns is for logs ({', '.join(SUFFIXES)})."
-        )
-    if grade is not None:
-        settings = (*settings, f"imu.grade={json.dumps(grade)}")
-    return _align_scenario(source, settings, span, method, latitude)
+            result = _align_log(Path(source), columns, grade, (start, end), solve)
+        else:
+            _check_is_scenario(source, columns)
+            settings += () if grade is None else (f"imu.grade={json.dumps(grade)}",)
+            # eq. (1) gives the mean attitude of a session, the cone that at its last instant
+            result = _align_scenario(source, settings, (start, end), solve, at_end=method != "quiet")
+        report("Aligning", 1.0)
+    return result if directory is None else replace(result, directory=result.save(directory, overwrite=overwrite))
 
 
-def _check_is_scenario(source: str) -> None:
-    """Raise for a file that is neither a log nor a scenario."""
-    from sinssim.logs.imu_samples import SUFFIXES
-
-    path = Path(source)
-    if path.is_dir():
+def _check_is_scenario(source: Scenario | str | Path, columns: Path | str | None) -> None:
+    """Raise for a file that is neither a log nor a scenario, and for columns of a scenario."""
+    suffixes, name = ", ".join(SUFFIXES), source.name if isinstance(source, Scenario) else str(source)
+    path = Path("" if isinstance(source, Scenario) else source)
+    got = ""
+    if path.name and path.is_dir():
         got = f"a directory; for a run, give its log {path / 'streams' / 'imu_measured.parquet'}"
     elif path.suffix and path.suffix.lower() != ".toml":
         got = f"a file that ends in {path.suffix}"
-    else:
-        return
-    raise InputError(
-        f"{source} is neither a log nor a scenario, but {got}. A log ends in {', '.join(SUFFIXES)}; text in columns "
-        "with another suffix must be renamed and described with --columns. A scenario is a .toml file, or one of "
-        "`sinssim list scenarios`."
-    )
+    if got:
+        raise InputError(
+            f"{name} is neither a log nor a scenario, but {got}. A log ends in {suffixes}; text in columns "
+            "with another suffix must be renamed and described with --columns. A scenario is a .toml file, or one of "
+            "`sinssim list scenarios`."
+        )
+    if columns is not None:
+        raise InputError(f"{name} is a scenario, which describes its own sensors; --columns is for logs ({suffixes}).")
 
 
 def _align_scenario(
     source: Scenario | str | Path,
     settings: tuple[str, ...],
     span: tuple[float | None, float | None],
-    method: Method,
-    latitude: float | None,
+    solve: Callable[..., AlignmentResult],
+    *,
+    at_end: bool,
 ) -> AlignmentResult:
+    """Align the session of a scenario; its true angles are those at its end, or else in its middle."""
     from sinssim import rotation
     from sinssim.scenario.true_motion import fly
     from sinssim.sensors.imu.emulation import emulate
@@ -142,18 +128,14 @@ def _align_scenario(
     scenario.imu.require_gyros()
     errors = draw(scenario.imu, scenario.seed)
     felt = rectified(trajectory, trajectory.increments(scenario.imu.rate_hz), errors)
-    imu = _part(
-        emulate(felt, errors, scenario.seed), *span, scenario.name if isinstance(source, Scenario) else str(source)
-    )
-    # eq. (1) gives the mean attitude of a session, the cone that at its last instant
-    state = trajectory.state(imu.time[-1] if method != "quiet" else 0.5 * (imu.time[0] + imu.time[-1]))
+    name = scenario.name if isinstance(source, Scenario) else str(source)
+    imu = _part(emulate(felt, errors, scenario.seed), *span, name)
+    state = trajectory.state(imu.time[-1] if at_end else 0.5 * (imu.time[0] + imu.time[-1]))
     roll, pitch, heading = rotation.euler_from_quaternion(state.q_nb)
     truth = Angles(heading, roll, pitch, np.asarray(state.latitude))
     warmed = float(imu.time[0]) - trajectory.start
-    report = align_session(
-        imu, scenario.name, scenario.imu, method=method, latitude=latitude, truth=truth, warmed=warmed
-    )
-    return _in_range(report, scenario.output.angles)
+    result = solve(imu, scenario.name, scenario.imu, truth=truth, warmed=warmed)
+    return _in_range(result, scenario.output.angles)
 
 
 def _in_range(report: AlignmentResult, choice: str | None) -> AlignmentResult:
@@ -177,13 +159,11 @@ def _in_range(report: AlignmentResult, choice: str | None) -> AlignmentResult:
 
 def _align_log(
     path: Path,
-    columns: Path | None,
+    columns: Path | str | None,
     grade: str | None,
     span: tuple[float | None, float | None],
-    method: Method,
-    latitude: float | None,
+    solve: Callable[..., AlignmentResult],
 ) -> AlignmentResult:
-    from sinssim.logs.imu_samples import read_log, slow
     from sinssim.sensors.imu.grades import find_grade
     from sinssim.sensors.imu.imu import Imu
 
@@ -191,8 +171,8 @@ def _align_log(
     if grade is not None:
         find_grade(grade)  # its message names the grades
         sensors = Imu(grade=grade)
-    imu = _part(read_log(path, columns), *span, str(path))
-    report = align_session(imu, path.name, sensors, method=method, latitude=latitude)
+    imu = _part(read_log(path, None if columns is None else Path(columns)), *span, str(path))
+    report = solve(imu, path.name, sensors)
     d = report.determination
     doubts = [] if (rare := slow(imu.time)) is None else [rare]
     if np.abs(d.roll) > 0.5 * np.pi:

@@ -204,26 +204,6 @@ def tally(requirement: Requirement, time: Array, errors: Array, counts: NDArray[
     return Tally(value, count, inside, len(values))
 
 
-def verdict(
-    requirement: Requirement,
-    time: Array,
-    errors: Array,
-    counts: NDArray[np.bool_] | None = None,
-    error: float = 1.0 - CONFIDENCE,
-) -> Verdict:
-    """Judge a requirement by the errors of an ensemble of runs, as for `tally`.
-
-    The probability of error is 5 %, or less if several looks share it. Instants at which no run counts are left out; if
-    none is left, it is undecided, and the value is NaN.
-    """
-    instants, values = np.asarray(time, dtype=np.float64), np.asarray(errors, dtype=np.float64)
-    if values.ndim == 2 and values.shape[1:] == instants.shape and len(instants):
-        columns = _columns(requirement, instants)
-        instants, values = instants[columns], values[:, columns]
-        counts = None if counts is None else counts[:, columns]
-    return verdict_of(requirement, instants, tally(requirement, instants, values, counts), error)
-
-
 def verdict_of(
     requirement: Requirement,
     time: Array,
@@ -252,20 +232,6 @@ def verdict_of(
     most = float(np.max((need / (count / runs))[open_ones]))
     more = None if not np.isfinite(most) else max(int(np.ceil(most)) - runs, 1)
     return Verdict(requirement, "undecided", float(value[worst]), float(time[worst]), runs, more, exceeded)
-
-
-def _columns(requirement: Requirement, instants: Array) -> NDArray[np.intp]:
-    if requirement.when == "run":
-        return np.arange(len(instants))
-    if requirement.when == "end":
-        return np.array([len(instants) - 1])
-    column = int(np.argmin(np.abs(instants - requirement.time)))
-    if abs(float(instants[column]) - requirement.time) > 1e-6:
-        raise InputError(
-            f"requirement {requirement.text!r}: the runs have no errors at {requirement.time:g} s; the nearest time "
-            f"is {instants[column]:g} s."
-        )
-    return np.array([column])
 
 
 def _limits(

@@ -62,9 +62,8 @@ from sinssim.strapdown.frames.azimuth import (
     start_azimuth_k,
     step_azimuth_k,
 )
-from sinssim.strapdown.frames.navigation_problem import FORMS, Models, Rows
+from sinssim.strapdown.frames.navigation_problem import FORMS, Models, Rows, channel_of, form_of, models_of
 from sinssim.strapdown.frames.vertical_channel import (
-    NUMBERS,
     Channel,
     HeightReadings,
     height_reference,
@@ -303,7 +302,7 @@ def navigate_platform(
     at_null = without_errors_of_turns(errors or ImuErrors())
     at_null = replace(at_null, gyro=replace(at_null.gyro, quantum=0.0, limit=0.0))
     packed = pack([at_null], float(time[0]))
-    body, (key_0, key_1), rows = of.earth, key(seed), count + 1
+    (key_0, key_1), rows = key(seed), count + 1
 
     latitude, longitude, altitude, of_x = (np.empty(rows) for _ in range(4))
     velocity, q_ip = np.empty((rows, 3)), np.empty((rows, 4))
@@ -321,10 +320,9 @@ def navigate_platform(
     flagged = _flagged(packed.active)
     flags = np.zeros((count if flagged else 0, 6), dtype=np.uint8)
     q_nb, no_defect = np.empty((rows, 4)), np.zeros(rows)
-    _engine("" if of.curvature in ("exact", "simplified") else of.curvature)(
+    _engine(form_of(of))(
         time,
-        Models(earth.parameters(body), earth.gravity_number(of.gravity), of.curvature == "simplified"),
-        Channel(NUMBERS[of.vertical], reference, climb, of.baro_time_constant),
+        models_of(of), channel_of(of, reference, climb),
         Rows(latitude, longitude, altitude, velocity, q_nb, no_defect), rule, pole, of_x,
         packed, key_0, key_1,
         Platform(forces.push, torqued, imperfect.torquer_scale, q_ip, q_wp, commanded, readings, drift, flags),

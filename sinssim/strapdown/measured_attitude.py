@@ -25,9 +25,8 @@ from sinssim.errors import InputError, RunError
 from sinssim.jit import kernel
 from sinssim.rotation.vectors import add, along
 from sinssim.strapdown.frames.inertial import coordinates_k, settled_k
-from sinssim.strapdown.frames.navigation_problem import Models
+from sinssim.strapdown.frames.navigation_problem import Models, channel_of, models_of
 from sinssim.strapdown.frames.vertical_channel import (
-    NUMBERS,
     Channel,
     HeightReadings,
     height_reference,
@@ -131,9 +130,8 @@ def navigate_by_attitude(
     velocity += np.cross([0.0, 0.0, body.omega], position)
     push, shift = _pushes(time, dvel, q_ib)
     _integrate(
-        Models(earth.parameters(body), earth.gravity_number(of.gravity), False),
-        Channel(NUMBERS[of.vertical], reference, climb, of.baro_time_constant),
-        time, push, shift, position, velocity, latitude, longitude, altitude, velocity_ned,
+        models_of(of), channel_of(of, reference, climb), time, push, shift, position, velocity,
+        latitude, longitude, altitude, velocity_ned,
     )  # fmt: skip
     q_in = earth.q_en(latitude, longitude + body.omega * time)
     q_nb = rotation.multiply(rotation.conjugate(q_in), rotation.normalize(q_ib))

@@ -21,7 +21,6 @@ from sinssim import rotation
 from sinssim.algorithms import ALGORITHMS, REGISTRY, schedule, three_rates
 from sinssim.arguments import checked_increments, checked_initial
 from sinssim.data import Array, ImuData, NavSolution, NavState, SingularityEvent
-from sinssim.earth.gravity import gravity_number, parameters
 from sinssim.earth.gravity_disturbance import DisturbingField
 from sinssim.errors import InputError, check_name
 from sinssim.frames import check_correctable
@@ -178,24 +177,12 @@ def navigate(
     time = data.at_rows(data.sample_time)
     if isinstance(height, HeightReadings):  # no passage is lost between the rows
         reference = height.at(time)
-    rows = len(time)
-    # one block of memory, which the system provides in large pages; separate arrays would take a fifth more time
-    has_azimuth = of.in_frame.has_azimuth
-    room = np.empty((12 if has_azimuth else 11) * rows)
-    latitude, longitude, height_out, defect = room[: 4 * rows].reshape(4, rows)
-    velocity, q_nb = room[4 * rows : 7 * rows].reshape(rows, 3), room[7 * rows : 11 * rows].reshape(rows, 4)
-    of_x = room[11 * rows :]
-    of_x[:1] = of.azimuth
-    latitude[0], longitude[0], height_out[0], velocity[0], q_nb[0] = at_start
     problem = Problem(
-        of, time, data.dtheta, data.dvel, data.weights, data.uniform, parameters(of.earth), gravity_number(of.gravity),
-        reference, climb, latitude, longitude, height_out, velocity, q_nb, defect, of_x,
+        of, time, data.dtheta, data.dvel, data.weights, data.uniform,
+        reference, climb, *_solution_arrays(len(time), at_start, of),
     )  # fmt: skip
     solve_problem(problem, data.rates)
-    solution = NavSolution(
-        time, latitude, longitude, height_out, velocity, q_nb, defect, of.algorithm,
-        azimuth=of_x if has_azimuth else None,
-    )  # fmt: skip
+    solution = problem.navigated
     if of.algorithm != "euler":
         return solution
     quaternion = Mechanization(
@@ -208,6 +195,20 @@ def navigate(
         return navigate(around, state, quaternion)
 
     return replace(solution, events=singularity_events(solution, without_singularity))
+
+
+def _solution_arrays(
+    rows: int, at_start: tuple[float, float, float, Array, Array], of: Mechanization
+) -> tuple[Array, Array, Array, Array, Array, Array, Array]:
+    """Return the arrays of a solution as a problem has them, with the state at the start in their first rows."""
+    # one block of memory, which the system provides in large pages; separate arrays would take a fifth more time
+    room = np.empty((12 if of.in_frame.has_azimuth else 11) * rows)
+    latitude, longitude, height, defect = room[: 4 * rows].reshape(4, rows)
+    velocity, q_nb = room[4 * rows : 7 * rows].reshape(rows, 3), room[7 * rows : 11 * rows].reshape(rows, 4)
+    of_x = room[11 * rows :]
+    of_x[:1] = of.azimuth
+    latitude[0], longitude[0], height[0], velocity[0], q_nb[0] = at_start
+    return latitude, longitude, height, velocity, q_nb, defect, of_x
 
 
 def solve_problem(problem: Problem, rates: tuple[int, int, bool] | None) -> None:
@@ -260,7 +261,6 @@ class Segments:
         if of.vertical != "free" or of.azimuth:
             raise InputError("segments have a free vertical channel, and begin with x to the north (azimuth = 0).")
         self._of, self._field, self._data = of, field, updates(imu, of)
-        self._earth, self._gravity = parameters(of.earth), gravity_number(of.gravity)
         self.time = self._data.at_rows(self._data.sample_time)
         # samples around a segment that its fit uses; an algorithm of several samples uses its own alone
         across = self._data.rates is not None or (of.samples == 1 and of.in_frame.starts_anywhere)
@@ -296,19 +296,16 @@ class Segments:
 
     def _navigate(self, first: int, last: int, state: NavState, samples: ImuData) -> NavSolution:
         """Navigate over one segment with normal gravity; see `navigate`."""
-        start, rows = self._start(first), last - first + 1
-        latitude, longitude, height, defect = (np.empty(rows) for _ in range(4))
-        velocity, q_nb = np.empty((rows, 3)), np.empty((rows, 4))
-        latitude[0], longitude[0], height[0], velocity[0], q_nb[0] = checked_initial(state)
+        start = self._start(first)
         time = self.time[first : last + 1]
         dtheta, dvel = np.ascontiguousarray(samples.dtheta), np.ascontiguousarray(samples.dvel)
         problem = Problem(
-            self._of, time, dtheta, dvel, self._weights_of(start, len(dtheta)), self._data.uniform, self._earth,
-            self._gravity, _NO_REFERENCE, _NO_REFERENCE, latitude, longitude, height, velocity, q_nb, defect,
-            np.zeros(rows if self._of.in_frame.has_azimuth else 0), first * self._data.per_row - start,
+            self._of, time, dtheta, dvel, self._weights_of(start, len(dtheta)), self._data.uniform,
+            _NO_REFERENCE, _NO_REFERENCE,
+            *_solution_arrays(len(time), checked_initial(state), self._of), first=first * self._data.per_row - start,
         )  # fmt: skip
         solve_problem(problem, self._data.rates)
-        return NavSolution(time, latitude, longitude, height, velocity, q_nb, defect, self._of.algorithm)
+        return replace(problem.navigated, azimuth=None)
 
     def _weights_of(self, start: int, count: int) -> Array:
         """Return the weights of the fits within some samples."""

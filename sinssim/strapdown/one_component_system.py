@@ -248,19 +248,19 @@ def schuler_rate(gravity: float = GRAVITY, radius: float = RADIUS) -> float:
     return sqrt(gravity / number("radius", radius, "m", low=POSITIVE))
 
 
-def accelerometer_error(time: ArrayLike, bias: float, gravity: float = GRAVITY, radius: float = RADIUS) -> Array:
+def accelerometer_error(time: ArrayLike, bias: float) -> Array:
     """Return the error of the coordinate by a constant accelerometer error Δa, (8.13): Δy = (Δa/g)(1 − cos ω_s t)."""
-    phase = schuler_rate(gravity, radius) * numbers("time", time)
+    phase = schuler_rate() * numbers("time", time)
     bias = number("bias", bias, "m/s²")
-    return np.asarray(2.0 * bias / gravity * np.sin(0.5 * phase) ** 2)
+    return np.asarray(2.0 * bias / GRAVITY * np.sin(0.5 * phase) ** 2)
 
 
-def gyro_error(time: ArrayLike, drift: float, gravity: float = GRAVITY, radius: float = RADIUS) -> Array:
+def gyro_error(time: ArrayLike, drift: float) -> Array:
     """Return the error of the coordinate by a constant gyro error, (8.15): δy = Δω₀ (t − sin(ω_s t)/ω_s), (N,) rad.
 
     Δω₀ is nose-down positive as in the chapter, rad/s.
     """
-    rate, t = schuler_rate(gravity, radius), numbers("time", time)
+    rate, t = schuler_rate(), numbers("time", time)
     drift = number("drift", drift, "rad/s")
     return np.asarray(drift * (t - np.sin(rate * t) / rate))
 

@@ -16,7 +16,6 @@ from sinssim.statistics.requirement_verdict import (
     errors_of,
     first_exceeded,
     tally,
-    verdict,
     verdict_of,
 )
 from sinssim.statistics.requirements import (
@@ -30,6 +29,7 @@ from sinssim.statistics.requirements import (
     parse_requirements,
     quantity_of,
 )
+from tests.statistics.verdicts import verdict
 
 RMS = "root mean square over all runs of the "
 

@@ -25,7 +25,6 @@ covariance s V diag(1/λ² or 1) Vᵀ s.
 from __future__ import annotations
 
 from dataclasses import dataclass, replace
-from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -111,19 +110,18 @@ def _size(imu: Imu, triad: str, field: str) -> float:
 
 def errors_of(known: tuple[Parameter, ...], values: Array) -> ImuErrors:
     """Return the errors of a block from the values of parameters, (p,) SI; all others are zero."""
-    parts: dict[str, dict[str, Any]] = {
-        triad: {"bias": np.zeros(3), "scale": np.zeros(3), "misalignment": np.zeros((3, 3))}
-        for triad in ("gyro", "accel")
-    }
+    bias, scale, misalignment = np.zeros((2, 3)), np.zeros((2, 3)), np.zeros((2, 3, 3))
     arms = np.zeros((3, 3))
     for parameter, value in zip(known, values, strict=True):
+        triad, row = ("gyro", "accel").index(parameter.triad), parameter.row
         if parameter.field == "arm":
-            arms[parameter.row, parameter.column] = value
+            arms[row, parameter.column] = value
         elif parameter.field == "misalignment":
-            parts[parameter.triad]["misalignment"][parameter.row, parameter.column] = value
+            misalignment[triad, row, parameter.column] = value
         else:
-            parts[parameter.triad][parameter.field][parameter.row] = value
-    return ImuErrors(TriadErrors(**parts["gyro"]), TriadErrors(**parts["accel"]), arms)
+            (bias if parameter.field == "bias" else scale)[triad, row] = value
+    gyro, accel = (TriadErrors(bias=bias[k], scale=scale[k], misalignment=misalignment[k]) for k in (0, 1))
+    return ImuErrors(gyro, accel, arms)
 
 
 def values_of(known: tuple[Parameter, ...], errors: ImuErrors) -> Array:

@@ -62,7 +62,7 @@ from sinssim.truth.true_gravity_disturbance import Disturbed
 if TYPE_CHECKING:
     from sinssim.scenario import Scenario
     from sinssim.scenario.navigation_section import InitialErrorSection
-    from sinssim.simulation.truth_stage import Truth
+    from sinssim.simulation.truth_and_sensors import Truth
     from sinssim.statistics.requirements import Requirement
     from sinssim.truth.trajectory import Trajectory
 

@@ -58,22 +58,20 @@ def given_readings(scenario: Scenario, ideal: ImuData) -> tuple[list[Source], Ar
                     "use an ensemble."
                 )
         return [], _stacked([], ideal), _stacked([], ideal)
-    alone: list[tuple[str, str, str, ImuErrors]] = []
-    if any(limit.limit for limit in limits.values()):
-        alone.append(("range", "range of the sensors", "gyros", ImuErrors(limits["gyro"], limits["accel"])))
-    if block.faults:
-        alone.append(("faults", "faults", "gyros", ImuErrors(faults=block.faults)))
-    if block.null_shift is not None:
-        alone.append(
-            ("null_shift", "null shift", "gyros", ImuErrors(null_shift=block.null_shift, warm_up=block.warm_up))
-        )
-    if scenario.compensation is None:  # which removes both
-        if np.any(block.arms):
-            alone.append(("accel_arms", "arms", "accelerometers", ImuErrors(arms=block.arms)))
-        if block.delay:
-            alone.append(("accel_delay", "delay", "accelerometers", ImuErrors(delay=block.delay)))
+    left = scenario.compensation is None  # which removes arms and delay
+    warming = ImuErrors(null_shift=block.null_shift, warm_up=block.warm_up)
+    alone = (
+        (any(limit.limit for limit in limits.values()), "range", "range of the sensors", "gyros",
+         ImuErrors(limits["gyro"], limits["accel"])),
+        (bool(block.faults), "faults", "faults", "gyros", ImuErrors(faults=block.faults)),
+        (block.null_shift is not None, "null_shift", "null shift", "gyros", warming),
+        (left and np.any(block.arms), "accel_arms", "arms", "accelerometers", ImuErrors(arms=block.arms)),
+        (left and block.delay, "accel_delay", "delay", "accelerometers", ImuErrors(delay=block.delay)),
+    )  # fmt: skip
     sources, theta, velocity = [], [], []
-    for name, label, group, errors in alone:
+    for there, name, label, group, errors in alone:
+        if not there:
+            continue
         read = emulate(ideal, errors, scenario.seed)
         if scenario.compensation is not None:
             read = compensate(read, ImuErrors())

@@ -20,9 +20,9 @@ from typing import NamedTuple
 import numpy as np
 
 from sinssim.arguments import not_finite_in
-from sinssim.data import Array
+from sinssim.data import Array, NavSolution
 from sinssim.earth.geodetic_coordinates import radii_k
-from sinssim.earth.gravity import EarthParameters
+from sinssim.earth.gravity import EarthParameters, gravity_number, parameters
 from sinssim.errors import RunError
 from sinssim.jit import inline
 from sinssim.rotation.quaternions import Matrix, Quaternion, Vector
@@ -62,6 +62,21 @@ class Rows(NamedTuple):
     defect: Array
 
 
+def form_of(of: Mechanization) -> str:
+    """Return the form of the engines of a mechanization, one of `FORMS`; "" for exact radii and those of (8.16)."""
+    return "" if of.curvature in ("exact", "simplified") else of.curvature
+
+
+def models_of(of: Mechanization) -> Models:
+    """Return the Earth of a mechanization for the engines."""
+    return Models(parameters(of.earth), gravity_number(of.gravity), of.curvature == "simplified")
+
+
+def channel_of(of: Mechanization, height: Array, climb: Array) -> Channel:
+    """Return the vertical channel of a mechanization for the engines, with its references at the rows."""
+    return Channel(NUMBERS[of.vertical], height, climb, of.baro_time_constant)
+
+
 class Problem(NamedTuple):
     """Increments, models and an initial state, and the arrays of the solution, whose first rows hold that state."""
 
@@ -72,8 +87,6 @@ class Problem(NamedTuple):
     """`dtheta`, `dvel`: increments of angle, rad, and velocity, m/s, (M, 3); M is N times the samples of one update."""
     weights: Array  # weights of the fit of rate and specific force, see `coning_sculling.weight_table`
     uniform: bool  # whether all intervals are equal
-    earth: EarthParameters  # parameters of the ellipsoid
-    gravity: int  # number of the gravity model
     height_reference: Array  # reference height of the vertical channel, (N+1,) m; empty for a free one
     climb_reference: Array
     """Reference down velocity of the vertical channel, (N+1,) m/s; empty unless the height is held."""
@@ -95,15 +108,9 @@ class Problem(NamedTuple):
         return self.mechanization.algorithm
 
     @property
-    def simplified(self) -> bool:
-        """Whether the radii of curvature are those of (8.16), which the engines have beside the exact ones."""
-        return self.mechanization.curvature == "simplified"
-
-    @property
     def form(self) -> str:
-        """The form of the engine with these radii, one of `FORMS`; "" for exact ones and those of (8.16)."""
-        curvature = self.mechanization.curvature
-        return "" if curvature in ("exact", "simplified") else curvature
+        """The form of the engine, one of `FORMS`; "" for exact radii and those of (8.16)."""
+        return form_of(self.mechanization)
 
     @property
     def increments(self) -> Increments:
@@ -113,18 +120,25 @@ class Problem(NamedTuple):
     @property
     def models(self) -> Models:
         """The Earth for the engines."""
-        return Models(self.earth, self.gravity, self.simplified)
+        return models_of(self.mechanization)
 
     @property
     def channel(self) -> Channel:
         """The vertical channel for the engines."""
-        of = self.mechanization
-        return Channel(NUMBERS[of.vertical], self.height_reference, self.climb_reference, of.baro_time_constant)
+        return channel_of(self.mechanization, self.height_reference, self.climb_reference)
 
     @property
     def solution(self) -> Rows:
         """The arrays of the solution for the engines."""
         return Rows(self.latitude, self.longitude, self.height, self.velocity, self.q_nb, self.defect)
+
+    @property
+    def navigated(self) -> NavSolution:
+        """The solution, once its engine has filled the rows."""
+        return NavSolution(
+            self.time, self.latitude, self.longitude, self.height, self.velocity, self.q_nb, self.defect,
+            self.algorithm, azimuth=self.azimuth if len(self.azimuth) else None,
+        )  # fmt: skip
 
 
 def check_solution(problem: Problem) -> None:
