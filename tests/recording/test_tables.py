@@ -133,15 +133,13 @@ def test_the_results_of_a_study() -> None:
     assert list(found) == ["versions"]
 
 
-def test_the_tables_of_a_study(tmp_path: Path) -> None:
-    study._write_parquet(result(), tmp_path / "r.parquet")
-    table = pq.read_table(tmp_path / "r.parquet").to_pydict()
+def test_the_tables_of_a_study() -> None:
+    table = study._columns(Row, result().rows)
     assert list(table) == [field.name for field in fields(Row)]
     assert table["schedule_hz"] == ["400/50/2.5", ""]
     assert (table["algorithm"], table["rate_hz"], table["samples"]) == (["euler", "poisson"], [200.0, 200.0], [7, 0])
     assert table["final_height_error_m"][0] == -3.5
-    study._write_coordinates(result(), tmp_path / "c.parquet")
-    held = pq.read_table(tmp_path / "c.parquet").to_pydict()
+    held = study._coordinate_columns(result())
     wanted = {field.name: [value] for field, value in zip(fields(Case), CASE, strict=True)} | {
         "schedule_hz": ["400/50/2.5"]
     }

@@ -465,23 +465,24 @@ def write_study(comparison: StudyResult, folder: Path) -> None:
     exhibits = exhibits_of(comparison)
     write_text(folder / "study.toml", tomli_w.dumps(_without_none(comparison.study.model_dump())))
     write_text(folder / "results.json", json.dumps(to_json(comparison), indent=2, ensure_ascii=False) + "\n")
-    write_table(pa.table(_table_of(Row, comparison.rows)), folder / "results.parquet")
-    if errors := comparison.coordinate_errors:  # a row for each case and column
-        columns = _table_of(Case, [error.case for error in errors])
-        for name in ("coordinates", "column", "max_error", "final_error"):
-            columns[name] = [getattr(error, name) for error in errors]
-        write_table(pa.table(columns), folder / "coordinates.parquet")
+    write_table(pa.table(_columns(Row, comparison.rows)), folder / "results.parquet")
+    if comparison.coordinate_errors:
+        write_table(pa.table(_coordinate_columns(comparison)), folder / "coordinates.parquet")
     write_text(folder / "report.html", page_of(exhibits))
     record(exhibits, folder / "recording.rrd")
 
 
-def _table_of(kind: type, values: Sequence[Any]) -> dict[str, Any]:
-    """Return the fields of cases or rows as columns; a schedule is a text."""
-    columns: dict[str, Any] = {
-        name: [getattr(value, name) for value in values] for name in (f.name for f in fields(kind))
-    }
-    columns["schedule_hz"] = ["/".join(f"{rate:g}" for rate in rates) for rates in columns["schedule_hz"]]
-    return columns
+def _columns(kind: type, values: Sequence[Any]) -> dict[str, list[Any]]:
+    """Return the fields of cases or rows as columns of a table; a schedule is a text."""
+    columns = {field.name: [getattr(value, field.name) for value in values] for field in fields(kind)}
+    return columns | {"schedule_hz": ["/".join(f"{rate:g}" for rate in rates) for rates in columns["schedule_hz"]]}
+
+
+def _coordinate_columns(comparison: StudyResult) -> dict[str, list[Any]]:
+    """Return the errors in further coordinates as columns: a row for each case and column."""
+    errors, names = comparison.coordinate_errors, ("coordinates", "column", "max_error", "final_error")
+    columns = _columns(Case, [error.case for error in errors])
+    return columns | {name: [getattr(error, name) for error in errors] for name in names}
 
 
 def _without_none(value: Any) -> Any:

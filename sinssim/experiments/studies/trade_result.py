@@ -233,14 +233,12 @@ class TradeResult(Result):
         rows, columns = self.rows, {}
         for name in rows[0]:
             values = [row[name] for row in rows]
-            if all(isinstance(v, bool) for v in values) or all(v is None or isinstance(v, str) for v in values):
-                columns[name] = pa.array(values, pa.bool_() if isinstance(values[0], bool) else pa.string())
-            elif all(isinstance(v, int) and not isinstance(v, bool) for v in values):
-                columns[name] = pa.array(values, pa.int64())
-            elif all(isinstance(v, int | float) and not isinstance(v, bool) for v in values):
-                columns[name] = pa.array([float(v) for v in values])
-            else:
-                columns[name] = pa.array([value_text(v) for v in values])
+            kinds = {float if isinstance(value, float) else type(value) for value in values}
+            if kinds == {int, float}:
+                values = [float(value) for value in values]
+            elif kinds not in ({bool}, {int}, {float}) and not kinds <= {str, type(None)}:
+                values = [value_text(value) for value in values]
+            columns[name] = pa.array(values, pa.string() if type(None) in kinds else None)
         return pa.table(columns)
 
     def to_parquet(self, path: Path | str) -> Path:
