@@ -2,11 +2,10 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
 from typing import TYPE_CHECKING
 
 from sinssim.logs.track_source import TrackSource
-from sinssim.truth.motion import AT_REFERENCE_POINT, NORMAL_EARTH, Mounting, Progress, TrueEarth
+from sinssim.truth.motion import NORMAL_EARTH, Mounting, TrueEarth
 from sinssim.truth.trajectory import Trajectory
 
 if TYPE_CHECKING:
@@ -36,15 +35,8 @@ class Track(TrackSource):
         """Return ∫ω² dt of the curve; see `Motion.turning`."""
         return self.prepared(earth).fit.turning
 
-    def trajectory(
-        self,
-        block: Mounting = AT_REFERENCE_POINT,
-        earth: TrueEarth = NORMAL_EARTH,
-        seed: int = 0,
-        progress: Progress | None = None,
-        meanwhile: Callable[[], None] | None = None,
-    ) -> Trajectory:
-        """Return the motion of the block; see `Motion.trajectory`."""
+    def block_motion(self, block: Mounting, earth: TrueEarth, seed: int) -> Trajectory:
+        """Return the motion of the block; see `Motion.block_motion`."""
         from sinssim.truth.track.track_curve import track_curve  # needs the compiler
 
         track = self.prepared(earth)

@@ -104,6 +104,10 @@ class Motion(Source):
             progress: called with the fraction of a flight flown, 0…1.
             meanwhile: called once while another process flies; not called if there is nothing to fly.
         """
+        return self.block_motion(block, earth, seed)
+
+    def block_motion(self, block: Mounting, earth: TrueEarth, seed: int) -> Trajectory:
+        """Return the true motion of the sensor block, for `trajectory`."""
         raise NotImplementedError
 
 

@@ -93,6 +93,34 @@ def part_by_part(state: Callable[[Array], NavState], instants: Array) -> NavStat
     return states
 
 
+class BlockMotion:
+    """A motion of a sensor block by functions of rows of instants, (N,) s: `_state` and `_rates`."""
+
+    start: float
+    end: float
+
+    def __repr__(self) -> str:
+        return f"{type(self).__name__}({self.start:g} … {self.end:g} s)"
+
+    def state(self, t: ArrayLike) -> NavState:
+        """Return position, velocity and attitude of the sensor block; see `Trajectory.state`."""
+        instants = check_instants(t, self.start, self.end)
+        rows = part_by_part(self._state, np.atleast_1d(instants))
+        return NavState(*(values.reshape((*instants.shape, *values.shape[1:])) for values in vars(rows).values()))
+
+    def rates(self, t: ArrayLike) -> tuple[Array, Array]:
+        """Return inertial angular rate and specific force of the sensor block; see `Trajectory.rates`."""
+        instants = check_instants(t, self.start, self.end)
+        omega, force = self._rates(np.atleast_1d(instants))
+        return omega.reshape(*instants.shape, 3), force.reshape(*instants.shape, 3)
+
+    def _state(self, time: Array) -> NavState:
+        raise NotImplementedError
+
+    def _rates(self, time: Array) -> tuple[Array, Array]:
+        raise NotImplementedError
+
+
 def in_blocks(count: int, work: Callable[[int, int], None]) -> None:
     """Run work(first, last) over consecutive blocks of range(count), on two threads if that is faster.
 

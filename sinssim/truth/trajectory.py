@@ -5,9 +5,10 @@ from __future__ import annotations
 from collections.abc import Mapping
 from typing import TYPE_CHECKING, Any, Protocol
 
+import numpy as np
 from numpy.typing import ArrayLike
 
-from sinssim.truth.sampling import Channel, FlightEvent
+from sinssim.truth.sampling import BlockMotion, Channel, FlightEvent
 
 if TYPE_CHECKING:
     from sinssim.data import Array, ImuData, NavState
@@ -108,3 +109,16 @@ class Trajectory(Protocol):
             from sinssim.truth.track.track_curve import from_samples
 
             return from_samples(time, latitude, longitude, height, quaternion, **options)
+
+
+class DerivedMotion(BlockMotion):
+    """A motion derived from another one, `base`, with its times, events, gravity model and other quantities."""
+
+    def __init__(self, base: Trajectory) -> None:
+        self.base = base
+        self.start, self.end = base.start, base.end
+        self.events, self.channels = base.events, base.channels
+        self.gravity, self.ellipsoid = base.gravity, base.ellipsoid
+        # instants at which a derivative of the motion may jump, s, and its fastest oscillation, rad/s
+        self.breaks = np.asarray(getattr(base, "breaks", ()), dtype=np.float64)
+        self.fastest = float(getattr(base, "fastest", 0.0))

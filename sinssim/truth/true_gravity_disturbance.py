@@ -21,7 +21,6 @@ the distance alone: over a place that is passed twice, it has two values; a vehi
 
 from __future__ import annotations
 
-from collections.abc import Mapping
 from dataclasses import dataclass
 from functools import cached_property
 from math import cos, sin
@@ -32,14 +31,13 @@ from numpy.typing import ArrayLike
 
 from sinssim import earth, rotation
 from sinssim.data import Array, ImuData, NavState
-from sinssim.earth.ellipsoids import Ellipsoid
 from sinssim.earth.gravity_disturbance import DisturbanceAlong, DisturbingField, disturbance_along
 from sinssim.errors import InputError
 from sinssim.jit import inline, kernel
 from sinssim.rotation.quaternions import Vector
 from sinssim.statistics.random_numbers import normals
-from sinssim.truth.sampling import Channel, FlightEvent, check_instants, in_blocks
-from sinssim.truth.trajectory import Trajectory
+from sinssim.truth.sampling import check_instants, in_blocks
+from sinssim.truth.trajectory import DerivedMotion, Trajectory
 from sinssim.units import ARCSEC, MGAL
 
 AT_1_OVER_E = {2: 2.1461932206205825, 3: 2.904629975029914}
@@ -221,7 +219,7 @@ def _mean_rows(values: Array, parts: int, interval: Array, out: Array) -> None:
         out[i, 0], out[i, 1], out[i, 2] = scale * x, scale * y, scale * z
 
 
-class Disturbed:
+class Disturbed(DerivedMotion):
     """A motion in the true gravity field; see the module's text.
 
     Args:
@@ -240,8 +238,8 @@ class Disturbed:
     def __init__(
         self, base: Trajectory, field: DisturbingField | None, remainder: RemainderModel | None = None, seed: int = 0
     ) -> None:
-        self.base, self.field = base, field
-        self.start, self.end = base.start, base.end
+        super().__init__(base)
+        self.field = field
         self._known: tuple[Array, NavState] | None = None
         self.along: DisturbanceAlong | None = None
         if field is not None:
@@ -249,36 +247,6 @@ class Disturbed:
         self.remainder: Remainder | None = None
         if remainder is not None:
             self.remainder = Remainder(remainder, float(self._travelled[1][-1]), seed)
-
-    @property
-    def events(self) -> tuple[FlightEvent, ...]:
-        """Events along the motion."""
-        return self.base.events
-
-    @property
-    def gravity(self) -> str:
-        """Name of the gravity model of the motion without the disturbance."""
-        return self.base.gravity
-
-    @property
-    def ellipsoid(self) -> Ellipsoid:
-        """Reference ellipsoid."""
-        return self.base.ellipsoid
-
-    @property
-    def channels(self) -> Mapping[str, Channel]:
-        """Other logged quantities."""
-        return self.base.channels
-
-    @property
-    def breaks(self) -> Array:
-        """Instants at which a derivative of the motion may jump, s."""
-        return np.asarray(getattr(self.base, "breaks", ()), dtype=np.float64)
-
-    @property
-    def fastest(self) -> float:
-        """Fastest oscillation of the motion, rad/s."""
-        return float(getattr(self.base, "fastest", 0.0))
 
     def _path(self, t: Array) -> Array:
         s = self.base.state(t)
@@ -344,12 +312,9 @@ class Disturbed:
             out[part] = self._rows(time[part], s.latitude, s.longitude, s.height, s.q_nb)
         return out
 
-    def rates(self, t: ArrayLike) -> tuple[Array, Array]:
-        """Return inertial angular rate and specific force of the sensor block; see `Trajectory.rates`."""
-        instants = check_instants(t, self.start, self.end)
-        omega, force = self.base.rates(instants)
-        change = self._in_body(np.atleast_1d(instants))
-        return omega, force - change.reshape(*instants.shape, 3)
+    def _rates(self, time: Array) -> tuple[Array, Array]:
+        omega, force = self.base.rates(time)
+        return omega, force - self._in_body(time)
 
     def increments(self, rate_hz: float) -> ImuData:
         """Return exact increments less the integral of the disturbance; see `Trajectory.increments`."""

@@ -16,7 +16,7 @@ form.
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
+from collections.abc import Mapping
 from types import MappingProxyType
 from typing import TYPE_CHECKING, ClassVar, Protocol
 
@@ -30,22 +30,21 @@ from sinssim.data import Array, ImuData, NavState
 from sinssim.earth.ellipsoids import WGS84, Ellipsoid
 from sinssim.errors import InputError, shortened
 from sinssim.toml_section import Heading, Height, Latitude, Longitude
-from sinssim.truth.motion import AT_REFERENCE_POINT, NORMAL_EARTH, Mounting, PlacedMotion, Progress, TrueEarth, attitude
+from sinssim.truth.motion import NORMAL_EARTH, Mounting, PlacedMotion, TrueEarth, attitude
 from sinssim.truth.sampling import (
+    BlockMotion,
     Channel,
     FlightEvent,
     block_state,
-    check_instants,
     checked_duration,
     checked_place,
     integrate_samples,
-    part_by_part,
     sample_edges,
 )
 from sinssim.truth.trajectory import Trajectory
 
 
-class ClosedForm:
+class ClosedForm(BlockMotion):
     """A trajectory in closed form: it begins at time 0, and nothing is logged beside the motion.
 
     Args:
@@ -60,9 +59,6 @@ class ClosedForm:
     start = 0.0
     events: tuple[FlightEvent, ...] = ()
     channels: Mapping[str, Channel] = MappingProxyType({})
-
-    def __repr__(self) -> str:
-        return f"{type(self).__name__}({self.start:g} … {self.end:g} s)"
 
     def __init__(self, duration: float, gravity: str, ellipsoid: Ellipsoid) -> None:
         earth.gravity_number(gravity)
@@ -164,28 +160,19 @@ class OnEarth(ClosedForm):
         self._origin = earth.geodetic_to_ecef(latitude, longitude, height, ellipsoid)
         self._spin = np.array([0.0, 0.0, ellipsoid.omega])
 
-    def state(self, t: ArrayLike) -> NavState:
-        """Return position, velocity and attitude of the sensor block; see `Trajectory.state`."""
-        return part_by_part(self._state, check_instants(t, self.start, self.end))
-
-    def _state(self, instants: Array) -> NavState:
-        time, shape = np.atleast_1d(instants), instants.shape
+    def _state(self, time: Array) -> NavState:
         position, velocity, _ = self.motion.place(time)
         return block_state(
-            (self._origin + rotation.rotate(self._q_em, position)).reshape(*shape, 3),
-            rotation.rotate(self._q_em, velocity).reshape(*shape, 3),
-            rotation.multiply(self._q_em, self.motion.attitude(time)).reshape(*shape, 4),
+            self._origin + rotation.rotate(self._q_em, position),
+            rotation.rotate(self._q_em, velocity),
+            rotation.multiply(self._q_em, self.motion.attitude(time)),
             self.ellipsoid,
         )
 
-    def rates(self, t: ArrayLike) -> tuple[Array, Array]:
-        """Return inertial angular rate and specific force of the sensor block; see `Trajectory.rates`."""
-        instants = check_instants(t, self.start, self.end)
-        time = np.atleast_1d(instants)
+    def _rates(self, time: Array) -> tuple[Array, Array]:
         of_earth = self._earth_part(time)
         push = rotation.rotate(rotation.conjugate(self.motion.attitude(time)), self.motion.place(time)[2])
-        omega, force = of_earth[:, :3] + self.motion.rate(time), of_earth[:, 3:] + push
-        return omega.reshape(*instants.shape, 3), force.reshape(*instants.shape, 3)
+        return of_earth[:, :3] + self.motion.rate(time), of_earth[:, 3:] + push
 
     def _earth_part(self, time: Array) -> Array:
         """Return C_bm ω_ie and C_be [2ω_ie × ṙ + ω_ie × (ω_ie × r) − gravitation(r)], side by side, (N, 6)."""
@@ -239,14 +226,7 @@ class ClosedFormMotion(PlacedMotion):
         """Return ∫ω² dt in closed form; see `Motion.turning`."""
         return self.rms_rate**2 * self.duration_s
 
-    def trajectory(
-        self,
-        block: Mounting = AT_REFERENCE_POINT,
-        earth: TrueEarth = NORMAL_EARTH,
-        seed: int = 0,
-        progress: Progress | None = None,
-        meanwhile: Callable[[], None] | None = None,
-    ) -> Trajectory:
-        """Return the motion of the block; see `Motion.trajectory`."""
+    def block_motion(self, block: Mounting, earth: TrueEarth, seed: int) -> Trajectory:
+        """Return the motion of the block; see `Motion.block_motion`."""
         q_nm = attitude(self.roll_deg, self.pitch_deg, self.heading_deg)
         return block.of(OnEarth(self.motion(), *self.place, q_nm, self.duration_s, earth.gravity, earth.figure))

@@ -41,22 +41,18 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING, Annotated, Literal, Self
 
 import numpy as np
-from numpy.typing import ArrayLike
 from pydantic import Field, model_validator
 
 from sinssim import rotation
 from sinssim.data import Array, ImuData, NavState
 from sinssim.toml_section import Axis, Duration, Keys, NotNegative, Positive, Section, Turn, Vector3
-from sinssim.truth.sampling import check_instants, integrate_samples, part_by_part
+from sinssim.truth.sampling import integrate_samples
+from sinssim.truth.trajectory import DerivedMotion, Trajectory
 from sinssim.units import ARCSEC, DEG
-
-if TYPE_CHECKING:
-    from sinssim.truth.trajectory import Trajectory
-
 
 PART = 2048
 """Instants that are computed at a time, so that what is between stays in the processor's cache."""
@@ -465,7 +461,7 @@ _SLOW, _FEW, _MANY = 0.2, 4, 8
 its amplitude (Abramowitz and Stegun 25.4.30), and the points below and above it."""
 
 
-class TurningBlock:
+class TurningBlock(DerivedMotion):
     """A block that turns in its vehicle, as a trajectory.
 
     Args:
@@ -474,30 +470,19 @@ class TurningBlock:
     """
 
     def __init__(self, base: Trajectory, turns: Turning) -> None:
-        self.base, self.turns = base, turns
-        self.start, self.end = base.start, base.end
-        self.events, self.channels = base.events, base.channels
-        self.gravity, self.ellipsoid = base.gravity, base.ellipsoid
-        self.breaks = np.union1d(np.asarray(getattr(base, "breaks", ()), dtype=np.float64), turns.breaks)
-        self.fastest = turns.fastest + float(getattr(base, "fastest", 0.0))
+        super().__init__(base)
+        self.turns = turns
+        self.breaks = np.union1d(self.breaks, turns.breaks)
+        self.fastest = turns.fastest + self.fastest
 
-    def state(self, t: ArrayLike) -> NavState:
-        """Return position, velocity and attitude of the rotating IMU; see `Trajectory.state`."""
-        return part_by_part(self._state, check_instants(t, self.start, self.end))
+    def _state(self, time: Array) -> NavState:
+        s = self.base.state(time)
+        return replace(s, q_nb=rotation.multiply(s.q_nb, self.turns.attitude(time)))
 
-    def _state(self, instants: Array) -> NavState:
-        s = self.base.state(instants)
-        q_vb = self.turns.attitude(np.atleast_1d(instants)).reshape(*instants.shape, 4)
-        return NavState(s.latitude, s.longitude, s.height, s.velocity_ned, rotation.multiply(s.q_nb, q_vb))
-
-    def rates(self, t: ArrayLike) -> tuple[Array, Array]:
-        """Return inertial angular rate and specific force of the rotating IMU; see `Trajectory.rates`."""
-        instants = check_instants(t, self.start, self.end)
-        time = np.atleast_1d(instants)
+    def _rates(self, time: Array) -> tuple[Array, Array]:
         omega, force = self.base.rates(time)
         q_bv = rotation.conjugate(self.turns.attitude(time))
-        omega = rotation.rotate(q_bv, omega) + self.turns.rate(time)
-        return omega.reshape(*instants.shape, 3), rotation.rotate(q_bv, force).reshape(*instants.shape, 3)
+        return rotation.rotate(q_bv, omega) + self.turns.rate(time), rotation.rotate(q_bv, force)
 
     def increments(self, rate_hz: float) -> ImuData:
         """Return the increments of the rotating IMU's sensors (4); see `Trajectory.increments`."""

@@ -33,7 +33,7 @@ from sinssim.errors import InputError, unknown_name
 from sinssim.jit import kernel
 from sinssim.truth.motions.vibration import COORDINATE_NUMBER, COORDINATES, Tone
 from sinssim.truth.sampling import block_state, check_instants, integrate_samples, sample_edges
-from sinssim.truth.trajectory import Trajectory
+from sinssim.truth.trajectory import DerivedMotion, Trajectory
 
 _STEP = 2.5e-4  # s, of the five-point difference for ω̇
 # Coefficients by power of the offset, in steps, of the polynomial through values at offsets −2...2.
@@ -78,7 +78,7 @@ def _sum_tones(
             value[i, j], first[i, j], second[i, j] = v0, v1, v2
 
 
-class Vibrating:
+class Vibrating(DerivedMotion):
     """A motion with added vibration, lever arm and mounting; see the module's text.
 
     Args:
@@ -106,10 +106,7 @@ class Vibrating:
                     f"vibration tone {number} on {tone.coordinate}: amplitude {tone.amplitude!r}, frequency "
                     f"{tone.frequency_hz!r} Hz and phase {tone.phase!r} must be finite, the frequency not negative."
                 )
-        self.base = base
-        self.start, self.end = base.start, base.end
-        self.events, self.channels = base.events, base.channels
-        self.gravity, self.ellipsoid = base.gravity, base.ellipsoid
+        super().__init__(base)
         tones = sorted(tones, key=lambda tone: COORDINATE_NUMBER[tone.coordinate])
         self._first_tone = np.searchsorted([COORDINATE_NUMBER[tone.coordinate] for tone in tones], np.arange(7))
         self._amplitude = np.array([tone.amplitude for tone in tones], dtype=np.float64)
@@ -118,9 +115,8 @@ class Vibrating:
         self._lever = np.asarray(lever_arm, dtype=np.float64)
         self._q_bs = rotation.normalize(q_bs)
         self._spin = np.array([0.0, 0.0, base.ellipsoid.omega])
-        self.breaks = np.asarray(getattr(base, "breaks", ()), dtype=np.float64)
         # Products of two vibrating quantities have twice the frequency.
-        self.fastest = 2.0 * float(self._omega.max(initial=0.0)) + float(getattr(base, "fastest", 0.0))
+        self.fastest = 2.0 * float(self._omega.max(initial=0.0)) + self.fastest
 
     def _vibration(self, t: Array) -> tuple[Array, Array, Array, Array, Array]:
         """Return conj(q(φ)), i.e. D; w; p, ṗ, p̈."""
@@ -147,9 +143,6 @@ class Vibrating:
         q_en = earth.q_en(s.latitude, s.longitude)
         position = earth.geodetic_to_ecef(s.latitude, s.longitude, s.height, self.ellipsoid)
         return position, rotation.rotate(q_en, s.velocity_ned), rotation.multiply(q_en, s.q_nb)
-
-    def __repr__(self) -> str:
-        return f"{type(self).__name__}({self.start:g} … {self.end:g} s)"
 
     def state(self, t: ArrayLike) -> NavState:
         """Return position, velocity and attitude of the sensor block; see `Trajectory.state`."""
@@ -183,19 +176,16 @@ class Vibrating:
         around = [self.base.rates(centre + k * _STEP)[0] for k in range(-2, 3)]
         return np.asarray(np.einsum("nk,kni->ni", weights, np.stack(around)))
 
-    def rates(self, t: ArrayLike) -> tuple[Array, Array]:
-        """Return inertial angular rate and specific force of the sensor block; see `Trajectory.rates`."""
-        instants = check_instants(t, self.start, self.end)
-        time = np.atleast_1d(instants)
+    def _rates(self, time: Array) -> tuple[Array, Array]:
         omega, force = self.base.rates(time)
         q_vb, w, p, p1, p2 = self._vibration(time)
         force = force + p2 + np.cross(omega, 2.0 * p1 + np.cross(omega, p)) - self._gravitation_change(time, p)
         if p.any():
             force += np.cross(self._angular_acceleration(time), p)
         q_sb = rotation.conjugate(self._q_bs)
-        omega = rotation.rotate(q_sb, rotation.rotate(q_vb, omega) + w)
-        force = rotation.rotate(q_sb, rotation.rotate(q_vb, force))
-        return omega.reshape(*instants.shape, 3), force.reshape(*instants.shape, 3)
+        return rotation.rotate(q_sb, rotation.rotate(q_vb, omega) + w), rotation.rotate(
+            q_sb, rotation.rotate(q_vb, force)
+        )
 
     def _change(self, t: Array) -> Array:
         """Return the contribution of the vibration to the integrands, side by side, (N, 6)."""

@@ -13,7 +13,6 @@ by an angle of the order of the ellipsoid's flattening, at most 0.2°.
 
 from __future__ import annotations
 
-from collections.abc import Callable
 from typing import ClassVar, NamedTuple, Self
 
 import numpy as np
@@ -26,9 +25,9 @@ from sinssim.data import Array, ImuData, NavState
 from sinssim.earth.ellipsoids import WGS84, Ellipsoid
 from sinssim.errors import InputError
 from sinssim.toml_section import Duration, Heading, Height, Latitude, Longitude, Speed
-from sinssim.truth.motion import AT_REFERENCE_POINT, NORMAL_EARTH, Mounting, PlacedMotion, Progress, TrueEarth, attitude
+from sinssim.truth.motion import Mounting, PlacedMotion, TrueEarth, attitude
 from sinssim.truth.motions.analytic import ClosedForm
-from sinssim.truth.sampling import block_state, check_instants, checked_place, part_by_part, sample_edges
+from sinssim.truth.sampling import block_state, checked_place, sample_edges
 
 
 class Parked(ClosedForm):
@@ -83,22 +82,13 @@ class Parked(ClosedForm):
         q_sn = rotation.conjugate(place.q_nb)
         self._omega, self._force = rotation.rotate(q_sn, earth_rate), rotation.rotate(q_sn, force)
 
-    def state(self, t: ArrayLike) -> NavState:
-        """Return position, velocity and attitude of the sensor block; see `Trajectory.state`."""
-        shape = check_instants(t, self.start, self.end).shape
-        place = self._place
-        return NavState(
-            np.full(shape, place.latitude),
-            np.full(shape, place.longitude),
-            np.full(shape, place.height),
-            np.zeros((*shape, 3)),
-            np.tile(place.q_nb, (*shape, 1)),
-        )
+    def _state(self, time: Array) -> NavState:
+        place, count = self._place, len(time)
+        angles = (np.full(count, value) for value in (place.latitude, place.longitude, place.height))
+        return NavState(*angles, np.zeros((count, 3)), np.tile(place.q_nb, (count, 1)))
 
-    def rates(self, t: ArrayLike) -> tuple[Array, Array]:
-        """Return inertial angular rate and specific force of the sensor block; see `Trajectory.rates`."""
-        shape = check_instants(t, self.start, self.end).shape
-        return np.tile(self._omega, (*shape, 1)), np.tile(self._force, (*shape, 1))
+    def _rates(self, time: Array) -> tuple[Array, Array]:
+        return np.tile(self._omega, (len(time), 1)), np.tile(self._force, (len(time), 1))
 
     def increments(self, rate_hz: float) -> ImuData:
         """Return the increments, which are the same in every sample; see `Trajectory.increments`."""
@@ -120,15 +110,8 @@ class ParkedVehicle(PlacedMotion):
     heading_deg: Heading = Field(default=0.0, description="heading, clockwise from north")
     duration_s: Duration = Field(description="duration")
 
-    def trajectory(
-        self,
-        block: Mounting = AT_REFERENCE_POINT,
-        earth: TrueEarth = NORMAL_EARTH,
-        seed: int = 0,
-        progress: Progress | None = None,
-        meanwhile: Callable[[], None] | None = None,
-    ) -> Parked:
-        """Return the motion of the block; see `Motion.trajectory`."""
+    def block_motion(self, block: Mounting, earth: TrueEarth, seed: int) -> Parked:
+        """Return the motion of the block; see `Motion.block_motion`."""
         q_nb = attitude(self.roll_deg, self.pitch_deg, self.heading_deg)
         return Parked(*self.place, q_nb, self.duration_s, block.lever_arm_m, block.q_bs, earth.gravity, earth.figure)
 
@@ -284,29 +267,13 @@ class GreatCircle(ClosedForm):
         rate_, growth_ = rate[:, None], growth[:, None]
         return _Motion(u, rate, t, n, r, r1 * rate_, r2 * rate_ * rate_ + r1 * growth_)
 
-    def state(self, t: ArrayLike) -> NavState:
-        """Return position, velocity and attitude of the sensor block; see `Trajectory.state`."""
-        return part_by_part(self._state, check_instants(t, self.start, self.end))
-
-    def _state(self, instants: Array) -> NavState:
-        motion = self._motion(np.atleast_1d(instants))
+    def _state(self, time: Array) -> NavState:
+        motion = self._motion(time)
         half = 0.5 * motion.angle
         zero = np.zeros_like(half)
         pitched = np.stack([np.cos(half), zero, -np.sin(half), zero], axis=1)
         q_es = rotation.multiply(rotation.multiply(self._q_eb0, pitched), self._q_bs)
-        shape = instants.shape
-        return block_state(
-            motion.position.reshape(*shape, 3),
-            motion.velocity.reshape(*shape, 3),
-            q_es.reshape(*shape, 4),
-            self.ellipsoid,
-        )
-
-    def rates(self, t: ArrayLike) -> tuple[Array, Array]:
-        """Return inertial angular rate and specific force of the sensor block; see `Trajectory.rates`."""
-        instants = check_instants(t, self.start, self.end)
-        omega, force = self._rates(np.atleast_1d(instants))
-        return omega.reshape(*instants.shape, 3), force.reshape(*instants.shape, 3)
+        return block_state(motion.position, motion.velocity, q_es, self.ellipsoid)
 
     def _rates(self, time: Array) -> tuple[Array, Array]:
         motion = self._motion(time)
@@ -355,15 +322,8 @@ class GreatCircleFlight(PlacedMotion):
         """The speed along the circle; see `Motion.usual_speed`."""
         return self.speed_mps
 
-    def trajectory(
-        self,
-        block: Mounting = AT_REFERENCE_POINT,
-        earth: TrueEarth = NORMAL_EARTH,
-        seed: int = 0,
-        progress: Progress | None = None,
-        meanwhile: Callable[[], None] | None = None,
-    ) -> GreatCircle:
-        """Return the motion of the block; see `Motion.trajectory`."""
+    def block_motion(self, block: Mounting, earth: TrueEarth, seed: int) -> GreatCircle:
+        """Return the motion of the block; see `Motion.block_motion`."""
         return GreatCircle(
             *self.place,
             np.radians(self.course_deg),

@@ -17,7 +17,7 @@ Mechanical Vibrations, 4th ed., 1956, ch. 2.
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable
+from collections.abc import Iterable
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Annotated, Any, ClassVar, Literal, NamedTuple, Union
 
@@ -30,7 +30,7 @@ from sinssim.data import Array
 from sinssim.earth.ellipsoids import Ellipsoid
 from sinssim.errors import InputError
 from sinssim.toml_section import A_TURN, Heading, Height, Keys, Latitude, Longitude, Section
-from sinssim.truth.motion import AT_REFERENCE_POINT, NORMAL_EARTH, Mounting, PlacedMotion, Progress, TrueEarth
+from sinssim.truth.motion import NORMAL_EARTH, Mounting, PlacedMotion, TrueEarth
 from sinssim.truth.sampling import Channel, FlightEvent
 from sinssim.units import DEG
 
@@ -280,15 +280,8 @@ class SurfaceVehicle(PlacedMotion):
         (time: s, (K,); north, east: way along the course since the start, m, (K,))."""
         raise NotImplementedError
 
-    def trajectory(
-        self,
-        block: Mounting = AT_REFERENCE_POINT,
-        earth: TrueEarth = NORMAL_EARTH,
-        seed: int = 0,
-        progress: Progress | None = None,
-        meanwhile: Callable[[], None] | None = None,
-    ) -> Curve:
-        """Return the motion of the block; see `Motion.trajectory`."""
+    def block_motion(self, block: Mounting, earth: TrueEarth, seed: int) -> Curve:
+        """Return the motion of the block; see `Motion.block_motion`."""
         from sinssim.truth.curve import Curve  # needs the compiler
 
         profile = self.profile

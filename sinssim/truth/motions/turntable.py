@@ -19,7 +19,7 @@ each of its turns. Every turn is about an axis of the block.
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Annotated, ClassVar, Literal, Self
 
@@ -30,7 +30,7 @@ from sinssim import rotation
 from sinssim.data import Array
 from sinssim.errors import InputError, unknown_name
 from sinssim.toml_section import A_TURN, Axis, Duration, Heading, Height, Keys, Latitude, Longitude, Section, known_name
-from sinssim.truth.motion import AT_REFERENCE_POINT, NORMAL_EARTH, Mounting, PlacedMotion, Progress, TrueEarth, attitude
+from sinssim.truth.motion import NORMAL_EARTH, Mounting, PlacedMotion, TrueEarth, attitude
 from sinssim.truth.motions.analytic import ClosedFormMotion, OnEarth, no_displacement
 from sinssim.truth.trajectory import Trajectory
 from sinssim.units import ARCSEC, DEG
@@ -488,15 +488,8 @@ class Turntable(PlacedMotion):
             steps.append(Dwell(turn.dwell_s or self.dwell_s))
         return q_first, RotationTable(steps)
 
-    def trajectory(
-        self,
-        block: Mounting = AT_REFERENCE_POINT,
-        earth: TrueEarth = NORMAL_EARTH,
-        seed: int = 0,
-        progress: Progress | None = None,
-        meanwhile: Callable[[], None] | None = None,
-    ) -> Trajectory:
-        """Return the motion of the block, with errors drawn from the seed; see `Motion.trajectory`."""
+    def block_motion(self, block: Mounting, earth: TrueEarth, seed: int) -> Trajectory:
+        """Return the motion of the block, with errors drawn from the seed; see `Motion.block_motion`."""
         q_first, motion = self.motion(self.draw_errors(seed))
         return block.of(OnEarth(motion, *self.place, q_first, motion.duration, earth.gravity, earth.figure))
 
