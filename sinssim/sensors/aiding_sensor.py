@@ -40,57 +40,39 @@ Noise3 = tuple[Noise, Noise, Noise]
 
 @dataclass(frozen=True)
 class Vehicle:
-    """The vehicle that carries aiding sensors.
+    """The vehicle that carries aiding sensors."""
 
-    Attributes:
-        trajectory: true motion of the sensor block.
-        seed: the run's seed; every axis of every term of every sensor has its own generator, so that its draws do not
-            depend on the other sensors.
-        navigate: function that navigates another inertial system of a given grade at a lever arm [m] from the block,
-            from the exact initial state; the solution is in the block's axes. None if not available.
-        q_bs: mounting of the block, v_b = C_bs v_s, (4,).
-        imu: the increments that the filter navigates on; None if not available.
-    """
-
-    trajectory: Trajectory
+    trajectory: Trajectory  # true motion of the sensor block
+    # the run's seed; every axis of every term of every sensor has its own generator, so that its draws do not depend on
+    # the other sensors
     seed: int = 0
+    # function that navigates another inertial system of a given grade at a lever arm [m] from the block, from the exact
+    # initial state; the solution is in the block's axes. None if not available.
     navigate: Callable[[str, LeverArm], NavSolution] | None = None
+    # mounting of the block, v_b = C_bs v_s, (4,)
     q_bs: Array = field(default_factory=lambda: np.array([1.0, 0.0, 0.0, 0.0]))
-    imu: ImuData | None = None
+    imu: ImuData | None = None  # the increments that the filter navigates on; None if not available
 
 
 class SensorState(NamedTuple):
-    """An error of an aiding sensor that the filter estimates: a constant, or a Gauss-Markov process.
+    """An error of an aiding sensor that the filter estimates: a constant, or a Gauss-Markov process."""
 
-    Attributes:
-        block: name of the states, for example "<label> bias"; see `sinssim.estimation.state_model.BLOCKS`.
-        sigma: 1σ of each component, SI; the filter has no state for an error whose 1σ are all zero.
-        correlation_time: correlation time of a Gauss-Markov process, s; infinite for a constant.
-        key: key of the sensor's table with this 1σ, which a diagnosis of the filter names.
-        drawn: whether `read` draws the error; False for a wind, which is that of the flight.
-    """
-
-    block: str
-    sigma: tuple[float, ...]
-    correlation_time: float = math.inf
-    key: str = ""
-    drawn: bool = True
+    block: str  # name of the states, for example "<label> bias"; see `sinssim.estimation.state_model.BLOCKS`
+    sigma: tuple[float, ...]  # 1σ of each component, SI; the filter has no state for an error whose 1σ are all zero
+    correlation_time: float = math.inf  # correlation time of a Gauss-Markov process, s; infinite for a constant
+    key: str = ""  # key of the sensor's table with this 1σ, which a diagnosis of the filter names
+    drawn: bool = True  # whether `read` draws the error; False for a wind, which is that of the flight
 
 
 @short_repr
 @dataclass(frozen=True)
 class AidingReadings:
-    """The readings of an aiding sensor for one kind of measurement, with the true values of its parameters.
-
-    Attributes:
-        measurements: readings for the filter.
-        time: instants of all readings, including those in outages, (M,) s.
-        parameters: true values of the sensor's parameters that a filter may estimate, by block of states: constants
-            (k,), or values at `time` (M, k).
-    """
+    """The readings of an aiding sensor for one kind of measurement, with the true values of its parameters."""
 
     measurements: Measurements
-    time: Array
+    time: Array  # instants of all readings, including those in outages, (M,) s
+    # true values of the sensor's parameters that a filter may estimate, by block of states: constants (k,), or values
+    # at `time` (M, k)
     parameters: dict[str, Array]
 
 
@@ -139,11 +121,8 @@ class AidingSensor(Section):
         self, imu: ImuData, velocity: Measurements | None = None, q_bs: Array | None = None
     ) -> list[Measurements]:
         """Return the readings that follow from the inertial readings themselves, in a run or in a log; none by default.
-
-        Args:
-            velocity: "gnss-velocity" of the same run, if there are any.
-            q_bs: mounting of the block in the vehicle, v_b = C_bs v_s, (4,); aligned by default.
-        """
+        `velocity` is "gnss-velocity" of the same run, if there is any; q_bs is the mounting of the block, v_b = C_bs
+        v_s."""
         return []
 
     def states(self) -> Iterable[SensorState]:
@@ -204,12 +183,7 @@ class AidingSensor(Section):
 
 
 def within(time: Array, spans: Spans) -> Mask:
-    """Return which instants lie in one of several intervals: (M,).
-
-    Args:
-        time: (M,) s.
-        spans: beginning and end of each interval, both included, s.
-    """
+    """Return which instants, (M,) s, lie in one of several intervals, ends included."""
     inside = np.zeros(len(time), dtype=bool)
     for begin, end in spans:
         inside |= (time >= begin) & (time <= end)
@@ -217,27 +191,15 @@ def within(time: Array, spans: Spans) -> Mask:
 
 
 def white(seed: int, term: str, sigma: Sequence[float] | Array, count: int) -> Array:
-    """Return white noise: (M, k).
-
-    Args:
-        seed: the run's seed.
-        term: name of the sensor and the error, for example "gnss position noise".
-        sigma: 1σ of each axis, (k,).
-    """
+    """Return white noise, (M, k), with 1σ by axis, (k,); `term` names sensor and error, for example "gnss position
+    noise"."""
     from sinssim.statistics.random_numbers import normals  # needs the compiler
 
     return np.column_stack([s * normals(seed, term, i, count) for i, s in enumerate(sigma)])
 
 
 def correlated(seed: int, term: str, sigma: Sequence[float] | Array, time: Array, correlation_time: float) -> Array:
-    """Return a stationary first-order Gauss-Markov process: (M, k).
-
-    Args:
-        seed: the run's seed.
-        sigma: 1σ of each axis, (k,).
-        time: times of the readings, (M,) s.
-        correlation_time: s.
-    """
+    """Return a stationary first-order Gauss-Markov process at times, (M, k), with 1σ by axis, (k,)."""
     if not np.any(sigma):
         return np.zeros((len(time), len(sigma)))
     from sinssim.sensors.gauss_markov import gauss_markov
@@ -248,16 +210,8 @@ def correlated(seed: int, term: str, sigma: Sequence[float] | Array, time: Array
 
 
 def turn_on(seed: int, term: str, fixed: float | None, sigma: float, axis: int = 0) -> float:
-    """Return an error that is constant during a run: a given value, plus a random one.
-
-    Args:
-        seed: the run's seed.
-        fixed: the given value, which is the mean over all runs; None is zero.
-        sigma: 1σ of the random error; 0 for none.
-
-    Returns:
-        The error, in the units of `fixed` and `sigma`.
-    """
+    """Return an error that is constant during a run, in the units of `fixed` and `sigma`: the given value, which is the
+    mean over all runs, plus a random one."""
     if fixed is not None and not sigma:
         return fixed
     from sinssim.statistics.random_numbers import normals
@@ -267,30 +221,18 @@ def turn_on(seed: int, term: str, fixed: float | None, sigma: float, axis: int =
 
 
 def turning(trajectory: Trajectory, time: Array, state: NavState) -> Array:
-    """Return the angular rate of the sensor block relative to the Earth, ω_eb = ω_ib − C_be ω_ie.
-
-    Args:
-        time: instants, (M,) s.
-
-    Returns:
-        The rate in the block's axes, (M, 3) rad/s.
-    """
+    """Return the angular rate of the sensor block relative to the Earth in its axes, ω_eb = ω_ib − C_be ω_ie, (M, 3)
+    rad/s."""
     q_eb = rotation.multiply(earth.q_en(state.latitude, state.longitude), state.q_nb)
     spin = rotation.rotate(rotation.conjugate(q_eb), np.array([0.0, 0.0, trajectory.ellipsoid.omega]))
     return np.asarray(trajectory.rates(time)[0] - spin)
 
 
 def state_at(trajectory: Trajectory, time: Array, lever_arm: ArrayLike) -> NavState:
-    """Return the true state of a point that is rigidly connected to the sensor block.
+    """Return the true state of a point on a lever arm l from the sensor block, body axes, (3,) m.
 
-    r = r_block + C_eb l and v = v_block + C_eb (ω_eb × l), in Earth-fixed axes.
-
-    Args:
-        time: instants, (M,) s.
-        lever_arm: l, from the block to the point, body axes, (3,) m.
-
-    Returns:
-        The state of the point; north, east and down are those at the point.
+    r = r_block + C_eb l and v = v_block + C_eb (ω_eb × l), in Earth-fixed axes. North, east and down are those at the
+    point.
     """
     arm = np.asarray(lever_arm, dtype=np.float64)
     if not arm.any():
@@ -331,12 +273,6 @@ def lagged(signal: Callable[[Array], Array], start: float, time: Array, lag: flo
     Over a step h on which x is linear, y has a closed form for every h/τ: y₁ = e⁻ᵃ y₀ + (1 − r) x₁ + (r − e⁻ᵃ) x₀ with
     a = h/τ and r = (1 − e⁻ᵃ)/a. The steps cover the time between two readings, or its last 40 τ if these are shorter.
     Memory does not grow with the length of the run, and the number of steps is bounded for every τ.
-
-    Args:
-        signal: x at instants (K,) s.
-        start: first instant, s.
-        time: instants of the output, in order, (M,) s.
-        lag: time constant τ, s; 0 for no lag.
     """
     if not lag:
         return signal(time)

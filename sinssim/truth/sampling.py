@@ -139,30 +139,19 @@ def in_blocks(count: int, work: Callable[[int, int], None]) -> None:
 
 @dataclass(frozen=True)
 class FlightEvent:
-    """An event at one instant, for example the beginning of a leg or lift-off.
+    """An event at one instant, for example the beginning of a leg or lift-off."""
 
-    Attributes:
-        time: instant in the trajectory's time, s.
-        text: one sentence.
-    """
-
-    time: float
-    text: str
+    time: float  # instant in the trajectory's time, s
+    text: str  # one sentence
 
 
 @dataclass(frozen=True)
 class Channel:
-    """A quantity logged along a trajectory in addition to the motion: airspeed, a control, the wind.
+    """A quantity logged along a trajectory in addition to the motion: airspeed, a control, the wind."""
 
-    Attributes:
-        time: instants, (K,) s.
-        values: one number or one vector per instant, (K,) or (K, m), in `unit`.
-        unit: unit of the values in customary notation, "" for a pure number.
-    """
-
-    time: Array
-    values: Array
-    unit: str
+    time: Array  # instants, (K,) s
+    values: Array  # one number or one vector per instant, (K,) or (K, m), in `unit`
+    unit: str  # unit of the values in customary notation, "" for a pure number
 
 
 # Eight Gauss-Legendre points on a panel of two radians of the fastest oscillation have an error of 2e-18 of its

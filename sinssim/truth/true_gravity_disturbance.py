@@ -297,7 +297,6 @@ class Disturbed(DerivedMotion):
         return out
 
     def state(self, t: ArrayLike) -> NavState:
-        """Return position, velocity and attitude of the sensor block; see `Trajectory.state`."""
         if self._known is not None and self._known[0] is t:  # a run asks for those of its samples once
             entries, self._known = self._known[1], None
             return entries

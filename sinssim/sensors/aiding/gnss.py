@@ -293,15 +293,9 @@ def with_quality(
     factors: Mapping[int, float | None] = RTKLIB_FACTORS,
     least: ArrayLike = 0.0,
 ) -> Measurements:
-    """Return fixes whose 1σ follow their codes of quality.
-
-    Args:
-        measurements: M fixes with the receiver's 1σ.
-        quality: code of each, (M,) whole numbers.
-        factors: factor of the 1σ by code; None leaves the fixes of a code out.
-        least: least 1σ after that, one number or one for each component, in the unit of the 1σ, for what no receiver
-            knows, such as its antenna's phase centre and the resolution of its output.
-    """
+    """Return fixes whose 1σ follow their codes of quality, (M,) whole numbers, by the factor of each code; None leaves
+    the fixes of a code out. `least` is the least 1σ after that, one number or one for each component, for what no
+    receiver knows, such as the phase centre of its antenna and the resolution of its output."""
     codes = np.asarray(quality)
     if codes.shape != (len(measurements),):
         raise InputError(f"quality has the shape {codes.shape}; {len(measurements)} fixes need one code each.")
@@ -332,18 +326,9 @@ _ROWS = 3
 
 
 def first_course(time: Array, velocity: Array, sigma: Array, least: float | None = None) -> tuple[int, float] | None:
-    """Return when a vehicle first moves fast enough for its course, and the 1σ of the course then.
-
-    Args:
-        time: (M,) s.
-        velocity: north, east, and anything, (M, k) m/s.
-        sigma: 1σ of a component, (M,) m/s.
-        least: speed from which the course is used, m/s; by default `USUAL`, or if that is not reached, the speed at
-            which the 1σ of the course is `WORST`.
-
-    Returns:
-        Row, and 1σ, rad; None if the vehicle does not move so fast.
-    """
+    """Return the row at which a vehicle first moves fast enough for its course, and the 1σ of the course then, rad;
+    None if it never does. The velocities are north, east, and anything, (M, k) m/s, each with one 1σ, (M,). By default
+    the least speed is `USUAL`, or if that is not reached, the speed at which the 1σ of the course is `WORST`."""
     speed = np.hypot(velocity[:, 0], velocity[:, 1])
     limits = [np.full(len(time), USUAL), sigma / np.tan(WORST)] if least is None else [np.full(len(time), least)]
     for limit in limits:

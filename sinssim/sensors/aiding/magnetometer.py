@@ -147,11 +147,8 @@ class Magnetometer(AidingSensor):
         return np.asarray(declination[1:] - declination[0]) / DEG
 
     def largest_change(self, trajectory: Trajectory) -> float:
-        """Return the largest change of the declination along a motion that the navigator does not follow.
-
-        Returns:
-            Its magnitude, rad; 0 unless the declination is that of the start.
-        """
+        """Return the largest change of the declination along a motion that the navigator does not follow, rad; 0 unless
+        the declination is that of the start."""
         if self.declination != "start":
             return 0.0
         state = trajectory.state(np.linspace(trajectory.start, trajectory.end, _INSTANTS))

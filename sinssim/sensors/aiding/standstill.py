@@ -73,11 +73,7 @@ class Standstill(AidingSensor):
         return self.detect
 
     def found(self, imu: ImuData, velocity: Measurements | None = None) -> Stops:
-        """Return the stops that the inertial readings show.
-
-        Args:
-            velocity: "gnss-velocity" that veto a stop, if there are any.
-        """
+        """Return the stops that the inertial readings show; "gnss-velocity" vetoes a stop, if there is any."""
         from sinssim.sensors.standstill_detection import find_stops, learn_rest
 
         return find_stops(imu, learn_rest(imu, spans=self.learn_s), velocity=velocity)

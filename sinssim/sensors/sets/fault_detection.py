@@ -40,12 +40,8 @@ from sinssim.sensors.sets.single_sensors import SingleSensors
 
 
 def threshold(false_alarm: float, freedom: int) -> float:
-    """Return the threshold of the statistic.
-
-    Args:
-        false_alarm: probability of exceeding it without a fault, between 0 and 1.
-        freedom: degrees of freedom, m − 3.
-    """
+    """Return the threshold of the statistic with m − 3 degrees of freedom, which it exceeds without a fault with the
+    probability `false_alarm`."""
     from scipy.special import chdtri
 
     if not 0.0 < false_alarm < 1.0:
@@ -56,25 +52,15 @@ def threshold(false_alarm: float, freedom: int) -> float:
 
 
 def missed_detection(noncentrality: float, false_alarm: float, freedom: int) -> float:
-    """Return the probability that a test misses a fault: p{χ²(λ) < T}.
-
-    Args:
-        noncentrality: λ of the fault (1).
-        false_alarm: probability of false alarm.
-        freedom: degrees of freedom, m − 3.
-    """
+    """Return P{χ²(λ) < T}, the probability that a test misses a fault of the non-centrality λ (1)."""
     from scipy.special import chndtr
 
     return float(chndtr(threshold(false_alarm, freedom), freedom, noncentrality))
 
 
 def smallest_noncentrality(missed: float, false_alarm: float, freedom: int) -> float:
-    """Return the non-centrality of the smallest fault that a test finds with a probability.
-
-    Args:
-        missed: probability of missed detection, between 0 and 1 − false_alarm.
-        freedom: degrees of freedom, m − 3.
-    """
+    """Return the non-centrality of the smallest fault that a test misses with a probability, between 0 and 1 −
+    false_alarm."""
     from scipy.optimize import brentq
 
     if not 0.0 < missed < 1.0 - false_alarm:
@@ -84,17 +70,9 @@ def smallest_noncentrality(missed: float, false_alarm: float, freedom: int) -> f
 
 
 def smallest_fault(columns: Array, covariance: Array, false_alarm: float, missed: float) -> Array:
-    """Return the smallest fault of each sensor that a test finds with a probability.
-
-    Args:
-        columns: V, (m − 3, m).
-        covariance: C of the parity vector, (m − 3, m − 3).
-        false_alarm: probability of false alarm.
-        missed: probability of missed detection.
-
-    Returns:
-        f of (1), (m,), in the unit of the readings; infinite for a sensor whose fault is not seen.
-    """
+    """Return the smallest fault of each sensor that a test finds with a probability: f of (1), (m,), in the unit of the
+    readings; infinite for a sensor whose fault is not seen. V is (m − 3, m), the covariance that of the parity
+    vector."""
     import numpy as np
 
     seen = np.einsum("ai,ab,bi->i", columns, np.linalg.inv(covariance), columns)
@@ -109,50 +87,32 @@ WRONG_ISOLATION = 1e-3
 
 @dataclass(frozen=True)
 class Alarm:
-    """A fault that was detected.
+    """A fault that was detected."""
 
-    Attributes:
-        detected: time of the first test above its threshold, s.
-        window: length of the window that detected it, s; one interval for a single sample.
-        statistic: its statistic.
-        threshold: the threshold.
-        last: time of the last test above its threshold, s; of the isolation, if the fault was isolated.
-        isolated: time from which the sensor is excluded, s; None if the fault was not isolated.
-        sensor: number of the sensor, from 1; None if the fault was not isolated.
-    """
-
-    detected: float
-    window: float
+    detected: float  # time of the first test above its threshold, s
+    window: float  # length of the window that detected it, s; one interval for a single sample
     statistic: float
     threshold: float
-    last: float
-    isolated: float | None = None
-    sensor: int | None = None
+    last: float  # time of the last test above its threshold, s; of the isolation, if the fault was isolated
+    isolated: float | None = None  # time from which the sensor is excluded, s; None if the fault was not isolated
+    sensor: int | None = None  # number of the sensor, from 1; None if the fault was not isolated
 
 
 @dataclass(frozen=True)
 class Monitored:
-    """What the monitoring found for the sensors of one kind.
+    """What the monitoring found for the sensors of one kind."""
 
-    Attributes:
-        kind: "gyro" or "accel".
-        windows: length of each window, s, (W,); the first is one interval.
-        statistic: statistic of each window at the end of each sample, (W, N); NaN before a window is complete, and
-            where no redundancy is left. At the epoch of an exclusion, it is the one that led to it.
-        threshold: threshold of the statistic, (N,); NaN where no redundancy is left.
-        smallest: smallest constant fault of each sensor that each window finds with the stated probability, at the
-            start of the run, (W, m) rad/s or m/s²; NaN for windows longer than the run.
-        alarms: faults detected, in order.
-        used: whether each sensor is used in each sample, (N, m).
-    """
-
-    kind: str
-    windows: Array
+    kind: str  # "gyro" or "accel"
+    windows: Array  # length of each window, s, (W,); the first is one interval
+    # statistic of each window at the end of each sample, (W, N); NaN before a window is complete, and where no
+    # redundancy is left. At the epoch of an exclusion, it is the one that led to it.
     statistic: Array
-    threshold: Array
+    threshold: Array  # threshold of the statistic, (N,); NaN where no redundancy is left
+    # smallest constant fault of each sensor that each window finds with the stated probability, at the start of the
+    # run, (W, m) rad/s or m/s²; NaN for windows longer than the run
     smallest: Array
-    alarms: tuple[Alarm, ...]
-    used: Array
+    alarms: tuple[Alarm, ...]  # faults detected, in order
+    used: Array  # whether each sensor is used in each sample, (N, m)
 
     @property
     def excluded(self) -> tuple[Alarm, ...]:
@@ -174,16 +134,8 @@ class _Kind:
 
 
 def combine(increments: Array, directions: Array, used: Array | None = None) -> Array:
-    """Return the least-squares estimate from the sensors that are used in each sample.
-
-    Args:
-        increments: readings of the single sensors, (N, m).
-        directions: sensitive axes, (m, 3).
-        used: whether each sensor is used in each sample, (N, m); default: all.
-
-    Returns:
-        Increments in the block's axes, (N, 3).
-    """
+    """Return the least-squares estimate (N, 3), in the axes of the block, from increments (N, m) of the sensors that
+    are used in each sample, (N, m), by default all."""
     if used is None or used.all():
         return along(increments, estimator(directions))
     estimate = np.empty((len(increments), 3))
@@ -196,12 +148,8 @@ def combine(increments: Array, directions: Array, used: Array | None = None) -> 
 
 
 def monitor(imu: Imu, time: Array, readings: SingleSensors) -> tuple[Monitored, Monitored]:
-    """Test the readings of a redundant set against each other.
-
-    Args:
-        imu: the sensor block, whose sensor set is redundant and monitored.
-        time: edges of the samples, (N+1,) s.
-    """
+    """Test the readings of a redundant set against each other, gyros and accelerometers; `time` are the edges of the
+    samples, (N+1,) s."""
     sensor_set = imu.sensor_set
     assert isinstance(sensor_set, Redundant)
     force = combine(readings.dvel, sensor_set.axes)
@@ -396,12 +344,9 @@ def first_event(of: Tests, first: int, isolate: bool, gap: float, statistic: Arr
         s_i² = noise + Σ_k (Σ_b coefficients_kib Δbase_b)²
 
     where Δ is the difference between the window's end and its beginning. The statistic is D = pᵀ C⁻¹ p, and sensor i is
-    credited with (v_iᵀ C⁻¹ p)²/(v_iᵀ C⁻¹ v_i), which is the part of D that a fault of this sensor explains.
-
-    Args:
-        gap: by how much the largest credit must exceed the second.
-        statistic: D of each window and epoch, NaN before a window is complete; filled, (W, N).
-        event: what happened; filled, (5,).
+    credited with (v_iᵀ C⁻¹ p)²/(v_iᵀ C⁻¹ v_i), which is the part of D that a fault of this sensor explains. A fault is
+    isolated if the largest credit exceeds the second by `gap`. D of each window and epoch, (W, N), and the event, (5,),
+    are filled in.
     """
     freedom, sensors = of.columns.shape
     epochs = statistic.shape[1]

@@ -40,40 +40,25 @@ from sinssim.units import ARCSEC, PPM
 
 @dataclass(frozen=True)
 class PlatformErrors:
-    """The errors of a platform apart from those of its gyros and accelerometers.
+    """The errors of a platform apart from those of its gyros and accelerometers."""
 
-    Attributes:
-        torquer_scale: κ, relative errors of the rates at which the platform turns when torqued, (3,).
-        pickoff: errors of the gimbal angles roll, pitch and azimuth, (3,) rad.
-        pickoff_noise: 1σ of each measurement of a gimbal angle, rad.
-    """
-
+    # κ, relative errors of the rates at which the platform turns when torqued, (3,)
     torquer_scale: Array = field(default_factory=lambda: np.zeros(3))
+    # errors of the gimbal angles roll, pitch and azimuth, (3,) rad
     pickoff: Array = field(default_factory=lambda: np.zeros(3))
-    pickoff_noise: float = 0.0
+    pickoff_noise: float = 0.0  # 1σ of each measurement of a gimbal angle, rad
 
 
 def without_errors_of_turns(errors: ImuErrors) -> ImuErrors:
-    """Return the errors of a block without those of its gyros that act on what they sense.
-
-    These are scale factor, misalignment and non-linearity: what a platform does not have.
-
-    Args:
-        errors: of a block of three gyros and three accelerometers.
-    """
+    """Return the errors of a block of three gyros and three accelerometers without what a platform does not have: scale
+    factor, misalignment and non-linearity of the gyros, which act on what they sense."""
     cleared = {name: 0.0 * getattr(errors.gyro, name) for name in OF_TURNS}
     return replace(errors, gyro=replace(errors.gyro, **cleared))
 
 
 def torquer_sigma(imu: Imu) -> float:
-    """Return the 1σ of the torquing scale factors: the given one, or that of the gyros' scale factor.
-
-    Args:
-        imu: the sensor block, whose sensor_set is a platform.
-
-    Returns:
-        The 1σ, a ratio; 0 beside given scale factors without one.
-    """
+    """Return the 1σ of the scale factors of torquing, a ratio: the given one, or that of the scale factor of the gyros;
+    0 beside given scale factors without one."""
     platform = imu.sensor_set
     assert isinstance(platform, Platform)
     if platform.torquer_scale_sigma_ppm is not None:
@@ -82,15 +67,7 @@ def torquer_sigma(imu: Imu) -> float:
 
 
 def draw_platform(imu: Imu, seed: int = 0) -> PlatformErrors:
-    """Return the errors of one run's platform: given values plus random ones.
-
-    Args:
-        imu: the sensor block, whose sensor_set is a platform.
-        seed: the run's seed.
-
-    Returns:
-        The errors, SI.
-    """
+    """Return the errors of the platform in one run: given values plus random ones."""
     platform = imu.sensor_set
     if not isinstance(platform, Platform):
         raise InputError(f'sensor_set.type = "{platform.type}" has no platform.')
@@ -106,30 +83,17 @@ def draw_platform(imu: Imu, seed: int = 0) -> PlatformErrors:
 
 @dataclass(frozen=True)
 class AttitudeSensorErrors:
-    """The errors of the sensor: bias and drift of its inertial reference, and noise of the readings.
+    """The errors of the sensor: bias and drift of its inertial reference, and noise of the readings."""
 
-    Attributes:
-        bias: rotation vector of the reference's error at the first reading, inertial axes, (3,) rad.
-        drift: rate of this error, inertial axes, (3,) rad/s.
-        noise: 1σ of every reading about every axis of the body, rad.
-    """
-
+    # rotation vector of the reference's error at the first reading, inertial axes, (3,) rad
     bias: Array = field(default_factory=lambda: np.zeros(3))
-    drift: Array = field(default_factory=lambda: np.zeros(3))
-    noise: float = 0.0
+    drift: Array = field(default_factory=lambda: np.zeros(3))  # rate of this error, inertial axes, (3,) rad/s
+    noise: float = 0.0  # 1σ of every reading about every axis of the body, rad
 
 
 def draw_attitude_sensor(imu: Imu, seed: int = 0) -> AttitudeSensorErrors:
-    """Return the errors of one run's attitude sensor: given values plus random ones.
-
-    Args:
-        imu: the sensor block, whose sensor_set is an attitude sensor. By default its drift follows
-            from its gyro biases.
-        seed: the run's seed.
-
-    Returns:
-        The errors, SI.
-    """
+    """Return the errors of the attitude sensor in one run: given values plus random ones. By default its drift follows
+    from the gyro biases of the block."""
     sensor = imu.sensor_set
     if not isinstance(sensor, AttitudeSensor):
         raise InputError(f'sensor_set.type = "{sensor.type}" has no attitude sensor.')
@@ -143,30 +107,15 @@ def draw_attitude_sensor(imu: Imu, seed: int = 0) -> AttitudeSensorErrors:
 
 
 def inertial_attitude(state: NavState, time: Array, ellipsoid: Ellipsoid = WGS84) -> Array:
-    """Return the attitude relative to the inertial frame that coincides with the Earth-fixed one at t = 0.
-
-    Args:
-        state: true states, N rows.
-        time: times of the states, (N,) s.
-
-    Returns:
-        Quaternions q_ib, (N, 4).
-    """
+    """Return the attitude q_ib, (N, 4), relative to the inertial frame that coincides with the Earth-fixed one at t =
+    0."""
     longitude = state.longitude + ellipsoid.omega * np.asarray(time, dtype=np.float64)
     return rotation.multiply(earth.q_en(state.latitude, longitude), state.q_nb)
 
 
 def sense_attitude(time: Array, q_ib: Array, errors: AttitudeSensorErrors, seed: int = 0) -> Array:
-    """Return the readings of the sensor: q̃_ib = q(bias + drift (t − t₀)) ∘ q_ib ∘ q(noise).
-
-    Args:
-        time: times of the readings, (N,) s.
-        q_ib: true attitudes, (N, 4).
-        seed: the run's seed; the noise of each axis has its own random numbers.
-
-    Returns:
-        Measured attitudes, unit quaternions, (N, 4).
-    """
+    """Return the readings of the sensor, (N, 4): q̃_ib = q(bias + drift (t − t₀)) ∘ q_ib ∘ q(noise). The noise of each
+    axis has its own random numbers."""
     off = errors.bias + np.multiply.outer(time - time[0], errors.drift)
     measured = rotation.multiply(rotation.quaternion_from_rotation_vector(off), q_ib)
     if errors.noise:

@@ -51,15 +51,9 @@ _NOISES = [term.field for term in of_triad("gyro") if term.source and not term.d
 
 
 def axes_of_values(directions: Array, size: int) -> list[Array]:
-    """Return the axes j to which the values ij of a single sensor's error belong.
-
-    Args:
-        directions: sensitive axes, (m, 3). Each is axis i mod 3 of a block of its own, as `emulate_single_sensors` has.
-        size: number of values of the error in a triad, as of `ErrorTerm`.
-
-    Returns:
-        Axes of all sensors, (m, 3), for each value of one sensor: its own for 3, the two others for 6, all three for 9.
-    """
+    """Return the axes of all sensors, (m, 3), for each value that one sensor has of an error: its own for 3 values in a
+    triad, the two others for 6, all three for 9. Sensitive axis i is axis i mod 3 of a block of its own, as
+    `emulate_single_sensors` has."""
     blocks = np.stack([axes_about(row, i % 3) for i, row in enumerate(directions)])
     if size == 9:
         return list(blocks.swapaxes(0, 1))
@@ -68,16 +62,11 @@ def axes_of_values(directions: Array, size: int) -> list[Array]:
 
 
 def maps(directions: Array, used: Array | None = None) -> dict[str, Array]:
-    """Return the effects of the single sensors' errors on the combination, (1).
+    """Return the effects of the single sensors' errors on the combination, (1), by field of `TriadErrors`, for errors
+    that are linear in the inputs.
 
-    Args:
-        directions: sensitive axes, (m, 3).
-        used: which sensors are in use, (m,); default: all.
-
-    Returns:
-        By field of `TriadErrors`, of errors that are linear in the inputs: (3, m) on the output of the combination for
-        those that do not depend on the inputs; (9, m) or, with more values for a sensor, (9, 2m) or (9, 3m) on the
-        matrix of its inputs, row by row.
+    An effect is (3, m) on the output of the combination for an error that does not depend on the inputs; (9, m) or,
+    with more values for a sensor, (9, 2m) or (9, 3m) on the matrix of its inputs, row by row.
     """
     gain = estimator(directions, None if used is None else np.asarray(used, dtype=np.float64))
     effects = {}
@@ -91,12 +80,7 @@ def maps(directions: Array, used: Array | None = None) -> dict[str, Array]:
 
 
 def spread(directions: Array, used: Array | None = None) -> Array:
-    """Return P of (2), the covariance of the combination for errors of unit variance, (3, 3).
-
-    Args:
-        directions: sensitive axes, (m, 3).
-        used: which sensors are in use, (m,); default: all.
-    """
+    """Return P of (2), the covariance of the combination for errors of unit variance, (3, 3)."""
     gain = maps(directions, used)["bias"]
     return np.asarray(gain @ gain.T)
 
@@ -104,16 +88,9 @@ def spread(directions: Array, used: Array | None = None) -> Array:
 def combined_errors(
     blocks: Sequence[ImuErrors], directions: Array, used: tuple[Array, Array] | None = None
 ) -> ImuErrors:
-    """Return the errors of the triad that the combination is, (1).
-
-    Args:
-        blocks: errors of the single sensors in threes, as of `draw_single_sensors`.
-        directions: sensitive axes, (m, 3).
-        used: which gyros and which accelerometers are in use, (m,) each; default: all.
-
-    Returns:
-        The errors that are linear in the inputs; the mixed axes of one that changes with temperature are not included.
-    """
+    """Return the errors, linear in the inputs, of the triad that the combination is, (1). The mixed axes of an error
+    that changes with temperature are not included. `blocks` are as of `draw_single_sensors`; `used` are the gyros and
+    the accelerometers in use, (m,) each, by default all."""
 
     def triad(kind: Literal["gyro", "accel"], own: Array | None) -> TriadErrors:
         by_field = maps(directions, own)
@@ -148,17 +125,10 @@ def _of_sensors(blocks: Sequence[ImuErrors], kind: str, field: str, count: int) 
 
 
 def combined_sigma(sigma: ImuErrors, imu: Imu) -> ImuErrors:
-    """Return the standard deviations of the combination from those of a single sensor, (2).
-
-    Args:
-        sigma: standard deviations of a triad's errors, equal for all sensors of a kind.
-        imu: the sensor block.
-
-    Returns:
-        Those of the combination if the set is redundant, else the given ones. Noises, which have one number for the
-        three axes, are multiplied by √(tr P/3), and non-linear errors by the root of the diagonal of P. The mixed axes
-        of an error that changes with temperature are not included.
-    """
+    """Return the standard deviations of the combination from those of a single sensor, (2); the given ones if the set
+    is not redundant. Noises, which have one number for the three axes, are multiplied by √(tr P/3), and non-linear
+    errors by the root of the diagonal of P. The mixed axes of an error that changes with temperature are not
+    included."""
     if not isinstance(imu.sensor_set, Redundant):
         return sigma
     by_field = maps(imu.sensor_set.axes)
@@ -190,30 +160,17 @@ _ROUNDING = 1e-12
 
 @dataclass(frozen=True)
 class Inputs:
-    """What acts on the sensors of one kind, as the set itself estimates it.
+    """What acts on the sensors of one kind, as the set itself estimates it."""
 
-    Attributes:
-        start: time of the edges since the first one, (N+1,) s.
-        own: increments of what the sensors measure, (N, 3) rad or m/s.
-        force: velocity increments, (N, 3) m/s.
-    """
-
-    start: Array
-    own: Array
-    force: Array
+    start: Array  # time of the edges since the first one, (N+1,) s
+    own: Array  # increments of what the sensors measure, (N, 3) rad or m/s
+    force: Array  # velocity increments, (N, 3) m/s
 
 
 def accumulated_inputs(imu: Imu, kind: str, directions: Array, inputs: Inputs) -> tuple[Array, Array]:
-    """Return the inputs of the errors that are constant in a run, and their 1σ.
-
-    Args:
-        kind: "gyro" or "accel".
-        directions: sensitive axes, (m, 3).
-
-    Returns:
-        Accumulated inputs, (N+1, B), and coefficients, (K, m, B): the K-th error of sensor i over a window is normal
-        with the standard deviation |Σ_b coefficients_kib Δ inputs_b|.
-    """
+    """Return the accumulated inputs of the errors that are constant in a run, (N+1, B), and their coefficients, (K, m,
+    B): the K-th error of sensor i over a window is normal with the standard deviation |Σ_b coefficients_kib Δ
+    inputs_b|."""
     column_sets: list[Array] = []
     features: list[tuple[int, Array]] = []
     for term, sigma in getattr(imu.sigma, kind).acting:
@@ -257,16 +214,9 @@ def _features(term: ErrorTerm, imu: Imu, directions: Array, inputs: Inputs) -> I
 
 
 def noise_variance(imu: Imu, kind: str, counts: Array, largest: float) -> Array:
-    """Return the variance of the noise of one sensor's readings, summed over windows.
-
-    Args:
-        kind: "gyro" or "accel".
-        counts: samples of each window, (W,).
-        largest: largest increment of a sensor, rad or m/s, for the rounding of the arithmetic.
-
-    Returns:
-        Variance of a window at the start, and its growth per second of a later start, (W, 2).
-    """
+    """Return the variance of the noise of one sensor's readings summed over windows, at the start, and its growth per
+    second of a later start, (W, 2). The largest increment of a sensor, rad or m/s, gives the rounding of the
+    arithmetic."""
     noise: TriadErrors = getattr(imu.sigma, kind)
     span = counts / imu.rate_hz
     variance = noise.random_walk**2 * span + noise.quantum**2 / 6.0

@@ -72,11 +72,7 @@ READY: dict[str, Array] = {
 
 
 def checked_directions(directions: Sequence[Sequence[float]] | Array) -> Array:
-    """Return directions as rows of H, after checking that they span space: unit vectors to rounding, (m, 3).
-
-    Args:
-        directions: unit vectors, (m, 3).
-    """
+    """Return directions as rows of H, (m, 3), unit vectors to rounding, after checking that they span space."""
     rows = np.asarray(directions, dtype=np.float64)
     if rows.ndim != 2 or rows.shape[1] != 3 or not FEWEST <= len(rows) <= MOST:
         raise InputError(
@@ -103,24 +99,16 @@ def checked_directions(directions: Sequence[Sequence[float]] | Array) -> Array:
 
 
 def along(rows: Array, axes: Array) -> Array:
-    """Return many vectors' components along axes: rows axesᵀ, (N, c).
+    """Return the components of vectors, (N, k), along axes, (c, k): rows axesᵀ, (N, c).
 
     `einsum` sums in a fixed order on every machine, and does not wait for the threads of a linear-algebra library.
-
-    Args:
-        rows: vectors, (N, k).
-        axes: axes, (c, k).
     """
     return np.asarray(np.einsum("nk,ck->nc", rows, axes))
 
 
 def estimator(directions: Array, weights: Array | None = None) -> Array:
-    """Return the matrix of the weighted least-squares estimate (2): (Hᵀ W H)⁻¹ Hᵀ W, (3, m).
-
-    Args:
-        directions: H, (m, 3).
-        weights: diagonal of W, (m,); zero for a sensor that is not used. Default: all 1.
-    """
+    """Return the matrix of the weighted least-squares estimate (2), (3, m). The weights are the diagonal of W, (m,),
+    zero for a sensor that is not used, by default all 1."""
     weighted = directions if weights is None else directions * weights[:, np.newaxis]
     normal = directions.T @ weighted
     sizes = np.linalg.eigvalsh(normal)
@@ -130,39 +118,19 @@ def estimator(directions: Array, weights: Array | None = None) -> Array:
 
 
 def parity_matrix(directions: Array) -> Array:
-    """Return the matrix V of (4).
-
-    Args:
-        directions: H, (m, 3).
-
-    Returns:
-        V, (m − 3, m): an orthonormal basis of what is perpendicular to the columns of H; its signs and its rotation
-        are a matter of choice.
-    """
+    """Return V of (4), (m − 3, m): an orthonormal basis of what is perpendicular to the columns of H; its signs and its
+    rotation are a matter of choice."""
     return np.asarray(np.linalg.svd(directions)[0][:, 3:].T)
 
 
 def dilution(directions: Array) -> float:
-    """Return tr (HᵀH)⁻¹, the sum of the variances of the estimate for errors of unit variance.
-
-    Args:
-        directions: H, (m, 3).
-
-    Returns:
-        The trace, at least 9/m (3).
-    """
+    """Return tr (HᵀH)⁻¹, the sum of the variances of the estimate for errors of unit variance, at least 9/m (3)."""
     return float(np.trace(np.linalg.inv(directions.T @ directions)))
 
 
 def not_isolable(directions: Array) -> str:
-    """Return why a fault of some sensor cannot be isolated, or "" if every one can.
-
-    Args:
-        directions: H, (m, 3).
-
-    Returns:
-        The reason: a sensor whose fault is not seen at all, or two whose faults look alike.
-    """
+    """Return why a fault of some sensor cannot be isolated, "" if every one can: a sensor whose fault is not seen at
+    all, or two whose faults look alike."""
     columns = parity_matrix(directions).T
     sizes = np.linalg.norm(columns, axis=1)
     for i in range(len(columns)):

@@ -50,42 +50,23 @@ if TYPE_CHECKING:
 @short_repr
 @dataclass(frozen=True)
 class TrueErrors:
-    """The true errors of one run's sensors.
+    """The true errors of one run's sensors."""
 
-    Attributes:
-        imu: errors of a block of three gyros and three accelerometers.
-        calibration: calibration values of these errors, None without a calibration.
-        accelerometers: errors of the six single accelerometers in threes, for a set that has them.
-        attitude_sensor: errors of the attitude sensor, for a set that has one.
-        single_sensors: errors of the single sensors in threes, for a redundant set.
-        single_calibrations: calibration values of these errors; empty without a calibration.
-        left: the sensor block with the 1σ that [compensation] leaves, by which a redundant set is monitored.
-        platform: errors of the torquers and of the gimbals' pick-offs, for a platform.
-        encoders: errors of the encoders, for a block that turns.
-    """
-
-    imu: ImuErrors
-    calibration: ImuErrors | None = None
+    imu: ImuErrors  # errors of a block of three gyros and three accelerometers
+    calibration: ImuErrors | None = None  # calibration values of these errors, None without a calibration
+    # errors of the six single accelerometers in threes, for a set that has them
     accelerometers: tuple[TriadErrors, ...] = ()
-    attitude_sensor: AttitudeSensorErrors | None = None
-    single_sensors: tuple[ImuErrors, ...] = ()
-    single_calibrations: tuple[ImuErrors, ...] = ()
+    attitude_sensor: AttitudeSensorErrors | None = None  # errors of the attitude sensor, for a set that has one
+    single_sensors: tuple[ImuErrors, ...] = ()  # errors of the single sensors in threes, for a redundant set
+    single_calibrations: tuple[ImuErrors, ...] = ()  # calibration values of these errors; empty without a calibration
+    # the sensor block with the 1σ that [compensation] leaves, by which a redundant set is monitored
     left: Imu | None = None
-    platform: PlatformErrors | None = None
-    encoders: EncoderErrors | None = None
+    platform: PlatformErrors | None = None  # errors of the torquers and of the gimbals' pick-offs, for a platform
+    encoders: EncoderErrors | None = None  # errors of the encoders, for a block that turns
 
 
 def draw_true_errors(imu: Imu, seed: int = 0, compensation: Compensation | None = None) -> TrueErrors:
-    """Return the errors of one run's sensors: given values plus random ones.
-
-    Args:
-        imu: the sensor block: the sensor set, and its errors.
-        seed: the run's seed.
-        compensation: its compensation, if there is one.
-
-    Returns:
-        The errors, SI.
-    """
+    """Return the errors of one run's sensors, SI: given values plus random ones."""
     if isinstance(imu.sensor_set, Redundant):
         blocks = draw_single_sensors(imu, len(imu.sensor_set.axes), seed)
         if compensation is None:
@@ -107,38 +88,27 @@ def draw_true_errors(imu: Imu, seed: int = 0, compensation: Compensation | None 
 @short_repr
 @dataclass(frozen=True)
 class Readings:
-    """Readings of one sensor set along a motion.
+    """Readings of one sensor set along a motion."""
 
-    Attributes:
-        imu: increments of angle and velocity; those of angle are NaN for a set that measures the attitude, and come
-            from differences of accelerometers for a set of six accelerometers.
-        attitude: attitude relative to inertial space at the edges, (N+1, 4), for a set that measures it, else None.
-        accelerometers: increments of single accelerometers, (N, 6) m/s, for a set without gyros, else None.
-        arm: arm of that set's cube, m.
-        rate: inertial angular rate at the start, (3,) rad/s, which that set needs as initial value.
-        single: readings of the single sensors of a redundant set, else None.
-        monitored: what the monitoring of such a set found for gyros and accelerometers; empty without monitoring.
-        compensated: increments after the [compensation], None without one.
-        single_compensated: the single sensors' readings after it, for a redundant set.
-    """
-
+    # increments of angle and velocity; those of angle are NaN for a set that measures the attitude, and come from
+    # differences of accelerometers for a set of six accelerometers
     imu: ImuData
+    # attitude relative to inertial space at the edges, (N+1, 4), for a set that measures it, else None
     attitude: Array | None = None
+    # increments of single accelerometers, (N, 6) m/s, for a set without gyros, else None
     accelerometers: Array | None = None
-    arm: float = 0.0
-    rate: Array | None = None
-    single: SingleSensors | None = None
+    arm: float = 0.0  # arm of that set's cube, m
+    rate: Array | None = None  # inertial angular rate at the start, (3,) rad/s, which that set needs as initial value
+    single: SingleSensors | None = None  # readings of the single sensors of a redundant set, else None
+    # what the monitoring of such a set found for gyros and accelerometers; empty without monitoring
     monitored: tuple[Monitored, ...] = ()
-    compensated: ImuData | None = None
-    single_compensated: SingleSensors | None = None
+    compensated: ImuData | None = None  # increments after the [compensation], None without one
+    single_compensated: SingleSensors | None = None  # the single sensors' readings after it, for a redundant set
 
     def at(self, ratio: int) -> Readings:
-        """Return the readings at a lower rate.
+        """Return the readings at a lower rate; samples that are left over at the end are dropped.
 
         A gyro or accelerometer that is read less often counts the same pulses, so its increments are summed.
-
-        Args:
-            ratio: number of samples per new sample; left-over samples at the end are dropped.
         """
         if ratio == 1:
             return self
@@ -151,16 +121,11 @@ class Readings:
 
 
 def sums(rows: Array, ratio: int) -> Array:
-    """Return the increments at a lower rate: each is the sum of `ratio` consecutive ones.
+    """Return the increments at a lower rate, each the sum of `ratio` consecutive ones; a remainder at the end is
+    dropped.
 
     Noise, quantisation and all other errors of the samples are the same at every rate; only the resolution of the
     motion differs.
-
-    Args:
-        rows: increments, (N, k).
-
-    Returns:
-        (N // ratio, k); a remainder at the end is dropped.
     """
     if ratio == 1:
         return rows
@@ -171,14 +136,8 @@ def sums(rows: Array, ratio: int) -> Array:
 def read(
     trajectory: Trajectory, ideal: ImuData, imu: Imu, seed: int = 0, errors: TrueErrors | None = None
 ) -> tuple[Readings, Readings]:
-    """Return the readings of a sensor set without errors, and its actual readings.
-
-    Args:
-        ideal: ideal increments of a usual block along it, at its rate.
-        imu: the sensor block: the sensor set, and its errors.
-        seed: the run's seed.
-        errors: the true errors, if already drawn from block and seed.
-    """
+    """Return the readings of a sensor set without errors, and its actual readings; `ideal` are the increments of a
+    usual block along the motion, at its rate."""
     true = draw_true_errors(imu, seed) if errors is None else errors
     if isinstance(imu.sensor_set, SixAccelerometers):
         return _read_six(trajectory, ideal, imu, seed, true, imu.sensor_set.arm_m)
@@ -258,28 +217,16 @@ def _compensated(
 
 
 def unmonitored(readings: Readings, directions: Array) -> ImuData:
-    """Return the increments that a redundant set gives without monitoring: the estimate from all sensors.
-
-    Args:
-        directions: sensitive axes, (m, 3).
-
-    Returns:
-        Increments in the block's axes, after the [compensation] if there is one.
-    """
+    """Return the increments that a redundant set gives without monitoring, from all sensors, after the [compensation]
+    if there is one."""
     single = readings.single_compensated or readings.single
     assert single is not None
     return _combined(single, directions, (None, None))
 
 
 def axis_flags(single: SingleSensors, used: Sequence[Array | None]) -> NDArray[np.uint8] | None:
-    """Return the flags of the estimate: on each axis those of all sensors of the kind that are used.
-
-    Args:
-        used: whether each gyro and each accelerometer is used in each sample, (N, m) each; None for all.
-
-    Returns:
-        (N, 6); None if the sensors set no flags.
-    """
+    """Return the flags of the estimate, (N, 6): on each axis those of all sensors of the kind that are used. None if
+    the sensors set no flags."""
     if single.flags is None:
         return None
     of_kind = []

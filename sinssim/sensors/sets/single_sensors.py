@@ -46,11 +46,8 @@ APART = 1 << 32
 
 
 def draw_accelerometers(imu: Imu, count: int, seed: int = 0) -> list[TriadErrors]:
-    """Return the errors of single accelerometers, drawn in threes like those of a triad.
-
-    Args:
-        seed: the run's seed; the first three have the draws of the triad of a usual block.
-    """
+    """Return the errors of single accelerometers, drawn in threes like those of a triad; the first three have the draws
+    of the triad of a usual block."""
     if count % 3:
         raise InputError(f"the number of accelerometers must be a multiple of three, not {count}.")
     return [draw(imu, seed + triad * APART).accel for triad in range(count // 3)]
@@ -64,17 +61,12 @@ def emulate_accelerometers(
     seed: int = 0,
     errors: Sequence[TriadErrors] | None = None,
 ) -> Array:
-    """Return the measured increments of single accelerometers of a grade: measured increments, (N, K) m/s.
+    """Return the measured increments of single accelerometers of a grade, (N, K) m/s.
 
     Each has all the errors that the block gives an accelerometer of a triad. It is emulated as one axis of a triad at
-    its own place, with the two other axes perpendicular to it, so that its misalignment tilts it towards them.
-
-    Args:
-        time: edges of the intervals, (N+1,) s.
-        force: integrals of the specific force at each accelerometer's place, (N, K, 3) m/s, K a multiple of three.
-        direction: directions of the sensitive axes, unit vectors in the same axes, (K, 3).
-        seed: the run's seed.
-        errors: errors of the accelerometers in threes, if already drawn from block and seed.
+    its own place, with the two other axes perpendicular to it, so that its misalignment tilts it towards them. The
+    specific force at each place is integrated, (N, K, 3) m/s, K a multiple of three; `direction` are unit vectors in
+    the same axes, (K, 3).
     """
     from sinssim.statistics.random_numbers import key
 
@@ -109,14 +101,7 @@ def emulate_accelerometers(
 
 
 def axes_about(direction: Array, axis: int) -> Array:
-    """Return the axes of a right-handed triad, one of which has a given direction.
-
-    Args:
-        direction: unit vector, (3,).
-
-    Returns:
-        Rotation matrix whose row `axis` is the direction, (3, 3).
-    """
+    """Return a right-handed triad as a rotation matrix whose row `axis` is a given direction, (3, 3)."""
     across = np.cross(direction, np.eye(3)[np.argmin(np.abs(direction))])
     across /= np.linalg.norm(across)
     return np.roll(np.stack([direction, across, np.cross(direction, across)]), axis, axis=0)
@@ -124,53 +109,34 @@ def axes_about(direction: Array, axis: int) -> Array:
 
 @dataclass(frozen=True)
 class SingleSensors:
-    """Increments of the m single gyros and the m single accelerometers of a redundant set.
+    """Increments of the m single gyros and the m single accelerometers of a redundant set."""
 
-    Attributes:
-        time: edges of the samples, (N+1,) s; stamps with jitter if there is any.
-        dtheta: angle increments along the sensitive axes, (N, m) rad.
-        dvel: velocity increments along the sensitive axes, (N, m) m/s.
-        flags: flags of the gyros and of the accelerometers, (N, 2m), as in `ImuData`; None without limits and faults.
-    """
-
-    time: Array
-    dtheta: Array
-    dvel: Array
+    time: Array  # edges of the samples, (N+1,) s; stamps with jitter if there is any
+    dtheta: Array  # angle increments along the sensitive axes, (N, m) rad
+    dvel: Array  # velocity increments along the sensitive axes, (N, m) m/s
+    # flags of the gyros and of the accelerometers, (N, 2m), as in `ImuData`; None without limits and faults
     flags: NDArray[np.uint8] | None = None
 
 
 def draw_single_sensors(imu: Imu, count: int, seed: int = 0) -> tuple[ImuErrors, ...]:
-    """Return the errors of single sensors, drawn in threes like those of a triad.
-
-    Args:
-        seed: the run's seed; the first three have the draws of the triads of a usual block.
-
-    Returns:
-        A block without faults for every three gyros and three accelerometers; sensor i is axis i mod 3 of block i // 3.
-    """
+    """Return the errors of single sensors, drawn in threes like those of a triad: a block without faults for every
+    three gyros and three accelerometers. Sensor i is axis i mod 3 of block i // 3; the first three have the draws of a
+    usual block."""
     sound = imu.model_copy(update={"faults": ()})
     return tuple(draw(sound, seed + number * APART) for number in range(-(-count // 3)))
 
 
 def perfect_readings(ideal: ImuData, directions: Array) -> SingleSensors:
-    """Return the readings of sensors without errors.
-
-    Args:
-        directions: sensitive axes, unit vectors in the block's axes, (m, 3).
-    """
+    """Return the readings of sensors without errors along axes, (m, 3)."""
     return SingleSensors(ideal.time, along(ideal.dtheta, directions), along(ideal.dvel, directions))
 
 
 def emulate_single_sensors(ideal: ImuData, imu: Imu, blocks: tuple[ImuErrors, ...], seed: int = 0) -> SingleSensors:
-    """Return the measured increments of the single sensors of a redundant set.
+    """Return the measured increments of the single sensors of a redundant set, whose errors `draw_single_sensors`
+    returned.
 
     Each has all the errors that the block gives a sensor of a triad. A gyro and an accelerometer are emulated as one
     axis of a block whose two other axes are perpendicular to it, so that misalignment tilts it towards them.
-
-    Args:
-        imu: the sensor block, whose sensor set is redundant.
-        blocks: result of `draw_single_sensors`.
-        seed: the run's seed.
     """
     assert isinstance(imu.sensor_set, Redundant)
     directions = imu.sensor_set.axes
@@ -196,13 +162,8 @@ def emulate_single_sensors(ideal: ImuData, imu: Imu, blocks: tuple[ImuErrors, ..
 def compensate_single_sensors(
     readings: SingleSensors, calibrations: tuple[ImuErrors, ...], directions: Array, estimate: ImuData
 ) -> SingleSensors:
-    """Compensate the errors of single sensors by calibration values, before they are combined.
-
-    Args:
-        calibrations: calibration values of the sensors in threes, in the order of `draw_single_sensors`.
-        directions: sensitive axes, (m, 3).
-        estimate: increments in the block's axes, which give the input across the sensitive axes.
-    """
+    """Compensate the errors of single sensors by calibration values, in the order of `draw_single_sensors`, before they
+    are combined. The estimate, increments in the axes of the block, gives the input across the sensitive axes."""
     dtheta, dvel = readings.dtheta.copy(), readings.dvel.copy()
     for i, direction in enumerate(directions):
         axis, block = i % 3, axes_about(direction, i % 3)
@@ -230,19 +191,14 @@ _CANCELS = 1e-9
 
 @dataclass(frozen=True)
 class AccelerometerSet:
-    """Six accelerometers that form an inertial block.
+    """Six accelerometers that form an inertial block."""
 
-    Attributes:
-        position: positions from the block's reference point, in its axes, (6, 3) m.
-        direction: sensitive axes, unit vectors, (6, 3).
-    """
-
-    position: Array
-    direction: Array
+    position: Array  # positions from the block's reference point, in its axes, (6, 3) m
+    direction: Array  # sensitive axes, unit vectors, (6, 3)
 
     @cached_property
     def solution(self) -> Array:
-        """Return the matrix from six readings to (ω̇, f) of a body that does not rotate, (6, 6)."""
+        """The matrix from six readings to (ω̇, f) of a body that does not rotate, (6, 6)."""
         r, s = numbers("position", self.position), numbers("direction", self.direction)
         if not np.all(np.isfinite(r)):
             raise InputError("the positions of the accelerometers must be finite numbers, m.")
@@ -265,14 +221,8 @@ class AccelerometerSet:
         return np.asarray(inverse)
 
     def feel(self, force: Array) -> Array:
-        """Return the readings of ideal accelerometers of this set.
-
-        Args:
-            force: integrals of the specific force at the place of each, (N, 6, 3) m/s.
-
-        Returns:
-            Velocity increments along the sensitive axes, (N, 6) m/s.
-        """
+        """Return the velocity increments of ideal accelerometers, (N, 6) m/s, from the integrals of the specific force
+        at each place, (N, 6, 3) m/s."""
         return np.asarray(np.einsum("nij,ij->ni", force, self.direction))
 
     @property
@@ -284,11 +234,8 @@ class AccelerometerSet:
 
 
 def cube(arm: float) -> AccelerometerSet:
-    """Return the set of Chen, Lee and DeBra: at the middles of a cube's faces, with axes along face diagonals.
-
-    Args:
-        arm: distance from the cube's centre to each face, m.
-    """
+    """Return the set of Chen, Lee and DeBra: at the middles of the faces of a cube, `arm` m from its centre, with axes
+    along face diagonals."""
     if not (np.isfinite(arm) and arm > 0.0):
         raise InputError(f"arm = {arm!r} m of the cube of accelerometers must be positive and finite.")
     position = arm * np.array([[1, 0, 0], [-1, 0, 0], [0, 1, 0], [0, -1, 0], [0, 0, 1], [0, 0, -1]], dtype=np.float64)

@@ -48,22 +48,14 @@ CHANNELS: tuple[tuple[str, str, float, str], ...] = (
 @short_repr
 @dataclass(frozen=True)
 class FlightLog:
-    """A flown flight: the centre of gravity's motion at knots, and other logged quantities.
+    """A flown flight: the centre of gravity's motion at knots, and other logged quantities."""
 
-    Attributes:
-        time: instants of the knots, (K,) s, from 0.
-        position_ecef: position of the centre of gravity, (K, 3) m.
-        q_eb: attitude quaternion, scalar first, v_e = C_eb v_b, without jumps of sign, (K, 4).
-        channels: airspeed, controls, wind and so on, by name.
-        events: beginning and end of each leg.
-        derivatives: derivatives of the curve through the knots; a flight that was not in the cache lacks them.
-    """
-
-    time: Array
-    position_ecef: Array
-    q_eb: Array
-    channels: dict[str, Channel]
-    events: tuple[FlightEvent, ...]
+    time: Array  # instants of the knots, (K,) s, from 0
+    position_ecef: Array  # position of the centre of gravity, (K, 3) m
+    q_eb: Array  # attitude quaternion, scalar first, v_e = C_eb v_b, without jumps of sign, (K, 4)
+    channels: dict[str, Channel]  # airspeed, controls, wind and so on, by name
+    events: tuple[FlightEvent, ...]  # beginning and end of each leg
+    # derivatives of the curve through the knots; a flight that was not in the cache lacks them
     derivatives: KnotDerivatives | None = None
 
 

@@ -323,7 +323,6 @@ class FlightPlan(Motion):
         return durations
 
     def duration(self, earth: TrueEarth = NORMAL_EARTH) -> float:
-        """Estimate the duration of the legs; see `Motion.duration`."""
         return sum(self.leg_durations())
 
     @property

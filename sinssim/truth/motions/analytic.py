@@ -223,10 +223,8 @@ class ClosedFormMotion(PlacedMotion):
         raise NotImplementedError
 
     def turning(self, earth: TrueEarth = NORMAL_EARTH) -> float:
-        """Return ∫ω² dt in closed form; see `Motion.turning`."""
         return self.rms_rate**2 * self.duration_s
 
     def block_motion(self, block: Mounting, earth: TrueEarth, seed: int) -> Trajectory:
-        """Return the motion of the block; see `Motion.block_motion`."""
         q_nm = attitude(self.roll_deg, self.pitch_deg, self.heading_deg)
         return block.of(OnEarth(self.motion(), *self.place, q_nm, self.duration_s, earth.gravity, earth.figure))

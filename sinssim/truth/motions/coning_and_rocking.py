@@ -59,13 +59,11 @@ class SpinCone:
         return float((self._spin + self._precession) - 2.0 * self._precession * np.sin(0.5 * self._angle) ** 2)
 
     def attitude(self, t: Array) -> Array:
-        """Return q_mb, (N, 4); see `AnalyticMotion.attitude`."""
         c, s = np.cos(0.5 * self._angle), np.sin(0.5 * self._angle)
         plus, minus = 0.5 * (self._precession + self._spin) * t, 0.5 * (self._precession - self._spin) * t
         return np.stack([c * np.cos(plus), c * np.sin(plus), s * np.cos(minus), s * np.sin(minus)], axis=1)
 
     def rate(self, t: Array) -> Array:
-        """Return the angular rate in body axes, (N, 3) rad/s; see `AnalyticMotion.rate`."""
         across = self._precession * np.sin(self._angle)
         phase = self._spin * t
         return np.stack([np.full_like(t, self._axial), across * np.sin(phase), across * np.cos(phase)], axis=1)
@@ -75,7 +73,6 @@ class SpinCone:
         return no_displacement(t)
 
     def turn(self, left: Array, right: Array) -> Array:
-        """Return the integral of the rate, (N, 3) rad; see `AnalyticMotion.turn`."""
         step, phase = right - left, 0.5 * self._spin * (left + right)
         # ∫sin st dt = h sinc(sh/2) sin(s t_mid)
         across = self._precession * np.sin(self._angle) * step * np.sinc(0.5 * self._spin * step / np.pi)
@@ -101,7 +98,6 @@ class ConingMotion(ClosedFormMotion):
     duration_s: Duration = Field(description="duration")
 
     def motion(self) -> SpinCone:
-        """Return the motion about the place; see `ClosedFormMotion.motion`."""
         return classical_cone(self.half_angle_deg * DEG, self.frequency_hz * (2.0 * np.pi))
 
     @property
@@ -120,7 +116,6 @@ class SpinConeMotion(ClosedFormMotion):
     duration_s: Duration = Field(description="duration")
 
     def motion(self) -> SpinCone:
-        """Return the motion about the place; see `ClosedFormMotion.motion`."""
         return SpinCone(self.angle_deg * DEG, self.precession_deg_s * DEG, self.spin_deg_s * DEG)
 
     @property
@@ -157,18 +152,15 @@ class Sculling:
         self.breaks = np.empty(0)
 
     def attitude(self, t: Array) -> Array:
-        """Return q_mb, (N, 4); see `AnalyticMotion.attitude`."""
         half = 0.5 * self._angle * np.sin(self._frequency * t)
         return np.stack([np.cos(half), np.sin(half), np.zeros_like(t), np.zeros_like(t)], axis=1)
 
     def rate(self, t: Array) -> Array:
-        """Return the angular rate in body axes, (N, 3) rad/s; see `AnalyticMotion.rate`."""
         turning = np.zeros((len(t), 3))
         turning[:, 0] = self._angle * self._frequency * np.cos(self._frequency * t)
         return turning
 
     def place(self, t: Array) -> tuple[Array, Array, Array]:
-        """Return position, velocity and acceleration in m, each (N, 3); see `AnalyticMotion.place`."""
         r, v, a = no_displacement(t)
         w = self._frequency
         r[:, 1] = self._displacement * np.sin(w * t)
@@ -177,7 +169,6 @@ class Sculling:
         return r, v, a
 
     def turn(self, left: Array, right: Array) -> Array:
-        """Return the integral of the rate, (N, 3) rad; see `AnalyticMotion.turn`."""
         turned = np.zeros((len(left), 3))
         turned[:, 0] = self._angle * self._frequency * _cosine_integral(self._frequency, left, right)
         return turned
@@ -235,16 +226,13 @@ class SpinRock:
         return np.asarray(self._spin + self._angle * self._frequency * np.cos(self._frequency * t))
 
     def attitude(self, t: Array) -> Array:
-        """Return q_mb, (N, 4); see `AnalyticMotion.attitude`."""
         half = 0.5 * (self._spin * t + self._angle * np.sin(self._frequency * t))
         return np.concatenate([np.cos(half)[:, None], np.sin(half)[:, None] * self._axis], axis=1)
 
     def rate(self, t: Array) -> Array:
-        """Return the angular rate in body axes, (N, 3) rad/s; see `AnalyticMotion.rate`."""
         return np.outer(self._angle_rate(t), self._axis)
 
     def place(self, t: Array) -> tuple[Array, Array, Array]:
-        """Return position, velocity and acceleration in m, each (N, 3); see `AnalyticMotion.place`."""
         q, rate = self.attitude(t), self._angle_rate(t)
         growth = -self._angle * self._frequency**2 * np.sin(self._frequency * t)
         return (
@@ -254,12 +242,10 @@ class SpinRock:
         )
 
     def turn(self, left: Array, right: Array) -> Array:
-        """Return the integral of the rate, (N, 3) rad; see `AnalyticMotion.turn`."""
         rocked = self._angle * self._frequency * _cosine_integral(self._frequency, left, right)
         return np.outer(self._spin * (right - left) + rocked, self._axis)
 
     def push(self, left: Array, right: Array) -> Array:
-        """Return the integral of the specific force, (N, 3) m/s; see `AnalyticMotion.push`."""
         w = self._frequency
         rock = self._angle * w
         gain = -rock * w * _sine_integral(w, left, right)  # ∫φ̈
@@ -280,12 +266,10 @@ class ScullingMotion(ClosedFormMotion):
     duration_s: Duration = Field(description="duration")
 
     def motion(self) -> Sculling:
-        """Return the motion about the place; see `ClosedFormMotion.motion`."""
         return Sculling(self.angle_deg * DEG, self.displacement_mm * 1e-3, self.frequency_hz * (2.0 * np.pi))
 
     @property
     def rms_rate(self) -> float:
-        """That of a sinusoid; see `ClosedFormMotion.rms_rate`."""
         return math.sqrt(2.0) * math.pi * self.frequency_hz * self.angle_deg * DEG
 
 
@@ -300,7 +284,6 @@ class SpinRockMotion(ClosedFormMotion):
     duration_s: Duration = Field(description="duration")
 
     def motion(self) -> SpinRock:
-        """Return the motion about the place; see `ClosedFormMotion.motion`."""
         return SpinRock(self.axis, self.spin_deg_s * DEG, self.angle_deg * DEG, self.frequency_hz * (2.0 * np.pi))
 
     @property

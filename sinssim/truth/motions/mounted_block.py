@@ -145,7 +145,6 @@ class Vibrating(DerivedMotion):
         return position, rotation.rotate(q_en, s.velocity_ned), rotation.multiply(q_en, s.q_nb)
 
     def state(self, t: ArrayLike) -> NavState:
-        """Return position, velocity and attitude of the sensor block; see `Trajectory.state`."""
         instants = check_instants(t, self.start, self.end)
         time, shape = np.atleast_1d(instants), instants.shape
         position, velocity, q_eb = self._base_state(time)

@@ -111,7 +111,6 @@ class ParkedVehicle(PlacedMotion):
     duration_s: Duration = Field(description="duration")
 
     def block_motion(self, block: Mounting, earth: TrueEarth, seed: int) -> Parked:
-        """Return the motion of the block; see `Motion.block_motion`."""
         q_nb = attitude(self.roll_deg, self.pitch_deg, self.heading_deg)
         return Parked(*self.place, q_nb, self.duration_s, block.lever_arm_m, block.q_bs, earth.gravity, earth.figure)
 
@@ -319,11 +318,9 @@ class GreatCircleFlight(PlacedMotion):
 
     @property
     def usual_speed(self) -> float:
-        """The speed along the circle; see `Motion.usual_speed`."""
         return self.speed_mps
 
     def block_motion(self, block: Mounting, earth: TrueEarth, seed: int) -> GreatCircle:
-        """Return the motion of the block; see `Motion.block_motion`."""
         return GreatCircle(
             *self.place,
             np.radians(self.course_deg),

@@ -268,11 +268,9 @@ class SurfaceVehicle(PlacedMotion):
         return Profile(self.table, self.legs, heading, self.acceleration_mps2, self.lateral_mps2)
 
     def duration(self, earth: TrueEarth = NORMAL_EARTH) -> float:
-        """Return the duration of the legs; see `Motion.duration`."""
         return self.profile.duration
 
     def turning(self, earth: TrueEarth = NORMAL_EARTH) -> float:
-        """Return ∫ω² dt of the legs; see `Motion.turning`."""
         return self.profile.turning
 
     def body(self, course: Course, time: Array, north: Array, east: Array, seed: int) -> tuple[Body, Array]:
@@ -281,7 +279,6 @@ class SurfaceVehicle(PlacedMotion):
         raise NotImplementedError
 
     def block_motion(self, block: Mounting, earth: TrueEarth, seed: int) -> Curve:
-        """Return the motion of the block; see `Motion.block_motion`."""
         from sinssim.truth.curve import Curve  # needs the compiler
 
         profile = self.profile
@@ -385,7 +382,6 @@ class Drive(SurfaceVehicle):
     )
 
     def body(self, course: Course, time: Array, north: Array, east: Array, seed: int) -> tuple[Body, Array]:
-        """Return the motion of the body; see `SurfaceVehicle.body`."""
         step = float(time[1] - time[0])
         f, damping = self.suspension_hz, self.suspension_damping
         lateral = course.speed * course.rate
@@ -460,7 +456,6 @@ class Voyage(SurfaceVehicle):
         return SEA_STATES[self.sea_state] if self.significant_height_m is None else self.significant_height_m
 
     def body(self, course: Course, time: Array, north: Array, east: Array, seed: int) -> tuple[Body, Array]:
-        """Return the motion of the body; see `SurfaceVehicle.body`."""
         step = float(time[1] - time[0])
         heel = -self.heel_deg_per_mps2 * DEG * course.speed * course.rate
         towards = np.radians(self.waves_towards_deg)

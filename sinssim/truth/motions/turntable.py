@@ -199,7 +199,6 @@ class RotationTable:
         self._turns = turns
 
     def attitude(self, t: Array) -> Array:
-        """Return q_mb, (N, 4); see `AnalyticMotion.attitude`."""
         q = np.tile([1.0, 0.0, 0.0, 0.0], (len(t), 1))
         last = np.append([turn.start for turn in self._turns[1:]], np.inf)
         for turn, next_start in zip(self._turns, last, strict=False):
@@ -209,7 +208,6 @@ class RotationTable:
         return q
 
     def rate(self, t: Array) -> Array:
-        """Return the angular rate in body axes, (N, 3) rad/s; see `AnalyticMotion.rate`."""
         total = np.zeros((len(t), 3))
         for turn in self._turns:
             during = (t >= turn.start) & (t <= turn.end)
@@ -221,7 +219,6 @@ class RotationTable:
         return no_displacement(t)
 
     def turn(self, left: Array, right: Array) -> Array:
-        """Return the integral of the rate, (N, 3) rad; see `AnalyticMotion.turn`."""
         total = np.zeros((len(left), 3))
         for turn in self._turns:
             during = (right > turn.start) & (left < turn.end)
@@ -308,7 +305,6 @@ class RotationTableMotion(ClosedFormMotion):
         )
 
     def motion(self) -> RotationTable:
-        """Return the motion about the place; see `ClosedFormMotion.motion`."""
         return RotationTable([step.step() for step in self.steps])
 
     def turning(self, earth: TrueEarth = NORMAL_EARTH) -> float:

@@ -151,16 +151,12 @@ class Vibration(Section):
 class Mount:
     """A second-order mount in one kind of motion.
 
-    Attributes:
-        natural_hz: ω_n/2π, Hz.
-        damping: ζ, fraction of critical damping.
-
     Raises:
         InputError: the frequency or the damping is not positive and finite.
     """
 
-    natural_hz: float
-    damping: float
+    natural_hz: float  # ω_n/2π, Hz
+    damping: float  # ζ, fraction of critical damping
 
     def __post_init__(self) -> None:
         if not (0.0 < self.natural_hz < np.inf and 0.0 < self.damping < np.inf):

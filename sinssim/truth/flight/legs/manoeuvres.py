@@ -74,7 +74,6 @@ class BarrelRollLeg(LegBase):
     timeout_s: Timeout = Field(default=120.0, description="the leg fails if it takes longer")
 
     def reckon(self, plan: DeadReckoning) -> float:
-        """Return the duration, s, of the roll and the recovery; see `LegBase.reckon`."""
         plan.turning += (2.0 * math.pi) ** 2 / self.duration_s
         return plan.straight(self.duration_s + self.recovery_s)
 

@@ -27,7 +27,6 @@ class HoldLeg(LegBase):
     timeout_s: Timeout = Field(default=86_400.0, description="the leg fails if it takes longer")
 
     def reckon(self, plan: DeadReckoning) -> float:
-        """Return the duration, s; see `LegBase.reckon`."""
         return plan.straight(self.duration_s or max(0.0, (self.until_s or 0.0) - plan.elapsed))
 
     def fly(self, pilot: Autopilot, state: AircraftState, performance: Performance) -> Iterator[None]:
@@ -71,7 +70,6 @@ class AltitudeLeg(LegBase):
         return self.altitude_m
 
     def reckon(self, plan: DeadReckoning) -> float:
-        """Return the duration, s, at a steady vertical speed; see `LegBase.reckon`."""
         change = self.altitude_m - plan.altitude
         usual = plan.performance.climb_mps if change > 0.0 else plan.performance.descent_mps
         return plan.climb(self.altitude_m, self.vertical_speed_mps or usual)
@@ -108,7 +106,6 @@ class SpeedLeg(LegBase):
         return plan.straight(seconds, 0.5 * (before + after) / after)
 
     def fly(self, pilot: Autopilot, state: AircraftState, performance: Performance) -> Iterator[None]:
-        """Set the airspeed; see `LegBase.fly`."""
         pilot.airspeed = self.airspeed_kt * KNOT
         while abs(state.cas - pilot.airspeed) > 0.5:
             yield

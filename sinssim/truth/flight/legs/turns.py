@@ -35,7 +35,6 @@ class TurnLeg(LegBase):
     bank_deg: Bank | None = Field(default=None, description="angle of bank; default: the aircraft's usual angle")
 
     def reckon(self, plan: DeadReckoning) -> float:
-        """Return the duration, s, of a steady turn; see `LegBase.reckon`."""
         if self.angle_deg is not None:
             angle = math.radians(self.angle_deg if self.direction == "right" else -self.angle_deg)
             return plan.turn(angle, self.bank_deg)
@@ -50,7 +49,6 @@ class TurnLeg(LegBase):
         return angle % (2.0 * pi) if self.direction == "right" else -(-angle % (2.0 * pi))
 
     def fly(self, pilot: Autopilot, state: AircraftState, performance: Performance) -> Iterator[None]:
-        """Turn by the angle to the target; see `LegBase.fly`."""
         bank = pilot.usual_bank if self.bank_deg is None else self.bank_deg * DEG
         if self.angle_deg is not None:
             angle = self.angle_deg * DEG if self.direction == "right" else -self.angle_deg * DEG
@@ -94,7 +92,6 @@ class RacetrackLeg(LegBase):
     timeout_s: Timeout = Field(default=86_400.0, description="the leg fails if it takes longer")
 
     def reckon(self, plan: DeadReckoning) -> float:
-        """Return the duration of all laps, s; see `LegBase.reckon`."""
         return sum(self._reckon_half_lap(plan) for _ in range(2 * self.laps))
 
     def _reckon_half_lap(self, plan: DeadReckoning) -> float:

@@ -223,7 +223,6 @@ class WaypointLeg(LegBase):
         return self.places()[number].name or (f"waypoint {number + 1}" if self.waypoints else None)
 
     def end_height(self, height: float) -> float:
-        """Return the last waypoint's height; see `LegBase.end_height`."""
         for place in self.places():
             height = height if place.height_m is None else place.height_m
         return height
