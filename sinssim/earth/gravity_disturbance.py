@@ -116,12 +116,7 @@ def harmonic_k(table: HarmonicTable, x: float, y: float, z: float) -> tuple[floa
 
 @kernel
 def harmonic_rows(table: HarmonicTable, r: Array, out: Array) -> None:
-    """Write potential and gradient of points.
-
-    Args:
-        r: Earth-fixed positions, (N, 3) m.
-        out: potential, m²/s², and gradient, m/s², (N, 4).
-    """
+    """Write the potential, m²/s², and its gradient, m/s², (N, 4), of points in Earth-fixed axes, (N, 3) m."""
     for i in range(len(r)):
         v, gx, gy, gz = harmonic_k(table, r[i, 0], r[i, 1], r[i, 2])
         out[i, 0], out[i, 1], out[i, 2], out[i, 3] = v, gx, gy, gz
@@ -155,11 +150,8 @@ def normal_potential(ellipsoid: Ellipsoid) -> float:
 
 
 def less_normal(model: Coefficients, ellipsoid: Ellipsoid) -> Coefficients:
-    """Return the coefficients of the disturbing potential T: the model's less those of the normal ellipsoid.
-
-    Returns:
-        Coefficients over the model's GM and R. The ellipsoid's are scaled to these by GM₀/GM (a/R)^2n.
-    """
+    """Return the coefficients of the disturbing potential T, the model's less those of the normal ellipsoid, over GM
+    and R of the model; the ellipsoid's are scaled to these by GM₀/GM (a/R)^2n."""
     c = model.c.copy()
     ratio, squeeze = ellipsoid.gm / model.gm, (ellipsoid.a / model.radius) ** 2
     for k, value in enumerate(normal_zonals(ellipsoid)):
@@ -215,25 +207,15 @@ class DisturbingField:
         return self._coefficients.radius / self.degree
 
     def potential_and_gradient(self, r: ArrayLike) -> tuple[Array, Array]:
-        """Return the disturbing potential and its gradient in Earth-fixed axes: T, (...) m²/s², and ∇T, (..., 3) m/s².
-
-        Args:
-            r: Earth-fixed positions, (..., 3) m.
-        """
+        """Return the disturbing potential T, (...) m²/s², and its gradient, (..., 3) m/s², at positions in Earth-fixed
+        axes, (..., 3) m."""
         shape, rows = as_vectors(r)
         out = np.empty((len(rows), 4))
         harmonic_rows(self.table, rows, out)
         return out[:, 0].reshape(shape), out[:, 1:].reshape(*shape, 3)
 
     def at(self, latitude: ArrayLike, longitude: ArrayLike, height: ArrayLike) -> Disturbance:
-        """Return deflections, disturbance and anomaly at points: the disturbance at those points, broadcast against
-
-        each other.
-
-        Args:
-            latitude, longitude: geodetic, (...) rad.
-            height: above the ellipsoid, (...) m.
-        """
+        """Return deflections, disturbance and anomaly at geodetic points that broadcast against each other."""
         shape, (lat, lon, h) = as_columns(latitude, longitude, height)
         r = geodetic_to_ecef(lat, lon, h, self.ellipsoid)
         potential, gradient = self.potential_and_gradient(r)
@@ -244,15 +226,11 @@ class DisturbingField:
         return Disturbance(ned.reshape(*shape, 3), *(values.reshape(shape) for values in flat))
 
     def undulation(self, latitude: ArrayLike, longitude: ArrayLike) -> Array:
-        """Return the height of the geoid over the ellipsoid by Bruns' formula: N = (T − (W₀ − U₀))/γ on the ellipsoid,
-
+        """Return the height of the geoid over the ellipsoid by Bruns' formula, N = (T − (W₀ − U₀))/γ on the ellipsoid,
         (...) m (Heiskanen and Moritz 2-178).
 
         On land the model's potential is continued to the ellipsoid through the topography, which matters by decimetres
         in mountains; degrees beyond the model's are missing.
-
-        Args:
-            latitude, longitude: geodetic, (...) rad.
         """
         shape, (lat, lon) = as_columns(latitude, longitude)
         potential, _ = self.potential_and_gradient(geodetic_to_ecef(lat, lon, np.zeros_like(lat), self.ellipsoid))
@@ -299,15 +277,11 @@ def _panels(time: Array, values: Array) -> Array:
 def disturbance_along(
     field: DisturbingField, path: Callable[[Array], Array], start: float, end: float, tolerance: float = TOLERANCE
 ) -> DisturbanceAlong:
-    """Return the disturbance of gravity along a path.
+    """Return the disturbance of gravity along a path, a function from instants, (N,) s, to positions in Earth-fixed
+    axes, (N, 3) m.
 
     Knots lie at most 4 s and an eighth of the way apart. The interval is halved until the spline through the old knots
-    meets the field at all the new ones within the tolerance; the new ones become knots, too.
-
-    Args:
-        path: returns Earth-fixed positions at instants, (N,) s → (N, 3) m.
-        start, end: first and last instant, s.
-        tolerance: largest error between knots, m/s².
+    meets the field at all the new ones within the tolerance, m/s²; the new ones become knots, too.
     """
     count = max(_FEWEST, int(np.ceil((end - start) / _COARSEST)))
     time = np.linspace(start, end, count + 1)

@@ -90,7 +90,7 @@ MOST_DEGREE = 2190
 
 
 def read_icgem(path: str | os.PathLike[str], degree: int | None = None) -> Coefficients:
-    """Read the coefficients of a gravity model from an ICGEM file, up to a degree if one is given."""
+    """Read the coefficients of a gravity model from an ICGEM file up to a degree, by default all that the file has."""
     file = Path(path)
     try:
         text = read_text(file, encoding="utf-8", errors="replace")
@@ -206,10 +206,8 @@ class Omission(NamedTuple):
 
 
 def degree_variances(degree: int, height: float = 0.0) -> tuple[Array, Array]:
-    """Return the variances of the gravity anomaly of the degrees beyond one, which is 2 or more.
-
-    At a height above the ellipsoid, m, they are smaller by (R/(R + h))^(2n+4).
-    """
+    """Return the degrees beyond one, 2 or more, and the variances of the gravity anomaly of each, which fall with the
+    height h above the ellipsoid as (R/(R + h))^(2n+4)."""
     n = np.arange(max(degree, 2) + 1.0, _MOST + 1.0)
     fall = np.exp((n + 2.0) * (np.log(_S) - 2.0 * np.log1p(max(height, 0.0) / MEAN_RADIUS)))
     return n, _A * (n - 1.0) / ((n - 2.0) * (n + _B)) * fall * MGAL**2
@@ -217,12 +215,9 @@ def degree_variances(degree: int, height: float = 0.0) -> tuple[Array, Array]:
 
 @cache
 def omission(degree: int, height: float = 0.0) -> Omission:
-    """Return the standard deviations and the correlation distance of the field beyond a degree, at a height above the
-    ellipsoid, m.
-
-    The degree is 2 for normal gravity. The variance of deflections of degree n is n(n + 1)/(n − 1)² c_n/γ², one half of
-    it for each component.
-    """
+    """Return the size of the field at a height beyond the degree that is known, 2 for normal gravity: standard
+    deviations and correlation distance. The variance of deflections of degree n is n(n + 1)/(n − 1)² c_n/γ², one half
+    of it for each component."""
     from scipy.optimize import brentq
     from scipy.special import j0
 

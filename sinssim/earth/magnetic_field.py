@@ -32,7 +32,7 @@ _NANO = 1e-9
 
 
 def decimal_year(date: float | str) -> float:
-    """Return a decimal year from one, or from "YYYY-MM-DD"."""
+    """Return a date, "YYYY-MM-DD" or a decimal year, as a decimal year."""
     if isinstance(date, str):
         try:
             day = datetime.date.fromisoformat(date)
@@ -51,13 +51,8 @@ def decimal_year(date: float | str) -> float:
 
 
 def magnetic_field(latitude: ArrayLike, longitude: ArrayLike, height: ArrayLike, year: float) -> Array:
-    """Return the main field at places: north, east, down, (..., 3) T.
-
-    Args:
-        latitude, longitude: geodetic, (...) rad.
-        height: above the WGS-84 ellipsoid, (...) m.
-        year: decimal year in `VALID`.
-    """
+    """Return the main field, north, east, down, (..., 3) T, at geodetic places on WGS-84 in a decimal year of
+    `VALID`."""
     from pygeomag import GeoMag
 
     first = min(5 * int(decimal_year(year) // 5), int(VALID[1]) - 5)  # 2030.0 is the end of WMM-2025
@@ -71,11 +66,8 @@ def magnetic_field(latitude: ArrayLike, longitude: ArrayLike, height: ArrayLike,
 
 
 def field_along(latitude: Array, longitude: Array, height: Array, year: float) -> Array:
-    """Return the main field north, east, down along a path of M points, (M, 3) T.
-
-    It is evaluated every 200 m and interpolated in Earth-fixed axes between. Latitude and longitude are geodetic, (M,)
-    rad, the height is above the WGS-84 ellipsoid, (M,) m, and the year is in `VALID`.
-    """
+    """Return the main field along a path of geodetic points on WGS-84, (M,): north, east, down, (M, 3) T. It is
+    evaluated every 200 m and interpolated in Earth-fixed axes between."""
     axes = _axes(latitude, longitude)
     gone = np.concatenate(
         ([0.0], np.cumsum(np.linalg.norm(np.diff(axes[:, 2] * (_RADIUS + height)[:, None], axis=0), axis=1)))

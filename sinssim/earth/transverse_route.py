@@ -42,14 +42,9 @@ def normal(latitude: ArrayLike, longitude: ArrayLike) -> Array:
 def route_pole(
     route: tuple[float, float, float, float] | None, latitude: float, longitude: float, velocity_ned: ArrayLike
 ) -> Array:
-    """Return the pole of the route's great circle, to the left of the route: Earth-fixed unit vector, (3,).
-
-    Args:
-        route: latitude and longitude of A and of B, rad; None for the great circle along the velocity, or to the east
-            for a vehicle at rest.
-        latitude, longitude: of the start, rad.
-        velocity_ned: velocity at the start, (3,) m/s.
-    """
+    """Return the pole of a great circle, to the left of the route: Earth-fixed unit vector, (3,). The route is latitude
+    and longitude of A and of B, rad; None is the great circle along the velocity, or to the east for a vehicle at
+    rest."""
     if route is None:
         v = np.asarray(velocity_ned, dtype=np.float64)
         north = np.array(
@@ -69,49 +64,28 @@ def route_pole(
 
 
 def route_along(latitude: float, longitude: float, velocity_ned: ArrayLike) -> tuple[float, float, float, float]:
-    """Return a route on the great circle along a velocity: latitude and longitude of the start and of a place a quarter
-    of the circle ahead, rad.
-
-    It is the route of `route_pole` if none is given.
-    """
+    """Return a route on the great circle of `route_pole` without a route: latitude and longitude of the start and of a
+    place a quarter of the circle ahead, rad."""
     ahead = np.cross(route_pole(None, latitude, longitude, velocity_ned), normal(latitude, longitude))
     return latitude, longitude, math.atan2(ahead[2], math.hypot(ahead[0], ahead[1])), math.atan2(ahead[1], ahead[0])
 
 
 def nearest_allowed(speed: ArrayLike, step: ArrayLike) -> Array:
-    """Return the least distance from its pole at which the frame can be used, (...) m.
-
-    Args:
-        speed: horizontal, (...) m/s.
-        step: the engine's step, (...) s.
-    """
+    """Return the least distance from its pole at which the frame can be used with a horizontal speed, m/s, and a step
+    of the engine, s: (...) m."""
     return np.maximum(np.multiply(speed, step) / TURN_LIMIT, NEAREST)
 
 
 def distance_from_pole(pole: Array, latitude: ArrayLike, longitude: ArrayLike) -> Array:
-    """Return the distance from a route's pole or from the point opposite it, whichever is nearer: distance over the
-
-    mean sphere, (...) m.
-
-    Args:
-        pole: Earth-fixed unit vector, (3,).
-        latitude, longitude: (...) rad.
-    """
+    """Return the distance over the mean sphere, (...) m, from the pole of a route or from the point opposite it,
+    whichever is nearer."""
     up = normal(latitude, longitude)
     return np.asarray(RADIUS * np.arctan2(np.linalg.norm(np.cross(up, pole), axis=-1), np.abs(up @ pole)))
 
 
 def too_near(pole: Array, time: Array, latitude: Array, longitude: Array, velocity: Array) -> tuple[int, str] | None:
-    """Find where a motion comes too near to the pole of its route: the first row that is too near, and a message; None
-
-    if there is no such row.
-
-    Args:
-        pole: Earth-fixed unit vector, (3,).
-        time: times of the engine's steps, (N+1,) s.
-        latitude, longitude: (N+1,) rad.
-        velocity: north, east, down, (N+1, 3) m/s.
-    """
+    """Return the first row of a motion, at the times of the engine's steps, that is too near to the pole of its route,
+    and a message; None if there is no such row."""
     # only rows near the latitude of either pole can be near a pole: the others need no trigonometry
     fastest = math.sqrt(2.0) * float(np.nanmax(np.abs(velocity)))  # or less; NaN of a solution that ran away left aside
     reach = float(nearest_allowed(fastest, np.diff(time).max())) / RADIUS
@@ -131,11 +105,7 @@ def too_near(pole: Array, time: Array, latitude: Array, longitude: Array, veloci
 
 
 def sentence(pole: Array, distance: float, speed: float, step: float, when: str) -> str:
-    """Return the message that a motion comes too near to the pole of its route.
-
-    The pole is an Earth-fixed unit vector, (3,); distance from it in m, horizontal speed in m/s, the engine's step in
-    s.
-    """
+    """Return the message that a motion comes too near to the pole of its route, the nearer one."""
     allowed, shown = float(nearest_allowed(speed, step)), float(f"{distance:.4g}")
     angles = math.asin(max(-1.0, min(1.0, pole[2]))), math.atan2(pole[1], pole[0])
     latitude, longitude = (round(math.degrees(angle), 4) + 0.0 for angle in angles)  # no negative zero

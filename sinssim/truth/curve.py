@@ -84,8 +84,7 @@ def _join(time: Array, q: Array, a: Array, s: Array, panels: Array) -> None:
 
 
 def checked_knots(time: ArrayLike, position_ecef: ArrayLike, q_eb: ArrayLike) -> tuple[Array, Array, Array]:
-    """Return the knots of a curve as arrays, with unit quaternions of continuous sign (time: the knots, increasing,
-    (K,) s; position_ecef: positions at the knots, (K, 3) m; q_eb: attitude at the knots, v_e = C_eb v_b, (K, 4))."""
+    """Return the knots of a curve as arrays after a check, with unit quaternions of continuous sign."""
     t, r, q = numbers("time", time), numbers("position_ecef", position_ecef), numbers("q_eb", q_eb)
     if t.ndim != 1 or r.shape != (len(t), 3) or q.shape != (len(t), 4):
         raise InputError(
@@ -129,8 +128,7 @@ class KnotDerivatives(NamedTuple):
 
 
 def knot_derivatives(time: Array, position: Array, q: Array) -> KnotDerivatives:
-    """Return the derivatives of the splines through the knots (time: the knots, (K,) s; position: positions at the
-    knots, (K, 3) m; q: quaternions at the knots, of continuous sign, (K, 4))."""
+    """Return the derivatives of the splines through the knots, whose quaternions have a continuous sign."""
     from scipy.interpolate import make_interp_spline
 
     spline = make_interp_spline(time, np.concatenate([position, q], axis=1), k=DEGREE)
@@ -145,8 +143,7 @@ def knot_derivatives(time: Array, position: Array, q: Array) -> KnotDerivatives:
 
 def panels_through(time: Array, position: Array, q: Array, derivatives: KnotDerivatives) -> Array:
     """Return the polynomials between knots: (K-1, 6, 7) coefficients of x, y, z, q0, q1, q2, q3 by power of the time
-    since the panel's first knot (time: the knots, (K,) s; position: positions at the knots, (K, 3) m; q: quaternions at
-    the knots, of continuous sign, (K, 4))."""
+    since the first knot of the panel."""
     a, s, v0 = derivatives
     panels = np.empty((len(time), 6, 7))  # a row more than panels, for the last knot
     _integrate(time, a, s, position[0], v0, panels)
@@ -384,17 +381,7 @@ class Curve:
         return f"{type(self).__name__}({self.start:g} … {self.end:g} s)"
 
     def state(self, t: ArrayLike) -> NavState:
-        """Return position, velocity and attitude of the sensor block; see `Trajectory.state`.
-
-        Args:
-            t: times, () or (N,) s.
-
-        Returns:
-            The state at those times, in arrays of the same leading shape.
-
-        Raises:
-            InputError: a time lies outside [start, end].
-        """
+        """Return position, velocity and attitude of the sensor block at instants t; see `Trajectory.state`."""
         instants = check_instants(t, self.start, self.end)
         times = np.atleast_1d(instants)
         panel = self._panel(times)
@@ -426,17 +413,7 @@ class Curve:
         )
 
     def rates(self, t: ArrayLike) -> tuple[Array, Array]:
-        """Return inertial angular rate and specific force of the sensor block; see `Trajectory.rates`.
-
-        Args:
-            t: times, () or (N,) s.
-
-        Returns:
-            Angular rate, (3,) or (N, 3) rad/s, and specific force, (3,) or (N, 3) m/s², in the block's axes.
-
-        Raises:
-            InputError: a time lies outside [start, end].
-        """
+        """Return inertial angular rate and specific force of the sensor block at instants t; see `Trajectory.rates`."""
         instants = check_instants(t, self.start, self.end)
         times = np.atleast_1d(instants)
         omega, force = np.empty((len(times), 3)), np.empty((len(times), 3))
@@ -444,17 +421,8 @@ class Curve:
         return omega.reshape(*instants.shape, 3), force.reshape(*instants.shape, 3)
 
     def increments(self, rate_hz: float) -> ImuData:
-        """Return exact increments by Gauss-Legendre quadrature between knots; see `Trajectory.increments`.
-
-        Args:
-            rate_hz: samples per second.
-
-        Returns:
-            Integrals of inertial angular rate and specific force; edges at start + k/rate_hz up to `end`.
-
-        Raises:
-            InputError: the rate is not positive and finite, or an interval is longer than the trajectory.
-        """
+        """Return exact increments at rate_hz by Gauss-Legendre quadrature between knots; see
+        `Trajectory.increments`."""
         edges = sample_edges(self.start, self.end, rate_hz)
         knots = self._curve.time
         piece = min(1.0 / rate_hz, float(np.diff(knots).max()))

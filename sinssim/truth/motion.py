@@ -80,7 +80,7 @@ class Motion(Source):
         return 0.0
 
     def duration(self, earth: TrueEarth = NORMAL_EARTH) -> float:
-        """Return the duration before the motion is computed: duration, s: exact except for a flight, for which it is an
+        """Return the duration before the motion is computed, s: exact except for a flight, for which it is an
         estimate."""
         assert self.known_duration is not None  # others say how long they last
         return self.known_duration

@@ -284,11 +284,7 @@ class PlaneMotion:
             _check_height(self._height, self.duration, self._radius)
 
     def state(self, time: Array) -> PlaneState:
-        """Return the true motion.
-
-        Args:
-            time: instants, (N,) s.
-        """
+        """Return the true motion at instants, (N,) s."""
         v, height, theta = self._velocity(time), self._height(time), self._body_pitch(time)
         turn, horizontal, vertical = self._felt(time, v, height)
         rate = self._body_pitch(time, 1) - turn

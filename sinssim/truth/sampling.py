@@ -32,8 +32,7 @@ _PART = 65536  # instants evaluated together, so that no temporary is as long as
 
 
 def sample_edges(start: float, end: float, rate_hz: float) -> Array:
-    """Return the edges of equal intervals that fit between two instants: start + k/rate_hz for k = 0...N, (N+1,) s
-    (start: first edge, s; end: no edge lies beyond it, s)."""
+    """Return the edges of equal intervals that fit between two instants: start + k/rate_hz for k = 0...N, (N+1,) s."""
     rate_hz = number("rate_hz", rate_hz, "samples per second", low=POSITIVE)
     samples, most = (end - start + _SLACK) * rate_hz, machine_memory() / _BYTES
     if not samples <= most:
@@ -51,8 +50,7 @@ def sample_edges(start: float, end: float, rate_hz: float) -> Array:
 
 
 def checked_place(latitude: float, longitude: float, height: float) -> tuple[float, float, float]:
-    """Return the place of a motion as three numbers (latitude, longitude: geodetic, rad; height above the ellipsoid,
-    m)."""
+    """Return the geodetic place of a motion, rad and m, as three numbers after a check."""
     angle = number("latitude", latitude, "rad, north positive")
     if not abs(angle) <= 0.5 * math.pi:
         raise InputError(f"latitude = {math.degrees(angle):g}° must lie within ±90°; give radians.")
@@ -66,8 +64,7 @@ def checked_duration(duration: float) -> float:
 
 
 def check_instants(t: ArrayLike, start: float, end: float) -> Array:
-    """Check that instants lie on the trajectory, and return them as an array: the same times, () or (N,) (t: instants,
-    () or (N,) s; start, end: first and last time of the trajectory, s)."""
+    """Return instants on the trajectory as an array, () or (N,) s, after a check."""
     instants = numbers("t", t)
     if instants.ndim > 1:
         raise InputError(f"the times must be one number or one row of numbers, not an array of shape {instants.shape}.")
@@ -81,8 +78,8 @@ def check_instants(t: ArrayLike, start: float, end: float) -> Array:
 
 
 def part_by_part(state: Callable[[Array], NavState], instants: Array) -> NavState:
-    """Return the states of a motion, evaluated part by part to save memory (state: returns the states at instants, of
-    whose number none depends; instants: () or (N,) s)."""
+    """Return the states of a motion at instants, () or (N,) s, evaluated part by part to save memory; no state depends
+    on the number of instants."""
     if instants.size <= _PART:
         return state(instants)
     states = NavState(*(np.empty((len(instants), *columns)) for columns in ((), (), (), (3,), (4,))))
@@ -122,11 +119,8 @@ class BlockMotion:
 
 
 def in_blocks(count: int, work: Callable[[int, int], None]) -> None:
-    """Run work(first, last) over consecutive blocks of range(count), on two threads if that is faster.
-
-    Args:
-        work: processes the items first...last-1; it must release the GIL, and the items must be independent.
-    """
+    """Run work(first, last) over consecutive blocks of range(count), on two threads if that is faster. The work must
+    release the GIL, and the items must be independent."""
     threads = min(2, os.cpu_count() or 1, 1 + count // _BLOCK)
     edges = [count * i // threads for i in range(threads + 1)]
     if threads == 1:
@@ -170,16 +164,10 @@ def integrate_samples(
     *,
     points: int = _POINTS,
 ) -> Array:
-    """Return the integrals of a function over consecutive intervals by Gauss-Legendre quadrature: integrals, (N,
+    """Return the integrals (N, columns) of a function over consecutive intervals by Gauss-Legendre quadrature.
 
-    columns).
-
-    Args:
-        rates: function of instants (M,) s, returning (M, columns); smooth between `breaks`.
-        edges: increasing edges of the intervals, (N+1,) s.
-        fastest: angular frequency beyond which the function has no significant content, rad/s.
-        breaks: instants at which a derivative of the function may jump, (K,) s.
-        points: number of points on a panel.
+    The function takes instants, (M,) s, returns (M, columns), has no significant content beyond the angular frequency
+    `fastest`, rad/s, and is smooth between `breaks`, (K,) s. A panel has the given number of points.
     """
     inside = np.asarray(breaks, dtype=np.float64)
     inside = inside[(inside > edges[0]) & (inside < edges[-1])]
@@ -205,14 +193,10 @@ def integrate_samples(
 
 
 def block_state(position: Array, velocity: Array, q_es: Array, ellipsoid: Ellipsoid) -> NavState:
-    """Return geodetic position, north-east-down velocity and attitude.
+    """Return geodetic position, north-east-down velocity and attitude of a block from position and velocity in
+    Earth-fixed axes, (..., 3), and attitude, v_e = C_es v_s, (..., 4).
 
     On the polar axis, north and east are those of the meridian of the returned longitude.
-
-    Args:
-        position: Earth-fixed position of the block, (..., 3) m.
-        velocity: relative to the Earth, Earth-fixed axes, (..., 3) m/s.
-        q_es: attitude of the block, v_e = C_es v_s, (..., 4).
     """
     latitude, longitude, height = earth.ecef_to_geodetic(position, ellipsoid)
     q_ne = rotation.conjugate(earth.q_en(latitude, longitude))

@@ -80,8 +80,8 @@ class TrueGravity(Section):
         return self
 
     def coefficients(self, degree: int | None = None) -> Coefficients | None:
-        """Return the coefficients of the model: the coefficients; None for normal gravity (degree: highest degree; by
-        default that of the section)."""
+        """Return the coefficients of the model up to a degree, by default that of the section; None for normal
+        gravity."""
         if self.model == "normal":
             return None
         degree = self.degree if degree is None else degree
@@ -96,22 +96,21 @@ class TrueGravity(Section):
         return model if degree is None else model.to_degree(degree)
 
     def field(self, ellipsoid: Ellipsoid, degree: int | None = None) -> DisturbingField | None:
-        """Return the disturbing field: the field; None for normal gravity (degree: highest degree; by default that of
-        the model)."""
+        """Return the disturbing field up to a degree, by default that of the model; None for normal gravity."""
         model = self.coefficients(degree)
         return None if model is None else _field(model, ellipsoid)
 
     def beyond(self, degree: int | None, ellipsoid: Ellipsoid) -> DisturbingField | None:
-        """Return the part of the field that a navigator does not know: the field; None if there is none (degree to
-        which it knows the field; None: it knows normal gravity only)."""
+        """Return the part of the field that a navigator does not know; None if there is none. It knows the field to the
+        degree, normal gravity only without one."""
         field = self.field(ellipsoid)
         if field is None or degree == field.degree:
             return None
         return field if degree is None else field.beyond(degree)
 
     def remainder_model(self) -> RemainderModel | None:
-        """Return the statistics of the remainder: the statistics, with the sizes of `omission` where the table has
-        none; None without a remainder."""
+        """Return the statistics of the remainder, with the sizes of `omission` where the table has none; None without a
+        remainder."""
         from sinssim.earth.harmonic_coefficients import omission
         from sinssim.truth.true_gravity_disturbance import RemainderModel
 

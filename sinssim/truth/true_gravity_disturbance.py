@@ -60,17 +60,13 @@ class RemainderModel:
         return AT_1_OVER_E[self.order] / self.distance
 
     def correlation(self, d: Array) -> Array:
-        """Return the correlation at distances.
-
-        Args:
-            d: distances, (...) m.
-        """
+        """Return the correlation at distances, (...) m."""
         x = self.beta * np.abs(d)
         return np.asarray((1.0 + x + (x * x / 3.0 if self.order == 3 else 0.0)) * np.exp(-x))
 
     def dynamics(self) -> tuple[Array, Array]:
         """Return the process of variance 1 as a linear system over the distance: F of dx/dd = F x + w, (order, order),
-        x the value and its derivatives by the distance, and the stationary covariance of x, (order, order)."""
+        x the value and its derivatives by the distance, and the stationary covariance of x."""
         b = self.beta
         if self.order == 2:
             return np.array([[0.0, 1.0], [-b * b, -2.0 * b]]), np.diag([1.0, b * b])
@@ -80,13 +76,7 @@ class RemainderModel:
 
 
 class Remainder:
-    """One realisation of the remainder along a way.
-
-    Args:
-        model: its statistics.
-        distance: length of the way, m.
-        seed: seed of the run; the remainder has random numbers of its own.
-    """
+    """One realisation of the remainder along a way of some length, m, with random numbers of its own."""
 
     def __init__(self, model: RemainderModel, distance: float, seed: int) -> None:
         from scipy.linalg import expm
@@ -113,8 +103,7 @@ class Remainder:
             self.values[:, axis], self.slopes[:, axis] = sigma * x[:, 0], sigma * scale[1] * x[:, 1]
 
     def at(self, distance: Array) -> Array:
-        """Return ξ, η and the anomaly at distances travelled: ξ and η, rad, and the anomaly, m/s², (N, 3) (distance
-        from the start, (N,) m)."""
+        """Return ξ and η, rad, and the anomaly, m/s², (N, 3), at distances travelled, (N,) m."""
         out = np.empty((len(distance), 3))
         _hermite_rows(np.ascontiguousarray(distance), self.spacing, self.values, self.slopes, out)
         return out
@@ -220,19 +209,10 @@ def _mean_rows(values: Array, parts: int, interval: Array, out: Array) -> None:
 
 
 class Disturbed(DerivedMotion):
-    """A motion in the true gravity field; see the module's text.
+    """A motion in the true gravity field, from one in normal gravity; see the module's text.
 
-    Args:
-        base: the motion in normal gravity.
-        field: disturbing potential of a model; None for none.
-        remainder: statistics of the remainder; None for none.
-        seed: seed of the remainder.
-
-    Attributes:
-        base: the motion in normal gravity.
-        field: the disturbing field, or None.
-        along: its values along the path, or None.
-        remainder: the realisation of the remainder, or None.
+    Attributes `along` and `remainder` are the disturbance of the model along the path, and the realisation of the
+    remainder.
     """
 
     def __init__(
@@ -264,12 +244,12 @@ class Disturbed(DerivedMotion):
         return time[::2], np.concatenate([[0.0], np.cumsum(passed)])
 
     def distance(self, t: Array) -> Array:
-        """Return the horizontal distance travelled since the start, (N,) m (t: instants, (N,) s)."""
+        """Return the horizontal distance travelled since the start at instants, (N,) m."""
         return np.interp(t, *self._travelled)
 
     def disturbance_ned(self, t: ArrayLike, state: NavState | None = None) -> Array:
-        """Return the disturbance of gravity on the true path: δg, north, east, down, (..., 3) m/s² (t: instants, () or
-        (N,) s; state: the states at those instants, if they are known)."""
+        """Return δg on the true path at instants, north, east, down, (..., 3) m/s², from the states there if they are
+        known."""
         instants = check_instants(t, self.start, self.end)
         time = np.atleast_1d(instants)
         s = self.base.state(time) if state is None else state
@@ -321,8 +301,8 @@ class Disturbed(DerivedMotion):
         return ImuData(base.time, base.dtheta, base.dvel - self.felt(base.time, base.dtheta))
 
     def felt(self, edges: Array, dtheta: Array) -> Array:
-        """Return the integrals of the disturbance in the block's axes over intervals, (N, 3) m/s (edges of the
-        intervals, (N+1,) s; dtheta: increments of angle over them, (N, 3) rad)."""
+        """Return the integrals of the disturbance in the block's axes over intervals, (N, 3) m/s, from their edges and
+        the increments of angle."""
         interval = np.diff(edges)
         turn = max(float(np.abs(dtheta).sum(axis=1).max()), float(interval.max()) * self.fastest)
         parts = max(1, int(np.ceil(turn / _TURN)), int(np.ceil(_LEAST_STEPS / len(interval))))
@@ -378,8 +358,8 @@ def gravity_values(motion: Disturbed) -> GravityValues:
 
 
 def gravity_numbers(motion: Disturbed) -> dict[str, Any]:
-    """Return the numbers of the true field for a run's summary: model and degree, root mean squares and largest values
-    along the motion, and the error of the spline."""
+    """Return the numbers of the true field for the summary of a run: model and degree, root mean squares and largest
+    values along the motion, and the error of the spline."""
     v, along, field = gravity_values(motion), motion.along, motion.field
     entries: dict[str, Any] = {"model": "normal" if field is None else field.name}
     if field is not None and along is not None:

@@ -135,14 +135,13 @@ class Aircraft(Section):
 
 
 def aircraft_exists(name: str) -> str:
-    """Return the name of an aircraft if it exists (name of the aircraft, or a path of its folder or its
-    aircraft.toml)."""
+    """Return the name of an aircraft, or the path of its folder or its aircraft.toml, if it exists."""
     find_content("aircraft", name)
     return name
 
 
 def load_aircraft(name: str) -> Aircraft:
-    """Read an aircraft's description (name of the aircraft, or a path of its folder or its aircraft.toml)."""
+    """Read the description of an aircraft by its name, or by the path of its folder or its aircraft.toml."""
     file = find_content("aircraft", name)
     try:
         about = file.stat()
@@ -181,13 +180,12 @@ def climb_rate(envelope: Envelope, height: float, speed_kt: float) -> float:
 
 
 def descent_rate(envelope: Envelope, height: float, speed_kt: float) -> float:
-    """Return the largest steady rate of descent without more speed, engines idle; the arguments are as above, m/s."""
+    """Return the largest steady rate of descent without more speed, m/s, engines idle."""
     return _of_table(envelope, envelope.descent_mps, height, speed_kt)
 
 
 def speed_range(envelope: Envelope, height: float) -> tuple[float, float]:
-    """Return the slowest and the fastest level flight at a height, kt; both 0 where there is no level flight (height in
-    m)."""
+    """Return the slowest and the fastest level flight at a height, kt; both 0 where there is no level flight."""
     row, up = _between(envelope.height_m, height)
     if not envelope.max_kt[row] or (up > 0.0 and not envelope.max_kt[row + 1]):
         row, up = (row, 0.0) if up < 0.5 else (row + 1, 0.0)
@@ -199,8 +197,7 @@ def speed_range(envelope: Envelope, height: float) -> tuple[float, float]:
 
 
 def ceiling(envelope: Envelope, speed_kt: float, rate: float = SERVICE_CLIMB) -> float:
-    """Return the height at which a rate of climb is left, m; the envelope's largest if more is left there (rate in
-    m/s)."""
+    """Return the height at which a rate of climb is left, m; the largest of the envelope if more is left there."""
     low, high = envelope.height_m[0], envelope.height_m[-1]
     if climb_rate(envelope, high, speed_kt) >= rate:
         return high

@@ -47,14 +47,8 @@ class Air:
         return self.isa_deviation == 0.0 and self.sea_level_pressure == STANDARD_PRESSURE
 
     def wind(self, height: float) -> WindVector:
-        """Return the wind at a height: linear in its components between two levels, constant beyond the outer ones.
-
-        Args:
-            height: height above the ellipsoid, m.
-
-        Returns:
-            Velocity north, east, down, m/s.
-        """
+        """Return the wind at a height above the ellipsoid: linear in its components between two levels, constant beyond
+        the outer ones."""
         levels = self.levels
         if height <= levels[0][0]:
             return levels[0][1]
@@ -70,18 +64,18 @@ class Air:
         )
 
     def temperature(self, height: float) -> float:
-        """Return the static temperature at a height, K (height above the ellipsoid, m, at most 32 km)."""
+        """Return the static temperature at a height above the ellipsoid of at most 32 km, K."""
         geopotential = _geopotential(height)
         base, temperature, lapse = _layer(geopotential)
         return temperature + lapse * (geopotential - base) + self.isa_deviation
 
     def pressure(self, height: float) -> float:
-        """Return the static pressure at a height, Pa (height above the ellipsoid, m, at most 32 km)."""
+        """Return the static pressure at a height above the ellipsoid of at most 32 km, Pa."""
         return self.sea_level_pressure * _ratio(_geopotential(height), self.isa_deviation)
 
     def pressure_altitude(self, height: float) -> float:
-        """Return what a barometric altimeter without errors, set to 1013.25 hPa, reads, m (height above the ellipsoid,
-        m, at most 32 km).
+        """Return what a barometric altimeter without errors, set to 1013.25 hPa, reads at a height above the ellipsoid
+        of at most 32 km, m.
 
         It is the height at which the standard atmosphere has the pressure. In the troposphere, with the standard
         pressure at sea level, it is T0/(T0 + ΔT) times the height, apart from the change of gravity with height.
@@ -104,8 +98,7 @@ class Air:
         return _RADIUS * geopotential / (_RADIUS - geopotential)
 
     def true_airspeed(self, calibrated: float, height: float) -> float:
-        """Return the true airspeed of a calibrated airspeed, by compressible flow, m/s (calibrated airspeed, m/s;
-        height above the ellipsoid, m).
+        """Return the true airspeed of a calibrated airspeed at a height, by compressible flow, m/s.
 
         Below the speed of sound the flow to the pitot tube is isentropic; above it a normal shock stands before the
         tube, and Rayleigh's pitot formula holds (W. Gracey, Measurement of Aircraft Speed and Altitude, NASA RP-1046,
@@ -119,8 +112,8 @@ class Air:
         return sound * math.sqrt(5.0 * (math.pow(ratio + 1.0, 2.0 / 7.0) - 1.0))
 
     def ground_speed(self, calibrated: float, height: float, track: float) -> float:
-        """Return the speed made good along a track at a calibrated airspeed, m/s; negative if the wind is too strong
-        (calibrated airspeed, m/s; height above the ellipsoid, m; track: direction over the ground, rad)."""
+        """Return the speed made good along a track, rad, at a calibrated airspeed and a height, m/s; negative if the
+        wind is too strong."""
         north, east, _ = self.wind(height)
         along = north * math.cos(track) + east * math.sin(track)
         across = east * math.cos(track) - north * math.sin(track)
@@ -128,9 +121,8 @@ class Air:
 
 
 def wind_from(direction_deg: float, speed: float, down: float = 0.0) -> WindVector:
-    """Return the velocity of a wind that is given as people give it: velocity north, east, down, m/s (direction_deg:
-    direction from which it blows, clockwise from true north, degrees; speed: horizontal speed, m/s; down: vertical
-    component, m/s)."""
+    """Return the velocity of a wind from the direction from which it blows, degrees clockwise from true north, and its
+    horizontal speed, m/s."""
     direction = math.radians(direction_deg)
     return -speed * math.cos(direction), -speed * math.sin(direction), down
 

@@ -94,7 +94,6 @@ class Autopilot:
     """
 
     def __init__(self, aircraft: Aircraft, interval: float) -> None:
-        """Make an autopilot at rest (interval: time between steps, s)."""
         gains, performance = aircraft.autopilot, aircraft.performance
         self._gains = gains
         self.bank_rate = gains.bank_rate
@@ -135,8 +134,7 @@ class Autopilot:
         self._speed_reference = self._throttle_integral = self._rudder_integral = 0.0
 
     def engage(self, state: AircraftState, *, elevator: float, aileron: float, rudder: float, throttle: float) -> None:
-        """Engage in trimmed flight, holding the current heading, height and airspeed (elevator, aileron, rudder,
-        throttle: the trimmed settings, as fractions of full travel)."""
+        """Engage in trimmed flight with the trimmed settings, holding the current heading, height and airspeed."""
         self.heading, self.height, self.airspeed = state.psi, state.height, state.cas
         self._bank_reference, self._roll_reference = state.phi, 0.0
         self._climb_reference = state.climb

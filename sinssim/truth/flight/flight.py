@@ -131,8 +131,8 @@ def _file(flight: FlightPlan, seed: int) -> Path:
 
 
 def flight_key(flight: FlightPlan, seed: int) -> str:
-    """Return the digest of everything that determines a flight: SHA-256 over the versions, the aircraft's files, the
-    plan, the seed and the code, in hexadecimal (seed of the turbulence; without turbulence it has no effect)."""
+    """Return the digest of everything that determines a flight: SHA-256 over the versions, the files of the aircraft,
+    the plan, the seed of a turbulence and the code, in hexadecimal."""
     import jsbsim
     import scipy
 

@@ -102,15 +102,8 @@ _MISSED = " did not reach its targets: at its end "
 def shortfall(
     name: str, leg: LegBase, pilot: Autopilot, state: AircraftState, *, turbulent: bool
 ) -> FlightEvent | None:
-    """Compare the end of a leg with what it ordered; return a sentence with what is achieved and ordered; None where
-
-    both agree.
-
-    Args:
-        name: of the leg, for example "leg 3 (climb)".
-        leg: the leg, which has ended in the air.
-        turbulent: whether there is turbulence, which moves the aircraft at any instant.
-    """
+    """Compare the end in the air of a leg, named for example "leg 3 (climb)", with what it ordered; return a sentence
+    with what is achieved and ordered, None where both agree. Turbulence moves the aircraft at any instant."""
     misses, more = [], _TURBULENT if turbulent else 1.0
     if "height" in leg.holds and pilot.vertical == HEIGHT and abs(state.height - pilot.height) > more * _HEIGHT:
         misses.append(f"the height is {state.height:.0f} m instead of {pilot.height:.0f} m")

@@ -257,7 +257,6 @@ class Engines:
     """
 
     def __init__(self, executive: Any) -> None:
-        """Find the engines."""
         self._executive = executive
         manager = executive.get_property_manager()
         self._numbers = range(executive.get_propulsion().get_num_engines())
@@ -307,7 +306,6 @@ class Monitor:
     """What makes a leg fail although it goes on."""
 
     def __init__(self, executive: Any, flight: FlightPlan, aircraft: Aircraft) -> None:
-        """Find what is watched."""
         manager = executive.get_property_manager()
         units = range(executive.get_ground_reactions().get_num_gear_units())
         names = (f"{kind}/unit[{unit}]/WOW" for unit in units for kind in ("gear", "contact"))
@@ -351,9 +349,9 @@ _SLOWEST, _FASTEST = 0.7, 1.4  # speeds up to which the ends of level flight are
 
 
 def trimmed_envelope(aircraft: str, heights: list[float], speeds: list[float], steepest_deg: float = 30.0) -> Envelope:
-    """Compute the envelope of an aircraft from its model: the envelope; a rate at a speed that cannot be trimmed is
-    that of the nearest speed (heights above sea level, m, increasing; steepest_deg: angle of climb or descent up to
-    which the steepest is looked for, degrees)."""
+    """Compute the envelope of an aircraft from its model at increasing heights above sea level, m, and airspeeds, kt. A
+    rate at a speed that cannot be trimmed is that of the nearest speed. The steepest climb and descent are looked for
+    up to an angle."""
     with quiet(), _Model(aircraft, steepest_deg) as model:
         slowest = [model.end_of_level_flight(height, speeds, slow=True) for height in heights]
         fastest = [model.end_of_level_flight(height, speeds, slow=False) for height in heights]

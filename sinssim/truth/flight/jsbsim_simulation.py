@@ -183,8 +183,8 @@ def _blow(executive: Any, gust: Gust) -> None:
 
 
 def fly_plan(flight: FlightPlan, seed: int = 0, progress: Progress | None = None) -> FlightRecord:
-    """Fly a flight plan in JSBSim; return the recording, for `flight_log` (progress: called from time to time with the
-    fraction flown, 0 … 1)."""
+    """Fly a flight plan in JSBSim; return the recording, for `flight_log`. From time to time the progress is called
+    with the fraction flown, 0 … 1."""
     import jsbsim
 
     if progress is not None:
@@ -404,8 +404,7 @@ def fly_apart(
     progress: Callable[[float], None] | None = None,
     meanwhile: Callable[[], None] | None = None,
 ) -> FlightLog:
-    """Fly a flight plan in a separate process; return the flight, bit for bit the same as in this process (progress:
-    called from time to time with the fraction flown, 0 … 1)."""
+    """Fly a flight plan in a separate process; return the flight, bit for bit the same as in this process."""
     program = (
         f"import sys; sys.path[:] = {sys.path!r}; from sinssim.truth.flight.jsbsim_simulation import _serve; _serve()"
     )

@@ -62,8 +62,7 @@ class DeadReckoning:
         return self.air.true_airspeed(self.airspeed, self.altitude)
 
     def move(self, north: float, east: float) -> None:
-        """Move the place by a distance on a constant course, as on a rhumb line (north, east: components of the way
-        over the ground, m)."""
+        """Move the place by a way over the ground, m, on a constant course, as on a rhumb line."""
         before = self.latitude
         self.latitude = max(-0.5 * math.pi, min(0.5 * math.pi, before + north / _EARTH_RADIUS))
         self.longitude += east / (_EARTH_RADIUS * max(math.cos(0.5 * (before + self.latitude)), 1e-3))
@@ -75,20 +74,20 @@ class DeadReckoning:
             self.trace.append((self.latitude, self.longitude, self.altitude))
 
     def ahead(self, way: float) -> None:
-        """Move the place straight ahead, for example on the runway (way: distance over the ground, m)."""
+        """Move the place straight ahead over the ground, for example on the runway, m."""
         self.move(way * math.cos(self.heading), way * math.sin(self.heading))
 
     def straight(self, seconds: float, share: float = 1.0) -> float:
-        """Keep the heading for a time, in the wind; return the duration, s (seconds: duration, s; share: mean speed
-        ahead through the air, as a fraction of the true airspeed)."""
+        """Keep the heading for a time in the wind; return it, s. The mean speed ahead through the air is a share of the
+        true airspeed."""
         ahead = share * self.true_airspeed() * seconds
         north, east = self.wind
         self.move(ahead * math.cos(self.heading) + north * seconds, ahead * math.sin(self.heading) + east * seconds)
         return seconds
 
     def climb(self, altitude: float, rate: float) -> float:
-        """Climb or descend straight ahead at a steady vertical speed; return the duration, s (altitude: height to
-        reach, m; rate: magnitude of the vertical speed, m/s)."""
+        """Climb or descend to a height straight ahead at a steady vertical speed, m/s, positive; return the duration,
+        s."""
         steps = _STEPS if self.air.varies else 1
         whole, step = abs(altitude - self.altitude) / rate, (altitude - self.altitude) / steps
         for number in range(steps):
@@ -99,19 +98,16 @@ class DeadReckoning:
         return whole
 
     def turn_rate(self, bank_deg: float | None) -> float:
-        """Return the rate of a level turn, g tan(bank)/V, rad/s (bank_deg: angle of bank, degrees; None: the aircraft's
-        usual angle)."""
+        """Return the rate of a level turn, g tan(bank)/V, rad/s, by default at the aircraft's usual angle of bank."""
         return GRAVITY * math.tan(math.radians(bank_deg or self.performance.bank_deg)) / self.true_airspeed()
 
     def turning_of(self, angle: float, seconds: float, bank_deg: float | None) -> float:
-        """Return ∫ω² dt of a turn, including rolling in and out, rad²/s (angle of the turn, rad; seconds: its duration,
-        s; bank_deg: angle of bank, degrees; None: the aircraft's usual angle)."""
+        """Return ∫ω² dt of a turn by an angle, rad, in a time, s, including rolling in and out, rad²/s."""
         bank = math.radians(bank_deg or self.performance.bank_deg)
         return angle**2 / seconds + 2.0 * bank * self.roll_rate if seconds > 0.0 else 0.0
 
     def turn(self, angle: float, bank_deg: float | None) -> float:
-        """Turn at a steady rate, in the wind; return the duration, s (angle: right positive, rad; bank_deg: angle of
-        bank, degrees; None: the aircraft's usual angle)."""
+        """Turn by an angle, right positive, rad, at a steady rate in the wind; return the duration, s."""
         seconds = abs(angle) / self.turn_rate(bank_deg)
         self.turning += self.turning_of(angle, seconds, bank_deg)
         radius, start, end = self.true_airspeed() / self.turn_rate(bank_deg), self.heading, self.heading + angle
@@ -136,8 +132,8 @@ class DeadReckoning:
             self.latitude, self.longitude = begin
 
     def heading_along(self, track: float) -> float | None:
-        """Return the heading that makes good a track in the wind, rad; None if the wind is too strong (track: direction
-        over the ground, rad)."""
+        """Return the heading that makes good a track over the ground in the wind, rad; None if the wind is too
+        strong."""
         across = self.wind[1] * math.cos(track) - self.wind[0] * math.sin(track)
         speed = self.true_airspeed()
         if abs(across) >= speed or self.ground_speed(track) <= 0.0:
@@ -145,21 +141,19 @@ class DeadReckoning:
         return (track - math.asin(across / speed)) % (2.0 * math.pi)
 
     def ground_speed(self, track: float) -> float:
-        """Return the speed made good along a track, m/s (track: direction over the ground, rad)."""
+        """Return the speed made good along a track over the ground, m/s."""
         return self.air.ground_speed(self.airspeed, self.altitude, track)
 
 
 def distance(latitude: float, longitude: float, latitude_to: float, longitude_to: float) -> float:
-    """Return the distance between two places on the mean sphere, by the haversine formula, m (latitude, longitude of
-    one place, rad; latitude_to, longitude_to of the other, rad)."""
+    """Return the distance between two places on the mean sphere, by the haversine formula, m."""
     sine = math.sin((latitude_to - latitude) / 2.0) ** 2
     sine += math.cos(latitude) * math.cos(latitude_to) * math.sin((longitude_to - longitude) / 2.0) ** 2
     return 2.0 * _EARTH_RADIUS * math.asin(min(1.0, math.sqrt(sine)))
 
 
 def bearing(latitude: float, longitude: float, latitude_to: float, longitude_to: float) -> float:
-    """Return the bearing of the great circle from one place to another, at the first: bearing, clockwise from north,
-    rad (latitude, longitude of the first place, rad; latitude_to, longitude_to of the second, rad)."""
+    """Return the bearing of the great circle from one place to another, at the first, clockwise from north, rad."""
     apart = longitude_to - longitude
     east = math.sin(apart) * math.cos(latitude_to)
     north = math.cos(latitude) * math.sin(latitude_to) - math.sin(latitude) * math.cos(latitude_to) * math.cos(apart)
@@ -182,15 +176,9 @@ HALF_STEP = 0.5 * INTERVAL
 
 
 class LegError(Exception):
-    """Raised by a leg that cannot be flown.
-
-    Attributes:
-        reason: the reason.
-        remedy: a change of the plan that would help.
-    """
+    """Raised by a leg that cannot be flown, with the reason, and a change of the plan that would help."""
 
     def __init__(self, reason: str, remedy: str) -> None:
-        """Store reason and remedy."""
         super().__init__(reason)
         self.reason, self.remedy = reason, remedy
 
@@ -224,32 +212,20 @@ class LegBase(Section):
         return user_leg(name)
 
     def end_height(self, height: float) -> float:
-        """Return the height at the end of the leg, for the check of a plan before flying, m; by default the same
-        (height above the ellipsoid at the beginning, m)."""
+        """Return the height at the end of the leg from that at its beginning, m, for the check of a plan before flying;
+        by default the same."""
         return height
 
     @abstractmethod
     def reckon(self, plan: DeadReckoning) -> float:
-        """Advance the dead reckoning of a plan to the end of the leg; return estimated duration, s; infinite if the
-        wind makes the end of the leg unreachable (plan: state at the beginning of the leg; updated in place, except for
-        the time)."""
+        """Advance the dead reckoning of a plan, except for its time, to the end of the leg; return the estimated
+        duration, s, infinite if the wind makes the end unreachable."""
 
     @abstractmethod
     def fly(self, pilot: Autopilot, state: AircraftState, performance: Performance) -> Iterator[None]:
-        """Fly the leg: set the autopilot's targets, and yield once per step until the leg is flown.
-
-        The caller monitors the time limit, ground contact and stall.
-
-        Args:
-            state: the aircraft's state, refreshed between steps.
-            performance: usual speeds, limits and settings of the type.
-
-        Yields:
-            None, once per step of `INTERVAL`.
-
-        Raises:
-            LegError: the leg cannot be flown.
-        """
+        """Fly the leg: set the targets of the autopilot, and yield once per step of `INTERVAL` until the leg is flown.
+        The state is refreshed between steps. The caller monitors the time limit, ground contact and stall; a leg that
+        cannot be flown raises a `LegError`."""
 
 
 def user_leg(name: Any) -> type[LegBase] | None:
@@ -288,8 +264,7 @@ def _explained_flight(item: Item, fly: Callable[..., Iterator[None]]) -> Callabl
 
 
 def wait(state: AircraftState, until: float) -> Iterator[None]:
-    """Let the autopilot hold its targets until an instant of the flight (until: time since the start of
-    the flight, s)."""
+    """Let the autopilot hold its targets until an instant of the flight, s."""
     until -= HALF_STEP
     while state.time < until:
         yield

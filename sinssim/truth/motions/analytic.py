@@ -102,8 +102,7 @@ class AnalyticMotion(Protocol):
 
 
 def no_displacement(t: Array) -> tuple[Array, Array, Array]:
-    """Return position, velocity and acceleration of a motion without translation: three arrays of zeros, (N, 3) (t:
-    instants, (N,) s)."""
+    """Return position, velocity and acceleration of a motion without translation: zeros, (N, 3)."""
     return np.zeros((len(t), 3)), np.zeros((len(t), 3)), np.zeros((len(t), 3))
 
 

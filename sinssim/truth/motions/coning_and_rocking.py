@@ -40,13 +40,8 @@ from sinssim.units import DEG
 
 
 class SpinCone:
-    """Spinning and coning together.
-
-    Args:
-        angle: β between the forward axis and the axis of the cone, rad.
-        precession: Ω, rad/s.
-        spin: s, rad/s.
-    """
+    """Spinning, s, and coning together: β is the angle between the forward axis and the axis of the cone, Ω the rate of
+    precession."""
 
     def __init__(self, angle: float, precession: float, spin: float) -> None:
         self._angle, self._precession, self._spin = angle, precession, spin
@@ -84,8 +79,8 @@ class SpinCone:
 
 
 def classical_cone(half_angle: float, frequency: float) -> SpinCone:
-    """Return the classical coning motion about the frame's x axis: the motion; its rotation vector from the frame m is
-    (0, α cos Ωt, α sin Ωt) (half_angle: half-angle of the cone of the forward axis, rad; frequency: Ω, rad/s)."""
+    """Return the classical coning motion of half-angle α, rad, and frequency Ω, rad/s, about the x axis of the frame m;
+    its rotation vector from m is (0, α cos Ωt, α sin Ωt)."""
     return SpinCone(half_angle, frequency, -frequency)
 
 
@@ -138,13 +133,8 @@ def _sine_integral(k: float, left: Array, right: Array) -> Array:
 
 
 class Sculling:
-    """A rotation about x in phase with an oscillation along y.
-
-    Args:
-        angle: amplitude θ₀ of the rotation, rad.
-        displacement: amplitude D along the frame's y axis, m.
-        frequency: Ω of both, rad/s.
-    """
+    """A rotation about x of amplitude θ₀ in phase with an oscillation of amplitude D along y, both of the angular
+    frequency Ω."""
 
     def __init__(self, angle: float, displacement: float, frequency: float) -> None:
         self._angle, self._displacement, self._frequency = angle, displacement, frequency
@@ -195,18 +185,8 @@ class Sculling:
 
 
 class SpinRock:
-    """A spin with superimposed rocking about one axis, with the block on a lever arm from a point of the axis.
-
-    Args:
-        axis: axis, fixed in frame and body, of any non-zero length, (3,).
-        spin: s, rad/s.
-        angle: amplitude A of the rocking, rad.
-        frequency: Ω of the rocking, rad/s.
-        lever_arm: from the axis to the block, in body axes, (3,) m.
-
-    Raises:
-        InputError: the axis is zero.
-    """
+    """A spin s with superimposed rocking of amplitude A and angular frequency Ω about one axis, fixed in frame and
+    body, with the block on a lever arm, body axes, from a point of the axis."""
 
     def __init__(
         self, axis: ArrayLike, spin: float, angle: float, frequency: float, lever_arm: ArrayLike = (0.0, 0.0, 0.0)

@@ -73,7 +73,7 @@ class Profile:
     gain: Array  # change of the rate within each piece, (K,) rad/s
 
     def at(self, t: Array) -> tuple[Array, Array]:
-        """Return angle and rate: (N,) rad and (N,) rad/s (t: instants, (N,) s)."""
+        """Return angle, (N,) rad, and rate, (N,) rad/s, at instants, (N,) s."""
         k = np.clip(np.searchsorted(self.begin, t, side="right") - 1, 0, len(self.begin) - 1)
         since, lasts = t - self.begin[k], self.lasts[k]
         x = since / lasts
@@ -131,8 +131,8 @@ class Turning:
         return angles
 
     def without_wobble(self, angles: Array) -> Array:
-        """Return the attitude that angles of the two axes mean, as a navigator takes it from its encoders: q_vb, (N, 4)
-        (angles: α and β, (N, 2) rad)."""
+        """Return the attitude that angles α and β, (N, 2) rad, mean, as a navigator takes it from its encoders: q_vb,
+        (N, 4)."""
         outer = rotation.quaternion_from_rotation_vector(angles[:, :1] * self.outer)
         return rotation.multiply(outer, rotation.quaternion_from_rotation_vector(angles[:, 1:] * self.inner))
 
@@ -145,7 +145,7 @@ class Turning:
         return nu, self.wobble * self.cycles * (w * np.cos(at) - u * np.sin(at))
 
     def attitude(self, t: Array) -> Array:
-        """Return the true attitude of the block: q_vb, v_v = C_vb v_b, (N, 4) (t: instants, (N,) s)."""
+        """Return the true attitude of the block at instants: q_vb, v_v = C_vb v_b, (N, 4)."""
         angles = self.angles(t)
         q_vb = self.without_wobble(angles)
         if not self.wobble:
@@ -154,8 +154,7 @@ class Turning:
         return rotation.multiply(rotation.quaternion_from_rotation_vector(nu), q_vb)  # (1)
 
     def rate(self, t: Array) -> Array:
-        """Return the rate of the block relative to the vehicle: ω_vb in the block's axes, (N, 3) rad/s (t: instants,
-        (N,) s)."""
+        """Return the rate of the block relative to the vehicle at instants: ω_vb in the block's axes, (N, 3) rad/s."""
         alpha, alpha_rate = self.outer_profile.at(t)
         beta, beta_rate = self.inner_profile.at(t)
         omega = alpha_rate[:, None] * self.outer
@@ -259,8 +258,7 @@ class _OnAxes(Section):
         raise NotImplementedError
 
     def turning(self, start: float, end: float) -> Turning:
-        """Return the rotation of the block during a run (start, end: first and last instant of the run, s; both angles
-        are 0 at the start)."""
+        """Return the rotation of the block during a run; both angles are 0 at its start."""
         outer_profile, inner_profile, breaks = self._profiles(start, end)
         outer, inner = (np.array(axis, dtype=np.float64) for axis in (self.outer, self.inner_axis))
         return Turning(
@@ -462,12 +460,8 @@ its amplitude (Abramowitz and Stegun 25.4.30), and the points below and above it
 
 
 class TurningBlock(DerivedMotion):
-    """A block that turns in its vehicle, as a trajectory.
-
-    Args:
-        base: the motion of the vehicle at the block's place, in the axes of the block's mounting.
-        turns: the rotation.
-    """
+    """A block that turns in its vehicle; `base` is the motion of the vehicle at the place of the block, in the axes of
+    the block's mounting."""
 
     def __init__(self, base: Trajectory, turns: Turning) -> None:
         super().__init__(base)

@@ -81,14 +81,8 @@ def _sum_tones(
 class Vibrating(DerivedMotion):
     """A motion with added vibration, lever arm and mounting; see the module's text.
 
-    Args:
-        base: the motion of the vehicle; its angular rate must be continuous.
-        tones: sinusoids of attitude and place in the vehicle's axes; those of one coordinate are added.
-        lever_arm: from the vehicle's point to the block's mean place, in the vehicle's axes, (3,) m.
-        q_bs: mounting of the block, v_b' = C_bs v_s, (4,).
-
-    Raises:
-        InputError: a coordinate is unknown, or a tone is not finite or has a negative frequency.
+    The angular rate of the vehicle, `base`, must be continuous. Tones of one coordinate, in the vehicle's axes, are
+    added. The lever arm is from the vehicle's point to the block's mean place, in the vehicle's axes; v_b' = C_bs v_s.
     """
 
     def __init__(
@@ -214,9 +208,8 @@ class Vibrating(DerivedMotion):
 
 
 def velocity_increments(trajectory: Trajectory, position: ArrayLike, rate_hz: float) -> tuple[Array, Array]:
-    """Return the integrals of the specific force at points on lever arms: edges of the intervals (N+1,) s and the
-    integrals in the trajectory's axes, (N, K, 3) m/s (trajectory: motion of the vehicle's reference point; position of
-    each point from the reference point, in the trajectory's axes, (K, 3) m)."""
+    """Return the edges of the intervals, (N+1,) s, and the integrals of the specific force, (N, K, 3) m/s, at points on
+    lever arms from the vehicle's reference point, (K, 3) m, all in the trajectory's axes."""
     places = np.asarray(position, dtype=np.float64)
     if places.ndim != 2 or places.shape[1] != 3 or not len(places) or not np.isfinite(places).all():
         raise InputError(f"accelerometers need (K, 3) finite positions, K ≥ 1; got an array of shape {places.shape}.")

@@ -205,9 +205,8 @@ class GreatCircle(ClosedForm):
         gravity: str = "normal",
         ellipsoid: Ellipsoid = WGS84,
     ) -> Self:
-        """Return the flight from one place to another along the shorter arc: the flight; it ends at `end` (start, end:
-        geodetic latitude and longitude, rad; height above the ellipsoid, m; speed: ground speed, m/s; gravity: one of
-        `sinssim.GRAVITY_MODELS`)."""
+        """Return the flight along the shorter arc from one place to another, latitude and longitude in rad, at which it
+        ends."""
         a, b = _vertical(*start), _vertical(*end)
         across = np.cross(a, b)
         if np.linalg.norm(across) < 1e-9:

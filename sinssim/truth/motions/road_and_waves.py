@@ -51,20 +51,15 @@ def peak(height: float, period: float | None) -> float:
 
 
 def wave_density(omega: ArrayLike, height: float, omega_p: float) -> Array:
-    """Return the spectrum of Bretschneider: S, (...) m² s/rad.
-
-    Args:
-        omega: (...) rad/s, positive.
-        height: significant height, m.
-        omega_p: peak, rad/s.
-    """
+    """Return the spectrum of Bretschneider at ω > 0 for a significant height, m, and a peak, rad/s: S, (...) m²
+    s/rad."""
     x = np.asarray(omega, dtype=np.float64) / omega_p
     return np.asarray(5.0 / 16.0 * height**2 / omega_p * x**-5.0 * np.exp(-1.25 * x**-4.0))
 
 
 def waves(height: float, omega_p: float, seed: int) -> Sea:
-    """Return the waves of a Gaussian sea; their frequencies are drawn within equal bands, so that none repeats (height:
-    significant height, m; omega_p: peak, rad/s)."""
+    """Return the waves of a Gaussian sea of a significant height, m, and a peak, rad/s; their frequencies are drawn
+    within equal bands, so that none repeats."""
     draws = normals(seed, "sea", 0, 3 * WAVES).reshape(3, -1)
     edges = np.linspace(_LOW * omega_p, max(min(_HIGH * omega_p, _FASTEST), 2.0 * omega_p), WAVES + 1)
     from scipy.special import ndtr
@@ -76,15 +71,8 @@ def waves(height: float, omega_p: float, seed: int) -> Sea:
 
 @kernel
 def ride(waves: Sea, time: Array, ahead: Array, height: Array, along: Array, slope: Array) -> None:
-    """Compute the waves at a place that moves.
-
-    Args:
-        time: s, (K,).
-        ahead: way of the place in the direction of the waves, m, (K,).
-        height: receives the height of the water, m, (K,).
-        along: receives the displacement of the water in the direction of the waves, on its circle, m, (K,).
-        slope: receives the slope of the surface in that direction, (K,).
-    """
+    """Compute the waves at a place that moves `ahead`, m, in their direction: height of the water, m, its displacement
+    along the waves, on its circle, m, and the slope of the surface in that direction, (K,)."""
     for row in range(len(time)):
         h = a = s = 0.0
         for i in range(len(waves.omega)):
@@ -106,30 +94,16 @@ STEP = 0.1
 
 
 def road_density(wave_number: ArrayLike, at_reference: float) -> Array:
-    """Return the one-sided spectral density of the height, G(n) = G(0.1)·(n/0.1)⁻²: (...) m³; zero outside of the
-
-    standard's range.
-
-    Args:
-        wave_number: n, (...) cycles/m.
-        at_reference: G(0.1), m³.
-    """
+    """Return the one-sided spectral density of the height, G(n) = G(0.1)·(n/0.1)⁻² at wave numbers n, (...) cycles/m:
+    (...) m³; zero outside of the standard's range."""
     n = np.asarray(wave_number, dtype=np.float64)
     inside = (n >= LOWEST) & (n <= HIGHEST)
     return np.where(inside, at_reference * (np.where(inside, n, 1.0) / REFERENCE) ** -2.0, 0.0)
 
 
 def heights(length: float, at_reference: float, highest: float, seed: int) -> Array:
-    """Return the heights of a road at every `STEP`: Gaussian, with the spectral density of the standard, m; a period of
-
-    the road is longer than its length.
-
-    Args:
-        length: of the road, m.
-        at_reference: G(0.1), m³.
-        highest: largest wave number that the road has, cycles/m; the standard's at most.
-        seed: seed of the random numbers.
-    """
+    """Return the heights of a road at every `STEP`: Gaussian, with the spectral density of the standard up to a largest
+    wave number, cycles/m; its period is longer than its length, m."""
     count = 1 << int(np.ceil(np.log2(max(length / STEP + 2.0, 2.0 / (LOWEST * STEP)))))
     n = np.fft.rfftfreq(count, STEP)
     power = road_density(n, at_reference) * (n <= highest)

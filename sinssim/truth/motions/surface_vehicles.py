@@ -125,14 +125,8 @@ class Profile:
     def __init__(
         self, table: str, legs: Iterable[VehicleLeg], heading: float, acceleration: float, lateral: float
     ) -> None:
-        """Lay out the legs.
-
-        Args:
-            table: name of the table that has the legs.
-            heading: heading at the start, rad.
-            acceleration: mean acceleration of changes of speed, m/s².
-            lateral: lateral acceleration in turns for which no rate is given, m/s².
-        """
+        """Lay out the legs from a heading, rad, with a mean acceleration of changes of speed and a lateral acceleration
+        in turns without a rate, m/s²."""
         self._pieces: list[Piece] = []
         self._at = (0.0, 0.0, 0.0, heading)  # time, speed, way, heading
         events = []
@@ -209,8 +203,7 @@ class Profile:
         self._add(ramp, rate=rate, rate_change=-rate)
 
     def at(self, time: Array) -> Course:
-        """Return the motion at instants (time: s, (K,); before 0 and after the end, the vehicle moves on
-        at its speed)."""
+        """Return the motion at instants, (K,) s; before 0 and after the end, the vehicle moves on at its speed."""
         starts = np.array([piece.start for piece in self._pieces])
         number = np.clip(np.searchsorted(starts, time, side="right") - 1, 0, len(starts) - 1)
         names = ("start", "lasting", "speed", "change", "rate", "rate_change", "way", "heading")
@@ -274,8 +267,8 @@ class SurfaceVehicle(PlacedMotion):
         return self.profile.turning
 
     def body(self, course: Course, time: Array, north: Array, east: Array, seed: int) -> tuple[Body, Array]:
-        """Return the motion of the body on its course: the body's motion, and the height of what carries it, m, (K,)
-        (time: s, (K,); north, east: way along the course since the start, m, (K,))."""
+        """Return the motion of the body, and the height of what carries it, m, (K,), on a course whose way north and
+        east since the start is given, m, (K,)."""
         raise NotImplementedError
 
     def block_motion(self, block: Mounting, earth: TrueEarth, seed: int) -> Curve:
@@ -328,8 +321,7 @@ def _running(values: Array, step: float) -> Array:
 
 
 def respond(u: Array, interval: float, frequency_hz: float, damping: float, *, on_carrier: bool) -> Array:
-    """Return the motion of the body, which begins at rest on a carrier at rest: z, (K,) (u: motion of the carrier,
-    (K,); interval: time between samples, s; frequency_hz: natural frequency, Hz).
+    """Return the motion z of the body, (K,), which begins at rest on a carrier at rest, from that of the carrier, u.
 
     The carrier moves on straight lines between its samples, for which the solution is exact (first-order hold).
     """

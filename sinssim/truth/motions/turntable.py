@@ -444,7 +444,7 @@ class Turntable(PlacedMotion):
         return attitude(*self.start_deg)
 
     def draw_errors(self, seed: int) -> TableErrors:
-        """Return the errors of the table in one run (seed: the run's seed)."""
+        """Return the errors of the table in one run."""
         from sinssim.statistics.random_numbers import normals  # needs the compiler
 
         turns = self.all_turns
@@ -463,8 +463,8 @@ class Turntable(PlacedMotion):
         )
 
     def motion(self, errors: TableErrors) -> tuple[Array, RotationTable]:
-        """Return the motion of a block on the table: attitude q_nb in the first position, (4,), and the
-        motion from it."""
+        """Return the motion of a block on the table: attitude q_nb in the first position, (4,), and the motion from
+        it."""
         exp = rotation.quaternion_from_rotation_vector
         q_first = rotation.multiply(exp(errors.tilt), rotation.multiply(self.start_attitude, exp(errors.position[0])))
         steps: list[Dwell | Turn] = [Dwell(self.first_dwell_s or self.dwell_s)]
@@ -491,16 +491,8 @@ class Turntable(PlacedMotion):
 
 
 def settling(nominal: Array, axis: Array, angle: float, before: Array, after: Array) -> Array:
-    """Return the rotation from where a turn leads into the position after it: s of e^[s×] = e^[−θn'×] e^[−ε_p×] e^[θn×]
-
-    e^[ε_{p+1}×], (3,) rad.
-
-    Args:
-        nominal: nominal axis of the turn, a unit vector, (3,).
-        axis: its true axis, a unit vector, (3,).
-        angle: angle, rad.
-        before, after: errors ε of the positions before and after the turn, (3,) rad.
-    """
+    """Return the rotation from where a turn by an angle leads into the position after it: s of e^[s×] = e^[−θn'×]
+    e^[−ε_p×] e^[θn×] e^[ε_{p+1}×], (3,) rad, with the nominal axis n and the true axis n'."""
     exp, multiply = rotation.quaternion_from_rotation_vector, rotation.multiply
     left = multiply(exp(-angle * axis), exp(-before))
     return rotation.rotation_vector_from_quaternion(multiply(left, multiply(exp(angle * nominal), exp(after))))

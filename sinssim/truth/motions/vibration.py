@@ -66,15 +66,9 @@ def band_noise(
     """Return noise with a flat spectrum between two frequencies, as tones.
 
     The band is divided into equal pieces with one tone in each, at a random frequency and phase. The sum is nearly
-    Gaussian, never repeats, and has exactly the requested power.
-
-    Args:
-        coordinate: one of `COORDINATES`.
-        rms: root mean square, rad or m.
-        low_hz, high_hz: edges of the band, Hz.
-        seed: seed of the random numbers; each coordinate has its own generator.
-        of_acceleration: whether the flat spectrum and the root mean square are those of the second derivative, rad/s²
-            or m/s².
+    Gaussian, never repeats, and has exactly the requested power. Each coordinate has random numbers of its own. The
+    root mean square is in rad or m; with `of_acceleration`, it and the flat spectrum are those of the second
+    derivative.
     """
     if coordinate not in COORDINATE_NUMBER:
         raise unknown_name("coordinate of the vibration", coordinate, COORDINATES)
@@ -137,7 +131,7 @@ class Vibration(Section):
     )
 
     def tones(self, seed: int) -> tuple[Tone, ...]:
-        """Return the sinusoids of the vibration (seed of the random numbers of a noise)."""
+        """Return the sinusoids of the vibration; the seed is that of a noise."""
         of_acceleration = self.rms_g is not None
         rms = (self.rms_arcsec or 0.0) * ARCSEC + (self.rms_mm or 0.0) * 1e-3 + (self.rms_g or 0.0) * G0
         if self.high_hz is None:

@@ -50,13 +50,7 @@ Misfit = Callable[[Array, slice], Array]
 
 
 class SmoothingSpline:
-    """The least-squares problem of one set of sample times and one τ.
-
-    Args:
-        time: samples, increasing, (n,) s.
-        tau: τ, more than 0, s.
-        weight: wᵢ, (n,).
-    """
+    """The least-squares problem of increasing sample times, (n,) s, one τ > 0, s, and weights wᵢ, (n,)."""
 
     def __init__(self, time: Array, tau: float, weight: Array) -> None:
         from scipy.interpolate import BSpline
@@ -94,15 +88,8 @@ class SmoothingSpline:
 
 
 def interpolating_spline(time: Array, values: Array) -> Any:
-    """Return the spline through samples: quintic, of lower degree through less than six.
-
-    Args:
-        time: samples, increasing, (n,) s, n ≥ 2.
-        values: (n, m).
-
-    Returns:
-        A `scipy.interpolate.BSpline`.
-    """
+    """Return the `scipy.interpolate.BSpline` through samples (n, m) at increasing times, n ≥ 2: quintic, of lower
+    degree through less than six."""
     from scipy.interpolate import make_interp_spline
 
     return make_interp_spline(time, values, k=min(_DEGREE, len(time) - 1))
@@ -116,8 +103,8 @@ def smooth_spline(time: Array, values: Array, tau: float, weight: Array) -> Any:
 
 
 def tau_by_cross_validation(time: Array, values: Array, weight: Array, misfit: Misfit | None = None) -> float:
-    """Return τ by generalised cross-validation, s; 0 if the samples are best interpolated (time in (n,) s; values: (n,
-    m); weight: (n,); misfit: components that count; all if not given)."""
+    """Return τ by generalised cross-validation of the components that count, s; 0 if the samples are best
+    interpolated."""
     first = max(0, (len(time) - _ROWS) // 2)
     rows = slice(first, first + _ROWS)
     t, y, w = time[rows], values[rows], weight[rows]
@@ -136,9 +123,8 @@ def tau_by_cross_validation(time: Array, values: Array, weight: Array, misfit: M
 
 
 def tau_by_distance(time: Array, values: Array, weight: Array, rms: float, misfit: Misfit | None = None) -> float:
-    """Return the τ whose curve passes the samples at a given rms distance, s; 0 if even the least does not reach it;
-    the largest that is tried if no curve is as far as that from the samples (time in (n,) s; values: (n, m); weight:
-    (n,); rms: the distance, in the unit of the values; misfit: components that count; all if not given)."""
+    """Return the τ whose curve passes the samples at a given rms distance, in their unit, s; 0 if even the least does
+    not reach it, the largest that is tried if no curve is as far as that from the samples."""
 
     def distance(tau: float) -> float:
         fitted = SmoothingSpline(time, tau, weight).fitted(values)
@@ -260,8 +246,8 @@ class Knots:
 
 
 def knots_of_samples(samples: TrackSamples, options: TrackOptions, gravity: str, ellipsoid: Ellipsoid) -> Knots:
-    """Return the knots of the curve of a track: the knots; time 0 is the first sample (gravity: model of the truth, for
-    the roll of a coordinated turn)."""
+    """Return the knots of the curve of a track; time 0 is the first sample. The model of gravity gives the roll of a
+    coordinated turn."""
     time = samples.time - samples.time[0]
     wide = _gaps(time, options.gap)
     gaps = _about_gaps(samples, time, wide)
@@ -296,8 +282,7 @@ def knots_of_samples(samples: TrackSamples, options: TrackOptions, gravity: str,
 
 
 def knots_of_path(time: Array, position: Array, options: TrackOptions, gravity: str, ellipsoid: Ellipsoid) -> Knots:
-    """Return the knots of a path that is known exactly, with the attitude that follows from its motion (time: instants,
-    (K,) s; position: Earth-fixed, (K, 3) m)."""
+    """Return the knots of a path that is known exactly, Earth-fixed, with the attitude that follows from its motion."""
     origin = position[0]
     return _with_attitude(time, position - origin, origin, None, options, gravity, ellipsoid, (0.0, 0.0, np.nan), ())
 

@@ -347,26 +347,13 @@ class _Phase:
 
 
 class Timetable:
-    """Distance along a route over time.
-
-    Args:
-        route: the route.
-        acceleration: largest acceleration along it, m/s².
-
-    Attributes:
-        duration: s.
-        passings: instant at which each waypoint is passed, or its stop begins, (W,) s.
-        stops: beginning and end of each stop, by waypoint.
-
-    Raises:
-        InputError: a leg is too short for its changes of speed.
-    """
+    """Distance along a route over time, with a largest acceleration along it, m/s²."""
 
     def __init__(self, route: Route, acceleration: float) -> None:
         self._route, self._acceleration = route, acceleration
         self._phases: list[_Phase] = []
         self._time = self._distance = 0.0
-        self.stops: dict[int, tuple[float, float]] = {}
+        self.stops: dict[int, tuple[float, float]] = {}  # beginning and end of each stop, s, by waypoint
         passings = [0.0]
         last = len(route.waypoints) - 1
         self._stop(0)
@@ -374,7 +361,7 @@ class Timetable:
             self._travel(leg)
             passings.append(self._time)
             self._stop(leg + 1)
-        self.passings = np.array(passings)
+        self.passings = np.array(passings)  # instant at which each waypoint is passed, or its stop begins, (W,) s
         self.duration = self._time
 
     def distances(self, time: Array) -> Array:

@@ -87,8 +87,8 @@ class TrackFit:
 def assess(
     curve: Curve, knots: Knots, samples: TrackSamples, options: TrackOptions, ellipsoid: Ellipsoid, *, planned: bool
 ) -> tuple[TrackFit, dict[str, Channel]]:
-    """Return the numbers of a curve, and its distances from the samples as channels of a trajectory: the numbers, and
-    the channels; a planned route has none (the samples that it was made from; for a planned route, its waypoints)."""
+    """Return the numbers of a curve, and its distances from the samples as channels of a trajectory. The samples of a
+    planned route are its waypoints; it has no distances."""
     speed = np.linalg.norm(knots.velocity, axis=1)
     rate = np.linalg.norm(_turn_rates(curve, knots, ellipsoid), axis=1)
     fastest = Distance.of(knots.time, speed)
@@ -344,8 +344,7 @@ def track_curve(
 def fitted(
     samples: TrackSamples, options: TrackOptions, gravity: str, ellipsoid: Ellipsoid
 ) -> tuple[Knots, TrackFit, dict[str, Channel]]:
-    """Return the knots of the curve of a track, how well it fits, and its distances from the samples (gravity: one of
-    `sinssim.GRAVITY_MODELS`)."""
+    """Return the knots of the curve of a track, how well it fits, and its distances from the samples."""
     knots = knots_of_samples(samples, options, gravity, ellipsoid)
     recorded = Curve(knots.time, knots.position, knots.q_eb, options.point, gravity=gravity, ellipsoid=ellipsoid)
     return knots, *assess(recorded, knots, samples, options, ellipsoid, planned=False)

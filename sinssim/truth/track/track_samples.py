@@ -77,8 +77,8 @@ class TrackSamples:
 
 
 def checked_samples(samples: TrackSamples, vehicle: Vehicle, most_speed: float | None = None) -> TrackSamples:
-    """Return the samples without repetitions, if they can be a motion (most_speed: speed between two samples beyond
-    which they are refused, m/s; that of the vehicle if not given)."""
+    """Return the samples without repetitions, if they can be a motion: below a speed between two samples, m/s, by
+    default that of the vehicle."""
     check_numbers(samples)
     samples = _filled_heights(samples)
     samples = _without_repetitions(samples)

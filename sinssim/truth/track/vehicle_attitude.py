@@ -108,17 +108,11 @@ def attitude_from_motion(
     heading: float = 0.0,
     noisy: bool = False,
 ) -> Attitude:
-    """Return the attitude of a vehicle along its path.
+    """Return the attitude of a vehicle along its path, relative to the Earth in its axes, (K, 3), with the local
+    vertical `up`.
 
-    Args:
-        time: instants, (K,) s.
-        position, velocity, acceleration: relative to the Earth, in its axes, (K, 3) m, m/s, m/s².
-        up: the local vertical, (K, 3).
-        gravity: one of `sinssim.GRAVITY_MODELS`.
-        pitch: "slope" or "flat"; that of the vehicle if not given.
-        standstill: speed of standstill, m/s; that of the vehicle if not given.
-        heading: heading of a vehicle that never moves, rad.
-        noisy: whether the path is that of noisy samples, which wander at rest.
+    Pitch and speed of standstill are by default those of the vehicle; `heading` is that of a vehicle that never moves,
+    rad. The path of noisy samples wanders at rest.
     """
     climb = np.einsum("ij,ij->i", velocity, up)
     horizontal = velocity - climb[:, None] * up

@@ -66,21 +66,16 @@ def start_engines(pilot: Autopilot, state: AircraftState) -> Iterator[None]:
 
 
 class Rolling:
-    """Holds a ground speed by throttle and brakes, and measures the way.
-
-    Attributes:
-        way: way over the ground, m.
-    """
+    """Holds a ground speed by throttle and brakes, and measures the way over the ground, m."""
 
     def __init__(self, pilot: Autopilot, state: AircraftState) -> None:
-        """Begin at the present speed."""
         self._pilot, self._state = pilot, state
         self._reference, self._integral = state.ground_speed, pilot.throttle
         self._held = 0.0
         self.way = 0.0
 
     def step(self, speed: float) -> None:
-        """Set throttle and brakes for the next interval (speed: ground speed to reach, m/s)."""
+        """Set throttle and brakes for the next interval towards a ground speed, m/s."""
         pilot, state = self._pilot, self._state
         self.way += state.ground_speed * INTERVAL
         most = _SPEED_CHANGE * INTERVAL
@@ -95,8 +90,7 @@ class Rolling:
 
 
 def turn_onto(pilot: Autopilot, state: AircraftState, heading: float, radius: float) -> None:
-    """Turn the heading to steer towards a heading, as far as a turn of a radius goes in a step (pilot: the autopilot;
-    its `heading` is turned; heading to reach, rad; radius of the turn, m)."""
+    """Turn the heading to steer towards a heading, rad, as far as a turn of a radius, m, goes in a step."""
     left = remainder(heading - pilot.heading, 2.0 * pi)
     most = state.ground_speed / radius * INTERVAL
     pilot.heading += max(-most, min(most, left))

@@ -58,8 +58,8 @@ class TurnLeg(LegBase):
 
 
 def turn_by(angle: float, bank: float, pilot: Autopilot, state: AircraftState) -> Iterator[None]:
-    """Turn by an angle; the heading held afterwards differs by exactly that angle from the previous one (angle: right
-    positive, rad; bank: angle of bank, rad)."""
+    """Turn by an angle, right positive, rad; the heading held afterwards differs by exactly that angle from the
+    previous one."""
     side = 1.0 if angle > 0.0 else -1.0
     target = pilot.heading + angle
     remaining = angle + remainder(pilot.heading - state.psi, 2.0 * pi)

@@ -42,8 +42,7 @@ class HeightPath:
     curvature: float  # of the parabolas, 1/m
 
     def at(self, left: float) -> tuple[float, float]:
-        """Return height and slope at a distance: height, m, and slope; before the beginning the height is constant
-        (left: distance left, m)."""
+        """Return height, m, and slope at a distance left, m; before the beginning the height is constant."""
         way, length = self.begin - left, self.begin - self.end
         if way <= 0.0:
             return self.height, 0.0
@@ -67,19 +66,11 @@ class HeightPath:
 def single_slope(
     height: float, target: float, left: float, speed: float, slope_before: float = 0.0, slope_after: float = 0.0
 ) -> HeightPath | None:
-    """Return a path of one slope from here to the waypoint: the path; None if the way is too short for the change of
-
-    height.
+    """Return a path of one slope from here to the waypoint; None if the way is too short for the change of height.
 
     With the slopes m₀ before, m between and m₁ after, and the curvature κ, the parabolas are |m − m₀|/κ and |m − m₁|/κ
     long, and the path rises by mL − sgn(m − m₀)(m − m₀)²/2κ − sgn(m − m₁)(m − m₁)²/2κ over its length L. The rise grows
-    with m until the parabolas meet.
-
-    Args:
-        height: here, m.
-        target: at the waypoint, m.
-        left: distance to the waypoint, m.
-        speed: ground speed, m/s, with which the vertical acceleration gives the curvature.
+    with m until the parabolas meet. The curvature is the vertical acceleration over the square of the ground speed.
     """
     for acceleration in _ACCELERATIONS if left > 0.0 else ():
         curvature = acceleration / speed**2
@@ -100,18 +91,10 @@ def single_slope(
 
 
 def at_a_slope(height: float, target: float, left: float, speed: float, slope: float) -> HeightPath | None:
-    """Return a path of a given slope: a climb begins here, a descent so late that it ends at the waypoint.
+    """Return a path of a given slope: a climb begins here, a descent so late that it ends at the waypoint. None if the
+    way is too short. The speed over the ground is that in the middle of the change.
 
     From level flight to level flight at a slope m the change of height takes the way |Δh/m| + |m|/κ.
-
-    Args:
-        height: here, m.
-        target: at the waypoint, m.
-        left: distance to the waypoint, m.
-        speed: ground speed in the middle of the change, m/s.
-
-    Returns:
-        The path; None if the way is too short for the change of height at this slope.
     """
     curvature = VERTICAL_ACCELERATION / speed**2
     change = abs(target - height)
@@ -125,8 +108,7 @@ def at_a_slope(height: float, target: float, left: float, speed: float, slope: f
 
 
 def length_at_a_slope(height: float, target: float, speed: float, slope: float) -> float:
-    """Return the way of `at_a_slope`, m (height, target at the beginning and at the end, m; speed: ground speed in the
-    middle of the change, m/s)."""
+    """Return the way of `at_a_slope`, m."""
     change = abs(target - height)
     return change / slope + slope * speed**2 / VERTICAL_ACCELERATION
 
@@ -228,8 +210,8 @@ class WaypointLeg(LegBase):
         return height
 
     def slopes_at(self, height: float, latitude: float, longitude: float) -> list[float]:
-        """Return the slope with which each place is passed: level, or on through a route that goes on up or down
-        (height at the beginning, m; latitude, longitude of the beginning, rad)."""
+        """Return the slope with which each place is passed, from the height and place of the beginning, m and rad:
+        level, or on through a route that goes on up or down."""
         means: list[float | None] = []
         for place in self.places():
             target = place.latitude_deg * DEG, place.longitude_deg * DEG
@@ -248,15 +230,8 @@ class WaypointLeg(LegBase):
     def height_path(
         self, number: int, height: float, left: float, speed: float, slopes: list[float]
     ) -> HeightPath | None:
-        """Return the path of the height to a place: the path; None if the way is too short.
-
-        Args:
-            number: number of the place, from 0.
-            height: at the beginning, m.
-            left: distance to the capture of the place, m.
-            speed: mean ground speed on the way, m/s.
-            slopes: from `slopes_at`.
-        """
+        """Return the path of the height to a place, counted from 0, from a height, over the distance left to its
+        capture, m, at a mean ground speed, m/s, with `slopes_at`; None if the way is too short."""
         place = self.places()[number]
         to = height if place.height_m is None else place.height_m
         slope = place.slope(speed)
@@ -281,16 +256,8 @@ class WaypointLeg(LegBase):
         return sum(self.reckon_place(number, plan, slopes) for number in range(len(self.places())))
 
     def reckon_place(self, number: int, plan: DeadReckoning, slopes: list[float]) -> float:
-        """Advance the dead reckoning to one place of the leg, and return the duration, s; see `LegBase.reckon`.
-
-        Args:
-            number: number of the place, from 0.
-            plan: state at the beginning; updated in place, except for the time.
-            slopes: from `slopes_at`.
-
-        Returns:
-            Estimated duration, s.
-        """
+        """Advance the dead reckoning, except for its time, to one place of the leg, counted from 0, and return the
+        duration, s."""
         place = self.places()[number]
         target = math.radians(place.latitude_deg), math.radians(place.longitude_deg)
         start = plan.altitude
@@ -409,8 +376,8 @@ class _Heights:
         self._before = self._left = math.inf
 
     def follow(self, measured: float, ahead: float) -> None:
-        """Set the height for the next step (measured: distance to the capture of the place, m, as known since the last
-        slow update; ahead: bearing of the place, rad)."""
+        """Set the height for the next step from the distance to the capture of the place, m, as known since the last
+        slow update, and the bearing of the place, rad."""
         pilot, state = self._pilot, self._state
         closing = state.ground_speed * cos(remainder(state.track - ahead, 2.0 * pi))
         if measured != self._before:
