@@ -27,10 +27,10 @@ from sinssim.arguments import (
     vector,
 )
 from sinssim.data import ImuData, Measurements, NavSolution, NavState
+from sinssim.earth.ellipsoids import normal
 from sinssim.earth.transverse_route import (
     distance_from_pole,
     nearest_allowed,
-    normal,
     route_along,
     route_pole,
     sentence,

@@ -6,6 +6,10 @@ import math
 from dataclasses import dataclass, replace
 from functools import cached_property
 
+import numpy as np
+from numpy.typing import ArrayLike
+
+from sinssim.data import Array
 from sinssim.errors import check_name
 
 OMEGA_IE = 7.292115e-5  # Earth rotation rate, rad/s (WGS-84, NIMA TR8350.2)
@@ -140,6 +144,12 @@ GRAVITY_MODELS: dict[str, str] = {
     "5.5e-4 at 100 km",
     "order-1e-2": "the chapter's g_e (1 - 2H/a), down only; error 5.3e-3 of gravity up to 20 km, 6e-3 at 100 km",
 }
+
+
+def normal(latitude: ArrayLike, longitude: ArrayLike) -> Array:
+    """Return the outward normals of an ellipsoid at geodetic places, (...) rad: Earth-fixed unit vectors, (..., 3)."""
+    c = np.cos(latitude)
+    return np.stack([c * np.cos(longitude), c * np.sin(longitude), np.sin(latitude)], axis=-1)
 
 
 def describe_ellipsoids() -> dict[str, str]:

@@ -19,6 +19,7 @@ from numpy.typing import ArrayLike
 
 from sinssim.arguments import vector
 from sinssim.data import Array
+from sinssim.earth.ellipsoids import normal
 from sinssim.errors import InputError
 
 TURN_LIMIT = 0.005
@@ -27,16 +28,6 @@ NEAREST = 1e-3
 """Least distance from the pole at any speed, m, below which the frame's direction is undefined."""
 RADIUS = 6371e3
 """Mean radius of the Earth for conversion of angles to distances, m."""
-
-
-def normal(latitude: ArrayLike, longitude: ArrayLike) -> Array:
-    """Return the ellipsoid's outward normal: Earth-fixed unit vectors, (..., 3).
-
-    Args:
-        latitude, longitude: geodetic, (...) rad.
-    """
-    c = np.cos(latitude)
-    return np.stack([c * np.cos(longitude), c * np.sin(longitude), np.sin(latitude)], axis=-1)
 
 
 def route_pole(

@@ -13,7 +13,7 @@ from pathlib import Path
 import numpy as np
 
 from sinssim.data import Array
-from sinssim.earth.ellipsoids import Ellipsoid
+from sinssim.earth.ellipsoids import Ellipsoid, normal
 from sinssim.errors import InputError, unknown_name
 from sinssim.logs.formats.registry import FORMATS, candidates, detect, format_of, read_file
 from sinssim.logs.recorded_streams import FixStream, SolutionStream, Streams
@@ -25,7 +25,7 @@ from sinssim.truth.track.knots import Knots, TrackOptions, knots_of_path
 from sinssim.truth.track.planned_route import Route, Timetable
 from sinssim.truth.track.track_curve import TrackFit, assess, fitted
 from sinssim.truth.track.track_samples import TrackSamples, check_numbers, checked_samples
-from sinssim.truth.track.vehicle_attitude import VEHICLES, verticals
+from sinssim.truth.track.vehicle_attitude import VEHICLES
 from sinssim.units import DEG
 
 _NOUNS = {"gpx": "point", "kml": "point", "track-csv": "row"}
@@ -136,14 +136,14 @@ def _filled(points: TrackSamples, seconds: Array) -> TrackSamples:
     share = np.append((np.arange(pieces.sum()) - np.repeat(first, pieces)) / np.repeat(pieces, pieces), 1.0)
     if not len(pieces):
         return replace(points, time=seconds)
-    up = verticals(points.latitude, points.longitude)
-    normal = (1.0 - share)[:, None] * up[at] + share[:, None] * up[at + 1]
+    up = normal(points.latitude, points.longitude)
+    along = (1.0 - share)[:, None] * up[at] + share[:, None] * up[at + 1]
     return TrackSamples(
         points.source,
         points.noun,
         seconds[at] + share * (seconds[at + 1] - seconds[at]),
-        np.arctan2(normal[:, 2], np.hypot(normal[:, 0], normal[:, 1])),
-        np.arctan2(normal[:, 1], normal[:, 0]),
+        np.arctan2(along[:, 2], np.hypot(along[:, 0], along[:, 1])),
+        np.arctan2(along[:, 1], along[:, 0]),
         points.height[at] + share * (points.height[at + 1] - points.height[at]),
         rows=points.rows[at],
     )

@@ -12,11 +12,11 @@ import numpy as np
 
 from sinssim.algorithms import PLATFORM, REGISTRY
 from sinssim.data import Array, NavState
+from sinssim.earth.ellipsoids import normal
 from sinssim.earth.transverse_route import (
     RADIUS,
     distance_from_pole,
     nearest_allowed,
-    normal,
     route_pole,
     sentence,
     too_near,

@@ -30,8 +30,7 @@ from numpy.typing import ArrayLike
 from sinssim import rotation
 from sinssim.data import Array, NavSolution, NavState
 from sinssim.earth import ecef_to_eci, geodetic_to_ecef, q_en
-from sinssim.earth.ellipsoids import WGS84, Ellipsoid
-from sinssim.earth.transverse_route import normal
+from sinssim.earth.ellipsoids import WGS84, Ellipsoid, normal
 from sinssim.errors import InputError
 from sinssim.frames import FRAME_REGISTRY
 

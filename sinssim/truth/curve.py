@@ -39,7 +39,7 @@ from sinssim.earth.ellipsoids import WGS84, Ellipsoid
 from sinssim.errors import InputError
 from sinssim.jit import inline, kernel, strict_kernel
 from sinssim.rotation.quaternions import Quaternion, Vector
-from sinssim.truth.sampling import Channel, FlightEvent, check_instants, in_blocks, sample_edges
+from sinssim.truth.sampling import BlockMotion, Channel, FlightEvent, check_instants, in_blocks, sample_edges
 
 DEGREE = 5
 """Degree of the splines through the knots."""
@@ -310,7 +310,7 @@ def _states(
 
 
 @kernel
-def _rates(
+def _rate_rows(
     curve: _Curve, p: earth.EarthParameters, model: int, t: Array, panel: Array, omega: Array, force: Array
 ) -> None:
     for k in range(len(t)):
@@ -319,7 +319,7 @@ def _rates(
         force[k, 0], force[k, 1], force[k, 2] = fx, fy, fz
 
 
-class Curve:
+class Curve(BlockMotion):
     """The true motion of a sensor block along a smooth curve through knots; see the module's text.
 
     Args:
@@ -377,9 +377,6 @@ class Curve:
         knots = self._curve.time
         return np.clip(np.searchsorted(knots, t, side="right") - 1, 0, len(knots) - 2)
 
-    def __repr__(self) -> str:
-        return f"{type(self).__name__}({self.start:g} … {self.end:g} s)"
-
     def state(self, t: ArrayLike) -> NavState:
         """Return position, velocity and attitude of the sensor block at instants t; see `Trajectory.state`."""
         instants = check_instants(t, self.start, self.end)
@@ -387,21 +384,10 @@ class Curve:
         panel = self._panel(times)
         latitude, longitude, height = (np.empty(len(times)) for _ in range(3))
         velocity, q_nb = np.empty((len(times), 3)), np.empty((len(times), 4))
+        out = latitude, longitude, height, velocity, q_nb
         in_blocks(
             len(times),
-            lambda first, last: _states(
-                self._curve,
-                self._parameters,
-                times,
-                panel,
-                first,
-                last,
-                latitude,
-                longitude,
-                height,
-                velocity,
-                q_nb,
-            ),
+            lambda first, last: _states(self._curve, self._parameters, times, panel, first, last, *out),
         )
         shape = instants.shape
         return NavState(
@@ -412,13 +398,10 @@ class Curve:
             q_nb.reshape(*shape, 4),
         )
 
-    def rates(self, t: ArrayLike) -> tuple[Array, Array]:
-        """Return inertial angular rate and specific force of the sensor block at instants t; see `Trajectory.rates`."""
-        instants = check_instants(t, self.start, self.end)
-        times = np.atleast_1d(instants)
-        omega, force = np.empty((len(times), 3)), np.empty((len(times), 3))
-        _rates(self._curve, self._parameters, self._model, times, self._panel(times), omega, force)
-        return omega.reshape(*instants.shape, 3), force.reshape(*instants.shape, 3)
+    def _rates(self, time: Array) -> tuple[Array, Array]:
+        omega, force = np.empty((len(time), 3)), np.empty((len(time), 3))
+        _rate_rows(self._curve, self._parameters, self._model, time, self._panel(time), omega, force)
+        return omega, force
 
     def increments(self, rate_hz: float) -> ImuData:
         """Return exact increments at rate_hz by Gauss-Legendre quadrature between knots; see

@@ -37,15 +37,13 @@ from sinssim.truth.flight.jsbsim_model import (
     quiet,
 )
 from sinssim.truth.flight.leg import LegBase, LegError, check_landing
+from sinssim.truth.motion import Progress
 from sinssim.truth.sampling import FlightEvent
 from sinssim.units import DEG, FOOT, KNOT
 
 _NEAR_GROUND = 500.0  # height below which the gear may touch before the next slow update [m]
 _STANDING = 5.0  # height above the ground below which an aircraft in the air may touch it [m]
 _LEAST_DURATION = 1.0  # least duration for a smooth curve [s]
-
-
-Progress = Callable[[float], None]
 
 
 class _Link:

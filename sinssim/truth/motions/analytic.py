@@ -101,9 +101,14 @@ class AnalyticMotion(Protocol):
         ...
 
 
-def no_displacement(t: Array) -> tuple[Array, Array, Array]:
-    """Return position, velocity and acceleration of a motion without translation: zeros, (N, 3)."""
-    return np.zeros((len(t), 3)), np.zeros((len(t), 3)), np.zeros((len(t), 3))
+class TurnsOnly:
+    """An analytic motion whose body does not move, with its attitude and rates in a subclass."""
+
+    def place(self, t: Array) -> tuple[Array, Array, Array]:
+        return np.zeros((len(t), 3)), np.zeros((len(t), 3)), np.zeros((len(t), 3))
+
+    def push(self, left: Array, right: Array) -> Array:
+        return np.zeros((len(left), 3))
 
 
 def inertial_increments(motion: AnalyticMotion, rate_hz: float, duration: float) -> ImuData:

@@ -35,11 +35,11 @@ from sinssim import rotation
 from sinssim.data import Array
 from sinssim.errors import InputError
 from sinssim.toml_section import Axis, Duration, Frequency, Positive, Turn, TurnRate
-from sinssim.truth.motions.analytic import ClosedFormMotion, no_displacement
+from sinssim.truth.motions.analytic import ClosedFormMotion, TurnsOnly
 from sinssim.units import DEG
 
 
-class SpinCone:
+class SpinCone(TurnsOnly):
     """Spinning, s, and coning together: β is the angle between the forward axis and the axis of the cone, Ω the rate of
     precession."""
 
@@ -63,19 +63,11 @@ class SpinCone:
         phase = self._spin * t
         return np.stack([np.full_like(t, self._axial), across * np.sin(phase), across * np.cos(phase)], axis=1)
 
-    def place(self, t: Array) -> tuple[Array, Array, Array]:
-        """Return position, velocity and acceleration, all zero; see `AnalyticMotion.place`."""
-        return no_displacement(t)
-
     def turn(self, left: Array, right: Array) -> Array:
         step, phase = right - left, 0.5 * self._spin * (left + right)
         # ∫sin st dt = h sinc(sh/2) sin(s t_mid)
         across = self._precession * np.sin(self._angle) * step * np.sinc(0.5 * self._spin * step / np.pi)
         return np.stack([self._axial * step, across * np.sin(phase), across * np.cos(phase)], axis=1)
-
-    def push(self, left: Array, right: Array) -> Array:
-        """Return zero, (N, 3) m/s: the body does not move; see `AnalyticMotion.push`."""
-        return np.zeros((len(left), 3))
 
 
 def classical_cone(half_angle: float, frequency: float) -> SpinCone:
@@ -151,7 +143,7 @@ class Sculling:
         return turning
 
     def place(self, t: Array) -> tuple[Array, Array, Array]:
-        r, v, a = no_displacement(t)
+        r, v, a = np.zeros((3, len(t), 3))
         w = self._frequency
         r[:, 1] = self._displacement * np.sin(w * t)
         v[:, 1] = self._displacement * w * np.cos(w * t)

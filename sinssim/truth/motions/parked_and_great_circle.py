@@ -22,7 +22,7 @@ from pydantic import Field
 from sinssim import earth, rotation
 from sinssim.arguments import number, quaternion, vector
 from sinssim.data import Array, ImuData, NavState
-from sinssim.earth.ellipsoids import WGS84, Ellipsoid
+from sinssim.earth.ellipsoids import WGS84, Ellipsoid, normal
 from sinssim.errors import InputError
 from sinssim.toml_section import Duration, Heading, Height, Latitude, Longitude, Speed
 from sinssim.truth.motion import Mounting, PlacedMotion, TrueEarth, attitude
@@ -84,8 +84,9 @@ class Parked(ClosedForm):
 
     def _state(self, time: Array) -> NavState:
         place, count = self._place, len(time)
-        angles = (np.full(count, value) for value in (place.latitude, place.longitude, place.height))
-        return NavState(*angles, np.zeros((count, 3)), np.tile(place.q_nb, (count, 1)))
+        latitude, longitude = np.full(count, place.latitude), np.full(count, place.longitude)
+        height = np.full(count, place.height)
+        return NavState(latitude, longitude, height, np.zeros((count, 3)), np.tile(place.q_nb, (count, 1)))
 
     def _rates(self, time: Array) -> tuple[Array, Array]:
         return np.tile(self._omega, (len(time), 1)), np.tile(self._force, (len(time), 1))
@@ -130,10 +131,6 @@ class _Motion(NamedTuple):
     position: Array  # of the block, Earth-fixed, (N, 3) m
     velocity: Array  # (N, 3) m/s
     acceleration: Array  # (N, 3) m/s²
-
-
-def _vertical(latitude: float, longitude: float) -> Array:
-    return np.array([np.cos(latitude) * np.cos(longitude), np.cos(latitude) * np.sin(longitude), np.sin(latitude)])
 
 
 def _north_east(latitude: float, longitude: float) -> tuple[Array, Array]:
@@ -181,7 +178,7 @@ class GreatCircle(ClosedForm):
         self._q_bs = rotation.normalize(quaternion("q_bs", q_bs))
 
         north, east = _north_east(latitude, longitude)
-        self._n0 = _vertical(latitude, longitude)
+        self._n0 = normal(latitude, longitude)
         self._t0 = np.cos(course) * north + np.sin(course) * east
         self._right = np.cross(self._t0, self._n0)  # −(n × t): constant along the circle
         self._q_eb0 = rotation.multiply(
@@ -207,7 +204,7 @@ class GreatCircle(ClosedForm):
     ) -> Self:
         """Return the flight along the shorter arc from one place to another, latitude and longitude in rad, at which it
         ends."""
-        a, b = _vertical(*start), _vertical(*end)
+        a, b = normal(*start), normal(*end)
         across = np.cross(a, b)
         if np.linalg.norm(across) < 1e-9:
             raise InputError(

@@ -88,22 +88,18 @@ _LEAST_RAMP_S = 2.0
 """Shortest time in which the rate of a turn changes [s]."""
 
 
-@dataclass(frozen=True)
-class Piece:
-    """A piece of the motion: the speed changes, or the rate of turn, or neither."""
+class Pieces(NamedTuple):
+    """Pieces of the motion, (K,), in each of which the speed changes, or the rate of turn, or neither: what begins, s,
+    and the changes of speed, m/s, and of the rate of turn, rad/s."""
 
-    # s
-    start: float
-    lasting: float
-    # speed at the beginning, and its change, m/s
-    speed: float
-    change: float
-    # rate of turn at the beginning, and its change, rad/s
-    rate: float
-    rate_change: float
-    # way and heading at the beginning, m and rad
-    way: float
-    heading: float
+    start: Array
+    lasting: Array
+    speed: Array
+    change: Array
+    rate: Array
+    rate_change: Array
+    way: Array
+    heading: Array
 
 
 @dataclass(frozen=True)
@@ -127,7 +123,7 @@ class Profile:
     ) -> None:
         """Lay out the legs from a heading, rad, with a mean acceleration of changes of speed and a lateral acceleration
         in turns without a rate, m/s²."""
-        self._pieces: list[Piece] = []
+        self._rows: list[tuple[float, ...]] = []  # as `Pieces`
         self._at = (0.0, 0.0, 0.0, heading)  # time, speed, way, heading
         events = []
         for number, leg in enumerate(legs, start=1):
@@ -143,14 +139,12 @@ class Profile:
             events.append(FlightEvent(self._at[0], f"{name} ends"))
         self.events = tuple(events)
         self.duration = self._at[0]
-        self.turning = sum(
-            (p.rate + 0.5 * p.rate_change) ** 2 * p.lasting for p in self._pieces if p.rate or p.rate_change
-        )
-        """About ∫ω² dt of the turns, rad²/s."""
+        # about ∫ω² dt of the turns, rad²/s
+        self.turning = sum((rate + 0.5 * change) ** 2 * lasting for _, lasting, _, _, rate, change, _, _ in self._rows)
 
     def _add(self, lasting: float, change: float = 0.0, rate: float = 0.0, rate_change: float = 0.0) -> None:
         time, speed, way, heading = self._at
-        self._pieces.append(Piece(time, lasting, speed, change, rate, rate_change, way, heading))
+        self._rows.append((time, lasting, speed, change, rate, rate_change, way, heading))
         self._at = (
             time + lasting,
             speed + change,
@@ -204,22 +198,20 @@ class Profile:
 
     def at(self, time: Array) -> Course:
         """Return the motion at instants, (K,) s; before 0 and after the end, the vehicle moves on at its speed."""
-        starts = np.array([piece.start for piece in self._pieces])
-        number = np.clip(np.searchsorted(starts, time, side="right") - 1, 0, len(starts) - 1)
-        names = ("start", "lasting", "speed", "change", "rate", "rate_change", "way", "heading")
-        of = {name: np.array([getattr(p, name) for p in self._pieces])[number] for name in names}
-        into = time - of["start"]
-        x = np.clip(into / of["lasting"], 0.0, 1.0)
+        rows = np.array(self._rows).T
+        p = Pieces(*rows[:, np.clip(np.searchsorted(rows[0], time, side="right") - 1, 0, rows.shape[1] - 1)])
+        into = time - p.start
+        x = np.clip(into / p.lasting, 0.0, 1.0)
         turn = 2.0 * np.pi * x
         s = x - np.sin(turn) / (2.0 * np.pi)
-        integral = (0.5 * x * x + (np.cos(turn) - 1.0) / (4.0 * np.pi**2)) * of["lasting"]
-        beyond = np.maximum(into - of["lasting"], 0.0)
+        integral = (0.5 * x * x + (np.cos(turn) - 1.0) / (4.0 * np.pi**2)) * p.lasting
+        beyond = np.maximum(into - p.lasting, 0.0)
         return Course(
-            speed=of["speed"] + of["change"] * s,
-            acceleration=of["change"] * (1.0 - np.cos(turn)) / of["lasting"],
-            heading=of["heading"] + of["rate"] * into + of["rate_change"] * (integral + beyond),
-            rate=of["rate"] + of["rate_change"] * s,
-            way=of["way"] + of["speed"] * into + of["change"] * (integral + beyond),
+            speed=p.speed + p.change * s,
+            acceleration=p.change * (1.0 - np.cos(turn)) / p.lasting,
+            heading=p.heading + p.rate * into + p.rate_change * (integral + beyond),
+            rate=p.rate + p.rate_change * s,
+            way=p.way + p.speed * into + p.change * (integral + beyond),
         )
 
 

@@ -31,7 +31,7 @@ from sinssim.data import Array
 from sinssim.errors import InputError, unknown_name
 from sinssim.toml_section import A_TURN, Axis, Duration, Heading, Height, Keys, Latitude, Longitude, Section, known_name
 from sinssim.truth.motion import NORMAL_EARTH, Mounting, PlacedMotion, TrueEarth, attitude
-from sinssim.truth.motions.analytic import ClosedFormMotion, OnEarth, no_displacement
+from sinssim.truth.motions.analytic import ClosedFormMotion, OnEarth, TurnsOnly
 from sinssim.truth.trajectory import Trajectory
 from sinssim.units import ARCSEC, DEG
 
@@ -160,19 +160,9 @@ class _Step:
         return np.asarray(self.rate * (self.ramp * ramps + cruised))
 
 
-class RotationTable:
-    """A sequence of dwells and turns; the table stands still after the last one.
-
-    Args:
-        steps: the steps in order, from time 0.
-
-    Attributes:
-        duration: duration of the sequence, s.
-
-    Raises:
-        InputError: a duration, rate or ramp is not positive, an axis is zero, a profile is unknown, or a turn is too
-            short for its rate; the message names the step.
-    """
+class RotationTable(TurnsOnly):
+    """A sequence of dwells and turns from time 0, with its duration, s; the block is in the middle of the table, which
+    stands still after the last step."""
 
     def __init__(self, steps: Sequence[Dwell | Turn]) -> None:
         time, attitude = 0.0, np.array([1.0, 0.0, 0.0, 0.0])
@@ -188,8 +178,8 @@ class RotationTable:
                 continue
             turn = _checked_turn(number, step, time, attitude)
             turns.append(turn)
-            breaks += [time, time + turn.ramp, time + turn.ramp + turn.cruise, time + 2.0 * turn.ramp + turn.cruise]
-            time = breaks[-1]
+            breaks += [time, time + turn.ramp, time + turn.ramp + turn.cruise, turn.end]
+            time = turn.end
             attitude = rotation.normalize(
                 rotation.multiply(attitude, rotation.quaternion_from_rotation_vector(turn.axis * step.angle))
             )
@@ -214,20 +204,12 @@ class RotationTable:
             total[during] += np.outer(turn.angle_rate(t[during]), turn.axis)
         return total
 
-    def place(self, t: Array) -> tuple[Array, Array, Array]:
-        """Return position, velocity and acceleration, all zero; see `AnalyticMotion.place`."""
-        return no_displacement(t)
-
     def turn(self, left: Array, right: Array) -> Array:
         total = np.zeros((len(left), 3))
         for turn in self._turns:
             during = (right > turn.start) & (left < turn.end)
             total[during] += np.outer(turn.angle(right[during]) - turn.angle(left[during]), turn.axis)
         return total
-
-    def push(self, left: Array, right: Array) -> Array:
-        """Return zero, (N, 3) m/s: the block is in the middle of the table; see `AnalyticMotion.push`."""
-        return np.zeros((len(left), 3))
 
 
 def _checked_turn(number: int, step: Turn, start: float, attitude: Array) -> _Step:

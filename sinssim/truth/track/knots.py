@@ -25,11 +25,11 @@ from numpy.typing import NDArray
 
 from sinssim import rotation
 from sinssim.data import Array
-from sinssim.earth.ellipsoids import Ellipsoid
+from sinssim.earth.ellipsoids import Ellipsoid, normal
 from sinssim.earth.geodetic_coordinates import ecef_to_geodetic, q_en
 from sinssim.errors import InputError
 from sinssim.truth.track.track_samples import TrackSamples
-from sinssim.truth.track.vehicle_attitude import VEHICLES, Pitch, Vehicle, VehicleName, attitude_from_motion, verticals
+from sinssim.truth.track.vehicle_attitude import VEHICLES, Pitch, Vehicle, VehicleName, attitude_from_motion
 
 _DEGREE = 5
 _KNOTS = 4.0
@@ -255,7 +255,7 @@ def knots_of_samples(samples: TrackSamples, options: TrackOptions, gravity: str,
         samples, time = _bridged(samples, time, wide)
     position = samples.ecef(ellipsoid)
     origin = position[0]
-    up = verticals(samples.latitude, samples.longitude)
+    up = normal(samples.latitude, samples.longitude)
     weights = _weights(samples)
     horizontal, tau_h = _fitted(
         time,
@@ -276,7 +276,7 @@ def knots_of_samples(samples: TrackSamples, options: TrackOptions, gravity: str,
     at = _knot_times(time, options.kind, (tau_h, tau_v, tau_a), derived=attitude is None)
     r = np.asarray(horizontal(at))
     if upright is not horizontal:
-        there = verticals(*ecef_to_geodetic(r + origin, ellipsoid)[:2])
+        there = normal(*ecef_to_geodetic(r + origin, ellipsoid)[:2])
         r = r + _along(upright(at) - r, there)
     return _with_attitude(at, r, origin, attitude, options, gravity, ellipsoid, (tau_h, tau_v, tau_a), gaps)
 
@@ -305,7 +305,7 @@ def _with_attitude(
         q = np.asarray(attitude(at))
         q = q / np.linalg.norm(q, axis=1)[:, None]
     else:
-        there = verticals(*ecef_to_geodetic(relative + origin, ellipsoid)[:2])
+        there = normal(*ecef_to_geodetic(relative + origin, ellipsoid)[:2])
         q, standing = attitude_from_motion(
             at,
             relative + origin,
@@ -406,7 +406,7 @@ def _bridged(samples: TrackSamples, time: Array, wide: NDArray[np.int64]) -> tup
     """Return the samples with gaps filled evenly along the great circle, at uniform speed."""
     step = np.diff(time)
     usual = float(np.median(step))
-    up = verticals(samples.latitude, samples.longitude)
+    up = normal(samples.latitude, samples.longitude)
     times, normals, heights, sigmas, begin = [], [], [], [], 0
     for row in map(int, wide):
         count = int(min(np.ceil(step[row] / usual) - 1, _BRIDGE))
@@ -418,12 +418,12 @@ def _bridged(samples: TrackSamples, time: Array, wide: NDArray[np.int64]) -> tup
         if samples.sigma is not None:
             sigmas += [samples.sigma[begin : row + 1], np.tile(samples.sigma[row], (count, 1))]
         begin = row + 1
-    normal = np.concatenate([*normals, up[begin:]])
+    along = np.concatenate([*normals, up[begin:]])
     filled = replace(
         samples,
         time=np.concatenate([*times, time[begin:]]) + samples.time[0],
-        latitude=np.arctan2(normal[:, 2], np.hypot(normal[:, 0], normal[:, 1])),
-        longitude=np.arctan2(normal[:, 1], normal[:, 0]),
+        latitude=np.arctan2(along[:, 2], np.hypot(along[:, 0], along[:, 1])),
+        longitude=np.arctan2(along[:, 1], along[:, 0]),
         height=np.concatenate([*heights, samples.height[begin:]]),
         sigma=None if samples.sigma is None else np.concatenate([*sigmas, samples.sigma[begin:]]),
         rows=np.empty(0, np.int64),

@@ -20,7 +20,7 @@ from typing import Any
 import numpy as np
 
 from sinssim.data import Array
-from sinssim.earth.ellipsoids import Ellipsoid
+from sinssim.earth.ellipsoids import Ellipsoid, normal
 from sinssim.earth.geodetic_coordinates import geodetic_to_ecef, radii
 from sinssim.errors import InputError
 from sinssim.truth.track.route_waypoint import Corner, Waypoint, integrated_step7, turns_back
@@ -115,9 +115,7 @@ class Route:
         latitude, longitude = (
             np.array([getattr(w, key) * DEG for w in waypoints]) for key in ("latitude_deg", "longitude_deg")
         )
-        self._normals = np.column_stack(
-            (np.cos(latitude) * np.cos(longitude), np.cos(latitude) * np.sin(longitude), np.sin(latitude))
-        )
+        self._normals = normal(latitude, longitude)
         self._east, self._north = _axes(self._normals)
         height = np.array([w.height_m for w in waypoints])
         self._radii = np.stack(radii(latitude, ellipsoid)) + height  # north, east

@@ -15,14 +15,14 @@ from numpy.typing import ArrayLike
 from sinssim import rotation
 from sinssim.arguments import number, numbers, vector
 from sinssim.data import Array
-from sinssim.earth.ellipsoids import WGS84, Ellipsoid
+from sinssim.earth.ellipsoids import WGS84, Ellipsoid, normal
 from sinssim.earth.geodetic_coordinates import ecef_to_geodetic, geodetic_to_ecef
 from sinssim.errors import InputError, check_name
 from sinssim.truth.curve import Curve
 from sinssim.truth.sampling import Channel, FlightEvent
 from sinssim.truth.track.knots import Knots, TrackOptions, knots_of_samples
 from sinssim.truth.track.track_samples import TrackSamples, checked_samples
-from sinssim.truth.track.vehicle_attitude import Pitch, VehicleName, verticals
+from sinssim.truth.track.vehicle_attitude import Pitch, VehicleName
 from sinssim.units import DEG, G0
 
 if TYPE_CHECKING:
@@ -95,7 +95,7 @@ def assess(
     hardest = Distance.of(knots.time, np.linalg.norm(knots.acceleration, axis=1))
     quickest = Distance.of(knots.time, rate)
     forward = rotation.rotate(knots.q_eb, np.broadcast_to((1.0, 0.0, 0.0), knots.position.shape))
-    up = verticals(*ecef_to_geodetic(knots.position, ellipsoid)[:2])
+    up = normal(*ecef_to_geodetic(knots.position, ellipsoid)[:2])
     steepest = Distance.of(knots.time, np.arcsin(np.clip(np.einsum("ij,ij->i", forward, up), -1.0, 1.0)))
     warnings = [*_implausible(samples, options.kind, hardest, quickest, steepest, planned=planned)]
     if not planned:
@@ -192,7 +192,7 @@ def _distances(curve: Curve, samples: TrackSamples, ellipsoid: Ellipsoid) -> dic
     there = geodetic_to_ecef(state.latitude, state.longitude, state.height, ellipsoid)
     apart = there - samples.ecef(ellipsoid)
     latitude, longitude, _ = ecef_to_geodetic(there, ellipsoid)
-    up = verticals(latitude, longitude)
+    up = normal(latitude, longitude)
     vertical = np.einsum("ij,ij->i", apart, up)
     horizontal = np.linalg.norm(apart - vertical[:, None] * up, axis=1)
     channels = {HORIZONTAL: Channel(time, horizontal, "m"), VERTICAL: Channel(time, vertical, "m")}

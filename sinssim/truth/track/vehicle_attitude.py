@@ -378,10 +378,3 @@ def _specific_force(position: Array, velocity: Array, acceleration: Array, gravi
     omega = np.array([0.0, 0.0, ellipsoid.omega])
     rotating = 2.0 * np.cross(omega, velocity) + np.cross(omega, np.cross(omega, position))
     return np.asarray(acceleration + rotating - gravitation_ecef(position, gravity, ellipsoid))
-
-
-def verticals(latitude: Array, longitude: Array) -> Array:
-    """Return the upward normals of the ellipsoid at places, (N, 3)."""
-    return np.column_stack(
-        (np.cos(latitude) * np.cos(longitude), np.cos(latitude) * np.sin(longitude), np.sin(latitude))
-    )

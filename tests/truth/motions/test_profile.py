@@ -19,9 +19,9 @@ def section(*legs: dict[str, Any], **keys: float) -> Drive:
 
 def stops(profile: Profile) -> Iterator[tuple[float, float]]:
     """Yield beginning and end of each standstill of a profile, s."""
-    for piece in profile._pieces:
-        if piece.speed == 0.0 and piece.change == 0.0:
-            yield piece.start, piece.start + piece.lasting
+    for start, lasting, speed, change, *_ in profile._rows:
+        if speed == 0.0 and change == 0.0:
+            yield start, start + lasting
 
 
 LEGS = (
