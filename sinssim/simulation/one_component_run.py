@@ -115,13 +115,7 @@ SOURCES = ("accelerometers", "pitch sensor", "initial values")
 
 @dataclass(frozen=True)
 class SourceErrors:
-    """The errors by one group of sources alone.
-
-    Attributes:
-        name: of the group, one of `SOURCES`.
-        simulated: by simulation, minus those with perfect sensors.
-        closed: in closed form, as at rest.
-    """
+    """The errors by one of `SOURCES`: simulated, minus those with perfect sensors, and the closed form at rest."""
 
     name: str
     simulated: PlaneErrors
@@ -170,11 +164,7 @@ class OneComponentResult:
 
 
 def compute(section: OneComponent, seed: int) -> OneComponentResult:
-    """Compute a one-component run.
-
-    Args:
-        seed: the run's seed, for noise.
-    """
+    """Compute a one-component run; the seed is that of the noise."""
     with np.errstate(over="ignore", invalid="ignore"):  # what is not finite is reported
         return _compute(section, seed)
 
@@ -222,11 +212,7 @@ def _compute(section: OneComponent, seed: int) -> OneComponentResult:
 def navigate(
     readings: PlaneReadings, section: OneComponent, truth: PlaneState, increments: PlaneIncrements
 ) -> OneComponentSolution:
-    """Run the system of a variant on readings, from the true initial values with their errors.
-
-    Args:
-        readings: of the variant's sensors.
-    """
+    """Run the system of a variant on its readings, from the true initial values with their errors."""
     error, radius = section.initial_error, section.radius_m
     velocity = float(truth.velocity[0]) + error.velocity_mps
     coordinate = float(increments.coordinate[0]) + error.position_m / radius
@@ -245,11 +231,7 @@ def navigate(
 
 
 def only(section: OneComponent, source: str) -> OneComponent:
-    """Return a table that has the errors of one group of sources alone.
-
-    Args:
-        source: one of `SOURCES`; "" for no errors at all.
-    """
+    """Return a table that has the errors of one of `SOURCES` alone; "" for no errors at all."""
     without: dict[str, object] = {}
     if source != "accelerometers":
         without |= {"accelerometer_x": PlaneAccelerometer(), "accelerometer_y": PlaneAccelerometer()}
@@ -266,16 +248,7 @@ def only(section: OneComponent, source: str) -> OneComponent:
 
 
 def error_sources(ideal: PlaneReadings, measured: PlaneReadings, section: OneComponent) -> ErrorSources:
-    """Return what drives the error equations: the differences of the readings, and the initial errors.
-
-    Args:
-        ideal: readings without errors.
-        measured: readings with errors.
-        section: the [one_component] table.
-
-    Returns:
-        The sources.
-    """
+    """Return what drives the error equations: the differences of the readings, and the initial errors."""
     h, error = np.diff(ideal.time), section.initial_error
     push = measured.dvel - ideal.dvel
     coordinate, pitch = error.position_m / section.radius_m, error.pitch_arcmin * ARCMIN
@@ -298,11 +271,7 @@ def error_sources(ideal: PlaneReadings, measured: PlaneReadings, section: OneCom
 
 
 def constant_errors(section: OneComponent, pitch: float) -> ConstantErrors:
-    """Return the constant part of the errors for a body at rest; noise has none.
-
-    Args:
-        pitch: α of the accelerometer x, rad.
-    """
+    """Return the constant part of the errors for a body at rest, x pitched by α, rad; noise has none."""
     error, g = section.initial_error, section.gravity_mps2
     x, y = (
         sensor.bias_ug * UG + sensor.scale_ppm * PPM * felt

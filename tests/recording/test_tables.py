@@ -150,10 +150,6 @@ def test_the_tables_of_a_study() -> None:
         "max_error": [8.0],
         "final_error": [-6.0],
     }
-    assert study._without_none({"a": None, "b": [{"c": None, "d": 2}, 3], "e": {"f": ()}}) == {
-        "b": [{"d": 2}, 3],
-        "e": {"f": []},
-    }
 
 
 def test_events_and_metadata(tmp_path: Path) -> None:

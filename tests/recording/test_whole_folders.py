@@ -84,11 +84,13 @@ def test_a_study(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(study, "exhibits_of", lambda comparison: "exhibits")
     monkeypatch.setattr("sinssim.recording.page.page_of", lambda exhibits: f"page of {exhibits}")
     monkeypatch.setattr("sinssim.recording.rerun.exhibit_recording.record", writes("recording of"))
-    contents = {"name": "all", "none": None, "parts": ({"title": "one", "rates_hz": (1.0, 2.0), "text": None},)}
+    contents = {True: {"name": "all", "parts": ({"title": "one", "rates_hz": (1.0, 2.0)},)}}
     case = Case("one", "cone", "gyros", "ideal", "euler", "level", "normal", "exact", 50.0, (50.0, 12.5, 2.0), "hold")
     error = CoordinateError(case, "ecef", "x_m", 3.5, 1.25)
     result: Any = SimpleNamespace(
-        study=SimpleNamespace(model_dump=lambda: contents), rows=[], coordinate_errors=[error]
+        study=SimpleNamespace(model_dump=lambda exclude_none: contents[exclude_none]),
+        rows=[],
+        coordinate_errors=[error],
     )
     study.write_study(result, tmp_path)
     assert (tmp_path / "study.toml").read_text() == (

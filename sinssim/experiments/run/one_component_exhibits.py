@@ -65,13 +65,8 @@ _ERROR_COLUMNS = ("velocity_mps", "coordinate_rad", "pitch_rad")
 def one_component_streams(result: OneComponentResult) -> list[Stream]:
     """Return the streams of a one-component run.
 
-    Args:
-        result: the run.
-
-    Returns:
-        `truth`, the readings `imu_ideal`, `imu_measured` and, of an attitude sensor, `attitude_ideal` and
-        `attitude_measured`, `nav_<variant>`, `forces_<variant>`, `error_<variant>`, `error_perfect_sensors`, and
-        `error_<equation>` for each entry of `EQUATIONS`.
+    They are the truth, the readings, those of an attitude sensor, too, the solution, the forces, and the errors of the
+    run, with perfect sensors, and of each of `EQUATIONS`.
     """
     truth, solution, name = result.truth, result.solution, result.section.variant.replace("-", "_")
     time = truth.time
@@ -123,13 +118,8 @@ def _errors(name: str, error: PlaneErrors) -> Stream:
 def numbers(result: OneComponentResult) -> PlaneNumbers:
     """Return the numbers of a one-component run for `summary.json`.
 
-    Args:
-        result: the run.
-
-    Returns:
-        The variant, the Schuler period, statistics of the errors of the simulation, with perfect sensors and of each
-        equation, and the largest difference of each equation's coordinate from that of the simulation minus that with
-        perfect sensors, in m and relative to its largest value.
+    Differences are the largest ones of each equation's coordinate from that of the simulation minus that with perfect
+    sensors, in m and relative to its largest value.
     """
     section = result.section
     caused, radius = result.caused, section.radius_m

@@ -212,16 +212,11 @@ def _needed(results: Iterable[Any]) -> Counter[str]:
 def count(
     kernel: Any, arguments: tuple[Any, ...], samples: int, apart: tuple[str, ...] = (), needed: bool = False
 ) -> tuple[Operations, Any]:
-    """Run a kernel uncompiled and count its operations.
+    """Run a kernel uncompiled; return its operations per sample, and its value.
 
-    Args:
-        arguments: its arguments; float arrays among them receive its results as from the compiled kernel.
-        apart: names of functions whose calls by the kernel are not counted.
-        needed: whether only those operations are counted on which the arrays depend in the end; the compiler drops the
-            others.
-
-    Returns:
-        Operations per sample, and the return value of the kernel.
+    Float arrays among the arguments receive its results as from the compiled kernel. Calls of the functions whose names
+    are `apart` are not counted. With `needed`, only those operations count on which the arrays depend in the end; the
+    compiler drops the others.
     """
     arrays: list[tuple[Any, Any]] = []
 

@@ -463,7 +463,7 @@ def write_study(comparison: StudyResult, folder: Path) -> None:
     from sinssim.recording.rerun.exhibit_recording import record
 
     exhibits = exhibits_of(comparison)
-    write_text(folder / "study.toml", tomli_w.dumps(_without_none(comparison.study.model_dump())))
+    write_text(folder / "study.toml", tomli_w.dumps(comparison.study.model_dump(exclude_none=True)))
     write_text(folder / "results.json", json.dumps(to_json(comparison), indent=2, ensure_ascii=False) + "\n")
     write_table(pa.table(_columns(Row, comparison.rows)), folder / "results.parquet")
     if comparison.coordinate_errors:
@@ -483,12 +483,6 @@ def _coordinate_columns(comparison: StudyResult) -> dict[str, list[Any]]:
     errors, names = comparison.coordinate_errors, ("coordinates", "column", "max_error", "final_error")
     columns = _columns(Case, [error.case for error in errors])
     return columns | {name: [getattr(error, name) for error in errors] for name in names}
-
-
-def _without_none(value: Any) -> Any:
-    if isinstance(value, dict):
-        return {key: _without_none(item) for key, item in value.items() if item is not None}
-    return [_without_none(item) for item in value] if isinstance(value, list | tuple) else value
 
 
 class StudyMedia(Media[StudyResult]):

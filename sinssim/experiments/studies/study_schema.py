@@ -376,30 +376,15 @@ class Study(Section):
         return self
 
     def block(self, name: str) -> Imu:
-        """Return the sensor block of a name: one of the study's blocks, or that of a grade.
-
-        Args:
-            name: key of `blocks`, or a grade.
-
-        Returns:
-            The block with its keys.
-        """
+        """Return the sensor block of a name: one of the study's blocks, or that of a grade."""
         return self.blocks.get(name) or Imu(grade=name)
 
 
 @dataclass(frozen=True)
 class MotionFacts:
-    """Characteristics of a motion.
+    """Characteristics of a motion: means of the rates of latitude and of ground, the largest of the others.
 
-    Attributes:
-        duration_s: duration.
-        distance_m: horizontal distance covered.
-        latitude_rate_deg_h: mean magnitude of the rate of latitude.
-        ground_speed_kmh: mean ground speed.
-        max_rate_deg_s: largest angular rate.
-        max_pitch_deg: steepest pitch.
-        max_latitude_deg: largest magnitude of the latitude.
-        cone: half-angle α, rad, and rate Ω, rad/s, of pure coning.
+    `cone` has the half-angle α, rad, and the rate Ω, rad/s, of pure coning.
     """
 
     duration_s: float
@@ -467,12 +452,7 @@ def _check_duration(motion: StudyMotion, lasts: float) -> None:
 
 
 class Beginning:
-    """The first part of a trajectory, as a trajectory.
-
-    Args:
-        whole: the trajectory.
-        duration: duration of the part, s.
-    """
+    """The first part of a trajectory, as a trajectory; its duration is in s."""
 
     def __init__(self, whole: Trajectory, duration: float) -> None:
         self._whole = whole

@@ -5,7 +5,7 @@ from __future__ import annotations
 import hashlib
 import itertools
 import json
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 from dataclasses import dataclass, field
 from typing import TYPE_CHECKING, Literal
 
@@ -91,6 +91,11 @@ class Cell:
         there = () if self.numbers is None else self.numbers.verdicts
         return next((verdict for verdict in there if verdict.requirement == requirement), None)
 
+    def verdict_on(self, requirements: Iterable[str]) -> str:
+        """Return the verdict on several requirements together: "not met", "undecided", "met", or "" without any."""
+        words = {verdict.verdict for text in requirements if (verdict := self.verdict(text)) is not None}
+        return next((word for word in ("not met", "undecided", "met") if word in words), "")
+
 
 def digest_of(study: TradeStudy, scenario: Scenario) -> str:
     """Return the SHA-256 of everything that determines the numbers of a cell, except the versions of the software.
@@ -125,8 +130,7 @@ def cells_of(study: TradeStudy) -> tuple[Cell, ...]:
     load_scenario(study.scenario, study.set)  # mistakes that have nothing to do with the axes
     cells, flown = [], dict[str, float]()
     for number, place in enumerate(itertools.product(*map(range, study.shape)), start=1):
-        pairs = [pair for axis, k in zip(study.axes, place, strict=True) for pair in axis.settings(k)]
-        settings = tuple(f"{key}={toml_text(value)}" for key, value in pairs)
+        settings = tuple(f"{key}={toml_text(value)}" for key, value in study.settings(place).items())
         scenario, mistake = _scenario_of(study, settings, flown)
         digest = "" if scenario is None else digest_of(study, scenario)
         cells.append(Cell(number, place, settings, scenario, digest, failure=mistake))

@@ -69,12 +69,9 @@ def pictures(result: TradeResult) -> Iterator[Charts]:
 
 @dataclass(frozen=True)
 class Panel:
-    """What one panel shows: a quantity over one or two axes.
+    """What one panel shows: a quantity over one or two axes, its band, and whether each cell meets the requirements.
 
-    Attributes:
-        title: the place on the other axes; "" without any.
-        value, low, high: (n,) or (m, n), SI.
-        met: whether each cell meets the requirements on the quantity, of the same shape.
+    The title is the place on the other axes.
     """
 
     title: str
@@ -431,12 +428,11 @@ def to_json(result: TradeResult) -> dict[str, Any]:
     study = result.study
     cells = []
     for cell in result.cells:
-        pairs = [pair for axis, k in zip(study.axes, cell.place, strict=True) for pair in axis.settings(k)]
         numbers = cell.numbers
         cells.append(
             {
                 "cell": cell.number,
-                "settings": dict(pairs),
+                "settings": study.settings(cell.place),
                 "status": cell.status,
                 "failure": cell.failure,
                 "values": {} if numbers is None else numbers.values,
@@ -470,7 +466,7 @@ def to_json(result: TradeResult) -> dict[str, Any]:
     return dict(plain(contents))
 
 
-def write_trade(result: TradeResult, folder: Path) -> list[str]:
+def write_trade(result: TradeResult, folder: Path) -> None:
     """Write the report of a trade study, its pictures, its numbers and its recording."""
     import tomli_w
 
@@ -479,25 +475,14 @@ def write_trade(result: TradeResult, folder: Path) -> list[str]:
     from sinssim.recording.rerun.exhibit_recording import markdown, record
 
     exhibits = exhibits_of(result)
-    contents = result.study.model_dump(exclude_none=True)
-    write_text(folder / "study.toml", tomli_w.dumps(_lists(contents)))
+    write_text(folder / "study.toml", tomli_w.dumps(result.study.model_dump(exclude_none=True)))
     text = json.dumps(to_json(result), indent=2, ensure_ascii=False, allow_nan=False)
     write_text(folder / "results.json", text + "\n")
     write_table(result.to_table(), folder / "results.parquet")
     write_text(folder / "summary.md", markdown(exhibits))
-    names = ["study.toml", "results.json", "results.parquet", "summary.md", "report.html"]
     for key in exhibits.pictures:
         picture = figure_of(exhibits.chosen(key))
         for ending in (".svg", ".png"):
             save(picture, folder / f"{key}{ending}")
-            names.append(f"{key}{ending}")
     write_text(folder / "report.html", page_of(exhibits))
     record(exhibits, folder / "recording.rrd")
-    return [*names, "recording.rrd"]
-
-
-def _lists(value: Any) -> Any:
-    """Turn tuples into arrays, at any depth."""
-    if isinstance(value, dict):
-        return {key: _lists(item) for key, item in value.items()}
-    return [_lists(item) for item in value] if isinstance(value, list | tuple) else value

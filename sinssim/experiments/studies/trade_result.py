@@ -159,11 +159,7 @@ class TradeResult(Result):
         if requirement is not None and requirement not in texts:
             raise unknown_name("requirement", requirement, texts)
         wanted = texts if requirement is None else [requirement]
-        words = []
-        for cell in self.cells:
-            verdict = [v.verdict for text in wanted if (v := cell.verdict(text)) is not None]
-            words.append(next((w for w in ("not met", "undecided", "met") if w in verdict), ""))
-        return np.array(words).reshape(self.shape)
+        return np.array([cell.verdict_on(wanted) for cell in self.cells]).reshape(self.shape)
 
     @property
     def rows(self) -> list[dict[str, Any]]:
@@ -465,9 +461,8 @@ def _met(result: TradeResult, requirements: Sequence[Requirement]) -> str:
     """Return how many cells meet some requirements, and which."""
     word: dict[str, list[Cell]] = {"met": [], "not met": [], "undecided": []}
     for cell in result.cells:
-        verdicts = [v.verdict for r in requirements if (v := cell.verdict(r.text)) is not None]
-        if verdicts:
-            word["not met" if "not met" in verdicts else "undecided" if "undecided" in verdicts else "met"].append(cell)
+        if verdict := cell.verdict_on(requirement.text for requirement in requirements):
+            word[verdict].append(cell)
     judged = sum(map(len, word.values()))
     met, undecided = word["met"], word["undecided"]
     sure = " with 95 % confidence" if result.study.cell == "ensemble" else ""

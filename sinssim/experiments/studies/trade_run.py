@@ -182,16 +182,7 @@ def trade(
 
     A cell has the numbers of `sinssim budget` or `sinssim ensemble` with its settings, bit for bit. Cells on the same
     true motion share it. A cell that fails is a result; the others are computed. An interrupted study keeps its
-    finished cells and can be continued.
-
-    Args:
-        directory: directory of the study; by default nothing is kept.
-        resume: whether a study in the directory is continued, or extended by further values of its axes.
-        overwrite: whether a study in the directory is replaced.
-        limit_minutes: expected duration above which the study is refused.
-        threads: number of runs of an ensemble computed at a time; by default the number of the machine's cores.
-        progress: called with cells done and time left in words, and the fraction done; True shows a bar.
-        say: called with remarks, such as the expected duration or a damaged file.
+    finished cells and can be continued. The options are those of `sinssim.compare`.
     """
     check_limit(limit_minutes)
     TradeDirectory.check_options(directory, resume=resume, overwrite=overwrite)

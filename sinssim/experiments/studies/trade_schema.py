@@ -302,6 +302,10 @@ class TradeStudy(Section):
         """The requirements."""
         return tuple(map(parse_requirement, self.require))
 
+    def settings(self, place: Iterable[int]) -> dict[str, Any]:
+        """Return the varied keys of a cell with their values, by its place on each axis."""
+        return dict(pair for axis, k in zip(self.axes, place, strict=True) for pair in axis.settings(k))
+
     @property
     def drawn(self) -> tuple[Quantity, ...]:
         """The quantities of the pictures."""
